@@ -1,0 +1,1 @@
+"""Explicit elastoplastic dynamics on dolfinx meshes: the only part that uses dolfinx and MPI."""
