@@ -1,0 +1,171 @@
+"""The scene: which wheel passes which crossing, how fast, on what. Physics only, no numerics.
+
+Values are SI. Every field carries its unit, range and meaning once, in its `Quantity`.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+from geometry.axes import tread_datum_y
+from rail_fem.steel import GRADES, Steel
+from rail_fem.units import Quantity
+
+GRAVITY = 9.81
+WHEEL_PROFILES = ("P8", "P8 worn", "P1")
+
+
+class Frozen(BaseModel):
+    """Base of every typed section of a case: immutable, no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Crossing(Frozen):
+    """A cast crossing 1 in `ratio` of one family of design rules."""
+
+    family: Literal["UK-cast"] = Field("UK-cast", description="family of design rules")
+    ratio: Annotated[float, Quantity("", 6, 32, "crossing ratio N of 1:N")] = 10.75
+
+
+class Wheel(Frozen):
+    """One wheel: the profile's name, or the path of a profile file beside the case file."""
+
+    profile: str = Field(description=f"wheel profile: {', '.join(WHEEL_PROFILES)}, or the path of a profile file")
+    radius: Annotated[float, Quantity("mm", 250, 700, "rolling radius at the tread datum")] = 0.425
+    label: str = Field("", description="free text that tables and plots show")
+
+    @field_validator("profile")
+    @classmethod
+    def _profile_exists(cls, profile: str, info: ValidationInfo) -> str:
+        if profile in WHEEL_PROFILES:
+            return profile
+        if not Path(profile).suffix:
+            raise PydanticCustomError("choice", "unknown", {"choices": (*WHEEL_PROFILES,)})
+        folder = Path((info.context or {}).get("folder", "."))
+        path = folder / profile
+        if not path.is_file():
+            raise PydanticCustomError("absent_file", "{fault}", {"fault": f'no file "{profile}" in {folder}: give a path relative to the case file, or one of {", ".join(WHEEL_PROFILES)}'})
+        return str(path)
+
+    @property
+    def profile_file(self) -> Path | None:
+        """The profile's file, or None when the profile is one of those known by name."""
+        return None if self.profile in WHEEL_PROFILES else Path(self.profile)
+
+
+class Vehicle(Frozen):
+    """Masses of the whole vehicle and of one wheelset, as tables give them, and the primary suspension of one wheel."""
+
+    vehicle_sprung_mass: Annotated[float, Quantity("t", 1, 300, "sprung mass of the whole vehicle")]
+    wheelset_unsprung_mass: Annotated[float, Quantity("t", 0.1, 6, "unsprung mass of one wheelset")]
+    wheel_count: int = Field(8, ge=2, le=64, multiple_of=2, description="number of wheels that carry the vehicle")
+    primary_stiffness: Annotated[float, Quantity("MN/m", 0.01, 50, "primary suspension stiffness per wheel")] = 1.2e6
+    primary_damping: Annotated[float, Quantity("kN s/m", 0, 1000, "primary suspension damping per wheel")] = 10.0e3
+
+    @property
+    def wheel_sprung_mass(self) -> float:
+        """Sprung mass on one wheel [kg]: an eighth of a vehicle on eight wheels."""
+        return self.vehicle_sprung_mass / self.wheel_count
+
+    @property
+    def wheel_unsprung_mass(self) -> float:
+        """Unsprung mass of one wheel [kg]: half a wheelset."""
+        return self.wheelset_unsprung_mass / 2
+
+
+class Foundation(Frozen):
+    """Spring, damper and added mass under the crossing, one rail. Damping: GM/TT0088; mass: the P2 formula's lumped track mass."""
+
+    stiffness: Annotated[float, Quantity("kN/mm", 1, 5000, "foundation stiffness of one rail")]
+    damping: Annotated[float, Quantity("kN s/m", 0, 5000, "foundation damping of one rail")] = 55.4e3
+    track_mass: Annotated[float, Quantity("kg", 0, 10000, "lumped track mass of one rail")] = 750.0
+
+
+class Material(Frozen):
+    """A steel by its grade; `strength` scales the yield curve, the other fields replace the grade's values."""
+
+    grade: str = Field(description=f"steel grade: {', '.join(GRADES)}")
+    strength: Annotated[float, Quantity("%", 20, 1000, "factor on the stresses of the yield curve")] = 1.0
+    youngs_modulus: Annotated[float, Quantity("GPa", 1, 1000, "Young's modulus")] | None = None
+    poisson: Annotated[float, Quantity("", 0, 0.4999, "Poisson's ratio")] | None = None
+    density: Annotated[float, Quantity("kg/m^3", 100, 30000, "density")] | None = None
+    hardening_strain: tuple[Annotated[float, Quantity("", 0, 10, "plastic strain of a curve point")], ...] | None = None
+    hardening_stress: tuple[Annotated[float, Quantity("MPa", 1, 20000, "true yield stress of a curve point")], ...] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _grade_alone(cls, value: Any) -> Any:
+        return {"grade": value} if isinstance(value, str) else value
+
+    @field_validator("grade")
+    @classmethod
+    def _known_grade(cls, grade: str) -> str:
+        if grade not in GRADES:
+            raise PydanticCustomError("choice", "unknown", {"choices": (*GRADES,)})
+        return grade
+
+    @model_validator(mode="after")
+    def _is_a_steel(self) -> "Material":
+        try:
+            steel = self.steel
+        except ValueError as error:
+            raise PydanticCustomError("steel", "{fault}", {"fault": str(error)}) from error
+        if steel.is_elastic and self.strength != 1.0:
+            raise PydanticCustomError("steel", "{fault}", {"fault": f"{self.grade} is elastic, strength has nothing to scale: leave it out, or give a hardening curve"})
+        return self
+
+    @property
+    def steel(self) -> Steel:
+        """The steel that this material names."""
+        grade = GRADES[self.grade]
+        pick = lambda name: getattr(grade, name) if getattr(self, name) is None else getattr(self, name)
+        names = ("youngs_modulus", "poisson", "density", "hardening_strain", "hardening_stress")
+        return Steel(*(pick(name) for name in names)).scaled(self.strength)
+
+
+class Materials(Frozen):
+    """The steel of each region; the legs belong to the wing."""
+
+    wing: Material = Field(Material(grade="Mn13"), description="steel of the wing rails and legs")
+    nose: Material = Field(Material(grade="Mn13"), description="steel of the crossing nose")
+    wheel: Material = Field(Material(grade="R8T"), description="steel of the wheel")
+
+
+class Scene(Frozen):
+    """Everything that is there when the wheel passes."""
+
+    crossing: Crossing = Field(Crossing(), description="the crossing")
+    wheel: Wheel = Field(description="the wheel")
+    vehicle: Vehicle = Field(description="the vehicle on the wheel")
+    foundation: Foundation = Field(description="what the crossing stands on")
+    materials: Materials = Field(Materials(), description="the steels")
+    speed: Annotated[float, Quantity("mph", 0.5, 350, "running speed v")]
+    direction: Literal["facing", "trailing"] = Field(description="facing runs from the legs towards the nose")
+    friction: Annotated[float, Quantity("", 0, 10, "coefficient of friction between wheel and crossing")] = 0.3
+    gauge: Annotated[float, Quantity("mm", 500, 2000, "track gauge")] = 1.435
+    back_to_back: Annotated[float, Quantity("mm", 400, 1950, "distance between the wheels' flange backs")] = 1.360
+
+    @model_validator(mode="after")
+    def _wheelset_fits_the_gauge(self) -> "Scene":
+        clearance = self.gauge - self.back_to_back
+        if not 0.02 < clearance < 0.2:
+            raise PydanticCustomError("geometry", "{fault}", {"fault": f"gauge {self.gauge * 1e3:g} mm less back_to_back {self.back_to_back * 1e3:g} mm is {clearance * 1e3:g} mm, must lie between 20 and 200 mm"})
+        return self
+
+    @property
+    def static_wheel_load(self) -> float:
+        """Force of one wheel on the rail at rest [N]: (sprung mass / wheels + half a wheelset) g."""
+        return (self.vehicle.wheel_sprung_mass + self.vehicle.wheel_unsprung_mass) * GRAVITY
+
+    @property
+    def direction_sign(self) -> float:
+        """+1 when the wheel runs towards +x (facing), -1 when it runs towards -x (trailing)."""
+        return 1.0 if self.direction == "facing" else -1.0
+
+    @property
+    def wheel_datum_y(self) -> float:
+        """Lateral position [m] of the wheel's tread datum for a centred wheelset."""
+        return tread_datum_y(self.gauge, self.back_to_back)
