@@ -1,0 +1,56 @@
+"""Linear elastic, isotropic material and the modulus of two bodies in contact."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+class MaterialError(ValueError):
+    """An elastic constant that no stable isotropic solid has."""
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """Isotropic linear elasticity.
+
+    young   : Young's modulus [Pa], > 0
+    poisson : Poisson's ratio, -1 < nu < 0.5 (0.5 itself leaves the bulk modulus infinite)
+    """
+
+    young: float
+    poisson: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.young) and self.young > 0):
+            raise MaterialError(f"Young's modulus {self.young!r} Pa: must be a finite positive number")
+        if not -1 < self.poisson < 0.5:
+            raise MaterialError(f"Poisson's ratio {self.poisson!r}: must lie in (-1, 0.5); for rubber take 0.4999 or less")
+
+    @property
+    def shear(self) -> float:
+        """Shear modulus G [Pa]."""
+        return self.young / (2 * (1 + self.poisson))
+
+    @property
+    def kolosov(self) -> float:
+        """Kolosov's constant of plane strain, 3 - 4 nu."""
+        return 3 - 4 * self.poisson
+
+    @property
+    def plane_modulus(self) -> float:
+        """E / (1 - nu^2) [Pa]."""
+        return self.young / (1 - self.poisson**2)
+
+    @classmethod
+    def from_shear(cls, shear: float, poisson: float) -> Elastic:
+        """Material of shear modulus [Pa] and Poisson's ratio."""
+        return cls(2 * shear * (1 + poisson), poisson)
+
+
+STEEL = Elastic(210e9, 0.3)
+
+
+def contact_modulus(first: Elastic, second: Elastic) -> float:
+    """E* [Pa] of two bodies: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Johnson, Contact Mechanics, 1985, eq. 4.8)."""
+    return 1 / (1 / first.plane_modulus + 1 / second.plane_modulus)
