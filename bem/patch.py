@@ -1,0 +1,276 @@
+"""The contact patch: one result type for every 3D contact solver (half-space, FASTSIM, 2.5D slices).
+
+Axes and signs are those of the project's table: x forward (rolling direction), y lateral, z up, pressure >= 0.
+Body 1 is above (the wheel), body 2 below (the rail). Tractions act on body 1; body 2 feels their opposite.
+Slip is the velocity of body 1 relative to body 2: per rolling speed in rolling [1], as a distance in a shift [m].
+Arrays over the patch have the shape (nx, ny) of the grid, first index along x. A field that was not solved is None,
+a number that was not solved is NaN.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy import ndimage
+
+
+class ContactInputError(ValueError):
+    """Input that no contact solver can answer: what, where, how large, what to do."""
+
+
+class NoContactError(ContactInputError):
+    """The bodies do not touch at the given approach."""
+
+
+class PatchCutError(ContactInputError):
+    """The grid ends inside the contact patch."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Equal rectangular cells. x_first, y_first: centre of cell (0, 0) [m]; dx, dy: cell sides [m]; nx, ny: counts."""
+
+    x_first: float
+    y_first: float
+    dx: float
+    dy: float
+    nx: int
+    ny: int
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite([self.x_first, self.y_first]).all() and self.dx > 0 and self.dy > 0
+                and np.isfinite([self.dx, self.dy]).all()):
+            raise ContactInputError(f"grid: cell sides {self.dx!r} x {self.dy!r} m at ({self.x_first!r}, {self.y_first!r}) "
+                                    "m: give finite places and positive sides")
+        if self.nx < 1 or self.ny < 1:
+            raise ContactInputError(f"grid: {self.nx} x {self.ny} cells: give at least one each way")
+
+    @classmethod
+    def over(cls, x_range: tuple[float, float], y_range: tuple[float, float], nx: int, ny: int) -> Grid:
+        """nx x ny cells that fill the rectangle x_range x y_range [m] (edges, not centres)."""
+        if nx < 1 or ny < 1:
+            raise ContactInputError(f"grid: {nx} x {ny} cells: give at least one each way")
+        dx, dy = (x_range[1] - x_range[0]) / nx, (y_range[1] - y_range[0]) / ny
+        return cls(x_range[0] + dx / 2, y_range[0] + dy / 2, dx, dy, nx, ny)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self.nx, self.ny
+
+    @property
+    def cell_area(self) -> float:
+        """Area of one cell [m^2]."""
+        return self.dx * self.dy
+
+    @property
+    def x(self) -> np.ndarray:
+        """(nx,) centres along x [m]."""
+        return self.x_first + self.dx * np.arange(self.nx)
+
+    @property
+    def y(self) -> np.ndarray:
+        """(ny,) centres along y [m]."""
+        return self.y_first + self.dy * np.arange(self.ny)
+
+    @property
+    def edges(self) -> tuple[float, float, float, float]:
+        """(x_min, x_max, y_min, y_max) of the outer cell edges [m]."""
+        return (self.x_first - self.dx / 2, self.x_first + (self.nx - 0.5) * self.dx,
+                self.y_first - self.dy / 2, self.y_first + (self.ny - 0.5) * self.dy)
+
+    def points(self) -> tuple[np.ndarray, np.ndarray]:
+        """(nx, ny) x and y of the cell centres [m]."""
+        return np.meshgrid(self.x, self.y, indexing="ij")
+
+
+@dataclass(frozen=True)
+class Creepage:
+    """Rigid slip of body 1 over body 2 divided by the rolling speed: longitudinal [1], lateral [1], spin [1/m].
+
+    The rigid slip at (x, y) is (longitudinal - spin * y, lateral + spin * x). In a shift the same three numbers are
+    displacements [m] and a rotation [1].
+    """
+
+    longitudinal: float = 0.0
+    lateral: float = 0.0
+    spin: float = 0.0
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a solution cost: seconds of wall clock, iterations, products with the influence matrix."""
+
+    seconds: float = np.nan
+    iterations: int = 0
+    products: int = 0
+
+    def __add__(self, other: Cost) -> Cost:
+        seconds = np.nansum([self.seconds, other.seconds]) if not np.isnan([self.seconds, other.seconds]).all() else np.nan
+        return Cost(float(seconds), self.iterations + other.iterations, self.products + other.products)
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """Estimated relative error of the solution, from the same problem at coarser cells; NaN where not estimated.
+
+    Each is |coarse - fine| / (2^order - 1) / |fine| with the order stated: one level of refinement halves the cell.
+    """
+
+    max_pressure: float = np.nan
+    contact_area: float = np.nan
+    normal: float = np.nan
+    tangential_force: float = np.nan
+    order: float = np.nan
+    note: str = "not estimated"
+
+
+@dataclass(frozen=True)
+class PatchPart:
+    """One connected contact region: area [m^2], normal force [N], centre of pressure and bounds [m], cells."""
+
+    area: float
+    normal_force: float
+    centre: tuple[float, float]
+    bounds: tuple[float, float, float, float]
+    max_pressure: float
+    cells: int
+
+
+@dataclass
+class Patch:
+    """A solved contact.
+
+    gap      : (nx, ny) undeformed gap, open positive [m]
+    pressure : (nx, ny) >= 0 [Pa]
+    approach : of distant points [m], positive when the bodies are pushed together
+    traction : (nx, ny, 2) tangential traction on body 1 [Pa], or None where only the normal problem was solved
+    slip     : (nx, ny, 2) slip of body 1 against body 2, or None (see the module's head)
+    stick    : (nx, ny) bool, cells in contact that do not slide, or None
+    friction : coefficient of friction, NaN without friction
+    """
+
+    grid: Grid
+    gap: np.ndarray
+    pressure: np.ndarray
+    approach: float
+    method: str
+    traction: np.ndarray | None = None
+    slip: np.ndarray | None = None
+    stick: np.ndarray | None = None
+    friction: float = np.nan
+    creepage: Creepage | None = None
+    cost: Cost = field(default_factory=Cost)
+    error: ErrorEstimate = field(default_factory=ErrorEstimate)
+    warnings: tuple[str, ...] = ()
+
+    @cached_property
+    def contact(self) -> np.ndarray:
+        """(nx, ny) bool: cells that carry pressure."""
+        return self.pressure > 0
+
+    @property
+    def sliding(self) -> np.ndarray | None:
+        """(nx, ny) bool: cells in contact that slide."""
+        return None if self.stick is None else self.contact & ~self.stick
+
+    @property
+    def contact_area(self) -> float:
+        """Area of the cells in contact [m^2]."""
+        return float(np.count_nonzero(self.contact) * self.grid.cell_area)
+
+    @property
+    def stick_area(self) -> float:
+        """Area of the cells that stick [m^2]."""
+        return np.nan if self.stick is None else float(np.count_nonzero(self.stick) * self.grid.cell_area)
+
+    @property
+    def max_pressure(self) -> float:
+        return float(self.pressure.max())
+
+    @property
+    def normal_force(self) -> float:
+        """Normal force [N], >= 0."""
+        return float(self.pressure.sum() * self.grid.cell_area)
+
+    @property
+    def tangential_force(self) -> np.ndarray:
+        """(2,) force of the tractions on body 1 [N]."""
+        if self.traction is None:
+            return np.full(2, np.nan)
+        return self.traction.sum(axis=(0, 1)) * self.grid.cell_area
+
+    @property
+    def moment(self) -> np.ndarray:
+        """(3,) moment on body 1 about the grid's origin (x = y = 0) [N m]; z is the spin moment."""
+        x, y = self.grid.points()
+        area = self.grid.cell_area
+        spin = np.nan if self.traction is None else (x * self.traction[..., 1] - y * self.traction[..., 0]).sum() * area
+        return np.array([(y * self.pressure).sum() * area, -(x * self.pressure).sum() * area, spin])
+
+    @property
+    def centre_of_pressure(self) -> tuple[float, float]:
+        """(x, y) of the normal force [m]; NaN where there is none."""
+        total = self.pressure.sum()
+        if total <= 0:
+            return np.nan, np.nan
+        return float(self.grid.x @ self.pressure.sum(axis=1) / total), float(self.grid.y @ self.pressure.sum(axis=0) / total)
+
+    @property
+    def frictional_power(self) -> float:
+        """Power lost by friction per rolling speed [N], or work in a shift [J]; >= 0."""
+        if self.traction is None or self.slip is None:
+            return np.nan
+        return float(-(self.traction * self.slip).sum() * self.grid.cell_area)
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Length along x and width along y of the patch [m], to a fraction of a cell (see `edge_places`)."""
+        x_min, x_max, y_min, y_max = edge_places(self.grid, self.pressure)
+        return x_max - x_min, y_max - y_min
+
+    def parts(self) -> list[PatchPart]:
+        """The connected contact regions (cells that share a side or a corner), largest force first."""
+        labels, count = ndimage.label(self.contact, structure=np.ones((3, 3)))
+        found = [_part(self.grid, np.where(labels == n, self.pressure, 0.0)) for n in range(1, count + 1)]
+        return sorted(found, key=lambda part: -part.normal_force)
+
+    def figure(self, path: str | None = None):
+        """Figure of pressure, tractions, stick and slip; written to `path` where given (bem/halfspace_figures.py)."""
+        from bem.halfspace_figures import patch_figure
+
+        return patch_figure(self, path)
+
+
+def edge_places(grid: Grid, pressure: np.ndarray) -> tuple[float, float, float, float]:
+    """(x_min, x_max, y_min, y_max) of the patch's edge [m], finer than the cells.
+
+    Pressure falls to the edge as the root of the distance, so its square falls as a line; that line through the two
+    outermost cells is followed to zero, by at most one cell. NaN without contact.
+    Error: order 1 in the cell, about a fifth of a cell (tests/bem/test_halfspace_normal.py).
+    """
+    if not (pressure > 0).any():
+        return np.nan, np.nan, np.nan, np.nan
+    along_x, along_y = (pressure**2).max(axis=1), (pressure**2).max(axis=0)
+    x_min, x_max = _zero_places(along_x, grid.x, grid.dx)
+    y_min, y_max = _zero_places(along_y, grid.y, grid.dy)
+    return x_min, x_max, y_min, y_max
+
+
+def _zero_places(squares: np.ndarray, places: np.ndarray, step: float) -> tuple[float, float]:
+    filled = np.flatnonzero(squares > 0)
+    return (places[filled[0]] - step * _reach(squares[filled[0]], squares, filled[0] + 1),
+            places[filled[-1]] + step * _reach(squares[filled[-1]], squares, filled[-1] - 1))
+
+
+def _reach(outer: float, squares: np.ndarray, inner_index: int) -> float:
+    """Cells from the outermost cell's centre to the edge."""
+    inner = squares[inner_index] if 0 <= inner_index < len(squares) else 0.0
+    return min(outer / (inner - outer), 1.0) if inner > outer else 0.5
+
+
+def _part(grid: Grid, pressure: np.ndarray) -> PatchPart:
+    area, total = grid.cell_area, pressure.sum()
+    centre = (float(grid.x @ pressure.sum(axis=1) / total), float(grid.y @ pressure.sum(axis=0) / total))
+    cells = int(np.count_nonzero(pressure))
+    return PatchPart(cells * area, float(total * area), centre, edge_places(grid, pressure), float(pressure.max()), cells)
