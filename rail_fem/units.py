@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError, core_schema
 
-NUMBER_THEN_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf))\s*(.*?)\s*", re.IGNORECASE)
+NUMBER_THEN_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf))\s*((?:[a-z%\u00b5\u03bc\u00b0][^,]*?)?)\s*", re.IGNORECASE)
 ROUNDING = 1e-12  # relative slack at the ends of a range: conversion between units rounds
 
 
@@ -45,7 +45,7 @@ def parse(text: str, unit: str) -> tuple[float, float]:
     """
     found = NUMBER_THEN_UNIT.fullmatch(text)
     if found is None:
-        raise QuantityError(f'"{text}" does not start with a number, write e.g. "{_example(unit)}"'
+        raise QuantityError(f'"{text}" is not a number with a unit, write e.g. "{_example(unit)}"'
                             + (" (decimal point, not comma)" if "," in text else ""))
     number, written = float(found[1]), found[2]
     if not written and unit:
@@ -53,7 +53,7 @@ def parse(text: str, unit: str) -> tuple[float, float]:
     if not math.isfinite(number):
         raise QuantityError(f'"{text}" is not a finite number')
     try:
-        quantity = registry().Quantity(number, written or "dimensionless")
+        quantity = registry().Quantity(number, registry().Unit(written or "dimensionless"))  # Unit refuses a hidden factor ("m 3")
         in_unit, in_si = float(quantity.to(unit or "dimensionless").magnitude), float(quantity.to_base_units().magnitude)
     except Exception as error:  # pint raises many kinds: unknown unit, wrong dimension, syntax
         raise QuantityError(_unit_fault(text, written, unit)) from error

@@ -1,0 +1,58 @@
+"""The ladder of models: each rung is one file in rail_fem/models with `solve(scene, settings, ...) -> PassResult`.
+
+A rung is imported only when it is asked for, so the light part runs without dolfinx and MPI.
+"""
+
+import importlib
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rail_fem.scene import Frozen, Scene
+from rail_fem.settings import FeSettings
+
+if TYPE_CHECKING:
+    from rail_fem.progress import Progress
+    from rail_fem.result import PassResult
+
+
+class ModelUnavailable(RuntimeError):
+    """A rung whose libraries are not installed; the message says how to get them."""
+
+
+@dataclass(frozen=True)
+class Rung:
+    """Where a model lives and what its numerics are called. parallel: runs on all ranks of mpirun."""
+
+    module: str
+    settings: type[Frozen]
+    parallel: bool
+    meaning: str
+
+
+LADDER: dict[str, Rung] = {
+    "fe_full": Rung("rail_fem.models.fe_full", FeSettings, True, "explicit elastoplastic FE of the whole window, the reference"),
+}
+
+
+def smoke_requested() -> bool:
+    """RAIL_FEM_SMOKE=1 in the environment: the same path through the program in a few coarse steps."""
+    return os.environ.get("RAIL_FEM_SMOKE", "") not in ("", "0")
+
+
+def solve(model: str, scene: Scene, settings: Frozen, folder: Path | None = None, restart: bool = False,
+          progress: "Progress | None" = None) -> "PassResult":
+    """Run one rung. Collective for parallel rungs.
+
+    folder   : where fields, figures and restart files go; None writes nothing
+    restart  : go on from the restart files in `folder`
+    progress : told each report
+    Errors: KeyError for an unknown model, ModelUnavailable when its libraries are missing.
+    """
+    rung = LADDER[model]
+    try:
+        module = importlib.import_module(rung.module)
+    except ImportError as error:
+        raise ModelUnavailable(f"model {model} needs {error.name}, which cannot be imported ({error}): run ./setup.sh") from error
+    return module.solve(scene, settings, folder=folder, restart=restart, progress=progress)

@@ -1,0 +1,41 @@
+"""Versions of everything that an answer depends on, as far as it is installed."""
+
+import functools
+import platform
+import subprocess
+from importlib import metadata
+from pathlib import Path
+
+PACKAGES = {"rail-fem": "rail-fem", "numpy": "numpy", "scipy": "scipy", "numba": "numba", "dolfinx": "fenics-dolfinx",
+            "mpi4py": "mpi4py", "petsc4py": "petsc4py", "gmsh": "gmsh", "pyvista": "pyvista", "vtk": "vtk",
+            "pydantic": "pydantic", "pint": "pint"}
+
+
+@functools.cache
+def _versions() -> tuple[tuple[str, str], ...]:
+    found = {"python": platform.python_version(), "system": platform.platform()}
+    for name, distribution in PACKAGES.items():
+        try:
+            found[name] = metadata.version(distribution)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    found["git"] = git_revision()
+    return tuple(found.items())
+
+
+def versions() -> dict[str, str]:
+    """Name -> version; "not installed" where absent. Nothing is imported for it."""
+    return dict(_versions())
+
+
+def git_revision() -> str:
+    """Commit of the project's checkout, "-dirty" when tracked files differ; empty outside a checkout."""
+    root = Path(__file__).resolve().parent.parent
+    if not (root / ".git").exists():
+        return ""
+    try:
+        answer = subprocess.run(["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"],
+                                capture_output=True, text=True, timeout=10, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return answer.stdout.strip()
