@@ -7,6 +7,7 @@ import importlib
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 from rail_fem.scene import Frozen, Scene
@@ -15,6 +16,9 @@ from rail_fem.settings import FeSettings
 if TYPE_CHECKING:
     from rail_fem.progress import Progress
     from rail_fem.result import PassResult
+
+
+OWN_PACKAGES = ("rail_fem", "bem", "geometry")
 
 
 class ModelUnavailable(RuntimeError):
@@ -41,6 +45,16 @@ def smoke_requested() -> bool:
     return os.environ.get("RAIL_FEM_SMOKE", "") not in ("", "0")
 
 
+def load(model: str) -> ModuleType:
+    """Import one rung. Errors: KeyError for an unknown model, ModelUnavailable when its libraries are missing."""
+    try:
+        return importlib.import_module(LADDER[model].module)
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] in OWN_PACKAGES:
+            raise
+        raise ModelUnavailable(f"model {model} needs {error.name}, which cannot be imported ({error}): run ./setup.sh") from error
+
+
 def solve(model: str, scene: Scene, settings: Frozen, folder: Path | None = None, restart: bool = False,
           progress: "Progress | None" = None) -> "PassResult":
     """Run one rung. Collective for parallel rungs.
@@ -48,11 +62,6 @@ def solve(model: str, scene: Scene, settings: Frozen, folder: Path | None = None
     folder   : where fields, figures and restart files go; None writes nothing
     restart  : go on from the restart files in `folder`
     progress : told each report
-    Errors: KeyError for an unknown model, ModelUnavailable when its libraries are missing.
+    Errors: those of `load`, and the rung's own.
     """
-    rung = LADDER[model]
-    try:
-        module = importlib.import_module(rung.module)
-    except ImportError as error:
-        raise ModelUnavailable(f"model {model} needs {error.name}, which cannot be imported ({error}): run ./setup.sh") from error
-    return module.solve(scene, settings, folder=folder, restart=restart, progress=progress)
+    return load(model).solve(scene, settings, folder=folder, restart=restart, progress=progress)

@@ -1,6 +1,6 @@
 """Numerics of each model, apart from the physics: one typed class a rung, read from [run.<model>] of a case file."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -14,6 +14,8 @@ SMOKE_STEPS = 50
 
 class FeSettings(Frozen):
     """Explicit FE of the pass. To add a setting, add a field: unit, range, meaning, default."""
+
+    free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps")  # may differ from the run that is gone on with
 
     element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 1.5e-3
     start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = 0.200

@@ -1,0 +1,102 @@
+"""The command line: check | run | show | doctor. Every command says what it found and ends non-zero on a fault."""
+
+from pathlib import Path
+from typing import Annotated, NoReturn, Optional
+
+import typer
+
+from rail_fem import launcher
+from rail_fem.casefile import Case, CaseError, load_case
+
+app = typer.Typer(help="What happens when a wheel passes a railway crossing.", no_args_is_help=True, add_completion=False,
+                  pretty_exceptions_enable=False)
+
+CaseArgument = Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML), e.g. cases/nose_transfer.toml")]
+ModelOption = Annotated[Optional[str], typer.Option("--model", help="which [run.MODEL] of the case; needed when it has several")]
+
+
+def say(text: str) -> None:
+    """Print on rank 0."""
+    if launcher.rank() == 0:
+        typer.echo(text)
+
+
+def stop(text: str, code: int = 2) -> NoReturn:
+    """End with a fault: the text on rank 0's standard error, a non-zero exit code on every rank."""
+    if launcher.rank() == 0:
+        typer.echo(text, err=True)
+    raise typer.Exit(code)
+
+
+def read_case(path: Path, model: str | None) -> tuple[Case, str]:
+    """The case and the name of the model to run; ends the program on a fault."""
+    try:
+        case = load_case(path)
+    except CaseError as error:
+        stop(str(error))
+    if model is None and len(case.runs) > 1:
+        stop(f"{path}: has [run.*] for {', '.join(case.runs)}: choose one with --model")
+    model = model or next(iter(case.runs))
+    if model not in case.runs:
+        stop(f"{path}: has no [run.{model}], only {', '.join(case.runs)}")
+    return case, model
+
+
+@app.command()
+def check(case: CaseArgument, model: ModelOption = None,
+          ranks: Annotated[int, typer.Option(help="ranks to estimate for", min=1)] = 2) -> None:
+    """Read a case file and say what it means, what it will cost, and what is doubtful; nothing is meshed or written."""
+    from rail_fem.report import case_report
+
+    loaded, name = read_case(case, model)
+    report, faults = case_report(loaded, name, ranks)
+    say(report)
+    if faults:
+        stop("\n  ".join([f"{case}: {len(faults)} fault(s)", *faults]))
+
+
+@app.command()
+def run(case: CaseArgument,
+        out: Annotated[Path, typer.Option("--out", help="folder for everything the run writes")],
+        model: ModelOption = None,
+        restart: Annotated[bool, typer.Option("--restart", help="go on with the run in the folder")] = False,
+        overwrite: Annotated[bool, typer.Option("--overwrite", help="remove the run in the folder first")] = False) -> None:
+    """Run a case; with mpirun in front, on several ranks. The folder must be empty, or see --restart and --overwrite."""
+    from rail_fem.job import JobFault, run_case
+
+    loaded, name = read_case(case, model)
+    try:
+        fault = run_case(loaded, name, out, restart, overwrite, say)
+    except JobFault as error:
+        stop(str(error))
+    if fault:
+        stop(f"{case}: the run failed: {fault}", code=1)
+
+
+@app.command()
+def show(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run")]) -> None:
+    """Say what a run found, or how far it is."""
+    from rail_fem.report import folder_report
+
+    try:
+        say(folder_report(folder))
+    except (FileNotFoundError, ValueError) as error:
+        stop(str(error))
+
+
+@app.command()
+def doctor() -> None:
+    """Check this installation: versions, dolfinx, MPI on two ranks, gmsh, numba, rendering without a display."""
+    from rail_fem.doctor import examine
+
+    broken = 0
+    for finding in examine():
+        say(finding.line())
+        broken += not finding.well
+    if broken:
+        stop(f"{broken} fault(s)", code=1)
+    say("all well")
+
+
+def main() -> None:
+    app(prog_name="rail-fem")

@@ -1,0 +1,74 @@
+"""Start on several ranks, and know whether this process was started so, without importing MPI when it was not.
+
+`python -m rail_fem.launcher 2` prints the mpirun call with the options that this machine needs.
+"""
+
+import functools
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+Answer = TypeVar("Answer")
+LAUNCHER_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK")
+
+
+@functools.cache
+def _world():
+    """MPI's world communicator when a launcher started this process, else None."""
+    if not any(name in os.environ for name in LAUNCHER_VARIABLES):
+        return None
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD
+
+
+def rank() -> int:
+    """Number of this process, 0 without a launcher. Rank-local."""
+    world = _world()
+    return world.rank if world else 0
+
+
+def rank_count() -> int:
+    """How many processes were started together. Replicated."""
+    world = _world()
+    return world.size if world else 1
+
+
+def on_root(action: Callable[[], Answer], *raises: type[Exception]) -> Answer:
+    """Run `action` on rank 0 only; its answer, or its exception of the kinds `raises`, reaches every rank. Collective."""
+    world = _world()
+    if world is None:
+        return action()
+    answer: tuple[Any, Exception | None] = (None, None)
+    if world.rank == 0:
+        try:
+            answer = (action(), None)
+        except raises as error:
+            answer = (None, error)
+    value, error = world.bcast(answer)
+    if error is not None:
+        raise error
+    return value
+
+
+def mpi_command(ranks: int) -> list[str]:
+    """The mpirun call for `ranks` processes on this machine, to be followed by the program.
+
+    Open MPI counts cores, not hardware threads, refuses root, and binds ranks to cores that other jobs may use; the options undo that.
+    Errors: FileNotFoundError without mpirun.
+    """
+    if shutil.which("mpirun") is None:
+        raise FileNotFoundError("mpirun not found: sudo apt-get install openmpi-bin")
+    command = ["mpirun", "-n", str(ranks)]
+    about = subprocess.run(["mpirun", "--version"], capture_output=True, text=True, timeout=60).stdout
+    if "Open MPI" in about or "open-mpi" in about:
+        command += ["--oversubscribe", "--bind-to", "none"]
+        command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
+    return command
+
+
+if __name__ == "__main__":
+    print(" ".join(mpi_command(int(sys.argv[1]))))

@@ -1,0 +1,145 @@
+"""How far a run is: status.json for machines, a bar for a terminal, plain lines for a log."""
+
+import json
+import math
+import sys
+import time
+from pathlib import Path
+from typing import Any, TextIO
+
+from rail_fem.atomic import write_text_atomically
+
+STATUS_FILE = "status.json"
+
+
+class Progress:
+    """Reports of one run; every rank may hold one, only the root's writes (`active`).
+
+    with Progress(folder, title="nose transfer") as progress:
+        progress.update(step=120, time=1e-3, end_time=10e-3, energy_balance=1e-4)
+
+    status.json is replaced at most every `interval` seconds, and always at the end, with
+    state (running, finished, failed, interrupted), percent, eta [s], step, time [s], end_time [s], energy_balance [1], message, updated (clock time).
+    """
+
+    def __init__(self, folder: Path | None, title: str = "", active: bool = True, interval: float = 2.0,
+                 line_interval: float = 30.0, stream: TextIO | None = None):
+        self.path = None if folder is None else Path(folder) / STATUS_FILE
+        self.title, self.active, self.interval, self.line_interval = title, active, interval, line_interval
+        self.stream = sys.stdout if stream is None else stream
+        self.status: dict[str, Any] = {"state": "running", "percent": 0.0, "eta": None, "step": 0, "time": 0.0,
+                                       "end_time": None, "energy_balance": None, "message": ""}
+        self._bar = None
+        self._started = self._written = self._lined = None
+        self._first_fraction = 0.0
+
+    def __enter__(self) -> "Progress":
+        self._started = time.monotonic()
+        if self.active:
+            self._write()
+            if self.stream.isatty():
+                self._open_bar()
+        return self
+
+    def __exit__(self, kind, fault, trace) -> None:
+        if kind is None:
+            self._end("finished", "")
+        elif issubclass(kind, KeyboardInterrupt):
+            self._end("interrupted", "stopped by the user; --restart goes on from the last restart file")
+        else:
+            self._end("failed", f"{kind.__name__}: {fault}")
+
+    def update(self, step: int, time: float, end_time: float, energy_balance: float = math.nan, message: str = "") -> None:
+        """Tell how far the run is. Cheap when nothing is due; rank-local.
+
+        time, end_time : simulation time [s];  energy_balance : relative balance error [1]
+        """
+        if not self.active:
+            return
+        now = _clock()
+        fraction = min(max(time / end_time, 0.0), 1.0) if end_time > 0 else 0.0
+        if self._written is None or self.status["end_time"] is None:
+            self._first_fraction = fraction  # a restart begins part of the way
+        self.status.update(percent=round(100 * fraction, 2), eta=self._eta(fraction, now), step=int(step), time=float(time),
+                           end_time=float(end_time), energy_balance=_finite(energy_balance), message=message)
+        if now - self._written >= self.interval:
+            self._write()
+        self._show(now)
+
+    def note(self, text: str) -> None:
+        """One line of plain news ("mesh: 180 000 cells"); root only."""
+        if not self.active:
+            return
+        self.status["message"] = text
+        self._write()
+        if self._bar:
+            self._bar.console.print(text, highlight=False)
+        else:
+            print(text, file=self.stream, flush=True)
+
+    def _eta(self, fraction: float, now: float) -> float | None:
+        done = fraction - self._first_fraction
+        return round((1 - fraction) * (now - self._started) / done, 1) if done > 0 else None
+
+    def _write(self) -> None:
+        self._written = _clock()
+        self.status["updated"] = time.strftime("%Y-%m-%dT%H:%M:%S%z")
+        if self.path is not None:
+            write_text_atomically(self.path, json.dumps(self.status, allow_nan=False) + "\n")
+
+    def _show(self, now: float) -> None:
+        if self._bar:
+            self._bar.update(self._task, completed=self.status["percent"], step=self.status["step"], balance=_percent(self.status["energy_balance"]))
+        elif self._lined is None or now - self._lined >= self.line_interval:
+            self._lined = now
+            print(self.line(), file=self.stream, flush=True)
+
+    def line(self) -> str:
+        """The status as one plain line."""
+        status = self.status
+        eta = "unknown" if status["eta"] is None else duration(status["eta"])
+        return (f"{status['percent']:5.1f} %  step {status['step']}  t {status['time'] * 1e3:.3f} ms"
+                f"  energy balance {_percent(status['energy_balance'])}  eta {eta}")
+
+    def _open_bar(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress as Bar, TextColumn, TimeRemainingColumn
+
+        self._bar = Bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:5.1f} %"), TimeRemainingColumn(),
+                        TextColumn("step {task.fields[step]}  energy balance {task.fields[balance]}"), console=Console(file=self.stream))
+        self._task = self._bar.add_task(self.title or "run", total=100.0, step=0, balance="unknown")
+        self._bar.start()
+
+    def _end(self, state: str, message: str) -> None:
+        if not self.active:
+            return
+        self.status.update(state=state, message=message, eta=0.0 if state == "finished" else None)
+        if state == "finished":
+            self.status["percent"] = 100.0
+        if self._bar:
+            self._bar.stop()
+        self._write()
+
+
+def duration(seconds: float) -> str:
+    """Seconds as 45 s, 12 min, or 3.4 h."""
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def read_status(folder: Path) -> dict[str, Any]:
+    """What status.json says. Errors: FileNotFoundError."""
+    return json.loads((Path(folder) / STATUS_FILE).read_text(encoding="utf-8"))
+
+
+def _clock() -> float:
+    return time.monotonic()
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _percent(value: float | None) -> str:
+    return "unknown" if value is None else f"{100 * value:.2f} %"
