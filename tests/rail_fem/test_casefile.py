@@ -1,0 +1,125 @@
+from pathlib import Path
+
+import pytest
+
+from rail_fem.casefile import CaseError, load_case
+
+ROOT = Path(__file__).resolve().parents[2]
+GOOD = (ROOT / "cases" / "nose_transfer.toml").read_text(encoding="utf-8")
+
+
+def faults_of(tmp_path, text) -> list[str]:
+    path = tmp_path / "case.toml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(CaseError) as fault:
+        load_case(path)
+    assert str(fault.value).splitlines()[0] == f"{path}: {len(fault.value.faults)} fault(s)"
+    return fault.value.faults
+
+
+@pytest.mark.parametrize("name, start", [("nose_transfer", 0.2), ("whole_crossing", -0.9)])
+def test_reference_cases_are_case_2_of_the_thesis(name, start):
+    """Table 7-1, row 2: 75 mph, 66.25 t, 1.00 t, facing, worn P8, 160000 N/mm, Mn13."""
+    case = load_case(ROOT / "cases" / f"{name}.toml")
+    scene = case.scene
+    assert (scene.speed, scene.direction, scene.wheel.profile) == (pytest.approx(33.528), "facing", "P8 worn")
+    assert (scene.vehicle.vehicle_sprung_mass, scene.vehicle.wheelset_unsprung_mass) == (66250, 1000)
+    assert scene.foundation.stiffness == pytest.approx(1.6e8) and scene.crossing.ratio == 10.75
+    assert scene.materials.nose.steel.hardening_stress[0] == 310e6
+    assert (case.runs["fe_full"].start, case.runs["fe_full"].end) == pytest.approx((start, 0.56))
+
+
+def test_every_case_in_the_folder_is_valid():
+    paths = sorted((ROOT / "cases").glob("*.toml"))
+    assert len(paths) >= 2
+    for path in paths:
+        load_case(path)
+
+
+def test_all_faults_are_reported_at_once_with_key_value_and_remedy(tmp_path):
+    text = """
+titel = "x"
+[scene]
+sped = "140 km/h"
+friction = "0.3 m"
+stiffness = 3
+direction = "facin"
+foundation = 3
+[scene.wheel]
+profile = "worn P8"
+[scene.vehicle]
+vehicle_sprung_mass = 66.25
+wheelset_unsprung_mass = "9000 kg"
+wheel_count = 7
+[scene.materials]
+wing = "Mn12"
+nose = { grade = "Mn13", hardening_strain = [0, 0.1], hardening_stress = ["310 MPa", "200 MPa"] }
+[run.fe_ful]
+[run.fe_full]
+element_size = "1.5 mn"
+end = "nan mm"
+suspension = "maybe"
+"""
+    faults = faults_of(tmp_path, text)
+    expected = [
+        "titel: unknown key, did you mean 'title'?",
+        "scene.sped: unknown key, did you mean 'speed'?",
+        "scene.speed: missing (running speed v)",
+        'scene.friction: "0.3 m" has the dimension [length], not that of a plain number, write e.g. "1"',
+        "scene.stiffness: unknown key, it belongs in scene.foundation.stiffness",
+        "scene.direction: unknown value 'facin', did you mean 'facing'? (choose from: facing, trailing)",
+        "scene.foundation: 3 is not a table, write [scene.foundation] with its keys below",
+        "scene.wheel.profile: unknown value 'worn P8' (choose from: P8, P8 worn, P1)",
+        'scene.vehicle.vehicle_sprung_mass: 66.25 has no unit, write e.g. "66.25 t"',
+        "scene.vehicle.wheelset_unsprung_mass: 9000 kg = 9 t is outside [0.1, 6] for the unsprung mass of one wheelset",
+        "scene.vehicle.wheel_count: 7 must be a multiple of 2 (number of wheels that carry the vehicle)",
+        "scene.materials.wing.grade: unknown value 'Mn12', did you mean 'Mn13'? (choose from: Mn13, R8T)",
+        "scene.materials.nose: steel: hardening_stress must be positive and must not fall (softening has no mesh-independent answer)",
+        "run.fe_ful: unknown model, did you mean 'fe_full'?; models: fe_full",
+        'run.fe_full.element_size: "1.5 mn": unknown unit "mn", write e.g. "1 mm"',
+        'run.fe_full.end: "nan mm" is not a finite number',
+        "run.fe_full.suspension: 'maybe' must be a valid boolean, unable to interpret input (sprung mass and primary suspension)",
+    ]
+    assert sorted(faults) == sorted(expected)
+
+
+@pytest.mark.parametrize("text, said", [
+    ("version = 2\n" + GOOD.replace("version = 1\n", "").replace("speed", "sped"), "case version 2, this program reads version 1"),
+    ("version = 'x'\n[scene]\n", "case version 'x'"),
+    ("[scene\n", "not valid TOML"),
+    (b"\xff\xfe[scene]", "not UTF-8"),
+    (GOOD.replace("[run.fe_full]", "[other]"), "run: missing, write a table [run.MODEL]"),
+    ("", "scene: missing"),
+])
+def test_files_of_another_kind_are_refused_in_one_sentence(tmp_path, text, said):
+    assert any(said in fault for fault in faults_of(tmp_path, text))
+
+
+def test_another_version_is_the_only_fault_then_reported(tmp_path):
+    assert len(faults_of(tmp_path, GOOD.replace("version = 1", "version = 2").replace("speed =", "sped ="))) == 1
+
+
+def test_absent_case_file_is_a_fault(tmp_path):
+    with pytest.raises(CaseError, match="no such file"):
+        load_case(tmp_path / "absent.toml")
+    with pytest.raises(CaseError, match="cannot be read"):
+        load_case(tmp_path)
+
+
+def test_absent_profile_file_is_a_fault_and_is_looked_for_beside_the_case(tmp_path):
+    text = GOOD.replace('"P8 worn"', '"measured.csv"')
+    assert 'scene.wheel.profile: no file "measured.csv"' in faults_of(tmp_path, text)[0]
+    (tmp_path / "measured.csv").write_text("y,z\n")
+    assert load_case(tmp_path / "case.toml").scene.wheel.profile_file == tmp_path / "measured.csv"
+
+
+@pytest.mark.parametrize("direction, start, end", [("facing", "560 mm", "200 mm"), ("trailing", "200 mm", "560 mm")])
+def test_window_must_lie_along_the_direction_of_travel(tmp_path, direction, start, end):
+    text = GOOD.replace('"facing"', f'"{direction}"').replace('start = "200 mm"', f'start = "{start}"').replace('end = "560 mm"', f'end = "{end}"')
+    assert "exchange the two" in faults_of(tmp_path, text)[0]
+
+
+def test_byte_order_mark_is_read_over(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + GOOD.encode())
+    assert load_case(path).title.startswith("UK cast")

@@ -1,0 +1,93 @@
+import io
+import json
+
+import pytest
+
+from rail_fem import progress as module
+from rail_fem.progress import Progress, duration, read_status
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that the test turns."""
+    now = [100.0]
+    monkeypatch.setattr(module, "_clock", lambda: now[0])
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    return now
+
+
+def test_status_file_says_percent_eta_step_and_energy_balance(tmp_path, clock):
+    with Progress(tmp_path, stream=io.StringIO()) as progress:
+        progress.update(step=0, time=0.0, end_time=10e-3)
+        clock[0] += 30.0
+        progress.update(step=250, time=2.5e-3, end_time=10e-3, energy_balance=0.004)
+        status = read_status(tmp_path)
+        assert (status["state"], status["percent"], status["step"]) == ("running", 25.0, 250)
+        assert status["energy_balance"] == 0.004
+        assert status["eta"] == pytest.approx(90.0)  # a quarter took 30 s
+    status = read_status(tmp_path)
+    assert (status["state"], status["percent"], status["eta"]) == ("finished", 100.0, 0.0)
+
+
+def test_eta_of_a_restart_counts_only_what_was_done_since(tmp_path, clock):
+    with Progress(tmp_path, stream=io.StringIO()) as progress:
+        progress.update(step=800, time=8e-3, end_time=10e-3)
+        clock[0] += 10.0
+        progress.update(step=900, time=9e-3, end_time=10e-3)
+        assert read_status(tmp_path)["eta"] == pytest.approx(10.0)
+
+
+def test_status_file_is_not_written_more_often_than_every_interval(tmp_path, clock):
+    with Progress(tmp_path, stream=io.StringIO(), interval=2.0) as progress:
+        for step in range(100):
+            clock[0] += 0.01
+            progress.update(step=step, time=step * 1e-5, end_time=1e-3)
+        assert read_status(tmp_path)["step"] == 0
+        clock[0] += 2.0
+        progress.update(step=100, time=1e-3, end_time=1e-3)
+        assert read_status(tmp_path)["step"] == 100
+
+
+@pytest.mark.parametrize("fault, state, said", [(ValueError("unstable at x = 0.3 m"), "failed", "unstable at x"), (KeyboardInterrupt(), "interrupted", "--restart")])
+def test_status_file_says_how_a_run_ended(tmp_path, fault, state, said):
+    with pytest.raises(type(fault)):
+        with Progress(tmp_path, stream=io.StringIO()) as progress:
+            progress.update(step=3, time=1e-4, end_time=1e-3, energy_balance=float("nan"))
+            raise fault
+    status = read_status(tmp_path)
+    assert status["state"] == state and said in status["message"] and status["percent"] == 10.0 and status["energy_balance"] is None
+
+
+def test_log_gets_plain_lines_and_terminal_gets_a_bar(tmp_path):
+    log, terminal = io.StringIO(), Terminal()
+    for stream in (log, terminal):
+        with Progress(None, title="pass", stream=stream) as progress:
+            progress.note("mesh: 1000 cells")
+            progress.update(step=5, time=5e-4, end_time=1e-3, energy_balance=0.001)
+    assert log.getvalue().splitlines() == ["mesh: 1000 cells", " 50.0 %  step 5  t 0.500 ms  energy balance 0.10 %  eta unknown"]
+    assert "\x1b" not in log.getvalue() and "\x1b" in terminal.getvalue() and "mesh: 1000 cells" in terminal.getvalue()
+
+
+def test_ranks_other_than_the_root_write_nothing(tmp_path):
+    stream = io.StringIO()
+    with Progress(tmp_path, active=False, stream=stream) as progress:
+        progress.update(step=1, time=0.5, end_time=1.0)
+        progress.note("never seen")
+    assert not list(tmp_path.iterdir()) and not stream.getvalue()
+
+
+def test_status_file_is_always_whole(tmp_path):
+    with Progress(tmp_path, stream=io.StringIO(), interval=0.0) as progress:
+        for step in range(50):
+            progress.update(step=step, time=step / 49, end_time=1.0)
+            json.loads((tmp_path / "status.json").read_text())
+    assert [path.name for path in tmp_path.iterdir()] == ["status.json"]
+
+
+def test_durations_are_read_at_a_glance():
+    assert [duration(seconds) for seconds in (45, 720, 12240)] == ["45 s", "12 min", "3.4 h"]

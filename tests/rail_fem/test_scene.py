@@ -1,0 +1,77 @@
+import pytest
+from pydantic import ValidationError
+
+from rail_fem.scene import Foundation, Material, Scene, Vehicle, Wheel
+from rail_fem.settings import FeSettings
+
+
+def make_scene(**changes) -> Scene:
+    sections = {"wheel": Wheel(profile="P8 worn"), "foundation": Foundation(stiffness="160 kN/mm"), "speed": "75 mph", "direction": "facing",
+                "vehicle": Vehicle(vehicle_sprung_mass="66.25 t", wheelset_unsprung_mass="1.00 t")}
+    return Scene(**(sections | changes))
+
+
+@pytest.mark.parametrize("sprung, wheelset, load", [("66.25 t", "1.00 t", 86.14e3), ("90 t", "1.50 t", 117.72e3)])
+def test_static_load_is_an_eighth_of_the_vehicle_and_half_a_wheelset(sprung, wheelset, load):
+    """Coleman's thesis, table 7-5: 86.14 and 117.72 kN, printed to 10 N."""
+    scene = make_scene(vehicle=Vehicle(vehicle_sprung_mass=sprung, wheelset_unsprung_mass=wheelset))
+    assert scene.static_wheel_load == pytest.approx(load, abs=5.1)
+
+
+def test_scene_cannot_be_changed():
+    with pytest.raises(ValidationError):
+        make_scene().speed = 10.0
+
+
+def test_scene_survives_plain_values():
+    scene = make_scene(materials={"nose": {"grade": "Mn13", "strength": "400 %"}})
+    assert Scene.model_validate(scene.model_dump(mode="json")) == scene
+
+
+def test_direction_gives_the_sign_of_travel():
+    assert make_scene().direction_sign == 1 and make_scene(direction="trailing").direction_sign == -1
+
+
+def test_centred_wheelset_puts_the_tread_datum_at_minus_2_5_mm():
+    assert make_scene().wheel_datum_y == pytest.approx(-2.5e-3, abs=1e-15)
+
+
+def test_hybrid_crossing_has_a_hard_nose_on_a_soft_wing():
+    scene = make_scene(materials={"nose": Material(grade="Mn13", strength="400 %")})
+    assert scene.materials.nose.steel.hardening_stress[0] == pytest.approx(1240e6)
+    assert scene.materials.wing.steel.hardening_stress[0] == pytest.approx(310e6)
+
+
+def test_a_measured_curve_replaces_the_grades():
+    steel = Material(grade="Mn13", hardening_strain=(0, 0.1), hardening_stress=("350 MPa", "900 MPa"), youngs_modulus="200 GPa").steel
+    assert list(steel.hardening_stress) == pytest.approx([350e6, 900e6]) and steel.youngs_modulus == pytest.approx(200e9)
+
+
+@pytest.mark.parametrize("change", [
+    {"gauge": "1.0 m"}, {"friction": -0.1}, {"speed": "-75 mph"}, {"speed": "0 mph"}, {"direction": "sideways"},
+    {"materials": {"wheel": {"grade": "R8T", "strength": "200 %"}}}, {"materials": {"nose": {"grade": "Mn13", "hardening_strain": (0, 1)}}},
+])
+def test_impossible_scenes_are_refused(change):
+    with pytest.raises(ValidationError):
+        make_scene(**change)
+
+
+def test_profile_is_a_known_name_or_an_existing_file(tmp_path):
+    path = tmp_path / "measured.csv"
+    path.write_text("y,z\n")
+    assert Wheel(profile=str(path)).profile_file == path
+    assert Wheel(profile="P8").profile_file is None
+    with pytest.raises(ValidationError, match="no file"):
+        Wheel(profile=str(tmp_path / "absent.csv"))
+
+
+def test_every_default_lies_in_its_own_range():
+    for section in (FeSettings(), make_scene()):
+        assert type(section).model_validate(section.model_dump()) == section
+
+
+def test_smoke_settings_are_short_and_still_valid():
+    smoke = FeSettings(element_size="1 mm").smoke()
+    assert smoke.element_size >= 6e-3 and smoke.max_steps <= 50
+    assert FeSettings.model_validate(smoke.model_dump()) == smoke
+    assert FeSettings(max_steps=3).smoke().max_steps == 3

@@ -1,0 +1,68 @@
+"""Who may import whom: geometry and bem are light, rail_fem is the application, rail_fem/fe alone needs dolfinx and MPI."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+HEAVY = {"dolfinx", "mpi4py", "petsc4py", "ufl", "basix"}
+FORBIDDEN = {"geometry": {"bem", "rail_fem"} | HEAVY, "bem": {"geometry", "rail_fem", "gmsh"} | HEAVY}
+
+
+def modules(package: str) -> list[Path]:
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def imports(path: Path, only_top: bool = False) -> set[str]:
+    """First names of everything that a file imports; only_top leaves out imports inside functions."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    inside = {node for function in ast.walk(tree) if isinstance(function, (ast.FunctionDef, ast.Lambda)) for node in ast.walk(function)}
+    names = set()
+    for node in ast.walk(tree):
+        if only_top and node in inside:
+            continue
+        if isinstance(node, ast.Import):
+            names |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            names.add(node.module.partition(".")[0])
+    return names
+
+
+def is_heavy(path: Path) -> bool:
+    """The part that may need dolfinx: rail_fem/fe and the rungs built on it."""
+    place = path.relative_to(ROOT).parts
+    return place[:2] == ("rail_fem", "fe") or (place[:2] == ("rail_fem", "models") and place[-1].startswith("fe_"))
+
+
+LIGHT = [path for package in ("geometry", "bem", "rail_fem") for path in modules(package) if not is_heavy(path)]
+
+
+@pytest.mark.parametrize("package", FORBIDDEN)
+def test_arrows_point_one_way(package):
+    for path in modules(package):
+        assert not imports(path) & FORBIDDEN[package], f"{path.relative_to(ROOT)} imports what {package} must not know"
+
+
+def test_gmsh_is_imported_only_in_geometry_and_only_when_meshing():
+    for path in LIGHT:
+        assert "gmsh" not in imports(path, only_top=True), f"{path.relative_to(ROOT)} imports gmsh at its top"
+        if path.relative_to(ROOT).parts[0] == "rail_fem":
+            assert "gmsh" not in imports(path), f"{path.relative_to(ROOT)} imports gmsh"
+
+
+def test_light_part_imports_without_dolfinx_mpi_and_gmsh():
+    """Every light module is imported in one process where the heavy packages cannot be."""
+    names = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in LIGHT if path.name not in ("__init__.py", "__main__.py")]
+    assert len(names) > 10
+    code = f"""
+import importlib, sys
+for name in {sorted(HEAVY | {"gmsh"})!r}:
+    sys.modules[name] = None
+for name in {names!r}:
+    importlib.import_module(name)
+"""
+    answer = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert answer.returncode == 0, answer.stderr
