@@ -1,0 +1,25 @@
+import pytest
+
+from rail_fem import doctor
+from rail_fem.doctor import Finding, _probe, examine
+
+
+def test_installation_is_well():
+    findings = list(examine())
+    assert {finding.subject for finding in findings} == {"python", "packages", "dolfinx", "numba", "gmsh", "rendering", "mpi"}
+    assert all(finding.well for finding in findings), "\n".join(finding.line() for finding in findings)
+
+
+@pytest.mark.parametrize("code, said", [("import module_that_is_absent", "module_that_is_absent"), ("raise SystemExit(3)", "exit code 3"), ("import os; os.abort()", "exit code -6")])
+def test_broken_library_is_a_finding_with_a_remedy_and_not_a_crash(code, said):
+    finding = _probe("thing", code, "install it")
+    assert not finding.well and said in finding.line() and "-> install it" in finding.line()
+
+
+def test_library_that_hangs_is_a_finding(monkeypatch):
+    monkeypatch.setattr(doctor, "PROBE_SECONDS", 0.2)
+    assert "no answer" in _probe("thing", "import time; time.sleep(60)", "remove it").line()
+
+
+def test_what_is_well_needs_no_remedy():
+    assert "->" not in Finding("thing", True, "works", "install it").line()

@@ -1,0 +1,53 @@
+import pytest
+
+from rail_fem import estimate
+from rail_fem.doubts import fe_doubts, scene_doubts, static_patch
+from rail_fem.estimate import estimate_run, impossible
+from rail_fem.settings import FeSettings
+from tests.rail_fem.test_scene import make_scene
+
+SCENE = make_scene()
+
+
+def test_halving_the_element_size_costs_up_to_16_times():
+    """Cells grow with the third power at most (graded zones less), steps with the first."""
+    coarse, fine = (estimate_run(SCENE, FeSettings(element_size=size)) for size in (1e-3, 0.5e-3))
+    assert fine.steps / coarse.steps == pytest.approx(2, rel=1e-12)
+    assert 4 < fine.cells / coarse.cells < 8
+
+
+def test_two_ranks_take_half_the_time_and_more_memory():
+    one, two = (estimate_run(SCENE, FeSettings(), ranks) for ranks in (1, 2))
+    assert two.wall_time == pytest.approx(one.wall_time / 2) and two.memory > one.memory
+
+
+def test_too_little_memory_and_too_many_ranks_are_found_before_meshing(monkeypatch):
+    monkeypatch.setattr(estimate, "available_memory", lambda: 2e9)
+    assert "GB are free" in impossible(SCENE, FeSettings(element_size=0.2e-3))[0]
+    monkeypatch.setattr(estimate, "available_memory", lambda: 1e18)
+    assert "start fewer ranks" in impossible(SCENE, FeSettings(element_size=20e-3), ranks=10**6)[0]
+    assert impossible(SCENE, FeSettings()) == []
+
+
+def test_size_that_is_said_to_fit_does_fit(monkeypatch):
+    monkeypatch.setattr(estimate, "available_memory", lambda: 2e9)
+    fault = impossible(SCENE, FeSettings(element_size=0.2e-3))[0]
+    size = float(fault.split()[-3]) * 1e-3
+    assert impossible(SCENE, FeSettings(element_size=size)) == []
+
+
+def test_available_memory_is_that_of_a_machine():
+    assert 1e7 < estimate.available_memory() < 1e14
+
+
+def test_static_patch_carries_the_static_load():
+    """Hertz: mean pressure is two thirds of the largest."""
+    patch = static_patch(SCENE)
+    assert patch.max_pressure * patch.area * 2 / 3 == pytest.approx(SCENE.static_wheel_load, rel=1e-12)
+
+
+def test_doubts_name_both_numbers():
+    assert any("0.9 > 0.7" in doubt for doubt in scene_doubts(make_scene(friction=0.9)))
+    assert any("6 elements of 4 mm" in doubt for doubt in fe_doubts(SCENE, FeSettings(element_size=4e-3)))
+    assert any("penalty 50" in doubt for doubt in fe_doubts(SCENE, FeSettings(penalty=50)))
+    assert fe_doubts(SCENE, FeSettings(element_size=1e-3)) == []

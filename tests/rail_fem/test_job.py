@@ -1,0 +1,139 @@
+"""The command line from case file to saved folder, with a toy rung in place of the FE model."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from rail_fem import cli, estimate, ladder
+from rail_fem.progress import read_status
+from rail_fem.result import load
+from rail_fem.scene import GRAVITY
+from tests.rail_fem.toy_rung import ToySettings
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def case(tmp_path, monkeypatch):
+    monkeypatch.setitem(ladder.LADDER, "toy", ladder.Rung("tests.rail_fem.toy_rung", ToySettings, False, "a mass on a spring"))
+    monkeypatch.delenv("RAIL_FEM_SMOKE", raising=False)
+    text = (ROOT / "cases" / "nose_transfer.toml").read_text().partition("[run.fe_full]")[0] + "[run.toy]\n"
+    path = tmp_path / "case.toml"
+    path.write_text(text)
+    return path
+
+
+def call(*arguments):
+    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
+
+
+def test_run_leaves_history_result_and_status_in_the_folder(case, tmp_path):
+    out = tmp_path / "out"
+    answer = call("run", case, "--out", out)
+    assert answer.exit_code == 0, answer.output
+    assert {"case.json", "history.csv", "history.npz", "result.json", "status.json"} <= {path.name for path in out.iterdir()}
+    result = load(out)
+    mass, stiffness = result.scene.vehicle.wheel_unsprung_mass, result.scene.foundation.stiffness
+    exact = mass * GRAVITY * (1 - np.cos(np.sqrt(stiffness / mass) * result.history["time"]))
+    # semi-implicit Euler is first order: step * omega = 0.1
+    assert np.abs(result.history["force"] - exact).max() < 0.1 * exact.max()
+    assert read_status(out)["state"] == "finished"
+    assert "peaks" in answer.output and "finished" in call("show", out).output
+
+
+def test_second_run_into_the_same_folder_is_refused_and_changes_nothing(case, tmp_path):
+    out = tmp_path / "out"
+    call("run", case, "--out", out)
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    answer = call("run", case, "--out", out)
+    assert answer.exit_code == 2 and "--overwrite begins again" in answer.stderr
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    assert call("run", case, "--out", out, "--overwrite").exit_code == 0
+
+
+def test_restart_after_a_fault_gives_the_same_answer_bit_for_bit(case, tmp_path, monkeypatch):
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    call("run", case, "--out", whole)
+    monkeypatch.setenv("TOY_FAULT", "20")
+    answer = call("run", case, "--out", cut)
+    assert isinstance(answer.exception, RuntimeError) and read_status(cut)["state"] == "failed"
+    assert "unstable at step 20" in read_status(cut)["message"] and "failed" in call("show", cut).output
+    monkeypatch.delenv("TOY_FAULT")
+    assert call("run", case, "--out", cut, "--restart").exit_code == 0
+    for name, values in load(whole).history.items():
+        np.testing.assert_array_equal(load(cut).history[name], values)
+
+
+def test_failed_result_is_saved_and_ends_non_zero(case, tmp_path, monkeypatch):
+    monkeypatch.setenv("TOY_RESULT_FAULT", "unstable at x = 0.3 m")
+    answer = call("run", case, "--out", tmp_path / "out")
+    assert answer.exit_code == 1 and "unstable at x = 0.3 m" in answer.stderr
+    assert load(tmp_path / "out").fault == "unstable at x = 0.3 m" and read_status(tmp_path / "out")["state"] == "failed"
+
+
+def test_smoke_takes_few_steps(case, tmp_path, monkeypatch):
+    monkeypatch.setenv("RAIL_FEM_SMOKE", "1")
+    assert "no meaning" in call("run", case, "--out", tmp_path / "out").output
+    assert load(tmp_path / "out").cost.steps == 10
+
+
+@pytest.mark.parametrize("command", [["check"], ["run", "--out", "OUT"]])
+def test_faulty_case_ends_non_zero_before_anything_is_written(case, tmp_path, command):
+    case.write_text(case.read_text().replace("speed =", "sped ="))
+    out = tmp_path / "out"
+    answer = call(command[0], case, *(str(out) if word == "OUT" else word for word in command[1:]))
+    assert answer.exit_code == 2 and "scene.sped: unknown key, did you mean 'speed'?" in answer.stderr
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("command", [["check"], ["run", "--out", "OUT"]])
+def test_size_that_needs_more_memory_than_there_is_says_how_much(case, tmp_path, monkeypatch, command):
+    monkeypatch.setattr(estimate, "available_memory", lambda: 4e9)
+    case.write_text(case.read_text() + 'element_size = "0.2 mm"\n')
+    out = tmp_path / "out"
+    answer = call(command[0], case, *(str(out) if word == "OUT" else word for word in command[1:]))
+    assert answer.exit_code == 2 and not out.exists()
+    assert "run.toy.element_size: 0.2 mm makes about" in answer.stderr and "4 GB are free" in answer.stderr and "fits" in answer.stderr
+
+
+def test_case_with_several_models_asks_which(case):
+    case.write_text(case.read_text() + "[run.fe_full]\n")
+    assert "choose one with --model" in call("check", case).stderr
+    assert call("check", case, "--model", "toy").exit_code == 0
+    assert "has no [run.other]" in call("check", case, "--model", "other").stderr
+
+
+def test_check_shows_units_derived_numbers_cost_and_doubts(case, tmp_path):
+    answer = call("check", case)
+    assert answer.exit_code == 0
+    for words in ("75 mph", "66.25 t", "160 kN/mm", "static wheel load", "86.144 kN", "cells", "steps", "memory", "wall time", "is a stand-in"):
+        assert words in answer.output, words
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml"]
+
+
+def test_patch_of_too_few_elements_is_doubted_with_both_numbers(case):
+    case.write_text(case.read_text() + 'element_size = "3 mm"\n')
+    assert "patch 11.2 mm < 6 elements of 3 mm" in call("check", case).output
+
+
+def test_missing_library_of_a_model_is_a_sentence(case, tmp_path, monkeypatch):
+    broken = tmp_path / "rung_without_library.py"
+    broken.write_text("import library_that_is_not_there\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setitem(ladder.LADDER, "toy", ladder.Rung("rung_without_library", ToySettings, False, ""))
+    answer = call("run", case, "--out", tmp_path / "out")
+    assert answer.exit_code == 2 and "needs library_that_is_not_there" in answer.stderr and "./setup.sh" in answer.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_show_of_a_folder_without_a_run_says_so(tmp_path):
+    answer = call("show", tmp_path)
+    assert answer.exit_code == 2 and "neither a result nor a run" in answer.stderr
+
+
+def test_mark_in_the_folder_holds_the_case(case, tmp_path):
+    call("run", case, "--out", tmp_path / "out")
+    assert json.loads((tmp_path / "out" / "case.json").read_text())["scene"]["speed"] == pytest.approx(33.528)

@@ -1,0 +1,56 @@
+import subprocess
+import sys
+import time
+
+import pytest
+
+from rail_fem import launcher
+
+BROADCAST = """
+from rail_fem import launcher
+calls = []
+value = launcher.on_root(lambda: calls.append(1) or launcher.rank_count(), ValueError)
+def refuse():
+    raise ValueError("folder in use")
+try:
+    launcher.on_root(refuse, ValueError)
+    text = "nothing"
+except ValueError as error:
+    text = str(error)
+from mpi4py import MPI
+seen = MPI.COMM_WORLD.gather((value, len(calls), text))
+if launcher.rank() == 0:
+    print(seen)
+"""
+
+
+def test_without_a_launcher_there_is_one_rank_and_no_mpi():
+    code = "import sys; from rail_fem import launcher; print(launcher.rank(), launcher.rank_count(), launcher.on_root(lambda: 5), 'mpi4py' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split() == ["0", "1", "5", "False"]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_roots_answer_and_roots_fault_reach_every_rank(ranks):
+    pytest.importorskip("mpi4py")
+    command = [*launcher.mpi_command(ranks), sys.executable, "-m", "mpi4py", "-c", BROADCAST]
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stdout.strip() == str([(ranks, int(rank == 0), "folder in use") for rank in range(ranks)])
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("guilty", [0, 1])
+def test_fault_of_one_rank_ends_the_job_at_once(guilty):
+    """Without -m mpi4py the other rank would wait for ever in its barrier."""
+    pytest.importorskip("mpi4py")
+    code = f"from mpi4py import MPI\nif MPI.COMM_WORLD.rank == {guilty}: raise RuntimeError('broken')\nMPI.COMM_WORLD.barrier()"
+    began = time.monotonic()
+    answer = subprocess.run([*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-c", code], capture_output=True, text=True, timeout=60)
+    assert answer.returncode != 0 and "broken" in answer.stderr and time.monotonic() - began < 30
+
+
+def test_missing_mpirun_is_named(monkeypatch):
+    monkeypatch.setenv("PATH", "/nonexistent")
+    with pytest.raises(FileNotFoundError, match="openmpi-bin"):
+        launcher.mpi_command(2)
