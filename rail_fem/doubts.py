@@ -7,7 +7,8 @@ from rail_fem.steel import Steel
 
 TREAD_RADIUS = 0.330          # transverse radius of an EPS (P8) tread at the datum; the casting's top is a plane there
 ELEMENTS_ACROSS_PATCH = 6
-STAND_INS = {"P8 worn": "nominal P8 with 0.8 mm of assumed tread wear", "P1": "a 1:20 cone built from recalled dimensions"}
+STAND_INS = {"P8-worn": "nominal P8 with 0.8 mm of assumed tread wear", "P8-hollow": "nominal P8 with 3 mm of assumed hollow wear",
+             "P1": "a 1:20 cone built from recalled dimensions"}
 
 
 def static_patch(scene: Scene) -> PointContact:

@@ -4,7 +4,7 @@ Values are SI. Every field carries its unit, range and meaning once, in its `Qua
 """
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
@@ -13,8 +13,10 @@ from geometry.axes import tread_datum_y
 from rail_fem.steel import GRADES, Steel
 from rail_fem.units import Quantity
 
+if TYPE_CHECKING:
+    from geometry.profiles import Profile
+
 GRAVITY = 9.81
-WHEEL_PROFILES = ("P8", "P8 worn", "P1")
 
 
 class Frozen(BaseModel):
@@ -31,29 +33,38 @@ class Crossing(Frozen):
 
 
 class Wheel(Frozen):
-    """One wheel: the profile's name, or the path of a profile file beside the case file."""
+    """One wheel: a profile that geometry knows by name, or the path of a profile file beside the case file."""
 
-    profile: str = Field(description=f"wheel profile: {', '.join(WHEEL_PROFILES)}, or the path of a profile file")
+    profile: str = Field(description="name of a wheel profile, or the path of a profile file")
+    far_tread_slope: Annotated[float, Quantity("%", 5, 15, "slope of the far tread of the P8 family")] = 0.067
     radius: Annotated[float, Quantity("mm", 250, 700, "rolling radius at the tread datum")] = 0.425
     label: str = Field("", description="free text that tables and plots show")
 
     @field_validator("profile")
     @classmethod
-    def _profile_exists(cls, profile: str, info: ValidationInfo) -> str:
-        if profile in WHEEL_PROFILES:
+    def _profile_is_there(cls, profile: str, info: ValidationInfo) -> str:
+        from rail_fem.wheelshape import WHEEL_NAMES, read_wheel_file
+
+        if profile in WHEEL_NAMES:
             return profile
         if not Path(profile).suffix:
-            raise PydanticCustomError("choice", "unknown", {"choices": (*WHEEL_PROFILES,)})
-        folder = Path((info.context or {}).get("folder", "."))
-        path = folder / profile
+            raise PydanticCustomError("choice", "unknown", {"choices": WHEEL_NAMES})
+        path = Path((info.context or {}).get("folder", ".")) / profile
         if not path.is_file():
-            raise PydanticCustomError("absent_file", "{fault}", {"fault": f'no file "{profile}" in {folder}: give a path relative to the case file, or one of {", ".join(WHEEL_PROFILES)}'})
+            remedy = f"give a path relative to the case file, or one of {', '.join(WHEEL_NAMES)}"
+            raise PydanticCustomError("absent_file", "{fault}", {"fault": f'no file "{profile}" in {path.parent}: {remedy}'})
+        try:
+            read_wheel_file(path)
+        except (OSError, ValueError) as error:
+            raise PydanticCustomError("profile_file", "{fault}", {"fault": str(error)}) from error
         return str(path)
 
     @property
-    def profile_file(self) -> Path | None:
-        """The profile's file, or None when the profile is one of those known by name."""
-        return None if self.profile in WHEEL_PROFILES else Path(self.profile)
+    def shape(self) -> "Profile":
+        """The profile's line (geometry.profiles.Profile)."""
+        from rail_fem.wheelshape import wheel_shape
+
+        return wheel_shape(self.profile, self.far_tread_slope)
 
 
 class Vehicle(Frozen):

@@ -1,7 +1,9 @@
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from geometry.wheel import wheel_profile
 from rail_fem.casefile import CaseError, load_case
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -22,7 +24,7 @@ def test_reference_cases_are_case_2_of_the_thesis(name, start):
     """Table 7-1, row 2: 75 mph, 66.25 t, 1.00 t, facing, worn P8, 160000 N/mm, Mn13."""
     case = load_case(ROOT / "cases" / f"{name}.toml")
     scene = case.scene
-    assert (scene.speed, scene.direction, scene.wheel.profile) == (pytest.approx(33.528), "facing", "P8 worn")
+    assert (scene.speed, scene.direction, scene.wheel.profile) == (pytest.approx(33.528), "facing", "P8-worn")
     assert (scene.vehicle.vehicle_sprung_mass, scene.vehicle.wheelset_unsprung_mass) == (66250, 1000)
     assert scene.foundation.stiffness == pytest.approx(1.6e8) and scene.crossing.ratio == 10.75
     assert scene.materials.nose.steel.hardening_stress[0] == 310e6
@@ -69,7 +71,7 @@ suspension = "maybe"
         "scene.stiffness: unknown key, it belongs in scene.foundation.stiffness",
         "scene.direction: unknown value 'facin', did you mean 'facing'? (choose from: facing, trailing)",
         "scene.foundation: 3 is not a table, write [scene.foundation] with its keys below",
-        "scene.wheel.profile: unknown value 'worn P8' (choose from: P8, P8 worn, P1)",
+        "scene.wheel.profile: unknown value 'worn P8' (choose from: P8, P8-worn, P8-hollow, P1, S1002)",
         'scene.vehicle.vehicle_sprung_mass: 66.25 has no unit, write e.g. "66.25 t"',
         "scene.vehicle.wheelset_unsprung_mass: 9000 kg = 9 t is outside [0.1, 6] for the unsprung mass of one wheelset",
         "scene.vehicle.wheel_count: 7 must be a multiple of 2 (number of wheels that carry the vehicle)",
@@ -106,11 +108,36 @@ def test_absent_case_file_is_a_fault(tmp_path):
         load_case(tmp_path)
 
 
+def write_profile(path, points=None, scale=1e3):
+    points = wheel_profile("P8").points[::5] if points is None else points
+    np.savetxt(path, points * scale, delimiter=",", header="y, z [mm]")
+
+
 def test_absent_profile_file_is_a_fault_and_is_looked_for_beside_the_case(tmp_path):
-    text = GOOD.replace('"P8 worn"', '"measured.csv"')
+    text = GOOD.replace('"P8-worn"', '"measured.csv"')
     assert 'scene.wheel.profile: no file "measured.csv"' in faults_of(tmp_path, text)[0]
-    (tmp_path / "measured.csv").write_text("y,z\n")
-    assert load_case(tmp_path / "case.toml").scene.wheel.profile_file == tmp_path / "measured.csv"
+    write_profile(tmp_path / "measured.csv")
+    wheel = load_case(tmp_path / "case.toml").scene.wheel
+    np.testing.assert_allclose(wheel.shape.points, wheel_profile("P8").points[::5], atol=1e-12)
+
+
+@pytest.mark.parametrize("change, said", [
+    (lambda points: points[::-1], "reverse the order"), (lambda points: points[:5], "needs at least 20"),
+    (lambda points: points * 1e-3, "are its units mm?"), (lambda points: points * 25.4, "are its units mm?"),
+    (lambda points: points * [1, -1], "does z point up?"), (lambda points: points + [0, 0.004], "shift it"),
+    (lambda points: np.vstack([points, [np.nan, 0]]), "not finite"), (lambda points: np.repeat(points, 2, axis=0), "repeats point"),
+])
+def test_profile_file_that_is_no_wheel_is_a_fault_of_the_case(tmp_path, change, said):
+    write_profile(tmp_path / "measured.csv", change(wheel_profile("P8").points[::20]))
+    faults = faults_of(tmp_path, GOOD.replace('"P8-worn"', '"measured.csv"'))
+    assert len(faults) == 1 and faults[0].startswith("scene.wheel.profile: ") and said in faults[0]
+
+
+def test_line_that_is_no_point_is_named(tmp_path):
+    write_profile(tmp_path / "measured.csv")
+    with (tmp_path / "measured.csv").open("a") as stream:
+        stream.write("1,5 2,5\n")
+    assert 'line 228 "1,5 2,5" is not "y, z" in mm' in faults_of(tmp_path, GOOD.replace('"P8-worn"', '"measured.csv"'))[0]
 
 
 @pytest.mark.parametrize("direction, start, end", [("facing", "560 mm", "200 mm"), ("trailing", "200 mm", "560 mm")])

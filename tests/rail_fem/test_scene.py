@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
@@ -6,7 +7,7 @@ from rail_fem.settings import FeSettings
 
 
 def make_scene(**changes) -> Scene:
-    sections = {"wheel": Wheel(profile="P8 worn"), "foundation": Foundation(stiffness="160 kN/mm"), "speed": "75 mph", "direction": "facing",
+    sections = {"wheel": Wheel(profile="P8-worn"), "foundation": Foundation(stiffness="160 kN/mm"), "speed": "75 mph", "direction": "facing",
                 "vehicle": Vehicle(vehicle_sprung_mass="66.25 t", wheelset_unsprung_mass="1.00 t")}
     return Scene(**(sections | changes))
 
@@ -56,13 +57,11 @@ def test_impossible_scenes_are_refused(change):
         make_scene(**change)
 
 
-def test_profile_is_a_known_name_or_an_existing_file(tmp_path):
-    path = tmp_path / "measured.csv"
-    path.write_text("y,z\n")
-    assert Wheel(profile=str(path)).profile_file == path
-    assert Wheel(profile="P8").profile_file is None
-    with pytest.raises(ValidationError, match="no file"):
-        Wheel(profile=str(tmp_path / "absent.csv"))
+def test_far_tread_slope_shapes_the_profile():
+    """Beyond y = 29 mm the tread of the P8 family rises with this slope."""
+    shape = Wheel(profile="P8", far_tread_slope="10 %").shape
+    points = shape.points[(shape.points[:, 0] > 0.03) & (shape.points[:, 0] < 0.06)]
+    assert np.diff(points[:, 1]) / np.diff(points[:, 0]) == pytest.approx(0.10, abs=1e-9)
 
 
 def test_every_default_lies_in_its_own_range():
