@@ -1,0 +1,102 @@
+"""Every command of the README and every case runs; those that need the FE model as soon as it is there."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rail_fem import launcher
+from rail_fem.progress import read_status
+from rail_fem.result import load
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMANDS = [line for block in re.findall(r"```sh\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL) for line in block.splitlines()]
+HAS_MODEL = (ROOT / "rail_fem" / "models" / "fe_full.py").exists()
+needs_model = pytest.mark.skipif(not HAS_MODEL, reason="rail_fem/models/fe_full.py is not there yet")
+SMOKE_SECONDS = 300
+
+
+def run_shell(words: list[str]) -> str:
+    """Run as a user types it, in the project's root, with few steps and no terminal."""
+    answer = subprocess.run(words, cwd=ROOT, env=os.environ | {"RAIL_FEM_SMOKE": "1"}, stdin=subprocess.DEVNULL,
+                            capture_output=True, text=True, timeout=SMOKE_SECONDS)
+    assert answer.returncode == 0, f"{shlex.join(words)}\n{answer.stdout[-4000:]}\n{answer.stderr[-4000:]}"
+    return answer.stdout
+
+
+def run_readme(command: str, folder: Path) -> str:
+    """A README command, its outputs sent to `folder`, with the mpirun options that this machine needs."""
+    words = [word.replace("runs/", f"{folder}/") for word in shlex.split(command)]
+    words = [sys.executable if word == ".venv/bin/python" else word for word in words]
+    if words[:2] == ["mpirun", "-n"]:
+        words = launcher.mpi_command(int(words[2])) + words[3:]
+    return run_shell(words)
+
+
+def check_folder(folder: Path) -> None:
+    assert read_status(folder)["state"] == "finished"
+    result = load(folder)
+    assert result.history["time"].size > 0 and result.cost.steps > 0 and not result.fault
+
+
+def test_readme_names_the_commands_that_are_tried_here():
+    """A command added to the README must be tried below."""
+    tried = ["./run.sh", "./test.sh", ".venv/bin/python -m rail_fem check", ".venv/bin/python -m rail_fem run", ".venv/bin/python -m rail_fem show",
+             ".venv/bin/python -m rail_fem doctor", "mpirun -n 2 .venv/bin/python -m mpi4py -m rail_fem run"]
+    untried = [command for command in COMMANDS if not any(command.startswith(start) for start in tried)]
+    assert not untried and all(any(command.startswith(start) for command in COMMANDS) for start in tried)
+
+
+def test_test_command_passes_arguments_on():
+    answer = run_shell(["./test.sh", "--collect-only", "-q", "tests/rail_fem/test_readme.py"])
+    assert "test_test_command_passes_arguments_on" in answer
+
+
+def test_continuous_integration_calls_the_test_command():
+    assert "./test.sh" in (ROOT / ".ci" / "run").read_text() and os.access(ROOT / ".ci" / "run", os.X_OK)
+
+
+@pytest.mark.parametrize("command", [command for command in COMMANDS if re.search(r"rail_fem (check|doctor)", command)])
+def test_commands_that_need_no_run(command, tmp_path):
+    run_readme(command, tmp_path)
+
+
+@needs_model
+def test_main_job_command(tmp_path):
+    run_shell(["./run.sh", "--out", str(tmp_path / "main")])
+    check_folder(tmp_path / "main")
+
+
+@needs_model
+def test_run_and_show_commands(tmp_path):
+    for command in COMMANDS:
+        if re.search(r"rail_fem (run|show)", command):
+            said = run_readme(command, tmp_path)
+            assert "finished" in said
+    for folder in tmp_path.iterdir():
+        check_folder(folder)
+
+
+@needs_model
+@pytest.mark.parametrize("path", sorted((ROOT / "cases").glob("*.toml")), ids=lambda path: path.stem)
+def test_every_case_runs(path, tmp_path):
+    run_shell([sys.executable, "-m", "rail_fem", "run", str(path), "--out", str(tmp_path / "out")])
+    check_folder(tmp_path / "out")
+
+
+@needs_model
+def test_local_batch_runs_cases_and_passes_over_finished_ones(tmp_path):
+    words = ["env", f"RUNS={tmp_path}", "cases/local_batch.sh", "-n", "2", "cases/nose_transfer.toml"]
+    assert "1 case(s) well, 0 failed" in run_shell(words)
+    check_folder(tmp_path / "nose_transfer")
+    assert "finished before" in run_shell(words)
+
+
+@pytest.mark.parametrize("script", ["setup.sh", "run.sh", "test.sh", ".ci/run", "cases/slurm.sh", "cases/local_batch.sh"])
+def test_scripts_are_valid_shell_and_executable(script):
+    assert os.access(ROOT / script, os.X_OK)
+    subprocess.run(["bash", "-n", str(ROOT / script)], check=True)
