@@ -52,7 +52,7 @@ def test_readme_names_the_commands_that_are_tried_here():
 
 
 def test_test_command_passes_arguments_on():
-    answer = run_shell(["./test.sh", "--collect-only", "-q", "tests/rail_fem/test_readme.py"])
+    answer = run_shell(["./test.sh", "--collect-only", "tests/rail_fem/test_readme.py"])
     assert "test_test_command_passes_arguments_on" in answer
 
 
