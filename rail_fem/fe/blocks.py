@@ -1,0 +1,102 @@
+"""Elements of a rank sorted into blocks of one material, the material table, and what is read out of the blocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rail_fem.fe.state import LANES, N_MATERIAL, N_STATE, PLASTIC_STRAIN, STRESS, YIELD
+from rail_fem.steel import Steel
+
+
+@dataclass(frozen=True)
+class ElementSettings:
+    """Numerics of the element: hourglass stiffness as a fraction of lame + 2 shear, bulk viscosity coefficients [1]."""
+
+    hourglass: float = 0.06
+    linear_viscosity: float = 0.06
+    quadratic_viscosity: float = 1.2
+
+
+@dataclass(frozen=True)
+class MaterialTable:
+    """Steels as the kernels read them: rows (n, N_MATERIAL), and all yield curves end to end with their start (n+1,)."""
+
+    rows: np.ndarray
+    curve_start: np.ndarray
+    curve_strain: np.ndarray
+    curve_stress: np.ndarray
+
+
+def material_table(steels: list[Steel], settings: ElementSettings) -> MaterialTable:
+    """One row for each steel; an elastic steel gets an infinite yield stress."""
+    rows, strain, stress, start = np.zeros((len(steels), N_MATERIAL)), [], [], [0]
+    for i, steel in enumerate(steels):
+        shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
+        lame = 2 * shear * steel.poisson / (1 - 2 * steel.poisson)
+        wave = lame + 2 * shear
+        rows[i] = lame, shear, steel.density, np.sqrt(wave / steel.density), settings.linear_viscosity, settings.quadratic_viscosity, settings.hourglass * wave
+        strain.append([0.0] if steel.is_elastic else steel.hardening_strain)
+        stress.append([np.inf] if steel.is_elastic else steel.hardening_stress)
+        start.append(start[-1] + len(strain[-1]))
+    return MaterialTable(rows, np.array(start, np.int64), np.concatenate(strain), np.concatenate(stress))
+
+
+class ElementBlocks:
+    """Blocks of LANES elements.
+
+    cells : (m, 8) local nodes, VTK order;  material : (m,) row of the table;  cell_of : (n_blocks*LANES,) index into `cells`, -1 in padding
+    nodes, filled, material_of, state : as `hexahedron.update_elements` wants them. Rank-local.
+    """
+
+    def __init__(self, cells: np.ndarray, material: np.ndarray, table: MaterialTable):
+        order, filled, rows = [], [], []
+        for row in np.unique(material):
+            mine = np.flatnonzero(material == row)
+            for first in range(0, len(mine), LANES):
+                lanes = mine[first : first + LANES]
+                filled.append(len(lanes))
+                rows.append(row)
+                order.append(np.concatenate([lanes, np.full(LANES - len(lanes), -1)]))
+        self.filled = np.array(filled, np.int64)
+        self.material_of = np.array(rows, np.int64)
+        self.cell_of = np.concatenate(order) if order else np.empty(0, np.int64)
+        self.n_cells = len(cells)
+        padded = self.cell_of.reshape(-1, LANES).copy()
+        if len(order):
+            padded = np.where(padded < 0, padded[:, :1], padded)  # padding repeats an element of the block: finite numbers, never scattered
+        self.nodes = np.ascontiguousarray(cells[padded].transpose(0, 2, 1), dtype=np.uint32).ravel()
+        self.state = np.zeros(len(order) * N_STATE * LANES)
+        self.entries = self.state.reshape(-1, N_STATE, LANES)
+        self.entries[:, YIELD, :] = table.curve_stress[table.curve_start[self.material_of]][:, None]
+
+    def read(self, first: int, count: int) -> np.ndarray:
+        """Entries first..first+count-1 of the state of each cell (m, count), in the order of `cells`."""
+        out = np.empty((self.n_cells, count))
+        values = self.entries[:, first : first + count, :].transpose(0, 2, 1).reshape(-1, count)
+        real = self.cell_of >= 0
+        out[self.cell_of[real]] = values[real]
+        return out
+
+    def stress(self) -> np.ndarray:
+        """Cauchy stress (m, 6), order VOIGT [Pa]."""
+        return self.read(STRESS, 6)
+
+    def plastic_strain(self) -> np.ndarray:
+        """Cumulated equivalent plastic strain, PEEQ (m,)."""
+        return self.read(PLASTIC_STRAIN, 1)[:, 0]
+
+
+def strain_energy_density(stress: np.ndarray, youngs_modulus, poisson) -> np.ndarray:
+    """Elastic energy per volume (m,) [J/m3] of stresses (m, 6), order VOIGT."""
+    normal = (stress[:, :3] ** 2).sum(axis=1)
+    pairs = stress[:, 0] * stress[:, 1] + stress[:, 1] * stress[:, 2] + stress[:, 2] * stress[:, 0]
+    shears = (stress[:, 3:] ** 2).sum(axis=1)
+    return (normal - 2 * poisson * pairs + 2 * (1 + poisson) * shears) / (2 * youngs_modulus)
+
+
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    """Von Mises stress (m,) [Pa] of stresses (m, 6), order VOIGT."""
+    x, y, z = stress[:, 0], stress[:, 1], stress[:, 2]
+    return np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3 * (stress[:, 3:] ** 2).sum(axis=1))

@@ -1,0 +1,70 @@
+"""The only file that knows which dolfinx is installed (0.5 on Debian 12, 0.9 on Debian 13): by feature, not by version."""
+
+from __future__ import annotations
+
+import numpy as np
+from dolfinx import fem, graph, la
+from dolfinx import mesh as dmesh
+from scipy import sparse
+
+SUM = la.ScatterMode.add if hasattr(la, "ScatterMode") else la.InsertMode.add
+
+
+def hexahedral_domain():
+    """The coordinate element of a trilinear hexahedral mesh in 3D, as `create_mesh` wants it."""
+    try:
+        import basix.ufl
+
+        return basix.ufl.element("Lagrange", "hexahedron", 1, shape=(3,))
+    except ImportError:
+        import ufl
+
+        return ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell("hexahedron", geometric_dimension=3), 1))
+
+
+def create_hexahedral_mesh(comm, cells: np.ndarray, points: np.ndarray, destination: np.ndarray):
+    """A dolfinx mesh without ghost cells from arrays on root; cells (m, 8) in dolfinx order, destination (m,) rank of each cell."""
+    domain = hexahedral_domain()
+    ghosts_first = hasattr(domain, "ufl_coordinate_element")  # 0.5 finds shared nodes through ghost cells, then drops those
+    make_list = getattr(graph, "adjacencylist", None) or graph.create_adjacencylist
+    ranks, offsets = with_neighbours(cells, destination) if ghosts_first else (destination, np.arange(len(destination) + 1))
+
+    def partitioner(*_):
+        dest = make_list(np.asarray(ranks, dtype=np.int32), np.asarray(offsets, dtype=np.int32))
+        return getattr(dest, "_cpp_object", dest)
+
+    if ghosts_first:
+        return dmesh.create_mesh(comm, cells, points, domain, dmesh.GhostMode.none, partitioner)
+    return dmesh.create_mesh(comm, cells, points, domain, partitioner)
+
+
+def with_neighbours(cells: np.ndarray, destination: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ranks of each cell: its owner first, then every rank that owns a cell with a common node; as data and offsets of a list."""
+    if len(cells) == 0:
+        return np.empty(0, np.int32), np.zeros(1, np.int32)
+    rows, nodes = np.repeat(np.arange(len(cells)), 8), cells.ravel()
+    touches = sparse.csr_array((np.ones(rows.size, np.int32), (rows, nodes)))
+    owns = sparse.csr_array((np.ones(len(cells), np.int32), (np.arange(len(cells)), destination)))
+    near = (touches @ (touches.T @ owns)).tocoo()
+    other = near.col != destination[near.row]
+    cell = np.concatenate([np.arange(len(cells)), near.row[other]])
+    rank = np.concatenate([destination, near.col[other]])
+    order = np.argsort(cell, kind="stable")
+    return rank[order], np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=len(cells)))])
+
+
+def geometry_dofmap(mesh) -> np.ndarray:
+    """Nodes of the local cells (m, 8), dolfinx order; rank-local."""
+    dofmap = mesh.geometry.dofmap
+    if hasattr(dofmap, "array"):
+        return np.asarray(dofmap.array).reshape(-1, 8)
+    return np.asarray(dofmap)
+
+
+def function_space(mesh, element):
+    return fem.functionspace(mesh, element) if hasattr(fem, "functionspace") else fem.FunctionSpace(mesh, element)
+
+
+def original_cells(mesh) -> np.ndarray:
+    """Index that each local cell had in the input of `create_mesh`; rank-local."""
+    return np.asarray(mesh.topology.original_cell_index)

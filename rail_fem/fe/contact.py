@@ -1,0 +1,222 @@
+"""Contact between two surfaces of a structure: who may touch, the forces of a step, on any number of ranks.
+
+Surface data are replicated; what moves is gathered: each step the positions of the nodes near contact, by one sum over
+the ranks. Every rank then computes the same forces and applies those on the nodes that it owns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from mpi4py import MPI
+from scipy.spatial import cKDTree
+
+from rail_fem.fe import contact_kernel as kernel
+from rail_fem.fe.structure import Structure
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Bilinear facets of a body. nodes : (n,) input nodes;  quads : (q, 4) positions in `nodes`, outward normal by the right-hand rule."""
+
+    nodes: np.ndarray
+    quads: np.ndarray
+
+    @staticmethod
+    def from_quads(quads: np.ndarray) -> "Surface":
+        """From facets in input node numbers (q, 4)."""
+        nodes, local = np.unique(quads, return_inverse=True)
+        return Surface(nodes, local.reshape(quads.shape))
+
+
+def edge_neighbours(quads: np.ndarray) -> np.ndarray:
+    """Facet across each edge 01, 12, 23, 30 of each facet (q, 4), -1 where there is none."""
+    out = np.full(quads.shape, -1, np.int64)
+    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    ordered = edges[order]
+    same = np.flatnonzero((ordered[1:] == ordered[:-1]).all(axis=1))
+    first, second = order[same], order[same + 1]
+    out.ravel()[first], out.ravel()[second] = second // 4, first // 4
+    return out
+
+
+def tributary_areas(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """A quarter of the area of each facet at a node, summed (n,) [m2]."""
+    p = points[quads]
+    area = 0.5 * np.linalg.norm(np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]), axis=1)
+    return np.bincount(quads.ravel(), np.repeat(area / 4, 4), minlength=len(points))
+
+
+@dataclass(frozen=True)
+class ContactSettings:
+    """stiffness : penalty per area [Pa/m];  friction [1];  margin : gap below which a node is watched [m];
+    refresh : steps between searches;  deepest : penetration beyond which a projection is not believed [m]"""
+
+    stiffness: float
+    friction: float = 0.0
+    margin: float = 0.3e-3
+    refresh: int = 50
+    deepest: float = 1e-3
+
+
+class Contact:
+    """Contact of surface `rail` (Lagrangian nodes, carry friction) and surface `wheel`, whose mesh moves along x at `speed` and whose
+    material flows through it at angular velocity `spin` about the y axis through `axle` (reference coordinates) [rad/s].
+
+    After `add_forces`: pressure on the rail's nodes and wheel's nodes, `force` (n, 3) on all surface nodes (rail first), replicated;
+    sums : (kernel.N_SUMS,) of the step.
+    """
+
+    def __init__(self, structure: Structure, rail: Surface, wheel: Surface, settings: ContactSettings, speed=0.0, spin=0.0, axle=(0.0, 0.0, 0.0), fixed=None):
+        self.structure, self.settings, self.speed, self.spin = structure, settings, speed, spin
+        domain = structure.domain
+        self.comm = domain.comm
+        self.n_rail = len(rail.nodes)
+        self.input_nodes = np.concatenate([rail.nodes, wheel.nodes])
+        n = self.n = len(self.input_nodes)
+        self.is_wheel = np.arange(n) >= self.n_rail
+        self.local, self.here = domain.local_nodes(self.input_nodes)
+        self.reference = self._gather_all(domain.reference)
+        mass = self._gather_all(np.repeat(structure.mass, 3))[:, 0]
+        self.inverse_mass = 1.0 / mass
+        if fixed is not None:
+            self.inverse_mass[self._gather_all(np.where(fixed, 1.0, 0.0)).max(axis=1) > 0.5] = 0.0
+        self.quads = (rail.quads.astype(np.int64), wheel.quads.astype(np.int64) + self.n_rail)
+        self.neighbours = tuple(edge_neighbours(q) for q in self.quads)
+        self.area = sum(tributary_areas(self.reference, q) for q in self.quads)
+        self.from_axle = self.reference - np.asarray(axle)
+        self.offset = 0.0  # how far the wheel's frame has moved along x
+        self.position, self.before = self.reference.copy(), self.reference.copy()
+        self.force, self.slip = np.zeros((n, 3)), np.zeros((n, 3))
+        self.carried, self.share = np.zeros(n), np.zeros(n)
+        self.pressure_at = np.zeros(n)
+        self.sums = np.zeros(kernel.N_SUMS)
+        self.steps_to_search = 0
+        self.slaves = [np.empty(0, np.int64), np.empty(0, np.int64)]
+
+    def _gather_all(self, field: np.ndarray) -> np.ndarray:
+        """Nodal field at all surface nodes (n, 3), replicated. Collective."""
+        out = np.zeros((self.n, 3))
+        out[self.here] = field.reshape(-1, 3)[self.local]
+        if self.comm.size > 1:
+            self.comm.Allreduce(MPI.IN_PLACE, out)
+        return out
+
+    def search(self) -> None:
+        """Choose the nodes and facets that may touch before the next search, and where their projections start. Collective."""
+        position = self._gather_all(self.structure.x)
+        position[self.is_wheel, 0] += self.offset
+        keep_slip = self.slip
+        self.slaves, self.facets, self.where, usable = [], [], [], []
+        for side in (0, 1):
+            nodes = np.flatnonzero(self.is_wheel == bool(side))
+            quads = self.quads[1 - side]
+            box = position[quads.ravel()]
+            reach = self.settings.margin
+            near = nodes[((position[nodes] > box.min(axis=0) - reach) & (position[nodes] < box.max(axis=0) + reach)).all(axis=1)]
+            if not len(near):
+                near = np.empty(0, np.int64)
+                facets, local = np.empty(0, np.int64), np.empty((0, 2))
+            else:
+                _, facets = cKDTree(position[quads].mean(axis=1)).query(position[near])
+                facets, local = facets.astype(np.int64), np.zeros((len(near), 2))
+                gap, normal, weight = np.zeros(len(near)), np.zeros((len(near), 3)), np.zeros((len(near), 4))
+                every = np.ones(len(quads), np.bool_)
+                kernel.project_pairs(position, near, facets, local, quads, self.neighbours[1 - side], every, gap, normal, weight)
+                close = (facets >= 0) & (gap < reach) & (gap > -self.settings.deepest)
+                near, facets, local = near[close], facets[close], local[close]
+            ring = np.zeros(len(quads), np.bool_)
+            ring[facets] = True
+            for _ in range(2):
+                around = self.neighbours[1 - side][ring]
+                ring[around[around >= 0]] = True
+            self.slaves.append(near)
+            self.facets.append(facets)
+            self.where.append(local)
+            usable.append(ring)
+        self.usable = [usable[0], usable[1]]
+        watched = np.zeros(self.n, bool)
+        for side in (0, 1):
+            watched[self.slaves[side]] = True
+            watched[self.quads[1 - side][self.usable[side]].ravel()] = True
+        self.watched = np.flatnonzero(watched)
+        slot = np.full(self.n, -1)
+        slot[self.watched] = np.arange(len(self.watched))
+        mine = watched[self.here]
+        self.watched_local, self.watched_slot = self.local[mine], slot[self.here[mine]]
+        self.position[self.watched] = position[self.watched]
+        self.buffer = np.zeros((len(self.watched), 3))
+        self.slip = np.zeros_like(keep_slip)
+        self.slip[self.slaves[0]] = keep_slip[self.slaves[0]]
+        k = [len(s) for s in self.slaves]
+        self.gap, self.normal, self.weight = [np.zeros(m) for m in k], [np.zeros((m, 3)) for m in k], [np.zeros((m, 4)) for m in k]
+        self.pressure, self.active, self.sticking = [np.zeros(m) for m in k], [np.zeros(m, np.bool_) for m in k], np.zeros(k[0], np.bool_)
+        self.steps_to_search = self.settings.refresh
+
+    def add_forces(self, dt: float) -> None:
+        """Forces of the step that `structure.v` (velocity without contact) would make from `structure.x`; changes v of owned nodes. Collective."""
+        if self.steps_to_search <= 0:
+            self.search()
+        self.steps_to_search -= 1
+        self.force[:], self.carried[:], self.sums[:] = 0.0, 0.0, 0.0
+        self.pressure_at[:] = 0.0
+        if not len(self.watched):
+            return
+        self._gather_watched(dt)
+        self._normal(dt)
+        if self.settings.friction > 0:
+            self._friction(dt)
+        mine = self.here
+        v = self.structure.v.reshape(-1, 3)
+        v[self.local] += dt * self.force[mine] * self.inverse_mass[mine, None]
+
+    def _gather_watched(self, dt: float) -> None:
+        x, v = self.structure.x.reshape(-1, 3), self.structure.v.reshape(-1, 3)
+        wheel = self.is_wheel[self.watched]
+        at = self.watched
+        self.buffer[:] = 0.0
+        self.buffer[self.watched_slot] = x[self.watched_local]
+        now = self.buffer.copy()
+        now[self.watched_slot] += dt * v[self.watched_local]
+        if self.comm.size > 1:
+            both = np.concatenate([self.buffer, now])
+            self.comm.Allreduce(MPI.IN_PLACE, both)
+            self.buffer[:], now = both[: len(at)], both[len(at) :]
+        self.before[at], self.position[at] = self.buffer, now
+        self.before[at[wheel], 0] += self.offset
+        self.position[at[wheel], 0] += self.offset + dt * self.speed
+
+    def _normal(self, dt: float) -> None:
+        s, compliance = self.settings, 1.0 / self.settings.stiffness
+        self.share[self.watched] = 0.0
+        for side in (0, 1):
+            q, gap = self.quads[1 - side], self.gap[side]
+            kernel.project_pairs(
+                self.position, self.slaves[side], self.facets[side], self.where[side], q, self.neighbours[1 - side], self.usable[side], gap, self.normal[side], self.weight[side]
+            )
+            self.active[side][:] = (self.facets[side] >= 0) & (gap < 0) & (gap > -s.deepest)
+            kernel.add_shares(self.slaves[side], self.facets[side], self.active[side], self.weight[side], self.area, 0.5, q, self.share)
+        for side in (0, 1):
+            kernel.normal_forces(
+                self.slaves[side], self.facets[side], self.active[side], self.gap[side], self.normal[side], self.weight[side], self.area, 0.5, compliance, dt,
+                self.quads[1 - side], self.share, self.inverse_mass, self.pressure[side], self.carried, self.force, self.sums,
+            )  # fmt: skip
+            self.pressure_at[self.slaves[side]] = self.pressure[side]
+
+    def _friction(self, dt: float) -> None:
+        s, compliance = self.settings, 1.0 / self.settings.stiffness
+        slaves, facets, active, weight = self.slaves[0], self.facets[0], self.active[0], self.weight[0]
+        self.share[self.watched] = 0.0
+        kernel.add_shares(slaves, facets, active, weight, self.area, 1.0, self.quads[1], self.share)
+        kernel.friction_forces(
+            slaves, facets, active, self.normal[0], weight, self.area, self.quads[1], self.share, self.inverse_mass, self.position, self.before, self.from_axle,
+            self.spin, s.friction, compliance, dt, self.carried, self.slip, self.sticking, self.force, self.sums,
+        )  # fmt: skip
+        kernel.finish_slip(slaves, facets, active, self.sticking, self.normal[0], weight, self.quads[1], self.inverse_mass, self.force, dt, self.slip)
+
+    @property
+    def deepest_penetration(self) -> float:
+        """Largest penetration predicted for this step's start among active pairs [m]: pressure times penalty compliance."""
+        return max((float((p / self.settings.stiffness).max(initial=0.0)) for p in self.pressure), default=0.0)

@@ -1,0 +1,117 @@
+"""The distributed hexahedra: dolfinx carries the mesh, the ownership of nodes and the halo exchange; arrays carry the state.
+
+Nodes of a rank: first those it owns, then the ghosts, as in the geometry's index map. Cells: only owned ones exist (no
+ghost cells), so each element is counted once; forces on ghosts travel to their owner and add up.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from dolfinx import la
+from mpi4py import MPI
+
+from rail_fem.fe.compat import SUM, create_hexahedral_mesh, geometry_dofmap, original_cells
+
+VTK_TO_DOLFINX = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # its own inverse
+
+
+def balanced_parts(centres: np.ndarray, cost: np.ndarray, parts: int) -> np.ndarray:
+    """Recursive bisection of cells along the longest side of their box, by cost.
+
+    centres : (m, 3) [m];  cost : (m,) relative cost of a cell.  Returns (m,) part of each cell, 0..parts-1. Root only.
+    """
+    part = np.zeros(len(centres), dtype=np.int32)
+    if parts == 1:
+        return part
+    left = parts // 2
+    axis = int(np.argmax(np.ptp(centres, axis=0)))
+    order = np.argsort(centres[:, axis], kind="stable")
+    share = np.cumsum(cost[order]) / cost.sum()
+    split = int(np.searchsorted(share, left / parts))
+    low, high = order[:split], order[split:]
+    part[low] = balanced_parts(centres[low], cost[low], left)
+    part[high] = left + balanced_parts(centres[high], cost[high], parts - left)
+    return part
+
+
+class Domain:
+    """Hexahedra over the ranks of `comm`, built from a mesh that only root holds.
+
+    Parameters (root only, others pass None)
+    ----------
+    points : (n, 3) [m];  cells : (m, 8) VTK order;  region : (m,) int;  cost : (m,) relative cost of an update, or None
+
+    Attributes (rank-local unless said)
+    ----------
+    mesh : dolfinx mesh;  cells : (m_local, 8) local nodes in VTK order;  region : (m_local,);  cell_input : (m_local,) index in the input
+    n_owned, n_nodes : owned nodes, and with ghosts;  node_input : (n_nodes,) index in the input;  reference : (3 n_nodes,) [m]
+    n_global, m_global : replicated totals
+    """
+
+    def __init__(self, comm: MPI.Comm, points=None, cells=None, region=None, cost=None):
+        self.comm = comm
+        if comm.rank == 0:
+            if len(cells) < comm.size:
+                fault = f"{comm.size} ranks for {len(cells)} elements: start no more ranks than there are elements"
+            else:
+                fault = None
+        else:
+            fault = None
+        raise_together(comm, fault)
+        if comm.rank == 0:
+            cells = np.asarray(cells, dtype=np.int64)
+            cost = np.ones(len(cells)) if cost is None else cost
+            destination = balanced_parts(points[cells].mean(axis=1), cost, comm.size)
+            ordered, points = cells[:, VTK_TO_DOLFINX], np.ascontiguousarray(points, dtype=float)
+        else:
+            ordered, points, destination = np.empty((0, 8), np.int64), np.empty((0, 3)), np.empty(0, np.int32)
+        self.mesh = create_hexahedral_mesh(comm, ordered, points, destination)
+        geometry = self.mesh.geometry
+        index_map = geometry.index_map()
+        self.n_owned, self.n_nodes = index_map.size_local, index_map.size_local + index_map.num_ghosts
+        self.n_global = index_map.size_global
+        self.node_input = np.asarray(geometry.input_global_indices, dtype=np.int64)
+        self.reference = np.ascontiguousarray(geometry.x[: self.n_nodes]).ravel()
+        owned_cells = self.mesh.topology.index_map(3).size_local
+        self.m_global = self.mesh.topology.index_map(3).size_global
+        self.cells = np.ascontiguousarray(geometry_dofmap(self.mesh)[:owned_cells][:, VTK_TO_DOLFINX])
+        self.cell_input = original_cells(self.mesh)[:owned_cells].astype(np.int64)
+        region = comm.bcast(None if region is None else np.asarray(region), root=0)
+        self.region = region[self.cell_input]
+        self._to_owner = la.vector(index_map, 3)
+        self._to_ghosts = la.vector(index_map, 3)
+
+    def nodal_vector(self) -> np.ndarray:
+        return np.zeros(3 * self.n_nodes)
+
+    def sum_to_owner(self, field: np.ndarray) -> None:
+        """Add what ghosts hold onto their owners, in place (3 n_nodes,). Collective."""
+        if self.comm.size == 1:
+            return
+        self._to_owner.array[:] = field
+        self._to_owner.scatter_reverse(SUM)
+        field[: 3 * self.n_owned] = self._to_owner.array[: 3 * self.n_owned]
+
+    def copy_to_ghosts(self, field: np.ndarray) -> None:
+        """Give ghosts the values of their owners, in place (3 n_nodes,). Collective."""
+        if self.comm.size == 1:
+            return
+        self._to_ghosts.array[: 3 * self.n_owned] = field[: 3 * self.n_owned]
+        self._to_ghosts.scatter_forward()
+        field[3 * self.n_owned :] = self._to_ghosts.array[3 * self.n_owned :]
+
+    def local_nodes(self, input_nodes: np.ndarray, owned_only: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """Local nodes among `input_nodes` (indices of the input mesh), and their positions in that list. Rank-local."""
+        lookup = np.full(max(int(self.node_input.max(initial=-1)), int(np.max(input_nodes, initial=-1))) + 1, -1, dtype=np.int64)
+        limit = self.n_owned if owned_only else self.n_nodes
+        lookup[self.node_input[:limit]] = np.arange(limit)
+        local = lookup[np.asarray(input_nodes, dtype=np.int64)]
+        where = np.flatnonzero(local >= 0)
+        return local[where], where
+
+
+def raise_together(comm: MPI.Comm, fault: str | None) -> None:
+    """Raise the first rank's fault on every rank, so that no rank waits for one that has gone. Collective."""
+    faults = [f for f in comm.allgather(fault) if f]
+    if faults:
+        raise ValueError(faults[0])
