@@ -14,7 +14,7 @@ def make_result(**changes) -> PassResult:
     values = {"model": "fe_full", "scene": make_scene(), "settings": {"element_size": 1.5e-3, "max_steps": None},
               "history": {"time": time, "x": 0.2 + 33.528 * time, "force": 86e3 * (1 + time), "energy_elastic": time**2},
               "peaks": {"force_nose": Peak(188.18e3, "N", x=0.35, time=5e-3)}, "patches": (Patch(0.0, 0.2, 0.03, "wing", area=1e-4),),
-              "transfer_x": 0.3, "energies": {"elastic": 1.0, "plastic": float("nan")}, "cost": Cost(12.0, 1000, 50, 2, 4e6),
+              "transfer_x": 0.3, "energies": {"elastic": 1.0, "plastic": float("nan")}, "cost": Cost(12.0, 1000, 50, 2, 4e6, 1e9),
               "error_estimate": {"force": 0.02, "pressure": float("inf")}, "warnings": ("coarse",), "trust": {"hourglass": {"share": 0.01, "note": None}}}
     return PassResult(**(values | changes))
 
