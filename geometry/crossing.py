@@ -8,11 +8,13 @@ import numpy as np
 from geometry.crossing_surface import (
     CrossingShape,
     body_heights,
+    fall_start_y,
     field_edge_y,
     knuckle_centre,
     nose_gauge_y,
+    rib_height,
     smoothstep,
-    topped_corner,
+    topped_corner_arc,
     topping_height,
     wing_centre,
     wing_gauge_y,
@@ -146,7 +148,7 @@ class CastCrossing:
         c = self.shape
         faces = (c.leg_face, c.knuckle_face, c.wing_face)
         radii = (c.leg_radius, c.knuckle_radius, c.wing_radius)
-        slopes = (c.cast_slope, c.cast_slope, wing_plane(x, c)[1])
+        slopes = (c.cast_slope, c.cast_slope, wing_plane(c)[1])
         centres = ((c.leg_centre_y, c.leg_centre_z), knuckle_centre(x, c), wing_centre(x, c))
         foot = max(z_to_face(FLOOR, f, r, *o) for f, r, o in zip(faces, radii, centres))
         start = max(o[0] - r / np.sqrt(1 + f**2) for f, r, o in zip(faces, radii, centres))
@@ -156,20 +158,18 @@ class CastCrossing:
     def _plane_end(self, x: float) -> float:
         """y where the wing's cast plane ends: at the fall to the pocket, at the pocket, at the cap, before the field edge."""
         c = self.shape
-        top_z, slope = wing_plane(x, c)
-        rib = min(c.cap_height, c.cap_height + c.pocket_rate * (x / c.stretch - c.pocket_x))
+        top_z, slope = wing_plane(c)
+        rib = rib_height(x, c)
         cap = max(rib / c.cast_slope, wing_gauge_y(x, c) + (rib - top_z) / slope)
-        return min(max(c.ramp_y, cap), field_edge_y(x, c) - (c.side_leg - c.ramp_y))
+        return min(max(fall_start_y(x, c), cap), field_edge_y(x, c) - (c.side_leg - c.side_start))
 
     def _nose_ends(self, x: float) -> list[float]:
         c = self.shape
         foot = z_to_face(FLOOR, c.leg_face, c.leg_radius, c.leg_centre_y, c.leg_centre_z)
-        face_z = c.leg_centre_z + c.leg_radius * c.leg_face / np.sqrt(1 + c.leg_face**2)
-        top = topping_height(x, c)
-        start_z = min(face_z, top - c.nose_radius + c.nose_radius * c.leg_face / np.sqrt(1 + c.leg_face**2))
-        start = z_to_face(start_z, c.leg_face, c.leg_radius, c.leg_centre_y, c.leg_centre_z)
-        roof_y = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
-        end = min(roof_y, flat_start(top, c))
+        touch, flat, _, _ = topped_corner_arc(*topping_height(x, c), c)
+        face_end = c.leg_centre_y - c.leg_radius / np.sqrt(1 + c.leg_face**2)
+        roof = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
+        start, end = min(face_end, touch), min(roof, flat)
         right = nose_gauge_y(x, c)
         middle = (c.gauge_line + right) / 2
         mirrored = [right - (y - c.gauge_line) / c.cos_angle for y in (end, start, foot)]
@@ -214,15 +214,6 @@ def z_to_face(z: float, face: float, radius: float, centre_y: float, centre_z: f
     return centre_y - radius / root + (z - (centre_z + radius * face / root)) * face
 
 
-def flat_start(top: float, c: CrossingShape) -> float:
-    """y where the corner arc of the topped nose ends and its flat top begins, through side; grows with the topping height."""
-    low, high = c.leg_centre_y - 2 * c.leg_radius, 10 * c.leg_radius
-    for _ in range(60):
-        y = (low + high) / 2
-        low, high = (low, y) if topped_corner(y, top, c) >= top else (y, high)
-    return high
-
-
 def crossing_shape(crossing: CastCrossing) -> CrossingShape:
     """Numbers of the surface: benchmark fits [mm, 1:9.25], stretched along x by the ratio.
 
@@ -254,26 +245,29 @@ def crossing_shape(crossing: CastCrossing) -> CrossingShape:
         cross_x=-3.53 * MM,
         flangeway=crossing.flangeway,
         wing_face=0.0503,
-        wing_radius=6.09 * MM,
+        wing_radius=6.05 * MM,
         wing_reference=10 * MM,
         wing_reference_height=1.597 * MM,
         cap_height=3.354 * MM,
         pocket_x=-1.9 * MM,
         pocket_rate=0.021755,
-        ramp_y=cast.side_start,
-        ramp_radius_leg=cast.side_radius,
-        ramp_radius=3.0 * MM,
-        ramp_slope=1.3,
-        ramp_length=45 * MM,
         side_leg=cast.side,
+        side_start=cast.side_start,
+        side_radius=cast.side_radius,
+        fall_y=33.989 * MM,
+        fall_width=6.674 * MM,
+        fall_spread=0.168,
+        fall_radius=5.187 * MM,
+        fall_foot_radius=5.293 * MM,
+        fall_length=45 * MM,
         edge_radius=4.1 * MM,
         edge_x=662.87 * MM,
         edge_y=126.23 * MM,
-        topping_x=162.186 * MM,
+        topping_x=162.188 * MM,
         topping_depth=crossing.topping_depth,
         topping_slope=crossing.topping_slope,
-        blunt_radius=57.217 * MM,
-        blunt_slope=0.71716,
+        blunt_radius=56.872 * MM,
+        blunt_slope=0.72230,
         nose_x=118.94 * MM,
         nose_radius=6.95 * MM,
     )

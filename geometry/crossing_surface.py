@@ -41,12 +41,15 @@ class CrossingShape(NamedTuple):
     cap_height: float
     pocket_x: float  # X where the pocket beside the wing reaches the cap
     pocket_rate: float  # its rise dz/dX
-    ramp_y: float  # where the cast plane bends down to the pocket
-    ramp_radius_leg: float
-    ramp_radius: float
-    ramp_slope: float  # tan of the steepest fall to the pocket
-    ramp_length: float  # x over which the leg's vertical side becomes the fall to the pocket
     side_leg: float  # y of the leg's vertical field side
+    side_start: float  # y where the leg's top bends down to it
+    side_radius: float
+    fall_y: float  # edge of the fall from the cast plane to the pocket
+    fall_width: float  # width of the fall: fall_width + fall_spread * its depth
+    fall_spread: float
+    fall_radius: float  # of its edge
+    fall_foot_radius: float
+    fall_length: float  # x over which the leg's vertical side becomes the fall
     edge_radius: float
     edge_x: float  # X of ...
     edge_y: float  # ... a point of the field edge; it runs parallel to the centre line
@@ -117,17 +120,15 @@ def knuckle_centre(x, c):
 
 
 @njit(cache=True)
-def wing_plane(x, c):
-    """Height at the wing's lower gauge line and slope of its top plane: fixed at first, travelling with the wing further on."""
-    face_y = wing_gauge_y(x, c)
+def wing_plane(c):
+    """Height at the wing's gauge line and slope of the top plane that travels with the wing (below the fixed one further on)."""
     slope = c.cast_slope * c.cos_angle
-    reference = min(c.cast_slope * (face_y + c.wing_reference), c.wing_reference_height)
-    return reference - slope * c.wing_reference, slope
+    return c.wing_reference_height - slope * c.wing_reference, slope
 
 
 @njit(cache=True)
 def wing_centre(x, c):
-    top_z, slope = wing_plane(x, c)
+    top_z, slope = wing_plane(c)
     return corner_centre(wing_gauge_y(x, c), -c.gauge_depth, c.wing_face, c.wing_radius, top_z, slope)
 
 
@@ -135,44 +136,77 @@ def wing_centre(x, c):
 def field_edge_y(x, c):
     """y of the field side of the wing rail."""
     free = c.edge_y + c.tan_half_angle * (x - c.stretch * c.edge_x)
-    blend = smoothstep((x - c.leg_end) / c.ramp_length)
+    blend = smoothstep((x - c.leg_end) / c.fall_length)
     return c.side_leg + blend * (free - c.side_leg)
 
 
 @njit(cache=True)
-def ramp_height(x, y, c):
-    """Fall from the cast plane to the pocket: an arc tangent to the plane at ramp_y, then a straight line."""
-    blend = smoothstep((x - c.leg_end) / c.ramp_length)
-    radius = c.ramp_radius_leg + blend * (c.ramp_radius - c.ramp_radius_leg)
+def rib_height(x, c):
+    """Height of the pocket beside the wing, which rises to the cap."""
+    return min(c.cap_height, c.cap_height + c.pocket_rate * (x / c.stretch - c.pocket_x))
+
+
+@njit(cache=True)
+def fall_shape(x, c):
+    """Edge of the fall from the cast plane to the pocket: y of the edge, angle of the fall, radius at its top and foot.
+
+    The leg's vertical side turns into the fall behind the leg transition.
+    """
+    blend = smoothstep((x - c.leg_end) / c.fall_length)
+    drop = max(c.cast_slope * c.fall_y - rib_height(x, c), 0.0)
+    angle = np.arctan(drop / (c.fall_width + c.fall_spread * drop))
+    edge_y = c.side_leg + blend * (c.fall_y - c.side_leg)
+    radius = c.side_radius + blend * (c.fall_radius - c.side_radius)
+    return edge_y, np.pi / 2 + blend * (angle - np.pi / 2), radius, blend * c.fall_foot_radius
+
+
+@njit(cache=True)
+def fall_start_y(x, c):
+    """y where the cast plane begins to bend down to the pocket."""
+    edge_y, angle, radius, _ = fall_shape(x, c)
     lean = np.arctan(c.cast_slope)
-    steepest = np.pi / 2 + blend * (np.arctan(c.ramp_slope) - np.pi / 2)
-    centre_y = c.ramp_y + radius * np.sin(lean)
-    centre_z = c.ramp_y * c.cast_slope - radius * np.cos(lean)
-    end_y = centre_y + radius * np.sin(steepest)
-    if y <= c.ramp_y:
+    return edge_y - radius * np.tan((lean + angle) / 2) * np.cos(lean)
+
+
+@njit(cache=True)
+def fall_height(x, y, c):
+    """Height of the fall above the pocket: arc from the cast plane, straight line, arc into the pocket; NO_METAL beyond it."""
+    edge_y, angle, radius, foot_radius = fall_shape(x, c)
+    lean, sine, cosine = np.arctan(c.cast_slope), np.sin(angle), np.cos(angle)
+    start_y = fall_start_y(x, c)
+    if y <= start_y:
         return c.cast_slope * y
+    centre_y, centre_z = start_y + radius * np.sin(lean), c.cast_slope * start_y - radius * np.cos(lean)
+    end_y, end_z = centre_y + radius * sine, centre_z + radius * cosine
     if y < end_y:
         return centre_z + np.sqrt(radius * radius - (y - centre_y) ** 2)
-    if steepest > np.pi / 2 - 1e-9:
+    rib = rib_height(x, c)
+    if end_z <= rib or cosine < 1e-6:
         return NO_METAL
-    return centre_z + radius * np.cos(steepest) - (y - end_y) * np.tan(steepest)
+    foot_radius = min(foot_radius, (end_z - rib) / (1.0 - cosine))
+    foot_y = end_y + (end_z - rib - foot_radius) * cosine / sine + foot_radius / sine
+    if y < foot_y - foot_radius * sine:
+        return end_z - (y - end_y) * sine / cosine
+    if y < foot_y:
+        return rib + foot_radius - np.sqrt(foot_radius**2 - (foot_y - y) ** 2)
+    return NO_METAL
 
 
 @njit(cache=True)
 def wing_top(x, y, c):
     """Height of the wing's top without its gauge corner: cast plane, cap, fall, pocket, field edge."""
-    top_z, slope = wing_plane(x, c)
+    top_z, slope = wing_plane(c)
     face_y = wing_gauge_y(x, c)
     plane = min(c.cast_slope * y, top_z + slope * (y - face_y))
-    rib = min(c.cap_height, c.cap_height + c.pocket_rate * (x / c.stretch - c.pocket_x))
     edge = field_edge_y(x, c)
     if y > edge:
         return NO_METAL
+    rib = rib_height(x, c)
     centre_y = edge - c.edge_radius
     centre_z = min(rib, top_z + slope * (centre_y - face_y)) - c.edge_radius
     if y > centre_y:
         rib = min(rib, centre_z + np.sqrt(max(c.edge_radius**2 - (y - centre_y) ** 2, 0.0)))
-    return min(plane, max(rib, ramp_height(x, y, c)))
+    return min(plane, max(rib, fall_height(x, y, c)))
 
 
 @njit(cache=True)
@@ -190,7 +224,7 @@ def wing_height(x, y, c, loft):
     knuckle_y, knuckle_z = knuckle_centre(x, c)
     height = min(height, corner(y, c.knuckle_face, c.knuckle_radius, knuckle_y, knuckle_z, c.cast_slope))
     wing_y, wing_z = wing_centre(x, c)
-    return min(height, corner(y, c.wing_face, c.wing_radius, wing_y, wing_z, wing_plane(x, c)[1]))
+    return min(height, corner(y, c.wing_face, c.wing_radius, wing_y, wing_z, wing_plane(c)[1]))
 
 
 @njit(cache=True)
@@ -244,49 +278,60 @@ def through_side_y(x, y, c):
 
 @njit(cache=True)
 def topping_height(x, c):
-    """Height of the topping line and, ahead of it, of the blunt ramp, along the nose's centre line."""
+    """Height and fall (-dz/dX) of the topping line and, ahead of it, of the blunt ramp, along the nose's centre line."""
     ahead = c.topping_x - x / c.stretch
     start = c.topping_slope / np.sqrt(1.0 + c.topping_slope**2)  # sine of the slope angle
     end = c.blunt_slope / np.sqrt(1.0 + c.blunt_slope**2)
     if ahead <= 0.0:
-        return -c.topping_depth - c.topping_slope * ahead
+        return -c.topping_depth - c.topping_slope * ahead, c.topping_slope
     radius = c.blunt_radius
     if ahead < radius * (end - start):
-        return -c.topping_depth - radius * (np.sqrt(1.0 - start**2) - np.sqrt(1.0 - (start + ahead / radius) ** 2))
+        sine = start + ahead / radius
+        cosine = np.sqrt(1.0 - sine**2)
+        return -c.topping_depth - radius * (np.sqrt(1.0 - start**2) - cosine), sine / cosine
     blend = radius * (np.sqrt(1.0 - start**2) - np.sqrt(1.0 - end**2))
-    return -c.topping_depth - blend - c.blunt_slope * (ahead - radius * (end - start))
+    return -c.topping_depth - blend - c.blunt_slope * (ahead - radius * (end - start)), c.blunt_slope
 
 
 @njit(cache=True)
-def topped_corner(y, top, c):
-    """Height of the through side of the nose, topped at this height: full outline, corner arc, flat top."""
-    radius, depth = c.nose_radius, top - c.nose_radius
-    steep = 1.0 / c.leg_face
-    inner = c.leg_radius - radius
-    root = np.sqrt(1.0 + steep * steep)
-    if depth < c.leg_centre_z + inner / root:  # the arc touches the straight face
-        centre_y = c.leg_centre_y - c.leg_radius * root / steep + radius * root / steep + (depth - c.leg_centre_z) / steep
-        touch_y = centre_y - radius * steep / root
-    elif depth < c.leg_centre_z + inner / np.sqrt(1.0 + c.cast_slope**2):  # it touches the corner arc
+def topped_corner_arc(top, fall, c):
+    """Corner arc between the through side of the nose and its flat top: y where it touches the side, centre y, z, height.
+
+    Its radius holds across the edge it rounds: on the blunt ramp, which falls steeply, the cross-section is an ellipse,
+    higher than wide. That is drawn where the arc touches the straight face and fades above, where the ramp is gentle.
+    """
+    radius, steep = c.nose_radius, 1.0 / c.leg_face
+    inner, root = c.leg_radius - radius, np.sqrt(1.0 + steep * steep)
+    face_z = c.leg_centre_z + c.leg_radius / root - radius / root  # the arc touches the face where its centre lies lower
+    fade = smoothstep((face_z - (top - radius)) / radius)
+    height = radius * (1.0 + fade * (np.sqrt(1.0 + (fall / c.stretch) ** 2) - 1.0))
+    depth = top - height
+    if depth < face_z:
+        offset = np.sqrt((radius * steep) ** 2 + height**2)  # of the ellipse's centre below the face, vertically
+        face_y = c.leg_centre_y - c.leg_radius * root / steep  # the face at the height of the leg's corner centre
+        centre_y = face_y + (depth + offset - c.leg_centre_z) / steep
+        return centre_y - radius * radius * steep / offset, centre_y, depth, height
+    if depth < c.leg_centre_z + inner / np.sqrt(1.0 + c.cast_slope**2):
         centre_y = c.leg_centre_y - np.sqrt(max(inner * inner - (depth - c.leg_centre_z) ** 2, 0.0))
-        touch_y = c.leg_centre_y + (centre_y - c.leg_centre_y) * c.leg_radius / inner
-    else:  # it touches the roof
-        lean = np.arctan(c.cast_slope)
-        touch_y = (depth + radius * np.cos(lean)) / c.cast_slope
-        centre_y = touch_y + radius * np.sin(lean)
-    if y <= touch_y:
-        return leg_height(y, c)
-    if y >= centre_y:
-        return top
-    return depth + np.sqrt(radius * radius - (y - centre_y) ** 2)
+        return c.leg_centre_y + (centre_y - c.leg_centre_y) * c.leg_radius / inner, centre_y, depth, height
+    lean = np.arctan(c.cast_slope)
+    touch_y = (depth + radius * np.cos(lean)) / c.cast_slope
+    return touch_y, touch_y + radius * np.sin(lean), depth, height
 
 
 @njit(cache=True)
 def nose_height(x, y, c):
-    """Height of the nose at one point; NO_METAL ahead of it."""
+    """Height of the nose at one point: full outline (faces, corners, roof), topped; NO_METAL ahead of it."""
     if x < c.stretch * c.nose_x:
         return NO_METAL
-    return topped_corner(through_side_y(x, y, c), topping_height(centre_line_x(x, y, c), c), c)
+    side_y = through_side_y(x, y, c)
+    top, fall = topping_height(centre_line_x(x, y, c), c)
+    touch_y, centre_y, centre_z, height = topped_corner_arc(top, fall, c)
+    if side_y <= touch_y:
+        return leg_height(side_y, c)
+    if side_y >= centre_y:
+        return top
+    return centre_z + height * np.sqrt(1.0 - ((side_y - centre_y) / c.nose_radius) ** 2)
 
 
 @njit(cache=True)

@@ -61,7 +61,7 @@ def rail_line(floor: float = -55 * MM) -> tuple[np.ndarray, float]:
 
 def cast_line(c, floor: float = -55 * MM) -> np.ndarray:
     """Points (n, 2) of the cast leg section from gauge-side foot to field-side foot."""
-    from geometry.crossing_surface import leg_height, ramp_height
+    from geometry.crossing_surface import leg_height
 
     root = np.sqrt(1 + c.leg_face**2)
     foot = c.gauge_line + (floor + c.gauge_depth) * c.leg_face
@@ -70,13 +70,13 @@ def cast_line(c, floor: float = -55 * MM) -> np.ndarray:
     y = np.concatenate([
         np.linspace(foot, face_end, 100),
         c.leg_centre_y - c.leg_radius * np.cos(np.linspace(np.arctan(c.leg_face), np.pi / 2 - np.arctan(c.cast_slope), 150)),
-        np.linspace(corner_end, c.ramp_y, 300)[1:],
+        np.linspace(corner_end, c.side_start, 300)[1:],
     ])
     z = np.array([leg_height(v, c) for v in y])
     lean = np.arctan(c.cast_slope)
-    centre = c.ramp_y + c.ramp_radius_leg * np.sin(lean), c.cast_slope * c.ramp_y - c.ramp_radius_leg * np.cos(lean)
+    centre = c.side_start + c.side_radius * np.sin(lean), c.cast_slope * c.side_start - c.side_radius * np.cos(lean)
     polar = np.linspace(np.pi / 2 + lean, 0, 80)[1:]
-    arc = np.column_stack([centre[0] + c.ramp_radius_leg * np.cos(polar), centre[1] + c.ramp_radius_leg * np.sin(polar)])
+    arc = np.column_stack([centre[0] + c.side_radius * np.cos(polar), centre[1] + c.side_radius * np.sin(polar)])
     return np.vstack([np.column_stack([y, z]), arc, [[arc[-1, 0], floor]]])
 
 
@@ -102,7 +102,7 @@ def feature_lengths(c) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     rail_lengths = np.interp(marks, rail[:, 0], on_rail)
     corner_end = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
     face_end = c.leg_centre_y - c.leg_radius / np.sqrt(1 + c.leg_face**2)
-    plane_end = np.interp(c.ramp_y, cast[:, 0], on_cast)
+    plane_end = np.interp(c.side_start, cast[:, 0], on_cast)
     shoulder_end = on_cast[-1] - (SHOULDER_DEPTH - cast[-1, 1])
     shoulder = plane_end + SHOULDER_SHARE * (shoulder_end - plane_end)
     cast_lengths = [*np.interp([face_end, corner_end, CAST_CROWN_LEFT], cast[:, 0], on_cast), plane_end, shoulder, shoulder_end]
