@@ -13,7 +13,7 @@ STAND_INS = {"P8-worn": "nominal P8 with 0.8 mm of assumed tread wear", "P8-holl
 
 def static_patch(scene: Scene) -> PointContact:
     """Hertz patch of the static load on the planar top of the casting; a first guess, before geometry and plastic flow."""
-    wheel, wing = scene.materials.wheel.steel, scene.materials.wing.steel
+    wheel, wing = scene.materials.wheel.steel(), scene.materials.wing.steel()
     modulus = 1 / (_compliance(wheel) + _compliance(wing))
     return point_contact(scene.static_wheel_load, scene.wheel.radius, TREAD_RADIUS, modulus)
 
@@ -29,7 +29,7 @@ def scene_doubts(scene: Scene) -> list[str]:
         doubts.append(f"wheel profile {scene.wheel.profile} is a stand-in ({STAND_INS[scene.wheel.profile]}), not a measured wheel")
     if scene.friction > 0.7:
         doubts.append(f"friction {scene.friction:g} > 0.7: steel on steel, dry, has 0.2 to 0.6")
-    if any(not 0 <= material.steel.poisson < 0.45 for material in (scene.materials.wing, scene.materials.nose)):
+    if any(not 0 <= material.steel().poisson < 0.45 for material in (scene.materials.wing, scene.materials.nose)):
         doubts.append("Poisson's ratio >= 0.45: the critical step falls with the bulk modulus")
     return doubts
 

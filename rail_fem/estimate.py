@@ -43,7 +43,7 @@ def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate
 def critical_step(scene: Scene, settings: FeSettings) -> float:
     """Courant number times shortest edge over the fastest wave [s]."""
     materials = scene.materials
-    fastest = max(_speed(steel) for steel in (materials.wing.steel, materials.nose.steel, materials.wheel.steel))
+    fastest = max(_speed(steel) for steel in (materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()))
     return settings.courant * SHORTEST_EDGE * settings.element_size / fastest
 
 

@@ -121,14 +121,13 @@ class Material(Frozen):
     @model_validator(mode="after")
     def _is_a_steel(self) -> "Material":
         try:
-            steel = self.steel
+            steel = self.steel()
         except ValueError as error:
             raise PydanticCustomError("steel", "{fault}", {"fault": str(error)}) from error
         if steel.is_elastic and self.strength != 1.0:
             raise PydanticCustomError("steel", "{fault}", {"fault": f"{self.grade} is elastic, strength has nothing to scale: leave it out, or give a hardening curve"})
         return self
 
-    @property
     def steel(self) -> Steel:
         """The steel that this material names."""
         grade = GRADES[self.grade]

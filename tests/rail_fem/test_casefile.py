@@ -27,7 +27,7 @@ def test_reference_cases_are_case_2_of_the_thesis(name, start):
     assert (scene.speed, scene.direction, scene.wheel.profile) == (pytest.approx(33.528), "facing", "P8-worn")
     assert (scene.vehicle.vehicle_sprung_mass, scene.vehicle.wheelset_unsprung_mass) == (66250, 1000)
     assert scene.foundation.stiffness == pytest.approx(1.6e8) and scene.crossing.ratio == 10.75
-    assert scene.materials.nose.steel.hardening_stress[0] == 310e6
+    assert scene.materials.nose.steel().hardening_stress[0] == 310e6
     assert (case.runs["fe_full"].start, case.runs["fe_full"].end) == pytest.approx((start, 0.56))
 
 

@@ -39,12 +39,12 @@ def test_centred_wheelset_puts_the_tread_datum_at_minus_2_5_mm():
 
 def test_hybrid_crossing_has_a_hard_nose_on_a_soft_wing():
     scene = make_scene(materials={"nose": Material(grade="Mn13", strength="400 %")})
-    assert scene.materials.nose.steel.hardening_stress[0] == pytest.approx(1240e6)
-    assert scene.materials.wing.steel.hardening_stress[0] == pytest.approx(310e6)
+    assert scene.materials.nose.steel().hardening_stress[0] == pytest.approx(1240e6)
+    assert scene.materials.wing.steel().hardening_stress[0] == pytest.approx(310e6)
 
 
 def test_a_measured_curve_replaces_the_grades():
-    steel = Material(grade="Mn13", hardening_strain=(0, 0.1), hardening_stress=("350 MPa", "900 MPa"), youngs_modulus="200 GPa").steel
+    steel = Material(grade="Mn13", hardening_strain=(0, 0.1), hardening_stress=("350 MPa", "900 MPa"), youngs_modulus="200 GPa").steel()
     assert list(steel.hardening_stress) == pytest.approx([350e6, 900e6]) and steel.youngs_modulus == pytest.approx(200e9)
 
 
