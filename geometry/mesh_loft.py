@@ -1,0 +1,183 @@
+"""Hexahedra of a crossing: one section of each body meshed, carried along x exactly on every section's outline."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.mesh import HexMesh, MeshError, merge_bodies
+from geometry.mesh_axis import graded_line
+from geometry.mesh_band import lay_out_band
+from geometry.mesh_curve import SectionCurve, cut_at_base
+from geometry.mesh_morph import ElasticMorph
+from geometry.mesh_quality import scaled_jacobian
+from geometry.mesh_section import QuadSection, SectionSizes, depth_steps, mesh_section, place_strip_middles, ring_width
+from geometry.mesh_sweep import sweep
+
+Band = tuple[float, float] | Callable[[float], tuple[float, float]]
+LEAST_JACOBIAN = 0.05
+
+
+@dataclass(frozen=True)
+class BodyMeshSpec:
+    """What is meshed of one body (wing or nose), lengths in m.
+
+    x_range : part of the crossing modelled;  fine_x : where the slabs have the fine length, inside x_range
+    band : lateral range (y0, y1) where the wheel runs, constant or a function of x; fine there over fine_x
+    fine_depth : depth of the fine block;  coarse : largest element size away from it
+    """
+
+    x_range: tuple[float, float]
+    fine_x: tuple[float, float]
+    band: Band
+    fine_depth: float = 0.008
+    coarse: float = 0.008
+
+    def band_at(self, x: float) -> tuple[float, float]:
+        """Band at x, held constant outside the fine range."""
+        return self.band(float(np.clip(x, *self.fine_x))) if callable(self.band) else self.band
+
+
+@dataclass(frozen=True)
+class CrossingMeshSpec:
+    """Mesh of a crossing: element_size is the fine size, the one number that sets the cost. Lengths in m.
+
+    wing, nose : what to mesh of each body, None to leave it out;  base : z of the plane where the bodies are clamped
+    growth : ratio of neighbouring sizes away from the fine zone
+    """
+
+    element_size: float
+    wing: BodyMeshSpec | None = None
+    nose: BodyMeshSpec | None = None
+    base: float = -0.055
+    growth: float = 1.3
+
+
+def mesh_crossing(crossing, spec: CrossingMeshSpec) -> HexMesh:
+    """Mesh the wing and the nose of a crossing as separate blocks, each clamped at its base.
+
+    crossing : has wing_section(x) and nose_section(x) -> (n, 2) y, z [m] (None where the body is not), the same feature
+    at the same index for all x. Surface nodes lie on the sections' outlines to round-off at every station; between
+    stations and nodes the faceting error is second order in the size.
+    Raises MeshError where the spec does not fit the crossing, with place and sizes.
+    """
+    bodies = [(name, getattr(spec, name), getattr(crossing, f"{name}_section")) for name in ("wing", "nose") if getattr(spec, name) is not None]
+    if not bodies:
+        raise MeshError("the crossing's mesh has neither wing nor nose; specify at least one")
+    return merge_bodies([_mesh_body(name, body, section, spec) for name, body, section in bodies])
+
+
+def _mesh_body(name, body, section_at, spec):
+    check_body(name, body, spec)
+    x = graded_line(*body.x_range, body.fine_x, spec.element_size, spec.growth, body.coarse / 2, multiple=3)
+    curves = [_curve(section_at, station, spec.base, name) for station in x]
+    is_fine = (x > body.fine_x[0] - 1e-9) & (x < body.fine_x[1] + 1e-9)
+    sizes = SectionSizes(spec.element_size, body.fine_depth, body.coarse, spec.growth, triple_ring=3 * spec.element_size < 0.9 * body.coarse)
+    columns = _columns(name, body, x, curves, is_fine, sizes)
+    middle = np.flatnonzero(is_fine)[is_fine.sum() // 2]
+    section = mesh_section(curves[middle], [columns[middle]], sizes)
+    flat = carry_section(section, curves, columns, middle, ring_width(sizes))
+    positions = np.concatenate([np.broadcast_to(x[:, None, None], flat.shape[:2] + (1,)), flat], axis=2)
+    mesh = sweep(section, positions, name)
+    _check_shapes(mesh, name)
+    return mesh
+
+
+def check_body(name: str, body: BodyMeshSpec, spec: CrossingMeshSpec) -> None:
+    """Refuse what cannot be meshed before any geometry is evaluated; raises MeshError."""
+    faults = []
+    numbers = [spec.element_size, spec.base, spec.growth, body.fine_depth, body.coarse, *body.x_range, *body.fine_x]
+    if not np.isfinite(numbers).all():
+        faults.append(f"all lengths must be finite numbers, these are {numbers}")
+    elif not spec.element_size > 0:
+        faults.append(f"element_size {spec.element_size} m must be positive")
+    else:
+        if not body.x_range[0] <= body.fine_x[0] < body.fine_x[1] <= body.x_range[1]:
+            faults.append(f"fine_x {body.fine_x} m must be a range inside x_range {body.x_range} m")
+        if body.coarse < spec.element_size:
+            faults.append(f"coarse size {body.coarse * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm")
+        if body.fine_depth < spec.element_size:
+            faults.append(f"fine_depth {body.fine_depth * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm")
+        if not 1.05 <= spec.growth <= 3:
+            faults.append(f"growth {spec.growth} is outside [1.05, 3]")
+    if faults:
+        raise MeshError(f"mesh of the {name}: " + "; ".join(faults))
+
+
+def _curve(section_at, x, base, name):
+    points = section_at(x)
+    if points is None:
+        raise MeshError(f"the {name} does not exist at x = {x * 1e3:.1f} mm; start its x_range where it does")
+    return cut_at_base(points, base, f"{name} at x = {x * 1e3:.1f} mm")
+
+
+def _columns(name, body, x, curves, is_fine, sizes):
+    """Arc lengths of the fine block's columns at every station: (stations, columns)."""
+    arcs = [_band_arcs(name, body, station, curve, fine) for station, curve, fine in zip(x, curves, is_fine)]
+    fine = np.flatnonzero(is_fine)
+    sample = fine[np.unique(np.linspace(0, len(fine) - 1, 15).round().astype(int))]
+    layout = lay_out_band([curves[i] for i in sample], [arcs[i] for i in sample], sizes.fine, ring_width(sizes),
+                          2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, f"the {name}'s band")
+    return np.array([layout.columns(curve, *arc) for curve, arc in zip(curves, arcs)])
+
+
+def _band_arcs(name, body, x, curve, strict):
+    """The band's arc lengths; outside the fine range it is kept on the section."""
+    band = body.band_at(x)
+    if not band[0] < band[1]:
+        raise MeshError(f"the {name}'s band {band} m at x = {x * 1e3:.1f} mm is empty; give (y0, y1) with y0 < y1")
+    if not strict:
+        low, high = curve.points[:, 0].min(), curve.points[:, 0].max()
+        band = np.clip(band, low + 1e-6, high - 1e-6)
+    return tuple(curve.arc_at(y, f"the {name}'s band at x = {x * 1e3:.1f} mm, edge") for y in band)
+
+
+def carry_section(section: QuadSection, curves: list[SectionCurve], columns: np.ndarray, reference: int, reach: float) -> np.ndarray:
+    """Positions (stations, n, 2) [m] of a section's nodes on every outline.
+
+    curves, columns : outline and block columns (arc lengths) at every station;  reference : the station that was meshed
+    reach : outline [m] beside the block whose nodes keep their distance from it
+    Nodes on the outline are matched by arc length between the ends, the block's columns and the reach; nodes on the
+    base divide it in the same ratio; inner nodes follow their neighbour station's by ElasticMorph and are smoothed.
+    """
+    knots = [_knots(curve, column, reach) for curve, column in zip(curves, columns)]
+    fixed = np.zeros(len(section.points), dtype=bool)
+    fixed[section.on_curve] = fixed[section.base] = True
+    morph = ElasticMorph(section.points, section.plane_quads(), fixed)
+    start, end = curves[reference].points[[0, -1]]
+    share = ((section.points[section.base] - start) @ (end - start) / ((end - start) @ (end - start)))[:, None]
+    positions = np.empty((len(curves),) + section.points.shape)
+    positions[reference] = section.points
+    for i, neighbour in [(i, i - 1) for i in range(reference + 1, len(curves))] + [(i, i + 1) for i in range(reference - 1, -1, -1)]:
+        outline = positions[neighbour].copy()
+        outline[section.on_curve] = curves[i].at(np.interp(section.curve_arc, knots[reference], knots[i]))
+        outline[section.base] = curves[i].points[0] + share * (curves[i].points[-1] - curves[i].points[0])
+        positions[i] = _follow(section, morph, positions[neighbour], outline, fixed)
+    place_strip_middles(positions, section.strip, section.on_curve)
+    return positions
+
+
+def _follow(section, morph, before, outline, fixed):
+    """Positions (n, 2) from those of the neighbouring station and the new places of the fixed nodes: carried, then smoothed."""
+    shift = outline - before
+    moved = before + morph.carry(shift)
+    moved[fixed] = outline[fixed]
+    if np.ptp(shift[fixed], axis=0).max() < 1e-9:
+        return moved
+    return section.smoother.smooth(moved, iterations=40)
+
+
+def _knots(curve, columns, reach):
+    """Arc lengths that correspond from section to section."""
+    left, right = min(reach, 0.7 * columns[0]), min(reach, 0.7 * (curve.length - columns[-1]))
+    return np.concatenate([[0.0, columns[0] - left], columns, [columns[-1] + right, curve.length]])
+
+
+def _check_shapes(mesh, name):
+    corner = mesh.points[mesh.cells]
+    jacobian = scaled_jacobian(corner)
+    worst = jacobian.argmin()
+    if jacobian[worst] < LEAST_JACOBIAN:
+        place = ", ".join(f"{v * 1e3:.1f}" for v in corner[worst].mean(axis=0))
+        raise MeshError(f"the {name}'s mesh has a folded or flat cell (scaled Jacobian {jacobian[worst]:.3f}) at ({place}) mm: the section changes too much "
+                        "along x_range; shorten it, move the band off a corner, or change the element size")

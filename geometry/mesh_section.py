@@ -1,0 +1,301 @@
+"""Quadrilaterals of one section: fine blocks under the running bands, transition strips around them, Gmsh in the rest.
+
+The sweep along x (mesh_sweep) has three slabs in the fine part for one in the coarse part. So a section has three kinds
+of quads: `fine`, swept slab by slab; `strip`, one ring around each block, swept by a 3:1 template; `coarse`, swept three
+slabs at a time. A second ring of coarse quads triples the element size within the section as well.
+
+      surface ___F_F_F_F_F_F___       F fine block following the surface, depth growing a little
+             \ S |F_F_F_F| S /        S strip: 3:1 along x
+              \S__S__S__S__S/         T ring: 3:1 along the ring
+            T   T    T    T   C       C Gmsh, graded to the coarse size
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.mesh import MeshError
+from geometry.mesh_curve import SectionCurve
+from geometry.mesh_gmsh import fill_with_quads
+from geometry.mesh_smooth import Smoother, corner_targets
+
+# Strip thickness in element sizes, and where the template's inner nodes lie in it: V / A_max of its hexahedra is then 0.8 h.
+STRIP_THICKNESS = 3.0
+STRIP_MIDDLE = 0.6
+# Share of their thickness with which the rings are first laid; smoothing then lets them grow, so that they never fold.
+START_SHARE = 0.3
+
+
+@dataclass(frozen=True)
+class SectionSizes:
+    """Sizes of a section's mesh: fine size, depth of the fine block, largest size far away [m], growth between them."""
+
+    fine: float
+    depth: float
+    coarse: float
+    growth: float = 1.3
+    depth_growth: float = 1.15
+    triple_ring: bool = True
+
+
+@dataclass(frozen=True)
+class QuadSection:
+    """The mesh of one section; nodes are shared by all its arrays.
+
+    points : (n, 2) y, height [m];  fine (f, 4), coarse (c, 4): quads, anticlockwise
+    strip : (t, 6) a, b, middle_a, middle_b, c, d: a-b on the fine side, c-d on the coarse side, middles on the rungs a-c, b-d
+    on_curve : (k,) nodes on the outline, in its order;  curve_arc : (k,) their arc lengths [m]
+    base : (b,) nodes on the base, both ends included;  smoother : the shapes that its plane quads should have
+    """
+
+    points: np.ndarray
+    fine: np.ndarray
+    strip: np.ndarray
+    coarse: np.ndarray
+    on_curve: np.ndarray
+    curve_arc: np.ndarray
+    base: np.ndarray
+    smoother: Smoother
+
+    def plane_quads(self) -> np.ndarray:
+        """All quads (k, 4) anticlockwise, each strip cell as one quad without its middle nodes."""
+        return np.concatenate([self.fine, self.strip[:, [0, 4, 5, 1]], self.coarse])
+
+    def slab_cells(self) -> float:
+        """Mean number of hexahedra in a slab of the fine size."""
+        return len(self.fine) + (4 * len(self.strip) + len(self.coarse)) / 3
+
+
+class _Nodes:
+    """Collects nodes and what is known of them while the section is built."""
+
+    def __init__(self):
+        self.points, self.arc = [], {}
+
+    def add(self, points, arcs=None):
+        """Numbers of new nodes at points (k, 2), with arc lengths (k,) where they lie on the outline."""
+        first = len(self.points)
+        self.points += list(np.atleast_2d(points))
+        numbers = np.arange(first, len(self.points))
+        if arcs is not None:
+            self.arc |= dict(zip(numbers.tolist(), np.atleast_1d(arcs).tolist()))
+        return numbers
+
+
+def mesh_section(curve: SectionCurve, blocks: list[np.ndarray], sizes: SectionSizes) -> QuadSection:
+    """Mesh the body under an outline, fine below the running bands.
+
+    curve : outline, both ends at the same height (the base)
+    blocks : for each fine block, left to right, the arc lengths [m] of its columns on the outline; with the triple ring
+             its columns plus twice its layers are a multiple of 3
+    Raises MeshError where the blocks and their rings do not fit on the outline, or Gmsh cannot fill the rest.
+    """
+    nodes, parts, targets = _Nodes(), {"fine": [], "strip": [], "coarse": []}, []
+    _check_room(curve, [(columns[0], columns[-1]) for columns in blocks], ring_width(sizes))
+    loops = []
+    for columns in blocks:
+        chain = _add_block(nodes, parts, targets, curve, columns, sizes)
+        chain = _add_strip(nodes, parts, targets, curve, chain, sizes)
+        if sizes.triple_ring:
+            chain = _add_triple_ring(nodes, parts, targets, curve, chain, sizes)
+        loops.append(chain)
+    _smooth(nodes, parts, targets, rounds=(1e-3,))
+    base = _fill_rest(nodes, parts, targets, curve, loops, sizes)
+    smoother = _smooth(nodes, parts, targets, base)
+    return _finish(nodes, parts, base, smoother)
+
+
+def ring_width(sizes: SectionSizes) -> float:
+    """Length [m] that the transition rings take on the outline at each side of a band."""
+    return STRIP_THICKNESS * sizes.fine * (2 if sizes.triple_ring else 1)
+
+
+def depth_steps(sizes: SectionSizes) -> np.ndarray:
+    """Thicknesses [m] of the fine block's layers from the surface down; their number brings the sum nearest to the depth."""
+    steps = sizes.fine * sizes.depth_growth ** np.arange(200)
+    return steps[:max(1, 1 + np.abs(np.cumsum(steps) - sizes.depth).argmin())]
+
+
+def _check_room(curve, spans, reach):
+    """Refuse blocks whose rings overlap or leave the outline."""
+    free = [0.0] + [end + reach for _, end in spans], [start - reach for start, _ in spans] + [curve.length]
+    for left, right in zip(*free):
+        if right - left <= 0.2 * reach:
+            raise MeshError(f"the fine blocks {[(round(a * 1e3, 2), round(b * 1e3, 2)) for a, b in spans]} mm (arc length) with {reach * 1e3:.2f} mm of transition at each side "
+                            f"do not fit on an outline of {curve.length * 1e3:.2f} mm; narrow or move the bands, or take smaller elements")
+
+
+def _add_block(nodes, parts, targets, curve, arcs, sizes):
+    """Structured quads below the band; returns the block's sides and bottom from left to right as node numbers."""
+    steps = depth_steps(sizes)
+    down = _depth_directions(curve, arcs, steps.sum(), ring_width(sizes))
+    layers = curve.at(arcs)[None] + np.append(0.0, np.cumsum(steps))[:, None, None] * down[None]
+    number = np.stack([nodes.add(layer, arcs if i == 0 else None) for i, layer in enumerate(layers)])
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1)
+    parts["fine"].append(quads.reshape(-1, 4))
+    ideal = np.stack([_rectangle(width, step) for step in steps for width in np.diff(arcs)])
+    targets.append((ideal, np.ones(len(ideal)), np.zeros(len(ideal))))
+    return np.concatenate([number[:-1, 0], number[-1], number[-2::-1, -1]])
+
+
+def _depth_directions(curve, arcs, depth, reach):
+    """Unit vectors (k, 2) into the body: a straight line in arc length fitted to the normals of the band and `reach` beside it,
+    its fan limited to 25 % narrowing at `depth`."""
+    near = np.linspace(max(arcs[0] - reach, 0.0), min(arcs[-1] + reach, curve.length), 400)
+    slope, level = np.polyfit(near - near.mean(), curve.normal_angle(near), 1)
+    slope = np.clip(slope, -0.25 / depth, 0.25 / depth)
+    angle = level + slope * (arcs - near.mean())
+    return np.stack([np.sin(angle), -np.cos(angle)], axis=1)
+
+
+def _add_strip(nodes, parts, targets, curve, chain, sizes):
+    """The ring where three slabs meet one; returns its outer chain."""
+    thickness = STRIP_THICKNESS * sizes.fine
+    outer, arcs = _offset(nodes, curve, chain, thickness, len(depth_steps(sizes)))
+    outer_numbers = _add_chain(nodes, outer, arcs)
+    inner = np.array(nodes.points)[chain]
+    middle_arcs = [nodes.arc[chain[i]] + STRIP_MIDDLE * (arcs[i] - nodes.arc[chain[i]]) for i in (0, -1)]
+    middle = inner + STRIP_MIDDLE * (outer - inner)
+    middle[[0, -1]] = curve.at(middle_arcs)
+    middle_numbers = _add_chain(nodes, middle, middle_arcs)
+    parts["strip"].append(np.stack([chain[:-1], chain[1:], middle_numbers[:-1], middle_numbers[1:], outer_numbers[:-1], outer_numbers[1:]], axis=1))
+    ideal = np.stack([_rectangle(width, thickness) for width in np.linalg.norm(np.diff(inner, axis=0), axis=1)])
+    targets.append((ideal, np.ones(len(ideal)), np.ones(len(ideal))))
+    return outer_numbers
+
+
+def _add_triple_ring(nodes, parts, targets, curve, chain, sizes):
+    """The ring where three edges of the chain meet one; returns its outer chain, a third as long."""
+    thickness = STRIP_THICKNESS * sizes.fine
+    outer, arcs = _offset(nodes, curve, chain, thickness, len(depth_steps(sizes)))
+    inner = np.array(nodes.points)[chain]
+    middle = inner + STRIP_MIDDLE * (outer - inner)
+    outer_numbers = _add_chain(nodes, outer[::3], arcs)
+    quads, ideal = [], []
+    template = sizes.fine * np.array([[0, 0], [1, 0], [2, 0], [3, 0], [1, -STRIP_MIDDLE * 3], [2, -STRIP_MIDDLE * 3], [0, -3], [3, -3]])
+    corners = np.array([[0, 6, 4, 1], [1, 4, 5, 2], [2, 5, 7, 3], [4, 6, 7, 5]])
+    for group in range((len(chain) - 1) // 3):
+        first = 3 * group
+        members = np.concatenate([chain[first:first + 4], nodes.add(middle[first + 1:first + 3]), outer_numbers[group:group + 2]])
+        quads.append(members[corners])
+        ideal.append(template[corners])
+    parts["coarse"].append(np.concatenate(quads))
+    targets.append((np.concatenate(ideal), np.full(4 * len(quads), 1.0), np.full(4 * len(quads), 2)))
+    return outer_numbers
+
+
+def _add_chain(nodes, points, arcs):
+    """Add a chain of nodes whose two ends lie on the outline at arcs (2,)."""
+    numbers = [nodes.add(points[0], [arcs[0]]), nodes.add(points[1:-1]), nodes.add(points[-1], [arcs[1]])]
+    return np.concatenate(numbers)
+
+
+def _offset(nodes, curve, chain, distance, sides):
+    """Chain moved outwards (to its right) by `distance`; the two ends slide along the outline, and the block's sides turn from that
+    direction to their normal over `sides` edges. Also the ends' arc lengths."""
+    points = np.array(nodes.points)[chain]
+    arcs = nodes.arc[chain[0]] - distance, nodes.arc[chain[-1]] + distance
+    along = np.diff(points, axis=0)
+    normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+    mean = normal[:-1] + normal[1:]
+    mitre = mean / (0.5 * np.einsum("ij,ij->i", mean, mean))[:, None]
+    shift = np.concatenate([[curve.at(arcs[0]) - points[0]], START_SHARE * distance * mitre, [curve.at(arcs[1]) - points[-1]]])
+    for side, end in ((np.arange(sides), 0), (-1 - np.arange(sides), -1)):
+        share = (np.arange(sides) / sides)[:, None]
+        shift[side] = (1 - share) * shift[end] + share * shift[side]
+    return points + shift, arcs
+
+
+def _rectangle(width, height):
+    """Ideal positions (4, 2) of a quad given from its top left corner anticlockwise."""
+    return np.array([[0, 0], [0, -height], [width, -height], [width, 0]])
+
+
+def _fill_rest(nodes, parts, targets, curve, loops, sizes):
+    """Fill what the blocks leave with Gmsh; returns the base nodes from left to right."""
+    pieces = _outline_pieces(nodes, curve, loops, sizes)
+    base = _base_nodes(nodes, curve, sum(len(piece) - 1 for piece in pieces) + sum(len(loop) - 1 for loop in loops), sizes, pieces)
+    ring = [*base[:-1]]
+    for piece, loop in zip(pieces[:0:-1], loops[::-1]):
+        ring += [*piece[:0:-1], *loop[:0:-1]]
+    ring += [*pieces[0][:0:-1]]
+    polygon = np.array(nodes.points)[ring]
+    points, quads = fill_with_quads(polygon, sizes.coarse)
+    number = np.concatenate([ring, nodes.add(points[len(ring):])]) if len(points) > len(ring) else np.array(ring)
+    parts["coarse"].append(number[quads])
+    area = np.abs(np.cross(points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]])) / 2
+    side = np.sqrt(np.maximum(area, (0.5 * sizes.fine) ** 2))
+    targets.append((side[:, None, None] * _rectangle(1.0, 1.0), np.full(len(quads), 0.1), np.full(len(quads), 2)))
+    return base
+
+
+def _outline_pieces(nodes, curve, loops, sizes):
+    """Node numbers along the outline left of, between and right of the blocks, growing away from them."""
+    ends = [nodes.arc[int(loop[k])] for loop in loops for k in (0, -1)]
+    numbers = [int(loop[k]) for loop in loops for k in (0, -1)]
+    start_size = sizes.fine * (STRIP_THICKNESS if sizes.triple_ring else 1.0)
+    fine = np.linspace(0.0, curve.length, 2000)
+    distance = np.min([np.abs(fine - end) for end in ends], axis=0)
+    size = np.minimum(start_size + (sizes.growth - 1) * distance, max(sizes.coarse, start_size))
+    count = np.append(0.0, np.cumsum((fine[1] - fine[0]) * 0.5 * (1 / size[1:] + 1 / size[:-1])))
+    sharp = curve.arc[curve.sharp_points()]
+    pieces, spans = [], list(zip([0.0] + ends[1::2], ends[0::2] + [curve.length]))
+    left, right = [None] + numbers[1::2], numbers[0::2] + [None]
+    for (start, end), first, last in zip(spans, left, right):
+        knots = [start, *sharp[(sharp > start + 0.3 * start_size) & (sharp < end - 0.3 * start_size)], end]
+        arcs = np.concatenate([[start]] + [_divide(fine, count, a, b)[1:] for a, b in zip(knots, knots[1:])])
+        piece = list(nodes.add(curve.at(arcs[1:-1]), arcs[1:-1])) if len(arcs) > 2 else []
+        first = nodes.add(curve.at([start]), [start])[0] if first is None else first
+        last = nodes.add(curve.at([end]), [end])[0] if last is None else last
+        pieces.append([first, *piece, last])
+    return pieces
+
+
+def _divide(fine, count, start, end):
+    """Arc lengths that cut [start, end] at equal steps of the cell count `count` given at arc lengths `fine`."""
+    first, last = np.interp([start, end], fine, count)
+    cells = max(1, round(last - first))
+    arcs = np.interp(np.linspace(first, last, cells + 1), count, fine)
+    arcs[[0, -1]] = start, end
+    return arcs
+
+
+def _base_nodes(nodes, curve, edges, sizes, pieces):
+    """Nodes along the base from left to right, in a number that makes the whole ring even."""
+    left, right = curve.points[0], curve.points[-1]
+    cells = max(2, round(np.linalg.norm(right - left) / sizes.coarse))
+    cells += (cells + edges) % 2
+    inner = left + np.linspace(0, 1, cells + 1)[1:-1, None] * (right - left)
+    return np.array([pieces[0][0], *nodes.add(inner), pieces[-1][-1]])
+
+
+def _smooth(nodes, parts, targets, base=(), rounds=(0.1, 1e-2, 1e-3)):
+    """Move the nodes inside the body to good shapes; outline, base and the strips' middles stay. Returns the smoother."""
+    points, strip = np.array(nodes.points), np.concatenate(parts["strip"])
+    coarse = np.concatenate(parts["coarse"]) if parts["coarse"] else np.zeros((0, 4), int)
+    quads = np.concatenate([np.concatenate(parts["fine"]), strip[:, [0, 4, 5, 1]], coarse])
+    ideal, weight, kind = (np.concatenate(column) for column in zip(*targets))
+    order = np.argsort(kind, kind="stable")
+    free = np.zeros(len(points), dtype=bool)
+    free[quads] = True
+    free[list(nodes.arc)] = free[list(base)] = False
+    smoother = Smoother(quads, corner_targets(ideal[order]), weight[order], free)
+    nodes.points = list(smoother.smooth(points, rounds))
+    return smoother
+
+
+def _finish(nodes, parts, base, smoother):
+    """Put the section together."""
+    points, strip = np.array(nodes.points), np.concatenate(parts["strip"])
+    on_curve = np.array(sorted(nodes.arc, key=nodes.arc.get))
+    place_strip_middles(points, strip, on_curve)
+    arcs = np.array([nodes.arc[int(node)] for node in on_curve])
+    return QuadSection(points, np.concatenate(parts["fine"]), strip, np.concatenate(parts["coarse"]), on_curve, arcs, base, smoother)
+
+
+def place_strip_middles(points: np.ndarray, strip: np.ndarray, on_curve: np.ndarray) -> None:
+    """Put the strips' middle nodes on their rungs, in place: points (n, 2) or (s, n, 2); those on the outline stay."""
+    rungs = np.concatenate([strip[:, [0, 2, 4]], strip[:, [1, 3, 5]]])
+    rungs = rungs[~np.isin(rungs[:, 1], on_curve)]
+    start, end = points[..., rungs[:, 0], :], points[..., rungs[:, 2], :]
+    points[..., rungs[:, 1], :] = start + STRIP_MIDDLE * (end - start)
