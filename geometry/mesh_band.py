@@ -108,9 +108,11 @@ def _tie(band, left, at_left, right, at_right, size):
 
 
 def _outer_count(rooms, size):
-    """Columns between a wrapped end and the band: as few as the narrowest section allows, none under 1.5 sizes."""
-    room = float(np.min(rooms))
-    return len(growing_steps(size, room, COLUMN_GROWTH, WIDEST * size)) if room > 1.5 * size else 0
+    """Columns between a wrapped end and the band: as few as the narrowest section allows, enough for the widest, none under 1.5 sizes."""
+    least, most = float(np.min(rooms)), float(np.max(rooms))
+    if least <= 1.5 * size:
+        return 0
+    return max(len(growing_steps(size, least, COLUMN_GROWTH, WIDEST * size)), min(int(most / (4 * size)), int(least / (0.7 * size))))
 
 
 def _wrapped_end(curves, ends, side, reach, what):

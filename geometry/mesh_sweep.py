@@ -16,13 +16,14 @@ from geometry.mesh import HexMesh, MeshError, boundary_faces, orient
 from geometry.mesh_section import QuadSection
 
 
-def sweep(section: QuadSection, positions: np.ndarray, name: str, cut_ends_clamped: bool = False) -> HexMesh:
+def sweep(section: QuadSection, positions: np.ndarray, name: str, surface_nodes: np.ndarray | None = None, cut_ends_clamped: bool = False) -> HexMesh:
     """Hexahedra through a section carried along stations.
 
     section   : quads and node sets of the section
     positions : (3 g + 1, n, 3) position [m] of every section node at every station (unused combinations are ignored)
-    name      : the body's name;  cut_ends_clamped : clamp the nodes of the first and last station besides the base
-    surface is the swept outline; clamp the swept base. Raises MeshError where the stations are not 3 g + 1.
+    name      : the body's name;  surface_nodes : section nodes on the running surface, the whole outline if None
+    cut_ends_clamped : clamp the nodes of the first and last station besides the base
+    surface is the sweep of the surface nodes; clamp the swept base. Raises MeshError where the stations are not 3 g + 1.
     """
     stations = len(positions)
     if stations % 3 != 1 or stations < 4:
@@ -33,7 +34,7 @@ def sweep(section: QuadSection, positions: np.ndarray, name: str, cut_ends_clamp
     number[used] = np.arange(len(used))
     cells = number[cells]
     station, node = np.divmod(used, positions.shape[1])
-    on_outline, on_base = (np.isin(node, nodes) for nodes in (section.on_curve, section.base))
+    on_outline, on_base = (np.isin(node, nodes) for nodes in (section.on_curve if surface_nodes is None else surface_nodes, section.base))
     surface, _ = boundary_faces(cells)
     along = station[surface].max(axis=1) > station[surface].min(axis=1)
     surface = surface[along & on_outline[surface].all(axis=1)]
