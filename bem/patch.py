@@ -14,6 +14,8 @@ from functools import cached_property
 import numpy as np
 from scipy import ndimage
 
+from bem.patch_edge import covered_area, edge_places
+
 
 class ContactInputError(ValueError):
     """Input that no contact solver can answer: what, where, how large, what to do."""
@@ -174,10 +176,10 @@ class Patch:
         """(nx, ny) bool: cells in contact that slide."""
         return None if self.stick is None else self.contact & ~self.stick
 
-    @property
+    @cached_property
     def contact_area(self) -> float:
-        """Area of the cells in contact [m^2]."""
-        return float(np.count_nonzero(self.contact) * self.grid.cell_area)
+        """Area in contact [m^2], the cells at the edge counted in part (bem/patch_edge.py)."""
+        return covered_area(self.grid, self.pressure)
 
     @property
     def stick_area(self) -> float:
@@ -225,7 +227,7 @@ class Patch:
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Length along x and width along y of the patch [m], to a fraction of a cell (see `edge_places`)."""
+        """Length along x and width along y of the patch [m], to a fraction of a cell (bem/patch_edge.py)."""
         x_min, x_max, y_min, y_max = edge_places(self.grid, self.pressure)
         return x_max - x_min, y_max - y_min
 
@@ -242,35 +244,8 @@ class Patch:
         return patch_figure(self, path)
 
 
-def edge_places(grid: Grid, pressure: np.ndarray) -> tuple[float, float, float, float]:
-    """(x_min, x_max, y_min, y_max) of the patch's edge [m], finer than the cells.
-
-    Pressure falls to the edge as the root of the distance, so its square falls as a line; that line through the two
-    outermost cells is followed to zero, by at most one cell. NaN without contact.
-    Error: order 1 in the cell, about a fifth of a cell (tests/bem/test_halfspace_normal.py).
-    """
-    if not (pressure > 0).any():
-        return np.nan, np.nan, np.nan, np.nan
-    along_x, along_y = (pressure**2).max(axis=1), (pressure**2).max(axis=0)
-    x_min, x_max = _zero_places(along_x, grid.x, grid.dx)
-    y_min, y_max = _zero_places(along_y, grid.y, grid.dy)
-    return x_min, x_max, y_min, y_max
-
-
-def _zero_places(squares: np.ndarray, places: np.ndarray, step: float) -> tuple[float, float]:
-    filled = np.flatnonzero(squares > 0)
-    return (places[filled[0]] - step * _reach(squares[filled[0]], squares, filled[0] + 1),
-            places[filled[-1]] + step * _reach(squares[filled[-1]], squares, filled[-1] - 1))
-
-
-def _reach(outer: float, squares: np.ndarray, inner_index: int) -> float:
-    """Cells from the outermost cell's centre to the edge."""
-    inner = squares[inner_index] if 0 <= inner_index < len(squares) else 0.0
-    return min(outer / (inner - outer), 1.0) if inner > outer else 0.5
-
-
 def _part(grid: Grid, pressure: np.ndarray) -> PatchPart:
     area, total = grid.cell_area, pressure.sum()
     centre = (float(grid.x @ pressure.sum(axis=1) / total), float(grid.y @ pressure.sum(axis=0) / total))
     cells = int(np.count_nonzero(pressure))
-    return PatchPart(cells * area, float(total * area), centre, edge_places(grid, pressure), float(pressure.max()), cells)
+    return PatchPart(covered_area(grid, pressure), float(total * area), centre, edge_places(grid, pressure), float(pressure.max()), cells)

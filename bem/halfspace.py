@@ -1,0 +1,137 @@
+"""Normal contact of two elastic half-spaces: pressure and patch from a gap, by load or by approach.
+
+Valid where the patch is small against the bodies and against their radii; conformal contact and edges need the 2.5D
+slices. Give the gap as an array on a grid, or as a function with a search window: then the grid is placed on the patch,
+stretched where it would cut it, and refined until the asked accuracy is met.
+Unlike materials: `rolling_contact` and `shift_contact` (bem/halfspace_tangential.py) iterate normal and tangential
+problem; without friction, as here, the pressure depends on E* alone.
+"""
+from __future__ import annotations
+
+import time
+from typing import Callable
+
+import numpy as np
+
+from bem.halfspace_influence import Pair
+from bem.halfspace_input import check_drive, check_gap, check_inside
+from bem.halfspace_place import Window, evaluate_gap, place_grid, widened
+from bem.halfspace_pressure import NormalOperator, PressureSolution, solve_pressure
+from bem.material import Elastic
+from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid, Patch
+
+Gap = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+_LARGEST_GRID = 704
+_COARSEST_GRID = 6
+
+
+def normal_contact(gap: Gap, first: Elastic, second: Elastic, *, load: float | None = None, approach: float | None = None,
+                   grid: Grid | None = None, window: Window | None = None, cells: int | tuple[int, int] = 44,
+                   accuracy: float | None = None, cut: bool = False, estimate: bool = True) -> Patch:
+    """Frictionless contact of body 1 (above) and body 2 (below).
+
+    gap      : (nx, ny) array on `grid`, or function gap(x, y) [m]; open positive, +inf where a body has no surface
+    load [N] or approach [m] : one of them; load 0 gives an empty patch, an approach that does not close the gap an error
+    grid     : the cells; without it `window` ((x_min, x_max), (y_min, y_max)) [m] is searched and `cells` laid on the patch
+    accuracy : cells are doubled until the estimated relative error of the largest pressure is below it (function gaps)
+    cut      : allow the patch to reach the grid's edge, because the bodies end there
+    estimate : also solve at doubled cell sides, for the error estimate (a quarter of the cost)
+
+    Error: bem/halfspace_pressure.py. Source: there.
+    """
+    check_drive(load, approach)
+    started = time.perf_counter()
+    pair = Pair.of(first, second)
+    cells = (cells, cells) if isinstance(cells, int) else cells
+    if load == 0:
+        return _empty(gap, grid, window, cells)
+    if grid is None:
+        patch = _placed(gap, pair, load, approach, window, cells, accuracy, estimate)
+    else:
+        patch = _solve(gap, grid, pair, load, approach, estimate)
+        if not cut:
+            check_inside(patch.pressure, grid)
+    patch.cost = Cost(time.perf_counter() - started, patch.cost.iterations, patch.cost.products)
+    return patch
+
+
+def _placed(gap, pair, load, approach, window, cells, accuracy, estimate) -> Patch:
+    if window is None or not callable(gap):
+        raise ContactInputError("without a grid: give gap as a function gap(x, y) and a search window ((x_min, x_max), (y_min, y_max))")
+    grid = place_grid(gap, window, pair, load, approach, cells)
+    while True:
+        patch = _solve(gap, grid, pair, load, approach, estimate or accuracy is not None)
+        p = patch.pressure
+        if p[0].any() or p[-1].any() or p[:, 0].any() or p[:, -1].any():
+            grid = widened(grid, p, window)
+        elif accuracy is None or patch.error.max_pressure <= accuracy:
+            return patch
+        elif 2 * max(grid.shape) > _LARGEST_GRID:
+            patch.warnings += (f"accuracy {accuracy:g} not reached at {grid.nx} x {grid.ny} cells: estimated "
+                               f"{patch.error.max_pressure:.1g}",)
+            return patch
+        else:
+            x_min, x_max, y_min, y_max = grid.edges
+            grid = Grid.over((x_min, x_max), (y_min, y_max), 2 * grid.nx, 2 * grid.ny)
+
+
+def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> Patch:
+    values = evaluate_gap(gap, grid) if callable(gap) else np.asarray(gap, dtype=float)
+    check_gap(values, grid)
+    operator = NormalOperator(grid, pair)
+    solution = solve_pressure(operator, values, load, approach)
+    patch = Patch(grid, values, solution.pressure, solution.approach, "half-space",
+                  cost=Cost(np.nan, solution.iterations, operator.products), warnings=_warnings(solution))
+    if estimate and min(grid.shape) >= 2 * _COARSEST_GRID:
+        patch.error = _estimate(gap, patch, pair, load, approach)
+    return patch
+
+
+def _warnings(solution: PressureSolution) -> tuple[str, ...]:
+    if solution.converged:
+        return ()
+    return (f"pressure not converged: residual {solution.residual:.1e} of the approach after {solution.iterations} iterations",)
+
+
+def coarse_grid(grid: Grid) -> Grid:
+    """The grid at doubled cell sides (one row or column more where the count is odd)."""
+    return Grid(grid.x_first + grid.dx / 2, grid.y_first + grid.dy / 2, 2 * grid.dx, 2 * grid.dy,
+                (grid.nx + 1) // 2, (grid.ny + 1) // 2)
+
+
+def coarse_field(field: np.ndarray, fill: str = "edge") -> np.ndarray:
+    """Means over 2 x 2 cells of a field (nx, ny); an odd last row is repeated ("edge") or met by zeros ("constant")."""
+    padded = np.pad(field, [(0, size % 2) for size in field.shape], mode=fill)
+    return padded.reshape(padded.shape[0] // 2, 2, padded.shape[1] // 2, 2).mean(axis=(1, 3))
+
+
+def _estimate(gap: Gap, fine: Patch, pair: Pair, load, approach) -> ErrorEstimate:
+    grid = coarse_grid(fine.grid)
+    values = evaluate_gap(gap, grid) if callable(gap) else coarse_field(fine.gap)
+    if approach is not None and approach <= values.min():
+        return ErrorEstimate(note="not estimated: the coarser grid has no contact")
+    solution = solve_pressure(NormalOperator(grid, pair), values, load, approach, tolerance=1e-5)
+    coarse = Patch(grid, values, solution.pressure, solution.approach, fine.method)
+    normal = (relative_change(coarse.approach - values.min(), fine.approach - fine.gap.min()) if approach is None
+              else relative_change(coarse.normal_force, fine.normal_force))
+    return ErrorEstimate(relative_change(coarse.max_pressure, fine.max_pressure),
+                         relative_change(coarse.contact_area, fine.contact_area), normal, order=1.0,
+                         note=f"change from {grid.nx} x {grid.ny} cells, first order assumed")
+
+
+def relative_change(coarse: float, fine: float) -> float:
+    """|coarse - fine| / |fine|; 0 where both vanish."""
+    return abs(coarse - fine) / abs(fine) if fine else float(coarse != 0) * np.inf if coarse else 0.0
+
+
+def _empty(gap: Gap, grid: Grid | None, window: Window | None, cells: tuple[int, int]) -> Patch:
+    """Nothing pressed together: no pressure, approach at the least gap, and a warning that says so."""
+    if grid is None:
+        if window is None or not callable(gap):
+            raise ContactInputError("give a grid, or a gap function with a window")
+        grid = Grid.over(*window, *cells)
+    values = evaluate_gap(gap, grid) if callable(gap) else np.asarray(gap, dtype=float)
+    check_gap(values, grid)
+    return Patch(grid, values, np.zeros(grid.shape), float(values.min()), "half-space", cost=Cost(0.0, 0, 0),
+                 warnings=("load 0 N: the bodies touch without pressure, the patch is empty",))

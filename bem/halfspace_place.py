@@ -1,0 +1,111 @@
+"""Where the grid goes: finds the patch of a gap function in a search window and lays the cells over it."""
+from __future__ import annotations
+
+from typing import Callable
+
+import numpy as np
+
+from bem.halfspace_influence import Pair
+from bem.halfspace_input import check_gap, check_inside
+from bem.halfspace_pressure import NormalOperator, solve_pressure
+from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError, edge_places
+
+GapFunction = Callable[[np.ndarray, np.ndarray], np.ndarray]
+Window = tuple[tuple[float, float], tuple[float, float]]
+
+_SEARCH_CELLS = 40
+_RESOLVED = 12      # cells across the patch, both ways, from which its edge is trusted
+_MARGIN = 1.5       # cells between patch and grid edge
+_MAX_ROUNDS = 40
+
+
+def evaluate_gap(gap: GapFunction, grid: Grid) -> np.ndarray:
+    """(nx, ny) gap at the cell centres [m], checked."""
+    values = np.asarray(gap(*grid.points()), dtype=float)
+    check_gap(values, grid)
+    return values
+
+
+def place_grid(gap: GapFunction, window: Window, pair: Pair, load: float | None, approach: float | None,
+               cells: tuple[int, int]) -> Grid:
+    """Grid of `cells` that holds every patch inside the window with a margin of 1.5 cells.
+
+    gap(x, y) -> gap [m] for arrays of places; window : ((x_min, x_max), (y_min, y_max)) [m]
+    The window is solved coarsely and narrowed to the cells that touch or could touch, until the patch is 12 cells
+    across. Patches that lie between the cells of the first search (a 40th of the window) can be missed.
+    """
+    _check_window(window)
+    box = window
+    for _ in range(_MAX_ROUNDS):
+        grid = Grid.over(*box, _SEARCH_CELLS, _SEARCH_CELLS)
+        found, resolved = _narrow(evaluate_gap(gap, grid), grid, pair, load, approach)
+        found = tuple((max(low, limit[0]), min(high, limit[1])) for (low, high), limit in zip(found, window))
+        if resolved:
+            return _lay(found, window, cells)
+        box = found
+    raise ContactInputError(f"no patch found in the window {window} m after {_MAX_ROUNDS} rounds: give a window nearer to the contact")
+
+
+def _check_window(window: Window) -> None:
+    for name, (low, high) in zip("xy", window):
+        if not (np.isfinite([low, high]).all() and high > low):
+            raise ContactInputError(f"window along {name}: ({low!r}, {high!r}) m: give finite limits, the lower first")
+
+
+def _narrow(values: np.ndarray, grid: Grid, pair: Pair, load: float | None, approach: float | None) -> tuple[Window, bool]:
+    """The patch's box and whether the patch is resolved; if not, the box of all cells that might touch."""
+    operator = NormalOperator(grid, pair)
+    if approach is not None and approach <= values.min():
+        lowest = np.unravel_index(values.argmin(), values.shape)
+        if approach < values[lowest] - _variation(values)[lowest]:
+            raise NoContactError(f"approach {approach:g} m does not close the least gap, {values[lowest]:g} m at x = "
+                                 f"{grid.x[lowest[0]]:g}, y = {grid.y[lowest[1]]:g} m: no contact; raise the approach above it")
+        return _box(grid, _grown(np.zeros(grid.shape, bool), lowest)), False
+    solution = solve_pressure(operator, values, load, approach, tolerance=1e-4)
+    contact = solution.pressure > 0
+    across = [np.count_nonzero(contact.any(axis=axis)) for axis in (1, 0)]
+    if min(across) >= _RESOLVED:
+        x_min, x_max, y_min, y_max = edge_places(grid, solution.pressure)
+        return ((x_min - grid.dx, x_max + grid.dx), (y_min - grid.dy, y_max + grid.dy)), True
+    open_gap = operator.displacement(solution.pressure) + values - solution.approach
+    return _box(grid, contact | (open_gap < _variation(values))), False
+
+
+def _variation(values: np.ndarray) -> np.ndarray:
+    """How far the gap may fall below its centre value within a cell: half the steps to the neighbours, both ways."""
+    finite = np.where(np.isfinite(values), values, np.nanmax(np.where(np.isfinite(values), values, np.nan)))
+    return sum(np.abs(np.gradient(finite, axis=axis)) for axis in (0, 1)) / 2 if min(values.shape) > 1 else np.zeros(values.shape)
+
+
+def _grown(mask: np.ndarray, cell: tuple[int, int]) -> np.ndarray:
+    mask[cell] = True
+    return mask
+
+
+def _box(grid: Grid, mask: np.ndarray) -> Window:
+    """Rectangle of the marked cells and two more on each side [m]."""
+    x, y = grid.x[mask.any(axis=1)], grid.y[mask.any(axis=0)]
+    return ((x[0] - 2.5 * grid.dx, x[-1] + 2.5 * grid.dx), (y[0] - 2.5 * grid.dy, y[-1] + 2.5 * grid.dy))
+
+
+def _lay(patch: Window, window: Window, cells: tuple[int, int]) -> Grid:
+    """`patch` is the patch and one search cell more on each side, which serves as the margin's error."""
+    ranges = []
+    for (low, high), count, limit in zip(patch, cells, window):
+        share = max(count - 2 * _MARGIN, count / 2)
+        slack = (high - low) / _SEARCH_CELLS
+        margin = max(((high - low) - 2 * slack) * (count / share - 1) / 2 - slack, 0.0)
+        ranges.append((max(low - margin, limit[0]), min(high + margin, limit[1])))
+    return Grid.over(*ranges, *cells)
+
+
+def widened(grid: Grid, pressure: np.ndarray, window: Window) -> Grid:
+    """The grid stretched by a tenth on the sides where the patch touches it, within the window; same counts."""
+    x_min, x_max, y_min, y_max = grid.edges
+    wide, long = 0.1 * (y_max - y_min), 0.1 * (x_max - x_min)
+    box = ((max(x_min - long * pressure[0].any(), window[0][0]), min(x_max + long * pressure[-1].any(), window[0][1])),
+           (max(y_min - wide * pressure[:, 0].any(), window[1][0]), min(y_max + wide * pressure[:, -1].any(), window[1][1])))
+    if box == ((x_min, x_max), (y_min, y_max)):
+        check_inside(pressure, grid)
+        raise PatchCutError("the window cuts the patch")
+    return Grid.over(*box, grid.nx, grid.ny)
