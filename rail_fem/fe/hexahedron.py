@@ -9,7 +9,8 @@ It equals the uniform gradient of Flanagan and Belytschko (Int. J. Numer. Meth. 
 operations; tests/fe/test_hexahedron.py compares it with Gauss quadrature.
 
 Stress: velocity gradient on the mid-step configuration, rotation by Hughes and Winget (IJNME 15 (1980) 1862), so that a
-rigid rotation of any size strains nothing; then radial return (rail_fem.fe.plasticity). Forces are taken on the
+rigid rotation of any size strains nothing; half of the increment turns with the old stress, without which the update is
+only first order where a body strains and turns at once; then radial return (rail_fem.fe.plasticity). Forces are taken on the
 end-of-step configuration, so linear and angular momentum are kept to round-off.
 
 Elements are stored in blocks of LANES of one material; inside a block the fastest index is the element. The functions
@@ -215,10 +216,12 @@ def elastic_trial(nodal, dt, material, state, kept):
     for e in range(_W):
         x, v = vector_modes(nodal, e), vector_modes(nodal, 24 * _W + e)
         b, volume = mean_gradient(x)
-        l = to_mid_step(field_gradient(v, b, volume), dt)
+        end = field_gradient(v, b, volume)
+        l = to_mid_step(end, dt)
         r = step_rotation(l, dt)
         old = load(state, 0, 0, e) + load(state, 0, 3, e)
-        stress = add_elastic(rotate_stress(r, old), l, dt, lame, shear)
+        half = add_elastic(old, l, 0.5 * dt, lame, shear)  # half the increment turns with the old stress: second order in dt
+        stress = add_elastic(rotate_stress(r, half), l, 0.5 * dt, lame, shear)
         store(state, 0, 0, e, stress[:3])
         store(state, 0, 3, e, stress[3:])
         kept[34 * _W + e] = von_mises(stress) - state[YIELD * _W + e]
@@ -228,10 +231,10 @@ def elastic_trial(nodal, dt, material, state, kept):
         closing = min(rate, 0.0)
         viscous = density * length * (linear * speed * rate - quadratic * quadratic * length * closing * closing)
         k = hourglass * square / volume * dt
-        q1, w1 = hourglass_step(load(state, 0, HOURGLASS, e), r, l, x[3], v[3], k)
-        q2, w2 = hourglass_step(load(state, 0, HOURGLASS + 3, e), r, l, x[4], v[4], k)
-        q3, w3 = hourglass_step(load(state, 0, HOURGLASS + 6, e), r, l, x[5], v[5], k)
-        q4, w4 = hourglass_step(load(state, 0, HOURGLASS + 9, e), r, l, x[6], v[6], k)
+        q1, w1 = hourglass_step(load(state, 0, HOURGLASS, e), r, end, x[3], v[3], k)
+        q2, w2 = hourglass_step(load(state, 0, HOURGLASS + 3, e), r, end, x[4], v[4], k)
+        q3, w3 = hourglass_step(load(state, 0, HOURGLASS + 6, e), r, end, x[5], v[5], k)
+        q4, w4 = hourglass_step(load(state, 0, HOURGLASS + 9, e), r, end, x[6], v[6], k)
         store(state, 0, HOURGLASS, e, q1)
         store(state, 0, HOURGLASS + 3, e, q2)
         store(state, 0, HOURGLASS + 6, e, q3)
@@ -253,9 +256,10 @@ def elastic_trial(nodal, dt, material, state, kept):
 
 
 @_inlined
-def hourglass_step(old, r, l, g, gv, k):
-    """One mode: q = g(v) - L g(x); Q turns with the element and grows by k q. Returns Q and its mean power (without the factor 8)."""
-    lg, turned = times(l, g), times(r, old)
+def hourglass_step(old, r, end, g, gv, k):
+    """One mode: q = g(v) - G g(x), x and G on the end configuration, so an affine motion of any size makes none; Q turns with
+    the element and grows by k q. Returns Q and its mean power (without the factor 8)."""
+    lg, turned = times(end, g), times(r, old)
     q = (gv[0] - lg[0], gv[1] - lg[1], gv[2] - lg[2])
     new = combine(1.0, turned, k, q)
     return new, 0.5 * (dot(turned, q) + dot(new, q))
