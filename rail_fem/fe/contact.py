@@ -94,7 +94,10 @@ class Contact:
         self.pressure_at = np.zeros(n)
         self.sums = np.zeros(kernel.N_SUMS)
         self.steps_to_search = 0
-        self.slaves = [np.empty(0, np.int64), np.empty(0, np.int64)]
+        empty = np.empty(0, np.int64)
+        self.slaves, self.facets, self.where = [empty, empty], [empty, empty], [np.empty((0, 2)), np.empty((0, 2))]
+        self.usable = [np.zeros(len(self.quads[1 - side]), np.bool_) for side in (0, 1)]
+        self._prepare()
 
     def _gather_all(self, field: np.ndarray) -> np.ndarray:
         """Nodal field at all surface nodes (n, 3), replicated. Collective."""
@@ -136,7 +139,15 @@ class Contact:
             self.facets.append(facets)
             self.where.append(local)
             usable.append(ring)
-        self.usable = [usable[0], usable[1]]
+        self.usable = usable
+        self.slip = np.zeros_like(keep_slip)
+        self.slip[self.slaves[0]] = keep_slip[self.slaves[0]]
+        self.position[:] = position
+        self.steps_to_search = self.settings.refresh
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """Which nodes are watched, where they stand in the gathered buffer, and room for the results of a step."""
         watched = np.zeros(self.n, bool)
         for side in (0, 1):
             watched[self.slaves[side]] = True
@@ -146,14 +157,25 @@ class Contact:
         slot[self.watched] = np.arange(len(self.watched))
         mine = watched[self.here]
         self.watched_local, self.watched_slot = self.local[mine], slot[self.here[mine]]
-        self.position[self.watched] = position[self.watched]
         self.buffer = np.zeros((len(self.watched), 3))
-        self.slip = np.zeros_like(keep_slip)
-        self.slip[self.slaves[0]] = keep_slip[self.slaves[0]]
         k = [len(s) for s in self.slaves]
         self.gap, self.normal, self.weight = [np.zeros(m) for m in k], [np.zeros((m, 3)) for m in k], [np.zeros((m, 4)) for m in k]
         self.pressure, self.active, self.sticking = [np.zeros(m) for m in k], [np.zeros(m, np.bool_) for m in k], np.zeros(k[0], np.bool_)
-        self.steps_to_search = self.settings.refresh
+
+    def state(self) -> tuple[dict[str, np.ndarray], dict]:
+        """Arrays and plain values that a restart needs; replicated."""
+        arrays = {"slip": self.slip, "position": self.position}
+        for side in (0, 1):
+            arrays |= {f"slaves{side}": self.slaves[side], f"facets{side}": self.facets[side], f"where{side}": self.where[side], f"usable{side}": self.usable[side]}
+        return arrays, {"offset": self.offset, "steps_to_search": self.steps_to_search}
+
+    def restore(self, arrays: dict[str, np.ndarray], plain: dict) -> None:
+        """Set the state that `state` returned. Replicated."""
+        self.slip[:], self.position[:] = arrays["slip"], arrays["position"]
+        self.slaves, self.facets = [arrays["slaves0"], arrays["slaves1"]], [arrays["facets0"], arrays["facets1"]]
+        self.where, self.usable = [arrays["where0"], arrays["where1"]], [arrays["usable0"], arrays["usable1"]]
+        self.offset, self.steps_to_search = plain["offset"], plain["steps_to_search"]
+        self._prepare()
 
     def add_forces(self, dt: float) -> None:
         """Forces of the step that `structure.v` (velocity without contact) would make from `structure.x`; changes v of owned nodes. Collective."""
@@ -201,7 +223,7 @@ class Contact:
         for side in (0, 1):
             kernel.normal_forces(
                 self.slaves[side], self.facets[side], self.active[side], self.gap[side], self.normal[side], self.weight[side], self.area, 0.5, compliance, dt,
-                self.quads[1 - side], self.share, self.inverse_mass, self.pressure[side], self.carried, self.force, self.sums,
+                self.quads[1 - side], self.share, self.inverse_mass, self.from_axle, self.spin if side else 0.0, self.pressure[side], self.carried, self.force, self.sums,
             )  # fmt: skip
             self.pressure_at[self.slaves[side]] = self.pressure[side]
 

@@ -116,8 +116,11 @@ def add_shares(slaves, facets, active, weight, area, factor, quads, share):
 
 
 @_compiled
-def normal_forces(slaves, facets, active, gap, normal, weight, area, factor, compliance, dt, quads, share, inverse_mass, pressure, carried, force, sums):
-    """Pressures of one pass, their forces on the nodes, and the scalar normal force that each node carries."""
+def normal_forces(slaves, facets, active, gap, normal, weight, area, factor, compliance, dt, quads, share, inverse_mass, reference, spin, pressure, carried, force, sums):
+    """Pressures of one pass, their forces on the nodes, and the scalar normal force that each node carries.
+
+    spin : angular velocity of the slaves' material about the axle, 0 in the pass of the rail's nodes (there the flow is tangential)
+    """
     for i in range(slaves.size):
         pressure[i] = 0.0
         if not active[i]:
@@ -136,6 +139,7 @@ def normal_forces(slaves, facets, active, gap, normal, weight, area, factor, com
             for k in range(4):
                 force[q[k], c] -= weight[i, k] * f * normal[i, c]
         sums[NORMAL_ENERGY] += 0.5 * f * pressure[i] * compliance
+        sums[DRIVE_WORK] += dt * f * spin * (normal[i, 0] * reference[s, 2] - normal[i, 2] * reference[s, 0])
         sums[N_ACTIVE] += 1
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from mpi4py import MPI
 
 from rail_fem.fe.contact import Contact
+from rail_fem.fe.contact_kernel import DRIVE_WORK, FRICTION_WORK, NORMAL_ENERGY
 from rail_fem.fe.domain import raise_together
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK, VISCOUS_WORK
@@ -133,9 +134,9 @@ class Dynamics:
         self.contact_work += dt * float((mine * mean).sum())
         extra = dt * (internal * share * mine).sum(axis=1)
         self.works[:2] -= np.bincount(self.small[c.local], extra, minlength=2)
-        self.friction_work += c.sums[2 - 1]
-        self.drive_work += c.sums[2] + dt * c.speed * float(c.force[c.n_rail :, 0].sum())
-        self.contact_normal = c.sums[0]
+        self.friction_work += c.sums[FRICTION_WORK]
+        self.drive_work += c.sums[DRIVE_WORK] + dt * c.speed * float(c.force[c.n_rail :, 0].sum())
+        self.contact_normal = c.sums[NORMAL_ENERGY]
 
     def _drift(self, dt: float) -> None:
         self.structure.x += dt * self.structure.v
@@ -167,6 +168,7 @@ class Dynamics:
         """All energies and works so far [J], replicated. Collective.
 
         balance = everything stored and lost minus everything put in; its change over time is the error of the integration.
+        contact_loss = what the contact forces take from the bodies beyond penalty energy, friction and drive: the error of the contact.
         """
         s = self.structure
         finite, small = s.elastic_energy()
@@ -193,4 +195,5 @@ class Dynamics:
         stored = out["kinetic"] + out["lumped_kinetic"] + out["elastic"] + out["springs"]
         lost = plastic + hourglass + viscous + out["wheel_damping"] + mass_damping + out["dampers"]
         out["balance"] = stored + lost - out["loads"] - contact
+        out["contact_loss"] = -contact - out["drive"] - out["friction"] - out["contact_penalty"]
         return out

@@ -17,10 +17,10 @@ class Structure:
     """Elements, masses and nodal state of a rank.
 
     steels : one for each region of the domain;  small : regions on the small-displacement elastic kernel (the others: finite strain, J2)
-    damping : beta of the elastic kernel, as a fraction of 2 / largest angular frequency; set by `set_step`
+    damping : beta of the small-displacement kernel [s], set by Dynamics.stable_step
 
-    Attributes (rank-local): x, v, force (3 n_nodes,);  mass (n_nodes,) of whole nodes also on ghosts;  work (N_WORK,) plastic,
-    hourglass and viscous work so far;  elastic_work: internal work of the small-displacement elements so far [J].
+    Attributes (rank-local): x, v, force (3 n_nodes,);  mass (n_nodes,) of whole nodes also on ghosts;
+    block_work (n_blocks, N_WORK) plastic, hourglass and viscous work of each finite-strain block so far [J].
     """
 
     def __init__(self, domain: Domain, steels: list[Steel], small: tuple[int, ...] = (), settings: ElementSettings = ElementSettings()):
@@ -34,11 +34,16 @@ class Structure:
         self.u = domain.nodal_vector()
         self.geometry, smallest = fixed_geometry(domain.reference, self.small.nodes, self.small.filled, self.small.material_of, self.table.rows)
         self.damping = 0.0
-        self.work, self.elastic_work = np.zeros(N_WORK), 0.0
+        self.block_work = np.zeros((len(self.finite.filled), N_WORK))
         self.smallest_volume = smallest
         self.initial_volume = element_volumes(domain.reference, domain.cells)
         raise_together(domain.comm, self._inverted_fault(self.initial_volume))
         self.mass = self._lumped_mass()
+
+    @property
+    def work(self) -> np.ndarray:
+        """Plastic, hourglass and viscous work of all finite-strain elements so far (N_WORK,) [J]. Rank-local."""
+        return self.block_work.sum(axis=0)
 
     def _inverted_fault(self, volumes: np.ndarray) -> str | None:
         bad = np.flatnonzero(~(volumes > 0))
@@ -64,7 +69,7 @@ class Structure:
         t = self.table
         b = self.finite
         self.smallest_volume = update_elements(
-            self.x, self.v, dt, b.nodes, b.filled, b.material_of, t.rows, t.curve_start, t.curve_strain, t.curve_stress, b.state, self.force, self.work
+            self.x, self.v, dt, b.nodes, b.filled, b.material_of, t.rows, t.curve_start, t.curve_strain, t.curve_stress, b.state, self.force, self.block_work.ravel()
         )
         b = self.small
         if b.n_cells:
@@ -102,7 +107,7 @@ class Structure:
         scale = 1e-9
         state = np.zeros_like(b.state)
         state.reshape(b.entries.shape)[:, YIELD, :] = np.inf
-        update_elements(self.x, direction, scale, b.nodes, b.filled, b.material_of, rows, t.curve_start, t.curve_strain, t.curve_stress, state, out, np.zeros(N_WORK))
+        update_elements(self.x, direction, scale, b.nodes, b.filled, b.material_of, rows, t.curve_start, t.curve_strain, t.curve_stress, state, out, np.zeros(N_WORK * len(b.filled)))
         out /= -scale
         b = self.small
         if b.n_cells:

@@ -1,0 +1,56 @@
+"""Fields of a run as VTU files: plastic strain, von Mises stress, stress, region and displacement on the hexahedra.
+
+Root gathers in the numbering of the input mesh and writes through meshio; a ParaView collection (.pvd) lists the frames.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from rail_fem.atomic import write_atomically, write_text_atomically
+from rail_fem.fe.blocks import von_mises
+from rail_fem.fe.checkpoint import gather_nodes, gather_rows
+from rail_fem.fe.dynamics import Dynamics
+
+
+def gather_cells(dynamics: Dynamics) -> np.ndarray | None:
+    """Stress (6), plastic strain of every cell (m_global, 7) in input order. Root only. Collective."""
+    s, domain = dynamics.structure, dynamics.domain
+    rows = np.zeros((len(domain.cells), 7))
+    for blocks, cells in ((s.finite, s.finite_cells), (s.small, s.small_cells)):
+        if blocks.n_cells:
+            rows[cells, :6] = blocks.stress()
+            rows[cells, 6] = blocks.plastic_strain()
+    return gather_rows(domain.comm, domain.cell_input, rows, domain.m_global)
+
+
+def write_frame(path: Path, dynamics: Dynamics, points: np.ndarray, cells: np.ndarray, region: np.ndarray, wheel_offset: float) -> None:
+    """One VTU file [SI]. points, cells, region: the input mesh, root only. Collective. Errors: OSError on root."""
+    domain = dynamics.domain
+    state, x = gather_cells(dynamics), gather_nodes(domain, dynamics.structure.x)
+    if domain.comm.rank != 0:
+        return
+    placed = points.copy()
+    placed[np.unique(cells[region == 2]), 0] += wheel_offset
+    frame = meshio.Mesh(
+        placed,
+        [("hexahedron", cells)],
+        point_data={"displacement": x - points},
+        cell_data={
+            "region": [region.astype(np.int32)],
+            "plastic_strain": [state[:, 6]],
+            "von_mises": [von_mises(state[:, :6])],
+            "stress": [state[:, :6]],
+        },
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, lambda temporary: meshio.write(temporary, frame, file_format="vtu", compression="zlib"))
+
+
+def write_collection(path: Path, frames: list[tuple[float, str]]) -> None:
+    """The .pvd list of frames (time [s], file name). Root only."""
+    rows = "\n".join(f'<DataSet timestep="{time:.9g}" file="{name}"/>' for time, name in frames)
+    write_text_atomically(path, f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n{rows}\n</Collection>\n</VTKFile>\n')

@@ -1,0 +1,182 @@
+"""A scene as bodies that can move: meshes in place, materials, supports, contact (thesis section 7.2.1).
+
+The wheel is the elastic bottom of a rim on a rigid axle. Its mesh travels with the axle and does not spin: a body of
+revolution that stays elastic looks the same however far it has turned, so its fine patch stays at the bottom and the
+material flows through it. What that leaves out is of order (V/c)^2 = 1e-4 (inertia of the flow).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.axes import tread_datum_y
+from geometry.crossing import CastCrossing
+from geometry.mesh import HexMesh
+from geometry.path import WheelPath, rolling_radius, wheel_path
+from rail_fem.fe.blocks import ElementSettings
+from rail_fem.fe.contact import Contact, ContactSettings, Surface
+from rail_fem.fe.domain import Domain
+from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.structure import Structure
+from rail_fem.fe.supports import Link, RigidGroup, Supports
+from rail_fem.scene import GRAVITY, Scene
+from rail_fem.settings import FeSettings
+from rail_fem.wheelshape import wheel_shape
+
+REGIONS = ("wing", "nose", "wheel")
+SETTLING_MASS = 20.0  # lumped mass on the wheel while it settles [kg]: little inertia, so it finds rest within a millisecond
+CONTACT_STIFFNESS = 1.2e9  # of a wheel on a rail, for the settling damper only [N/m]
+NEAR = 0.25e-3  # a body is meshed finely where the rigid wheel clears it by less [m]
+ELASTIC_COST = 0.55  # an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.fe.bench)
+
+
+@dataclass(frozen=True)
+class Running:
+    """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y [rad/s], the rigid path."""
+
+    sign: int
+    start: float
+    end: float
+    speed: float
+    spin: float
+    path: WheelPath
+
+    @property
+    def duration(self) -> float:
+        return (self.end - self.start) / self.speed
+
+    def height(self, x) -> np.ndarray:
+        return np.interp(x, self.path.x, self.path.height)
+
+    def slope(self, x) -> np.ndarray:
+        return np.interp(x, self.path.x, self.path.slope)
+
+
+def running_of(scene: Scene, settings: FeSettings) -> Running:
+    """The rigid path over the window and the direction of travel. Errors: CrossingError, ProfileError."""
+    low, high = sorted((settings.start, settings.end))
+    x = np.arange(low - 0.02, high + 0.02, 1e-3)
+    profile = wheel_shape(scene.wheel.profile)
+    path = wheel_path(CastCrossing(scene.crossing.ratio), profile, x, radius=scene.wheel.radius)
+    sign = 1 if scene.direction == "facing" else -1
+    start, end = (low, high) if sign > 0 else (high, low)
+    speed = sign * scene.speed
+    on_tread = float(rolling_radius(profile, scene.wheel.radius, np.array([0.0]))[0])
+    return Running(sign, start, end, speed, speed / on_tread, path)
+
+
+@dataclass(frozen=True)
+class Passage:
+    """The moving scene. crossing, axle, sprung : rigid groups;  settling : the damper that is on before the pass (None without)."""
+
+    dynamics: Dynamics
+    running: Running
+    crossing: RigidGroup
+    axle: RigidGroup
+    sprung: RigidGroup | None
+    settling: Link | None
+    mesh: HexMesh | None  # root only
+    rail_region: np.ndarray  # (n_rail,) 0 wing, 1 nose: region of each rail surface node
+    static_load: float
+    datum_height: float  # of the wheel's D0 at the start [m]
+
+
+def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, mesh: HexMesh | None, datum_height: float) -> Passage:
+    """Bodies, supports and contact. Collective.
+
+    mesh : wing, nose and wheel in place (root only, see rail_fem.fe.placing);  datum_height : of the wheel's D0 at the start [m]
+    """
+    surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp, mesh.points[mesh.clamp, 2]), root=0)
+    quads, quad_region, clamp, clamp_z = surface
+    cost = None if mesh is None else np.where(mesh.region == 2, ELASTIC_COST, 1.0)
+    domain = Domain(comm, *(() if mesh is None else (mesh.points, mesh.cells, mesh.region, cost)))
+    materials = scene.materials
+    steels = [materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()]
+    structure = Structure(domain, steels, small=(2,), settings=ElementSettings(hourglass=settings.hourglass))
+    is_wheel = comm.bcast(None if mesh is None else _wheel_nodes(mesh)[mesh.clamp], root=0)
+    crossing, axle, sprung, supports, settling = build_supports(scene, settings, running, clamp[~is_wheel], clamp[is_wheel])
+    rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
+    contact = Contact(
+        structure, rail, wheel, contact_settings(scene, settings, steels[0]), speed=running.speed, spin=running.spin,
+        axle=(running.start, tread_datum_y(), datum_height + scene.wheel.radius),
+    )  # fmt: skip
+    dynamics = Dynamics(structure, supports, contact)
+    _set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
+    _start_velocities(dynamics, domain, running, axle, sprung)
+    region = np.zeros(len(rail.nodes), int)
+    region[rail.quads[quad_region[quad_region != 2] == 1].ravel()] = 1
+    return Passage(dynamics, running, crossing, axle, sprung, settling, mesh, region, scene.static_wheel_load, datum_height)
+
+
+def _wheel_nodes(mesh: HexMesh) -> np.ndarray:
+    out = np.zeros(len(mesh.points), bool)
+    out[mesh.cells[mesh.region == 2].ravel()] = True
+    return out
+
+
+
+def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettings:
+    """Penalty stiffness per area: 10 times the modulus of one element layer, times the case's factor."""
+    shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
+    wave = 2 * shear * (1 - steel.poisson) / (1 - 2 * steel.poisson)
+    return ContactSettings(10 * settings.penalty * wave / settings.element_size, friction=scene.friction)
+
+
+def build_supports(scene: Scene, settings: FeSettings, running: Running, base_nodes: np.ndarray, rim_nodes: np.ndarray):
+    """Crossing on its foundation, axle with half a wheelset, sprung mass on the primary suspension; all at rest under the static load.
+
+    Vertical only: the lateral place and the speed of the wheel are given (thesis assumption 1).
+    """
+    vertical = (False, False, True)
+    weight = scene.static_wheel_load
+    own = scene.vehicle.wheel_unsprung_mass * GRAVITY
+    crossing = RigidGroup("crossing", base_nodes, free=vertical)
+    axle = RigidGroup("axle", rim_nodes, free=vertical, load=np.array([0.0, 0.0, -own]))
+    groups, links, sprung = [crossing, axle], [], None
+    if settings.suspension:
+        mass = scene.vehicle.wheel_sprung_mass
+        sprung = RigidGroup("sprung", np.empty(0, np.int64), mass, vertical, load=np.array([0.0, 0.0, -mass * GRAVITY]))
+        groups.append(sprung)
+        k = scene.vehicle.primary_stiffness
+        links.append(Link("suspension", sprung, axle, k, scene.vehicle.primary_damping, rest=mass * GRAVITY / k))
+    else:
+        axle.load[2] = -weight
+    if settings.foundation:
+        k = scene.foundation.stiffness
+        links.append(Link("foundation", crossing, None, k, scene.foundation.damping, rest=weight / k))
+    else:
+        crossing.free = (False, False, False)
+    settling = None
+    if settings.settle_time > 0:
+        rate = running.speed * float(running.slope(running.start))
+        settling = Link("settling", axle, None, 0.0, 2 * np.sqrt(CONTACT_STIFFNESS * SETTLING_MASS), rate=rate)
+        links.append(settling)
+    return crossing, axle, sprung, Supports(groups, links), settling
+
+
+def _set_lumped_masses(scene: Scene, settings: FeSettings, crossing: RigidGroup, axle: RigidGroup, settled: bool) -> None:
+    track = scene.foundation.track_mass if settings.track_mass else 0.0
+    crossing.added_mass = max(track - crossing.node_mass, 0.0)
+    axle.added_mass = max(scene.vehicle.wheel_unsprung_mass - axle.node_mass, 0.0) if settled else SETTLING_MASS
+    if not settled:
+        crossing.free = (False, False, False)
+
+
+def _start_velocities(dynamics: Dynamics, domain: Domain, running: Running, axle: RigidGroup, sprung: RigidGroup | None) -> None:
+    """Wheel and vehicle start along the slope of the rigid path, so that steady running needs no force beyond the weight."""
+    vertical = running.speed * float(running.slope(running.start))
+    wheel = np.unique(domain.cells[domain.region == 2])
+    dynamics.structure.v.reshape(-1, 3)[wheel, 2] = vertical
+    for group in (axle, sprung):
+        if group is not None:
+            group.velocity = np.array([0.0, 0.0, vertical])
+    dynamics._give_group_velocities()
+
+
+def end_settling(passage: Passage, scene: Scene, settings: FeSettings) -> None:
+    """Damper off, true masses on, foundation free. Energies of the lumped masses change here; the balance starts afresh."""
+    passage.settling.damping = 0.0
+    _set_lumped_masses(scene, settings, passage.crossing, passage.axle, settled=True)
+    passage.crossing.free = (False, False, settings.foundation)
