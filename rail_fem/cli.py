@@ -28,6 +28,12 @@ def stop(text: str, code: int = 2) -> NoReturn:
     raise typer.Exit(code)
 
 
+def stop_run(text: str) -> NoReturn:
+    """End after a fault in the run, with this rank's words: when all ranks meet it the root ends the job before the others speak."""
+    typer.echo(text if launcher.rank() == 0 else f"rank {launcher.rank()}: {text}", err=True)
+    raise typer.Exit(1)
+
+
 def read_case(path: Path, model: str | None) -> tuple[Case, str]:
     """The case and the name of the model to run; ends the program on a fault."""
     try:
@@ -70,7 +76,7 @@ def run(case: CaseArgument,
     except JobFault as error:
         stop(str(error))
     if fault:
-        stop(f"{case}: the run failed: {fault}", code=1)
+        stop_run(f"{case}: the run failed: {fault}")
 
 
 @app.command()

@@ -1,12 +1,16 @@
 """One run from a checked case to a saved result."""
 
-from collections.abc import Callable
+import contextlib
+import signal
+import time
+import traceback
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from rail_fem import ladder, launcher
 from rail_fem.casefile import Case
-from rail_fem.estimate import impossible
-from rail_fem.progress import Progress
+from rail_fem.feasible import run_faults
+from rail_fem.progress import Progress, mark_failed
 from rail_fem.report import result_report
 from rail_fem.result import PassResult
 from rail_fem.runfolder import RunFolderError, fingerprint, prepare_folder
@@ -16,8 +20,14 @@ class JobFault(RuntimeError):
     """A run that cannot start; the message says what to do."""
 
 
-class _RunFailed(RuntimeError):
+class RunFailed(RuntimeError):
     """Carries a result's fault to the status file."""
+
+
+ROOT_SPEAKS_FIRST = 2.0  # seconds
+
+# What a run may meet: bad input found late, an unstable step, a full disk, too little memory. All else is a bug and keeps its traceback.
+EXPECTED = (ValueError, ArithmeticError, OSError, MemoryError)
 
 
 def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: bool, say: Callable[[str], None]) -> str:
@@ -33,7 +43,7 @@ def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: boo
     ranks = launcher.rank_count()
     if ranks > 1 and not ladder.LADDER[model].parallel:
         raise JobFault(f"model {model} runs on one rank, {ranks} were started: leave mpirun out")
-    faults = launcher.on_root(lambda: impossible(case.scene, settings, ranks, model))
+    faults = launcher.on_root(lambda: run_faults(case.scene, settings, ranks, model))
     if faults:
         raise JobFault("\n  ".join([f"{case.path}: {len(faults)} fault(s)", *faults]))
     mark = fingerprint(model, case.scene, settings)
@@ -48,14 +58,45 @@ def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: boo
 
 
 def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: bool, say: Callable[[str], None]) -> str:
-    root = launcher.rank() == 0
     try:
-        with Progress(folder, title=case.title, active=root) as progress:
+        with _ending_on_request(), Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
             result: PassResult = ladder.solve(model, case.scene, settings, folder=folder, restart=goes_on, progress=progress)
             launcher.on_root(lambda: result.save(folder), OSError)
             say(result_report(result))
             if result.fault:
-                raise _RunFailed(result.fault)
-    except _RunFailed as failure:
-        return str(failure)
+                raise RunFailed(result.fault)
+    except Exception as fault:
+        _let_root_speak(folder, f"{type(fault).__name__}: {fault}")
+        if isinstance(fault, RunFailed):
+            return str(fault)
+        if not isinstance(fault, EXPECTED):
+            raise
+        return f"{fault} ({_keep_trace(folder)})"
     return ""
+
+
+def _let_root_speak(folder: Path, message: str) -> None:
+    """Mostly all ranks meet a fault and the root ends the job. A rank that outlives it met the fault alone, while the root waits for it in MPI."""
+    if launcher.rank() != 0:
+        time.sleep(ROOT_SPEAKS_FIRST)
+        mark_failed(folder, f"rank {launcher.rank()}: {message}")
+
+
+@contextlib.contextmanager
+def _ending_on_request() -> Iterator[None]:
+    """A queue's SIGTERM ends a run as Ctrl-C does: with its status written."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _keep_trace(folder: Path) -> str:
+    """Where a fault came from is for the developer: into a file, not onto the terminal."""
+    path = folder / f"traceback.{launcher.rank()}.txt"
+    try:
+        path.write_text(traceback.format_exc(), encoding="utf-8")
+    except OSError as error:
+        return f"no traceback written: {error.strerror}"
+    return f"traceback in {path}"

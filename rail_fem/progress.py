@@ -133,6 +133,15 @@ def read_status(folder: Path) -> dict[str, Any]:
     return json.loads((Path(folder) / STATUS_FILE).read_text(encoding="utf-8"))
 
 
+def mark_failed(folder: Path, message: str) -> None:
+    """Set a status file to failed, for a root that cannot. Nothing happens when there is none or it cannot be written."""
+    try:
+        status = read_status(folder) | {"state": "failed", "message": message, "eta": None}
+        write_text_atomically(Path(folder) / STATUS_FILE, json.dumps(status, allow_nan=False) + "\n")
+    except (OSError, ValueError):
+        return
+
+
 def _clock() -> float:
     return time.monotonic()
 

@@ -2,27 +2,33 @@
 
 from pathlib import Path
 
+import numpy as np
 from pydantic import BaseModel
 
 from rail_fem.casefaults import meaning, quantity_of
 from rail_fem.casefile import Case
 from rail_fem.doubts import fe_doubts, scene_doubts, static_patch
-from rail_fem.estimate import available_memory, estimate_run, impossible
+from rail_fem.estimate import available_memory, estimate_run
+from rail_fem.feasible import run_faults
 from rail_fem.history import COLUMNS
 from rail_fem.progress import duration, read_status
 from rail_fem.result import PassResult, load
+from rail_fem.rigid import placement_doubts, window_path
 from rail_fem.scene import Scene
 from rail_fem.units import show
 
 
 def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
     """The scene and numerics in engineers' units, derived numbers, cost and doubts; and the faults that forbid the run."""
-    settings = case.runs[model]
-    lines = [case.title, "", "scene", *_section(case.scene), "", "derived", *_derived(case.scene), "", f"run.{model}", *_section(settings), "",
-             f"cost on {ranks} rank(s), to a factor of about two", *_cost(case.scene, settings, ranks)]
-    doubts = scene_doubts(case.scene) + fe_doubts(case.scene, settings)
-    lines += ["", f"{len(doubts)} warning(s)", *(f"  {doubt}" for doubt in doubts)]
-    return "\n".join(lines), impossible(case.scene, settings, ranks, model)
+    scene, settings = case.scene, case.runs[model]
+    faults = run_faults(scene, settings, ranks, model)
+    doubts = scene_doubts(scene)
+    lines = [case.title, "", "scene", *_section(scene), "", "derived", *_derived(scene)]
+    if not faults:
+        lines += _rigid(scene, settings)
+        doubts += fe_doubts(scene, settings) + placement_doubts(scene, settings)
+    lines += ["", f"run.{model}", *_section(settings), "", f"cost on {ranks} rank(s), to a factor of about two", *_cost(scene, settings, ranks)]
+    return "\n".join([*lines, "", f"{len(doubts)} warning(s)", *(f"  {doubt}" for doubt in doubts)]), faults
 
 
 def _row(name: str, value: str, text: str = "") -> str:
@@ -53,6 +59,14 @@ def _derived(scene: Scene) -> list[str]:
             _row("unsprung mass per wheel", show(scene.vehicle.wheel_unsprung_mass, "kg")),
             _row("tread datum y", show(scene.wheel_datum_y, "mm", 4), "wheelset centred in the gauge"),
             _row("static patch (Hertz)", f"{2e3 * patch.semi_x:.1f} x {2e3 * patch.semi_y:.1f} mm", f"on the planar top, {show(patch.max_pressure, 'MPa', 4)} elastic")]
+
+
+def _rigid(scene: Scene, settings) -> list[str]:
+    path = window_path(scene, settings)
+    places = ", ".join(show(x, "mm", 4) for x in path.transfers) or "nowhere in the window"
+    steepest = np.abs(path.slope).argmax()
+    return [_row("rigid wheel changes body at", places, "wing and nose carry at once there"),
+            _row("steepest rigid wheel path", f"{path.slope[steepest] * 1e3:.3g} mrad", f"at x = {show(path.x[steepest], 'mm', 4)}")]
 
 
 def _cost(scene: Scene, settings, ranks: int) -> list[str]:

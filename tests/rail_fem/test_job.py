@@ -1,13 +1,16 @@
 """The command line from case file to saved folder, with a toy rung in place of the FE model."""
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from rail_fem import cli, estimate, ladder
+from rail_fem import cli, estimate, ladder, launcher
 from rail_fem.progress import read_status
 from rail_fem.result import load
 from rail_fem.scene import GRAVITY
@@ -59,12 +62,22 @@ def test_restart_after_a_fault_gives_the_same_answer_bit_for_bit(case, tmp_path,
     call("run", case, "--out", whole)
     monkeypatch.setenv("TOY_FAULT", "20")
     answer = call("run", case, "--out", cut)
-    assert isinstance(answer.exception, RuntimeError) and read_status(cut)["state"] == "failed"
+    assert answer.exit_code == 1 and "unstable at step 20, x = 0.200 m" in answer.stderr
+    assert "ArithmeticError" in (cut / "traceback.0.txt").read_text() and read_status(cut)["state"] == "failed"
     assert "unstable at step 20" in read_status(cut)["message"] and "failed" in call("show", cut).output
     monkeypatch.delenv("TOY_FAULT")
     assert call("run", case, "--out", cut, "--restart").exit_code == 0
     for name, values in load(whole).history.items():
         np.testing.assert_array_equal(load(cut).history[name], values)
+
+
+def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(case, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    monkeypatch.setenv("TOY_SIGNAL", "20")
+    assert call("run", case, "--out", out).exit_code != 0
+    assert read_status(out)["state"] == "interrupted" and "--restart" in read_status(out)["message"]
+    monkeypatch.delenv("TOY_SIGNAL")
+    assert call("run", case, "--out", out, "--restart").exit_code == 0
 
 
 def test_failed_result_is_saved_and_ends_non_zero(case, tmp_path, monkeypatch):
@@ -99,6 +112,18 @@ def test_size_that_needs_more_memory_than_there_is_says_how_much(case, tmp_path,
     assert "run.toy.element_size: 0.2 mm makes about" in answer.stderr and "4 GB are free" in answer.stderr and "fits" in answer.stderr
 
 
+@pytest.mark.parametrize("window, said", [('start = "900 mm"\nend = "1400 mm"', "leaves the modelled crossing")])
+def test_window_that_leaves_the_crossing_is_refused_before_meshing(case, tmp_path, window, said):
+    case.write_text(case.read_text() + window)
+    answer = call("run", case, "--out", tmp_path / "out")
+    assert answer.exit_code == 2 and "run.toy.start, end:" in answer.stderr and said in answer.stderr and not (tmp_path / "out").exists()
+
+
+def test_window_without_a_load_transfer_is_doubted(case):
+    case.write_text(case.read_text() + 'start = "-300 mm"\nend = "0 mm"\n')
+    assert "a rigid wheel stays on the wing" in call("check", case).output
+
+
 def test_case_with_several_models_asks_which(case):
     case.write_text(case.read_text() + "[run.fe_full]\n")
     assert "choose one with --model" in call("check", case).stderr
@@ -109,7 +134,7 @@ def test_case_with_several_models_asks_which(case):
 def test_check_shows_units_derived_numbers_cost_and_doubts(case, tmp_path):
     answer = call("check", case)
     assert answer.exit_code == 0
-    for words in ("75 mph", "66.25 t", "160 kN/mm", "static wheel load", "86.144 kN", "cells", "steps", "memory", "wall time", "is a stand-in"):
+    for words in ("75 mph", "66.25 t", "160 kN/mm", "static wheel load", "86.144 kN", "rigid wheel changes body at", "cells", "steps", "memory", "wall time", "is a stand-in"):
         assert words in answer.output, words
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml"]
 
@@ -132,6 +157,40 @@ def test_missing_library_of_a_model_is_a_sentence(case, tmp_path, monkeypatch):
 def test_show_of_a_folder_without_a_run_says_so(tmp_path):
     answer = call("show", tmp_path)
     assert answer.exit_code == 2 and "neither a result nor a run" in answer.stderr
+
+
+ON_RANKS = """
+import sys
+from rail_fem import cli, ladder
+from tests.rail_fem.toy_rung import ToySettings
+ladder.LADDER["toy"] = ladder.Rung("tests.rail_fem.toy_rung", ToySettings, True, "a mass on a spring, the same on every rank")
+sys.argv = ["rail-fem", *sys.argv[1:]]
+cli.main()
+"""
+
+
+def call_on_ranks(ranks, *arguments, **variables):
+    command = [*launcher.mpi_command(ranks), sys.executable, "-m", "mpi4py", "-c", ON_RANKS, *map(str, arguments)]
+    return subprocess.run(command, cwd=ROOT, env=os.environ | variables, capture_output=True, text=True, timeout=60)
+
+
+@pytest.mark.mpi
+def test_two_ranks_write_one_folder_and_refuse_it_with_one_voice(case, tmp_path):
+    out = tmp_path / "out"
+    answer = call_on_ranks(2, "run", case, "--out", out)
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stdout.count("peaks") == 1 and load(out).history["time"].size > 0 and read_status(out)["state"] == "finished"
+    again = call_on_ranks(2, "run", case, "--out", out)
+    assert again.returncode != 0 and again.stderr.count("--overwrite begins again") == 1
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("guilty", ["0", "1"])
+def test_fault_of_any_rank_ends_the_job_and_is_heard(case, tmp_path, guilty):
+    answer = call_on_ranks(2, "run", case, "--out", tmp_path / "out", TOY_FAULT="20", TOY_RANK=guilty)
+    assert answer.returncode != 0 and "unstable at step 20" in answer.stderr
+    assert (tmp_path / "out" / f"traceback.{guilty}.txt").is_file()
+    assert read_status(tmp_path / "out")["state"] == "failed"
 
 
 def test_mark_in_the_folder_holds_the_case(case, tmp_path):

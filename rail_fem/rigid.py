@@ -1,0 +1,43 @@
+"""The rigid wheel's path over a scene's crossing: what geometry alone says before any model runs."""
+
+import numpy as np
+
+from geometry.axes import tread_datum_y
+from geometry.crossing import CastCrossing, CrossingError
+from geometry.path import WheelPath, wheel_path
+from rail_fem.scene import Scene
+from rail_fem.settings import FeSettings
+
+SPACING = 5e-3  # between the axle positions that are looked at
+
+
+def rigid_path(scene: Scene, x: np.ndarray) -> WheelPath:
+    """Path of the scene's wheel at axle positions x (n,) [m]. Errors: CrossingError where the crossing ends."""
+    shift = scene.wheel_datum_y - tread_datum_y()
+    return wheel_path(CastCrossing(ratio=scene.crossing.ratio), scene.wheel.shape, x, scene.wheel.radius, shift)
+
+
+def window_path(scene: Scene, settings: FeSettings) -> WheelPath:
+    """The same from start to end of a run, every 5 mm."""
+    count = max(2, int(np.ceil(abs(settings.end - settings.start) / SPACING)) + 1)
+    return rigid_path(scene, np.linspace(settings.start, settings.end, count))
+
+
+def placement_faults(scene: Scene, settings: FeSettings, model: str) -> list[str]:
+    """Why the wheel cannot run over this window, if it cannot."""
+    try:
+        window_path(scene, settings)
+    except (CrossingError, ValueError) as error:
+        return [f"run.{model}.start, end: {error}"]
+    return []
+
+
+def placement_doubts(scene: Scene, settings: FeSettings) -> list[str]:
+    """A window in which the wheel never changes from wing to nose, or one that starts or ends while it does."""
+    path = window_path(scene, settings)
+    if len(path.transfers) == 0:
+        carrier = "nose" if path.on_nose[0] else "wing"
+        return [f"between start {settings.start * 1e3:g} mm and end {settings.end * 1e3:g} mm a rigid wheel stays on the {carrier}: no load transfer will be seen"]
+    margin = 0.05
+    near = [x for x in path.transfers if min(abs(x - settings.start), abs(x - settings.end)) < margin]
+    return [f"a rigid wheel changes body at x = {x * 1e3:.0f} mm, less than {margin * 1e3:g} mm from an end of the window" for x in near]
