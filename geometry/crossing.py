@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from geometry.crossing_surface import (
+    FLOOR,
     CrossingShape,
     body_heights,
     fall_start_y,
@@ -25,7 +26,6 @@ from geometry.leg_transition import along, cast_leg, leg_loft, lengths, matching
 MM = 1e-3
 BENCHMARK_RATIO = 9.25
 BODIES = ("wing", "nose")
-FLOOR = -55 * MM  # depth of the flangeway's floor: the sections end there
 WING_SEGMENTS = {"face": 16, "corner": 16, "plane": 24, "shoulder": 40, "side": 12}
 NOSE_SEGMENTS = {"face": 16, "corner": 16, "top": 12, "field top": 12, "field corner": 16, "field face": 16}
 DENSE = 300  # points by which a segment's length is measured

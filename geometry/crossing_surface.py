@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+FLOOR = -55e-3  # height of the flangeway's floor [m]
 NO_METAL = -1.0  # height returned beside a body: far below any floor [m]
 
 

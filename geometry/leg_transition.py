@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from geometry.crossing_surface import FLOOR, CrossingShape, leg_height
 from geometry.rail import gauge_face, rail_head
 
 MM = 1e-3
@@ -39,7 +40,8 @@ def cast_leg() -> CastLeg:
 
     The gauge face 14 mm down follows from the arc: y = -35.022 mm (nominal -35).
     """
-    slope, face, radius, centre = 0.05, 0.25, 13.0 * MM, (-21.645 * MM, -14.098 * MM)
+    slope, face, radius, centre_y = 0.05, 0.25, 13.0 * MM, -21.645 * MM
+    centre = centre_y, slope * centre_y - radius * np.sqrt(1 + slope**2)  # the arc touches the plane through the origin
     root = np.sqrt(1 + face**2)
     gauge_depth = 14 * MM
     gauge_line = centre[0] - radius / root + (-gauge_depth - centre[1] - radius * face / root) * face
@@ -48,7 +50,7 @@ def cast_leg() -> CastLeg:
     return CastLeg(slope, gauge_line, gauge_depth, face, radius, centre, side, side_start, side_radius)
 
 
-def rail_line(floor: float = -55 * MM) -> tuple[np.ndarray, float]:
+def rail_line(floor: float = FLOOR) -> tuple[np.ndarray, float]:
     """Points (n, 2) of the 56E1 head at the crossing, its sides drawn on to the floor, and its lateral shift.
 
     The rail is set so that its gauge face meets that of the cast leg (0.135 mm towards the gauge side).
@@ -59,10 +61,8 @@ def rail_line(floor: float = -55 * MM) -> tuple[np.ndarray, float]:
     return np.vstack([[-lean[0] + shift, floor], head + [shift, 0], [lean[0] + shift, floor]]), shift
 
 
-def cast_line(c, floor: float = -55 * MM) -> np.ndarray:
+def cast_line(c: CrossingShape, floor: float = FLOOR) -> np.ndarray:
     """Points (n, 2) of the cast leg section from gauge-side foot to field-side foot."""
-    from geometry.crossing_surface import leg_height
-
     root = np.sqrt(1 + c.leg_face**2)
     foot = c.gauge_line + (floor + c.gauge_depth) * c.leg_face
     face_end = c.leg_centre_y - c.leg_radius / root
@@ -91,7 +91,7 @@ def along(line: np.ndarray, length: np.ndarray) -> np.ndarray:
     return np.column_stack([np.interp(length, total, line[:, 0]), np.interp(length, total, line[:, 1])])
 
 
-def feature_lengths(c) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def feature_lengths(c: CrossingShape) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Rail line, cast line and, on each, the lengths (8,) of the features that match."""
     rail, shift = rail_line()
     cast = cast_line(c)
@@ -106,11 +106,10 @@ def feature_lengths(c) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     shoulder_end = on_cast[-1] - (SHOULDER_DEPTH - cast[-1, 1])
     shoulder = plane_end + SHOULDER_SHARE * (shoulder_end - plane_end)
     cast_lengths = [*np.interp([face_end, corner_end, CAST_CROWN_LEFT], cast[:, 0], on_cast), plane_end, shoulder, shoulder_end]
-    ends = lambda inner, total: np.array([0.0, *inner, total])
-    return rail, cast, ends(rail_lengths, on_rail[-1]), ends(cast_lengths, on_cast[-1])
+    return rail, cast, np.array([0.0, *rail_lengths, on_rail[-1]]), np.array([0.0, *cast_lengths, on_cast[-1]])
 
 
-def matching_points(cast_points: np.ndarray, c) -> np.ndarray:
+def matching_points(cast_points: np.ndarray, c: CrossingShape) -> np.ndarray:
     """(n, 2)  points of the rail line that match these points (n, 2) of the cast section, in order."""
     rail, cast, rail_lengths, cast_lengths = feature_lengths(c)
     at = lengths(cast_points)
@@ -118,29 +117,23 @@ def matching_points(cast_points: np.ndarray, c) -> np.ndarray:
     return along(rail, np.interp(at, cast_lengths, rail_lengths))
 
 
-def leg_loft(c, nodes: int = 240) -> np.ndarray:
+def leg_loft(c: CrossingShape, nodes: int = 240) -> np.ndarray:
     """(8, n)  both lines at matching points, `nodes` per feature: y, z, slope after, slope before of rail, then of cast.
 
     Slopes are differences within a feature, so that joints between features may be kinks. Table of loft_height.
     """
     rail, cast, rail_lengths, cast_lengths = feature_lengths(c)
-    rows = [[], [], [], [], [], [], [], []]
-    for i in range(len(rail_lengths) - 1):
-        t = np.linspace(0, 1, nodes)
-        for base, line, marks in ((0, rail, rail_lengths), (4, cast, cast_lengths)):
-            y, z = along(line, marks[i] + t * (marks[i + 1] - marks[i])).T
-            slope = difference_slope(y, z)
-            rows[base].append(y[:-1])
-            rows[base + 1].append(z[:-1])
-            rows[base + 2].append(slope[:-1])
-            rows[base + 3].append(slope[1:])
-            if i == len(rail_lengths) - 2:
-                for row, value in zip(rows[base : base + 4], (y[-1], z[-1], 0.0, 0.0)):
-                    row.append([value])
-    table = np.array([np.concatenate(r) for r in rows])
-    for row in (3, 7):  # stored at the end of the interval, as loft_height reads it
-        table[row, 1:] = table[row, :-1].copy()
-    return table
+    return np.vstack([slope_table(rail, rail_lengths, nodes), slope_table(cast, cast_lengths, nodes)])
+
+
+def slope_table(line: np.ndarray, marks: np.ndarray, nodes: int) -> np.ndarray:
+    """(4, n)  y, z, slope on leaving and on reaching each point; evenly spaced points between the marks of a line."""
+    parts = [along(line, np.linspace(a, b, nodes)) for a, b in zip(marks[:-1], marks[1:])]
+    slopes = [difference_slope(*part.T) for part in parts]
+    points = np.vstack([part[:-1] for part in parts] + [parts[-1][-1:]])
+    after = np.concatenate([slope[:-1] for slope in slopes] + [[0.0]])
+    before = np.concatenate([[0.0]] + [slope[1:] for slope in slopes])
+    return np.vstack([points.T, after, before])
 
 
 def difference_slope(y: np.ndarray, z: np.ndarray) -> np.ndarray:

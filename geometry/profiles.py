@@ -151,6 +151,15 @@ class Profile:
         """True when y grows along the whole line, so that z is a function of y."""
         return bool(np.all(np.diff(self.points[:, 0]) > 0))
 
+    def graph_part(self) -> "Profile":
+        """The longest stretch on which y grows: without the vertical or undercut sides, such as an inclined rail's."""
+        grows = np.concatenate([[False], np.diff(self.points[:, 0]) > 1e-12, [False]])
+        starts, ends = np.flatnonzero(~grows[:-1] & grows[1:]), np.flatnonzero(grows[:-1] & ~grows[1:])
+        longest = int(np.argmax(ends - starts))
+        keep = slice(starts[longest], ends[longest] + 1)
+        fields = (getattr(self, name)[keep] for name in ("points", "angle_before", "angle_after", "curvature"))
+        return Profile(*fields, self.label, self.provenance)
+
     def height(self, y: np.ndarray) -> np.ndarray:
         """z(y) [m] by cubic Hermite interpolation, NaN outside the profile. Error: O(spacing^4) on smooth pieces."""
         return self._evaluate(y)[0]

@@ -1,0 +1,50 @@
+"""Rail heads: facts of EN 13674-1, and the transcribed tables where they are at hand."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geometry.profiles import ProfileError
+from geometry.rail import HEADS, gauge_face, rail_head
+
+DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "profiles"
+MM = 1e-3
+
+
+@pytest.mark.parametrize("name, width", [("56E1", 69.775), ("60E1", 71.962), ("60E2", 71.958)])
+def test_heads_are_smooth_symmetric_and_of_the_standard_width(name, width):
+    head = rail_head(name)
+    assert np.all(head.angle_before == head.angle_after)
+    assert np.allclose(head.points, head.points[::-1] * [-1, 1], atol=1e-12)
+    assert -2 * gauge_face(head.points) == pytest.approx(width * MM, abs=1e-6)  # printed to 1 um
+    assert head.points[:, 1].max() == pytest.approx(0.0, abs=5e-9)  # sampled 0.1 mm apart: within s^2 / 8R
+
+
+def test_side_faces_lean_outward_one_in_twenty():
+    head = rail_head("56E1")
+    assert head.slope(np.array([-35.5, 35.5]) * MM) == pytest.approx([20.0, -20.0], rel=5e-3)
+
+
+@pytest.mark.parametrize("name", HEADS)
+def test_an_inclined_head_is_the_upright_one_turned(name):
+    upright, turned = rail_head(name), rail_head(name, 1 / 20)
+    assert np.allclose(turned.angle_after - upright.angle_after, np.arctan(1 / 20), atol=1e-12)
+    assert np.allclose(turned.arc_length, upright.arc_length, atol=1e-12)
+    assert turned.points[:, 1].max() == 0.0 and turned.graph_part().slope(np.array(0.0)) > 0  # it leans towards the track
+    assert gauge_face(turned.points) == pytest.approx(gauge_face(upright.points), abs=1e-12)
+
+
+def test_unknown_rails_and_wild_inclinations_are_refused():
+    with pytest.raises(ProfileError, match="unknown rail '75lb'; known: 56E1, 60E1, 60E2"):
+        rail_head("75lb")
+    with pytest.raises(ProfileError, match="inclination 20"):
+        rail_head("56E1", 20)
+
+
+@pytest.mark.skipif(not DATA.exists(), reason="transcribed tables not at hand")
+@pytest.mark.parametrize("name", HEADS)
+def test_heads_match_the_transcribed_tables(name):
+    table = np.loadtxt(DATA / f"rail_{name}_head_upright.csv", delimiter=",", comments=["#", "y"]) * MM
+    deviation = rail_head(name).height(table[:, 0]) + table[:, 1]
+    assert np.nanmax(np.abs(deviation)) < 1e-6 and np.isnan(deviation).sum() <= 2
