@@ -20,12 +20,10 @@ class FeSettings(Frozen):
     element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 1.5e-3
     start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = 0.200
     end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the end")] = 0.560
-    kinematics: Literal["finite", "small"] = Field("finite", description="strain measure")
     courant: Annotated[float, Quantity("", 0.05, 1.0, "time step over the critical step")] = 0.9
-    penalty: Annotated[float, Quantity("", 1e-3, 1e3, "factor on the contact penalty stiffness")] = 1.0
-    hourglass: Annotated[float, Quantity("", 0, 1, "hourglass control coefficient")] = 0.05
-    settle_time: Annotated[float, Quantity("ms", 0, 1000, "settling phase before the pass")] = 5e-3
-    settle_damping: Annotated[float, Quantity("kN s/m", 0, 1e5, "damper on the wheel while it settles")] = 400e3
+    penalty: Annotated[float, Quantity("", 1e-3, 1e3, "factor on the contact penalty stiffness (10 times an element layer's)")] = 1.0
+    hourglass: Annotated[float, Quantity("", 0, 1, "hourglass stiffness over lame + 2 shear")] = 0.05
+    settle_time: Annotated[float, Quantity("ms", 0, 1000, "settling phase before the pass")] = 1.2e-3
     suspension: bool = Field(True, description="sprung mass and primary suspension")
     foundation: bool = Field(True, description="foundation spring and damper; off: fixed base")
     track_mass: bool = Field(True, description="added mass of the track under the crossing")

@@ -81,6 +81,7 @@ class Passage:
     rail_region: np.ndarray  # (n_rail,) 0 wing, 1 nose: region of each rail surface node
     static_load: float
     datum_height: float  # of the wheel's D0 at the start [m]
+    static_deflection: float  # of the foundation under the static load, where the run's heights begin [m]
 
 
 def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, mesh: HexMesh | None, datum_height: float) -> Passage:
@@ -107,7 +108,8 @@ def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, me
     _start_velocities(dynamics, domain, running, axle, sprung)
     region = np.zeros(len(rail.nodes), int)
     region[rail.quads[quad_region[quad_region != 2] == 1].ravel()] = 1
-    return Passage(dynamics, running, crossing, axle, sprung, settling, mesh, region, scene.static_wheel_load, datum_height)
+    deflection = scene.static_wheel_load / scene.foundation.stiffness if settings.foundation else 0.0
+    return Passage(dynamics, running, crossing, axle, sprung, settling, mesh, region, scene.static_wheel_load, datum_height, deflection)
 
 
 def _wheel_nodes(mesh: HexMesh) -> np.ndarray:

@@ -86,3 +86,20 @@ def _band(section, x: np.ndarray, y: np.ndarray, half: float):
         return max(centre - half, head.min() + EDGE), min(centre + half, head.max() - EDGE)
 
     return band
+
+
+def wheel_bands(path: WheelPath, low: float, high: float, near: float, half_band: float, profile) -> tuple[tuple[float, float], ...]:
+    """Lateral ranges from D0 where the wheel may touch wing or nose on its way, merged where they meet [m]."""
+    inside = (path.x >= low) & (path.x <= high)
+    ranges = []
+    for gap, point in ((path.wing_gap, path.wing_point), (path.nose_gap, path.nose_point)):
+        y = point[inside & (gap < near), 1] - tread_datum_y()
+        if len(y):
+            ranges.append((float(y.min() - half_band), float(y.max() + half_band)))
+    merged = []
+    for start, end in sorted(ranges):
+        if merged and start < merged[-1][1] + 2 * half_band:
+            merged[-1] = (merged[-1][0], max(end, merged[-1][1]))
+        else:
+            merged.append((start, end))
+    return tuple(merged)

@@ -1,0 +1,87 @@
+"""How far a run may be trusted: the rows of the trust report, each with its number, its rule and a verdict.
+
+The rules are those of the project's verification plan: energies balance against the impact's work (the train's rigid
+kinetic energy would hide everything), hourglass energy, penalty, overclosures, step, chatter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+GOOD, WARN, BAD = "good", "warning", "bad"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row: what was looked at, the number in words, the rule it is held to, the verdict."""
+
+    name: str
+    value: float
+    shown: str
+    rule: str
+    verdict: str
+
+    def plain(self) -> dict:
+        return asdict(self)
+
+
+def judged(name: str, value: float, shown: str, rule: str, warn: float, bad: float) -> Row:
+    verdict = BAD if not value <= bad else WARN if not value <= warn else GOOD
+    return Row(name, float(value), shown, rule, verdict)
+
+
+def impact_work(history: dict[str, np.ndarray], static_load: float, settled: float) -> float:
+    """Work of the dynamic part of the contact force on the wheel: the range of the integral of (F - static) dz after settling [J]."""
+    after = history["time"] > settled
+    force, height = history["force"][after], history["wheel_height"][after]
+    if len(force) < 3:
+        return float("nan")
+    mean = 0.5 * (force[1:] + force[:-1]) - static_load
+    return float(np.ptp(np.concatenate([[0.0], np.cumsum(mean * np.diff(height))])))
+
+
+def chatter_share(history: dict[str, np.ndarray], speed: float, element_size: float, settled: float) -> float:
+    """Share of the contact force's variance above half the frequency at which elements pass under the wheel; NaN when not sampled so finely."""
+    after = history["time"] > settled
+    time, force = history["time"][after], history["force"][after]
+    if len(force) < 16:
+        return float("nan")
+    step = float(np.median(np.diff(time)))
+    limit = 0.5 * abs(speed) / element_size
+    if limit >= 0.5 / step:
+        return float("nan")
+    window = np.hanning(len(force))
+    power = np.abs(np.fft.rfft((force - force.mean()) * window)) ** 2
+    frequency = np.fft.rfftfreq(len(force), step)
+    return float(power[frequency > limit].sum() / max(power[1:].sum(), 1e-300))
+
+
+def report_rows(facts: dict) -> list[Row]:
+    """The trust report from the facts of a run (see rail_fem.models.fe_full, `trust_facts`)."""
+    work = facts["impact_work"]
+    internal = max(facts["internal_energy"], 1e-12)
+    balance, loss = abs(facts["balance"]) / work, abs(facts["contact_loss"]) / work
+    return [
+        judged("energy balance of the bodies", balance, f"{facts['balance']:.3g} J, {balance:.2%} of the impact's work {work:.4g} J", "< 1 %, stop at 10 %", 0.02, 0.10),
+        judged("energy balance of the contact", loss, f"{facts['contact_loss']:.3g} J, {loss:.2%} of the impact's work", "< 2 %", 0.02, 0.10),
+        judged("hourglass energy, all bodies", facts["hourglass"] / internal, f"{facts['hourglass']:.3g} J of {internal:.4g} J internal, {facts['hourglass'] / internal:.2%}", "< 5 %", 0.05, 0.15),
+        judged("hourglass energy where it yielded", facts["hourglass_zone"], f"{facts['hourglass_zone']:.2%} of the internal energy there", "< 5 %", 0.05, 0.15),
+        judged("penalty energy", facts["penalty"] / internal, f"{facts['penalty']:.3g} J at most, {facts['penalty'] / internal:.2%} of the internal energy", "< 2 %", 0.02, 0.10),
+        judged("largest penetration", facts["penetration"] / facts["approach"], f"{facts['penetration'] * 1e6:.2f} um, {facts['penetration'] / facts['approach']:.2%} of the approach {facts['approach'] * 1e6:.0f} um under the static load", "< 5 %", 0.05, 0.25),
+        Row("gap at the start", facts["first_gap"], f"meshes were {facts['first_gap'] * 1e6:+.1f} um apart on the rigid path; the wheel was moved by that much onto first touch", "reported", GOOD),
+        judged("static load before the nose", abs(facts["static_error"]), f"mean force before the first transfer is {facts['static_error']:+.2%} off the static load", "< 2 %", 0.02, 0.10),
+        Row("time step", facts["step"], f"{facts['step'] * 1e9:.1f} ns, {facts['step_ratio']:.2f} of the limit by Lanczos ({facts['limit'] * 1e9:.1f} ns); smallest element bound {facts['element_limit'] * 1e9:.1f} ns; re-checked {facts['rechecks']} times", "below the limit", GOOD),
+        Row("added mass", 0.0, "0 %: no mass scaling", "0 by default", GOOD),
+        judged("chatter", facts["chatter"] if np.isfinite(facts["chatter"]) else 0.0, f"{facts['chatter']:.2%} of the force's variance above half the mesh frequency" + ("" if not facts["chatter"] > 0.01 else f"; try penalty = {facts['penalty_factor'] / 3:.2g}"), "< 1 %", 0.01, 0.10),
+    ]  # fmt: skip
+
+
+def show_rows(rows: list[Row], slowest: list[str]) -> str:
+    """The report as text."""
+    width = max(len(row.name) for row in rows)
+    lines = ["how far to trust this run"] + [f"  {row.verdict:8s} {row.name:{width}s}  {row.shown}  (rule: {row.rule})" for row in rows]
+    if slowest:
+        lines += ["  elements with the smallest stable step:"] + [f"    {text}" for text in slowest]
+    return "\n".join(lines) + "\n"
