@@ -9,6 +9,7 @@ from geometry.crossing_surface import (
     FLOOR,
     CrossingShape,
     body_heights,
+    centre_line_y,
     fall_start_y,
     field_edge_y,
     knuckle_centre,
@@ -115,7 +116,7 @@ class CastCrossing:
         if x < self.shape.leg_end:
             first, second = self._leg_points
             s = smoothstep((x - self.shape.leg_start) / (self.shape.leg_end - self.shape.leg_start))
-            return (1 - s) * first + s * second
+            return first + s * (second - first)
         return self._sample(x, "wing", self._wing_ends(x), WING_SEGMENTS)
 
     def nose_section(self, x: float) -> np.ndarray | None:
@@ -171,9 +172,8 @@ class CastCrossing:
         roof = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
         start, end = min(face_end, touch), min(roof, flat)
         right = nose_gauge_y(x, c)
-        middle = (c.gauge_line + right) / 2
         mirrored = [right - (y - c.gauge_line) / c.cos_angle for y in (end, start, foot)]
-        return [foot, start, end, middle, *mirrored]
+        return [foot, start, end, centre_line_y(x, c), *mirrored]
 
     def _sample(self, x: float, body: str, ends: list[float], segments: dict[str, int]) -> np.ndarray:
         """Points on the exact surface between the segments' end positions, evenly spaced along each segment's length."""

@@ -265,10 +265,15 @@ def lofted_slope(loft, low, high, at, row, s):
 
 
 @njit(cache=True)
+def centre_line_y(x, c):
+    """y of the nose's centre line, which halves the angle between its gauge lines."""
+    return c.gauge_line + c.tan_half_angle * (x - c.stretch * c.cross_x)
+
+
+@njit(cache=True)
 def centre_line_x(x, y, c):
     """x of the foot of (x, y) on the nose's centre line: what is symmetric about that line depends on it alone."""
-    centre_y = 0.5 * (c.gauge_line + nose_gauge_y(x, c))
-    return x + (y - centre_y) * c.tan_half_angle / (1.0 + c.tan_half_angle**2)
+    return x + (y - centre_line_y(x, c)) * c.tan_half_angle / (1.0 + c.tan_half_angle**2)
 
 
 @njit(cache=True)

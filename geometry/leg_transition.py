@@ -13,7 +13,7 @@ from geometry.rail import gauge_face, rail_head
 
 MM = 1e-3
 FACE_TANGENT = -14.5287 * MM  # depth where the corner arc of 56E1 meets its side
-SPACING = 0.1 * MM
+SPACING = 0.02 * MM  # of the rail line, whose arcs become chords: within s^2 / 8R = 4e-9 m of R12.7
 # matching features: y on the (centred) rail -> y on the cast section, the benchmark's fit
 RAIL_CROWN_LEFT, RAIL_CROWN_RIGHT, RAIL_CORNER = 5.8935 * MM, 5.8935 * MM, 25.6175 * MM
 CAST_CROWN_LEFT = -6.805 * MM
@@ -55,7 +55,7 @@ def rail_line(floor: float = FLOOR) -> tuple[np.ndarray, float]:
 
     The rail is set so that its gauge face meets that of the cast leg (0.135 mm towards the gauge side).
     """
-    head = rail_head("56E1").points
+    head = rail_head("56E1", spacing=SPACING).points
     shift = cast_leg().gauge_line - gauge_face(head)
     lean = (head[-1, 0] + (head[-1, 1] - floor) / 20, floor)
     return np.vstack([[-lean[0] + shift, floor], head + [shift, 0], [lean[0] + shift, floor]]), shift
@@ -69,13 +69,13 @@ def cast_line(c: CrossingShape, floor: float = FLOOR) -> np.ndarray:
     corner_end = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
     y = np.concatenate([
         np.linspace(foot, face_end, 100),
-        c.leg_centre_y - c.leg_radius * np.cos(np.linspace(np.arctan(c.leg_face), np.pi / 2 - np.arctan(c.cast_slope), 150)),
+        c.leg_centre_y - c.leg_radius * np.cos(np.linspace(np.arctan(c.leg_face), np.pi / 2 - np.arctan(c.cast_slope), 800)),
         np.linspace(corner_end, c.side_start, 300)[1:],
     ])
     z = np.array([leg_height(v, c) for v in y])
     lean = np.arctan(c.cast_slope)
     centre = c.side_start + c.side_radius * np.sin(lean), c.cast_slope * c.side_start - c.side_radius * np.cos(lean)
-    polar = np.linspace(np.pi / 2 + lean, 0, 80)[1:]
+    polar = np.linspace(np.pi / 2 + lean, 0, 400)[1:]
     arc = np.column_stack([centre[0] + c.side_radius * np.cos(polar), centre[1] + c.side_radius * np.sin(polar)])
     return np.vstack([np.column_stack([y, z]), arc, [[arc[-1, 0], floor]]])
 
@@ -112,9 +112,15 @@ def feature_lengths(c: CrossingShape) -> tuple[np.ndarray, np.ndarray, np.ndarra
 def matching_points(cast_points: np.ndarray, c: CrossingShape) -> np.ndarray:
     """(n, 2)  points of the rail line that match these points (n, 2) of the cast section, in order."""
     rail, cast, rail_lengths, cast_lengths = feature_lengths(c)
-    at = lengths(cast_points)
-    at *= cast_lengths[-1] / at[-1]
+    at = np.interp(progress(cast_points, cast), progress(cast, cast), lengths(cast))
     return along(rail, np.interp(at, cast_lengths, rail_lengths))
+
+
+def progress(points: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """(n,)  a measure that grows along the line, for points (n, 2) on it: y + z up to its top, y - z behind."""
+    top = line[np.argmax(line[:, 1])]
+    y, z = (points - top).T
+    return np.where(y < 0, y + z, y - z)
 
 
 def leg_loft(c: CrossingShape, nodes: int = 240) -> np.ndarray:

@@ -44,11 +44,12 @@ HEADS = {
 }
 
 
-def rail_head(name: str, inclination: float = 0.0) -> Profile:
+def rail_head(name: str, inclination: float = 0.0, spacing: float = SPACING) -> Profile:
     """Running part of a rail head, from the bottom of its gauge side face over the crown to the field side face.
 
     name : "56E1" (BS113A), "60E1" or "60E2"
     inclination : lean towards the track, as a slope: 0 upright, 1/20 or 1/40 [1]
+    spacing : of the samples on arcs [m]
 
     The highest point has z = 0; the gauge face keeps, 14 mm below it, the y of the upright rail.
     Source: EN 13674-1:2017, numbers as in the public transcription of the standard.
@@ -57,11 +58,11 @@ def rail_head(name: str, inclination: float = 0.0) -> Profile:
         raise ProfileError(f"unknown rail {name!r}; known: {', '.join(HEADS)}")
     if not 0 <= inclination <= 0.1:
         raise ProfileError(f"rail inclination {inclination:g} is outside [0, 0.1]; 1:20 is 0.05")
-    upright = _upright(name)
+    upright = _upright(name, spacing)
     return upright if inclination == 0 else inclined(upright, inclination)
 
 
-def _upright(name: str) -> Profile:
+def _upright(name: str, spacing: float) -> Profile:
     head = HEADS[name]
     y = [0.0, *head.ends, head.ends[-1] + (head.bottom - head.depths[-1]) / 20]
     z = [0.0, *(-d for d in head.depths), -head.bottom]
@@ -69,9 +70,9 @@ def _upright(name: str) -> Profile:
     right = [(a, b, r) for a, b, r in zip(corners[1:-1], corners[2:-1], head.radii[1:])]
     crown = (corners[1] * [-1, 1], corners[1], head.radii[0])
     left = [(b * [-1, 1], a * [-1, 1], r) for a, b, r in reversed(right)]
-    pieces = [line(corners[-1] * [-1, 1], corners[-2] * [-1, 1], 10 * SPACING)]
-    pieces += [arc(a, b, -r * MM, SPACING) for a, b, r in (*left, crown, *right)]
-    pieces.append(line(corners[-2], corners[-1], 10 * SPACING))
+    pieces = [line(corners[-1] * [-1, 1], corners[-2] * [-1, 1], 10 * spacing)]
+    pieces += [arc(a, b, -r * MM, spacing) for a, b, r in (*left, crown, *right)]
+    pieces.append(line(corners[-2], corners[-1], 10 * spacing))
     return Profile.from_pieces(pieces, f"{name} upright", "EN 13674-1:2017, head arcs")
 
 
