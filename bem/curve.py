@@ -1,0 +1,119 @@
+"""A smooth plane curve through given points, and its division into elements of a wanted size."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+class CurveError(ValueError):
+    """Points through which no curve can be laid."""
+
+
+def _clean(points: np.ndarray) -> np.ndarray:
+    """Points (n, 2) without consecutive duplicates; refuses what is no curve."""
+    points = np.asarray(points, float)
+    if points.ndim != 2 or points.shape[1] != 2:
+        raise CurveError(f"points have the shape {points.shape}: give an array (n, 2)")
+    if not np.all(np.isfinite(points)):
+        raise CurveError(f"point {int(np.argmin(np.isfinite(points).all(axis=1)))} is not finite")
+    extent = np.ptp(points, axis=0).max(initial=0.0)
+    step = np.hypot(*np.diff(points, axis=0).T)
+    points = points[np.r_[True, step > 1e-12 * extent]]
+    if len(points) < 2:
+        raise CurveError("fewer than two different points: a curve needs two")
+    return points
+
+
+def _tangents(points: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Derivative at each point of the parabola through it and its neighbours (Bessel)."""
+    step = np.diff(knots)[:, None]
+    slope = np.diff(points, axis=0) / step
+    if len(points) == 2:
+        return np.vstack([slope, slope])
+    inner = (step[1:] * slope[:-1] + step[:-1] * slope[1:]) / (step[:-1] + step[1:])
+    return np.vstack([2 * slope[:1] - inner[:1], inner, 2 * slope[-1:] - inner[-1:]])
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Cubic Hermite curve with tangents from three points: no wiggles beyond the neighbours.
+
+    points (n, 2) [m], knots (n,) chord length [m], tangents (n, 2).
+    Error in position: fourth order in the spacing of points on a smooth curve (tests/bem/test_mesh.py).
+    """
+
+    points: np.ndarray
+    knots: np.ndarray
+    tangents: np.ndarray
+
+    @classmethod
+    def through(cls, points: np.ndarray) -> Curve:
+        """Curve through points (n, 2) [m]; consecutive duplicates are dropped."""
+        points = _clean(points)
+        knots = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
+        return cls(points, knots, _tangents(points, knots))
+
+    @property
+    def length(self) -> float:
+        """Length of the parameter [m]: the chords' length, just below the arc's."""
+        return float(self.knots[-1])
+
+    def _span(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        i = np.clip(np.searchsorted(self.knots, s, side="right") - 1, 0, len(self.knots) - 2)
+        width = self.knots[i + 1] - self.knots[i]
+        return i, width, (s - self.knots[i]) / width
+
+    def at(self, s: np.ndarray) -> np.ndarray:
+        """Points (m, 2) at parameters s (m,) [m]."""
+        s = np.asarray(s, float)
+        i, width, t = self._span(s)
+        t, width = t[..., None], width[..., None]
+        return ((1 + 2 * t) * (1 - t) ** 2 * self.points[i] + t * (1 - t) ** 2 * width * self.tangents[i]
+                + t**2 * (3 - 2 * t) * self.points[i + 1] + t**2 * (t - 1) * width * self.tangents[i + 1])
+
+    def direction(self, s: np.ndarray) -> np.ndarray:
+        """Unit tangents (m, 2) at parameters s (m,) [m]."""
+        s = np.asarray(s, float)
+        i, width, t = self._span(s)
+        t, width = t[..., None], width[..., None]
+        slope = (6 * t * (t - 1) * (self.points[i] - self.points[i + 1]) / width
+                 + (1 - t) * (1 - 3 * t) * self.tangents[i] + t * (3 * t - 2) * self.tangents[i + 1])
+        return slope / np.hypot(slope[..., :1], slope[..., 1:])
+
+
+def split_at_corners(points: np.ndarray, corner: float) -> list[np.ndarray]:
+    """Cut points (n, 2) where the polyline turns by more than `corner` [rad]; the cut point belongs to both sides."""
+    points = _clean(points)
+    step = np.diff(points, axis=0)
+    turn = np.angle((step[1:, 0] + 1j * step[1:, 1]) / (step[:-1, 0] + 1j * step[:-1, 1]))
+    cuts = np.flatnonzero(np.abs(turn) > corner) + 1
+    ends = np.r_[0, cuts, len(points) - 1]
+    return [points[a:b + 1] for a, b in zip(ends[:-1], ends[1:])]
+
+
+def divide(curve: Curve, size: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Parameters (k + 1,) [m] of the ends of elements of about the wanted size.
+
+    size : points (m, 2) -> wanted element length (m,) [m]
+    The count is rounded up, so elements are a little smaller than wanted.
+    """
+    fine = np.unique(np.concatenate([np.linspace(0, curve.length, 401), curve.knots]))
+    density = 1 / size(curve.at(fine))
+    while True:  # sample the wanted size finer until it is resolved by the samples
+        coarse = np.diff(fine) * np.maximum(density[1:], density[:-1]) > 1.0
+        if not coarse.any() or len(fine) > 200_000:
+            break
+        middle = (fine[1:] + fine[:-1])[coarse] / 2
+        order = np.argsort(np.r_[fine, middle], kind="stable")
+        fine, density = np.r_[fine, middle][order], np.r_[density, 1 / size(curve.at(middle))][order]
+    count = np.r_[0.0, np.cumsum(np.diff(fine) * (density[1:] + density[:-1]) / 2)]
+    elements = max(int(np.ceil(count[-1] - 1e-9)), 1)
+    return np.interp(np.linspace(0, count[-1], elements + 1), count, fine)
+
+
+def arc(center: tuple[float, float], radius: float, begin: float, end: float, points: int = 181) -> np.ndarray:
+    """Points (n, 2) [m] of a circular arc from the angle `begin` to `end` [rad]; ccw when end > begin."""
+    angle = np.linspace(begin, end, points)
+    return np.column_stack([center[0] + radius * np.cos(angle), center[1] + radius * np.sin(angle)])
