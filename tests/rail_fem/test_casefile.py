@@ -19,8 +19,8 @@ def faults_of(tmp_path, text) -> list[str]:
     return fault.value.faults
 
 
-@pytest.mark.parametrize("name, start", [("nose_transfer", 0.2), ("whole_crossing", -0.9)])
-def test_reference_cases_are_case_2_of_the_thesis(name, start):
+@pytest.mark.parametrize("name, events", [("nose_transfer", [0.35]), ("whole_crossing", [-0.7, 0.35])])
+def test_reference_cases_are_case_2_of_the_thesis(name, events):
     """Table 7-1, row 2: 75 mph, 66.25 t, 1.00 t, facing, worn P8, 160000 N/mm, Mn13."""
     case = load_case(ROOT / "cases" / f"{name}.toml")
     scene = case.scene
@@ -28,7 +28,8 @@ def test_reference_cases_are_case_2_of_the_thesis(name, start):
     assert (scene.vehicle.vehicle_sprung_mass, scene.vehicle.wheelset_unsprung_mass) == (66250, 1000)
     assert scene.foundation.stiffness == pytest.approx(1.6e8) and scene.crossing.ratio == 10.75
     assert scene.materials.nose.steel().hardening_stress[0] == 310e6
-    assert (case.runs["fe_full"].start, case.runs["fe_full"].end) == pytest.approx((start, 0.56))
+    run = case.runs["fe_full"]
+    assert all(run.start + 0.1 < x < run.end - 0.1 for x in events)  # leg transition and load transfer lie well inside
 
 
 def test_every_case_in_the_folder_is_valid():
@@ -142,7 +143,7 @@ def test_line_that_is_no_point_is_named(tmp_path):
 
 @pytest.mark.parametrize("direction, start, end", [("facing", "560 mm", "200 mm"), ("trailing", "200 mm", "560 mm")])
 def test_window_must_lie_along_the_direction_of_travel(tmp_path, direction, start, end):
-    text = GOOD.replace('"facing"', f'"{direction}"').replace('start = "200 mm"', f'start = "{start}"').replace('end = "560 mm"', f'end = "{end}"')
+    text = GOOD.partition("[run.fe_full]")[0].replace('"facing"', f'"{direction}"') + f'[run.fe_full]\nstart = "{start}"\nend = "{end}"\n'
     assert "exchange the two" in faults_of(tmp_path, text)[0]
 
 

@@ -1,19 +1,37 @@
+from pathlib import Path
+
 import pytest
 
+from geometry.mesh_quality import mesh_quality
 from rail_fem import estimate
+from rail_fem.casefile import load_case
 from rail_fem.doubts import fe_doubts, scene_doubts, static_patch
 from rail_fem.estimate import estimate_run, impossible
 from rail_fem.settings import FeSettings
 from tests.rail_fem.test_scene import make_scene
 
+ROOT = Path(__file__).resolve().parents[2]
 SCENE = make_scene()
 
 
 def test_halving_the_element_size_costs_up_to_16_times():
-    """Cells grow with the third power at most (graded zones less), steps with the first."""
+    """Cells grow with the third power at most (less where the fine zone thins out), steps with the first."""
     coarse, fine = (estimate_run(SCENE, FeSettings(element_size=size)) for size in (1e-3, 0.5e-3))
     assert fine.steps / coarse.steps == pytest.approx(2, rel=1e-12)
-    assert 4 < fine.cells / coarse.cells < 8
+    assert 2 < fine.cells / coarse.cells < 8
+
+
+@pytest.mark.parametrize("size", [6e-3, 3e-3])
+def test_cells_and_step_are_right_to_a_factor_of_two(size):
+    """Against the mesher itself, over the nose transfer."""
+    pytest.importorskip("dolfinx")
+    passage, model = pytest.importorskip("rail_fem.fe.passage"), pytest.importorskip("rail_fem.models.fe_full")
+    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    settings = case.runs["fe_full"].model_copy(update={"element_size": size})
+    mesh, *_ = model.make_mesh(case.scene, settings, passage.running_of(case.scene, settings))
+    estimate = estimate_run(case.scene, settings)
+    assert 0.5 < estimate.cells / len(mesh.cells) < 2
+    assert 0.5 < estimate.step / (settings.courant * mesh_quality(mesh).worst_step) < 2
 
 
 def test_two_ranks_take_half_the_time_and_more_memory():
@@ -23,7 +41,7 @@ def test_two_ranks_take_half_the_time_and_more_memory():
 
 def test_too_little_memory_and_too_many_ranks_are_found_before_meshing(monkeypatch):
     monkeypatch.setattr(estimate, "available_memory", lambda: 2e9)
-    assert "GB are free" in impossible(SCENE, FeSettings(element_size=0.2e-3))[0]
+    assert "GB are free" in impossible(SCENE, FeSettings(element_size=0.1e-3))[0]
     monkeypatch.setattr(estimate, "available_memory", lambda: 1e18)
     assert "start fewer ranks" in impossible(SCENE, FeSettings(element_size=20e-3), ranks=10**6)[0]
     assert impossible(SCENE, FeSettings()) == []
@@ -31,7 +49,7 @@ def test_too_little_memory_and_too_many_ranks_are_found_before_meshing(monkeypat
 
 def test_size_that_is_said_to_fit_does_fit(monkeypatch):
     monkeypatch.setattr(estimate, "available_memory", lambda: 2e9)
-    fault = impossible(SCENE, FeSettings(element_size=0.2e-3))[0]
+    fault = impossible(SCENE, FeSettings(element_size=0.1e-3))[0]
     size = float(fault.split()[-3]) * 1e-3
     assert impossible(SCENE, FeSettings(element_size=size)) == []
 

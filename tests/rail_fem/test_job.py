@@ -105,11 +105,11 @@ def test_faulty_case_ends_non_zero_before_anything_is_written(case, tmp_path, co
 @pytest.mark.parametrize("command", [["check"], ["run", "--out", "OUT"]])
 def test_size_that_needs_more_memory_than_there_is_says_how_much(case, tmp_path, monkeypatch, command):
     monkeypatch.setattr(estimate, "available_memory", lambda: 4e9)
-    case.write_text(case.read_text() + 'element_size = "0.2 mm"\n')
+    case.write_text(case.read_text() + 'element_size = "0.1 mm"\n')
     out = tmp_path / "out"
     answer = call(command[0], case, *(str(out) if word == "OUT" else word for word in command[1:]))
     assert answer.exit_code == 2 and not out.exists()
-    assert "run.toy.element_size: 0.2 mm makes about" in answer.stderr and "4 GB are free" in answer.stderr and "fits" in answer.stderr
+    assert "run.toy.element_size: 0.1 mm makes about" in answer.stderr and "4 GB are free" in answer.stderr and "fits" in answer.stderr
 
 
 @pytest.mark.parametrize("window, said", [('start = "900 mm"\nend = "1400 mm"', "leaves the modelled crossing")])
