@@ -156,7 +156,9 @@ class Contact:
         slot = np.full(self.n, -1)
         slot[self.watched] = np.arange(len(self.watched))
         mine = watched[self.here]
-        self.watched_local, self.watched_slot = self.local[mine], slot[self.here[mine]]
+        self.own_local, self.own_at = self.local[mine], self.here[mine]  # watched nodes of this rank: local number, place in the surface arrays
+        self.own_slot = slot[self.own_at]
+        self.force[:], self.carried[:], self.pressure_at[:] = 0.0, 0.0, 0.0
         self.buffer = np.zeros((len(self.watched), 3))
         k = [len(s) for s in self.slaves]
         self.gap, self.normal, self.weight = [np.zeros(m) for m in k], [np.zeros((m, 3)) for m in k], [np.zeros((m, 4)) for m in k]
@@ -178,30 +180,27 @@ class Contact:
         self._prepare()
 
     def add_forces(self, dt: float) -> None:
-        """Forces of the step that `structure.v` (velocity without contact) would make from `structure.x`; changes v of owned nodes. Collective."""
+        """Contact forces of the step that `structure.v` (velocity without contact) would make from `structure.x` -> `force`. Collective."""
         if self.steps_to_search <= 0:
             self.search()
         self.steps_to_search -= 1
-        self.force[:], self.carried[:], self.sums[:] = 0.0, 0.0, 0.0
-        self.pressure_at[:] = 0.0
+        self.sums[:] = 0.0
         if not len(self.watched):
             return
+        self.force[self.watched], self.carried[self.watched], self.pressure_at[self.watched] = 0.0, 0.0, 0.0
         self._gather_watched(dt)
         self._normal(dt)
         if self.settings.friction > 0:
             self._friction(dt)
-        mine = self.here
-        v = self.structure.v.reshape(-1, 3)
-        v[self.local] += dt * self.force[mine] * self.inverse_mass[mine, None]
 
     def _gather_watched(self, dt: float) -> None:
         x, v = self.structure.x.reshape(-1, 3), self.structure.v.reshape(-1, 3)
         wheel = self.is_wheel[self.watched]
         at = self.watched
         self.buffer[:] = 0.0
-        self.buffer[self.watched_slot] = x[self.watched_local]
+        self.buffer[self.own_slot] = x[self.own_local]
         now = self.buffer.copy()
-        now[self.watched_slot] += dt * v[self.watched_local]
+        now[self.own_slot] += dt * v[self.own_local]
         if self.comm.size > 1:
             both = np.concatenate([self.buffer, now])
             self.comm.Allreduce(MPI.IN_PLACE, both)

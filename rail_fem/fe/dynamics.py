@@ -28,23 +28,51 @@ def kick(v, force, inverse_mass, mass_damping, dt, group_of, reactions, small, w
     v, force : (3 n,);  inverse_mass, small, group_of : (n,), group_of -1: free node, -2 - mask: fixed directions (bits x, y, z)
     mass_damping [1/s];  works : (3,) internal work of finite-strain nodes, of small-displacement nodes, damping work, added to [J]
     """
+    finite_work, small_work, damping_work = 0.0, 0.0, 0.0
     for n in range(inverse_mass.size):
         g = group_of[n]
+        power = 0.0
         if g >= 0:
             for c in range(3):
                 reactions[g, c] += force[3 * n + c]
-                works[small[n]] -= dt * force[3 * n + c] * v[3 * n + c]
-            continue
+                power += force[3 * n + c] * v[3 * n + c]
+        else:
+            for c in range(3):
+                i = 3 * n + c
+                if g < -1 and (-2 - g) >> c & 1:
+                    v[i] = 0.0
+                    continue
+                old = v[i]
+                v[i] = old + dt * (force[i] * inverse_mass[n] - mass_damping * old)
+                power += 0.5 * force[i] * (old + v[i])
+                damping_work += 0.5 * dt * mass_damping / inverse_mass[n] * old * (old + v[i])
+        if small[n]:
+            small_work -= dt * power
+        else:
+            finite_work -= dt * power
+    works[0] += finite_work
+    works[1] += small_work
+    works[2] += damping_work
+
+
+@numba.njit(cache=True, error_model="numpy")
+def apply_contact(v, internal, force, inverse_mass, local, at, small, dt, works):
+    """Contact forces onto the velocities of owned nodes; returns their work on the bodies [J].
+
+    v, internal : (3 n,) velocities after the kick without contact, internal forces;  force : (m, 3), inverse_mass : (m,) of surface nodes
+    local, at : (k,) node and surface number of the nodes in question. All works go with the mean of the velocities before and after
+    the whole kick; `works` (see `kick`) gets what contact changes of the internal work.
+    """
+    work = 0.0
+    for i in range(local.size):
+        n, a = local[i], at[i]
         for c in range(3):
-            i = 3 * n + c
-            if g < -1 and (-2 - g) >> c & 1:
-                v[i] = 0.0
-                continue
-            old = v[i]
-            new = old + dt * (force[i] * inverse_mass[n] - mass_damping * old)
-            v[i] = new
-            works[small[n]] -= 0.5 * dt * force[i] * (old + new)
-            works[2] += 0.5 * dt * mass_damping / inverse_mass[n] * old * (old + new)
+            f, inner = force[a, c], internal[3 * n + c]
+            change = dt * f * inverse_mass[a]
+            v[3 * n + c] += change
+            work += dt * f * (v[3 * n + c] - 0.5 * (change + dt * inner * inverse_mass[a]))
+            works[small[n]] -= 0.5 * dt * inner * change
+    return work
 
 
 class Dynamics:
@@ -126,16 +154,12 @@ class Dynamics:
             v[local] = group.velocity
 
     def _contact(self, dt: float) -> None:
-        c, v = self.contact, self.structure.v.reshape(-1, 3)
+        c, s = self.contact, self.structure
         c.add_forces(dt)
-        mine, internal = c.force[c.here], self.structure.force.reshape(-1, 3)[c.local]
-        share = 0.5 * dt * c.inverse_mass[c.here, None]
-        mean = v[c.local] - share * (mine + internal)  # of the velocities before and after the whole kick
-        self.contact_work += dt * float((mine * mean).sum())
-        extra = dt * (internal * share * mine).sum(axis=1)
-        self.works[:2] -= np.bincount(self.small[c.local], extra, minlength=2)
+        self.contact_work += apply_contact(s.v, s.force, c.force, c.inverse_mass, c.own_local, c.own_at, self.small, dt, self.works)
         self.friction_work += c.sums[FRICTION_WORK]
-        self.drive_work += c.sums[DRIVE_WORK] + dt * c.speed * float(c.force[c.n_rail :, 0].sum())
+        on_wheel = c.force[c.watched[np.searchsorted(c.watched, c.n_rail) :], 0]
+        self.drive_work += c.sums[DRIVE_WORK] + dt * c.speed * float(on_wheel.sum())
         self.contact_normal = c.sums[NORMAL_ENERGY]
 
     def _drift(self, dt: float) -> None:

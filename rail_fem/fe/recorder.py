@@ -28,11 +28,11 @@ class Recorder:
         rail = contact.slaves[0]
         if not len(contact.watched):
             return
-        on_rail = contact.force[: contact.n_rail]
-        up = -on_rail[:, 2]
-        nose = float(up @ p.rail_region)
-        total = float(up.sum())
-        self.total += (total, total - nose, nose, -float(on_rail[:, 0].sum()), -float(on_rail[:, 1].sum()))
+        watched = contact.watched[: np.searchsorted(contact.watched, contact.n_rail)]
+        on_rail = contact.force[watched]
+        along, across, total = -on_rail.sum(axis=0)
+        nose = -float(on_rail[:, 2] @ p.rail_region[watched])
+        self.total += (total, total - nose, nose, along, across)
         carried = contact.carried[rail]
         self.weight += float(carried.sum())
         self.moment += carried @ contact.position[rail, :2]
