@@ -99,7 +99,7 @@ class CastCrossing:
 
     def top_height(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
         """Exact height z [m] of the surface of "wing" or "nose" at x, y [m] (broadcast); NaN where the body is not."""
-        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+        x, y = (np.array(v, float) for v in np.broadcast_arrays(x, y))
         self._check_x(x)
         if body not in BODIES:
             raise CrossingError(f"unknown body {body!r}; known: {', '.join(BODIES)}")

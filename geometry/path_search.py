@@ -11,6 +11,7 @@ PEAKS = 4  # lateral places kept per station of the first search
 STATION_RATIO = 8  # spacing of the stations along x over the lateral spacing: the wheel's curvature is that much smaller
 SEPARATION = 2e-3  # lateral places closer than this are one [m]
 DOUBT = 320.0  # times the resolution squared: places whose first-search heights differ by less are all refined [1/m]
+CLOSE = 2e-8  # width to which a place is closed in [m]
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -160,21 +161,32 @@ def clearance(at, ahead, y, radius, datum, profile, nose, c, loft):
 
 @njit(cache=True)
 def along_wheel(at, y, low, high, radius, datum, profile, nose, c, loft):
-    """Highest place along x at this y by golden section between low and high: (height, ahead)."""
+    """Highest place along x at this y by golden section between low and high: (height, ahead).
+
+    One call of `clearance` serves all evaluations: every further one would be compiled in again.
+    """
     a, b = low, high
     p, q = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
-    fp = clearance(at, p, y, radius, datum, profile, nose, c, loft)
-    fq = clearance(at, q, y, radius, datum, profile, nose, c, loft)
-    while b - a > 2e-8:
-        if fp >= fq:
+    fp, fq = -np.inf, -np.inf
+    place, count = p, 0
+    while b - a > CLOSE:
+        value = clearance(at, place, y, radius, datum, profile, nose, c, loft)
+        if place == p:
+            fp = value
+        else:
+            fq = value
+        count += 1
+        if count == 1:
+            place = q
+        elif fp >= fq:
             b, q, fq = q, p, fp
             p = b - GOLDEN * (b - a)
-            fp = clearance(at, p, y, radius, datum, profile, nose, c, loft)
+            place = p
         else:
             a, p, fp = p, q, fq
             q = a + GOLDEN * (b - a)
-            fq = clearance(at, q, y, radius, datum, profile, nose, c, loft)
-    return (fp, p) if fp >= fq else (fq, q)
+            place = q
+    return (fq, q) if place == p else (fp, p)  # the better of the last two: the other was about to be replaced
 
 
 @njit(cache=True)
@@ -196,29 +208,37 @@ def climb(at, guess, reach, step, spacing, radius, datum, profile, nose, c, loft
 def refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft):
     """Highest place near a first guess: golden section over y of the highest place along x. (height, ahead, y).
 
-    Needs no derivatives, so that edges and kinks of either surface are found as they are.
+    Needs no derivatives, so that edges and kinks of either surface are found as they are; the ends of the window are
+    looked at too, as a wheel may stand on its rim.
     """
-    low, high = ahead - 2 * step, ahead + 2 * step
     a, b = max(y - 2 * spacing, profile[0][0] + datum), min(y + 2 * spacing, profile[0][-1] + datum)
-    best, best_ahead = along_wheel(at, a, low, high, radius, datum, profile, nose, c, loft)
-    best_y = a
-    value, place = along_wheel(at, b, low, high, radius, datum, profile, nose, c, loft)
-    if value > best:
-        best, best_ahead, best_y = value, place, b
     p, q = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
-    fp, xp = along_wheel(at, p, low, high, radius, datum, profile, nose, c, loft)
-    fq, xq = along_wheel(at, q, low, high, radius, datum, profile, nose, c, loft)
-    while b - a > 2e-8:
-        if fp >= fq:
-            b, q, fq, xq = q, p, fp, xp
-            p = b - GOLDEN * (b - a)
-            fp, xp = along_wheel(at, p, low, high, radius, datum, profile, nose, c, loft)
+    fp, fq = -np.inf, -np.inf
+    best, best_ahead, best_y = -np.inf, ahead, y
+    place, count = a, 0
+    while b - a > CLOSE:
+        value, along = along_wheel(at, place, ahead - 2 * step, ahead + 2 * step, radius, datum, profile, nose, c, loft)
+        if value > best:
+            best, best_ahead, best_y = value, along, place
+        count += 1
+        if count == 1:
+            place = b
+            continue
+        if count == 2:
+            place = p
+            continue
+        if place == p:
+            fp = value
         else:
-            a, p, fp, xp = p, q, fq, xq
+            fq = value
+        if count == 3:
+            place = q
+        elif fp >= fq:
+            b, q, fq = q, p, fp
+            p = b - GOLDEN * (b - a)
+            place = p
+        else:
+            a, p, fp = p, q, fq
             q = a + GOLDEN * (b - a)
-            fq, xq = along_wheel(at, q, low, high, radius, datum, profile, nose, c, loft)
-    if fp > best:
-        best, best_ahead, best_y = fp, xp, p
-    if fq > best:
-        best, best_ahead, best_y = fq, xq, q
+            place = q
     return best, best_ahead, best_y
