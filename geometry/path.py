@@ -127,6 +127,7 @@ def check_inputs(crossing: CastCrossing, x: np.ndarray, radius: float, resolutio
         raise CrossingError(
             f"wheel_path: x {x.min():g} to {x.max():g} m with reach {reach:g} m leaves the modelled crossing, {low:g} to {high:.3f} m"
         )
-    for name, value, least, most in (("radius", radius, 0.1, 1.0), ("resolution", resolution, 1e-6, 5e-3), ("reach", reach, 0.01, 0.9 * radius)):
+    limits = (("radius", radius, 0.1, 1.0), ("resolution", resolution, 1e-6, 5e-3), ("reach", reach, 0.01, 0.9 * radius))
+    for name, value, least, most in limits:
         if not least <= value <= most:
             raise CrossingError(f"wheel_path: {name} = {value:g} m is outside [{least:g}, {most:g}] m")
