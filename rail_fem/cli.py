@@ -25,6 +25,7 @@ def stop(text: str, code: int = 2) -> NoReturn:
     """End with a fault: the text on rank 0's standard error, a non-zero exit code on every rank."""
     if launcher.rank() == 0:
         typer.echo(text, err=True)
+    launcher.let_root_end_first()
     raise typer.Exit(code)
 
 

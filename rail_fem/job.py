@@ -2,7 +2,6 @@
 
 import contextlib
 import signal
-import time
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -23,8 +22,6 @@ class JobFault(RuntimeError):
 class RunFailed(RuntimeError):
     """Carries a result's fault to the status file."""
 
-
-ROOT_SPEAKS_FIRST = 2.0  # seconds
 
 # What a run may meet: bad input found late, an unstable step, a full disk, too little memory. All else is a bug and keeps its traceback.
 EXPECTED = (ValueError, ArithmeticError, OSError, MemoryError)
@@ -77,8 +74,8 @@ def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: boo
 
 def _let_root_speak(folder: Path, message: str) -> None:
     """Mostly all ranks meet a fault and the root ends the job. A rank that outlives it met the fault alone, while the root waits for it in MPI."""
+    launcher.let_root_end_first()
     if launcher.rank() != 0:
-        time.sleep(ROOT_SPEAKS_FIRST)
         mark_failed(folder, f"rank {launcher.rank()}: {message}")
 
 

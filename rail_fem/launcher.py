@@ -8,10 +8,12 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 Answer = TypeVar("Answer")
+ROOT_SPEAKS_FIRST = 2.0  # seconds
 LAUNCHER_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK")
 
 
@@ -54,10 +56,17 @@ def on_root(action: Callable[[], Answer], *raises: type[Exception]) -> Answer:
     return value
 
 
+def let_root_end_first() -> None:
+    """On other ranks, wait long enough for the root to say what happened and to end the job, which ends this rank too."""
+    if rank() != 0:
+        time.sleep(ROOT_SPEAKS_FIRST)
+
+
 def mpi_command(ranks: int) -> list[str]:
     """The mpirun call for `ranks` processes on this machine, to be followed by the program.
 
-    Open MPI counts cores, not hardware threads, refuses root, and binds ranks to cores that other jobs may use; the options undo that.
+    Open MPI counts cores, not hardware threads, refuses root, binds ranks to cores that other jobs may use, and looks for a network
+    that ranks of one machine do not need; the options undo that.
     Errors: FileNotFoundError without mpirun.
     """
     if shutil.which("mpirun") is None:
@@ -65,7 +74,7 @@ def mpi_command(ranks: int) -> list[str]:
     command = ["mpirun", "-n", str(ranks)]
     about = subprocess.run(["mpirun", "--version"], capture_output=True, text=True, timeout=60).stdout
     if "Open MPI" in about or "open-mpi" in about:
-        command += ["--oversubscribe", "--bind-to", "none"]
+        command += ["--oversubscribe", "--bind-to", "none", "--mca", "btl", "^tcp"]
         command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
     return command
 
