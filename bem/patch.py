@@ -143,7 +143,7 @@ class PatchPart:
 class Patch:
     """A solved contact.
 
-    gap      : (nx, ny) undeformed gap, open positive [m]
+    gap      : (nx, ny) undeformed gap, open positive [m]; None for a closed form
     pressure : (nx, ny) >= 0 [Pa]
     approach : of distant points [m], positive when the bodies are pushed together
     traction : (nx, ny, 2) tangential traction on body 1 [Pa], or None where only the normal problem was solved
@@ -153,7 +153,7 @@ class Patch:
     """
 
     grid: Grid
-    gap: np.ndarray
+    gap: np.ndarray | None
     pressure: np.ndarray
     approach: float
     method: str
