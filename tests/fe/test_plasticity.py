@@ -1,0 +1,102 @@
+"""J2 plasticity through the element kernel: closed forms and the yield surface."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from geometry.mesh_box import mesh_box
+from rail_fem.fe.blocks import von_mises
+from rail_fem.steel import MN13
+from tests.fe.bodies import NO_VISCOSITY, STEEL, place, plastic, structure_of
+from tests.order import assert_order
+
+
+class Coupon:
+    """One cube pulled along x, its sides free: each pull finds the side that leaves no lateral stress."""
+
+    def __init__(self, steel):
+        self.structure = structure_of(mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), steel, settings=NO_VISCOSITY)
+        self.corners = self.structure.x.reshape(-1, 3).copy()
+        self.stretch, self.side, self.strain = 1.0, 1.0, 0.0
+
+    def pull(self, stretch):
+        """Axial stress [Pa] after stretching to `stretch`; `strain` adds up the kernel's own increments, 2 (b - a) / (b + a)."""
+        structure, saved = self.structure, (self.structure.x.copy(), self.structure.finite.state.copy())
+
+        def lateral_stress(side):
+            structure.x[:], structure.finite.state[:] = saved
+            place(structure, self.corners * [stretch, side, side], 1.0)
+            return structure.finite.stress()[0, 1]
+
+        change = abs(stretch - self.stretch)
+        self.side = brentq(lateral_stress, self.side - change, self.side + change, xtol=1e-16, rtol=1e-15)
+        lateral_stress(self.side)
+        self.strain += 2 * (stretch - self.stretch) / (stretch + self.stretch)
+        self.stretch = stretch
+        return structure.finite.stress()[0, 0]
+
+
+@pytest.mark.parametrize("steps", [1, 7])
+def test_cyclic_uniaxial_loading_follows_the_closed_form(steps):
+    """Isotropic linear hardening: |trial| beyond the yield stress returns by dp = (|trial| - yield) / (E + H), whatever the steps."""
+    yield_stress, hardening, modulus = 300e6, 10e9, STEEL.youngs_modulus
+    coupon = Coupon(plastic(STEEL, yield_stress, hardening))
+    stress, strain, p = 0.0, 0.0, 0.0
+    for turn in (1.005, 0.994, 1.008, 0.990, 1.0):
+        for stretch in np.linspace(coupon.stretch, turn, steps + 1)[1:]:
+            computed = coupon.pull(stretch)
+        trial = stress + modulus * (coupon.strain - strain)
+        dp = max(abs(trial) - (yield_stress + hardening * p), 0.0) / (modulus + hardening)
+        stress, strain, p = trial - np.sign(trial) * modulus * dp, coupon.strain, p + dp
+        assert computed == pytest.approx(stress, rel=1e-8)
+        assert coupon.structure.finite.plastic_strain()[0] == pytest.approx(p, rel=1e-8)
+    assert p > 0.03
+
+
+def test_a_tensile_test_gives_back_the_tabulated_curve():
+    """Mn13: strain = stress / E + plastic strain, stress = the curve at that plastic strain, across its corners."""
+    coupon = Coupon(MN13)
+    for stretch in np.linspace(1.0, 1.3, 40)[1:]:
+        stress = coupon.pull(stretch)
+        p = coupon.structure.finite.plastic_strain()[0]
+        assert p == pytest.approx(coupon.strain - stress / MN13.youngs_modulus, abs=1e-9)
+        assert stress == pytest.approx(MN13.yield_stress(p), rel=1e-8) or p == 0.0
+
+
+def corner_error(steps):
+    """Sheared to yield, then stretched at constant volume: error of the angle between stress and strain rate."""
+    yield_stress, shear = 1e5, STEEL.shear_modulus
+    structure = structure_of(mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), plastic(STEEL, yield_stress), settings=NO_VISCOSITY)
+    start = structure.x.reshape(-1, 3).copy()
+    gamma = yield_stress / np.sqrt(3) / shear
+    sheared = np.array([[0.0, gamma / 2, 0.0], [gamma / 2, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    place(structure, start + start @ sheared, 1.0)
+    strain = yield_stress / shear / 2
+    for k in range(1, steps + 1):
+        place(structure, start + start @ (sheared + strain * k / steps * np.diag([1.0, -0.5, -0.5])), 1.0)
+    stress = structure.finite.stress()[0]
+    angle = np.arccos(1.5 * (stress[0] - stress[:3].mean()) / yield_stress)
+    exact = 2 * np.arctan(np.exp(-2 * shear * np.sqrt(1.5) * strain / (np.sqrt(2 / 3) * yield_stress)))
+    return angle - exact
+
+
+def test_a_corner_in_the_strain_path_converges_with_first_order():
+    """Perfect plasticity at constant strain rate: tan(angle / 2) falls as exp(-2 G e / R) (Krieg & Krieg, J. Press. Vessel Technol. 99 (1977) 510)."""
+    steps = np.array([20, 40, 80])
+    assert_order(1 / steps, [corner_error(n) for n in steps], expected=1)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_stress_never_leaves_the_yield_surface(seed):
+    """Random affine increments of up to 5 % in 64 cubes: von Mises <= yield stress, plastic strain and work never fall."""
+    rng = np.random.default_rng(seed)
+    structure = structure_of(mesh_box((64.0, 1.0, 1.0), (64, 1, 1)), MN13)
+    size, p, work = 10.0 ** rng.uniform(-2.5, np.log10(0.05)), np.zeros(64), 0.0
+    for _ in range(50):
+        points = structure.x.reshape(-1, 3)
+        place(structure, points @ (np.eye(3) + size * rng.uniform(-1, 1, (3, 3))) + 0.2 * size * rng.standard_normal(points.shape), 1e-6)
+        grown, booked = structure.finite.plastic_strain(), structure.work[0]
+        assert (von_mises(structure.finite.stress()) <= MN13.yield_stress(grown) * (1 + 1e-12)).all()
+        assert (grown >= p).all() and booked >= work
+        p, work = grown, booked
+    assert p.max() > 0
