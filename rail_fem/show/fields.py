@@ -1,0 +1,125 @@
+"""The fields of a run as figures need them: read from its VTU file, and cut to what is seen from above or in a section."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from geometry.mesh import boundary_faces
+
+REGIONS = ("wing", "nose", "wheel")
+SEEN = 0.05  # a face is seen from above when the upward part of its unit normal exceeds this
+EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
+
+
+class FieldsError(ValueError):
+    """Fields that are not there or cannot be drawn: which file, what is wrong, what to do."""
+
+
+@dataclass(frozen=True)
+class CrossingFields:
+    """Hexahedra of the crossing, in the undeformed place.
+
+    points : (n, 3) [m];  cells : (m, 8) VTK order;  region : (m,) 0 wing, 1 nose;  plastic_strain : (m,) PEEQ [1]
+    source : name of the file
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    region: np.ndarray
+    plastic_strain: np.ndarray
+    source: str
+
+    def worst(self, body: str) -> int | None:
+        """The cell of a body ("wing", "nose") with the largest plastic strain; None where nothing has yielded."""
+        mine = np.flatnonzero(self.region == REGIONS.index(body))
+        if not len(mine) or not self.plastic_strain[mine].max() > 0:
+            return None
+        return int(mine[self.plastic_strain[mine].argmax()])
+
+    def centre(self, cell: int) -> np.ndarray:
+        """Mean of a cell's nodes (3,) [m]."""
+        return self.points[self.cells[cell]].mean(axis=0)
+
+
+def field_file(folder: Path) -> Path:
+    """The last fields that a run wrote: final.vtu, or else its last frame. Errors: FieldsError."""
+    fields = Path(folder) / "fields"
+    final = fields / "final.vtu"
+    frames = [final] if final.is_file() else sorted(fields.glob("frame_*.vtu"))
+    if not frames:
+        raise FieldsError(f"{fields}: no final.vtu and no frame_*.vtu there; the run wrote no fields, or they were moved")
+    return frames[-1]
+
+
+def read_crossing(folder: Path) -> CrossingFields:
+    """Wing and nose from the last fields of a run. Errors: FieldsError."""
+    path = field_file(folder)
+    try:
+        mesh = meshio.read(path)
+        cells = mesh.cells_dict["hexahedron"]
+        region, strain = (np.asarray(mesh.cell_data_dict[name]["hexahedron"]).ravel() for name in ("region", "plastic_strain"))
+    except KeyError as error:
+        raise FieldsError(f"{path}: holds no {error.args[0]} on hexahedra; is it a field file of this program?") from None
+    except (meshio.ReadError, OSError, ValueError, SystemExit, SyntaxError) as error:  # a cut-off file fails in the XML reader
+        raise FieldsError(f"{path}: cannot be read ({type(error).__name__}: {error}); run the case again") from None
+    crossing = region < REGIONS.index("wheel")
+    if not crossing.any():
+        raise FieldsError(f"{path}: none of its {len(region)} cells belongs to wing (region 0) or nose (region 1)")
+    if not np.isfinite(strain[crossing]).all():
+        raise FieldsError(f"{path}: plastic strain is not a number in {int((~np.isfinite(strain[crossing])).sum())} cells; the run was unstable")
+    return CrossingFields(mesh.points, cells[crossing], region[crossing].astype(int), strain[crossing], path.name)
+
+
+def faces_from_above(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Outer faces that look upwards, lowest first, so that drawn in this order the upper hide the lower.
+
+    Returns faces (k, 4) and the cell of each (k,).
+    """
+    faces, owner = boundary_faces(cells)
+    corner = points[faces]
+    normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    up = normal[:, 2] > SEEN * np.linalg.norm(normal, axis=1)
+    order = np.argsort(corner[up, :, 2].mean(axis=1), kind="stable")
+    return faces[up][order], owner[up][order]
+
+
+def cut_at(points: np.ndarray, cells: np.ndarray, x: float) -> tuple[list[np.ndarray], np.ndarray]:
+    """Section of hexahedra by the plane x: polygons [(corners, 2) y, z in m] and the cell of each (k,).
+
+    Nodes in the plane count as just before it, so a plane of nodes cuts the cells behind it once.
+    """
+    side = points[cells, 0] > x
+    cut = np.flatnonzero(side.any(axis=1) & ~side.all(axis=1))
+    ends = cells[cut][:, EDGES]
+    before, after = points[ends[..., 0]], points[ends[..., 1]]
+    crosses = (before[..., 0] > x) != (after[..., 0] > x)
+    run = np.where(crosses, after[..., 0] - before[..., 0], 1.0)
+    at = before + ((x - before[..., 0]) / run)[..., None] * (after - before)
+    polygons = [_round_polygon(at[i][crosses[i]][:, 1:]) for i in range(len(cut))]
+    return polygons, cut
+
+
+def _round_polygon(corners: np.ndarray) -> np.ndarray:
+    """Corners (k, 2) in the order of their angle about their mean: the outline of a convex polygon."""
+    away = corners - corners.mean(axis=0)
+    return corners[np.argsort(np.arctan2(away[:, 1], away[:, 0]))]
+
+
+def depth_below(polygons: list[np.ndarray], place: np.ndarray) -> float:
+    """How far the section's upper outline stands above a point (2,) y, z [m]."""
+    return max((upper_height(polygon, place[0]) for polygon in polygons if np.ptp(polygon[:, 0]) > 0), default=place[1]) - place[1]
+
+
+def upper_height(polygon: np.ndarray, y: float) -> float:
+    """Largest z of a convex polygon (k, 2) on the upright line at y [m]; minus infinity where it does not reach."""
+    start, end = polygon, np.roll(polygon, -1, axis=0)
+    low, high = np.minimum(start[:, 0], end[:, 0]), np.maximum(start[:, 0], end[:, 0])
+    over = (low <= y) & (y <= high) & (high > low)
+    if not over.any():
+        return -np.inf
+    share = (y - start[over, 0]) / (end[over, 0] - start[over, 0])
+    return float((start[over, 1] + share * (end[over, 1] - start[over, 1])).max())

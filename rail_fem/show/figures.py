@@ -1,0 +1,44 @@
+"""All figures of a run's folder.
+
+    from rail_fem.show.figures import draw_run
+    draw_run("runs/nose_transfer")
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from rail_fem.result import PassResult, load
+from rail_fem.show.energies import energies_figure
+from rail_fem.show.fields import CrossingFields, FieldsError, read_crossing
+from rail_fem.show.force import force_figure
+from rail_fem.show.plan import plan_figure
+from rail_fem.show.section import section_figure
+from rail_fem.show.style import lettering, save, words_instead
+
+
+def draw_run(folder: Path) -> list[Path]:
+    """Draw force, energies and plastic strain of the run in `folder` into folder/figures; returns the PNG files.
+
+    What a run does not hold (no fields, nothing yielded, no history) gives a figure that says so in words.
+    Root only under MPI. Needs no display. Errors: FileNotFoundError without a result, ValueError for another version of it,
+    OSError where the folder cannot be written.
+    """
+    folder = Path(folder)
+    result, name = load(folder), folder.resolve().name
+    with lettering():
+        drawn = {"force": force_figure(result, name), "energies": energies_figure(result, name), **strain_figures(folder, result, name)}
+        return [save(figure, folder / "figures" / f"{title}.png") for title, figure in drawn.items()]
+
+
+def strain_figures(folder: Path, result: PassResult, name: str) -> dict[str, Figure]:
+    """The figures that need fields; in words what is wrong with them, if anything is."""
+    drawings: dict[str, Callable[[PassResult, CrossingFields, str], Figure]] = {"plastic_strain_plan": plan_figure, "plastic_strain_section": section_figure}
+    try:
+        fields = read_crossing(folder)
+    except FieldsError as fault:
+        return {title: words_instead(str(fault)) for title in drawings}
+    return {title: draw(result, fields, name) for title, draw in drawings.items()}

@@ -1,0 +1,110 @@
+"""Figure of the contact force and of the heights of wheel and crossing over the running distance."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from geometry.crossing import CrossingError
+from rail_fem.result import PassResult
+from rail_fem.rigid import rigid_path
+from rail_fem.show.places import label_distance, legend_above, mark_places
+from rail_fem.show.events import peak_force, settling_end
+from rail_fem.show.style import BODY, GREY, HALO, TOTAL, give_title, new_figure, words_instead
+
+PATH_POINTS = 150  # of the rigid wheel path
+FORCES = (("force", "whole wheel", TOTAL, 3.0, 2.0), ("force_wing", "on the wing rail", BODY["wing"], 1.4, 2.2), ("force_nose", "on the nose", BODY["nose"], 1.4, 2.3))
+
+
+def force_figure(result: PassResult, name: str) -> Figure:
+    """Force above; wheel with the rigid wheel path, and crossing, beneath."""
+    history = result.history
+    if len(history["x"]) == 0 or not np.isfinite(history["force"]).any():
+        why = "has no rows" if len(history["x"]) == 0 else "holds no contact force"
+        return words_instead(f"{name}: the history {why}, so there is no force to draw. {result.fault}")
+    figure = new_figure(11.5)
+    above, middle, below = figure.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [2.4, 1.5, 1]})
+    draw_forces(above, result)
+    draw_wheel(middle, result)
+    draw_crossing(below, result)
+    label_distance(below, result)
+    figure.align_ylabels()
+    give_title(figure, "Contact force and heights", name, result)
+    return figure
+
+
+def draw_forces(axes, result: PassResult) -> None:
+    history = result.history
+    for column, words, colour, width, order in FORCES:
+        values = history[column]
+        if not np.isfinite(values).any():
+            continue
+        peak = peak_force(result, column)
+        found = f"peak {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm" if peak else "never touched"
+        axes.plot(1e3 * history["x"], values / 1e3, color=colour, lw=width, zorder=order, label=f"{words}: {found}")
+        if peak and column != "force":
+            axes.plot(1e3 * peak.x, peak.value / 1e3, "o", ms=9, mfc="none", mec=colour, mew=2, zorder=3)
+            axes.annotate(f"{peak.value / 1e3:.0f} kN", (1e3 * peak.x, peak.value / 1e3), (8, 6), textcoords="offset points", color=colour, weight="bold", path_effects=HALO)
+    load = result.scene.static_wheel_load
+    axes.axhline(load / 1e3, color=GREY, ls="--", lw=1.6, zorder=1.5, label=f"static wheel load: {load / 1e3:.1f} kN")
+    mark_places(axes, result)
+    axes.margins(y=0.1)
+    axes.set_ylim(bottom=-0.03 * axes.get_ylim()[1])
+    axes.set_ylabel("vertical force [kN]")
+    legend_above(axes)
+
+
+def draw_wheel(axes, result: PassResult) -> None:
+    """Height of the wheel, and the path of a rigid one lowered so that both meet where the settling ends."""
+    x, height = result.history["x"], result.history["wheel_height"]
+    known = np.isfinite(height)
+    rigid = given_path(result) or computed_path(result)
+    if known.any():
+        axes.plot(1e3 * x, 1e3 * height, color=TOTAL, lw=2, label="wheel in this run")
+    if rigid is not None:
+        shift = meeting_shift(result, *rigid) if known.any() else 0.0
+        axes.plot(1e3 * rigid[0], 1e3 * (rigid[1] + shift), color=GREY, lw=1.6, ls="--", label=f"rigid wheel on a rigid crossing, shifted by {shift * 1e3:+.2f} mm to meet it")
+    if known.any() or rigid is not None:
+        legend_above(axes)
+    else:
+        axes.text(0.5, 0.5, "wheel height not resolved", transform=axes.transAxes, ha="center")
+    mark_places(axes, result, label=False)
+    axes.set_ylabel("wheel height [mm]")
+
+
+def draw_crossing(axes, result: PassResult) -> None:
+    x, height = result.history["x"], result.history["crossing_height"]
+    if np.isfinite(height).any():
+        axes.plot(1e3 * x, 1e3 * height, color=TOTAL, lw=2)
+    else:
+        axes.text(0.5, 0.5, "crossing height not resolved", transform=axes.transAxes, ha="center")
+    mark_places(axes, result, label=False)
+    axes.set_ylabel("crossing [mm]")
+
+
+def given_path(result: PassResult) -> tuple[np.ndarray, np.ndarray] | None:
+    """The rigid path that the run itself states: trust["rigid_path"] = {"x": [...], "height": [...]} [m]."""
+    stated = result.trust.get("rigid_path")
+    if not isinstance(stated, dict) or not {"x", "height"} <= set(stated):
+        return None
+    return np.asarray(stated["x"], float), np.asarray(stated["height"], float)
+
+
+def computed_path(result: PassResult) -> tuple[np.ndarray, np.ndarray] | None:
+    """Axle height of a rigid wheel over the history's x; None where the modelled crossing does not reach."""
+    x = result.history["x"]
+    x = np.linspace(np.nanmin(x), np.nanmax(x), PATH_POINTS)
+    try:
+        return x, rigid_path(result.scene, x).height
+    except (CrossingError, ValueError, OSError):  # the profile's file may be gone by now
+        return None
+
+
+def meeting_shift(result: PassResult, path_x: np.ndarray, path_height: np.ndarray) -> float:
+    """What brings the rigid path to the wheel's height at the end of settling, or at the first row [m]."""
+    x, height = result.history["x"], result.history["wheel_height"]
+    known = np.flatnonzero(np.isfinite(height))
+    end, _ = settling_end(result)
+    after = known[result.history["time"][known] >= end] if np.isfinite(end) else known
+    first = after[0] if len(after) else known[0]
+    return float(height[first] - np.interp(x[first], path_x, path_height))

@@ -1,0 +1,113 @@
+"""Figure of the plastic strain on the crossing's top surface, seen from above in true shape."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+
+from rail_fem.result import PassResult
+from rail_fem.show.fields import REGIONS, CrossingFields, faces_from_above
+from rail_fem.show.style import BODY, HALO, NEVER_YIELDED, STRAIN_COLOURS, WIDTH, give_title, new_figure
+
+MARGIN = 12e-3  # shown around what has yielded and the contact path [m]
+LONGEST_STRIP = 3.4  # length over width of a strip; longer views go on in the next strip
+
+
+def plan_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure:
+    """PEEQ in percent on wing and nose, with the path of contact; long views in several strips."""
+    faces, owner = faces_from_above(fields.points, fields.cells)
+    strain, corners = fields.plastic_strain[owner], 1e3 * fields.points[faces][:, :, :2]
+    path = contact_path(result)
+    strips = cut_in_strips(*view_box(corners, strain > 0, path))
+    length, width = strips[0][1] - strips[0][0], strips[0][3] - strips[0][2]
+    figure = new_figure(2.3 + len(strips) * (0.35 + 10.8 * width / length), layout="compressed")
+    panels = np.atleast_1d(figure.subplots(len(strips), 1))
+    most = strain.max(initial=0.0)
+    colours = ScalarMappable(Normalize(0.0, 100 * most if most > 0 else 1.0), STRAIN_COLOURS)
+    painted = np.where((strain > 0)[:, None], colours.to_rgba(100 * strain), mpl_colour(NEVER_YIELDED))
+    for axes, (low, high, bottom, top) in zip(panels, strips):
+        seen = (corners[:, :, 0].max(axis=1) >= low) & (corners[:, :, 0].min(axis=1) <= high)
+        axes.add_collection(PolyCollection(corners[seen], facecolors=painted[seen], edgecolors=painted[seen], linewidths=0.3))
+        axes.plot(*path, color="black", lw=1.0, path_effects=[withStroke(linewidth=2.2, foreground="white")], label="path of contact")
+        mark_worst(axes, fields, owner, corners)
+        name_bodies(axes, fields, (low, high, bottom, top), path)
+        axes.set(xlim=(low, high), ylim=(bottom, top), aspect="equal", ylabel="y [mm]")
+        axes.grid(False)
+    way = "runs to the right \u2192" if result.scene.direction == "facing" else "runs to the left \u2190"
+    panels[-1].set_xlabel(f"x [mm]   (the wheel {way}; y is positive towards the field side)")
+    panels[0].legend(loc="lower left", bbox_to_anchor=(0, 1, 1, 0.1), ncols=3, mode="expand", frameon=False, borderaxespad=0.2)
+    if most > 0:
+        bar = figure.colorbar(colours, ax=list(panels), orientation="horizontal", aspect=60, shrink=0.9, fraction=0.05)
+        bar.set_label("equivalent plastic strain (PEEQ) of the surface elements [%]; grey: never yielded")
+    else:
+        panels[0].text(0.5, 0.9, "nothing has yielded at the surface", transform=panels[0].transAxes, ha="center", weight="bold", path_effects=HALO)
+    give_title(figure, f"Plastic strain seen from above ({fields.source})", name, result)
+    return figure
+
+
+def mpl_colour(text: str) -> np.ndarray:
+    """A hexadecimal colour as red, green, blue, opacity."""
+    return np.array([int(text[i : i + 2], 16) / 255 for i in (1, 3, 5)] + [1.0])
+
+
+def contact_path(result: PassResult) -> tuple[np.ndarray, np.ndarray]:
+    """Places of contact [mm], NaN where there is none; so the line breaks there."""
+    x, y = result.history["contact_x"], result.history["contact_y"]
+    lost = ~(result.history["force"] > 0)
+    return np.where(lost, np.nan, 1e3 * x), np.where(lost, np.nan, 1e3 * y)
+
+
+def view_box(corners: np.ndarray, yielded: np.ndarray, path: tuple[np.ndarray, np.ndarray]) -> tuple[float, float, float, float]:
+    """x and y range [mm] of what has yielded and of the path with a margin, within the mesh; all of the mesh where there is neither.
+
+    corners : (k, 4, 2) of the faces [mm];  yielded : (k,) bool
+    """
+    everything = corners.reshape(-1, 2)
+    known = np.isfinite(path[0]) & np.isfinite(path[1])
+    of_interest = np.concatenate([corners[yielded].reshape(-1, 2), np.column_stack(path)[known]])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    if len(of_interest):
+        margin = 1e3 * MARGIN
+        nearer_low, nearer_high = np.maximum(low, of_interest.min(axis=0) - margin), np.minimum(high, of_interest.max(axis=0) + margin)
+        if (nearer_low < nearer_high).all():
+            low, high = nearer_low, nearer_high
+    return low[0], high[0], low[1], high[1]
+
+
+def cut_in_strips(low: float, high: float, bottom: float, top: float) -> list[tuple[float, float, float, float]]:
+    """A view cut along x in strips of equal length that are not slimmer than LONGEST_STRIP."""
+    count = max(1, int(np.ceil((high - low) / (top - bottom) / LONGEST_STRIP - 0.25)))
+    ends = np.linspace(low, high, count + 1)
+    return [(ends[i], ends[i + 1], bottom, top) for i in range(count)]
+
+
+def mark_worst(axes, fields: CrossingFields, owner: np.ndarray, corners: np.ndarray) -> None:
+    """A ring around the surface element of each body with the largest strain, with its value in the legend."""
+    for body, marker in (("wing", "o"), ("nose", "D")):
+        mine = np.flatnonzero(fields.region[owner] == REGIONS.index(body))
+        strain = fields.plastic_strain[owner[mine]]
+        if not len(mine) or not strain.max() > 0:
+            continue
+        x, y = corners[mine[strain.argmax()]].mean(axis=0)
+        words = f"{body}: at most {100 * strain.max():.2f} % at x = {x:.1f}, y = {y:.1f} mm"
+        axes.plot(x, y, marker, ms=13, mfc="none", mec=BODY[body], mew=2.2, ls="none", label=words)
+
+
+def name_bodies(axes, fields: CrossingFields, box: tuple[float, float, float, float], path: tuple[np.ndarray, np.ndarray]) -> None:
+    """The words wing and nose near an end of the body's visible part, off the path of contact."""
+    low, high, bottom, top = box
+    reach = 0.05 * (high - low)
+    for body in BODY:
+        nodes = 1e3 * fields.points[np.unique(fields.cells[fields.region == REGIONS.index(body)])]
+        seen = nodes[(nodes[:, 0] > low) & (nodes[:, 0] < high) & (nodes[:, 1] > bottom) & (nodes[:, 1] < top)]
+        if not len(seen):
+            continue
+        x = seen[:, 0].min() + reach if seen[:, 0].min() < low + 0.2 * (high - low) else seen[:, 0].max() - reach
+        sides = np.quantile(seen[np.abs(seen[:, 0] - x) <= reach, 1], (0.12, 0.88))
+        crossed = np.nanmean(np.append(path[1][np.abs(path[0] - x) < reach], sides.mean()))
+        y = sides[np.abs(sides - crossed).argmax()]
+        axes.text(x, y, body, color=BODY[body], weight="bold", ha="center", va="center", path_effects=HALO)

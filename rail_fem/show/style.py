@@ -1,0 +1,76 @@
+"""How every figure looks: colours that colour-blind readers tell apart (Okabe and Ito), letters readable at 1200 pixels, the title."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+
+from rail_fem.atomic import write_atomically
+from rail_fem.result import PassResult
+from rail_fem.scene import Scene
+from rail_fem.units import show
+
+TOTAL, WING, NOSE = "#000000", "#0072B2", "#D55E00"
+GREEN, PURPLE, ORANGE, SKY, GREY = "#009E73", "#AA4499", "#E69F00", "#56B4E9", "#777777"
+BODY = {"wing": WING, "nose": NOSE}
+NEVER_YIELDED = "#E4E4E4"
+STRAIN_COLOURS = "viridis_r"
+HALO = [withStroke(linewidth=4, foreground="white")]  # keeps letters legible over curves
+WIDTH = 12.0  # inch
+DOTS = 150  # per inch: 1800 pixels wide, and still readable when shrunk to 1200
+LETTERS = {
+    "font.family": "DejaVu Sans",
+    "font.size": 12,
+    "axes.labelsize": 13,
+    "axes.titlesize": 13,
+    "legend.fontsize": 11,
+    "axes.grid": True,
+    "grid.color": "#DDDDDD",
+    "axes.axisbelow": True,
+}
+
+
+def new_figure(height: float, layout: str = "constrained") -> Figure:
+    """An empty figure of the common width [inch] that needs no display."""
+    figure = Figure(figsize=(WIDTH, height), dpi=DOTS, layout=layout)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def lettering():
+    """Context in which figures are made and saved; the caller's own matplotlib settings stay as they are."""
+    return mpl.rc_context(LETTERS)
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a PNG whole or not at all. Errors: OSError."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, lambda temporary: figure.savefig(temporary, dpi=DOTS, facecolor="white"))
+    return path
+
+
+def scene_words(scene: Scene) -> str:
+    """Crossing, wheel, speed, direction and load in one line."""
+    wheel = scene.wheel.label or Path(scene.wheel.profile).name
+    speed = f"{show(scene.speed, 'mph', 3)} ({show(scene.speed, 'km/h', 3)})"
+    return f"{scene.crossing.family} crossing 1:{scene.crossing.ratio:g}, wheel {wheel}, {speed} {scene.direction}, wheel load {show(scene.static_wheel_load, 'kN', 3)}"
+
+
+def give_title(figure: Figure, what: str, name: str, result: PassResult) -> None:
+    """What is seen, of which run, of which scene; and that the run failed, if it did."""
+    lines = [f"{what}: {name}, model {result.model}", scene_words(result.scene)]
+    if result.fault:
+        lines += textwrap.wrap(f"THIS RUN FAILED: {result.fault}", 110)
+    figure.suptitle("\n".join(lines), fontsize=14)
+
+
+def words_instead(words: str) -> Figure:
+    """A figure that says why there is nothing to draw."""
+    figure = new_figure(4.0)
+    figure.text(0.5, 0.4, "\n".join(textwrap.wrap(words, 90)), ha="center", va="center", fontsize=14)
+    return figure

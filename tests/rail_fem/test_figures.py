@@ -1,0 +1,329 @@
+"""Figures of a run: what they show is where it is, and what is not there is said in words."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from geometry.mesh_box import mesh_grid
+from rail_fem.result import Peak
+from rail_fem.show.energies import energies_figure, largest_so_far
+from rail_fem.show.events import lost_contact, peak_force, settling_end
+from rail_fem.show.fields import FieldsError, cut_at, depth_below, faces_from_above, read_crossing
+from rail_fem.show.figures import draw_run, strain_figures
+from rail_fem.show.force import force_figure
+from rail_fem.show.plan import cut_in_strips, plan_figure, view_box
+from rail_fem.show.section import section_figure
+from tests.rail_fem.standin_run import MOST, SETTLE, WORST, bump, standin_history, standin_mesh, standin_strain, write_fields, write_run
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+NAMES = {"force.png", "energies.png", "plastic_strain_plan.png", "plastic_strain_section.png"}
+
+
+def words(figure) -> str:
+    """Everything that a figure says."""
+    legends = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+    texts = [text for axes in figure.axes for text in (axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts)]
+    texts += [text for legend in legends for text in legend.get_texts()] + list(figure.texts) + ([figure._suptitle] if figure._suptitle else [])
+    return " ".join("\n".join(text.get_text() for text in texts).split())
+
+
+def colours(path: Path) -> tuple[tuple[int, int], int]:
+    """Height and width of a picture [pixels], and how many colours it has."""
+    pixels = (255 * matplotlib.image.imread(path)[..., :3]).astype(np.int64)
+    return pixels.shape[:2], len(np.unique(pixels @ [65536, 256, 1]))
+
+
+def area(polygon: np.ndarray) -> float:
+    y, z = polygon.T
+    return 0.5 * abs(y @ np.roll(z, -1) - z @ np.roll(y, -1))
+
+
+def run_alone(*command: str) -> subprocess.CompletedProcess:
+    """A process of its own, without a display."""
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    return subprocess.run([sys.executable, *command], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
+
+
+# ---- the pictures themselves
+
+
+@pytest.mark.parametrize("direction", ["facing", "trailing"])
+def test_four_figures_of_a_run_are_drawn_wide_enough_to_read(tmp_path, direction):
+    write_run(tmp_path, direction)
+    drawn = draw_run(tmp_path)
+    assert {path.name for path in drawn} == NAMES == {path.name for path in (tmp_path / "figures").iterdir()}
+    for path in drawn:
+        (_, width), count = colours(path)
+        assert width == 1800 and count > 50, path.name
+
+
+def test_figures_need_neither_display_nor_vtk_and_leave_matplotlib_as_it_was(tmp_path):
+    write_run(tmp_path)
+    code = f"""
+import sys, numba, matplotlib
+before = dict(matplotlib.rcParams)
+from rail_fem.show.figures import draw_run, strain_figures
+print(len(draw_run({str(tmp_path)!r})), [m for m in sys.modules if m.startswith(("vtk", "pyvista")) or m == "matplotlib.pyplot"], before == dict(matplotlib.rcParams))
+"""
+    answer = run_alone("-W", "error::RuntimeWarning", "-c", code)
+    assert answer.stdout.strip() == "4 [] True", answer.stderr
+
+
+def test_title_names_crossing_wheel_speed_direction_and_fault(tmp_path):
+    result = write_run(tmp_path, fault="unstable at step 7")
+    said = words(force_figure(result, "my_case"))
+    for part in ("my_case", "1:10.75", "P8-worn", "75 mph", "121 km/h", "facing", "86.1 kN", "THIS RUN FAILED: unstable at step 7"):
+        assert part in said
+
+
+# ---- places and values
+
+
+def test_peaks_are_those_after_the_settling(tmp_path):
+    """The made-up force peaks while settling too: (1 + exp) times the load at 0.15 ms on the wing."""
+    result = write_run(tmp_path)
+    history = result.history
+    after = history["time"] >= SETTLE
+    found = peak_force(result, "force_wing")
+    assert found.value == history["force_wing"][after].max() < history["force_wing"].max()
+    assert found.x == history["x"][after][history["force_wing"][after].argmax()]
+    time, x = settling_end(result)
+    assert time == SETTLE and x == pytest.approx(0.25 + 33.5 * SETTLE, rel=1e-12)
+    assert f"peak {found.value / 1e3:.1f} kN at x = {found.x * 1e3:.1f} mm" in words(force_figure(result, "run"))
+
+
+def test_stated_peak_outranks_the_sampled_one(tmp_path):
+    result = write_run(tmp_path, peaks={"force_nose": Peak(190.25e3, "N", x=0.3591)})
+    assert "on the nose: peak 190.2 kN at x = 359.1 mm" in words(force_figure(result, "run"))
+
+
+def test_lost_contact_is_counted_from_the_first_contact_on():
+    force = np.array([0.0, 0.0, 50, 0.0, 0.0, 0.0, 80, np.nan, 0.0, 90, 0.0])
+    time = np.arange(11.0)
+    losses = lost_contact(time, 10 * time, force, static_load=100.0)
+    assert [(loss.start, loss.end) for loss in losses] == [(3, 5), (8, 8), (10, 10)]
+    assert [(loss.x_start, loss.x_end) for loss in losses] == [(30, 50), (80, 80), (100, 100)]
+    assert lost_contact(time, time, np.zeros(11), 100.0) == []
+
+
+def test_rigid_path_meets_the_wheel_where_settling_ends(tmp_path):
+    result = write_run(tmp_path)
+    middle = force_figure(result, "run").axes[1]
+    run, rigid = (next(line for line in middle.lines if start in line.get_label()) for start in ("wheel in this run", "rigid wheel"))
+    x = 1e3 * (0.25 + 33.5 * SETTLE)
+    # the run has a row there; the path is linear between 150 points 1.3 mm apart: bend (1/R of the path, < 0.1/m) * spacing^2 / 8
+    assert np.interp(x, *rigid.get_data()) == pytest.approx(np.interp(x, *run.get_data()), abs=1e3 * 0.1 * 1.4e-3**2 / 8 + 1e-9)
+
+
+def test_stated_rigid_path_is_drawn_as_it_is(tmp_path):
+    result = write_run(tmp_path, trust={"rigid_path": {"x": [0.25, 0.45], "height": [0.0, 1e-3]}})
+    line = next(line for line in force_figure(result, "run").axes[1].lines if "rigid" in line.get_label())
+    assert np.ptp(line.get_ydata()) == pytest.approx(1.0) and len(line.get_xdata()) == 2
+
+
+def test_worst_surface_element_of_each_body_is_named_with_its_place(tmp_path):
+    result, mesh = write_run(tmp_path), standin_mesh()
+    said = words(plan_figure(result, read_crossing(tmp_path), "run"))
+    strain, centre = standin_strain(mesh), mesh.points[mesh.cells].mean(axis=1)
+    for i, body in enumerate(("wing", "nose")):
+        worst = np.flatnonzero(mesh.region == i)[strain[mesh.region == i].argmax()]
+        assert np.abs(centre[worst, :2] - WORST[body][:2]).max() < 2e-3  # within the element of 2.5 x 3 mm
+        stated = re.search(rf"{body}: at most (\S+) % at x = (\S+), y = (\S+) mm", said)
+        exact = [100 * strain[worst], *(1e3 * centre[worst, :2])]
+        assert np.abs(np.array(stated.groups(), float) - exact) == pytest.approx(0, abs=0.0501)  # as many digits are said
+
+
+def test_section_is_where_the_strain_is_largest_and_says_how_deep(tmp_path):
+    """Worst elements are those of the top layer, 2.5 mm high: their middle is 1.25 mm deep."""
+    result = write_run(tmp_path)
+    fields = read_crossing(tmp_path)
+    figure = section_figure(result, fields, "run")
+    for body in ("wing", "nose"):
+        assert f"{body}: section at x = {1e3 * fields.centre(fields.worst(body))[0]:.1f} mm" in words(figure)
+    assert words(figure).count("1.25 mm below the surface") == 2
+
+
+@pytest.mark.parametrize("x", [0.0, 0.011, 0.02, 0.0299])
+def test_section_of_a_skewed_block_has_the_area_of_the_block(x):
+    """Planes of a sheared grid: every section is 40 x 10 mm, also through nodes; round-off of 1e3 polygons."""
+    mesh = mesh_grid(np.linspace(0, 0.03, 11), np.linspace(0, 0.04, 9), np.linspace(-0.01, 0, 6))
+    points = mesh.points + np.outer(mesh.points[:, 1], [0.3, 0, 0]) - [0.006, 0, 0]  # sheared: planes of nodes are oblique to x
+    inside = (x > 0.006) & (x < 0.024)
+    polygons, cut = cut_at(points, mesh.cells, x)
+    assert len(polygons) == len(cut) and len(set(cut)) == len(cut)
+    if inside:
+        assert sum(map(area, polygons)) == pytest.approx(0.04 * 0.01, rel=1e-12)
+        assert depth_below(polygons, np.array([0.02, -0.004])) == pytest.approx(0.004, rel=1e-12)
+    straight, _ = cut_at(mesh.points, mesh.cells, x)
+    assert sum(map(area, straight)) == pytest.approx(0.04 * 0.01, rel=1e-12)
+
+
+def test_only_what_looks_upwards_is_seen_from_above():
+    """A dovetail block: top 20 mm, base 30 mm wide; the flanks lean outwards and are seen, turned over they are not."""
+    mesh = mesh_grid(np.linspace(0, 0.05, 6), np.linspace(-0.01, 0.01, 5), np.linspace(-0.02, 0, 5))
+    plan = {}
+    for sign in (1, -1):
+        points = mesh.points.copy()
+        points[:, 1] *= 1 - sign * 25 * points[:, 2] * (points[:, 2] < 0)
+        faces, owner = faces_from_above(points, mesh.cells)
+        plan[sign] = sum(area(points[face][:, :2]) for face in faces)
+        assert (np.diff(points[faces, 2].mean(axis=1)) >= 0).all() and len(owner) == len(faces)
+    assert plan[1] == pytest.approx(0.05 * 0.03, rel=1e-12)  # top and flanks, the shadow of the base
+    assert plan[-1] == pytest.approx(0.05 * 0.02, rel=1e-12)  # top alone
+
+
+def test_long_views_are_cut_in_strips_that_cover_them():
+    strips = cut_in_strips(-900.0, 560.0, -40.0, 65.0)
+    assert len(strips) == 4 and strips[0][0] == -900 and strips[-1][1] == 560
+    assert all(before[1] == after[0] for before, after in zip(strips, strips[1:]))
+    assert len(cut_in_strips(200.0, 560.0, -40.0, 65.0)) == 1
+
+
+def test_view_shows_the_whole_mesh_where_nothing_happened():
+    corners = np.array([[[0.0, 0], [10, 0], [10, 5], [0, 5]]])
+    nowhere = (np.array([np.nan]), np.array([np.nan]))
+    assert view_box(corners, np.array([False]), nowhere) == (0, 10, 0, 5)
+
+
+# ---- what may be missing
+
+
+def test_nothing_yielded_is_said(tmp_path):
+    result, mesh = write_run(tmp_path), standin_mesh()
+    write_fields(tmp_path / "fields" / "final.vtu", mesh, np.zeros(len(mesh.cells)))
+    fields = read_crossing(tmp_path)
+    assert "nothing has yielded" in words(plan_figure(result, fields, "run"))
+    assert "no element of the crossing has yielded" in words(section_figure(result, fields, "run"))
+    assert {path.name for path in draw_run(tmp_path)} == NAMES
+
+
+def test_body_that_never_yielded_has_no_section(tmp_path):
+    result, mesh = write_run(tmp_path), standin_mesh()
+    strain = standin_strain(mesh)
+    strain[mesh.region == 0] = 0.0
+    write_fields(tmp_path / "fields" / "final.vtu", mesh, strain)
+    said = words(section_figure(result, read_crossing(tmp_path), "run"))
+    assert "nose: section" in said and "wing: section" not in said
+
+
+@pytest.mark.parametrize("absent, present", [("wing", "nose"), ("nose", "wing")])
+def test_body_that_the_wheel_never_touched_is_said(tmp_path, absent, present):
+    history = standin_history()
+    history[f"force_{absent}"] = np.zeros_like(history["force"])
+    history[f"force_{present}"] = history["force"]
+    result = write_run(tmp_path, history=history, transfer_x=float("nan"))
+    said = words(force_figure(result, "run"))
+    assert said.count("never touched") == 1 and "between wing and nose" not in said
+
+
+def test_columns_that_a_model_does_not_resolve_are_left_out(tmp_path):
+    full = standin_history()
+    result = write_run(tmp_path, history={name: full[name] for name in ("time", "x", "force")})
+    said = words(force_figure(result, "run"))
+    assert "on the nose" not in said and "crossing height not resolved" in said
+    assert "holds no energies" in words(energies_figure(result, "run"))
+
+
+def test_empty_history_of_a_failed_run_is_said(tmp_path):
+    write_run(tmp_path, history={"time": [], "x": []}, fault="the wheel starts inside the rail", transfer_x=float("nan"))
+    assert {path.name for path in draw_run(tmp_path)} == NAMES
+    result = write_run(tmp_path / "again", history={"time": [], "x": []}, fault="the wheel starts inside the rail")
+    assert "the history has no rows" in words(force_figure(result, "run")) and "inside the rail" in words(force_figure(result, "run"))
+
+
+def test_force_that_is_zero_throughout_is_drawn(tmp_path):
+    history = standin_history() | {name: np.zeros(600) for name in ("force", "force_wing", "force_nose")}
+    write_run(tmp_path, history=history, transfer_x=float("nan"))
+    assert {path.name for path in draw_run(tmp_path)} == NAMES
+
+
+def test_last_frame_stands_in_for_final_fields(tmp_path):
+    write_run(tmp_path)
+    mesh, fields = standin_mesh(), tmp_path / "fields"
+    (fields / "final.vtu").rename(fields / "frame_0003.vtu")
+    write_fields(fields / "frame_0000.vtu", mesh, np.zeros(len(mesh.cells)))
+    found = read_crossing(tmp_path)
+    assert found.source == "frame_0003.vtu" and found.plastic_strain.max() == bump(found.points[found.cells].mean(axis=1), "nose").max()
+
+
+def spoil_region(path, mesh):
+    write_fields(path, mesh, standin_strain(mesh), region=None)
+
+
+def spoil_strain(path, mesh):
+    write_fields(path, mesh, np.full(len(mesh.cells), np.nan))
+
+
+def spoil_bodies(path, mesh):
+    write_fields(path, mesh, standin_strain(mesh), region=np.full(len(mesh.cells), 2, np.int32))
+
+
+def cut_short(path, mesh):
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def remove(path, mesh):
+    path.unlink()
+
+
+@pytest.mark.parametrize(
+    "spoil, said", [(remove, "no final.vtu"), (cut_short, "cannot be read"), (spoil_region, "region"), (spoil_strain, "not a number"), (spoil_bodies, "belongs to wing")]
+)
+def test_fields_that_cannot_be_drawn_are_named_in_the_figure(tmp_path, spoil, said):
+    result = write_run(tmp_path)
+    spoil(tmp_path / "fields" / "final.vtu", standin_mesh())
+    with pytest.raises(FieldsError, match=said):
+        read_crossing(tmp_path)
+    for figure in strain_figures(tmp_path, result, "run").values():
+        assert said in words(figure)
+
+
+def test_folder_without_a_result_is_refused(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no result.json"):
+        draw_run(tmp_path)
+
+
+def test_largest_internal_energy_so_far_bridges_what_is_unknown():
+    assert largest_so_far(np.array([np.nan, 1, 3, 2]), np.array([0.0, 0, 1, 1])).tolist()[1:] == [1, 4, 4]
+    assert np.isnan(largest_so_far(np.full(2, np.nan), np.full(2, np.nan))).all()
+
+
+# ---- pyvista, in processes of its own
+
+
+def test_pyvista_reads_the_fields_back(tmp_path):
+    write_run(tmp_path)
+    mesh = standin_mesh()
+    code = f"""
+import pyvista
+m = pyvista.read({str(tmp_path / "fields" / "final.vtu")!r})
+c = m.cell_data
+print(m.n_cells, m.n_points, set(m.celltypes.tolist()), [int((c["region"] == i).sum()) for i in range(3)], c["plastic_strain"].max(), c["stress"].shape[1],
+      m.point_data["displacement"].shape[1], m.compute_cell_sizes(length=False, area=False)["Volume"][c["region"] == 0].sum())
+"""
+    answer = run_alone("-c", code)
+    strain = standin_strain(mesh)
+    counts = [int((mesh.region == i).sum()) for i in range(3)]
+    start = f"{len(mesh.cells)} {len(mesh.points)} {{12}} {counts} {strain.max()} 6 3 "
+    assert answer.stdout.startswith(start), answer.stdout + answer.stderr
+    assert float(answer.stdout.split()[-1]) == pytest.approx(0.2 * 0.045 * 0.02, rel=1e-12)
+    assert strain.max() > 0.8 * MOST["nose"]
+
+
+def test_script_draws_in_three_dimensions_without_a_display(tmp_path):
+    write_run(tmp_path)
+    answer = run_alone("cases/plot_plastic_strain.py", str(tmp_path), "--wheel", "--magnify", "10")
+    assert answer.returncode == 0, answer.stderr
+    size, count = colours(tmp_path / "figures" / "plastic_strain_3d.png")
+    assert size == (1000, 1600) and count > 200
+
+
+def test_script_says_what_it_misses(tmp_path):
+    answer = run_alone("cases/plot_plastic_strain.py", str(tmp_path))
+    assert answer.returncode == 1 and "no such file; give the folder of a run" in answer.stderr and "Traceback" not in answer.stderr
