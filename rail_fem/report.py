@@ -82,8 +82,8 @@ def result_report(result: PassResult) -> str:
     lines = [f"{result.model}: " + (f"FAILED: {result.fault}" if result.fault else "finished"), "", "peaks"]
     for name, peak in result.peaks.items():
         lines.append(_row(name, _engineering(peak.value, peak.unit), f"at x = {show(peak.x, shown, 5)}, y = {show(peak.y, shown, 4)}"))
-    lines += ["", _row("transfer from wing to nose", show(result.transfer_x, shown, 5)), "", "error estimate"]
-    lines += [_row(name, f"{100 * error:.2g} %") for name, error in result.error_estimate.items()] or ["  none claimed"]
+    lines += ["", _row("transfer from wing to nose", "none" if np.isnan(result.transfer_x) else f"x = {show(result.transfer_x, shown, 5)}"), "", "error estimate"]
+    lines += [_row(name, "not known" if np.isnan(error) else f"{100 * error:.2g} %") for name, error in result.error_estimate.items()] or ["  none claimed"]
     cost = result.cost
     lines += ["", "cost", _row("wall time", duration(cost.wall_time), f"{cost.ranks} rank(s)"), _row("elements, steps", f"{cost.elements}, {cost.steps}"),
               _row("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s")]

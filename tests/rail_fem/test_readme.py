@@ -62,7 +62,7 @@ def test_continuous_integration_calls_the_test_command():
 
 @pytest.mark.parametrize("command", [command for command in COMMANDS if re.search(r"rail_fem (check|doctor)", command)])
 def test_commands_that_need_no_run(command, tmp_path):
-    run_readme(command, tmp_path)
+    assert run_readme(command, tmp_path).strip()
 
 
 @needs_model
@@ -82,8 +82,9 @@ def test_run_and_show_commands(tmp_path):
 
 
 @needs_model
-@pytest.mark.parametrize("path", sorted((ROOT / "cases").glob("*.toml")), ids=lambda path: path.stem)
-def test_every_case_runs(path, tmp_path):
+@pytest.mark.parametrize("path", [path for path in sorted((ROOT / "cases").glob("*.toml")) if path.stem != "nose_transfer"], ids=lambda path: path.stem)
+def test_every_other_case_runs(path, tmp_path):
+    """The nose transfer runs in the tests above."""
     run_shell([sys.executable, "-m", "rail_fem", "run", str(path), "--out", str(tmp_path / "out")])
     check_folder(tmp_path / "out")
 
