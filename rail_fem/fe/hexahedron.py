@@ -25,7 +25,7 @@ import math
 import numba
 import numpy as np
 
-from rail_fem.fe.plasticity import limit_hourglass, radial_return
+from rail_fem.fe.plasticity import radial_return
 from rail_fem.fe.state import HOURGLASS, LANES, N_STATE, YIELD
 
 _W = LANES
@@ -327,7 +327,6 @@ def update_elements(x, v, dt, nodes, filled, material_of, materials, curve_start
             if kept[34 * _W + e] > 0.0:
                 density = radial_return(own, e, kept[34 * _W + e], materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1])
                 work[3 * block] += density * kept[30 * _W + e]
-                limit_hourglass(own, e, hourglass_bound(materials[row], own[YIELD * _W + e], kept[30 * _W + e]))
             work[3 * block + 1] += kept[32 * _W + e]
             work[3 * block + 2] += kept[33 * _W + e]
             if not kept[30 * _W + e] >= smallest:
@@ -335,12 +334,6 @@ def update_elements(x, v, dt, nodes, filled, material_of, materials, curve_start
         internal_force(own, kept, nodal)
         scatter(nodal, nodes, start, count, force)
     return smallest
-
-
-@_compiled
-def hourglass_bound(material, yield_stress, volume):
-    """Largest hourglass force of a mode where the material flows [N]: hourglass fraction * yield stress * V^(2/3)."""
-    return material[6] / (material[0] + 2.0 * material[1]) * yield_stress * volume ** (2.0 / 3.0)
 
 
 @_compiled

@@ -52,20 +52,3 @@ def radial_return(state, start, excess, shear, curve_strain, curve_stress):
     state[start + PLASTIC_STRAIN * _W] = p + dp
     state[start + YIELD * _W] = yield_stress
     return yield_stress * dp
-
-
-@numba.njit(cache=True, error_model="numpy")
-def limit_hourglass(state, start, bound):
-    """Scale the hourglass forces of an element that flows so that no mode exceeds `bound` [N], in place.
-
-    The control resists with an elastic stiffness; where the material flows it must not carry more than the material could.
-    For a cube of side h an hourglass strain at yield makes a force of about `hourglass fraction * yield * h^2`.
-    """
-    for m in range(4):
-        q = start + (HOURGLASS + 3 * m) * _W
-        square = state[q] * state[q] + state[q + _W] * state[q + _W] + state[q + 2 * _W] * state[q + 2 * _W]
-        if square > bound * bound:
-            scale = bound / square**0.5
-            state[q] *= scale
-            state[q + _W] *= scale
-            state[q + 2 * _W] *= scale
