@@ -13,6 +13,7 @@ from typing import Callable
 
 import numpy as np
 
+from bem.halfspace_coarse import coarse_field, coarse_grid, fine_pressure, relative_change
 from bem.halfspace_influence import Pair
 from bem.halfspace_input import check_drive, check_gap, check_inside
 from bem.halfspace_place import Window, evaluate_gap, place_grid, widened
@@ -24,6 +25,7 @@ Gap = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 _LARGEST_GRID = 704
 _COARSEST_GRID = 6
+_NESTED_GRID = 160      # cells from which a start from doubled cell sides saves time
 
 
 def normal_contact(gap: Gap, first: Elastic, second: Elastic, *, load: float | None = None, approach: float | None = None,
@@ -77,14 +79,19 @@ def _placed(gap, pair, load, approach, window, cells, accuracy, estimate) -> Pat
 
 
 def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> Patch:
+    """Pressure on one grid, started from doubled cell sides where these are solved for the estimate or save time."""
     values = evaluate_gap(gap, grid) if callable(gap) else np.asarray(gap, dtype=float)
     check_gap(values, grid)
+    finer = min(grid.shape) >= (2 * _COARSEST_GRID if estimate else _NESTED_GRID)
+    coarse = _coarse_patch(gap, grid, values, pair, load, approach) if finer else None
+    start = fine_pressure(coarse.pressure, grid.shape) if coarse is not None else None
+    start = start if start is not None and start.any() else None
     operator = NormalOperator(grid, pair)
-    solution = solve_pressure(operator, values, load, approach)
+    solution = solve_pressure(operator, values, load, approach, start)
     patch = Patch(grid, values, solution.pressure, solution.approach, "half-space",
                   cost=Cost(np.nan, solution.iterations, operator.products), warnings=_warnings(solution))
-    if estimate and min(grid.shape) >= 2 * _COARSEST_GRID:
-        patch.error = _estimate(gap, patch, pair, load, approach)
+    if estimate and coarse is not None:
+        patch.error = _estimate(coarse, patch, approach is None)
     return patch
 
 
@@ -94,35 +101,24 @@ def _warnings(solution: PressureSolution) -> tuple[str, ...]:
     return (f"pressure not converged: residual {solution.residual:.1e} of the approach after {solution.iterations} iterations",)
 
 
-def coarse_grid(grid: Grid) -> Grid:
-    """The grid at doubled cell sides (one row or column more where the count is odd)."""
-    return Grid(grid.x_first + grid.dx / 2, grid.y_first + grid.dy / 2, 2 * grid.dx, 2 * grid.dy,
-                (grid.nx + 1) // 2, (grid.ny + 1) // 2)
-
-
-def coarse_field(field: np.ndarray, fill: str = "edge") -> np.ndarray:
-    """Means over 2 x 2 cells of a field (nx, ny); an odd last row is repeated ("edge") or met by zeros ("constant")."""
-    padded = np.pad(field, [(0, size % 2) for size in field.shape], mode=fill)
-    return padded.reshape(padded.shape[0] // 2, 2, padded.shape[1] // 2, 2).mean(axis=(1, 3))
-
-
-def _estimate(gap: Gap, fine: Patch, pair: Pair, load, approach) -> ErrorEstimate:
-    grid = coarse_grid(fine.grid)
-    values = evaluate_gap(gap, grid) if callable(gap) else coarse_field(fine.gap)
+def _coarse_patch(gap: Gap, fine: Grid, values: np.ndarray, pair: Pair, load, approach) -> Patch | None:
+    """The same problem at doubled cell sides, itself started from there; None where it has no contact."""
+    grid = coarse_grid(fine)
+    values = evaluate_gap(gap, grid) if callable(gap) else coarse_field(values)
     if approach is not None and approach <= values.min():
-        return ErrorEstimate(note="not estimated: the coarser grid has no contact")
-    solution = solve_pressure(NormalOperator(grid, pair), values, load, approach, tolerance=1e-5)
-    coarse = Patch(grid, values, solution.pressure, solution.approach, fine.method)
-    normal = (relative_change(coarse.approach - values.min(), fine.approach - fine.gap.min()) if approach is None
+        return None
+    inner = _coarse_patch(gap, grid, values, pair, load, approach) if min(grid.shape) >= _NESTED_GRID else None
+    start = fine_pressure(inner.pressure, grid.shape) if inner is not None else None
+    solution = solve_pressure(NormalOperator(grid, pair), values, load, approach, start, tolerance=1e-5)
+    return Patch(grid, values, solution.pressure, solution.approach, "half-space")
+
+
+def _estimate(coarse: Patch, fine: Patch, by_load: bool) -> ErrorEstimate:
+    normal = (relative_change(coarse.approach - coarse.gap.min(), fine.approach - fine.gap.min()) if by_load
               else relative_change(coarse.normal_force, fine.normal_force))
     return ErrorEstimate(relative_change(coarse.max_pressure, fine.max_pressure),
                          relative_change(coarse.contact_area, fine.contact_area), normal, order=1.0,
-                         note=f"change from {grid.nx} x {grid.ny} cells, first order assumed")
-
-
-def relative_change(coarse: float, fine: float) -> float:
-    """|coarse - fine| / |fine|; 0 where both vanish."""
-    return abs(coarse - fine) / abs(fine) if fine else float(coarse != 0) * np.inf if coarse else 0.0
+                         note=f"change from {coarse.grid.nx} x {coarse.grid.ny} cells, first order assumed")
 
 
 def _empty(gap: Gap, grid: Grid | None, window: Window | None, cells: tuple[int, int]) -> Patch:
