@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 import time
@@ -24,9 +25,14 @@ if launcher.rank() == 0:
 """
 
 
+def run(command, **options):
+    """MPI, once another test has started it in this process, leaves its variables in the C environment; os.environ is as the user's was."""
+    return subprocess.run(command, env=dict(os.environ), capture_output=True, text=True, timeout=60, **options)
+
+
 def test_without_a_launcher_there_is_one_rank_and_no_mpi():
     code = "import sys; from rail_fem import launcher; print(launcher.rank(), launcher.rank_count(), launcher.on_root(lambda: 5), 'mpi4py' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split() == ["0", "1", "5", "False"]
+    assert run([sys.executable, "-c", code], check=True).stdout.split() == ["0", "1", "5", "False"]
 
 
 @pytest.mark.mpi
@@ -34,7 +40,7 @@ def test_without_a_launcher_there_is_one_rank_and_no_mpi():
 def test_roots_answer_and_roots_fault_reach_every_rank(ranks):
     pytest.importorskip("mpi4py")
     command = [*launcher.mpi_command(ranks), sys.executable, "-m", "mpi4py", "-c", BROADCAST]
-    answer = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    answer = run(command)
     assert answer.returncode == 0, answer.stderr
     assert answer.stdout.strip() == str([(ranks, int(rank == 0), "folder in use") for rank in range(ranks)])
 
@@ -46,7 +52,7 @@ def test_fault_of_one_rank_ends_the_job_at_once(guilty):
     pytest.importorskip("mpi4py")
     code = f"from mpi4py import MPI\nif MPI.COMM_WORLD.rank == {guilty}: raise RuntimeError('broken')\nMPI.COMM_WORLD.barrier()"
     began = time.monotonic()
-    answer = subprocess.run([*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-c", code], capture_output=True, text=True, timeout=60)
+    answer = run([*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-c", code])
     assert answer.returncode != 0 and "broken" in answer.stderr and time.monotonic() - began < 30
 
 
