@@ -17,13 +17,17 @@ from bem.boundary import MEMORY_LIMIT, EquilibriumError
 from bem.contact_result import ContactResult, trust_warnings
 from bem.coulomb import FORWARD, OPEN, STICK, ContactState, ContactSystem, Drive, solve_step
 from bem.mesh import mesh_outline
-from bem.pairing import Interface, pair
-from bem.touch import distance_to_touch
+from bem.pairing import Interface, PairingError, pair
+from bem.touch import nearest_places
 from bem.zone import EstimatedPatch, estimate_patches, runs, sizing
 
 
 class LoadError(ValueError):
     """A load that does not press the bodies together."""
+
+
+_PULLS = ("load ({0:.4g}, {1:.4g}) N/m on the moving body pulls it away from the fixed one: contact can only press; turn its sign, or "
+          "exchange the bodies")
 
 
 @dataclass(frozen=True)
@@ -84,8 +88,7 @@ def _zero(drive: Drive) -> bool:
 def _refuse_pull(drive: Drive, system: ContactSystem) -> None:
     load = np.nan_to_num(drive.load)
     if load[:2].any() and not (load[:2] @ system.forces[:2, :system.nodes]).min() < 0:
-        raise LoadError(f"load ({load[0]:.4g}, {load[1]:.4g}) N/m on the moving body pulls it away from the fixed one: contact can only "
-                        "press; turn its sign, or exchange the bodies")
+        raise LoadError(_PULLS.format(*load))
 
 
 def _march(system: ContactSystem, drives: Sequence[Drive], friction: float, start: np.ndarray | None) -> list[ContactState]:
@@ -108,27 +111,38 @@ def ramp(drive: Drive, steps: int) -> list[Drive]:
     return [Drive(drive.motion * (k / steps) ** 2, drive.load * (k / steps) ** 2) for k in range(1, steps + 1)]
 
 
-def _bring_to_touch(fixed: Body, moving: Body, drives: list[Drive], reach: float) -> tuple[Body, list[Drive], np.ndarray]:
+def _bring_to_touch(fixed: Body, moving: Body, drives: list[Drive], reach: float):
     """Translate the moving body until it touches, so that only the deformation remains to be found; motions lose what it took.
 
     Bodies driven by a motion that overlap as placed are left so: the overlap is part of the motion.
+    Returns the body, the drives, the translation and the places (m, 2) [m] where the bodies are nearest.
     """
+    nothing = moving, drives, np.zeros(2), np.zeros((0, 2))
     last = next((d for d in reversed(drives) if not _zero(d)), None)
     if last is None:
-        return moving, drives, np.zeros(2)
-    way = np.nan_to_num(last.load[:2])
-    by_load = bool(way.any())
-    way = way if by_load else np.nan_to_num(last.motion[:2])
+        return nothing
+    by_load = bool(np.nan_to_num(last.load[:2]).any())
+    way = np.nan_to_num(last.load[:2] if by_load else last.motion[:2])
     if not way.any():
-        return moving, drives, np.zeros(2)
-    distance = distance_to_touch(fixed, moving, way / np.hypot(*way), reach)
+        return nothing
+    unit, travel = way / np.hypot(*way), float(np.hypot(*way))
+    places = nearest_places(fixed, moving, unit, reach)
+    if by_load and not places:
+        _refuse_apart(fixed, moving, last, unit, reach)
+    distance = places[0][0] if places else np.inf
+    closing = unit * (distance if by_load else min(max(distance, 0.0), travel))
+    near = np.array([point for _, point in places]).reshape(-1, 2) + closing
     if not by_load:
-        distance = min(max(distance, 0.0), float(np.hypot(*way)))
-    closing = distance * way / np.hypot(*way)
-    if by_load:
-        return moving.moved(closing), drives, closing
-    rest = [replace(d, motion=d.motion - np.r_[closing, 0.0]) for d in drives]
-    return moving.moved(closing), rest, closing
+        drives = [replace(d, motion=d.motion - np.r_[closing, 0.0]) for d in drives]
+    return moving.moved(closing), drives, closing, near
+
+
+def _refuse_apart(fixed: Body, moving: Body, drive: Drive, way: np.ndarray, reach: float) -> None:
+    """Say why a load never brings the bodies together."""
+    if nearest_places(fixed, moving, -way, reach):
+        raise LoadError(_PULLS.format(*np.nan_to_num(drive.load)))
+    raise PairingError(f"moved along ({way[0]:.3g}, {way[1]:.3g}) the faces {moving.face!r} and {fixed.face!r} never meet within {reach:g} m: "
+                       "check positions and the direction, or raise reach")
 
 
 def solve_contact(fixed: Body, moving: Body, drive: Drive | Sequence[Drive], friction: float = 0.0,
@@ -137,17 +151,17 @@ def solve_contact(fixed: Body, moving: Body, drive: Drive | Sequence[Drive], fri
 
     Raises PairingError, LoadError, EquilibriumError, ConvergenceError with what is wrong and what to do.
     """
-    if not (np.isfinite(friction) and friction >= 0):
-        raise ValueError(f"friction {friction!r}: must be zero or a positive number")
+    if not friction >= 0:
+        raise ValueError(f"friction {friction!r}: must be zero or positive (inf: nothing slides)")
     drives = ramp(drive, steps or (1 if friction == 0 else 10)) if isinstance(drive, Drive) else list(drive)
     if not drives:
         raise EquilibriumError("no load step was given")
     clock = dict.fromkeys(("zone", "mesh", "factorise", "condense", "steps"), 0.0)
     reach = settings.reach or moving.outline.size / 2
     tick = time.perf_counter()
-    moving, drives, closing = _bring_to_touch(fixed, moving, drives, reach)
+    moving, drives, closing, near = _bring_to_touch(fixed, moving, drives, reach)
     greatest = max((d for d in drives if not _zero(d)), key=lambda d: np.nansum(np.abs(d.load)), default=None)
-    patches = [] if greatest is None else estimate_patches(fixed, moving, greatest, friction, reach)
+    patches = [] if greatest is None else estimate_patches(fixed, moving, greatest, friction, reach, near)
     clock["zone"] = time.perf_counter() - tick
     for _ in range(settings.rounds):
         result = _solve_on_mesh(fixed, moving, drives, friction, settings, patches, reach, clock)

@@ -63,10 +63,9 @@ class Drive:
         for name, f, m in zip(("x", "y", "rotation"), loads, motions):
             if f is not None and m is not None:
                 raise EquilibriumError(f"{name}: both a load ({f}) and a motion ({m}) are prescribed; choose one")
-        as_array = [np.array([np.nan if v is None else float(v) for v in values]) for values in (motions, loads)]
-        if np.isinf(as_array).any():
-            raise EquilibriumError(f"motion {motions} or load {loads} is infinite")
-        return cls(*as_array)
+        if not np.all(np.isfinite([v for v in motions + loads if v is not None])):
+            raise EquilibriumError(f"motion {motions}, load {loads}: every number must be finite")
+        return cls(*(np.array([np.nan if v is None else float(v) for v in values]) for values in (motions, loads)))
 
     @property
     def loaded(self) -> np.ndarray:
@@ -104,6 +103,8 @@ def _solve_linear(system: ContactSystem, drive: Drive, friction: np.ndarray, bef
     closed, stick = np.flatnonzero(state != OPEN), np.flatnonzero(state == STICK)
     loaded = np.flatnonzero(drive.loaded)
     known = np.nan_to_num(drive.motion)
+    if not len(closed) and not len(loaded):
+        return np.zeros(n), np.zeros(n), known
     unit = np.abs(np.diag(system.compliance)[:n]).mean()
     sliding = np.where(np.abs(state) == 1, state * np.where(np.isinf(friction), 0.0, friction), 0.0)[closed]
     columns = system.compliance[:, closed] + system.compliance[:, n + closed] * sliding

@@ -56,7 +56,11 @@ def _checked(points: np.ndarray) -> np.ndarray:
 def displacement_at(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
     """Displacement (m, 2) [m] at points (m, 2) [m]; nan outside the body."""
     points = _checked(points)
-    element, _, distance = _locate(solution.mesh, points)
+    return _inside_displacement(solution, points, _locate(solution.mesh, points))
+
+
+def _inside_displacement(solution: BoundarySolution, points: np.ndarray, located: tuple) -> np.ndarray:
+    element, _, distance = located
     moved = _displacement(solution, points)
     moved[distance < -_OUTSIDE * solution.mesh.lengths[element]] = np.nan
     return moved
@@ -75,8 +79,11 @@ def _displacement(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
 def stress_at(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
     """Stress (m, 3) xx, yy, xy [Pa] at points (m, 2) [m]; nan outside the body."""
     points = _checked(points)
-    mesh = solution.mesh
-    element, fraction, distance = _locate(mesh, points)
+    return _inside_stress(solution, points, _locate(solution.mesh, points))
+
+
+def _inside_stress(solution: BoundarySolution, points: np.ndarray, located: tuple) -> np.ndarray:
+    mesh, (element, fraction, distance) = solution.mesh, located
     length = mesh.lengths[element]
     z = points[:, 0] + 1j * points[:, 1]
     near = np.flatnonzero(distance < _NEAR * length)
@@ -179,10 +186,10 @@ def von_mises(stress: np.ndarray, poisson: float) -> np.ndarray:
 def field_at(solution: BoundarySolution, points: np.ndarray) -> Field:
     """Everything at points (..., 2) [m] of any shape."""
     points = np.asarray(points, float)
-    flat = points.reshape(-1, 2)
-    stress = stress_at(solution, flat)
-    shape = points.shape[:-1]
-    return Field(points, displacement_at(solution, flat).reshape(*shape, 2), stress.reshape(*shape, 3),
+    flat, shape = _checked(points.reshape(-1, points.shape[-1])), points.shape[:-1]
+    located = _locate(solution.mesh, flat)
+    stress, moved = _inside_stress(solution, flat, located), _inside_displacement(solution, flat, located)
+    return Field(points, moved.reshape(*shape, 2), stress.reshape(*shape, 3),
                  von_mises(stress, solution.material.poisson).reshape(shape))
 
 

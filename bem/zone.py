@@ -88,9 +88,14 @@ def _of_nodes(system: ContactSystem, chosen: np.ndarray) -> ContactSystem:
     return ContactSystem(system.gap[chosen], system.compliance[np.ix_(both, both)], system.motion[both], system.forces[:, both])
 
 
-def estimate_patches(master: Body, slave: Body, drive: Drive, friction: float, reach: float, enough: int = 12) -> list[EstimatedPatch]:
-    """Patches of half-planes under a drive, each resolved by at least `enough` samples; empty where nothing touches."""
-    size: object = Sizing(slave.outline.size / 60)
+def estimate_patches(master: Body, slave: Body, drive: Drive, friction: float, reach: float, near: np.ndarray,
+                     enough: int = 12) -> list[EstimatedPatch]:
+    """Patches of half-planes under a drive, each resolved by at least `enough` samples; empty where nothing touches.
+
+    near : (m, 2) [m] places where the faces are nearest, sampled finely from the start so that no narrow patch is missed
+    """
+    start = [Zone(near, 1e-4 * slave.outline.size)] if len(near) else []
+    size: object = Sizing(slave.outline.size / 60, start, 0.4)
     patches = []
     for _ in range(12):
         patches = _estimate_once(master, slave, drive, friction, size, reach)
