@@ -14,8 +14,10 @@ from geometry.mesh import MeshError
 from geometry.mesh_axis import growing_steps
 from geometry.mesh_curve import SectionCurve
 
-BEND_LIMIT = np.radians(20)
+OPEN_BEND = np.radians(50)
+WRAPPED_BEND = np.radians(20)
 WIDEST = 1.7
+STEEPEST = 1.8
 COLUMN_GROWTH = 1.15
 
 
@@ -47,7 +49,7 @@ class BandLayout:
             start, end = self._between(left, right, start, end)
         before = start - growing_columns(self.counts[0], start - left, self.size)[::-1] if self.counts[0] else []
         after = end + growing_columns(self.counts[2], right - end, self.size) if self.counts[2] else []
-        return np.concatenate([before, np.linspace(start, end, self.counts[1] + 1), after])
+        return np.concatenate([before, lateral_columns(curve, start, end, self.counts[1]), after])
 
     def _between(self, left, right, start, end):
         """The band between the two ends; where the section is too narrow for it all columns share the width."""
@@ -57,6 +59,19 @@ class BandLayout:
         if end - start < 0.8 * self.counts[1] * least:
             return left + self.counts[0] * least, right - self.counts[2] * least
         return start, end
+
+
+def lateral_columns(curve: SectionCurve, start: float, end: float, count: int) -> np.ndarray:
+    """Arc lengths (count + 1,) [m] that cut the band at equal lateral steps, up to STEEPEST times longer where the outline is steep."""
+    along = np.linspace(start, end, 20 * count + 1)
+    share = lateral_length(curve, along)
+    return np.interp(np.linspace(0, share[-1], count + 1), share, along)
+
+
+def lateral_length(curve: SectionCurve, along: np.ndarray) -> np.ndarray:
+    """Lateral extent [m] of the outline from along[0] to each arc length in `along` (k,), no step counted below its arc / STEEPEST."""
+    share = np.maximum(np.cos(curve.normal_angle(along)), 1 / STEEPEST)
+    return np.append(0.0, np.cumsum(np.diff(along) * 0.5 * (share[1:] + share[:-1])))
 
 
 def growing_columns(count: int, length: float, size: float) -> np.ndarray:
@@ -92,9 +107,20 @@ def lay_out_band(curves: list[SectionCurve], arcs: list[tuple[float, float]], si
         outer, width = [_outer_count(tied[0], size) if end is not None else 0 for end in (left, right)], tied[1]
     else:
         tied = None
-    count = max(2, round(width / size))
-    count += -(count + sum(outer) + sides) % multiple
+    lateral = np.mean([lateral_length(curve, np.linspace(*ends, 200))[-1] for curve, ends in zip(curves, _band_spans(band, at_left, at_right, left, right, outer, tied))])
+    count = max(2, round(lateral / size))
+    excess = (count + sum(outer) + sides) % multiple
+    count += -excess if excess == 1 and count >= 8 else -excess % multiple
     return BandLayout(left, right, (outer[0], count, outer[1]), size, tied)
+
+
+def _band_spans(band, at_left, at_right, left, right, outer, tied):
+    """The band's own part (k, 2) [m] of each outline, as BandLayout.columns will place it."""
+    if tied and right is None:
+        return np.stack([at_left + tied[0], at_left + sum(tied)], axis=1)
+    if tied:
+        return np.stack([at_right - sum(tied), at_right - tied[0]], axis=1)
+    return np.stack([band[:, 0] if outer[0] else at_left, band[:, 1] if outer[1] else at_right], axis=1)
 
 
 def _tie(band, left, at_left, right, at_right, size):
@@ -125,9 +151,11 @@ def _wrapped_end(curves, ends, side, reach, what):
 
 
 def _straight_place(curve, end, side, reach, what):
-    """First arc length from `end` outwards beside which the outline does not bend away by more than BEND_LIMIT."""
+    """First arc length from `end` outwards beside which the outline does not bend away: by no more than OPEN_BEND at the end itself, than WRAPPED_BEND beyond it."""
     step, place = reach / 40, end
-    while bend(curve, place, side, 1.3 * reach) > BEND_LIMIT:
+    if bend(curve, end, side, 1.3 * reach) <= OPEN_BEND:
+        return end
+    while bend(curve, place, side, 1.3 * reach) > WRAPPED_BEND:
         place += side * step
         if not 0.6 * reach < place < curve.length - 0.6 * reach:
             raise MeshError(f"{what} ends at arc length {end * 1e3:.1f} mm of {curve.length * 1e3:.1f} mm, and no {reach * 1e3:.1f} mm of nearly straight outline "

@@ -40,19 +40,27 @@ class SectionCurve:
         angle = np.unwrap(np.arctan2(edge[:, 1], edge[:, 0]))
         return np.interp(arc, (self.arc[1:] + self.arc[:-1]) / 2, angle)
 
-    def arc_at(self, y: float, what: str) -> float:
-        """Arc length [m] where the outline has the lateral position y, the highest such place if there are several.
+    def band_arcs(self, band: tuple[float, float], what: str, steepest: float = np.radians(70)) -> tuple[float, float]:
+        """Arc lengths [m] between which the outline is seen from above within a lateral band (y0, y1) [m].
 
-        Raises MeshError where no point of the outline has this y; `what` names the quantity in the message.
+        The part not steeper than `steepest` [rad] that lies highest in the band; where the band reaches over an edge it
+        ends there. Raises MeshError where the band is empty or beside the section; `what` names it in the message.
         """
-        side = self.points[:, 0] - y
-        crossing = np.flatnonzero((side[:-1] <= 0) != (side[1:] <= 0))
-        if len(crossing) == 0:
+        if not band[0] < band[1]:
+            raise MeshError(f"{what} {band} m is empty; give (y0, y1) with y0 < y1")
+        flat = np.abs(np.arctan2(*np.diff(self.points, axis=0).T[::-1])) <= steepest
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], flat, [False]]).astype(int)))
+        spans = []
+        for first, last in zip(edges[0::2], edges[1::2]):
+            y = self.points[first:last + 1, 0]
+            inside = np.clip(band, y[0], y[-1])
+            if inside[0] < inside[1]:
+                ends = np.interp(inside, y, self.arc[first:last + 1])
+                spans.append((self.at(np.linspace(*ends, 50))[:, 1].max(), float(ends[0]), float(ends[1])))
+        if not spans:
             low, high = self.points[:, 0].min() * 1e3, self.points[:, 0].max() * 1e3
-            raise MeshError(f"{what} at y = {y * 1e3:.2f} mm is outside the section, which reaches from {low:.2f} to {high:.2f} mm; move the band")
-        fraction = side[crossing] / (side[crossing] - side[crossing + 1])
-        arcs = self.arc[crossing] + fraction * (self.arc[crossing + 1] - self.arc[crossing])
-        return float(arcs[self.at(arcs)[:, 1].argmax()])
+            raise MeshError(f"{what} from y = {band[0] * 1e3:.2f} to {band[1] * 1e3:.2f} mm is outside the section, which reaches from {low:.2f} to {high:.2f} mm; move the band")
+        return max(spans)[1:]
 
     def arc_of_index(self, index: float) -> float:
         """Arc length [m] of the feature at a (fractional) index of the original section."""

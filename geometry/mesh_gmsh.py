@@ -10,7 +10,7 @@ DELAUNAY = 5
 FRONTAL_DELAUNAY = 6
 FRONTAL_QUADS = 8
 BLOSSOM = 1
-ATTEMPTS = [(algorithm, factor) for factor in (1.0, 0.8, 1.25, 0.6) for algorithm in (FRONTAL_QUADS, FRONTAL_DELAUNAY, DELAUNAY)]
+ATTEMPTS = [(algorithm, factor) for factor in (1.0, 0.8, 1.25) for algorithm in (FRONTAL_QUADS, FRONTAL_DELAUNAY, DELAUNAY)]
 
 
 def fill_with_quads(polygon: np.ndarray, largest: float) -> tuple[np.ndarray, np.ndarray]:
@@ -18,8 +18,9 @@ def fill_with_quads(polygon: np.ndarray, largest: float) -> tuple[np.ndarray, np
 
     polygon : (n, 2) corners anticlockwise, n even; they become the first n nodes and no other node lies on the boundary
     largest : largest size inside [same unit as polygon]
-    Returns nodes (m, 2) and quads (k, 4) anticlockwise. The best of several attempts, since triangles may remain in one.
-    Raises MeshError where the polygon crosses itself or triangles remain in all.
+    Returns nodes (m, 2) and quads (k, 4) anticlockwise. Gmsh may leave triangles; so every second corner is tried too,
+    with each triangle and quad then cut in three or four quads. The best of all attempts by `badness` is taken.
+    Raises MeshError where the polygon crosses itself or nothing succeeds.
     """
     if len(polygon) % 2:
         raise MeshError(f"a polygon of {len(polygon)} edges cannot be filled with quadrilaterals only; give it an even number")
@@ -27,38 +28,69 @@ def fill_with_quads(polygon: np.ndarray, largest: float) -> tuple[np.ndarray, np
     found = []
     with gmsh_session() as gmsh:
         for algorithm, factor in ATTEMPTS:
-            gmsh.model.add("section")
-            try:
-                found.append(_fill(gmsh, polygon, largest * factor, algorithm))
-            except Exception:  # Gmsh raises plain Exception; another attempt follows
-                pass
-            finally:
-                gmsh.model.remove()
-    if not any(found):
-        raise MeshError(f"Gmsh left triangles in a polygon of {len(polygon)} edges at each of {len(ATTEMPTS)} attempts; change the element sizes or the band a little")
-    return min(filter(None, found), key=_badness)
+            points, triangles, quads = _fill(gmsh, polygon, largest * factor, algorithm)
+            if len(quads) and not len(triangles):
+                found.append((points, quads))
+        for first in (0, 1):
+            halved = np.roll(polygon, -first, axis=0)[::2]
+            if len(halved) >= 4 and not _crossings(halved).size:
+                found += [_subdivided(polygon, first, *_fill(gmsh, halved, 2 * largest, algorithm)) for algorithm in (FRONTAL_QUADS, FRONTAL_DELAUNAY, DELAUNAY)]
+    found = [mesh for mesh in found if len(mesh[1])]
+    if not found:
+        raise MeshError(f"Gmsh found no quadrilaterals in a polygon of {len(polygon)} edges near {polygon.mean(axis=0) * 1e3} mm; change the element sizes or the band a little")
+    return min(found, key=lambda mesh: badness(*mesh, len(polygon)))
 
 
-def _badness(mesh):
-    """Mean squared deviation of the quads' corner angles from a right angle, and a little for their number."""
-    points, quads = mesh
-    after, before = points[np.roll(quads, -1, axis=1)] - points[quads], points[np.roll(quads, 1, axis=1)] - points[quads]
-    angle = np.arctan2(np.cross(after, before), np.einsum("kij,kij->ki", after, before))
-    return ((angle - np.pi / 2) ** 4).sum()
+def _subdivided(polygon, first, points, triangles, quads):
+    """Quads from a mesh of the polygon through every second corner (from number `first`): each cell cut through its edges' midpoints."""
+    half, count = len(polygon) // 2, len(polygon)
+    cells = [list(cell) for cell in triangles] + [list(cell) for cell in quads]
+    number = np.concatenate([(first + 2 * np.arange(half)) % count, count + np.arange(len(points) - half)]).astype(int)
+    new, midpoint, result = [*polygon, *points[half:]], {}, []
+    for i in range(half):
+        midpoint[tuple(sorted((i, (i + 1) % half)))] = (first + 2 * i + 1) % count
+    for cell in cells:
+        centre = len(new)
+        new.append(points[cell].mean(axis=0))
+        for before, corner, after in zip(cell[-1:] + cell[:-1], cell, cell[1:] + cell[:1]):
+            for edge in (tuple(sorted((corner, after))), tuple(sorted((before, corner)))):
+                if edge not in midpoint:
+                    midpoint[edge] = len(new)
+                    new.append((points[edge[0]] + points[edge[1]]) / 2)
+            result.append([number[corner], midpoint[tuple(sorted((corner, after)))], centre, midpoint[tuple(sorted((before, corner)))]])
+    return np.array(new), np.array(result, dtype=int).reshape(-1, 4)
+
+
+def badness(points: np.ndarray, quads: np.ndarray, boundary: int) -> float:
+    """How far a quad mesh is from a regular one by its connections alone, which no smoothing can mend.
+
+    Each node's angle (2 pi inside, the polygon's own on its `boundary` first nodes) shared among its quads should be a
+    right angle; the sixth powers of the deviations [rad] are summed, so that a flat corner (15) outweighs many others.
+    """
+    angle = np.full(len(points), 2 * np.pi)
+    after, before = np.roll(points[:boundary], -1, axis=0) - points[:boundary], np.roll(points[:boundary], 1, axis=0) - points[:boundary]
+    angle[:boundary] = np.mod(np.arctan2(np.cross(after, before), np.einsum("ij,ij->i", after, before)), 2 * np.pi)
+    count = np.bincount(quads.ravel(), minlength=len(points))
+    return float(((angle / np.maximum(count, 1) - np.pi / 2) ** 6).sum())
 
 
 def _check_simple(polygon):
     """Refuse a polygon that crosses itself: Gmsh would search for ever."""
+    crossing = _crossings(polygon)
+    if len(crossing):
+        where = ", ".join(f"({y * 1e3:.2f}, {z * 1e3:.2f})" for y, z in polygon[crossing[0]])
+        raise MeshError(f"the region left for coarse quadrilaterals crosses itself near {where} mm; narrow or move the band, or take smaller elements")
+
+
+def _crossings(polygon):
+    """Pairs (k, 2) of edges of a polygon that cross."""
     start, end = polygon, np.roll(polygon, -1, axis=0)
 
-    def side(a, b, points):
-        return np.sign(np.cross((b - a)[:, None], points[None] - a[:, None]))
+    def side(points):
+        return np.sign(np.cross((end - start)[:, None], points[None] - start[:, None]))
 
-    separate = side(start, end, start) * side(start, end, end) < 0
-    crossing = np.argwhere(separate & separate.T)
-    if len(crossing):
-        where = ", ".join(f"({y * 1e3:.2f}, {z * 1e3:.2f})" for y, z in start[crossing[0]])
-        raise MeshError(f"the region left for coarse quadrilaterals crosses itself near {where} mm; narrow or move the band, or take smaller elements")
+    separate = side(start) * side(end) < 0
+    return np.argwhere(separate & separate.T)
 
 
 @contextmanager
@@ -82,33 +114,50 @@ def gmsh_session():
 
 
 def _fill(gmsh, polygon, largest, algorithm):
+    """Nodes (m, 2), triangles (t, 3) and quads (k, 4), anticlockwise, in a polygon (n, 2) whose corners are the first nodes; empty where Gmsh fails."""
     scale = 1.0 / np.ptp(polygon, axis=0).max()
+    gmsh.model.add("section")
+    try:
+        corners = _define(gmsh, polygon * scale, largest * scale, algorithm)
+        gmsh.model.mesh.generate(2)
+        points, triangles, quads = _read(gmsh, corners)
+    except Exception:  # Gmsh raises plain Exception; another attempt follows
+        return polygon, np.zeros((0, 3), int), np.zeros((0, 4), int)
+    finally:
+        gmsh.model.remove()
+    return points / scale, triangles, quads
+
+
+def _define(gmsh, polygon, largest, algorithm):
     geo, count = gmsh.model.geo, len(polygon)
-    corners = [geo.addPoint(y * scale, z * scale, 0.0) for y, z in polygon]
+    corners = [geo.addPoint(y, z, 0.0) for y, z in polygon]
     lines = [geo.addLine(corners[i], corners[(i + 1) % count]) for i in range(count)]
     for line in lines:
         geo.mesh.setTransfiniteCurve(line, 2)
     surface = geo.addPlaneSurface([geo.addCurveLoop(lines)])
     geo.mesh.setRecombine(2, surface)
     geo.synchronize()
-    for option, value in [("Algorithm", algorithm), ("RecombinationAlgorithm", BLOSSOM), ("MeshSizeMax", largest * scale), ("MeshSizeExtendFromBoundary", 1),
+    for option, value in [("Algorithm", algorithm), ("RecombinationAlgorithm", BLOSSOM), ("MeshSizeMax", largest), ("MeshSizeExtendFromBoundary", 1),
                           ("MeshSizeFromPoints", 0), ("RandomSeed", 1), ("RecombineMinimumQuality", 1e-4), ("Smoothing", 5)]:
         gmsh.option.setNumber("Mesh." + option, value)
-    gmsh.model.mesh.generate(2)
-    return _read_quads(gmsh, corners, scale)
+    return corners
 
 
-def _read_quads(gmsh, corners, scale):
+def _read(gmsh, corners):
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    position = dict(zip(tags.tolist(), coordinates.reshape(-1, 3)[:, :2] / scale))
+    position = dict(zip(tags.tolist(), coordinates.reshape(-1, 3)[:, :2]))
     order = [int(gmsh.model.mesh.getNodes(0, corner)[0][0]) for corner in corners]
-    order += [tag for tag in position if tag not in set(order)]
-    if len(order) != len(position) or len(gmsh.model.mesh.getElementsByType(2)[0]):
-        return None
+    known = set(order)
+    order += [tag for tag in position if tag not in known]
     number = {tag: i for i, tag in enumerate(order)}
-    quads = np.array([number[tag] for tag in gmsh.model.mesh.getElementsByType(3)[1].tolist()]).reshape(-1, 4)
     points = np.array([position[tag] for tag in order])
-    p = points[quads]
-    clockwise = np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]) < 0
-    quads[clockwise] = quads[clockwise][:, ::-1]
-    return points, quads
+    return points, *(_cells(gmsh, kind, nodes, number, points) for kind, nodes in ((2, 3), (3, 4)))
+
+
+def _cells(gmsh, kind, nodes, number, points):
+    """Cells of one Gmsh element type with `nodes` nodes, turned anticlockwise."""
+    cells = np.array([number[tag] for tag in gmsh.model.mesh.getElementsByType(kind)[1].tolist()], dtype=int).reshape(-1, nodes)
+    p = points[cells]
+    clockwise = np.cross(p[:, 1] - p[:, 0], p[:, -1] - p[:, 0]) < 0
+    cells[clockwise] = cells[clockwise][:, ::-1]
+    return cells

@@ -10,12 +10,11 @@ from geometry.mesh_axis import graded_line
 from geometry.mesh_band import lay_out_band
 from geometry.mesh_curve import SectionCurve, cut_at_base
 from geometry.mesh_morph import ElasticMorph
-from geometry.mesh_quality import scaled_jacobian
-from geometry.mesh_section import QuadSection, SectionSizes, depth_steps, mesh_section, place_strip_middles, ring_width
+from geometry.mesh_quality import check_shapes
+from geometry.mesh_section import TRIPLE_LIMIT, QuadSection, SectionSizes, depth_steps, mesh_section, place_strip_middles, ring_width
 from geometry.mesh_sweep import sweep
 
 Band = tuple[float, float] | Callable[[float], tuple[float, float]]
-LEAST_JACOBIAN = 0.05
 
 
 @dataclass(frozen=True)
@@ -34,8 +33,8 @@ class BodyMeshSpec:
     coarse: float = 0.008
 
     def band_at(self, x: float) -> tuple[float, float]:
-        """Band at x, held constant outside the fine range."""
-        return self.band(float(np.clip(x, *self.fine_x))) if callable(self.band) else self.band
+        """Band at x."""
+        return self.band(float(x)) if callable(self.band) else self.band
 
 
 @dataclass(frozen=True)
@@ -69,17 +68,17 @@ def mesh_crossing(crossing, spec: CrossingMeshSpec) -> HexMesh:
 
 def _mesh_body(name, body, section_at, spec):
     check_body(name, body, spec)
-    x = graded_line(*body.x_range, body.fine_x, spec.element_size, spec.growth, body.coarse / 2, multiple=3)
+    x = graded_line(*body.x_range, body.fine_x, spec.element_size, spec.growth, body.coarse / 3, multiple=3)
     curves = [_curve(section_at, station, spec.base, name) for station in x]
     is_fine = (x > body.fine_x[0] - 1e-9) & (x < body.fine_x[1] + 1e-9)
-    sizes = SectionSizes(spec.element_size, body.fine_depth, body.coarse, spec.growth, triple_ring=3 * spec.element_size < 0.9 * body.coarse)
+    sizes = SectionSizes(spec.element_size, body.fine_depth, body.coarse, spec.growth, triple_ring=3 * spec.element_size <= TRIPLE_LIMIT * body.coarse)
     columns = _columns(name, body, x, curves, is_fine, sizes)
     middle = np.flatnonzero(is_fine)[is_fine.sum() // 2]
     section = mesh_section(curves[middle], [columns[middle]], sizes)
     flat = carry_section(section, curves, columns, middle, ring_width(sizes))
     positions = np.concatenate([np.broadcast_to(x[:, None, None], flat.shape[:2] + (1,)), flat], axis=2)
     mesh = sweep(section, positions, name)
-    _check_shapes(mesh, name)
+    check_shapes(mesh, "the section changes too much along x_range; shorten it, move the band off a corner, or change the element size")
     return mesh
 
 
@@ -113,23 +112,20 @@ def _curve(section_at, x, base, name):
 
 def _columns(name, body, x, curves, is_fine, sizes):
     """Arc lengths of the fine block's columns at every station: (stations, columns)."""
-    arcs = [_band_arcs(name, body, station, curve, fine) for station, curve, fine in zip(x, curves, is_fine)]
     fine = np.flatnonzero(is_fine)
+    arcs = {i: curves[i].band_arcs(body.band_at(x[i]), f"the {name}'s band at x = {x[i] * 1e3:.1f} mm") for i in fine}
     sample = fine[np.unique(np.linspace(0, len(fine) - 1, 15).round().astype(int))]
     layout = lay_out_band([curves[i] for i in sample], [arcs[i] for i in sample], sizes.fine, ring_width(sizes),
                           2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, f"the {name}'s band")
-    return np.array([layout.columns(curve, *arc) for curve, arc in zip(curves, arcs)])
+    columns = np.array([layout.columns(curves[i], *arcs[i]) for i in fine])
+    before, after = ([_same_features(curves[end], column, curve) for curve in part]
+                     for end, column, part in ((fine[0], columns[0], curves[:fine[0]]), (fine[-1], columns[-1], curves[fine[-1] + 1:])))
+    return np.array([*before, *columns, *after])
 
 
-def _band_arcs(name, body, x, curve, strict):
-    """The band's arc lengths; outside the fine range it is kept on the section."""
-    band = body.band_at(x)
-    if not band[0] < band[1]:
-        raise MeshError(f"the {name}'s band {band} m at x = {x * 1e3:.1f} mm is empty; give (y0, y1) with y0 < y1")
-    if not strict:
-        low, high = curve.points[:, 0].min(), curve.points[:, 0].max()
-        band = np.clip(band, low + 1e-6, high - 1e-6)
-    return tuple(curve.arc_at(y, f"the {name}'s band at x = {x * 1e3:.1f} mm, edge") for y in band)
+def _same_features(curve, arcs, other):
+    """Arc lengths on another section of the features at `arcs` (k,) on `curve`: how the block goes on outside the fine range."""
+    return np.interp(np.interp(arcs, curve.arc, curve.index), other.index, other.arc)
 
 
 def carry_section(section: QuadSection, curves: list[SectionCurve], columns: np.ndarray, reference: int, reach: float) -> np.ndarray:
@@ -171,13 +167,3 @@ def _knots(curve, columns, reach):
     """Arc lengths that correspond from section to section."""
     left, right = min(reach, 0.7 * columns[0]), min(reach, 0.7 * (curve.length - columns[-1]))
     return np.concatenate([[0.0, columns[0] - left], columns, [columns[-1] + right, curve.length]])
-
-
-def _check_shapes(mesh, name):
-    corner = mesh.points[mesh.cells]
-    jacobian = scaled_jacobian(corner)
-    worst = jacobian.argmin()
-    if jacobian[worst] < LEAST_JACOBIAN:
-        place = ", ".join(f"{v * 1e3:.1f}" for v in corner[worst].mean(axis=0))
-        raise MeshError(f"the {name}'s mesh has a folded or flat cell (scaled Jacobian {jacobian[worst]:.3f}) at ({place}) mm: the section changes too much "
-                        "along x_range; shorten it, move the band off a corner, or change the element size")

@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.mesh import FACES, HexMesh
+from geometry.mesh import FACES, HexMesh, MeshError
 
 # Corner k of a VTK hexahedron and its three neighbours in right-handed order.
 CORNERS = np.array([[0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7], [4, 7, 5, 0], [5, 4, 6, 1], [6, 5, 7, 2], [7, 6, 4, 3]])
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
 WAVE_SPEED = 5900.0
+LEAST_JACOBIAN = 0.1
 
 
 @dataclass(frozen=True)
@@ -129,3 +130,13 @@ def eigen_length(corner: np.ndarray, poisson: float = 0.3) -> np.ndarray:
     operator = np.einsum("aij,mjk,bik->mab", strain, gram, strain)
     largest = np.linalg.eigvalsh(root.T @ operator @ root)[:, -1]
     return 2 / np.sqrt(8 * largest)
+
+
+def check_shapes(mesh: HexMesh, remedy: str) -> None:
+    """Raise MeshError where a cell's scaled Jacobian is below LEAST_JACOBIAN: which body, how bad, where, and the remedy."""
+    corner = mesh.points[mesh.cells]
+    jacobian = scaled_jacobian(corner)
+    worst = jacobian.argmin()
+    if not jacobian[worst] >= LEAST_JACOBIAN:
+        place = ", ".join(f"{v * 1e3:.1f}" for v in corner[worst].mean(axis=0))
+        raise MeshError(f"the {mesh.region_names[mesh.region[worst]]}'s mesh has a folded or flat cell (scaled Jacobian {jacobian[worst]:.3f}) at ({place}) mm: {remedy}")

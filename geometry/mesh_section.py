@@ -16,14 +16,26 @@ import numpy as np
 
 from geometry.mesh import MeshError
 from geometry.mesh_curve import SectionCurve
-from geometry.mesh_gmsh import fill_with_quads
+from geometry.mesh_gmsh import badness, fill_with_quads
 from geometry.mesh_smooth import Smoother, corner_targets
 
-# Strip thickness in element sizes, and where the template's inner nodes lie in it: V / A_max of its hexahedra is then 0.8 h.
+# Thickness of the ring that triples sizes along the outline, in fine sizes, and the depth of its template's inner nodes:
+# V / A_max of its hexahedra is 0.8 of the fine size.
+RING_THICKNESS = 3.0
+RING_MIDDLE = 0.6
+# The same for the strip in which three slabs become one; thicker where its cells are already three sizes wide.
 STRIP_THICKNESS = 3.0
-STRIP_MIDDLE = 0.6
+WIDE_STRIP_THICKNESS = 4.0
+STRIP_MIDDLE = 0.55
 # Share of their thickness with which the rings are first laid; smoothing then lets them grow, so that they never fold.
 START_SHARE = 0.3
+# The triple ring is left out where three fine sizes are more than this many coarse ones.
+TRIPLE_LIMIT = 0.85
+# Weight of size against shape when fine cells, ring and strip are smoothed, and for the coarse rest.
+SIZE_WEIGHT = 1.5
+COARSE_SIZE_WEIGHT = 0.1
+# Divisions of the outline beside the blocks that are tried, as factors on the sizes.
+OUTLINE_FACTORS = (1.0, 0.9, 1.1, 0.8)
 
 
 @dataclass(frozen=True)
@@ -95,10 +107,9 @@ def mesh_section(curve: SectionCurve, blocks: list[np.ndarray], sizes: SectionSi
     loops = []
     for columns in blocks:
         chain = _add_block(nodes, parts, targets, curve, columns, sizes)
-        chain = _add_strip(nodes, parts, targets, curve, chain, sizes)
         if sizes.triple_ring:
             chain = _add_triple_ring(nodes, parts, targets, curve, chain, sizes)
-        loops.append(chain)
+        loops.append(_add_strip(nodes, parts, targets, curve, chain, sizes))
     _smooth(nodes, parts, targets, rounds=(1e-3,))
     base = _fill_rest(nodes, parts, targets, curve, loops, sizes)
     smoother = _smooth(nodes, parts, targets, base)
@@ -107,13 +118,18 @@ def mesh_section(curve: SectionCurve, blocks: list[np.ndarray], sizes: SectionSi
 
 def ring_width(sizes: SectionSizes) -> float:
     """Length [m] that the transition rings take on the outline at each side of a band."""
-    return STRIP_THICKNESS * sizes.fine * (2 if sizes.triple_ring else 1)
+    return sizes.fine * (RING_THICKNESS + WIDE_STRIP_THICKNESS if sizes.triple_ring else STRIP_THICKNESS)
 
 
 def depth_steps(sizes: SectionSizes) -> np.ndarray:
-    """Thicknesses [m] of the fine block's layers from the surface down; their number brings the sum nearest to the depth."""
+    """Thicknesses [m] of the fine block's layers from the surface down, at least two.
+
+    Below them the elements of the next ring are still fine along the outline down to its middle: the layers and that
+    part together come nearest to the depth asked for.
+    """
     steps = sizes.fine * sizes.depth_growth ** np.arange(200)
-    return steps[:max(1, 1 + np.abs(np.cumsum(steps) - sizes.depth).argmin())]
+    below = RING_MIDDLE * RING_THICKNESS * sizes.fine
+    return steps[:max(2, 1 + np.abs(np.cumsum(steps) + below - sizes.depth).argmin())]
 
 
 def _check_room(curve, spans, reach):
@@ -134,7 +150,7 @@ def _add_block(nodes, parts, targets, curve, arcs, sizes):
     quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1)
     parts["fine"].append(quads.reshape(-1, 4))
     ideal = np.stack([_rectangle(width, step) for step in steps for width in np.diff(arcs)])
-    targets.append((ideal, np.ones(len(ideal)), np.zeros(len(ideal))))
+    targets.append((ideal, np.full(len(ideal), SIZE_WEIGHT), np.zeros(len(ideal))))
     return np.concatenate([number[:-1, 0], number[-1], number[-2::-1, -1]])
 
 
@@ -150,8 +166,9 @@ def _depth_directions(curve, arcs, depth, reach):
 
 def _add_strip(nodes, parts, targets, curve, chain, sizes):
     """The ring where three slabs meet one; returns its outer chain."""
-    thickness = STRIP_THICKNESS * sizes.fine
-    outer, arcs = _offset(nodes, curve, chain, thickness, len(depth_steps(sizes)))
+    thickness = sizes.fine * (WIDE_STRIP_THICKNESS if sizes.triple_ring else STRIP_THICKNESS)
+    sides = max(1, round(len(depth_steps(sizes)) / (3 if sizes.triple_ring else 1)))
+    outer, arcs = _offset(nodes, curve, chain, thickness, sides)
     outer_numbers = _add_chain(nodes, outer, arcs)
     inner = np.array(nodes.points)[chain]
     middle_arcs = [nodes.arc[chain[i]] + STRIP_MIDDLE * (arcs[i] - nodes.arc[chain[i]]) for i in (0, -1)]
@@ -160,27 +177,27 @@ def _add_strip(nodes, parts, targets, curve, chain, sizes):
     middle_numbers = _add_chain(nodes, middle, middle_arcs)
     parts["strip"].append(np.stack([chain[:-1], chain[1:], middle_numbers[:-1], middle_numbers[1:], outer_numbers[:-1], outer_numbers[1:]], axis=1))
     ideal = np.stack([_rectangle(width, thickness) for width in np.linalg.norm(np.diff(inner, axis=0), axis=1)])
-    targets.append((ideal, np.ones(len(ideal)), np.ones(len(ideal))))
+    targets.append((ideal, np.full(len(ideal), SIZE_WEIGHT), np.ones(len(ideal))))
     return outer_numbers
 
 
 def _add_triple_ring(nodes, parts, targets, curve, chain, sizes):
     """The ring where three edges of the chain meet one; returns its outer chain, a third as long."""
-    thickness = STRIP_THICKNESS * sizes.fine
-    outer, arcs = _offset(nodes, curve, chain, thickness, len(depth_steps(sizes)))
+    thickness, sides = RING_THICKNESS * sizes.fine, len(depth_steps(sizes))
+    outer, arcs = _offset(nodes, curve, chain, thickness, sides)
     inner = np.array(nodes.points)[chain]
-    middle = inner + STRIP_MIDDLE * (outer - inner)
+    middle = inner + RING_MIDDLE * (outer - inner)
     outer_numbers = _add_chain(nodes, outer[::3], arcs)
     quads, ideal = [], []
-    template = sizes.fine * np.array([[0, 0], [1, 0], [2, 0], [3, 0], [1, -STRIP_MIDDLE * 3], [2, -STRIP_MIDDLE * 3], [0, -3], [3, -3]])
+    template = sizes.fine * np.array([[0, 0], [1, 0], [2, 0], [3, 0], [1, -RING_MIDDLE * RING_THICKNESS], [2, -RING_MIDDLE * RING_THICKNESS], [0, -RING_THICKNESS], [3, -RING_THICKNESS]])
     corners = np.array([[0, 6, 4, 1], [1, 4, 5, 2], [2, 5, 7, 3], [4, 6, 7, 5]])
     for group in range((len(chain) - 1) // 3):
         first = 3 * group
         members = np.concatenate([chain[first:first + 4], nodes.add(middle[first + 1:first + 3]), outer_numbers[group:group + 2]])
         quads.append(members[corners])
         ideal.append(template[corners])
-    parts["coarse"].append(np.concatenate(quads))
-    targets.append((np.concatenate(ideal), np.full(4 * len(quads), 1.0), np.full(4 * len(quads), 2)))
+    parts["fine"].append(np.concatenate(quads))
+    targets.append((np.concatenate(ideal), np.full(4 * len(quads), SIZE_WEIGHT), np.zeros(4 * len(quads))))
     return outer_numbers
 
 
@@ -212,43 +229,45 @@ def _rectangle(width, height):
 
 
 def _fill_rest(nodes, parts, targets, curve, loops, sizes):
-    """Fill what the blocks leave with Gmsh; returns the base nodes from left to right."""
-    pieces = _outline_pieces(nodes, curve, loops, sizes)
-    base = _base_nodes(nodes, curve, sum(len(piece) - 1 for piece in pieces) + sum(len(loop) - 1 for loop in loops), sizes, pieces)
-    ring = [*base[:-1]]
-    for piece, loop in zip(pieces[:0:-1], loops[::-1]):
-        ring += [*piece[:0:-1], *loop[:0:-1]]
-    ring += [*pieces[0][:0:-1]]
-    polygon = np.array(nodes.points)[ring]
-    points, quads = fill_with_quads(polygon, sizes.coarse)
-    number = np.concatenate([ring, nodes.add(points[len(ring):])]) if len(points) > len(ring) else np.array(ring)
+    """Fill what the blocks leave with Gmsh, the best of several divisions of the outline; returns the base nodes from left to right."""
+    attempts, faults = [], []
+    for factor in OUTLINE_FACTORS:
+        pieces, base = _outline_division(nodes, curve, loops, sizes, factor)
+        polygon = _polygon(nodes, curve, loops, pieces, base)
+        try:
+            points, quads = fill_with_quads(polygon, sizes.coarse)
+        except MeshError as fault:
+            faults.append(fault)
+            continue
+        attempts.append((badness(points, quads, len(polygon)), pieces, base, points, quads))
+    if not attempts:
+        raise faults[0]
+    _, pieces, base, points, quads = min(attempts, key=lambda attempt: attempt[0])
+    ring, base_nodes = _add_ring(nodes, curve, loops, pieces, base)
+    number = np.concatenate([ring, nodes.add(points[len(ring):])]) if len(points) > len(ring) else ring
     parts["coarse"].append(number[quads])
     area = np.abs(np.cross(points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]])) / 2
     side = np.sqrt(np.maximum(area, (0.5 * sizes.fine) ** 2))
-    targets.append((side[:, None, None] * _rectangle(1.0, 1.0), np.full(len(quads), 0.1), np.full(len(quads), 2)))
-    return base
+    targets.append((side[:, None, None] * _rectangle(1.0, 1.0), np.full(len(quads), COARSE_SIZE_WEIGHT), np.full(len(quads), 2)))
+    return base_nodes
 
 
-def _outline_pieces(nodes, curve, loops, sizes):
-    """Node numbers along the outline left of, between and right of the blocks, growing away from them."""
+def _outline_division(nodes, curve, loops, sizes, factor):
+    """Arc lengths of the nodes left of, between and right of the blocks (ends included), growing away from them, and points inside the base."""
     ends = [nodes.arc[int(loop[k])] for loop in loops for k in (0, -1)]
-    numbers = [int(loop[k]) for loop in loops for k in (0, -1)]
-    start_size = sizes.fine * (STRIP_THICKNESS if sizes.triple_ring else 1.0)
+    start_size = sizes.fine * (3.0 if sizes.triple_ring else 1.0)
     fine = np.linspace(0.0, curve.length, 2000)
     distance = np.min([np.abs(fine - end) for end in ends], axis=0)
-    size = np.minimum(start_size + (sizes.growth - 1) * distance, max(sizes.coarse, start_size))
+    size = factor * np.minimum(start_size + (sizes.growth - 1) * distance, max(sizes.coarse, start_size))
     count = np.append(0.0, np.cumsum((fine[1] - fine[0]) * 0.5 * (1 / size[1:] + 1 / size[:-1])))
-    sharp = curve.arc[curve.sharp_points()]
-    pieces, spans = [], list(zip([0.0] + ends[1::2], ends[0::2] + [curve.length]))
-    left, right = [None] + numbers[1::2], numbers[0::2] + [None]
-    for (start, end), first, last in zip(spans, left, right):
+    sharp, pieces = curve.arc[curve.sharp_points()], []
+    for start, end in zip([0.0] + ends[1::2], ends[0::2] + [curve.length]):
         knots = [start, *sharp[(sharp > start + 0.3 * start_size) & (sharp < end - 0.3 * start_size)], end]
-        arcs = np.concatenate([[start]] + [_divide(fine, count, a, b)[1:] for a, b in zip(knots, knots[1:])])
-        piece = list(nodes.add(curve.at(arcs[1:-1]), arcs[1:-1])) if len(arcs) > 2 else []
-        first = nodes.add(curve.at([start]), [start])[0] if first is None else first
-        last = nodes.add(curve.at([end]), [end])[0] if last is None else last
-        pieces.append([first, *piece, last])
-    return pieces
+        pieces.append(np.concatenate([[start]] + [_divide(fine, count, a, b)[1:] for a, b in zip(knots, knots[1:])]))
+    left, right = curve.points[0], curve.points[-1]
+    cells = max(2, round(np.linalg.norm(right - left) / (factor * sizes.coarse)))
+    cells += (cells + sum(len(piece) - 1 for piece in pieces) + sum(len(loop) - 1 for loop in loops)) % 2
+    return pieces, left + np.linspace(0, 1, cells + 1)[1:-1, None] * (right - left)
 
 
 def _divide(fine, count, start, end):
@@ -260,13 +279,27 @@ def _divide(fine, count, start, end):
     return arcs
 
 
-def _base_nodes(nodes, curve, edges, sizes, pieces):
-    """Nodes along the base from left to right, in a number that makes the whole ring even."""
-    left, right = curve.points[0], curve.points[-1]
-    cells = max(2, round(np.linalg.norm(right - left) / sizes.coarse))
-    cells += (cells + edges) % 2
-    inner = left + np.linspace(0, 1, cells + 1)[1:-1, None] * (right - left)
-    return np.array([pieces[0][0], *nodes.add(inner), pieces[-1][-1]])
+def _polygon(nodes, curve, loops, pieces, base):
+    """Corners (k, 2) of the region left, anticlockwise from the left foot; the same order as _add_ring."""
+    known = np.array(nodes.points)
+    parts = [curve.points[:1], base]
+    for i in range(len(pieces) - 1, -1, -1):
+        parts.append(curve.at(pieces[i][:0:-1] if i == len(pieces) - 1 else pieces[i][-2:0:-1]))
+        if i:
+            parts.append(known[loops[i - 1][::-1]])
+    return np.concatenate(parts)
+
+
+def _add_ring(nodes, curve, loops, pieces, base):
+    """Add the polygon's new nodes; returns the numbers of all its corners and of the base's nodes from left to right."""
+    foot, inner = nodes.add(curve.points[:1], [0.0]), nodes.add(base)
+    ring = [foot, inner]
+    for i in range(len(pieces) - 1, -1, -1):
+        arcs = pieces[i][:0:-1] if i == len(pieces) - 1 else pieces[i][-2:0:-1]
+        ring.append(nodes.add(curve.at(arcs), arcs) if len(arcs) else np.zeros(0, int))
+        if i:
+            ring.append(loops[i - 1][::-1])
+    return np.concatenate(ring).astype(int), np.concatenate([foot, inner, ring[2][:1]])
 
 
 def _smooth(nodes, parts, targets, base=(), rounds=(0.1, 1e-2, 1e-3)):

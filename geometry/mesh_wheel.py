@@ -10,8 +10,9 @@ import numpy as np
 from geometry.mesh import HexMesh, MeshError
 from geometry.mesh_axis import graded_line
 from geometry.mesh_band import lay_out_band
-from geometry.mesh_curve import SectionCurve, cut_at_base
-from geometry.mesh_section import SectionSizes, depth_steps, mesh_section, ring_width
+from geometry.mesh_curve import cut_at_base
+from geometry.mesh_quality import check_shapes
+from geometry.mesh_section import TRIPLE_LIMIT, SectionSizes, depth_steps, mesh_section, ring_width
 from geometry.mesh_sweep import sweep
 
 
@@ -51,15 +52,17 @@ def mesh_wheel(profile, radius: float, spec: WheelMeshSpec) -> HexMesh:
     points = np.asarray(getattr(profile, "points", profile), dtype=float)
     check_wheel(radius, spec)
     curve, ends = _outline(points, spec)
-    sizes = SectionSizes(spec.element_size, spec.fine_depth, spec.coarse, spec.growth, triple_ring=3 * spec.element_size < 0.9 * spec.coarse)
+    sizes = SectionSizes(spec.element_size, spec.fine_depth, spec.coarse, spec.growth, triple_ring=3 * spec.element_size <= TRIPLE_LIMIT * spec.coarse)
     section = mesh_section(curve, [_columns(curve, band, sizes) for band in spec.bands], sizes)
     reach = radius * spec.half_angle
-    along = graded_line(-reach, reach, (-spec.fine_half_length, spec.fine_half_length), spec.element_size, spec.growth, spec.coarse / 2, multiple=3)
+    along = graded_line(-reach, reach, (-spec.fine_half_length, spec.fine_half_length), spec.element_size, spec.growth, spec.coarse / 3, multiple=3)
     angle, rolling = (along / radius)[:, None], (radius + section.points[:, 1])[None, :]
     lateral = np.broadcast_to(section.points[:, 0], (len(along), len(section.points)))
     positions = np.stack([rolling * np.sin(angle), lateral, radius - rolling * np.cos(angle)], axis=-1)
     on_profile = (section.curve_arc > ends[0] - 1e-9) & (section.curve_arc < ends[1] + 1e-9)
-    return sweep(section, positions, "wheel", section.on_curve[on_profile], cut_ends_clamped=True)
+    mesh = sweep(section, positions, "wheel", section.on_curve[on_profile], cut_ends_clamped=True)
+    check_shapes(mesh, "move or narrow the bands, or change the element size")
+    return mesh
 
 
 def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
@@ -107,6 +110,6 @@ def _cut_sides(points, y_range):
 
 
 def _columns(curve, band, sizes):
-    arcs = tuple(curve.arc_at(y, "the wheel's band, edge") for y in band)
+    arcs = curve.band_arcs(band, "the wheel's band")
     layout = lay_out_band([curve], [arcs], sizes.fine, ring_width(sizes), 2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, "the wheel's band")
     return layout.columns(curve, *arcs)
