@@ -12,7 +12,11 @@ from rail_fem.steel import Steel
 
 @dataclass(frozen=True)
 class ElementSettings:
-    """Numerics of the element: hourglass stiffness as a fraction of lame + 2 shear, bulk viscosity coefficients [1]."""
+    """Numerics of the element: hourglass stiffness as a fraction of 3.5 shear moduli, bulk viscosity coefficients [1].
+
+    3.5 shear moduli are lame + 2 shear at a Poisson's ratio of 0.3. That modulus itself would make the hourglass modes of a
+    nearly incompressible body as stiff as its volume, and lock it in bending (tests/fe/test_locking.py).
+    """
 
     hourglass: float = 0.06
     linear_viscosity: float = 0.06
@@ -36,7 +40,7 @@ def material_table(steels: list[Steel], settings: ElementSettings) -> MaterialTa
         shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
         lame = 2 * shear * steel.poisson / (1 - 2 * steel.poisson)
         wave = lame + 2 * shear
-        rows[i] = lame, shear, steel.density, np.sqrt(wave / steel.density), settings.linear_viscosity, settings.quadratic_viscosity, settings.hourglass * wave
+        rows[i] = lame, shear, steel.density, np.sqrt(wave / steel.density), settings.linear_viscosity, settings.quadratic_viscosity, settings.hourglass * 3.5 * shear
         strain.append([0.0] if steel.is_elastic else steel.hardening_strain)
         stress.append([np.inf] if steel.is_elastic else steel.hardening_stress)
         start.append(start[-1] + len(strain[-1]))
