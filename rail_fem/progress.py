@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import sys
 import time
 from pathlib import Path
@@ -37,7 +38,7 @@ class Progress:
         self._started = time.monotonic()
         if self.active:
             self._write()
-            if self.stream.isatty():
+            if self.stream.isatty() and "OMPI_COMM_WORLD_RANK" not in os.environ:  # mpirun gives its ranks a terminal of its own
                 self._open_bar()
         return self
 

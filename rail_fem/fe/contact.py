@@ -163,6 +163,7 @@ class Contact:
         k = [len(s) for s in self.slaves]
         self.gap, self.normal, self.weight = [np.zeros(m) for m in k], [np.zeros((m, 3)) for m in k], [np.zeros((m, 4)) for m in k]
         self.pressure, self.active, self.sticking = [np.zeros(m) for m in k], [np.zeros(m, np.bool_) for m in k], np.zeros(k[0], np.bool_)
+        self.moved, self.drag = np.zeros((k[0], 3)), np.zeros((k[0], 3))
 
     def state(self) -> tuple[dict[str, np.ndarray], dict]:
         """Arrays and plain values that a restart needs; replicated."""
@@ -233,9 +234,11 @@ class Contact:
         kernel.add_shares(slaves, facets, active, weight, self.area, 1.0, self.quads[1], self.share)
         kernel.friction_forces(
             slaves, facets, active, self.normal[0], weight, self.area, self.quads[1], self.share, self.inverse_mass, self.position, self.before, self.from_axle,
-            self.spin, s.friction, compliance, dt, self.carried, self.slip, self.sticking, self.force, self.sums,
+            self.spin, s.friction, compliance, dt, self.carried, self.slip, self.sticking, self.moved, self.drag, self.force, self.sums,
         )  # fmt: skip
-        kernel.finish_slip(slaves, facets, active, self.sticking, self.normal[0], weight, self.quads[1], self.inverse_mass, self.force, dt, self.slip)
+        kernel.finish_slip(
+            slaves, facets, active, self.sticking, self.normal[0], weight, self.quads[1], self.inverse_mass, self.force, dt, self.moved, self.drag, self.slip, self.sums
+        )
 
     @property
     def deepest_penetration(self) -> float:

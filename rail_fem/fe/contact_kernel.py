@@ -163,9 +163,12 @@ def material_flow(reference, position, quad, weight, spin, flow, t1, t2, r1, r2,
 
 @_compiled
 def friction_forces(
-    slaves, facets, active, normal, weight, area, quads, share, inverse_mass, position, before, reference, spin, friction, compliance, dt, carried, slip, sticking, force, sums
+    slaves, facets, active, normal, weight, area, quads, share, inverse_mass, position, before, reference, spin, friction, compliance, dt, carried, slip, sticking, moved, drag, force, sums
 ):
-    """Coulomb friction of the rail's nodes: elastic slip (n, 3) per node with the same implicit stiffness, returned to the cone mu * carried."""
+    """Coulomb friction of the rail's nodes: elastic slip (n, 3) per node with the same implicit stiffness, returned to the cone mu * carried.
+
+    moved, drag : (k, 3) out, way of the node over the wheel's material without contact [m] and friction force on the wheel [N]
+    """
     flow, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
     r1, r2, point, trial = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for i in range(slaves.size):
@@ -183,6 +186,7 @@ def friction_forces(
             move = position[s, c] - before[s, c] - dt * flow[c]
             for k in range(4):
                 move -= weight[i, k] * (position[q[k], c] - before[q[k], c])
+            moved[i, c] = move
             trial[c] = slip[s, c] + move
             along += trial[c] * normal[i, c]
         size = 0.0
@@ -201,26 +205,29 @@ def friction_forces(
         for c in range(3):
             slip[s, c] = trial[c] * (compliance * scale / area[s] if sliding else 1.0)
             force[s, c] -= scale * trial[c]
-            sums[DRIVE_WORK] += dt * scale * trial[c] * flow[c]
+            drag[i, c] = scale * trial[c]
+            sums[DRIVE_WORK] += dt * drag[i, c] * flow[c]
             for k in range(4):
-                force[q[k], c] += weight[i, k] * scale * trial[c]
-        if sliding:
-            sums[FRICTION_WORK] += f * max(size - f / stiffness, 0.0)
+                force[q[k], c] += weight[i, k] * drag[i, c]
 
 
 @_compiled
-def finish_slip(slaves, facets, active, sticking, normal, weight, quads, inverse_mass, force, dt, slip):
-    """Elastic slip of sticking nodes at the end of the step: the trial slip plus what the contact forces move within the step."""
+def finish_slip(slaves, facets, active, sticking, normal, weight, quads, inverse_mass, force, dt, moved, drag, slip, sums):
+    """After all forces: elastic slip of sticking nodes with what the contact forces move within the step, and the work of friction."""
     for i in range(slaves.size):
-        if not (active[i] and sticking[i]):
+        if not active[i]:
             continue
         s, q = slaves[i], quads[facets[i]]
         along = 0.0
         for c in range(3):
-            move = force[s, c] * inverse_mass[s]
+            change = force[s, c] * inverse_mass[s]
             for k in range(4):
-                move -= weight[i, k] * force[q[k], c] * inverse_mass[q[k]]
-            slip[s, c] += dt * dt * move
-            along += slip[s, c] * normal[i, c]
-        for c in range(3):
-            slip[s, c] -= along * normal[i, c]
+                change -= weight[i, k] * force[q[k], c] * inverse_mass[q[k]]
+            change *= dt * dt
+            sums[FRICTION_WORK] += drag[i, c] * (moved[i, c] + change)
+            if sticking[i]:
+                slip[s, c] += change
+                along += slip[s, c] * normal[i, c]
+        if sticking[i]:
+            for c in range(3):
+                slip[s, c] -= along * normal[i, c]

@@ -15,6 +15,7 @@ class Recorder:
     def __init__(self, passage: Passage):
         self.passage = passage
         self.rows: list[dict[str, float]] = []
+        self.contact_work: list[float] = []  # on the bodies, at each row [J]
         self.deepest = 0.0
         self._clear()
 
@@ -64,6 +65,7 @@ class Recorder:
         stored = sum(value for name, value in row.items() if name.startswith("energy_") and name != "energy_external")
         row["energy_balance"] = stored - row["energy_external"]
         self.rows.append(row)
+        self.contact_work.append(energies["contact"])
         self.deepest = max(self.deepest, d.contact.deepest_penetration)
         self._clear()
 
@@ -75,8 +77,8 @@ class Recorder:
 
     def state(self) -> dict:
         """For a restart: all rows so far and the interval that is open."""
-        return {"rows": self.rows, "deepest": self.deepest, "total": self.total.tolist(), "moment": self.moment.tolist(), "weight": self.weight, "steps": self.steps}
+        return {"rows": self.rows, "contact_work": self.contact_work, "deepest": self.deepest, "total": self.total.tolist(), "moment": self.moment.tolist(), "weight": self.weight, "steps": self.steps}
 
     def restore(self, state: dict) -> None:
-        self.rows, self.deepest, self.weight, self.steps = state["rows"], state["deepest"], state["weight"], state["steps"]
+        self.rows, self.contact_work, self.deepest, self.weight, self.steps = state["rows"], state["contact_work"], state["deepest"], state["weight"], state["steps"]
         self.total, self.moment = np.array(state["total"]), np.array(state["moment"])

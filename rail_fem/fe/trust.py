@@ -32,14 +32,12 @@ def judged(name: str, value: float, shown: str, rule: str, warn: float, bad: flo
     return Row(name, float(value), shown, rule, verdict)
 
 
-def impact_work(history: dict[str, np.ndarray], static_load: float, settled: float) -> float:
-    """Work of the dynamic part of the contact force on the wheel: the range of the integral of (F - static) dz after settling [J]."""
-    after = history["time"] > settled
-    force, height = history["force"][after], history["wheel_height"][after]
-    if len(force) < 3:
-        return float("nan")
-    mean = 0.5 * (force[1:] + force[:-1]) - static_load
-    return float(np.ptp(np.concatenate([[0.0], np.cumsum(mean * np.diff(height))])))
+def impact_work(contact_work: np.ndarray) -> float:
+    """The work of the impact [J]: the range of the work that the contact forces do on the bodies, after settling.
+
+    contact_work : (n,) work so far, in frames that travel with each body, so the train's kinetic energy has no part in it.
+    """
+    return float(np.ptp(contact_work)) if len(contact_work) > 2 else float("nan")
 
 
 def chatter_share(history: dict[str, np.ndarray], speed: float, element_size: float, settled: float) -> float:

@@ -213,17 +213,17 @@ class Run:
             self.progress.update(step=d.step_count, time=d.time, end_time=self.passage.running.duration, energy_balance=balance)
         if balance > STOP_BALANCE:
             raise ArithmeticError(
-                f"energy balance error {balance:.1%} of the internal energy at step {d.step_count}, t = {d.time * 1e3:.4f} ms, "
+                f"energy balance error {balance:.1%} of the work of contact at step {d.step_count}, t = {d.time * 1e3:.4f} ms, "
                 f"x = {self.passage.running.start * 1e3 + d.contact.offset * 1e3:.1f} mm: the run is unstable; take courant below {self.settings.courant:g}; "
                 "the last restart file is kept"
             )
 
     def _balance_share(self, energies: dict[str, float]) -> float:
-        """Balance error over what the impact has made of energy so far (elastic, plastic, losses; at least 5 J)."""
+        """Balance error of the bodies over the work of contact so far (at least 5 J, so that the first steps are not judged)."""
         if self.start_energies is None:
             return 0.0
-        made = energies["elastic"] + energies["plastic"] + energies["friction"] + energies["dampers"]
-        return abs(energies["balance"] - self.start_energies["balance"]) / max(made, 5.0)
+        work = trust.impact_work(np.array(self.recorder.contact_work))
+        return abs(energies["balance"] - self.start_energies["balance"]) / max(work if np.isfinite(work) else 0.0, 5.0)
 
     def _recheck_step(self) -> None:
         self.rechecks += 1
@@ -288,7 +288,7 @@ class Run:
         return {
             "balance": e["balance"] - start["balance"],
             "contact_loss": e["contact_loss"] - start["contact_loss"],
-            "impact_work": trust.impact_work(history, self.passage.static_load, settled) if len(history["time"]) > 3 else float("nan"),
+            "impact_work": trust.impact_work(np.array(self.recorder.contact_work)[history["time"] > settled]),
             "internal_energy": e["elastic"] + e["plastic"],
             "hourglass": e["hourglass"],
             "hourglass_zone": self._zone_hourglass(),
@@ -362,7 +362,8 @@ def static_error(history: dict[str, np.ndarray], static_load: float, settled: fl
     slope = running.slope(history["x"])
     steady = (history["time"] > settled) & (np.abs(slope - running.slope(running.start)) < 2e-4)
     ends = np.flatnonzero(~steady & (history["time"] > settled))
-    steady &= np.arange(len(steady)) < (ends[0] if len(ends) else len(steady))
+    last = history["x"][ends[0]] if len(ends) else history["x"][-1]
+    steady &= (last - history["x"]) * running.sign > PATCH_REACH  # the patch reaches ahead of the axle
     if steady.sum() < 3:
         return float("nan")
     return float(history["force"][steady].mean() / static_load - 1)
