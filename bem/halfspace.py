@@ -85,7 +85,6 @@ def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> 
     finer = min(grid.shape) >= (2 * _COARSEST_GRID if estimate else _NESTED_GRID)
     coarse = _coarse_patch(gap, grid, values, pair, load, approach) if finer else None
     start = fine_pressure(coarse.pressure, grid.shape) if coarse is not None else None
-    start = start if start is not None and start.any() else None
     operator = NormalOperator(grid, pair)
     solution = solve_pressure(operator, values, load, approach, start)
     patch = Patch(grid, values, solution.pressure, solution.approach, "half-space",

@@ -9,6 +9,7 @@ from bem.patch import ContactInputError, Creepage, Grid, PatchCutError
 _IMPOSSIBLE_SLIP = 1.0
 _UNLIKELY_SLIP = 0.1
 _USUAL_FRICTION = 1.0
+_ROUND_OFF = 1e-9
 
 
 def check_gap(gap: np.ndarray, grid: Grid) -> None:
@@ -82,7 +83,7 @@ def check_force(force: tuple[float | None, float | None], limit: float) -> None:
     given = [value for value in force if value is not None]
     if not np.isfinite(given).all():
         raise ContactInputError(f"tangential force {force!r} N: must be finite")
-    if given and np.hypot(*(given + [0.0])[:2]) >= limit:
+    if given and np.hypot(*(given + [0.0])[:2]) >= limit * (1 - _ROUND_OFF):
         raise ContactInputError(f"tangential force {force!r} N reaches mu N = {limit:g} N: the bodies slide, no rigid slip belongs "
                                 "to it; lower the force or give the creepage")
 

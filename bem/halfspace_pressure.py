@@ -70,7 +70,9 @@ def solve_pressure(operator: NormalOperator, gap: np.ndarray, load: float | None
     if total is None and approach <= lowest:
         raise NoContactError(f"approach {approach:g} m does not close the least gap {lowest:g} m: no contact; "
                              f"raise the approach above it")
-    pressure = first_guess(operator, gap, total, approach) if start is None else start.copy()
+    pressure = None if start is None else np.where(np.isfinite(gap), start, 0.0)
+    if pressure is None or not pressure.any():
+        pressure = first_guess(operator, gap, total, approach)
     if total is not None:
         pressure *= total / pressure.sum()
     state = _State(operator, gap, pressure, total, approach, lowest)

@@ -79,7 +79,7 @@ class _Problem:
     """One tangential problem on one grid, rolling towards +x (direction 1), or a shift (0)."""
 
     grid: Grid
-    gap: np.ndarray
+    gap: np.ndarray | None
     pressure: np.ndarray
     approach: float
     friction: float
@@ -129,12 +129,21 @@ def _flip(field: np.ndarray) -> np.ndarray:
 def _mirrored(problem: _Problem) -> _Problem:
     grid, motion = problem.grid, problem.motion
     x_force = None if problem.force[0] is None else -problem.force[0]
-    return replace(problem, grid=replace(grid, x_first=-grid.x[-1]), gap=problem.gap[::-1], pressure=problem.pressure[::-1],
+    return replace(problem, grid=replace(grid, x_first=-grid.x[-1]), gap=None if problem.gap is None else problem.gap[::-1], pressure=problem.pressure[::-1],
                    motion=Creepage(-motion.longitudinal, motion.lateral, -motion.spin), force=(x_force, problem.force[1]))
 
 
 def _rigid_slip(problem: _Problem) -> np.ndarray:
+    """(2, nx, ny) rigid slip; in rolling a quarter of a cell ahead of the cells' centres.
+
+    The elastic slip is measured from centre to centre, half a cell ahead of the tractions. As in lattices of singularities
+    (Pistolesi's quarter-point rule) the edge without traction then acts a quarter of a cell ahead of the last such place:
+    the solved patch lies a quarter of a cell ahead of the given one, which this takes back. Measured: at 24 cells the
+    force of pure spin is off by 0.3 % so, by 3 % with the slip at the centres or half a cell ahead.
+    """
     x, y = problem.grid.points()
+    if problem.rolling:
+        x = x + problem.grid.dx / 4
     return np.stack([problem.motion.longitudinal - problem.motion.spin * y, problem.motion.lateral + problem.motion.spin * x])
 
 
@@ -142,6 +151,8 @@ def _turns(problem: _Problem, pair: Pair, tolerance: float) -> tuple[FrictionSol
     """Tangential problem; for unlike materials normal and tangential problem in turn. Returns the turns taken, or -1."""
     if pair.coupling == 0 or problem.friction == 0:
         return _tangential(problem, pair, None, None, tolerance), problem, 1
+    if problem.gap is None:
+        raise ContactInputError("unlike materials: the normal problem is solved anew, so the patch must carry its gap (normal_contact)")
     coupling = CouplingOperator(problem.grid, pair)
     operator = NormalOperator(problem.grid, pair)
     load = problem.pressure.sum() * problem.grid.cell_area
@@ -239,7 +250,7 @@ def _estimate(problem: _Problem, fine: FrictionSolution, turned: _Problem, pair:
     if min(box[0].stop - box[0].start, box[1].stop - box[1].start) < 2 * _COARSEST_CELLS or problem.friction == 0:
         return error
     before = turned.traction_before
-    coarse = replace(turned, grid=coarse_grid(turned.grid), gap=coarse_field(turned.gap),
+    coarse = replace(turned, grid=coarse_grid(turned.grid), gap=None,
                      pressure=coarse_field(turned.pressure, "constant"),
                      traction_before=None if before is None else np.stack([coarse_field(part, "constant") for part in before]),
                      pressure_before=None if before is None else coarse_field(turned.pressure_before, "constant"))

@@ -183,8 +183,10 @@ class Patch:
 
     @property
     def stick_area(self) -> float:
-        """Area of the cells that stick [m^2]."""
-        return np.nan if self.stick is None else float(np.count_nonzero(self.stick) * self.grid.cell_area)
+        """Area that sticks [m^2]: its share of the cells times the contact area."""
+        if self.stick is None or not self.contact.any():
+            return np.nan if self.stick is None else 0.0
+        return self.contact_area * np.count_nonzero(self.stick) / np.count_nonzero(self.contact)
 
     @property
     def max_pressure(self) -> float:

@@ -1,0 +1,141 @@
+"""FASTSIM: linear theory, saturation, symmetry, other shapes, and how far it is from the full theory."""
+import numpy as np
+import pytest
+
+from bem.fastsim import elliptic_patch, equivalent_ellipse, fastsim, flexibilities
+from bem.halfspace import normal_contact
+from bem.halfspace_influence import Pair
+from bem.halfspace_tangential import rolling_contact
+from bem.kalker import linear_creep_forces
+from bem.kalker_table import coefficients
+from bem.material import STEEL, Elastic
+from bem.patch import ContactInputError, Creepage, Grid, Patch
+from tests.order import assert_order
+
+SEMI_X, SEMI_Y, LOAD = 6e-3, 4e-3, 1e5
+PAIR = Pair.of(STEEL, STEEL)
+MIXED = Creepage(1e-3, 2e-4, 0.3)
+
+
+def ellipse(cells: int = 44) -> Patch:
+    return elliptic_patch(SEMI_X, SEMI_Y, LOAD, (cells, cells))
+
+
+@pytest.mark.parametrize("creepage, axis", [(Creepage(1e-7), 0), (Creepage(0, 1e-7), 1), (Creepage(0, 0, 1e-5), 1)])
+@pytest.mark.parametrize("ratio", [0.3, 1.5])
+def test_small_creepages_give_the_linear_theory(creepage, axis, ratio):
+    """1e-3 at 88 cells, second order."""
+    semi_x, semi_y = 5e-3 * np.sqrt(ratio), 5e-3 / np.sqrt(ratio)
+    exact = linear_creep_forces(semi_x, semi_y, PAIR, creepage, coefficients(ratio, PAIR.poisson))[axis]
+    errors, cells = [], (22, 44, 88)
+    for count in cells:
+        force = fastsim(elliptic_patch(semi_x, semi_y, LOAD, (count, count)), STEEL, STEEL, 1e3, creepage).tangential_force[axis]
+        errors.append(force / exact - 1)
+    assert abs(errors[-1]) < 1e-3
+    assert_order(1 / np.array(cells), errors, expected=2, slack=0.35)
+
+
+@pytest.mark.parametrize("bound", ["parabolic", "elliptic"])
+def test_large_creepage_saturates_at_friction_times_load(bound):
+    rolled = fastsim(ellipse(), STEEL, STEEL, 0.3, Creepage(0.09, 0.03), bound=bound)
+    assert np.linalg.norm(rolled.tangential_force) == pytest.approx(0.3 * LOAD, rel=1e-3)
+    assert rolled.tangential_force[0] / rolled.tangential_force[1] == pytest.approx(3, rel=0.1)
+    assert rolled.stick_area / rolled.contact_area < 0.05
+
+
+def test_fastsim_is_odd_in_the_creepages():
+    forward = fastsim(ellipse(), STEEL, STEEL, 0.3, MIXED)
+    backward = fastsim(ellipse(), STEEL, STEEL, 0.3, Creepage(-1e-3, -2e-4, -0.3))
+    np.testing.assert_allclose(backward.traction, -forward.traction, atol=1e-9 * 0.3 * forward.max_pressure)
+
+
+def test_left_and_right_are_mirror_images():
+    """y -> -y: lateral creepage and spin change sign, Fy and Mz too."""
+    left = fastsim(ellipse(), STEEL, STEEL, 0.3, MIXED)
+    right = fastsim(ellipse(), STEEL, STEEL, 0.3, Creepage(1e-3, -2e-4, -0.3))
+    np.testing.assert_allclose(right.traction[:, ::-1], left.traction * [1, -1], atol=1e-9 * 0.3 * left.max_pressure)
+
+
+def test_other_direction_is_the_mirror_along_the_rail():
+    forward = fastsim(ellipse(), STEEL, STEEL, 0.3, MIXED)
+    backward = fastsim(ellipse(), STEEL, STEEL, 0.3, Creepage(-1e-3, 2e-4, -0.3), direction=-1)
+    np.testing.assert_allclose(backward.traction[::-1], forward.traction * [-1, 1], atol=1e-9 * 0.3 * forward.max_pressure)
+
+
+@pytest.mark.parametrize("friction", [1e-4, 0.3, 10.0])
+@pytest.mark.parametrize("creepage", [Creepage(), MIXED, Creepage(spin=2.0)])
+@pytest.mark.parametrize("bound", ["parabolic", "elliptic"])
+def test_bound_holds_and_friction_never_feeds_the_motion(friction, creepage, bound):
+    rolled = fastsim(ellipse(22), STEEL, STEEL, friction, creepage, bound=bound)
+    size = np.linalg.norm(rolled.traction, axis=-1)
+    if bound == "elliptic":
+        assert (size <= friction * rolled.pressure * (1 + 1e-12)).all()
+    assert size.sum() <= friction * rolled.pressure.sum() * (1 + 1e-12)
+    assert (np.einsum("ijk,ijk->ij", rolled.traction, rolled.slip) <= 1e-12 * size.max() + 0.0).all()
+    assert not rolled.slip[rolled.stick].any()
+
+
+def test_zero_friction_and_empty_patch_make_no_traction():
+    assert not fastsim(ellipse(), STEEL, STEEL, 0.0, MIXED).traction.any()
+    empty = fastsim(Patch(ellipse().grid, None, np.zeros((44, 44)), 0.0, "none"),
+                    STEEL, STEEL, 0.3, MIXED)
+    assert not empty.traction.any() and empty.stick_area == 0
+
+
+def test_patch_of_the_half_space_gives_the_ellipse_s_forces():
+    """The solved patch of a Hertz gap against the closed ellipse: 1 % at 44 cells, of the edge's cells."""
+    patch = normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=LOAD, window=((-0.03, 0.03), (-0.03, 0.03)))
+    semi_x, semi_y, x, y = equivalent_ellipse(patch.grid, patch.pressure)
+    assert (semi_x, semi_y) == pytest.approx((7.1617e-3, 5.3872e-3), rel=1e-2) and (x, y) == pytest.approx((0, 0), abs=1e-5)
+    on_patch = fastsim(patch, STEEL, STEEL, 0.3, MIXED).tangential_force
+    on_ellipse = fastsim(elliptic_patch(7.1617e-3, 5.3872e-3, LOAD), STEEL, STEEL, 0.3, MIXED).tangential_force
+    np.testing.assert_allclose(on_patch, on_ellipse, atol=0.01 * 0.3 * LOAD)
+
+
+def test_ellipse_off_the_origin_has_the_creepages_of_its_place():
+    """Spin about the origin is spin about the centre and (-spin y, spin x) of creepage there."""
+    place = ellipse()
+    moved = Patch(Grid(place.grid.x_first + 2e-3, place.grid.y_first - 3e-3, place.grid.dx, place.grid.dy, *place.grid.shape), None,
+                  place.pressure, np.nan, "moved")
+    rolled = fastsim(moved, STEEL, STEEL, 0.3, Creepage(1e-3, 2e-4, 0.3))
+    same = fastsim(place, STEEL, STEEL, 0.3, Creepage(1e-3 + 0.3 * 3e-3, 2e-4 + 0.3 * 2e-3, 0.3))
+    np.testing.assert_allclose(rolled.traction, same.traction, atol=1e-6 * 0.3 * place.max_pressure)
+
+
+def test_two_separate_patches_are_two_ellipses():
+    one = ellipse(30)
+    pressure = np.concatenate([one.pressure, np.zeros((30, 10)), one.pressure], axis=1)
+    grid = Grid(one.grid.x_first, one.grid.y_first, one.grid.dx, one.grid.dy, 30, 70)
+    both = fastsim(Patch(grid, None, pressure, np.nan, "two"), STEEL, STEEL, 0.3, Creepage(1e-3, 2e-4), estimate=False)
+    single = fastsim(one, STEEL, STEEL, 0.3, Creepage(1e-3, 2e-4), estimate=False)
+    np.testing.assert_allclose(both.traction[:, :30], single.traction, atol=1e-3)
+    np.testing.assert_allclose(both.traction[:, 40:], single.traction, atol=1e-3)
+
+
+def test_flexibilities_are_kalkers():
+    c = coefficients(1.5, PAIR.poisson)
+    first, second, spin = flexibilities(SEMI_X, SEMI_Y, PAIR)
+    assert first == pytest.approx(8 * SEMI_X / (3 * PAIR.shear * c.c11)) and second == pytest.approx(8 * SEMI_X / (3 * PAIR.shear * c.c22))
+    assert spin == pytest.approx(np.pi * SEMI_X * np.sqrt(1.5) / (4 * PAIR.shear * c.c23))
+
+
+@pytest.mark.parametrize("creepage", [Creepage(1e-3), Creepage(0, 2e-3), Creepage(0, 0, 0.5), MIXED, Creepage(3e-3, -2e-3, 0.5)])
+def test_fastsim_is_within_a_tenth_of_friction_times_load_of_the_full_theory(creepage):
+    """The band of the simplified theory; the full theory's own error at 32 cells is 0.02."""
+    full = rolling_contact(ellipse(32), STEEL, STEEL, 0.3, creepage, estimate=False).tangential_force
+    simple = fastsim(ellipse(32), STEEL, STEEL, 0.3, creepage).tangential_force
+    assert np.linalg.norm(full - simple) < (0.1 + 0.02) * 0.3 * LOAD
+
+
+def test_soft_bodies_creep_more():
+    rubber = Elastic(1e9, 0.45)
+    assert abs(fastsim(ellipse(), rubber, rubber, 0.3, MIXED).tangential_force[0]) < abs(fastsim(ellipse(), STEEL, STEEL, 0.3, MIXED).tangential_force[0]) / 10
+
+
+def test_impossible_input_is_refused():
+    with pytest.raises(ContactInputError, match="bound"):
+        fastsim(ellipse(), STEEL, STEEL, 0.3, MIXED, bound="square")
+    with pytest.raises(ContactInputError, match="1/m"):
+        fastsim(ellipse(), STEEL, STEEL, 0.3, Creepage(spin=400.0))
+    with pytest.raises(ContactInputError, match="ellipse"):
+        elliptic_patch(0.0, 1e-3, 1e4)

@@ -1,0 +1,109 @@
+"""What the patch solvers refuse, with a reason that names the place and the size; and what they answer empty."""
+import numpy as np
+import pytest
+
+from bem.halfspace import normal_contact
+from bem.halfspace_tangential import rolling_contact, shift_contact
+from bem.material import STEEL
+from bem.patch import ContactInputError, Creepage, Grid, NoContactError, PatchCutError
+
+GRID = Grid.over((-0.012, 0.012), (-0.012, 0.012), 24, 24)
+X, Y = GRID.points()
+GAP = X**2 / 0.9 + Y**2 / 0.6
+
+
+def solved():
+    return normal_contact(GAP, STEEL, STEEL, load=1e5, grid=GRID, estimate=False)
+
+
+def test_gap_with_nan_is_refused_with_count_and_place():
+    gap = GAP.copy()
+    gap[3, 5] = gap[7, 7] = np.nan
+    with pytest.raises(ContactInputError, match=r"2 of 576 cells NaN.*x = -0.0085 m, y = -0.0065 m"):
+        normal_contact(gap, STEEL, STEEL, load=1e3, grid=GRID)
+
+
+@pytest.mark.parametrize("gap, words", [(GAP[:5], "shape"), (np.full(GRID.shape, np.inf), "no surface"), (-np.inf + 0 * GAP, "-inf")])
+def test_other_impossible_gaps_are_refused(gap, words):
+    with pytest.raises(ContactInputError, match=words):
+        normal_contact(gap, STEEL, STEEL, load=1e3, grid=GRID)
+
+
+@pytest.mark.parametrize("drive, words", [({"load": -1.0}, "no tension"), ({"load": np.nan}, "finite"), ({}, "exactly one"),
+                                          ({"load": 1.0, "approach": 1e-6}, "exactly one"), ({"approach": np.inf}, "finite")])
+def test_impossible_drives_are_refused(drive, words):
+    with pytest.raises(ContactInputError, match=words):
+        normal_contact(GAP, STEEL, STEEL, grid=GRID, **drive)
+
+
+def test_load_zero_is_an_empty_patch_that_says_why():
+    patch = normal_contact(GAP, STEEL, STEEL, load=0.0, grid=GRID)
+    assert patch.normal_force == 0 and patch.contact_area == 0 and "load 0" in patch.warnings[0]
+    assert np.isnan(patch.centre_of_pressure).all() and np.isnan(patch.extent).all() and patch.parts() == []
+    rolled = rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3))
+    assert (rolled.tangential_force == 0).all() and rolled.stick_area == 0
+
+
+def test_no_contact_at_the_approach_says_how_far_it_is():
+    with pytest.raises(NoContactError, match="does not close the least gap"):
+        normal_contact(GAP, STEEL, STEEL, approach=1e-9, grid=GRID)
+    with pytest.raises(NoContactError, match="x = .* y = "):
+        normal_contact(lambda x, y: 1e-3 + x**2 + y**2, STEEL, STEEL, approach=1e-6, window=((-1, 1), (-1, 1)))
+
+
+def test_grid_that_cuts_the_patch_says_where_and_by_how_much():
+    """The patch reaches to x = 7.2 mm; the grid ends at 5 mm: the advice must cover the missing 2.2 mm and not ten times that."""
+    grid = Grid.over((-0.012, 0.005), (-0.012, 0.012), 34, 48)
+    x, y = grid.points()
+    with pytest.raises(PatchCutError, match=r"x_max: \d+ cells.*extend by about") as fault:
+        normal_contact(x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e5, grid=grid)
+    advice = float(str(fault.value).split("extend by about ")[1].split(" m")[0])
+    assert 2.2e-3 <= advice <= 22e-3
+    assert normal_contact(x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e5, grid=grid, cut=True).normal_force == pytest.approx(1e5)
+
+
+def test_window_that_cuts_the_patch_is_refused():
+    with pytest.raises(PatchCutError):
+        normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e5, window=((-0.02, 0.02), (-0.02, 0.003)))
+
+
+@pytest.mark.parametrize("window", [((1.0, -1.0), (-1.0, 1.0)), ((np.nan, 1.0), (-1.0, 1.0))])
+def test_impossible_windows_are_refused(window):
+    with pytest.raises(ContactInputError, match="window along x"):
+        normal_contact(lambda x, y: x**2 + y**2, STEEL, STEEL, load=1.0, window=window)
+
+
+@pytest.mark.parametrize("shape", [(0, 3), (3, -1)])
+def test_grid_without_cells_is_refused(shape):
+    with pytest.raises(ContactInputError, match="at least one"):
+        Grid.over((0, 1), (0, 1), *shape)
+
+
+def test_spin_per_millimetre_and_creepage_in_percent_are_caught():
+    """A spin of 0.5/m given as 500, a creepage of 120 % given as 120; a doubtful one is only warned of."""
+    with pytest.raises(ContactInputError, match="1/m"):
+        rolling_contact(solved(), STEEL, STEEL, 0.3, Creepage(spin=500.0))
+    with pytest.raises(ContactInputError, match="percent"):
+        rolling_contact(solved(), STEEL, STEEL, 0.3, Creepage(longitudinal=120.0))
+    assert "check the units" in rolling_contact(solved(), STEEL, STEEL, 0.3, Creepage(longitudinal=0.5)).warnings[-1]
+    assert rolling_contact(solved(), STEEL, STEEL, 0.3, Creepage(spin=3.0)).warnings == ()
+
+
+@pytest.mark.parametrize("friction", [-0.1, np.nan, np.inf])
+def test_impossible_friction_is_refused(friction):
+    with pytest.raises(ContactInputError, match="friction"):
+        rolling_contact(solved(), STEEL, STEEL, friction, Creepage(1e-3))
+
+
+def test_other_impossible_tangential_input_is_refused():
+    patch = solved()
+    with pytest.raises(ContactInputError, match="mu N = 30000 N"):
+        rolling_contact(patch, STEEL, STEEL, 0.3, force=(3e4, None))
+    with pytest.raises(ContactInputError, match="longer than the patch"):
+        shift_contact(patch, STEEL, STEEL, 0.3, Creepage(longitudinal=10.0))
+    with pytest.raises(ContactInputError, match="direction"):
+        rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3), direction=0)
+    with pytest.raises(ContactInputError, match="previous"):
+        shift_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-6), previous=patch)
+    with pytest.raises(ContactInputError, match="finite"):
+        rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(np.nan))

@@ -1,0 +1,48 @@
+"""The study's command runs; cost grows as it should; figures are drawn without a display."""
+import csv
+
+import numpy as np
+import pytest
+
+from bem import halfspace_study
+from bem.fastsim import elliptic_patch
+from bem.halfspace_tangential import rolling_contact
+from bem.material import STEEL
+from bem.patch import Creepage
+
+
+def test_study_writes_its_table_and_figures(tmp_path, monkeypatch):
+    monkeypatch.setattr(halfspace_study, "least_seconds", lambda action, budget=0: (1e-3, action()))
+    halfspace_study.main(["--out", str(tmp_path), "--quick"])
+    rows = list(csv.DictReader(open(tmp_path / "speed_error.csv")))
+    normal = [float(row["error"]) for row in rows if row["method"] == "normal"]
+    assert normal[0] > normal[1] and normal[1] < 1e-3
+    for name in ("speed_error.png", "creep_curves.png", "patch.png"):
+        assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
+
+
+def test_creep_curves_start_at_the_linear_theory_and_saturate():
+    curves = halfspace_study.creep_curves(22, 5)
+    for kind in ("longitudinal", "lateral"):
+        data = curves[kind]
+        assert data["full theory"][0] == 0 and (np.diff(data["full theory"]) > 0).all()
+        assert data["full theory"][-1] == pytest.approx(1, abs=0.02)
+        for method in ("full theory", "FASTSIM, parabolic", "FASTSIM, elliptic"):
+            assert (data[method] <= np.minimum(data["linear theory"] * 1.06, 1) + 1e-9).all(), (kind, method)
+
+
+def test_figure_of_a_patch_without_tractions(tmp_path):
+    elliptic_patch(5e-3, 4e-3, 1e4, (10, 10)).figure(str(tmp_path / "patch.png"))
+    assert (tmp_path / "patch.png").stat().st_size > 1000
+
+
+@pytest.mark.validate
+def test_rolling_costs_ten_times_less_than_contact_and_grows_more_slowly():
+    """CONTACT's 0.02, 0.17, 3.1, 92 s at 22, 44, 88, 176 cells (one thread of such a machine); growth as cells to 2.1 to 2.45."""
+    seconds = {}
+    for cells in (22, 44, 88, 176):
+        patch = elliptic_patch(7.16e-3, 5.39e-3, 1e5, (cells, cells))
+        seconds[cells] = halfspace_study.least_seconds(
+            lambda: rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3, 5e-4, 0.3), estimate=False), 2.0)[0]
+        assert seconds[cells] < halfspace_study.CONTACT_ROLLING[cells] / (10 if cells == 176 else 1), seconds
+    assert np.log(seconds[176] / seconds[44]) / np.log(16) < 1.6
