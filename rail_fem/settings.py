@@ -17,12 +17,12 @@ class FeSettings(Frozen):
 
     free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps")  # may differ from the run that is gone on with
 
-    element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 1.5e-3
+    element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 2.0e-3
     start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = 0.200
     end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the end")] = 0.560
     courant: Annotated[float, Quantity("", 0.05, 1.0, "time step over the critical step")] = 0.9
     penalty: Annotated[float, Quantity("", 1e-3, 1e3, "factor on the contact penalty stiffness (10 times an element layer's)")] = 1.0
-    hourglass: Annotated[float, Quantity("", 0, 1, "hourglass stiffness over lame + 2 shear")] = 0.05
+    hourglass: Annotated[float, Quantity("", 0, 1, "hourglass stiffness over 3.5 shear moduli")] = 0.01
     settle_time: Annotated[float, Quantity("ms", 0, 1000, "settling phase before the pass")] = 1.2e-3
     suspension: bool = Field(True, description="sprung mass and primary suspension")
     foundation: bool = Field(True, description="foundation spring and damper; off: fixed base")
