@@ -36,15 +36,15 @@ REST = 1e-4  # the contact carries the load within this part of it, and the kine
 
 
 class MirroredContact(Contact):
-    """Contact of bodies cut along symmetry planes: what it does to held directions is taken back."""
+    """Contact of bodies cut along symmetry planes: no force in directions that the planes hold, `held` (n_nodes, 3) bool of local nodes."""
 
     def __init__(self, structure: Structure, rail: Surface, wheel: Surface, settings: ContactSettings, held: np.ndarray):
         super().__init__(structure, rail, wheel, settings)
-        self.held = held
+        self.held = self._gather_all(np.where(held, 1.0, 0.0)) > 0.5
 
     def add_forces(self, dt: float) -> None:
         super().add_forces(dt)
-        self.structure.v.reshape(-1, 3)[self.held] = 0.0
+        self.force[self.held] = 0.0
 
 
 def keep_positive(mesh: HexMesh, axes: tuple[int, ...]) -> HexMesh:
