@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -64,7 +65,7 @@ def read_crossing(folder: Path) -> CrossingFields:
         region, strain = (np.asarray(mesh.cell_data_dict[name]["hexahedron"]).ravel() for name in ("region", "plastic_strain"))
     except KeyError as error:
         raise FieldsError(f"{path}: holds no {error.args[0]} on hexahedra; is it a field file of this program?") from None
-    except (meshio.ReadError, OSError, ValueError, SystemExit, SyntaxError) as error:  # a cut-off file fails in the XML reader
+    except (meshio.ReadError, OSError, ValueError, SystemExit, SyntaxError, zlib.error) as error:  # a cut-off file fails in the XML reader
         raise FieldsError(f"{path}: cannot be read ({type(error).__name__}: {error}); run the case again") from None
     crossing = region < REGIONS.index("wheel")
     if not crossing.any():
