@@ -82,12 +82,16 @@ def run(case: CaseArgument,
 
 @app.command()
 def show(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run")]) -> None:
-    """Say what a run found, or how far it is."""
+    """Say what a run found, or how far it is; draw its figures anew when it has ended."""
     from rail_fem.report import folder_report
 
     try:
         say(folder_report(folder))
-    except (FileNotFoundError, ValueError) as error:
+        if (folder / "result.json").is_file():
+            from rail_fem.show.figures import draw_run
+
+            say("\n".join(["figures", *(f"  {path}" for path in draw_run(folder))]))
+    except (FileNotFoundError, ValueError, OSError) as error:
         stop(str(error))
 
 

@@ -12,6 +12,7 @@ from rail_fem.feasible import run_faults
 from rail_fem.progress import Progress, mark_failed
 from rail_fem.report import result_report
 from rail_fem.result import PassResult
+from rail_fem.show.figures import draw_run
 from rail_fem.runfolder import RunFolderError, fingerprint, prepare_folder
 
 
@@ -59,6 +60,7 @@ def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: boo
         with _ending_on_request(), Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
             result: PassResult = ladder.solve(model, case.scene, settings, folder=folder, restart=goes_on, progress=progress)
             launcher.on_root(lambda: result.save(folder), OSError)
+            launcher.on_root(lambda: len(draw_run(folder)), OSError)
             say(result_report(result))
             if result.fault:
                 raise RunFailed(result.fault)

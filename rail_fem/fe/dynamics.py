@@ -6,6 +6,8 @@ at the new positions). Between steps the state is x and forces at one time, v ha
 
 from __future__ import annotations
 
+import time
+
 import numba
 import numpy as np
 from mpi4py import MPI
@@ -103,6 +105,7 @@ class Dynamics:
         self.works = np.zeros(3)
         self.contact_work, self.contact_normal, self.friction_work, self.drive_work = 0.0, 0.0, 0.0, 0.0
         self.time, self.step_count, self.dt = 0.0, 0, 0.0
+        self.kernel_time = 0.0  # wall time in the element kernels on this rank [s]
         self._give_group_velocities()
 
     # ---- step size
@@ -171,7 +174,9 @@ class Dynamics:
     def _forces(self, dt: float) -> None:
         s = self.structure
         s.force[:] = 0.0
+        clock = time.perf_counter()
         s.add_internal_force(dt)
+        self.kernel_time += time.perf_counter() - clock
         self.domain.sum_to_owner(s.force)
 
     # ---- what is known of it

@@ -71,6 +71,7 @@ def report_rows(facts: dict) -> list[Row]:
         Row("gap at the start", facts["first_gap"], f"meshes were {facts['first_gap'] * 1e6:+.1f} um apart on the rigid path; the wheel was moved by that much onto first touch", "reported", GOOD),
         judged("static load before the nose", abs(facts["static_error"]), f"mean force before the first transfer is {facts['static_error']:+.2%} off the static load", "< 2 %", 0.02, 0.10),
         Row("time step", facts["step"], f"{facts['step'] * 1e9:.1f} ns, {facts['step_ratio']:.2f} of the limit by Lanczos ({facts['limit'] * 1e9:.1f} ns); smallest element bound {facts['element_limit'] * 1e9:.1f} ns; re-checked {facts['rechecks']} times", "below the limit", GOOD),
+        Row("share of a step outside the element kernels", facts["outside"], f"{facts['outside']:.1%} (contact, supports, exchange, records, waiting for other ranks)", "reported", GOOD),
         Row("added mass", 0.0, "0 %: no mass scaling", "0 by default", GOOD),
         judged("chatter", facts["chatter"] if np.isfinite(facts["chatter"]) else 0.0, f"{facts['chatter']:.2%} of the force's variance above half the mesh frequency" + ("" if not facts["chatter"] > 0.01 else f"; try penalty = {facts['penalty_factor'] / 3:.2g}"), "< 1 %", 0.01, 0.10),
     ]  # fmt: skip

@@ -141,7 +141,7 @@ class Run:
         self.frames: list[tuple[float, str]] = []
         self.next_row, self.next_frame, self.rechecks = settings.history_interval, 0.0, 0
         self.most_penalty, self.static_force, self.static_approach = 0.0, [], float("nan")
-        self.loop_time = self.kernel_time = 0.0
+        self.loop_time = self.timed = 0.0  # in the steps of the whole run, and since this process began [s]
         self.last_checkpoint = time.perf_counter()
 
     # ---- restart
@@ -188,7 +188,9 @@ class Run:
             self._report()
         if d.step_count % LIMIT_EVERY == 0:
             self._recheck_step()
-        self.loop_time += time.perf_counter() - clock
+        spent = time.perf_counter() - clock
+        self.loop_time += spent
+        self.timed += spent
         if d.time >= self.next_frame:
             self._next_frame()
         if d.step_count % CHECK_EVERY == 0 and self._checkpoint_due():
@@ -304,6 +306,7 @@ class Run:
             "rechecks": self.rechecks,
             "chatter": trust.chatter_share(history, self.scene.speed, self.settings.element_size, settled) if len(history["time"]) > 3 else float("nan"),
             "penalty_factor": self.settings.penalty,
+            "outside": 1.0 - self.comm.allreduce(d.kernel_time) / self.comm.size / max(self.timed, 1e-9),
         }
 
     def _zone_hourglass(self) -> float:
