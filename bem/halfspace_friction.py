@@ -22,8 +22,6 @@ from scipy import fft
 from bem.halfspace_influence import Pair, kernel_spectrum, padded_shape
 from bem.patch import Grid
 
-# lambda = factor * (largest entry of the spectrum) / nx^(1/4) in rolling, / nx^(1/2) in a shift: measured, least iterations
-# over creepages from pure stick to pure sliding at 22, 88 and 352 cells
 _STEP_ROLLING = 1.4
 _STEP_SHIFT = 0.9
 _RELAXATION = 1.5
@@ -95,8 +93,7 @@ def solve_friction(operator: TangentialOperator, rigid_slip: np.ndarray, bound: 
     if not (bound > 0).any():
         zero = np.zeros_like(rigid_slip)
         return FrictionSolution(zero, rigid_slip * (bound > 0), np.zeros(bound.shape, bool), np.zeros(2), 0, 0.0)
-    shift = operator.magnitude * (_STEP_ROLLING / operator.grid.nx**0.25 if operator.rolling
-                                  else _STEP_SHIFT / operator.grid.nx**0.5)
+    shift = operator.magnitude * _step_factor(operator.grid, operator.rolling)
     state = _start(operator, rigid_slip, start, shift)
     inverse = operator.inverse(shift)
     uniform = _UniformSlip(operator, bound, force, inverse)
@@ -115,6 +112,15 @@ def solve_friction(operator: TangentialOperator, rigid_slip: np.ndarray, bound: 
             break
     slip = (operator.product(traction) + rigid_slip + uniform.slip[:, None, None]) * (bound > 0)
     return FrictionSolution(traction, slip, stick, uniform.slip, iteration, float(residual))
+
+
+def _step_factor(grid: Grid, rolling: bool) -> float:
+    """lambda over the largest entry of the spectrum: measured least number of iterations, over creepages from pure stick to
+    pure sliding, 22 to 352 cells, cells from 1:10 to 50:1."""
+    aspect = grid.dx / grid.dy
+    if rolling:
+        return _STEP_ROLLING / grid.nx**0.25 * (2 / (1 + aspect)) ** 0.5
+    return _STEP_SHIFT / grid.nx**0.5 / max(aspect, 1 / aspect) ** 0.3
 
 
 class _UniformSlip:

@@ -9,7 +9,7 @@ Polynomial identities and the leading edge's condition at degree + 1 points give
     Fx = -G c^2 C11 xi,  Fy = -G c^2 C22 eta - G c^3 C23 phi,  Mz = G c^3 C23 eta - G c^4 C33 phi,  c^2 = a b
 Error at degree 10: 3e-4 in C11 and C22, 6e-4 in C23, 1e-3 in C33 (tests/bem/test_kalker.py); a third of that at 14.
 Source: Kalker, On the rolling contact of two elastic bodies (1967); Kalker (1990), Appendix E, Table E3, whose rows
-are met to the digits printed for 0.2 <= a/b <= 5 and to 1.5 % beyond.
+are met to 0.8 %, at a/b = 10 to 1.5 % (they were computed with few terms).
 """
 from __future__ import annotations
 
