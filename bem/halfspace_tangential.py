@@ -129,7 +129,8 @@ def _flip(field: np.ndarray) -> np.ndarray:
 def _mirrored(problem: _Problem) -> _Problem:
     grid, motion = problem.grid, problem.motion
     x_force = None if problem.force[0] is None else -problem.force[0]
-    return replace(problem, grid=replace(grid, x_first=-grid.x[-1]), gap=None if problem.gap is None else problem.gap[::-1], pressure=problem.pressure[::-1],
+    gap = None if problem.gap is None else problem.gap[::-1]
+    return replace(problem, grid=replace(grid, x_first=-grid.x[-1]), gap=gap, pressure=problem.pressure[::-1],
                    motion=Creepage(-motion.longitudinal, motion.lateral, -motion.spin), force=(x_force, problem.force[1]))
 
 
