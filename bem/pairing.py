@@ -15,6 +15,9 @@ from bem.mesh import BoundaryMesh
 from bem.outline import Outline
 
 
+BEHIND = 0.1  # deepest overlap over the reach: farther behind a point of the slave, a master's face is beyond the slave's own body
+
+
 class PairingError(ValueError):
     """Two faces that do not face each other anywhere."""
 
@@ -29,11 +32,12 @@ class Feet:
     gap: np.ndarray
 
 
-def meet(points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.ndarray, reach: float) -> Feet:
+def meet(points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.ndarray, reach: float,
+         behind: float = 1.0) -> Feet:
     """Nearest meeting, ahead or behind, of lines through points (m, 2) along unit normals with segments (k, 2) that face them.
 
     A segment faces a normal when its own outward side (the right of begin to end) looks against it.
-    Meetings farther than `reach` [m] do not count.
+    Meetings farther than `reach` [m] ahead, or `behind` times that behind, do not count.
     """
     step = end - begin
     outward = np.column_stack([step[:, 1], -step[:, 0]])
@@ -46,7 +50,7 @@ def meet(points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.nda
         fraction = -across / travel
         gap = (away_x + fraction * step[:, 0]) * normals[:, :1] + (away_y + fraction * step[:, 1]) * normals[:, 1:]
         slack = 1e-9
-        met = (slope < 0) & (fraction >= -slack) & (fraction <= 1 + slack) & (np.abs(gap) <= reach)
+        met = (slope < 0) & (fraction >= -slack) & (fraction <= 1 + slack) & (gap <= reach) & (gap >= -behind * reach)
     distance = np.where(met, np.abs(gap), np.inf)
     best = np.argmin(distance, axis=1)
     row = np.arange(len(points))
@@ -54,17 +58,18 @@ def meet(points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.nda
     return Feet(found, best, np.clip(np.where(found, fraction[row, best], 0.0), 0, 1), np.where(found, gap[row, best], np.inf))
 
 
-def smooth_gap(points: np.ndarray, normals: np.ndarray, curves: list[Curve], reach: float) -> np.ndarray:
+def smooth_gap(points: np.ndarray, normals: np.ndarray, curves: list[Curve], reach: float, behind: float = 1.0) -> np.ndarray:
     """Gap (m,) [m] along the normals to smooth curves; inf where none is met within `reach` [m]."""
-    return smooth_feet(points, normals, curves, reach)[0]
+    return smooth_feet(points, normals, curves, reach, behind)[0]
 
 
-def smooth_feet(points: np.ndarray, normals: np.ndarray, curves: list[Curve], reach: float) -> tuple[np.ndarray, np.ndarray]:
+def smooth_feet(points: np.ndarray, normals: np.ndarray, curves: list[Curve], reach: float,
+                behind: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Gap (m,) [m] along the normals to smooth curves, inf where none is met, and the curves' outward normals there (m, 2)."""
     parameter = [np.unique(np.r_[c.knots, np.linspace(0, c.length, 65)]) for c in curves]
     samples = [c.at(s) for c, s in zip(curves, parameter)]
     owner = np.concatenate([np.full(len(s) - 1, k) for k, s in enumerate(parameter)])
-    feet = meet(points, normals, np.vstack([s[:-1] for s in samples]), np.vstack([s[1:] for s in samples]), reach)
+    feet = meet(points, normals, np.vstack([s[:-1] for s in samples]), np.vstack([s[1:] for s in samples]), reach, behind)
     low, high = np.concatenate([s[:-1] for s in parameter]), np.concatenate([s[1:] for s in parameter])
     s = low[feet.segment] + feet.fraction * (high - low)[feet.segment]
     gap, outward = feet.gap.copy(), -normals
@@ -174,8 +179,8 @@ def pair(slave: BoundaryMesh, slave_face: str, master: BoundaryMesh, master_face
     chain = _Chain(master, master_face)
     begin, end = chain.vertices()
     candidates = slave.of_edge(slave_face)
-    feet = meet(slave.middles[candidates], slave.normals[candidates], begin, end, reach)
-    gap, facing = smooth_feet(slave.middles[candidates], slave.normals[candidates], master_outline.edge_curves(master_face), reach)
+    feet = meet(slave.middles[candidates], slave.normals[candidates], begin, end, reach, BEHIND)
+    gap, facing = smooth_feet(slave.middles[candidates], slave.normals[candidates], master_outline.edge_curves(master_face), reach, BEHIND)
     normals = share * slave.normals[candidates] - (1 - share) * facing
     normals /= np.hypot(*normals.T)[:, None]
     chosen = feet.found & np.isfinite(gap)
@@ -197,12 +202,12 @@ def _element_feet(slave: BoundaryMesh, nodes: np.ndarray, chain: _Chain, begin: 
     carries[nodes] = True
     used = np.flatnonzero(carries[slave.first] | carries[slave.last])
     for side, vertex, density in ((0, used, slave.first[used]), (1, slave.following[used], slave.last[used])):
-        feet = meet(slave.vertices[vertex], slave.normals[density], begin, end, reach)
+        feet = meet(slave.vertices[vertex], slave.normals[density], begin, end, reach, BEHIND)
         along = chain.begin[feet.segment] + feet.fraction * (chain.end - chain.begin)[feet.segment]
         place[used, side] = np.where(feet.found, along, np.nan)
     inner = np.isnan(place[used]).all(axis=1)                  # a node met the master though neither end of its element did
     for e in used[inner]:
-        feet = meet(slave.middles[[slave.first[e], slave.last[e]]], slave.normals[[slave.first[e], slave.last[e]]], begin, end, reach)
+        feet = meet(slave.middles[[slave.first[e], slave.last[e]]], slave.normals[[slave.first[e], slave.last[e]]], begin, end, reach, BEHIND)
         hit = feet.found
         place[e] = np.mean((chain.begin[feet.segment] + feet.fraction * (chain.end - chain.begin)[feet.segment])[hit]) if hit.any() else np.nan
     return place

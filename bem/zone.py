@@ -17,7 +17,7 @@ from bem.kelvin import displacement_integrals
 from bem.material import contact_modulus
 from bem.mesh import BoundaryMesh, Sizing, Zone, mesh_outline
 from bem.outline import CORNER, Outline
-from bem.pairing import PairingError, smooth_gap
+from bem.pairing import BEHIND, PairingError, smooth_gap
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def _half_plane_system(mesh: BoundaryMesh, nodes: np.ndarray, gap: np.ndarray, m
 def _estimate_once(master: Body, slave: Body, drive: Drive, friction: float, size, reach: float) -> list[EstimatedPatch]:
     mesh = mesh_outline(slave.outline, size)
     nodes = mesh.of_edge(slave.face)
-    gap = smooth_gap(mesh.middles[nodes], mesh.normals[nodes], master.outline.edge_curves(master.face), reach)
+    gap = smooth_gap(mesh.middles[nodes], mesh.normals[nodes], master.outline.edge_curves(master.face), reach, BEHIND)
     nodes, gap = nodes[np.isfinite(gap)], gap[np.isfinite(gap)]
     if len(nodes) < 2:
         raise PairingError(f"the slave's face {slave.face!r} does not look at the master's {master.face!r} within {reach:g} m: "
