@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import platform
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -109,14 +110,15 @@ def memory_rows(sizes: Sizes) -> list[Row]:
 
 
 def machine_words() -> str:
-    """Processor and versions in one line."""
+    """Processor, how busy it is already, and versions, in one line."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
         model = next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     except (OSError, StopIteration):
         model = platform.processor() or "unknown processor"
     found = versions()
-    return ", ".join([model, platform.platform(), *(f"{name} {found[name]}" for name in ("python", "numpy", "numba", "dolfinx"))])
+    busy = f"{os.cpu_count()} cores with a load of {os.getloadavg()[0]:.1f} before the start (comparisons of ranks need idle cores)"
+    return ", ".join([model, busy, platform.platform(), *(f"{name} {found[name]}" for name in ("python", "numpy", "numba", "dolfinx"))])
 
 
 def markdown(rows: list[Row], machine: str) -> str:
@@ -144,10 +146,10 @@ def main(
     if unknown:
         raise typer.BadParameter(f"{', '.join(unknown)}: the suffix must be .md or .json")
     sizes = SMOKE if smoke_requested() else Sizes()
+    machine = machine_words()
     logging.disable(logging.INFO)  # the compiler's own account of the assembled forms
     rows = (rank_rows(ranks, sizes) if ranks > 1 else []) + memory_rows(sizes)  # before the kernels: they import MPI, and mpirun fails in a program that has
     rows = kernel_rows(sizes) + rows
-    machine = machine_words()
     for path in out:
         save(path, rows, machine)
     print(markdown(rows, machine), end="")
