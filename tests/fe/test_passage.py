@@ -1,0 +1,59 @@
+"""The pass of a scene: the same on any number of ranks, and after a restart."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rail_fem.launcher import mpi_command
+
+JOB = Path(__file__).with_name("passage_job.py")
+STEPS = 160
+
+
+def run_job(ranks: int, *arguments: str) -> dict:
+    done = subprocess.run(
+        [*mpi_command(ranks), sys.executable, "-m", "mpi4py", str(JOB), str(STEPS), *arguments], capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
+    return json.loads(lines[-1]) if lines else {}
+
+
+@pytest.fixture(scope="module")
+def one_rank(tmp_path_factory) -> dict:
+    return run_job(1, str(tmp_path_factory.mktemp("pass") / "one"))
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_pass_is_the_same_on_any_number_of_ranks(one_rank, ranks):
+    """Sums in another order: round-off, which a pass of 160 steps does not amplify beyond 1e-10."""
+    found = run_job(ranks)
+    assert max(one_rank["force"]) > 1e3
+    for name in ("force", "wheel_height", "energy_plastic", "energy_hourglass"):
+        exact = np.array(one_rank[name])
+        assert np.abs(np.array(found[name]) - exact).max() <= 1e-10 * max(np.abs(exact).max(), 1e-12), name
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_restart_is_bitwise_the_same(one_rank, tmp_path, ranks):
+    """Cut off half way after a restart file, gone on with: every column of the history to the last bit."""
+    whole = one_rank if ranks == 1 else run_job(ranks, str(tmp_path / "whole"))
+    assert run_job(ranks, str(tmp_path / "cut"), "cut") == {}
+    assert run_job(ranks, str(tmp_path / "cut"), "restart")["digest"] == whole["digest"]
+
+
+def test_restart_on_another_number_of_ranks_goes_on(one_rank, tmp_path):
+    run_job(2, str(tmp_path / "cut"), "cut")
+    found = run_job(1, str(tmp_path / "cut"), "restart")
+    assert np.allclose(found["force"], one_rank["force"], rtol=1e-9, atol=1e-4)
+
+
+def test_energy_is_in_balance_over_the_first_contact(one_rank):
+    """The bodies' balance with the contact's: within 1 % of the plastic and elastic work of touching down."""
+    balance = np.array(one_rank["energy_balance"])
+    assert np.ptp(balance) < 0.05  # J, of 3 kJ in the springs
