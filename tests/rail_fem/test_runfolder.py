@@ -7,7 +7,7 @@ from rail_fem.runfolder import MARK, RunFolderError, fingerprint, prepare_folder
 from rail_fem.settings import FeSettings
 from tests.rail_fem.test_scene import make_scene
 
-CASE = fingerprint("fe_full", make_scene(), FeSettings())
+CASE = fingerprint("fe_full", make_scene(), FeSettings(element_size="1.5 mm"))
 
 
 def test_new_and_empty_folders_start_afresh(tmp_path):
@@ -41,7 +41,7 @@ def test_restart_of_another_case_names_what_differs(tmp_path):
 
 def test_restart_may_change_how_often_it_saves_and_where_it_stops(tmp_path):
     prepare_folder(tmp_path, CASE)
-    assert prepare_folder(tmp_path, fingerprint("fe_full", make_scene(), FeSettings(max_steps=7, checkpoint_interval="5 s")), restart=True)
+    assert prepare_folder(tmp_path, fingerprint("fe_full", make_scene(), FeSettings(element_size="1.5 mm", max_steps=7, checkpoint_interval="5 s")), restart=True)
 
 
 @pytest.mark.parametrize("options", [{}, {"restart": True}, {"overwrite": True}])
