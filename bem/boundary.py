@@ -106,8 +106,8 @@ class BoundaryProblem:
         n = self.mesh.densities
         check_memory(2 * n + 5, self.memory_limit)
         if self.material.poisson > _HOLLOW_POISSON and (self.mesh.infinite or self.mesh.loops > 1):
-            raise MaterialError(f"Poisson's ratio {self.material.poisson} of a body with a hole: the fictitious material in the hole cannot "
-                                f"change its area, and errors grow as 1/(1 - 2 nu); stay below {_HOLLOW_POISSON}")
+            raise MaterialError(f"Poisson's ratio {self.material.poisson} of a body with a hole: the fictitious material in the hole "
+                                f"cannot change its area, and errors grow as 1/(1 - 2 nu); stay below {_HOLLOW_POISSON}")
         self.center = self.mesh.vertices.mean(axis=0)
         self.size = np.ptp(self.mesh.vertices, axis=0).max()
         self._mask = np.r_[self.held[:, 0], self.held[:, 1]]
@@ -176,7 +176,8 @@ class BoundaryProblem:
         if np.abs(left).max() > _BALANCE * whole:
             force_x, force_y, moment = self.free @ left
             raise EquilibriumError(f"nothing holds the body against its loads: force ({force_x:.4g}, {force_y:.4g}) N/m, moment "
-                                   f"{moment * self.size:.4g} N about {tuple(np.round(self.center, 6))} m; hold an edge or balance the loads")
+                                   f"{moment * self.size:.4g} N about {tuple(np.round(self.center, 6))} m; hold an edge or balance "
+                                   "the loads")
 
 
 @dataclass(frozen=True)

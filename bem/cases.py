@@ -7,7 +7,7 @@ behind the mean line of contact; E 210 GPa, nu 0.3; plane strain; 10 kN per mm o
 |---|---|---|
 | non_conformal | convex arc, radius 100 mm | convex arc, radius 400 mm |
 | conformal | convex arc, radius 70 mm | concave arc, radius 80 mm |
-| two_point | convex arc, radius 100 mm | two convex arcs of radius 60 mm with crowns at -8 and 8 mm, joined by a parabola over the middle 2 mm |
+| two_point | convex arc, radius 100 mm | two convex arcs, radius 60 mm, crowns at -8 and 8 mm, a parabola over the middle 2 mm |
 """
 from __future__ import annotations
 

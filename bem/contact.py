@@ -141,8 +141,8 @@ def _refuse_apart(fixed: Body, moving: Body, drive: Drive, way: np.ndarray, reac
     """Say why a load never brings the bodies together."""
     if nearest_places(fixed, moving, -way, reach):
         raise LoadError(_PULLS.format(*np.nan_to_num(drive.load)))
-    raise PairingError(f"moved along ({way[0]:.3g}, {way[1]:.3g}) the faces {moving.face!r} and {fixed.face!r} never meet within {reach:g} m: "
-                       "check positions and the direction, or raise reach")
+    raise PairingError(f"moved along ({way[0]:.3g}, {way[1]:.3g}) the faces {moving.face!r} and {fixed.face!r} never meet within "
+                       f"{reach:g} m: check positions and the direction, or raise reach")
 
 
 def solve_contact(fixed: Body, moving: Body, drive: Drive | Sequence[Drive], friction: float = 0.0,
@@ -180,14 +180,16 @@ def _solve_on_mesh(fixed, moving, drives, friction, settings, patches, reach, cl
     carrier = "fixed" if fixed.material.plane_modulus < 0.999 * moving.material.plane_modulus else "moving"
     sizes = [settings.size or element_size(p.half_width, settings.accuracy) for p in patches]
     meshes = []
-    for body, ratio in ((fixed, 1.0), (moving, settings.other_ratio)) if carrier == "fixed" else ((fixed, settings.other_ratio), (moving, 1.0)):
+    for name, body in (("fixed", fixed), ("moving", moving)):
+        ratio = 1.0 if name == carrier else settings.other_ratio
         wanted = sizing(body.outline, patches, [s * ratio for s in sizes], settings.coarse * body.outline.size, settings.growth)
         meshes.append(mesh_outline(body.outline, wanted))
     ticks.append(time.perf_counter())
     pillar, mover = (CondensedBody(body, mesh, settings.memory_limit) for body, mesh in zip((fixed, moving), meshes))
     ticks.append(time.perf_counter())
     slave, master = (mover, pillar) if carrier == "moving" else (pillar, mover)
-    interface = pair(slave.mesh, slave.body.face, master.mesh, master.body.face, master.body.outline, reach, _share(slave.body, master.body))
+    interface = pair(slave.mesh, slave.body.face, master.mesh, master.body.face, master.body.outline, reach,
+                     _share(slave.body, master.body))
     system = contact_system(interface, slave, master, 1 if carrier == "moving" else -1)
     ticks.append(time.perf_counter())
     start = np.full(system.nodes, OPEN)

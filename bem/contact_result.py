@@ -128,7 +128,8 @@ def trust_warnings(result: ContactResult) -> list[str]:
             notes.append(f"the patch at {tuple(np.round(patch.begin, 6))} m has {len(patch.nodes)} nodes: below 6 its pressure is rough; "
                          "ask for a smaller size")
     if result.interface.gap.min() < -1e-9:
-        notes.append(f"the bodies overlap by {-result.interface.gap.min():.4g} m as placed: with a motion prescribed, that presses them too")
+        notes.append(f"the bodies overlap by {-result.interface.gap.min():.4g} m as placed: with a motion prescribed, that presses "
+                     "them too")
     young = min(result.fixed.body.material.young, result.moving.body.material.young)
     if last.pressure.max() > 0.05 * young:
         notes.append(f"largest pressure {last.pressure.max():.3g} Pa is {last.pressure.max() / young:.2g} of Young's modulus: "

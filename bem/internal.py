@@ -68,7 +68,8 @@ def _inside_displacement(solution: BoundarySolution, points: np.ndarray, located
 
 def _displacement(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
     mesh, w = solution.mesh, solution.density[:, 0] + 1j * solution.density[:, 1]
-    moved = displacement_sums(points[:, 0] + 1j * points[:, 1], mesh.start, mesh.end, w[mesh.first], w[mesh.last], solution.material.kolosov)
+    z = points[:, 0] + 1j * points[:, 1]
+    moved = displacement_sums(z, mesh.start, mesh.end, w[mesh.first], w[mesh.last], solution.material.kolosov)
     total = np.column_stack([moved.real, moved.imag]) / (2 * solution.material.shear) + solution.shift
     total += solution.rotation * np.column_stack([-points[:, 1], points[:, 0]])
     for load in solution.loads:

@@ -207,7 +207,8 @@ def _element_feet(slave: BoundaryMesh, nodes: np.ndarray, chain: _Chain, begin: 
         place[used, side] = np.where(feet.found, along, np.nan)
     inner = np.isnan(place[used]).all(axis=1)                  # a node met the master though neither end of its element did
     for e in used[inner]:
-        feet = meet(slave.middles[[slave.first[e], slave.last[e]]], slave.normals[[slave.first[e], slave.last[e]]], begin, end, reach, BEHIND)
-        hit = feet.found
-        place[e] = np.mean((chain.begin[feet.segment] + feet.fraction * (chain.end - chain.begin)[feet.segment])[hit]) if hit.any() else np.nan
+        both = [slave.first[e], slave.last[e]]
+        feet = meet(slave.middles[both], slave.normals[both], begin, end, reach, BEHIND)
+        along = chain.begin[feet.segment] + feet.fraction * (chain.end - chain.begin)[feet.segment]
+        place[e] = along[feet.found].mean() if feet.found.any() else np.nan
     return place

@@ -1,9 +1,9 @@
 """Where two bodies will touch: the contact zone, found before the boundary elements are laid.
 
-The slave's face is sampled; gaps to the master are measured between the smooth profiles; the contact of half-planes
-(logarithmic compliance along the face) is solved under the wanted load; with friction nothing slides in it. The samples are then laid anew, fine where that
-contact is, until each patch holds a dozen of them. The estimate sets only element sizes: the boundary elements solve for
-contact anywhere on the face, and a patch found outside the fine mesh is refined and solved again.
+The slave's face is sampled; gaps to the master are measured between the smooth profiles; the contact of half-planes (logarithmic
+compliance along the face) is solved under the wanted load; with friction nothing slides in it. The samples are then laid anew,
+fine where that contact is, until each patch holds a dozen of them. The estimate sets only element sizes: the boundary elements
+solve for contact anywhere on the face, and a patch found outside the fine mesh is refined and solved again.
 """
 from __future__ import annotations
 
