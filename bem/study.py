@@ -7,7 +7,7 @@
                                                      between, in one frame; the lower is fixed, the upper is pressed down [N/m]
     RAIL_FEM_SMOKE=1                                 three sizes each: the same paths in seconds
 
-Times are processor time, the least of three runs. The thesis' counterparts: Figs. 5-10, 5-12, 5-14 and 5-20 (convergence), Table 5-4 (time).
+Times are processor time, the least of three runs. The thesis' counterparts: Figs. 5-10, 5-12, 5-14, 5-20 and Table 5-4.
 """
 from __future__ import annotations
 
