@@ -40,7 +40,7 @@ class SectionCurve:
         angle = np.unwrap(np.arctan2(edge[:, 1], edge[:, 0]))
         return np.interp(arc, (self.arc[1:] + self.arc[:-1]) / 2, angle)
 
-    def band_arcs(self, band: tuple[float, float], what: str, steepest: float = np.radians(70)) -> tuple[float, float]:
+    def band_arcs(self, band: tuple[float, float], what: str, steepest: float = np.radians(45)) -> tuple[float, float]:
         """Arc lengths [m] between which the outline is seen from above within a lateral band (y0, y1) [m].
 
         The part not steeper than `steepest` [rad] that lies highest in the band; where the band reaches over an edge it

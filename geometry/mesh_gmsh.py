@@ -13,11 +13,12 @@ BLOSSOM = 1
 ATTEMPTS = [(algorithm, factor) for factor in (1.0, 0.8, 1.25) for algorithm in (FRONTAL_QUADS, FRONTAL_DELAUNAY, DELAUNAY)]
 
 
-def fill_with_quads(polygon: np.ndarray, largest: float) -> tuple[np.ndarray, np.ndarray]:
+def fill_with_quads(polygon: np.ndarray, largest: float, angles: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Quadrilaterals that fill a simple polygon, sized by its edges and graded between them.
 
     polygon : (n, 2) corners anticlockwise, n even; they become the first n nodes and no other node lies on the boundary
-    largest : largest size inside [same unit as polygon]
+    largest : largest size inside [same unit as polygon];  angles : (s, n) inner angles [rad] at the corners, where the polygon takes
+    s shapes that the mesh must follow; its own if None
     Returns nodes (m, 2) and quads (k, 4) anticlockwise. Gmsh may leave triangles; so every second corner is tried too,
     with each triangle and quad then cut in three or four quads. The best of all attempts by `badness` is taken.
     Raises MeshError where the polygon crosses itself or nothing succeeds.
@@ -38,7 +39,8 @@ def fill_with_quads(polygon: np.ndarray, largest: float) -> tuple[np.ndarray, np
     found = [mesh for mesh in found if len(mesh[1])]
     if not found:
         raise MeshError(f"Gmsh found no quadrilaterals in a polygon of {len(polygon)} edges near {polygon.mean(axis=0) * 1e3} mm; change the element sizes or the band a little")
-    return min(found, key=lambda mesh: badness(*mesh, len(polygon)))
+    angles = inner_angles(polygon)[None] if angles is None else angles
+    return min(found, key=lambda mesh: badness(*mesh, angles))
 
 
 def _subdivided(polygon, first, points, triangles, quads):
@@ -61,17 +63,23 @@ def _subdivided(polygon, first, points, triangles, quads):
     return np.array(new), np.array(result, dtype=int).reshape(-1, 4)
 
 
-def badness(points: np.ndarray, quads: np.ndarray, boundary: int) -> float:
+def badness(points: np.ndarray, quads: np.ndarray, angles: np.ndarray) -> float:
     """How far a quad mesh is from a regular one by its connections alone, which no smoothing can mend.
 
-    Each node's angle (2 pi inside, the polygon's own on its `boundary` first nodes) shared among its quads should be a
-    right angle; the sixth powers of the deviations [rad] are summed, so that a flat corner (15) outweighs many others.
+    Each node's angle (2 pi inside, angles (s, n) [rad] in s shapes of the boundary on its n first nodes) shared among its
+    quads should be a right angle; the sixth powers of the worst deviations are summed: a flat corner (15) outweighs many others.
     """
-    angle = np.full(len(points), 2 * np.pi)
-    after, before = np.roll(points[:boundary], -1, axis=0) - points[:boundary], np.roll(points[:boundary], 1, axis=0) - points[:boundary]
-    angle[:boundary] = np.mod(np.arctan2(np.cross(after, before), np.einsum("ij,ij->i", after, before)), 2 * np.pi)
-    count = np.bincount(quads.ravel(), minlength=len(points))
-    return float(((angle / np.maximum(count, 1) - np.pi / 2) ** 6).sum())
+    count = np.maximum(np.bincount(quads.ravel(), minlength=len(points)), 1)
+    boundary = angles.shape[1]
+    deviation = np.abs(2 * np.pi / count - np.pi / 2)
+    deviation[:boundary] = np.abs(angles / count[:boundary] - np.pi / 2).max(axis=0)
+    return float((deviation**6).sum())
+
+
+def inner_angles(polygon: np.ndarray) -> np.ndarray:
+    """Inner angle (n,) [rad] at each corner of an anticlockwise polygon (n, 2)."""
+    after, before = np.roll(polygon, -1, axis=0) - polygon, np.roll(polygon, 1, axis=0) - polygon
+    return np.mod(np.arctan2(np.cross(after, before), np.einsum("ij,ij->i", after, before)), 2 * np.pi)
 
 
 def _check_simple(polygon):

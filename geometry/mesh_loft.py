@@ -7,13 +7,16 @@ import numpy as np
 
 from geometry.mesh import HexMesh, MeshError, merge_bodies
 from geometry.mesh_axis import graded_line
-from geometry.mesh_band import lay_out_band
-from geometry.mesh_curve import SectionCurve, cut_at_base
-from geometry.mesh_morph import ElasticMorph
+from geometry.mesh_band import column_count, lateral_columns, lateral_length, steady_band
+from geometry.mesh_carry import carry_section
+from geometry.mesh_curve import cut_at_base
+from geometry.mesh_match import feature_lengths, outline_arcs
 from geometry.mesh_quality import check_shapes
-from geometry.mesh_section import TRIPLE_LIMIT, QuadSection, SectionSizes, depth_steps, mesh_section, place_strip_middles, ring_width
+from geometry.mesh_section import FLAT_CORNER, TRIPLE_LIMIT, SectionSizes, depth_steps, mesh_section, ring_width
 from geometry.mesh_sweep import sweep
 
+SAMPLES = 25  # sections at which the mesh of one is judged before it is carried to all
+REFERENCES = (0.5, 0.15, 0.85, 0.0, 0.3, 0.7, 1.0)  # places in the fine range, one of which is meshed
 Band = tuple[float, float] | Callable[[float], tuple[float, float]]
 
 
@@ -73,9 +76,8 @@ def _mesh_body(name, body, section_at, spec):
     is_fine = (x > body.fine_x[0] - 1e-9) & (x < body.fine_x[1] + 1e-9)
     sizes = SectionSizes(spec.element_size, body.fine_depth, body.coarse, spec.growth, triple_ring=3 * spec.element_size <= TRIPLE_LIMIT * body.coarse)
     columns = _columns(name, body, x, curves, is_fine, sizes)
-    middle = np.flatnonzero(is_fine)[is_fine.sum() // 2]
-    section = mesh_section(curves[middle], [columns[middle]], sizes)
-    flat = carry_section(section, curves, columns, middle, ring_width(sizes))
+    reference, section = _reference_section(curves, columns, np.flatnonzero(is_fine), sizes)
+    flat = carry_section(section, curves, columns, reference, ring_width(sizes))
     positions = np.concatenate([np.broadcast_to(x[:, None, None], flat.shape[:2] + (1,)), flat], axis=2)
     mesh = sweep(section, positions, name)
     check_shapes(mesh, "the section changes too much along x_range; shorten it, move the band off a corner, or change the element size")
@@ -112,58 +114,47 @@ def _curve(section_at, x, base, name):
 
 def _columns(name, body, x, curves, is_fine, sizes):
     """Arc lengths of the fine block's columns at every station: (stations, columns)."""
-    fine = np.flatnonzero(is_fine)
-    arcs = {i: curves[i].band_arcs(body.band_at(x[i]), f"the {name}'s band at x = {x[i] * 1e3:.1f} mm") for i in fine}
-    sample = fine[np.unique(np.linspace(0, len(fine) - 1, 15).round().astype(int))]
-    layout = lay_out_band([curves[i] for i in sample], [arcs[i] for i in sample], sizes.fine, ring_width(sizes),
-                          2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, f"the {name}'s band")
-    columns = np.array([layout.columns(curves[i], *arcs[i]) for i in fine])
+    fine, what = np.flatnonzero(is_fine), f"the {name}'s band"
+    arcs = [curves[i].band_arcs(body.band_at(x[i]), f"{what} at x = {x[i] * 1e3:.1f} mm") for i in fine]
+    top = [curves[i].band_arcs((-np.inf, np.inf), what) for i in fine]
+    band, top = (np.array([curves[i].at(ends)[:, 0] for i, ends in zip(fine, part)]) for part in (arcs, top))
+    arcs = [curves[i].band_arcs(tuple(ends), what) for i, ends in zip(fine, steady_band(x[fine], band, top))]
+    widths = np.array([lateral_length(curves[i], np.linspace(*ends, 200))[-1] for i, ends in zip(fine, arcs)])
+    count = column_count(widths, sizes.fine, 2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, what)
+    columns = np.array([lateral_columns(curves[i], *ends, count) for i, ends in zip(fine, arcs)])
     before, after = ([_same_features(curves[end], column, curve) for curve in part]
                      for end, column, part in ((fine[0], columns[0], curves[:fine[0]]), (fine[-1], columns[-1], curves[fine[-1] + 1:])))
     return np.array([*before, *columns, *after])
 
 
+def _reference_section(curves, columns, fine, sizes):
+    """The station that is meshed and its mesh: the middle of the fine range, or another one if corners would be flat elsewhere."""
+    found, faults = [], []
+    for share in REFERENCES:
+        station = fine[int(share * (len(fine) - 1))]
+        try:
+            section = mesh_section(curves[station], [columns[station]], sizes, _elsewhere(curves, columns, station, sizes))
+        except MeshError as fault:
+            faults.append(fault)
+            continue
+        found.append((section.badness, station, section))
+        if section.badness < FLAT_CORNER:
+            break
+    if not found:
+        raise faults[0]
+    return min(found, key=lambda trial: trial[0])[1:]
+
+
+def _elsewhere(curves, columns, reference, sizes):
+    """Where the reference outline's arc lengths go on some of the other sections."""
+    features = feature_lengths(curves)
+
+    def place(i):
+        return lambda arcs: curves[i].at(outline_arcs(arcs, features, (curves[reference], columns[reference]), (curves[i], columns[i]), ring_width(sizes)))
+
+    return [place(i) for i in np.unique(np.linspace(0, len(curves) - 1, SAMPLES).round().astype(int))]
+
+
 def _same_features(curve, arcs, other):
     """Arc lengths on another section of the features at `arcs` (k,) on `curve`: how the block goes on outside the fine range."""
     return np.interp(np.interp(arcs, curve.arc, curve.index), other.index, other.arc)
-
-
-def carry_section(section: QuadSection, curves: list[SectionCurve], columns: np.ndarray, reference: int, reach: float) -> np.ndarray:
-    """Positions (stations, n, 2) [m] of a section's nodes on every outline.
-
-    curves, columns : outline and block columns (arc lengths) at every station;  reference : the station that was meshed
-    reach : outline [m] beside the block whose nodes keep their distance from it
-    Nodes on the outline are matched by arc length between the ends, the block's columns and the reach; nodes on the
-    base divide it in the same ratio; inner nodes follow their neighbour station's by ElasticMorph and are smoothed.
-    """
-    knots = [_knots(curve, column, reach) for curve, column in zip(curves, columns)]
-    fixed = np.zeros(len(section.points), dtype=bool)
-    fixed[section.on_curve] = fixed[section.base] = True
-    morph = ElasticMorph(section.points, section.plane_quads(), fixed)
-    start, end = curves[reference].points[[0, -1]]
-    share = ((section.points[section.base] - start) @ (end - start) / ((end - start) @ (end - start)))[:, None]
-    positions = np.empty((len(curves),) + section.points.shape)
-    positions[reference] = section.points
-    for i, neighbour in [(i, i - 1) for i in range(reference + 1, len(curves))] + [(i, i + 1) for i in range(reference - 1, -1, -1)]:
-        outline = positions[neighbour].copy()
-        outline[section.on_curve] = curves[i].at(np.interp(section.curve_arc, knots[reference], knots[i]))
-        outline[section.base] = curves[i].points[0] + share * (curves[i].points[-1] - curves[i].points[0])
-        positions[i] = _follow(section, morph, positions[neighbour], outline, fixed)
-    place_strip_middles(positions, section.strip, section.on_curve)
-    return positions
-
-
-def _follow(section, morph, before, outline, fixed):
-    """Positions (n, 2) from those of the neighbouring station and the new places of the fixed nodes: carried, then smoothed."""
-    shift = outline - before
-    moved = before + morph.carry(shift)
-    moved[fixed] = outline[fixed]
-    if np.ptp(shift[fixed], axis=0).max() < 1e-9:
-        return moved
-    return section.smoother.smooth(moved, iterations=40)
-
-
-def _knots(curve, columns, reach):
-    """Arc lengths that correspond from section to section."""
-    left, right = min(reach, 0.7 * columns[0]), min(reach, 0.7 * (curve.length - columns[-1]))
-    return np.concatenate([[0.0, columns[0] - left], columns, [columns[-1] + right, curve.length]])

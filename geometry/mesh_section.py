@@ -10,15 +10,17 @@ slabs at a time. A second ring of coarse quads triples the element size within t
             T   T    T    T   C       C Gmsh, graded to the coarse size
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from geometry.mesh import MeshError
 from geometry.mesh_curve import SectionCurve
-from geometry.mesh_gmsh import badness, fill_with_quads
+from geometry.mesh_gmsh import badness, fill_with_quads, inner_angles
 from geometry.mesh_smooth import Smoother, corner_targets
 
+Outline = Callable[[np.ndarray], np.ndarray]
 # Thickness of the ring that triples sizes along the outline, in fine sizes, and the depth of its template's inner nodes:
 # V / A_max of its hexahedra is 0.8 of the fine size.
 RING_THICKNESS = 3.0
@@ -36,6 +38,8 @@ SIZE_WEIGHT = 1.5
 COARSE_SIZE_WEIGHT = 0.1
 # Divisions of the outline beside the blocks that are tried, as factors on the sizes.
 OUTLINE_FACTORS = (1.0, 0.9, 1.1, 0.8)
+# Badness of connections from which on some corner is flat, or nearly.
+FLAT_CORNER = 6.0
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,7 @@ class QuadSection:
     strip : (t, 6) a, b, middle_a, middle_b, c, d: a-b on the fine side, c-d on the coarse side, middles on the rungs a-c, b-d
     on_curve : (k,) nodes on the outline, in its order;  curve_arc : (k,) their arc lengths [m]
     base : (b,) nodes on the base, both ends included;  smoother : the shapes that its plane quads should have
+    badness : of the coarse quads' connections, over all sections (mesh_gmsh.badness); above FLAT_CORNER some corner is flat
     """
 
     points: np.ndarray
@@ -68,6 +73,7 @@ class QuadSection:
     curve_arc: np.ndarray
     base: np.ndarray
     smoother: Smoother
+    badness: float
 
     def plane_quads(self) -> np.ndarray:
         """All quads (k, 4) anticlockwise, each strip cell as one quad without its middle nodes."""
@@ -94,12 +100,13 @@ class _Nodes:
         return numbers
 
 
-def mesh_section(curve: SectionCurve, blocks: list[np.ndarray], sizes: SectionSizes) -> QuadSection:
+def mesh_section(curve: SectionCurve, blocks: list[np.ndarray], sizes: SectionSizes, elsewhere: Sequence[Outline] = ()) -> QuadSection:
     """Mesh the body under an outline, fine below the running bands.
 
     curve : outline, both ends at the same height (the base)
     blocks : for each fine block, left to right, the arc lengths [m] of its columns on the outline; with the triple ring
              its columns plus twice its layers are a multiple of 3
+    elsewhere : where arc lengths (k,) of this outline go, (k, 2), on other sections that the mesh will be carried to
     Raises MeshError where the blocks and their rings do not fit on the outline, or Gmsh cannot fill the rest.
     """
     nodes, parts, targets = _Nodes(), {"fine": [], "strip": [], "coarse": []}, []
@@ -111,9 +118,9 @@ def mesh_section(curve: SectionCurve, blocks: list[np.ndarray], sizes: SectionSi
             chain = _add_triple_ring(nodes, parts, targets, curve, chain, sizes)
         loops.append(_add_strip(nodes, parts, targets, curve, chain, sizes))
     _smooth(nodes, parts, targets, rounds=(1e-3,))
-    base = _fill_rest(nodes, parts, targets, curve, loops, sizes)
+    base, badness_found = _fill_rest(nodes, parts, targets, curve, loops, sizes, elsewhere)
     smoother = _smooth(nodes, parts, targets, base)
-    return _finish(nodes, parts, base, smoother)
+    return _finish(nodes, parts, base, smoother, badness_found)
 
 
 def ring_width(sizes: SectionSizes) -> float:
@@ -228,28 +235,31 @@ def _rectangle(width, height):
     return np.array([[0, 0], [0, -height], [width, -height], [width, 0]])
 
 
-def _fill_rest(nodes, parts, targets, curve, loops, sizes):
-    """Fill what the blocks leave with Gmsh, the best of several divisions of the outline; returns the base nodes from left to right."""
+def _fill_rest(nodes, parts, targets, curve, loops, sizes, elsewhere):
+    """Fill what the blocks leave with Gmsh, the best of several divisions of the outline; returns the base nodes from left to right and the badness."""
     attempts, faults = [], []
     for factor in OUTLINE_FACTORS:
         pieces, base = _outline_division(nodes, curve, loops, sizes, factor)
         polygon = _polygon(nodes, curve, loops, pieces, base)
+        angles = np.stack([inner_angles(_polygon(nodes, curve, loops, pieces, base, place)) for place in (curve.at, *elsewhere)])
+        ring = _ring_corners(loops, pieces, base)
+        angles[:, ring] = angles[0, ring]
         try:
-            points, quads = fill_with_quads(polygon, sizes.coarse)
+            points, quads = fill_with_quads(polygon, sizes.coarse, angles)
         except MeshError as fault:
             faults.append(fault)
             continue
-        attempts.append((badness(points, quads, len(polygon)), pieces, base, points, quads))
+        attempts.append((badness(points, quads, angles), pieces, base, points, quads))
     if not attempts:
         raise faults[0]
-    _, pieces, base, points, quads = min(attempts, key=lambda attempt: attempt[0])
+    least, pieces, base, points, quads = min(attempts, key=lambda attempt: attempt[0])
     ring, base_nodes = _add_ring(nodes, curve, loops, pieces, base)
     number = np.concatenate([ring, nodes.add(points[len(ring):])]) if len(points) > len(ring) else ring
     parts["coarse"].append(number[quads])
     area = np.abs(np.cross(points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]])) / 2
     side = np.sqrt(np.maximum(area, (0.5 * sizes.fine) ** 2))
     targets.append((side[:, None, None] * _rectangle(1.0, 1.0), np.full(len(quads), COARSE_SIZE_WEIGHT), np.full(len(quads), 2)))
-    return base_nodes
+    return base_nodes, least
 
 
 def _outline_division(nodes, curve, loops, sizes, factor):
@@ -279,15 +289,33 @@ def _divide(fine, count, start, end):
     return arcs
 
 
-def _polygon(nodes, curve, loops, pieces, base):
-    """Corners (k, 2) of the region left, anticlockwise from the left foot; the same order as _add_ring."""
-    known = np.array(nodes.points)
-    parts = [curve.points[:1], base]
+def _polygon(nodes, curve, loops, pieces, base, place=None):
+    """Corners (k, 2) of the region left, anticlockwise from the left foot; the same order as _add_ring.
+
+    place : where arc lengths of the outline are, another section's if given (the base is then stretched, the blocks stay).
+    """
+    place = place or curve.at
+    known, feet = np.array(nodes.points), place(np.array([0.0, curve.length]))
+    share = (base - curve.points[0])[:, :1] / (curve.points[-1] - curve.points[0])[0]
+    parts = [feet[:1], feet[:1] + share * (feet[1:] - feet[:1])]
     for i in range(len(pieces) - 1, -1, -1):
-        parts.append(curve.at(pieces[i][:0:-1] if i == len(pieces) - 1 else pieces[i][-2:0:-1]))
+        parts.append(place(pieces[i][:0:-1] if i == len(pieces) - 1 else pieces[i][-2:0:-1]))
         if i:
-            parts.append(known[loops[i - 1][::-1]])
+            loop = loops[i - 1][::-1]
+            ends = place(np.array([nodes.arc[int(loop[k])] for k in (0, -1)]))
+            parts.append(np.concatenate([ends[:1], known[loop[1:-1]], ends[1:]]))
     return np.concatenate(parts)
+
+
+def _ring_corners(loops, pieces, base):
+    """Numbers of the polygon's corners on the blocks' rings: other sections do not tell their angles."""
+    unknown, corner = [], 1 + len(base)
+    for i in range(len(pieces) - 1, -1, -1):
+        corner += len(pieces[i]) - (1 if i == len(pieces) - 1 else 2)
+        if i:
+            unknown.append(np.arange(corner, corner + len(loops[i - 1])))
+            corner += len(loops[i - 1])
+    return np.concatenate(unknown)
 
 
 def _add_ring(nodes, curve, loops, pieces, base):
@@ -317,13 +345,13 @@ def _smooth(nodes, parts, targets, base=(), rounds=(0.1, 1e-2, 1e-3)):
     return smoother
 
 
-def _finish(nodes, parts, base, smoother):
+def _finish(nodes, parts, base, smoother, badness_found):
     """Put the section together."""
     points, strip = np.array(nodes.points), np.concatenate(parts["strip"])
     on_curve = np.array(sorted(nodes.arc, key=nodes.arc.get))
     place_strip_middles(points, strip, on_curve)
     arcs = np.array([nodes.arc[int(node)] for node in on_curve])
-    return QuadSection(points, np.concatenate(parts["fine"]), strip, np.concatenate(parts["coarse"]), on_curve, arcs, base, smoother)
+    return QuadSection(points, np.concatenate(parts["fine"]), strip, np.concatenate(parts["coarse"]), on_curve, arcs, base, smoother, badness_found)
 
 
 def place_strip_middles(points: np.ndarray, strip: np.ndarray, on_curve: np.ndarray) -> None:

@@ -9,10 +9,10 @@ import numpy as np
 
 from geometry.mesh import HexMesh, MeshError
 from geometry.mesh_axis import graded_line
-from geometry.mesh_band import lay_out_band
+from geometry.mesh_band import column_count, lateral_columns, lateral_length
 from geometry.mesh_curve import cut_at_base
 from geometry.mesh_quality import check_shapes
-from geometry.mesh_section import TRIPLE_LIMIT, SectionSizes, depth_steps, mesh_section, ring_width
+from geometry.mesh_section import TRIPLE_LIMIT, SectionSizes, depth_steps, mesh_section
 from geometry.mesh_sweep import sweep
 
 
@@ -111,5 +111,5 @@ def _cut_sides(points, y_range):
 
 def _columns(curve, band, sizes):
     arcs = curve.band_arcs(band, "the wheel's band")
-    layout = lay_out_band([curve], [arcs], sizes.fine, ring_width(sizes), 2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, "the wheel's band")
-    return layout.columns(curve, *arcs)
+    width = lateral_length(curve, np.linspace(*arcs, 200))[-1:]
+    return lateral_columns(curve, *arcs, column_count(width, sizes.fine, 2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, "the wheel's band"))
