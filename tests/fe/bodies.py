@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from mpi4py import MPI
 
-from geometry.mesh import HexMesh
+from geometry.mesh import HexMesh, boundary_faces
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.structure import Structure
@@ -37,6 +37,13 @@ def distort(mesh: HexMesh, amount: float, seed: int, boundary: bool = True) -> H
     if not boundary:
         shift[((points == points.min(axis=0)) | (points == points.max(axis=0))).any(axis=1)] = 0.0
     return dataclasses.replace(mesh, points=points + shift)
+
+
+def bottom(mesh: HexMesh) -> np.ndarray:
+    """Facets (k, 4) of the lowest plane of an undistorted mesh, outward."""
+    faces, _ = boundary_faces(mesh.cells)
+    z = mesh.points[:, 2]
+    return faces[(z[faces] < z.min() + 1e-9).all(axis=1)]
 
 
 def place(structure: Structure, points: np.ndarray, dt: float) -> None:

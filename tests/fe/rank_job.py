@@ -1,0 +1,77 @@
+"""One run with everything in it, for tests/fe/test_ranks.py: mpirun -n N python -m mpi4py tests/fe/rank_job.py OUT.npz
+
+A plastic block on a fixed base, an elastic cap under a loaded sprung plate that slides over it with friction. Root writes
+forces, energies and the state of all nodes and cells in the order of the input mesh.
+"""
+
+import sys
+
+import numpy as np
+from mpi4py import MPI
+
+from geometry.mesh import merge_bodies
+from geometry.mesh_box import mesh_cap
+from rail_fem.fe.contact import Contact, ContactSettings, Surface
+from rail_fem.fe.domain import Domain
+from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.structure import Structure
+from rail_fem.fe.supports import Link, RigidGroup, Supports
+from rail_fem.steel import MN13, R8T
+
+
+def gathered(comm, rows, index, total):
+    """Rows of all ranks in the order of `index` on root."""
+    parts = comm.gather((index, rows))
+    if comm.rank:
+        return None
+    out = np.full((total, *rows.shape[1:]), np.nan)
+    for at, values in parts:
+        out[at] = values
+    return out
+
+
+def build(comm):
+    block = mesh_cap(np.inf, np.inf, (6e-3, 5e-3), 5e-3, 0.6e-3, (3e-3, 2.4e-3, 2.4e-3), facing="up", name="block")
+    cap = mesh_cap(0.03, 0.02, (4e-3, 4e-3), 5e-3, 0.5e-3, (2e-3, 2e-3, 2e-3), facing="down", name="cap")
+    mesh = merge_bodies([block, cap])
+    domain = Domain(comm, *((mesh.points, mesh.cells, mesh.region) if comm.rank == 0 else (None,) * 3))
+    structure = Structure(domain, [MN13, R8T], small=(1,))
+    split = len(block.clamp)
+    base = RigidGroup("base", mesh.clamp[:split])
+    plate = RigidGroup("plate", mesh.clamp[split:], added_mass=0.5, free=(False, False, True), load=np.array([0.0, 0.0, -8e3]))
+    axle = RigidGroup("axle", np.empty(0, int), added_mass=5.0, free=(False, False, True))
+    plate.velocity = np.array([0.0, 0.0, -3.0])
+    links = [Link("suspension", plate, axle, 5e7, 2e3), Link("ground", axle, None, 1e6, 1e3)]
+    cap_nodes = np.unique(domain.cells[domain.region == 1])
+    structure.v.reshape(-1, 3)[cap_nodes] = plate.velocity
+    surfaces = [Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1)]
+    settings = ContactSettings(10 * MN13.density * MN13.wave_speed**2 / 0.5e-3, friction=0.3, refresh=20)
+    contact = Contact(structure, *surfaces, settings, speed=5.0, spin=-5.0 / 0.03, axle=(0.0, 0.0, 0.03))
+    return mesh, Dynamics(structure, Supports([base, plate, axle], links), contact)
+
+
+def main(out):
+    comm = MPI.COMM_WORLD
+    mesh, dynamics = build(comm)
+    structure, domain, contact = dynamics.structure, dynamics.domain, dynamics.contact
+    dt, force = dynamics.stable_step(), []
+    for _ in range(400):
+        dynamics.step(dt)
+        force.append(contact.force[: contact.n_rail].sum(axis=0))
+    dynamics.check()
+    energies = dynamics.energies()
+    owned, plastic = domain.n_owned, structure.finite.plastic_strain()
+    x = gathered(comm, structure.x.reshape(-1, 3)[:owned], domain.node_input[:owned], len(mesh.points))
+    v = gathered(comm, structure.v.reshape(-1, 3)[:owned], domain.node_input[:owned], len(mesh.points))
+    peeq = gathered(comm, plastic, domain.cell_input[structure.finite_cells], len(mesh.cells))
+    stress = gathered(comm, structure.finite.stress(), domain.cell_input[structure.finite_cells], len(mesh.cells))
+    if comm.rank == 0:
+        reactions = np.array([group.reaction for group in dynamics.supports.groups[:2]])
+        np.savez(
+            out, dt=dt, force=np.array(force), x=x, v=v, peeq=peeq[mesh.region == 0], stress=stress[mesh.region == 0],
+            pressure=contact.pressure_at, reactions=reactions, energies=np.array(list(energies.values())), ranks=comm.size,
+        )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,44 @@
+"""The same run on 1, 2 and 3 ranks: plasticity, friction, supports and moving contact, to round-off."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.mpi
+
+
+def run(ranks, out):
+    command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(ranks), sys.executable, "-m", "mpi4py", str(ROOT / "tests/fe/rank_job.py"), str(out)]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr[-3000:]
+    with np.load(out) as saved:
+        return dict(saved)
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory):
+    return run(1, tmp_path_factory.mktemp("ranks") / "1.npz")
+
+
+def test_the_run_is_worth_comparing(serial):
+    """It flows, slides and carries load."""
+    assert serial["peeq"].max() > 1e-3
+    assert -serial["force"][:, 2].min() > 1e3
+    assert np.abs(serial["force"][:, 0]).max() > 100.0
+    assert all(np.isfinite(serial[name]).all() for name in serial)
+
+
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_forces_and_state_are_the_same_on_any_number_of_ranks(serial, ranks, tmp_path):
+    """Only the order of sums differs: 1e-10 of each quantity's largest value."""
+    other = run(ranks, tmp_path / "out.npz")
+    assert other["ranks"] == ranks and other["dt"] == serial["dt"]
+    for name in ("force", "reactions", "x", "v", "peeq", "stress", "pressure", "energies"):
+        scale = np.abs(serial[name]).max()
+        assert np.abs(other[name] - serial[name]).max() <= 1e-10 * scale, name
