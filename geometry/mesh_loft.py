@@ -12,7 +12,9 @@ from geometry.mesh_carry import carry_section
 from geometry.mesh_curve import cut_at_base
 from geometry.mesh_match import feature_lengths, outline_arcs
 from geometry.mesh_quality import check_shapes
-from geometry.mesh_section import FLAT_CORNER, TRIPLE_LIMIT, SectionSizes, depth_steps, mesh_section, ring_width
+from geometry.mesh_parts import try_sizes
+from geometry.mesh_rings import depth_steps, ring_width
+from geometry.mesh_section import FLAT_CORNER, mesh_section
 from geometry.mesh_sweep import sweep
 
 SAMPLES = 25  # sections at which the mesh of one is judged before it is carried to all
@@ -71,12 +73,24 @@ def mesh_crossing(crossing, spec: CrossingMeshSpec) -> HexMesh:
 
 def _mesh_body(name, body, section_at, spec):
     check_body(name, body, spec)
-    x = graded_line(*body.x_range, body.fine_x, spec.element_size, spec.growth, body.coarse / 3, multiple=3)
+    x = body_stations(body, spec)
     curves = [_curve(section_at, station, spec.base, name) for station in x]
-    is_fine = (x > body.fine_x[0] - 1e-9) & (x < body.fine_x[1] + 1e-9)
-    sizes = SectionSizes(spec.element_size, body.fine_depth, body.coarse, spec.growth, triple_ring=3 * spec.element_size <= TRIPLE_LIMIT * body.coarse)
-    columns = _columns(name, body, x, curves, is_fine, sizes)
-    reference, section = _reference_section(curves, columns, np.flatnonzero(is_fine), sizes)
+
+    def make(sizes):
+        return _loft(name, body, x, curves, sizes)
+
+    return try_sizes(make, spec.element_size, body.fine_depth, body.coarse, spec.growth)
+
+
+def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> np.ndarray:
+    """Places x of the planes between slabs [m]: three slabs to a group, fine over fine_x, longer outside."""
+    return graded_line(*body.x_range, body.fine_x, spec.element_size, spec.growth, body.coarse / 3, multiple=3)
+
+
+def _loft(name, body, x, curves, sizes):
+    fine = np.flatnonzero((x > body.fine_x[0] - 1e-9) & (x < body.fine_x[1] + 1e-9))
+    columns = _columns(name, body, x, curves, fine, sizes)
+    reference, section = _reference_section(curves, columns, fine, sizes)
     flat = carry_section(section, curves, columns, reference, ring_width(sizes))
     positions = np.concatenate([np.broadcast_to(x[:, None, None], flat.shape[:2] + (1,)), flat], axis=2)
     mesh = sweep(section, positions, name)
@@ -112,9 +126,9 @@ def _curve(section_at, x, base, name):
     return cut_at_base(points, base, f"{name} at x = {x * 1e3:.1f} mm")
 
 
-def _columns(name, body, x, curves, is_fine, sizes):
+def _columns(name, body, x, curves, fine, sizes):
     """Arc lengths of the fine block's columns at every station: (stations, columns)."""
-    fine, what = np.flatnonzero(is_fine), f"the {name}'s band"
+    what = f"the {name}'s band"
     arcs = [curves[i].band_arcs(body.band_at(x[i]), f"{what} at x = {x[i] * 1e3:.1f} mm") for i in fine]
     top = [curves[i].band_arcs((-np.inf, np.inf), what) for i in fine]
     band, top = (np.array([curves[i].at(ends)[:, 0] for i, ends in zip(fine, part)]) for part in (arcs, top))

@@ -11,8 +11,10 @@ from geometry.mesh import HexMesh, MeshError
 from geometry.mesh_axis import graded_line
 from geometry.mesh_band import column_count, lateral_columns, lateral_length
 from geometry.mesh_curve import cut_at_base
+from geometry.mesh_parts import try_sizes
 from geometry.mesh_quality import check_shapes
-from geometry.mesh_section import TRIPLE_LIMIT, SectionSizes, depth_steps, mesh_section
+from geometry.mesh_rings import depth_steps
+from geometry.mesh_section import mesh_section
 from geometry.mesh_sweep import sweep
 
 
@@ -49,20 +51,27 @@ def mesh_wheel(profile, radius: float, spec: WheelMeshSpec) -> HexMesh:
     revolution to round-off; between them the sagitta is size^2 / (8 radius).
     Raises MeshError where the spec does not fit the wheel.
     """
-    points = np.asarray(getattr(profile, "points", profile), dtype=float)
     check_wheel(radius, spec)
-    curve, ends = _outline(points, spec)
-    sizes = SectionSizes(spec.element_size, spec.fine_depth, spec.coarse, spec.growth, triple_ring=3 * spec.element_size <= TRIPLE_LIMIT * spec.coarse)
-    section = mesh_section(curve, [_columns(curve, band, sizes) for band in spec.bands], sizes)
+    curve, ends = _outline(np.asarray(getattr(profile, "points", profile), dtype=float), spec)
+    angle = (arc_stations(radius, spec) / radius)[:, None]
+
+    def make(sizes):
+        section = mesh_section(curve, [_columns(curve, band, sizes) for band in spec.bands], sizes)
+        rolling = (radius + section.points[:, 1])[None, :]
+        lateral = np.broadcast_to(section.points[:, 0], (len(angle), len(section.points)))
+        positions = np.stack([rolling * np.sin(angle), lateral, radius - rolling * np.cos(angle)], axis=-1)
+        on_profile = (section.curve_arc > ends[0] - 1e-9) & (section.curve_arc < ends[1] + 1e-9)
+        mesh = sweep(section, positions, "wheel", section.on_curve[on_profile], cut_ends_clamped=True)
+        check_shapes(mesh, "move or narrow the bands, or change the element size")
+        return mesh
+
+    return try_sizes(make, spec.element_size, spec.fine_depth, spec.coarse, spec.growth)
+
+
+def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:
+    """Arc lengths [m] along D0's circle of the planes between slabs: three slabs to a group, fine in the patch."""
     reach = radius * spec.half_angle
-    along = graded_line(-reach, reach, (-spec.fine_half_length, spec.fine_half_length), spec.element_size, spec.growth, spec.coarse / 3, multiple=3)
-    angle, rolling = (along / radius)[:, None], (radius + section.points[:, 1])[None, :]
-    lateral = np.broadcast_to(section.points[:, 0], (len(along), len(section.points)))
-    positions = np.stack([rolling * np.sin(angle), lateral, radius - rolling * np.cos(angle)], axis=-1)
-    on_profile = (section.curve_arc > ends[0] - 1e-9) & (section.curve_arc < ends[1] + 1e-9)
-    mesh = sweep(section, positions, "wheel", section.on_curve[on_profile], cut_ends_clamped=True)
-    check_shapes(mesh, "move or narrow the bands, or change the element size")
-    return mesh
+    return graded_line(-reach, reach, (-spec.fine_half_length, spec.fine_half_length), spec.element_size, spec.growth, spec.coarse / 3, multiple=3)
 
 
 def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
