@@ -21,7 +21,7 @@ def main() -> None:
     how = sys.argv[3] if len(sys.argv) > 3 else ""
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
     settings = case.runs["fe_full"].model_copy(
-        update={"max_steps": steps, "element_size": 6e-3, "start": 0.30, "end": 0.42, "settle_time": 5e-5, "history_interval": 2e-5, "field_frames": 2}
+        update={"max_steps": steps, "element_size": 5e-3, "start": 0.30, "end": 0.42, "settle_time": 5e-5, "history_interval": 2e-5, "field_frames": 2}
     )
     if how == "cut":  # save half way and stop there as a kill would: no last row, no result
         step = fe_full.Run._step
