@@ -61,9 +61,13 @@ def test_a_sphere_strikes_a_half_space_as_hertz_says():
 
 @pytest.mark.validate
 def test_a_fine_sphere_with_its_whole_half_strikes_as_hertz_says():
-    """The cap reaches to the equator, the block ten centimetres down."""
+    """The cap reaches to the equator, the block ten centimetres down.
+
+    The rigid equator cuts off what Boussinesq's solution moves beyond it, F (1 + nu)(3 - 2 nu) / (2 pi E R) = 1.0 um, 1.8 % of
+    the approach: stiffer bodies, so 1.6 % more force and 1.9 % less time as measured.
+    """
     approach, force, duration, rebound = strike(0.2e-3, block=0.1, cap=(0.014, 0.025))
-    assert [approach, force, duration] == pytest.approx([1.0, 1.0, 1.0], abs=0.015)
+    assert [approach, force, duration] == pytest.approx([1.0, 1.0, 1.0], abs=0.02)
     assert 0.99 < rebound < 1.0
 
 
