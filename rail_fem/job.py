@@ -47,7 +47,7 @@ def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: boo
     mark = fingerprint(model, case.scene, settings)
     try:
         ladder.load(model)
-        goes_on = launcher.on_root(lambda: prepare_folder(folder, mark, restart, overwrite), RunFolderError)
+        goes_on = launcher.on_root(lambda: prepare_folder(folder, mark, restart, overwrite))
     except (RunFolderError, ladder.ModelUnavailable) as error:
         raise JobFault(str(error)) from error
     if restart and not goes_on:
@@ -59,9 +59,9 @@ def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: boo
     try:
         with _ending_on_request(), Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
             result: PassResult = ladder.solve(model, case.scene, settings, folder=folder, restart=goes_on, progress=progress)
-            launcher.on_root(lambda: result.save(folder), OSError)
-            launcher.on_root(lambda: len(draw_run(folder)), OSError)
+            launcher.on_root(lambda: result.save(folder))
             say(result_report(result))
+            launcher.on_root(lambda: _draw(folder, say))
             if result.fault:
                 raise RunFailed(result.fault)
     except Exception as fault:
@@ -72,6 +72,14 @@ def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: boo
             raise
         return f"{fault} ({_keep_trace(folder)})"
     return ""
+
+
+def _draw(folder: Path, say: Callable[[str], None]) -> None:
+    """Figures of the run. A figure that cannot be drawn is told of; the result is safe and `show` draws again."""
+    try:
+        draw_run(folder)
+    except Exception as fault:
+        say(f"no figures: {type(fault).__name__}: {fault} ({_keep_trace(folder)}); the result is saved, 'rail_fem show {folder}' draws again")
 
 
 def _let_root_speak(folder: Path, message: str) -> None:

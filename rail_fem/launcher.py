@@ -5,15 +5,17 @@
 
 import functools
 import os
+import pickle
 import shutil
 import subprocess
 import sys
 import time
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 Answer = TypeVar("Answer")
 ROOT_SPEAKS_FIRST = 2.0  # seconds
+OF_MPI = ("OMPI_", "PMIX_", "PMI_", "PRTE_")
 LAUNCHER_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK")
 
 
@@ -39,21 +41,29 @@ def rank_count() -> int:
     return world.size if world else 1
 
 
-def on_root(action: Callable[[], Answer], *raises: type[Exception]) -> Answer:
-    """Run `action` on rank 0 only; its answer, or its exception of the kinds `raises`, reaches every rank. Collective."""
+def on_root(action: Callable[[], Answer]) -> Answer:
+    """Run `action` on rank 0 only; its answer, or its exception of whatever kind, reaches every rank: none waits for one that has gone. Collective."""
     world = _world()
     if world is None:
         return action()
-    answer: tuple[Any, Exception | None] = (None, None)
+    answer, fault = None, None
     if world.rank == 0:
         try:
-            answer = (action(), None)
-        except raises as error:
-            answer = (None, error)
-    value, error = world.bcast(answer)
-    if error is not None:
-        raise error
-    return value
+            answer = action()
+        except Exception as error:
+            fault = error
+    answer, sent = world.bcast((answer, _as_message(fault)))
+    if fault or sent:
+        raise fault or sent
+    return answer
+
+
+def _as_message(fault: Exception | None) -> Exception | None:
+    """The exception itself where it survives pickling, else a RuntimeError with its words."""
+    try:
+        return pickle.loads(pickle.dumps(fault))
+    except Exception:
+        return RuntimeError(f"{type(fault).__name__}: {fault}")
 
 
 def let_root_end_first() -> None:
@@ -77,6 +87,16 @@ def mpi_command(ranks: int) -> list[str]:
         command += ["--oversubscribe", "--bind-to", "none", "--mca", "btl", "^tcp"]
         command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
     return command
+
+
+def rank_environment() -> dict[str, str]:
+    """Environment for mpirun: this one, one thread for each rank, without the variables of a surrounding MPI program.
+
+    A program that has initialised MPI hands such variables on to its children, also those that os.environ does not know; mpirun
+    would take itself for a rank of that program and end without a word.
+    """
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(OF_MPI)}
+    return kept | {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
 
 
 if __name__ == "__main__":

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from dataclasses import dataclass
 
-from rail_fem.launcher import mpi_command
+from rail_fem.launcher import mpi_command, rank_environment
 
 LONGEST = 600  # of a job [s]
 TINY = (2, 2, 2)
-OF_MPI = ("OMPI_", "PMIX_", "PMI_", "PRTE_")  # variables of a surrounding MPI program, which would confuse mpirun
 
 
 def run_job(ranks: int, counts: tuple[int, int, int], steps: int, repeats: int, alone: bool = False) -> dict[str, float]:
     """What a job of `ranks` ranks prints. Errors: RuntimeError with the job's last words, FileNotFoundError without mpirun."""
     job = json.dumps({"counts": counts, "steps": steps, "repeats": repeats, "alone": alone})
     command = [*mpi_command(ranks), sys.executable, "-m", "mpi4py", "-m", "rail_fem.fe.bench_job", job]
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(OF_MPI)}
-    environment |= {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
-    answer = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, env=environment, stdin=subprocess.DEVNULL)
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, env=rank_environment(), stdin=subprocess.DEVNULL)
     if answer.returncode != 0:
         raise RuntimeError(f"{' '.join(command)} ended with {answer.returncode}: {answer.stderr.strip()[-500:]}")
     return json.loads(answer.stdout.splitlines()[-1])

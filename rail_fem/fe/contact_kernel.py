@@ -20,6 +20,7 @@ import numba
 import numpy as np
 
 _compiled = numba.njit(cache=True, error_model="numpy")
+_part = numba.njit(forceinline=True, error_model="numpy")
 OUTSIDE = 1.02  # local coordinate beyond which a projection belongs to the neighbour
 NEWTON_STEPS = 12
 # entries of the sums that `contact_forces` returns
@@ -27,7 +28,7 @@ NORMAL_ENERGY, FRICTION_WORK, DRIVE_WORK, DEEPEST, N_ACTIVE = range(5)
 N_SUMS = 5
 
 
-@_compiled
+@_part
 def facet_point(position, quad, xi, eta, point, t1, t2):
     """Point and tangents of a bilinear facet at (xi, eta)."""
     for c in range(3):
@@ -39,7 +40,7 @@ def facet_point(position, quad, xi, eta, point, t1, t2):
         t2[c] = 0.25 * (d + e * xi)
 
 
-@_compiled
+@_part
 def project(position, node, facet, xi, eta, quads, neighbours, usable, point, t1, t2):
     """Closest point of `node` on the surface, walking from facet to facet; returns facet (-1: off the surface), xi, eta."""
     walked = 0
@@ -143,7 +144,7 @@ def normal_forces(slaves, facets, active, gap, normal, weight, area, factor, com
         sums[N_ACTIVE] += 1
 
 
-@_compiled
+@_part
 def material_flow(reference, position, quad, weight, spin, flow, t1, t2, r1, r2, point):
     """Velocity of the wheel's material through its mesh at a point of a facet: omega x r carried along the deformed facet."""
     xi = weight[1] + weight[2] - weight[0] - weight[3]

@@ -58,7 +58,7 @@ def fixed_geometry(x, nodes, filled, material_of, materials):
     return out, smallest
 
 
-@_compiled
+@numba.njit(forceinline=True, **FAST)
 def elastic_stress(nodal, damping, lame, shear, kept, state):
     """Stress and hourglass forces of a block at u + damping * v -> state (N_STATE*W,); nodal (48*W,) holds u and v."""
     for e in range(_W):

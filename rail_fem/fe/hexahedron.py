@@ -33,6 +33,7 @@ N_KEPT = 35  # rows that `elastic_trial` keeps of a block, see there
 FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 _inlined = numba.njit(inline="always", **FAST)
 _compiled = numba.njit(cache=True, **FAST)
+_part = numba.njit(forceinline=True, **FAST)  # one copy, inside its caller
 
 
 @_inlined
@@ -203,7 +204,7 @@ def store(a, s, k, e, u):
     a[s + k * _W + e], a[s + (k + 1) * _W + e], a[s + (k + 2) * _W + e] = u[0], u[1], u[2]
 
 
-@_compiled
+@_part
 def elastic_trial(nodal, dt, material, state, kept):
     """Everything of a block up to the elastic trial stress, and what the force needs of it.
 
@@ -265,7 +266,7 @@ def hourglass_step(old, r, end, g, gv, k):
     return new, 0.5 * (dot(turned, q) + dot(new, q))
 
 
-@_compiled
+@_part
 def internal_force(state, kept, f):
     """Nodal internal forces of a block -> f (24*W,): P b_I + hourglass, P = stress + viscous pressure - 8/V sum of Q (x) g."""
     for e in range(_W):
@@ -336,7 +337,7 @@ def update_elements(x, v, dt, nodes, filled, material_of, materials, curve_start
     return smallest
 
 
-@_compiled
+@_part
 def gather(x, v, nodes, start, nodal):
     """Two nodal vectors of one block -> nodal (48*W,), ordered vector, node, component, lane."""
     for a in range(8):
@@ -346,7 +347,7 @@ def gather(x, v, nodes, start, nodal):
             nodal[k + 24 * _W], nodal[k + 25 * _W], nodal[k + 26 * _W] = v[n], v[n + 1], v[n + 2]
 
 
-@_compiled
+@_part
 def scatter(f_nodal, nodes, start, count, force):
     """Subtract the internal forces of the first `count` lanes from the nodal force."""
     for a in range(8):

@@ -7,7 +7,7 @@ from rail_fem.fe.state import HOURGLASS, LANES, PLASTIC_STRAIN, YIELD
 _W = LANES
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(forceinline=True, error_model="numpy")
 def hardening_step(von_mises, p, shear, strain, stress):
     """Solve yield(p + dp) + 3 G dp = von_mises for dp.
 
@@ -29,7 +29,7 @@ def hardening_step(von_mises, p, shear, strain, stress):
     return (von_mises - stress[last]) / (3.0 * shear), stress[last]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(forceinline=True, error_model="numpy")
 def radial_return(state, start, excess, shear, curve_strain, curve_stress):
     """Bring the stress of the element whose state begins at `start` back to the yield surface, in place.
 

@@ -22,11 +22,11 @@ from geometry.mesh_wheel import WheelMeshSpec, mesh_wheel
 from geometry.path import rolling_radius
 from rail_fem.fe import trust
 from rail_fem.fe.checkpoint import gather_rows, load_checkpoint, save_checkpoint
-from rail_fem.fe.domain import raise_together
 from rail_fem.fe.fields import gather_cells, write_collection, write_frame
 from rail_fem.fe.passage import NEAR, Passage, Running, build_passage, end_settling, running_of
 from rail_fem.fe.placing import crossing_spec, place_wheel, wheel_bands
 from rail_fem.fe.recorder import Recorder
+from rail_fem.launcher import on_root
 from rail_fem.result import Cost, PassResult, Peak
 from rail_fem.scene import Scene
 from rail_fem.settings import FeSettings
@@ -46,28 +46,16 @@ def solve(scene: Scene, settings: FeSettings, folder: Path | None = None, restar
     Errors: ValueError for what cannot be meshed or placed; ArithmeticError when the run becomes unstable (the last restart file stays).
     """
     comm, started = MPI.COMM_WORLD, time.perf_counter()
-    running = on_root(comm, lambda: running_of(scene, settings))
+    running = on_root(lambda: running_of(scene, settings))
     mesh, first_gap, datum = placed_mesh(comm, scene, settings, running, folder, restart)
     if progress and mesh is not None:
         progress.note(f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes")
     passage = build_passage(comm, scene, settings, running, mesh, datum)
     run = Run(comm, scene, settings, passage, folder, progress, first_gap)
-    if restart and folder is not None and on_root(comm, lambda: (folder / "checkpoint.npz").is_file()):
+    if restart and folder is not None and on_root(lambda: (folder / "checkpoint.npz").is_file()):
         run.resume()
     run.go()
     return run.result(time.perf_counter() - started)
-
-
-def on_root(comm, make):
-    """Value of `make` on root, given to all; its ValueError raised on all. Collective."""
-    value = fault = None
-    if comm.rank == 0:
-        try:
-            value = make()
-        except ValueError as error:
-            fault = str(error)
-    raise_together(comm, fault)
-    return comm.bcast(value, root=0)
 
 
 def placed_mesh(comm, scene: Scene, settings: FeSettings, running: Running, folder: Path | None, restart: bool):
@@ -90,7 +78,7 @@ def placed_mesh(comm, scene: Scene, settings: FeSettings, running: Running, fold
         keep["mesh"], gap, datum = make()
         return gap, datum
 
-    gap, datum = on_root(comm, on_root_only)
+    gap, datum = on_root(on_root_only)
     return keep.get("mesh"), gap, datum
 
 

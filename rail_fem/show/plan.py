@@ -107,7 +107,8 @@ def name_bodies(axes, fields: CrossingFields, box: tuple[float, float, float, fl
         if not len(seen):
             continue
         x = seen[:, 0].min() + reach if seen[:, 0].min() < low + 0.2 * (high - low) else seen[:, 0].max() - reach
-        sides = np.quantile(seen[np.abs(seen[:, 0] - x) <= reach, 1], (0.12, 0.88))
+        away = np.abs(seen[:, 0] - x)
+        sides = np.quantile(seen[away <= max(reach, away.min()), 1], (0.12, 0.88))
         crossed = np.nanmean(np.append(path[1][np.abs(path[0] - x) < reach], sides.mean()))
         y = sides[np.abs(sides - crossed).argmax()]
         axes.text(x, y, body, color=BODY[body], weight="bold", ha="center", va="center", path_effects=HALO)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rail_fem.launcher import mpi_command
+from rail_fem.launcher import mpi_command, rank_environment
 
 JOB = Path(__file__).with_name("passage_job.py")
 STEPS = 160
@@ -16,7 +16,8 @@ STEPS = 160
 
 def run_job(ranks: int, *arguments: str) -> dict:
     done = subprocess.run(
-        [*mpi_command(ranks), sys.executable, "-m", "mpi4py", str(JOB), str(STEPS), *arguments], capture_output=True, text=True, timeout=300, check=False
+        [*mpi_command(ranks), sys.executable, "-m", "mpi4py", str(JOB), str(STEPS), *arguments],
+            capture_output=True, text=True, timeout=300, check=False, env=rank_environment(), stdin=subprocess.DEVNULL,
     )
     assert done.returncode == 0, done.stderr[-2000:]
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]

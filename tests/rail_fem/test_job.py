@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from rail_fem import cli, estimate, ladder, launcher
+from rail_fem import cli, estimate, job, ladder, launcher
 from rail_fem.progress import read_status
 from rail_fem.result import load
 from rail_fem.scene import GRAVITY
@@ -50,11 +50,21 @@ def test_run_leaves_history_result_and_status_in_the_folder(case, tmp_path):
 def test_second_run_into_the_same_folder_is_refused_and_changes_nothing(case, tmp_path):
     out = tmp_path / "out"
     call("run", case, "--out", out)
-    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    before = {path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()}
     answer = call("run", case, "--out", out)
     assert answer.exit_code == 2 and "--overwrite begins again" in answer.stderr
-    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    assert {path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
     assert call("run", case, "--out", out, "--overwrite").exit_code == 0
+
+
+def test_figure_that_cannot_be_drawn_does_not_cost_the_run(case, tmp_path, monkeypatch):
+    def fail(folder):
+        raise IndexError("an empty axis")
+
+    monkeypatch.setattr(job, "draw_run", fail)
+    answer = call("run", case, "--out", tmp_path / "out")
+    assert answer.exit_code == 0 and "no figures: IndexError: an empty axis" in answer.output
+    assert read_status(tmp_path / "out")["state"] == "finished" and load(tmp_path / "out").history["force"].size
 
 
 def test_restart_after_a_fault_gives_the_same_answer_bit_for_bit(case, tmp_path, monkeypatch):
