@@ -105,6 +105,7 @@ class Material(Frozen):
     density: Annotated[float, Quantity("kg/m^3", 100, 30000, "density")] | None = None
     hardening_strain: tuple[Annotated[float, Quantity("", 0, 10, "plastic strain of a curve point")], ...] | None = None
     hardening_stress: tuple[Annotated[float, Quantity("MPa", 1, 20000, "true yield stress of a curve point")], ...] | None = None
+    hardening: Literal["isotropic", "kinematic"] | None = Field(None, description="how the curve is meant: the yield surface grows, or moves")
 
     @model_validator(mode="before")
     @classmethod
@@ -132,7 +133,7 @@ class Material(Frozen):
         """The steel that this material names."""
         grade = GRADES[self.grade]
         pick = lambda name: getattr(grade, name) if getattr(self, name) is None else getattr(self, name)
-        names = ("youngs_modulus", "poisson", "density", "hardening_strain", "hardening_stress")
+        names = ("youngs_modulus", "poisson", "density", "hardening_strain", "hardening_stress", "hardening")
         return Steel(*(pick(name) for name in names)).scaled(self.strength)
 
 

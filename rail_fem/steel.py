@@ -7,13 +7,14 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Steel:
-    """Isotropic elastic steel with an optional tabulated isotropic hardening curve.
+    """Isotropic elastic steel with an optional tabulated hardening curve.
 
     youngs_modulus   [Pa]
     poisson          [1]
     density          [kg/m^3]
     hardening_strain : (k,) equivalent plastic strain, from 0, strictly increasing   [1]
     hardening_stress : (k,) true yield stress, positive, never falling               [Pa]
+    hardening        : "isotropic", the yield surface grows along the curve; "kinematic", it moves along it (Prager)
 
     An empty curve means elastic. Errors: ValueError when a value cannot be a steel's.
     """
@@ -23,6 +24,7 @@ class Steel:
     density: float
     hardening_strain: np.ndarray = field(default_factory=lambda: np.empty(0))
     hardening_stress: np.ndarray = field(default_factory=lambda: np.empty(0))
+    hardening: str = "isotropic"
 
     def __post_init__(self):
         for name in ("hardening_strain", "hardening_stress"):
@@ -42,6 +44,8 @@ class Steel:
 
     def _check_curve(self) -> None:
         strain, stress = self.hardening_strain, self.hardening_stress
+        if self.hardening not in ("isotropic", "kinematic"):
+            raise ValueError(f"steel: hardening is {self.hardening!r}, must be 'isotropic' or 'kinematic'")
         if strain.ndim != 1 or strain.shape != stress.shape:
             raise ValueError(f"steel: hardening_strain has shape {strain.shape}, hardening_stress {stress.shape}: give two lists of equal length")
         if strain.size == 0:
@@ -78,7 +82,7 @@ class Steel:
 
     def scaled(self, factor: float) -> "Steel":
         """The same steel with all stresses of its curve times `factor` (400 % of Mn13 yields at 4 * 310 MPa)."""
-        return Steel(self.youngs_modulus, self.poisson, self.density, self.hardening_strain, factor * self.hardening_stress)
+        return Steel(self.youngs_modulus, self.poisson, self.density, self.hardening_strain, factor * self.hardening_stress, self.hardening)
 
 
 # Cast austenitic manganese steel, 11 to 14 % Mn. Elasticity, density and first yield: Coleman's thesis, table 7-3.

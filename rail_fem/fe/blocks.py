@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.fe.state import LANES, N_MATERIAL, N_STATE, PLASTIC_STRAIN, STRESS, YIELD
+from rail_fem.fe.state import KINEMATIC, LANES, N_MATERIAL, N_STATE, PLASTIC_STRAIN, STRESS, YIELD
 from rail_fem.steel import Steel
 
 
@@ -40,7 +40,7 @@ def material_table(steels: list[Steel], settings: ElementSettings) -> MaterialTa
         shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
         lame = 2 * shear * steel.poisson / (1 - 2 * steel.poisson)
         wave = lame + 2 * shear
-        rows[i] = lame, shear, steel.density, np.sqrt(wave / steel.density), settings.linear_viscosity, settings.quadratic_viscosity, settings.hourglass * 3.5 * shear
+        rows[i] = lame, shear, steel.density, np.sqrt(wave / steel.density), settings.linear_viscosity, settings.quadratic_viscosity, settings.hourglass * 3.5 * shear, steel.hardening == "kinematic"
         strain.append([0.0] if steel.is_elastic else steel.hardening_strain)
         stress.append([np.inf] if steel.is_elastic else steel.hardening_stress)
         start.append(start[-1] + len(strain[-1]))
@@ -51,10 +51,10 @@ class ElementBlocks:
     """Blocks of LANES elements.
 
     cells : (m, 8) local nodes, VTK order;  material : (m,) row of the table;  cell_of : (n_blocks*LANES,) index into `cells`, -1 in padding
-    nodes, filled, material_of, state : as `hexahedron.update_elements` wants them. Rank-local.
+    nodes, filled, material_of, state, back : as `hexahedron.update_elements` wants them; no state is kept when `stateless`. Rank-local.
     """
 
-    def __init__(self, cells: np.ndarray, material: np.ndarray, table: MaterialTable):
+    def __init__(self, cells: np.ndarray, material: np.ndarray, table: MaterialTable, stateless: bool = False):
         order, filled, rows = [], [], []
         for row in np.unique(material):
             mine = np.flatnonzero(material == row)
@@ -71,17 +71,30 @@ class ElementBlocks:
         if len(order):
             padded = np.where(padded < 0, padded[:, :1], padded)  # padding repeats an element of the block: finite numbers, never scattered
         self.nodes = np.ascontiguousarray(cells[padded].transpose(0, 2, 1), dtype=np.uint32).ravel()
-        self.state = np.zeros(len(order) * N_STATE * LANES)
+        self.state = np.zeros(0 if stateless else len(order) * N_STATE * LANES)
         self.entries = self.state.reshape(-1, N_STATE, LANES)
-        self.entries[:, YIELD, :] = table.curve_stress[table.curve_start[self.material_of]][:, None]
+        moves = table.rows[:, KINEMATIC].any()
+        self.back = np.zeros(self.state.size // N_STATE * 6 if moves else 0)
+        if not stateless:
+            self.entries[:, YIELD, :] = table.curve_stress[table.curve_start[self.material_of]][:, None]
+
+    def in_cells(self, entries: np.ndarray) -> np.ndarray:
+        """Entries (n_blocks, count, LANES) of blocks -> rows (m, count) in the order of `cells`."""
+        out = np.empty((self.n_cells, entries.shape[1]))
+        real = self.cell_of >= 0
+        out[self.cell_of[real]] = entries.transpose(0, 2, 1).reshape(-1, entries.shape[1])[real]
+        return out
+
+    def in_blocks(self, rows: np.ndarray) -> np.ndarray:
+        """The reverse: rows (m, count) -> (n_blocks, count, LANES), 0 in padding."""
+        flat = np.zeros((len(self.cell_of), rows.shape[1]))
+        real = self.cell_of >= 0
+        flat[real] = rows[self.cell_of[real]]
+        return np.ascontiguousarray(flat.reshape(-1, LANES, rows.shape[1]).transpose(0, 2, 1))
 
     def read(self, first: int, count: int) -> np.ndarray:
         """Entries first..first+count-1 of the state of each cell (m, count), in the order of `cells`."""
-        out = np.empty((self.n_cells, count))
-        values = self.entries[:, first : first + count, :].transpose(0, 2, 1).reshape(-1, count)
-        real = self.cell_of >= 0
-        out[self.cell_of[real]] = values[real]
-        return out
+        return self.in_cells(self.entries[:, first : first + count, :])
 
     def stress(self) -> np.ndarray:
         """Cauchy stress (m, 6), order VOIGT [Pa]."""
@@ -90,14 +103,6 @@ class ElementBlocks:
     def plastic_strain(self) -> np.ndarray:
         """Cumulated equivalent plastic strain, PEEQ (m,)."""
         return self.read(PLASTIC_STRAIN, 1)[:, 0]
-
-
-def strain_energy_density(stress: np.ndarray, youngs_modulus, poisson) -> np.ndarray:
-    """Elastic energy per volume (m,) [J/m3] of stresses (m, 6), order VOIGT."""
-    normal = (stress[:, :3] ** 2).sum(axis=1)
-    pairs = stress[:, 0] * stress[:, 1] + stress[:, 1] * stress[:, 2] + stress[:, 2] * stress[:, 0]
-    shears = (stress[:, 3:] ** 2).sum(axis=1)
-    return (normal - 2 * poisson * pairs + 2 * (1 + poisson) * shears) / (2 * youngs_modulus)
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:

@@ -15,9 +15,9 @@ from rail_fem.atomic import write_atomically
 from rail_fem.fe.blocks import ElementBlocks
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.state import N_STATE
+from rail_fem.fe.state import LANES, N_STATE
 
-VERSION = 1
+VERSION = 2
 NODAL = ("x", "v", "force")
 
 
@@ -39,14 +39,17 @@ def gather_nodes(domain: Domain, field: np.ndarray) -> np.ndarray | None:
 
 
 def _element_state(blocks: ElementBlocks) -> np.ndarray:
-    return blocks.read(0, N_STATE)
+    """State of each element (m, N_STATE), with its back stress (m, N_STATE + 6) where there is one."""
+    state = blocks.read(0, N_STATE)
+    return np.column_stack([state, blocks.in_cells(blocks.back.reshape(-1, 6, LANES))]) if blocks.back.size else state
 
 
 def _restore_elements(blocks: ElementBlocks, rows: np.ndarray) -> None:
-    real = blocks.cell_of >= 0
-    flat = blocks.entries.transpose(0, 2, 1).reshape(-1, N_STATE).copy()
-    flat[real] = rows[blocks.cell_of[real]]
-    blocks.entries[:] = flat.reshape(len(blocks.entries), -1, N_STATE).transpose(0, 2, 1)
+    padding, state = blocks.entries.copy(), blocks.in_blocks(rows)
+    real = (blocks.cell_of >= 0).reshape(-1, 1, LANES)
+    blocks.entries[:] = np.where(real, state[:, :N_STATE], padding)
+    if blocks.back.size:
+        blocks.back[:] = state[:, N_STATE:].ravel()
 
 
 def save_checkpoint(path: Path, dynamics: Dynamics, extra: dict) -> None:
@@ -54,8 +57,6 @@ def save_checkpoint(path: Path, dynamics: Dynamics, extra: dict) -> None:
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
     arrays = {name: gather_nodes(domain, getattr(s, name)) for name in NODAL}
     arrays["finite"] = gather_rows(comm, domain.cell_input[s.finite_cells], _element_state(s.finite), domain.m_global)
-    small = _element_state(s.small) if s.small.n_cells else np.empty((0, N_STATE))
-    arrays["small"] = gather_rows(comm, domain.cell_input[s.small_cells], small, domain.m_global)
     arrays["works"] = gather_rows(comm, np.array([comm.rank]), np.array([*s.work, *dynamics.works, dynamics.contact_work])[None], comm.size)
     block_work = comm.gather(s.block_work, root=0)
     arrays["block_work"] = np.concatenate(block_work) if comm.rank == 0 else None
@@ -112,8 +113,6 @@ def load_checkpoint(path: Path, dynamics: Dynamics) -> dict:
         getattr(s, name)[:] = arrays[name][domain.node_input].ravel()
     s.force[3 * domain.n_owned :] = 0.0
     _restore_elements(s.finite, arrays["finite"][domain.cell_input[s.finite_cells]])
-    if s.small.n_cells:
-        _restore_elements(s.small, arrays["small"][domain.cell_input[s.small_cells]])
     _restore_works(arrays["works"], arrays["block_work"], dynamics)
     for name in ("time", "step_count", "dt", "friction_work", "drive_work", "mass_damping"):
         setattr(dynamics, name, plain[name])

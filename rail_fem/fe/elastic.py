@@ -1,8 +1,8 @@
 """The cheaper element kernel: small displacement, linear elastic, for bodies that stay so (the wheel).
 
-Total form: stresses follow from the displacement on the reference geometry, so nothing drifts and nothing is integrated.
-The geometry of each block is worked out once (`fixed_geometry`) in the format that `hexahedron.internal_force` reads.
-Damping is proportional to stiffness (Kelvin-Voigt): forces are taken at u + beta v.
+Total form: forces follow from the displacement on the reference geometry, so nothing drifts, nothing is integrated and no state is
+kept; stresses are worked out when somebody asks for them. The geometry of each block is worked out once (`fixed_geometry`) in the
+rows that `hexahedron.internal_force` reads. Damping is proportional to stiffness (Kelvin-Voigt): forces are taken at u + beta v.
 """
 
 from __future__ import annotations
@@ -12,11 +12,8 @@ import numpy as np
 
 from rail_fem.fe.hexahedron import (
     FAST,
-    N_KEPT,
     add_elastic,
-    combine,
     field_gradient,
-    gather,
     internal_force,
     load,
     mean_gradient,
@@ -26,24 +23,33 @@ from rail_fem.fe.hexahedron import (
     times,
     vector_modes,
 )
-from rail_fem.fe.state import HOURGLASS, LANES, N_STATE
+from rail_fem.fe.state import HOURGLASS, LANES
 
 _W = LANES
+N_FIXED = 33  # rows of a block's geometry: b (18), hourglass coordinates (12), volume, 0 for the viscous pressure, hourglass stiffness
+N_FORCES = HOURGLASS + 12  # rows of stress and hourglass forces as `hexahedron.internal_force` reads them
 _compiled = numba.njit(cache=True, **FAST)
+_part = numba.njit(forceinline=True, **FAST)  # one copy, inside its caller
+
+
+@_part
+def gather_one(u, nodes, start, nodal):
+    """A nodal vector of one block -> nodal (24*W,), ordered node, component, lane."""
+    for a in range(8):
+        for e in range(_W):
+            n, k = 3 * nodes[start + a * _W + e], 3 * a * _W + e
+            nodal[k], nodal[k + _W], nodal[k + 2 * _W] = u[n], u[n + 1], u[n + 2]
 
 
 @_compiled
 def fixed_geometry(x, nodes, filled, material_of, materials):
-    """Mean gradients of every block on the geometry x -> (n_blocks*N_KEPT*LANES,), rows as in `hexahedron.elastic_trial`.
-
-    Row 32 holds the hourglass stiffness [N/m] instead of a work. Also returns the smallest volume [m3].
-    """
-    out = np.zeros(filled.size * N_KEPT * _W)
-    nodal = np.empty(48 * _W)
+    """Geometry of every block on the coordinates x -> (n_blocks*N_FIXED*LANES,), and the smallest volume [m3]."""
+    out = np.zeros(filled.size * N_FIXED * _W)
+    nodal = np.empty(24 * _W)
     smallest = np.inf
     for block in range(filled.size):
-        gather(x, x, nodes, block * 8 * _W, nodal)
-        kept = out[block * N_KEPT * _W : (block + 1) * N_KEPT * _W]
+        gather_one(x, nodes, block * 8 * _W, nodal)
+        kept = out[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
         for e in range(_W):
             m = vector_modes(nodal, e)
             b, volume = mean_gradient(m)
@@ -58,20 +64,11 @@ def fixed_geometry(x, nodes, filled, material_of, materials):
     return out, smallest
 
 
-@numba.njit(forceinline=True, **FAST)
-def elastic_stress(nodal, damping, lame, shear, kept, state):
-    """Stress and hourglass forces of a block at u + damping * v -> state (N_STATE*W,); nodal (48*W,) holds u and v."""
+@_part
+def elastic_forces(nodal, lame, shear, kept, own):
+    """Stress and hourglass forces of a block -> own (N_FORCES*W,); nodal (24*W,) holds the displacement."""
     for e in range(_W):
-        u, v = vector_modes(nodal, e), vector_modes(nodal, 24 * _W + e)
-        m = (
-            combine(1.0, u[0], damping, v[0]),
-            combine(1.0, u[1], damping, v[1]),
-            combine(1.0, u[2], damping, v[2]),
-            combine(1.0, u[3], damping, v[3]),
-            combine(1.0, u[4], damping, v[4]),
-            combine(1.0, u[5], damping, v[5]),
-            combine(1.0, u[6], damping, v[6]),
-        )
+        m = vector_modes(nodal, e)
         b = (
             load(kept, 0, 0, e),
             load(kept, 0, 3, e),
@@ -82,13 +79,13 @@ def elastic_stress(nodal, damping, lame, shear, kept, state):
         )
         l = field_gradient(m, b, kept[30 * _W + e])
         stress = add_elastic((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), l, 1.0, lame, shear)
-        store(state, 0, 0, e, stress[:3])
-        store(state, 0, 3, e, stress[3:])
+        store(own, 0, 0, e, stress[:3])
+        store(own, 0, 3, e, stress[3:])
         k = kept[32 * _W + e]
-        store(state, 0, HOURGLASS, e, hourglass_force(m[3], l, load(kept, 0, 18, e), k))
-        store(state, 0, HOURGLASS + 3, e, hourglass_force(m[4], l, load(kept, 0, 21, e), k))
-        store(state, 0, HOURGLASS + 6, e, hourglass_force(m[5], l, load(kept, 0, 24, e), k))
-        store(state, 0, HOURGLASS + 9, e, hourglass_force(m[6], l, load(kept, 0, 27, e), k))
+        store(own, 0, HOURGLASS, e, hourglass_force(m[3], l, load(kept, 0, 18, e), k))
+        store(own, 0, HOURGLASS + 3, e, hourglass_force(m[4], l, load(kept, 0, 21, e), k))
+        store(own, 0, HOURGLASS + 6, e, hourglass_force(m[5], l, load(kept, 0, 24, e), k))
+        store(own, 0, HOURGLASS + 9, e, hourglass_force(m[6], l, load(kept, 0, 27, e), k))
 
 
 @numba.njit(inline="always", **FAST)
@@ -98,18 +95,39 @@ def hourglass_force(gu, l, g, k):
 
 
 @_compiled
-def update_elastic_elements(u, v, damping, nodes, filled, material_of, materials, geometry, state, force):
+def damped_displacement(x, reference, v, damping, out):
+    """x - reference + damping * v, nodal vectors."""
+    for i in range(out.size):
+        out[i] = x[i] - reference[i] + damping * v[i]
+
+
+@_compiled
+def add_elastic_force(u, nodes, filled, material_of, materials, geometry, force):
     """Minus the internal force of every block added to `force`.
 
-    u, v : (3*n,) displacement from the reference geometry [m] and velocity [m/s];  damping : beta [s]
-    geometry : from `fixed_geometry`;  state : (n_blocks*N_STATE*LANES,) stress and hourglass forces, written
-    force : (3*n,) [N], changed in place. Rank-local.
+    u : (3*n,) displacement from the reference geometry, with damping u + beta v [m];  geometry : from `fixed_geometry`
+    force : (3*n,) [N], changed in place. Rank-local. Allocates only its block buffers.
     """
-    nodal = np.empty(48 * _W)
+    nodal, own = np.empty(24 * _W), np.empty(N_FORCES * _W)
     for block in range(filled.size):
-        start, s, row = block * 8 * _W, block * N_STATE * _W, material_of[block]
-        gather(u, v, nodes, start, nodal)
-        own, kept = state[s : s + N_STATE * _W], geometry[block * N_KEPT * _W : (block + 1) * N_KEPT * _W]
-        elastic_stress(nodal, damping, materials[row, 0], materials[row, 1], kept, own)
+        start, row = block * 8 * _W, material_of[block]
+        gather_one(u, nodes, start, nodal)
+        kept = geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
+        elastic_forces(nodal, materials[row, 0], materials[row, 1], kept, own)
         internal_force(own, kept, nodal)
         scatter(nodal, nodes, start, filled[block], force)
+
+
+@_compiled
+def elastic_stress(u, nodes, filled, material_of, materials, geometry):
+    """Stress (n_blocks, 6, LANES), order VOIGT [Pa], of the displacement u (3*n,)."""
+    nodal, own = np.empty(24 * _W), np.empty(N_FORCES * _W)
+    out = np.empty((filled.size, 6, _W))
+    for block in range(filled.size):
+        row = material_of[block]
+        gather_one(u, nodes, block * 8 * _W, nodal)
+        elastic_forces(nodal, materials[row, 0], materials[row, 1], geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W], own)
+        for k in range(6):
+            for e in range(_W):
+                out[block, k, e] = own[k * _W + e]
+    return out

@@ -20,10 +20,10 @@ def gather_cells(dynamics: Dynamics) -> np.ndarray | None:
     """Stress (6), plastic strain of every cell (m_global, 7) in input order. Root only. Collective."""
     s, domain = dynamics.structure, dynamics.domain
     rows = np.zeros((len(domain.cells), 7))
-    for blocks, cells in ((s.finite, s.finite_cells), (s.small, s.small_cells)):
-        if blocks.n_cells:
-            rows[cells, :6] = blocks.stress()
-            rows[cells, 6] = blocks.plastic_strain()
+    if s.finite.n_cells:
+        rows[s.finite_cells] = np.column_stack([s.finite.stress(), s.finite.plastic_strain()])
+    if s.small.n_cells:
+        rows[s.small_cells, :6] = s.small_stress()
     return gather_rows(domain.comm, domain.cell_input, rows, domain.m_global)
 
 

@@ -25,8 +25,8 @@ import math
 import numba
 import numpy as np
 
-from rail_fem.fe.plasticity import radial_return
-from rail_fem.fe.state import HOURGLASS, LANES, N_STATE, YIELD
+from rail_fem.fe.plasticity import EXCESS, return_isotropic, return_kinematic
+from rail_fem.fe.state import HOURGLASS, KINEMATIC, LANES, N_STATE, YIELD
 
 _W = LANES
 N_KEPT = 35  # rows that `elastic_trial` keeps of a block, see there
@@ -225,7 +225,7 @@ def elastic_trial(nodal, dt, material, state, kept):
         stress = add_elastic(rotate_stress(r, half), l, 0.5 * dt, lame, shear)
         store(state, 0, 0, e, stress[:3])
         store(state, 0, 3, e, stress[3:])
-        kept[34 * _W + e] = von_mises(stress) - state[YIELD * _W + e]
+        kept[EXCESS * _W + e] = von_mises(stress) - state[YIELD * _W + e]
         square = 8.0 * sum_of_squares(b)
         length = math.sqrt(1.5 / square) * volume
         rate = l[0][0] + l[1][1] + l[2][2]
@@ -299,8 +299,19 @@ def internal_force(state, kept, f):
             f[(21 + i) * _W + e] = y_top - x_top - d_top + fz
 
 
+@_part
+def turn_back_stress(nodal, dt, back):
+    """Turn the back stress (6*W,) of a block with the step's rotation, that of `elastic_trial`."""
+    for e in range(_W):
+        b, volume = mean_gradient(vector_modes(nodal, e))
+        r = step_rotation(to_mid_step(field_gradient(vector_modes(nodal, 24 * _W + e), b, volume), dt), dt)
+        turned = rotate_stress(r, load(back, 0, 0, e) + load(back, 0, 3, e))
+        store(back, 0, 0, e, turned[:3])
+        store(back, 0, 3, e, turned[3:])
+
+
 @_compiled
-def update_elements(x, v, dt, nodes, filled, material_of, materials, curve_start, curve_strain, curve_stress, state, force, work):
+def update_elements(x, v, dt, nodes, filled, material_of, materials, curve_start, curve_strain, curve_stress, state, back, force, work):
     """One step of every block: stresses from v on the geometry x, minus the internal force added to `force`.
 
     Parameters
@@ -310,24 +321,34 @@ def update_elements(x, v, dt, nodes, filled, material_of, materials, curve_start
     filled    : (n_blocks,) real lanes of each block
     material_of : (n_blocks,) row of `materials` (n_materials, N_MATERIAL);  curve_start (n_materials+1,) slices the yield curves
     state     : (n_blocks*N_STATE*LANES,) changed in place
+    back      : (n_blocks*6*LANES,) back stresses, changed in place; empty when no material hardens kinematically
     force     : (3*n,)  [N], changed in place
     work      : (3*n_blocks,) [J], plastic, hourglass and viscous work of the step are added to each block's
 
     Returns the smallest element volume [m3]: not positive, or not a number, where an element has turned inside out.
     Rank-local. Allocates only its block buffers. Error: second order in dt (tests/fe/test_hexahedron.py).
     """
-    nodal, kept = np.empty(48 * _W), np.empty(N_KEPT * _W)
+    nodal, kept, drop = np.empty(48 * _W), np.empty(N_KEPT * _W), np.empty(_W)
     smallest = np.inf
     for block in range(filled.size):
         start, s, count, row = block * 8 * _W, block * N_STATE * _W, filled[block], material_of[block]
         gather(x, v, nodes, start, nodal)
         own = state[s : s + N_STATE * _W]
-        elastic_trial(nodal, dt, materials[row], own, kept)
         c0, c1 = curve_start[row], curve_start[row + 1]
+        if materials[row, KINEMATIC] > 0.0:
+            centre = back[block * 6 * _W : (block + 1) * 6 * _W]
+            for k in range(6 * _W):
+                own[k] -= centre[k]
+            turn_back_stress(nodal, dt, centre)
+            elastic_trial(nodal, dt, materials[row], own, kept)
+            return_kinematic(own, centre, kept, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], drop)
+            for k in range(6 * _W):
+                own[k] += centre[k]
+        else:
+            elastic_trial(nodal, dt, materials[row], own, kept)
+            return_isotropic(own, kept, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], drop)
         for e in range(count):
-            if kept[34 * _W + e] > 0.0:
-                density = radial_return(own, e, kept[34 * _W + e], materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1])
-                work[3 * block] += density * kept[30 * _W + e]
+            work[3 * block] += kept[EXCESS * _W + e] * kept[30 * _W + e]
             work[3 * block + 1] += kept[32 * _W + e]
             work[3 * block + 2] += kept[33 * _W + e]
             if not kept[30 * _W + e] >= smallest:
@@ -335,6 +356,41 @@ def update_elements(x, v, dt, nodes, filled, material_of, materials, curve_start
         internal_force(own, kept, nodal)
         scatter(nodal, nodes, start, count, force)
     return smallest
+
+
+@_compiled
+def volumes(x, cells):
+    """Exact volumes (m,) [m3] of trilinear hexahedra: coordinates x (3*n,), cells (m, 8) in VTK order."""
+    nodal, out = np.empty(24 * _W), np.empty(len(cells))
+    for first in range(0, len(cells), _W):
+        for a in range(8):
+            for e in range(_W):
+                n, k = 3 * cells[min(first + e, len(cells) - 1), a], 3 * a * _W + e
+                nodal[k], nodal[k + _W], nodal[k + 2 * _W] = x[n], x[n + 1], x[n + 2]
+        for e in range(min(_W, len(cells) - first)):
+            b, volume = mean_gradient(vector_modes(nodal, e))
+            out[first + e] = volume
+    return out
+
+
+@_compiled
+def stored_energy(x, nodes, filled, material_of, materials, state):
+    """Elastic energy [J] of the stresses in `state` on the geometry x."""
+    nodal, total = np.empty(24 * _W), 0.0
+    for block in range(filled.size):
+        start, s, row = block * 8 * _W, block * N_STATE * _W, material_of[block]
+        lame, shear = materials[row, 0], materials[row, 1]
+        for a in range(8):
+            for e in range(_W):
+                n, k = 3 * nodes[start + a * _W + e], 3 * a * _W + e
+                nodal[k], nodal[k + _W], nodal[k + 2 * _W] = x[n], x[n + 1], x[n + 2]
+        for e in range(filled[block]):
+            b, volume = mean_gradient(vector_modes(nodal, e))
+            t, u = load(state, s, 0, e), load(state, s, 3, e)
+            trace = t[0] + t[1] + t[2]
+            squares = dot(t, t) + 2.0 * dot(u, u)
+            total += volume * (squares - lame / (3.0 * lame + 2.0 * shear) * trace * trace) / (4.0 * shear)
+    return total
 
 
 @_part

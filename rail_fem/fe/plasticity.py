@@ -1,13 +1,22 @@
-"""J2 plasticity with a tabulated isotropic hardening curve: the scalar return that the element kernel calls where an element yields."""
+"""J2 plasticity with a tabulated hardening curve, isotropic or kinematic, for the lanes of a block.
+
+What differs from lane to lane (has it yielded, which segment of the curve) is a scalar loop that leaves one number a lane; what
+that number does to the eighteen stresses of the lane is vector code.
+
+Source: Simo & Hughes, Computational Inelasticity (1998), section 3.3, backward Euler.
+"""
 
 import numba
 
 from rail_fem.fe.state import HOURGLASS, LANES, PLASTIC_STRAIN, YIELD
 
 _W = LANES
+EXCESS = 34  # row of `kept`: von Mises minus yield stress of the trial state [Pa]; after the return the plastic work density [J/m3]
+_FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
+_part = numba.njit(forceinline=True, **_FAST)  # one copy, inside its caller
 
 
-@numba.njit(forceinline=True, error_model="numpy")
+@_part
 def hardening_step(von_mises, p, shear, strain, stress):
     """Solve yield(p + dp) + 3 G dp = von_mises for dp.
 
@@ -29,26 +38,82 @@ def hardening_step(von_mises, p, shear, strain, stress):
     return (von_mises - stress[last]) / (3.0 * shear), stress[last]
 
 
-@numba.njit(forceinline=True, error_model="numpy")
-def radial_return(state, start, excess, shear, curve_strain, curve_stress):
-    """Bring the stress of the element whose state begins at `start` back to the yield surface, in place.
+@_part
+def curve_at(p, strain, stress):
+    """Stress of the hardening curve at plastic strain p [Pa]."""
+    last = strain.size - 1
+    i = 0
+    while i < last and strain[i + 1] <= p:
+        i += 1
+    if i == last:
+        return stress[last]
+    return stress[i] + (stress[i + 1] - stress[i]) / (strain[i + 1] - strain[i]) * (p - strain[i])
 
-    The hourglass forces return by the same factor: they stand for stresses in the element's corners, and left elastic they
-    would grow with the plastic strain and stiffen the flow (Taylor's bar spread 4 % less; tests/fe/test_taylor_bar.py).
 
-    excess : von Mises minus yield stress of the trial state, > 0 [Pa]. Returns yield * dp, the plastic work density [J/m3].
-    Source: Simo & Hughes, Computational Inelasticity (1998), section 3.3, backward Euler.
+@_part
+def shrink(state, drop):
+    """Take the share drop[e] off the deviator and the hourglass forces of each lane; nothing, to the last bit, where it is 0.
+
+    The hourglass forces stand for stresses in the element's corners: left elastic they would grow with the plastic strain and
+    stiffen the flow (Taylor's bar spread 4 % less; tests/fe/test_taylor_bar.py).
     """
-    p = state[start + PLASTIC_STRAIN * _W]
-    von_mises = excess + state[start + YIELD * _W]
-    dp, yield_stress = hardening_step(von_mises, p, shear, curve_strain, curve_stress)
-    scale = yield_stress / von_mises
-    mean = (state[start] + state[start + _W] + state[start + 2 * _W]) / 3.0
-    for k in range(3):
-        state[start + k * _W] = mean + scale * (state[start + k * _W] - mean)
-        state[start + (3 + k) * _W] *= scale
-    for k in range(HOURGLASS, HOURGLASS + 12):
-        state[start + k * _W] *= scale
-    state[start + PLASTIC_STRAIN * _W] = p + dp
-    state[start + YIELD * _W] = yield_stress
-    return yield_stress * dp
+    for e in range(_W):
+        d = drop[e]
+        mean = (state[e] + state[_W + e] + state[2 * _W + e]) / 3.0
+        state[e] -= d * (state[e] - mean)
+        state[_W + e] -= d * (state[_W + e] - mean)
+        state[2 * _W + e] -= d * (state[2 * _W + e] - mean)
+        for k in range(3, 6):
+            state[k * _W + e] -= d * state[k * _W + e]
+        for k in range(HOURGLASS, HOURGLASS + 12):
+            state[k * _W + e] -= d * state[k * _W + e]
+
+
+@_part
+def return_isotropic(state, kept, count, shear, curve_strain, curve_stress, drop):
+    """Bring the first `count` lanes of a block back to the yield surface; kept[EXCESS] becomes the plastic work density of the step.
+
+    state : trial stress, changed in place;  drop : (LANES,) buffer
+    """
+    flows = False
+    for e in range(_W):
+        excess = kept[EXCESS * _W + e]
+        drop[e], kept[EXCESS * _W + e] = 0.0, 0.0
+        if excess > 0.0 and e < count:
+            p, von_mises = state[PLASTIC_STRAIN * _W + e], excess + state[YIELD * _W + e]
+            dp, yield_stress = hardening_step(von_mises, p, shear, curve_strain, curve_stress)
+            drop[e] = 1.0 - yield_stress / von_mises
+            state[PLASTIC_STRAIN * _W + e] = p + dp
+            state[YIELD * _W + e] = yield_stress
+            kept[EXCESS * _W + e] = yield_stress * dp
+            flows = True
+    if flows:
+        shrink(state, drop)
+
+
+@_part
+def return_kinematic(state, back, kept, count, shear, curve_strain, curve_stress, drop):
+    """The same for kinematic hardening (Prager): the yield surface keeps its size and moves by what the curve rises.
+
+    state : trial stress minus back stress;  back : (6*LANES,) back stress, both changed in place
+    """
+    flows = False
+    for e in range(_W):
+        excess = kept[EXCESS * _W + e]
+        drop[e], kept[EXCESS * _W + e] = 0.0, 0.0
+        if excess > 0.0 and e < count:
+            p, size = state[PLASTIC_STRAIN * _W + e], state[YIELD * _W + e]
+            before = curve_at(p, curve_strain, curve_stress)
+            dp, after = hardening_step(excess + before, p, shear, curve_strain, curve_stress)
+            drop[e] = excess / (excess + size) if excess + size > 0.0 else 0.0
+            mean = (state[e] + state[_W + e] + state[2 * _W + e]) / 3.0
+            grown, power = (after - before) / (excess + size), 0.0
+            for k in range(6):
+                deviator = state[k * _W + e] - (mean if k < 3 else 0.0)
+                back[k * _W + e] += grown * deviator
+                power += (1.0 if k < 3 else 2.0) * back[k * _W + e] * deviator
+            state[PLASTIC_STRAIN * _W + e] = p + dp
+            kept[EXCESS * _W + e] = dp * (size + 1.5 * power / (excess + size))
+            flows = True
+    if flows:
+        shrink(state, drop)

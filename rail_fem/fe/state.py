@@ -11,8 +11,8 @@ YIELD = 7  # yield stress at that plastic strain [Pa]
 HOURGLASS = 8  # generalised hourglass forces, 4 modes x 3 components, divided by 8 [N]
 N_STATE = 20
 # columns of the material table
-LAME, SHEAR, DENSITY, SPEED, LINEAR_VISCOSITY, QUADRATIC_VISCOSITY, HOURGLASS_STIFFNESS = range(7)
-N_MATERIAL = 7
+LAME, SHEAR, DENSITY, SPEED, LINEAR_VISCOSITY, QUADRATIC_VISCOSITY, HOURGLASS_STIFFNESS, KINEMATIC = range(8)
+N_MATERIAL = 8
 # works that a step adds up [J]
 PLASTIC_WORK, HOURGLASS_WORK, VISCOUS_WORK = range(3)
 N_WORK = 3

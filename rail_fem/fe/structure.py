@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 from mpi4py import MPI
 
-from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table, strain_energy_density
+from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
-from rail_fem.fe.elastic import fixed_geometry, update_elastic_elements
-from rail_fem.fe.hexahedron import update_elements
-from rail_fem.fe.state import HOURGLASS, LANES, N_WORK, YIELD
+from rail_fem.fe.elastic import add_elastic_force, damped_displacement, elastic_stress, fixed_geometry
+from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
+from rail_fem.fe.state import KINEMATIC, LANES, LINEAR_VISCOSITY, N_STATE, N_WORK, QUADRATIC_VISCOSITY, YIELD
 from rail_fem.steel import Steel
+
+BLOCKS_AT_A_TIME = 64  # scratch state of a product with the stiffness
 
 
 class Structure:
@@ -29,14 +31,14 @@ class Structure:
         is_small = np.isin(domain.region, small)
         self.finite_cells, self.small_cells = np.flatnonzero(~is_small), np.flatnonzero(is_small)
         self.finite = ElementBlocks(domain.cells[self.finite_cells], domain.region[self.finite_cells], self.table)
-        self.small = ElementBlocks(domain.cells[self.small_cells], domain.region[self.small_cells], self.table)
+        self.small = ElementBlocks(domain.cells[self.small_cells], domain.region[self.small_cells], self.table, stateless=True)
         self.x, self.v, self.force = domain.reference.copy(), domain.nodal_vector(), domain.nodal_vector()
         self.u = domain.nodal_vector()
         self.geometry, smallest = fixed_geometry(domain.reference, self.small.nodes, self.small.filled, self.small.material_of, self.table.rows)
         self.damping = 0.0
         self.block_work = np.zeros((len(self.finite.filled), N_WORK))
         self.smallest_volume = smallest
-        self.initial_volume = element_volumes(domain.reference, domain.cells)
+        self.initial_volume = volumes(domain.reference, domain.cells)
         raise_together(domain.comm, self._inverted_fault(self.initial_volume))
         self.mass = self._lumped_mass()
 
@@ -69,30 +71,28 @@ class Structure:
         t = self.table
         b = self.finite
         self.smallest_volume = update_elements(
-            self.x, self.v, dt, b.nodes, b.filled, b.material_of, t.rows, t.curve_start, t.curve_strain, t.curve_stress, b.state, self.force, self.block_work.ravel()
+            self.x, self.v, dt, b.nodes, b.filled, b.material_of, t.rows, t.curve_start, t.curve_strain, t.curve_stress, b.state, b.back, self.force, self.block_work.ravel()
         )
         b = self.small
         if b.n_cells:
-            np.subtract(self.x, self.domain.reference, out=self.u)
-            update_elastic_elements(self.u, self.v, self.damping, b.nodes, b.filled, b.material_of, t.rows, self.geometry, b.state, self.force)
+            damped_displacement(self.x, self.domain.reference, self.v, self.damping, self.u)
+            add_elastic_force(self.u, b.nodes, b.filled, b.material_of, t.rows, self.geometry, self.force)
 
     def elastic_energy(self) -> tuple[float, float]:
         """Elastic energy of the finite-strain and of the small-displacement elements [J]. Rank-local."""
-        finite = self._stored_energy(self.finite, self.finite_cells, element_volumes(self.x, self.domain.cells[self.finite_cells]))
-        if not self.small.n_cells:
-            return finite, 0.0
-        state, unused = self.small.state.copy(), self.domain.nodal_vector()
-        np.subtract(self.x, self.domain.reference, out=self.u)
+        b, rows = self.finite, self.table.rows
+        finite = stored_energy(self.x, b.nodes, b.filled, b.material_of, rows, b.state)
         b = self.small
-        update_elastic_elements(self.u, self.v, 0.0, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry, b.state, unused)
-        small = -0.5 * float(unused @ self.u)
-        b.state[:] = state
-        return finite, small
+        if not b.n_cells:
+            return finite, 0.0
+        displacement, force = self.x - self.domain.reference, self.domain.nodal_vector()
+        add_elastic_force(displacement, b.nodes, b.filled, b.material_of, rows, self.geometry, force)
+        return finite, -0.5 * float(force @ displacement)
 
-    def _stored_energy(self, blocks: ElementBlocks, cells: np.ndarray, volumes: np.ndarray) -> float:
-        modulus = np.array([s.youngs_modulus for s in self.steels])[self.domain.region[cells]]
-        poisson = np.array([s.poisson for s in self.steels])[self.domain.region[cells]]
-        return float((strain_energy_density(blocks.stress(), modulus, poisson) * volumes).sum())
+    def small_stress(self) -> np.ndarray:
+        """Stress of the small-displacement elements (m, 6), order VOIGT [Pa], without damping. Rank-local."""
+        b = self.small
+        return b.in_cells(elastic_stress(self.x - self.domain.reference, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry))
 
     def kinetic_energy(self) -> float:
         """Of the owned nodes [J]. Rank-local."""
@@ -102,31 +102,23 @@ class Structure:
     def stiffness_times(self, direction: np.ndarray) -> np.ndarray:
         """Elastic stiffness (with hourglass stiffness, on the present geometry) times a nodal vector (3 n_nodes,). Collective."""
         out, t, b = self.domain.nodal_vector(), self.table, self.finite
-        rows = t.rows.copy()
-        rows[:, 4:6] = 0.0
-        scale = 1e-9
-        state = np.zeros_like(b.state)
-        state.reshape(b.entries.shape)[:, YIELD, :] = np.inf
-        update_elements(self.x, direction, scale, b.nodes, b.filled, b.material_of, rows, t.curve_start, t.curve_strain, t.curve_stress, state, out, np.zeros(N_WORK * len(b.filled)))
-        out /= -scale
+        rows, scale = t.rows.copy(), 1e-9
+        rows[:, [LINEAR_VISCOSITY, QUADRATIC_VISCOSITY, KINEMATIC]] = 0.0
+        for first in range(0, len(b.filled), BLOCKS_AT_A_TIME):
+            part = slice(first, first + BLOCKS_AT_A_TIME)
+            filled = b.filled[part]
+            state = np.zeros((len(filled), N_STATE, LANES))
+            state[:, YIELD, :] = np.inf
+            nodes, work = b.nodes.reshape(-1, 8 * LANES)[part].ravel(), np.zeros(N_WORK * len(filled))
+            update_elements(self.x, direction, scale, nodes, filled, b.material_of[part], rows, t.curve_start, t.curve_strain, t.curve_stress, state.ravel(), np.empty(0), out, work)
+        out /= scale
         b = self.small
         if b.n_cells:
-            small = self.domain.nodal_vector()
-            update_elastic_elements(direction, direction, 0.0, b.nodes, b.filled, b.material_of, rows, self.geometry, b.state.copy(), small)
-            out -= small
+            add_elastic_force(direction, b.nodes, b.filled, b.material_of, rows, self.geometry, out)
+        np.negative(out, out=out)
         self.domain.sum_to_owner(out)
         return out
 
     def inverted_fault(self) -> str | None:
         """A sentence on the elements that are inside out now, or None. Rank-local."""
-        return self._inverted_fault(element_volumes(self.x, self.domain.cells))
-
-
-def element_volumes(x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Exact volumes (m,) [m3] of trilinear hexahedra, coordinates x (3 n,), cells (m, 8) in VTK order."""
-    blocks = ElementBlocks(cells, np.zeros(len(cells), int), material_table([Steel(1.0, 0.0, 1.0)], ElementSettings()))
-    kept, _ = fixed_geometry(x, blocks.nodes, blocks.filled, blocks.material_of, np.zeros((1, 7)))
-    volumes = np.empty(len(cells))
-    real = blocks.cell_of >= 0
-    volumes[blocks.cell_of[real]] = kept.reshape(-1, 35, LANES)[:, 30, :].ravel()[real]
-    return volumes
+        return self._inverted_fault(volumes(self.x, self.domain.cells))

@@ -1,5 +1,7 @@
 """J2 plasticity through the element kernel: closed forms and the yield surface."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -21,10 +23,10 @@ class Coupon:
 
     def pull(self, stretch):
         """Axial stress [Pa] after stretching to `stretch`; `strain` adds up the kernel's own increments, 2 (b - a) / (b + a)."""
-        structure, saved = self.structure, (self.structure.x.copy(), self.structure.finite.state.copy())
+        structure, saved = self.structure, (self.structure.x.copy(), self.structure.finite.state.copy(), self.structure.finite.back.copy())
 
         def lateral_stress(side):
-            structure.x[:], structure.finite.state[:] = saved
+            structure.x[:], structure.finite.state[:], structure.finite.back[:] = saved
             place(structure, self.corners * [stretch, side, side], 1.0)
             return structure.finite.stress()[0, 1]
 
@@ -51,6 +53,36 @@ def test_cyclic_uniaxial_loading_follows_the_closed_form(steps):
         assert computed == pytest.approx(stress, rel=1e-8)
         assert coupon.structure.finite.plastic_strain()[0] == pytest.approx(p, rel=1e-8)
     assert p > 0.03
+
+
+@pytest.mark.parametrize("steps", [1, 7])
+def test_cyclic_uniaxial_loading_with_kinematic_hardening_follows_the_closed_form(steps):
+    """Linear hardening: the elastic range keeps its size 2 yield and its centre moves by H dp, |trial - centre| beyond it returns by dp."""
+    yield_stress, hardening, modulus = 300e6, 10e9, STEEL.youngs_modulus
+    coupon = Coupon(replace(plastic(STEEL, yield_stress, hardening), hardening="kinematic"))
+    stress, centre, strain, p = 0.0, 0.0, 0.0, 0.0
+    for turn in (1.005, 0.994, 1.008, 0.990, 1.0):
+        for stretch in np.linspace(coupon.stretch, turn, steps + 1)[1:]:
+            computed = coupon.pull(stretch)
+        trial = stress + modulus * (coupon.strain - strain)
+        side = np.sign(trial - centre)
+        dp = max(abs(trial - centre) - yield_stress, 0.0) / (modulus + hardening)
+        stress, centre, strain, p = trial - side * modulus * dp, centre + side * hardening * dp, coupon.strain, p + dp
+        assert computed == pytest.approx(stress, rel=1e-8)
+        assert coupon.structure.finite.plastic_strain()[0] == pytest.approx(p, rel=1e-8)
+    assert p > 0.03
+
+
+def test_back_stress_turns_with_the_body():
+    """Strained beyond yield, then turned by 90 degrees in 2000 steps: the centre of the elastic range turned too, so nothing yields."""
+    structure = structure_of(mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), replace(plastic(STEEL, 300e6, 10e9), hardening="kinematic"), settings=NO_VISCOSITY)
+    place(structure, structure.x.reshape(-1, 3) * [1.01, 0.995, 0.995], 1.0)
+    p, stress, start = structure.finite.plastic_strain()[0], structure.finite.stress()[0], structure.x.reshape(-1, 3).copy()
+    for angle in np.linspace(0, np.pi / 2, 2001)[1:]:
+        c, s = np.cos(angle), np.sin(angle)
+        place(structure, start @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), 1.0)
+    assert p > 5e-3 and structure.finite.plastic_strain()[0] == pytest.approx(p, rel=1e-9)
+    assert structure.finite.stress()[0] == pytest.approx(stress[[1, 0, 2, 4, 3, 5]], abs=1e-6 * abs(stress).max())
 
 
 def test_a_tensile_test_gives_back_the_tabulated_curve():

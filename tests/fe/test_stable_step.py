@@ -7,7 +7,7 @@ from geometry.mesh_box import mesh_box
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
-from rail_fem.fe.structure import element_volumes
+from rail_fem.fe.hexahedron import volumes
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.steel import Steel
 from tests.fe.bodies import NO_VISCOSITY, STEEL, distort, plastic, structure_of
@@ -179,5 +179,5 @@ def test_a_step_is_cut_to_few_digits_downwards():
 def test_element_volumes_add_up_to_the_body():
     mesh = distort(mesh_box((1.0, 2.0, 3.0), (3, 3, 3)), 0.1, 7, boundary=False)
     structure = structure_of(mesh, Steel(1.0, 0.0, 2.0))
-    assert element_volumes(structure.x, structure.domain.cells).sum() == pytest.approx(6.0, rel=1e-12)
+    assert volumes(structure.x, structure.domain.cells).sum() == pytest.approx(6.0, rel=1e-12)
     assert structure.mass.sum() == pytest.approx(12.0, rel=1e-12)
