@@ -1,4 +1,4 @@
-"""The command line: check | run | show | doctor. Every command says what it found and ends non-zero on a fault."""
+"""The command line: check | run | show | profile | doctor. Every command says what it found and ends non-zero on a fault."""
 
 from pathlib import Path
 from typing import Annotated, NoReturn, Optional
@@ -93,6 +93,33 @@ def show(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a
             say("\n".join(["figures", *(f"  {path}" for path in draw_run(folder))]))
     except (FileNotFoundError, ValueError, OSError) as error:
         stop(str(error))
+
+
+@app.command()
+def profile(file: Annotated[Path, typer.Argument(metavar="FILE", help="profile: .prw .prr .whl .ban .mpt or two columns")],
+            kind: Annotated[Optional[str], typer.Option(help="rail or wheel, where the file does not say")] = None,
+            unit: Annotated[Optional[str], typer.Option(help="mm, cm, m or inch, where the file does not say")] = None,
+            number: Annotated[int, typer.Option(help="which profile of an .mpt file")] = 1,
+            smooth: Annotated[bool, typer.Option(help="take out scatter above 5 um")] = True,
+            picture: Annotated[Optional[Path], typer.Option(help="where to draw it; default: FILE's name + _profile.png in this folder")] = None,
+            write: Annotated[Optional[Path], typer.Option(help="write the mended profile: .prr .prw .txt .csv")] = None) -> None:
+    """Profile doctor: what a profile file holds, what was mended, what is refused; with a picture."""
+    from geometry.format_columns import UNITS
+    from geometry.formats import read_raw, write_profile
+    from geometry.profile_doctor import examine
+    from geometry.profile_figure import draw_diagnosis
+
+    if unit is not None and unit not in UNITS:
+        stop(f"--unit {unit}: known are {', '.join(UNITS)}")
+    try:
+        found = examine(read_raw(file, kind, UNITS.get(unit), number), smooth)
+        say(f"{file}\n{found.report()}")
+        say(f"  drawn   {draw_diagnosis(found, picture or Path(f'{file.stem}_profile.png'))}")
+        if write is not None:
+            write_profile(write, found.profile.points, found.kind, f"from {file.name}")
+            say(f"  written {write}")
+    except (ValueError, OSError) as error:
+        stop(f"refused: {error}")
 
 
 @app.command()

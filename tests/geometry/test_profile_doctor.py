@@ -1,0 +1,125 @@
+"""Profile doctor: each malformed profile is mended with a visible report or refused with file, line and reason."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geometry.profile_doctor import examine
+from geometry.profile_faults import noise_level
+from geometry.profile_figure import draw_diagnosis
+from geometry.profiles import ProfileError
+from geometry.rail import rail_head
+from geometry.raw_profile import RawProfile
+from geometry.wheel import wheel_profile
+
+RAIL = rail_head("60E1").points[::3]
+WHEEL = wheel_profile("P8").points
+MM = 1e-3
+
+
+def raw(points, kind="rail", **known):
+    return RawProfile(np.asarray(points), np.arange(1, len(points) + 1), Path("made.txt"), "two-column text", kind=kind, **known)
+
+
+def says(found, weight, words):
+    return any(f.weight == weight and words in f.text for f in found.findings)
+
+
+@pytest.mark.parametrize("scale, name", [(1.0, "m"), (1e3, "mm"), (1 / 0.0254, "inch")])
+@pytest.mark.parametrize("mirror, turn, order", [(1, 1, 1), (-1, 1, 1), (1, -1, -1), (-1, -1, 1)])
+def test_unit_mirror_axis_and_order_of_a_wheel_give_the_same_profile(scale, name, mirror, turn, order):
+    points = (WHEEL * [mirror, turn] * scale)[::order]
+    found = examine(raw(points, "wheel"))
+    assert found.unit_name == name
+    assert np.abs(found.profile.points - WHEEL).max() < 1e-12
+    assert says(found, "mended", "mirrored") == (mirror < 0)
+
+
+def test_a_declared_unit_that_cannot_be_is_refused_with_the_one_that_fits():
+    with pytest.raises(ProfileError, match="made.txt: in m as declared the wheel is 1.35e.05 mm wide.*would fit in mm"):
+        examine(raw(WHEEL * 1e3, "wheel", unit=1.0))
+
+
+def test_a_measured_wheel_is_set_on_its_datum():
+    found = examine(raw(WHEEL + [0.0712, -0.0034], "wheel"))
+    assert says(found, "mended", "set on the tread datum")
+    assert np.abs(found.profile.points - WHEEL).max() < 2.5e-7  # the EN arc passes D0 itself at 0.19 um
+
+
+def test_repeated_points_are_taken_out_and_said():
+    found = examine(raw(np.repeat(RAIL, 2, axis=0)))
+    assert says(found, "mended", f"{len(RAIL)} repeated point(s) taken out, the first on line 2")
+    assert np.array_equal(found.profile.points, RAIL)
+
+
+def test_zigzag_is_mended_by_taking_out_what_turns_back():
+    points = np.insert(RAIL, 60, RAIL[40] + [0, 1 * MM * 0], axis=0)
+    found = examine(raw(points))
+    assert says(found, "mended", "zig-zag: 1 point(s)")
+    assert np.array_equal(found.profile.points, RAIL)
+
+
+def test_a_profile_that_is_all_zigzag_is_refused():
+    shuffled = np.random.default_rng(1).permutation(RAIL)
+    with pytest.raises(ProfileError, match="made.txt: line .*turns back on itself"):
+        examine(raw(shuffled, up=1))
+
+
+def test_a_loop_is_refused_with_both_lines():
+    t = np.linspace(0, 2 * np.pi, 40)[1:]
+    radius = 2 * MM
+    at = len(RAIL) // 2
+    step = RAIL[at + 1] - RAIL[at]
+    angle = np.arctan2(step[1], step[0])
+    loop = RAIL[at] + radius * np.column_stack([np.sin(t + angle) - np.sin(angle), np.cos(angle) - np.cos(t + angle)])
+    with pytest.raises(ProfileError, match=r"made.txt: line \d+: the profile crosses itself with line \d+"):
+        examine(raw(np.vstack([RAIL[: at + 1], loop, RAIL[at + 1 :]]), up=1))
+
+
+@pytest.mark.parametrize("level", [10e-6, 30e-6, 100e-6])
+def test_noise_is_measured_and_taken_out(level):
+    """Level to 25 % (median of 250 samples); what is left is below half of it on the crown."""
+    clean = rail_head("60E1", spacing=0.4 * MM).points
+    rng = np.random.default_rng(3)
+    noisy = clean + rng.normal(0, level, clean.shape)
+    assert noise_level(noisy) == pytest.approx(level, rel=0.25)
+    found = examine(raw(noisy))
+    assert says(found, "mended", "smoothed")
+    crown = np.linspace(-0.02, 0.02, 201)
+    left = found.profile.graph_part().height(crown) - rail_head("60E1").height(crown)
+    assert np.sqrt(np.mean(left**2)) < 0.5 * level
+
+
+def test_a_kink_is_told_from_noise_and_kept():
+    y = np.linspace(-35, 35, 281) * MM
+    roof = np.column_stack([y, -0.3 * np.abs(y)]) + np.random.default_rng(5).normal(0, 2e-6, (281, 2))
+    found = examine(raw(roof))
+    assert says(found, "found", "1 kink(s), kept")
+    assert found.profile.slope(np.array([-0.4 * MM, 0.4 * MM])) == pytest.approx([0.3, -0.3], abs=0.05)
+
+
+def test_gaps_are_bridged_with_a_doubt_or_refused():
+    narrow = np.delete(RAIL, slice(60, 95), axis=0)
+    assert says(examine(raw(narrow)), "doubt", "gap of")
+    y = RAIL[:, 0]
+    with pytest.raises(ProfileError, match="too wide to bridge"):
+        examine(raw(RAIL[(y < -15 * MM) | (y > 15 * MM)]))
+
+
+def test_vertical_and_overhanging_walls_are_reported():
+    lean = np.radians(12)
+    turned = rail_head("60E1").points @ np.array([[np.cos(lean), np.sin(lean)], [-np.sin(lean), np.cos(lean)]])
+    assert says(examine(raw(turned)), "found", "overhanging")
+
+
+@pytest.mark.parametrize("count", [5, 5000])
+def test_few_and_many_points_are_taken(count):
+    y = np.linspace(-35, 35, count) * MM
+    found = examine(raw(np.column_stack([y, -(y**2) / 0.6])))
+    assert len(found.profile.points) == count
+    assert says(found, "doubt", "only 5 points") == (count == 5)
+
+
+def test_the_picture_is_drawn(tmp_path):
+    assert draw_diagnosis(examine(raw(RAIL)), tmp_path / "a.png").stat().st_size > 10_000
