@@ -15,6 +15,7 @@ from rail_fem.progress import duration, read_status
 from rail_fem.result import PassResult, load
 from rail_fem.rigid import placement_doubts, window_path
 from rail_fem.scene import Scene
+from rail_fem.settings import FeSettings
 from rail_fem.units import show
 
 
@@ -24,10 +25,15 @@ def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
     faults = run_faults(scene, settings, ranks, model)
     doubts = scene_doubts(scene)
     lines = [case.title, "", "scene", *_section(scene), "", "derived", *_derived(scene)]
-    if not faults:
+    explicit = isinstance(settings, FeSettings)
+    if not faults and explicit:
         lines += _rigid(scene, settings)
         doubts += fe_doubts(scene, settings) + placement_doubts(scene, settings)
-    lines += ["", f"run.{model}", *_section(settings), "", f"cost on {ranks} rank(s), to a factor of about two", *_cost(scene, settings, ranks)]
+    lines += ["", f"run.{model}", *_section(settings)]
+    if explicit:
+        lines += ["", f"cost on {ranks} rank(s), to a factor of about two", *_cost(scene, settings, ranks)]
+    else:
+        lines += ["", "cost", _row("wall time", "some seconds", "most of it for the search of the surfaces")]
     return "\n".join([*lines, "", f"{len(doubts)} warning(s)", *(f"  {doubt}" for doubt in doubts)]), faults
 
 

@@ -1,0 +1,209 @@
+"""What the surfaces say about contact along a crossing: for wing and nose, how high a wheel stands on it, where it touches, how stiff it is.
+
+Each contact is the paraboloid whose intersection with a plane, as deep as the virtual penetration of Kik and Piotrowski (0.55 of the
+approach under the static load), has the length, width and area of the intersection of the true surfaces there. So edges and corners count
+by what they carry. Where the intersection is no ellipse about the contact point, Hertz' theory is a guess: `lopsided`.
+Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual penetration).
+"""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from bem.hertz import contact_stiffness, point_contact
+from geometry.axes import tread_datum_y
+from geometry.crossing import CastCrossing
+from geometry.crossing_surface import body_heights
+from geometry.path import WheelPath, rolling_radius, wheel_path
+from geometry.profiles import Profile, hermite_many
+from rail_fem.scene import Scene
+
+BODIES = ("wing", "nose")
+VIRTUAL = 0.55               # virtual penetration over approach
+FIRST_DEPTH = 50e-6          # of the first intersection [m]
+DEPTHS = (5e-6, 300e-6)      # at least and at most [m]
+ROUNDS = 4                   # of intersection and depth
+REACH = (14e-3, 18e-3)       # half length and half width of the place that is looked at [m]
+SAMPLES = (25, 49)           # along and across, denser in the middle
+NO_METAL = -0.5              # heights below: no surface there [m]
+FAR = 1.0                    # gap where there is no surface [m]
+
+
+@dataclass(frozen=True)
+class ContactTable:
+    """Contacts of a scene's wheel with wing and nose (b = 0, 1) at axle positions x (n,) [m].
+
+    height    : (2, n)    axle height, relative to plain line, at which the wheel touches the body [m]; -inf out of reach
+    slope     : (2, n)    its derivative to x [1]
+    point     : (2, n, 3) where they touch [m]
+    stiffness : (2, n)    K of F = K d^1.5, vertical force over vertical approach [N/m^1.5]; 0 out of reach
+    radii     : (2, n, 2) relative radii along and across the rail [m]
+    angle     : (2, n)    slope angle of the surfaces there, across the track [rad]; > 0 rises towards the field side
+    lopsided  : (2, n)    distance of the intersection's middle from the contact point over its half-width [1]
+    transfers : (k,)      x where a rigid wheel changes body [m]
+    modulus   : E* of wheel and each body [Pa]
+    """
+
+    x: np.ndarray
+    height: np.ndarray
+    slope: np.ndarray
+    point: np.ndarray
+    stiffness: np.ndarray
+    radii: np.ndarray
+    angle: np.ndarray
+    lopsided: np.ndarray
+    transfers: np.ndarray
+    modulus: tuple[float, float]
+
+    def height_at(self, x: np.ndarray) -> np.ndarray:
+        """(2, m) heights at x (m,) [m]: cubic Hermite between the table's places, -inf where one of the two is out of reach."""
+        return np.stack([_hermite(x, self.x, h, s) for h, s in zip(self.height, self.slope)])
+
+    def between(self, x: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """(2, m) values (2, n) of the table at x (m,), linear between its places."""
+        return np.stack([np.interp(x, self.x, row) for row in values])
+
+    def nearest(self, x: np.ndarray) -> np.ndarray:
+        """(m,) index of the table's place nearest to x."""
+        return np.clip(np.rint((np.asarray(x) - self.x[0]) / (self.x[1] - self.x[0])).astype(int), 0, len(self.x) - 1)
+
+
+def _hermite(at: np.ndarray, x: np.ndarray, height: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
+    width = x[i + 1] - x[i]
+    t = (at - x[i]) / width
+    known = np.isfinite(height[i]) & np.isfinite(height[i + 1])
+    low, high = np.where(known, height[i], 0.0), np.where(known, height[i + 1], 0.0)
+    bend = width * (slope[i] * t * (1 - t) ** 2 - slope[i + 1] * t**2 * (1 - t))
+    return np.where(known, low * (1 + 2 * t) * (1 - t) ** 2 + high * t**2 * (3 - 2 * t) + bend, -np.inf)
+
+
+def contact_table(scene: Scene, start: float, end: float, spacing: float) -> ContactTable:
+    """The table between start and end [m], in either order, every `spacing` [m] or a little less.
+
+    Kept for scenes that differ in speed or foundation only: the search takes a second or more.
+    Errors: CrossingError where the modelled crossing ends.
+    """
+    low, high = sorted((start, end))
+    steels = tuple((s.youngs_modulus, s.poisson) for s in (scene.materials.wing.steel(), scene.materials.nose.steel(), scene.materials.wheel.steel()))
+    wheel = scene.wheel
+    return _table(scene.crossing.ratio, wheel.profile, wheel.far_tread_slope, wheel.radius, scene.wheel_datum_y, low, high, spacing, steels, scene.static_wheel_load)
+
+
+def rail_modulus(rail: tuple[float, float], wheel: tuple[float, float]) -> float:
+    """E* of a body and the wheel from Young's modulus [Pa] and Poisson's ratio of each."""
+    return 1 / sum((1 - poisson**2) / young for young, poisson in (rail, wheel))
+
+
+@functools.lru_cache(maxsize=32)
+def _path(ratio, profile, far_slope, radius, datum, low, high, spacing) -> tuple[CastCrossing, Profile, WheelPath]:
+    from rail_fem.wheelshape import wheel_shape
+
+    crossing, wheel = CastCrossing(ratio=ratio), wheel_shape(profile, far_slope)
+    x = np.linspace(low, high, max(2, int(np.ceil((high - low) / spacing - 1e-9))) + 1)
+    return crossing, wheel, wheel_path(crossing, wheel, x, radius, datum - tread_datum_y())
+
+
+@functools.lru_cache(maxsize=64)
+def _table(ratio, profile, far_slope, radius, datum, low, high, spacing, steels, load) -> ContactTable:
+    crossing, wheel, path = _path(ratio, profile, far_slope, radius, datum, low, high, spacing)
+    moduli = tuple(rail_modulus(rail, steels[2]) for rail in steels[:2])
+    points = np.stack([path.wing_point, path.nose_point])
+    heights = path.height - np.stack([path.wing_gap, path.nose_gap])
+    parts = [_contacts(crossing, wheel, b, path, points[b], radius, datum, moduli[b], load) for b in (0, 1)]
+    gather = lambda name: np.stack([part[name] for part in parts])
+    return ContactTable(path.x, np.where(np.isfinite(heights), heights, -np.inf), gather("slope"), points, gather("stiffness"),
+                        gather("radii"), gather("angle"), gather("lopsided"), path.transfers, moduli)
+
+
+def _contacts(crossing, wheel: Profile, body: int, path: WheelPath, point: np.ndarray, radius: float, datum: float, modulus: float, load: float) -> dict:
+    """Slope, curvatures and stiffness at the contact points (n, 3) of one body."""
+    near = np.isfinite(point[:, 0])
+    x, at = path.x[near], point[near]
+    rolling, tread_slope = rolling_radius(wheel, radius, at[:, 1] - datum), hermite_many(at[:, 1] - datum, *wheel.hermite_table())[1]
+    ahead, angle = at[:, 0] - x, np.arctan(tread_slope)
+    gap, along, across = _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle)
+    depth = np.full(len(x), FIRST_DEPTH)
+    for _ in range(ROUNDS):
+        radii, lopsided = equivalent_paraboloid(gap, along, across, depth)
+        constant = hertz_constants(radii, modulus)
+        depth = np.clip(VIRTUAL * (load / np.cos(angle) / constant) ** (2 / 3), *DEPTHS)
+    found = {"slope": ahead / np.sqrt(rolling**2 - ahead**2), "angle": angle, "stiffness": constant * np.cos(angle) ** 2.5, "radii": radii, "lopsided": lopsided}
+    shape = lambda values: np.full((len(near), *values.shape[1:]), 0.0)
+    return {name: _placed(shape(values), near, values) for name, values in found.items()}
+
+
+def _placed(into: np.ndarray, where: np.ndarray, values: np.ndarray) -> np.ndarray:
+    into[where] = values
+    return into
+
+
+def _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Gap along the contact's normal (n, p, q) [m] around the contact points (n, 3), and distances along (p,) and across (q,) [m]."""
+    along, across = (reach * np.sign(u) * np.abs(u) ** 1.5 for reach, u in zip(REACH, (np.linspace(-1, 1, k) for k in SAMPLES)))
+    cosine = np.cos(angle)[:, None, None]
+    at_x, at_y = at[:, 0, None, None] + along[None, :, None], at[:, 1, None, None] + across[None, None, :] * cosine
+    gap = surface_gap(crossing, wheel, body, x[:, None, None], at_x, at_y, radius, datum)
+    least = surface_gap(crossing, wheel, body, x, at[:, 0], at[:, 1], radius, datum)
+    return np.minimum((gap - least[:, None, None]) * cosine, FAR), along, across
+
+
+def equivalent_paraboloid(gap: np.ndarray, along: np.ndarray, across: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Radii (n, 2) [m] of the paraboloid that intersects to `depth` (n,) as the gap (n, p, q) does, and how lopsided that is (n,).
+
+    Length, width and area are those of the place where the gap, linear between its samples, is below the depth.
+    """
+    rows, columns = gap.min(axis=2), gap.min(axis=1)
+    length, _ = _below(rows, along, depth[:, None])
+    width, middle = _below(columns, across, depth[:, None])
+    widths, _ = _below(gap, across, depth[:, None, None])
+    area = np.trapz(widths, along, axis=1)
+    ellipse = np.pi / 4 * length * width
+    scale = (area / ellipse)[:, None]
+    radii = np.stack([length, width], axis=1) ** 2 / 4 * scale / (2 * depth[:, None])
+    return radii, np.abs(middle) / (width / 2)
+
+
+def _below(gap: np.ndarray, places: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Length (...) [m] of the places (q,) where gap (..., q) is below depth (..., 1), and their middle."""
+    low, high = np.minimum(gap[..., 1:], gap[..., :-1]), np.maximum(gap[..., 1:], gap[..., :-1])
+    share = np.clip((depth - low) / np.maximum(high - low, 1e-15), 0, 1) * np.diff(places)
+    length = share.sum(axis=-1)
+    return length, (share * (places[1:] + places[:-1]) / 2).sum(axis=-1) / np.maximum(length, 1e-15)
+
+
+def surface_gap(crossing: CastCrossing, wheel: Profile, body: int, x, at_x, at_y, radius: float, datum: float) -> np.ndarray:
+    """How far the wheel with its axle over x is above a body's surface at places (at_x, at_y), up to a constant [m]; inf without metal."""
+    x, at_x, at_y = np.broadcast_arrays(x, at_x, at_y)
+    rail = body_heights(at_x.ravel().copy(), at_y.ravel().copy(), body == 1, crossing.shape, crossing.loft).reshape(x.shape)
+    tread = hermite_many((at_y - datum).ravel(), *wheel.hermite_table())[0].reshape(x.shape)
+    rolling, ahead = radius - tread, at_x - x
+    with np.errstate(invalid="ignore"):
+        gap = tread + ahead**2 / (rolling + np.sqrt(rolling**2 - ahead**2)) - rail
+    return np.where((rail > NO_METAL) & np.isfinite(tread), gap, np.inf)
+
+
+@functools.lru_cache(maxsize=1)
+def _unit_ellipses() -> tuple[np.ndarray, ...]:
+    """Over the logarithm of the radii's ratio: K, long and short semi-axis for modulus 1, geometric mean radius 1, force 1."""
+    log_ratio = np.linspace(0, np.log(1e5), 240)
+    radii = [(np.exp(r / 2), np.exp(-r / 2)) for r in log_ratio]
+    patches = [point_contact(1.0, *pair, 1.0) for pair in radii]
+    return log_ratio, np.array([contact_stiffness(*pair, 1.0) for pair in radii]), np.array([p.semi_x for p in patches]), np.array([p.semi_y for p in patches])
+
+
+def hertz_constants(radii: np.ndarray, modulus: float) -> np.ndarray:
+    """K (n,) [N/m^1.5] of relative radii (n, 2) [m]; bem.hertz tabulated, error 1e-5 (tests/rail_fem/test_contact_table.py)."""
+    mean, ratio = np.sqrt(radii.prod(axis=1)), np.abs(np.log(radii[:, 0] / radii[:, 1]))
+    table = _unit_ellipses()
+    return modulus * np.sqrt(mean) * np.interp(ratio, table[0], table[1])
+
+
+def patch_sizes(force: np.ndarray, radii: np.ndarray, modulus: float) -> np.ndarray:
+    """Semi-axes (n, 2) [m] along and across the rail of the Hertz ellipse under force (n,) [N]."""
+    mean, ratio = np.sqrt(radii.prod(axis=1)), np.log(radii[:, 0] / radii[:, 1])
+    log_ratio, _, long, short = _unit_ellipses()
+    scale = np.cbrt(force * mean / modulus)
+    axes = np.stack([np.interp(np.abs(ratio), log_ratio, long), np.interp(np.abs(ratio), log_ratio, short)], axis=1) * scale[:, None]
+    return np.where(ratio[:, None] >= 0, axes, axes[:, ::-1])

@@ -1,0 +1,65 @@
+"""Rung lumped: sprung mass, wheel and track mass with one contact spring over the rigid wheel path.
+
+Resolves the force history of one contact. Blind to how wing and nose share the load, to the patch, to plastic flow and waves.
+"""
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from rail_fem.contact_table import contact_table
+from rail_fem.light_pass import Contacts, common_history, force_peak, history_rows, lift_offs, run_pass, step_error
+from rail_fem.light_settings import LumpedSettings
+from rail_fem.result import Cost, PassResult
+from rail_fem.scene import Scene
+from rail_fem.validity import flag_warnings, lumped_flags
+from rail_fem.vertical_dynamics import ContactLaw
+
+
+def solve(scene: Scene, settings: LumpedSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
+    """One pass. Nothing is written, nothing is restarted: it takes a second, most of it for the rigid path.
+
+    Error: second order in the step, measured by twice the step; `contact_stiffness` is the force's change when the contact is
+    half as stiff. Errors: CrossingError where the window leaves the crossing, ValueError.
+    """
+    started = time.perf_counter()
+    table = contact_table(scene, *settings.window(scene), settings.path_spacing)
+    constant = settings.contact_stiffness or static_constant(table, settings.window(scene)[0])
+    contacts = one_contact(table, constant, settings.contact, scene.static_wheel_load)
+    run = run_pass(scene, settings, contacts)
+    coarse = run_pass(scene, settings, contacts, 2 * run.step)
+    softer = run_pass(scene, settings, one_contact(table, constant / 2, settings.contact, scene.static_wheel_load))
+    rows = history_rows(run, settings.history_interval)
+    history = common_history(run, rows)
+    total = run.force.sum(axis=0)
+    flags = lumped_flags(scene, table, run, constant, lift_offs(run, scene.static_wheel_load))
+    return PassResult(
+        model="lumped", scene=scene, settings=settings.model_dump(mode="json"), history=history,
+        peaks={"force": force_peak(total, run), "force_foundation": force_peak(run.foundation_force, run)},
+        energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
+        cost=Cost(time.perf_counter() - started, 0, len(run.time)),
+        error_estimate={"time_step": step_error(run, coarse), "contact_stiffness": _change(run, softer)},
+        trust={"validity": flags, "contact_constant": constant}, warnings=flag_warnings(flags),
+    )
+
+
+def static_constant(table, start: float) -> float:
+    """Hertz constant [N/m^1.5] of the body that carries at the start."""
+    i = table.nearest([start])[0]
+    return float(table.stiffness[np.argmax(table.height[:, i]), i])
+
+
+def one_contact(table, constant: float, law: str, load: float) -> Contacts:
+    """One contact on the higher of both bodies; linear: with Hertz' stiffness at the static load and the same rest height there."""
+    approach = (load / constant) ** (2 / 3)
+    linear = 1.5 * load / approach
+    stiffness, exponent, lowered = (constant, 1.5, 0.0) if law == "hertz" else (linear, 1.0, approach - load / linear)
+    height = lambda x: table.height_at(x).max(axis=0, keepdims=True) - lowered
+    return lambda x: ContactLaw(height(x), np.full((1, len(x)), stiffness), exponent=exponent)
+
+
+def _change(run, other) -> float:
+    """Relative L2 change of the force history."""
+    one, two = run.force.sum(axis=0), other.force.sum(axis=0)
+    return float(np.linalg.norm(one - two) / np.linalg.norm(one))

@@ -1,0 +1,133 @@
+"""Rung rigid_hertz: the wheel rolls over the true surfaces of wing and nose, each contact with the Hertz law of its own curvatures.
+
+Both bodies may carry at once, or none. Resolves the force on wing and nose, where it acts, and the size and pressure of the patches as
+far as they are ellipses. One contact on each body (its nearest place). Blind to conformity, edges, plastic flow and waves, which it flags.
+"""
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from rail_fem.contact_table import BODIES, ContactTable, contact_table, patch_sizes
+from rail_fem.light_pass import Contacts, LightPass, common_history, force_peak, history_rows, lift_offs, run_pass, step_error
+from rail_fem.light_settings import RigidHertzSettings
+from rail_fem.result import NAN, Cost, PassResult, Patch, Peak
+from rail_fem.groove import grooves
+from rail_fem.scene import Scene
+from rail_fem.validity import flag_warnings, hertz_flags
+from rail_fem.vertical_dynamics import ContactLaw
+
+
+def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
+    """One pass. Error: second order in the step, measured by twice the step, and by twice the spacing of the surface search.
+
+    Errors: CrossingError where the window leaves the crossing, ValueError.
+    """
+    started = time.perf_counter()
+    run, table = rigid_hertz_pass(scene, settings)
+    coarse = run_pass(scene, settings, contacts_of(scene, settings, table), 2 * run.step)
+    sparse = run_pass(scene, settings, contacts_of(scene, settings, every_second(table)))
+    point = points_at(table, run.x)
+    rows = history_rows(run, settings.history_interval)
+    patches = patches_at(table, run, moments(run))
+    flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
+    history = common_history(run, rows) | {name: values[rows] for name, values in _body_columns(run, table, point).items()}
+    return PassResult(
+        model="rigid_hertz", scene=scene, settings=settings.model_dump(mode="json"), history=history, patches=patches,
+        peaks=_peaks(run, point, patches), transfer_x=transfer_place(run, scene.direction_sign),
+        energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
+        cost=Cost(time.perf_counter() - started, 0, len(run.time)),
+        error_estimate={"time_step": step_error(run, coarse), "path_spacing": _change(run, sparse)},
+        trust={"validity": flags, "rigid_transfers": table.transfers.tolist()}, warnings=flag_warnings(flags),
+    )
+
+
+def rigid_hertz_pass(scene: Scene, settings: RigidHertzSettings) -> tuple[LightPass, ContactTable]:
+    """The motion and the contacts it ran over."""
+    table = contact_table(scene, *settings.window(scene), settings.path_spacing)
+    return run_pass(scene, settings, contacts_of(scene, settings, table)), table
+
+
+def contacts_of(scene: Scene, settings: RigidHertzSettings, table: ContactTable) -> Contacts:
+    """The contact law along the way, with grooves where the steel yields and the settings want them."""
+    if not settings.grooves:
+        return lambda x: ContactLaw(table.height_at(x), table.between(x, table.stiffness))
+    limit, give = grooves(table, (scene.materials.wing.steel(), scene.materials.nose.steel()), scene.static_wheel_load)
+    return lambda x: ContactLaw(*(table.height_at(x), *(table.between(x, values) for values in (table.stiffness, limit, give))))
+
+
+def every_second(table: ContactTable) -> ContactTable:
+    """The same table at twice the spacing (both ends kept when their number is odd)."""
+    keep = np.unique(np.r_[np.arange(0, len(table.x), 2), len(table.x) - 1])
+    return ContactTable(table.x[keep], *(getattr(table, name)[:, keep] for name in ("height", "slope", "point", "stiffness", "radii", "angle", "lopsided")),
+                        table.transfers, table.modulus)
+
+
+def points_at(table: ContactTable, x: np.ndarray) -> np.ndarray:
+    """(2, m, 3) contact points, that of the nearest place of the table moved along with the wheel [m]."""
+    near = table.nearest(x)
+    return table.point[:, near] + np.stack([x - table.x[near], np.zeros(len(x)), np.zeros(len(x))], axis=1)
+
+
+def _body_columns(run: LightPass, table: ContactTable, point: np.ndarray) -> dict[str, np.ndarray]:
+    near, total = table.nearest(run.x), run.force.sum(axis=0)
+    share = np.divide(run.force, total, out=np.zeros_like(run.force), where=total > 0)
+    centre = np.where(total > 0, np.einsum("bm,bmk->km", share, np.nan_to_num(point)), np.nan)
+    return {"force_wing": run.force[0], "force_nose": run.force[1], "contact_x": centre[0], "contact_y": centre[1],
+            "force_longitudinal": -(run.force * table.slope[:, near]).sum(axis=0),
+            "force_lateral": -(run.force * np.tan(table.angle[:, near])).sum(axis=0)}
+
+
+def transfer_place(run: LightPass, sign: float) -> float:
+    """x where the nose first (facing; trailing: the wing) carries half of the force for good; NaN if it never does."""
+    nose, total = run.force[1], run.force.sum(axis=0)
+    ahead = nose > 0.5 * total if sign > 0 else nose <= 0.5 * total
+    touching = total > 0
+    other = np.flatnonzero(touching & ~ahead)
+    if not len(other) or not (touching & ahead)[other[-1]:].any():
+        return NAN
+    later = np.flatnonzero(touching & ahead)
+    return float(run.x[later[later > other[-1]][0]])
+
+
+def moments(run: LightPass) -> list[int]:
+    """Steps whose patches are kept: start, largest force on each body, most even sharing, end."""
+    shared = np.minimum(run.force[0], run.force[1])
+    chosen = [0, int(np.argmax(run.force[0])), int(np.argmax(run.force[1])), len(run.time) - 1]
+    return sorted({*chosen, *([int(np.argmax(shared))] if shared.max() > 0 else [])})
+
+
+def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[Patch, ...]:
+    """Hertz ellipses of the bodies that carry at these steps; force is the normal force [N]."""
+    patches = []
+    for i in steps:
+        near = int(table.nearest(run.x[i : i + 1])[0])
+        for b, body in enumerate(BODIES):
+            if run.force[b, i] <= 0:
+                continue
+            normal = run.force[b, i] / np.cos(table.angle[b, near])
+            along, across = patch_sizes(np.array([normal]), table.radii[b, near : near + 1], table.modulus[b])[0]
+            area = np.pi * along * across
+            x = table.point[b, near, 0] + run.x[i] - table.x[near]
+            patches.append(Patch(float(run.time[i]), float(x), float(table.point[b, near, 1]), body, float(2 * along), float(2 * across),
+                                 float(area), float(normal), float(1.5 * normal / area)))
+    return tuple(patches)
+
+
+def _peaks(run: LightPass, point: np.ndarray, patches: tuple[Patch, ...]) -> dict[str, Peak]:
+    total = run.force.sum(axis=0)
+    peaks = {"force": force_peak(total, run, np.where((run.force[1] > run.force[0])[:, None], point[1], point[0])),
+             "force_foundation": force_peak(run.foundation_force, run)}
+    for b, body in enumerate(BODIES):
+        if run.force[b].max() > 0:
+            peaks[f"force_{body}"] = force_peak(run.force[b], run, point[b])
+            worst = max((p for p in patches if p.region == body), key=lambda p: p.max_pressure)
+            peaks[f"pressure_{body}"] = Peak(worst.max_pressure, "Pa", x=worst.x, y=worst.y, time=worst.time)
+    return peaks
+
+
+def _change(run: LightPass, other: LightPass) -> float:
+    """Relative L2 change of the force history."""
+    one, two = run.force.sum(axis=0), other.force.sum(axis=0)
+    return float(np.linalg.norm(one - two) / np.linalg.norm(one))

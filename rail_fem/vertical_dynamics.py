@@ -1,0 +1,210 @@
+"""Few masses on springs and dampers, pressed by one wheel on several contacts: the time step of the light rungs.
+
+All contacts act along one coordinate, s = coupling . q (wheel less track). A body at distance s is approached by d = height - s and
+pushes with the force F that solves d = (F / stiffness)^(1 / exponent) + give * max(F - limit, 0): Hertz' law, and a plastic groove above
+the limit. F only grows with d, so each step closes with one equation for s that has exactly one root.
+Scheme: implicit midpoint rule, second order, symplectic where nothing damps, unconditionally stable.
+Source: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), section II.1.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+MOST_ITERATIONS = 100
+CLOSED = 1e-15  # to which s is found [m]
+
+
+@dataclass(frozen=True)
+class Masses:
+    """Linear part of the system of n masses: mass (n,) [kg], stiffness (n, n) [N/m], damping (n, n) [N s/m], load (n,) [N].
+
+    coupling : (n,)  +1 for the wheel, -1 for the body under it, 0 else; a positive contact force F acts as coupling * F
+    """
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    load: np.ndarray
+    coupling: np.ndarray
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What came out, at the m + 1 ends of the steps but for `force`.
+
+    position, velocity : (m + 1, n) [m, m/s];  force : (bodies, m) mean over each step [N]
+    drive : (m,) work of each step done by moving the path under the wheel [J];  loss : (m,) work of each step in the dampers [J]
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    drive: np.ndarray
+    loss: np.ndarray
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """Contacts at the ends and middles of m steps.
+
+    height : (bodies, 2 m + 1) axle height at which the wheel touches [m]; -inf out of reach
+    stiffness : (bodies, 2 m + 1) [N/m^exponent]
+    limit, give : (bodies, 2 m + 1) force at which a groove begins [N] and its depth per force above [m/N]; None: elastic
+    exponent : 1.5 (Hertz) or 1 (linear)
+    """
+
+    height: np.ndarray
+    stiffness: np.ndarray
+    limit: np.ndarray | None = None
+    give: np.ndarray | None = None
+    exponent: float = 1.5
+
+    @property
+    def arrays(self) -> tuple:
+        """What the kernels take: height, (stiffness, limit, give), exponent."""
+        none = np.zeros_like(self.stiffness)
+        limit, give = none if self.limit is None else self.limit, none if self.give is None else self.give
+        return self.height, np.stack([self.stiffness, limit, give], axis=-1), self.exponent
+
+
+def integrate(masses: Masses, position: np.ndarray, velocity: np.ndarray, step: float, law: ContactLaw) -> Motion:
+    """March from the start (n,), (n,) [m, m/s] over m steps of `step` [s].
+
+    Error: second order in the step (tests/rail_fem/test_vertical_dynamics.py).
+    Errors: ValueError for shapes that do not fit, FloatingPointError when the motion is not finite.
+    """
+    times = law.height.shape[1]
+    if law.height.shape != law.stiffness.shape or times % 2 == 0 or times < 3:
+        raise ValueError(f"vertical dynamics: heights {law.height.shape} and stiffnesses {law.stiffness.shape} must agree and hold an odd number >= 3 of times")
+    if not (np.isfinite(step) and step > 0):
+        raise ValueError(f"vertical dynamics: step {step!r} s must be positive")
+    inverse = np.linalg.inv(2 / step * np.diag(masses.mass) + masses.damping + step / 2 * masses.stiffness)
+    found = _march(masses.mass, masses.stiffness, masses.damping, masses.load, masses.coupling, inverse, np.array(position, float),
+                   np.array(velocity, float), step, *law.arrays)
+    if not np.isfinite(found[0]).all():
+        bad = int(np.argmin(np.isfinite(found[0]).all(axis=1)))
+        raise FloatingPointError(f"vertical dynamics: the motion is not finite from step {bad} of {steps} on, t = {bad * step:.4g} s")
+    return Motion(*found)
+
+
+@njit(cache=True)
+def contact_force(depth, law, exponent):
+    """Force [N] at an approach [m] and its derivative; law: (stiffness, limit, give).
+
+    Beyond the limit by Newton's method from the limit up: the depth is a concave function of the force, so no iterate overshoots.
+    """
+    stiffness, limit, give = law
+    if depth <= 0:
+        return 0.0, 0.0
+    force = stiffness * depth**exponent
+    if give == 0.0 or force <= limit:
+        return force, exponent * force / depth
+    force = max(limit, 1e-12)
+    for _ in range(MOST_ITERATIONS):
+        elastic = (force / stiffness) ** (1 / exponent)
+        slope = elastic / (exponent * force) + give
+        change = (depth - elastic - give * (force - limit)) / slope
+        force += change
+        if change <= 1e-14 * force:
+            break
+    return force, 1 / slope
+
+
+@njit(cache=True)
+def contact_forces(s, height, law, exponent, out):
+    """Force of each body (bodies,) into `out`, and the derivative of their sum to s."""
+    slope = 0.0
+    for b in range(len(height)):
+        out[b], stiffening = contact_force(height[b] - s, law[b], exponent)
+        slope -= stiffening
+    return slope
+
+
+@njit(cache=True)
+def closing_distance(free, compliance, height, law, exponent, out):
+    """Root s of s = free + compliance * sum of forces(s); `out` (bodies,) holds the forces there.
+
+    Newton's method, held between the bounds that are known: the forces fall with s and are 0 at the highest body.
+    """
+    low, high, s = free, max(free, height.max()), free
+    for _ in range(MOST_ITERATIONS):
+        slope = contact_forces(s, height, law, exponent, out)
+        rest = free + compliance * out.sum() - s
+        low, high = (s, high) if rest >= 0 else (low, s)
+        new = s + rest / (1.0 - compliance * slope)
+        if not low <= new <= high:
+            new = (low + high) / 2
+        change, s = new - s, new
+        if abs(change) <= CLOSED:
+            break
+    contact_forces(s, height, law, exponent, out)
+    return s
+
+
+@njit(cache=True)
+def contact_energy(s, height, law, exponent):
+    """Work that bringing the contacts to distance s takes [J]; of a groove, this is not given back."""
+    energy = 0.0
+    for b in range(len(height)):
+        force, _ = contact_force(height[b] - s, law[b], exponent)
+        if force > 0:
+            stiffness, limit, give = law[b]
+            energy += force * (force / stiffness) ** (1 / exponent) / (1 + 1 / exponent) / exponent
+            energy += give * max(force**2 - limit**2, 0.0) / 2
+    return energy
+
+
+@njit(cache=True)
+def contact_energies(s, height, law, exponent):
+    """contact_energy at each of the distances s (m,) with height (bodies, m) and law (bodies, m, 3)."""
+    out = np.empty(len(s))
+    for i in range(len(s)):
+        out[i] = contact_energy(s[i], height[:, i], law[:, i], exponent)
+    return out
+
+
+@njit(cache=True)
+def _march(mass, spring, damper, load, coupling, inverse, q, v, step, height, law, exponent):
+    steps = (height.shape[1] - 1) // 2
+    position, velocity = np.empty((steps + 1, len(q))), np.empty((steps + 1, len(q)))
+    force, drive, loss = np.empty((height.shape[0], steps)), np.empty(steps), np.empty(steps)
+    now = np.empty(height.shape[0])
+    position[0], velocity[0] = q, v
+    reply = inverse @ coupling
+    compliance = step / 2 * (coupling @ reply)
+    for i in range(steps):
+        still = inverse @ (2 / step * mass * v - spring @ q + load)
+        free = coupling @ (q + step / 2 * still)
+        s = closing_distance(free, compliance, height[:, 2 * i + 1], law[:, 2 * i + 1], exponent, now)
+        middle = still + reply * now.sum()
+        q = q + step * middle
+        v = 2 * middle - v
+        position[i + 1], velocity[i + 1] = q, v
+        force[:, i] = now
+        drive[i] = _drive_work(s, height, law, exponent, i)
+        loss[i] = step * (middle @ (damper @ middle))
+    return position, velocity, force, drive, loss
+
+
+@njit(cache=True)
+def _drive_work(s, height, law, exponent, i):
+    """Work done on the contacts by moving the path on during step i, at the distance of its middle."""
+    after = contact_energy(s, height[:, 2 * i + 2], law[:, 2 * i + 2], exponent)
+    return after - contact_energy(s, height[:, 2 * i], law[:, 2 * i], exponent)
+
+
+def rest_distance(load: float, law: ContactLaw) -> float:
+    """Distance s [m] at which the contacts carry `load` [N] at the first of the law's times, to round-off."""
+    heights, laws, exponent = law.arrays
+    height, at, out = heights[:, 0], laws[:, 0], np.empty(len(heights))
+    best = int(np.argmax(height))
+    stiffness, limit, give = at[best]
+    high = float(height[best])
+    low = high - (load / stiffness) ** (1 / exponent) - give * max(load - limit, 0.0)
+    while (low + high) / 2 not in (low, high):
+        middle = (low + high) / 2
+        contact_forces(middle, height, at, exponent, out)
+        low, high = (middle, high) if out.sum() > load else (low, middle)
+    return (low + high) / 2

@@ -1,0 +1,77 @@
+"""The P2 formula: table 7-5 of the thesis row by row, and a wheel over a dip joint where the formula must be right and where it fails."""
+
+import numpy as np
+import pytest
+
+from rail_fem.casefile import load_case
+from rail_fem.p2 import p1_force, p2_force, p2_increment
+from rail_fem.vertical_dynamics import ContactLaw, Masses, integrate
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+# Coleman's thesis, table 7-5: static load kN, dip mrad, speed mm/s, unsprung t, track stiffness N/m, P2 kN (track mass 0.75 t)
+TABLE = [
+    (86.14, 6.69, 44704, 1.0, 1.6e8, 194.64), (86.14, 7.33, 33528, 1.0, 1.6e8, 175.28), (86.14, 5.74, 22352, 1.0, 1.6e8, 132.67),
+    (117.72, 6.51, 33528, 1.5, 1.6e8, 222.52), (86.14, 5.35, 33528, 1.0, 1.6e8, 151.20), (117.72, 5.37, 33528, 1.5, 1.6e8, 204.13),
+    (86.14, 2.02, 33528, 1.0, 1.6e8, 110.74), (86.14, 6.25, 33528, 1.0, 1.6e8, 162.12), (86.14, 7.11, 33528, 1.0, 1.6e8, 172.62),
+    (86.14, 6.83, 33528, 1.0, 1.0e8, 151.85), (86.14, 7.57, 33528, 1.0, 2.0e8, 189.14), (86.14, 6.69, 33528, 1.0, 1.6e8, 167.50),
+    (86.14, 5.11, 33528, 1.0, 1.6e8, 148.33), (86.14, 4.72, 33528, 1.0, 1.6e8, 143.56), (86.14, 6.75, 33528, 1.0, 1.6e8, 168.22),
+    (86.14, 4.97, 33528, 1.0, 1.6e8, 146.63)]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", range(1, 17))
+def test_table_7_5_is_met_with_the_factor_on_the_increment(case):
+    load, dip, speed, unsprung, stiffness, p2 = TABLE[case - 1]
+    increment = p2_increment(dip * 1e-3, speed * 1e-3, unsprung * 1e3, 750.0, stiffness)
+    rounding = 1.2 * increment * 0.005 / dip + 5 + 5  # the table's dip angle, P0 and P2 are rounded: up to 0.12 kN
+    assert p2_force(load * 1e3, increment) == pytest.approx(p2 * 1e3, abs=rounding)
+    assert p2_force(load * 1e3, increment, "all") == pytest.approx(p2 * 1e3 + 0.2 * load * 1e3, abs=rounding + 1)
+
+
+def test_static_loads_are_those_of_the_table():
+    loads = {n: load_case(ROOT / "cases" / "thesis" / f"case_{n:02d}.toml").scene.static_wheel_load for n in (2, 4)}
+    assert loads[2] == pytest.approx(86.14e3, abs=5.0) and loads[4] == pytest.approx(117.72e3, abs=5.0)
+
+
+MU, MT, KT, SPEED, LOAD = 500.0, 750.0, 1.6e8, 33.528, 86e3
+
+
+def over_dip(dip, contact=1e12, damping=0.0, length=0.0):
+    """Increment of the track's spring force and of the contact force [N] as a wheel meets a bend of `dip` [rad], sharp or over `length` [m]."""
+    duration = 20e-3
+    steps = int(np.ceil(duration * np.sqrt(contact * (1 / MU + 1 / MT)) / 0.1))
+    time = np.linspace(0, duration, 2 * steps + 1)
+    x = SPEED * time
+    height = dip * (x if length == 0 else np.where(x < length, x**2 / (2 * length), x - length / 2))
+    law = ContactLaw(height[None], np.full((1, len(time)), contact), exponent=1.0)
+    masses = Masses(np.array([MU, MT]), np.diag([0.0, KT]), np.diag([0.0, damping]), np.array([-LOAD, 0.0]), np.array([1.0, -1.0]))
+    start = np.array([-LOAD / contact - LOAD / KT, -LOAD / KT])
+    motion = integrate(masses, start, np.zeros(2), duration / steps, law)
+    assert motion.force.min() > 0  # the formula knows no lift-off
+    return -KT * motion.position[:, 1].min() - LOAD, motion.force.max() - LOAD
+
+
+def test_stiff_contact_gives_the_formula_and_the_error_falls_with_the_contact_s_compliance():
+    """P2 is the spring force under a track mass that takes the wheel's momentum at once; a contact spring k leaves sqrt(Kt / k) of it."""
+    dip = 2e-5  # so small that the stiffest contact does not open
+    formula = p2_increment(dip, SPEED, MU, MT, KT)
+    contact = np.array([1e10, 1e11, 1e12])
+    error = np.array([abs(over_dip(dip, k)[0] / formula - 1) for k in contact])
+    assert (error < np.sqrt(KT / contact)).all() and error[-1] < 0.015
+    assert error[0] > error[1] > error[2]
+
+
+def test_first_peak_of_the_contact_is_p1():
+    """On a foundation much softer than the contact the first peak is Jenkins' P1."""
+    dip, contact = 1e-4, 1e11
+    assert over_dip(dip, contact)[1] == pytest.approx(p1_force(0.0, dip, SPEED, contact, MU, MT), rel=2 * np.sqrt(KT / contact))
+
+
+@pytest.mark.parametrize("leave", ["damping", "length"])
+def test_formula_fails_the_more_the_less_its_assumptions_hold(leave):
+    """Track damping, and a bend spread over a length, lower the true force below the formula."""
+    dip = 2e-5
+    formula = p2_increment(dip, SPEED, MU, MT, KT)
+    values = {"damping": [0.0, 50e3, 200e3], "length": [0.0, 0.1, 0.3]}[leave]
+    found = np.array([over_dip(dip, 1e12, **{leave: value})[0] / formula for value in values])
+    assert (np.diff(found) < -0.02).all() and found[-1] < 0.85

@@ -1,0 +1,124 @@
+"""The rungs p2_formula, lumped and rigid_hertz on real scenes."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bem.hertz import contact_stiffness, point_contact
+from rail_fem.casefile import CaseError, load_case
+from rail_fem.contact_table import contact_table, equivalent_paraboloid, hertz_constants, patch_sizes
+from rail_fem.light_settings import LumpedSettings, P2Settings, RigidHertzSettings
+from rail_fem.models import lumped, p2_formula, rigid_hertz
+from tests.order import assert_order
+
+ROOT = Path(__file__).resolve().parents[2]
+NOSE = {"start": 0.095, "end": 0.54}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return load_case(ROOT / "cases" / "thesis" / "case_02.toml").scene
+
+
+def test_tabulated_hertz_is_hertz():
+    radii = np.exp(np.random.default_rng(0).uniform(-5, 2, (20, 2)))
+    exact = np.array([contact_stiffness(*pair, 1e11) for pair in radii])
+    np.testing.assert_allclose(hertz_constants(radii, 1e11), exact, rtol=3e-5)  # linear between 240 ratios: (log step)^2 / 8
+    sizes = [(p.semi_x, p.semi_y) for p in (point_contact(1e5, *pair, 1e11) for pair in radii)]
+    np.testing.assert_allclose(patch_sizes(np.full(20, 1e5), radii, 1e11), sizes, rtol=1e-4)
+
+
+def test_equivalent_paraboloid_of_a_paraboloid_is_itself():
+    """The error falls with the sampling, unevenly as its edge lies between samples: the gap is linear there."""
+    radii, depth = (0.4, 0.05), np.array([1e-4])
+    errors = []
+    for n in (50, 100, 200):
+        along, across = np.linspace(-14e-3, 14e-3, n), np.linspace(-8e-3, 8e-3, n)
+        gap = along[None, :, None] ** 2 / (2 * radii[0]) + across[None, None, :] ** 2 / (2 * radii[1])
+        found, lopsided = equivalent_paraboloid(gap, along, across, depth)
+        assert lopsided[0] < 1e-12
+        errors.append(np.abs(found[0] / radii - 1).max())
+    assert errors[-1] < 5e-4 and errors[-1] < errors[0]
+
+
+def test_rigid_hertz_starts_at_rest_under_the_static_load(scene):
+    result = rigid_hertz.solve(scene, RigidHertzSettings(**NOSE))
+    first = result.history["x"] < 0.12  # the path is level there
+    np.testing.assert_allclose(result.history["force"][first], scene.static_wheel_load, rtol=2e-3)
+    np.testing.assert_allclose(result.history["force"], result.history["force_wing"] + result.history["force_nose"], rtol=1e-12)
+
+
+def test_rigid_hertz_finds_the_reference_pass_of_the_fe_model(scene):
+    """fe_full at 2 mm: nose 200.2 kN at 403.5 mm, wing 128.3 kN at 260.6 mm, load on the nose from 357.2 mm on.
+
+    The bands are what a rung without waves and with Tabor's plastic pressure can claim: forces 15 %, places half a patch.
+    """
+    result = rigid_hertz.solve(scene, RigidHertzSettings(**NOSE))
+    assert result.peaks["force_nose"].value == pytest.approx(200.2e3, rel=0.15)
+    assert result.peaks["force_nose"].x == pytest.approx(0.4035, abs=8e-3)
+    assert result.peaks["force_wing"].value == pytest.approx(128.3e3, rel=0.15)
+    assert result.peaks["force_wing"].x == pytest.approx(0.2606, abs=8e-3)
+    assert result.transfer_x == pytest.approx(0.3572, abs=2e-3)
+    both = (result.history["force_wing"] > 0) & (result.history["force_nose"] > 0)
+    assert both.any()  # two contacts at once
+    assert {"plastic", "edge"} <= {flag["what"] for flag in result.trust["validity"]}
+
+
+def test_elastic_contact_is_harder_and_harder_steel_too(scene):
+    strong = load_case(ROOT / "cases" / "thesis" / "case_14.toml").scene
+    peak = lambda s, **options: rigid_hertz.solve(s, RigidHertzSettings(**NOSE, **options)).peaks["force_nose"].value
+    assert peak(scene) < peak(strong) < peak(scene, grooves=False)
+
+
+@pytest.mark.parametrize("model, settings", [(lumped, LumpedSettings), (rigid_hertz, RigidHertzSettings)])
+def test_pass_is_second_order_in_the_step_and_the_balance_falls_with_it(scene, model, settings):
+    """Up to where the wheel is on the wing alone: the nose's contact begins inside a step."""
+    runs = [model.solve(scene, settings(start=0.095, end=0.30, time_step=step, history_interval=step)) for step in (40e-6, 20e-6, 10e-6, 1.25e-6)]
+    at = np.linspace(0.1, 0.29, 40)
+    curve = lambda r: np.interp(at, r.history["x"], r.history["wheel_height"])
+    errors = [np.abs(curve(r) - curve(runs[-1])).max() for r in runs[:-1]]
+    assert_order([40e-6, 20e-6, 10e-6], errors, expected=2, slack=0.3)  # linear interpolation in x adds its own second order
+    work = np.ptp(runs[2].history["energy_external"])
+    assert np.abs(runs[2].history["energy_balance"]).max() < 1e-3 * work
+
+
+def test_facing_and_trailing_cases_meet_the_same_transfer(scene):
+    back = load_case(ROOT / "cases" / "thesis" / "case_05.toml")
+    facing, trailing = rigid_hertz.solve(scene, RigidHertzSettings(**NOSE)), rigid_hertz.solve(back.scene, back.runs["rigid_hertz"])
+    assert trailing.history["x"][0] > trailing.history["x"][-1]
+    assert facing.transfer_x == pytest.approx(trailing.transfer_x, abs=10e-3)
+    assert trailing.peaks["force_nose"].value < facing.peaks["force_nose"].value  # thesis 7.5.4
+
+
+def test_dip_angle_of_the_path_is_flagged_above_the_standard_s_limit(scene):
+    result = p2_formula.solve(scene, P2Settings())
+    assert result.trust["dip_angle"] == pytest.approx(15e-3, rel=0.2)  # 12.9 to 15.8 mrad on the benchmark's sections stretched to 1:10.75
+    assert {"dip limit", "P2 limit"} <= {flag["what"] for flag in result.trust["validity"]}
+    given = p2_formula.solve(scene, P2Settings(dip_angle=7.33e-3))
+    assert given.peaks["p2"].value == pytest.approx(175.28e3, abs=50) and given.peaks["p2"].value < given.peaks["p2_all_times_1.2"].value
+
+
+def test_window_beyond_the_crossing_and_against_the_direction_are_refused(scene, tmp_path):
+    with pytest.raises(ValueError, match="leaves the modelled crossing"):
+        rigid_hertz.solve(scene, RigidHertzSettings(start=0.5, end=2.0))
+    text = (ROOT / "cases" / "thesis" / "case_02.toml").read_text().replace('end = "540 mm"', 'end = "50 mm"')
+    (tmp_path / "bad.toml").write_text(text)
+    with pytest.raises(CaseError, match="run.lumped.end: 50 mm must lie above"):
+        load_case(tmp_path / "bad.toml")
+
+
+def test_sixteen_cases_by_every_light_rung_take_less_than_a_minute():
+    started = time.perf_counter()
+    for n in range(1, 17):
+        case = load_case(ROOT / "cases" / "thesis" / f"case_{n:02d}.toml")
+        for name, model in (("p2_formula", p2_formula), ("lumped", lumped), ("rigid_hertz", rigid_hertz)):
+            result = model.solve(case.scene, case.runs[name])
+            assert not result.fault and all(np.isfinite(peak.value) for peak in result.peaks.values())
+    assert time.perf_counter() - started < 60.0
+
+
+def test_surface_tables_are_shared_by_scenes_that_differ_in_speed_only(scene):
+    window = (0.1, 0.4, 2.5e-3)
+    assert contact_table(scene, *window) is contact_table(scene.model_copy(update={"speed": 20.0}), *window)
