@@ -142,8 +142,9 @@ def first_guess(operator: NormalOperator, gap: np.ndarray, total: float | None, 
         shape = _shape(depth, cut)
         inside = shape > 0
         return shape * ((approach - gap[inside]).mean() / operator.displacement(shape)[inside].mean())
-    rank = min(depth.size - 1, max(8, depth.size // 3))
-    cut = float(np.partition(depth.ravel(), rank)[rank])
+    finite = depth[np.isfinite(depth)]
+    rank = min(finite.size - 1, max(8, depth.size // 3))
+    cut = float(np.partition(finite, rank)[rank])
     for _ in range(6):
         shape = _shape(depth, cut)
         shape *= total / shape.sum()

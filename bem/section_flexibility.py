@@ -52,7 +52,7 @@ class Flexibility:
     def interpolation(self, places: np.ndarray) -> np.ndarray:
         """Matrix (n, m): values at the stations -> at places (n,) along the face; constant beyond the outer stations."""
         clipped = np.clip(places, self.stations[0], self.stations[-1])
-        return np.column_stack([np.interp(clipped, self.stations, unit) for unit in np.eye(len(self.stations))])
+        return CubicSpline(self.stations, np.eye(len(self.stations)))(clipped)
 
     def between_slices(self, grid: Grid) -> np.ndarray:
         """(nx, m, m) [1/(N/m)]: displacement in slice j under unit pressure times width on slice 0, by distance j dx."""
@@ -84,7 +84,7 @@ def body_flexibility(body: Body, zone: np.ndarray, size: float, length: float, a
     """Rest of a body's flexibility in the contact zone.
 
     zone   : (p, 2) [m] points of the face over the zone; size : station spacing [m]; length : of the patch along the prism [m]
-    along  : points (p, 2) and their coordinate (p,) [m] on the lower body's face, onto which stations are projected
+    along  : points (p, 2) of the lower body's face over the zone and beyond, and their coordinate (p,) [m]: stations are projected on it
     """
     if body.held is None and not body.outline.infinite:
         raise OutlineError("slices need a body with a held edge (or an infinite one): a hub holds no prism; hold an inner ring instead")
@@ -109,8 +109,8 @@ def body_flexibility(body: Body, zone: np.ndarray, size: float, length: float, a
     values = (values + values.transpose(0, 2, 1)) / 2
     places = along[1][cKDTree(along[0]).query(mesh.middles[nodes])[1]]
     order = np.argsort(places, kind="stable")
-    places = places[order] + 1e-12 * np.arange(len(nodes))     # both hats of a corner keep an order
-    return Flexibility(places, wavenumbers, _without_mesh_error(values[:, order][:, :, order]), mesh.densities)
+    order = order[np.r_[True, np.diff(places[order]) > 0.02 * size]]     # stations beyond the lower face's end fall on that end
+    return Flexibility(places[order], wavenumbers, _without_mesh_error(values[:, order][:, :, order]), mesh.densities)
 
 
 def parallel(action, items, threads: int) -> list:

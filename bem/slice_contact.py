@@ -38,6 +38,7 @@ from bem.slices import SliceGap, Slices
 
 _STEEPEST = 0.05        # least cosine between face normal and approach: steeper faces are not closed by it
 _STATIONS = 16
+_MOST_STRETCHES = 12    # times the sections are laid anew for a grid that cut the patch
 _ZONE = 0.15            # of the patch's width, by which stations reach beyond it on each side
 
 
@@ -123,12 +124,13 @@ def slice_contact(slices: Slices, *, load: float | None = None, approach: float 
     window = (length or _default_length(gap), gap.window)
     if load == 0:
         return _untouched(problem, grid or Grid.over(*window, *cells), clock)
-    if grid is None:
+    given = grid is not None
+    if not given:
         grid = place_grid(problem.gap_along, window, problem.pair, load, approach, cells)
     clock.stop("placing")
-    patch, rests = _solve(problem, grid, window, stations, clock, cut)
+    patch = _solve(problem, grid, window, stations, clock, 1 if given else _MOST_STRETCHES, cut)
     if estimate:
-        patch.error = _estimate(problem, patch, rests, stations)
+        patch.error = _estimate(problem, patch, stations)
         clock.stop("estimate")
     patch.seconds = clock.seconds
     patch.cost = replace(patch.cost, seconds=sum(clock.seconds.values()))
@@ -154,11 +156,11 @@ class _Problem:
 
     def flexibilities(self, low: float, high: float, size: float, length: float) -> list[Flexibility]:
         """Rest of both bodies for a zone between lateral coordinates, by stations `size` apart."""
-        low, high = max(low, self.gap.window[0]), min(high, self.gap.window[1])
-        y = np.linspace(low, high, max(9, int((high - low) / size * 4)))
-        points = self.gap.face(y)[0]
-        bodies = (self.gap.slices.lower, self.gap.upper)
-        return [body_flexibility(body, points, size, length, (points, y), self.threads) for body in bodies]
+        first, last = self.gap.window
+        zone = self.gap.face(np.arange(max(low, first), min(high, last), size / 4))[0]
+        y = np.arange(max(low - 3 * size, first), min(high + 3 * size, last), size / 100)
+        along = self.gap.face(y)[0], y
+        return [body_flexibility(body, zone, size, length, along, self.threads) for body in (self.gap.slices.lower, self.gap.upper)]
 
 
 class _Clock:
@@ -177,36 +179,34 @@ def _default_length(gap: SliceGap) -> tuple[float, float]:
     return -width, width
 
 
-def _solve(problem: _Problem, grid: Grid, window: Window, stations: int, clock: _Clock, cut: bool) -> tuple[SlicePatch, list[Flexibility]]:
-    """Solve on a grid that is stretched as long as the patch touches its edge within the window."""
-    width = grid.edges[3] - grid.edges[2]
-    reach = _ZONE * width
-    for _ in range(_MOST_STRETCHES):
-        low, high = grid.edges[2:]
-        rests = problem.flexibilities(low - reach, high + reach, width / stations, grid.nx * grid.dx)
-        clock.stop("sections")
-        while True:
-            patch = _solve_on(problem, grid, rests)
-            clock.stop("contact")
-            if cut or not _touches(patch, window):
-                return patch, rests
+def _solve(problem: _Problem, grid: Grid, window: Window, stations: int, clock: _Clock, attempts: int, cut: bool) -> SlicePatch:
+    """Solve on a grid that is stretched as long as it cuts the patch and attempts are left."""
+    low, high, rests = np.inf, -np.inf, []
+    for attempt in range(attempts):
+        width = grid.edges[3] - grid.edges[2]
+        if grid.edges[2] < low or grid.edges[3] > high:
+            low, high = grid.edges[2] - _ZONE * width, grid.edges[3] + _ZONE * width
+            rests = problem.flexibilities(low, high, width / stations, grid.nx * grid.dx)
+            clock.stop("sections")
+        patch = _solve_on(problem, grid, rests)
+        clock.stop("contact")
+        if cut or not _cut(patch, window).any():
+            return patch
+        if attempt + 1 < attempts:
             grid = widened(grid, patch.pressure, window)
-            if grid.edges[2] < low - reach or grid.edges[3] > high + reach:
-                break
     check_inside(patch.pressure, grid)
-    return patch, rests
+    return patch
 
 
-_MOST_STRETCHES = 12
-
-
-def _touches(patch: Patch, window: Window) -> bool:
-    """Whether the patch touches a side of its grid that is not a side of the window."""
-    p, slack = patch.pressure, (1e-9 * patch.grid.dx, 1e-9 * patch.grid.dy)
-    x_min, x_max, y_min, y_max = patch.grid.edges
-    sides = ((p[0], x_min > window[0][0] + slack[0]), (p[-1], x_max < window[0][1] - slack[0]),
-             (p[:, 0], y_min > window[1][0] + slack[1]), (p[:, -1], y_max < window[1][1] - slack[1]))
-    return any(side.any() and inside for side, inside in sides)
+def _cut(patch: Patch, window: Window) -> np.ndarray:
+    """The pressures, without those at the lateral ends of the window: the face itself ends there."""
+    inner, slack = patch.pressure.copy(), 1e-6 * patch.grid.dy
+    inner[1:-1, 1:-1] = 0.0
+    if patch.grid.edges[2] < window[1][0] + slack:
+        inner[1:-1, 0] = 0.0
+    if patch.grid.edges[3] > window[1][1] - slack:
+        inner[1:-1, -1] = 0.0
+    return inner
 
 
 def _solve_on(problem: _Problem, grid: Grid, rests: list[Flexibility]) -> SlicePatch:
@@ -224,7 +224,7 @@ def _solve_on(problem: _Problem, grid: Grid, rests: list[Flexibility]) -> SliceP
                       way=np.array(problem.gap.slices.way), closing=problem.gap.closing)
 
 
-def _estimate(problem: _Problem, fine: SlicePatch, rests: list[Flexibility], stations: int) -> ErrorEstimate:
+def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstimate:
     """Change from doubled cells and doubled station spacing, first order assumed."""
     grid = coarse_grid(fine.grid)
     try:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from bem.body import Body
 from bem.curve import Curve
@@ -67,7 +68,7 @@ def wheel_on_prism(lower: Body, upper: Body, axis_height: float, way: tuple[floa
 
 def slices_of_profiles(lower: Body, upper: Body, x: Sequence[float], lower_profiles: Sequence[np.ndarray] | None = None,
                        upper_profiles: Sequence[np.ndarray] | None = None, way: tuple[float, float] = (0.0, -1.0)) -> Slices:
-    """Slices from measured or cut profiles (n, 2) [m] at places x (m,) [m], straight in between; None: the body is a prism.
+    """Slices from measured or cut profiles (n, 2) [m] at places x (m,) [m], cubic in between; None: the body is a prism.
 
     Profiles of one body must have the same number of points, each on its own line along x.
     """
@@ -91,12 +92,10 @@ def _between(places: np.ndarray, profiles: Sequence[np.ndarray] | None, body: Bo
     if (ends[-1].points[-1] - ends[0].points[0]) @ (stack[0, -1] - stack[0, 0]) < 0:
         stack = stack[:, ::-1]
 
+    between = make_interp_spline(places, stack, k=min(3, len(places) - 1))
+
     def section(x: float) -> list[np.ndarray]:
-        if not places[0] <= x <= places[-1]:
-            return []
-        i = min(int(np.searchsorted(places, x, side="right")) - 1, len(places) - 2)
-        share = (x - places[i]) / (places[i + 1] - places[i])
-        return [(1 - share) * stack[i] + share * stack[i + 1]]
+        return [between(x)] if places[0] <= x <= places[-1] else []
 
     return section
 
