@@ -15,6 +15,10 @@ from scipy.spatial import cKDTree
 from rail_fem.fe import contact_kernel as kernel
 from rail_fem.fe.structure import Structure
 
+OPPOSED = -0.3  # cosine between the normals of a node and of a facet that it can lie in
+START_REACH = 20e-3  # how deep a wrong start is looked for [m]
+BOX_PASSES = 3  # that narrow down where the surfaces may meet
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -47,6 +51,14 @@ def tributary_areas(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
     p = points[quads]
     area = 0.5 * np.linalg.norm(np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]), axis=1)
     return np.bincount(quads.ravel(), np.repeat(area / 4, 4), minlength=len(points))
+
+
+def node_normals(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """Outward unit normals (n, 3) of the nodes, facets weighted by their area; 0 where a node has no facet."""
+    p = points[quads]
+    facet = np.repeat(np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]), 4, axis=0)
+    out = np.column_stack([np.bincount(quads.ravel(), facet[:, c], minlength=len(points)) for c in range(3)])
+    return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
 
 
 @dataclass(frozen=True)
@@ -93,7 +105,7 @@ class Contact:
         self.carried, self.share = np.zeros(n), np.zeros(n)
         self.pressure_at = np.zeros(n)
         self.sums = np.zeros(kernel.N_SUMS)
-        self.steps_to_search = 0
+        self.steps_to_search, self.started = 0, False
         empty = np.empty(0, np.int64)
         self.slaves, self.facets, self.where = [empty, empty], [empty, empty], [np.empty((0, 2)), np.empty((0, 2))]
         self.usable = [np.zeros(len(self.quads[1 - side]), np.bool_) for side in (0, 1)]
@@ -111,23 +123,21 @@ class Contact:
         """Choose the nodes and facets that may touch before the next search, and where their projections start. Collective."""
         position = self._gather_all(self.structure.x)
         position[self.is_wheel, 0] += self.offset
-        keep_slip = self.slip
+        keep_slip, reach = self.slip, self.settings.margin
+        candidates = self._candidates(position)
         self.slaves, self.facets, self.where, usable = [], [], [], []
         for side in (0, 1):
-            nodes = np.flatnonzero(self.is_wheel == bool(side))
-            quads = self.quads[1 - side]
-            box = position[quads.ravel()]
-            reach = self.settings.margin
-            near = nodes[((position[nodes] > box.min(axis=0) - reach) & (position[nodes] < box.max(axis=0) + reach)).all(axis=1)]
+            quads, near, opposite = self.quads[1 - side], *candidates[side]
             if not len(near):
-                near = np.empty(0, np.int64)
                 facets, local = np.empty(0, np.int64), np.empty((0, 2))
             else:
-                _, facets = cKDTree(position[quads].mean(axis=1)).query(position[near])
-                facets, local = facets.astype(np.int64), np.zeros((len(near), 2))
+                _, nearest = cKDTree(position[quads[opposite]].mean(axis=1)).query(position[near])
+                facets, local = opposite[nearest], np.zeros((len(near), 2))
                 gap, normal, weight = np.zeros(len(near)), np.zeros((len(near), 3)), np.zeros((len(near), 4))
                 every = np.ones(len(quads), np.bool_)
                 kernel.project_pairs(position, near, facets, local, quads, self.neighbours[1 - side], every, gap, normal, weight)
+                if self.offset == 0.0 and not self.started:
+                    self._refuse_deep_start(position, near, facets, gap, normal, side)
                 close = (facets >= 0) & (gap < reach) & (gap > -self.settings.deepest)
                 near, facets, local = near[close], facets[close], local[close]
             ring = np.zeros(len(quads), np.bool_)
@@ -139,12 +149,36 @@ class Contact:
             self.facets.append(facets)
             self.where.append(local)
             usable.append(ring)
-        self.usable = usable
+        self.usable, self.started = usable, True
         self.slip = np.zeros_like(keep_slip)
         self.slip[self.slaves[0]] = keep_slip[self.slaves[0]]
         self.position[:] = position
         self.steps_to_search = self.settings.refresh
         self._prepare()
+
+    def _candidates(self, position: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """For each side its nodes and the opposite facets within reach of the box that both surfaces share; none where they share no box. Replicated."""
+        reach = max(self.settings.margin, self.settings.deepest) if self.started else START_REACH
+        corners = [position[q] for q in self.quads]
+        low, high = [c.min(axis=1) - reach for c in corners], [c.max(axis=1) + reach for c in corners]
+        kept = [np.arange(len(c)) for c in corners]
+        for _ in range(BOX_PASSES):
+            boxes = [(low[k][kept[k]].min(axis=0, initial=np.inf), high[k][kept[k]].max(axis=0, initial=-np.inf)) for k in (0, 1)]
+            kept = [kept[k][((high[k][kept[k]] > boxes[1 - k][0]) & (low[k][kept[k]] < boxes[1 - k][1])).all(axis=1)] for k in (0, 1)]
+        nodes = [np.unique(self.quads[k][kept[k]]) for k in (0, 1)]
+        return [(nodes[k], kept[1 - k]) if len(kept[1 - k]) else (nodes[k][:0], kept[1 - k]) for k in (0, 1)]
+
+    def _refuse_deep_start(self, position, nodes, facets, gap, normal, side) -> None:
+        """Raise ValueError where a surface starts deeper in the other than contact would believe: such nodes would never be pushed out. Replicated."""
+        outward = node_normals(position, self.quads[side])
+        inside = (facets >= 0) & (gap <= -self.settings.deepest) & (np.einsum("ij,ij->i", outward[nodes], normal) < OPPOSED)
+        if inside.any():
+            worst = np.flatnonzero(inside)[np.argmin(gap[inside])]
+            x, y, z = 1e3 * position[nodes[worst]]
+            raise ValueError(
+                f"the wheel starts inside the rail: {inside.sum()} surface node(s) are deeper than {self.settings.deepest * 1e3:g} mm, the worst by "
+                f"{-gap[worst] * 1e3:.3f} mm at ({x:.2f}, {y:.2f}, {z:.2f}) mm: start with a gap or exact touch"
+            )
 
     def _prepare(self) -> None:
         """Which nodes are watched, where they stand in the gathered buffer, and room for the results of a step."""
@@ -159,7 +193,7 @@ class Contact:
         self.own_local, self.own_at = self.local[mine], self.here[mine]  # watched nodes of this rank: local number, place in the surface arrays
         self.own_slot = slot[self.own_at]
         self.force[:], self.carried[:], self.pressure_at[:] = 0.0, 0.0, 0.0
-        self.buffer = np.zeros((len(self.watched), 3))
+        self.buffer = np.zeros((len(self.watched), 6))
         k = [len(s) for s in self.slaves]
         self.gap, self.normal, self.weight = [np.zeros(m) for m in k], [np.zeros((m, 3)) for m in k], [np.zeros((m, 4)) for m in k]
         self.pressure, self.active, self.sticking = [np.zeros(m) for m in k], [np.zeros(m, np.bool_) for m in k], np.zeros(k[0], np.bool_)
@@ -177,7 +211,7 @@ class Contact:
         self.slip[:], self.position[:] = arrays["slip"], arrays["position"]
         self.slaves, self.facets = [arrays["slaves0"], arrays["slaves1"]], [arrays["facets0"], arrays["facets1"]]
         self.where, self.usable = [arrays["where0"], arrays["where1"]], [arrays["usable0"], arrays["usable1"]]
-        self.offset, self.steps_to_search = plain["offset"], plain["steps_to_search"]
+        self.offset, self.steps_to_search, self.started = plain["offset"], plain["steps_to_search"], True
         self._prepare()
 
     def add_forces(self, dt: float) -> None:
@@ -188,27 +222,16 @@ class Contact:
         self.sums[:] = 0.0
         if not len(self.watched):
             return
-        self.force[self.watched], self.carried[self.watched], self.pressure_at[self.watched] = 0.0, 0.0, 0.0
         self._gather_watched(dt)
         self._normal(dt)
         if self.settings.friction > 0:
             self._friction(dt)
 
     def _gather_watched(self, dt: float) -> None:
-        x, v = self.structure.x.reshape(-1, 3), self.structure.v.reshape(-1, 3)
-        wheel = self.is_wheel[self.watched]
-        at = self.watched
-        self.buffer[:] = 0.0
-        self.buffer[self.own_slot] = x[self.own_local]
-        now = self.buffer.copy()
-        now[self.own_slot] += dt * v[self.own_local]
+        kernel.pack(self.structure.x, self.structure.v, dt, self.own_local, self.own_slot, self.buffer)
         if self.comm.size > 1:
-            both = np.concatenate([self.buffer, now])
-            self.comm.Allreduce(MPI.IN_PLACE, both)
-            self.buffer[:], now = both[: len(at)], both[len(at) :]
-        self.before[at], self.position[at] = self.buffer, now
-        self.before[at[wheel], 0] += self.offset
-        self.position[at[wheel], 0] += self.offset + dt * self.speed
+            self.comm.Allreduce(MPI.IN_PLACE, self.buffer)
+        kernel.unpack(self.buffer, self.watched, self.n_rail, self.offset, dt * self.speed, self.before, self.position, self.force, self.carried, self.pressure_at)
 
     def _normal(self, dt: float) -> None:
         s, compliance = self.settings, 1.0 / self.settings.stiffness

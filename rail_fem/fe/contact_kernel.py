@@ -28,6 +28,30 @@ NORMAL_ENERGY, FRICTION_WORK, DRIVE_WORK, DEEPEST, N_ACTIVE = range(5)
 N_SUMS = 5
 
 
+@_compiled
+def pack(x, v, dt, local, slot, buffer):
+    """Positions now and, without contact, after the step, of the nodes `local` of this rank -> rows `slot` of buffer (m, 6); 0 elsewhere."""
+    buffer[:] = 0.0
+    for i in range(local.size):
+        for c in range(3):
+            now = x[3 * local[i] + c]
+            buffer[slot[i], c] = now
+            buffer[slot[i], 3 + c] = now + dt * v[3 * local[i] + c]
+
+
+@_compiled
+def unpack(buffer, watched, n_rail, offset, way, before, position, force, carried, pressure_at):
+    """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) moved by offset and `way` of the step; forces start at 0."""
+    for i in range(watched.size):
+        n = watched[i]
+        for c in range(3):
+            before[n, c], position[n, c], force[n, c] = buffer[i, c], buffer[i, 3 + c], 0.0
+        if n >= n_rail:
+            before[n, 0] += offset
+            position[n, 0] += offset + way
+        carried[n], pressure_at[n] = 0.0, 0.0
+
+
 @_part
 def facet_point(position, quad, xi, eta, point, t1, t2):
     """Point and tangents of a bilinear facet at (xi, eta)."""

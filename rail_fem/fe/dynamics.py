@@ -23,38 +23,54 @@ from rail_fem.fe.supports import Supports
 WHEEL_DAMPING = 0.06  # share of critical damping that the small-displacement kernel gives the highest frequency
 
 
-@numba.njit(cache=True, error_model="numpy")
-def kick(v, force, inverse_mass, mass_damping, dt, group_of, reactions, small, works):
-    """Velocities of owned nodes from internal forces; sums up reactions of groups and the internal work.
+@numba.njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
+def kick(v, force, inverse_mass, mass_damping, dt, small, works):
+    """Velocities of owned nodes from internal forces; sums up the internal work.
 
-    v, force : (3 n,);  inverse_mass, small, group_of : (n,), group_of -1: free node, -2 - mask: fixed directions (bits x, y, z)
-    mass_damping [1/s];  works : (3,) internal work of finite-strain nodes, of small-displacement nodes, damping work, added to [J]
+    v, force, inverse_mass, small : (3 n,), inverse_mass 0 where a direction is held or a rigid group moves it, small 1 on the small-
+    displacement bodies;  mass_damping [1/s];  works : (3,) internal work of finite-strain nodes, of small-displacement nodes, damping
+    work, added to [J]
     """
-    finite_work, small_work, damping_work = 0.0, 0.0, 0.0
-    for n in range(inverse_mass.size):
-        g = group_of[n]
-        power = 0.0
-        if g >= 0:
-            for c in range(3):
-                reactions[g, c] += force[3 * n + c]
-                power += force[3 * n + c] * v[3 * n + c]
-        else:
-            for c in range(3):
-                i = 3 * n + c
-                if g < -1 and (-2 - g) >> c & 1:
-                    v[i] = 0.0
-                    continue
-                old = v[i]
-                v[i] = old + dt * (force[i] * inverse_mass[n] - mass_damping * old)
-                power += 0.5 * force[i] * (old + v[i])
-                damping_work += 0.5 * dt * mass_damping / inverse_mass[n] * old * (old + v[i])
-        if small[n]:
-            small_work -= dt * power
-        else:
-            finite_work -= dt * power
-    works[0] += finite_work
-    works[1] += small_work
+    all_power, small_power, damping_work = 0.0, 0.0, 0.0
+    for i in range(v.size):
+        old = v[i]
+        new = old + dt * force[i] * inverse_mass[i]
+        v[i] = new
+        power = 0.5 * force[i] * (old + new)
+        all_power += power
+        small_power += small[i] * power
+    if mass_damping > 0.0:
+        for i in range(v.size):
+            if inverse_mass[i] > 0.0:
+                push = 0.5 * dt * force[i] * inverse_mass[i]
+                mean = v[i] - push  # the velocity before the kick and half of it
+                old = mean - push
+                lost = dt * mass_damping * old
+                v[i] -= lost
+                damping_work += lost / inverse_mass[i] * (mean - 0.5 * lost)
+                all_power -= 0.5 * force[i] * lost
+                small_power -= 0.5 * small[i] * force[i] * lost
+    works[0] -= dt * (all_power - small_power)
+    works[1] -= dt * small_power
     works[2] += damping_work
+
+
+@numba.njit(cache=True, error_model="numpy")
+def group_reactions(force, members, first, out):
+    """Element forces on groups: members[first[g]:first[g+1]] are the owned nodes of group g; out (n_groups, 3) [N], overwritten."""
+    out[:] = 0.0
+    for g in range(out.shape[0]):
+        for k in range(first[g], first[g + 1]):
+            for c in range(3):
+                out[g, c] += force[3 * members[k] + c]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def drift(x, v, dt, force):
+    """Positions after the step; forces start at 0."""
+    for i in range(x.size):
+        x[i] += dt * v[i]
+        force[i] = 0.0
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -88,20 +104,23 @@ class Dynamics:
         self.domain, self.comm = structure.domain, structure.domain.comm
         self.mass_damping = mass_damping
         n = self.domain.n_nodes
-        self.group_of = np.full(n, -1, np.int64)
-        if fixed is not None:
-            mask = (np.asarray(fixed) * np.array([1, 2, 4])).sum(axis=1)
-            self.group_of[mask > 0] = -2 - mask[mask > 0]
-        self.members = []
-        for i, group in enumerate(self.supports.groups):
+        held = np.zeros((n, 3), bool) if fixed is None else np.array(fixed, bool)
+        grouped, self.members, owned_members = np.zeros(n, bool), [], []
+        for group in self.supports.groups:
             local, _ = self.domain.local_nodes(group.input_nodes, owned_only=False)
-            self.group_of[local] = i
+            grouped[local] = True
             self.members.append(local)
-            owned = local[local < self.domain.n_owned]
-            group.node_mass = self.comm.allreduce(float(structure.mass[owned].sum()))
+            owned_members.append(local[local < self.domain.n_owned])
+            group.node_mass = self.comm.allreduce(float(structure.mass[owned_members[-1]].sum()))
+        self.held = np.flatnonzero(held & ~grouped[:, None])  # unknowns at rest
+        self.moving = ~held.ravel() & ~np.repeat(grouped, 3)  # unknowns that move on their own
+        self.owned_members = np.concatenate([np.empty(0, np.int64), *owned_members])
+        self.first_member = np.cumsum([0, *map(len, owned_members)])
+        self.reactions = np.zeros((len(self.supports.groups), 3))
         self.small = np.zeros(n, np.int64)
         self.small[self.domain.cells[structure.small_cells].ravel()] = 1
-        self.inverse_mass = 1.0 / structure.mass
+        self.small_unknown = np.repeat(self.small.astype(np.int8), 3)
+        self.inverse_mass = np.where(self.moving, np.repeat(1.0 / structure.mass, 3), 0.0)
         self.works = np.zeros(3)
         self.contact_work, self.contact_normal, self.friction_work, self.drive_work = 0.0, 0.0, 0.0, 0.0
         self.time, self.step_count, self.dt = 0.0, 0, 0.0
@@ -110,19 +129,10 @@ class Dynamics:
 
     # ---- step size
 
-    def free(self) -> np.ndarray:
-        """Unknowns that are free to move on their own (3 n_nodes,) bool; rank-local."""
-        out = np.ones((self.domain.n_nodes, 3), bool)
-        out[self.group_of >= 0] = False
-        mask = np.where(self.group_of < -1, -2 - self.group_of, 0)
-        for c in range(3):
-            out[(mask >> c & 1).astype(bool), c] = False
-        return out.ravel()
-
     def stable_step(self, courant: float = 0.9) -> float:
         """courant times the stable step of the bodies as they are now, few digits [s]; sets the wheel's damping to match. Collective."""
         s = self.structure
-        frequency = largest_frequency(s, self.free())
+        frequency = largest_frequency(s, self.moving)
         s.damping = 2 * WHEEL_DAMPING / frequency
         ratio = max(s.settings.linear_viscosity, WHEEL_DAMPING if s.small.n_cells else 0.0)
         return round_down(courant * damped_limit(frequency, ratio))
@@ -139,13 +149,15 @@ class Dynamics:
         self.dt = dt
 
     def _kick(self, dt: float) -> None:
-        s, n = self.structure, self.domain.n_owned
-        reactions = np.zeros((len(self.supports.groups), 3))
-        kick(s.v[: 3 * n], s.force[: 3 * n], self.inverse_mass[:n], self.mass_damping, dt, self.group_of[:n], reactions, self.small[:n], self.works)
-        if len(reactions):
+        s, n = self.structure, 3 * self.domain.n_owned
+        if len(self.held):
+            s.v[self.held] = 0.0
+        kick(s.v[:n], s.force[:n], self.inverse_mass[:n], self.mass_damping, dt, self.small_unknown[:n], self.works)
+        if len(self.reactions):
+            group_reactions(s.force, self.owned_members, self.first_member, self.reactions)
             if self.comm.size > 1:
-                self.comm.Allreduce(MPI.IN_PLACE, reactions)
-            self.supports.advance(reactions, dt)
+                self.comm.Allreduce(MPI.IN_PLACE, self.reactions)
+            self.supports.advance(self.reactions.copy(), dt)
             self._give_group_velocities()
         if self.contact is not None:
             self._contact(dt)
@@ -166,14 +178,13 @@ class Dynamics:
         self.contact_normal = c.sums[NORMAL_ENERGY]
 
     def _drift(self, dt: float) -> None:
-        self.structure.x += dt * self.structure.v
+        drift(self.structure.x, self.structure.v, dt, self.structure.force)
         self.supports.drift(dt)
         if self.contact is not None:
             self.contact.offset += dt * self.contact.speed
 
     def _forces(self, dt: float) -> None:
         s = self.structure
-        s.force[:] = 0.0
         clock = time.perf_counter()
         s.add_internal_force(dt)
         self.kernel_time += time.perf_counter() - clock
