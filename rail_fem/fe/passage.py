@@ -179,6 +179,6 @@ def _start_velocities(dynamics: Dynamics, domain: Domain, running: Running, axle
 
 def end_settling(passage: Passage, scene: Scene, settings: FeSettings) -> None:
     """Damper off, true masses on, foundation free. Energies of the lumped masses change here; the balance starts afresh."""
-    passage.settling.damping = 0.0
+    passage.settling.damping, passage.dynamics.balance_mark = 0.0, None
     _set_lumped_masses(scene, settings, passage.crossing, passage.axle, settled=True)
     passage.crossing.free = (False, False, settings.foundation)

@@ -62,6 +62,10 @@ class Link:
         """Force on a, upwards [N]."""
         return -self.stiffness * (self._relative("displacement") - self.rest) - self.damping * (self._relative("velocity") - self.rate)
 
+    def spring_power(self) -> float:
+        """Power of the spring on what it joins [W]."""
+        return -self.stiffness * (self._relative("displacement") - self.rest) * self._relative("velocity")
+
     def spring_energy(self) -> float:
         return 0.5 * self.stiffness * (self._relative("displacement") - self.rest) ** 2
 
@@ -97,6 +101,10 @@ class Supports:
     def drift(self, dt: float) -> None:
         for g in self.groups:
             g.displacement = g.displacement + dt * g.velocity
+
+    def spring_power(self) -> float:
+        """Power of all springs on the groups [W]."""
+        return sum(link.spring_power() for link in self.links)
 
     def energies(self) -> dict[str, float]:
         """Kinetic energy of added masses, spring energy, damper losses and work of loads [J]."""

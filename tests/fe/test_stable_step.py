@@ -143,12 +143,28 @@ def test_one_percent_above_the_critical_step_breaks_the_energy_balance_within_50
     assert energy_growth(1.01, 50, speed, steel, viscosity) > 0.1
 
 
+@MATERIALS
+@pytest.mark.parametrize("speed", [1e-3, 10.0])
+def test_one_percent_above_the_critical_step_stops_at_the_check_after_50_steps(steel, speed):
+    structure = structure_of(distort(mesh_box((6e-3, 5e-3, 5e-3), (6, 5, 5)), 1e-4, 6), steel, settings=ElementSettings(linear_viscosity=0.0, quadratic_viscosity=0.0))
+    structure.v.reshape(-1, 3)[:] = speed * np.sin(np.pi * structure.x.reshape(-1, 3)[:, ::-1] / 6e-3)
+    limit = damped_limit(largest_frequency(structure, np.ones(len(structure.v), bool), iterations=100), 0.0)
+    for courant in (0.97, 1.01):
+        dynamics = Dynamics(structure)
+        for _ in range(50):
+            dynamics.step(courant * limit)
+        if courant < 1:
+            dynamics.check()
+    with pytest.raises(ArithmeticError, match="step 50, .*(energy balance changed|inside out|not finite)"):
+        dynamics.check()
+
+
 def test_a_run_that_blows_up_stops_with_step_time_and_reason():
     structure = structure_of(mesh_box((6e-3, 5e-3, 5e-3), (6, 5, 5)))
     structure.v[:] = np.random.default_rng(0).standard_normal(len(structure.v))
     dynamics = Dynamics(structure)
     dt = 2 * dynamics.stable_step(1.0)
-    with pytest.raises(ArithmeticError, match=r"step \d+, t = .* ms: .*(inside out|not finite)"):
+    with pytest.raises(ArithmeticError, match=r"step \d+, t = .* ms: .*(inside out|not finite|energy balance)"):
         for _ in range(100):
             dynamics.step(dt)
             dynamics.check()
