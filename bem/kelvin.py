@@ -87,13 +87,8 @@ def _lambda_terms(eta, size):
 
 
 @njit(cache=True, inline="always")
-def _log_integrals(eta, size):
-    """Lambda, eta Lambda - 2, and the integrals of ln(eta - t) and t ln(eta - t) over (-1, 1)."""
-    if size < _FAR:
-        plus, minus = _near_logs(eta, size)
-        log = plus - minus
-        mean = (eta + 1.0) * plus - (eta - 1.0) * minus - 2.0
-        return log, eta * log - 2.0, mean, 0.5 * (eta * eta - 1.0) * log - eta
+def _far_series(eta, size):
+    """Series in 1 / eta^2: Lambda, eta Lambda - 2, ln(eta) minus the mean of ln(eta - t), and the integral of t ln(eta - t)."""
     inverse = _reciprocal(eta, size)
     square = inverse * inverse
     zero, one, two, tail = complex(0.0, 0.0), complex(0.0, 0.0), complex(0.0, 0.0), complex(0.0, 0.0)
@@ -102,7 +97,19 @@ def _log_integrals(eta, size):
         one = one * square + _ODD[k + 1]
         two = two * square + _PAIR[k]
         tail = (tail + _MEAN[k + 1]) * square
-    return 2.0 * inverse * zero, 2.0 * square * one, 2.0 * (_log(eta.real, eta.imag, size) - tail), -2.0 * inverse * two
+    return 2.0 * inverse * zero, 2.0 * square * one, tail, -2.0 * inverse * two
+
+
+@njit(cache=True, inline="always")
+def _log_integrals(eta, size):
+    """Lambda, eta Lambda - 2, and the integrals of ln(eta - t) and t ln(eta - t) over (-1, 1)."""
+    if size < _FAR:
+        plus, minus = _near_logs(eta, size)
+        log = plus - minus
+        mean = (eta + 1.0) * plus - (eta - 1.0) * minus - 2.0
+        return log, eta * log - 2.0, mean, 0.5 * (eta * eta - 1.0) * log - eta
+    log, first, tail, second = _far_series(eta, size)
+    return log, first, 2.0 * (_log(eta.real, eta.imag, size) - tail), second
 
 
 @njit(cache=True, inline="always")
@@ -202,15 +209,8 @@ def _real_log_integrals(eta, size):
     if size < _FAR:
         log, first, mean, second = _log_integrals(eta, size)
         return log, first, mean.real, second.real
-    inverse = _reciprocal(eta, size)
-    square = inverse * inverse
-    zero, one, two, tail = complex(0.0, 0.0), complex(0.0, 0.0), complex(0.0, 0.0), complex(0.0, 0.0)
-    for k in range(_terms(size) - 1, -1, -1):
-        zero = zero * square + _ODD[k]
-        one = one * square + _ODD[k + 1]
-        two = two * square + _PAIR[k]
-        tail = (tail + _MEAN[k + 1]) * square
-    return 2.0 * inverse * zero, 2.0 * square * one, np.log(size) - 2.0 * tail.real, -2.0 * (inverse * two).real
+    log, first, tail, second = _far_series(eta, size)
+    return log, first, np.log(size) - 2.0 * tail.real, second.real
 
 
 @njit(cache=True)
