@@ -1,4 +1,4 @@
-"""Quadrilaterals inside a polygon by Gmsh, on exactly the polygon's own boundary points. The only file that imports gmsh."""
+"""Quadrilaterals inside a polygon by Gmsh, on exactly the polygon's own boundary points. The only file that imports gmsh; mesh_triangles borrows its session."""
 
 from contextlib import contextmanager
 

@@ -68,3 +68,37 @@ def function_space(mesh, element):
 def original_cells(mesh) -> np.ndarray:
     """Index that each local cell had in the input of `create_mesh`; rank-local."""
     return np.asarray(mesh.topology.original_cell_index)
+
+
+def quadratic_triangle_mesh(comm, cells: np.ndarray, points: np.ndarray):
+    """A mesh of 6-node triangles (m, 6) in dolfinx order with nodes (n, 2) [m], for plane problems on one rank."""
+    try:
+        import basix.ufl
+
+        domain = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
+    except ImportError:
+        import ufl
+
+        domain = ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell("triangle", geometric_dimension=2), 2))
+    return dmesh.create_mesh(comm, cells, points, domain)
+
+
+def quadratic_vectors(mesh):
+    """The space of continuous quadratic displacements in the plane."""
+    try:
+        import basix.ufl
+
+        element = basix.ufl.element("Lagrange", mesh.basix_cell(), 2, shape=(2,))
+    except ImportError:
+        import ufl
+
+        element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), 2)
+    return function_space(mesh, element)
+
+
+def evaluate(expression, mesh, cells: np.ndarray) -> np.ndarray:
+    """Values of a fem.Expression in cells, as a flat array: cell by cell, point by point."""
+    try:
+        return np.asarray(expression.eval(mesh, cells)).ravel()
+    except TypeError:
+        return np.asarray(expression.eval(cells)).ravel()
