@@ -310,7 +310,7 @@ class Run:
         for name in ("force", "force_wing", "force_nose"):
             if after.any():
                 i = np.flatnonzero(after)[np.argmax(history[name][after])]
-                peaks[name] = Peak(float(history[name][i]), "N", x=float(history["x"][i]), time=float(history["time"][i]))
+                peaks[name] = Peak(float(history[name][i]), "N", x=float(history["x"][i]), y=float(history["contact_y"][i]), time=float(history["time"][i]))
         cells = gather_cells(self.dynamics)
         found = {}
         if cells is not None:
