@@ -136,7 +136,7 @@ class Contact:
                 gap, normal, weight = np.zeros(len(near)), np.zeros((len(near), 3)), np.zeros((len(near), 4))
                 every = np.ones(len(quads), np.bool_)
                 kernel.project_pairs(position, near, facets, local, quads, self.neighbours[1 - side], every, gap, normal, weight)
-                if self.offset == 0.0 and not self.started:
+                if not self.started:
                     self._refuse_deep_start(position, near, facets, gap, normal, side)
                 close = (facets >= 0) & (gap < reach) & (gap > -self.settings.deepest)
                 near, facets, local = near[close], facets[close], local[close]

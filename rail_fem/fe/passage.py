@@ -25,7 +25,6 @@ from rail_fem.scene import GRAVITY, Scene
 from rail_fem.settings import FeSettings
 from rail_fem.wheelshape import wheel_shape
 
-REGIONS = ("wing", "nose", "wheel")
 SETTLING_MASS = 20.0  # lumped mass on the wheel while it settles [kg]: little inertia, so it finds rest within a millisecond
 CONTACT_STIFFNESS = 1.2e9  # of a wheel on a rail, for the settling damper only [N/m]
 NEAR = 0.25e-3  # a body is meshed finely where the rigid wheel clears it by less [m]
@@ -89,8 +88,8 @@ def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, me
 
     mesh : wing, nose and wheel in place (root only, see rail_fem.fe.placing);  datum_height : of the wheel's D0 at the start [m]
     """
-    surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp, mesh.points[mesh.clamp, 2]), root=0)
-    quads, quad_region, clamp, clamp_z = surface
+    surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp), root=0)
+    quads, quad_region, clamp = surface
     cost = None if mesh is None else np.where(mesh.region == 2, ELASTIC_COST, 1.0)
     domain = Domain(comm, *(() if mesh is None else (mesh.points, mesh.cells, mesh.region, cost)))
     materials = scene.materials

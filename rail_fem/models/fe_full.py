@@ -17,11 +17,11 @@ from geometry.axes import tread_datum_y
 from geometry.crossing import CastCrossing
 from geometry.mesh import HexMesh
 from geometry.mesh_loft import mesh_crossing
-from geometry.mesh_quality import mesh_quality
+from geometry.mesh_quality import MeshQuality, mesh_quality
 from geometry.mesh_wheel import WheelMeshSpec, mesh_wheel
 from geometry.path import rolling_radius
 from rail_fem.fe import trust
-from rail_fem.fe.checkpoint import gather_rows, load_checkpoint, save_checkpoint
+from rail_fem.fe.checkpoint import load_checkpoint, save_checkpoint
 from rail_fem.fe.fields import gather_cells, write_collection, write_frame
 from rail_fem.fe.passage import NEAR, Passage, Running, build_passage, end_settling, running_of
 from rail_fem.fe.placing import crossing_spec, place_wheel, wheel_bands
@@ -69,7 +69,7 @@ def placed_mesh(comm, scene: Scene, settings: FeSettings, running: Running, fold
         if stored is not None:
             folder.mkdir(parents=True, exist_ok=True)
             np.savez(stored, gap=gap, datum=datum, **{k: getattr(mesh, k) for k in MESH_ARRAYS})
-            (folder / "mesh_quality.txt").write_text(str(mesh_quality(mesh).report() if hasattr(mesh_quality(mesh), "report") else mesh_quality(mesh)), encoding="utf-8")
+            (folder / "mesh_quality.txt").write_text(mesh_quality(mesh).report(), encoding="utf-8")
         return mesh, gap, datum
 
     keep = {}
@@ -128,7 +128,7 @@ class Run:
         self.start_energies = None if not self.settled else self.dynamics.energies()
         self.frames: list[tuple[float, str]] = []
         self.next_row, self.next_frame, self.rechecks = settings.history_interval, 0.0, 0
-        self.most_penalty, self.static_force, self.static_approach = 0.0, [], float("nan")
+        self.most_penalty, self.static_approach = 0.0, float("nan")
         self.loop_time = self.timed = 0.0  # in the steps of the whole run, and since this process began [s]
         self.last_checkpoint = time.perf_counter()
 
@@ -244,17 +244,19 @@ class Run:
         """The result, replicated but for the element peaks, which root alone knows. Collective."""
         history = self.recorder.history()
         settled = self.settings.settle_time
-        facts = self._trust_facts(history, settled)
+        energies = self.dynamics.energies()
+        quality = mesh_quality(self.passage.mesh) if self.passage.mesh is not None else None
+        facts = self._trust_facts(history, settled, energies, quality)
         rows = trust.report_rows(facts)
         peaks = self._peaks(history, settled)
-        slowest = self._slowest()
+        slowest = self._slowest(quality)
         if self.folder is not None and self.comm.rank == 0:
             (self.folder / "trust.txt").write_text(trust.show_rows(rows, slowest), encoding="utf-8")
         d = self.dynamics
         memory = self.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
         updates = d.domain.m_global * d.step_count / max(self.loop_time, 1e-9)
         cost = Cost(wall_time, d.domain.m_global, d.step_count, self.comm.size, updates, memory)
-        last = {name: float(v) for name, v in d.energies().items()}
+        last = {name: float(v) for name, v in energies.items()}
         return PassResult(
             model="fe_full",
             scene=self.scene,
@@ -269,12 +271,9 @@ class Run:
             warnings=tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != trust.GOOD),
         )
 
-    def _trust_facts(self, history: dict, settled: float) -> dict:
-        d = self.dynamics
-        e = d.energies()
-        start = self.start_energies or e
-        s = d.structure
-        element = mesh_quality(self.passage.mesh).worst_step if self.passage.mesh is not None else 0.0
+    def _trust_facts(self, history: dict, settled: float, e: dict, quality: MeshQuality | None) -> dict:
+        """Energies e now, replicated; quality of the mesh on root, None elsewhere. Collective."""
+        d, start = self.dynamics, self.start_energies or e
         return {
             "balance": e["balance"] - start["balance"],
             "contact_loss": e["contact_loss"] - start["contact_loss"],
@@ -290,7 +289,7 @@ class Run:
             "step": self.dt,
             "limit": self.limit,
             "step_ratio": self.dt / self.limit,
-            "element_limit": self.comm.bcast(element, root=0),
+            "element_limit": self.comm.bcast(quality.worst_step if quality else None, root=0),
             "rechecks": self.rechecks,
             "chatter": trust.chatter_share(history, self.scene.speed, self.settings.element_size, settled) if len(history["time"]) > 3 else float("nan"),
             "penalty_factor": self.settings.penalty,
@@ -322,10 +321,9 @@ class Run:
                     found[f"plastic_strain_{name}"] = Peak(float(cells[worst, 6]), "1", *map(float, mesh.points[mesh.cells[worst]].mean(axis=0)))
         return peaks | self.comm.bcast(found, root=0)
 
-    def _slowest(self) -> list[str]:
+    def _slowest(self, q: MeshQuality | None) -> list[str]:
         rows = None
-        if self.passage.mesh is not None:
-            q = mesh_quality(self.passage.mesh)
+        if q is not None:
             rows = [
                 f"element {i} at ({c[0] * 1e3:.1f}, {c[1] * 1e3:.1f}, {c[2] * 1e3:.1f}) mm: V / A_max = {length * 1e3:.3f} mm"
                 for i, c, length in zip(q.slowest, q.slowest_centre, q.slowest_length)

@@ -34,7 +34,7 @@ def wheel_and_rail(lateral: float, rolling: float, half_width: float, depth: flo
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0, 2.0, 5.0])
 def test_hertz_ellipses_on_large_blocks(ratio):
-    """Blocks 60 times the smaller and 12 times the larger semi-axis: pressure 0.5 %, axes a third of a cell, and the half-space's."""
+    """Blocks of half-width 12 times the larger semi-axis, 1.5 times that deep: pressure 0.5 %, axes a third of a cell, and the half-space's."""
     rolling, lateral = radii_of_ratio(ratio)
     exact = point_contact(2e4, rolling, lateral, MODULUS)
     size = max(12 * max(exact.semi_x, exact.semi_y), 10 * exact.semi_y)
