@@ -144,5 +144,5 @@ def contact_cost(across: int, effort: Effort) -> ContactCost:
         contact.add_forces(1e-7)
 
     seconds = least_time(forces, effort)
-    pairs = sum(len(slaves) for slaves in contact.slaves)
+    pairs = sum(len(pairs.slaves) for pairs in contact.pairs)
     return ContactCost(pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(contact.search, effort), settings.refresh)

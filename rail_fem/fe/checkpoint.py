@@ -17,7 +17,7 @@ from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.state import LANES, N_STATE
 
-VERSION = 2
+VERSION = 3
 NODAL = ("x", "v", "force")
 
 

@@ -106,10 +106,13 @@ class Contact:
         self.pressure_at = np.zeros(n)
         self.sums = np.zeros(kernel.N_SUMS)
         self.steps_to_search, self.started = 0, False
-        empty = np.empty(0, np.int64)
-        self.slaves, self.facets, self.where = [empty, empty], [empty, empty], [np.empty((0, 2)), np.empty((0, 2))]
-        self.usable = [np.zeros(len(self.quads[1 - side]), np.bool_) for side in (0, 1)]
+        self.pairs = [self._pairs(side, np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2))) for side in (0, 1)]
         self._prepare()
+
+    def _pairs(self, side: int, slaves: np.ndarray, facets: np.ndarray, where: np.ndarray, usable: np.ndarray | None = None) -> kernel.Pairs:
+        """Nodes of the rail (side 0) or of the wheel (side 1) over facets of the other; usable : None for none of them."""
+        usable = np.zeros(len(self.quads[1 - side]), np.bool_) if usable is None else usable
+        return kernel.Pairs.over(self.quads[1 - side], self.neighbours[1 - side], usable, slaves, facets, where)
 
     def _gather_all(self, field: np.ndarray) -> np.ndarray:
         """Nodal field at all surface nodes (n, 3), replicated. Collective."""
@@ -123,55 +126,50 @@ class Contact:
         """Choose the nodes and facets that may touch before the next search, and where their projections start. Collective."""
         position = self._gather_all(self.structure.x)
         position[self.is_wheel, 0] += self.offset
-        keep_slip, reach = self.slip, self.settings.margin
         candidates = self._candidates(position)
-        self.slaves, self.facets, self.where, usable = [], [], [], []
-        for side in (0, 1):
-            quads, near, opposite = self.quads[1 - side], *candidates[side]
-            if not len(near):
-                facets, local = np.empty(0, np.int64), np.empty((0, 2))
-            else:
-                _, nearest = cKDTree(position[quads[opposite]].mean(axis=1)).query(position[near])
-                facets, local = opposite[nearest], np.zeros((len(near), 2))
-                gap, normal, weight = np.zeros(len(near)), np.zeros((len(near), 3)), np.zeros((len(near), 4))
-                every = np.ones(len(quads), np.bool_)
-                kernel.project_pairs(position, near, facets, local, quads, self.neighbours[1 - side], every, gap, normal, weight)
-                if not self.started:
-                    self._refuse_deep_start(position, near, facets, gap, normal, side)
-                close = (facets >= 0) & (gap < reach) & (gap > -self.settings.deepest)
-                near, facets, local = near[close], facets[close], local[close]
-            ring = np.zeros(len(quads), np.bool_)
-            ring[facets] = True
-            for _ in range(2):
-                around = self.neighbours[1 - side][ring]
-                ring[around[around >= 0]] = True
-            self.slaves.append(near)
-            self.facets.append(facets)
-            self.where.append(local)
-            usable.append(ring)
-        self.usable, self.started = usable, True
+        self.pairs = [self._close_pairs(side, position, *candidates[side]) for side in (0, 1)]
+        self.started = True
+        keep_slip, slaves = self.slip, self.pairs[0].slaves
         self.slip = np.zeros_like(keep_slip)
-        self.slip[self.slaves[0]] = keep_slip[self.slaves[0]]
+        self.slip[slaves] = keep_slip[slaves]
         self.position[:] = position
         self.steps_to_search = self.settings.refresh
         self._prepare()
 
+    def _close_pairs(self, side: int, position: np.ndarray, near: np.ndarray, opposite: np.ndarray) -> kernel.Pairs:
+        """Pairs of the nodes `near` with a gap within the margin, over those of the facets `opposite` that lie below them. Replicated."""
+        quads, neighbours = self.quads[1 - side], self.neighbours[1 - side]
+        facets, where = np.empty(0, np.int64), np.empty((0, 2))
+        if len(near):
+            _, nearest = cKDTree(position[quads[opposite]].mean(axis=1)).query(position[near])
+            every = self._pairs(side, near, opposite[nearest], np.zeros((len(near), 2)), np.ones(len(quads), np.bool_))
+            kernel.project_pairs(position, every)
+            if not self.started:
+                self._refuse_deep_start(position, every, side)
+            close = (every.facets >= 0) & (every.gap < self.settings.margin) & (every.gap > -self.settings.deepest)
+            near, facets, where = near[close], every.facets[close], every.where[close]
+        usable = np.zeros(len(quads), np.bool_)
+        usable[facets] = True
+        for _ in range(2):
+            around = neighbours[usable]
+            usable[around[around >= 0]] = True
+        return self._pairs(side, near, facets, where, usable)
+
     def _candidates(self, position: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """For each side its nodes and the opposite facets within reach of the box that both surfaces share; none where they share no box. Replicated."""
-        reach = max(self.settings.margin, self.settings.deepest) if self.started else START_REACH
-        corners = [position[q] for q in self.quads]
-        low, high = [c.min(axis=1) - reach for c in corners], [c.max(axis=1) + reach for c in corners]
-        kept = [np.arange(len(c)) for c in corners]
+        reach = self.settings.margin if self.started else START_REACH
+        (low, high), kept = zip(*(kernel.facet_boxes(position, q, reach) for q in self.quads)), [np.arange(len(q)) for q in self.quads]
         for _ in range(BOX_PASSES):
             boxes = [(low[k][kept[k]].min(axis=0, initial=np.inf), high[k][kept[k]].max(axis=0, initial=-np.inf)) for k in (0, 1)]
             kept = [kept[k][((high[k][kept[k]] > boxes[1 - k][0]) & (low[k][kept[k]] < boxes[1 - k][1])).all(axis=1)] for k in (0, 1)]
         nodes = [np.unique(self.quads[k][kept[k]]) for k in (0, 1)]
         return [(nodes[k], kept[1 - k]) if len(kept[1 - k]) else (nodes[k][:0], kept[1 - k]) for k in (0, 1)]
 
-    def _refuse_deep_start(self, position, nodes, facets, gap, normal, side) -> None:
+    def _refuse_deep_start(self, position: np.ndarray, pairs: kernel.Pairs, side: int) -> None:
         """Raise ValueError where a surface starts deeper in the other than contact would believe: such nodes would never be pushed out. Replicated."""
+        nodes, gap = pairs.slaves, pairs.gap
         outward = node_normals(position, self.quads[side])
-        inside = (facets >= 0) & (gap <= -self.settings.deepest) & (np.einsum("ij,ij->i", outward[nodes], normal) < OPPOSED)
+        inside = (pairs.facets >= 0) & (gap <= -self.settings.deepest) & (np.einsum("ij,ij->i", outward[nodes], pairs.normal) < OPPOSED)
         if inside.any():
             worst = np.flatnonzero(inside)[np.argmin(gap[inside])]
             x, y, z = 1e3 * position[nodes[worst]]
@@ -183,9 +181,9 @@ class Contact:
     def _prepare(self) -> None:
         """Which nodes are watched, where they stand in the gathered buffer, and room for the results of a step."""
         watched = np.zeros(self.n, bool)
-        for side in (0, 1):
-            watched[self.slaves[side]] = True
-            watched[self.quads[1 - side][self.usable[side]].ravel()] = True
+        for pairs in self.pairs:
+            watched[pairs.slaves] = True
+            watched[pairs.quads[pairs.usable].ravel()] = True
         self.watched = np.flatnonzero(watched)
         slot = np.full(self.n, -1)
         slot[self.watched] = np.arange(len(self.watched))
@@ -194,23 +192,20 @@ class Contact:
         self.own_slot = slot[self.own_at]
         self.force[:], self.carried[:], self.pressure_at[:] = 0.0, 0.0, 0.0
         self.buffer = np.zeros((len(self.watched), 6))
-        k = [len(s) for s in self.slaves]
-        self.gap, self.normal, self.weight = [np.zeros(m) for m in k], [np.zeros((m, 3)) for m in k], [np.zeros((m, 4)) for m in k]
-        self.pressure, self.active, self.sticking = [np.zeros(m) for m in k], [np.zeros(m, np.bool_) for m in k], np.zeros(k[0], np.bool_)
-        self.moved, self.drag = np.zeros((k[0], 3)), np.zeros((k[0], 3))
+        k = len(self.pairs[0].slaves)
+        self.sticking, self.moved, self.drag = np.zeros(k, np.bool_), np.zeros((k, 3)), np.zeros((k, 3))
 
     def state(self) -> tuple[dict[str, np.ndarray], dict]:
         """Arrays and plain values that a restart needs; replicated."""
         arrays = {"slip": self.slip, "position": self.position}
-        for side in (0, 1):
-            arrays |= {f"slaves{side}": self.slaves[side], f"facets{side}": self.facets[side], f"where{side}": self.where[side], f"usable{side}": self.usable[side]}
+        for side, pairs in enumerate(self.pairs):
+            arrays |= {f"{name}{side}": getattr(pairs, name) for name in ("slaves", "facets", "where", "usable")}
         return arrays, {"offset": self.offset, "steps_to_search": self.steps_to_search}
 
     def restore(self, arrays: dict[str, np.ndarray], plain: dict) -> None:
         """Set the state that `state` returned. Replicated."""
         self.slip[:], self.position[:] = arrays["slip"], arrays["position"]
-        self.slaves, self.facets = [arrays["slaves0"], arrays["slaves1"]], [arrays["facets0"], arrays["facets1"]]
-        self.where, self.usable = [arrays["where0"], arrays["where1"]], [arrays["usable0"], arrays["usable1"]]
+        self.pairs = [self._pairs(side, *(arrays[f"{name}{side}"] for name in ("slaves", "facets", "where", "usable"))) for side in (0, 1)]
         self.offset, self.steps_to_search, self.started = plain["offset"], plain["steps_to_search"], True
         self._prepare()
 
@@ -219,51 +214,20 @@ class Contact:
         if self.steps_to_search <= 0:
             self.search()
         self.steps_to_search -= 1
-        self.sums[:] = 0.0
         if not len(self.watched):
+            self.sums[:] = 0.0
             return
-        self._gather_watched(dt)
-        self._normal(dt)
-        if self.settings.friction > 0:
-            self._friction(dt)
-
-    def _gather_watched(self, dt: float) -> None:
         kernel.pack(self.structure.x, self.structure.v, dt, self.own_local, self.own_slot, self.buffer)
         if self.comm.size > 1:
             self.comm.Allreduce(MPI.IN_PLACE, self.buffer)
-        kernel.unpack(self.buffer, self.watched, self.n_rail, self.offset, dt * self.speed, self.before, self.position, self.force, self.carried, self.pressure_at)
-
-    def _normal(self, dt: float) -> None:
-        s, compliance = self.settings, 1.0 / self.settings.stiffness
-        self.share[self.watched] = 0.0
-        for side in (0, 1):
-            q, gap = self.quads[1 - side], self.gap[side]
-            kernel.project_pairs(
-                self.position, self.slaves[side], self.facets[side], self.where[side], q, self.neighbours[1 - side], self.usable[side], gap, self.normal[side], self.weight[side]
-            )
-            self.active[side][:] = (self.facets[side] >= 0) & (gap < 0) & (gap > -s.deepest)
-            kernel.add_shares(self.slaves[side], self.facets[side], self.active[side], self.weight[side], self.area, 0.5, q, self.share)
-        for side in (0, 1):
-            kernel.normal_forces(
-                self.slaves[side], self.facets[side], self.active[side], self.gap[side], self.normal[side], self.weight[side], self.area, 0.5, compliance, dt,
-                self.quads[1 - side], self.share, self.inverse_mass, self.from_axle, self.spin if side else 0.0, self.pressure[side], self.carried, self.force, self.sums,
-            )  # fmt: skip
-            self.pressure_at[self.slaves[side]] = self.pressure[side]
-
-    def _friction(self, dt: float) -> None:
-        s, compliance = self.settings, 1.0 / self.settings.stiffness
-        slaves, facets, active, weight = self.slaves[0], self.facets[0], self.active[0], self.weight[0]
-        self.share[self.watched] = 0.0
-        kernel.add_shares(slaves, facets, active, weight, self.area, 1.0, self.quads[1], self.share)
-        kernel.friction_forces(
-            slaves, facets, active, self.normal[0], weight, self.area, self.quads[1], self.share, self.inverse_mass, self.position, self.before, self.from_axle,
-            self.spin, s.friction, compliance, dt, self.carried, self.slip, self.sticking, self.moved, self.drag, self.force, self.sums,
+        kernel.unpack(self.buffer, self.watched, self.n_rail, self.offset, dt * self.speed, self.before, self.position)
+        s = self.settings
+        kernel.contact_forces(
+            *self.pairs, self.watched, self.n_rail, self.area, self.inverse_mass, self.position, self.before, self.from_axle, self.spin, s.friction,
+            1.0 / s.stiffness, s.deepest, dt, self.share, self.carried, self.force, self.pressure_at, self.slip, self.sticking, self.moved, self.drag, self.sums,
         )  # fmt: skip
-        kernel.finish_slip(
-            slaves, facets, active, self.sticking, self.normal[0], weight, self.quads[1], self.inverse_mass, self.force, dt, self.moved, self.drag, self.slip, self.sums
-        )
 
     @property
     def deepest_penetration(self) -> float:
         """Largest penetration predicted for this step's start among active pairs [m]: pressure times penalty compliance."""
-        return max((float((p / self.settings.stiffness).max(initial=0.0)) for p in self.pressure), default=0.0)
+        return max(float(p.pressure.max(initial=0.0)) for p in self.pairs) / self.settings.stiffness

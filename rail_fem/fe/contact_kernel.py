@@ -15,17 +15,45 @@ move with their material; the wheel's material flows through its mesh, and its v
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
 _compiled = numba.njit(cache=True, error_model="numpy")
-_part = numba.njit(forceinline=True, error_model="numpy")
+_part = numba.njit(forceinline=True, error_model="numpy")  # self-contained kernels: the same bits from the compiler and from the cache
 OUTSIDE = 1.02  # local coordinate beyond which a projection belongs to the neighbour
 NEWTON_STEPS = 12
-# entries of the sums that `contact_forces` returns
-NORMAL_ENERGY, FRICTION_WORK, DRIVE_WORK, DEEPEST, N_ACTIVE = range(5)
+# entries of the sums that `contact_forces` adds up: energies of the step [J], force on the wheel along x [N], active pairs
+NORMAL_ENERGY, FRICTION_WORK, DRIVE_WORK, TOWED, N_ACTIVE = range(5)
 N_SUMS = 5
+
+
+class Pairs(NamedTuple):
+    """Nodes of one surface over facets of the other, and what a step finds for them.
+
+    slaves : (k,) nodes;  facets : (k,) facet under each, -1 none;  where : (k, 2) its place xi, eta there
+    quads, neighbours : (q, 4) nodes of the facets, facets across the edges 01, 12, 23, 30;  usable : (q,) facets whose nodes are up to date
+    gap [m], normal, weight of the facet's nodes, pressure [Pa], active : (k,), (k, 3), (k, 4), (k,), (k,)
+    """
+
+    slaves: np.ndarray
+    facets: np.ndarray
+    where: np.ndarray
+    quads: np.ndarray
+    neighbours: np.ndarray
+    usable: np.ndarray
+    gap: np.ndarray
+    normal: np.ndarray
+    weight: np.ndarray
+    pressure: np.ndarray
+    active: np.ndarray
+
+    @staticmethod
+    def over(quads, neighbours, usable, slaves, facets, where) -> "Pairs":
+        """With room for the results of a step."""
+        k = len(slaves)
+        return Pairs(slaves, facets, where, quads, neighbours, usable, np.zeros(k), np.zeros((k, 3)), np.zeros((k, 4)), np.zeros(k), np.zeros(k, np.bool_))
 
 
 @_compiled
@@ -40,16 +68,30 @@ def pack(x, v, dt, local, slot, buffer):
 
 
 @_compiled
-def unpack(buffer, watched, n_rail, offset, way, before, position, force, carried, pressure_at):
-    """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) moved by offset and `way` of the step; forces start at 0."""
+def unpack(buffer, watched, n_rail, offset, way, before, position):
+    """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) moved by offset and `way` of the step."""
     for i in range(watched.size):
         n = watched[i]
         for c in range(3):
-            before[n, c], position[n, c], force[n, c] = buffer[i, c], buffer[i, 3 + c], 0.0
+            before[n, c], position[n, c] = buffer[i, c], buffer[i, 3 + c]
         if n >= n_rail:
             before[n, 0] += offset
             position[n, 0] += offset + way
-        carried[n], pressure_at[n] = 0.0, 0.0
+
+
+@_compiled
+def facet_boxes(position, quads, reach):
+    """Corners low and high (q, 3) of the boxes around facets, wider by `reach` [m] on all sides."""
+    low, high = np.empty((quads.shape[0], 3)), np.empty((quads.shape[0], 3))
+    for f in range(quads.shape[0]):
+        for c in range(3):
+            low[f, c] = high[f, c] = position[quads[f, 0], c]
+            for k in range(1, 4):
+                p = position[quads[f, k], c]
+                low[f, c], high[f, c] = min(low[f, c], p), max(high[f, c], p)
+            low[f, c] -= reach
+            high[f, c] += reach
+    return low, high
 
 
 @_part
@@ -102,14 +144,16 @@ def project(position, node, facet, xi, eta, quads, neighbours, usable, point, t1
 
 
 @_compiled
-def project_pairs(position, slaves, facets, local, quads, neighbours, usable, gap, normal, weight):
-    """Projection of all pairs.
+def project_pairs(position, pairs):
+    """Projection of all pairs at positions (n, 3), from where `facets` and `where` say: these, `gap`, `normal` and `weight` are changed."""
+    project_all(position, pairs, np.empty(3), np.empty(3), np.empty(3))
 
-    position : (n, 3);  slaves : (k,) nodes;  facets : (k,) start facet, changed (-1: none);  local : (k, 2) xi, eta, changed
-    quads, neighbours : (q, 4) nodes and facets across the edges 01, 12, 23, 30;  usable : (q,) facets whose nodes are up to date
-    gap : (k,), normal : (k, 3), weight : (k, 4) out
-    """
-    point, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
+
+@_part
+def project_all(position, pairs, point, t1, t2):
+    """As `project_pairs`, with scratch vectors."""
+    slaves, facets, local, quads, neighbours, usable = pairs.slaves, pairs.facets, pairs.where, pairs.quads, pairs.neighbours, pairs.usable
+    gap, normal, weight = pairs.gap, pairs.normal, pairs.weight
     for i in range(slaves.size):
         if facets[i] < 0:
             continue
@@ -129,43 +173,54 @@ def project_pairs(position, slaves, facets, local, quads, neighbours, usable, ga
         weight[i, 2], weight[i, 3] = 0.25 * (1 + xi) * (1 + eta), 0.25 * (1 - xi) * (1 + eta)
 
 
-@_compiled
-def add_shares(slaves, facets, active, weight, area, factor, quads, share):
+@_part
+def add_shares(pairs, area, factor, share):
     """Area that each node carries for all active pairs -> share (n,)."""
-    for i in range(slaves.size):
-        if active[i]:
-            a = factor * area[slaves[i]]
-            share[slaves[i]] += a
+    for i in range(pairs.slaves.size):
+        if pairs.active[i]:
+            s = pairs.slaves[i]
+            a = factor * area[s]
+            share[s] += a
             for k in range(4):
-                share[quads[facets[i], k]] += weight[i, k] * a
+                share[pairs.quads[pairs.facets[i], k]] += pairs.weight[i, k] * a
 
 
-@_compiled
-def normal_forces(slaves, facets, active, gap, normal, weight, area, factor, compliance, dt, quads, share, inverse_mass, reference, spin, pressure, carried, force, sums):
+@_part
+def pair_share(pairs, i, share, inverse_mass):
+    """D of pair i: what its pressure moves its gap by, over dt^2 [m3/kg]."""
+    s, q = pairs.slaves[i], pairs.quads[pairs.facets[i]]
+    d = share[s] * inverse_mass[s]
+    for k in range(4):
+        d += pairs.weight[i, k] * share[q[k]] * inverse_mass[q[k]]
+    return d
+
+
+@_part
+def normal_forces(pairs, area, factor, compliance, dt, share, inverse_mass, from_axle, spin, carried, force, pressure_at, sums):
     """Pressures of one pass, their forces on the nodes, and the scalar normal force that each node carries.
 
     spin : angular velocity of the slaves' material about the axle, 0 in the pass of the rail's nodes (there the flow is tangential)
     """
-    for i in range(slaves.size):
-        pressure[i] = 0.0
-        if not active[i]:
-            continue
-        s, q = slaves[i], quads[facets[i]]
-        d = share[s] * inverse_mass[s]
-        for k in range(4):
-            d += weight[i, k] * share[q[k]] * inverse_mass[q[k]]
-        pressure[i] = -gap[i] / (compliance + dt * dt * d)
-        f = factor * area[s] * pressure[i]
-        carried[s] += f
-        for k in range(4):
-            carried[q[k]] += weight[i, k] * f
-        for c in range(3):
-            force[s, c] += f * normal[i, c]
+    normal, weight = pairs.normal, pairs.weight
+    for i in range(pairs.slaves.size):
+        s = pairs.slaves[i]
+        p = 0.0
+        if pairs.active[i]:
+            q = pairs.quads[pairs.facets[i]]
+            p = -pairs.gap[i] / (compliance + dt * dt * pair_share(pairs, i, share, inverse_mass))
+            f = factor * area[s] * p
+            carried[s] += f
             for k in range(4):
-                force[q[k], c] -= weight[i, k] * f * normal[i, c]
-        sums[NORMAL_ENERGY] += 0.5 * f * pressure[i] * compliance
-        sums[DRIVE_WORK] += dt * f * spin * (normal[i, 0] * reference[s, 2] - normal[i, 2] * reference[s, 0])
-        sums[N_ACTIVE] += 1
+                carried[q[k]] += weight[i, k] * f
+            for c in range(3):
+                force[s, c] += f * normal[i, c]
+                for k in range(4):
+                    force[q[k], c] -= weight[i, k] * f * normal[i, c]
+            sums[NORMAL_ENERGY] += 0.5 * f * p * compliance
+            sums[DRIVE_WORK] += dt * f * spin * (normal[i, 0] * from_axle[s, 2] - normal[i, 2] * from_axle[s, 0])
+            sums[N_ACTIVE] += 1
+        pairs.pressure[i] = p
+        pressure_at[s] = p
 
 
 @_part
@@ -186,26 +241,22 @@ def material_flow(reference, position, quad, weight, spin, flow, t1, t2, r1, r2,
         flow[c] = c1 * t1[c] + c2 * t2[c]
 
 
-@_compiled
-def friction_forces(
-    slaves, facets, active, normal, weight, area, quads, share, inverse_mass, position, before, reference, spin, friction, compliance, dt, carried, slip, sticking, moved, drag, force, sums
-):
+@_part
+def friction_forces(pairs, area, share, inverse_mass, position, before, from_axle, spin, friction, compliance, dt, carried, slip, sticking, moved, drag, force, sums):
     """Coulomb friction of the rail's nodes: elastic slip (n, 3) per node with the same implicit stiffness, returned to the cone mu * carried.
 
     moved, drag : (k, 3) out, way of the node over the wheel's material without contact [m] and friction force on the wheel [N]
     """
     flow, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
     r1, r2, point, trial = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    for i in range(slaves.size):
-        s = slaves[i]
-        if not active[i]:
+    normal, weight = pairs.normal, pairs.weight
+    for i in range(pairs.slaves.size):
+        s = pairs.slaves[i]
+        if not pairs.active[i]:
             slip[s, 0] = slip[s, 1] = slip[s, 2] = 0.0
             continue
-        q = quads[facets[i]]
-        material_flow(reference, position, q, weight[i], spin, flow, t1, t2, r1, r2, point)
-        d = share[s] * inverse_mass[s]
-        for k in range(4):
-            d += weight[i, k] * share[q[k]] * inverse_mass[q[k]]
+        q = pairs.quads[pairs.facets[i]]
+        material_flow(from_axle, position, q, weight[i], spin, flow, t1, t2, r1, r2, point)
         along = 0.0
         for c in range(3):
             move = position[s, c] - before[s, c] - dt * flow[c]
@@ -219,7 +270,7 @@ def friction_forces(
             trial[c] -= along * normal[i, c]
             size += trial[c] * trial[c]
         size = math.sqrt(size)
-        stiffness = area[s] / (compliance + dt * dt * d)
+        stiffness = area[s] / (compliance + dt * dt * pair_share(pairs, i, share, inverse_mass))
         f = stiffness * size
         bound = friction * carried[s]
         sliding = f > bound
@@ -236,23 +287,62 @@ def friction_forces(
                 force[q[k], c] += weight[i, k] * drag[i, c]
 
 
-@_compiled
-def finish_slip(slaves, facets, active, sticking, normal, weight, quads, inverse_mass, force, dt, moved, drag, slip, sums):
+@_part
+def finish_slip(pairs, sticking, inverse_mass, force, dt, moved, drag, slip, sums):
     """After all forces: elastic slip of sticking nodes with what the contact forces move within the step, and the work of friction."""
-    for i in range(slaves.size):
-        if not active[i]:
+    for i in range(pairs.slaves.size):
+        if not pairs.active[i]:
             continue
-        s, q = slaves[i], quads[facets[i]]
+        s, q = pairs.slaves[i], pairs.quads[pairs.facets[i]]
         along = 0.0
         for c in range(3):
             change = force[s, c] * inverse_mass[s]
             for k in range(4):
-                change -= weight[i, k] * force[q[k], c] * inverse_mass[q[k]]
+                change -= pairs.weight[i, k] * force[q[k], c] * inverse_mass[q[k]]
             change *= dt * dt
             sums[FRICTION_WORK] += drag[i, c] * (moved[i, c] + change)
             if sticking[i]:
                 slip[s, c] += change
-                along += slip[s, c] * normal[i, c]
+                along += slip[s, c] * pairs.normal[i, c]
         if sticking[i]:
             for c in range(3):
-                slip[s, c] -= along * normal[i, c]
+                slip[s, c] -= along * pairs.normal[i, c]
+
+
+@_compiled
+def contact_forces(
+    on_rail, on_wheel, watched, n_rail, area, inverse_mass, position, before, from_axle, spin, friction, compliance, deepest, dt,
+    share, carried, force, pressure_at, slip, sticking, moved, drag, sums,
+):  # fmt: skip
+    """All contact forces of a step.
+
+    on_rail, on_wheel : Pairs of the rail's nodes over the wheel's facets and the reverse;  watched : (w,) surface nodes in question, the
+    wheel's from number n_rail on;  area [m2], inverse_mass [1/kg] : (n,);  position, before : (n, 3) at the end of the step without
+    contact and at its start;  from_axle : (n, 3) reference place of the wheel's nodes [m];  compliance : 1 / penalty per area [m/Pa]
+    share, carried, force, pressure_at, slip : (n,), (n,), (n, 3), (n,), (n, 3), the first four overwritten on `watched`
+    sticking, moved, drag : of the rail's pairs, see `friction_forces`;  sums : (N_SUMS,) overwritten
+    """
+    point, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
+    sums[:] = 0.0
+    for n in watched:
+        share[n], carried[n], pressure_at[n] = 0.0, 0.0, 0.0
+        force[n, 0] = force[n, 1] = force[n, 2] = 0.0
+    for side in range(2):
+        pairs = on_wheel if side else on_rail
+        project_all(position, pairs, point, t1, t2)
+        for i in range(pairs.slaves.size):
+            pairs.active[i] = pairs.facets[i] >= 0 and -deepest < pairs.gap[i] < 0.0
+        add_shares(pairs, area, 0.5, share)
+    for side in range(2):
+        normal_forces(
+            on_wheel if side else on_rail, area, 0.5, compliance, dt, share, inverse_mass, from_axle, spin if side else 0.0, carried, force, pressure_at, sums
+        )
+    if friction > 0.0:
+        for n in watched:
+            share[n] = 0.0
+        add_shares(on_rail, area, 1.0, share)
+        friction_forces(on_rail, area, share, inverse_mass, position, before, from_axle, spin, friction, compliance, dt, carried, slip, sticking, moved, drag, force, sums)
+        finish_slip(on_rail, sticking, inverse_mass, force, dt, moved, drag, slip, sums)
+    for n in watched:
+        if n >= n_rail:
+            sums[TOWED] += force[n, 0]

@@ -78,27 +78,45 @@ class Domain:
         self.cell_input = original_cells(self.mesh)[:owned_cells].astype(np.int64)
         region = comm.bcast(None if region is None else np.asarray(region), root=0)
         self.region = region[self.cell_input]
-        self._to_owner = la.vector(index_map, 3)
-        self._to_ghosts = la.vector(index_map, 3)
+        self._shared: list[tuple[np.ndarray, la.Vector]] = []
+        self.shared_vector()  # the buffer of all other fields
 
     def nodal_vector(self) -> np.ndarray:
         return np.zeros(3 * self.n_nodes)
+
+    def shared_vector(self) -> np.ndarray:
+        """A nodal vector (3 n_nodes,) of zeros in the memory of a dolfinx vector: exchanged without a copy, for fields that travel every step."""
+        vector = la.vector(self.mesh.geometry.index_map(), 3)
+        field = vector.array
+        field[:] = 0.0
+        self._shared.append((field, vector))
+        return field
+
+    def _carrier(self, field: np.ndarray) -> tuple[np.ndarray, la.Vector]:
+        """The array and dolfinx vector that exchange a field: its own, or the buffer."""
+        return next((pair for pair in self._shared if pair[0] is field), self._shared[0])
 
     def sum_to_owner(self, field: np.ndarray) -> None:
         """Add what ghosts hold onto their owners, in place (3 n_nodes,). Collective."""
         if self.comm.size == 1:
             return
-        self._to_owner.array[:] = field
-        self._to_owner.scatter_reverse(SUM)
-        field[: 3 * self.n_owned] = self._to_owner.array[: 3 * self.n_owned]
+        array, vector = self._carrier(field)
+        if array is not field:
+            array[:] = field
+        vector.scatter_reverse(SUM)
+        if array is not field:
+            field[: 3 * self.n_owned] = array[: 3 * self.n_owned]
 
     def copy_to_ghosts(self, field: np.ndarray) -> None:
         """Give ghosts the values of their owners, in place (3 n_nodes,). Collective."""
         if self.comm.size == 1:
             return
-        self._to_ghosts.array[: 3 * self.n_owned] = field[: 3 * self.n_owned]
-        self._to_ghosts.scatter_forward()
-        field[3 * self.n_owned :] = self._to_ghosts.array[3 * self.n_owned :]
+        array, vector = self._carrier(field)
+        if array is not field:
+            array[: 3 * self.n_owned] = field[: 3 * self.n_owned]
+        vector.scatter_forward()
+        if array is not field:
+            field[3 * self.n_owned :] = array[3 * self.n_owned :]
 
     def local_nodes(self, input_nodes: np.ndarray, owned_only: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Local nodes among `input_nodes` (indices of the input mesh), and their positions in that list. Rank-local."""

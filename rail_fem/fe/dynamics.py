@@ -13,7 +13,7 @@ import numpy as np
 from mpi4py import MPI
 
 from rail_fem.fe.contact import Contact
-from rail_fem.fe.contact_kernel import DRIVE_WORK, FRICTION_WORK, NORMAL_ENERGY
+from rail_fem.fe.contact_kernel import DRIVE_WORK, FRICTION_WORK, NORMAL_ENERGY, TOWED
 from rail_fem.fe.domain import raise_together
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK, VISCOUS_WORK
@@ -66,6 +66,14 @@ def group_reactions(force, members, first, out):
         for k in range(first[g], first[g + 1]):
             for c in range(3):
                 out[g, c] += force[3 * members[k] + c]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def give_velocity(v, members, velocity):
+    """Velocity (3,) of a rigid group onto its nodes, in v (3 n,)."""
+    for n in members:
+        for c in range(3):
+            v[3 * n + c] = velocity[c]
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -163,24 +171,22 @@ class Dynamics:
             group_reactions(s.force, self.owned_members, self.first_member, self.reactions)
             if self.comm.size > 1:
                 self.comm.Allreduce(MPI.IN_PLACE, self.reactions)
-            self.supports.advance(self.reactions.copy(), dt)
+            self.supports.advance(self.reactions, dt)
             self._give_group_velocities()
         if self.contact is not None:
             self._contact(dt)
         self.domain.copy_to_ghosts(s.v)
 
     def _give_group_velocities(self) -> None:
-        v = self.structure.v.reshape(-1, 3)
         for group, local in zip(self.supports.groups, self.members):
-            v[local] = group.velocity
+            give_velocity(self.structure.v, local, group.velocity)
 
     def _contact(self, dt: float) -> None:
         c, s = self.contact, self.structure
         c.add_forces(dt)
         self.contact_work += apply_contact(s.v, s.force, c.force, c.inverse_mass, c.own_local, c.own_at, self.small, dt, self.works)
         self.friction_work += c.sums[FRICTION_WORK]
-        on_wheel = c.force[c.watched[np.searchsorted(c.watched, c.n_rail) :], 0]
-        self.drive_work += c.sums[DRIVE_WORK] + dt * c.speed * float(on_wheel.sum())
+        self.drive_work += c.sums[DRIVE_WORK] + dt * c.speed * c.sums[TOWED]
         self.contact_normal = c.sums[NORMAL_ENERGY]
 
     def _drift(self, dt: float) -> None:

@@ -95,10 +95,11 @@ def hourglass_force(gu, l, g, k):
 
 
 @_compiled
-def damped_displacement(x, reference, v, damping, out):
-    """x - reference + damping * v, nodal vectors."""
-    for i in range(out.size):
-        out[i] = x[i] - reference[i] + damping * v[i]
+def damped_displacement(x, reference, v, damping, nodes, out):
+    """x - reference + damping * v, nodal vectors, at `nodes`."""
+    for n in nodes:
+        for i in range(3 * n, 3 * n + 3):
+            out[i] = x[i] - reference[i] + damping * v[i]
 
 
 @_compiled

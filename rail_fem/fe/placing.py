@@ -48,10 +48,10 @@ def _vertical_gap(slave: HexMesh, master: HexMesh) -> float:
     near = np.flatnonzero(away < FARTHEST)
     if not len(near):
         return np.inf
-    gap, normal, weight = np.zeros(len(near)), np.zeros((len(near), 3)), np.zeros((len(near), 4))
-    found, local = nearest[near].astype(np.int64), np.zeros((len(near), 2))
-    kernel.project_pairs(points, near, found, local, quads, edge_neighbours(facets.quads), np.ones(len(quads), np.bool_), gap, normal, weight)
-    upright = (found >= 0) & (np.abs(normal[:, 2]) > 0.3)
+    pairs = kernel.Pairs.over(quads, edge_neighbours(facets.quads), np.ones(len(quads), np.bool_), near, nearest[near].astype(np.int64), np.zeros((len(near), 2)))
+    kernel.project_pairs(points, pairs)
+    gap, normal = pairs.gap, pairs.normal
+    upright = (pairs.facets >= 0) & (np.abs(normal[:, 2]) > 0.3)
     return float((gap[upright] / np.abs(normal[upright, 2])).min(initial=np.inf))
 
 

@@ -2,11 +2,31 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
 from rail_fem.fe.passage import Passage
 
 FORCES = ("force", "force_wing", "force_nose", "force_longitudinal", "force_lateral")
+
+
+@numba.njit(cache=True, error_model="numpy")
+def add_step(force, carried, position, watched, n_rail, on_nose, total, moment):
+    """Contact forces of a step added up over the rail's nodes `watched` (those below n_rail).
+
+    force : (n, 3) [N];  carried : (n,) normal force [N];  position : (n, 3) [m];  on_nose : (n_rail,) 1 on the nose, 0 on the wing
+    total : (5,) in the order of FORCES [N];  moment : (3,) carried force and its moments of x and y [N, N m]
+    """
+    for n in watched:
+        if n >= n_rail:
+            continue
+        total[0] -= force[n, 2]
+        total[1 + on_nose[n]] -= force[n, 2]
+        total[3] -= force[n, 0]
+        total[4] -= force[n, 1]
+        moment[0] += carried[n]
+        moment[1] += carried[n] * position[n, 0]
+        moment[2] += carried[n] * position[n, 1]
 
 
 class Recorder:
@@ -20,30 +40,20 @@ class Recorder:
         self._clear()
 
     def _clear(self) -> None:
-        self.total, self.moment, self.weight, self.steps = np.zeros(5), np.zeros(2), 0.0, 0
+        self.total, self.moment, self.steps = np.zeros(5), np.zeros(3), 0
 
     def after_step(self) -> None:
         """Add the contact forces of the step. Replicated."""
-        contact, p = self.passage.dynamics.contact, self.passage
+        c = self.passage.dynamics.contact
         self.steps += 1
-        rail = contact.slaves[0]
-        if not len(contact.watched):
-            return
-        watched = contact.watched[: np.searchsorted(contact.watched, contact.n_rail)]
-        on_rail = contact.force[watched]
-        along, across, total = -on_rail.sum(axis=0)
-        nose = -float(on_rail[:, 2] @ p.rail_region[watched])
-        self.total += (total, total - nose, nose, along, across)
-        carried = contact.carried[rail]
-        self.weight += float(carried.sum())
-        self.moment += carried @ contact.position[rail, :2]
+        add_step(c.force, c.carried, c.position, c.watched, c.n_rail, self.passage.rail_region, self.total, self.moment)
 
     def row(self, energies: dict[str, float]) -> None:
         """Close an interval."""
         p, d = self.passage, self.passage.dynamics
         row = dict(zip(FORCES, self.total / max(self.steps, 1)))
-        carries = self.weight > 0
-        centre = self.moment / self.weight if carries else (np.nan, np.nan)
+        carried = self.moment[0]
+        centre = self.moment[1:] / carried if carried > 0 else (np.nan, np.nan)
         row |= {
             "time": d.time,
             "x": p.running.start + d.contact.offset,
@@ -77,8 +87,8 @@ class Recorder:
 
     def state(self) -> dict:
         """For a restart: all rows so far and the interval that is open."""
-        return {"rows": self.rows, "contact_work": self.contact_work, "deepest": self.deepest, "total": self.total.tolist(), "moment": self.moment.tolist(), "weight": self.weight, "steps": self.steps}
+        return {"rows": self.rows, "contact_work": self.contact_work, "deepest": self.deepest, "total": self.total.tolist(), "moment": self.moment.tolist(), "steps": self.steps}
 
     def restore(self, state: dict) -> None:
-        self.rows, self.contact_work, self.deepest, self.weight, self.steps = state["rows"], state["contact_work"], state["deepest"], state["weight"], state["steps"]
+        self.rows, self.contact_work, self.deepest, self.steps = state["rows"], state["contact_work"], state["deepest"], state["steps"]
         self.total, self.moment = np.array(state["total"]), np.array(state["moment"])

@@ -32,8 +32,9 @@ class Structure:
         self.finite_cells, self.small_cells = np.flatnonzero(~is_small), np.flatnonzero(is_small)
         self.finite = ElementBlocks(domain.cells[self.finite_cells], domain.region[self.finite_cells], self.table)
         self.small = ElementBlocks(domain.cells[self.small_cells], domain.region[self.small_cells], self.table, stateless=True)
-        self.x, self.v, self.force = domain.reference.copy(), domain.nodal_vector(), domain.nodal_vector()
-        self.u = domain.nodal_vector()
+        self.x, self.v, self.force = domain.reference.copy(), domain.shared_vector(), domain.shared_vector()
+        self.u = domain.nodal_vector()  # displacement and damping of the small-displacement nodes, 0 elsewhere
+        self.small_nodes = np.unique(domain.cells[self.small_cells])
         self.geometry, smallest = fixed_geometry(domain.reference, self.small.nodes, self.small.filled, self.small.material_of, self.table.rows)
         self.damping = 0.0
         self.block_work = np.zeros((len(self.finite.filled), N_WORK))
@@ -75,7 +76,7 @@ class Structure:
         )
         b = self.small
         if b.n_cells:
-            damped_displacement(self.x, self.domain.reference, self.v, self.damping, self.u)
+            damped_displacement(self.x, self.domain.reference, self.v, self.damping, self.small_nodes, self.u)
             add_elastic_force(self.u, b.nodes, b.filled, b.material_of, t.rows, self.geometry, self.force)
 
     def elastic_energy(self) -> tuple[float, float]:

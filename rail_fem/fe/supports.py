@@ -15,7 +15,7 @@ class RigidGroup:
     """Nodes that move as one body without rotation.
 
     input_nodes : (k,) nodes of the input mesh (may be empty: a lumped mass);  added_mass [kg];  free : directions that may move
-    load : (3,) constant force [N];  velocity, displacement : (3,), change with time
+    load : (3,) constant force [N];  velocity, displacement : (3,), change in place with time
     """
 
     name: str
@@ -32,6 +32,23 @@ class RigidGroup:
     @property
     def mass(self) -> float:
         return self.node_mass + self.added_mass
+
+    def kick(self, upwards: float, dt: float) -> None:
+        """Velocity of the free directions from the reaction at hand, the load and a force of links upwards [N]."""
+        mass = self.mass
+        if mass <= 0:
+            return
+        for c in range(3):
+            if not self.free[c]:
+                continue
+            load, old = float(self.load[c]), float(self.velocity[c])
+            new = old + dt / mass * (float(self.reaction[c]) + load + (upwards if c == 2 else 0.0))
+            self.velocity[c] = new
+            self.load_work += dt * load * 0.5 * (new + old)
+
+    def drift(self, dt: float) -> None:
+        for c in range(3):
+            self.displacement[c] += dt * self.velocity[c]
 
     def kinetic_energy(self) -> float:
         """Of the added mass [J]; the nodes' own is counted with the nodes."""
@@ -54,20 +71,32 @@ class Link:
     rate: float = 0.0
     dissipated: float = 0.0
 
-    def _relative(self, attribute: str) -> float:
-        other = getattr(self.b, attribute)[2] if self.b is not None else 0.0
-        return getattr(self.a, attribute)[2] - other
+    def sign(self, group: RigidGroup) -> float:
+        """Of the link's force on a group: 1 on a, -1 on b, 0 on others."""
+        return 1.0 if self.a is group else -1.0 if self.b is group else 0.0
 
-    def force(self) -> float:
-        """Force on a, upwards [N]."""
-        return -self.stiffness * (self._relative("displacement") - self.rest) - self.damping * (self._relative("velocity") - self.rate)
+    def stretch(self) -> float:
+        """za - zb - rest [m]."""
+        return float(self.a.displacement[2]) - (float(self.b.displacement[2]) if self.b is not None else 0.0) - self.rest
+
+    def closing(self) -> float:
+        """va - vb [m/s]."""
+        return float(self.a.velocity[2]) - (float(self.b.velocity[2]) if self.b is not None else 0.0)
+
+    def spring_force(self) -> float:
+        """Of the spring on a, upwards [N]."""
+        return -self.stiffness * self.stretch()
+
+    def damper_force(self) -> float:
+        """Of the damper on a, upwards [N]."""
+        return -self.damping * (self.closing() - self.rate)
 
     def spring_power(self) -> float:
         """Power of the spring on what it joins [W]."""
-        return -self.stiffness * (self._relative("displacement") - self.rest) * self._relative("velocity")
+        return self.spring_force() * self.closing()
 
     def spring_energy(self) -> float:
-        return 0.5 * self.stiffness * (self._relative("displacement") - self.rest) ** 2
+        return 0.5 * self.stiffness * self.stretch() ** 2
 
 
 class Supports:
@@ -78,29 +107,19 @@ class Supports:
 
     def advance(self, reactions: np.ndarray, dt: float) -> None:
         """Kick: velocities of all groups from element reactions (n_groups, 3) [N], loads and links. Replicated."""
-        link_forces = [link.force() for link in self.links]
-        before = [g.velocity.copy() for g in self.groups]
+        springs = [link.spring_force() for link in self.links]
+        dampers = [link.damper_force() for link in self.links]
+        before = [link.closing() for link in self.links]
         for g, reaction in zip(self.groups, reactions):
-            g.reaction = reaction
-            total = reaction + g.load
-            for link, f in zip(self.links, link_forces):
-                if link.a is g:
-                    total[2] += f
-                if link.b is g:
-                    total[2] -= f
-            if g.mass > 0:
-                g.velocity = np.where(g.free, g.velocity + dt * total / g.mass, g.velocity)
-        for g, old in zip(self.groups, before):
-            g.load_work += dt * float(g.load @ (g.velocity + old)) / 2
-        for link, f in zip(self.links, link_forces):
-            i, j = self.groups.index(link.a), (self.groups.index(link.b) if link.b is not None else -1)
-            mean = (before[i][2] + link.a.velocity[2] - (0.0 if j < 0 else before[j][2] + link.b.velocity[2])) / 2
-            spring = -link.stiffness * (link._relative("displacement") - link.rest)
-            link.dissipated -= dt * (f - spring) * mean
+            g.reaction[:] = reaction
+            on_group = sum(link.sign(g) * (spring + damper) for link, spring, damper in zip(self.links, springs, dampers))
+            g.kick(on_group, dt)
+        for link, damper, old in zip(self.links, dampers, before):
+            link.dissipated -= dt * damper * 0.5 * (old + link.closing())
 
     def drift(self, dt: float) -> None:
         for g in self.groups:
-            g.displacement = g.displacement + dt * g.velocity
+            g.drift(dt)
 
     def spring_power(self) -> float:
         """Power of all springs on the groups [W]."""
