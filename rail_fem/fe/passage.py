@@ -11,19 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.axes import tread_datum_y
-from geometry.crossing import CastCrossing
 from geometry.mesh import HexMesh
-from geometry.path import WheelPath, rolling_radius, wheel_path
+from geometry.path import WheelPath, rolling_radius
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
+from rail_fem.rigid import rigid_path
 from rail_fem.scene import GRAVITY, Scene
 from rail_fem.settings import FeSettings
-from rail_fem.wheelshape import wheel_shape
 
 SETTLING_MASS = 20.0  # lumped mass on the wheel while it settles [kg]: little inertia, so it finds rest within a millisecond
 CONTACT_STIFFNESS = 1.2e9  # of a wheel on a rail, for the settling damper only [N/m]
@@ -35,14 +33,16 @@ ELASTIC_COST = 0.75  # an update of the small-displacement kernel, relative to t
 
 @dataclass(frozen=True)
 class Running:
-    """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y [rad/s], the rigid path."""
+    """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y [rad/s], the rigid path,
+    lateral place of the wheel's D0 [m]."""
 
-    sign: int
+    sign: float
     start: float
     end: float
     speed: float
     spin: float
     path: WheelPath
+    datum_y: float
 
     @property
     def duration(self) -> float:
@@ -59,13 +59,11 @@ def running_of(scene: Scene, settings: FeSettings) -> Running:
     """The rigid path over the window and the direction of travel. Errors: CrossingError, ProfileError."""
     low, high = sorted((settings.start, settings.end))
     x = np.arange(low - 0.02, high + 0.02, 1e-3)
-    profile = wheel_shape(scene.wheel.profile)
-    path = wheel_path(CastCrossing(scene.crossing.ratio), profile, x, radius=scene.wheel.radius)
-    sign = 1 if scene.direction == "facing" else -1
+    path, sign = rigid_path(scene, x), scene.direction_sign
     start, end = (low, high) if sign > 0 else (high, low)
     speed = sign * scene.speed
-    on_tread = float(rolling_radius(profile, scene.wheel.radius, np.array([0.0]))[0])
-    return Running(sign, start, end, speed, speed / on_tread, path)
+    on_tread = float(rolling_radius(scene.wheel.shape, scene.wheel.radius, np.array([0.0]))[0])
+    return Running(sign, start, end, speed, speed / on_tread, path, scene.wheel_datum_y)
 
 
 @dataclass(frozen=True)
@@ -102,7 +100,7 @@ def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, me
     rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
     contact = Contact(
         structure, rail, wheel, contact_settings(scene, settings, steels[0]), speed=running.speed, spin=running.spin,
-        axle=(running.start, tread_datum_y(), datum_height + scene.wheel.radius),
+        axle=(running.start, running.datum_y, datum_height + scene.wheel.radius),
     )  # fmt: skip
     dynamics = Dynamics(structure, supports, contact)
     _set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
@@ -117,7 +115,6 @@ def _wheel_nodes(mesh: HexMesh) -> np.ndarray:
     out = np.zeros(len(mesh.points), bool)
     out[mesh.cells[mesh.region == 2].ravel()] = True
     return out
-
 
 
 def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettings:

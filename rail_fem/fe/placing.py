@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from geometry.axes import GAUGE_POINT_DEPTH, tread_datum_y
+from geometry.axes import GAUGE_POINT_DEPTH
 from geometry.crossing import CastCrossing
 from geometry.mesh import HexMesh, merge_bodies
 from geometry.mesh_loft import BodyMeshSpec, CrossingMeshSpec
@@ -20,13 +20,13 @@ EDGE = 1e-3  # that the band stays off the ends of the head [m]
 ENDS = 25e-3  # of a body beyond its fine part [m]
 
 
-def place_wheel(rail: HexMesh, wheel: HexMesh, x: float, height: float) -> tuple[HexMesh, float]:
-    """Both meshes in one, the wheel at x so that the smallest gap between the meshes is zero; and the gap it had on the rigid path [m].
+def place_wheel(rail: HexMesh, wheel: HexMesh, x: float, y: float, height: float) -> tuple[HexMesh, float]:
+    """Both meshes in one, the wheel at x, y so that the smallest gap between the meshes is zero; and the gap it had on the rigid path [m].
 
-    rail, wheel : wheel coordinates are x = 0 under the axle, y from D0, z = 0 at D0;  height : of D0 on the rigid path [m]
+    rail, wheel : wheel coordinates are x = 0 under the axle, y from D0, z = 0 at D0;  y, height : of D0 on the rigid path [m]
     A gap far from zero means that a mesh is not where the profile is: the caller reports it.
     """
-    shift = np.array([x, tread_datum_y(), height])
+    shift = np.array([x, y, height])
     placed = replace(wheel, points=wheel.points + shift)
     gap = smallest_gap(rail, placed)
     placed = replace(wheel, points=wheel.points + shift - np.array([0.0, 0.0, gap]))
@@ -88,12 +88,12 @@ def _band(section, x: np.ndarray, y: np.ndarray, half: float):
     return band
 
 
-def wheel_bands(path: WheelPath, low: float, high: float, near: float, half_band: float, profile) -> tuple[tuple[float, float], ...]:
-    """Lateral ranges from D0 where the wheel may touch wing or nose on its way, merged where they meet [m]."""
+def wheel_bands(path: WheelPath, datum_y: float, low: float, high: float, near: float, half_band: float) -> tuple[tuple[float, float], ...]:
+    """Lateral ranges from D0 where the wheel may touch wing or nose on its way, merged where they meet [m]; datum_y : where D0 is [m]."""
     inside = (path.x >= low) & (path.x <= high)
     ranges = []
     for gap, point in ((path.wing_gap, path.wing_point), (path.nose_gap, path.nose_point)):
-        y = point[inside & (gap < near), 1] - tread_datum_y()
+        y = point[inside & (gap < near), 1] - datum_y
         if len(y):
             ranges.append((float(y.min() - half_band), float(y.max() + half_band)))
     merged = []

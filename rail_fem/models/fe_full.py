@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from geometry.axes import tread_datum_y
 from geometry.crossing import CastCrossing
 from geometry.mesh import HexMesh
 from geometry.mesh_loft import mesh_crossing
@@ -30,7 +29,6 @@ from rail_fem.launcher import on_root
 from rail_fem.result import Cost, PassResult, Peak
 from rail_fem.scene import Scene
 from rail_fem.settings import FeSettings
-from rail_fem.wheelshape import wheel_shape
 
 CHECK_EVERY = 50  # steps between looks at volumes and velocities
 LIMIT_EVERY = 4000  # steps between new stable steps by Lanczos
@@ -93,25 +91,25 @@ def _read_mesh(path: Path):
 
 def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[HexMesh, float, float]:
     """Crossing and wheel, the wheel set down at the start. Root only. Errors: MeshError, CrossingError, ProfileError."""
-    crossing, profile = CastCrossing(scene.crossing.ratio), wheel_shape(scene.wheel.profile)
+    crossing, path = CastCrossing(scene.crossing.ratio), running.path
     low, high = sorted((running.start, running.end))
-    rail = mesh_crossing(crossing, crossing_spec(crossing, running.path, low, high, settings.element_size, NEAR, PATCH_REACH, HALF_BAND))
-    spec = WheelMeshSpec(settings.element_size, bands=wheel_bands(running.path, low, high, NEAR, HALF_BAND, profile), fine_half_length=PATCH_REACH + 4e-3)
-    wheel = mesh_wheel(profile, scene.wheel.radius, spec)
-    height = datum_height(running, profile, scene.wheel.radius)
-    mesh, gap = place_wheel(rail, wheel, running.start, height)
+    rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings.element_size, NEAR, PATCH_REACH, HALF_BAND))
+    spec = WheelMeshSpec(settings.element_size, bands=wheel_bands(path, running.datum_y, low, high, NEAR, HALF_BAND), fine_half_length=PATCH_REACH + 4e-3)
+    wheel = mesh_wheel(scene.wheel.shape, scene.wheel.radius, spec)
+    height = datum_height(running, scene)
+    mesh, gap = place_wheel(rail, wheel, running.start, running.datum_y, height)
     names = {name: i for i, name in enumerate(mesh.region_names)}
     order = np.array([{"wing": 0, "nose": 1, "wheel": 2}[name] for name in names], np.int8)
     mesh = replace(mesh, region=order[mesh.region], surface_region=order[mesh.surface_region], region_names=("wing", "nose", "wheel"))
     return mesh, gap, height - gap
 
 
-def datum_height(running: Running, profile, radius: float) -> float:
+def datum_height(running: Running, scene: Scene) -> float:
     """Height of the wheel's D0 where the rigid wheel stands at the start [m]: through its contact point."""
-    path = running.path
+    path, radius = running.path, scene.wheel.radius
     i = int(np.argmin(np.abs(path.x - running.start)))
     x, y, z = path.contact_point[i]
-    rolling = rolling_radius(profile, radius, np.array([y - tread_datum_y()]))[0]
+    rolling = rolling_radius(scene.wheel.shape, radius, np.array([y - running.datum_y]))[0]
     return float(z - radius + np.sqrt(rolling**2 - (x - path.x[i]) ** 2))
 
 
