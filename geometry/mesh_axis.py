@@ -16,7 +16,8 @@ def growing_steps(start: float, length: float, growth: float, largest: float) ->
         return np.zeros(0)
 
     def steps(count, ratio):
-        return np.minimum(start * ratio ** np.arange(1, count + 1), max(largest, start))
+        with np.errstate(over="ignore"):  # what overflows is cut at `largest`
+            return np.minimum(start * ratio ** np.arange(1, count + 1), max(largest, start))
 
     count = 1
     while steps(count, growth).sum() < length:
@@ -49,9 +50,11 @@ def graded_line(start: float, end: float, fine: tuple[float, float], size: float
     step = (fine[1] - fine[0]) / count
     left = _outer_steps(step, fine[0] - start, growth, coarse, multiple)[::-1]
     right = _outer_steps(step, end - fine[1], growth, coarse, multiple)
-    return np.concatenate([
+    line = np.concatenate([
         [start], start + np.cumsum(left[:-1]), np.linspace(*fine, count + 1)[0 if len(left) else 1:],
         fine[1] + np.cumsum(right[:-1]), [end] if len(right) else []])
+    line[-1] = end
+    return line
 
 
 def _outer_steps(step, length, growth, coarse, multiple):
