@@ -110,9 +110,9 @@ def check_body(name: str, body: BodyMeshSpec, spec: CrossingMeshSpec) -> None:
         if not body.x_range[0] <= body.fine_x[0] < body.fine_x[1] <= body.x_range[1]:
             faults.append(f"fine_x {body.fine_x} m must be a range inside x_range {body.x_range} m")
         if body.coarse < spec.element_size:
-            faults.append(f"coarse size {body.coarse * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm")
+            faults.append(f"coarse size {body.coarse * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm: take smaller elements or a larger coarse size")
         if body.fine_depth < spec.element_size:
-            faults.append(f"fine_depth {body.fine_depth * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm")
+            faults.append(f"fine_depth {body.fine_depth * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm: take smaller elements or a deeper fine zone")
         if not 1.05 <= spec.growth <= 3:
             faults.append(f"growth {spec.growth} is outside [1.05, 3]")
     if faults:

@@ -6,8 +6,12 @@ from geometry.mesh_curve import SectionCurve
 
 
 def feature_lengths(curves: list[SectionCurve]) -> tuple[np.ndarray, np.ndarray]:
-    """Section indices (k,) and mean arc length (k,) [m] up to each over all sections: a measure of outline common to them."""
-    index = np.arange(np.ceil(max(curve.index[-1] for curve in curves)) + 1)
+    """Section indices (k,) and mean arc length (k,) [m] up to each over all sections: a measure of outline common to them.
+
+    A foot prolonged down to the base lies beyond the section's own indices, on the left below 0 (mesh_curve.cut_at_base).
+    """
+    first, last = min(0.0, np.floor(min(curve.index[0] for curve in curves))), np.ceil(max(curve.index[-1] for curve in curves))
+    index = np.arange(first, last + 1)
     return index, np.mean([np.interp(index, curve.index, curve.arc) for curve in curves], axis=0)
 
 

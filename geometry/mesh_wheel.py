@@ -86,7 +86,7 @@ def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
         if not spec.fine_half_length <= radius * spec.half_angle or spec.half_angle > np.pi / 2:
             faults.append(f"fine_half_length {spec.fine_half_length * 1e3:.1f} mm must lie in the sector of +-{np.degrees(spec.half_angle):.1f} degrees, and that within +-90")
         if spec.coarse < spec.element_size or spec.fine_depth < spec.element_size:
-            faults.append(f"coarse {spec.coarse * 1e3:.2f} mm and fine_depth {spec.fine_depth * 1e3:.2f} mm must not be below the element size {spec.element_size * 1e3:.2f} mm")
+            faults.append(f"coarse {spec.coarse * 1e3:.2f} mm and fine_depth {spec.fine_depth * 1e3:.2f} mm must not be below the element size {spec.element_size * 1e3:.2f} mm: take smaller elements")
         if not 1.05 <= spec.growth <= 3:
             faults.append(f"growth {spec.growth} is outside [1.05, 3]")
     if not spec.bands or any(not start < end for start, end in spec.bands) or any(a[1] >= b[0] for a, b in zip(spec.bands, spec.bands[1:])):
