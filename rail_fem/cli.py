@@ -1,4 +1,4 @@
-"""The command line: check | run | show | profile | doctor. Every command says what it found and ends non-zero on a fault."""
+"""The command line: check | run | show | compare | sweep | profile | doctor. Every command says what it found and ends non-zero on a fault."""
 
 from pathlib import Path
 from typing import Annotated, NoReturn, Optional
@@ -93,6 +93,79 @@ def show(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a
             say("\n".join(["figures", *(f"  {path}" for path in draw_run(folder))]))
     except (FileNotFoundError, ValueError, OSError) as error:
         stop(str(error))
+
+
+@app.command()
+def compare(folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="folders of runs of one scene, or folders that hold such")],
+            reference: Annotated[Optional[Path], typer.Option(help="the run that the others are held against; default: the dearest rung")] = None,
+            within: Annotated[Optional[str], typer.Option(help="name the cheapest run within this error, e.g. 5%")] = None,
+            quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "nose peak",
+            out: Annotated[Optional[Path], typer.Option(help="folder for compare.md and compare.png")] = None) -> None:
+    """Cost against error of several models of one scene."""
+    from rail_fem import compare as side_by_side
+    from rail_fem.show.cost import cost_figure
+    from rail_fem.show.style import lettering, save
+
+    if quantity not in side_by_side.QUANTITIES:
+        stop(f"--quantity {quantity}: choose one of {', '.join(side_by_side.QUANTITIES)}")
+    limit = None if within is None else share(within, "--within")
+    try:
+        found = side_by_side.compare(folders, reference)
+        text = side_by_side.table(found)
+        words = [text] + ([side_by_side.advice(found, limit, quantity) + "\n"] if limit is not None else []) + [side_by_side.doubts(found)]
+        say("\n".join(words).rstrip())
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+            (out / "compare.md").write_text("\n".join(words), encoding="utf-8")
+            with lettering():
+                say(str(save(cost_figure(found), out / "compare.png")))
+    except (FileNotFoundError, ValueError, OSError) as error:
+        stop(str(error))
+
+
+def share(text: str, option: str) -> float:
+    """A relative number above 0, as 5% or 0.05."""
+    try:
+        value = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        stop(f"{option} {text}: not a number; write 5% or 0.05")
+    if not 0 < value < 1:
+        stop(f"{option} {text}: must lie between 0 and 100 %")
+    return value
+
+
+@app.command()
+def sweep(cases: Annotated[list[Path], typer.Argument(metavar="CASE...", help="case files, e.g. cases/thesis/*.toml")],
+          out: Annotated[Path, typer.Option("--out", help="folder of all results: OUT/CASE/MODEL")],
+          model: Annotated[Optional[list[str]], typer.Option("--model", help="only this rung; may be given several times")] = None,
+          ranks: Annotated[int, typer.Option(help="for parallel rungs", min=1)] = 2,
+          only: Annotated[Optional[int], typer.Option(help="only the case of this number, from 1: for job arrays", min=1)] = None) -> None:
+    """Run many cases with every model that they name; started again, it goes on. Do not put mpirun in front."""
+    from rail_fem.ladder import LADDER
+    from rail_fem.sweep import FAILED, jobs_of, read_cases, run_sweep
+    from rail_fem.sweep_report import sweep_report
+
+    unknown = sorted(set(model or ()) - set(LADDER))
+    if unknown:
+        stop(f"--model {', '.join(unknown)}: no such rung; choose among {', '.join(LADDER)}")
+    if only is not None and only > len(cases):
+        stop(f"--only {only}: there are {len(cases)} case(s)")
+    if launcher.rank_count() > 1:
+        stop("sweep starts mpirun itself, case by case: leave mpirun out and give --ranks")
+    try:
+        found, faults = read_cases(cases if only is None else [cases[only - 1]])
+    except ValueError as error:
+        stop(str(error))
+    for fault in faults:
+        typer.echo(f"left out: {fault}", err=True)
+    outcomes = run_sweep(jobs_of(found, out, model or ()), ranks, say)
+    report = sweep_report(outcomes, faults)
+    out.mkdir(parents=True, exist_ok=True)
+    if only is None:
+        (out / "sweep.md").write_text(report, encoding="utf-8")
+    say("\n" + report)
+    if faults or any(outcome.state == FAILED for outcome in outcomes):
+        raise typer.Exit(1)
 
 
 @app.command()

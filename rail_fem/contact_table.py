@@ -7,6 +7,7 @@ Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual pen
 """
 
 import functools
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,6 +44,7 @@ class ContactTable:
     lopsided  : (2, n)    distance of the intersection's middle from the contact point over its half-width [1]
     transfers : (k,)      x where a rigid wheel changes body [m]
     modulus   : E* of wheel and each body [Pa]
+    search_time : what finding it cost, also where it was kept from another scene [s]
     """
 
     x: np.ndarray
@@ -55,6 +57,7 @@ class ContactTable:
     lopsided: np.ndarray
     transfers: np.ndarray
     modulus: tuple[float, float]
+    search_time: float = 0.0
 
     def height_at(self, x: np.ndarray) -> np.ndarray:
         """(2, m) heights at x (m,) [m]: cubic Hermite between the table's places, -inf where one of the two is out of reach."""
@@ -97,24 +100,28 @@ def rail_modulus(rail: tuple[float, float], wheel: tuple[float, float]) -> float
 
 
 @functools.lru_cache(maxsize=32)
-def _path(ratio, profile, far_slope, radius, datum, low, high, spacing) -> tuple[CastCrossing, Profile, WheelPath]:
+def _path(ratio, profile, far_slope, radius, datum, low, high, spacing) -> tuple[CastCrossing, Profile, WheelPath, float]:
+    """Crossing, wheel, rigid path and the time that it took [s]."""
     from rail_fem.wheelshape import wheel_shape
 
+    started = time.perf_counter()
     crossing, wheel = CastCrossing(ratio=ratio), wheel_shape(profile, far_slope)
     x = np.linspace(low, high, max(2, int(np.ceil((high - low) / spacing - 1e-9))) + 1)
-    return crossing, wheel, wheel_path(crossing, wheel, x, radius, datum - tread_datum_y())
+    path = wheel_path(crossing, wheel, x, radius, datum - tread_datum_y())
+    return crossing, wheel, path, time.perf_counter() - started
 
 
 @functools.lru_cache(maxsize=64)
 def _table(ratio, profile, far_slope, radius, datum, low, high, spacing, steels, load) -> ContactTable:
-    crossing, wheel, path = _path(ratio, profile, far_slope, radius, datum, low, high, spacing)
+    crossing, wheel, path, search_time = _path(ratio, profile, far_slope, radius, datum, low, high, spacing)
+    started = time.perf_counter()
     moduli = tuple(rail_modulus(rail, steels[2]) for rail in steels[:2])
     points = np.stack([path.wing_point, path.nose_point])
     heights = path.height - np.stack([path.wing_gap, path.nose_gap])
     parts = [_contacts(crossing, wheel, b, path, points[b], radius, datum, moduli[b], load) for b in (0, 1)]
     gather = lambda name: np.stack([part[name] for part in parts])
     return ContactTable(path.x, np.where(np.isfinite(heights), heights, -np.inf), gather("slope"), points, gather("stiffness"),
-                        gather("radii"), gather("angle"), gather("lopsided"), path.transfers, moduli)
+                        gather("radii"), gather("angle"), gather("lopsided"), path.transfers, moduli, search_time + time.perf_counter() - started)
 
 
 def _contacts(crossing, wheel: Profile, body: int, path: WheelPath, point: np.ndarray, radius: float, datum: float, modulus: float, load: float) -> dict:

@@ -61,7 +61,7 @@ def _may_go_on(folder: Path, held: list[str], case: Mapping[str, Any], restart: 
         return False
     if not restart:
         raise RunFolderError(f"--out {folder}: holds a run already; --restart goes on with it, --overwrite begins again, or choose another folder")
-    different = _differences(_read_mark(folder), case)
+    different = differences(_read_mark(folder), case)
     if different:
         raise RunFolderError("\n  ".join([f"--out {folder}: holds another case, {len(different)} difference(s); choose another folder", *different]))
     return True
@@ -74,10 +74,11 @@ def _read_mark(folder: Path) -> dict[str, Any]:
         raise RunFolderError(f"--out {folder}: {MARK} cannot be read ({error}); choose another folder") from error
 
 
-def _differences(there: Any, here: Any, key: str = "") -> list[str]:
+def differences(there: Any, here: Any, key: str = "") -> list[str]:
+    """Keys whose plain values differ, with both, one line each."""
     if isinstance(there, dict) and isinstance(here, dict):
         names = [*there, *(name for name in here if name not in there)]
-        return [line for name in names for line in _differences(there.get(name), here.get(name), f"{key}.{name}".lstrip("."))]
+        return [line for name in names for line in differences(there.get(name), here.get(name), f"{key}.{name}".lstrip("."))]
     return [] if there == here else [f"{key}: {there} there, {here} in this case (SI)"]
 
 

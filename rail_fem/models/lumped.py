@@ -23,8 +23,8 @@ def solve(scene: Scene, settings: LumpedSettings, folder: Path | None = None, re
     Error: second order in the step, measured by twice the step; `contact_stiffness` is the force's change when the contact is
     half as stiff. Errors: CrossingError where the window leaves the crossing, ValueError.
     """
-    started = time.perf_counter()
     table = contact_table(scene, *settings.window(scene), settings.path_spacing)
+    started = time.perf_counter()
     constant = settings.contact_stiffness or static_constant(table, settings.window(scene)[0])
     contacts = one_contact(table, constant, settings.contact, scene.static_wheel_load)
     run = run_pass(scene, settings, contacts)
@@ -38,7 +38,7 @@ def solve(scene: Scene, settings: LumpedSettings, folder: Path | None = None, re
         model="lumped", scene=scene, settings=settings.model_dump(mode="json"), history=history,
         peaks={"force": force_peak(total, run), "force_foundation": force_peak(run.foundation_force, run)},
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
-        cost=Cost(time.perf_counter() - started, 0, len(run.time)),
+        cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
         error_estimate={"time_step": step_error(run, coarse), "contact_stiffness": _change(run, softer)},
         trust={"validity": flags, "contact_constant": constant}, warnings=flag_warnings(flags),
     )

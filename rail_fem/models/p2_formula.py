@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.contact_table import contact_table
+from rail_fem.contact_table import ContactTable, contact_table
 from rail_fem.light_settings import P2Settings
 from rail_fem.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unsprung_mass
 from rail_fem.result import NAN, Cost, PassResult, Peak
@@ -26,8 +26,9 @@ def solve(scene: Scene, settings: P2Settings, folder: Path | None = None, restar
     The formula takes microseconds; the dip angle of the rigid path, unless given, a second.
     Errors: ValueError when a rigid wheel never changes body and no dip angle is given.
     """
+    table = contact_table(scene, *LOOKED_AT, SPACING) if settings.dip_angle is None else None
     started = time.perf_counter()
-    dip, place, constant = (settings.dip_angle, NAN, None) if settings.dip_angle is not None else rigid_dip(scene)
+    dip, place, constant = (settings.dip_angle, NAN, None) if table is None else rigid_dip(table)
     load, mass = scene.static_wheel_load, unsprung_mass(scene, settings.unsprung)
     foundation = scene.foundation
     increment = p2_increment(dip, scene.speed, mass, foundation.track_mass, foundation.stiffness)
@@ -40,18 +41,17 @@ def solve(scene: Scene, settings: P2Settings, folder: Path | None = None, restar
     flags = p2_flags(scene, dip) + limit_flags(chosen)
     return PassResult(
         model="p2_formula", scene=scene, settings=settings.model_dump(mode="json"), history={"time": np.empty(0), "x": np.empty(0)},
-        peaks=peaks, transfer_x=place, cost=Cost(time.perf_counter() - started, 0, 1), error_estimate={"force": NAN},
+        peaks=peaks, transfer_x=place, cost=Cost((table.search_time if table else 0.0) + time.perf_counter() - started, 0, 1), error_estimate={"force": NAN},
         trust={"validity": flags, "dip_angle": dip, "unsprung_mass": mass}, warnings=flag_warnings(flags),
     )
 
 
-def rigid_dip(scene: Scene) -> tuple[float, float, float]:
+def rigid_dip(table: ContactTable) -> tuple[float, float, float]:
     """Dip angle [rad] of the rigid path at the transfer, its x [m], and the nose's Hertz constant there.
 
     The angle between the steepest fall and the steepest rise within BESIDE of the place where the path bends (the standard's "acute
     angle between the tangents to the wheel trajectory at the point where it abruptly changes direction").
     """
-    table = contact_table(scene, *LOOKED_AT, SPACING)
     if not len(table.transfers):
         raise ValueError("p2_formula: a rigid wheel never changes from wing to nose in this scene: give dip_angle")
     place = float(table.transfers[0])

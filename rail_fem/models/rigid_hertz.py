@@ -24,8 +24,9 @@ def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None
 
     Errors: CrossingError where the window leaves the crossing, ValueError.
     """
+    table = contact_table(scene, *settings.window(scene), settings.path_spacing)
     started = time.perf_counter()
-    run, table = rigid_hertz_pass(scene, settings)
+    run = run_pass(scene, settings, contacts_of(scene, settings, table))
     coarse = run_pass(scene, settings, contacts_of(scene, settings, table), 2 * run.step)
     sparse = run_pass(scene, settings, contacts_of(scene, settings, every_second(table)))
     point = points_at(table, run.x)
@@ -37,16 +38,10 @@ def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None
         model="rigid_hertz", scene=scene, settings=settings.model_dump(mode="json"), history=history, patches=patches,
         peaks=_peaks(run, point, patches), transfer_x=transfer_place(run, scene.direction_sign),
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
-        cost=Cost(time.perf_counter() - started, 0, len(run.time)),
+        cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
         error_estimate={"time_step": step_error(run, coarse), "path_spacing": _change(run, sparse)},
         trust={"validity": flags, "rigid_transfers": table.transfers.tolist()}, warnings=flag_warnings(flags),
     )
-
-
-def rigid_hertz_pass(scene: Scene, settings: RigidHertzSettings) -> tuple[LightPass, ContactTable]:
-    """The motion and the contacts it ran over."""
-    table = contact_table(scene, *settings.window(scene), settings.path_spacing)
-    return run_pass(scene, settings, contacts_of(scene, settings, table)), table
 
 
 def contacts_of(scene: Scene, settings: RigidHertzSettings, table: ContactTable) -> Contacts:

@@ -97,7 +97,7 @@ def test_local_batch_runs_cases_and_passes_over_finished_ones(tmp_path):
     assert "finished before" in run_shell(words)
 
 
-@pytest.mark.parametrize("script", ["setup.sh", "run.sh", "test.sh", ".ci/run", "cases/slurm.sh", "cases/local_batch.sh"])
+@pytest.mark.parametrize("script", ["setup.sh", "run.sh", "test.sh", ".ci/run", "cases/slurm.sh", "cases/slurm_array.sh", "cases/local_batch.sh"])
 def test_scripts_are_valid_shell_and_executable(script):
     assert os.access(ROOT / script, os.X_OK)
     subprocess.run(["bash", "-n", str(ROOT / script)], check=True)

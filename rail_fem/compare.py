@@ -1,0 +1,187 @@
+"""Results of one scene side by side: what each rung costs, how far it is from a reference, what it says of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rail_fem.ladder import LADDER
+from rail_fem.result import NAN, PassResult, load
+from rail_fem.runfolder import differences
+
+NOSE_PEAKS = ("force_nose", "p2")  # the formula's P2 is a force at the nose
+
+
+class CompareError(ValueError):
+    """Results that cannot be compared: which, why, what to do."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """How far a result is from the reference: `error(result, reference)` relative, NaN where one of them does not resolve it."""
+
+    meaning: str
+    error: Callable[[PassResult, PassResult], float]
+
+
+def peak(result: PassResult, *names: str) -> float:
+    """The first of these peaks that the result holds (SI), NaN without any."""
+    return next((result.peaks[name].value for name in names if name in result.peaks), NAN)
+
+
+def of_peak(*names: str) -> Callable[[PassResult, PassResult], float]:
+    return lambda result, reference: peak(result, *names) / peak(reference, *names) - 1
+
+
+def common_way(result: PassResult, reference: PassResult) -> np.ndarray:
+    """Places x (n,) of the reference's rows, after it has settled, that the result's history covers [m]."""
+    time, x = reference.history["time"], reference.history["x"]
+    x = x[time > reference.settings.get("settle_time", 0.0)]
+    other = result.history["x"]
+    return x[(x >= other.min(initial=np.inf)) & (x <= other.max(initial=-np.inf))]
+
+
+def along(result: PassResult, x: np.ndarray, name: str) -> np.ndarray:
+    """A history at places x (n,)."""
+    order = np.argsort(result.history["x"], kind="stable")
+    return np.interp(x, result.history["x"][order], result.history[name][order])
+
+
+def history_error(result: PassResult, reference: PassResult, name: str = "force") -> float:
+    """Relative L2 difference of a history over the common way; NaN where there is none."""
+    x = common_way(result, reference)
+    if not len(x):
+        return NAN
+    exact, found = along(reference, x, name), along(result, x, name)
+    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "nose peak": Quantity("largest force on the nose", of_peak(*NOSE_PEAKS)),
+    "wing peak": Quantity("largest force on the wing rail", of_peak("force_wing")),
+    "peak": Quantity("largest force on the wheel", of_peak("force")),
+    "history": Quantity("force history, relative L2 over the common way", history_error),
+    "strain": Quantity("largest plastic strain of the nose", of_peak("plastic_strain_nose")),
+}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Results of one scene and the one that the others are held against."""
+
+    reference: PassResult
+    results: tuple[PassResult, ...]  # the cheapest first, the reference among them
+    names: tuple[str, ...]
+
+    def error(self, result: PassResult, quantity: str) -> float:
+        """Relative; 0 for the reference itself, NaN where not resolved."""
+        return QUANTITIES[quantity].error(result, self.reference)
+
+    def cheapest_within(self, limit: float, quantity: str) -> int | None:
+        """Index of the cheapest result whose error is at most `limit`; None when only the reference is."""
+        good = [i for i, r in enumerate(self.results) if r is not self.reference and abs(self.error(r, quantity)) <= limit]
+        return good[0] if good else None
+
+
+def core_seconds(result: PassResult) -> float:
+    return result.cost.wall_time * result.cost.ranks
+
+
+def result_folders(folders: list[Path]) -> list[Path]:
+    """Folders of runs among or right below those given. Errors: CompareError for a folder without any."""
+    found = []
+    for folder in map(Path, folders):
+        below = [folder] if (folder / "result.json").is_file() else sorted(p.parent for p in folder.glob("*/result.json"))
+        if not below:
+            raise CompareError(f"{folder}: no result.json in it or right below it; give folders that run --out or sweep --out named")
+        found += below
+    return list(dict.fromkeys(found))
+
+
+def compare(folders: list[Path], reference: Path | None = None) -> Comparison:
+    """Load the results below `folders`; the reference is that of the dearest rung, or the one in folder `reference`.
+
+    Errors: CompareError for failed or unreadable results, results of unlike scenes (with the keys that differ), fewer than two.
+    """
+    paths = result_folders([*folders, *([reference] if reference else [])])
+    loaded = [(path, _load(path)) for path in paths]
+    if len(loaded) < 2:
+        raise CompareError(f"{paths[0]}: one result only, there is nothing to compare it with")
+    loaded.sort(key=lambda pair: (core_seconds(pair[1]), str(pair[0])))
+    order = list(LADDER)
+    chosen = next((i for i, (path, _) in enumerate(loaded) if reference and path == Path(reference)), None)
+    if chosen is None:
+        chosen = max(range(len(loaded)), key=lambda i: (order.index(loaded[i][1].model), core_seconds(loaded[i][1])))
+    _refuse_unlike_scenes(loaded, chosen)
+    return Comparison(loaded[chosen][1], tuple(r for _, r in loaded), _short_names([path for path, _ in loaded]))
+
+
+def _load(path: Path) -> PassResult:
+    try:
+        result = load(path)
+    except (ValueError, KeyError, TypeError) as error:
+        raise CompareError(f"{path}: cannot be read by this program, another version of the scene or result may have written it ({error}): run it again") from error
+    if result.fault:
+        raise CompareError(f"{path}: that run failed ({result.fault}): leave it out or run it again")
+    if result.model not in LADDER:
+        raise CompareError(f"{path}: model {result.model} is no rung of this program ({', '.join(LADDER)})")
+    return result
+
+
+def _refuse_unlike_scenes(loaded: list[tuple[Path, PassResult]], chosen: int) -> None:
+    there, reference = loaded[chosen]
+    for path, result in loaded:
+        unlike = differences(reference.scene.model_dump(mode="json"), result.scene.model_dump(mode="json"))
+        if unlike:
+            raise CompareError("\n  ".join([f"{path}: another scene than {there}, {len(unlike)} difference(s); errors between scenes mean nothing", *unlike]))
+
+
+def _short_names(paths: list[Path]) -> tuple[str, ...]:
+    """Names of the folders, with their parents' where these are not unique."""
+    names = [path.resolve().name for path in paths]
+    return tuple(name if names.count(name) == 1 else f"{path.resolve().parent.name}/{name}" for name, path in zip(names, paths))
+
+
+def table(comparison: Comparison) -> str:
+    """Markdown: a row for each result, cheapest first."""
+    lines = [
+        "| run | rung | core seconds | " + " | ".join(QUANTITIES) + " | transfer x [mm] | its own error estimate | doubts |",
+        "|" + "---|" * (len(QUANTITIES) + 6),
+    ]
+    for name, result in zip(comparison.names, comparison.results):
+        errors = [_shown(comparison, result, quantity) for quantity in QUANTITIES]
+        place = "-" if np.isnan(result.transfer_x) else f"{result.transfer_x * 1e3:.1f}"
+        own = ", ".join(f"{key} {value:.2g}" for key, value in result.error_estimate.items() if np.isfinite(value)) or "none claimed"
+        lines.append(f"| {name} | {result.model} | {core_seconds(result):.3g} | {' | '.join(errors)} | {place} | {own} | {len(result.warnings)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _shown(comparison: Comparison, result: PassResult, quantity: str) -> str:
+    if result is comparison.reference:
+        return "reference"
+    error = comparison.error(result, quantity)
+    return "-" if np.isnan(error) else f"{error:.1%}" if quantity == "history" else f"{error:+.1%}"
+
+
+def doubts(comparison: Comparison) -> str:
+    """What each result warns of, by its name."""
+    return "\n".join("\n  ".join([f"{name}:", *result.warnings]) for name, result in zip(comparison.names, comparison.results) if result.warnings)
+
+
+def advice(comparison: Comparison, limit: float, quantity: str) -> str:
+    """The cheapest result within a relative error, in a sentence that says how far to trust it."""
+    reference = comparison.names[comparison.results.index(comparison.reference)]
+    found = comparison.cheapest_within(limit, quantity)
+    claimed = [v for v in comparison.reference.error_estimate.values() if np.isfinite(v)]
+    caution = f"; {reference} itself claims no less than {max(claimed):.2%}" if claimed and max(claimed) > limit else ""
+    if found is None:
+        return f"nothing cheaper than {reference} is within {limit:.3g} of it in {QUANTITIES[quantity].meaning}{caution}"
+    result, ratio = comparison.results[found], core_seconds(comparison.reference) / core_seconds(comparison.results[found])
+    flags = f", with {len(result.warnings)} doubt(s) of its own" if result.warnings else ""
+    return (
+        f"{comparison.names[found]} ({result.model}) is the cheapest within {limit:.3g} of {reference} in {QUANTITIES[quantity].meaning}: "
+        f"off by {comparison.error(result, quantity):+.1%} at a cost {ratio:.3g} times less{flags}{caution}"
+    )

@@ -1,0 +1,56 @@
+"""Figure of a comparison: cost against error of each result, and their force histories."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from rail_fem.compare import QUANTITIES, Comparison, core_seconds
+from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, new_figure, scene_words
+
+MARKERS = {"nose peak": ("o", NOSE), "wing peak": ("s", WING), "peak": ("^", ORANGE), "history": ("D", PURPLE), "strain": ("v", GREEN)}
+CURVES = (WING, NOSE, GREEN, PURPLE, ORANGE, SKY)
+LEAST = 1e-4  # errors below are drawn here
+
+
+def cost_figure(comparison: Comparison) -> Figure:
+    """Error against the reference over core seconds, both logarithmic; force histories beneath."""
+    figure = new_figure(11.0)
+    above, below = figure.subplots(2, 1, gridspec_kw={"height_ratios": [1.2, 1]})
+    draw_errors(above, comparison)
+    draw_histories(below, comparison)
+    figure.suptitle(f"Cost against error, held against {comparison.names[comparison.results.index(comparison.reference)]}\n{scene_words(comparison.reference.scene)}", fontsize=14)
+    return figure
+
+
+def draw_errors(axes, comparison: Comparison) -> None:
+    for quantity, (marker, colour) in MARKERS.items():
+        rows = [(core_seconds(r), abs(comparison.error(r, quantity))) for r in comparison.results if r is not comparison.reference]
+        cost, error = np.array([row for row in rows if np.isfinite(row[1])]).reshape(-1, 2).T
+        if len(cost):
+            axes.plot(cost, np.maximum(error, LEAST), marker, ms=11, mfc="none", mec=colour, mew=2.2, ls="none", label=QUANTITIES[quantity].meaning)
+    for name, result in zip(comparison.names, comparison.results):
+        axes.axvline(core_seconds(result), color=GREY, ls=":", lw=1)
+        text = f"{name} (reference)" if result is comparison.reference else name
+        axes.annotate(text, (core_seconds(result), 0.02), xycoords=("data", "axes fraction"), xytext=(-4, 0), textcoords="offset points", rotation=90, ha="right", va="bottom", fontsize=11)
+    axes.set(xscale="log", yscale="log", xlabel="cost [core seconds]", ylabel="relative error")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=2, mode="expand", frameon=False)
+
+
+def draw_histories(axes, comparison: Comparison) -> None:
+    """Force on the whole wheel over the reference's way."""
+    way = comparison.reference.history["x"]
+    for name, result, colour in zip(comparison.names, comparison.results, _colours(comparison)):
+        if len(result.history["x"]) and np.isfinite(result.history["force"]).any():
+            on_top = result is comparison.reference
+            axes.plot(1e3 * result.history["x"], result.history["force"] / 1e3, color=colour, lw=2.6 if on_top else 1.6, zorder=3 if on_top else 2, label=name)
+    axes.axhline(comparison.reference.scene.static_wheel_load / 1e3, color=GREY, ls="--", lw=1.4, label="static wheel load")
+    if len(way):
+        axes.set_xlim(1e3 * way.min(), 1e3 * way.max())
+    axes.set(xlabel="position x of the wheel's centre [mm]", ylabel="vertical force [kN]")
+    axes.legend(loc="upper left", ncols=2)
+
+
+def _colours(comparison: Comparison) -> list[str]:
+    others = iter(CURVES * (len(comparison.results) // len(CURVES) + 1))
+    return [TOTAL if result is comparison.reference else next(others) for result in comparison.results]

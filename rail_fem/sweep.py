@@ -1,0 +1,124 @@
+"""Many cases, one after the other: each [run.MODEL] of each case file in OUT/CASE/MODEL.
+
+A sweep says at the start what it cannot run, goes on after a failure, and when it is started again passes over what is finished and goes
+on with what was cut off. Light rungs run in this process, parallel ones under mpirun.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from rail_fem.casefile import Case, CaseError, load_case
+from rail_fem.job import JobFault, run_case
+from rail_fem.ladder import LADDER
+from rail_fem.launcher import mpi_command, rank_environment
+from rail_fem.progress import duration
+from rail_fem.result import PassResult, load
+from rail_fem.runfolder import MARK, differences, fingerprint
+
+FINISHED, FAILED, SKIPPED = "finished", "FAILED", "finished before"
+
+
+@dataclass(frozen=True)
+class Job:
+    """One model of one case and the folder that takes its result."""
+
+    case: Case
+    model: str
+    folder: Path
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a job: FINISHED, SKIPPED or FAILED with the reason, and the wall time of this sweep [s]."""
+
+    job: Job
+    state: str
+    reason: str = ""
+    wall_time: float = 0.0
+
+
+def read_cases(paths: Iterable[Path]) -> tuple[list[Case], list[str]]:
+    """Cases that can be read, and the faults of the others. Errors: ValueError when two files have one name."""
+    paths, cases, faults = [Path(p) for p in paths], [], []
+    names = [path.stem for path in paths]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"case files of one name would share a folder: {', '.join(twice)}; rename one")
+    for path in paths:
+        try:
+            cases.append(load_case(path))
+        except CaseError as error:
+            faults.append(str(error))
+    return cases, faults
+
+
+def jobs_of(cases: Iterable[Case], out: Path, models: Iterable[str] = ()) -> list[Job]:
+    """Jobs from the cheapest rung to the dearest, so that the quick answers come first. models : only these rungs; none: all that a case has."""
+    wanted = tuple(models) or tuple(LADDER)
+    cases = list(cases)
+    return [Job(case, model, Path(out) / case.path.stem / model) for model in LADDER if model in wanted for case in cases if model in case.runs]
+
+
+def run_sweep(jobs: list[Job], ranks: int, say: Callable[[str], None]) -> list[Outcome]:
+    """Run all jobs; a line for each with the time that is left. ranks : for parallel rungs."""
+    outcomes, started = [], time.perf_counter()
+    for number, job in enumerate(jobs, 1):
+        outcome = run_job(job, ranks)
+        outcomes.append(outcome)
+        spent = time.perf_counter() - started
+        same = [o.wall_time for o in outcomes if o.job.model == job.model and o.state == FINISHED]
+        left = sum(1 for later in jobs[number:] if later.model == job.model)
+        eta = f"  {job.model}: {left} left, about {duration(left * sum(same) / len(same))}" if left and same else ""
+        reason = f": {outcome.reason}" if outcome.reason else ""
+        say(f"[{number}/{len(jobs)}] {duration(spent)}  {job.case.path.stem} {job.model}: {outcome.state} in {outcome.wall_time:.1f} s{reason}{eta}")
+    return outcomes
+
+
+def run_job(job: Job, ranks: int) -> Outcome:
+    """Run a job, or pass over it when its folder holds the finished result of this very case."""
+    started = time.perf_counter()
+    try:
+        if is_finished(job):
+            return Outcome(job, SKIPPED)
+        fault = _under_mpirun(job, ranks) if LADDER[job.model].parallel else run_case(job.case, job.model, job.folder, True, False, lambda text: None)
+    except (JobFault, ValueError, ArithmeticError, OSError) as error:
+        fault = f"{type(error).__name__}: {error}" if not isinstance(error, JobFault) else str(error)
+    return Outcome(job, FAILED if fault else FINISHED, fault, time.perf_counter() - started)
+
+
+def is_finished(job: Job) -> bool:
+    """Whether the folder holds a result of this case. Errors: ValueError when it holds one of another case or of an older scene, named key by key."""
+    if not (job.folder / "result.json").is_file():
+        return False
+    mark = job.folder / MARK
+    there = json.loads(mark.read_text(encoding="utf-8")) if mark.is_file() else {}
+    unlike = differences(there, fingerprint(job.model, job.case.scene, job.case.runs[job.model]))
+    if unlike:
+        raise ValueError(f"{job.folder} holds the result of another case or of an older version of it: {'; '.join(unlike[:5])}: remove the folder to run it again")
+    return not load(job.folder).fault
+
+
+def _under_mpirun(job: Job, ranks: int) -> str:
+    """Run as `rail_fem run` in processes of their own, words into run.log beside the folder; returns the fault."""
+    program = [sys.executable, "-m", "mpi4py", "-m", "rail_fem", "run", str(job.case.path), "--model", job.model, "--out", str(job.folder), "--restart"]
+    job.folder.parent.mkdir(parents=True, exist_ok=True)
+    log = job.folder.parent / f"{job.model}.log"
+    with log.open("a", encoding="utf-8") as stream:
+        code = subprocess.run([*mpi_command(ranks), *program], stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT, env=rank_environment()).returncode
+    return f"exit code {code}, see {log}" if code else ""
+
+
+def finished_results(outcomes: Iterable[Outcome]) -> dict[str, dict[str, PassResult]]:
+    """case -> model -> result of all jobs that have one."""
+    found: dict[str, dict[str, PassResult]] = {}
+    for outcome in outcomes:
+        if outcome.state != FAILED:
+            found.setdefault(outcome.job.case.path.stem, {})[outcome.job.model] = load(outcome.job.folder)
+    return found

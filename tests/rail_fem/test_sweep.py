@@ -1,0 +1,88 @@
+"""Sweeps: a faulty case is told of and passed over, a second start goes on, another case's result is never mixed in."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from rail_fem import cli
+from rail_fem.compare import compare
+from rail_fem.result import load
+
+ROOT = Path(__file__).resolve().parents[2]
+CASE = (ROOT / "cases" / "thesis" / "case_02.toml").read_text()
+
+
+@pytest.fixture
+def cases(tmp_path):
+    """A good case, one with an unknown key, one whose window lies off the crossing, in this order."""
+    short = CASE.split("[run.p2_formula]")[0] + '[run.lumped]\nstart = "300 mm"\nend = "400 mm"\n'
+    (tmp_path / "good.toml").write_text(short + "\n[run.p2_formula]\n")
+    (tmp_path / "faulty.toml").write_text(short.replace("speed =", "sped ="))
+    (tmp_path / "outside.toml").write_text(short.replace('"400 mm"', '"2900 mm"'))
+    return [tmp_path / f"{name}.toml" for name in ("faulty", "outside", "good")]
+
+
+def sweep(*arguments):
+    return CliRunner().invoke(cli.app, ["sweep", *map(str, arguments)])
+
+
+def test_faults_do_not_stop_a_sweep_and_a_second_start_passes_over_what_is_done(cases, tmp_path):
+    out = tmp_path / "out"
+    first = sweep(*cases, "--out", out)
+    words = " ".join(first.output.split())
+    assert first.exit_code == 1
+    assert words.index("left out:") < words.index("[1/3]") and "scene.sped: unknown key" in words
+    assert "outside lumped: FAILED" in words and "1 run(s) failed, 1 case file(s) left out" in words
+    assert load(out / "good" / "lumped").peaks["force"].value > 86e3
+    before = (out / "good" / "lumped" / "result.json").stat().st_mtime_ns
+    second = sweep(*cases, "--out", out)
+    assert "good lumped: finished before" in second.output and (out / "good" / "lumped" / "result.json").stat().st_mtime_ns == before
+    assert compare([out / "good"]).names == ("p2_formula", "lumped") or compare([out / "good"]).names == ("lumped", "p2_formula")
+
+
+def test_a_killed_job_is_done_again(cases, tmp_path):
+    """A kill leaves the mark and the status of the run, but no result."""
+    out = tmp_path / "out"
+    assert sweep(cases[2], "--out", out, "--model", "lumped").exit_code == 0
+    (out / "good" / "lumped" / "result.json").unlink()
+    again = sweep(cases[2], "--out", out, "--model", "lumped")
+    assert again.exit_code == 0 and "good lumped: finished in" in again.output and (out / "good" / "lumped" / "result.json").is_file()
+
+
+def test_results_of_an_older_scene_are_named_and_kept_apart(cases, tmp_path):
+    out = tmp_path / "out"
+    assert sweep(cases[2], "--out", out, "--model", "lumped").exit_code == 0
+    mark = out / "good" / "lumped" / "case.json"
+    held = json.loads(mark.read_text())
+    held["scene"]["speed"] = 20.0
+    mark.write_text(json.dumps(held))
+    again = sweep(cases[2], "--out", out)
+    words = " ".join(again.output.split())
+    assert again.exit_code == 1 and "holds the result of another case or of an older version of it: scene.speed: 20.0 there" in words
+    assert "good p2_formula: finished in" in words
+
+
+def test_arguments_that_cannot_be(cases, tmp_path):
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "good.toml").write_text(cases[2].read_text())
+    for arguments, words in [
+        ((cases[2], tmp_path / "b" / "good.toml"), "would share a folder: good"),
+        ((cases[2], "--only", "2"), "there are 1 case(s)"),
+        ((cases[2], "--model", "guess"), "no such rung"),
+    ]:
+        refused = sweep(*arguments, "--out", tmp_path / "out")
+        assert refused.exit_code == 2 and words in " ".join(refused.output.split())
+    assert not (tmp_path / "out").exists()
+    assert sweep(*cases, "--only", "3", "--out", tmp_path / "out", "--model", "p2_formula").exit_code == 0
+
+
+def test_the_explicit_rung_of_a_sweep_runs_under_mpirun(cases, tmp_path, monkeypatch):
+    monkeypatch.setenv("RAIL_FEM_SMOKE", "1")
+    with cases[2].open("a") as stream:
+        stream.write('\n[run.fe_full]\nelement_size = "6 mm"\nstart = "95 mm"\nend = "540 mm"\n')
+    done = sweep(cases[2], "--out", tmp_path / "out", "--model", "fe_full", "--ranks", "2")
+    log = tmp_path / "out" / "good" / "fe_full.log"
+    assert done.exit_code == 0, done.output + (log.read_text() if log.is_file() else "")
+    assert load(tmp_path / "out" / "good" / "fe_full").cost.ranks == 2
