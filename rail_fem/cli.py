@@ -1,4 +1,4 @@
-"""The command line: check | run | show | compare | sweep | profile | doctor. Every command says what it found and ends non-zero on a fault."""
+"""The command line: check | run | show | compare | sweep | report | profile | doctor. Every command says what it found and ends non-zero on a fault."""
 
 from pathlib import Path
 from typing import Annotated, NoReturn, Optional
@@ -166,6 +166,19 @@ def sweep(cases: Annotated[list[Path], typer.Argument(metavar="CASE...", help="c
     say("\n" + report)
     if faults or any(outcome.state == FAILED for outcome in outcomes):
         raise typer.Exit(1)
+
+
+@app.command()
+def report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a sweep: DIR/CASE/MODEL")],
+           groups: Annotated[Path, typer.Option(help="TOML file of groups of cases and trends, e.g. cases/thesis/trends.toml")],
+           out: Annotated[Optional[Path], typer.Option("--out", help="folder for report.md and its figures; default: DIR/report")] = None) -> None:
+    """The page of a sweep: table, trends in words checked on every rung, figures of each group."""
+    from rail_fem.sweep_page import write_page
+
+    try:
+        say(f"{write_page(folder, groups, out or folder / 'report')}")
+    except (ValueError, OSError) as error:
+        stop(str(error))
 
 
 @app.command()

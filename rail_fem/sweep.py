@@ -19,7 +19,7 @@ from rail_fem.job import JobFault, run_case
 from rail_fem.ladder import LADDER
 from rail_fem.launcher import mpi_command, rank_environment
 from rail_fem.progress import duration
-from rail_fem.result import PassResult, load
+from rail_fem.result import load
 from rail_fem.runfolder import MARK, differences, fingerprint
 
 FINISHED, FAILED, SKIPPED = "finished", "FAILED", "finished before"
@@ -113,12 +113,3 @@ def _under_mpirun(job: Job, ranks: int) -> str:
     with log.open("a", encoding="utf-8") as stream:
         code = subprocess.run([*mpi_command(ranks), *program], stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT, env=rank_environment()).returncode
     return f"exit code {code}, see {log}" if code else ""
-
-
-def finished_results(outcomes: Iterable[Outcome]) -> dict[str, dict[str, PassResult]]:
-    """case -> model -> result of all jobs that have one."""
-    found: dict[str, dict[str, PassResult]] = {}
-    for outcome in outcomes:
-        if outcome.state != FAILED:
-            found.setdefault(outcome.job.case.path.stem, {})[outcome.job.model] = load(outcome.job.folder)
-    return found

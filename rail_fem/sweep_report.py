@@ -1,23 +1,48 @@
-"""The table of a sweep: every case by every rung, and how the rungs stand to the dearest one."""
+"""The table of a sweep: every case by every rung."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
-from rail_fem.compare import NOSE_PEAKS, peak
+from rail_fem.compare import NOSE_PEAKS, core_seconds, peak
 from rail_fem.ladder import LADDER
-from rail_fem.result import NAN, PassResult
-from rail_fem.sweep import FAILED, Outcome, finished_results
+from rail_fem.result import NAN, PassResult, load
+from rail_fem.sweep import FAILED, Outcome
+
+Results = dict[str, dict[str, PassResult]]  # case -> model -> result
 
 
 def sweep_report(outcomes: list[Outcome], faults: list[str]) -> str:
     """Markdown: forces and strains of each case and rung, then what failed."""
-    results = finished_results(outcomes)
-    lines = ["# Sweep", "", *force_table(results), "", *failures(outcomes, faults)]
-    return "\n".join(lines).rstrip() + "\n"
+    results: Results = {}
+    for outcome in outcomes:
+        if outcome.state != FAILED:
+            results.setdefault(outcome.job.case.path.stem, {})[outcome.job.model] = load(outcome.job.folder)
+    return "\n".join(["# Sweep", "", *force_table(results), "", *failures(outcomes, faults)]).rstrip() + "\n"
 
 
-def force_table(results: dict[str, dict[str, PassResult]]) -> list[str]:
+def results_below(folder: Path) -> tuple[Results, list[str]]:
+    """Results of a sweep's folder DIR/CASE/MODEL by case, and a sentence on each that cannot be used. Errors: FileNotFoundError without any."""
+    results: Results = {}
+    unusable = []
+    for path in sorted(Path(folder).glob("*/*/result.json")):
+        try:
+            result = load(path.parent)
+        except (ValueError, KeyError, TypeError) as error:
+            unusable.append(f"{path.parent}: written by another version of scene or result: {error}")
+            continue
+        if result.fault:
+            unusable.append(f"{path.parent}: failed: {result.fault}")
+        else:
+            results.setdefault(path.parent.parent.name, {})[result.model] = result
+    if not results:
+        raise FileNotFoundError(f"{folder}: no results in CASE/MODEL below it; run 'rail_fem sweep CASE... --out {folder}' first")
+    return results, unusable
+
+
+def force_table(results: Results) -> list[str]:
     """A row for each case: static load, peak on wing and nose by each rung [kN], plastic strain [%], transfer place [mm], core seconds."""
     rungs = [model for model in LADDER if any(model in of_case for of_case in results.values())]
     if not rungs:
@@ -26,15 +51,14 @@ def force_table(results: dict[str, dict[str, PassResult]]) -> list[str]:
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     for case, by_model in results.items():
         last = by_model[[model for model in rungs if model in by_model][-1]]
-        forces = [_pair(by_model.get(model), ("force_wing",), NOSE_PEAKS, 1e-3) for model in rungs]
-        strains = _pair(last, ("plastic_strain_wing",), ("plastic_strain_nose",), 100.0)
+        forces = [pair(by_model.get(model), ("force_wing",), NOSE_PEAKS, 1e-3) for model in rungs]
+        strains = pair(last, ("plastic_strain_wing",), ("plastic_strain_nose",), 100.0)
         place = "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}"
-        cost = sum(r.cost.wall_time * r.cost.ranks for r in by_model.values())
-        lines.append("| " + " | ".join([case, f"{last.scene.static_wheel_load / 1e3:.2f}", *forces, strains, place, f"{cost:.1f}"]) + " |")
+        lines.append("| " + " | ".join([case, f"{last.scene.static_wheel_load / 1e3:.2f}", *forces, strains, place, f"{sum(map(core_seconds, by_model.values())):.1f}"]) + " |")
     return lines
 
 
-def _pair(result: PassResult | None, first: tuple[str, ...], second: tuple[str, ...], factor: float) -> str:
+def pair(result: PassResult | None, first: tuple[str, ...], second: tuple[str, ...], factor: float) -> str:
     """Two peaks in shown units; where a rung resolves neither force, that on the whole wheel."""
     values = (NAN, NAN) if result is None else (peak(result, *first), peak(result, *second))
     if not np.isnan(values).all():
