@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from rail_fem.light_settings import LumpedSettings, P2Settings, RigidHertzSettings
+from rail_fem.light_settings import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
 from rail_fem.scene import Frozen, Scene
 from rail_fem.settings import FeSettings
 
@@ -40,6 +40,7 @@ LADDER: dict[str, Rung] = {  # from the cheapest to the dearest
     "p2_formula": Rung("rail_fem.models.p2_formula", P2Settings, False, "the standard's formula for the force at the nose"),
     "lumped": Rung("rail_fem.models.lumped", LumpedSettings, False, "a few masses and one contact spring over the rigid wheel path"),
     "rigid_hertz": Rung("rail_fem.models.rigid_hertz", RigidHertzSettings, False, "Hertz contacts on the true surfaces of wing and nose"),
+    "bem_passage": Rung("rail_fem.models.bem_passage", BemPassageSettings, False, "as rigid_hertz, with stiffness and patches from boundary elements"),
     "fe_full": Rung("rail_fem.models.fe_full", FeSettings, True, "explicit elastoplastic FE of the whole window, the reference"),
 }
 

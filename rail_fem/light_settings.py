@@ -60,3 +60,10 @@ class RigidHertzSettings(PassSettings):
     """Contacts found on the true surfaces of wing and nose, each with its own Hertz law."""
 
     grooves: bool = Field(True, description="a contact whose mean pressure reaches the steel's limit presses a plastic groove; off: elastic")
+
+
+class BemPassageSettings(RigidHertzSettings):
+    """As rigid_hertz, with contacts solved on the true gaps."""
+
+    patch_spacing: Annotated[float, Quantity("mm", 0.5, 100, "distance between places where the gap is solved for the contact's stiffness")] = 10e-3
+    cells: int = Field(32, ge=8, le=512, description="cells across a patch, each way")

@@ -142,12 +142,25 @@ def bring_together(profile: Profile, rail: Surface, datum: tuple[float, float], 
         if not np.isfinite(opening).any():
             raise TieError(f"{label or profile.label}: no rail lies below the wheel with its datum at x = {datum[0]:g}, y = {datum[1]:g} m")
         i, j = np.unravel_index(np.nanargmin(opening), opening.shape)
-        least, best = opening[i, j], np.array([x[i, j], y[i, j]])
+        best = np.array([x[i, j], y[i, j]])
         step = 2 * (high - low) / np.maximum(np.array(counts) - 1, 1)
         low, high, counts = best - step, best + step, [1 if reach == 0 else 21, 21]
-    wheel = WheelSurface(profile, rolling_radius, (*datum, -float(least)))
-    point = np.array([*best, float(rail(best[:1], best[1:])[0])])
-    return Tie(point, _frame(wheel, rail, point), wheel, rail, *steels, label)
+    return tie_at(profile, rail, datum, best, rolling_radius, *steels, label=label)
+
+
+def tie_at(profile: Profile, rail: Surface, datum: tuple[float, float], touch: np.ndarray, rolling_radius: float = ROLLING_RADIUS,
+           wheel_steel: Elastic = STEEL, rail_steel: Elastic = STEEL, label: str = "") -> Tie:
+    """A wheel with its tread datum at (x, y) [m] that touches the rail first at `touch` (2,) x, y [m], as a search has found.
+
+    Raises TieError where one of the two has no surface there.
+    """
+    hanging, at = WheelSurface(profile, rolling_radius, (*datum, 0.0)), np.asarray(touch, float)
+    height = float(rail(at[:1], at[1:])[0])
+    least = float(hanging(at[:1], at[1:])[0]) - height
+    if not np.isfinite(least):
+        raise TieError(f"{label or profile.label}: wheel or rail has no surface at x = {at[0]:g}, y = {at[1]:g} m")
+    wheel, point = WheelSurface(profile, rolling_radius, (*datum, -least)), np.array([*at, height])
+    return Tie(point, _frame(wheel, rail, point), wheel, rail, wheel_steel, rail_steel, label)
 
 
 def _frame(wheel: Surface, rail: Surface, point: np.ndarray) -> np.ndarray:

@@ -80,6 +80,16 @@ def hertz_flags(scene: Scene, table: ContactTable, run: LightPass, patches: tupl
     return flags
 
 
+def bem_flags(scene: Scene, run: LightPass, patches: tuple[Patch, ...], lifts: tuple[int, float]) -> list[Flag]:
+    """Plastic flow, and that a half-space knows no edge."""
+    flags = lift_flags(lifts)
+    for body, steel in (("wing", scene.materials.wing.steel()), ("nose", scene.materials.nose.steel())):
+        if any(p.region == body for p in patches):
+            flags += _plastic(body, steel, patches)
+    flags.append(flag("edges", "the half-space goes on beyond the running edges of wing and nose: near them true contacts are softer and pressures higher"))
+    return flags
+
+
 def _plastic(body: str, steel, patches: tuple[Patch, ...]) -> list[Flag]:
     mine = [p for p in patches if p.region == body]
     worst = max(mine, key=lambda p: p.max_pressure)

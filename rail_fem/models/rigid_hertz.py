@@ -33,10 +33,10 @@ def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None
     rows = history_rows(run, settings.history_interval)
     patches = patches_at(table, run, moments(run))
     flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
-    history = common_history(run, rows) | {name: values[rows] for name, values in _body_columns(run, table, point).items()}
+    history = common_history(run, rows) | {name: values[rows] for name, values in body_columns(run, table, point).items()}
     return PassResult(
         model="rigid_hertz", scene=scene, settings=settings.model_dump(mode="json"), history=history, patches=patches,
-        peaks=_peaks(run, point, patches), transfer_x=transfer_place(run, scene.direction_sign),
+        peaks=body_peaks(run, point, patches), transfer_x=transfer_place(run, scene.direction_sign),
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
         cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
         error_estimate={"time_step": step_error(run, coarse), "path_spacing": _change(run, sparse)},
@@ -65,7 +65,8 @@ def points_at(table: ContactTable, x: np.ndarray) -> np.ndarray:
     return table.point[:, near] + np.stack([x - table.x[near], np.zeros(len(x)), np.zeros(len(x))], axis=1)
 
 
-def _body_columns(run: LightPass, table: ContactTable, point: np.ndarray) -> dict[str, np.ndarray]:
+def body_columns(run: LightPass, table: ContactTable, point: np.ndarray) -> dict[str, np.ndarray]:
+    """Histories (m,) of what each body carries, where, and the force's other components."""
     near, total = table.nearest(run.x), run.force.sum(axis=0)
     share = np.divide(run.force, total, out=np.zeros_like(run.force), where=total > 0)
     centre = np.where(total > 0, np.einsum("bm,bmk->km", share, np.nan_to_num(point)), np.nan)
@@ -110,7 +111,7 @@ def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[P
     return tuple(patches)
 
 
-def _peaks(run: LightPass, point: np.ndarray, patches: tuple[Patch, ...]) -> dict[str, Peak]:
+def body_peaks(run: LightPass, point: np.ndarray, patches: tuple[Patch, ...]) -> dict[str, Peak]:
     total = run.force.sum(axis=0)
     peaks = {"force": force_peak(total, run, np.where((run.force[1] > run.force[0])[:, None], point[1], point[0])),
              "force_foundation": force_peak(run.foundation_force, run)}

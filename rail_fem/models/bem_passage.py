@@ -1,0 +1,104 @@
+"""Rung bem_passage: as rigid_hertz, but stiffness and patches of the contacts come from the half-space solver of `bem` on the true gaps.
+
+At places along the way, on each body that the wheel can reach there, the gap of the true surfaces is solved under the static load; its
+force over approach^1.5 is the contact's law, in place of the Hertz constant of a fitted paraboloid. At the moments that matter (start,
+largest forces, most even sharing, end) the patches are solved under the forces that the pass found. Resolves what rigid_hertz does, and
+the shape and pressure of patches that are no ellipses. Blind to edges (the half-space goes on beyond them), plastic flow within a patch
+and waves, which it flags. Source of the law: F = K d^1.5 holds exactly for Hertz, and secantly at the static load for other gaps.
+"""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from bem.halfspace import normal_contact
+from bem.material import Elastic
+from bem.patch import Patch as SolvedPatch
+from geometry.crossing import CastCrossing
+from rail_fem.contact_table import BODIES, ContactTable, contact_table
+from rail_fem.light_pass import LightPass, common_history, history_rows, lift_offs, run_pass, step_error
+from rail_fem.light_settings import BemPassageSettings
+from rail_fem.models.rigid_hertz import body_columns, body_peaks, contacts_of, moments, points_at, transfer_place
+from rail_fem.patch_ties import Tie, crossing_surface, tie_at
+from rail_fem.result import Cost, PassResult, Patch
+from rail_fem.scene import Scene
+from rail_fem.validity import bem_flags, flag_warnings
+from rail_fem.wheelshape import wheel_shape
+
+HIDDEN = 1.5e-3  # a body this far below the wheel's rigid path carries nothing [m]
+
+
+def solve(scene: Scene, settings: BemPassageSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
+    """One pass. Error: second order in the step, by twice the step; of the patches, by twice the cells' sides.
+
+    Errors: CrossingError where the window leaves the crossing, bem.patch.ContactInputError for a gap that cannot be solved.
+    """
+    hertz = contact_table(scene, *settings.window(scene), settings.path_spacing)
+    started = time.perf_counter()
+    table = solved_table(scene, settings, hertz)
+    run = run_pass(scene, settings, contacts_of(scene, settings, table))
+    coarse = run_pass(scene, settings, contacts_of(scene, settings, table), 2 * run.step)
+    point, rows = points_at(table, run.x), history_rows(run, settings.history_interval)
+    solved = solved_patches(scene, settings, table, run, moments(run))
+    patches = tuple(patch for patch, _ in solved)
+    flags = bem_flags(scene, run, patches, lift_offs(run, scene.static_wheel_load))
+    history = common_history(run, rows) | {name: values[rows] for name, values in body_columns(run, table, point).items()}
+    return PassResult(
+        model="bem_passage", scene=scene, settings=settings.model_dump(mode="json"), history=history, patches=patches,
+        peaks=body_peaks(run, point, patches), transfer_x=transfer_place(run, scene.direction_sign),
+        energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
+        cost=Cost(hertz.search_time + time.perf_counter() - started, 0, len(run.time)),
+        error_estimate={"time_step": step_error(run, coarse), "pressure": max(p.error.max_pressure for _, p in solved)},
+        trust={"validity": flags, "rigid_transfers": table.transfers.tolist()}, warnings=flag_warnings(flags),
+    )  # fmt: skip
+
+
+def solved_table(scene: Scene, settings: BemPassageSettings, hertz: ContactTable) -> ContactTable:
+    """The table with stiffness from solved gaps every `patch_spacing`, carried on between them as a factor on the Hertz constant."""
+    stiffness = hertz.stiffness.copy()
+    every = max(1, int(round(settings.patch_spacing / (hertz.x[1] - hertz.x[0]))))
+    for b in range(len(BODIES)):
+        reached = np.flatnonzero((hertz.stiffness[b] > 0) & (hertz.height[b] > hertz.height.max(axis=0) - HIDDEN))
+        chosen = np.unique(np.r_[reached[::every], reached[-1:]])
+        factor = [approach_stiffness(tie_of(scene, hertz, b, i), scene.static_wheel_load, settings.cells) / hertz.stiffness[b, i] for i in chosen]
+        if len(chosen):
+            stiffness[b] *= np.interp(hertz.x, hertz.x[chosen], factor)
+    return replace(hertz, stiffness=stiffness)
+
+
+def tie_of(scene: Scene, table: ContactTable, body: int, index: int, x: float | None = None) -> Tie:
+    """Wheel and body touching at the table's contact point, shifted with the wheel to x [m]."""
+    x = float(table.x[index]) if x is None else x
+    steels = scene.materials.wheel.steel(), (scene.materials.wing, scene.materials.nose)[body].steel()
+    point = table.point[body, index, :2] + [x - table.x[index], 0.0]
+    surface = crossing_surface(CastCrossing(scene.crossing.ratio), BODIES[body])
+    wheel = wheel_shape(scene.wheel.profile, scene.wheel.far_tread_slope)
+    return tie_at(wheel, surface, (x, scene.wheel_datum_y), point, scene.wheel.radius, *(Elastic(s.youngs_modulus, s.poisson) for s in steels), label=BODIES[body])
+
+
+def solved_patch(tie: Tie, load: float, cells: int, estimate: bool) -> SolvedPatch:
+    """Patch under a vertical load [N]."""
+    return normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(load), window=tie.window(0.025, 0.025), cells=cells, estimate=estimate)
+
+
+def approach_stiffness(tie: Tie, load: float, cells: int) -> float:
+    """K of F = K d^1.5 [N/m^1.5], F and d vertical, that meets the solved approach at this load."""
+    vertical = solved_patch(tie, load, cells, estimate=False).approach / tie.frame[2, 2]
+    return load / vertical**1.5
+
+
+def solved_patches(scene: Scene, settings: BemPassageSettings, table: ContactTable, run: LightPass, steps: list[int]) -> list[tuple[Patch, SolvedPatch]]:
+    """Patches of the bodies that carry at these steps, each with its solution."""
+    found = []
+    for i in steps:
+        near = int(table.nearest(run.x[i : i + 1])[0])
+        for b, body in enumerate(BODIES):
+            if run.force[b, i] <= 0:
+                continue
+            tie = tie_of(scene, table, b, near, float(run.x[i]))
+            patch = solved_patch(tie, float(run.force[b, i]), settings.cells, estimate=True)
+            length, width = (float(np.ptp(np.flatnonzero((patch.pressure > 0).any(axis=1 - k))) + 1) * side for k, side in enumerate((patch.grid.dx, patch.grid.dy)))
+            found.append((Patch(float(run.time[i]), float(tie.point[0]), float(tie.point[1]), body, length, width, patch.contact_area, patch.normal_force, patch.max_pressure), patch))
+    return found

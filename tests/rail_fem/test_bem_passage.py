@@ -1,0 +1,52 @@
+"""The rung bem_passage: its contact law on surfaces with an exact one, and a pass beside rigid_hertz."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bem.hertz import contact_stiffness
+from bem.material import STEEL, contact_modulus
+from geometry.profiles import Profile, arc
+from rail_fem.casefile import load_case
+from rail_fem.contact_table import contact_table
+from rail_fem.models import bem_passage, rigid_hertz
+from rail_fem.patch_ties import TieError, tie_at
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize("crown", [0.08, 0.3])
+def test_law_of_a_crowned_wheel_on_a_cylinder_is_hertz(crown):
+    """A straight tread (arc of 50 m) of 425 mm on a crown: the half-space at 32 and 64 cells against the closed form, the gap is a paraboloid
+    to (width / radius)^2."""
+    wheel = Profile.from_pieces([arc((-0.03, 0.0), (0.03, 0.0), -50.0, 1e-4)], "tread")
+    tie = tie_at(wheel, lambda x, y: np.sqrt(crown**2 - y**2) - crown + 0 * x, (0.0, 0.0), np.zeros(2), 0.425)
+    exact = contact_stiffness(0.425, 1 / (1 / crown - 1 / 50.0), contact_modulus(STEEL, STEEL))
+    errors = [abs(bem_passage.approach_stiffness(tie, 80e3, cells) / exact - 1) for cells in (16, 32, 64)]
+    assert errors[1] < 5e-3 and errors[2] < errors[0]
+
+
+def test_a_pass_keeps_forces_of_rigid_hertz_and_gives_true_patches():
+    """Where the gap is a paraboloid both agree; at the wing's edge the patch is no ellipse and its pressure far higher."""
+    case = load_case(ROOT / "cases" / "thesis" / "case_02.toml")
+    scene, settings = case.scene, case.runs["bem_passage"]
+    found, hertz = bem_passage.solve(scene, settings), rigid_hertz.solve(scene, case.runs["rigid_hertz"])
+    assert found.peaks["force_nose"].value == pytest.approx(hertz.peaks["force_nose"].value, rel=0.03)
+    assert found.transfer_x == pytest.approx(hertz.transfer_x, abs=2e-3)
+    start, guess = found.patches[0], hertz.patches[0]
+    assert (start.region, start.force) == (guess.region, pytest.approx(guess.force, rel=1e-3))
+    assert start.max_pressure == pytest.approx(guess.max_pressure, rel=0.05) and start.area == pytest.approx(guess.area, rel=0.05)
+    wing = max((p for p in found.patches if p.region == "wing"), key=lambda p: p.max_pressure)
+    assert wing.max_pressure > 1.5 * max(p.max_pressure for p in hertz.patches if p.region == "wing")
+    assert found.error_estimate["pressure"] < 0.1 and {"edges", "plastic"} <= {flag["what"] for flag in found.trust["validity"]}
+    table = contact_table(scene, *settings.window(scene), settings.path_spacing)
+    solved = bem_passage.solved_table(scene, settings, table)
+    reached = table.stiffness > 0
+    assert np.array_equal(solved.stiffness > 0, reached) and 0.8 < (solved.stiffness[reached] / table.stiffness[reached]).min()
+
+
+def test_a_touch_beside_the_rail_is_refused():
+    wheel = Profile.from_pieces([arc((-0.03, 0.0), (0.03, 0.0), -50.0, 1e-4)], "tread")
+    with pytest.raises(TieError, match="no surface at x = 0, y = 0.2"):
+        tie_at(wheel, lambda x, y: np.where(np.abs(y) < 0.1, 0.0, np.nan) + 0 * x, (0.0, 0.0), np.array([0.0, 0.2]))
