@@ -76,20 +76,26 @@ def centre_edges(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return np.stack([corner[:, end].mean(axis=1) - corner[:, start].mean(axis=1) for end, start in along], axis=1)
 
 
-def merge_bodies(meshes: list[HexMesh]) -> HexMesh:
-    """One mesh of several bodies that share no nodes, in the order given; region names must differ."""
+def merge_bodies(meshes: list[HexMesh], region_names: tuple[str, ...] | None = None) -> HexMesh:
+    """One mesh of several bodies that share no nodes, in the order given; their names must differ.
+
+    region_names : the names in the order wanted, also of bodies that are not there; None: those that are, in the order given
+    """
     names = tuple(name for mesh in meshes for name in mesh.region_names)
     if len(set(names)) != len(names):
         raise MeshError(f"bodies named {names}: two have the same name; give each its own")
+    region_names = names if region_names is None else region_names
+    if not set(names) <= set(region_names):
+        raise MeshError(f"bodies named {names} are not all among the region names {region_names}: add the missing ones")
     node_shift = np.cumsum([0] + [len(mesh.points) for mesh in meshes])
-    name_shift = np.cumsum([0] + [len(mesh.region_names) for mesh in meshes])
-    shifted = list(zip(meshes, node_shift, name_shift))
+    number = [np.array([region_names.index(name) for name in mesh.region_names], np.int8) for mesh in meshes]
+    shifted = list(zip(meshes, node_shift, number))
     return HexMesh(
         points=np.concatenate([mesh.points for mesh in meshes]),
         cells=np.concatenate([mesh.cells + node for mesh, node, _ in shifted]),
-        region=np.concatenate([mesh.region + name for mesh, _, name in shifted]).astype(np.int8),
-        region_names=names,
+        region=np.concatenate([number[mesh.region] for mesh, _, number in shifted]),
+        region_names=region_names,
         surface=np.concatenate([mesh.surface + node for mesh, node, _ in shifted]),
-        surface_region=np.concatenate([mesh.surface_region + name for mesh, _, name in shifted]).astype(np.int8),
+        surface_region=np.concatenate([number[mesh.surface_region] for mesh, _, number in shifted]),
         clamp=np.concatenate([mesh.clamp + node for mesh, node, _ in shifted]),
     )

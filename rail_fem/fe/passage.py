@@ -25,7 +25,6 @@ from rail_fem.settings import FeSettings
 
 SETTLING_MASS = 20.0  # lumped mass on the wheel while it settles [kg]: little inertia, so it finds rest within a millisecond
 CONTACT_STIFFNESS = 1.2e9  # of a wheel on a rail, for the settling damper only [N/m]
-NEAR = 0.25e-3  # a body is meshed finely where the rigid wheel clears it by less [m]
 MARGIN, SEARCH_EVERY = 0.15e-3, 100  # gap below which nodes are watched [m], and for how many steps: in 100 of 0.15 us a wheel at 40 m/s
 # moves 0.6 mm, and surfaces a tenth apart in slope close by 0.06 mm
 ELASTIC_COST = 0.75  # an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.fe.bench)

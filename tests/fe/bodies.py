@@ -60,6 +60,17 @@ def at(structure: Structure, axis: int, value: float, tolerance: float = 1e-9) -
     return np.abs(structure.domain.reference.reshape(-1, 3)[:, axis] - value) < tolerance
 
 
+def dense_stiffness(structure: Structure, free: np.ndarray) -> np.ndarray:
+    """K (f, f) [N/m] of the free unknowns, free : (3 n_nodes,) bool, column by column."""
+    columns = np.flatnonzero(free)
+    stiffness = np.empty((len(columns), len(columns)))
+    for j, column in enumerate(columns):
+        unit = structure.domain.nodal_vector()
+        unit[column] = 1.0
+        stiffness[:, j] = structure.stiffness_times(unit)[columns]
+    return stiffness
+
+
 def momentum(structure: Structure) -> tuple[np.ndarray, np.ndarray]:
     """Linear and angular momentum, (3,) each [kg m/s], [kg m2/s]."""
     p = structure.mass[:, None] * structure.v.reshape(-1, 3)

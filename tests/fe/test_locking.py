@@ -8,19 +8,8 @@ from geometry.mesh_box import mesh_box, mesh_grid
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.supports import RigidGroup, Supports
 from rail_fem.steel import Steel
-from tests.fe.bodies import STEEL, at, plastic, structure_of
+from tests.fe.bodies import STEEL, at, dense_stiffness, plastic, structure_of
 from tests.order import assert_order
-
-
-def dense_stiffness(structure, free):
-    """K of the free unknowns, column by column."""
-    columns = np.flatnonzero(free)
-    stiffness = np.empty((len(columns), len(columns)))
-    for j, column in enumerate(columns):
-        unit = structure.domain.nodal_vector()
-        unit[column] = 1.0
-        stiffness[:, j] = structure.stiffness_times(unit)[columns]
-    return columns, stiffness
 
 
 def bent(poisson, cells):
@@ -41,7 +30,7 @@ def bent(poisson, cells):
         a, b = low - 0.5, high - 0.5
         for z, share in ((low, 2 * a + b), (high, a + 2 * b)):
             load[at(structure, 0, 4.0) & at(structure, 2, z), 0] += (high - low) / 6 * share / cells / 2
-    columns, stiffness = dense_stiffness(structure, free.ravel())
+    columns, stiffness = np.flatnonzero(free), dense_stiffness(structure, free.ravel())
     u = np.zeros(x.size)
     u[columns] = np.linalg.solve(stiffness, load.ravel()[columns])
     end = u.reshape(-1, 3)[at(structure, 0, 4.0)]

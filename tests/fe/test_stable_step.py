@@ -10,7 +10,7 @@ from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.hexahedron import volumes
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.steel import Steel
-from tests.fe.bodies import NO_VISCOSITY, STEEL, distort, plastic, structure_of
+from tests.fe.bodies import NO_VISCOSITY, STEEL, dense_stiffness, distort, plastic, structure_of
 from tests.order import assert_order
 
 
@@ -54,14 +54,8 @@ def test_an_elastic_body_converges_with_second_order():
 
 
 def dense_frequency(structure, free):
-    """Largest eigenvalue of M^-1 K from all columns of K."""
-    columns = np.flatnonzero(free)
-    stiffness = np.empty((len(columns), len(columns)))
-    for j, column in enumerate(columns):
-        unit = structure.domain.nodal_vector()
-        unit[column] = 1.0
-        stiffness[:, j] = structure.stiffness_times(unit)[columns]
-    root = np.sqrt(np.repeat(structure.mass, 3)[columns])
+    """Root of the largest eigenvalue of M^-1 K [rad/s]."""
+    stiffness, root = dense_stiffness(structure, free), np.sqrt(np.repeat(structure.mass, 3)[free])
     return np.sqrt(np.linalg.eigvalsh((stiffness + stiffness.T) / 2 / root[:, None] / root)[-1])
 
 

@@ -63,6 +63,16 @@ def test_bodies_put_together_keep_points_sets_and_names():
     assert not set(both.cells[both.region == 0].ravel()) & set(both.cells[both.region == 1].ravel())
 
 
+def test_names_asked_for_number_the_bodies_also_those_that_are_not_there():
+    wheel, nose = mesh_box((1.0, 1.0, 1.0), (2, 1, 1), name="wheel"), mesh_box((1.0, 1.0, 1.0), (1, 1, 1), name="nose")
+    both = merge_bodies([nose, wheel], ("wing", "nose", "wheel"))
+    assert both.region_names == ("wing", "nose", "wheel")
+    assert np.array_equal(both.region, [1, 2, 2]) and np.array_equal(both.surface_region, [1, 2, 2])
+    assert both.region.dtype == both.surface_region.dtype == np.int8
+    with pytest.raises(MeshError, match="not all among the region names .* add the missing"):
+        merge_bodies([nose, wheel], ("nose",))
+
+
 def test_two_bodies_of_one_name_are_refused():
     box = mesh_box((1.0, 1.0, 1.0), (1, 1, 1))
     with pytest.raises(MeshError, match="two have the same name; give each its own"):

@@ -25,10 +25,10 @@ def test_halving_the_element_size_costs_up_to_16_times():
 def test_cells_and_step_are_right_to_a_factor_of_two(size):
     """Against the mesher itself, over the nose transfer."""
     pytest.importorskip("dolfinx")
-    passage, model = pytest.importorskip("rail_fem.fe.passage"), pytest.importorskip("rail_fem.models.fe_full")
+    passage, meshing = pytest.importorskip("rail_fem.fe.passage"), pytest.importorskip("rail_fem.fe.meshing")
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
     settings = case.runs["fe_full"].model_copy(update={"element_size": size})
-    mesh, *_ = model.make_mesh(case.scene, settings, passage.running_of(case.scene, settings))
+    mesh, *_ = meshing.make_mesh(case.scene, settings, passage.running_of(case.scene, settings))
     estimate = estimate_run(case.scene, settings)
     assert 0.5 < estimate.cells / len(mesh.cells) < 2
     assert 0.5 < estimate.step / (settings.courant * mesh_quality(mesh).worst_step) < 2

@@ -1,0 +1,108 @@
+"""What a finished pass found: the facts of its trust report, the peaks and where, the transfer, how well it met the static load."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.mesh_quality import MeshQuality
+from rail_fem.fe import trust
+from rail_fem.fe.fields import gather_cells
+from rail_fem.fe.meshing import PATCH_REACH
+from rail_fem.fe.passage import Running
+from rail_fem.fe.run import Run
+from rail_fem.result import Peak
+
+CARRIES = 1e3  # contact force from which a wheel counts as carried [N]
+LEVEL = 2e-4  # change of the rigid path's slope up to which running counts as steady [1]
+
+
+def trust_facts(run: Run, history: dict[str, np.ndarray], energies: dict[str, float], quality: MeshQuality | None, first_gap: float) -> dict:
+    """Facts for `trust.report_rows`, replicated. Collective.
+
+    energies : now, replicated;  quality : of the mesh on root, None elsewhere;  first_gap : of the meshes before placing [m]
+    """
+    start, dynamics, settled = run.start_energies or energies, run.dynamics, run.settings.settle_time
+    return {
+        "balance": energies["balance"] - start["balance"],
+        "contact_loss": energies["contact_loss"] - start["contact_loss"],
+        "impact_work": trust.impact_work(np.array(run.recorder.contact_work)[history["time"] > settled]),
+        "internal_energy": energies["elastic"] + energies["plastic"],
+        "hourglass": energies["hourglass"],
+        "hourglass_zone": zone_hourglass(run),
+        "penalty": run.most_penalty,
+        "penetration": run.recorder.deepest,
+        "approach": run.static_approach if run.static_approach > 0 else float("nan"),
+        "first_gap": first_gap,
+        "static_error": static_error(history, run.passage.static_load, settled, run.passage.running),
+        "step": run.dt,
+        "limit": run.limit,
+        "step_ratio": run.dt / run.limit,
+        "element_limit": run.comm.bcast(quality.worst_step if quality else None, root=0),
+        "rechecks": run.rechecks,
+        "chatter": trust.chatter_share(history, run.scene.speed, run.settings.element_size, settled),
+        "penalty_factor": run.settings.penalty,
+        "outside": 1.0 - run.comm.allreduce(dynamics.kernel_time) / run.comm.size / max(run.timed, 1e-9),
+    }
+
+
+def zone_hourglass(run: Run) -> float:
+    """Hourglass work over plastic work in the blocks of elements that yielded. Collective."""
+    work = run.dynamics.structure.block_work
+    yielded = work[:, 0] > 0
+    plastic, hourglass = run.comm.allreduce(np.array([work[yielded, 0].sum(), work[yielded, 1].sum()]))
+    return float(hourglass / plastic) if plastic > 0 else 0.0
+
+
+def peaks(run: Run, history: dict[str, np.ndarray]) -> dict[str, Peak]:
+    """Largest forces after settling, and largest plastic strain of wing and nose. Collective, replicated."""
+    after = np.flatnonzero(history["time"] > run.settings.settle_time)
+    found = {}
+    for name in ("force", "force_wing", "force_nose") if len(after) else ():
+        i = after[np.argmax(history[name][after])]
+        found[name] = Peak(float(history[name][i]), "N", x=float(history["x"][i]), y=float(history["contact_y"][i]), time=float(history["time"][i]))
+    return found | _strain_peaks(run)
+
+
+def _strain_peaks(run: Run) -> dict[str, Peak]:
+    cells, mesh = gather_cells(run.dynamics), run.passage.mesh
+    found = {}
+    for region, name in ((0, "wing"), (1, "nose")) if mesh is not None else ():
+        mine = np.flatnonzero(mesh.region == region)
+        if len(mine):
+            worst = mine[np.argmax(cells[mine, 6])]
+            found[f"plastic_strain_{name}"] = Peak(float(cells[worst, 6]), "1", *map(float, mesh.points[mesh.cells[worst]].mean(axis=0)))
+    return run.comm.bcast(found, root=0)
+
+
+def slowest_elements(quality: MeshQuality) -> list[str]:
+    """The elements with the smallest stable step, in words."""
+    return [
+        f"element {i} at ({c[0] * 1e3:.1f}, {c[1] * 1e3:.1f}, {c[2] * 1e3:.1f}) mm: V / A_max = {length * 1e3:.3f} mm"
+        for i, c, length in zip(quality.slowest, quality.slowest_centre, quality.slowest_length)
+    ]
+
+
+def transfer_place(history: dict[str, np.ndarray], sign: float) -> float:
+    """x where the nose carries half of the force for good (facing, sign > 0) or last does (trailing); NaN if it never does."""
+    force, nose = history.get("force", np.empty(0)), history.get("force_nose", np.empty(0))
+    carried = force > CARRIES
+    on_nose, on_wing = np.flatnonzero(carried & (nose > 0.5 * force)), np.flatnonzero(carried & (nose <= 0.5 * force))
+    if sign > 0:
+        on_nose = on_nose[on_nose > on_wing.max(initial=-1)][:1]
+    else:
+        on_nose = on_nose[on_nose < on_wing.min(initial=len(force))][-1:]
+    return float(history["x"][on_nose[0]]) if len(on_nose) else float("nan")
+
+
+def static_error(history: dict[str, np.ndarray], static_load: float, settled: float, running: Running) -> float:
+    """Mean force between the end of settling and the first bend of the rigid path, against the static load; NaN when there is no such stretch."""
+    if not len(history["time"]):
+        return float("nan")
+    slope = running.slope(history["x"])
+    steady = (history["time"] > settled) & (np.abs(slope - running.slope(running.start)) < LEVEL)
+    ends = np.flatnonzero(~steady & (history["time"] > settled))
+    last = history["x"][ends[0]] if len(ends) else history["x"][-1]
+    steady &= (last - history["x"]) * running.sign > PATCH_REACH  # the patch reaches ahead of the axle
+    if steady.sum() < 3:
+        return float("nan")
+    return float(history["force"][steady].mean() / static_load - 1)

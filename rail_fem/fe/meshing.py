@@ -1,0 +1,95 @@
+"""What of a scene is meshed, and where finely: the rigid wheel's path says where a fine mesh must lie."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.axes import GAUGE_POINT_DEPTH
+from geometry.crossing import CastCrossing
+from geometry.mesh import HexMesh
+from geometry.mesh_loft import BodyMeshSpec, CrossingMeshSpec, mesh_crossing
+from geometry.mesh_wheel import WheelMeshSpec, mesh_wheel
+from geometry.path import WheelPath, rolling_radius
+from rail_fem.fe.passage import Running
+from rail_fem.fe.placing import place_wheel
+from rail_fem.scene import Scene
+from rail_fem.settings import FeSettings
+
+NEAR = 0.25e-3  # a body is meshed finely where the rigid wheel clears it by less [m]
+PATCH_REACH = 12e-3  # half length of a patch with room to spare [m]
+HALF_BAND = 8e-3  # half width of the fine band about the contact point [m]
+EDGE = 1e-3  # that the band stays off the ends of the head [m]
+ENDS = 25e-3  # of a body beyond its fine part [m]
+
+
+def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[HexMesh, float, float]:
+    """Crossing and wheel, the wheel set down at the start; the gap it had on the rigid path [m]; the height of its D0 [m]. Root only.
+
+    Errors: MeshError, CrossingError, ProfileError.
+    """
+    crossing, path = CastCrossing(scene.crossing.ratio), running.path
+    low, high = sorted((running.start, running.end))
+    rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings.element_size))
+    spec = WheelMeshSpec(settings.element_size, bands=wheel_bands(path, running.datum_y, low, high), fine_half_length=PATCH_REACH + 4e-3)
+    wheel = mesh_wheel(scene.wheel.shape, scene.wheel.radius, spec)
+    height = datum_height(running, scene)
+    mesh, gap = place_wheel(rail, wheel, running.start, running.datum_y, height)
+    return mesh, gap, height - gap
+
+
+def datum_height(running: Running, scene: Scene) -> float:
+    """Height of the wheel's D0 where the rigid wheel stands at the start [m]: through its contact point."""
+    path, radius = running.path, scene.wheel.radius
+    i = int(np.argmin(np.abs(path.x - running.start)))
+    x, y, z = path.contact_point[i]
+    rolling = rolling_radius(scene.wheel.shape, radius, np.array([y - running.datum_y]))[0]
+    return float(z - radius + np.sqrt(rolling**2 - (x - path.x[i]) ** 2))
+
+
+def crossing_spec(crossing: CastCrossing, path: WheelPath, low: float, high: float, size: float) -> CrossingMeshSpec:
+    """Fine where the rigid wheel comes near: the cheaper model says where the fine mesh must lie.
+
+    low, high : the wheel's way [m];  size : of an element [m]
+    """
+    inside = (path.x >= low) & (path.x <= high)
+    bodies = {}
+    for name, gap, point in (("wing", path.wing_gap, path.wing_point), ("nose", path.nose_gap, path.nose_point)):
+        close = path.x[inside & (gap < NEAR)]
+        if not len(close):
+            continue
+        fine = (close[0] - PATCH_REACH, close[-1] + PATCH_REACH)
+        known = np.isfinite(point[:, 1]) & (gap < 4 * NEAR)
+        band = _band(getattr(crossing, f"{name}_section"), point[known, 0], point[known, 1])
+        bodies[name] = BodyMeshSpec((fine[0] - ENDS, fine[1] + ENDS), fine, band)
+    return CrossingMeshSpec(size, **bodies)
+
+
+def _band(section, x: np.ndarray, y: np.ndarray):
+    """Lateral range about the contact point, kept on the head of the section (above the gauge point)."""
+    order = np.argsort(x)
+    x, y = x[order], y[order]
+
+    def band(at: float) -> tuple[float, float]:
+        outline = section(at)
+        head = outline[outline[:, 1] > outline[:, 1].max() - GAUGE_POINT_DEPTH, 0]
+        centre = float(np.interp(at, x, y))
+        return max(centre - HALF_BAND, head.min() + EDGE), min(centre + HALF_BAND, head.max() - EDGE)
+
+    return band
+
+
+def wheel_bands(path: WheelPath, datum_y: float, low: float, high: float) -> tuple[tuple[float, float], ...]:
+    """Lateral ranges from D0 where the wheel may touch wing or nose on its way, merged where they meet [m]; datum_y : where D0 is [m]."""
+    inside = (path.x >= low) & (path.x <= high)
+    ranges = []
+    for gap, point in ((path.wing_gap, path.wing_point), (path.nose_gap, path.nose_point)):
+        y = point[inside & (gap < NEAR), 1] - datum_y
+        if len(y):
+            ranges.append((float(y.min() - HALF_BAND), float(y.max() + HALF_BAND)))
+    merged = []
+    for start, end in sorted(ranges):
+        if merged and start < merged[-1][1] + 2 * HALF_BAND:
+            merged[-1] = (merged[-1][0], max(end, merged[-1][1]))
+        else:
+            merged.append((start, end))
+    return tuple(merged)

@@ -1,0 +1,144 @@
+"""The time loop of a pass: settle, let go, run to the end; records, frames, restart files, and a stop when the energies part."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from rail_fem.fe import trust
+from rail_fem.fe.checkpoint import load_checkpoint, save_checkpoint
+from rail_fem.fe.fields import write_collection, write_frame
+from rail_fem.fe.passage import Passage, end_settling
+from rail_fem.fe.recorder import Recorder
+from rail_fem.scene import Scene
+from rail_fem.settings import FeSettings
+
+CHECK_EVERY = 50  # steps between looks at volumes and velocities
+LIMIT_EVERY = 4000  # steps between new stable steps by Lanczos
+STOP_BALANCE = 0.10  # energy balance error over the impact's work that stops a run
+
+
+class Run:
+    """The time loop of one pass: `go` to the end, or `resume` first. limit, dt : stable step and step in use [s]."""
+
+    def __init__(self, comm, scene: Scene, settings: FeSettings, passage: Passage, folder: Path | None, progress):
+        self.comm, self.scene, self.settings, self.passage = comm, scene, settings, passage
+        self.folder, self.progress = folder, progress
+        self.dynamics, self.recorder = passage.dynamics, Recorder(passage)
+        self.limit = self.dynamics.stable_step(1.0)
+        self.dt = self.dynamics.stable_step(settings.courant)
+        self.settled = passage.settling is None
+        self.start_energies = None if not self.settled else self.dynamics.energies()
+        self.frames: list[tuple[float, str]] = []
+        self.next_row, self.next_frame, self.rechecks = settings.history_interval, 0.0, 0
+        self.most_penalty, self.static_approach = 0.0, float("nan")
+        self.loop_time = self.timed = 0.0  # in the steps of the whole run, and since this process began [s]
+        self.last_checkpoint = time.perf_counter()
+
+    # ---- restart
+
+    PLAIN = ("limit", "dt", "settled", "start_energies", "frames", "next_row", "next_frame", "rechecks", "most_penalty", "loop_time", "static_approach")
+
+    def save(self) -> None:
+        """Write the restart file. Collective."""
+        if self.folder is not None:
+            extra = {name: getattr(self, name) for name in self.PLAIN} | {"recorder": self.recorder.state()}
+            save_checkpoint(self.folder / "checkpoint.npz", self.dynamics, extra)
+            self.last_checkpoint = time.perf_counter()
+
+    def resume(self) -> None:
+        """Go on from the restart file. Collective."""
+        extra = load_checkpoint(self.folder / "checkpoint.npz", self.dynamics)
+        self.recorder.restore(extra.pop("recorder"))
+        for name, value in extra.items():
+            setattr(self, name, value)
+        self.frames = [tuple(frame) for frame in self.frames]
+
+    # ---- the loop
+
+    def go(self) -> None:
+        """Run to the end of the window or to max_steps. Collective."""
+        duration, d = self.passage.running.duration, self.dynamics
+        most = self.settings.max_steps or np.inf
+        while d.time < duration * (1 - 1e-12) and d.step_count < most:
+            self._step()
+        if self.recorder.steps:
+            self.recorder.row(d.energies())
+        self._frame("final.vtu")
+        self.save()
+
+    def _step(self) -> None:
+        d, clock = self.dynamics, time.perf_counter()
+        if not self.settled and d.time >= self.settings.settle_time:
+            self._let_go()
+        d.step(self.dt)
+        self.recorder.after_step()
+        if d.step_count % CHECK_EVERY == 0:
+            d.check()
+        if d.time >= self.next_row:
+            self._report()
+        if d.step_count % LIMIT_EVERY == 0:
+            self._recheck_step()
+        spent = time.perf_counter() - clock
+        self.loop_time += spent
+        self.timed += spent
+        if d.time >= self.next_frame:
+            self._next_frame()
+        if d.step_count % CHECK_EVERY == 0 and self._checkpoint_due():
+            self.save()
+
+    def _let_go(self) -> None:
+        running, d = self.passage.running, self.dynamics
+        x = running.start + d.contact.offset
+        rigid = float(running.height(x)) - float(running.height(running.start))
+        self.static_approach = rigid - self.passage.axle.displacement[2]
+        end_settling(self.passage, self.scene, self.settings)
+        self.settled, self.start_energies = True, d.energies()
+
+    def _report(self) -> None:
+        d = self.dynamics
+        energies = d.energies()
+        self.recorder.row(energies)
+        self.next_row += self.settings.history_interval
+        self.most_penalty = max(self.most_penalty, energies["contact_penalty"])
+        balance = self._balance_share(energies)
+        if self.progress:
+            self.progress.update(step=d.step_count, time=d.time, end_time=self.passage.running.duration, energy_balance=balance)
+        if balance > STOP_BALANCE:
+            raise ArithmeticError(
+                f"energy balance error {balance:.1%} of the work of contact at step {d.step_count}, t = {d.time * 1e3:.4f} ms, "
+                f"x = {self.passage.running.start * 1e3 + d.contact.offset * 1e3:.1f} mm: the run is unstable; take courant below {self.settings.courant:g}; "
+                "the last restart file is kept"
+            )
+
+    def _balance_share(self, energies: dict[str, float]) -> float:
+        """Balance error of the bodies over the work of contact so far (at least 5 J, so that the first steps are not judged)."""
+        if self.start_energies is None:
+            return 0.0
+        work = trust.impact_work(np.array(self.recorder.contact_work))
+        return abs(energies["balance"] - self.start_energies["balance"]) / max(work if np.isfinite(work) else 0.0, 5.0)
+
+    def _recheck_step(self) -> None:
+        self.rechecks += 1
+        limit = self.dynamics.stable_step(self.settings.courant)
+        self.dt = min(self.dt, limit)
+
+    def _checkpoint_due(self) -> bool:
+        due = time.perf_counter() - self.last_checkpoint > self.settings.checkpoint_interval
+        return self.folder is not None and self.comm.bcast(due, root=0)
+
+    def _next_frame(self) -> None:
+        self._frame(f"frame_{len(self.frames):04d}.vtu")
+        self.next_frame += self.passage.running.duration / self.settings.field_frames
+
+    def _frame(self, name: str) -> None:
+        if self.folder is None:
+            return
+        mesh, d = self.passage.mesh, self.dynamics
+        arrays = (mesh.points, mesh.cells, mesh.region) if mesh is not None else (None, None, None)
+        write_frame(self.folder / "fields" / name, d, *arrays, d.contact.offset)
+        self.frames.append((d.time, name))
+        if self.comm.rank == 0:
+            write_collection(self.folder / "fields" / "pass.pvd", self.frames)

@@ -1,0 +1,88 @@
+"""What is read from a finished pass's history: transfer, static load, mesh noise, chatter; on histories with known answers."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rail_fem.fe.findings import PATCH_REACH, static_error, transfer_place
+from rail_fem.fe.trust import chatter_share, mesh_noise
+
+X = np.linspace(0.2, 0.4, 401)
+SPEED, SIZE = 20.0, 2e-3
+PASSES = SIZE / SPEED  # of one element [s]
+TIME = np.arange(0.0, 0.01, PASSES / 20)
+
+
+def history(nose_share, x=X, force=1e5):
+    total = np.full(len(x), force)
+    return {"x": x, "force": total, "force_nose": total * nose_share}
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_transfer_is_where_the_nose_carries_half_for_good(sign):
+    """Up to 0.3 m the wing; the same crossing point whichever way the wheel runs, to one row."""
+    x = X if sign > 0 else X[::-1]
+    assert transfer_place(history(1.0 / (1 + np.exp(-(x - 0.3) / 5e-3)), x), sign) == pytest.approx(0.3, abs=1e-3)
+
+
+def test_a_nose_that_lets_go_again_has_not_taken_over():
+    share = np.where((X > 0.25) & (X < 0.26) | (X > 0.35), 1.0, 0.0)
+    assert transfer_place(history(share), 1.0) == pytest.approx(0.35, abs=1e-3)
+
+
+@pytest.mark.parametrize("share", [np.zeros(401), np.where(X < 0.3, 1.0, 0.0)], ids=["never", "back to the wing"])
+def test_no_transfer_is_nan(share):
+    assert np.isnan(transfer_place(history(share), 1.0))
+
+
+def test_wheel_in_the_air_counts_for_neither():
+    found = history(np.where(X > 0.3, 1.0, 0.0))
+    found["force"] = np.where(X > 0.3, found["force"], 0.0)
+    found["force_nose"] = found["force"].copy()
+    assert transfer_place(found, 1.0) == pytest.approx(0.3, abs=1e-3)
+    assert np.isnan(transfer_place({"time": np.empty(0), "x": np.empty(0)}, 1.0))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_static_load_is_judged_between_settling_and_the_first_bend(sign):
+    """3 % too much there; settling before it and the bend after it hold other forces, which must not count."""
+    x = X if sign > 0 else X[::-1]
+    way = np.abs(x - x[0])
+    running = SimpleNamespace(sign=sign, start=x[0], slope=lambda at: np.where(np.abs(np.asarray(at) - x[0]) > 0.1, 1e-2, 0.0))
+    force = np.where(way < 0.02, 9e5, np.where(way < 0.1 - 0.9 * PATCH_REACH, 1.03e5, 5e5))
+    found = {"time": way / SPEED, "x": x, "force": force}
+    assert static_error(found, 1e5, 0.0201 / SPEED, running) == pytest.approx(0.03, rel=1e-12)
+    assert np.isnan(static_error(found, 1e5, 1.0, running))
+    assert np.isnan(static_error({"time": np.empty(0), "x": np.empty(0)}, 1e5, 0.0, running))
+
+
+@pytest.mark.parametrize("share", [0.02, 0.2])
+def test_mesh_noise_is_the_part_that_repeats_with_each_element(share):
+    """A constant force with two harmonics of the element's passage: their crest, over the largest force, to the sampling's second order."""
+    phase = 2 * np.pi * TIME / PASSES
+    force = 1e5 * (1 + share * (np.cos(phase) + 0.5 * np.cos(2 * phase)))
+    assert mesh_noise({"time": TIME, "force": force}, SPEED, SIZE, 0.0) == pytest.approx(1.5 * share / (1 + 1.5 * share), rel=1e-6)
+
+
+def test_smooth_peak_is_hardly_mesh_noise_and_falls_with_the_square_of_the_size():
+    """Crest of a cosine over a window h / V: 1 - sin(a) / a, a = w h / 2 V."""
+    w = 2 * np.pi / 4e-3
+    force = 1e5 * (1 + np.cos(w * (TIME - 4e-3)))
+    for size in (SIZE, SIZE / 2):
+        a = w * size / SPEED / 2
+        assert mesh_noise({"time": TIME, "force": force}, SPEED, size, 0.0) == pytest.approx((1 - np.sin(a) / a) / 2, rel=0.05)
+
+
+def test_noise_and_chatter_that_the_rows_cannot_show_are_nan():
+    coarse = {"time": TIME[::20], "force": np.ones(len(TIME[::20]))}
+    for judge in (mesh_noise, chatter_share):
+        assert np.isnan(judge(coarse, SPEED, SIZE, 0.0))
+        assert np.isnan(judge({"time": TIME, "force": np.ones(len(TIME))}, SPEED, SIZE, 1.0))
+        assert np.isnan(judge({"time": np.empty(0)} | {"force": np.empty(0)}, SPEED, SIZE, 0.0))
+
+
+@pytest.mark.parametrize("times, expected", [(0.25, 0.0), (2.0, 1.0)])
+def test_chatter_is_the_variance_above_half_the_mesh_frequency(times, expected):
+    force = 1e5 + 1e3 * np.cos(2 * np.pi * times * TIME / PASSES)
+    assert chatter_share({"time": TIME, "force": force}, SPEED, SIZE, 0.0) == pytest.approx(expected, abs=1e-3)
