@@ -1,0 +1,138 @@
+"""A wheelset and the track under it: datum points and degrees of freedom of thesis section 3.2 and Table 3-1.
+
+Track axes: x forward, y to the left, z up; origin on the track's centre line, at the level of the rail crowns. The angles follow the
+right hand: yaw about z (left wheel backwards), roll about the yawed x (left wheel up), spin about the axle (forward rolling is +).
+Each side is looked at in *side axes*: those of the track on the left, mirrored in y on the right, so that both read as a left wheel
+on a left rail and what is mirrored gives the same answer to the last bit.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geometry.axes import GAUGE_POINT_DEPTH
+from geometry.profiles import Profile, ProfileError
+from geometry.rail import gauge_face, rail_head
+
+FLANGE_BACK = 0.070  # from the flange back to the tread datum D0 [m]
+SIDES = {"left": 1.0, "right": -1.0}
+
+
+class WheelsetError(ValueError):
+    """A wheelset or track that cannot be, or that does not stand: says what, where, how large, what to do."""
+
+
+def check_range(owner: str, limits: tuple[tuple[str, float, float, float], ...]) -> None:
+    """Raise WheelsetError for the first of (name, value, least, most) that is out of range or not finite."""
+    for name, value, least, most in limits:
+        if not (np.isfinite(value) and least <= value <= most):
+            raise WheelsetError(f"{owner}: {name} = {value!r} is outside [{least:g}, {most:g}] (SI units)")
+
+
+@dataclass(frozen=True, eq=False)
+class Wheelset:
+    """Two wheels on an axle and where it is; lengths in m, angles in rad.
+
+    left, right : wheel profiles, each in its own axes (geometry.axes: + towards its field side); right None: as left
+    radius, right_radius : of the wheels at their tread datum, 70 mm from the flange back; None: as the left one
+    back_to_back : distance of the flange backs
+    x, y, z : middle of the axle in track axes;  yaw, roll : angles;  spin : angle turned about the axle
+    """
+
+    left: Profile
+    right: Profile | None = None
+    radius: float = 0.425
+    right_radius: float | None = None
+    back_to_back: float = 1.360
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.425
+    yaw: float = 0.0
+    roll: float = 0.0
+    spin: float = 0.0
+
+    def __post_init__(self):
+        limits = [("radius", self.radius, 0.1, 1.0), ("back_to_back", self.back_to_back, 0.5, 2.0), ("yaw", self.yaw, -0.1, 0.1)]
+        limits += [("roll", self.roll, -0.2, 0.2), ("y", self.y, -0.5, 0.5), ("z", self.z, -2.0, 2.0), ("radius right", self.radius_of("right"), 0.1, 1.0)]
+        check_range("wheelset", (*limits, ("x", self.x, -np.inf, np.inf), ("spin", self.spin, -np.inf, np.inf)))
+
+    def profile(self, side: str) -> Profile:
+        """The wheel profile of "left" or "right"."""
+        return self.right if side == "right" and self.right is not None else self.left
+
+    def radius_of(self, side: str) -> float:
+        """Radius [m] at the tread datum of "left" or "right"."""
+        return self.right_radius if side == "right" and self.right_radius is not None else self.radius
+
+    @property
+    def datum_arm(self) -> float:
+        """Distance [m] along the axle from its middle to each tread datum."""
+        return self.back_to_back / 2 + FLANGE_BACK
+
+
+@dataclass(frozen=True)
+class RailPlace:
+    """How far a rail has left its nominal place: lateral and vertical [m] in track axes, roll [rad] about its crown point."""
+
+    lateral: float = 0.0
+    vertical: float = 0.0
+    roll: float = 0.0
+
+    def __post_init__(self):
+        check_range("rail", (("lateral", self.lateral, -0.1, 0.1), ("vertical", self.vertical, -0.1, 0.1), ("roll", self.roll, -0.2, 0.2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Two rails; lengths in m.
+
+    left, right : rail profiles, each with its gauge side at -y, its crown at z = 0, inclined as it lies; right None: as left
+    gauge : distance of the gauge points, which lie on the gauge faces gauge_point below the crowns
+    cant : slope of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane
+    left_place, right_place : the 3 degrees of freedom of each rail
+    """
+
+    left: Profile
+    right: Profile | None = None
+    gauge: float = 1.435
+    gauge_point: float = GAUGE_POINT_DEPTH
+    cant: float = 0.0
+    left_place: RailPlace = field(default_factory=RailPlace)
+    right_place: RailPlace = field(default_factory=RailPlace)
+
+    def __post_init__(self):
+        check_range("track", (("gauge", self.gauge, 0.5, 2.0), ("gauge_point", self.gauge_point, 0.005, 0.03), ("cant", self.cant, -0.2, 0.2)))
+
+    @classmethod
+    def plain_line(cls, rail: str = "56E1", inclination: float = 1 / 20, gauge: float = 1.435, **others) -> "Track":
+        """Both rails of one standard head with one inclination (thesis Table 3-1: BS113A, 1:20, 1435 mm)."""
+        return cls(rail_head(rail, inclination), gauge=gauge, **others)
+
+    def profile(self, side: str) -> Profile:
+        """The rail profile of "left" or "right"."""
+        return self.right if side == "right" and self.right is not None else self.left
+
+    def gauge_offset(self, side: str) -> float:
+        """y [m] in side axes of the rail's own origin: what puts its gauge point half a gauge from the middle."""
+        points = self.profile(side).points
+        if points[:, 1].max() - points[0, 1] < self.gauge_point:
+            raise WheelsetError(f"{self.profile(side).label}: the rail profile ends {points[:, 1].max() - points[0, 1]:.4f} m below its crown on the "
+                                f"gauge side, above the gauge point at {self.gauge_point:g} m: give more of its gauge face or a smaller gauge_point")
+        return self.gauge / 2 - gauge_face(points, self.gauge_point)
+
+    def placed(self, side: str) -> Profile:
+        """The running part of a rail in side axes, moved and rolled as its place says."""
+        place, sign, profile = getattr(self, f"{side}_place"), SIDES[side], self.profile(side)
+        roll = sign * place.roll
+        turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
+        points = profile.points @ turn + [self.gauge_offset(side) + sign * place.lateral, place.vertical]
+        angles = profile.angle_before + roll, profile.angle_after + roll
+        return Profile(points, *angles, profile.curvature, profile.label, profile.provenance).graph_part()
+
+
+def wheel_table(wheelset: Wheelset, side: str) -> np.ndarray:
+    """Table (4, n) for the compiled interpolation of a wheel profile; WheelsetError where its line turns back."""
+    try:
+        return np.array(wheelset.profile(side).hermite_table())
+    except ProfileError as error:
+        raise WheelsetError(f"{side} wheel: {error}; mend it with the profile doctor, or use Profile.graph_part()") from error
