@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bem.boundary import MEMORY_LIMIT, BoundaryProblem, BoundarySolution, displacement_matrix, rigid_modes
+from bem.input_checks import plane_points
 from bem.material import Elastic
 from bem.mesh import BoundaryMesh
 from bem.outline import Outline, OutlineError
@@ -34,13 +35,19 @@ class Body:
     hub: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.outline, Outline) or not isinstance(self.material, Elastic):
+            raise TypeError(f"a body takes an Outline and an Elastic, not {type(self.outline).__name__} and {type(self.material).__name__}")
         self.outline.edge_curves(self.face)
+        if self.hub is not None:
+            plane_points([self.hub], OutlineError)
         if self.hub is not None and self.held is not None:
             object.__setattr__(self, "held", None)
         if self.outline.infinite:
             object.__setattr__(self, "held", None)
         elif self.held is None and self.hub is None:
             raise OutlineError("a finite body in contact needs a held edge or a hub: nothing else balances the contact force")
+        if self.held == self.face:
+            raise OutlineError(f"the edge {self.face!r} cannot be both held and touched: give the held one a name of its own")
         if self.held is not None:
             self.outline.edge_curves(self.held)
 
@@ -60,6 +67,7 @@ class CondensedBody:
             held[mesh.of_edge(body.held)] = True
         self.problem = BoundaryProblem(mesh, body.material, held, np.zeros(mesh.densities, bool), memory_limit)
         if body.hub is not None:
+            PointLoad(body.hub).refuse_outside(mesh)
             self._hub = [PointLoad(body.hub, force, moment) for force, moment in (((1, 0), 0), ((0, 1), 0), ((0, 0), 1))]
 
     def condense(self, forces: np.ndarray) -> None:

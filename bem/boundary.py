@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
+from bem.input_checks import refuse_unless_finite
 from bem.kelvin import displacement_integrals, resultant_integrals
 from bem.material import Elastic, MaterialError
 from bem.mesh import BoundaryMesh
@@ -31,6 +32,10 @@ _BALANCE = 1e-3     # largest unbalanced part of the loads on a free body; discr
 
 class EquilibriumError(ValueError):
     """Loads that no state of the body balances."""
+
+
+class ConditionError(ValueError):
+    """A boundary condition that is no number, or not one for each component."""
 
 
 class TooLargeError(ValueError):
@@ -193,9 +198,15 @@ class Condition:
     local: bool = False
 
     def __post_init__(self) -> None:
-        for known, load in zip(self.displacement, self.traction):
+        for name, pair in (("displacement", self.displacement), ("traction", self.traction)):
+            if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2:
+                raise ConditionError(f"{name} {pair!r}: give two components, each a number or None")
+            for component, value in zip(("first", "second"), pair):
+                if value is not None and not (name == "traction" and callable(value)):
+                    refuse_unless_finite(ConditionError, **{f"{component} component of the {name}": value})
+        for component, known, load in zip(("first", "second"), self.displacement, self.traction):
             if known is not None and load is not None:
-                raise EquilibriumError("a component cannot have both its displacement and its traction prescribed")
+                raise EquilibriumError(f"the {component} component has both a displacement ({known!r}) and a traction ({load!r}): choose one")
 
 
 FIXED = Condition(displacement=(0.0, 0.0))
@@ -211,7 +222,10 @@ def cell_resultants(mesh: BoundaryMesh, element: np.ndarray, load: Callable) -> 
     for cell, offset in ((mesh.first, 0.0), (mesh.last, 0.5)):
         for place, weight in zip(_GAUSS, _GAUSS_WEIGHT):
             z = start + step * (offset + (1 + place) / 4)
-            value = np.broadcast_to(load(np.column_stack([z.real, z.imag]), normal), z.shape)
+            value = np.asarray(load(np.column_stack([z.real, z.imag]), normal), float)
+            if value.shape not in ((), z.shape) or not np.isfinite(value).all():
+                raise ConditionError(f"the traction's function gives shape {value.shape}, {np.count_nonzero(~np.isfinite(value))} not finite, "
+                                     f"at {len(z)} points: it must give one finite number [Pa] for each")
             np.add.at(force, cell[element], value * weight / 4 * length)
     return force
 
@@ -238,6 +252,8 @@ def solve_boundary(mesh: BoundaryMesh, material: Elastic, conditions: dict[str, 
     held, local = np.zeros((n, 2), bool), np.zeros(n, bool)
     displacement, force = np.zeros((2, n)), np.zeros((2, n))
     for name, condition in conditions.items():
+        if not isinstance(condition, Condition):
+            raise ConditionError(f"the condition on {name!r} is {condition!r}: give a Condition")
         chosen, element = mesh.of_edge(name), np.flatnonzero(mesh.names == name)
         local[chosen] = condition.local
         for component in range(2):
@@ -251,6 +267,7 @@ def solve_boundary(mesh: BoundaryMesh, material: Elastic, conditions: dict[str, 
     problem = BoundaryProblem(mesh, material, held, local, memory_limit)
     resultants, known = force.ravel()[:, None], displacement.ravel()[:, None]
     for load in loads:
+        load.refuse_outside(mesh)
         resultants = resultants - problem._turn(load.resultants(mesh, material)[:, None])
         known = known - problem._turn(load.displacement(mesh.middles, material).T.reshape(-1, 1))
     problem.refuse_unbalanced(resultants[:, 0])

@@ -15,7 +15,8 @@ import numpy as np
 from bem.body import Body, CondensedBody
 from bem.boundary import MEMORY_LIMIT, EquilibriumError
 from bem.contact_result import ContactResult, trust_warnings
-from bem.coulomb import FORWARD, OPEN, STICK, ContactState, ContactSystem, Drive, solve_step
+from bem.coulomb import FORWARD, OPEN, STICK, ContactState, ContactSystem, Drive, refuse_bad_friction, solve_step
+from bem.input_checks import refuse_unless_positive
 from bem.mesh import mesh_outline
 from bem.pairing import Interface, PairingError, pair
 from bem.touch import nearest_places
@@ -24,6 +25,10 @@ from bem.zone import EstimatedPatch, estimate_patches, runs, sizing
 
 class LoadError(ValueError):
     """A load that does not press the bodies together."""
+
+
+class SettingsError(ValueError):
+    """A setting of the solution that is no number or out of its range."""
 
 
 _PULLS = ("load ({0:.4g}, {1:.4g}) N/m on the moving body pulls it away from the fixed one: contact can only press; turn its sign, or "
@@ -49,10 +54,15 @@ class Settings:
     memory_limit: float = MEMORY_LIMIT
 
     def __post_init__(self) -> None:
-        if self.size is not None and not (np.isfinite(self.size) and self.size > 0):
-            raise ValueError(f"element size {self.size!r} m: must be a finite positive number")
+        for name in ("size", "reach"):
+            if getattr(self, name) is not None:
+                refuse_unless_positive(SettingsError, **{f"{name} [m]": getattr(self, name)})
+        for name in ("accuracy", "other_ratio", "coarse", "growth", "rounds", "memory_limit"):
+            refuse_unless_positive(SettingsError, **{name: getattr(self, name)})
         if not 1e-5 <= self.accuracy <= 0.2:
-            raise ValueError(f"accuracy {self.accuracy!r}: ask for a relative error between 1e-5 and 0.2")
+            raise SettingsError(f"accuracy = {self.accuracy!r}: ask for a relative error between 1e-5 and 0.2")
+        if not isinstance(self.rounds, int):
+            raise SettingsError(f"rounds = {self.rounds!r}: must be a whole number")
 
 
 def element_size(half_width: float, accuracy: float) -> float:
@@ -111,6 +121,19 @@ def ramp(drive: Drive, steps: int) -> list[Drive]:
     return [Drive(drive.motion * (k / steps) ** 2, drive.load * (k / steps) ** 2) for k in range(1, steps + 1)]
 
 
+def _load_steps(drive: Drive | Sequence[Drive], steps: int | None, friction: float) -> list[Drive]:
+    """The drives one by one; refuses what is none."""
+    if steps is not None and not (isinstance(steps, (int, np.integer)) and steps > 0):
+        raise SettingsError(f"steps = {steps!r}: must be a positive whole number")
+    if isinstance(drive, Drive):
+        return ramp(drive, steps or (1 if friction == 0 else 10))
+    if not isinstance(drive, Sequence) or not all(isinstance(each, Drive) for each in drive):
+        raise EquilibriumError(f"drive = {drive!r}: give a Drive (Drive.of(force=(None, -1e6)), for one), or a list of them")
+    if not drive:
+        raise EquilibriumError("no load step was given")
+    return list(drive)
+
+
 def _bring_to_touch(fixed: Body, moving: Body, drives: list[Drive], reach: float):
     """Translate the moving body until it touches, so that only the deformation remains to be found; motions lose what it took.
 
@@ -141,8 +164,14 @@ def _refuse_apart(fixed: Body, moving: Body, drive: Drive, way: np.ndarray, reac
     """Say why a load never brings the bodies together."""
     if nearest_places(fixed, moving, -way, reach):
         raise LoadError(_PULLS.format(*np.nan_to_num(drive.load)))
-    raise PairingError(f"moved along ({way[0]:.3g}, {way[1]:.3g}) the faces {moving.face!r} and {fixed.face!r} never meet within "
-                       f"{reach:g} m: check positions and the direction, or raise reach")
+    raise PairingError(f"moved along ({way[0]:.3g}, {way[1]:.3g}) the moving body's face {moving.face!r}, {_span(moving)}, never meets the "
+                       f"fixed body's {fixed.face!r}, {_span(fixed)}, within {reach:g} m: check positions and the direction, or raise reach")
+
+
+def _span(body: Body) -> str:
+    points = np.vstack([curve.points for curve in body.outline.edge_curves(body.face)])
+    (low_x, low_y), (high_x, high_y) = points.min(axis=0), points.max(axis=0)
+    return f"x {low_x:.4g} to {high_x:.4g} and y {low_y:.4g} to {high_y:.4g} m"
 
 
 def solve_contact(fixed: Body, moving: Body, drive: Drive | Sequence[Drive], friction: float = 0.0,
@@ -151,11 +180,8 @@ def solve_contact(fixed: Body, moving: Body, drive: Drive | Sequence[Drive], fri
 
     Raises PairingError, LoadError, EquilibriumError, ConvergenceError with what is wrong and what to do.
     """
-    if not friction >= 0:
-        raise ValueError(f"friction {friction!r}: must be zero or positive (inf: nothing slides)")
-    drives = ramp(drive, steps or (1 if friction == 0 else 10)) if isinstance(drive, Drive) else list(drive)
-    if not drives:
-        raise EquilibriumError("no load step was given")
+    refuse_bad_friction(friction)
+    drives = _load_steps(drive, steps, friction)
     clock = dict.fromkeys(("zone", "mesh", "factorise", "condense", "steps"), 0.0)
     reach = settings.reach or moving.outline.size / 2
     tick = time.perf_counter()

@@ -14,17 +14,29 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 from scipy.linalg import LinAlgError, lu_factor, lu_solve
 
 from bem.boundary import EquilibriumError
+from bem.input_checks import refuse_unless_finite
 
 OPEN, STICK, FORWARD, BACKWARD = 0, 2, 1, -1  # FORWARD: q = +mu p, the slave slips backward
 
 
+class FrictionError(ValueError):
+    """A coefficient of friction below zero, or no number."""
+
+
 class ConvergenceError(RuntimeError):
     """No consistent set of open, sticking and slipping nodes was found."""
+
+
+def refuse_bad_friction(friction: float) -> None:
+    """Raise FrictionError for what is no coefficient of friction."""
+    if not isinstance(friction, (Real, np.number)) or not friction >= 0:
+        raise FrictionError(f"friction = {friction!r}: must be zero or positive (inf: nothing slides)")
 
 
 @dataclass(frozen=True)
@@ -53,9 +65,19 @@ class Drive:
     motion: np.ndarray
     load: np.ndarray
 
+    def __post_init__(self) -> None:
+        motion, load = np.asarray(self.motion, float), np.asarray(self.load, float)
+        if motion.shape != (3,) or load.shape != (3,):
+            raise EquilibriumError(f"motion and load have the shapes {motion.shape} and {load.shape}: give three components each, x, y and "
+                                   "rotation (Drive.of does)")
+        if np.any(np.isnan(motion) == np.isnan(load)) or np.isinf([motion, load]).any():
+            raise EquilibriumError(f"motion {motion}, load {load}: in each component one must be a finite number and the other nan")
+
     @classmethod
     def of(cls, force=(None, None), motion=(None, None), rotation: float | None = 0.0, moment: float | None = None) -> Drive:
         """Drive from components; what has neither force nor motion is kept from moving."""
+        if any(not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 for pair in (force, motion)):
+            raise EquilibriumError(f"force {force!r}, motion {motion!r}: give (x, y), each a number or None")
         loads = [*force, moment]
         if moment is not None and rotation == 0.0:
             rotation = None
@@ -63,8 +85,10 @@ class Drive:
         for name, f, m in zip(("x", "y", "rotation"), loads, motions):
             if f is not None and m is not None:
                 raise EquilibriumError(f"{name}: both a load ({f}) and a motion ({m}) are prescribed; choose one")
-        if not np.all(np.isfinite([v for v in motions + loads if v is not None])):
-            raise EquilibriumError(f"motion {motions}, load {loads}: every number must be finite")
+        for kind, values in (("motion", motions), ("load", loads)):
+            for name, value in zip(("x", "y", "rotation"), values):
+                if value is not None:
+                    refuse_unless_finite(EquilibriumError, **{f"{kind} of {name}": value})
         return cls(*(np.array([np.nan if v is None else float(v) for v in values]) for values in (motions, loads)))
 
     @property
@@ -192,10 +216,11 @@ def _attempt(system, drive, friction, before, state):
     try:
         return _solve_linear(system, drive, friction, before, state)
     except LinAlgError:
-        held = "nodes stick" if (state == STICK).any() else "node sticks"
-        raise EquilibriumError(f"load {drive.load[drive.loaded]} cannot be balanced: {(state != OPEN).sum()} nodes touch and "
-                               f"{(state == STICK).sum()} {held} with friction {friction.max():g}; hold the direction that slides, or "
-                               "reduce the tangential load") from None
+        loads = ", ".join(f"{name} {value:.4g} {unit}" for name, value, unit, loaded in
+                          zip(("x", "y", "moment"), drive.load, ("N/m", "N/m", "N"), drive.loaded) if loaded)
+        raise EquilibriumError(f"load ({loads}) cannot be balanced: {(state != OPEN).sum()} of {system.nodes} nodes touch and "
+                               f"{(state == STICK).sum()} stick with friction {friction.max():g}; hold the direction that slides (prescribe its "
+                               "motion), or reduce the tangential load or the moment") from None
 
 
 def _keep_hold(state, former, pressure, shear, friction, drive):

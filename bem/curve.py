@@ -6,6 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bem.input_checks import plane_points
+
+MOST_ELEMENTS = 200_000  # of one curve; dense matrices end far below
+
 
 class CurveError(ValueError):
     """Points through which no curve can be laid."""
@@ -13,16 +17,14 @@ class CurveError(ValueError):
 
 def _clean(points: np.ndarray) -> np.ndarray:
     """Points (n, 2) without consecutive duplicates; refuses what is no curve."""
-    points = np.asarray(points, float)
-    if points.ndim != 2 or points.shape[1] != 2:
-        raise CurveError(f"points have the shape {points.shape}: give an array (n, 2)")
-    if not np.all(np.isfinite(points)):
-        raise CurveError(f"point {int(np.argmin(np.isfinite(points).all(axis=1)))} is not finite")
-    extent = np.ptp(points, axis=0).max(initial=0.0)
+    points = plane_points(points, CurveError)
+    if len(points) < 2:
+        raise CurveError(f"{len(points)} points: a curve needs two")
+    extent = np.ptp(points, axis=0).max()
     step = np.hypot(*np.diff(points, axis=0).T)
     points = points[np.r_[True, step > 1e-12 * extent]]
     if len(points) < 2:
-        raise CurveError("fewer than two different points: a curve needs two")
+        raise CurveError(f"all points are the same, {tuple(points[0])} m: a curve needs two different ones")
     return points
 
 
@@ -103,12 +105,15 @@ def divide(curve: Curve, size: Callable[[np.ndarray], np.ndarray]) -> np.ndarray
     density = 1 / size(curve.at(fine))
     while True:  # sample the wanted size finer until it is resolved by the samples
         coarse = np.diff(fine) * np.maximum(density[1:], density[:-1]) > 1.0
-        if not coarse.any() or len(fine) > 200_000:
+        if not coarse.any() or len(fine) > MOST_ELEMENTS:
             break
         middle = (fine[1:] + fine[:-1])[coarse] / 2
         order = np.argsort(np.r_[fine, middle], kind="stable")
         fine, density = np.r_[fine, middle][order], np.r_[density, 1 / size(curve.at(middle))][order]
     count = np.r_[0.0, np.cumsum(np.diff(fine) * (density[1:] + density[:-1]) / 2)]
+    if count[-1] > MOST_ELEMENTS:
+        raise CurveError(f"elements down to {1 / density.max():.3g} m cut a curve of {curve.length:.3g} m into {count[-1]:.3g}, more than "
+                         f"{MOST_ELEMENTS}: choose a larger size, or keep it to a part of the curve")
     elements = max(int(np.ceil(count[-1] - 1e-9)), 1)
     return np.interp(np.linspace(0, count[-1], elements + 1), count, fine)
 

@@ -13,15 +13,11 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf, gamma
 
+from bem.input_checks import refuse_unless_positive
+
 
 class HertzError(ValueError):
     """Input for which Hertz' theory has no contact to give."""
-
-
-def _positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (np.isfinite(value) and value > 0):
-            raise HertzError(f"{name} = {value!r}: must be a finite positive number")
 
 
 @dataclass(frozen=True)
@@ -95,14 +91,14 @@ def principal_radii(curvatures_1: tuple[float, float], curvatures_2: tuple[float
 
 def line_contact(force: float, radius: float, modulus: float) -> LineContact:
     """Line contact from the force per length [N/m], relative radius [m] and E* [Pa] (Johnson eq. 4.43 to 4.45)."""
-    _positive(force=force, radius=radius, modulus=modulus)
+    refuse_unless_positive(HertzError, force=force, radius=radius, modulus=modulus)
     half_width = np.sqrt(4 * force * radius / (np.pi * modulus))
     return LineContact(force, half_width, 2 * force / (np.pi * half_width), radius, modulus)
 
 
 def line_contact_of_width(half_width: float, radius: float, modulus: float) -> LineContact:
     """Line contact from its half-width [m]: force = pi E* a^2 / (4 R)."""
-    _positive(half_width=half_width, radius=radius, modulus=modulus)
+    refuse_unless_positive(HertzError, half_width=half_width, radius=radius, modulus=modulus)
     return line_contact(np.pi * modulus * half_width**2 / (4 * radius), radius, modulus)
 
 
@@ -112,7 +108,7 @@ def line_compression(contact: LineContact, depth: float, poisson: float, plane_m
     Line contact has no approach of its own: displacement grows as the logarithm of the depth. Error: of order
     (half_width/depth)^2. Source: Johnson (1985), eq. 5.57.
     """
-    _positive(depth=depth, plane_modulus=plane_modulus)
+    refuse_unless_positive(HertzError, depth=depth, plane_modulus=plane_modulus)
     return contact.force / (np.pi * plane_modulus) * (2 * np.log(2 * depth / contact.half_width) - poisson / (1 - poisson))
 
 
@@ -150,7 +146,7 @@ def point_contact(force: float, radius_x: float, radius_y: float, modulus: float
 
     Error: round-off (tests/bem/test_hertz.py). Source: Johnson (1985), eq. 4.26 and 4.28, solved exactly.
     """
-    _positive(force=force, radius_x=radius_x, radius_y=radius_y, modulus=modulus)
+    refuse_unless_positive(HertzError, force=force, radius_x=radius_x, radius_y=radius_y, modulus=modulus)
     ratio, k, d, _ = _ellipse_shape(radius_x, radius_y)
     major = (3 * force * d * max(radius_x, radius_y) / (np.pi * modulus)) ** (1 / 3)
     minor = ratio * major
@@ -161,7 +157,7 @@ def point_contact(force: float, radius_x: float, radius_y: float, modulus: float
 
 def point_contact_of_approach(approach: float, radius_x: float, radius_y: float, modulus: float) -> PointContact:
     """Point contact from the approach of distant points [m]; force grows as approach^1.5."""
-    _positive(approach=approach, radius_x=radius_x, radius_y=radius_y, modulus=modulus)
+    refuse_unless_positive(HertzError, approach=approach, radius_x=radius_x, radius_y=radius_y, modulus=modulus)
     unit = point_contact(1.0, radius_x, radius_y, modulus)
     return point_contact((approach / unit.approach) ** 1.5, radius_x, radius_y, modulus)
 
@@ -190,7 +186,7 @@ def sphere_impact(mass: float, speed: float, radius: float, modulus: float) -> S
     mass : effective mass [kg], 1/m = 1/m1 + 1/m2 (a half-space is infinite); speed : of approach [m/s]
     radius : relative [m]; modulus : E* [Pa]. Source: Johnson (1985), eq. 11.20 to 11.24.
     """
-    _positive(mass=mass, speed=speed, radius=radius, modulus=modulus)
+    refuse_unless_positive(HertzError, mass=mass, speed=speed, radius=radius, modulus=modulus)
     approach = (15 * mass * speed**2 / (16 * np.sqrt(radius) * modulus)) ** 0.4
     force = 4 / 3 * modulus * np.sqrt(radius) * approach**1.5
     return SphereImpact(approach, force, _TIME_FACTOR * approach / speed)

@@ -1,7 +1,9 @@
 """Displacement and stress inside a solved body, up to its boundary.
 
 The sums over elements are exact for the densities found. But the polygon has a weak (logarithmic) stress peak at its vertices,
-which the smooth body has not: within half an element of the XX
+which the smooth body has not. So within half an element of the boundary the stress goes linearly from the sums' value there down
+to a value on the boundary itself, taken from traction and stretch of the elements (`_on_boundary`).
+Error: second order in element size, up to the boundary (tests/bem/test_boundary.py).
 """
 from __future__ import annotations
 
@@ -11,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from bem.boundary import BoundarySolution, resultant_map
+from bem.input_checks import plane_points, refuse_unless_positive
 from bem.kelvin import displacement_sums, resultant_integrals, stress_sums
 from bem.mesh import BoundaryMesh
 from bem.outline import Outline
@@ -19,6 +22,13 @@ _NEAR = 0.5      # nearer than this (in element lengths) the stress is interpola
 _VERTEX = 0.1    # next to a vertex the sum is bridged over this part of both elements
 _KINK = 0.03     # turn [rad] between elements beyond which their own stresses are taken at the boundary
 _OUTSIDE = 0.05  # farther outside than this a point is outside the body: a chord lies h^2/8R within a convex profile
+
+
+MOST_POINTS = 20_000_000  # of a grid: their fields take 1.3 GB
+
+
+class PlaceError(ValueError):
+    """Points at which no field can be given."""
 
 
 @njit(cache=True)
@@ -46,16 +56,9 @@ def _locate(mesh: BoundaryMesh, points: np.ndarray) -> tuple[np.ndarray, np.ndar
     return _nearest(points[:, 0], points[:, 1], start.real, start.imag, end.real, end.imag)
 
 
-def _checked(points: np.ndarray) -> np.ndarray:
-    points = np.asarray(points, float)
-    if points.ndim != 2 or points.shape[1] != 2:
-        raise ValueError(f"points have the shape {points.shape}: give an array (m, 2)")
-    return points
-
-
 def displacement_at(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
     """Displacement (m, 2) [m] at points (m, 2) [m]; nan outside the body."""
-    points = _checked(points)
+    points = plane_points(points, PlaceError)
     return _inside_displacement(solution, points, _locate(solution.mesh, points))
 
 
@@ -79,7 +82,7 @@ def _displacement(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
 
 def stress_at(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
     """Stress (m, 3) xx, yy, xy [Pa] at points (m, 2) [m]; nan outside the body."""
-    points = _checked(points)
+    points = plane_points(points, PlaceError)
     return _inside_stress(solution, points, _locate(solution.mesh, points))
 
 
@@ -187,7 +190,9 @@ def von_mises(stress: np.ndarray, poisson: float) -> np.ndarray:
 def field_at(solution: BoundarySolution, points: np.ndarray) -> Field:
     """Everything at points (..., 2) [m] of any shape."""
     points = np.asarray(points, float)
-    flat, shape = _checked(points.reshape(-1, points.shape[-1])), points.shape[:-1]
+    if points.ndim < 2:
+        raise PlaceError(f"points have the shape {points.shape}: give an array (..., 2) of at least two dimensions")
+    flat, shape = plane_points(points.reshape(-1, points.shape[-1]), PlaceError), points.shape[:-1]
     located = _locate(solution.mesh, flat)
     stress, moved = _inside_stress(solution, flat, located), _inside_displacement(solution, flat, located)
     return Field(points, moved.reshape(*shape, 2), stress.reshape(*shape, 3),
@@ -199,6 +204,10 @@ def grid_below(outline: Outline, face: str, middle: np.ndarray, half_width: floa
 
     middle : (2,) [m] a point near the face; half_width : of the grid along the face [m]; depth, size : of the grid [m]
     """
+    refuse_unless_positive(PlaceError, half_width=half_width, depth=depth, size=size)
+    if 2 * half_width / size * (depth / size) > MOST_POINTS:
+        raise PlaceError(f"a grid of {2 * half_width:g} by {depth:g} m at {size:g} m has {2 * half_width * depth / size**2:.3g} points, more "
+                         f"than {MOST_POINTS:.3g}: choose a larger size")
     curves = outline.edge_curves(face)
     samples = [np.linspace(0, curve.length, 2001) for curve in curves]
     away = [np.hypot(*(curve.at(s) - middle).T) for curve, s in zip(curves, samples)]

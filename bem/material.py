@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
+from bem.input_checks import refuse_unless_finite, refuse_unless_positive
 
 
 class MaterialError(ValueError):
@@ -22,8 +22,8 @@ class Elastic:
     poisson: float
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.young) and self.young > 0):
-            raise MaterialError(f"Young's modulus {self.young!r} Pa: must be a finite positive number")
+        refuse_unless_positive(MaterialError, **{"Young's modulus [Pa]": self.young})
+        refuse_unless_finite(MaterialError, **{"Poisson's ratio": self.poisson})
         if not -1 < self.poisson < 0.5:
             raise MaterialError(f"Poisson's ratio {self.poisson!r}: must lie in (-1, 0.5); for rubber take 0.4999 or less")
 

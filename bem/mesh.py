@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from bem.curve import divide
+from bem.input_checks import plane_points, refuse_unless_positive
 from bem.outline import CORNER, Outline, OutlineError
 
 
@@ -37,9 +38,11 @@ class Sizing:
     growth: float = 0.25
 
     def __post_init__(self) -> None:
-        for value, name in [(self.coarse, "coarse size"), (self.growth, "growth")] + [(z.size, "zone size") for z in self.zones]:
-            if not (np.isfinite(value) and value > 0):
-                raise OutlineError(f"{name} {value!r}: must be a finite positive number")
+        refuse_unless_positive(OutlineError, **{"coarse size": self.coarse, "growth": self.growth})
+        for zone in self.zones:
+            refuse_unless_positive(OutlineError, **{"zone size": zone.size})
+            if not len(plane_points(np.atleast_2d(zone.points), OutlineError)):
+                raise OutlineError("a zone has no points: leave it out or say where it is")
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         wanted = np.full(len(points), self.coarse)

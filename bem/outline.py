@@ -49,6 +49,25 @@ def _first_crossing(a, b, loop, place):
     return -1, -1
 
 
+def _meeting(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Where segments a-b and c-d (2,) [m] that meet do so; of segments on one line, an end that lies on the other."""
+    along, other = b - a, d - c
+    turn = along[0] * other[1] - along[1] * other[0]
+    if abs(turn) > 1e-12 * np.hypot(*along) * np.hypot(*other):
+        return a + along * ((c - a)[0] * other[1] - (c - a)[1] * other[0]) / turn
+    shares = np.clip([(c - a) @ along / (along @ along), (d - a) @ along / (along @ along)], 0, 1)
+    return a + along * shares.mean()
+
+
+def _encloses(polygon: np.ndarray, point: np.ndarray) -> bool:
+    """Whether a point (2,) lies within a polygon (n, 2): a ray to the right leaves it an odd number of times."""
+    (x, y), (next_x, next_y) = polygon.T, np.roll(polygon, -1, axis=0).T
+    passed = (y > point[1]) != (next_y > point[1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        right = x + (point[1] - y) / (next_y - y) * (next_x - x) > point[0]
+    return bool(np.count_nonzero(passed & right) % 2)
+
+
 def _area(points: np.ndarray) -> float:
     """Signed area [m^2] of a closed polygon (n, 2), positive anticlockwise."""
     x, y = (points - points.mean(axis=0)).T
@@ -84,8 +103,8 @@ class Outline:
     infinite: bool = False
 
     def __post_init__(self) -> None:
-        if not self.loops or not all(self.loops):
-            raise OutlineError("an outline needs at least one loop of at least one edge")
+        if not self.loops or not all(isinstance(loop, list) and loop and all(isinstance(e, Edge) for e in loop) for loop in self.loops):
+            raise OutlineError("an outline needs at least one loop of at least one edge: give a list of loops, each a list of Edge")
         checked = [[Edge(Curve.through(edge.points).points, edge.name) for edge in loop] for loop in self.loops]
         polygons = [_close(loop, number) for number, loop in enumerate(checked)]
         areas = np.array([_area(polygon) for polygon in polygons])
@@ -95,7 +114,9 @@ class Outline:
         outer = -1 if self.infinite else int(np.argmax(np.abs(areas)))
         wanted = np.where(np.arange(len(areas)) == outer, 1, -1)
         turned = [loop if area * sign > 0 else _turn_round(loop) for loop, area, sign in zip(checked, areas, wanted)]
-        self._refuse_crossing([_close(loop, number) for number, loop in enumerate(turned)])
+        polygons = [_close(loop, number) for number, loop in enumerate(turned)]
+        self._refuse_crossing(polygons)
+        self._refuse_nesting(polygons, outer)
         object.__setattr__(self, "loops", turned)
 
     def _refuse_crossing(self, polygons: list[np.ndarray]) -> None:
@@ -105,8 +126,20 @@ class Outline:
         place = np.concatenate([np.arange(len(polygon)) for polygon in polygons])
         i, j = _first_crossing(begin, end, loop, place)
         if i >= 0:
-            raise OutlineError(f"the outline crosses or touches itself near {tuple(np.round(begin[i], 9))} m (segment {i} of loop "
-                               f"{loop[i]} and segment {j} of loop {loop[j]}): mend the profile or remove its loop")
+            x, y = _meeting(begin[i], end[i], begin[j], end[j])
+            raise OutlineError(f"the outline crosses or touches itself near ({x:.9g}, {y:.9g}) m (segment {place[i]} of loop {loop[i]} and "
+                               f"segment {place[j]} of loop {loop[j]}): mend the profile or remove its loop")
+
+    def _refuse_nesting(self, polygons: list[np.ndarray], outer: int) -> None:
+        """Loops that do not cross must be holes side by side within the outer loop (of an infinite body: side by side)."""
+        for number, polygon in enumerate(polygons):
+            within = [k for k, other in enumerate(polygons) if k != number and _encloses(other, polygon[0])]
+            wanted = [] if number == outer or self.infinite else [outer]
+            if within != wanted:
+                x, y = polygon[0]
+                where = f"lies within loops {within}" if within else f"lies outside loop {outer}, the largest"
+                raise OutlineError(f"loop {number}, which begins at ({x:.6g}, {y:.6g}) m, {where}: holes lie side by side within the body; "
+                                   "give separate bodies separate outlines")
 
     def moved(self, by: np.ndarray) -> Outline:
         """The outline translated by (2,) [m]."""

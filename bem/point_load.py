@@ -5,9 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bem.input_checks import plane_points, refuse_unless_finite
 from bem.kelvin import point_force_displacement, point_force_resultant, point_force_stress
 from bem.material import Elastic
 from bem.mesh import BoundaryMesh
+
+
+class PointLoadError(ValueError):
+    """A point load that is no number, or that does not act inside the body."""
 
 
 @dataclass(frozen=True)
@@ -17,6 +22,11 @@ class PointLoad:
     at: tuple[float, float]
     force: tuple[float, float] = (0.0, 0.0)
     moment: float = 0.0
+
+    def __post_init__(self) -> None:
+        plane_points([self.at], PointLoadError)
+        plane_points([self.force], PointLoadError)
+        refuse_unless_finite(PointLoadError, moment=self.moment)
 
     @property
     def _at(self) -> complex:
@@ -31,6 +41,22 @@ class PointLoad:
         z = points[:, 0] + 1j * points[:, 1]
         u = point_force_displacement(z, self._at, self._force, material.kolosov) + 1j * self.moment / (2 * np.pi * np.conj(z - self._at))
         return np.column_stack([u.real, u.imag]) / (2 * material.shear)
+
+    def refuse_outside(self, mesh: BoundaryMesh) -> None:
+        """Raise PointLoadError when the load acts outside the body or within half an element of its boundary."""
+        start, step = mesh.start, mesh.end - mesh.start
+        share = np.clip(((self._at - start) * np.conj(step)).real / np.abs(step) ** 2, 0, 1)
+        distance = np.abs(self._at - start - share * step)
+        nearest = int(np.argmin(distance))
+        place = f"the point ({self._at.real:.6g}, {self._at.imag:.6g}) m of a load or hub"
+        if distance[nearest] < 0.5 * mesh.lengths[nearest]:
+            raise PointLoadError(f"{place} lies {distance[nearest]:.3g} m from the boundary, less than half its element of "
+                                 f"{mesh.lengths[nearest]:.3g} m: move it inward, or refine the mesh there")
+        turns = np.angle((mesh.end - self._at) / (start - self._at)).sum() / (2 * np.pi)
+        if round(turns) != (0 if mesh.infinite else 1):
+            (low_x, low_y), (high_x, high_y) = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+            raise PointLoadError(f"{place} lies outside the body, whose boundary spans x {low_x:.6g} to {high_x:.6g}, y {low_y:.6g} to "
+                                 f"{high_y:.6g} m: move it inside")
 
     def path_force(self, begin: np.ndarray, end: np.ndarray, material: Elastic) -> np.ndarray:
         """Force (2, h) [N/m] of the field's traction over straight paths between complex points, outward on the right."""

@@ -10,7 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from bem.contact import ContactResult
-from bem.coulomb import OPEN, STICK, ContactState, ContactSystem, Drive, solve_step
+from bem.coulomb import OPEN, STICK, ContactState, ContactSystem, Drive, refuse_bad_friction, solve_step
+from bem.input_checks import refuse_unless_finite
+
+
+class RollingError(ValueError):
+    """Rolling that is not defined: what drives it, or which way it goes."""
 
 
 def rolling_system(system: ContactSystem, distance: np.ndarray, leading: np.ndarray) -> ContactSystem:
@@ -33,9 +38,16 @@ def solve_rolling(pressed: ContactResult, friction: float, creepage: float | Non
     creepage        : slave's surface velocity over the master's along the slave's tangent, over the rolling speed, or None
     tangential_load : force on the slave along x [N/m] instead; forward : +1 if the contact moves towards later nodes, else -1
     Returns the state (its slip is per element passed) and the creepage.
+    Raises RollingError, FrictionError; EquilibriumError for a tangential load beyond friction.
     """
+    refuse_bad_friction(friction)
     if (creepage is None) == (tangential_load is None):
-        raise ValueError("give either the creepage or the tangential load")
+        raise RollingError("give either the creepage or the tangential load, not both or none")
+    refuse_unless_finite(RollingError, **({"creepage": creepage} if tangential_load is None else {"tangential_load [N/m]": tangential_load}))
+    if forward not in (1, -1):
+        raise RollingError(f"forward = {forward!r}: must be 1 or -1")
+    if not (pressed.last.pressure > 0).any():
+        raise RollingError("the bodies do not touch: press them together first")
     points, n = pressed.interface.points, pressed.system.nodes
     leading = np.clip(np.arange(n) + forward, 0, n - 1)
     distance = np.hypot(*(points[leading] - points).T)

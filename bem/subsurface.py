@@ -7,6 +7,15 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import elliprd, elliprf
 
+from bem.hertz import HertzError
+from bem.input_checks import refuse_unless_finite, refuse_unless_positive
+
+
+def _refuse_above(depth: np.ndarray) -> None:
+    depth = np.asarray(depth, float)
+    if (depth < 0).any():
+        raise HertzError(f"depth {depth.min():g} m lies above the surface: give depths >= 0")
+
 
 def line_stress(x: np.ndarray, depth: np.ndarray, half_width: float, max_pressure: float,
                 max_shear_traction: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -18,6 +27,9 @@ def line_stress(x: np.ndarray, depth: np.ndarray, half_width: float, max_pressur
     Returns sigma_xx, sigma_zz, sigma_xz [Pa], z up. Plane strain adds sigma_yy = nu (sigma_xx + sigma_zz).
     Source: McEwen's form, Johnson (1985), eq. 4.49 and 7.8, there with z down: sigma_xz changes sign.
     """
+    refuse_unless_positive(HertzError, half_width=half_width)
+    refuse_unless_finite(HertzError, max_pressure=max_pressure, max_shear_traction=max_shear_traction)
+    _refuse_above(depth)
     x, depth = np.broadcast_arrays(np.asarray(x, float), np.asarray(depth, float))
     a = half_width
     part = a**2 - x**2 + depth**2
@@ -46,6 +58,9 @@ def ellipse_axis_stress(depth: np.ndarray, semi_x: float, semi_y: float, max_pre
     Source: Thomas and Hoersch (1930) as in Boresi and Schmidt, Advanced Mechanics of Materials, section 17.4;
     rewritten with Carlson's integrals so that the circle is no special case.
     """
+    refuse_unless_positive(HertzError, semi_x=semi_x, semi_y=semi_y)
+    refuse_unless_finite(HertzError, max_pressure=max_pressure, poisson=poisson)
+    _refuse_above(depth)
     if semi_x < semi_y:
         yy, xx, zz = ellipse_axis_stress(depth, semi_y, semi_x, max_pressure, poisson)
         return xx, yy, zz

@@ -9,12 +9,15 @@ from scipy.optimize import brentq
 from scipy.special import ellipkm1, expit
 
 from bem.hertz import HertzError
+from bem.input_checks import refuse_unless_finite, refuse_unless_positive
 from bem.material import Elastic
 
 
 def _share(tangential: float, limit: float) -> float:
     """Q / (mu P), refused beyond full slip."""
-    if not limit > 0 or abs(tangential) > limit:
+    refuse_unless_positive(HertzError, limit=limit)
+    refuse_unless_finite(HertzError, tangential=tangential)
+    if abs(tangential) > limit:
         raise HertzError(f"tangential load {tangential:g} exceeds friction times normal load {limit:g}: the contact slides")
     return abs(tangential) / limit
 
@@ -26,6 +29,7 @@ def cattaneo_line_stick(tangential: float, limit: float) -> float:
 
 def cattaneo_line_shear(x: np.ndarray, half_width: float, max_traction: float, stick: float) -> np.ndarray:
     """Shear traction [Pa] of a line contact in partial slip; max_traction is mu p0, stick the stick ratio (eq. 7.27)."""
+    refuse_unless_positive(HertzError, half_width=half_width)
     outer = np.sqrt(np.clip(1 - (np.asarray(x) / half_width) ** 2, 0, None))
     inner = np.sqrt(np.clip(stick**2 - (np.asarray(x) / half_width) ** 2, 0, None))
     return max_traction * (outer - inner)
@@ -40,6 +44,7 @@ def cattaneo_sphere(tangential: float, limit: float, radius: float, first: Elast
 
 def carter_creepage(force_share: float, half_width: float, radius: float, friction: float) -> float:
     """Creepage of tractive rolling of like materials from Q / (mu P); stick width over contact width is sqrt(1 - share) (eq. 8.36)."""
+    refuse_unless_positive(HertzError, half_width=half_width, radius=radius, friction=friction)
     if not abs(force_share) <= 1:
         raise HertzError(f"Q / (mu P) = {force_share:g}: beyond 1 the contact slides")
     return float(-np.sign(force_share) * friction * half_width / radius * (1 - np.sqrt(1 - abs(force_share))))
@@ -56,6 +61,7 @@ def spence_line_stick(beta: float, friction: float) -> float:
 
     The pressure is taken as unchanged by friction (Goodman): error of order beta^2.
     """
+    refuse_unless_finite(HertzError, beta=beta)
     if not (beta and friction > 0):
         raise HertzError(f"beta {beta:g}, friction {friction:g}: without mismatch nothing slips, without friction nothing sticks")
     wanted = np.log(abs(beta) / friction)

@@ -1,0 +1,39 @@
+"""What a caller gives: numbers that are finite, or positive, and points of the right shape; refused by name and value."""
+from __future__ import annotations
+
+from numbers import Real
+
+import numpy as np
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, (Real, np.number)) and bool(np.isfinite(value))
+
+
+def refuse_unless_finite(error: type[ValueError], **values: object) -> None:
+    """Raise `error` for the first value that is no finite number."""
+    for name, value in values.items():
+        if not _is_finite(value):
+            raise error(f"{name} = {value!r}: must be a finite number")
+
+
+def refuse_unless_positive(error: type[ValueError], **values: object) -> None:
+    """Raise `error` for the first value that is no finite number above zero."""
+    for name, value in values.items():
+        if not (_is_finite(value) and value > 0):
+            raise error(f"{name} = {value!r}: must be a finite positive number")
+
+
+def plane_points(points: object, error: type[ValueError]) -> np.ndarray:
+    """Points (n, 2) [m] as floats; raises `error` for another shape, for what is no number, and for the first that is not finite."""
+    try:
+        points = np.asarray(points, float)
+    except (TypeError, ValueError):
+        raise error("points are no array of numbers: give an array (n, 2) of coordinates in metres") from None
+    if points.ndim != 2 or points.shape[1] != 2:
+        raise error(f"points have the shape {points.shape}: give an array (n, 2)")
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.all():
+        raise error(f"point {int(np.argmin(finite))} of {len(points)} is {tuple(points[np.argmin(finite)])}, not finite: drop or mend it "
+                    f"({int((~finite).sum())} such points)")
+    return points
