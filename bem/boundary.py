@@ -42,18 +42,17 @@ class TooLargeError(ValueError):
     """A dense system that does not fit the memory allowed."""
 
 
+def memory_need(unknowns: int) -> float:
+    """Peak memory [bytes] of one system: 3.25 matrices of unknowns^2 numbers, while it is set up (tests/bem/test_boundary.py)."""
+    return 3.25 * 8.0 * unknowns**2
+
+
 def check_memory(unknowns: int, limit: float) -> None:
-    """Refuse a dense system whose peak of four matrices of unknowns^2 numbers exceeds `limit` [bytes]."""
-    need = 4 * 8.0 * unknowns**2
+    """Refuse a dense system whose peak of memory exceeds `limit` [bytes]."""
+    need = memory_need(unknowns)
     if need > limit:
         raise TooLargeError(f"{unknowns} unknowns need {need / 1e9:.2f} GB of dense matrices at the peak and {limit / 1e9:.2f} GB are "
                             "allowed: coarsen the mesh away from the contact, or raise memory_limit")
-
-
-def real_blocks(of_w: np.ndarray, of_conjugate: np.ndarray) -> np.ndarray:
-    """Real matrix (2m, 2n) of the map W -> a W + b conj(W), complex (m, n); order: all x, then all y."""
-    return np.block([[of_w.real + of_conjugate.real, of_conjugate.imag - of_w.imag],
-                     [of_w.imag + of_conjugate.imag, of_w.real - of_conjugate.real]])
 
 
 def displacement_matrix(points: np.ndarray, mesh: BoundaryMesh, material: Elastic) -> np.ndarray:
@@ -61,22 +60,40 @@ def displacement_matrix(points: np.ndarray, mesh: BoundaryMesh, material: Elasti
     z = points[:, 0] + 1j * points[:, 1]
     log_r, twist = displacement_integrals(z, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities)
     c = 1 / (2 * np.pi * (1 + material.kolosov)) / (2 * material.shear)
-    return real_blocks(-2 * c * material.kolosov * log_r + 0j, c * twist)
+    log_r *= -2 * c * material.kolosov
+    twist *= c
+    m, n = log_r.shape
+    matrix = np.empty((2 * m, 2 * n))
+    matrix[:m, :n] = log_r + twist.real     # u = log_r w + twist conj(w)
+    matrix[m:, n:] = log_r - twist.real
+    matrix[:m, n:] = matrix[m:, :n] = twist.imag
+    return matrix
 
 
-def resultant_matrix(mesh: BoundaryMesh, material: Elastic) -> np.ndarray:
-    """Resultant of the traction over each cell (2n, 2n) [m], all x then all y, of the densities."""
+def resultant_matrix(mesh: BoundaryMesh, material: Elastic, out: np.ndarray | None = None) -> np.ndarray:
+    """Resultant of the traction over each cell (2n, 2n) [m], all x then all y, of the densities; written into `out` where given."""
     points, begin, end, cell = mesh.paths()
     log_r, angle, twist = resultant_integrals(points, begin, end, cell, mesh.densities, mesh.start, mesh.end,
                                               mesh.first, mesh.last, mesh.densities)
-    return resultant_map(log_r, angle, twist, material)
+    return resultant_map(log_r, angle, twist, material, out)
 
 
-def resultant_map(log_r: np.ndarray, angle: np.ndarray, twist: np.ndarray, material: Elastic) -> np.ndarray:
-    """Real matrix (2m, 2n) [m] from densities to resultants, of the integrals over m paths."""
-    kappa = material.kolosov
+def resultant_map(log_r: np.ndarray, angle: np.ndarray, twist: np.ndarray, material: Elastic, out: np.ndarray | None = None) -> np.ndarray:
+    """Real matrix (2m, 2n) [m] from densities to resultants, of the integrals (m, n) over m paths."""
+    kappa, (m, n) = material.kolosov, log_r.shape
     c = 1 / (2 * np.pi * (1 + kappa))
-    return real_blocks(-c * (kappa + 1) * angle - 1j * c * (kappa - 1) * log_r, 1j * c * twist)
+    matrix = np.empty((2 * m, 2 * n)) if out is None else out
+    # force = -c [(kappa + 1) angle + i (kappa - 1) log_r] w + i c twist conj(w), built in place: matrices are large
+    np.multiply(angle, -c * (kappa + 1), out=matrix[:m, :n])
+    np.multiply(log_r, c * (kappa - 1), out=matrix[:m, n:])
+    matrix[m:, n:], matrix[m:, :n] = matrix[:m, :n], -matrix[:m, n:]
+    turned = c * twist.imag
+    matrix[:m, :n] -= turned
+    matrix[m:, n:] += turned
+    np.multiply(twist.real, c, out=turned)
+    matrix[:m, n:] += turned
+    matrix[m:, :n] += turned
+    return matrix
 
 
 def hat_masses(mesh: BoundaryMesh) -> np.ndarray:
@@ -131,18 +148,35 @@ class BoundaryProblem:
         a, b = normal[:, :1], normal[:, 1:] * (-1 if back else 1)
         return np.vstack([a * rows[:n] + b * rows[n:], -b * rows[:n] + a * rows[n:]])
 
+    def _turn_local(self, rows: np.ndarray) -> None:
+        """Turn rows (2n, m), x then y, of local densities into normal and tangential ones, in place."""
+        n = self.mesh.densities
+        for k in np.flatnonzero(self.local):
+            a, b = self.mesh.normals[k]
+            rows[k], rows[n + k] = a * rows[k] + b * rows[n + k], -b * rows[k] + a * rows[n + k]
+
+    def _turned_row(self, rows: np.ndarray, row: int) -> np.ndarray:
+        """One row (m,) of rows (2n, m), x then y, in the components of the conditions."""
+        n = self.mesh.densities
+        k = row % n
+        if not self.local[k]:
+            return rows[row]
+        a, b = self.mesh.normals[k]
+        return a * rows[k] + b * rows[n + k] if row < n else -b * rows[k] + a * rows[n + k]
+
     def _factorise(self, free_modes: np.ndarray) -> None:
         n, f = self.mesh.densities, free_modes.shape[1]
         shift = 2 if self._anchored else 0
         length = np.r_[self.mesh.cell_length, self.mesh.cell_length]
         self._stiffness = 2 * self.material.shear / self.size
-        matrix = np.zeros((2 * n + shift + f, 2 * n + shift + f))
-        rows = self._turn(resultant_matrix(self.mesh, self.material)) / length[:, None]
         self.displacement_at_middles = displacement_matrix(self.mesh.middles, self.mesh, self.material)
-        if self._mask.any():
-            turned = self._turn(self.displacement_at_middles)
-            rows[self._mask] = turned[self._mask] * self._stiffness
-        matrix[:2 * n, :2 * n] = rows
+        matrix = np.zeros((2 * n + shift + f, 2 * n + shift + f))
+        rows = matrix[:2 * n, :2 * n]
+        resultant_matrix(self.mesh, self.material, rows)
+        self._turn_local(rows)
+        rows /= length[:, None]
+        for row in np.flatnonzero(self._mask):
+            rows[row] = self._turned_row(self.displacement_at_middles, row) * self._stiffness
         if self._anchored:
             modes = self._turn(rigid_modes(self.mesh.middles, self.center)[:, :2])
             matrix[:2 * n, 2 * n:2 * n + 2][self._mask] = modes[self._mask]  # the unknown is shift * stiffness
@@ -154,7 +188,7 @@ class BoundaryProblem:
             matrix[2 * n + shift:, :2 * n] = mean @ self.displacement_at_middles * self._stiffness
             if self._anchored:
                 matrix[2 * n + shift:, 2 * n:2 * n + 2] = mean @ rigid_modes(self.mesh.middles, self.center)[:, :2]
-        self._lu = lu_factor(matrix, overwrite_a=True, check_finite=False)
+        self._lu = lu_factor(matrix.T, overwrite_a=True, check_finite=False)  # of the transpose, so that LAPACK needs no copy
 
     def solve(self, resultants: np.ndarray, displacements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Densities and shift for many right sides.
@@ -167,7 +201,7 @@ class BoundaryProblem:
         length = np.r_[self.mesh.cell_length, self.mesh.cell_length][:, None]
         right = np.zeros((self._lu[0].shape[0], resultants.shape[1]))
         right[:2 * n] = np.where(self._mask[:, None], displacements * self._stiffness, resultants / length)
-        answer = lu_solve(self._lu, right, overwrite_b=True, check_finite=False)
+        answer = lu_solve(self._lu, right, trans=1, overwrite_b=True, check_finite=False)
         shift = answer[2 * n:2 * n + 2] / self._stiffness if self._anchored else np.zeros((2, right.shape[1]))
         return answer[:2 * n], shift
 

@@ -6,8 +6,8 @@ from scipy.integrate import quad
 from bem.conformal import pin_clearance, pin_pressure, pin_semi_angle
 from bem.contact import Settings, solve_contact
 from bem.coulomb import Drive
+from bem.exact_problems import pin_and_hole
 from bem.material import STEEL, contact_modulus
-from tests.bem.bodies import pin_and_hole
 
 # VERIFICATION D: contact semi-angle [degrees], E* dR / P, p0 R / P
 TABLE = [(30, 3.9718, 1.2603), (45, 1.4116, 0.8821), (60, 0.5336, 0.7117), (75, 0.1435, 0.6281)]

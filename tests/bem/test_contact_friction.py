@@ -2,25 +2,22 @@
 import numpy as np
 import pytest
 
-from bem.contact import Settings, solve_contact
-from bem.coulomb import BACKWARD, FORWARD, STICK, Drive
+from bem.coulomb import BACKWARD, FORWARD, STICK
+from bem.exact_problems import FRICTION, HALF_WIDTH as A, SOFT_STEEL, UNLIKE, pressed_discs, spence_friction, spence_ratios
 from bem.hertz import HertzError, line_contact_of_width
 from bem.material import Elastic, contact_modulus
 from bem.rolling import solve_rolling
 from bem.tangential import (carter_creepage, cattaneo_line_shear, cattaneo_line_stick, cattaneo_sphere, dundurs_beta,
                             spence_line_stick)
-from tests.bem.bodies import SOFT_STEEL, two_discs
 from tests.order import assert_order
 
-A, FRICTION = 1e-3, 0.3
 HERTZ = line_contact_of_width(A, 0.5, contact_modulus(SOFT_STEEL, SOFT_STEEL))
 LIMIT = FRICTION * HERTZ.force
 
 
 def pressed_and_pushed(shares, cells):
     """Discs pressed by the Hertz load, then pushed along x by shares of the friction limit, one step each."""
-    drives = [Drive.of(force=(share * LIMIT, -HERTZ.force)) for share in shares]
-    return solve_contact(*two_discs(1.0, SOFT_STEEL, SOFT_STEEL), drives, FRICTION, Settings(size=A / cells))
+    return pressed_discs(cells, shares)[0]
 
 
 def test_closed_forms_meet_the_verification_rows():
@@ -107,40 +104,24 @@ def test_rolling_is_odd_in_creepage_and_saturates():
     assert force(0.0) == pytest.approx(0, abs=0.005)  # what the two meshes differ by
 
 
-def stick_ratio(friction, cells, steps):
-    steel, other = Elastic(210e9, 0.3), Elastic(210e9, 0.4)
-    hertz = line_contact_of_width(A, 0.5, contact_modulus(steel, other))
-    result = solve_contact(*two_discs(1.0, steel, other), Drive.of(force=(None, -hertz.force)), friction, Settings(size=A / cells), steps=steps)
-    ratios = []
-    for step in range(len(result.steps)):
-        zones = result.stick_zones(step)
-        ratios.append(abs(zones[0][1][0] - zones[0][0][0]) / result.patches(step)[0].width if len(zones) == 1 else np.nan)
-    return np.array(ratios), dundurs_beta(steel, other)
-
-
 def test_loading_of_unlike_bodies_sticks_as_spence_says():
     """Line contact, mu so that half sticks: K'(c)/K(c) = beta / mu; the discs' beta of 0.069 leaves beta^2 = 0.5 % between
     theory and the coupled solution. First order in the element, for a stick edge at which new nodes keep arriving: extrapolated
     it is within 2 %. (The row of VERIFICATION D, 0.5 at nu 0 and mu 0.2986, is the axisymmetric problem.)"""
-    beta = stick_ratio(1.0, 4, 2)[1]
-    friction = beta / 1.27924
-    assert spence_line_stick(beta, friction) == pytest.approx(0.5, abs=1e-4)
+    assert spence_line_stick(dundurs_beta(*UNLIKE), spence_friction()) == pytest.approx(0.5, abs=1e-4)
     cells = np.array([8, 16, 32])
-    ratios = np.array([stick_ratio(friction, n, n // 2)[0][-1] for n in cells])
+    ratios = np.array([spence_ratios(n, n // 2)[-1] for n in cells])
     assert_order(1 / cells, ratios - 0.5, expected=1, slack=0.2)
     assert 2 * ratios[-1] - ratios[-2] == pytest.approx(0.5, rel=0.02)
 
 
 def test_stick_of_proportional_loading_does_not_depend_on_the_load():
     """Self-similar: the ratio is the same at all loads at which the patch is resolved; one single step gives a wrong one."""
-    friction = stick_ratio(1.0, 4, 2)[1] / 1.27924
-    ratios, _ = stick_ratio(friction, 32, 16)
+    ratios = spence_ratios(32, 16)
     assert np.ptp(ratios[11:]) < 1 / 32
-    single, _ = stick_ratio(friction, 32, 1)
-    assert abs(single[-1] - ratios[-1]) > 0.1
+    assert abs(spence_ratios(32, 1)[-1] - ratios[-1]) > 0.1
 
 
 @pytest.mark.validate
 def test_spence_within_two_per_cent_without_extrapolation():
-    friction = stick_ratio(1.0, 4, 2)[1] / 1.27924
-    assert stick_ratio(friction, 128, 64)[0][-1] == pytest.approx(0.5, rel=0.02)
+    assert spence_ratios(128, 64)[-1] == pytest.approx(0.5, rel=0.02)
