@@ -14,28 +14,28 @@ from __future__ import annotations
 import argparse
 import os
 import time
-import tracemalloc
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
 from bem.body import Body
-from bem.boundary import solve_boundary
+from bem.boundary import Condition, solve_boundary
 from bem.cases import CASES, LOAD
-from bem.conformal import pin_clearance, pin_pressure
 from bem.contact import Settings, solve_contact
 from bem.contact_result import ContactResult
 from bem.coulomb import Drive
-from bem.curve import arc
-from bem.hertz import line_contact
-from bem.internal import Field, field_at, grid_below
-from bem.material import STEEL, contact_modulus
+from bem.exact_problems import hertz_errors, pin_errors, ring
+from bem.internal import Field, field_at, grid_below, stress_at
+from bem.material import STEEL
 from bem.mesh import Sizing, mesh_outline
-from bem.outline import Edge, Outline, block_behind
+from bem.outline import block_behind
 
 MM = 1e-3
 Table = tuple[list[str], np.ndarray]
+Case = tuple[Body, Body, Drive]
 
 
 def _sizes(*values: float) -> list[float]:
@@ -93,62 +93,50 @@ def _with_errors(names: list[str], rows: np.ndarray, columns: tuple[int, ...]) -
         change = np.r_[np.nan, np.abs(np.diff(values) / values[:-1])] * 100
         error = np.abs(values / values[-1] - 1) * 100
         error[-1] = np.nan
-        change[change == 0], error[error == 0] = np.nan, np.nan  # the same grid point: nothing to learn, and nothing for a log scale
         names = names + [f"change_{names[column].rsplit('_', 1)[0]}_pct", f"error_{names[column].rsplit('_', 1)[0]}_pct"]
         rows = np.column_stack([rows, change, error])
     return names, rows
 
 
-def _disc(center: tuple[float, float], radius: float, top: bool) -> Body:
-    begin = np.pi / 2 if top else -np.pi / 2
-    return Body(Outline([[Edge(arc(center, radius, begin, begin + 2 * np.pi, 1441), "face")]]), STEEL, hub=center)
-
-
-def _hertz_row(cells: float) -> tuple[float, float, float]:
-    hertz = line_contact(178.9e3, 0.5, contact_modulus(STEEL, STEEL))
-    lower, upper = _disc((0.0, -1.0), 1.0, False), _disc((0.0, 1.0), 1.0, True)
-    result, seconds = _timed(lambda: solve_case(lower, upper, Drive.of(force=(None, -hertz.force)), hertz.half_width / cells))
-    x, mass = result.interface.points[:, 0], result.interface.mass
-    exact = hertz.pressure(x)
-    miss = np.sqrt(np.sum(mass * (result.last.pressure - exact) ** 2) / np.sum(mass * exact**2))
-    return miss, abs(result.last.pressure.max() / hertz.max_pressure - 1), seconds
-
-
-def _pin_row(cells: float) -> tuple[float, float, float]:
-    radius, clearance, angle = 0.05, 2e-5, np.pi / 3
-    load = contact_modulus(STEEL, STEEL) * clearance / pin_clearance(angle)
-    hole = Body(Outline([[Edge(arc((0, 0), radius, np.pi / 2, 2.5 * np.pi, 721), "face")]], infinite=True), STEEL)
-    pin = _disc((0.0, 0.0), radius - clearance, True)
-    result, seconds = _timed(lambda: solve_case(hole, pin, Drive.of(force=(None, -load)), radius * angle / cells))
-    points, mass = result.interface.points, result.interface.mass
-    exact = pin_pressure(np.arctan2(points[:, 0], -points[:, 1]), angle) * load / radius
-    miss = np.sqrt(np.sum(mass * (result.last.pressure - exact) ** 2) / np.sum(mass * exact**2))
-    return miss, abs(result.last.pressure.max() * radius / load / pin_pressure(0.0, angle) - 1), seconds
-
-
-def speed_against_error(row: Callable[[float], tuple]) -> Table:
-    """Time against the error of an exact solution, by elements to the half contact."""
+def speed_against_error(errors: Callable[[float], tuple[float, float]]) -> Table:
+    """Time against the error of an exact solution, by elements to the half contact; errors: of the largest pressure and of the profile."""
     rows = []
     for cells in _sizes(3, 6, 12, 24, 48, 96):
-        profile, peak, seconds = row(cells)
+        (peak, profile), seconds = _timed(lambda: errors(cells))
         rows.append([cells, 100 * profile, 100 * peak, seconds])
     return ["cells_to_half_contact", "error_L2_pct", "error_peak_pct", "seconds"], np.array(rows)
 
 
+def _resident_peak() -> float:
+    """Highest resident memory of this process [bytes] since the last call; nan where the system does not tell (all but Linux)."""
+    try:
+        highest = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
+        Path("/proc/self/clear_refs").write_text("5")
+    except (OSError, StopIteration):
+        return np.nan
+    return 1024.0 * int(highest.split()[1])
+
+
+def ring_cost(size: float) -> list[float]:
+    """Densities, processor time [s], peak memory [MB] and error of the hoop stress at mid-wall [%] of a ring under pressure."""
+    load = {"inner": Condition(traction=(-1e6, None), local=True)}
+    solve_boundary(mesh_outline(ring(), Sizing(0.5)), STEEL, load)  # compiles outside the measurement
+    mesh = mesh_outline(ring(), Sizing(size))
+    _resident_peak()
+    before = _resident_peak()
+    solution, seconds = _timed(lambda: solve_boundary(mesh, STEEL, load), runs=2)
+    taken = _resident_peak() - before
+    hoop = stress_at(solution, np.array([[1.5, 0.0]]))[0, 1]
+    return [mesh.densities, seconds, taken / 1e6, abs(hoop / (1e6 / 3 * (1 + 4 / 2.25)) - 1) * 100]
+
+
 def scaling() -> Table:
-    """Time and peak memory of one boundary value problem against its densities: a ring under pressure, its error at mid-wall."""
-    from bem.boundary import Condition
-    from bem.internal import stress_at
-    ring, rows = Outline([[Edge(arc((0, 0), 2, 0, 2 * np.pi), "outer")], [Edge(arc((0, 0), 1, 0, 2 * np.pi), "inner")]]), []
-    for size in _sizes(0.2, 0.1, 0.05, 0.025, 0.0125):
-        mesh = mesh_outline(ring, Sizing(size))
-        solution, seconds = _timed(lambda: solve_boundary(mesh, STEEL, {"inner": Condition(traction=(-1e6, None), local=True)}), runs=2)
-        tracemalloc.start()
-        solve_boundary(mesh, STEEL, {"inner": Condition(traction=(-1e6, None), local=True)})
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        hoop = stress_at(solution, np.array([[1.5, 0.0]]))[0, 1]
-        rows.append([mesh.densities, seconds, peak / 1e6, abs(hoop / (1e6 / 3 * (1 + 4 / 2.25)) - 1) * 100])
+    """Time and peak memory of one boundary value problem against its densities, each in a process of its own, so that no memory freed
+    before hides what it takes."""
+    rows = []
+    for size in _sizes(0.1, 0.05, 0.025, 0.0125, 0.00625):
+        with ProcessPoolExecutor(1, get_context("spawn")) as alone:
+            rows.append(alone.submit(ring_cost, size).result())
     return ["densities", "seconds", "peak_MB", "error_hoop_pct"], np.array(rows)
 
 
@@ -164,6 +152,11 @@ def one_case(fixed: Body, moving: Body, drive: Drive) -> Table:
     row = [contact, total, result.last.pressure.max() / 1e6, np.nanmax(field.von_mises) / 1e6, np.nanmin(field.displacement[..., 1]) / MM,
            field.von_mises.size]
     return ["contact_s", "with_field_s", "pressure_MPa", "von_mises_MPa", "displacement_mm", "points"], np.array([row])
+
+
+EXACT = {"Hertz line contact: speed against error": lambda: speed_against_error(hertz_errors),
+         "pin in hole, 60 degrees: speed against error": lambda: speed_against_error(lambda cells: pin_errors(cells, np.pi / 3)),
+         "ring: scaling": scaling}
 
 
 def read_profile(path: Path) -> np.ndarray:
@@ -190,6 +183,27 @@ def _print(title: str, table: Table) -> None:
         print("  " + "  ".join(f"{value:14.5g}".rjust(max(14, len(name))) for value, name in zip(row, names)), flush=True)
 
 
+def study(cases: dict[str, Case], out: Path | None, others: dict[str, Callable[[], Table]]) -> None:
+    """Study cases (name -> fixed body, moving body, drive) and others (title -> table); print all, and write them into the folder `out`."""
+    work = {}
+    for name, case in cases.items():
+        work[f"{name}: one case at 0.2 mm"] = lambda case=case: one_case(*case)
+        work[f"{name}: boundary mesh"] = lambda case=case: boundary_convergence(*case)
+        work[f"{name}: internal grid"] = lambda case=case: internal_convergence(*case)
+    tables = {}
+    for title, measure in (work | others).items():
+        tables[title] = measure()
+        _print(title, tables[title])
+    if out:
+        from bem.figures import draw_fields, draw_tables, write_tables
+        out.mkdir(parents=True, exist_ok=True)
+        files = write_tables(out, tables) + draw_tables(out, tables)
+        for name, case in cases.items():
+            result = solve_case(*case, 0.2 * MM)
+            files.append(draw_fields(out, name, result, field_below(result, 0.2 * MM)))
+        print("\nwritten: " + ", ".join(str(file) for file in files))
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Run the studies; see the module's docstring."""
     parser = argparse.ArgumentParser(prog="python -m bem.study", description="convergence, speed against error, scaling")
@@ -199,30 +213,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--load", type=float, default=4e6, help="load for --profiles, N per m of thickness")
     options = parser.parse_args(arguments)
     if options.profiles:
-        cases = {"profiles": (*profile_case(*options.profiles), Drive.of(force=(None, -options.load)))}
+        study({"profiles": (*profile_case(*options.profiles), Drive.of(force=(None, -options.load)))}, options.out, {})
     else:
-        cases = {name: (*case(), LOAD) for name, case in CASES.items()}
-    work = {}
-    for name, case in cases.items():
-        work[f"{name}: one case at 0.2 mm"] = lambda case=case: one_case(*case)
-        work[f"{name}: boundary mesh"] = lambda case=case: boundary_convergence(*case)
-        work[f"{name}: internal grid"] = lambda case=case: internal_convergence(*case)
-    if not options.profiles:
-        work["Hertz line contact: speed against error"] = lambda: speed_against_error(_hertz_row)
-        work["pin in hole, 60 degrees: speed against error"] = lambda: speed_against_error(_pin_row)
-        work["ring: scaling"] = scaling
-    tables = {}
-    for title, study in work.items():
-        tables[title] = study()
-        _print(title, tables[title])
-    if options.out:
-        from bem.figures import draw_fields, draw_tables, write_tables
-        options.out.mkdir(parents=True, exist_ok=True)
-        files = write_tables(options.out, tables) + draw_tables(options.out, tables)
-        for name, case in cases.items():
-            result = solve_case(*case, 0.2 * MM)
-            files += draw_fields(options.out, name, result, field_below(result, 0.2 * MM))
-        print("\nwritten: " + ", ".join(str(file) for file in files))
+        study({name: (*case(), LOAD) for name, case in CASES.items()}, options.out, EXACT)
 
 
 if __name__ == "__main__":

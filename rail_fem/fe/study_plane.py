@@ -16,29 +16,21 @@ from pathlib import Path
 import numpy as np
 import typer
 
-from bem.body import Body
 from bem.cases import CASES, LOAD
 from bem.contact import Settings, solve_contact
 from bem.contact_result import ContactResult
 from bem.coulomb import Drive
 from bem.internal import field_at
-from bem.material import Elastic
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe.plane_contact import PlaneContact, solve_plane_contact
 from rail_fem.fe.plane_strain import Fineness
-from rail_fem.patch_ties import plain_rail_section, plain_rail_tie
+from rail_fem.section_study import RAIL_LOAD, wheel_on_rail
 
 MM = 1e-3
-RAIL_LOAD = 4e6        # of the wheel on the rail, per m of thickness [N/m]: the thesis' pressure of 740 MPa within 5 %
 HEAD = (
     "| case | element [mm] | FE nodes | FE [s] | BEM [s] | pressure BEM [MPa] | FE to BEM | displacement BEM [mm] | FE to BEM | von Mises BEM [MPa] | FE to BEM "
     "| profile, largest | profile, L2 |\n" + "|---" * 13 + "|"
 )
-
-
-def wheel_on_rail(rail_young: float) -> tuple[Body, Body]:
-    """P8 on BS113A 1:20, gauge 1435, back-to-back 1360: rail of a modulus [Pa] fixed, wheel of 210 GPa moving."""
-    return plain_rail_section(plain_rail_tie(rail_steel=Elastic(rail_young, 0.3)))
 
 
 PROBLEMS = {name: (case, 10e6) for name, case in CASES.items()}
