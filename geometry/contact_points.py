@@ -114,9 +114,11 @@ class ContactSearch:
             raise WheelsetError(f"{side} wheel stands over no rail at y = {state.y:g} m")
         gaps = found[1] + state.z
         near = gaps <= max(gaps.min() + max(reach, 1e-12), 0.0)
-        return self._contacts(state, side, pose, found[:, near])
+        return self.described(state, side, found[:, near])
 
-    def _contacts(self, state: Wheelset, side: str, pose: tuple, found: np.ndarray) -> Contacts:
+    def described(self, state: Wheelset, side: str, found: np.ndarray) -> Contacts:
+        """Contacts at places (3, n) that geometry.contact_kernel.nearest_places found: station, gap, slope of the wheel."""
+        pose = self.pose(state, side)
         sign, (_, wheel, rail, _, _) = SIDES[side], self.sides[side]
         x, y, z, angle, radius, gap, along, mixed, across = np.array([contact_row(s, slope, wheel, rail, pose) for s, slope in found[[0, 2]].T]).T
         position = np.column_stack([x + state.x, sign * y, z + state.z])

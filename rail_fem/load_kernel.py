@@ -1,0 +1,268 @@
+"""Force between a wheel and a prismatic rail that penetrate each other by a little, shared between all points where they do.
+
+Every minimum of the gap owns the strip of the profile up to the saddles beside it. Its force is Hertz' for a paraboloid whose cross
+section has the area, below 0.55 of the penetration (the virtual penetration of Kik and Piotrowski), of the true gap. Two strips that
+penetrate at their saddle are partly one: with m the penetration at the saddle over the lesser of both, their force is (1 - m) times the
+sum of both plus m times that of the paraboloid over both. So the force changes continuously when two points meet (m = 0), and when one of
+two points vanishes at the saddle (m = 1); Hertz point by point jumps there. Forces point along the mean normal over a strip.
+
+One parabolic strip gives Hertz exactly. Error elsewhere: tests/rail_fem/test_load_sharing.py.
+Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual penetration); the sharing is this project's own.
+"""
+
+import numpy as np
+from numba import njit
+
+from geometry.contact_kernel import NO_RAIL, cubic, gap_at, lowest, nearest_places, outline_of, roll_and_height, side_pose
+
+VIRTUAL = 0.55
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+SUMS = 6  # of a strip: depth, depth times the normal's y and z, times the curvatures A_xx and A_xt, times the normal's z squared
+ROUNDS = 60
+CLOSE = 1e-8  # relative, of the vertical force of each side
+
+
+@njit(cache=True, error_model="numpy")
+def saddle(low, high, wheel, rail, pose, tip):
+    """Station of the highest gap between two minima, by halving on the sign of the derivative."""
+    for _ in range(36):
+        middle = 0.5 * (low + high)
+        gap, tilt = gap_at(middle, wheel, rail, pose, tip)
+        if gap >= NO_RAIL:
+            return middle
+        if tilt > 0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+@njit(cache=True, error_model="numpy")
+def level_station(bottom, bound, level, wheel, rail, pose, tip):
+    """Station between a minimum and the bound of its strip where the gap reaches the level; the bound where it does not."""
+    gap, _ = gap_at(bound, wheel, rail, pose, tip)
+    if gap <= level:
+        return bound
+    inside, outside = bottom, bound
+    for _ in range(26):
+        middle = 0.5 * (inside + outside)
+        gap, _ = gap_at(middle, wheel, rail, pose, tip)
+        if gap < level:
+            inside = middle
+        else:
+            outside = middle
+    return 0.5 * (inside + outside)
+
+
+@njit(cache=True, error_model="numpy")
+def outer_bound(start, way, height, wheel, rail, pose, tip):
+    """Station beside a minimum, in direction way, where the bodies no longer penetrate, or the wheel ends."""
+    step, s = 0.25e-3, start
+    end = wheel[0, 0] if way < 0 else wheel[0, wheel.shape[1] - 1]
+    while (end - s) * way > 0:
+        s = s + way * step if (end - s) * way > step else end
+        step *= 1.3
+        if gap_at(s, wheel, rail, pose, tip)[0] + height >= 0:
+            break
+    return s
+
+
+@njit(cache=True, error_model="numpy")
+def strip_sums(low, bottom, high, level, wheel, rail, pose, tip):
+    """Integrals (SUMS,) over y of the depth below `level` on the strip low..high about a minimum."""
+    sums = np.zeros(SUMS)
+    for half in range(2):
+        edge = level_station(bottom, low if half == 0 else high, level, wheel, rail, pose, tip)
+        for k in range(len(_NODES)):
+            s = 0.5 * (bottom + edge) + 0.5 * (edge - bottom) * _NODES[k]
+            tread, slope, bend = cubic(s, wheel)
+            there, _, y, z, tangent, advance, sine, cosine = outline_of(s, tread, slope, bend, pose)
+            if not there or y < rail[0, 0] or y > rail[0, rail.shape[1] - 1]:
+                continue
+            height, rail_slope, _ = cubic(y, rail)
+            weight = _WEIGHTS[k] * 0.5 * abs(edge - bottom) * max(advance, 0.0) * max(level - (z - height), 0.0)
+            tilt = 0.5 * (tangent + rail_slope)
+            nz = 1 / np.sqrt(1 + tilt * tilt)
+            stretch = np.sqrt(1 + slope * slope)
+            along = cosine * pose[2] + sine * pose[3] * pose[1]
+            across = (cosine * pose[1] - sine * pose[3] * pose[2]) * nz + sine * pose[4] * tilt * nz
+            about, meridian = 1 / ((pose[7] - tread) * stretch), bend / stretch**3
+            sums += weight * np.array([1.0, -tilt * nz, nz, about * along**2 + meridian * across**2, (about - meridian) * along * across, nz * nz])
+    return sums
+
+
+@njit(cache=True, error_model="numpy")
+def hertz_force(depth, sums, modulus, constants, span):
+    """Force [N] of the paraboloid with a strip's area: depth [m] is the vertical penetration, sums are those below VIRTUAL of it.
+
+    constants : (k,)  K for E* = 1 and mean radius 1 over the logarithm of the radii's ratio from 0 to span
+    """
+    cosine, along, mixed = sums[2] / sums[0], max(sums[3] / sums[0], 1e-9), sums[4] / sums[0]
+    normal_depth = depth * cosine
+    root = 0.75 * sums[0] / (VIRTUAL * normal_depth) ** 1.5  # sqrt(2 R) of the parabola
+    bend = 2.0 / (root * root)
+    across = bend + mixed * mixed / along
+    middle, spread = 0.5 * (along + across), np.hypot(0.5 * (along - across), mixed)
+    product = along * bend
+    small = product / (middle + spread)
+    place = min(np.log((middle + spread) / small) / span, 1.0) * (len(constants) - 1)
+    i = min(int(place), len(constants) - 2)
+    constant = constants[i] + (place - i) * (constants[i + 1] - constants[i])
+    return modulus * constant * product**-0.25 * normal_depth**1.5
+
+
+@njit(cache=True, error_model="numpy")
+def side_forces(found, height, wheel, rail, pose, tip, modulus, constants, span):
+    """Force at each penetrating minimum of a side: (3, n) normal force, its part across, its part up, in side axes [N].
+
+    found : (3, n) minima with negative gap + height, in order
+    """
+    n = found.shape[1]
+    force = np.zeros((3, n))
+    bounds, saddles = np.empty(n + 1), np.full(n + 1, -1.0)
+    if n == 0:
+        return force
+    bounds[0] = outer_bound(found[0, 0], -1.0, height, wheel, rail, pose, tip)
+    bounds[n] = outer_bound(found[0, n - 1], 1.0, height, wheel, rail, pose, tip)
+    for k in range(1, n):
+        bounds[k] = saddle(found[0, k - 1], found[0, k], wheel, rail, pose, tip)
+        saddles[k] = -(gap_at(bounds[k], wheel, rail, pose, tip)[0] + height)
+    depth = -(found[1] + height)
+    for k in range(n):
+        sums = strip_sums(bounds[k], found[0, k], bounds[k + 1], -height - (1 - VIRTUAL) * depth[k], wheel, rail, pose, tip)
+        if sums[0] > 0:
+            total = hertz_force(depth[k], sums, modulus, constants, span)
+            force[0, k], force[1, k], force[2, k] = total, total * sums[1] / sums[0], total * sums[2] / sums[0]
+    if n > 1:
+        share = press_down(force, depth, found, wheel, pose, modulus)
+        for k in range(n):
+            force[:, k] *= share[k, k]
+        join(force, found, depth, bounds, saddles, share, height, wheel, rail, pose, tip, modulus, constants, span)
+    return force
+
+
+@njit(cache=True, error_model="numpy")
+def sunk(distance, radius):
+    """Displacement beside Hertz' circle of this radius over its approach. Source: Johnson (1985), eq. 3.42."""
+    r = distance / radius
+    if r <= 1:
+        return 1 - 0.5 * r * r
+    return ((2 - r * r) * np.arcsin(1 / r) + np.sqrt(r * r - 1)) / np.pi
+
+
+@njit(cache=True, error_model="numpy")
+def press_down(force, depth, found, wheel, pose, modulus):
+    """What each of n points keeps of its force for the others' sake, and how much each presses another down.
+
+    Returns (n, n): on the diagonal the factor on the force, in row i and column j the sinking of i by j over the depth of i.
+    """
+    n = force.shape[1]
+    place, share = np.empty((3, n)), np.zeros((n, n))
+    for k in range(n):
+        tread, _, bend = cubic(found[0, k], wheel)
+        _, _, place[0, k], place[1, k], tangent, _, _, _ = outline_of(found[0, k], tread, found[2, k], bend, pose)
+        place[2, k] = np.arctan(tangent)
+    left, new = np.ones(n), np.ones(n)  # of each depth
+    for _ in range(100):  # all at once, so that what is symmetric stays so
+        for i in range(n):
+            total = 0.0
+            for j in range(n):
+                if j != i and left[j] > 0 and force[0, j] > 0:
+                    facing = max(np.cos(place[2, i] - place[2, j]), 0.0)
+                    radius = 0.75 * force[0, j] * left[j]**0.5 / (modulus * depth[j] * np.cos(place[2, j]))
+                    distance = np.hypot(place[0, i] - place[0, j], place[1, i] - place[1, j])
+                    share[i, j] = facing * left[j] * depth[j] * sunk(distance, radius) / depth[i]
+                    total += share[i, j]
+            new[i] = 0.5 * left[i] + 0.5 * max(1 - total, 0.0)
+        moved = np.abs(new - left).max()
+        left[:] = new
+        if moved < 1e-11:
+            break
+    for i in range(n):
+        share[i, i] = left[i]**1.5
+    return share
+
+
+@njit(cache=True, error_model="numpy")
+def join(force, found, depth, bounds, saddles, share, height, wheel, rail, pose, tip, modulus, constants, span):
+    """Let strips that penetrate at their saddles act as partly one, the deepest saddle first; changes force (3, n)."""
+    n = found.shape[1]
+    first, last = np.arange(n), np.arange(n)  # of the group each strip is in
+    while True:
+        k = np.argmax(saddles)
+        if saddles[k] <= 0:
+            return
+        a, b = first[k - 1], last[k]
+        merged = saddles[k] / min(depth[a:k].max(), depth[k:b + 1].max())
+        saddles[k] = -1.0
+        deepest = depth[a:b + 1].max()
+        parts, total = np.zeros((b + 1 - a, SUMS)), np.zeros(SUMS)
+        for i in range(a, b + 1):
+            if depth[i] > (1 - VIRTUAL) * deepest:
+                parts[i - a] = strip_sums(bounds[i], found[0, i], bounds[i + 1], -height - (1 - VIRTUAL) * deepest, wheel, rail, pose, tip)
+                total += parts[i - a]
+        i = a + np.argmax(depth[a:b + 1])
+        others = share[i, :a].sum() + share[i, b + 1:].sum()
+        whole = hertz_force(deepest, total, modulus, constants, span) * max(1 - others, 0.0) ** 1.5
+        for i in range(a, b + 1):
+            for c in range(3):
+                force[c, i] = (1 - merged) * force[c, i] + merged * whole * parts[i - a, c] / total[0]
+            first[i], last[i] = a, b
+
+
+@njit(cache=True, error_model="numpy")
+def loaded_side(stations, wheel, rail, tip, pose, height, modulus, constants, span):
+    """Penetrating minima (3, n) and forces (3, n) of a side."""
+    found = nearest_places(stations, wheel, rail, pose, tip, -height)
+    keep = 0
+    for k in range(found.shape[1]):
+        if found[1, k] + height < 0:
+            found[:, keep] = found[:, k]
+            keep += 1
+    found = found[:, :keep].copy()
+    return found, side_forces(found, height, wheel, rail, pose, tip, modulus, constants, span)
+
+
+@njit(cache=True, error_model="numpy")
+def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus, constants, span):
+    """Roll and pivot height at which both sides carry their vertical loads (2,) [N]; sides as in roll_and_height.
+
+    Returns roll, height, worst relative imbalance (NO_RAIL: no rail), rounds. Each side is driven by its own lowering, along the
+    secant of force^(2/3), which is straight for one Hertz contact.
+    """
+    roll, height, miss = roll_and_height(left, right, lateral, yaw, 0.0, lever, arm)
+    if miss >= NO_RAIL:
+        return roll, height, NO_RAIL, 0
+    arms, down, slope = np.empty(2), np.empty(2), np.empty(2)
+    for i in range(2):
+        stations, wheel, rail, tip, radius = left if i == 0 else right
+        _, arms[i] = lowest(stations, wheel, rail, side_pose(1.0 - 2 * i, lateral, yaw, roll, lever, arm, radius), tip)
+        down[i] = (loads[i] / (0.7 * modulus)) ** (2 / 3)
+        slope[i] = (0.7 * modulus) ** (2 / 3)
+    base = max(arms[0] + arms[1], 0.1)
+    before, carried = down.copy(), np.zeros(2)
+    worst = NO_RAIL
+    for count in range(ROUNDS):
+        turn = (down[1] - down[0]) / base
+        at_roll, at_height = roll + turn, height - down[0] - arms[0] * turn
+        worst = 0.0
+        for i in range(2):
+            stations, wheel, rail, tip, radius = left if i == 0 else right
+            pose = side_pose(1.0 - 2 * i, lateral, yaw, at_roll, lever, arm, radius)
+            _, force = loaded_side(stations, wheel, rail, tip, pose, at_height, modulus, constants, span)
+            total = force[2].sum()
+            if loads[i] > 0:
+                worst = max(worst, abs(total / loads[i] - 1))
+            root, target = max(total, 0.0) ** (2 / 3), loads[i] ** (2 / 3)
+            if count > 0 and abs(down[i] - before[i]) > 1e-14 * max(down[i], 1e-9):
+                secant = (root - carried[i]) / (down[i] - before[i])
+                if secant > 0.05 * slope[i] and secant < 20 * slope[i]:
+                    slope[i] = secant
+            elif root > 0 and down[i] > 0:
+                slope[i] = root / down[i]
+            before[i], carried[i] = down[i], root
+            down[i] = before[i] + (target - root) / slope[i] if loads[i] > 0 else 0.0
+            down[i] = min(max(down[i], 0.2 * before[i]), 5 * before[i] + 1e-9)
+        if worst < CLOSE:
+            return at_roll, at_height, worst, count + 1
+    return at_roll, at_height, worst, ROUNDS

@@ -1,0 +1,106 @@
+"""A wheelset that stands under its loads: where it rests, all points that carry and what each carries. Axes: geometry.wheelset."""
+
+import functools
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from geometry.contact_kernel import NO_RAIL
+from geometry.contact_points import Contacts, ContactSearch
+from geometry.wheelset import SIDES, Wheelset, WheelsetError, check_range
+from rail_fem.contact_table import hertz_constants, patch_sizes
+from rail_fem.load_kernel import CLOSE, loaded_side, settle_loaded
+
+STEEL_MODULUS = 210e9 / (2 * (1 - 0.3**2))  # E* of steel on steel [Pa]
+SPAN = np.log(1e5)
+DEEPEST = 1e-3  # penetration beyond which no elastic contact is meant [m]
+LARGEST_LATERAL = 15e-3
+
+
+@dataclass(frozen=True)
+class LoadedSide:
+    """Points of one side that carry: contacts; normal_force (n,) [N]; force (n, 3) on the wheel in track axes [N];
+    patch (n, 2) semi-axes along and across of Hertz' ellipse with the curvatures at the point [m]."""
+
+    contacts: Contacts
+    normal_force: np.ndarray
+    force: np.ndarray
+    patch: np.ndarray
+
+
+@dataclass(frozen=True)
+class LoadedWheelset:
+    """state : where it rests;  left, right : what carries;  imbalance : of the vertical loads, relative."""
+
+    state: Wheelset
+    left: LoadedSide
+    right: LoadedSide
+    imbalance: float
+
+    @property
+    def lateral_force(self) -> float:
+        """Sum of the normal contacts' forces across the track, + to the left [N]."""
+        return float(self.left.force[:, 1].sum() + self.right.force[:, 1].sum())
+
+
+@functools.lru_cache(maxsize=1)
+def unit_constants(count: int = 2001) -> np.ndarray:
+    """(count,)  Hertz' K for E* = 1 and mean radius 1 over the logarithm of the radii's ratio, 0 to SPAN."""
+    ratio = np.linspace(0, SPAN, count)
+    return hertz_constants(np.column_stack([np.exp(ratio / 2), np.exp(-ratio / 2)]), 1.0)
+
+
+def rest(search: ContactSearch, loads: tuple[float, float], lateral: float = 0.0, yaw: float = 0.0, held_at: str = "rail",
+         modulus: float = STEEL_MODULUS) -> LoadedWheelset:
+    """Where the wheelset rests, with its middle held at `lateral` [m], when each side carries its vertical load (left, right) [N].
+
+    held_at : as in ContactSearch.settle;  modulus : E* of wheel and rail [Pa]
+    A load of 0 lets that wheel just touch. Forces are normal ones; friction carries nothing.
+    Error: vertical loads are met to 1e-8; against Hertz where one point carries see tests/rail_fem/test_load_sharing.py.
+    Raises WheelsetError for loads that are negative, not finite or so large that bodies would penetrate by more than 1 mm.
+    """
+    _check(loads, lateral, yaw, held_at, modulus)
+    lever = search.wheelset.radius if held_at == "rail" else 0.0
+    roll, height, worst, rounds = settle_loaded(*search.sides.values(), lateral, yaw, lever, search.wheelset.datum_arm, np.array(loads, float), modulus,
+                                                unit_constants(), SPAN)
+    if worst >= NO_RAIL:
+        raise WheelsetError(f"lateral {lateral:g} m, yaw {yaw:g} rad: a wheel stands over no rail; check gauge and back_to_back")
+    if not worst <= 100 * CLOSE:
+        raise WheelsetError(f"loads {loads[0]:g} and {loads[1]:g} N at lateral {lateral:g} m: no equilibrium after {rounds} rounds, {worst:.2g} of a load is left; "
+                            'check the loads, or hold the wheelset at the level of the rail (held_at="rail")')
+    x, y = search.wheelset.x + lever * np.sin(roll) * np.sin(yaw), lateral - lever * np.sin(roll) * np.cos(yaw)
+    state = replace(search.wheelset, x=x, y=y, z=height + lever * np.cos(roll), yaw=yaw, roll=roll)
+    left, right = (_side(search, state, side, modulus) for side in SIDES)
+    return LoadedWheelset(state, left, right, float(worst))
+
+
+def rest_under(search: ContactSearch, loads: tuple[float, float], lateral_load: float = 0.0, yaw: float = 0.0, modulus: float = STEEL_MODULUS) -> LoadedWheelset:
+    """Where the wheelset rests when it is free to shift and a lateral load [N], + to the left, acts on it: 1e-6 of the vertical loads.
+
+    Without friction, so that the inclined contacts alone hold it. Raises WheelsetError where they cannot hold the load within 15 mm.
+    """
+    total = sum(loads)
+    check_range("rest_under", (("lateral_load", lateral_load, -10 * total, 10 * total),))
+    left_over = lambda y: (rest(search, loads, y, yaw, modulus=modulus).lateral_force + lateral_load) / total
+    low, high = -LARGEST_LATERAL, LARGEST_LATERAL
+    if not left_over(low) > 0 > left_over(high):
+        raise WheelsetError(f"lateral load {lateral_load:g} N is not held within +-{LARGEST_LATERAL:g} m: it climbs the rail; lessen it")
+    return rest(search, loads, brentq(left_over, low, high, xtol=1e-14, rtol=1e-13), yaw, modulus=modulus)
+
+
+def _side(search: ContactSearch, state: Wheelset, side: str, modulus: float) -> LoadedSide:
+    pose, (stations, wheel, rail, tip, _), sign = search.pose(state, side), search.sides[side], SIDES[side]
+    found, force = loaded_side(stations, wheel, rail, tip, pose, state.z, modulus, unit_constants(), SPAN)
+    contacts = search.described(state, side, found)
+    across = np.column_stack([0 * force[0], sign * force[1], force[2]])
+    radii = 1 / np.maximum(contacts.tensor[:, [0, 2]], 1e-4)
+    return LoadedSide(contacts, force[0], across, patch_sizes(force[0], radii, modulus))
+
+
+def _check(loads: tuple[float, float], lateral: float, yaw: float, held_at: str, modulus: float) -> None:
+    if held_at not in ("rail", "axle"):
+        raise WheelsetError(f'rest: held_at = {held_at!r} is neither "rail" nor "axle"')
+    most = 0.7 * modulus * 0.3**0.5 * DEEPEST**1.5  # a point contact of 0.3 m radius that penetrates by DEEPEST
+    limits = [(f"load {side} [N]", load, 0.0, most) for side, load in zip(SIDES, loads)]
+    check_range("rest", (*limits, ("modulus", modulus, 1e6, 1e13), ("lateral", lateral, -0.5, 0.5), ("yaw", yaw, -0.1, 0.1)))
