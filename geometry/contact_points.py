@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from geometry.contact_kernel import NO_RAIL, contact_row, cubic, nearest_places, roll_and_height, side_pose
+from geometry.flange_back import within_stops
 from geometry.wheelset import FLANGE_BACK, SIDES, Track, Wheelset, WheelsetError, check_range, wheel_table
 
 RESOLUTION = 0.5e-3
@@ -90,12 +91,22 @@ class ContactSearch:
         """The wheelset set down so that both wheels just touch.
 
         lateral : of its middle [m], + to the left, held at the level of the wheel's tread ("rail") or of the axle ("axle"): the
-        wheelset rolls about that point. A wheel that climbs on its flange rolls, and its axle then moves by roll times radius.
-        Raises WheelsetError where a wheel stands over no rail, or the roll is not found.
+        wheelset rolls about that point. A wheel that climbs on its flange rolls, and its axle then moves by roll times radius. Where the
+        track has check rails the shift ends where a flange back meets one.
+        Raises WheelsetError where a wheel stands over no rail, or the roll is not found, or the flange backs do not fit.
         """
+        self.check_place(lateral, yaw, held_at)
+        return self.touching(within_stops(self, lateral, yaw, held_at), yaw, held_at, roll)
+
+    @staticmethod
+    def check_place(lateral: float, yaw: float, held_at: str) -> None:
+        """Raise WheelsetError for a place that no wheelset on a track has."""
         if held_at not in ("rail", "axle"):
-            raise WheelsetError(f'settle: held_at = {held_at!r} is neither "rail" nor "axle"')
-        check_range("settle", (("lateral", lateral, -0.5, 0.5), ("yaw", yaw, -0.1, 0.1), ("roll", roll, -0.2, 0.2)))
+            raise WheelsetError(f'held_at = {held_at!r} is neither "rail" nor "axle"')
+        check_range("wheelset", (("lateral", lateral, -0.5, 0.5), ("yaw", yaw, -0.1, 0.1)))
+
+    def touching(self, lateral: float, yaw: float, held_at: str, roll: float = 0.0) -> Wheelset:
+        """As `settle`, blind to check rails."""
         lever = self.wheelset.radius if held_at == "rail" else 0.0
         roll, height, left = roll_and_height(*self.sides.values(), lateral, yaw, roll, lever, self.wheelset.datum_arm)
         if left >= NO_RAIL:

@@ -82,6 +82,17 @@ class RailPlace:
         check_range("rail", (("lateral", self.lateral, -0.1, 0.1), ("vertical", self.vertical, -0.1, 0.1), ("roll", self.roll, -0.2, 0.2)))
 
 
+@dataclass(frozen=True)
+class CheckRail:
+    """A check rail or wing beside a rail: flangeway from the gauge face to its face, top above the rail's crown [m]."""
+
+    flangeway: float = 0.041
+    top: float = 0.0
+
+    def __post_init__(self):
+        check_range("check rail", (("flangeway", self.flangeway, 0.02, 0.2), ("top", self.top, -0.02, 0.1)))
+
+
 @dataclass(frozen=True, eq=False)
 class Track:
     """Two rails; lengths in m.
@@ -90,6 +101,7 @@ class Track:
     gauge : distance of the gauge points, which lie on the gauge faces gauge_point below the crowns
     cant : slope of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane
     left_place, right_place : the 3 degrees of freedom of each rail
+    left_check, right_check : check rails; a flange back stops there (geometry.flange_back)
     """
 
     left: Profile
@@ -99,6 +111,8 @@ class Track:
     cant: float = 0.0
     left_place: RailPlace = field(default_factory=RailPlace)
     right_place: RailPlace = field(default_factory=RailPlace)
+    left_check: CheckRail | None = None
+    right_check: CheckRail | None = None
 
     def __post_init__(self):
         check_range("track", (("gauge", self.gauge, 0.5, 2.0), ("gauge_point", self.gauge_point, 0.005, 0.03), ("cant", self.cant, -0.2, 0.2)))
@@ -111,6 +125,10 @@ class Track:
     def profile(self, side: str) -> Profile:
         """The rail profile of "left" or "right"."""
         return self.right if side == "right" and self.right is not None else self.left
+
+    def check_rail(self, side: str) -> CheckRail | None:
+        """The check rail of "left" or "right", if there is one."""
+        return self.left_check if side == "left" else self.right_check
 
     def gauge_offset(self, side: str) -> float:
         """y [m] in side axes of the rail's own origin: what puts its gauge point half a gauge from the middle."""
