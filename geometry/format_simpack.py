@@ -13,10 +13,10 @@ ASKED = ("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z", "inversion", "u
 
 
 def read_simpack(path: Path) -> RawProfile:
-    """Points of a .prr or .prw with its shift, rotation, bounds, mirrors, order and unit applied as it declares them.
+    """Points of a .prr or .prw with its shift, rotation, mirrors, order and unit applied as it declares them.
 
-    Simpack's vertical axis points down. Approximation and smoothing that the file asks for are not done: its points are
-    taken as they are, and a note says so. Raises ProfileError with file and line where it is malformed.
+    Simpack's vertical axis points down. Bounds, approximation and smoothing that the file asks for are not done: its points
+    are taken as they are; for smoothing a note says so. Raises ProfileError with file and line where it is malformed.
     """
     lines, notes = read_text(path)
     keys, rows, inside, ended = {}, [], False, False

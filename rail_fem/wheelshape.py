@@ -1,6 +1,6 @@
 """The wheel's profile that a scene names: one of geometry's by name, or a measured one from a file.
 
-A profile file is plain text, one point a line, y and z in mm separated by comma, semicolon or blanks, from the flange back to the
+Files in the formats of the field (.prw .whl .ban .mpt) go through the profile doctor. Any other profile file is plain text, one point a line, y and z in mm separated by comma, semicolon or blanks, from the flange back to the
 field side; axes of geometry.axes (y = 0, z = 0 at the tread datum, flange downwards). Lines that begin with # are comments, and one
 heading line may come first.
 """
@@ -9,9 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from geometry.formats import read_raw
+from geometry.profile_doctor import examine
 from geometry.profiles import Profile, ProfileError
 from geometry.wheel import WHEEL_NAMES, wheel_profile
 
+FORMATS = (".prw", ".whl", ".ban", ".mpt")
 FEWEST_POINTS = 20
 WIDTHS = (0.09, 0.20)        # between the outermost points of a wheel [m]
 FLANGE_HEIGHTS = (0.02, 0.045)
@@ -27,6 +30,10 @@ def wheel_shape(profile: str, far_tread_slope: float = 0.067) -> Profile:
 
 def read_wheel_file(path: Path) -> Profile:
     """Read and check a profile file. Errors: ProfileError that says where and what is wrong, OSError."""
+    if Path(path).suffix.lower() in FORMATS:
+        profile = examine(read_raw(Path(path), "wheel")).profile.graph_part()
+        _check(path, profile.points)
+        return profile
     try:
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:

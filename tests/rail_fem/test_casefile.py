@@ -3,6 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geometry.format_simpack import write_simpack
 from geometry.wheel import wheel_profile
 from rail_fem.casefile import CaseError, load_case
 
@@ -120,6 +121,14 @@ def test_absent_profile_file_is_a_fault_and_is_looked_for_beside_the_case(tmp_pa
     write_profile(tmp_path / "measured.csv")
     wheel = load_case(tmp_path / "case.toml").scene.wheel
     np.testing.assert_allclose(wheel.shape.points, wheel_profile("P8").points[::5], atol=1e-12)
+
+
+def test_a_simpack_wheel_is_read_through_the_profile_doctor(tmp_path):
+    write_simpack(tmp_path / "wheel.prw", wheel_profile("P8").points[::5], "wheel")
+    (tmp_path / "case.toml").write_text(GOOD.replace('"P8-worn"', '"wheel.prw"'), encoding="utf-8")
+    shape, new = load_case(tmp_path / "case.toml").scene.wheel.shape, wheel_profile("P8")
+    y = np.linspace(-0.04, 0.05, 91)
+    np.testing.assert_allclose(shape.height(y), new.height(y), atol=42e-6)  # points 5 mm apart round the kink of 0.067 by 5 mm * 0.067 / 8
 
 
 @pytest.mark.parametrize("change, said", [
