@@ -13,20 +13,23 @@ import numpy as np
 
 from geometry.mesh import HexMesh
 from geometry.path import WheelPath, rolling_radius
+from rail_fem.contact_table import contact_table
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
+from rail_fem.groove import grooves
 from rail_fem.rigid import rigid_path
 from rail_fem.scene import GRAVITY, Scene
 from rail_fem.settings import FeSettings
 
-SETTLING_MASS = 20.0  # lumped mass on the wheel while it settles [kg]: little inertia, so it finds rest within a millisecond
-CONTACT_STIFFNESS = 1.2e9  # of a wheel on a rail, for the settling damper only [N/m]
+SETTLING_MASS = 10.0  # lumped mass on the wheel while it settles [kg]: little inertia, so it finds rest within a millisecond
+MESH_MASS = 10.0  # about that of the wheel's mesh, which settles with it [kg]
 MARGIN, SEARCH_EVERY = 0.15e-3, 100  # gap below which nodes are watched [m], and for how many steps: in 100 of 0.15 us a wheel at 40 m/s
 # moves 0.6 mm, and surfaces a tenth apart in slope close by 0.06 mm
+NEXT_PLACE = 2.5e-3  # where the contact at the start is looked at once more [m]
 ELASTIC_COST = 0.75  # an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.fe.bench)
 
 
@@ -150,9 +153,23 @@ def build_supports(scene: Scene, settings: FeSettings, running: Running, base_no
     settling = None
     if settings.settle_time > 0:
         rate = running.speed * float(running.slope(running.start))
-        settling = Link("settling", axle, None, 0.0, 2 * np.sqrt(CONTACT_STIFFNESS * SETTLING_MASS), rate=rate)
+        settling = Link("settling", axle, None, 0.0, 2 * np.sqrt(contact_stiffness(scene, running) * (SETTLING_MASS + MESH_MASS)), rate=rate)
         links.append(settling)
     return crossing, axle, sprung, Supports(groups, links), settling
+
+
+def contact_stiffness(scene: Scene, running: Running) -> float:
+    """Of the wheel on the body below it at the start, under the static load [N/m]: Hertz' contact in series with the groove that it presses.
+
+    For the settling damper, which this makes critical: a narrow nose that yields is four times softer than the wing.
+    """
+    load, materials = scene.static_wheel_load, scene.materials
+    table = contact_table(scene, running.start, running.start + running.sign * NEXT_PLACE, NEXT_PLACE)
+    here = table.nearest(np.array([running.start]))[0]
+    body = int(np.argmax(table.height[:, here]))
+    limit, give = (values[body, here] for values in grooves(table, (materials.wing.steel(), materials.nose.steel()), load))
+    elastic = 1.5 * load ** (1 / 3) * table.stiffness[body, here] ** (2 / 3)
+    return float(1 / (1 / elastic + (give if load > limit else 0.0)))
 
 
 def _set_lumped_masses(scene: Scene, settings: FeSettings, crossing: RigidGroup, axle: RigidGroup, settled: bool) -> None:
