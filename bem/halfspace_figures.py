@@ -114,3 +114,26 @@ def speed_error_figure(rows: list[dict], path: str | None = None):
     panel.grid(alpha=0.3, which="both")
     panel.legend(fontsize=8)
     return _save(figure, path)
+
+
+def conformal_figure(rows: list[dict], path: str | None = None):
+    """A pin in its hole: error of the pressure in the middle against the half-angle, and the pressure across the widest contact.
+
+    rows : of bem.study3d.conformal_rows
+    """
+    figure, axes = _canvas(2, width=5.5)
+    errors, profile = axes[0]
+    degrees = [row["degrees"] for row in rows]
+    for name, style in (("slices", "o-"), ("half-space", "s--")):
+        errors.plot(degrees, [100 * row[f"{name} error"] for row in rows], style, label="2.5D, coupled slices" if name == "slices" else name)
+    errors.axhline(0, color="black", linewidth=0.8)
+    errors.set(xlabel="half-angle of contact [degrees]", ylabel="error of the pressure in the middle [%]", title="pin in its hole: Persson's solution as judge")
+    widest = rows[-1]
+    for name, style in (("Persson", "k-"), ("slices", "o"), ("half-space", "--")):
+        profile.plot(np.degrees(widest["angle"]), widest[f"{name} profile"], style, markersize=3.5, markerfacecolor="none", label=name)
+    profile.set(xlabel="place on the face [degrees]", ylabel="pressure x radius / line load", title=f"pressure across the contact, half-angle {widest['degrees']:g} degrees",
+                ylim=(0, None))
+    for panel in (errors, profile):
+        panel.grid(alpha=0.3)
+        panel.legend(fontsize=8)
+    return _save(figure, path)
