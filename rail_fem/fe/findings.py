@@ -39,7 +39,7 @@ def trust_facts(run: Run, history: dict[str, np.ndarray], energies: dict[str, fl
         "step_ratio": run.dt / run.limit,
         "element_limit": run.comm.bcast(quality.worst_step if quality else None, root=0),
         "rechecks": run.rechecks,
-        "chatter": trust.chatter_share(history, run.scene.speed, run.settings.element_size, settled),
+        "chatter": trust.chatter(history, run.scene.speed, run.settings.element_size, settled),
         "penalty_factor": run.settings.penalty,
         "outside": 1.0 - run.comm.allreduce(dynamics.kernel_time) / run.comm.size / max(run.timed, 1e-9),
     }

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rail_fem.fe.findings import PATCH_REACH, static_error, transfer_place
-from rail_fem.fe.trust import chatter_share, mesh_noise
+from rail_fem.fe.trust import BAD, GOOD, WARN, _chatter_row, chatter, mesh_noise
 
 X = np.linspace(0.2, 0.4, 401)
 SPEED, SIZE = 20.0, 2e-3
@@ -76,13 +76,22 @@ def test_smooth_peak_is_hardly_mesh_noise_and_falls_with_the_square_of_the_size(
 
 def test_noise_and_chatter_that_the_rows_cannot_show_are_nan():
     coarse = {"time": TIME[::20], "force": np.ones(len(TIME[::20]))}
-    for judge in (mesh_noise, chatter_share):
-        assert np.isnan(judge(coarse, SPEED, SIZE, 0.0))
-        assert np.isnan(judge({"time": TIME, "force": np.ones(len(TIME))}, SPEED, SIZE, 1.0))
-        assert np.isnan(judge({"time": np.empty(0)} | {"force": np.empty(0)}, SPEED, SIZE, 0.0))
+    for judge in (mesh_noise, chatter):
+        assert np.isnan(judge(coarse, SPEED, SIZE, 0.0)).all()
+        assert np.isnan(judge({"time": TIME, "force": np.ones(len(TIME))}, SPEED, SIZE, 1.0)).all()
+        assert np.isnan(judge({"time": np.empty(0), "force": np.empty(0)}, SPEED, SIZE, 0.0)).all()
 
 
-@pytest.mark.parametrize("times, expected", [(0.25, 0.0), (2.0, 1.0)])
-def test_chatter_is_the_variance_above_half_the_mesh_frequency(times, expected):
+@pytest.mark.parametrize("times, share, high", [(0.25, 0.0, 0.0), (2.0, 1.0, 0.01 / np.sqrt(2))])
+def test_chatter_is_what_happens_above_half_the_mesh_frequency(times, share, high):
+    """A wave of 1 % of the mean: all of the variance and 1 % / sqrt(2) of the mean when above, nothing when below."""
     force = 1e5 + 1e3 * np.cos(2 * np.pi * times * TIME / PASSES)
-    assert chatter_share({"time": TIME, "force": force}, SPEED, SIZE, 0.0) == pytest.approx(expected, abs=1e-3)
+    assert chatter({"time": TIME, "force": force}, SPEED, SIZE, 0.0) == pytest.approx((share, high), abs=1e-3, rel=0.01)
+
+
+@pytest.mark.parametrize("share, force, verdict", [(0.6, 0.005, GOOD), (0.005, 0.2, GOOD), (0.05, 0.03, WARN), (0.6, 0.2, BAD), (np.nan, np.nan, GOOD)])
+def test_chatter_counts_when_it_matters_against_the_force_and_its_changes(share, force, verdict):
+    """Steady running has no variance but the mesh's: a share of 60 % of next to nothing is no fault."""
+    row = _chatter_row(share, force, 1.0)
+    assert row.verdict == verdict
+    assert ("try penalty = 0.33" in row.shown) == (verdict != GOOD)
