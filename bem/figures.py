@@ -146,14 +146,15 @@ def draw_fields(folder: Path, name: str, result: ContactResult, field: Field) ->
     top.grid(alpha=0.3)
     _draw_meshes(mesh, result, width)
     y, z = np.moveaxis(field.points, -1, 0) / MM
-    for axis, values, label in ((stress, field.von_mises / 1e6, "von Mises stress [MPa]"), (moved, field.displacement[..., 1] / MM, "displacement along z [mm]")):
+    down = field.displacement[..., 1] / MM
+    for axis, values, label in ((stress, field.von_mises / 1e6, "von Mises stress [MPa]"), (moved, down, "displacement along z [mm]")):
         drawn = axis.contourf(y, z, values, 24, cmap="turbo")
         figure.colorbar(drawn, ax=axis, label=label)
         axis.set(xlabel="y [mm]", ylabel="z [mm]", aspect="equal")
     place = np.unravel_index(np.nanargmax(field.von_mises), field.von_mises.shape)
     stress.plot(y[place], z[place], "w+", markersize=12)
     stress.set_title(f"fixed body: von Mises stress, largest {np.nanmax(field.von_mises) / 1e6:.0f} MPa (+)")
-    moved.set_title(f"fixed body: displacement along z, lowest {np.nanmin(field.displacement[..., 1]) / MM:.4f} mm")
+    moved.set_title(f"fixed body: displacement along z, lowest {np.nanmin(down):.4f} mm")
     figure.suptitle(name)
     return _save(figure, _file(folder, f"{name} fields", ".png"))
 

@@ -17,6 +17,7 @@ from bem.input_checks import plane_points, refuse_unless_positive
 from bem.kelvin import displacement_sums, resultant_integrals, stress_sums
 from bem.mesh import BoundaryMesh
 from bem.outline import Outline
+from bem.subsurface import von_mises_plane
 
 _NEAR = 0.5      # nearer than this (in element lengths) the stress is interpolated down to the boundary
 _VERTEX = 0.1    # next to a vertex the sum is bridged over this part of both elements
@@ -182,9 +183,7 @@ class Field:
 
 def von_mises(stress: np.ndarray, poisson: float) -> np.ndarray:
     """Von Mises stress (...) [Pa] in plane strain of stress (..., 3) xx, yy, xy."""
-    xx, yy, xy = np.moveaxis(stress, -1, 0)
-    out = poisson * (xx + yy)
-    return np.sqrt(((xx - yy) ** 2 + (yy - out) ** 2 + (out - xx) ** 2) / 2 + 3 * xy**2)
+    return von_mises_plane(*np.moveaxis(stress, -1, 0), poisson)
 
 
 def field_at(solution: BoundarySolution, points: np.ndarray) -> Field:

@@ -15,8 +15,9 @@ from pathlib import Path
 
 import numpy as np
 import typer
+from scipy.integrate import trapezoid
 
-from bem.cases import CASES, LOAD
+from bem.cases import CASES
 from bem.contact import Settings, solve_contact
 from bem.contact_result import ContactResult
 from bem.coulomb import Drive
@@ -101,7 +102,7 @@ def _differences(boundary: ContactResult, x, pressure, finite: PlaneContact, siz
     edges = np.array([end[0] for patch in boundary.patches() for end in (patch.begin, patch.end)])
     inner = np.abs(finite.x[:, None] - edges).min(axis=1) > 2 * size
     miss = finite.pressure - there
-    return np.abs(miss[inner]).max() / pressure.max(), np.sqrt(np.trapz(miss**2, finite.x) / np.trapz(there**2, finite.x))
+    return np.abs(miss[inner]).max() / pressure.max(), np.sqrt(trapezoid(miss**2, finite.x) / trapezoid(there**2, finite.x))
 
 
 def table(rows: list[Comparison]) -> str:

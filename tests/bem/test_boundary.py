@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from bem.boundary import (FIXED, BoundaryProblem, BoundarySolution, Condition, EquilibriumError, TooLargeError, cell_resultants,
-                          memory_need, resultant_matrix, solve_boundary)
+from bem.boundary import (FIXED, BoundaryProblem, Condition, EquilibriumError, TooLargeError, memory_need,
+                          resultant_matrix, solve_boundary)
 from bem.curve import arc
 from bem.exact_problems import flamant_error, kirsch_error, polar, ring, ring_errors
 from bem.internal import displacement_at, field_at, stress_at

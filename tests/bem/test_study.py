@@ -3,13 +3,15 @@ import numpy as np
 import pytest
 
 from bem.body import Body
+from bem.cases import CASES
+from bem.cases import LOAD as BLOCK_LOAD
 from bem.contact import Settings, solve_contact
 from bem.coulomb import Drive
 from bem.internal import field_at, grid_below
 from bem.material import STEEL, Elastic
 from bem.outline import block_behind
 from bem.exact_problems import pin_errors
-from bem.study import main, read_profile, scaling, speed_against_error
+from bem.study import main, one_case, read_profile, scaling, speed_against_error
 from geometry.axes import tread_datum_y
 from geometry.rail import rail_head
 from geometry.wheel import wheel_profile
@@ -76,6 +78,14 @@ def test_error_falls_where_time_is_spent(monkeypatch):
     _, rows = speed_against_error(lambda cells: pin_errors(cells, np.pi / 3))
     # an edge misplaced by an element h changes the profile p0 sqrt(2 d / a) over h, in L2 by at most h / a of the whole
     assert np.all(rows[:, 1] < 100 / rows[:, 0]) and rows[-1, 1] < rows[0, 1] / 2
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("case", CASES.values(), ids=list(CASES))
+def test_one_case_with_its_field_takes_less_than_half_a_second(case):
+    """Zone, meshes, contact and field at the thesis' 0.2 mm, processor time, least of five; the thesis took 404 to 640 s."""
+    names, row = one_case(*case(), BLOCK_LOAD)
+    assert row[0, names.index("with_field_s")] < 0.5
 
 
 def test_profiles_that_are_none_are_refused(tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from bem.body import Body
 from bem.cases import non_conformal
@@ -54,29 +55,48 @@ def test_the_judge_converges_to_hertz_with_second_order_or_faster():
     assert stress[-1] < 0.0026 + 0.001
     found = rows[-1][0]
     assert found.pressure.min() >= 0
-    assert np.trapz(found.pressure, found.x) == pytest.approx(EXACT.force, rel=1e-6)
+    assert trapezoid(found.pressure, found.x) == pytest.approx(EXACT.force, rel=1e-6)
+
+
+ASKED = 0.02  # of the largest pressure, displacement and von Mises stress
+
+
+def edge_bounds(row) -> tuple[float, float]:
+    """What profiles may differ by since each method's edge of the patch is known to a quarter of its element h, so h / 2 = e together.
+
+    At a distance d from the edge p = p0 sqrt(2 d / a), with a the least distance from an edge to the patch's peak. Shifted by e, that
+    differs at d = 2 h by p0 sqrt(h / a) / 4, and in L2 over the norm of the half ellipse, both edges together, by
+    e / a sqrt(3 / 4 (ln(a / e) + 2.9)): the integral of (sqrt(d + e) - sqrt(d))^2 is e^2 / 4 (ln(4 a / e) + 3 / 2).
+    """
+    result, reach = row.boundary, []
+    for patch in result.patches():
+        peak = result.interface.points[patch.nodes[np.argmax(result.last.pressure[patch.nodes])]]
+        reach += [np.hypot(*(end - peak)) for end in (patch.begin, patch.end)]
+    a, shift = min(reach), row.size / 2
+    return np.sqrt(row.size / a) / 4, shift / a * np.sqrt(0.75 * (np.log(a / shift) + 2.9))
+
+
+def agree(row):
+    """Within what is asked for, and profiles within the bounds of their edges."""
+    largest, l2 = edge_bounds(row)
+    for pair in (row.pressure, row.displacement, row.von_mises):
+        assert abs(row.difference(pair)) < ASKED
+    assert row.largest < largest and row.l2 < l2
 
 
 @pytest.mark.parametrize("case", PROBLEMS)
 def test_boundary_and_finite_elements_agree_in_every_case(case):
-    """At 0.2 mm. Each method's own error in the largest pressure is below 0.5 % there, in displacement and von Mises below 0.2 %
-    (tests/bem/test_contact_hard.py, test_study.py; the test above at 10 elements over a half contact): the bands are twice that.
-    Over the whole profile each has the first-order error of the patch's edge, of 2 to 3 % at 7 to 40 elements over a half contact."""
-    row = compare(case, 0.2e-3)
-    assert abs(row.difference(row.pressure)) < 0.01
-    assert abs(row.difference(row.displacement)) < 0.004
-    assert abs(row.difference(row.von_mises)) < 0.004
-    assert row.l2 < 0.06
+    """At the thesis' 0.2 mm; what each method does to an exact solution is held far more tightly elsewhere (Hertz: 0.1 %)."""
+    agree(compare(case, 0.2e-3))
 
 
 @pytest.mark.validate
 @pytest.mark.parametrize("case", PROBLEMS)
 def test_profiles_agree_within_two_percent(case):
-    """At 0.05 mm: the whole profile, largest pressure, displacement and von Mises, all within the 2 % asked for. Two elements h from an
-    edge, an edge that lies h / 2 elsewhere changes p0 sqrt(2 d / a) by p0 sqrt(h / a) / 4, 4.5 % for the steepest side (a 1.5 mm)."""
+    """At 0.05 mm the whole profile, too, is within what is asked for of its largest value."""
     row = compare(case, 0.05e-3)
-    assert max(abs(row.difference(pair)) for pair in (row.pressure, row.displacement, row.von_mises)) < 0.003
-    assert row.largest < 0.045 and row.l2 < 0.02
+    agree(row)
+    assert row.l2 < ASKED
 
 
 def test_softer_rail_changes_both_methods_alike():
