@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
-from bem.input_checks import refuse_unless_finite
+from bem.input_checks import point_text, refuse_unless_finite
 from bem.kelvin import displacement_integrals, resultant_integrals
 from bem.material import Elastic, MaterialError
 from bem.mesh import BoundaryMesh
@@ -215,7 +215,7 @@ class BoundaryProblem:
         if np.abs(left).max() > _BALANCE * whole:
             force_x, force_y, moment = self.free @ left
             raise EquilibriumError(f"nothing holds the body against its loads: force ({force_x:.4g}, {force_y:.4g}) N/m, moment "
-                                   f"{moment * self.size:.4g} N about {tuple(np.round(self.center, 6))} m; hold an edge or balance "
+                                   f"{moment * self.size:.4g} N about {point_text(self.center)} m; hold an edge or balance "
                                    "the loads")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from bem.body import CondensedBody
 from bem.boundary import BoundarySolution
 from bem.coulomb import STICK, ContactState, ContactSystem, Drive
+from bem.input_checks import point_text
 from bem.pairing import Interface
 from bem.zone import runs
 
@@ -125,7 +126,7 @@ def trust_warnings(result: ContactResult) -> list[str]:
         notes.append(f"the bodies do not touch: smallest gap {last.gap.min():.4g} m")
     for patch in result.patches():
         if len(patch.nodes) < 6:
-            notes.append(f"the patch at {tuple(np.round(patch.begin, 6))} m has {len(patch.nodes)} nodes: below 6 its pressure is rough; "
+            notes.append(f"the patch at {point_text(patch.begin)} m has {len(patch.nodes)} nodes: below 6 its pressure is rough; "
                          "ask for a smaller size")
     if result.interface.gap.min() < -1e-9:
         notes.append(f"the bodies overlap by {-result.interface.gap.min():.4g} m as placed: with a motion prescribed, that presses "

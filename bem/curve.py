@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.input_checks import plane_points
+from bem.input_checks import plane_points, point_text
 
 MOST_ELEMENTS = 200_000  # of one curve; dense matrices end far below
 
@@ -24,7 +24,7 @@ def _clean(points: np.ndarray) -> np.ndarray:
     step = np.hypot(*np.diff(points, axis=0).T)
     points = points[np.r_[True, step > 1e-12 * extent]]
     if len(points) < 2:
-        raise CurveError(f"all points are the same, {tuple(points[0])} m: a curve needs two different ones")
+        raise CurveError(f"all points are the same, {point_text(points[0])} m: a curve needs two different ones")
     return points
 
 

@@ -10,18 +10,28 @@ def _is_finite(value: object) -> bool:
     return isinstance(value, (Real, np.number)) and bool(np.isfinite(value))
 
 
+def _shown(value: object) -> str:
+    """As Python writes it, also NumPy's own numbers."""
+    return repr(value.item() if isinstance(value, np.number) else value)
+
+
 def refuse_unless_finite(error: type[ValueError], **values: object) -> None:
     """Raise `error` for the first value that is no finite number."""
     for name, value in values.items():
         if not _is_finite(value):
-            raise error(f"{name} = {value!r}: must be a finite number")
+            raise error(f"{name} = {_shown(value)}: must be a finite number")
 
 
 def refuse_unless_positive(error: type[ValueError], **values: object) -> None:
     """Raise `error` for the first value that is no finite number above zero."""
     for name, value in values.items():
         if not (_is_finite(value) and value > 0):
-            raise error(f"{name} = {value!r}: must be a finite positive number")
+            raise error(f"{name} = {_shown(value)}: must be a finite positive number")
+
+
+def point_text(point: np.ndarray) -> str:
+    """A point (2,) [m] as a message shows it, the same under every NumPy."""
+    return f"({point[0]:.9g}, {point[1]:.9g})"
 
 
 def plane_points(points: object, error: type[ValueError]) -> np.ndarray:
@@ -34,6 +44,7 @@ def plane_points(points: object, error: type[ValueError]) -> np.ndarray:
         raise error(f"points have the shape {points.shape}: give an array (n, 2)")
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
-        raise error(f"point {int(np.argmin(finite))} of {len(points)} is {tuple(points[np.argmin(finite)])}, not finite: drop or mend it "
-                    f"({int((~finite).sum())} such points)")
+        first = int(np.argmin(finite))
+        raise error(f"point {first} of {len(points)} is {point_text(points[first])}, not finite: drop or mend it ({int((~finite).sum())} such "
+                    "points)")
     return points

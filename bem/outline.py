@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from bem.curve import Curve, split_at_corners
+from bem.input_checks import point_text
 
 CORNER = np.radians(20.0)
 
@@ -81,7 +82,7 @@ def _close(edges: list[Edge], number: int) -> np.ndarray:
     for edge, following in zip(edges, edges[1:] + edges[:1]):
         gap = float(np.hypot(*(np.asarray(edge.points[-1]) - np.asarray(following.points[0]))))
         if gap > 1e-9 * size:
-            raise OutlineError(f"loop {number} is open: edge {edge.name!r} ends at {tuple(edge.points[-1])} m and the next, "
+            raise OutlineError(f"loop {number} is open: edge {edge.name!r} ends at {point_text(edge.points[-1])} m and the next, "
                                f"{following.name!r}, begins {gap:.3g} m away; let edges share their end points")
     return np.vstack([np.asarray(edge.points, float)[:-1] for edge in edges])
 
@@ -126,8 +127,8 @@ class Outline:
         place = np.concatenate([np.arange(len(polygon)) for polygon in polygons])
         i, j = _first_crossing(begin, end, loop, place)
         if i >= 0:
-            x, y = _meeting(begin[i], end[i], begin[j], end[j])
-            raise OutlineError(f"the outline crosses or touches itself near ({x:.9g}, {y:.9g}) m (segment {place[i]} of loop {loop[i]} and "
+            place_met = point_text(_meeting(begin[i], end[i], begin[j], end[j]))
+            raise OutlineError(f"the outline crosses or touches itself near {place_met} m (segment {place[i]} of loop {loop[i]} and "
                                f"segment {place[j]} of loop {loop[j]}): mend the profile or remove its loop")
 
     def _refuse_nesting(self, polygons: list[np.ndarray], outer: int) -> None:
@@ -136,9 +137,8 @@ class Outline:
             within = [k for k, other in enumerate(polygons) if k != number and _encloses(other, polygon[0])]
             wanted = [] if number == outer or self.infinite else [outer]
             if within != wanted:
-                x, y = polygon[0]
                 where = f"lies within loops {within}" if within else f"lies outside loop {outer}, the largest"
-                raise OutlineError(f"loop {number}, which begins at ({x:.6g}, {y:.6g}) m, {where}: holes lie side by side within the body; "
+                raise OutlineError(f"loop {number}, which begins at {point_text(polygon[0])} m, {where}: holes lie side by side within the body; "
                                    "give separate bodies separate outlines")
 
     def moved(self, by: np.ndarray) -> Outline:
