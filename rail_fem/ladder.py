@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from rail_fem.light_settings import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
 from rail_fem.scene import Frozen, Scene
-from rail_fem.settings import FeSettings
+from rail_fem.settings import FeSettings, FeWindowSettings
 
 if TYPE_CHECKING:
     from rail_fem.progress import Progress
@@ -41,6 +41,7 @@ LADDER: dict[str, Rung] = {  # from the cheapest to the dearest
     "lumped": Rung("rail_fem.models.lumped", LumpedSettings, False, "a few masses and one contact spring over the rigid wheel path"),
     "rigid_hertz": Rung("rail_fem.models.rigid_hertz", RigidHertzSettings, False, "Hertz contacts on the true surfaces of wing and nose"),
     "bem_passage": Rung("rail_fem.models.bem_passage", BemPassageSettings, False, "as rigid_hertz, with stiffness and patches from boundary elements"),
+    "fe_window": Rung("rail_fem.models.fe_window", FeWindowSettings, True, "explicit elastoplastic FE of the nose alone, begun as rigid_hertz arrives there"),
     "fe_full": Rung("rail_fem.models.fe_full", FeSettings, True, "explicit elastoplastic FE of the whole window, the reference"),
 }
 

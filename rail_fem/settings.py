@@ -42,3 +42,11 @@ class FeSettings(Frozen):
         """The same path through the program in a few coarse steps (RAIL_FEM_SMOKE=1)."""
         return self.model_copy(update={"element_size": max(self.element_size, SMOKE_ELEMENT_SIZE),
                                        "max_steps": min(self.max_steps or SMOKE_STEPS, SMOKE_STEPS), "field_frames": 1})
+
+
+class FeWindowSettings(FeSettings):
+    """Explicit FE of a part of the pass that begins in the middle of it, in the state that rigid_hertz has found."""
+
+    start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start of the window")] = 0.280
+    end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at its end")] = 0.470
+    approach_start: Annotated[float, Quantity("mm", -9000, 3000, "where rigid_hertz begins its approach, at rest; none: before the whole crossing")] | None = None

@@ -33,6 +33,7 @@ def trust_facts(run: Run, history: dict[str, np.ndarray], energies: dict[str, fl
         "penetration": run.recorder.deepest,
         "approach": run.static_approach if run.static_approach > 0 else float("nan"),
         "first_gap": first_gap,
+        "resting": run.passage.start.resting,
         "static_error": static_error(history, run.passage.static_load, settled, run.passage.running),
         "step": run.dt,
         "limit": run.limit,

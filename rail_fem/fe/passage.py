@@ -18,6 +18,7 @@ from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.start_state import StartState, resting
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.groove import grooves
@@ -80,16 +81,19 @@ class Passage:
     settling: Link | None
     mesh: HexMesh | None  # root only
     rail_region: np.ndarray  # (n_rail,) 0 wing, 1 nose: region of each rail surface node
-    static_load: float
-    datum_height: float  # of the wheel's D0 at the start [m]
-    static_deflection: float  # of the foundation under the static load, where the run's heights begin [m]
+    start: StartState
+    static_load: float  # NaN where the pass does not begin at rest
+    datum_height: float  # of the wheel's D0 at the start, over a crossing at rest under the static load [m]
+    static_deflection: float  # of the foundation at the start [m]
 
 
-def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, mesh: HexMesh | None, datum_height: float) -> Passage:
+def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, mesh: HexMesh | None, datum_height: float, start: StartState | None = None) -> Passage:
     """Bodies, supports and contact. Collective.
 
     mesh : wing, nose and wheel in place (root only, see rail_fem.fe.placing);  datum_height : of the wheel's D0 at the start [m]
+    start : where settling ends; None: at rest under the static load
     """
+    start = start or resting(scene, running.speed * float(running.slope(running.start)))
     surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp), root=0)
     quads, quad_region, clamp = surface
     cost = None if mesh is None else np.where(mesh.region == 2, ELASTIC_COST, 1.0)
@@ -98,7 +102,7 @@ def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, me
     steels = [materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()]
     structure = Structure(domain, steels, small=(2,), settings=ElementSettings(hourglass=settings.hourglass))
     is_wheel = comm.bcast(None if mesh is None else _wheel_nodes(mesh)[mesh.clamp], root=0)
-    crossing, axle, sprung, supports, settling = build_supports(scene, settings, running, clamp[~is_wheel], clamp[is_wheel])
+    crossing, axle, sprung, supports, settling = build_supports(scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel])
     rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
     contact = Contact(
         structure, rail, wheel, contact_settings(scene, settings, steels[0]), speed=running.speed, spin=running.spin,
@@ -109,8 +113,10 @@ def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, me
     _start_velocities(dynamics, domain, running, axle, sprung)
     region = np.zeros(len(rail.nodes), np.int64)
     region[rail.quads[quad_region[quad_region != 2] == 1].ravel()] = 1
-    deflection = scene.static_wheel_load / scene.foundation.stiffness if settings.foundation else 0.0
-    return Passage(dynamics, running, crossing, axle, sprung, settling, mesh, region, scene.static_wheel_load, datum_height, deflection)
+    static = scene.static_wheel_load / scene.foundation.stiffness
+    deflection, lifted = (start.foundation, static - start.foundation) if settings.foundation else (0.0, 0.0)
+    load = scene.static_wheel_load if start.resting else np.nan
+    return Passage(dynamics, running, crossing, axle, sprung, settling, mesh, region, start, load, datum_height + lifted, deflection)
 
 
 def _wheel_nodes(mesh: HexMesh) -> np.ndarray:
@@ -126,28 +132,25 @@ def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettin
     return ContactSettings(10 * settings.penalty * wave / settings.element_size, friction=scene.friction, margin=MARGIN, refresh=SEARCH_EVERY)
 
 
-def build_supports(scene: Scene, settings: FeSettings, running: Running, base_nodes: np.ndarray, rim_nodes: np.ndarray):
-    """Crossing on its foundation, axle with half a wheelset, sprung mass on the primary suspension; all at rest under the static load.
+def build_supports(scene: Scene, settings: FeSettings, running: Running, start: StartState, base_nodes: np.ndarray, rim_nodes: np.ndarray):
+    """Crossing on its foundation, axle with half a wheelset, sprung mass on the primary suspension; springs as the start wants them.
 
-    Vertical only: the lateral place and the speed of the wheel are given (thesis assumption 1).
+    While it settles the axle is pressed down so that the contact comes to carry the start's force. Vertical only: the lateral place and the speed of the wheel are given (thesis assumption 1).
     """
     vertical = (False, False, True)
-    weight = scene.static_wheel_load
-    own = scene.vehicle.wheel_unsprung_mass * GRAVITY
     crossing = RigidGroup("crossing", base_nodes, free=vertical)
-    axle = RigidGroup("axle", rim_nodes, free=vertical, load=np.array([0.0, 0.0, -own]))
+    axle = RigidGroup("axle", rim_nodes, free=vertical, load=np.array([0.0, 0.0, -start.force]))
     groups, links, sprung = [crossing, axle], [], None
     if settings.suspension:
         mass = scene.vehicle.wheel_sprung_mass
         sprung = RigidGroup("sprung", np.empty(0, np.int64), mass, vertical, load=np.array([0.0, 0.0, -mass * GRAVITY]))
         groups.append(sprung)
         k = scene.vehicle.primary_stiffness
-        links.append(Link("suspension", sprung, axle, k, scene.vehicle.primary_damping, rest=mass * GRAVITY / k))
-    else:
-        axle.load[2] = -weight
+        links.append(Link("suspension", sprung, axle, k, scene.vehicle.primary_damping, rest=start.suspension))
+        axle.load[2] += k * start.suspension
     if settings.foundation:
         k = scene.foundation.stiffness
-        links.append(Link("foundation", crossing, None, k, scene.foundation.damping, rest=weight / k))
+        links.append(Link("foundation", crossing, None, k, scene.foundation.damping, rest=start.foundation))
     else:
         crossing.free = (False, False, False)
     settling = None
@@ -196,3 +199,21 @@ def end_settling(passage: Passage, scene: Scene, settings: FeSettings) -> None:
     passage.settling.damping, passage.dynamics.balance_mark = 0.0, None
     _set_lumped_masses(scene, settings, passage.crossing, passage.axle, settled=True)
     passage.crossing.free = (False, False, settings.foundation)
+    if not passage.start.resting:
+        _take_up(passage, scene, settings)
+
+
+def _take_up(passage: Passage, scene: Scene, settings: FeSettings) -> None:
+    """The motion of a pass that does not begin at rest: each body gets what its group's velocity changes by, all of it alike."""
+    start, domain, v = passage.start, passage.dynamics.domain, passage.dynamics.structure.v.reshape(-1, 3)
+    wheel, rail = (np.unique(domain.cells[(domain.region == 2) == moves]) for moves in (True, False))
+    v[wheel, 2] += start.axle - passage.axle.velocity[2]
+    passage.axle.velocity[2] = start.axle
+    if settings.foundation:
+        v[rail, 2] += start.crossing - passage.crossing.velocity[2]
+        passage.crossing.velocity[2] = start.crossing
+    if passage.sprung is not None:
+        passage.sprung.velocity[2] = start.sprung
+        passage.axle.load[2] = -scene.vehicle.wheel_unsprung_mass * GRAVITY
+    else:
+        passage.axle.load[2] = -scene.static_wheel_load

@@ -20,6 +20,7 @@ from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.placing import REGIONS
 from rail_fem.fe.run import Run
+from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
 from rail_fem.result import Cost, PassResult
 from rail_fem.scene import Scene
@@ -34,16 +35,21 @@ def solve(scene: Scene, settings: FeSettings, folder: Path | None = None, restar
     folder : for mesh.npz, checkpoint.npz, fields/, figures/; None writes nothing.  restart : go on from folder/checkpoint.npz
     Errors: ValueError for what cannot be meshed or placed; ArithmeticError when the run becomes unstable (the last restart file stays).
     """
+    return solve_from(scene, settings, None, "fe_full", folder, restart, progress)
+
+
+def solve_from(scene: Scene, settings: FeSettings, start: StartState | None, model: str, folder: Path | None, restart: bool, progress) -> PassResult:
+    """One pass from a state where settling ends (None: at rest), its result under the name of a rung. Collective. Errors: as `solve`."""
     comm, started = MPI.COMM_WORLD, time.perf_counter()
     running = on_root(lambda: running_of(scene, settings))
     mesh, first_gap, datum = placed_mesh(scene, settings, running, folder, restart)
     if progress and mesh is not None:
         progress.note(f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes")
-    run = Run(comm, scene, settings, build_passage(comm, scene, settings, running, mesh, datum), folder, progress)
+    run = Run(comm, scene, settings, build_passage(comm, scene, settings, running, mesh, datum, start), folder, progress)
     if restart and folder is not None and on_root(lambda: (folder / "checkpoint.npz").is_file()):
         run.resume()
     run.go()
-    return result_of(run, first_gap, time.perf_counter() - started)
+    return result_of(run, model, first_gap, time.perf_counter() - started)
 
 
 def placed_mesh(scene: Scene, settings: FeSettings, running: Running, folder: Path | None, restart: bool) -> tuple[HexMesh | None, float, float]:
@@ -77,7 +83,7 @@ def _read_mesh(path: Path) -> tuple[HexMesh, float, float]:
         return mesh, float(stored["gap"]), float(stored["datum"])
 
 
-def result_of(run: Run, first_gap: float, wall_time: float) -> PassResult:
+def result_of(run: Run, model: str, first_gap: float, wall_time: float) -> PassResult:
     """What the run found, replicated; writes trust.txt. Collective.
 
     first_gap : of the meshes before placing [m];  wall_time : since the start of this process [s]
@@ -93,7 +99,7 @@ def result_of(run: Run, first_gap: float, wall_time: float) -> PassResult:
     if run.folder is not None and run.comm.rank == 0:
         (run.folder / "trust.txt").write_text(trust.show_rows(rows, slowest), encoding="utf-8")
     return PassResult(
-        model="fe_full",
+        model=model,
         scene=run.scene,
         settings=run.settings.model_dump(mode="json"),
         history=history,

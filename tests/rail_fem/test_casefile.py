@@ -79,7 +79,7 @@ suspension = "maybe"
         "scene.vehicle.wheel_count: 7 must be a multiple of 2 (number of wheels that carry the vehicle)",
         "scene.materials.wing.grade: unknown value 'Mn12', did you mean 'Mn13'? (choose from: Mn13, R8T)",
         "scene.materials.nose: steel: hardening_stress must be positive and must not fall (softening has no mesh-independent answer)",
-        "run.fe_ful: unknown model, did you mean 'fe_full'?; models: p2_formula, lumped, rigid_hertz, bem_passage, fe_full",
+        "run.fe_ful: unknown model, did you mean 'fe_full'?; models: p2_formula, lumped, rigid_hertz, bem_passage, fe_window, fe_full",
         'run.fe_full.element_size: "1.5 mn": unknown unit "mn", write e.g. "1 mm"',
         'run.fe_full.end: "nan mm" is not a finite number',
         "run.fe_full.suspension: 'maybe' must be a valid boolean, unable to interpret input (sprung mass and primary suspension)",

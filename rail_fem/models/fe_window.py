@@ -1,0 +1,24 @@
+"""Rung fe_window: the explicit FE of fe_full over the nose alone, begun in the middle of the pass as rigid_hertz has found it.
+
+rigid_hertz runs from the approach to where the FE's settling ends: its contact force, spring compressions and velocities of wheel, sprung
+mass and crossing are the FE's there. Resolves what fe_full does, in the window. Blind to plastic strain and waves from before it, and as
+wrong at its start as rigid_hertz is.
+"""
+
+from pathlib import Path
+
+from rail_fem.fe.start_state import from_rigid_hertz
+from rail_fem.launcher import on_root
+from rail_fem.light_settings import RigidHertzSettings
+from rail_fem.models.fe_full import solve_from
+from rail_fem.result import PassResult
+from rail_fem.scene import Scene
+from rail_fem.settings import FeWindowSettings
+
+
+def solve(scene: Scene, settings: FeWindowSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
+    """One window. Collective on MPI.COMM_WORLD. Errors: as fe_full, and ValueError where rigid_hertz finds the wheel in the air at the start."""
+    released = settings.start + scene.direction_sign * scene.speed * settings.settle_time
+    approach = RigidHertzSettings(start=settings.approach_start, end=settings.end)
+    start = on_root(lambda: from_rigid_hertz(scene, approach, released))
+    return solve_from(scene, settings, start, "fe_window", folder, restart, progress)
