@@ -78,7 +78,7 @@ class ContactSearch:
         wheel, rail = wheel_table(self.wheelset, side), np.array(self.track.placed(side).hermite_table())
         count = max(int(np.ceil((wheel[0, -1] - wheel[0, 0]) / self.resolution)), 4)
         places = np.linspace(wheel[0, 0], wheel[0, -1], count + 1)
-        if wheel.shape[1] < 1.5 * count:  # a measured profile: between its own points it cannot turn more than once
+        if wheel.shape[1] < 3 * count:  # a measured profile: between its own points it cannot turn more than once
             places = np.unique(np.concatenate([places, wheel[0]]))
         stations = np.array([(s, *cubic(s, wheel)) for s in places]).T.copy()
         return stations, wheel, rail, float(wheel[0, np.argmin(wheel[1])]), self.wheelset.radius_of(side)

@@ -57,7 +57,7 @@ def level_station(bottom, bound, level, wheel, rail, pose, tip):
 @njit(cache=True, error_model="numpy")
 def outer_bound(start, way, height, wheel, rail, pose, tip):
     """Station beside a minimum, in direction way, where the bodies no longer penetrate, or the wheel ends."""
-    step, s = 0.25e-3, start
+    step, s = 0.02e-3, start
     end = wheel[0, 0] if way < 0 else wheel[0, wheel.shape[1] - 1]
     while (end - s) * way > 0:
         s = s + way * step if (end - s) * way > step else end
@@ -193,7 +193,7 @@ def join(force, found, depth, bounds, saddles, share, height, wheel, rail, pose,
         if saddles[k] <= 0:
             return
         a, b = first[k - 1], last[k]
-        merged = saddles[k] / min(depth[a:k].max(), depth[k:b + 1].max())
+        merged = min(saddles[k] / min(depth[a:k].max(), depth[k:b + 1].max()), 1.0)
         saddles[k] = -1.0
         deepest = depth[a:b + 1].max()
         parts, total = np.zeros((b + 1 - a, SUMS)), np.zeros(SUMS)
@@ -241,6 +241,7 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus, constan
         slope[i] = (0.7 * modulus) ** (2 / 3)
     base = max(arms[0] + arms[1], 0.1)
     before, carried = down.copy(), np.zeros(2)
+    low, high = np.zeros(2), np.full(2, np.inf)
     worst = NO_RAIL
     for count in range(ROUNDS):
         turn = (down[1] - down[0]) / base
@@ -263,6 +264,14 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus, constan
             before[i], carried[i] = down[i], root
             down[i] = before[i] + (target - root) / slope[i] if loads[i] > 0 else 0.0
             down[i] = min(max(down[i], 0.2 * before[i]), 5 * before[i] + 1e-9)
+            if total < loads[i]:
+                low[i] = before[i]
+            else:
+                high[i] = before[i]
+            if low[i] >= high[i]:  # the other side has moved this one
+                low[i], high[i] = 0.5 * low[i], np.inf
+            if count > 8 and loads[i] > 0 and high[i] < np.inf and not (low[i] < down[i] < high[i]):
+                down[i] = 0.5 * (low[i] + high[i])
         if worst < CLOSE:
             return at_roll, at_height, worst, count + 1
     return at_roll, at_height, worst, ROUNDS

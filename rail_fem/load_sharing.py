@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from geometry.contact_kernel import NO_RAIL
+from geometry.contact_kernel import NO_RAIL, side_pose
 from geometry.contact_points import Contacts, ContactSearch
 from geometry.flange_back import within_stops
 from geometry.wheelset import SIDES, Wheelset, WheelsetError, check_range
@@ -71,10 +71,11 @@ def rest(search: ContactSearch, loads: tuple[float, float], lateral: float = 0.0
         raise WheelsetError(f"lateral {lateral:g} m, yaw {yaw:g} rad: a wheel stands over no rail; check gauge and back_to_back")
     if not worst <= 100 * CLOSE:
         raise WheelsetError(f"loads {loads[0]:g} and {loads[1]:g} N at lateral {lateral:g} m: no equilibrium after {rounds} rounds, {worst:.2g} of a load is left; "
-                            'check the loads, or hold the wheelset at the level of the rail (held_at="rail")')
+                            'hold the wheelset at the level of the rail (held_at="rail"); smooth profiles that are rough on the scale of the patch, or search finer')
     x, y = search.wheelset.x + lever * np.sin(roll) * np.sin(yaw), lateral - lever * np.sin(roll) * np.cos(yaw)
     state = replace(search.wheelset, x=x, y=y, z=height + lever * np.cos(roll), yaw=yaw, roll=roll)
-    left, right = (_side(search, state, side, modulus) for side in SIDES)
+    pivot = lateral, yaw, roll, lever, height
+    left, right = (_side(search, state, side, pivot, modulus) for side in SIDES)
     return LoadedWheelset(state, left, right, float(worst))
 
 
@@ -92,9 +93,12 @@ def rest_under(search: ContactSearch, loads: tuple[float, float], lateral_load: 
     return rest(search, loads, brentq(left_over, low, high, xtol=1e-14, rtol=1e-13), yaw, modulus=modulus)
 
 
-def _side(search: ContactSearch, state: Wheelset, side: str, modulus: float) -> LoadedSide:
-    pose, (stations, wheel, rail, tip, _), sign = search.pose(state, side), search.sides[side], SIDES[side]
-    found, force = loaded_side(stations, wheel, rail, tip, pose, state.z, modulus, unit_constants(), SPAN)
+def _side(search: ContactSearch, state: Wheelset, side: str, pivot: tuple, modulus: float) -> LoadedSide:
+    """What a side carries, found with the pivot that was settled with: another one rounds otherwise, and rough profiles feel that."""
+    (stations, wheel, rail, tip, radius), sign = search.sides[side], SIDES[side]
+    lateral, yaw, roll, lever, height = pivot
+    pose = side_pose(sign, lateral, yaw, roll, lever, search.wheelset.datum_arm, radius)
+    found, force = loaded_side(stations, wheel, rail, tip, pose, height, modulus, unit_constants(), SPAN)
     contacts = search.described(state, side, found)
     across = np.column_stack([0 * force[0], sign * force[1], force[2]])
     radii = 1 / np.maximum(contacts.tensor[:, [0, 2]], 1e-4)

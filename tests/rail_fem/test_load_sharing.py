@@ -1,5 +1,7 @@
 """Load sharing: Hertz where one point carries, continuity where two meet or one vanishes, equilibrium, loads that cannot be."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,9 @@ from bem.hertz import point_contact_of_approach
 from bem.material import Elastic
 from geometry.contact_kernel import lowest
 from geometry.contact_points import ContactSearch
+from geometry.profile_doctor import examine
 from geometry.profiles import Profile, arc, line
+from geometry.raw_profile import RawProfile
 from geometry.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.load_kernel import loaded_side
@@ -168,3 +172,48 @@ def test_a_load_of_zero_just_touches_and_carries_nothing():
 def test_loads_that_cannot_be_are_refused(loads):
     with pytest.raises(WheelsetError, match="load"):
         rest(p8_search(), loads)
+
+
+def loaded_states(count: int, seed: int, noise: float) -> int:
+    """Random shifts, yaws, gauges and loads on plain line; the wheels are what the profile doctor makes of points with scatter.
+
+    Returns how many states were refused.
+    """
+    refused, random, new = 0, np.random.default_rng(seed), wheel_profile("P8")
+    for k in range(count):
+        if k % 100 == 0:
+            points = new.points[::3] + [0.0, noise] * random.standard_normal((len(new.points[::3]), 2))
+            wheel = new if noise == 0 else examine(RawProfile(points, np.arange(len(points)), Path("noisy"), "points", 1.0, "wheel", 1)).profile.graph_part()
+            search = ContactSearch(Wheelset(wheel), Track.plain_line(gauge=1.435 + random.uniform(-3, 15) * MM))
+        loads = 10 ** random.uniform(0, 5.2, 2)
+        place = random.uniform(-12, 12) * MM, random.uniform(-0.03, 0.03)
+        try:
+            found = rest(search, loads, *place)
+        except WheelsetError as error:
+            assert "rough" in str(error)
+            refused += 1
+            continue
+        for side, load in ((found.left, loads[0]), (found.right, loads[1])):
+            values = np.concatenate([np.ravel(v) for v in (side.force, side.contacts.position, side.contacts.curvature, side.patch)])
+            assert np.isfinite(values).all() and len(side.normal_force) >= 1 and (side.normal_force >= 0).all()
+            assert side.force[:, 2].sum() == pytest.approx(load, rel=1e-6)
+    return refused
+
+
+@pytest.mark.parametrize("noise", [0.0, 10 * UM])
+def test_random_loaded_states_rest_in_equilibrium(noise):
+    assert loaded_states(100, 5, noise) == 0
+
+
+@pytest.mark.validate
+def test_ten_thousand_loaded_states():
+    assert loaded_states(10_000, 11, 0.0) == 0
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("noise, most", [(10 * UM, 5), (50 * UM, 5), (100 * UM, 5)])
+def test_rough_wheels_rest_or_say_that_they_are_rough(noise, most):
+    """On a profile that is rough within the patch the force may jump as a bump takes hold: then no rest is found, and that is said."""
+    refused = loaded_states(2500, 11, noise)
+    print(f"noise {noise / UM:g} um: {refused} of 2500 states refused")
+    assert refused <= most
