@@ -20,7 +20,7 @@ from bem.input_checks import refuse_unless_positive
 from bem.mesh import mesh_outline
 from bem.pairing import Interface, PairingError, pair
 from bem.touch import nearest_places
-from bem.zone import EstimatedPatch, estimate_patches, runs, sizing
+from bem.zone import NARROWEST, EstimatedPatch, estimate_patches, peak_sharpness, runs, sizing
 
 
 class LoadError(ValueError):
@@ -68,7 +68,9 @@ class Settings:
 def element_size(half_width: float, accuracy: float) -> float:
     """Element length [m] for a relative error of the largest pressure: error = (size / half_width)^2 / 2, at most a third of it.
 
-    The law bounds what Hertz' contact shows (tests/bem/test_contact_hertz.py).
+    half_width : of the half ellipse as sharp as the pressure's peak (bem.zone.peak_sharpness)
+    The law bounds what Hertz' contact shows (tests/bem/test_contact_hertz.py), and pins in holes, the case studies and a wheel on a
+    rail keep to it (tests/bem/test_contact_accuracy.py).
     """
     return half_width * min(np.sqrt(2 * accuracy), 1 / 3)
 
@@ -198,13 +200,17 @@ def solve_contact(fixed: Body, moving: Body, drive: Drive | Sequence[Drive], fri
     result.warnings += trust_warnings(result)
     if unresolved:
         result.warnings.append(f"{len(unresolved)} patches are coarser than asked for after {settings.rounds} rounds")
+    for patch in patches if settings.size is None else []:
+        if patch.sharpness <= NARROWEST * patch.half_width:
+            result.warnings.append(f"the pressure peaks over {patch.sharpness:.3g} m or less of a patch of {2 * patch.half_width:.3g} m, as at an "
+                                   "edge: the largest pressure may miss the accuracy asked for; give a size, and compare with half of it")
     return result
 
 
 def _solve_on_mesh(fixed, moving, drives, friction, settings, patches, reach, clock) -> ContactResult:
     ticks = [time.perf_counter()]
     carrier = "fixed" if fixed.material.plane_modulus < 0.999 * moving.material.plane_modulus else "moving"
-    sizes = [settings.size or element_size(p.half_width, settings.accuracy) for p in patches]
+    sizes = [settings.size or element_size(p.sharpness, settings.accuracy) for p in patches]
     meshes = []
     for name, body in (("fixed", fixed), ("moving", moving)):
         ratio = 1.0 if name == carrier else settings.other_ratio
@@ -238,11 +244,13 @@ def _unresolved(result: ContactResult, patches: list[EstimatedPatch], settings: 
     """Patches whose elements are coarser than wanted (with some grace), and the patches to lay the next mesh for."""
     points, coarse, found = result.interface.points, [], []
     spacing = np.r_[np.hypot(*np.diff(points, axis=0).T), 0.0]
-    touched = np.any([state.pressure > 0 for state in result.steps], axis=0)
-    for run in runs(touched):
+    highest = np.max([state.pressure for state in result.steps], axis=0)
+    for run in runs(highest > 0):
         half = max(spacing[run[:-1]].sum() + spacing[max(run[0] - 1, 0)] / 2 + spacing[run[-1]] / 2, 1e-300) / 2
-        wanted = settings.size or element_size(half, settings.accuracy)
-        found.append(EstimatedPatch(np.vstack([points[run], result.interface.feet[run]]), half))
+        around = slice(max(run[0] - 1, 0), run[-1] + 2)
+        sharpness = peak_sharpness(points[around], highest[around], half)
+        wanted = settings.size or element_size(sharpness, settings.accuracy)
+        found.append(EstimatedPatch(np.vstack([points[run], result.interface.feet[run]]), half, sharpness))
         if max(spacing[run[0] - 1] if run[0] else 0.0, spacing[run].max()) > 1.3 * wanted:
             coarse.append(found[-1])
     return coarse, (found or patches)

@@ -22,10 +22,32 @@ from bem.pairing import BEHIND, PairingError, smooth_gap
 
 @dataclass(frozen=True)
 class EstimatedPatch:
-    """Points (m, 2) [m] of both faces along a patch, and its half-width [m]."""
+    """Points (m, 2) [m] of both faces along a patch, its half-width [m], and the half-width [m] of a half ellipse as sharp as its peak."""
 
     points: np.ndarray
     half_width: float
+    sharpness: float
+
+
+NARROWEST = 1 / 16  # of a patch's half-width: sharper peaks are those of edges, which no element resolves
+
+
+def peak_sharpness(points: np.ndarray, pressure: np.ndarray, half_width: float) -> float:
+    """Half-width [m] of the half ellipse that is as sharp as the peak of pressures (n,) at points (n, 2) [m] along a patch.
+
+    An ellipse of half-width a stays above sqrt(3) / 2 of its peak over a length a. A patch of several curvatures, or of conforming
+    bodies, may peak over a small part of itself. Never less than NARROWEST of half_width, the patch's own.
+    """
+    peak, level = int(np.argmax(pressure)), np.sqrt(0.75) * pressure.max()
+    along = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
+    before, after = np.flatnonzero(pressure[:peak] < level), peak + np.flatnonzero(pressure[peak:] < level)
+    begin = _crossing(along, pressure, before[-1], before[-1] + 1, level) if len(before) else along[0]
+    end = _crossing(along, pressure, after[0] - 1, after[0], level) if len(after) else along[-1]
+    return float(np.clip(end - begin, NARROWEST * half_width, half_width))
+
+
+def _crossing(along: np.ndarray, pressure: np.ndarray, i: int, j: int, level: float) -> float:
+    return along[i] + (along[j] - along[i]) * (level - pressure[i]) / (pressure[j] - pressure[i])
 
 
 def runs(flags: np.ndarray) -> list[np.ndarray]:
@@ -78,8 +100,10 @@ def _estimate_once(master: Body, slave: Body, drive: Drive, friction: float, siz
     feet = points + gap[pressed, None] * mesh.normals[nodes][pressed]
     found = []
     for run in runs(state.pressure > 0):
-        step = np.hypot(*np.diff(points[max(run[0] - 1, 0):run[-1] + 2], axis=0).T)
-        found.append(EstimatedPatch(np.vstack([points[run], feet[run]]), max(step.sum() / 2, step.max() / 2)))
+        around = slice(max(run[0] - 1, 0), run[-1] + 2)
+        step = np.hypot(*np.diff(points[around], axis=0).T)
+        half = max(step.sum() / 2, step.max() / 2)
+        found.append(EstimatedPatch(np.vstack([points[run], feet[run]]), half, peak_sharpness(points[around], state.pressure[around], half)))
     return found
 
 
