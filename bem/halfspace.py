@@ -15,7 +15,7 @@ import numpy as np
 
 from bem.halfspace_coarse import coarse_field, coarse_grid, fine_pressure, relative_change
 from bem.halfspace_influence import Pair
-from bem.halfspace_input import check_drive, check_gap, check_inside
+from bem.halfspace_input import check_drive, check_gap, check_inside, strain_warning
 from bem.halfspace_place import Window, evaluate_gap, place_grid, widened
 from bem.halfspace_pressure import NormalOperator, PressureSolution, solve_pressure
 from bem.material import Elastic
@@ -54,6 +54,7 @@ def normal_contact(gap: Gap, first: Elastic, second: Elastic, *, load: float | N
         patch = _solve(gap, grid, pair, load, approach, estimate)
         if not cut:
             check_inside(patch.pressure, grid)
+    patch.warnings += strain_warning(patch.pressure, first, second)
     patch.cost = Cost(time.perf_counter() - started, patch.cost.iterations, patch.cost.products)
     return patch
 

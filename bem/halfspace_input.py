@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bem.material import Elastic
 from bem.patch import ContactInputError, Creepage, Grid, PatchCutError
 
 # Rigid slip above this share of the rolling speed is no rolling; above the second it deserves a look at the units.
@@ -106,3 +107,11 @@ def _missing(field: np.ndarray, step: float) -> float:
     outer = float((field[0] ** 2).max())
     inner = float((field[1] ** 2).max()) if len(field) > 1 else outer
     return step * min(outer / (inner - outer) + 2, len(field) / 2) if inner > outer else step * (len(field) / 2 + 1)
+
+
+def strain_warning(pressure: np.ndarray, first: Elastic, second: Elastic) -> tuple[str, ...]:
+    """A note where the largest pressure [Pa] is no longer small against the softer body's Young's modulus: over a twentieth of it."""
+    young, highest = min(first.young, second.young), float(pressure.max())
+    if highest <= 0.05 * young:
+        return ()
+    return (f"largest pressure {highest:.3g} Pa is {highest / young:.2g} of Young's modulus: small strains no longer hold, and steel has yielded long before",)

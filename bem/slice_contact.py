@@ -27,7 +27,7 @@ from scipy import fft
 
 from bem.halfspace_coarse import coarse_grid, relative_change
 from bem.halfspace_influence import Pair
-from bem.halfspace_input import check_drive, check_gap, check_inside
+from bem.halfspace_input import check_drive, check_inside, strain_warning
 from bem.halfspace_place import Window, evaluate_gap, place_grid, widened
 from bem.halfspace_pressure import NormalOperator, solve_pressure
 from bem.material import Elastic
@@ -132,6 +132,7 @@ def slice_contact(slices: Slices, *, load: float | None = None, approach: float 
     if estimate:
         patch.error = _estimate(problem, patch, stations)
         clock.stop("estimate")
+    patch.warnings += strain_warning(patch.pressure, first, second)
     patch.seconds = clock.seconds
     patch.cost = replace(patch.cost, seconds=sum(clock.seconds.values()))
     return patch

@@ -27,7 +27,7 @@ from bem.contact_result import ContactResult
 from bem.coulomb import Drive, solve_step
 from bem.hertz import point_contact
 from bem.halfspace_coarse import relative_change
-from bem.halfspace_input import check_drive
+from bem.halfspace_input import check_drive, strain_warning
 from bem.material import contact_modulus
 from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid
 from bem.slice_contact import SlicePatch
@@ -79,6 +79,7 @@ def loaded_slices(slices: Slices, *, load: float, sharing: Sharing = "parabolic"
         coarse = _solve(gap, load, sharing, semi_length, (max(cells[0] // 2, 1), max(cells[1] // 2, 4)))
         patch.error = ErrorEstimate(relative_change(coarse.max_pressure, patch.max_pressure), relative_change(coarse.contact_area, patch.contact_area),
                                     order=1.0, note="change from doubled cells, first order assumed; the sharing of the load is not judged")
+    patch.warnings += strain_warning(patch.pressure, slices.upper.material, slices.lower.material)
     patch.cost = replace(patch.cost, seconds=time.perf_counter() - started)
     return patch
 

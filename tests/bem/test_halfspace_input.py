@@ -107,3 +107,11 @@ def test_other_impossible_tangential_input_is_refused():
         shift_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-6), previous=patch)
     with pytest.raises(ContactInputError, match="finite"):
         rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(np.nan))
+
+
+def test_a_pressure_beyond_small_strains_is_said():
+    """10 MN on radii of 50 mm: Hertz' pressure is 0.12 of Young's modulus."""
+    x, y = np.meshgrid(np.linspace(-0.03, 0.03, 20), np.linspace(-0.03, 0.03, 20), indexing="ij")
+    grid = Grid.over((-0.03 - 0.03 / 19, 0.03 + 0.03 / 19), (-0.03 - 0.03 / 19, 0.03 + 0.03 / 19), 20, 20)
+    patch = normal_contact((x**2 + y**2) / 0.1, STEEL, STEEL, load=1e7, grid=grid, estimate=False)
+    assert patch.max_pressure > 0.05 * STEEL.young and "small strains" in patch.warnings[-1]

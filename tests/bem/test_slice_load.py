@@ -85,3 +85,9 @@ def test_bad_input_says_what_is_wrong():
         loaded_slices(Slices(SLICES.lower, SLICES.upper), load=LOAD)
     with pytest.raises(ContactInputError, match="at least 1 slice"):
         loaded_slices(SLICES, load=LOAD, cells=(10, 2))
+
+
+def test_a_pressure_beyond_small_strains_is_said():
+    """1 GN: a twentieth of Young's modulus is passed; 100 kN is not near it."""
+    assert "small strains" in loaded_slices(SLICES, load=1e9, cells=(5, 16), estimate=False).warnings[-1]
+    assert not loaded_slices(SLICES, load=LOAD, cells=(5, 16), estimate=False).warnings
