@@ -36,7 +36,10 @@ def test_every_slice_of_hertz_ellipse_is_its_own_line_contact(sharing, law):
     row = patch.pressure[10]
     inside = np.abs(patch.grid.y) < 0.95 * half_width[10]
     exact = pressure[10] * np.sqrt(1 - (patch.grid.y[inside] / half_width[10])**2)
-    np.testing.assert_allclose(row[inside], exact, atol=0.01 * pressure[10])
+    # an edge known to a quarter of an element shifts the pressure p0 sqrt(2 d / a) most at the outermost row, d = 0.05 a
+    np.testing.assert_allclose(row[inside], exact, atol=pressure[10] / (4 * n[10] * np.sqrt(0.1)))
+    middle = np.abs(patch.grid.y[inside]) < 0.7 * half_width[10]
+    np.testing.assert_allclose(row[inside][middle], exact[middle], atol=0.01 * pressure[10])
 
 
 def test_shares_add_up_and_follow_their_laws():
