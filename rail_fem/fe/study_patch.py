@@ -192,7 +192,7 @@ def draw(cases: dict[str, list[MethodRow]], path: Path) -> None:
             across.set(title=f"P8 on {rail}, {WHEEL_LOAD / 1e3:.4g} kN: across, at x = 0", xlabel="along the face, from the touch [mm]", ylabel="pressure [MPa]")
             along.set(title="largest over each section, along the patch", xlabel="x [mm]")
             across.axhline(THESIS_ROWS[0].max_pressure / 1e6, color="#777777", linewidth=1, linestyle=":", label="thesis: FEA, largest")
-            along.legend(fontsize=9, loc="upper right")
+            along.legend(fontsize=9, loc="lower center")
             across.legend(fontsize=9, loc="upper right")
         save(figure, path)
 

@@ -61,7 +61,7 @@ def test_finite_elements_converge_to_half_space_and_slices(rail):
 
 @pytest.mark.validate
 def test_the_study_command_saves_its_table_and_figure(tmp_path):
-    study_patch.main([1.5], tmp_path / "patch")
+    study_patch.main([1.0], tmp_path / "patch")
     text = (tmp_path / "patch.md").read_text()
     assert text.count("| half-space |") == 2 and text.count("thesis: FEA") == 2
     assert (tmp_path / "patch.png").read_bytes()[:4] == b"\x89PNG"
