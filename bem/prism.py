@@ -41,7 +41,7 @@ class PrismSection:
         return displacement_integrals(points[:, 0] + 1j * points[:, 1], mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities)[0]
 
     def _plane_resultants(self) -> None:
-        mesh, k = self.mesh, self.mesh.elements
+        mesh = self.mesh
         points, begin, end, cell = mesh.paths()
         integrals = resultant_integrals(points, begin, end, cell, mesh.densities, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities)
         self._in_plane = resultant_map(*integrals, self.material)

@@ -95,7 +95,7 @@ def body_flexibility(body: Body, zone: np.ndarray, size: float, length: float, a
         held[mesh.of_edge(body.held)] = True
     section = PrismSection(mesh, body.material, held, mesh.middles[nodes])
     wavenumbers = _wavenumbers(np.ptp(mesh.vertices, axis=0).max(), size, length)
-    own, normals, n = _own_cells(mesh, nodes), mesh.normals[nodes], mesh.densities
+    own, normals = _own_cells(mesh, nodes), mesh.normals[nodes]
     forces = np.vstack([-own * normals[:, 0], -own * normals[:, 1], np.zeros_like(own)])
     mass = own.sum(axis=0)
     flat = _Straightened(mesh, nodes)

@@ -30,9 +30,7 @@ from bem.halfspace_influence import Pair
 from bem.halfspace_input import check_drive, check_inside, strain_warning
 from bem.halfspace_place import Window, evaluate_gap, place_grid, widened
 from bem.halfspace_pressure import NormalOperator, solve_pressure
-from bem.material import Elastic
-from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid, NoContactError, Patch
-from bem.patch_edge import edge_places
+from bem.patch import Cost, ErrorEstimate, Grid, NoContactError, Patch
 from bem.section_flexibility import Flexibility, body_flexibility
 from bem.slices import SliceGap, Slices
 

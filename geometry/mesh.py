@@ -12,6 +12,11 @@ class MeshError(ValueError):
     """A mesh that cannot be made, or that came out unusable: what, where, how large, what to do."""
 
 
+def cross_2d(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Cross product of plane vectors (..., 2): positive where b lies to the left of a."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
 @dataclass(frozen=True)
 class HexMesh:
     """A conforming mesh of 8-node hexahedra with the named sets that contact and supports need.

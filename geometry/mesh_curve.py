@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geometry.mesh import MeshError
+from geometry.mesh import MeshError, cross_2d
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class SectionCurve:
     def sharp_points(self, angle: float = np.radians(25)) -> np.ndarray:
         """Indices of inner points where the outline turns by more than `angle` [rad]."""
         edge = np.diff(self.points, axis=0)
-        turn = np.cross(edge[:-1], edge[1:]), np.einsum("ij,ij->i", edge[:-1], edge[1:])
+        turn = cross_2d(edge[:-1], edge[1:]), np.einsum("ij,ij->i", edge[:-1], edge[1:])
         return 1 + np.flatnonzero(np.abs(np.arctan2(*turn)) > angle)
 
 

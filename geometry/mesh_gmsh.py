@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from geometry.mesh import MeshError
+from geometry.mesh import MeshError, cross_2d
 
 DELAUNAY = 5
 FRONTAL_DELAUNAY = 6
@@ -79,7 +79,7 @@ def badness(points: np.ndarray, quads: np.ndarray, angles: np.ndarray) -> float:
 def inner_angles(polygon: np.ndarray) -> np.ndarray:
     """Inner angle (n,) [rad] at each corner of an anticlockwise polygon (n, 2)."""
     after, before = np.roll(polygon, -1, axis=0) - polygon, np.roll(polygon, 1, axis=0) - polygon
-    return np.mod(np.arctan2(np.cross(after, before), np.einsum("ij,ij->i", after, before)), 2 * np.pi)
+    return np.mod(np.arctan2(cross_2d(after, before), np.einsum("ij,ij->i", after, before)), 2 * np.pi)
 
 
 def _check_simple(polygon):
@@ -95,7 +95,7 @@ def _crossings(polygon):
     start, end = polygon, np.roll(polygon, -1, axis=0)
 
     def side(points):
-        return np.sign(np.cross((end - start)[:, None], points[None] - start[:, None]))
+        return np.sign(cross_2d((end - start)[:, None], points[None] - start[:, None]))
 
     separate = side(start) * side(end) < 0
     return np.argwhere(separate & separate.T)
@@ -166,6 +166,6 @@ def _cells(gmsh, kind, nodes, number, points):
     """Cells of one Gmsh element type with `nodes` nodes, turned anticlockwise."""
     cells = np.array([number[tag] for tag in gmsh.model.mesh.getElementsByType(kind)[1].tolist()], dtype=int).reshape(-1, nodes)
     p = points[cells]
-    clockwise = np.cross(p[:, 1] - p[:, 0], p[:, -1] - p[:, 0]) < 0
+    clockwise = cross_2d(p[:, 1] - p[:, 0], p[:, -1] - p[:, 0]) < 0
     cells[clockwise] = cells[clockwise][:, ::-1]
     return cells

@@ -4,6 +4,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
 
+from geometry.mesh import cross_2d
+
 POINTS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 CORNER = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
@@ -39,7 +41,7 @@ def plane_stiffness(points: np.ndarray, quads: np.ndarray, poisson: float = 0.3)
     """Plane strain stiffness (2n, 2n), sparse, of bilinear quads (k, 4) with modulus proportional to 1 / area."""
     corner = points[quads]
     diagonals = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
-    area = np.abs(np.cross(*diagonals)) / 2
+    area = np.abs(cross_2d(*diagonals)) / 2
     lam, mu = poisson / (1 - 2 * poisson), 0.5
     law = np.array([[lam + 2 * mu, lam, 0], [lam, lam + 2 * mu, 0], [0, 0, mu]])
     element = np.zeros((len(quads), 8, 8))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.mesh import MeshError
+from geometry.mesh import MeshError, cross_2d
 from geometry.mesh_gmsh import badness, fill_with_quads, inner_angles
 from geometry.mesh_parts import SectionParts, rectangle
 
@@ -86,7 +86,7 @@ def fill_rest(parts: SectionParts, loops: list[np.ndarray], elsewhere: Sequence[
     least, rest, points, quads = min(found, key=lambda attempt: attempt[0])
     ring, base = rest.add_nodes()
     number = np.concatenate([ring, parts.add_nodes(points[len(ring):])])
-    area = np.abs(np.cross(points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]])) / 2
+    area = np.abs(cross_2d(points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]])) / 2
     side = np.sqrt(np.maximum(area, (0.5 * parts.sizes.fine) ** 2))
     parts.add_cells("coarse", number[quads], side[:, None, None] * rectangle(1.0, 1.0), SIZE_WEIGHT)
     return base, least

@@ -11,6 +11,7 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from bem.hertz import contact_stiffness, point_contact
 from geometry.axes import tread_datum_y
@@ -165,7 +166,7 @@ def equivalent_paraboloid(gap: np.ndarray, along: np.ndarray, across: np.ndarray
     length, _ = _below(rows, along, depth[:, None])
     width, middle = _below(columns, across, depth[:, None])
     widths, _ = _below(gap, across, depth[:, None, None])
-    area = np.trapz(widths, along, axis=1)
+    area = trapezoid(widths, along, axis=1)
     ellipse = np.pi / 4 * length * width
     scale = (area / ellipse)[:, None]
     radii = np.stack([length, width], axis=1) ** 2 / 4 * scale / (2 * depth[:, None])

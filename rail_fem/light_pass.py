@@ -95,7 +95,7 @@ def history_rows(run: LightPass, interval: float) -> slice:
 
 def common_history(run: LightPass, rows: slice) -> dict[str, np.ndarray]:
     """Columns of rail_fem.history that every light pass resolves; energies at the ends of the steps."""
-    position, motion = run.position, run.motion
+    position = run.position
     columns = {"time": run.time, "x": run.x, "force": run.force.sum(axis=0), "wheel_height": position[:, WHEEL],
                "crossing_height": position[:, TRACK], **energy_columns(run)}
     return {name: values[rows] for name, values in columns.items()}

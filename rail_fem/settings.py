@@ -1,6 +1,6 @@
 """Numerics of each model, apart from the physics: one typed class a rung, read from [run.<model>] of a case file."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError

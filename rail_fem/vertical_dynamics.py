@@ -85,7 +85,7 @@ def integrate(masses: Masses, position: np.ndarray, velocity: np.ndarray, step: 
                    np.array(velocity, float), step, *law.arrays)
     if not np.isfinite(found[0]).all():
         bad = int(np.argmin(np.isfinite(found[0]).all(axis=1)))
-        raise FloatingPointError(f"vertical dynamics: the motion is not finite from step {bad} of {steps} on, t = {bad * step:.4g} s")
+        raise FloatingPointError(f"vertical dynamics: the motion is not finite from step {bad} of {len(found[0]) - 1} on, t = {bad * step:.4g} s")
     return Motion(*found)
 
 

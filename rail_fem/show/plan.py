@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 
 from rail_fem.result import PassResult
 from rail_fem.show.fields import REGIONS, CrossingFields, faces_from_above
-from rail_fem.show.style import BODY, HALO, NEVER_YIELDED, STRAIN_COLOURS, WIDTH, give_title, new_figure
+from rail_fem.show.style import BODY, HALO, NEVER_YIELDED, STRAIN_COLOURS, give_title, new_figure
 
 MARGIN = 12e-3  # shown around what has yielded and the contact path [m]
 LONGEST_STRIP = 3.4  # length over width of a strip; longer views go on in the next strip

@@ -3,7 +3,6 @@ import numpy as np
 import pytest
 
 from bem.hertz import point_contact
-from bem.material import STEEL
 from bem.patch import ContactInputError
 from bem.slice_contact import slice_contact
 from bem.slice_load import elliptic, hertz_of, loaded_slices, parabolic

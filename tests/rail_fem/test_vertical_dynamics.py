@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from rail_fem.vertical_dynamics import ContactLaw, Masses, contact_energy, contact_force, integrate, rest_distance
 from tests.order import assert_order
@@ -76,7 +77,7 @@ def test_groove_law_is_the_sum_of_both_depths_and_its_energy_the_work():
     depth = np.linspace(1e-6, 8e-4, 4001)
     force = np.array([contact_force(d, at, 1.5)[0] for d in depth])
     np.testing.assert_allclose((force / 4e10) ** (2 / 3) + 2e-9 * np.maximum(force - 5e3, 0), depth, rtol=1e-12)
-    work = np.trapz(force, depth)
+    work = trapezoid(force, depth)
     energy = contact_energy(-depth[-1], np.zeros(1), np.array([at]), 1.5) - contact_energy(-depth[0], np.zeros(1), np.array([at]), 1.5)
     assert energy == pytest.approx(work, rel=1e-6)  # trapezoidal rule, 4000 intervals
 
@@ -92,3 +93,9 @@ def test_bad_shapes_and_steps_are_refused():
         integrate(free_pair(), np.zeros(2), np.zeros(2), 1e-5, ContactLaw(np.zeros((1, 4)), np.ones((1, 4))))
     with pytest.raises(ValueError, match="must be positive"):
         integrate(free_pair(), np.zeros(2), np.zeros(2), 0.0, law(2, 1e9, 1.0))
+
+
+def test_a_motion_that_is_no_number_is_told_with_its_step():
+    law = ContactLaw(np.zeros((1, 21)), np.full((1, 21), SPRING))
+    with pytest.raises(FloatingPointError, match="not finite from step 0 of 10 on"):
+        integrate(free_pair(), np.array([np.nan, 0.0]), np.zeros(2), 1e-5, law)
