@@ -67,9 +67,9 @@ def test_figures_need_neither_display_nor_vtk_and_leave_matplotlib_as_it_was(tmp
     write_run(tmp_path)
     code = f"""
 import sys, numba, matplotlib
-before = dict(matplotlib.rcParams)
+before = matplotlib.rcParams.copy()  # a dict of them would look for a backend, and import pyplot for that
 from rail_fem.show.figures import draw_run, strain_figures
-print(len(draw_run({str(tmp_path)!r})), [m for m in sys.modules if m.startswith(("vtk", "pyvista")) or m == "matplotlib.pyplot"], before == dict(matplotlib.rcParams))
+print(len(draw_run({str(tmp_path)!r})), [m for m in sys.modules if m.startswith(("vtk", "pyvista")) or m == "matplotlib.pyplot"], before == matplotlib.rcParams.copy())
 """
     answer = run_alone("-W", "error::RuntimeWarning", "-c", code)
     assert answer.stdout.strip() == "4 [] True", answer.stderr
