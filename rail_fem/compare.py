@@ -33,15 +33,27 @@ def peak(result: PassResult, *names: str) -> float:
 
 
 def of_peak(*names: str) -> Callable[[PassResult, PassResult], float]:
-    return lambda result, reference: peak(result, *names) / peak(reference, *names) - 1
+    """Relative difference of a peak; NaN where the result did not run over the place of the reference's."""
+
+    def error(result: PassResult, reference: PassResult) -> float:
+        place = next((reference.peaks[name].x for name in names if name in reference.peaks), NAN)
+        way = settled_way(result)
+        if len(way) and not np.isnan(place) and not way.min() <= place <= way.max():
+            return NAN
+        return peak(result, *names) / peak(reference, *names) - 1
+
+    return error
 
 
 def common_way(result: PassResult, reference: PassResult) -> np.ndarray:
-    """Places x (n,) of the reference's rows, after it has settled, that the result's history covers [m]."""
-    time, x = reference.history["time"], reference.history["x"]
-    x = x[time > reference.settings.get("settle_time", 0.0)]
-    other = result.history["x"]
+    """Places x (n,) of the reference's rows that the result's history covers, both after they have settled [m]."""
+    x, other = settled_way(reference), settled_way(result)
     return x[(x >= other.min(initial=np.inf)) & (x <= other.max(initial=-np.inf))]
+
+
+def settled_way(result: PassResult) -> np.ndarray:
+    """Places x (n,) of a history's rows after its settling [m]."""
+    return result.history["x"][result.history["time"] > result.settings.get("settle_time", -1.0)]
 
 
 def along(result: PassResult, x: np.ndarray, name: str) -> np.ndarray:

@@ -10,6 +10,7 @@ from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, W
 
 MARKERS = {"nose peak": ("o", NOSE), "wing peak": ("s", WING), "peak": ("^", ORANGE), "history": ("D", PURPLE), "strain": ("v", GREEN)}
 CURVES = (WING, NOSE, GREEN, PURPLE, ORANGE, SKY)
+LABELS = (0.02, 0.26)  # heights of the names, in turn, so that neighbours do not cover one another
 LEAST = 1e-4  # errors below are drawn here
 
 
@@ -29,10 +30,10 @@ def draw_errors(axes, comparison: Comparison) -> None:
         cost, error = np.array([row for row in rows if np.isfinite(row[1])]).reshape(-1, 2).T
         if len(cost):
             axes.plot(cost, np.maximum(error, LEAST), marker, ms=11, mfc="none", mec=colour, mew=2.2, ls="none", label=QUANTITIES[quantity].meaning)
-    for name, result in zip(comparison.names, comparison.results):
+    for i, (name, result) in enumerate(zip(comparison.names, comparison.results)):
         axes.axvline(core_seconds(result), color=GREY, ls=":", lw=1)
         text = f"{name} (reference)" if result is comparison.reference else name
-        axes.annotate(text, (core_seconds(result), 0.02), xycoords=("data", "axes fraction"), xytext=(-4, 0), textcoords="offset points", rotation=90, ha="right", va="bottom", fontsize=11)
+        axes.annotate(text, (core_seconds(result), LABELS[i % len(LABELS)]), xycoords=("data", "axes fraction"), xytext=(-4, 0), textcoords="offset points", rotation=90, ha="right", va="bottom", fontsize=11)
     axes.set(xscale="log", yscale="log", xlabel="cost [core seconds]", ylabel="relative error")
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=2, mode="expand", frameon=False)
 

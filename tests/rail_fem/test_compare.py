@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.casefile import load_case
-from rail_fem.compare import CompareError, advice, compare, history_error, table
+from rail_fem.compare import QUANTITIES, CompareError, advice, compare, history_error, table
 from rail_fem.result import Cost, PassResult, Peak
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -46,6 +46,22 @@ def test_histories_are_compared_where_both_run_and_in_either_direction():
     part = made("lumped", 1.2, 1.0, way=(0.2, 0.9), rows=7001, backwards=True)
     assert history_error(part, reference) == pytest.approx(0.2, rel=1e-5)  # of interpolation between 0.1 mm: (20 h)^2 / 8
     assert np.isnan(history_error(made("lumped", 1.0, 1.0, way=(0.6, 0.9)), reference))
+
+
+def test_settling_is_compared_in_neither_run():
+    """Force 0 while it settles, over the first 2.5 of 10 ms; exact afterwards."""
+    reference, begun = made("fe_full", 1.0, 1.0), made("fe_window", 1.0, 1.0)
+    settling = begun.history["time"] <= 2.5e-3
+    begun = replace(begun, settings={"settle_time": 2.5e-3}, history=begun.history | {"force": np.where(settling, 0.0, begun.history["force"])})
+    assert history_error(begun, reference) == 0.0
+    assert history_error(replace(begun, settings={}), reference) > 0.3
+
+
+def test_a_peak_that_a_window_did_not_run_over_is_not_compared():
+    window = made("fe_window", 1.0, 1.0, way=(0.3, 0.5))
+    for place, compared in ((0.25, False), (0.35, True)):
+        reference = replace(made("fe_full", 1.0, 1.0), peaks={"force_nose": Peak(1e5, "N", x=place)})
+        assert np.isfinite(QUANTITIES["nose peak"].error(window, reference)) == compared
 
 
 def test_the_cheapest_within_an_error_is_named_with_its_cost_and_doubts(folders):
