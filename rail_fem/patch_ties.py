@@ -191,7 +191,7 @@ def _heights(surface: Surface, point: np.ndarray, frame: np.ndarray, x: np.ndarr
             break
         rise = (surface(at[..., 0] + step * normal[0], at[..., 1] + step * normal[1]) - z) / step
         rise = np.where(np.isfinite(rise), rise, 0.0)
-        height = height - miss / (normal[2] - rise)
+        height = height - np.where(np.isfinite(miss), miss, 0.0) / (normal[2] - rise)  # beside the body it stays where it is
     return np.where(np.abs(miss) <= 1e-9, height, np.nan)
 
 

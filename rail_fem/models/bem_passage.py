@@ -27,6 +27,7 @@ from rail_fem.scene import Scene
 from rail_fem.validity import bem_flags, flag_warnings
 from rail_fem.wheelshape import wheel_shape
 
+WINDOW = 0.025, 0.025  # half length and half width in which a patch is looked for [m]
 HIDDEN = 1.5e-3  # a body this far below the wheel's rigid path carries nothing [m]
 
 
@@ -80,7 +81,7 @@ def tie_of(scene: Scene, table: ContactTable, body: int, index: int, x: float | 
 
 def solved_patch(tie: Tie, load: float, cells: int, estimate: bool) -> SolvedPatch:
     """Patch under a vertical load [N]."""
-    return normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(load), window=tie.window(0.025, 0.025), cells=cells, estimate=estimate)
+    return normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(load), window=tie.window(*WINDOW), cells=cells, estimate=estimate)
 
 
 def approach_stiffness(tie: Tie, load: float, cells: int) -> float:
@@ -93,10 +94,11 @@ def solved_patches(scene: Scene, settings: BemPassageSettings, table: ContactTab
     """Patches of the bodies that carry at these steps, each with its solution."""
     found = []
     for i in steps:
-        near = int(table.nearest(run.x[i : i + 1])[0])
         for b, body in enumerate(BODIES):
             if run.force[b, i] <= 0:
                 continue
+            touched = np.flatnonzero(np.isfinite(table.point[b, :, 0]))
+            near = int(touched[np.argmin(np.abs(table.x[touched] - run.x[i]))])
             tie = tie_of(scene, table, b, near, float(run.x[i]))
             patch = solved_patch(tie, float(run.force[b, i]), settings.cells, estimate=True)
             length, width = (float(np.ptp(np.flatnonzero((patch.pressure > 0).any(axis=1 - k))) + 1) * side for k, side in enumerate((patch.grid.dx, patch.grid.dy)))
