@@ -130,6 +130,18 @@ def creep_curves(cells: int, points: int) -> dict[str, dict[str, np.ndarray]]:
     return curves
 
 
+def report_speed_error(rows: list[dict], folder: Path) -> None:
+    """Speed against error of some methods: printed, and as speed_error.csv and speed_error.png in the folder."""
+    with open(folder / "speed_error.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0].keys())
+        writer.writeheader()
+        writer.writerows(rows)
+    print(f"{'method':44s} {'cells':>6s} {'seconds':>10s} {'error':>10s}")
+    for row in rows:
+        print(f"{row['method']:44s} {row['cells']:6d} {row['seconds']:10.4f} {row['error']:10.2e}")
+    speed_error_figure(rows, str(folder / "speed_error.png"))
+
+
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("halfspace_study"))
@@ -138,14 +150,7 @@ def main(arguments: list[str] | None = None) -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     rows = normal_rows((22, 44) if options.quick else (22, 44, 88, 176, 352, 704))
     rows += tangential_rows((11, 22, 44) if options.quick else (22, 44, 88, 176, 352))
-    with open(options.out / "speed_error.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, rows[0].keys())
-        writer.writeheader()
-        writer.writerows(rows)
-    print(f"{'method':44s} {'cells':>6s} {'seconds':>10s} {'error':>10s}")
-    for row in rows:
-        print(f"{row['method']:44s} {row['cells']:6d} {row['seconds']:10.4f} {row['error']:10.2e}")
-    speed_error_figure(rows, str(options.out / "speed_error.png"))
+    report_speed_error(rows, options.out)
     creep_curves_figure(creep_curves(22 if options.quick else 44, 7 if options.quick else 21), str(options.out / "creep_curves.png"))
     rolling_contact(solve_normal(44), STEEL, STEEL, FRICTION, CREEPAGE).figure(str(options.out / "patch.png"))
     print(f"written: {options.out}/speed_error.csv, speed_error.png, creep_curves.png, patch.png")

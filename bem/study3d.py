@@ -9,7 +9,6 @@ The slices' ellipse is pressed between blocks 12 to 16 times as wide as the patc
 from __future__ import annotations
 
 import argparse
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,7 @@ from bem.body import Body
 from bem.conformal import pin_clearance, pin_pressure, pin_semi_angle
 from bem.curve import arc
 from bem.halfspace import normal_contact
-from bem.halfspace_figures import conformal_figure, creep_curves_figure, speed_error_figure
+from bem.halfspace_figures import conformal_figure, creep_curves_figure
 from bem.material import STEEL
 from bem.outline import Edge, Outline, block_behind
 from bem.patch import Grid, Patch
@@ -109,14 +108,7 @@ def main(arguments: list[str] | None = None) -> None:
     rows = halfspace_study.normal_rows((22, 44) if options.quick else (22, 44, 88, 176, 352, 704))
     rows += slice_rows((12, 22) if options.quick else (12, 22, 44, 88))
     rows += halfspace_study.tangential_rows((11, 22, 44) if options.quick else (22, 44, 88, 176))
-    with open(options.out / "speed_error.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, rows[0].keys())
-        writer.writeheader()
-        writer.writerows(rows)
-    print(f"{'method':44s} {'cells':>6s} {'seconds':>10s} {'error':>10s}")
-    for row in rows:
-        print(f"{row['method']:44s} {row['cells']:6d} {row['seconds']:10.4f} {row['error']:10.2e}")
-    speed_error_figure(rows, str(options.out / "speed_error.png"))
+    halfspace_study.report_speed_error(rows, options.out)
     creep_curves_figure(halfspace_study.creep_curves(22 if options.quick else 44, 7 if options.quick else 21), str(options.out / "creep_curves.png"))
     conformal = conformal_rows((30, 75) if options.quick else ANGLES)
     print(f"\n{'pin in hole [deg]':>20s} {'p R / P, Persson':>18s} {'slices':>10s} {'half-space':>12s}   (errors)")
