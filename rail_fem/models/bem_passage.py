@@ -18,13 +18,13 @@ from bem.material import Elastic
 from bem.patch import Patch as SolvedPatch
 from geometry.crossing import CastCrossing
 from rail_fem.contact_table import BODIES, ContactTable, contact_table
-from rail_fem.light_pass import LightPass, common_history, history_rows, lift_offs, run_pass, step_error
+from rail_fem.light_pass import LightPass, lift_offs, run_pass, step_error
 from rail_fem.light_settings import BemPassageSettings
-from rail_fem.models.rigid_hertz import body_columns, body_peaks, contacts_of, moments, points_at, transfer_place
+from rail_fem.models.rigid_hertz import contacts_of, moments, pass_result
 from rail_fem.patch_ties import Tie, crossing_surface, tie_at
-from rail_fem.result import Cost, PassResult, Patch
+from rail_fem.result import PassResult, Patch
 from rail_fem.scene import Scene
-from rail_fem.validity import bem_flags, flag_warnings
+from rail_fem.validity import bem_flags
 from rail_fem.wheelshape import wheel_shape
 
 WINDOW = 0.025, 0.025  # half length and half width in which a patch is looked for [m]
@@ -39,21 +39,14 @@ def solve(scene: Scene, settings: BemPassageSettings, folder: Path | None = None
     hertz = contact_table(scene, *settings.window(scene), settings.path_spacing)
     started = time.perf_counter()
     table = solved_table(scene, settings, hertz)
-    run = run_pass(scene, settings, contacts_of(scene, settings, table))
-    coarse = run_pass(scene, settings, contacts_of(scene, settings, table), 2 * run.step)
-    point, rows = points_at(table, run.x), history_rows(run, settings.history_interval)
+    contacts = contacts_of(scene, settings, table)
+    run = run_pass(scene, settings, contacts)
+    coarse = run_pass(scene, settings, contacts, 2 * run.step)
     solved = solved_patches(scene, settings, table, run, moments(run))
     patches = tuple(patch for patch, _ in solved)
     flags = bem_flags(scene, run, patches, lift_offs(run, scene.static_wheel_load))
-    history = common_history(run, rows) | {name: values[rows] for name, values in body_columns(run, table, point).items()}
-    return PassResult(
-        model="bem_passage", scene=scene, settings=settings.model_dump(mode="json"), history=history, patches=patches,
-        peaks=body_peaks(run, point, patches), transfer_x=transfer_place(run, scene.direction_sign),
-        energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
-        cost=Cost(hertz.search_time + time.perf_counter() - started, 0, len(run.time)),
-        error_estimate={"time_step": step_error(run, coarse), "pressure": max(p.error.max_pressure for _, p in solved)},
-        trust={"validity": flags, "rigid_transfers": table.transfers.tolist()}, warnings=flag_warnings(flags),
-    )  # fmt: skip
+    errors = {"time_step": step_error(run, coarse), "pressure": max(p.error.max_pressure for _, p in solved)}
+    return pass_result("bem_passage", scene, settings, table, run, patches, flags, errors, started)
 
 
 def solved_table(scene: Scene, settings: BemPassageSettings, hertz: ContactTable) -> ContactTable:

@@ -15,7 +15,7 @@ from rail_fem.light_settings import RigidHertzSettings
 from rail_fem.result import NAN, Cost, PassResult, Patch, Peak
 from rail_fem.groove import grooves
 from rail_fem.scene import Scene
-from rail_fem.validity import flag_warnings, hertz_flags
+from rail_fem.validity import Flag, flag_warnings, hertz_flags
 from rail_fem.vertical_dynamics import ContactLaw
 
 
@@ -26,20 +26,27 @@ def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None
     """
     table = contact_table(scene, *settings.window(scene), settings.path_spacing)
     started = time.perf_counter()
-    run = run_pass(scene, settings, contacts_of(scene, settings, table))
-    coarse = run_pass(scene, settings, contacts_of(scene, settings, table), 2 * run.step)
+    contacts = contacts_of(scene, settings, table)
+    run = run_pass(scene, settings, contacts)
+    coarse = run_pass(scene, settings, contacts, 2 * run.step)
     sparse = run_pass(scene, settings, contacts_of(scene, settings, every_second(table)))
-    point = points_at(table, run.x)
-    rows = history_rows(run, settings.history_interval)
     patches = patches_at(table, run, moments(run))
     flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
+    errors = {"time_step": step_error(run, coarse), "path_spacing": _change(run, sparse)}
+    return pass_result("rigid_hertz", scene, settings, table, run, patches, flags, errors, started)
+
+
+def pass_result(model: str, scene: Scene, settings: RigidHertzSettings, table: ContactTable, run: LightPass, patches: tuple[Patch, ...], flags: list[Flag],
+                errors: dict[str, float], started: float) -> PassResult:
+    """The result of a pass over wing and nose. started : clock when the table was at hand [s]"""
+    point, rows = points_at(table, run.x), history_rows(run, settings.history_interval)
     history = common_history(run, rows) | {name: values[rows] for name, values in body_columns(run, table, point).items()}
     return PassResult(
-        model="rigid_hertz", scene=scene, settings=settings.model_dump(mode="json"), history=history, patches=patches,
+        model=model, scene=scene, settings=settings.model_dump(mode="json"), history=history, patches=patches,
         peaks=body_peaks(run, point, patches), transfer_x=transfer_place(run, scene.direction_sign),
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
         cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
-        error_estimate={"time_step": step_error(run, coarse), "path_spacing": _change(run, sparse)},
+        error_estimate=errors,
         trust={"validity": flags, "rigid_transfers": table.transfers.tolist()}, warnings=flag_warnings(flags),
     )
 
