@@ -13,7 +13,7 @@ from rail_fem.show.style import lettering, save
 from rail_fem.sweep_report import Results, force_table, results_below
 from rail_fem.trends import MEASURES, Group, load_groups, trend_lines
 
-SUMMARY = {"nose": ("largest force\non the nose", "nose peak"), "wing": ("largest force\non the wing", "wing peak"), "strain": ("largest plastic strain\nof the nose", "nose strain")}
+SUMMARY = {"largest force\non the nose": "nose peak", "largest force\non the wing": "wing peak", "largest plastic strain\nof the nose": "nose strain"}
 
 
 def write_page(folder: Path, groups: Path, out: Path) -> Path:
@@ -33,7 +33,7 @@ def write_page(folder: Path, groups: Path, out: Path) -> Path:
 
 
 def draw_summary(results: Results, out: Path) -> Path:
-    measures = {words: (MEASURES[name].of, MEASURES[name].unit, MEASURES[name].factor) for words, name in SUMMARY.values()}
+    measures = {words: MEASURES[name] for words, name in SUMMARY.items()}
     return save(summary_figure(results, measures, "All cases, every rung"), out / "summary.png")
 
 

@@ -11,10 +11,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import numpy as np
 from mpi4py import MPI
 
 from rail_fem.casefile import load_case
+from rail_fem.compare import history_error
 from rail_fem.models.fe_full import solve
 from rail_fem.progress import Progress
 from rail_fem.result import PassResult, load
@@ -45,15 +45,6 @@ def run_sizes(case_path: Path, sizes: list[float], folder: Path) -> list[PassRes
         comm.barrier()
         results.append(load(target))
     return results
-
-
-def history_error(result: PassResult, reference: PassResult, name: str = "force") -> float:
-    """Relative L2 difference of a history over the reference's x after settling."""
-    after = reference.history["time"] > reference.settings["settle_time"]
-    x, exact = reference.history["x"][after], reference.history[name][after]
-    order = np.argsort(result.history["x"])
-    found = np.interp(x, result.history["x"][order], result.history[name][order])
-    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
 
 def table(results: list[PassResult]) -> str:

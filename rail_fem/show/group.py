@@ -17,6 +17,7 @@ from rail_fem.scene import Scene
 from rail_fem.show.fields import CrossingFields, FieldsError, faces_from_above, read_crossing
 from rail_fem.show.plan import contact_path, mpl_colour, view_box
 from rail_fem.show.style import GREEN, GREY, NEVER_YIELDED, NOSE, ORANGE, PURPLE, SKY, STRAIN_COLOURS, TOTAL, WING, new_figure
+from rail_fem.trends import Measure
 from rail_fem.units import show
 
 COLOURS = (TOTAL, WING, NOSE, GREEN, PURPLE, ORANGE, SKY)
@@ -80,19 +81,19 @@ def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str,
     return figure
 
 
-def summary_figure(results: Mapping[str, Mapping[str, PassResult]], measures: Mapping[str, tuple], title: str) -> Figure:
-    """Bars over all cases, a panel for each measure name -> (function of a result, unit, factor), a colour for each rung."""
-    resolved = lambda model: any(np.isfinite(of(of_case[model])) for of_case in results.values() if model in of_case for of, _, _ in measures.values())
+def summary_figure(results: Mapping[str, Mapping[str, PassResult]], measures: Mapping[str, Measure], title: str) -> Figure:
+    """Bars over all cases, a panel for each measure by its words, a colour for each rung."""
+    resolved = lambda model: any(np.isfinite(m.of(of_case[model])) for of_case in results.values() if model in of_case for m in measures.values())
     models = [model for model in LADDER if resolved(model)]
     figure = new_figure(1.5 + 3.2 * len(measures))
     panels = np.atleast_1d(figure.subplots(len(measures), 1, sharex=True))
     place, width = np.arange(len(results)), 0.8 / max(len(models), 1)
-    for axes, (words, (of, unit, factor)) in zip(panels, measures.items()):
+    for axes, (words, measure) in zip(panels, measures.items()):
         for k, model in enumerate(models):
-            values = [factor * of(of_case[model]) if model in of_case else np.nan for of_case in results.values()]
+            values = [measure.factor * measure.of(of_case[model]) if model in of_case else np.nan for of_case in results.values()]
             if np.isfinite(values).any():
                 axes.bar(place + (k - (len(models) - 1) / 2) * width, values, width, color=COLOURS[k % len(COLOURS)], label=model)
-        axes.set_ylabel(f"{words} [{unit}]")
+        axes.set_ylabel(f"{words} [{measure.unit}]")
         axes.set_ylim(top=1.25 * axes.get_ylim()[1])
         if axes.patches:
             axes.legend(loc="upper left", ncols=len(models))
