@@ -17,6 +17,8 @@ _SEARCH_CELLS = 40
 _RESOLVED = 12      # cells across the patch, both ways, from which its edge is trusted
 _MARGIN = 1.5       # cells between patch and grid edge
 _MAX_ROUNDS = 40
+_SHRINKS = 0.95     # of its sides, at most, that a round leaves of a box that still narrows
+_MOST_SEARCH_CELLS = 320
 
 
 def evaluate_gap(gap: GapFunction, grid: Grid) -> np.ndarray:
@@ -32,18 +34,26 @@ def place_grid(gap: GapFunction, window: Window, pair: Pair, load: float | None,
 
     gap(x, y) -> gap [m] for arrays of places; window : ((x_min, x_max), (y_min, y_max)) [m]
     The window is solved coarsely and narrowed to the cells that touch or could touch, until the patch is 12 cells
-    across. Patches that lie between the cells of the first search (a 40th of the window) can be missed.
+    across. Where the gap is so steep that cells could touch far from the patch, the box comes to rest before: then the
+    cells are halved. Patches that lie between the cells of the first search (a 40th of the window) can be missed.
     """
     _check_window(window)
-    box = window
+    box, search_cells = window, [_SEARCH_CELLS, _SEARCH_CELLS]
     for _ in range(_MAX_ROUNDS):
-        grid = Grid.over(*box, _SEARCH_CELLS, _SEARCH_CELLS)
+        grid = Grid.over(*box, *search_cells)
         found, resolved = _narrow(evaluate_gap(gap, grid), grid, pair, load, approach)
         found = tuple((max(low, limit[0]), min(high, limit[1])) for (low, high), limit in zip(found, window))
         if resolved:
-            return _lay(found, window, cells)
+            return _lay(found, window, cells, search_cells)
+        if _at_rest(found, box):
+            search_cells = [min(2 * count, _MOST_SEARCH_CELLS) for count in search_cells]
         box = found
     raise ContactInputError(f"no patch found in the window {window} m after {_MAX_ROUNDS} rounds: give a window nearer to the contact")
+
+
+def _at_rest(found: Window, box: Window) -> bool:
+    """Whether a round has narrowed no side of the box."""
+    return all(new[1] - new[0] > _SHRINKS * (old[1] - old[0]) for new, old in zip(found, box))
 
 
 def _check_window(window: Window) -> None:
@@ -88,12 +98,12 @@ def _box(grid: Grid, mask: np.ndarray) -> Window:
     return ((x[0] - 2.5 * grid.dx, x[-1] + 2.5 * grid.dx), (y[0] - 2.5 * grid.dy, y[-1] + 2.5 * grid.dy))
 
 
-def _lay(patch: Window, window: Window, cells: tuple[int, int]) -> Grid:
+def _lay(patch: Window, window: Window, cells: tuple[int, int], search_cells: list[int]) -> Grid:
     """`patch` is the patch and one search cell more on each side, which serves as the margin's error."""
     ranges = []
-    for (low, high), count, limit in zip(patch, cells, window):
+    for (low, high), count, limit, searched in zip(patch, cells, window, search_cells):
         share = max(count - 2 * _MARGIN, count / 2)
-        slack = (high - low) / _SEARCH_CELLS
+        slack = (high - low) / searched
         margin = max(((high - low) - 2 * slack) * (count / share - 1) / 2 - slack, 0.0)
         ranges.append((max(low - margin, limit[0]), min(high + margin, limit[1])))
     return Grid.over(*ranges, *cells)

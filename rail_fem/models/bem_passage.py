@@ -15,7 +15,7 @@ import numpy as np
 
 from bem.halfspace import normal_contact
 from bem.material import Elastic
-from bem.patch import Patch as SolvedPatch
+from bem.patch import Patch as SolvedPatch, PatchCutError
 from geometry.crossing import CastCrossing
 from rail_fem.contact_table import BODIES, ContactTable, contact_table
 from rail_fem.light_pass import LightPass, lift_offs, run_pass, step_error
@@ -27,7 +27,8 @@ from rail_fem.scene import Scene
 from rail_fem.validity import bem_flags
 from rail_fem.wheelshape import wheel_shape
 
-WINDOW = 0.025, 0.025  # half length and half width in which a patch is looked for [m]
+WINDOW = 0.025, 0.025  # half length and half width in which a patch is looked for at first [m]
+WIDEST = 0.1           # half width at most: wider than wing and tread together [m]
 HIDDEN = 1.5e-3  # a body this far below the wheel's rigid path carries nothing [m]
 
 
@@ -73,8 +74,15 @@ def tie_of(scene: Scene, table: ContactTable, body: int, index: int, x: float | 
 
 
 def solved_patch(tie: Tie, load: float, cells: int, estimate: bool) -> SolvedPatch:
-    """Patch under a vertical load [N]."""
-    return normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(load), window=tie.window(*WINDOW), cells=cells, estimate=estimate)
+    """Patch under a vertical load [N]. A cone on the wing's plane touches over its whole width: where a window cuts the patch, it is widened."""
+    length, width = WINDOW
+    while True:
+        try:
+            return normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(load), window=tie.window(length, width), cells=cells, estimate=estimate)
+        except PatchCutError:
+            if width >= WIDEST:
+                raise
+            width = min(1.6 * width, WIDEST)
 
 
 def approach_stiffness(tie: Tie, load: float, cells: int) -> float:

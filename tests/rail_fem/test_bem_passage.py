@@ -7,6 +7,7 @@ import pytest
 
 from bem.hertz import contact_stiffness
 from bem.material import STEEL, contact_modulus
+from geometry.crossing import CastCrossing
 from geometry.profiles import Profile, arc
 from rail_fem.casefile import load_case
 from rail_fem.contact_table import contact_table
@@ -44,6 +45,30 @@ def test_a_pass_keeps_forces_of_rigid_hertz_and_gives_true_patches():
     solved = bem_passage.solved_table(scene, settings, table)
     reached = table.stiffness > 0
     assert np.array_equal(solved.stiffness > 0, reached) and 0.8 < (solved.stiffness[reached] / table.stiffness[reached]).min()
+
+
+def test_a_cone_that_touches_the_wing_over_its_whole_width_gets_its_patch():
+    """P1 on the wing: wider than the first window; the forces stay near those of rigid_hertz, whose ellipse is a guess there."""
+    case = load_case(ROOT / "cases" / "thesis" / "case_08.toml")
+    scene, settings = case.scene, case.runs["bem_passage"]
+    table = contact_table(scene, *settings.window(scene), settings.path_spacing)
+    patch = bem_passage.solved_patch(bem_passage.tie_of(scene, table, 0, 0), scene.static_wheel_load, 16, estimate=False)
+    assert 0.025 < patch.extent[1] < bem_passage.WIDEST and patch.normal_force == pytest.approx(scene.static_wheel_load, rel=0.02)
+    crossing = CastCrossing(scene.crossing.ratio)
+    place = bem_passage.tie_of(scene, table, 0, 0)
+    columns = np.flatnonzero((patch.pressure > 0).any(axis=0))
+    sides = place.point[1] + patch.grid.y[columns[[0, -1]]] * place.frame[1, 1]
+    metal = crossing.top_height(np.full(2, table.x[0]), sides, "wing")
+    assert np.isfinite(metal).all()  # pressure only where there is a wing
+
+
+@pytest.mark.parametrize("name", ["case_08", "case_09"])
+def test_p1_and_hollow_wheels_are_answered(name):
+    case = load_case(ROOT / "cases" / "thesis" / f"{name}.toml")
+    coarse = case.runs["bem_passage"].model_copy(update={"cells": 16, "patch_spacing": 40e-3})
+    found, hertz = bem_passage.solve(case.scene, coarse), rigid_hertz.solve(case.scene, case.runs["rigid_hertz"])
+    for peak in ("force_nose", "force_wing"):
+        assert found.peaks[peak].value == pytest.approx(hertz.peaks[peak].value, rel=0.15)
 
 
 def test_a_touch_beside_the_rail_is_refused():
