@@ -46,7 +46,7 @@ make_environment() {
   echo "numpy==$numpy.*" >.venv/constraints.txt
   .venv/bin/python -m pip install -q --disable-pip-version-check --no-input -c .venv/constraints.txt -e '.[test]' </dev/null >"$LOG" 2>&1 ||
     stop "pip could not install the Python packages of pyproject.toml (above): is the package index reachable?"
-  .venv/bin/python -c 'import dolfinx, mpi4py, numba, gmsh, pyvista, pydantic, pint, typer, pytest' >"$LOG" 2>&1 ||
+  .venv/bin/python -c 'import dolfinx, mpi4py, numba, gmsh, pyvista, pydantic, pint, typer, pytest, xdist' >"$LOG" 2>&1 ||
     stop "an installed package does not import (above): remove .venv and call this again"
   : >"$LOG"
 }
