@@ -1,0 +1,44 @@
+"""The study of five wheels over the crossing: its table against the published path numbers, its figure and files."""
+
+import numpy as np
+import pytest
+
+from geometry.contact_band import path_numbers
+from geometry.crossing import CastCrossing
+from rail_fem.study_crossing_path import MM, REFERENCE, draw, run_over, table, write_table
+
+
+def studied(names, spacing, ratio=9.25):
+    crossing = CastCrossing(ratio)
+    paths = {name: run_over(crossing, name, spacing) for name in names}
+    return crossing, paths, {name: path_numbers(path, crossing) for name, path in paths.items()}
+
+
+def test_a_short_study_writes_its_table_and_figure(tmp_path):
+    crossing, paths, numbers = studied(["P8"], 5 * MM)
+    write_table(tmp_path / "t.csv", numbers)
+    read = np.genfromtxt(tmp_path / "t.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    assert float(read["dip"]) == pytest.approx(numbers["P8"].dip, rel=1e-6)
+    text = table(numbers, 9.25)
+    assert "reference" in text and "18.3" in text
+    assert draw(tmp_path / "bands.png", crossing, paths, numbers).stat().st_size > 50_000
+
+
+@pytest.mark.validate
+def test_all_five_wheels_against_the_published_numbers():
+    """As REASONS in the study says."""
+    _, _, numbers = studied(list(REFERENCE), 1 * MM)
+    for name, (lift, climb, lowest, fall, rise, dip) in REFERENCE.items():
+        n = numbers[name]
+        assert n.ramp_lift / MM == pytest.approx(lift, abs=0.011) and n.dip / MM == pytest.approx(dip, abs=0.22)
+        assert n.ramp_slope / MM == pytest.approx(climb, abs=2.2 if name == "P8-hollow" else 0.75)
+        if name != "P8-hollow":
+            assert n.lowest_x / MM == pytest.approx(lowest, abs=1.5) and n.fall / MM == pytest.approx(fall, abs=0.15) and n.rise / MM == pytest.approx(rise, abs=0.25)
+    assert numbers["P8-hollow"].transfer_x / MM == pytest.approx(447, abs=1)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("name, dip", [("P8", 15.8), ("P8-worn", 12.9), ("P1", 16.2), ("S1002", 15.1)])
+def test_stretched_to_the_thesis_ratio_the_dips_are_the_published_estimates(name, dip):
+    """1:10.75 by stretching x: geometry_and_materials.md 3.7."""
+    assert studied([name], 1 * MM, 10.75)[2][name].dip / MM == pytest.approx(dip, abs=0.25)
