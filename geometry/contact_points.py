@@ -137,7 +137,7 @@ class ContactSearch:
         heading = np.array([np.cos(state.yaw), np.sin(state.yaw), 0.0])
         middle, spread = (along + across) / 2, np.hypot((along - across) / 2, mixed)
         place = getattr(self.track, f"{side}_place")
-        dy, dz = y - self.offsets[side] - sign * place.lateral, z + state.z - gap - place.vertical
+        dy, dz = y - self.offsets[side] - sign * place.lateral, z - gap - place.vertical  # z - gap: of the rail's surface
         rail_station = np.cos(place.roll) * dy + sign * np.sin(place.roll) * dz
         return Contacts(side, position, normal, (position - [state.x, state.y, state.z]) @ heading, found[0].copy(), rail_station, angle, radius,
                         (gap + state.z) * np.cos(angle), np.column_stack([middle - spread, middle + spread]), np.column_stack([along, mixed, across]))

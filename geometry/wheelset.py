@@ -99,7 +99,8 @@ class Track:
 
     left, right : rail profiles, each with its gauge side at -y, its crown at z = 0, inclined as it lies; right None: as left
     gauge : distance of the gauge points, which lie on the gauge faces gauge_point below the crowns
-    cant : slope of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane
+    cant : of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane, so that places do not depend on
+        it and weight does: `level`, and rest_under of rail_fem.load_sharing
     left_place, right_place : the 3 degrees of freedom of each rail
     left_check, right_check : check rails; a flange back stops there (geometry.flange_back)
     """
@@ -121,6 +122,11 @@ class Track:
     def plain_line(cls, rail: str = "56E1", inclination: float = 1 / 20, gauge: float = 1.435, **others) -> "Track":
         """Both rails of one standard head with one inclination (thesis Table 3-1: BS113A, 1:20, 1435 mm)."""
         return cls(rail_head(rail, inclination), gauge=gauge, **others)
+
+    def level(self, vectors: np.ndarray) -> np.ndarray:
+        """Vectors (..., 3) of track axes in level axes: x forward, y horizontal to the left, z vertically up."""
+        cosine, sine = np.cos(self.cant), np.sin(self.cant)
+        return np.asarray(vectors, float) @ np.array([[1, 0, 0], [0, cosine, sine], [0, -sine, cosine]])
 
     def profile(self, side: str) -> Profile:
         """The rail profile of "left" or "right"."""
