@@ -54,7 +54,8 @@ def unit_constants(count: int = 2001) -> np.ndarray:
 
 def rest(search: ContactSearch, loads: tuple[float, float], lateral: float = 0.0, yaw: float = 0.0, held_at: str = "rail",
          modulus: float = STEEL_MODULUS) -> LoadedWheelset:
-    """Where the wheelset rests, with its middle held at `lateral` [m], when each side carries its vertical load (left, right) [N].
+    """Where the wheelset rests, with its middle held at `lateral` [m], when each side carries its load (left, right) [N], at right
+    angles to the track plane.
 
     held_at, check rails : as in ContactSearch.settle;  modulus : E* of wheel and rail [Pa]
     A load of 0 lets that wheel just touch. Forces are normal ones; friction carries nothing.
@@ -82,15 +83,20 @@ def rest(search: ContactSearch, loads: tuple[float, float], lateral: float = 0.0
 def rest_under(search: ContactSearch, loads: tuple[float, float], lateral_load: float = 0.0, yaw: float = 0.0, modulus: float = STEEL_MODULUS) -> LoadedWheelset:
     """Where the wheelset rests when it is free to shift and a lateral load [N], + to the left, acts on it: 1e-6 of the vertical loads.
 
+    loads : weight over each side [N], along the vertical. On canted track its part along the track plane pulls towards the lower rail; what a
+    vehicle's height moves from side to side is the caller's.
     Without friction, so that the inclined contacts alone hold it. Raises WheelsetError where they cannot hold the load within 15 mm.
     """
-    total = sum(loads)
+    total, cant = sum(loads), search.track.cant
     check_range("rest_under", (("lateral_load", lateral_load, -10 * total, 10 * total),))
-    left_over = lambda y: (rest(search, loads, y, yaw, modulus=modulus).lateral_force + lateral_load) / total
+    onto = tuple(load * np.cos(cant) for load in loads)
+    along = lateral_load - total * np.sin(cant)
+    left_over = lambda y: (rest(search, onto, y, yaw, modulus=modulus).lateral_force + along) / total
     low, high = -LARGEST_LATERAL, LARGEST_LATERAL
     if not left_over(low) > 0 > left_over(high):
-        raise WheelsetError(f"lateral load {lateral_load:g} N is not held within +-{LARGEST_LATERAL:g} m: it climbs the rail; lessen it")
-    return rest(search, loads, brentq(left_over, low, high, xtol=1e-14, rtol=1e-13), yaw, modulus=modulus)
+        canted = f" and cant {cant:g} rad" if cant else ""
+        raise WheelsetError(f"lateral load {lateral_load:g} N{canted} is not held within +-{LARGEST_LATERAL:g} m: it climbs the rail; lessen it")
+    return rest(search, onto, brentq(left_over, low, high, xtol=1e-14, rtol=1e-13), yaw, modulus=modulus)
 
 
 def _side(search: ContactSearch, state: Wheelset, side: str, pivot: tuple, modulus: float) -> LoadedSide:
