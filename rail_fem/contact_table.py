@@ -83,8 +83,9 @@ def _hermite(at: np.ndarray, x: np.ndarray, height: np.ndarray, slope: np.ndarra
     return np.where(known, low * (1 + 2 * t) * (1 - t) ** 2 + high * t**2 * (3 - 2 * t) + bend, -np.inf)
 
 
-def contact_table(scene: Scene, start: float, end: float, spacing: float) -> ContactTable:
-    """The table between start and end [m], in either order, every `spacing` [m] or a little less.
+def contact_table(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> ContactTable:
+    """The table between start and end [m], in either order, every `spacing` [m] or a little less, for a wheel that is moved by `shift` towards
+    its field side [m]; heights are relative to plain line with the same shift.
 
     Kept for scenes that differ in speed or foundation only: the search takes a second or more.
     Errors: CrossingError where the modelled crossing ends.
@@ -92,7 +93,7 @@ def contact_table(scene: Scene, start: float, end: float, spacing: float) -> Con
     low, high = sorted((start, end))
     steels = tuple((s.youngs_modulus, s.poisson) for s in (scene.materials.wing.steel(), scene.materials.nose.steel(), scene.materials.wheel.steel()))
     wheel = scene.wheel
-    return _table(scene.crossing.ratio, wheel.profile, wheel.far_tread_slope, wheel.radius, scene.wheel_datum_y, low, high, spacing, steels, scene.static_wheel_load)
+    return _table(scene.crossing.ratio, wheel.profile, wheel.far_tread_slope, wheel.radius, scene.wheel_datum_y + shift, low, high, spacing, steels, scene.static_wheel_load)
 
 
 def rail_modulus(rail: tuple[float, float], wheel: tuple[float, float]) -> float:

@@ -56,13 +56,22 @@ class LumpedSettings(PassSettings):
     contact_stiffness: Annotated[float, Quantity("GN/m^1.5", 1, 1e5, "Hertz constant of the contact; none: of the static load at the start")] | None = None
 
 
-class RigidHertzSettings(PassSettings):
-    """Contacts found on the true surfaces of wing and nose, each with its own Hertz law."""
+class GrooveSettings(PassSettings):
+    """Contacts on wing and nose that may press plastic grooves."""
 
     grooves: bool = Field(True, description="a contact whose mean pressure reaches the steel's limit presses a plastic groove; off: elastic")
 
 
-class BemPassageSettings(RigidHertzSettings):
+class RigidHertzSettings(GrooveSettings):
+    """Contacts found on the true surfaces of wing and nose, each with its own Hertz law."""
+
+    freedom: Literal["vertical", "roll", "lateral_roll"] = Field("vertical", description="of the wheel, or of a wheelset whose other wheel runs on its stock rail: roll, or roll, lateral and yaw")
+    lateral_range: Annotated[float, Quantity("mm", 0.5, 12, "how far to each side contacts are looked for; freedom lateral_roll")] = 4e-3
+    gyration: Annotated[float, Quantity("mm", 100, 2000, "radius of gyration of the wheelset in roll and yaw; none: half of it at each tread datum")] | None = None
+    check_rail: Annotated[float, Quantity("mm", 0, 200, "flangeway of the check rail beside the other rail; none: no check rail")] | None = None
+
+
+class BemPassageSettings(GrooveSettings):
     """As rigid_hertz, with contacts solved on the true gaps."""
 
     patch_spacing: Annotated[float, Quantity("mm", 0.5, 100, "distance between places where the gap is solved for the contact's stiffness")] = 10e-3

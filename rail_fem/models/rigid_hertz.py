@@ -2,6 +2,7 @@
 
 Both bodies may carry at once, or none. Resolves the force on wing and nose, where it acts, and the size and pressure of the patches as
 far as they are ellipses. One contact on each body (its nearest place). Blind to conformity, edges, plastic flow and waves, which it flags.
+The wheel moves up and down; with `freedom` it is one of a wheelset that rolls, and moves laterally and in yaw, on crossing and stock rail.
 """
 
 import time
@@ -11,12 +12,13 @@ import numpy as np
 
 from rail_fem.contact_table import BODIES, ContactTable, contact_table, patch_sizes
 from rail_fem.light_pass import Contacts, LightPass, common_history, force_peak, history_rows, lift_offs, run_pass, step_error
-from rail_fem.light_settings import RigidHertzSettings
+from rail_fem.light_settings import GrooveSettings, RigidHertzSettings
 from rail_fem.result import NAN, Cost, PassResult, Patch, Peak
 from rail_fem.groove import grooves
 from rail_fem.scene import Scene
 from rail_fem.validity import Flag, flag_warnings, hertz_flags
 from rail_fem.vertical_dynamics import ContactLaw
+from rail_fem.wheelset_pass import run_wheelset, surfaces_of
 
 
 def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
@@ -24,6 +26,8 @@ def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None
 
     Errors: CrossingError where the window leaves the crossing, ValueError.
     """
+    if settings.freedom != "vertical":
+        return solve_wheelset(scene, settings)
     table = contact_table(scene, *settings.window(scene), settings.path_spacing)
     started = time.perf_counter()
     contacts = contacts_of(scene, settings, table)
@@ -36,11 +40,25 @@ def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None
     return pass_result("rigid_hertz", scene, settings, table, run, patches, flags, errors, started)
 
 
-def pass_result(model: str, scene: Scene, settings: RigidHertzSettings, table: ContactTable, run: LightPass, patches: tuple[Patch, ...], flags: list[Flag],
-                errors: dict[str, float], started: float) -> PassResult:
-    """The result of a pass over wing and nose. started : clock when the table was at hand [s]"""
+def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
+    """One pass of a wheelset that may roll, and by choice move laterally and in yaw. Errors: also ValueError where it leaves lateral_range."""
+    started = time.perf_counter()
+    surfaces = surfaces_of(scene, settings)
+    table = surfaces.over[len(surfaces.over) // 2]
+    contacts = contacts_of(scene, settings, table)
+    found = run_wheelset(scene, settings, contacts, surfaces)
+    run, coarse = found.light, run_wheelset(scene, settings, contacts, surfaces, 2 * found.light.step).light
+    patches = patches_at(table, run, moments(run))
+    flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
+    started -= sum(t.search_time for t in surfaces.over[:-1] + surfaces.plain)  # kept from another scene or not, the search counts
+    return pass_result("rigid_hertz", scene, settings, table, run, patches, flags, {"time_step": step_error(run, coarse)}, started, found.columns)
+
+
+def pass_result(model: str, scene: Scene, settings: GrooveSettings, table: ContactTable, run: LightPass, patches: tuple[Patch, ...], flags: list[Flag],
+                errors: dict[str, float], started: float, more: dict[str, np.ndarray] | None = None) -> PassResult:
+    """The result of a pass over wing and nose. started : clock when the table was at hand [s];  more : columns (m,) beside or instead of the common ones"""
     point, rows = points_at(table, run.x), history_rows(run, settings.history_interval)
-    history = common_history(run, rows) | {name: values[rows] for name, values in body_columns(run, table, point).items()}
+    history = common_history(run, rows) | {name: values[rows] for name, values in (body_columns(run, table, point) | (more or {})).items()}
     return PassResult(
         model=model, scene=scene, settings=settings.model_dump(mode="json"), history=history, patches=patches,
         peaks=body_peaks(run, point, patches), transfer_x=transfer_place(run, scene.direction_sign),
@@ -51,7 +69,7 @@ def pass_result(model: str, scene: Scene, settings: RigidHertzSettings, table: C
     )
 
 
-def contacts_of(scene: Scene, settings: RigidHertzSettings, table: ContactTable) -> Contacts:
+def contacts_of(scene: Scene, settings: GrooveSettings, table: ContactTable) -> Contacts:
     """The contact law along the way, with grooves where the steel yields and the settings want them."""
     if not settings.grooves:
         return lambda x: ContactLaw(table.height_at(x), table.between(x, table.stiffness))

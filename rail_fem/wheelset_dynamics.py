@@ -1,0 +1,246 @@
+"""A wheelset on two rails, free up and down, in roll, laterally and in yaw: the time step of rigid_hertz with that freedom.
+
+q = (sprung mass left and right, wheelset height z, roll phi, lateral y, yaw psi, track left and right); senses of geometry.wheelset: y to
+the left, phi > 0 lifts the left wheel, psi > 0 heads to the left. A contact's potential is the work of its approach
+    d = H(x, u) - z - phi (Y - y) + r phi^2 / 2 + track,   u = side * (y + r phi),
+H the height at which a wheel shifted by u towards its field side touches the rail, Y the contact's place across the track. Its
+gradient gives every force: of the normal, of the contact angle (dH/du), and the lever in roll. So lateral and roll motion exchange
+energy with the vertical one exactly; what it leaves out is of second order in the slopes and of third in y and phi.
+Creep forces: Kalker's linear theory, bounded by friction as Vermeulen and Johnson do; spin creepage left out. The axle turns so that
+its longitudinal creep forces cancel. Scheme: implicit midpoint as in vertical_dynamics, Newton's method for the middle velocity.
+Source: Wickens, Fundamentals of Rail Vehicle Dynamics (2003), chapters 2, 3; Vermeulen and Johnson, J. Appl. Mech. 31 (1964) 338.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from rail_fem.vertical_dynamics import contact_energy, contact_force
+
+SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT, ROLL, LATERAL, YAW, TRACK_LEFT, TRACK_RIGHT = range(8)
+MOST_ITERATIONS = 100
+CLOSED = 1e-14  # to which heights [m] and angles [rad] are found at the middle of a step
+
+
+@dataclass(frozen=True)
+class WheelsetContacts:
+    """c contacts at the ends and middles of m steps, t = 2 m + 1, on a grid of k evenly spaced lateral places of the wheel.
+
+    side   : (c,) +1 left, -1 right;  place : (c, t) Y, across the track from its middle, + to the left [m]
+    shift  : (k,) u [m];  height, slope : (c, t, k) H [m] (-inf out of reach) and dH/du [1];  radius : (c, t, k) of the wheel there [m]
+    law    : (c, t, 3) Hertz constant [N/m^1.5], groove's limit [N] and give [m/N]
+    creep  : (c, t, 2) longitudinal and lateral creep coefficient [N] at the normal force `reference` [N]; they grow with its 2/3 power
+    """
+
+    side: np.ndarray
+    place: np.ndarray
+    shift: np.ndarray
+    height: np.ndarray
+    slope: np.ndarray
+    radius: np.ndarray
+    law: np.ndarray
+    creep: np.ndarray
+    reference: float
+    friction: float
+
+
+@dataclass(frozen=True)
+class WheelsetSystem:
+    """Linear part: mass (8,), stiffness, damping (8, 8), load (8,); free (8,) 1 where the motion is let go, 0 where it is held.
+
+    rolling_radius [m];  speed V > 0 along the way [m/s];  stop : clearance [m] and stiffness [N/m] of the check rail
+    """
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    load: np.ndarray
+    free: np.ndarray
+    rolling_radius: float
+    speed: float
+    stop: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class WheelsetMotion:
+    """position, velocity (m + 1, 8); force (c, m) in each step's middle [N]; works of each step (m,) [J]: drive on the contacts, dampers, creep."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    drive: np.ndarray
+    loss: np.ndarray
+    friction: np.ndarray
+
+
+def march(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray, velocity: np.ndarray, step: float) -> WheelsetMotion:
+    """From the start (8,), (8,) over all steps of `step` [s]. Error: second order in the step (tests/rail_fem/test_wheelset_dynamics.py).
+
+    Errors: ValueError when the wheelset leaves the lateral places of the contacts, FloatingPointError when a step does not close.
+    """
+    c = contacts
+    found = _march(system.mass, system.stiffness, system.damping, system.load, system.free, system.rolling_radius, system.speed, *system.stop,
+                   c.side, c.place, c.shift, c.height, c.slope, c.radius, c.law, c.creep, c.reference, c.friction,
+                   np.array(position, float), np.array(velocity, float), step)
+    bad, motion = found[-1], WheelsetMotion(*found[:-1])
+    if bad >= 0:
+        raise FloatingPointError(f"wheelset dynamics: step {bad} of {len(motion.drive)} does not close, t = {bad * step:.4g} s: take a shorter time_step")
+    across = motion.position[:, LATERAL] + system.rolling_radius * motion.position[:, ROLL]
+    if np.abs(across).max() > np.abs(c.shift).max():
+        i = int(np.argmax(np.abs(across) > np.abs(c.shift).max()))
+        raise ValueError(f"wheelset dynamics: lateral place {across[i] * 1e3:.2f} mm at step {i} is beyond the {np.abs(c.shift).max() * 1e3:.1f} mm that were looked at: widen lateral_range")
+    return motion
+
+
+def potential(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray) -> np.ndarray:
+    """Energy (m + 1,) [J] in contacts and check rail at the ends of the steps, for positions (m + 1, 8)."""
+    c = contacts
+    return _potentials(position, c.side, c.place[:, ::2], c.shift, c.height[:, ::2], c.slope[:, ::2], c.law[:, ::2], system.rolling_radius, *system.stop)
+
+
+@njit(cache=True)
+def surface(u, shift, height, slope):
+    """H, dH/du and d2H/du2 at u: cubic Hermite on the grid, its ends going on straight; -inf beside a place out of reach."""
+    step = shift[1] - shift[0]
+    i = int(min(max((u - shift[0]) // step, 0), len(shift) - 2))
+    if not (np.isfinite(height[i]) and np.isfinite(height[i + 1])):
+        return -np.inf, 0.0, 0.0
+    t = (u - shift[i]) / step
+    if t < 0.0:
+        return height[i] + slope[i] * t * step, slope[i], 0.0
+    if t > 1.0:
+        return height[i + 1] + slope[i + 1] * (t - 1.0) * step, slope[i + 1], 0.0
+    rise, first, last = (height[i + 1] - height[i]) / step, slope[i], slope[i + 1]
+    value = height[i] + step * (first * t * (1 - t) ** 2 - last * t**2 * (1 - t) + rise * t**2 * (3 - 2 * t))
+    tangent = first * (1 - t) * (1 - 3 * t) + last * t * (3 * t - 2) + 6 * rise * t * (1 - t)
+    bend = (first * (6 * t - 4) + last * (6 * t - 2) + rise * (6 - 12 * t)) / step
+    return value, tangent, bend
+
+
+@njit(cache=True)
+def approach(q, side, place, shift, height, slope, rolling, gradient):
+    """Approach d of one contact and d2H/du2; `gradient` (8,) takes d's derivative to q."""
+    value, tangent, bend = surface(side * (q[4] + rolling * q[3]), shift, height, slope)
+    gradient[:] = 0.0
+    gradient[2] = -1.0
+    gradient[3] = side * rolling * tangent - (place - q[4]) + rolling * q[3]
+    gradient[4] = side * tangent + q[3]
+    gradient[6 if side > 0 else 7] = 1.0
+    return value - q[2] - q[3] * (place - q[4]) + rolling * q[3] ** 2 / 2 + q[6 if side > 0 else 7], bend
+
+
+@njit(cache=True)
+def _energy(q, t, side, place, shift, height, slope, law, rolling, clearance, check):
+    """Energy of all contacts at time t of the arrays, and of the check rail."""
+    gradient, none = np.empty(8), np.zeros(1)
+    energy = 0.5 * check * max(q[4] + rolling * q[3] - clearance, 0.0) ** 2
+    for c in range(len(side)):
+        d, _ = approach(q, side[c], place[c, t], shift, height[c, t], slope[c, t], rolling, gradient)
+        if d > 0:
+            energy += contact_energy(-d, none, law[c, t : t + 1], 1.5)
+    return energy
+
+
+@njit(cache=True)
+def _potentials(position, side, place, shift, height, slope, law, rolling, clearance, check):
+    out = np.empty(len(position))
+    for i in range(len(position)):
+        out[i] = _energy(position[i], i, side, place, shift, height, slope, law, rolling, clearance, check)
+    return out
+
+
+@njit(cache=True)
+def _normal(q, t, side, place, shift, height, slope, law, rolling, clearance, check, force, into, stiff):
+    """Forces of contacts (c,), their generalised force into (8,), and minus its derivative to q (8, 8)."""
+    gradient = np.empty(8)
+    into[:], stiff[:] = 0.0, 0.0
+    past = q[4] + rolling * q[3] - clearance
+    if past > 0:
+        into[4] -= check * past
+        into[3] -= check * past * rolling
+        stiff[4, 4] += check
+        stiff[3, 4] += check * rolling
+        stiff[4, 3] += check * rolling
+        stiff[3, 3] += check * rolling**2
+    for c in range(len(side)):
+        d, bend = approach(q, side[c], place[c, t], shift, height[c, t], slope[c, t], rolling, gradient)
+        force[c], rate = contact_force(d, law[c, t], 1.5)
+        into -= force[c] * gradient
+        for i in range(8):
+            for j in range(8):
+                stiff[i, j] += rate * gradient[i] * gradient[j]
+        stiff[4, 4] += force[c] * bend
+        stiff[3, 3] += force[c] * (bend * rolling**2 + rolling)
+        cross = force[c] * (bend * rolling + 1.0)
+        stiff[3, 4] += cross
+        stiff[4, 3] += cross
+
+
+@njit(cache=True)
+def _creep(q, v, t, side, place, shift, radius, creep, reference, friction, rolling, speed, force, into, stiff):
+    """Generalised creep force (8,) and minus its derivative to v, bound held (8, 8), that to yaw in stiff[:, 5] of the second slab."""
+    into[:], stiff[:] = 0.0, 0.0
+    total = force.sum()
+    if total <= 0 or friction <= 0:
+        return
+    at, mean = np.empty(len(side)), 0.0
+    for c in range(len(side)):
+        at[c] = np.interp(side[c] * (q[4] + rolling * q[3]), shift, radius[c, t])
+        mean += force[c] * at[c] / total
+    lateral = (v[4] + rolling * v[3]) / speed - q[5]
+    for c in range(len(side)):
+        if force[c] <= 0:
+            continue
+        grown, arm = (force[c] / reference) ** (2 / 3), place[c, t]
+        along = -arm * v[5] / speed - (at[c] - mean) / rolling
+        wanted_x, wanted_y = -creep[c, t, 0] * grown * along, -creep[c, t, 1] * grown * lateral
+        size = np.hypot(wanted_x, wanted_y) / (3 * friction * force[c])
+        share = 1 - size + size**2 / 3 if size < 1 else 1 / (3 * size)
+        into[5] -= arm * share * wanted_x
+        into[4] += share * wanted_y
+        into[3] += rolling * share * wanted_y
+        fx, fy = creep[c, t, 0] * grown * share, creep[c, t, 1] * grown * share
+        stiff[0, 5, 5] += fx * arm**2 / speed
+        stiff[0, 4, 4] += fy / speed
+        stiff[0, 3, 4] += fy * rolling / speed
+        stiff[0, 4, 3] += fy * rolling / speed
+        stiff[0, 3, 3] += fy * rolling**2 / speed
+        stiff[1, 4, 5] -= fy
+        stiff[1, 3, 5] -= fy * rolling
+
+
+@njit(cache=True)
+def _march(mass, spring, damper, load, free, rolling, speed, clearance, check, side, place, shift, height, slope, radius, law, creep, reference,
+           friction, q, v, step):
+    steps = (place.shape[1] - 1) // 2
+    position, velocity = np.zeros((steps + 1, 8)), np.zeros((steps + 1, 8))
+    force, drive, loss, rubbed = np.zeros((len(side), steps)), np.zeros(steps), np.zeros(steps), np.zeros(steps)
+    position[0], velocity[0] = q, v
+    now, pressed, stiff, dragged, slip = np.zeros(len(side)), np.zeros(8), np.zeros((8, 8)), np.zeros(8), np.zeros((2, 8, 8))
+    held = np.diag(1.0 - free)
+    for i in range(steps):
+        t, middle, closed = 2 * i + 1, v.copy(), False
+        for _ in range(MOST_ITERATIONS):
+            at = q + step / 2 * middle
+            _normal(at, t, side, place, shift, height, slope, law, rolling, clearance, check, now, pressed, stiff)
+            _creep(at, middle, t, side, place, shift, radius, creep, reference, friction, rolling, speed, now, dragged, slip)
+            rest = 2 / step * mass * (middle - v) + spring @ at + damper @ middle - load - pressed - dragged
+            tangent = np.diag(2 / step * mass) + damper + step / 2 * (spring + stiff + slip[1]) + slip[0]
+            for k in range(8):
+                if free[k] == 0.0:
+                    tangent[k, :], tangent[:, k], rest[k] = 0.0, 0.0, 0.0
+            change = np.linalg.solve(tangent + held, rest)
+            middle = middle - change
+            closed = np.abs(change).max() * step / 2 <= CLOSED
+            if closed:
+                break
+        if not closed:
+            return position, velocity, force, drive, loss, rubbed, i
+        at = q + step / 2 * middle
+        drive[i] = (_energy(at, t + 1, side, place, shift, height, slope, law, rolling, clearance, check)
+                    - _energy(at, t - 1, side, place, shift, height, slope, law, rolling, clearance, check))
+        loss[i], rubbed[i], force[:, i] = step * (middle @ (damper @ middle)), -step * (middle @ dragged), now
+        q, v = q + step * middle, 2 * middle - v
+        position[i + 1], velocity[i + 1] = q, v
+    return position, velocity, force, drive, loss, rubbed, -1
