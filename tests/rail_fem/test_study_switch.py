@@ -1,0 +1,83 @@
+"""A wheelset through a parametric switch: its geometry as stated, two points in between, load that goes over without a gap."""
+
+import numpy as np
+import pytest
+
+from geometry.contact_points import ContactSearch
+from geometry.profiles import ProfileError
+from geometry.rail import gauge_face
+from geometry.switch import Switch
+from geometry.wheel import wheel_profile
+from geometry.wheelset import Wheelset, WheelsetError
+from rail_fem.load_sharing import rest
+from rail_fem.study_switch import AXLE_LOAD, MM, draw, report, run_through, write
+
+X = np.array([0.0, 0.3, 0.7, 1.2, 1.8, 2.0, 2.05, 2.1, 2.15, 2.4, 3.0, 4.0])
+
+
+@pytest.fixture(scope="module")
+def passed():
+    return run_through(Switch(), x=X)
+
+
+@pytest.mark.parametrize("x", [1.6, 2.5, 4.0])
+def test_the_tongue_has_the_width_and_height_that_it_is_given(x):
+    """14 mm below the stock rail's crown, where gauges are measured; a quarter of a metre between sections: 0.25^2 / (8 * 290 m) = 27 um."""
+    switch = Switch()
+    tongue = switch.tongue(x)
+    assert switch.gauge_line - gauge_face(tongue.points) == pytest.approx(switch.entry * x + x**2 / 580, abs=30e-6)
+    assert tongue.points[:, 1].max() == pytest.approx(switch.top(x), abs=30e-6)
+
+
+def test_at_the_toe_the_wheel_meets_the_stock_rail_alone():
+    switch = Switch()
+    y = np.linspace(-34.9, 30, 500) * MM
+    assert np.abs(switch.section(0.0).height(y) - switch.stock.height(y)).max() < 1e-9
+
+
+def test_the_turnouts_own_middle_is_half_a_gauge_from_the_tongue():
+    """The gauge holds at every x where the tongue's face reaches gauge depth, and the right rail does not move."""
+    for x in (1.0, 3.0):
+        track = Switch().track(x)
+        placed = track.gauge_offset("left") + track.left_place.lateral + gauge_face(track.left.points)
+        assert placed == pytest.approx(0.7175, abs=30e-6)
+        assert track.right_place.lateral == 0.0
+
+
+def test_the_load_goes_from_the_stock_rail_to_the_tongue(passed):
+    share = passed.share(True)
+    assert share[0] == 0.0 and share[-1] == pytest.approx(1.0, abs=1e-12)
+    assert (np.diff(share) > -1e-9).all()
+    assert np.bincount(passed.index, passed.vertical) == pytest.approx(AXLE_LOAD / 2, rel=1e-6)
+
+
+def test_in_between_the_wheel_stands_on_both_with_its_flange_on_the_tongue(passed):
+    """Thesis 3.9: one point on the head of the stock rail, one at the gauge corner of the tongue; more when the tread is reached."""
+    for x in (0.7, 1.2, 1.8):
+        mine = passed.index == np.argmin(np.abs(X - x))
+        assert passed.on_tongue[mine].tolist() == [True, False]
+        assert np.degrees(passed.angle[mine][0]) > 65 and np.degrees(passed.angle[mine][1]) < 15
+    assert passed.points().max() == 3 and passed.points()[-1] == 1
+
+
+def test_a_wheel_that_is_not_pushed_stays_on_the_stock_rail_until_its_tread_meets_the_tongue():
+    """Held at 8.2 mm, the largest offset of thesis 3.9, at 0.7 m, it just touches the tongue or not at all; the stock rail carries."""
+    switch = Switch()
+    search = ContactSearch(Wheelset(wheel_profile("P8")), switch.track(0.7))
+    found = rest(search, (AXLE_LOAD / 2, AXLE_LOAD / 2), 8.2 * MM, 2e-3)
+    assert found.left.contacts.rail_station[np.argmax(found.left.normal_force)] > -20 * MM
+
+
+def test_the_study_writes_its_table_and_figure(tmp_path, passed):
+    write(tmp_path / "switch.csv", passed, Switch())
+    table = np.genfromtxt(tmp_path / "switch.csv", delimiter=",", names=True)
+    assert len(table) == len(passed.place) and np.allclose(table["normal_force_kN"], passed.force / 1e3, atol=1e-5)
+    assert "half of the wheel load from 2.10 m" in report(passed)
+    assert draw(tmp_path / "switch.png", Switch(), passed, "P8").stat().st_size > 50_000
+
+
+def test_switches_that_cannot_be_are_refused():
+    with pytest.raises(ProfileError, match="must grow in width"):
+        Switch(heights=((0.0, -16e-3), (0.0, -5e-3)))
+    with pytest.raises(WheelsetError, match="radius = 3"):
+        Switch(radius=3.0)
