@@ -1,93 +1,36 @@
-"""Outline of a yawed, rolled wheel seen along a prismatic rail, and the places where it comes nearest to the rail.
+"""Places where a wheel comes nearest to a rail, and the wheelset set down on two.
 
-A prismatic rail and a body of revolution touch where their common normal has no part along the rail. On the wheel's circle of
-radius r(s), r' = dr/ds, the normal m(theta) - r' e has none where
-
-    C sin(theta - theta0) = -r' cos(roll) sin(yaw),  C^2 = cos^2 yaw + sin^2 roll sin^2 yaw,  tan theta0 = sin(roll) tan(yaw),
-
-theta forward from the lowest point of the circle, e the axle's direction. Seen along the rail these points are the wheel's outline
-(Y, Z)(s), with slope -n_y / n_z, so that contact is a problem of two plane curves. Side axes of geometry.wheelset.
-
-pose : (8,)  lateral place of the pivot, sin and cos of yaw, sin and cos of roll, height of the axle over the pivot, distance along
-the axle to the tread datum, radius there. wheel, rail : (4, n) rows of Profile.hermite_table. Heights are over the pivot's.
+The gap is taken as a function of the station s on the wheel alone: at every station at that place of the wheel's circle that is nearest
+to the rail along x (geometry.outline for prismatic rails, geometry.loft_kernel for lofted ones). A lofted rail has a branch of the gap for
+each of its bodies, and more where a wheel can touch one body ahead of and behind the axle. Side axes of geometry.wheelset; pose, wheel
+and prismatic rail as in geometry.outline. Heights are over the pivot's.
 """
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.extending import overload
+
+from geometry.meeting import branch, branches, covered, meet, prepare, steepness
+from geometry.outline import cubic, cubic_in, outline_of
 
 MOST_POINTS = 24
+PLACE = 5  # rows of a place: station, gap, wheel's slope there, dz/dx, branch
 NO_RAIL = 1e3  # gap where there is no rail or no outline [m]
-
-
-@njit(cache=True, error_model="numpy")
-def cubic(at, table):
-    """Height, slope, second derivative of a Hermite table at one place inside it; beyond its ends those of the ends."""
-    low, high = 0, table.shape[1] - 1
-    at = min(max(at, table[0, 0]), table[0, high])
-    while high - low > 1:
-        middle = (low + high) // 2
-        if table[0, middle] > at:
-            high = middle
-        else:
-            low = middle
-    return cubic_in(at, low, table)
-
-
-@njit(cache=True, error_model="numpy")
-def cubic_in(at, i, table):
-    """The same in interval i."""
-    h = table[0, i + 1] - table[0, i]
-    t = (at - table[0, i]) / h
-    m0, m1, rise = table[2, i] * h, table[3, i + 1] * h, table[1, i + 1] - table[1, i]
-    c2, c3 = 3 * rise - 2 * m0 - m1, m0 + m1 - 2 * rise
-    return table[1, i] + t * (m0 + t * (c2 + t * c3)), (m0 + t * (2 * c2 + t * 3 * c3)) / h, (2 * c2 + 6 * c3 * t) / (h * h)
-
-
-@njit(cache=True, error_model="numpy")
-def outline(s, wheel, pose):
-    """Point of the outline at station s: (there is one, x, y, z, slope dz/dy, dy/ds, sin, cos of theta)."""
-    tread, slope, bend = cubic(s, wheel)
-    return outline_of(s, tread, slope, bend, pose)
-
-
-@njit(cache=True, error_model="numpy")
-def outline_of(s, tread, slope, bend, pose):
-    """The same from the wheel's height, slope and second derivative there."""
-    place, sy, cy, sr, cr, lever, arm, datum_radius = pose
-    radius, tilt, along = datum_radius - tread, -slope, arm + s
-    size = np.sqrt(cy * cy + sr * sr * sy * sy)
-    part = -tilt * cr * sy / size
-    if abs(part) >= 1.0:
-        return False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0
-    rest = np.sqrt(1 - part * part)
-    sine, cosine = (part * cy + rest * sr * sy) / size, (rest * cy - part * sr * sy) / size
-    # forward f, downward d, axle e; the wheel's circle is along e + radius (sine f + cosine d), the axle lever above the pivot
-    mx, my, mz = sine * cy - cosine * sr * sy, sine * sy + cosine * sr * cy, -cosine * cr
-    ny, nz = my - tilt * cr * cy, mz - tilt * sr
-    x = -along * cr * sy + radius * mx + lever * sr * sy
-    y = place + along * cr * cy + radius * my - lever * sr * cy
-    z = along * sr + radius * mz + lever * cr
-    advance = cr * cy + tilt * my + radius * (cosine * sy - sine * sr * cy) * bend * cr * sy / (size * rest)
-    return nz < -1e-3, x, y, z, (-ny / nz if nz < -1e-3 else 0.0), advance, sine, cosine
 
 
 @njit(cache=True, error_model="numpy")
 def gap_at(s, wheel, rail, pose, tip):
     """Vertical gap and its derivative to the station s; where there is no gap the derivative's sign points to where there is."""
-    there, _, y, z, slope, advance, _, _ = outline(s, wheel, pose)
+    tread, slope, bend = cubic(s, wheel)
+    there, away, _, _, z, height, tangent, rail_slope, advance, _, _, _, _, _, _ = meet(s, tread, slope, bend, rail, pose)
     if not there:
-        return NO_RAIL, (-1.0 if s < tip else 1.0)
-    if y < rail[0, 0]:
-        return NO_RAIL, -1.0
-    if y > rail[0, rail.shape[1] - 1]:
-        return NO_RAIL, 1.0
-    height, rail_slope, _ = cubic(y, rail)
-    return z - height, (slope - rail_slope) * advance
+        return NO_RAIL, (away if away != 0 else (-1.0 if s < tip else 1.0))
+    return z - height, (tangent - rail_slope) * advance
 
 
 @njit(cache=True, error_model="numpy")
-def gaps_at(stations, wheel, rail, pose, tip):
-    """Gap and its derivative (n,) at all stations (4, n): place and the wheel's height, slope, bend there."""
+def gaps_on_prism(stations, wheel, rail, pose, tip):
+    """Gap and its derivative (n,) at all stations (4, n): place and the wheel's height, slope, bend there. As gap_at, but in one walk along the rail."""
     count, last = stations.shape[1], rail.shape[1] - 1
     gap, tilt = np.empty(count), np.empty(count)
     i = 0
@@ -109,6 +52,33 @@ def gaps_at(stations, wheel, rail, pose, tip):
 
 
 @njit(cache=True, error_model="numpy")
+def gaps_on_loft(stations, wheel, rail, pose, tip):
+    """The same on a lofted body."""
+    count = stations.shape[1]
+    gap, tilt = np.empty(count), np.empty(count)
+    for k in range(count):
+        s = stations[0, k]
+        there, away, _, _, z, height, tangent, rail_slope, advance, _, _, _, _, _, _ = meet(s, stations[1, k], stations[2, k], stations[3, k], rail, pose)
+        if there:
+            gap[k], tilt[k] = z - height, (tangent - rail_slope) * advance
+        else:
+            gap[k], tilt[k] = NO_RAIL, (away if away != 0 else (-1.0 if s < tip else 1.0))
+    return gap, tilt
+
+
+def gaps_at(stations, wheel, rail, pose, tip):
+    """Gap and its derivative (n,) at all stations (4, n) on either kind of rail."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(gaps_at)
+def _gaps_at(stations, wheel, rail, pose, tip):
+    if isinstance(rail, types.Array):
+        return lambda stations, wheel, rail, pose, tip: gaps_on_prism(stations, wheel, rail, pose, tip)
+    return lambda stations, wheel, rail, pose, tip: gaps_on_loft(stations, wheel, rail, pose, tip)
+
+
+@njit(cache=True, error_model="numpy")
 def turning_place(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
     """Station in [low, high] where the gap's derivative changes sign, by Illinois with every fourth step a halving.
 
@@ -116,7 +86,7 @@ def turning_place(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
     """
     side, best, place, least = 0, NO_RAIL, low, 1e300
     for count in range(90):
-        s = 0.5 * (low + high) if count % 4 == 3 else low + tilt_low / (tilt_low - tilt_high) * (high - low)
+        s = 0.5 * (low + high) if count % 4 == 3 or count > 24 else low + tilt_low / (tilt_low - tilt_high) * (high - low)
         gap, tilt = gap_at(s, wheel, rail, pose, tip)
         if gap < NO_RAIL and abs(tilt) < least:
             best, place, least = gap, s, abs(tilt)
@@ -130,6 +100,11 @@ def turning_place(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
             low, tilt_low = s, tilt
             tilt_high = 0.5 * tilt_high if side == -1 else tilt_high
             side = -1
+    if least > 1e-9:  # a kink: of both its sides the lower one
+        for s in (low, high):
+            gap, tilt = gap_at(s, wheel, rail, pose, tip)
+            if gap < NO_RAIL and (s == low or gap < best or best >= NO_RAIL):
+                best, place, least = gap, s, abs(tilt)
     return place, best, least
 
 
@@ -142,13 +117,10 @@ def edge_place(s, tread, low, high, rail, pose):
     best, place = NO_RAIL, 0.0
     for _ in range(56):  # a convex edge: the outline is flatter than the rail at `low`, steeper at `high`
         slope = 0.5 * (low + high)
-        there, _, y, z, tangent, _, _, _ = outline_of(s, tread, slope, 0.0, pose)
+        there, away, _, _, z, height, tangent, rail_slope, _, _, _, _, _, _, _ = meet(s, tread, slope, 0.0, rail, pose)
         if not there:
-            steeper = slope > 0
-        elif y < rail[0, 0] or y > rail[0, rail.shape[1] - 1]:
-            steeper = y > rail[0, 0]
+            steeper = away > 0 if away != 0 else slope > 0
         else:
-            height, rail_slope, _ = cubic(y, rail)
             steeper = tangent > rail_slope
             best, place = z - height, slope
         if steeper:
@@ -167,14 +139,14 @@ def may_reach(k, gap, tilt, step, level):
 
 
 @njit(cache=True, error_model="numpy")
-def nearest_places(stations, wheel, rail, pose, tip, level):
-    """Local minima of the gap (3, k): station, gap, wheel's slope there, in order of station, those that may lie below `level` only.
+def places_on_branch(stations, wheel, rail, pose, tip, level):
+    """Local minima (PLACE, k) of the gap on one branch, in order of station, those that may lie below `level` only.
 
     level : gap [m]; pass -NO_RAIL for the lowest minimum alone
     """
     gap, tilt = gaps_at(stations, wheel, rail, pose, tip)
     last = stations.shape[1] - 1
-    found, count = np.empty((3, MOST_POINTS)), 0
+    found, count = np.zeros((PLACE, MOST_POINTS)), 0
     lowest = np.argmin(gap)
     best = gap[lowest]
     if best >= NO_RAIL:
@@ -195,19 +167,41 @@ def nearest_places(stations, wheel, rail, pose, tip, level):
         else:
             continue
         tread, slope, _ = cubic(at, wheel)
+        steep = steepness(rail)
         if rest > 1e-9:
             edge, edge_slope = edge_place(at, tread, low, high, rail, pose)
             if edge < NO_RAIL:
                 value, slope = edge, edge_slope
+                steep = steepness(rail)
         best = min(best, value)
-        count = keep(found, count, at, value, slope)
+        count = keep(found, count, at, value, slope, steep)
     if count == 0:  # between a fold of the outline and the end of the rail
-        count = keep(found, count, stations[0, lowest], gap[lowest], stations[2, lowest])
+        count = keep(found, count, stations[0, lowest], gap[lowest], stations[2, lowest], steepness(rail))
     return found[:, :count]
 
 
 @njit(cache=True, error_model="numpy")
-def keep(found, count, at, value, slope):
+def nearest_places(stations, wheel, rail, pose, tip, level):
+    """Local minima (PLACE, k) of the gap on all branches, those that may lie below `level` only, each branch in order of station.
+
+    level : gap [m]; pass -NO_RAIL for the lowest minimum alone. Places that another body of the rail covers are left out.
+    """
+    if branches(rail) == 1:
+        return places_on_branch(stations, wheel, branch(rail, 0, 0.0), pose, tip, level)
+    found, count = np.zeros((PLACE, MOST_POINTS)), 0
+    for index in range(branches(rail)):
+        track = branch(rail, index, 0.0)
+        part = places_on_branch(stations, wheel, track, pose, tip, level)
+        for k in range(part.shape[1]):
+            tread, _, bend = cubic(part[0, k], wheel)
+            there, _, x, y, _, height, _, _, _, _, _, _, _, _, _ = meet(part[0, k], tread, part[2, k], bend, branch(rail, index, part[3, k]), pose)
+            if not there or not covered(rail, index, x, y, height):
+                count = keep(found, count, part[0, k], part[1, k], part[2, k], part[3, k], index)
+    return found[:, :count]
+
+
+@njit(cache=True, error_model="numpy")
+def keep(found, count, at, value, slope, steep, index=0.0):
     """Append a place; with the list full the shallowest gives way."""
     if count == found.shape[1]:
         worst = np.argmax(found[1])
@@ -216,16 +210,22 @@ def keep(found, count, at, value, slope):
         count -= 1
         for k in range(worst, count):
             found[:, k] = found[:, k + 1]
-    found[0, count], found[1, count], found[2, count] = at, value, slope
+    found[0, count], found[1, count], found[2, count], found[3, count], found[4, count] = at, value, slope, steep, index
     return count + 1
 
 
 @njit(cache=True, error_model="numpy")
-def roll_arm(s, slope, wheel, pose):
-    """d gap / d roll about the pivot at a fixed station [m/rad]: the rotation's displacement normal to the rail's slope."""
-    tread, _, _ = cubic(s, wheel)
-    _, x, y, z, slope, _, _, _ = outline_of(s, tread, slope, 0.0, pose)
-    return pose[2] * (y - pose[0]) - pose[1] * x + slope * pose[2] * z
+def ready(stations, rail, pose):
+    """Make a rail ready for searches about a pose (geometry.meeting.prepare)."""
+    prepare(stations, rail, pose)
+
+
+@njit(cache=True, error_model="numpy")
+def roll_arm(place, wheel, rail, pose):
+    """d gap / d roll about the pivot at a fixed station of a place (PLACE,) [m/rad]: the rotation's displacement normal to the rail's slope."""
+    tread, _, _ = cubic(place[0], wheel)
+    _, _, x, y, z, _, slope, _, _, _, _, steep, _, _, _ = meet(place[0], tread, place[2], 0.0, branch(rail, int(place[4]), place[3]), pose)
+    return pose[2] * (y - pose[0]) - pose[1] * x + (slope * pose[2] - steep * pose[1]) * z
 
 
 @njit(cache=True, error_model="numpy")
@@ -241,7 +241,7 @@ def lowest(stations, wheel, rail, pose, tip):
     if found.shape[1] == 0:
         return NO_RAIL, 0.0
     i = np.argmin(found[1])
-    return found[1, i], roll_arm(found[0, i], found[2, i], wheel, pose)
+    return found[1, i], roll_arm(found[:, i], wheel, rail, pose)
 
 
 @njit(cache=True, error_model="numpy")
@@ -251,10 +251,12 @@ def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
     """
     height, difference = 0.0, NO_RAIL
     gap, slope = np.empty(2), np.empty(2)
-    for _ in range(60):
+    for count in range(60):
         for i in range(2):
             stations, wheel, rail, tip, radius = left if i == 0 else right
             pose = side_pose(1.0 - 2.0 * i, lateral, yaw, roll, lever, arm, radius)
+            if count == 0:
+                prepare(stations, rail, pose)
             gap[i], slope[i] = lowest(stations, wheel, rail, pose, tip)
             if gap[i] >= NO_RAIL:
                 return roll, 0.0, NO_RAIL
@@ -267,21 +269,27 @@ def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
 
 
 @njit(cache=True, error_model="numpy")
-def contact_row(s, slope, wheel, rail, pose):
-    """At station s, where the wheel's slope is taken as given (at an edge it is any between two): x, y of the wheel's point from the pivot, z, contact angle, rolling radius, vertical gap, relative curvatures A_xx, A_xt, A_tt.
+def contact_row(place, wheel, rail, pose):
+    """At a place (PLACE,), where the wheel's slope is taken as given (at an edge it is any between two): x, y of the wheel's point from the pivot, z,
+    slopes dz/dx and dz/dy, rolling radius, vertical gap, relative curvatures A_xx, A_xt, A_tt.
 
-    t lies in the tangent plane across the rail. Curvatures [1/m] of the gap 1/2 A : (x, t)(x, t), both bodies taken together.
+    x and t lie in the tangent plane, along the rail and across it. Curvatures [1/m] of the gap 1/2 A : (x, t)(x, t), both bodies taken together.
     """
-    tread, _, bend = cubic(s, wheel)
-    _, x, y, z, tangent, _, sine, cosine = outline_of(s, tread, slope, bend, pose)
-    height, rail_slope, rail_bend = cubic(y, rail)
+    slope = place[2]
+    tread, _, bend = cubic(place[0], wheel)
+    track = branch(rail, int(place[4]), place[3])
+    _, _, x, y, z, height, tangent, rail_slope, _, sine, cosine, steep, zxx, zxy, zyy = meet(place[0], tread, slope, bend, track, pose)
     radius, stretch = pose[7] - tread, np.sqrt(1 + slope * slope)
     round_axle, meridian = 1.0 / (radius * stretch), bend / stretch**3
     # the circle's tangent cos f - sin d: its part along x, and the rest across
     sy, cy, sr, cr = pose[1], pose[2], pose[3], pose[4]
-    along = cosine * cy + sine * sr * sy
-    angle = np.arctan(tangent)
-    across = (cosine * sy - sine * sr * cy) * np.cos(angle) + sine * cr * np.sin(angle)
-    rail_curvature = -rail_bend / (1 + rail_slope * rail_slope) ** 1.5
-    return (x, y, z, angle, radius, z - height, round_axle * along**2 + meridian * across**2, (round_axle - meridian) * along * across,
-            round_axle * across**2 + meridian * along**2 + rail_curvature)
+    forward, left, up = cosine * cy + sine * sr * sy, cosine * sy - sine * sr * cy, sine * cr
+    lean = np.sqrt(1 + steep * steep)
+    size = np.sqrt(lean * lean + tangent * tangent)
+    along = (forward + up * steep) / lean
+    across = (-steep * tangent * forward + lean * lean * left + tangent * up) / (size * lean)
+    size = np.sqrt(lean * lean + rail_slope * rail_slope)
+    ex, ey = -steep * rail_slope / (size * lean), lean / size
+    rail_xx, rail_xt, rail_tt = zxx / (lean * lean), (zxx * ex + zxy * ey) / lean, zxx * ex * ex + 2 * zxy * ex * ey + zyy * ey * ey
+    return (x, y, z, steep, tangent, radius, z - height, round_axle * along**2 + meridian * across**2 - rail_xx / size,
+            (round_axle - meridian) * along * across - rail_xt / size, round_axle * across**2 + meridian * along**2 - rail_tt / size)

@@ -9,8 +9,9 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from geometry.contact_kernel import NO_RAIL, contact_row, cubic, nearest_places, roll_and_height, side_pose
+from geometry.contact_kernel import NO_RAIL, contact_row, nearest_places, ready, roll_and_height, side_pose
 from geometry.flange_back import within_stops
+from geometry.outline import cubic
 from geometry.wheelset import FLANGE_BACK, SIDES, Track, Wheelset, WheelsetError, check_range, wheel_table
 
 RESOLUTION = 0.5e-3
@@ -119,7 +120,8 @@ class ContactSearch:
 
     def contacts(self, state: Wheelset, side: str, reach: float = 0.0) -> Contacts:
         """All points of a side where the gap is no more than `reach` [m] or less [m]: 0 gives all that touch or penetrate."""
-        pose, (stations, wheel, rail, tip, _) = self.pose(state, side), self.sides[side]
+        pose, (stations, wheel, rail, tip, _) = self.pose(state, side), self.rail_under(state, side)
+        ready(stations, rail, pose)
         found = nearest_places(stations, wheel, rail, pose, tip, max(reach, 0.0) - state.z)
         if found.shape[1] == 0:
             raise WheelsetError(f"{side} wheel stands over no rail at y = {state.y:g} m")
@@ -128,19 +130,26 @@ class ContactSearch:
         return self.described(state, side, found[:, near])
 
     def described(self, state: Wheelset, side: str, found: np.ndarray) -> Contacts:
-        """Contacts at places (3, n) that geometry.contact_kernel.nearest_places found: station, gap, slope of the wheel."""
-        pose = self.pose(state, side)
-        sign, (_, wheel, rail, _, _) = SIDES[side], self.sides[side]
-        x, y, z, angle, radius, gap, along, mixed, across = np.array([contact_row(s, slope, wheel, rail, pose) for s, slope in found[[0, 2]].T]).T
+        """Contacts at places (PLACE, n) that geometry.contact_kernel.nearest_places found."""
+        pose, sign, (_, wheel, rail, _, _) = self.pose(state, side), SIDES[side], self.rail_under(state, side)
+        x, y, z, steep, slope, radius, gap, along, mixed, across = np.array([contact_row(place, wheel, rail, pose) for place in found.T.copy()]).reshape(-1, 10).T
         position = np.column_stack([x + state.x, sign * y, z + state.z])
-        normal = np.column_stack([0 * angle, -sign * np.sin(angle), np.cos(angle)])
+        size = np.sqrt(1 + steep**2 + slope**2)
+        normal = np.column_stack([-steep / size, -sign * slope / size, 1 / size])
         heading = np.array([np.cos(state.yaw), np.sin(state.yaw), 0.0])
         middle, spread = (along + across) / 2, np.hypot((along - across) / 2, mixed)
-        place = getattr(self.track, f"{side}_place")
-        dy, dz = y - self.offsets[side] - sign * place.lateral, z - gap - place.vertical  # z - gap: of the rail's surface
-        rail_station = np.cos(place.roll) * dy + sign * np.sin(place.roll) * dz
-        return Contacts(side, position, normal, (position - [state.x, state.y, state.z]) @ heading, found[0].copy(), rail_station, angle, radius,
-                        (gap + state.z) * np.cos(angle), np.column_stack([middle - spread, middle + spread]), np.column_stack([along, mixed, across]))
+        return Contacts(side, position, normal, (position - [state.x, state.y, state.z]) @ heading, found[0].copy(), self.rail_station(side, y, z - gap),
+                        np.arctan(slope / np.sqrt(1 + steep**2)), radius, (gap + state.z) / size, np.column_stack([middle - spread, middle + spread]),
+                        np.column_stack([along, mixed, across]))
+
+    def rail_under(self, state: Wheelset, side: str) -> tuple:
+        """The tables of a side for a state: prismatic rails are the same everywhere."""
+        return self.sides[side]
+
+    def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """y (n,) [m] on the unmoved rail profile of points y, z (n,) in side axes."""
+        place, sign = getattr(self.track, f"{side}_place"), SIDES[side]
+        return np.cos(place.roll) * (y - self.offsets[side] - sign * place.lateral) + sign * np.sin(place.roll) * (z - place.vertical)
 
 
 @dataclass(frozen=True)
@@ -159,7 +168,7 @@ class Motion:
 def creepages(state: Wheelset, contacts: Contacts, motion: Motion) -> np.ndarray:
     """(n, 3)  longitudinal, lateral [1] and spin creepage [1/m] at the points: the wheel's velocity relative to the rail per speed.
 
-    Directions: along the rail, across it to the left in the tangent plane, about the normal into the wheel (bem.patch has the same).
+    Directions: along the rail and across it to the left, in the tangent plane, about the normal into the wheel (bem.patch has the same).
     Exact for rigid bodies. Raises WheelsetError for a speed of zero.
     """
     if not (np.isfinite(motion.speed) and motion.speed != 0):
@@ -171,5 +180,7 @@ def creepages(state: Wheelset, contacts: Contacts, motion: Motion) -> np.ndarray
     turning = spin * axle + motion.yaw * np.array([0.0, 0.0, 1.0]) + motion.roll * forward
     travel = np.array([motion.speed, motion.lateral, motion.vertical])
     velocity = travel + np.cross(turning, contacts.position - [state.x, state.y, state.z])
-    across = np.column_stack([0 * contacts.angle, contacts.normal[:, 2], -contacts.normal[:, 1]])
-    return np.column_stack([velocity[:, 0], (velocity * across).sum(axis=1), contacts.normal @ turning]) / abs(motion.speed)
+    x, _, z = contacts.normal.T
+    along = np.column_stack([z, 0 * z, -x]) / np.hypot(x, z)[:, None]
+    across = np.cross(contacts.normal, along)
+    return np.column_stack([(velocity * along).sum(axis=1), (velocity * across).sum(axis=1), contacts.normal @ turning]) / abs(motion.speed)

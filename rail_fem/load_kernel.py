@@ -13,7 +13,8 @@ Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual pen
 import numpy as np
 from numba import njit
 
-from geometry.contact_kernel import NO_RAIL, cubic, gap_at, lowest, nearest_places, outline_of, roll_and_height, side_pose
+from geometry.contact_kernel import NO_RAIL, gap_at, lowest, nearest_places, roll_and_height, side_pose
+from geometry.outline import cubic, outline_of
 
 VIRTUAL = 0.55
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)

@@ -1,0 +1,64 @@
+"""Where the wheels of a wheelset touch a track whose rails change along x: crossings, switches, rails read from sections.
+
+    search = SurfaceSearch(Wheelset(wheel_profile("P8")), Track.plain_line(), left=RailSurface.of_crossing(CastCrossing(9.25)))
+    state = search.at(0.25).settle(lateral=2e-3, yaw=0.005)     # x of the axle's middle; both wheels just touch
+    search.contacts(state, "left", reach=50e-6)                 # Contacts: all points of wing and nose within 50 um
+    rail_fem.load_sharing.rest(search.at(0.25), (60e3, 60e3))   # stands under its loads; every point's force
+
+A side without a surface is the track's plain rail. Surfaces have the axes of geometry.axes (gauge face at y = -35 mm, + to the field side)
+whichever side they lie on; running towards -x (trailing) is the same place of the wheelset, so that only a `Motion` knows of it.
+"""
+
+import copy
+from dataclasses import replace
+
+import numpy as np
+
+from geometry.axes import GAUGE_FACE_Y
+from geometry.contact_points import RESOLUTION, ContactSearch
+from geometry.loft_kernel import MEMORY, WIDEST
+from geometry.meeting import MOST_WINDOWS
+from geometry.rail_surface import LoftedBody, RailSurface
+from geometry.wheelset import SIDES, Track, Wheelset, WheelsetError
+
+
+class SurfaceSearch(ContactSearch):
+    """As ContactSearch, on surfaces; `at(x)` sets the axle's middle at x [m], where all further searches are.
+
+    All points are found: on every body, on tread and flange, ahead of and behind the axle. Exact on planes, prisms and all that cubics
+    hold: 1e-9 m (tests/geometry/test_surface_contact.py); elsewhere as exact as the surface (geometry.rail_surface).
+    """
+
+    def __init__(self, wheelset: Wheelset, track: Track, left: RailSurface | None = None, right: RailSurface | None = None, resolution: float = RESOLUTION):
+        self.surfaces = {"left": left, "right": right}
+        super().__init__(wheelset, track, resolution)
+
+    def _side(self, side: str) -> tuple:
+        surface = self.surfaces[side]
+        if surface is None:
+            rail = RailSurface((LoftedBody.prism(self.track.placed(side)),))
+            wheel = super()._side(side)
+        else:
+            rail = surface.moved(self.track.gauge / 2 - GAUGE_FACE_Y)
+            wheel = super()._side(side)
+        stations, table, _, tip, radius = wheel
+        return stations, table, (*rail.tables(), np.zeros((MOST_WINDOWS, MEMORY)), np.zeros(2)), tip, radius
+
+    def at(self, x: float) -> "SurfaceSearch":
+        """The same search with the axle's middle at x [m]. Raises WheelsetError where a surface does not reach as far as the wheel."""
+        reach = WIDEST * self.wheelset.radius
+        for side, surface in self.surfaces.items():
+            low, high = (-np.inf, np.inf) if surface is None else surface.x_range
+            if not (low + reach <= x <= high - reach):
+                raise WheelsetError(f"x = {x:g} m: the {side} rail is known from {low:g} to {high:g} m, and the wheel needs {reach:.3f} m ahead and behind")
+        here = copy.copy(self)
+        here.wheelset = replace(self.wheelset, x=float(x))
+        here.sides = {side: (s, wheel, (*rail[:3], rail[3].copy(), np.array([x, 0.0])), tip, radius) for side, (s, wheel, rail, tip, radius) in self.sides.items()}
+        return here
+
+    def rail_under(self, state: Wheelset, side: str) -> tuple:
+        stations, wheel, rail, tip, radius = self.sides[side]
+        return stations, wheel, (*rail[:4], np.array([state.x, rail[4][1]])), tip, radius
+
+    def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        return super().rail_station(side, y, z) if self.surfaces[side] is None else y - self.track.gauge / 2 + GAUGE_FACE_Y
