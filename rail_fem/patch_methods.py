@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from bem.halfspace import normal_contact
 from bem.hertz import PointContact
 from bem.material import Elastic
@@ -29,7 +31,8 @@ THESIS_HALF_LENGTH = 11.32e-3 / 2  # Hertz' in the thesis, which its slices take
 
 @dataclass(frozen=True)
 class MethodRow:
-    """max_pressure [Pa], length and width of the patch, area [m, m^2], seconds; patch is None where there is only a closed form."""
+    """max_pressure [Pa], length and width of the patch, area [m, m^2], seconds; effective_area [m^2] : see below; patch is None where there is
+    only a closed form."""
 
     method: str
     max_pressure: float
@@ -38,10 +41,16 @@ class MethodRow:
     area: float
     seconds: float = float("nan")
     patch: Patch | None = None
+    effective_area: float = float("nan")
 
     @classmethod
     def of(cls, method: str, patch: Patch) -> MethodRow:
-        return cls(method, patch.max_pressure, *patch.extent, patch.contact_area, patch.cost.seconds, patch)
+        return cls(method, patch.max_pressure, *patch.extent, patch.contact_area, patch.cost.seconds, patch, effective_area(patch))
+
+
+def effective_area(patch: Patch) -> float:
+    """9/8 (integral of p)^2 / integral of p^2 [m^2]: the area of the Hertz patch that would press as evenly; blind to where the edge lies between cells."""
+    return 9 / 8 * float(patch.pressure.sum() ** 2 / (patch.pressure**2).sum()) * patch.grid.cell_area
 
 
 THESIS_ROWS = (
@@ -66,7 +75,7 @@ def method_rows(tie: Tie, rail: str, wheel_load: float = WHEEL_LOAD, cells: tupl
     """Hertz, 2.5D by load, 2.5D by displacement and the half-space on one tie, for a wheel load [N]."""
     slices = section_slices(tie, rail)
     exact: PointContact = hertz_of(SliceGap(slices), wheel_load)
-    rows = [MethodRow("Hertz, radii at the touch", exact.max_pressure, 2 * exact.semi_x, 2 * exact.semi_y, exact.area)]
+    rows = [MethodRow("Hertz, radii at the touch", exact.max_pressure, 2 * exact.semi_x, 2 * exact.semi_y, exact.area, effective_area=exact.area)]
     for sharing in ("elliptic", "parabolic"):
         for name, half in (("Hertz' length", None), ("2a = 11.32 mm", THESIS_HALF_LENGTH)):
             patch = loaded_slices(slices, load=wheel_load, sharing=sharing, semi_length=half, cells=cells, estimate=False)
@@ -77,9 +86,21 @@ def method_rows(tie: Tie, rail: str, wheel_load: float = WHEEL_LOAD, cells: tupl
 
 
 def table(rows: list[MethodRow], judge: MethodRow) -> str:
-    """Markdown; the last column is the pressure against the judge's."""
-    lines = ["| method | p_max [MPa] | 2a [mm] | 2b [mm] | area [mm2] | seconds | p_max to judge |", "|---|---|---|---|---|---|---|"]
+    """Markdown; each quantity, and its difference to the judge's where it is not the judge."""
+    names = ("p_max [MPa]", "2a [mm]", "2b [mm]", "area [mm2]", "effective area [mm2]")
+    lines = ["| method | " + " | ".join(names) + " | seconds |", "|---" * (len(names) + 2) + "|"]
     for row in rows:
-        lines.append(f"| {row.method} | {row.max_pressure / 1e6:.1f} | {row.length * 1e3:.2f} | {row.width * 1e3:.2f} | {row.area * 1e6:.1f} "
-                     f"| {row.seconds:.3g} | {row.max_pressure / judge.max_pressure - 1:+.1%} |".replace(" nan ", " "))
+        cells = [_cell(value / unit, digits, None if row is judge else value / right - 1)
+                 for value, right, unit, digits in zip(_numbers(row), _numbers(judge), (1e6, 1e-3, 1e-3, 1e-6, 1e-6), (1, 2, 2, 1, 1))]
+        lines.append(f"| {row.method} | " + " | ".join(cells) + f" | {'' if np.isnan(row.seconds) else format(row.seconds, '.3g')} |")
     return "\n".join(lines) + "\n"
+
+
+def _numbers(row: MethodRow) -> tuple[float, ...]:
+    return row.max_pressure, row.length, row.width, row.area, row.effective_area
+
+
+def _cell(value: float, digits: int, difference: float | None) -> str:
+    if np.isnan(value):
+        return ""
+    return f"{value:.{digits}f}" if difference is None or np.isnan(difference) else f"{value:.{digits}f} ({difference:+.1%})"

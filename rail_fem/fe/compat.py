@@ -96,6 +96,19 @@ def quadratic_vectors(mesh):
     return function_space(mesh, element)
 
 
+def trilinear_vectors(mesh):
+    """The space of continuous trilinear displacements of hexahedra."""
+    try:
+        import basix.ufl
+
+        element = basix.ufl.element("Lagrange", mesh.basix_cell(), 1, shape=(3,))
+    except ImportError:
+        import ufl
+
+        element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), 1)
+    return function_space(mesh, element)
+
+
 def evaluate(expression, mesh, cells: np.ndarray) -> np.ndarray:
     """Values of a fem.Expression in cells, as a flat array: cell by cell, point by point."""
     try:
