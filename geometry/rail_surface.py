@@ -13,6 +13,8 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from geometry.crossing import CastCrossing
 from geometry.loft_kernel import MEMORY, loft_at
+from geometry.profile_doctor import with_corners
+from geometry.profile_faults import kinks, noise_level
 from geometry.profiles import STEEP, Profile, ProfileError
 from geometry.section_path import SectionCrossing
 
@@ -132,8 +134,8 @@ class RailSurface:
             if np.any(np.diff(keep) > 1):
                 raise ProfileError(f"{label}: missing in the section at x = {sections.x[keep[int(np.argmax(np.diff(keep) > 1))] + 1]:g} m between others that have it")
             x, faces = sections.x[keep], np.array([bodies[i].face for i in keep])
-            points = [np.column_stack([bodies[i].u + bodies[i].face, bodies[i].z]) for i in keep]
-            made.append(LoftedBody.through(x, points, faces, label=label, limited=True))
+            lines = [_smooth(np.column_stack([bodies[i].u + bodies[i].face, bodies[i].z]), label) for i in keep]
+            made.append(LoftedBody.through(x, lines, faces, label=label, limited=True))
         if not made:
             raise ProfileError(f"fewer than 2 sections between x = {first:g} and {last:g} m")
         return cls(tuple(made))
@@ -168,6 +170,11 @@ class RailSurface:
             found = [loft_at(a, b, (xs, nodes, body, memory, np.zeros(2)))[:3] for a, b in zip(x.ravel(), y.ravel())]
             height = np.fmax(height, np.reshape([z if beyond == aside == 0 else np.nan for beyond, aside, z in found], x.shape))
         return height
+
+
+def _smooth(points: np.ndarray, label: str) -> Profile:
+    """Splines through measured points (n, 2) between their corners: a chord would be a flat and its ends edges."""
+    return with_corners(points, kinks(points, noise_level(points)), label)
 
 
 def _height(section: Profile | np.ndarray, points: np.ndarray, y: np.ndarray) -> np.ndarray:
