@@ -34,10 +34,15 @@ class Case:
     runs: Mapping[str, Frozen]
 
 
-def load_case(path: Path) -> Case:
-    """Read and check a case file. Nothing is meshed or written. Errors: CaseError with all faults."""
+def load_case(path: Path, changes: Mapping[str, Any] | None = None) -> Case:
+    """Read and check a case file. Nothing is meshed or written. Errors: CaseError with all faults.
+
+    changes : values in place of the file's, by keys such as "scene.speed" or "run.lumped.start"
+    """
     path = Path(path)
     table = _read_table(path)
+    for key, value in (changes or {}).items():
+        _change(table, key, value, path)
     version = table.get("version", CASE_VERSION)
     if version != CASE_VERSION or isinstance(version, bool):
         raise CaseError(path, [f"version: the file is of case version {version!r}, this program reads version {CASE_VERSION}: "
@@ -67,6 +72,15 @@ def _read_table(path: Path) -> dict[str, Any]:
         raise CaseError(path, [f"byte {error.start} is not UTF-8 text: save the file as UTF-8"]) from error
     except tomllib.TOMLDecodeError as error:
         raise CaseError(path, [f"not valid TOML: {error}"]) from error
+
+
+def _change(table: dict[str, Any], key: str, value: Any, path: Path) -> None:
+    *sections, last = key.split(".")
+    for section in sections:
+        table = table.setdefault(section, {})
+        if not isinstance(table, dict):
+            raise CaseError(path, [f"{key}: cannot be changed, {section} is no table"])
+    table[last] = value
 
 
 def _read_section(section: type[Frozen], value: Any, key: str, context: dict, faults: list[str]) -> Any:

@@ -171,12 +171,14 @@ def sweep(cases: Annotated[list[Path], typer.Argument(metavar="CASE...", help="c
 @app.command()
 def report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a sweep: DIR/CASE/MODEL")],
            groups: Annotated[Path, typer.Option(help="TOML file of groups of cases and trends, e.g. cases/thesis/trends.toml")],
-           out: Annotated[Optional[Path], typer.Option("--out", help="folder for report.md and its figures; default: DIR/report")] = None) -> None:
-    """The page of a sweep: table, trends in words checked on every rung, figures of each group."""
-    from rail_fem.sweep_page import write_page
+           out: Annotated[Optional[Path], typer.Option("--out", help="folder for report.md and its figures; default: DIR/report")] = None,
+           digest: Annotated[Optional[Path], typer.Option(help="instead: this one Markdown file, with the figures named by --show beside it, small")] = None,
+           show: Annotated[Optional[list[str]], typer.Option("--show", help="figure of the digest, by its name in the report; may be given several times")] = None) -> None:
+    """The page of a sweep: tables, trends in words checked on every rung with reasons and controls, figures of each group."""
+    from rail_fem.sweep_page import write_digest, write_page
 
     try:
-        say(f"{write_page(folder, groups, out or folder / 'report')}")
+        say(f"{write_page(folder, groups, out or folder / 'report') if digest is None else write_digest(folder, groups, digest, tuple(show or ()))}")
     except (ValueError, OSError) as error:
         stop(str(error))
 

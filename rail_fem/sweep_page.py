@@ -1,49 +1,127 @@
-"""The page of a sweep: its table, its trends in words, and the figures of each group of cases."""
+"""The page of a sweep: its tables, its trends in words with reasons and controls, the figures of each group, which figure of a source each stands for."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+
+from matplotlib.figure import Figure
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.ladder import LADDER
+from rail_fem.published_table import published_table
 from rail_fem.result import PassResult
 from rail_fem.show.group import group_figure, strain_figure, summary_figure
+from rail_fem.show.reference import dip_figure, forces_figure
 from rail_fem.show.style import lettering, save
 from rail_fem.sweep_report import Results, force_table, results_below
-from rail_fem.trends import MEASURES, Group, load_groups, trend_lines
+from rail_fem.trend_words import count_lines, trend_lines
+from rail_fem.trends import MEASURES, Group, Source, load_source
+from rail_fem.versions import versions
 
 SUMMARY = {"largest force\non the nose": "nose peak", "largest force\non the wing": "wing peak", "largest plastic strain\nof the nose": "nose strain"}
+BESIDE = ("rigid_hertz", "fe_full")  # rungs whose forces are drawn beneath one another
+COMPACT = 60  # dots per inch of a page for a repository
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of the page: file name, what it shows, which figures of the source it stands for, how it is drawn (None: nothing to draw)."""
+
+    name: str
+    words: str
+    stands_for: str
+    draw: Callable[[], Figure | None]
 
 
 def write_page(folder: Path, groups: Path, out: Path) -> Path:
-    """Write out/report.md and its figures; returns the page. Errors: TrendError, FileNotFoundError without results, OSError."""
-    found = load_groups(groups)
-    results, unusable = results_below(folder)
+    """Write out/report.md and its figures; returns the page. Errors: TrendError, CaseError, FileNotFoundError without results, OSError."""
+    source, (results, unusable) = load_source(groups), results_below(folder)
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
-    with lettering():
-        pictures = [draw_summary(results, out), *(path for group in found for path in draw_group(group, results, Path(folder), out))]
-    lines = ["# Report of a sweep", "", *force_table(results), ""]
-    lines += ["Left out:", "", *(f"- {sentence}" for sentence in unusable), ""] if unusable else []
-    lines += trend_lines(found, results)
-    lines += [f"![{path.stem}]({path.name})" for path in pictures]
-    write_text_atomically(out / "report.md", "\n".join(lines) + "\n")
+    drawn = draw_all(pictures(source, results, Path(folder)), out)
+    text = [*page_lines(source, results, unusable, folder, groups), *figure_lines(source, drawn, lambda picture: f"{picture.name}.png"),
+            *(f"![{picture.words}]({picture.name}.png)" for picture in drawn)]
+    write_text_atomically(out / "report.md", "\n".join(text) + "\n")
     return out / "report.md"
 
 
-def draw_summary(results: Results, out: Path) -> Path:
+def write_digest(folder: Path, groups: Path, page: Path, shown: tuple[str, ...]) -> Path:
+    """The same page as one Markdown file for a repository, with the figures named in `shown` beside it, small. Errors: as write_page, ValueError for a figure that is not there."""
+    source, (results, unusable) = load_source(groups), results_below(folder)
+    page = Path(page)
+    found = pictures(source, results, Path(folder))
+    absent = sorted(set(shown) - {picture.name for picture in found})
+    if absent:
+        raise ValueError(f"--show {', '.join(absent)}: no such figure; there are {', '.join(picture.name for picture in found)}")
+    page.parent.mkdir(parents=True, exist_ok=True)
+    prefix = f"{page.stem}_"
+    drawn = draw_all([picture for picture in found if picture.name in shown], page.parent, prefix, COMPACT)
+    lines = [*page_lines(source, results, unusable, folder, groups), *figure_lines(source, found, lambda picture: f"report/{picture.name}.png"),
+             *(f"![{picture.words}]({prefix}{picture.name}.png)\n\n*{picture.words}.*\n" for picture in drawn)]
+    write_text_atomically(page, "\n".join(lines) + "\n")
+    return page
+
+
+def draw_all(wanted: list[Picture], out: Path, prefix: str = "", dots: int | None = None) -> list[Picture]:
+    """Draw and save; returns those that had something to show."""
+    drawn = []
+    with lettering():
+        for picture in wanted:
+            figure = picture.draw()
+            if figure is not None:
+                save(figure, out / f"{prefix}{picture.name}.png", *(() if dots is None else (dots,)))
+                drawn.append(picture)
+    return drawn
+
+
+def page_lines(source: Source, results: Results, unusable: list[str], folder: Path, groups: Path) -> list[str]:
+    """How it was made, tables, trends."""
+    revisions = sorted({r.versions.get("git", "") or "unknown" for of_case in results.values() for r in of_case.values()})
+    lines = ["# Report of a sweep", "", f"Runs by `rail_fem sweep {groups.parent}/case_*.toml --out {folder}` at commit {', '.join(revisions)}; this page by "
+             f"`rail_fem report {folder} --groups {groups}` at commit {versions().get('git') or 'unknown'}.", "", *count_lines(source.group, results), "",
+             "## All cases, every rung", "", *force_table(results), ""]
+    lines += ["Left out:", "", *(f"- {sentence}" for sentence in unusable), ""] if unusable else []
+    table = published_table(source.published, results)
+    lines += ["## P2 force: published, by formula, and the peaks of the rungs", "", *table, ""] if table else []
+    for group in source.group:
+        lines += [f"## {group.title}", "", *trend_lines(group, results, groups.parent), ""]
+    return lines
+
+
+def figure_lines(source: Source, found: list[Picture], name: Callable[[Picture], str]) -> list[str]:
+    """Which figure of the source each picture stands for, and which have no like."""
+    rows = [f"| {picture.stands_for or '-'} | `{name(picture)}` | {picture.words} |" for picture in found]
+    absent = [f"| {sentence.split(':')[0]} | - | {sentence.partition(':')[2].strip()} |" for sentence in source.absent]
+    return ["## Figures", "", "| figure of the source | here | what it shows |", "|---|---|---|", *rows, *absent, ""]
+
+
+def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:
+    """All figures that this sweep can give, in order."""
     measures = {words: MEASURES[name] for words, name in SUMMARY.items()}
-    return save(summary_figure(results, measures, "All cases, every rung"), out / "summary.png")
+    found = [Picture("summary", "Largest forces and plastic strain of all cases, every rung", source.summary_figures, lambda: summary_figure(results, measures, "All cases, every rung"))]
+    of_reference = results.get(source.reference, {})
+    beside = {model: of_reference[model] for model in BESIDE if model in of_reference}
+    if beside:
+        (forces, heights), dearest = source.reference_figures, list(beside.values())[-1]
+        found += [Picture("reference_forces", f"Contact force of {source.reference} by {' and '.join(beside)}", forces, lambda: forces_figure(beside)),
+                  Picture("reference_dip", f"Displacements and dip angle of {source.reference}", heights, lambda: dip_figure(dearest))]
+    for group in source.group:
+        found += group_pictures(group, results, folder)
+    return found
 
 
-def draw_group(group: Group, results: Results, folder: Path, out: Path) -> list[Path]:
+def group_pictures(group: Group, results: Results, folder: Path) -> list[Picture]:
     """Histories and plastic strain of a group, by the dearest rung that all its cases have; nothing where there is none."""
     common = [model for model in LADDER if all(model in results.get(case, {}) for case in group.cases)]
     if not common:
         return []
     model, name = common[-1], re.sub(r"\W+", "_", group.title.lower())
     mine: dict[str, PassResult] = {case: results[case][model] for case in group.cases}
-    paths = [save(group_figure(group.title, mine), out / f"{name}.png")]
-    strain = strain_figure(group.title, {case: folder / case / model for case in group.cases}, mine)
-    return paths + ([save(strain, out / f"{name}_strain.png")] if strain else [])
+    folders = {case: folder / case / model for case in group.cases}
+    found = [Picture(name, f"{group.title}: force, wheel, crossing, lateral place of contact ({model})", group.figures[0], lambda: group_figure(group.title, mine))]
+    if not any((path / "fields").is_dir() for path in folders.values()):
+        return found
+    return [*found, Picture(f"{name}_strain", f"{group.title}: plastic strain seen from above, common legend ({model})", group.figures[1], lambda: strain_figure(group.title, folders, mine))]

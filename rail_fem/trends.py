@@ -11,6 +11,13 @@ Read from a TOML file, so that a study of one's own can state its own:
     quantity = "nose peak"
     order = ["case_03", "case_02", "case_01"]    # from the smallest to the largest
     published = "129.0, 172.5, 234.0 kN"         # what a source found, as text
+    because = "why a rung differs"               # shown where one does
+
+    [[group.trend.control]]                      # an experiment that changes one thing (rail_fem.controls)
+    says = "begun on the falling wing, the force rises with speed"
+    change = { "run.rigid_hertz.start" = "300 mm" }
+
+Beside the groups, [[published]] rows hold what a source gives for each case (rail_fem.published).
 """
 
 from __future__ import annotations
@@ -21,7 +28,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from rail_fem.compare import NOSE_PEAKS, peak
 from rail_fem.ladder import LADDER
@@ -31,6 +38,9 @@ from rail_fem.scene import Frozen
 SAME = 0.01  # relative change below which two values say nothing of a trend
 
 Results = Mapping[str, Mapping[str, PassResult]]  # case -> model -> result
+
+
+OPEN = 1e-3  # of the static load: less is no contact
 
 
 class TrendError(ValueError):
@@ -52,53 +62,120 @@ def largest_dip(result: PassResult) -> float:
     return float(height[np.isfinite(height)][0] - np.nanmin(height)) if np.isfinite(height).any() else np.nan
 
 
+def deepest(result: PassResult) -> float:
+    """How far the crossing's base goes down below its place without load [m]."""
+    height = result.history["crossing_height"]
+    return float(-np.nanmin(height)) if np.isfinite(height).any() else np.nan
+
+
+def swing(result: PassResult) -> float:
+    """From the highest place of the crossing's base before its lowest to the lowest [m]."""
+    height = result.history["crossing_height"]
+    height = height[np.isfinite(height)]
+    return float(height[: height.argmin() + 1].max() - height.min()) if len(height) else np.nan
+
+
+def nose_impact(result: PassResult) -> float:
+    """Largest force on the nose before the wheel leaves it for the first time [N]."""
+    force, nose, load = result.history["force"], result.history["force_nose"], result.scene.static_wheel_load
+    struck = np.flatnonzero(nose > load)
+    if not len(struck):
+        return np.nan
+    left = np.flatnonzero(force[struck[0]:] < OPEN * load)
+    return float(nose[struck[0] :][: left[0] if len(left) else None].max())
+
+
 MEASURES: dict[str, Measure] = {
     "nose peak": Measure(lambda r: peak(r, *NOSE_PEAKS), "kN", 1e-3),
     "wing peak": Measure(lambda r: peak(r, "force_wing"), "kN", 1e-3),
     "peak": Measure(lambda r: peak(r, "force"), "kN", 1e-3),
     "nose strain": Measure(lambda r: peak(r, "plastic_strain_nose"), "%", 100.0),
     "wing strain": Measure(lambda r: peak(r, "plastic_strain_wing"), "%", 100.0),
+    "nose impact": Measure(nose_impact, "kN", 1e-3),
     "crossing dip": Measure(largest_dip, "mm", 1e3),
+    "crossing depth": Measure(deepest, "mm", 1e3),
+    "crossing swing": Measure(swing, "mm", 1e3),
     "transfer x": Measure(lambda r: r.transfer_x, "mm", 1e3),
 }
 
 
+Change = str | float | int | bool | dict
+
+
+class Control(Frozen):
+    """An experiment by a light rung on the trend's cases with `change` made in all of them, `only` in one; quantity, order: as the trend's unless given."""
+
+    says: str
+    model: str = "rigid_hertz"
+    quantity: str = ""
+    order: tuple[str, ...] = ()
+    change: dict[str, Change] = {}
+    only: dict[str, dict[str, Change]] = {}
+
+    @model_validator(mode="after")
+    def _runs_here(self) -> Control:
+        if self.model not in LADDER or LADDER[self.model].parallel:
+            raise ValueError(f"model '{self.model}' of a control is none of the light rungs {', '.join(m for m, rung in LADDER.items() if not rung.parallel)}")
+        return self
+
+
 class Trend(Frozen):
-    """quantity : of MEASURES;  order : cases from the smallest to the largest value"""
+    """quantity : of MEASURES;  order : cases from the smallest to the largest value;  because : why rungs differ"""
 
     says: str
     quantity: str
     order: tuple[str, ...] = Field(min_length=2)
     published: str = ""
+    because: str = ""
+    control: tuple[Control, ...] = ()
+
+    @model_validator(mode="after")
+    def _of_known_quantities(self) -> Trend:
+        for quantity in (self.quantity, *(control.quantity or self.quantity for control in self.control)):
+            if quantity not in MEASURES:
+                raise ValueError(f"quantity '{quantity}' is not one of {', '.join(MEASURES)}")
+        return self
 
 
 class Group(Frozen):
-    """Cases that belong on one figure, and what is said of them."""
+    """Cases that belong on one figure, and what is said of them. figures : what of a source the figure of histories, and of strain, stands for"""
 
     title: str
     cases: tuple[str, ...] = Field(min_length=1)
+    figures: tuple[str, str] = ("", "")
     trend: tuple[Trend, ...] = ()
 
 
-class _File(Frozen):
+class Published(Frozen):
+    """What a source gives for a case: dip angle [mrad], P2 and largest force [kN]."""
+
+    case: str
+    dip: float
+    p2: float
+    peak: float
+
+
+class Source(Frozen):
+    """A file of groups. reference : the case whose rungs are drawn beside one another, and what these figures stand for; absent : source's figures that have no like here, and why"""
+
     group: tuple[Group, ...]
+    published: tuple[Published, ...] = ()
+    reference: str = ""
+    reference_figures: tuple[str, str] = ("", "")
+    summary_figures: str = ""
+    absent: tuple[str, ...] = ()
 
 
-def load_groups(path: Path) -> tuple[Group, ...]:
-    """Groups and trends of a TOML file. Errors: TrendError with the key and what to do."""
+def load_source(path: Path) -> Source:
+    """A TOML file of groups and trends. Errors: TrendError with the key and what to do."""
     path = Path(path)
     try:
-        found = _File.model_validate(tomllib.loads(path.read_text(encoding="utf-8"))).group
+        return Source.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise TrendError(f"{path}: cannot be read: {error}") from error
     except ValidationError as error:
         faults = [f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}" for fault in error.errors()]
         raise TrendError("\n  ".join([f"{path}: {len(faults)} fault(s)", *faults])) from error
-    for group in found:
-        for trend in group.trend:
-            if trend.quantity not in MEASURES:
-                raise TrendError(f"{path}: group '{group.title}': quantity '{trend.quantity}' is not one of {', '.join(MEASURES)}")
-    return found
 
 
 @dataclass(frozen=True)
@@ -129,17 +206,3 @@ def verdict(values: np.ndarray) -> str:
     if (steps < -SAME).any():
         return "differs"
     return "agrees" if (steps > SAME).any() and values[-1] > values[0] else "same"
-
-
-def trend_lines(groups: tuple[Group, ...], results: Results) -> list[str]:
-    """Markdown: every trend with what is published and what each rung finds."""
-    lines = []
-    for group in groups:
-        lines += [f"## {group.title}", ""]
-        for trend in group.trend:
-            found = check(trend, results)
-            unit = MEASURES[trend.quantity].unit
-            lines.append(f"- {trend.says} ({trend.quantity}: {' < '.join(trend.order)})" + (f"; published: {trend.published}" if trend.published else ""))
-            lines += [f"  - {finding.words(unit)}" for finding in found] or ["  - no rung has all of these results"]
-        lines.append("")
-    return lines

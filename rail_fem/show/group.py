@@ -31,18 +31,24 @@ def case_words(name: str, scene: Scene) -> str:
     return f"{name}: {show(scene.speed, 'mph', 3)} {scene.direction}, {show(scene.static_wheel_load, 'kN', 3)}, {wheel}, {show(scene.foundation.stiffness, 'kN/mm', 3)}, {steels}"
 
 
+PANELS = (("force", "vertical contact\nforce [kN]", 1e-3, 2.2), ("wheel_height", "wheel height [mm]", 1e3, 1.4), ("crossing_height", "crossing\nheight [mm]", 1e3, 1.0),
+          ("contact_y", "lateral place\nof contact [mm]", 1e3, 1.2))  # column, words, factor, height of the panel
+
+
 def group_figure(title: str, results: Mapping[str, PassResult]) -> Figure:
-    """Contact force, height of the wheel and of the crossing of each case over the place of the wheel."""
-    figure = new_figure(12.0)
-    panels = figure.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [2.2, 1.4, 1]})
+    """Contact force, height of the wheel and of the crossing, lateral place of contact of each case over the place of the wheel."""
+    figure = new_figure(14.0)
+    panels = figure.subplots(len(PANELS), 1, sharex=True, gridspec_kw={"height_ratios": [panel[3] for panel in PANELS]})
     for (name, result), colour in zip(results.items(), COLOURS * len(results)):
         x = 1e3 * result.history["x"]
         dashes = "-" if result.scene.direction == "facing" else "--"
-        for axes, column, scale in zip(panels, ("force", "wheel_height", "crossing_height"), (1e-3, 1e3, 1e3)):
-            axes.plot(x, scale * result.history[column], color=colour, ls=dashes, lw=1.8, label=case_words(name, result.scene))
-    for axes, words in zip(panels, ("vertical contact force [kN]", "wheel height [mm]", "crossing height [mm]")):
+        lost = ~(result.history["force"] > 0)
+        for axes, (column, _, scale, _) in zip(panels, PANELS):
+            values = np.where(lost, np.nan, result.history[column]) if column == "contact_y" else result.history[column]
+            axes.plot(x, scale * values, color=colour, ls=dashes, lw=1.8, label=case_words(name, result.scene))
+    for axes, (_, words, _, _) in zip(panels, PANELS):
         axes.set_ylabel(words)
-    panels[-1].set_xlabel("position x of the wheel's centre [mm]   (dashed: trailing, the wheel runs to the left)")
+    panels[-1].set_xlabel("position x of the wheel's centre [mm]   (dashed: trailing, the wheel runs to the left; y is positive towards the field side)")
     panels[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=1, frameon=False)
     figure.align_ylabels()
     figure.suptitle(f"{title}: model {next(iter(results.values())).model}", fontsize=14)

@@ -47,10 +47,10 @@ def lettering():
     return mpl.rc_context(LETTERS)
 
 
-def save(figure: Figure, path: Path) -> Path:
-    """Write a PNG whole or not at all. Errors: OSError."""
+def save(figure: Figure, path: Path, dots: int = DOTS) -> Path:
+    """Write a PNG of so many dots per inch whole or not at all. Errors: OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, lambda temporary: figure.savefig(temporary, dpi=DOTS, facecolor="white"))
+    write_atomically(path, lambda temporary: figure.savefig(temporary, dpi=dots, facecolor="white"))
     return path
 
 

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from rail_fem import cli
-from rail_fem.casefile import load_case
+from rail_fem import cli, ladder
+from rail_fem.casefile import CaseError, load_case
+from rail_fem.controls import run_control
+from rail_fem.dip import trajectory_dip
+from rail_fem.published_table import published_table
 from rail_fem.result import PassResult, Peak
-from rail_fem.trends import Trend, TrendError, check, load_groups, verdict
+from rail_fem.trend_words import count_lines, trend_lines
+from rail_fem.trends import MEASURES, Control, Group, Trend, TrendError, check, load_source, verdict
 
 ROOT = Path(__file__).resolve().parents[2]
 TRENDS = ROOT / "cases" / "thesis" / "trends.toml"
@@ -43,7 +47,7 @@ def test_a_rung_is_judged_only_where_it_has_all_cases():
 
 def test_the_trends_of_the_thesis_name_cases_that_exist():
     cases = {path.stem for path in TRENDS.parent.glob("case_*.toml")}
-    groups = load_groups(TRENDS)
+    groups = load_source(TRENDS).group
     assert {case for group in groups for case in group.cases} == cases
     assert {case for group in groups for trend in group.trend for case in trend.order} <= cases
 
@@ -57,20 +61,117 @@ def test_faults_of_a_file_of_trends_are_named(tmp_path, text, words):
     path = tmp_path / "trends.toml"
     path.write_text(text)
     with pytest.raises(TrendError, match="trends.toml") as fault:
-        load_groups(path)
+        load_source(path)
     assert words in str(fault.value)
 
 
 def test_the_page_holds_table_trends_and_figures(tmp_path):
     for case, nose in (("slow", 1e5), ("fast", 2e5)):
-        made("lumped", nose).save(tmp_path / "sweep" / case / "lumped")
+        for model in ("lumped", "rigid_hertz"):
+            made(model, nose).save(tmp_path / "sweep" / case / model)
     trends = tmp_path / "trends.toml"
-    trends.write_text("[[group]]\ntitle='Speed'\ncases=['slow','fast']\n[[group.trend]]\nsays='faster is harder'\nquantity='nose peak'\norder=['slow','fast']\npublished='1, 2'\n")
+    trends.write_text("reference='slow'\nabsent=['7-99: a photograph']\n[[group]]\ntitle='Speed'\ncases=['slow','fast']\nfigures=['7-13','']\n[[group.trend]]\nsays='faster is harder'\nquantity='nose peak'\norder=['slow','fast']\npublished='1, 2'\n")
     run = lambda *arguments: CliRunner().invoke(cli.app, ["report", *map(str, arguments), "--groups", str(trends)])
     done = run(tmp_path / "sweep")
     assert done.exit_code == 0, done.output
     page = (tmp_path / "sweep" / "report" / "report.md").read_text()
     assert "lumped agrees: 100, 200 kN" in page and "| slow |" in page and "published: 1, 2" in page
-    assert all((tmp_path / "sweep" / "report" / name).stat().st_size > 10_000 for name in ("summary.png", "speed.png"))
+    assert "1 of 1 trends agree" in page and "| 7-13 | `speed.png` |" in page and "because" not in page and "| 7-99 | - | a photograph |" in page
+    assert all((tmp_path / "sweep" / "report" / name).stat().st_size > 10_000 for name in ("summary.png", "speed.png", "reference_forces.png", "reference_dip.png"))
     nothing = run(tmp_path / "empty")
     assert nothing.exit_code == 2 and "no results in CASE/MODEL" in " ".join(nothing.output.split())
+
+
+TREND = Trend(says="faster is harder", quantity="nose peak", order=("case_03", "case_02", "case_01"), because="of the wing's bend")
+
+
+def test_a_reason_is_said_only_where_a_rung_does_not_agree(tmp_path):
+    group = lambda trend: Group(title="Speed", cases=("a", "b"), trend=(trend,))
+    trend = TREND.model_copy(update={"order": ("a", "b")})
+    of = lambda a, b, model="fe_full": {"a": {model: made(model, a)}, "b": {model: made(model, b)}}
+    say = lambda results: "\n".join(trend_lines(group(trend), results, tmp_path))
+    assert "because" not in say(of(1e5, 2e5))
+    assert "  - differs because: of the wing's bend" in say(of(2e5, 1e5)) and "  - no change because" in say(of(1e5, 1e5))
+    mixed = {case: of(1e5, 2e5)[case] | of(2e5, 1e5, "lumped")[case] for case in "ab"}
+    assert "  - some rungs differ because" in say(mixed)
+    assert count_lines((group(trend),), of(2e5, 1e5)) == ["0 of 1 trends agree by the dearest rung that resolves them.", "1 differ: faster is harder (nose peak; fe_full)."]
+
+
+def test_a_control_changes_what_it_says_and_nothing_else():
+    """Speed against nose force differs on the thesis' cases and agrees where the wheel begins on the falling wing: the reason in trends.toml."""
+    plain = run_control(Control(says="as it is"), TREND, TRENDS.parent)
+    begun = run_control(Control(says="later", change={"run.rigid_hertz.start": "300 mm"}), TREND, TRENDS.parent)
+    assert (plain.verdict, begun.verdict) == ("differs", "agrees")
+    same = run_control(Control(says="all alike", only={c: {"scene.speed": "75 mph"} for c in TREND.order}), TREND, TRENDS.parent)
+    assert same.verdict == "same" and len(set(same.values)) == 1 and same.values[0] == plain.values[1]
+
+
+@pytest.mark.parametrize(
+    "control, words",
+    [({"change": {"scene.speeed": "50 mph"}}, "scene.speeed: unknown key"), ({"change": {"version.of": 1}}, "version is no table"), ({"change": {"run.rigid_hertz.start": 300}}, "run.rigid_hertz.start")],
+)  # fmt: skip
+def test_a_change_that_cannot_be_made_is_named(control, words):
+    with pytest.raises(CaseError) as fault:
+        run_control(Control(says="bad", **control), TREND, TRENDS.parent)
+    assert words in " ".join(str(fault.value).split())
+
+
+def test_controls_are_light_rungs_that_resolve_the_trend():
+    with pytest.raises(ValueError, match="none of the light rungs p2_formula"):
+        Control(says="dear", model="fe_full")
+    with pytest.raises(TrendError, match="lumped does not resolve the nose peak"):
+        run_control(Control(says="blind", model="lumped"), TREND, TRENDS.parent)
+
+
+def test_every_trend_of_the_thesis_that_a_rung_of_the_sweep_contradicts_has_a_reason():
+    """By the quick rungs, run here: the page leaves no difference without a because."""
+    groups = load_source(TRENDS).group
+    results = {}
+    for name in {case for group in groups for trend in group.trend for case in trend.order}:
+        case = load_case(TRENDS.parent / f"{name}.toml")
+        results[name] = {model: ladder.solve(model, case.scene, case.runs[model]) for model in ("p2_formula", "lumped", "rigid_hertz")}
+    bare = [trend.says for group in groups for trend in group.trend if {f.verdict for f in check(trend, results)} - {"agrees"} and not trend.because]
+    assert not bare
+
+
+def test_the_first_impact_ends_where_the_wheel_leaves_the_nose():
+    x = np.linspace(0.1, 0.5, 401)
+    hit = lambda at, force: np.maximum(0.0, force * (1 - ((x - at) / 0.05) ** 2))
+    nose = hit(0.25, 2e5) + hit(0.42, 3e5)
+    history = {"time": x / 33.5, "x": x, "force": nose, "force_nose": nose}
+    result = PassResult("rigid_hertz", SCENE, {}, history)
+    assert MEASURES["nose impact"].of(result) == pytest.approx(2e5, rel=1e-3)
+
+
+def test_dip_of_a_bent_path_is_the_angle_between_its_sides():
+    """Two straight lines with 12 mrad between them: exact but for the chord, which straight sides do not feel."""
+    x = np.linspace(0.1, 0.55, 901)
+    height = np.where(x < 0.36, -7e-3 * (x - 0.36), 5e-3 * (x - 0.36))
+    result = PassResult("rigid_hertz", SCENE, {}, {"time": x / 33.5, "x": x, "wheel_height": height}, transfer_x=0.36)
+    assert trajectory_dip(result).angle == pytest.approx(np.arctan(7e-3) + np.arctan(5e-3), rel=1e-9)
+    trailing = SCENE.model_copy(update={"direction": "trailing"})
+    back = PassResult("rigid_hertz", trailing, {}, {"time": x / 33.5, "x": x[::-1], "wheel_height": height[::-1]}, transfer_x=0.36)
+    assert trajectory_dip(back).angle == pytest.approx(trajectory_dip(result).angle, rel=1e-9)
+    assert np.isnan(trajectory_dip(PassResult("lumped", SCENE, {}, {"time": x, "x": x})).angle)
+
+
+def test_table_7_5_beside_our_columns():
+    source, case = load_source(TRENDS), load_case(TRENDS.parent / "case_02.toml")
+    results = {"case_02": {"p2_formula": ladder.solve("p2_formula", case.scene, case.runs["p2_formula"])}}
+    head, _, row = published_table(source.published, results)
+    cells = dict(zip([c.strip() for c in head.split("|")], [c.strip() for c in row.split("|")]))
+    assert cells["our P2 with that 2a [kN]"] == "175.32" and cells["difference [kN]"] == "+0.037" and cells["2a that gives the published P2 [mrad]"] == "7.3269"
+    assert published_table((), results) == [] and published_table(source.published, {}) == []
+
+
+def test_a_digest_holds_the_text_and_small_figures(tmp_path):
+    for case, nose in (("slow", 1e5), ("fast", 2e5)):
+        made("lumped", nose).save(tmp_path / "sweep" / case / "lumped")
+    trends = tmp_path / "trends.toml"
+    trends.write_text("[[group]]\ntitle='Speed'\ncases=['slow','fast']\n")
+    run = lambda *shown: CliRunner().invoke(cli.app, ["report", str(tmp_path / "sweep"), "--groups", str(trends), "--digest", str(tmp_path / "docs" / "page.md"), *shown])
+    assert run("--show", "speed").exit_code == 0
+    assert {path.name for path in (tmp_path / "docs").iterdir()} == {"page.md", "page_speed.png"} and "(page_speed.png)" in (tmp_path / "docs" / "page.md").read_text()
+    assert (tmp_path / "docs" / "page_speed.png").stat().st_size < 150_000
+    refused = run("--show", "colour")
+    assert refused.exit_code == 2 and "--show colour: no such figure; there are summary, speed" in " ".join(refused.output.split())

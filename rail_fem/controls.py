@@ -1,0 +1,37 @@
+"""Controls of a trend: the same cases with one thing changed, run by a light rung, to see whether that thing makes the trend.
+
+A reason why a trend differs from a source is no more than a guess until the change that it names has been made.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rail_fem.casefile import load_case
+from rail_fem.ladder import solve
+from rail_fem.trends import MEASURES, Control, Finding, Trend, TrendError, check
+
+
+def run_control(control: Control, trend: Trend, folder: Path) -> Finding:
+    """What the control's rung finds. folder : of the case files CASE.toml. Errors: CaseError, TrendError for a case that lacks the rung, the rung's own."""
+    asked = trend.model_copy(update={"quantity": control.quantity or trend.quantity, "order": control.order or trend.order})
+    results = {}
+    for name in dict.fromkeys(asked.order):
+        case = load_case(Path(folder) / f"{name}.toml", control.change | control.only.get(name, {}))
+        if control.model not in case.runs:
+            raise TrendError(f"{case.path}: has no [run.{control.model}], which the control '{control.says}' runs")
+        results[name] = {control.model: solve(control.model, case.scene, case.runs[control.model])}
+    found = check(asked, results)
+    if not found:
+        raise TrendError(f"control '{control.says}': {control.model} does not resolve the {asked.quantity} of {', '.join(asked.order)}")
+    return found[0]
+
+
+def control_words(control: Control, trend: Trend, folder: Path) -> str:
+    """The control in a line, with what was changed and what came out."""
+    found = run_control(control, trend, folder)
+    changed = [f"{key} = {value}" for key, value in control.change.items()]
+    changed += [f"{case}: {key} = {value}" for case, change in control.only.items() for key, value in change.items()]
+    quantity = control.quantity or trend.quantity
+    order = f"; {quantity}: {' < '.join(control.order or trend.order)}" if control.quantity or control.order else ""
+    return f"{control.says} ({', '.join(changed) or 'nothing changed'}{order}): {found.words(MEASURES[quantity].unit)}"

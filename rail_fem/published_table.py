@@ -1,0 +1,47 @@
+"""What a source gives for the P2 force of each case, beside the same by our formula and the peaks of our rungs: the thesis' table 7-5."""
+
+from __future__ import annotations
+
+from rail_fem.compare import NOSE_PEAKS, peak
+from rail_fem.dip import trajectory_dip
+from rail_fem.ladder import LADDER
+from rail_fem.p2 import p2_force, p2_increment, unsprung_mass
+from rail_fem.scene import Scene
+from rail_fem.sweep_report import Results
+from rail_fem.trends import Published, nose_impact
+
+LAST_DIGIT = 0.005  # half of it, of the printed dip angles [mrad]
+
+
+def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
+    """Markdown: a row for each published case that the sweep has; nothing without rows."""
+    rungs = [model for model in LADDER if any(model in of_case for of_case in results.values())]
+    mine = [row for row in rows if row.case in results]
+    if not mine or not rungs:
+        return []
+    moving = [model for model in rungs if model not in ("p2_formula", "lumped")]
+    head = ["case", "P0 [kN]", "published 2a [mrad]", "published P2 [kN]", "our P2 with that 2a [kN]", "difference [kN]", "2a that gives the published P2 [mrad]",
+            "our 2a: rigid path, trajectory [mrad]", "our P2: rigid path, trajectory [kN]", "published FE peak [kN]", *(f"{m}: nose impact, nose [kN]" for m in moving)]
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return lines + ["| " + " | ".join(published_row(row, results[row.case], moving)) + " |" for row in mine]
+
+
+def published_row(row: Published, results: dict, moving: list[str]) -> list[str]:
+    scene = next(iter(results.values())).scene
+    per_mrad = p2_of(scene, 1e-3) - scene.static_wheel_load
+    ours = p2_of(scene, row.dip * 1e-3) / 1e3
+    needed = (row.p2 * 1e3 - scene.static_wheel_load) / per_mrad
+    rigid = results["p2_formula"].trust["dip_angle"] if "p2_formula" in results else None
+    dynamic = [trajectory_dip(results[model]).angle for model in moving[::-1] if model in results][:1]
+    dips = [rigid, *dynamic]
+    say = lambda values, factor, digits: ", ".join("-" if v is None or v != v else f"{v * factor:.{digits}f}" for v in values)
+    forces = [say((nose_impact(results[m]), peak(results[m], *NOSE_PEAKS)), 1e-3, 1) if m in results else "-" for m in moving]
+    return [row.case, f"{scene.static_wheel_load / 1e3:.2f}", f"{row.dip:.2f}", f"{row.p2:.2f}", f"{ours:.2f}", f"{ours - row.p2:+.3f}",
+            f"{needed:.4f}{'' if abs(needed - row.dip) <= LAST_DIGIT else ' (!)'}", say(dips, 1e3, 2),
+            say([None if d is None else p2_of(scene, d) for d in dips], 1e-3, 1), f"{row.peak:.2f}", *forces]
+
+
+def p2_of(scene: Scene, dip: float) -> float:
+    """P2 [N] as table 7-5 has it, for a dip angle [rad]."""
+    increment = p2_increment(dip, scene.speed, unsprung_mass(scene, "wheelset"), scene.foundation.track_mass, scene.foundation.stiffness)
+    return p2_force(scene.static_wheel_load, increment)

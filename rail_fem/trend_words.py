@@ -1,0 +1,43 @@
+"""Trends in words: what is published, what each rung finds, why it differs, and what the controls say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rail_fem.controls import control_words
+from rail_fem.trends import MEASURES, Finding, Group, Results, check
+
+
+def trend_lines(group: Group, results: Results, cases: Path) -> list[str]:
+    """Markdown of a group's trends. cases : folder of the case files, for the controls."""
+    lines = []
+    for trend in group.trend:
+        found = check(trend, results)
+        unit = MEASURES[trend.quantity].unit
+        lines.append(f"- **{trend.says}** ({trend.quantity}: {' < '.join(trend.order)})" + (f"; published: {trend.published}" if trend.published else ""))
+        lines += [f"  - {finding.words(unit)}" for finding in found] or ["  - no rung has all of these results"]
+        lines += [f"  - {word} because: {trend.because}"] if trend.because and (word := reason_word(found)) else []
+        lines += [f"  - control: {control_words(control, trend, cases)}" for control in trend.control]
+    return lines
+
+
+def reason_word(found: list[Finding]) -> str:
+    """What the dearest rung that resolves the trend makes of it, if it does not agree; "differs" where a cheaper one does; "" where all agree."""
+    verdicts = [finding.verdict for finding in found]
+    if not verdicts or set(verdicts) == {"agrees"}:
+        return ""
+    if verdicts[-1] == "agrees":
+        return "some rungs differ" if "differs" in verdicts else "some rungs see no change"
+    return {"differs": "differs", "same": "no change"}[verdicts[-1]]
+
+
+def count_lines(groups: tuple[Group, ...], results: Results) -> list[str]:
+    """How many trends agree by the dearest rung of each, and which do not."""
+    judged = [(trend, check(trend, results)) for group in groups for trend in group.trend]
+    judged = [(trend, found[-1]) for trend, found in judged if found]
+    named = lambda verdict: [f"{trend.says} ({trend.quantity}; {finding.model})" for trend, finding in judged if finding.verdict == verdict]
+    differ, same = named("differs"), named("same")
+    lines = [f"{len(judged) - len(differ) - len(same)} of {len(judged)} trends agree by the dearest rung that resolves them."]
+    lines += [f"{len(differ)} differ: " + "; ".join(differ) + "."] if differ else []
+    return lines + ([f"{len(same)} show no change above 1 %: " + "; ".join(same) + "."] if same else [])
+
