@@ -9,6 +9,7 @@ Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual pen
 import functools
 import time
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import trapezoid
@@ -83,6 +84,29 @@ def _hermite(at: np.ndarray, x: np.ndarray, height: np.ndarray, slope: np.ndarra
     return np.where(known, low * (1 + 2 * t) * (1 - t) ** 2 + high * t**2 * (3 - 2 * t) + bend, -np.inf)
 
 
+class TableKey(NamedTuple):
+    """All that a table depends on. steels : Young's modulus [Pa] and Poisson's ratio of wing, nose and wheel;  datum : y of the wheel's tread datum [m]"""
+
+    ratio: float
+    profile: str
+    far_slope: float
+    radius: float
+    datum: float
+    low: float
+    high: float
+    spacing: float
+    steels: tuple[tuple[float, float], ...]
+    load: float
+
+
+def table_key(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> TableKey:
+    """What the table of a scene depends on; arguments as of contact_table."""
+    low, high = sorted((start, end))
+    steels = tuple((s.youngs_modulus, s.poisson) for s in (scene.materials.wing.steel(), scene.materials.nose.steel(), scene.materials.wheel.steel()))
+    wheel = scene.wheel
+    return TableKey(scene.crossing.ratio, wheel.profile, wheel.far_tread_slope, wheel.radius, scene.wheel_datum_y + shift, low, high, spacing, steels, scene.static_wheel_load)
+
+
 def contact_table(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> ContactTable:
     """The table between start and end [m], in either order, every `spacing` [m] or a little less, for a wheel that is moved by `shift` towards
     its field side [m]; heights are relative to plain line with the same shift.
@@ -90,10 +114,7 @@ def contact_table(scene: Scene, start: float, end: float, spacing: float, shift:
     Kept for scenes that differ in speed or foundation only: the search takes a second or more.
     Errors: CrossingError where the modelled crossing ends.
     """
-    low, high = sorted((start, end))
-    steels = tuple((s.youngs_modulus, s.poisson) for s in (scene.materials.wing.steel(), scene.materials.nose.steel(), scene.materials.wheel.steel()))
-    wheel = scene.wheel
-    return _table(scene.crossing.ratio, wheel.profile, wheel.far_tread_slope, wheel.radius, scene.wheel_datum_y + shift, low, high, spacing, steels, scene.static_wheel_load)
+    return table_of(table_key(scene, start, end, spacing, shift))
 
 
 def rail_modulus(rail: tuple[float, float], wheel: tuple[float, float]) -> float:
@@ -114,8 +135,10 @@ def _path(ratio, profile, far_slope, radius, datum, low, high, spacing) -> tuple
 
 
 @functools.lru_cache(maxsize=64)
-def _table(ratio, profile, far_slope, radius, datum, low, high, spacing, steels, load) -> ContactTable:
-    crossing, wheel, path, search_time = _path(ratio, profile, far_slope, radius, datum, low, high, spacing)
+def table_of(key: TableKey) -> ContactTable:
+    """The table of a key. Errors: as contact_table."""
+    crossing, wheel, path, search_time = _path(*key[:8])
+    radius, datum, steels, load = key.radius, key.datum, key.steels, key.load
     started = time.perf_counter()
     moduli = tuple(rail_modulus(rail, steels[2]) for rail in steels[:2])
     points = np.stack([path.wing_point, path.nose_point])

@@ -7,6 +7,7 @@ the shape and pressure of patches that are no ellipses. Blind to edges (the half
 and waves, which it flags. Source of the law: F = K d^1.5 holds exactly for Hertz, and secantly at the static load for other gaps.
 """
 
+import functools
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +18,7 @@ from bem.halfspace import normal_contact
 from bem.material import Elastic
 from bem.patch import Patch as SolvedPatch, PatchCutError
 from geometry.crossing import CastCrossing
-from rail_fem.contact_table import BODIES, ContactTable, contact_table
+from rail_fem.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
 from rail_fem.light_pass import LightPass, lift_offs, run_pass, step_error
 from rail_fem.light_settings import BemPassageSettings
 from rail_fem.models.rigid_hertz import contacts_of, moments, pass_result
@@ -37,40 +38,50 @@ def solve(scene: Scene, settings: BemPassageSettings, folder: Path | None = None
 
     Errors: CrossingError where the window leaves the crossing, bem.patch.ContactInputError for a gap that cannot be solved.
     """
-    hertz = contact_table(scene, *settings.window(scene), settings.path_spacing)
+    key = table_key(scene, *settings.window(scene), settings.path_spacing)
+    table = solved_table(key, settings.patch_spacing, settings.cells)
     started = time.perf_counter()
-    table = solved_table(scene, settings, hertz)
     contacts = contacts_of(scene, settings, table)
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
-    solved = solved_patches(scene, settings, table, run, moments(run))
+    solved = solved_patches(key, settings, table, run, moments(run))
     patches = tuple(patch for patch, _ in solved)
     flags = bem_flags(scene, run, patches, lift_offs(run, scene.static_wheel_load))
     errors = {"time_step": step_error(run, coarse), "pressure": max(p.error.max_pressure for _, p in solved)}
     return pass_result("bem_passage", scene, settings, table, run, patches, flags, errors, started)
 
 
-def solved_table(scene: Scene, settings: BemPassageSettings, hertz: ContactTable) -> ContactTable:
-    """The table with stiffness from solved gaps every `patch_spacing`, carried on between them as a factor on the Hertz constant."""
+@functools.lru_cache(maxsize=32)
+def solved_table(key: TableKey, patch_spacing: float, cells: int) -> ContactTable:
+    """The table with stiffness from solved gaps every `patch_spacing`, carried on between them as a factor on the Hertz constant.
+
+    Kept, as the table itself, for scenes that differ in speed, foundation or yield curve only; search_time holds what solving took.
+    """
+    hertz, started = table_of(key), time.perf_counter()
     stiffness = hertz.stiffness.copy()
-    every = max(1, int(round(settings.patch_spacing / (hertz.x[1] - hertz.x[0]))))
+    every = max(1, int(round(patch_spacing / (hertz.x[1] - hertz.x[0]))))
     for b in range(len(BODIES)):
         reached = np.flatnonzero((hertz.stiffness[b] > 0) & (hertz.height[b] > hertz.height.max(axis=0) - HIDDEN))
         chosen = np.unique(np.r_[reached[::every], reached[-1:]])
-        factor = [approach_stiffness(tie_of(scene, hertz, b, i), scene.static_wheel_load, settings.cells) / hertz.stiffness[b, i] for i in chosen]
+        factor = [approach_stiffness(tie_of(key, hertz, b, i), key.load, cells) / hertz.stiffness[b, i] for i in chosen]
         if len(chosen):
             stiffness[b] *= np.interp(hertz.x, hertz.x[chosen], factor)
-    return replace(hertz, stiffness=stiffness)
+    return replace(hertz, stiffness=stiffness, search_time=hertz.search_time + time.perf_counter() - started)
 
 
-def tie_of(scene: Scene, table: ContactTable, body: int, index: int, x: float | None = None) -> Tie:
+@functools.lru_cache(maxsize=4)
+def _crossing(ratio: float) -> CastCrossing:
+    """Kept for its loft, which takes longer to make than a patch to solve."""
+    return CastCrossing(ratio)
+
+
+def tie_of(key: TableKey, table: ContactTable, body: int, index: int, x: float | None = None) -> Tie:
     """Wheel and body touching at the table's contact point, shifted with the wheel to x [m]."""
     x = float(table.x[index]) if x is None else x
-    steels = scene.materials.wheel.steel(), (scene.materials.wing, scene.materials.nose)[body].steel()
     point = table.point[body, index, :2] + [x - table.x[index], 0.0]
-    surface = crossing_surface(CastCrossing(scene.crossing.ratio), BODIES[body])
-    wheel = wheel_shape(scene.wheel.profile, scene.wheel.far_tread_slope)
-    return tie_at(wheel, surface, (x, scene.wheel_datum_y), point, scene.wheel.radius, *(Elastic(s.youngs_modulus, s.poisson) for s in steels), label=BODIES[body])
+    wheel = wheel_shape(key.profile, key.far_slope)
+    steels = (Elastic(*key.steels[k]) for k in (2, body))
+    return tie_at(wheel, crossing_surface(_crossing(key.ratio), BODIES[body]), (x, key.datum), point, key.radius, *steels, label=BODIES[body])
 
 
 def solved_patch(tie: Tie, load: float, cells: int, estimate: bool) -> SolvedPatch:
@@ -91,7 +102,7 @@ def approach_stiffness(tie: Tie, load: float, cells: int) -> float:
     return load / vertical**1.5
 
 
-def solved_patches(scene: Scene, settings: BemPassageSettings, table: ContactTable, run: LightPass, steps: list[int]) -> list[tuple[Patch, SolvedPatch]]:
+def solved_patches(key: TableKey, settings: BemPassageSettings, table: ContactTable, run: LightPass, steps: list[int]) -> list[tuple[Patch, SolvedPatch]]:
     """Patches of the bodies that carry at these steps, each with its solution."""
     found = []
     for i in steps:
@@ -100,7 +111,7 @@ def solved_patches(scene: Scene, settings: BemPassageSettings, table: ContactTab
                 continue
             touched = np.flatnonzero(np.isfinite(table.point[b, :, 0]))
             near = int(touched[np.argmin(np.abs(table.x[touched] - run.x[i]))])
-            tie = tie_of(scene, table, b, near, float(run.x[i]))
+            tie = tie_of(key, table, b, near, float(run.x[i]))
             patch = solved_patch(tie, float(run.force[b, i]), settings.cells, estimate=True)
             length, width = (float(np.ptp(np.flatnonzero((patch.pressure > 0).any(axis=1 - k))) + 1) * side for k, side in enumerate((patch.grid.dx, patch.grid.dy)))
             found.append((Patch(float(run.time[i]), float(tie.point[0]), float(tie.point[1]), body, length, width, patch.contact_area, patch.normal_force, patch.max_pressure), patch))

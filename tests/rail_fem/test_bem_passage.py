@@ -10,7 +10,7 @@ from bem.material import STEEL, contact_modulus
 from geometry.crossing import CastCrossing
 from geometry.profiles import Profile, arc
 from rail_fem.casefile import load_case
-from rail_fem.contact_table import contact_table
+from rail_fem.contact_table import table_key, table_of
 from rail_fem.models import bem_passage, rigid_hertz
 from rail_fem.patch_ties import TieError, tie_at
 
@@ -41,8 +41,8 @@ def test_a_pass_keeps_forces_of_rigid_hertz_and_gives_true_patches():
     wing = max((p for p in found.patches if p.region == "wing"), key=lambda p: p.max_pressure)
     assert wing.max_pressure > 1.5 * max(p.max_pressure for p in hertz.patches if p.region == "wing")
     assert found.error_estimate["pressure"] < 0.1 and {"edges", "plastic"} <= {flag["what"] for flag in found.trust["validity"]}
-    table = contact_table(scene, *settings.window(scene), settings.path_spacing)
-    solved = bem_passage.solved_table(scene, settings, table)
+    key = table_key(scene, *settings.window(scene), settings.path_spacing)
+    table, solved = table_of(key), bem_passage.solved_table(key, settings.patch_spacing, settings.cells)
     reached = table.stiffness > 0
     assert np.array_equal(solved.stiffness > 0, reached) and 0.8 < (solved.stiffness[reached] / table.stiffness[reached]).min()
 
@@ -51,11 +51,11 @@ def test_a_cone_that_touches_the_wing_over_its_whole_width_gets_its_patch():
     """P1 on the wing: wider than the first window; the forces stay near those of rigid_hertz, whose ellipse is a guess there."""
     case = load_case(ROOT / "cases" / "thesis" / "case_08.toml")
     scene, settings = case.scene, case.runs["bem_passage"]
-    table = contact_table(scene, *settings.window(scene), settings.path_spacing)
-    patch = bem_passage.solved_patch(bem_passage.tie_of(scene, table, 0, 0), scene.static_wheel_load, 16, estimate=False)
+    key = table_key(scene, *settings.window(scene), settings.path_spacing)
+    table, place = table_of(key), bem_passage.tie_of(key, table_of(key), 0, 0)
+    patch = bem_passage.solved_patch(place, scene.static_wheel_load, 16, estimate=False)
     assert 0.025 < patch.extent[1] < bem_passage.WIDEST and patch.normal_force == pytest.approx(scene.static_wheel_load, rel=0.02)
     crossing = CastCrossing(scene.crossing.ratio)
-    place = bem_passage.tie_of(scene, table, 0, 0)
     columns = np.flatnonzero((patch.pressure > 0).any(axis=0))
     sides = place.point[1] + patch.grid.y[columns[[0, -1]]] * place.frame[1, 1]
     metal = crossing.top_height(np.full(2, table.x[0]), sides, "wing")

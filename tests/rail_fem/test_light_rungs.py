@@ -11,7 +11,7 @@ from rail_fem.casefile import CaseError, load_case
 from rail_fem.contact_table import contact_table, equivalent_paraboloid, hertz_constants, patch_sizes
 from rail_fem.light_pass import run_pass
 from rail_fem.light_settings import LumpedSettings, P2Settings, RigidHertzSettings
-from rail_fem.models import lumped, p2_formula, rigid_hertz
+from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
 from rail_fem.vertical_dynamics import integrate
 from tests.order import assert_order
 
@@ -127,12 +127,13 @@ def test_window_beyond_the_crossing_and_against_the_direction_are_refused(scene,
         load_case(tmp_path / "bad.toml")
 
 
-def test_sixteen_cases_by_every_light_rung_take_less_than_a_minute():
+@pytest.mark.parametrize("models", [(p2_formula, lumped, rigid_hertz), pytest.param((p2_formula, lumped, rigid_hertz, bem_passage), marks=pytest.mark.validate)], ids=["quick", "all"])
+def test_sixteen_cases_by_every_light_rung_take_less_than_a_minute(models):
     started = time.perf_counter()
     for n in range(1, 17):
         case = load_case(ROOT / "cases" / "thesis" / f"case_{n:02d}.toml")
-        for name, model in (("p2_formula", p2_formula), ("lumped", lumped), ("rigid_hertz", rigid_hertz)):
-            result = model.solve(case.scene, case.runs[name])
+        for model in models:
+            result = model.solve(case.scene, case.runs[model.__name__.rpartition(".")[2]])
             assert not result.fault and all(np.isfinite(peak.value) for peak in result.peaks.values())
     assert time.perf_counter() - started < 60.0
 
