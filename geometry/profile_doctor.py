@@ -13,6 +13,7 @@ WIDTHS = {"wheel": (0.090, 0.200), "rail": (0.035, 0.300)}  # between the outerm
 FLANGE = (0.020, 0.045)  # height of a flange over its tread [m]
 BACK_TO_DATUM = 0.070
 NOISE = 5e-6  # scatter that is smoothed [m]; finer is the print of a standard
+OFF_DATUM = 0.2e-3  # of the tread from a file's own datum that is worth saying [m]
 WIDEST_GAP = 25e-3
 MOST_TAKEN_OUT = 0.05  # share of points that mending may take out
 
@@ -216,10 +217,13 @@ def quietened(points, smooth, out):
     if not smooth:
         out.say("doubt", f"scatter {1e6 * out.noise:.2g} um, left as it is")
         return points, corners
-    quiet = smoothed(points, corners)
+    quiet, all_corners = smoothed(points, corners, out.noise)
+    if len(all_corners) > len(corners):
+        new = ", ".join(f"{1e3 * points[k, 0]:.1f}" for k in np.setdiff1d(all_corners, corners)[:5])
+        out.say("found", f"{len(all_corners) - len(corners)} corner(s) that smoothing would have rounded off, kept: y = {new} mm")
     moved = np.hypot(*(quiet - points).T)
     out.say("mended", f"scatter {1e6 * out.noise:.2g} um smoothed: points moved by {1e6 * moved.max():.2g} um at most, {1e6 * np.sqrt(np.mean(moved**2)):.2g} um rms")
-    return quiet, corners
+    return quiet, all_corners
 
 
 def on_datum(points, out):
@@ -229,6 +233,8 @@ def on_datum(points, out):
     tip = z.min()
     if abs(tread) < 2e-3 and abs(y[0] + BACK_TO_DATUM) < 5e-3 and FLANGE[0] < -tip < FLANGE[1]:
         out.say("found", f"tread datum at the file's own (0, 0): flange {1e3 * -tip:.2f} mm high")
+        if abs(tread) > OFF_DATUM:
+            out.say("doubt", f"the tread passes {1e3 * tread:+.2f} mm off the file's datum: the wheel's radius is then taken at the datum, not on the tread")
         return points
     y_shift = -BACK_TO_DATUM - y.min()
     moved = points + [y_shift, 0.0]

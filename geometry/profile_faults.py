@@ -80,7 +80,10 @@ def noise_level(points: np.ndarray) -> float:
     return float(np.median(miss) / 0.6745)
 
 
-def kinks(points: np.ndarray, noise: float, least: float = np.radians(8.0)) -> np.ndarray:
+SHARP = np.radians(8.0)  # a turn that is less is no corner [rad]
+
+
+def kinks(points: np.ndarray, noise: float, least: float = SHARP) -> np.ndarray:
     """Indices of points where the line turns more than its noise and its neighbours' bend explain."""
     turn = np.abs(turns(points))
     step = np.hypot(*np.diff(points, axis=0).T)
@@ -95,25 +98,84 @@ def gaps(points: np.ndarray, least: float = 3e-3) -> np.ndarray:
     return np.flatnonzero((step > least) & (step > 10 * np.median(step)))
 
 
-def smoothed(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Points moved across the line onto smoothing splines of its length; corners (indices) stay corners.
+FARTHEST = 4.0  # times the noise: a point that a smoothing spline would move farther is a corner that it cannot follow
 
-    The amount follows from the points themselves (generalised cross-validation).
+
+def smoothed(points: np.ndarray, corners: np.ndarray, noise: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points moved across the line onto smoothing splines of its length, and corners (indices): those given and those found.
+
+    The amount follows from the points themselves (generalised cross-validation). Where a spline would move a point by more than FARTHEST
+    times the noise [m] it rounds what it cannot follow: the stretch is cut at that point, and the splines are fitted anew. A cut where the
+    smoothed line turns sharply is a corner that lay between points.
+    """
+    corners = np.asarray(corners, int)
+    cuts, known = corners, {}
+    for _ in range(len(points) // 8):
+        move = across(points, cuts, known)
+        far, ends = np.hypot(*move.T), np.concatenate([[0], cuts, [len(points) - 1]]).astype(int)
+        worst = np.array([a + int(np.argmax(far[a : b + 1])) for a, b in zip(ends[:-1], ends[1:])])
+        if (far[worst] <= FARTHEST * noise).all():
+            break
+        cuts = np.union1d(cuts, worst[far[worst] > FARTHEST * noise])
+    quiet = points + move
+    sharp = np.flatnonzero(np.abs(turns(quiet)) > SHARP) + 1
+    return quiet, np.union1d(corners, np.intersect1d(cuts, sharp)).astype(int)
+
+
+def across(points: np.ndarray, cuts: np.ndarray, known: dict[tuple[int, int], np.ndarray]) -> np.ndarray:
+    """(n, 2)  way of each point across the line to the smoothing spline of its stretch between cuts; 0 at both ends of a stretch.
+
+    known : ways of stretches found before, by their ends; it grows
+    """
+    out = np.zeros_like(points)
+    ends = np.concatenate([[0], cuts, [len(points) - 1]]).astype(int)
+    for a, b in zip(ends[:-1], ends[1:]):
+        if b - a >= 7 and (a, b) not in known:
+            known[a, b] = stretch_across(points[a : b + 1])
+        out[a + 1 : b] = known[a, b] if b - a >= 7 else 0.0
+    return out
+
+
+def stretch_across(part: np.ndarray) -> np.ndarray:
+    """(n - 2, 2)  way of the inner points of one stretch to its smoothing spline."""
+    s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(part, axis=0).T))])
+    if np.any(np.diff(s) <= 0):
+        return np.zeros((len(part) - 2, 2))
+    step = np.gradient(part, axis=0)
+    normal = np.column_stack([-step[:, 1], step[:, 0]]) / np.hypot(*step.T)[:, None]
+    fits = np.column_stack([smoothing_spline(s / s[-1], part[:, k] / s[-1]) * s[-1] for k in (0, 1)])
+    return (((fits - part) * normal).sum(axis=1)[:, None] * normal)[1:-1]
+
+
+DENSE = 600  # points up to which all eigenvalues of the spline's roughness are found at once
+UNEVEN = 0.1  # of the mean step: with a smaller one the small eigenvalues drown in the round-off of the largest, n^4 / UNEVEN^3
+
+
+def smoothing_spline(s: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """(n,)  natural cubic smoothing spline at its own points s (n,), growing, its amount by generalised cross-validation.
+
+    In the eigenvectors of the roughness K = Q R^-1 Q' the spline is value / (1 + amount * eigenvalue): every amount costs n operations.
+    Source: Green and Silverman, Nonparametric Regression (1994), ch. 2 and 3. scipy's make_smoothing_spline, which stops at the
+    first amount it finds, serves where there are too many points or steps of very unlike length.
     """
     from scipy.interpolate import make_smoothing_spline
+    from scipy.linalg import eigh, solveh_banded
+    from scipy.optimize import minimize_scalar
 
-    out = points.copy()
-    ends = np.concatenate([[0], corners, [len(points) - 1]]).astype(int)
-    for a, b in zip(ends[:-1], ends[1:]):
-        part = points[a : b + 1]
-        if len(part) < 8:
-            continue
-        s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(part, axis=0).T))])
-        if np.any(np.diff(s) <= 0):
-            continue
-        step = np.gradient(part, axis=0)
-        normal = np.column_stack([-step[:, 1], step[:, 0]]) / np.hypot(*step.T)[:, None]
-        fits = [make_smoothing_spline(s / s[-1], part[:, k] / s[-1])(s / s[-1]) * s[-1] for k in (0, 1)]
-        move = ((np.column_stack(fits) - part) * normal).sum(axis=1)
-        out[a + 1 : b] = (part + move[:, None] * normal)[1:-1]
-    return out
+    n, h = len(s), np.diff(s)
+    if n > DENSE or h.min() < UNEVEN * h.mean():
+        return make_smoothing_spline(s, value)(s)
+    q = np.zeros((n, n - 2))
+    inner = np.arange(n - 2)
+    q[inner, inner], q[inner + 1, inner], q[inner + 2, inner] = 1 / h[:-1], -1 / h[:-1] - 1 / h[1:], 1 / h[1:]
+    band = np.vstack([np.append(0.0, h[1:-1] / 6), (h[:-1] + h[1:]) / 3])
+    rough, basis = eigh(q @ solveh_banded(band, q.T))
+    rough[:2] = 0.0  # straight lines
+    rough = np.maximum(rough, 0.0)
+    part = basis.T @ value
+    share = lambda log_amount: 1 - 1 / (1 + np.exp(log_amount) * rough)
+    score = lambda log_amount: np.sum((share(log_amount) * part) ** 2) / np.sum(share(log_amount)) ** 2
+    amounts = -np.log(rough[-1]) + np.linspace(-5, np.log(rough[-1] / rough[2]) + 5, 40)
+    best = int(np.argmin([score(a) for a in amounts]))
+    found = minimize_scalar(score, bounds=(amounts[max(best - 1, 0)], amounts[min(best + 1, 39)]), method="bounded", options={"xatol": 1e-4})
+    return value - basis @ (share(found.x) * part)

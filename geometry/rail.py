@@ -42,18 +42,20 @@ HEADS = {
     "60E1": tangent_arcs((300.0, 80.0, 13.0), (10.228, 26.0265, 36.0), 37.0),
     "60E2": tangent_arcs((200.0, 70.0, 16.0, 8.0), (11.889, 24.4565, 35.387, 36.0), 37.0),
 }
+ALSO_CALLED = {"BS113A": "56E1", "UIC60": "60E1"}  # older names of the same heads
 
 
 def rail_head(name: str, inclination: float = 0.0, spacing: float = SPACING) -> Profile:
     """Running part of a rail head, from the bottom of its gauge side face over the crown to the field side face.
 
-    name : "56E1" (BS113A), "60E1" or "60E2"
+    name : "56E1" (BS113A), "60E1" (UIC60) or "60E2"
     inclination : lean towards the track, as a slope: 0 upright, 1/20 or 1/40 [1]
     spacing : of the samples on arcs [m]
 
     The highest point has z = 0; the gauge face keeps, 14 mm below it, the y of the upright rail.
     Source: EN 13674-1:2017, numbers as in the public transcription of the standard.
     """
+    name = ALSO_CALLED.get(name, name)
     if name not in HEADS:
         raise ProfileError(f"unknown rail {name!r}; known: {', '.join(HEADS)}")
     if not 0 <= inclination <= 0.1:

@@ -34,12 +34,13 @@ S1002_ROOT = (
 def wheel_profile(name: str, outer_slope: float = 0.067) -> Profile:
     """The wheel profile of this name, from flange back to field side.
 
-    name : "P8", "P8-worn", "P8-hollow", "P1" or "S1002"; all but P8 and S1002 are stand-ins and say so in their label
+    name : "P8" (or "EPS"), "P8-worn", "P8-hollow", "P1" or "S1002"; all but P8 and S1002 are stand-ins and say so in their label
     outer_slope : slope of the far tread of the P8 family beyond y = 29 mm, 0.05 to 0.15 [1]
 
     Raises ProfileError for an unknown name or a slope out of range.
     Source: EN 13715:2020 annexes A, B and D, numbers as in the public transcription of the standard.
     """
+    name = "P8" if name == "EPS" else name
     if name not in WHEEL_NAMES:
         raise ProfileError(f"unknown wheel profile {name!r}; known: {', '.join(WHEEL_NAMES)}")
     if not 0.03 <= outer_slope <= 0.2:

@@ -42,6 +42,11 @@ def test_unknown_rails_and_wild_inclinations_are_refused():
         rail_head("56E1", 20)
 
 
+def test_older_names_give_the_same_heads():
+    assert np.array_equal(rail_head("BS113A", 1 / 20).points, rail_head("56E1", 1 / 20).points)
+    assert np.array_equal(rail_head("UIC60").points, rail_head("60E1").points)
+
+
 @pytest.mark.skipif(not DATA.exists(), reason="transcribed tables not at hand")
 @pytest.mark.parametrize("name", HEADS)
 def test_heads_match_the_transcribed_tables(name):
