@@ -106,7 +106,8 @@ def smoothed(points: np.ndarray, corners: np.ndarray, noise: float) -> tuple[np.
 
     The amount follows from the points themselves (generalised cross-validation). Where a spline would move a point by more than FARTHEST
     times the noise [m] it rounds what it cannot follow: the stretch is cut at that point, and the splines are fitted anew. A cut where the
-    smoothed line turns sharply is a corner that lay between points.
+    smoothed line turns more sharply than its noise explains is a corner that lay between points; at any other the point was an outlier,
+    and the cubic through its neighbours takes its place.
     """
     corners = np.asarray(corners, int)
     cuts, known = corners, {}
@@ -118,8 +119,25 @@ def smoothed(points: np.ndarray, corners: np.ndarray, noise: float) -> tuple[np.
             break
         cuts = np.union1d(cuts, worst[far[worst] > FARTHEST * noise])
     quiet = points + move
-    sharp = np.flatnonzero(np.abs(turns(quiet)) > SHARP) + 1
-    return quiet, np.union1d(corners, np.intersect1d(cuts, sharp)).astype(int)
+    sharp = corner_turns(quiet, noise)
+    for k in np.setdiff1d(cuts, np.union1d(corners, np.flatnonzero(sharp) + 1)).astype(int):
+        quiet[k] = from_neighbours(quiet, k)
+    return quiet, np.union1d(corners, np.intersect1d(cuts, np.flatnonzero(sharp) + 1)).astype(int)
+
+
+def corner_turns(points: np.ndarray, noise: float) -> np.ndarray:
+    """(n - 2,)  True at inner points where the line turns by more than SHARP and than its noise makes it turn."""
+    step = np.hypot(*np.diff(points, axis=0).T)
+    return (np.abs(turns(points)) > SHARP) & (np.abs(turns(points)) > 8.0 * noise / np.minimum(step[:-1], step[1:]))
+
+
+def from_neighbours(points: np.ndarray, k: int) -> np.ndarray:
+    """(2,)  the place of point k on the cubic through two neighbours on either side; at the rims as many as there are."""
+    near = np.array([i for i in (k - 2, k - 1, k + 1, k + 2) if 0 <= i < len(points)])
+    s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points[near[0] : near[-1] + 1], axis=0).T))])
+    own = near - near[0]
+    weight = [np.prod([(s[k - near[0]] - s[j]) / (s[i] - s[j]) for j in own if j != i]) for i in own]
+    return np.array(weight) @ points[near]
 
 
 def across(points: np.ndarray, cuts: np.ndarray, known: dict[tuple[int, int], np.ndarray]) -> np.ndarray:

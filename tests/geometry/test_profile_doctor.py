@@ -168,3 +168,15 @@ def test_the_smoothing_spline_is_the_natural_one_and_leaves_straight_lines_alone
     assert closest.fun < 1e-5 * noise
     assert np.sqrt(np.mean((found - np.sin(5 * s)) ** 2)) < (1.2 if count == 8 else 0.5) * noise
     assert smoothing_spline(s, 3 * s - 1) == pytest.approx(3 * s - 1, abs=1e-9)
+
+
+def test_an_outlier_on_the_tread_is_no_corner():
+    """One point of a wheel with 30 um of noise lies 0.3 mm off: it is put back in line, and no kink is made of it."""
+    clean = wheel_profile("P8").points[::3]
+    noisy = clean + np.random.default_rng(6).normal(0, 30e-6, clean.shape) * [0, 1]
+    at = int(np.argmin(np.abs(clean[:, 0] + 17 * MM)))
+    noisy[at, 1] += 0.3 * MM
+    found = examine(raw(noisy, "wheel", up=1)).profile
+    near = np.abs(found.points[:, 0] + 17 * MM) < 5 * MM
+    assert np.array_equal(found.angle_before[near], found.angle_after[near])
+    assert np.abs(found.points[near, 1] - np.interp(found.points[near, 0], *clean.T)).max() < 0.1 * MM
