@@ -84,6 +84,7 @@ class ElasticPair:
         self.pairs, self.first = pairs, 3 * len(lower.mesh.points)
         self.matrices = [stiffness(block.mesh, steel) for block, steel in ((lower, pair.lower_steel), (upper, pair.upper_steel))]
         self.inverses = [BoxInverse(block.x, block.s, block.z, steel) for block, steel in ((lower, pair.lower_steel), (upper, pair.upper_steel))]
+        self.offsets = lower.first, upper.first
         self.size = self.first + 3 * len(upper.mesh.points) + 1
         self.held = np.concatenate([_held(block) for block in (lower, upper)])
         rows = np.repeat(np.arange(len(pairs.gap)), 3)
@@ -110,7 +111,8 @@ class ElasticPair:
         for component in range(3):
             weight = normal[:, component]
             if weight.any():
-                total += np.outer(weight, weight) * sum(inverse.between_face_nodes(component, i, j) for inverse in self.inverses)
+                total += np.outer(weight, weight) * sum(inverse.between_face_nodes(component, i, j + first)
+                                                         for inverse, first in zip(self.inverses, self.offsets))
         return total
 
     def projection(self, active: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
@@ -144,7 +146,7 @@ def solve_set(pair: ElasticPair, active: np.ndarray, load: float, start: np.ndar
     direction, rate = move.copy(), residual @ move
     scale = push @ project(push)
     for step in range(MOST_STEPS):
-        if rate <= TOLERANCE**2 * scale:
+        if abs(rate) <= TOLERANCE**2 * scale:
             return unknowns, _pressing(pair, active, residual), step
         product = pair.force(direction)
         length = rate / (direction @ product)
@@ -217,6 +219,8 @@ def _settle(elastic: ElasticPair, active: np.ndarray, load: float, report: Repor
         changed = int(np.count_nonzero(wanted != active))
         report(f"set {count}: {np.count_nonzero(active)} pairs press, {changed} to change, {steps} steps, {time.perf_counter() - began:.0f} s")
         if not changed:
+            if not abs(force.sum() / load - 1) < 1e-3:
+                raise ArithmeticError(f"finite elements: the pairs press with {2 * force.sum():.6g} N for a load of {2 * load:.6g} N: lower TOLERANCE")
             return force, opening, float(unknowns[-1]), Cost(time.perf_counter() - began, total, total), count
         active = wanted
     raise ArithmeticError(f"finite elements: the pressing pairs did not settle in {MOST_SETS} rounds, {changed} still change: take another element size")

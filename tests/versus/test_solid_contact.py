@@ -74,6 +74,17 @@ def test_hertz_to_fourteen_elements():
         assert max(abs(length), abs(width)) < 1 / (7 * across)
 
 
+def test_a_nose_with_two_free_sides_is_solved_to_balance_and_mirrors():
+    """Edges 4 and 6 mm from the touch: the load is met, the same nose mirrored has the mirrored patch."""
+    low, high = -4e-3, 6e-3
+    crown, wheel = (lambda x, s: -(s**2) / 0.6 + 0 * x), (lambda x, s: x**2 / 0.92 + 0 * s)
+    patches = [finite_patch(BlockPair(crown, wheel, sides, (-0.03, 0.03)), 5e4, FineZone(8e-3, sides, 3e-3, 1e-3, 1e-3, 1.4))
+               for sides in ((low, high), (-high, -low))]
+    for patch in patches:
+        assert patch.normal_force == pytest.approx(5e4, rel=1e-5) and patch.cost.iterations < 40 * patch.sets
+    np.testing.assert_allclose(patches[0].pressure, patches[1].pressure[:, ::-1], atol=1e-4 * patches[0].max_pressure)
+
+
 def test_linear_steps_do_not_grow_with_the_mesh_nor_with_unequal_sides():
     steps = []
     for across, growth in ((3, 1.2), (6, 1.6)):
