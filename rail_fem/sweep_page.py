@@ -10,6 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from rail_fem.atomic import write_text_atomically
+from rail_fem.compare import core_seconds
 from rail_fem.ladder import LADDER
 from rail_fem.published_table import published_table
 from rail_fem.result import PassResult
@@ -23,7 +24,7 @@ from rail_fem.versions import versions
 
 SUMMARY = {"largest force\non the nose": "nose peak", "largest force\non the wing": "wing peak", "largest plastic strain\nof the nose": "nose strain"}
 BESIDE = ("rigid_hertz", "fe_full")  # rungs whose forces are drawn beneath one another
-COMPACT = 60  # dots per inch of a page for a repository
+COMPACT = 80  # dots per inch of a page for a repository
 
 
 @dataclass(frozen=True)
@@ -84,11 +85,19 @@ def page_lines(source: Source, results: Results, unusable: list[str], folder: Pa
              f"`rail_fem report {folder} --groups {groups}` at commit {versions().get('git') or 'unknown'}.", "", *count_lines(source.group, results), "",
              "## All cases, every rung", "", *force_table(results), ""]
     lines += ["Left out:", "", *(f"- {sentence}" for sentence in unusable), ""] if unusable else []
+    lines += [*cost_lines(results), ""]
     table = published_table(source.published, results)
     lines += ["## P2 force: published, by formula, and the peaks of the rungs", "", *table, ""] if table else []
     for group in source.group:
         lines += [f"## {group.title}", "", *trend_lines(group, results, groups.parent), ""]
     return lines
+
+
+def cost_lines(results: Results) -> list[str]:
+    """What each rung took over all its cases."""
+    costs = {model: [core_seconds(of_case[model]) for of_case in results.values() if model in of_case] for model in LADDER}
+    return ["Core seconds of all cases (figures and start of the program left out): "
+            + ", ".join(f"{model} {sum(spent):.3g} s over {len(spent)}" for model, spent in costs.items() if spent) + "."]
 
 
 def figure_lines(source: Source, found: list[Picture], name: Callable[[Picture], str]) -> list[str]:
