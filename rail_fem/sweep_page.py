@@ -39,7 +39,7 @@ class Picture:
 
 def write_page(folder: Path, groups: Path, out: Path) -> Path:
     """Write out/report.md and its figures; returns the page. Errors: TrendError, CaseError, FileNotFoundError without results, OSError."""
-    source, (results, unusable) = load_source(groups), results_below(folder)
+    source, (results, unusable) = load_source(groups), results_below(folder, Path(groups).parent)
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     drawn = draw_all(pictures(source, results, Path(folder)), out)
@@ -51,7 +51,7 @@ def write_page(folder: Path, groups: Path, out: Path) -> Path:
 
 def write_digest(folder: Path, groups: Path, page: Path, shown: tuple[str, ...]) -> Path:
     """The same page as one Markdown file for a repository, with the figures named in `shown` beside it, small. Errors: as write_page, ValueError for a figure that is not there."""
-    source, (results, unusable) = load_source(groups), results_below(folder)
+    source, (results, unusable) = load_source(groups), results_below(folder, Path(groups).parent)
     page = Path(page)
     found = pictures(source, results, Path(folder))
     absent = sorted(set(shown) - {picture.name for picture in found})
@@ -81,7 +81,7 @@ def draw_all(wanted: list[Picture], out: Path, prefix: str = "", dots: int | Non
 def page_lines(source: Source, results: Results, unusable: list[str], folder: Path, groups: Path) -> list[str]:
     """How it was made, tables, trends."""
     revisions = sorted({r.versions.get("git", "") or "unknown" for of_case in results.values() for r in of_case.values()})
-    lines = ["# Report of a sweep", "", f"Runs by `rail_fem sweep {groups.parent}/case_*.toml --out {folder}` at commit {', '.join(revisions)}; this page by "
+    lines = [f"# {source.title}", "", *([source.intro, ""] if source.intro else []), f"Runs by `rail_fem sweep {groups.parent}/case_*.toml --out {folder}` at commit {', '.join(revisions)}; this page by "
              f"`rail_fem report {folder} --groups {groups}` at commit {versions().get('git') or 'unknown'}.", "", *count_lines(source.group, results), "",
              "## All cases, every rung", "", *force_table(results), ""]
     lines += ["Left out:", "", *(f"- {sentence}" for sentence in unusable), ""] if unusable else []
@@ -97,7 +97,7 @@ def cost_lines(results: Results) -> list[str]:
     """What each rung took over all its cases."""
     costs = {model: [core_seconds(of_case[model]) for of_case in results.values() if model in of_case] for model in LADDER}
     return ["Core seconds of all cases (figures and start of the program left out): "
-            + ", ".join(f"{model} {sum(spent):.3g} s over {len(spent)}" for model, spent in costs.items() if spent) + "."]
+            + ", ".join(f"{model} {sum(spent):.{0 if sum(spent) > 100 else 1}f} s over {len(spent)}" for model, spent in costs.items() if spent) + "."]
 
 
 def figure_lines(source: Source, found: list[Picture], name: Callable[[Picture], str]) -> list[str]:

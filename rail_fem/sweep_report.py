@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from rail_fem.casefile import load_case
 from rail_fem.compare import NOSE_PEAKS, core_seconds, peak
 from rail_fem.ladder import LADDER
 from rail_fem.result import NAN, PassResult, load
+from rail_fem.runfolder import differences
 from rail_fem.sweep import FAILED, Outcome
 
 Results = dict[str, dict[str, PassResult]]  # case -> model -> result
@@ -23,8 +25,12 @@ def sweep_report(outcomes: list[Outcome], faults: list[str]) -> str:
     return "\n".join(["# Sweep", "", *force_table(results), "", *failures(outcomes, faults)]).rstrip() + "\n"
 
 
-def results_below(folder: Path) -> tuple[Results, list[str]]:
-    """Results of a sweep's folder DIR/CASE/MODEL by case, and a sentence on each that cannot be used. Errors: FileNotFoundError without any."""
+def results_below(folder: Path, cases: Path | None = None) -> tuple[Results, list[str]]:
+    """Results of a sweep's folder DIR/CASE/MODEL by case, and a sentence on each that cannot be used.
+
+    cases : folder of the case files; results of another scene than that of cases/CASE.toml, where there is one, are left out
+    Errors: FileNotFoundError without any result, CaseError for a case file that cannot be read.
+    """
     results: Results = {}
     unusable = []
     for path in sorted(Path(folder).glob("*/*/result.json")):
@@ -35,11 +41,22 @@ def results_below(folder: Path) -> tuple[Results, list[str]]:
             continue
         if result.fault:
             unusable.append(f"{path.parent}: failed: {result.fault}")
+        elif unlike := _unlike_case(result, cases, path.parent.parent.name):
+            unusable.append(f"{path.parent}: of an older version of the scene: {'; '.join(unlike[:5])}: remove the folder and sweep again")
         else:
             results.setdefault(path.parent.parent.name, {})[result.model] = result
     if not results:
-        raise FileNotFoundError(f"{folder}: no results in CASE/MODEL below it; run 'rail_fem sweep CASE... --out {folder}' first")
+        why = "; ".join(unusable) or f"run 'rail_fem sweep CASE... --out {folder}' first"
+        raise FileNotFoundError(f"{folder}: no results in CASE/MODEL below it that can be used: {why}")
     return results, unusable
+
+
+def _unlike_case(result: PassResult, cases: Path | None, name: str) -> list[str]:
+    """How a result's scene differs from that of its case file; nothing where there is no such file."""
+    file = None if cases is None else Path(cases) / f"{name}.toml"
+    if file is None or not file.is_file():
+        return []
+    return differences(result.scene.model_dump(mode="json"), load_case(file).scene.model_dump(mode="json"))
 
 
 def force_table(results: Results) -> list[str]:

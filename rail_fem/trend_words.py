@@ -33,9 +33,8 @@ def reason_word(found: list[Finding]) -> str:
 
 def count_lines(groups: tuple[Group, ...], results: Results) -> list[str]:
     """How many trends agree by the dearest rung of each, and which do not."""
-    judged = [(trend, check(trend, results)) for group in groups for trend in group.trend]
-    judged = [(trend, found[-1]) for trend, found in judged if found]
-    named = lambda verdict: [f"{trend.says} ({trend.quantity}; {finding.model})" for trend, finding in judged if finding.verdict == verdict]
+    judged = [(group, trend, found[-1]) for group in groups for trend in group.trend if (found := check(trend, results))]
+    named = lambda verdict: [f"{group.title}: {trend.says} ({trend.quantity}; {finding.model})" for group, trend, finding in judged if finding.verdict == verdict]
     differ, same = named("differs"), named("same")
     lines = [f"{len(judged) - len(differ) - len(same)} of {len(judged)} trends agree by the dearest rung that resolves them."]
     lines += [f"{len(differ)} differ: " + "; ".join(differ) + "."] if differ else []

@@ -159,6 +159,8 @@ class Source(Frozen):
     """A file of groups. reference : the case whose rungs are drawn beside one another, and what these figures stand for; absent : source's figures that have no like here, and why"""
 
     group: tuple[Group, ...]
+    title: str = "Report of a sweep"
+    intro: str = ""
     published: tuple[Published, ...] = ()
     reference: str = ""
     reference_figures: tuple[str, str] = ("", "")

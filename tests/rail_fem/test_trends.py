@@ -94,7 +94,7 @@ def test_a_reason_is_said_only_where_a_rung_does_not_agree(tmp_path):
     assert "  - differs because: of the wing's bend" in say(of(2e5, 1e5)) and "  - no change because" in say(of(1e5, 1e5))
     mixed = {case: of(1e5, 2e5)[case] | of(2e5, 1e5, "lumped")[case] for case in "ab"}
     assert "  - some rungs differ because" in say(mixed)
-    assert count_lines((group(trend),), of(2e5, 1e5)) == ["0 of 1 trends agree by the dearest rung that resolves them.", "1 differ: faster is harder (nose peak; fe_full)."]
+    assert count_lines((group(trend),), of(2e5, 1e5)) == ["0 of 1 trends agree by the dearest rung that resolves them.", "1 differ: Speed: faster is harder (nose peak; fe_full)."]
 
 
 def test_a_control_changes_what_it_says_and_nothing_else():
@@ -162,6 +162,24 @@ def test_table_7_5_beside_our_columns():
     cells = dict(zip([c.strip() for c in head.split("|")], [c.strip() for c in row.split("|")]))
     assert cells["our P2 with that 2a [kN]"] == "175.32" and cells["difference [kN]"] == "+0.037" and cells["2a that gives the published P2 [mrad]"] == "7.3269"
     assert published_table((), results) == [] and published_table(source.published, {}) == []
+
+
+def test_results_of_an_older_scene_are_named_and_left_out_of_the_page(tmp_path):
+    """A case file that was changed after its run: its result is named with what differs, the other one stays; with none left there is no page."""
+    text = (TRENDS.parent / "case_02.toml").read_text()
+    for name in ("new", "old"):
+        (tmp_path / f"{name}.toml").write_text(text)
+        case = load_case(tmp_path / f"{name}.toml")
+        ladder.solve("p2_formula", case.scene, case.runs["p2_formula"]).save(tmp_path / "sweep" / name / "p2_formula")
+    (tmp_path / "trends.toml").write_text("[[group]]\ntitle='Speed'\ncases=['old','new']\n")
+    (tmp_path / "old.toml").write_text(text.replace('speed = "75 mph"', 'speed = "50 mph"'))
+    run = lambda: CliRunner().invoke(cli.app, ["report", str(tmp_path / "sweep"), "--groups", str(tmp_path / "trends.toml")])
+    assert run().exit_code == 0
+    page = (tmp_path / "sweep" / "report" / "report.md").read_text()
+    assert "| new |" in page and "| old |" not in page and "of an older version of the scene: speed: 33.5" in page
+    (tmp_path / "new.toml").write_text(text.replace('speed = "75 mph"', 'speed = "60 mph"'))
+    refused = run()
+    assert refused.exit_code == 2 and "that can be used" in " ".join(refused.output.split())
 
 
 def test_a_digest_holds_the_text_and_small_figures(tmp_path):
