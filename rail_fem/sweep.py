@@ -6,13 +6,16 @@ on with what was cut off. Light rungs run in this process, parallel ones under m
 
 from __future__ import annotations
 
+import ctypes
 import json
+import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
 from rail_fem.casefile import Case, CaseError, load_case
 from rail_fem.job import JobFault, run_case
@@ -22,6 +25,7 @@ from rail_fem.progress import duration
 from rail_fem.result import load
 from rail_fem.runfolder import MARK, differences, fingerprint
 
+PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux
 FINISHED, FAILED, SKIPPED = "finished", "FAILED", "finished before"
 
 
@@ -111,5 +115,15 @@ def _under_mpirun(job: Job, ranks: int) -> str:
     job.folder.parent.mkdir(parents=True, exist_ok=True)
     log = job.folder.parent / f"{job.model}.log"
     with log.open("a", encoding="utf-8") as stream:
-        code = subprocess.run([*mpi_command(ranks), *program], stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT, env=rank_environment()).returncode
+        code = run_tied([*mpi_command(ranks), *program], stream, rank_environment())
     return f"exit code {code}, see {log}" if code else ""
+
+
+def run_tied(command: list[str], stream: TextIO, environment: Mapping[str, str]) -> int:
+    """Exit code of a command that is told to end when this process dies, even by a kill: else it would go on writing where a second sweep does.
+
+    Linux only; elsewhere it outlives a kill.
+    """
+    control = getattr(ctypes.CDLL(None), "prctl", None)
+    tie = None if control is None else lambda: control(PARENT_DEATH_SIGNAL, int(signal.SIGTERM))
+    return subprocess.run(command, stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT, env=environment, preexec_fn=tie).returncode

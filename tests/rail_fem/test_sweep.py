@@ -1,6 +1,10 @@
 """Sweeps: a faulty case is told of and passed over, a second start goes on, another case's result is never mixed in."""
 
 import json
+import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -49,6 +53,20 @@ def test_a_killed_job_is_done_again(cases, tmp_path):
     (out / "good" / "lumped" / "result.json").unlink()
     again = sweep(cases[2], "--out", out, "--model", "lumped")
     assert again.exit_code == 0 and "good lumped: finished in" in again.output and (out / "good" / "lumped" / "result.json").is_file()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the tie is Linux'")
+def test_a_killed_sweep_takes_its_run_with_it():
+    """Or the run would go on writing into the folder that the next sweep goes on in."""
+    program = "import os, sys; from rail_fem.sweep import run_tied; run_tied([sys.executable, '-c', 'import os, time; print(os.getpid(), flush=True); time.sleep(60)'], sys.stdout, os.environ)"
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, cwd=ROOT) as parent:
+        child = int(parent.stdout.readline())
+        os.kill(child, 0)  # it lives
+        parent.kill()
+        parent.wait()
+        started = time.monotonic()
+        parent.stdout.read()  # the child holds the pipe as long as it lives, 60 s
+        assert time.monotonic() - started < 30
 
 
 def test_results_of_an_older_scene_are_named_and_kept_apart(cases, tmp_path):
