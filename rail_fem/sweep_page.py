@@ -43,7 +43,7 @@ def write_page(folder: Path, groups: Path, out: Path) -> Path:
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     drawn = draw_all(pictures(source, results, Path(folder)), out)
-    text = [*page_lines(source, results, unusable, folder, groups), *figure_lines(source, drawn, lambda picture: f"{picture.name}.png"),
+    text = [*page_lines(source, results, unusable, folder, groups, f"--out {out}"), *figure_lines(source, drawn, lambda picture: f"{picture.name}.png"),
             *(f"![{picture.words}]({picture.name}.png)" for picture in drawn)]
     write_text_atomically(out / "report.md", "\n".join(text) + "\n")
     return out / "report.md"
@@ -60,7 +60,8 @@ def write_digest(folder: Path, groups: Path, page: Path, shown: tuple[str, ...])
     page.parent.mkdir(parents=True, exist_ok=True)
     prefix = f"{page.stem}_"
     drawn = draw_all([picture for picture in found if picture.name in shown], page.parent, prefix, COMPACT)
-    lines = [*page_lines(source, results, unusable, folder, groups), *figure_lines(source, found, lambda picture: f"report/{picture.name}.png"),
+    how = " ".join([f"--digest {page}", *(f"--show {name}" for name in shown)])
+    lines = [*page_lines(source, results, unusable, folder, groups, how), *figure_lines(source, found, lambda picture: f"{folder}/report/{picture.name}.png"),
              *(f"![{picture.words}]({prefix}{picture.name}.png)\n\n*{picture.words}.*\n" for picture in drawn)]
     write_text_atomically(page, "\n".join(lines) + "\n")
     return page
@@ -78,11 +79,11 @@ def draw_all(wanted: list[Picture], out: Path, prefix: str = "", dots: int | Non
     return drawn
 
 
-def page_lines(source: Source, results: Results, unusable: list[str], folder: Path, groups: Path) -> list[str]:
-    """How it was made, tables, trends."""
+def page_lines(source: Source, results: Results, unusable: list[str], folder: Path, groups: Path, how: str) -> list[str]:
+    """How it was made, tables, trends. how : options of the command that writes the page"""
     revisions = sorted({r.versions.get("git", "") or "unknown" for of_case in results.values() for r in of_case.values()})
     lines = [f"# {source.title}", "", *([source.intro, ""] if source.intro else []), f"Runs by `rail_fem sweep {groups.parent}/case_*.toml --out {folder}` at commit {', '.join(revisions)}; this page by "
-             f"`rail_fem report {folder} --groups {groups}` at commit {versions().get('git') or 'unknown'}.", "", *count_lines(source.group, results), "",
+             f"`rail_fem report {folder} --groups {groups} {how}` at commit {versions().get('git') or 'unknown'}.", "", *count_lines(source.group, results), "",
              "## All cases, every rung", "", *force_table(results), ""]
     lines += ["Left out:", "", *(f"- {sentence}" for sentence in unusable), ""] if unusable else []
     lines += [*cost_lines(results), ""]
