@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from geometry.profile_faults import first_crossing, gaps, kinks, noise_level, repeated, reversals, smoothed, without_zigzag
+from geometry.profile_faults import first_crossing, gaps, kinks, noise_level, repeated, reversals, without_zigzag
+from geometry.profile_smoothing import smoothed
 from geometry.profiles import Piece, Profile, ProfileError, line
 from geometry.raw_profile import RawProfile
 

@@ -8,8 +8,9 @@ from scipy.interpolate import make_smoothing_spline
 from scipy.optimize import minimize_scalar
 
 from geometry.profile_doctor import examine
-from geometry.profile_faults import noise_level, smoothing_spline
+from geometry.profile_faults import noise_level
 from geometry.profile_figure import draw_diagnosis
+from geometry.profile_smoothing import smoothing_spline
 from geometry.profiles import ProfileError
 from geometry.rail import rail_head
 from geometry.raw_profile import RawProfile
