@@ -42,16 +42,15 @@ def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None
 
 def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
     """One pass of a wheelset that may roll, and by choice move laterally and in yaw. Errors: also ValueError where it leaves lateral_range."""
-    started = time.perf_counter()
     surfaces = surfaces_of(scene, settings)
+    started = time.perf_counter() - sum(t.search_time for t in surfaces.over + surfaces.plain)  # kept from another scene or not, the search counts
     table = surfaces.over[len(surfaces.over) // 2]
     contacts = contacts_of(scene, settings, table)
     found = run_wheelset(scene, settings, contacts, surfaces)
     run, coarse = found.light, run_wheelset(scene, settings, contacts, surfaces, 2 * found.light.step).light
     patches = patches_at(table, run, moments(run))
     flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
-    started -= sum(t.search_time for t in surfaces.over[:-1] + surfaces.plain)  # kept from another scene or not, the search counts
-    return pass_result("rigid_hertz", scene, settings, table, run, patches, flags, {"time_step": step_error(run, coarse)}, started, found.columns)
+    return pass_result("rigid_hertz", scene, settings, table, run, patches, flags, {"time_step": step_error(run, coarse)}, started + table.search_time, found.columns)
 
 
 def pass_result(model: str, scene: Scene, settings: GrooveSettings, table: ContactTable, run: LightPass, patches: tuple[Patch, ...], flags: list[Flag],

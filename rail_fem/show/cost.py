@@ -12,6 +12,7 @@ MARKERS = {"nose peak": ("o", NOSE), "wing peak": ("s", WING), "peak": ("^", ORA
 CURVES = (WING, NOSE, GREEN, PURPLE, ORANGE, SKY)
 LABELS = (0.02, 0.26)  # heights of the names, in turn, so that neighbours do not cover one another
 LEAST = 1e-4  # errors below are drawn here
+NAMES = 0.5  # of the height, from the bottom, that is kept for names
 
 
 def cost_figure(comparison: Comparison) -> Figure:
@@ -35,6 +36,8 @@ def draw_errors(axes, comparison: Comparison) -> None:
         text = f"{name} (reference)" if result is comparison.reference else name
         axes.annotate(text, (core_seconds(result), LABELS[i % len(LABELS)]), xycoords=("data", "axes fraction"), xytext=(-4, 0), textcoords="offset points", rotation=90, ha="right", va="bottom", fontsize=11)
     axes.set(xscale="log", yscale="log", xlabel="cost [core seconds]", ylabel="relative error")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low * (low / high) ** (NAMES / (1 - NAMES)), high)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=2, mode="expand", frameon=False)
 
 
