@@ -64,7 +64,7 @@ class PathNumbers:
 
     ramp_lift : height gained from plain rail to the cast leg [m];  ramp_slope, ramp_x : steepest climb there and where it is
     lowest_x, lowest : where the axle stands lowest about the nose, and how far below plain line [m]
-    transfer_x : where the nose takes over [m];  fall, rise : slopes before and after it;  dip : their sum, 0 where it does not rise [rad]
+    transfer_x : where the nose takes over [m];  fall, rise : slopes before and after it;  dip : their sum, 0 where the path does not rise [rad]
     trailing_slope, trailing_x : steepest climb met when run backwards
     """
 
@@ -84,6 +84,9 @@ class PathNumbers:
 FALL_LENGTH, RISE_LENGTH = 20e-3, 55e-3  # over which the slopes beside the transfer are taken at 1:9.25; they stretch with the crossing [m]
 
 
+LEAST_RISE = 0.1e-3  # of the path after the transfer, below which there is no dip [rad]
+
+
 def path_numbers(path: WheelPath, crossing: CastCrossing) -> PathNumbers:
     """Numbers of a path that reaches from plain rail to beyond the transfer, x growing."""
     shape, x = crossing.shape, path.x
@@ -101,5 +104,5 @@ def path_numbers(path: WheelPath, crossing: CastCrossing) -> PathNumbers:
     return PathNumbers(
         ramp_lift=float(path.height[ramp][-1]), ramp_slope=max(float(path.slope[steepest]), 0.0), ramp_x=float(x[steepest]),
         lowest_x=float(x[lowest]), lowest=float(-path.height[lowest]), transfer_x=transfer, fall=fall, rise=rise,
-        dip=fall + rise if rise > 0 else 0.0, trailing_slope=float(-path.slope[backwards]), trailing_x=float(x[backwards]),
+        dip=fall + rise if rise > LEAST_RISE else 0.0, trailing_slope=float(-path.slope[backwards]), trailing_x=float(x[backwards]),
     )  # fmt: skip

@@ -1,6 +1,6 @@
-"""Study: five wheels over the cast crossing: contact bands on its plan, height of the axle, entry ramp, lowest point, transfer, dip angle.
+"""Study: five wheels, or any others, over the cast crossing: contact bands on its plan, height of the axle, entry ramp, lowest point, transfer, dip angle.
 
-python -m rail_fem.study_crossing_path --out DIR [--ratio 9.25] [--sections uk_crossing.slcs]   draws contact_bands.png, writes the table; a minute
+python -m rail_fem.study_crossing_path --out DIR [--ratio 9.25] [--wheels P8 my.whl] [--sections uk_crossing.slcs]   draws contact_bands.png, writes the table
 
 The paths are rigid and quasi-static: run backwards (trailing) a wheel touches the same places, and every climb becomes a fall.
 """
@@ -8,6 +8,7 @@ The paths are rigid and quasi-static: run backwards (trailing) a wheel touches t
 import argparse
 import csv
 from dataclasses import asdict
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,10 @@ from geometry.axes import tread_datum_y
 from geometry.contact_band import PathNumbers, band_edges, clearance, path_numbers
 from geometry.crossing import CastCrossing
 from geometry.format_slices import read_slices
+from geometry.formats import read_raw
 from geometry.path import WheelPath, wheel_path
+from geometry.profile_doctor import examine
+from geometry.profiles import Profile
 from geometry.section_path import SectionCrossing, section_path
 from geometry.wheel import WHEEL_NAMES, wheel_profile
 from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
@@ -40,23 +44,32 @@ COLUMNS = (("ramp_lift", "lift mm", 1e3, 2), ("ramp_slope", "climb mrad", 1e3, 1
            ("trailing_slope", "trailing climb mrad", 1e3, 1), ("trailing_x", "at x mm", 1e3, 0))  # fmt: skip
 
 
+def wheel_of(name: str) -> Profile:
+    """The wheel of this name, or of this file, mended by the profile doctor."""
+    return wheel_profile(name) if name in WHEEL_NAMES else examine(read_raw(Path(name), "wheel")).profile.graph_part()
+
+
 def run_over(crossing: CastCrossing, name: str, spacing: float = 1 * MM, radius: float = RADIUS) -> WheelPath:
-    """Path of one wheel from plain rail to beyond the nose's topping."""
+    """Path of one wheel (name or file) from plain rail to beyond the nose's topping."""
     end = min(0.9 * crossing.stretch, crossing.x_range[1] - 0.1)
-    return wheel_path(crossing, wheel_profile(name), np.arange(crossing.shape.leg_start - 0.2, end, spacing), radius=radius)
+    return wheel_path(crossing, wheel_of(name), np.arange(crossing.shape.leg_start - 0.2, end, spacing), radius=radius)
 
 
 def table(numbers: dict[str, PathNumbers], ratio: float) -> str:
     """All numbers as text, with the reference's below each wheel where there is one."""
     rows = [f"crossing 1:{ratio:g}; trailing: the same path run backwards", "wheel      " + "".join(f"{head:>{width(head)}}" for _, head, *_ in COLUMNS)]
     for name, n in numbers.items():
-        rows.append(f"{name:<11}" + "".join(f"{factor * getattr(n, key):{width(head)}.{digits}f}" for key, head, factor, digits in COLUMNS))
-        if ratio == 9.25:
+        rows.append(f"{shown_name(name):<11}" + "".join(f"{factor * getattr(n, key):{width(head)}.{digits}f}" for key, head, factor, digits in COLUMNS))
+        if ratio == 9.25 and name in REFERENCE:
             lift, climb, low, fall, rise, dip = REFERENCE[name]
             shown = {0: (lift, 2), 1: (climb, 1), 3: (low, 0), 5: (fall, 1), 6: (rise, 1), 7: (dip, 1)}
             cells = [f"{shown[k][0]:{width(c[1])}.{shown[k][1]}f}" if k in shown and np.isfinite(shown[k][0]) else " " * width(c[1]) for k, c in enumerate(COLUMNS)]
             rows.append("  reference" + "".join(cells))
-    return "\n".join(rows + ([REASONS] if ratio == 9.25 else []))
+    return "\n".join(rows + ([REASONS] if ratio == 9.25 and set(REFERENCE) <= set(numbers) else []))
+
+
+def shown_name(name: str) -> str:
+    return name if name in WHEEL_NAMES else Path(name).name
 
 
 def width(head: str) -> int:
@@ -77,9 +90,9 @@ def against_sections(file: Path, paths: dict[str, WheelPath], radius: float) -> 
     for name, path in paths.items():
         inside = (path.x > sections.x[0] + 0.1) & (path.x < min(sections.x[-1] - 0.1, 0.75))
         x = path.x[inside][::4]
-        own = section_path(sections, wheel_profile(name), x, tread_datum_y(), radius)
+        own = section_path(sections, wheel_of(name), x, tread_datum_y(), radius)
         nose = x[np.argmax(own.on_nose)] if own.on_nose.any() else np.nan
-        rows.append(f"  {name:<10} largest difference in height {np.abs(own.height - path.height[inside][::4]).max() / MM:.3f} mm, "
+        rows.append(f"  {shown_name(name):<10} largest difference in height {np.abs(own.height - path.height[inside][::4]).max() / MM:.3f} mm, "
                     f"nose carries from {nose / MM:.0f} mm ({path.transfers[0] / MM:.0f} mm)")
     return "\n".join(rows)
 
@@ -115,7 +128,7 @@ def draw_plan(axis, crossing: CastCrossing, run: WheelPath, n: PathNumbers, name
         sides = outline(crossing, x, fine, body) / MM
         axis.fill_between(x / MM, *sides.T, color=grey, lw=0)
         axis.plot(x / MM, sides, color="#555555", lw=0.9)
-        near = clearance(crossing, wheel_profile(name), run, x, y, body)
+        near = clearance(crossing, wheel_of(name), run, x, y, body)
         bands.append(band_edges(near, y, APPROACH))
         axis.contourf(x / MM, y / MM, (near < APPROACH / 2).T.astype(float), levels=[0.5, 1.5], colors=[colour])
     carried = np.where(run.on_nose, np.nan, run.contact_point[:, 1]), np.where(run.on_nose, run.contact_point[:, 1], np.nan)
@@ -128,7 +141,7 @@ def draw_plan(axis, crossing: CastCrossing, run: WheelPath, n: PathNumbers, name
     climbs = f"ramp {n.ramp_lift / MM:+.2f} mm" + (f", {n.ramp_slope / MM:.1f} mrad at {n.ramp_x / MM:.0f}" if n.ramp_slope > 1e-3 else "")
     dips = f"falls {n.fall / MM:.1f}, rises {n.rise / MM:.1f}: dip {n.dip / MM:.1f} mrad" if n.dip > 0 else "no dip"
     cone = " (cone 1:20 on plane 1:20: a line contact)" if name == "P1" else ""
-    axis.set_title(f"{name}{cone}:  {climbs};  lowest at {n.lowest_x / MM:.0f}, {dips}", loc="left")
+    axis.set_title(f"{shown_name(name)}{cone}:  {climbs};  lowest at {n.lowest_x / MM:.0f}, {dips}", loc="left")
     axis.set(ylim=(y[0] / MM, y[-1] / MM), ylabel="y [mm], + field side")
 
 
@@ -148,8 +161,8 @@ def name_places(axis, crossing: CastCrossing) -> None:
 
 def draw_heights(axis, paths: dict[str, WheelPath], numbers: dict[str, PathNumbers]) -> None:
     """Height of each axle over plain line, its transfer marked."""
-    for (name, run), colour in zip(paths.items(), (TOTAL, WING, GREEN, PURPLE, NOSE)):
-        axis.plot(run.x / MM, run.height / MM, color=colour, label=name)
+    for (name, run), colour in zip(paths.items(), cycle((TOTAL, WING, GREEN, PURPLE, NOSE))):
+        axis.plot(run.x / MM, run.height / MM, color=colour, label=shown_name(name))
         at = numbers[name].transfer_x
         axis.plot(at / MM, np.interp(at, run.x, run.height) / MM, "o", color=colour)
     axis.set(xlabel="x [mm], 0 at the theoretical intersection of the gauge lines", ylabel="height of the axle [mm]", title="")
@@ -163,11 +176,12 @@ def main() -> None:
     parser.add_argument("--ratio", type=float, default=9.25, help="N of the crossing 1:N")
     parser.add_argument("--radius", type=float, default=1e3 * RADIUS, help="of the wheels [mm]")
     parser.add_argument("--sections", type=Path, help="a .slcs of the 1:9.25 crossing's own sections to compare with")
+    parser.add_argument("--wheels", nargs="+", default=WHEEL_NAMES, help=f"names ({', '.join(WHEEL_NAMES)}) or profile files; default: those named")
     arguments = parser.parse_args()
     out = Path(arguments.out)
     out.mkdir(parents=True, exist_ok=True)
     crossing, radius = CastCrossing(arguments.ratio), arguments.radius * MM
-    paths = {name: run_over(crossing, name, radius=radius) for name in WHEEL_NAMES}
+    paths = {name: run_over(crossing, name, radius=radius) for name in arguments.wheels}
     numbers = {name: path_numbers(path, crossing) for name, path in paths.items()}
     write_table(out / "crossing_paths.csv", numbers)
     draw(out / "contact_bands.png", crossing, paths, numbers)

@@ -5,7 +5,10 @@ import pytest
 
 from geometry.contact_band import path_numbers
 from geometry.crossing import CastCrossing
-from rail_fem.study_crossing_path import MM, REFERENCE, draw, run_over, table, write_table
+from geometry.formats import write_profile
+from geometry.path import wheel_path
+from geometry.wheel import wheel_profile
+from rail_fem.study_crossing_path import MM, REFERENCE, draw, run_over, table, wheel_of, write_table
 
 
 def studied(names, spacing, ratio=9.25):
@@ -22,6 +25,15 @@ def test_a_short_study_writes_its_table_and_figure(tmp_path):
     text = table(numbers, 9.25)
     assert "reference" in text and "18.3" in text
     assert draw(tmp_path / "bands.png", crossing, paths, numbers).stat().st_size > 50_000
+
+
+def test_a_wheel_of_a_file_runs_as_the_one_it_was_written_from(tmp_path):
+    """Within what the spline through the points leaves beside the joints of arcs, whose tangents a file does not hold."""
+    file = str(tmp_path / "mine.prw")
+    write_profile(file, wheel_profile("P8").points, "wheel")
+    x = np.array([-0.8, -0.65, 0.1, 0.3])
+    own, named = (wheel_path(CastCrossing(9.25), wheel_of(n), x).height for n in (file, "P8"))
+    assert own == pytest.approx(named, abs=2e-6)
 
 
 @pytest.mark.validate
