@@ -1,4 +1,4 @@
-"""Read and write profiles by the suffix of their file: .prw .prr .whl .ban .mpt, and two columns for all others."""
+"""Read and write profiles by the suffix of their file: .prw .prr .whl .ban .mpt .slcs, and two columns for all others."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +8,7 @@ import numpy as np
 from geometry.format_columns import read_columns, write_columns
 from geometry.format_miniprof import read_miniprof, read_mpt
 from geometry.format_simpack import read_simpack, write_simpack
+from geometry.format_slices import Slices, read_slices
 from geometry.profiles import ProfileError
 from geometry.raw_profile import KINDS, RawProfile
 
@@ -16,15 +17,13 @@ def read_raw(path: Path, kind: str | None = None, unit: float | None = None, num
     """The points of a profile file, as the file declares them.
 
     kind, unit : what the caller knows ("rail" or "wheel"; length of the file's unit [m]); overrule the file
-    number : which profile of an .mpt file, from 1
+    number : which profile of an .mpt file, which section of a .slcs, from 1
 
     Raises ProfileError (file, line, reason), OSError.
     """
     suffix = Path(path).suffix.lower()
     if kind is not None and kind not in KINDS:
         raise ProfileError(f"kind {kind!r} is neither of {', '.join(KINDS)}")
-    if suffix == ".slcs":
-        raise ProfileError(f"{path}: holds a whole rail in slices: use read_slices, or name one of its section files")
     if suffix in (".prw", ".prr"):
         raw = read_simpack(path)
     elif suffix in (".whl", ".ban"):
@@ -34,10 +33,23 @@ def read_raw(path: Path, kind: str | None = None, unit: float | None = None, num
         if not 1 <= number <= len(several):
             raise ProfileError(f"{path}: profile {number} asked for, the file holds {len(several)}")
         raw = several[number - 1]
+    elif suffix == ".slcs":
+        raw = one_of(path, read_slices(path), number)
     else:
         raw = read_columns(path)
     known = {key: value for key, value in (("kind", kind), ("unit", unit)) if value is not None}
     return replace(raw, **known)
+
+
+def one_of(path: Path, slices: Slices, number: int) -> RawProfile:
+    """One section of a rail in slices, counted from 1, with a note on where it stands among them."""
+    x, count = slices.x, len(slices.x)
+    if not 1 <= number <= count:
+        raise ProfileError(f"{path}: section {number} asked for, the file holds {count}")
+    gaps = np.diff(x)
+    note = f"section {number} of {count}, at x = {x[number - 1]:.4f} m of {x[0]:.4f} to {x[-1]:.4f} m, {gaps.min():.4f} to {gaps.max():.4f} m apart"
+    section = slices.sections[number - 1]
+    return replace(section, notes=(note, *section.notes))
 
 
 def write_profile(path: Path, points: np.ndarray, kind: str = "rail", note: str = "") -> None:

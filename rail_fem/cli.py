@@ -184,10 +184,10 @@ def report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of
 
 
 @app.command()
-def profile(file: Annotated[Path, typer.Argument(metavar="FILE", help="profile: .prw .prr .whl .ban .mpt or two columns")],
+def profile(file: Annotated[Path, typer.Argument(metavar="FILE", help="profile: .prw .prr .whl .ban .mpt .slcs or two columns")],
             kind: Annotated[Optional[str], typer.Option(help="rail or wheel, where the file does not say")] = None,
             unit: Annotated[Optional[str], typer.Option(help="mm, cm, m or inch, where the file does not say")] = None,
-            number: Annotated[int, typer.Option(help="which profile of an .mpt file")] = 1,
+            number: Annotated[int, typer.Option(help="which profile of an .mpt file, which section of a .slcs")] = 1,
             smooth: Annotated[bool, typer.Option(help="take out scatter above 5 um")] = True,
             picture: Annotated[Optional[Path], typer.Option(help="where to draw it; default: FILE's name + _profile.png in this folder")] = None,
             write: Annotated[Optional[Path], typer.Option(help="write the mended profile: .prr .prw .txt .csv")] = None) -> None:

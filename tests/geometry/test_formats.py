@@ -59,6 +59,10 @@ def test_slices_hold_stations_in_metres_and_their_section_files(tmp_path):
     slices = read_slices(written(tmp_path / "a.slcs", text))
     assert slices.x.tolist() == [-0.5, 2.5]
     assert np.allclose(slices.sections[1].points, RAIL * [2, -2], atol=1e-7)
+    second = read_raw(tmp_path / "a.slcs", number=2)
+    assert np.array_equal(second.points, slices.sections[1].points) and "section 2 of 2, at x = 2.5000 m" in second.notes[0]
+    with pytest.raises(ProfileError, match="section 3 asked for, the file holds 2"):
+        read_raw(tmp_path / "a.slcs", number=3)
     with pytest.raises(ProfileError, match="NSLC = 3, but 2"):
         read_slices(written(tmp_path / "b.slcs", text.replace(" 2 NSLC", " 3 NSLC")))
     with pytest.raises(ProfileError, match="line 7: station -2.5 m does not lie beyond"):
