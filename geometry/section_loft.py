@@ -37,11 +37,16 @@ def marks(profile: Profile, angles: np.ndarray = ANGLES) -> np.ndarray:
 
 
 def curve_at(profile: Profile, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points (m, 2) and unit tangents (m, 2) at lengths (m,) along a profile: cubic between its points, third order in tangent."""
+    """Points (m, 2) and unit tangents (m, 2) at growing lengths (m,) along a profile: cubic between its points, third order in tangent.
+
+    At a kink the tangent is the one on leaving it; at the last length the one on reaching it.
+    """
     s = profile.arc_length
     first = np.column_stack([np.cos(profile.angle_after), np.sin(profile.angle_after)])
     last = np.column_stack([np.cos(profile.angle_before), np.sin(profile.angle_before)])
-    k = np.clip(np.searchsorted(s, length, side="right") - 1, 0, len(s) - 2)
+    k = np.searchsorted(s, length, side="right") - 1
+    k[-1] = np.searchsorted(s, length[-1] - APART) - 1
+    k = np.clip(k, 0, len(s) - 2)
     h = (s[k + 1] - s[k])[:, None]
     t = ((length - s[k])[:, None]) / h
     a, b, m0, m1 = profile.points[k], profile.points[k + 1], first[k] * h, last[k + 1] * h

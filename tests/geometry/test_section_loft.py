@@ -69,6 +69,20 @@ def test_sections_of_a_tongue_converge_to_its_drawing():
     assert_order(steps, errors, expected=2)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_a_flat_top_stays_flat_up_to_its_edge(share):
+    """The edge keeps both of its tangents: no cubic swings over it."""
+    pair = Switch().drawn_tongue(2.0), Switch().drawn_tongue(3.0)
+    section = between(*pair, share)
+    tops = [p.points[:, 1].max() for p in pair]
+    top = (1 - share) * tops[0] + share * tops[1]
+    y = np.linspace(-35, -30.5, 4001) * MM
+    assert section.height(y) == pytest.approx(top, abs=1e-9)
+    edge = np.argmax(np.abs(section.angle_after - section.angle_before))
+    assert section.points[edge] == pytest.approx([-30.5 * MM, top], abs=1e-9)
+    assert np.tan([section.angle_before[edge], section.angle_after[edge]]) == pytest.approx([0, -20], abs=1e-6)
+
+
 def test_marks_grow_along_a_section_and_a_hollow_is_no_feature():
     y = np.linspace(-20, 20, 401) * MM
     wavy = Profile.from_pieces([graph(y, -y**2 / 0.1 + 0.05 * MM * np.sin(y / MM), -2 * y / 0.1 + 0.05 * np.cos(y / MM))])
