@@ -5,6 +5,7 @@ places. Points that match move on straight lines. A corner of 12.7 mm radius bes
 interpolation at equal y would lay two half corners over each other (zig-zag).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from geometry.profiles import Piece, Profile, ProfileError
+from geometry.rail_surface import LoftedBody
 
 ANGLES = np.radians([75.0, 60.0, 30.0, 5.0, -5.0, -30.0, -60.0, -75.0])  # tangents at which convex sections are matched
 POINTS = 240  # a feature interval
@@ -94,6 +96,27 @@ class SectionLoft:
             raise ProfileError(f"loft: x = {x:g} m is outside its stations, {self.x[0]:g} to {self.x[-1]:g} m")
         k = int(np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, len(self.x) - 2))
         return between(self.sections[k], self.sections[k + 1], float((x - self.x[k]) / (self.x[k + 1] - self.x[k])))
+
+
+def matched_body(x: np.ndarray, sections: Sequence[Profile], count: int = 24, label: str = "body") -> LoftedBody:
+    """Body lofted through sections at x (m,) [m] with `count` nodes between each two of their marks: what SectionLoft is, with cubics in x.
+
+    Features that have no length in any section are left out; one that has in some only is refused, as its nodes would coincide.
+    """
+    lines = [[curve_at(p, np.linspace(a, b, count)) for a, b in zip(ends[:-1], ends[1:])] for p, ends in ((p, marks(p)) for p in sections)]
+    spans = np.array([[np.abs(points[-1] - points[0]).max() for points, _ in line] for line in lines])
+    kept = [k for k in range(spans.shape[1]) if spans[:, k].max() > 1e-6]
+    for k in kept:
+        if spans[:, k].min() <= 1e-6:
+            raise ProfileError(f"{label}: section at x = {x[int(np.argmin(spans[:, k]))]:g} m has no length in feature {k}, others have: give it a rounding")
+    bodies = []
+    for line in lines:
+        points = np.vstack([line[k][0][min(i, 1):] for i, k in enumerate(kept)])
+        slope = [line[k][1][:, 1] / line[k][1][:, 0] for k in kept]
+        after = np.concatenate([v[:-1] for v in slope] + [slope[-1][-1:]])
+        before = np.concatenate([slope[0][:1]] + [v[1:] for v in slope])
+        bodies.append((points[:, 0], points[:, 1], after, before))
+    return LoftedBody(np.asarray(x, float), *(np.array(rows) for rows in zip(*bodies)), label)
 
 
 def upper_line(first: Profile, second: Profile, label: str = "") -> Profile:

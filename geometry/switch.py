@@ -13,7 +13,8 @@ from scipy.interpolate import PchipInterpolator
 
 from geometry.profiles import Profile, ProfileError, arc, line
 from geometry.rail import gauge_face, rail_head
-from geometry.section_loft import SectionLoft, upper_line
+from geometry.rail_surface import LoftedBody, RailSurface
+from geometry.section_loft import SectionLoft, matched_body, upper_line
 from geometry.wheelset import RailPlace, Track, check_range
 
 MM = 1e-3
@@ -107,3 +108,17 @@ class Switch:
         own = Track(section, self.stock, gauge=gauge)
         wanted = gauge / 2 - self.gauge_line + self.width(x)
         return Track(section, self.stock, gauge=gauge, left_place=RailPlace(lateral=wanted - own.gauge_offset("left")))
+
+    def surfaces(self, spacing: float = 0.05) -> tuple[RailSurface, RailSurface]:
+        """Left rail (stock rail and tongue from 20 mm behind the toe) and right rail (a plain head along the turnout's curve) as surfaces.
+
+        In the axes of the straight track, for geometry.surface_contact; `track` gives the same section by section in those of the curve.
+        """
+        x = np.linspace(20 * MM, self.length, int(np.ceil(self.length / spacing)) + 1)
+        tongue = matched_body(x, [self.drawn_tongue(float(at)) for at in x], label="tongue")
+        head = self.stock.graph_part()
+        along = np.linspace(-1.0, self.length + 1.0, int((self.length + 2.0) / spacing) + 1)
+        plain = LoftedBody.prism(head, tuple(along))
+        aside = np.array([self.width(max(at, 0.0)) for at in along])[:, None]
+        right = LoftedBody(plain.x, plain.y + aside, plain.z, plain.after, plain.before, "right rail")
+        return RailSurface((LoftedBody.prism(head, (-1.0, self.length + 1.0)), tongue)), RailSurface((right,))

@@ -3,7 +3,8 @@
 python -m rail_fem.study_switch --out DIR [--wheel P8]   draws switch.png, writes switch.csv; half a minute
 
 The tongue is parametric (geometry.switch), not a drawing; the thesis' is not public. The wheelset is free across the track and pushed
-outwards, as in a curve. Sections are looked at one by one as prismatic rails: the tongue closes by 1 : 100 and rises by 1 : 300.
+outwards, as in a curve. Sections are looked at one by one as prismatic rails; against the whole surface that is
+15 um in height and 0.3 mm in place (tests/rail_fem/test_study_switch.py).
 """
 
 import argparse

@@ -5,7 +5,8 @@ import pytest
 
 from geometry.profiles import Profile, ProfileError, arc, graph, line
 from geometry.rail import rail_head
-from geometry.section_loft import SectionLoft, between, marks, upper_line
+from geometry.rail_surface import RailSurface
+from geometry.section_loft import SectionLoft, between, marks, matched_body, upper_line
 from geometry.switch import Switch
 from tests.order import assert_order
 
@@ -88,6 +89,19 @@ def test_marks_grow_along_a_section_and_a_hollow_is_no_feature():
     wavy = Profile.from_pieces([graph(y, -y**2 / 0.1 + 0.05 * MM * np.sin(y / MM), -2 * y / 0.1 + 0.05 * np.cos(y / MM))])
     found = marks(wavy, np.radians([10.0, 0.0, -10.0]))
     assert (np.diff(found) >= 0).all() and len(found) == 5
+
+
+def test_a_matched_body_passes_through_its_sections_and_refuses_features_that_come_and_go():
+    """Through the drawn tongues to what 24 nodes on a feature leave: the joint of corner and flat top lies within one, 1 mm between nodes,
+    where the curvature jumps by 79 / m: less than 79 (0.5 mm)^2 / 8 = 2.5 um there, nothing elsewhere."""
+    x = np.array([2.0, 2.5, 3.0])
+    drawn = [Switch().drawn_tongue(at) for at in x]
+    surface = RailSurface((matched_body(x, drawn),))
+    y = np.linspace(-50, -30.6, 300) * MM
+    miss = np.abs(surface.height(np.full(300, 2.5), y) - drawn[1].height(y))
+    assert miss.max() < 2.5e-6 and np.median(miss) < 1e-9
+    with pytest.raises(ProfileError, match="section at x = 2 m has no length in feature"):
+        matched_body(x[:2], [drawn[0], dome(13 * MM, (-40 * MM, -13 * MM))])
 
 
 def test_the_upper_line_is_the_higher_of_both_and_exact_where_they_cross():
