@@ -97,23 +97,48 @@ def creep_curves_figure(curves: dict[str, dict[str, np.ndarray]], path: str | No
     return _save(figure, path)
 
 
-def speed_error_figure(rows: list[dict], path: str | None = None):
-    """Seconds against relative error, one line for each method; marks carry the cells across.
+_SPEED_TITLES = {"normal": ("normal problem", "relative error of the largest pressure"),
+                 "tangential": ("with friction, the pressure known", "relative error of the tangential force")}
+_SPEED_COLOURS = ("#000000", "#009E73", "#E69F00", "#D55E00", "#0072B2", "#AA4499")
 
-    rows : dicts with method, cells, seconds, error, and reference (True where the numbers are another program's)
+
+def speed_error_figure(rows: list[dict], path: str | None = None):
+    """Seconds against relative error, one line for each method; marks carry the cells across. Left the normal problem, right friction.
+
+    rows : dicts with problem ("normal" or "tangential"), method, cells, seconds, error (NaN: a closed form, drawn as a level), and
+    reference (True where the numbers are another program's)
     """
-    figure, axes = _canvas(1, width=8.0, height=5.5)
-    panel = axes[0, 0]
-    for method in dict.fromkeys(row["method"] for row in rows):
-        own = [row for row in rows if row["method"] == method and np.isfinite(row["error"]) and row["error"] > 0]
-        if own:
-            panel.loglog([row["error"] for row in own], [row["seconds"] for row in own], "s:" if own[0]["reference"] else "o-", label=method)
-            for row in own:
-                panel.annotate(str(row["cells"]), (row["error"], row["seconds"]), fontsize=7, xytext=(3, 3), textcoords="offset points")
-    panel.set(xlabel="relative error", ylabel="seconds, one core", title="speed against error on one patch (numbers: cells each way)")
-    panel.grid(alpha=0.3, which="both")
-    panel.legend(fontsize=8)
+    problems = [problem for problem in _SPEED_TITLES if any(row["problem"] == problem for row in rows)]
+    figure, axes = _canvas(len(problems), width=7.2, height=7.0)
+    for panel, problem in zip(axes[0], problems):
+        own = [row for row in rows if row["problem"] == problem]
+        _speed_lines(panel, own)
+        title, label = _SPEED_TITLES[problem]
+        panel.set_title(title, fontsize=13)
+        panel.set_xlabel(f"{label}, better to the left", fontsize=12)
+        panel.set_ylabel("seconds on one core", fontsize=12)
+        panel.grid(alpha=0.3)
+        panel.legend(fontsize=10, loc="upper center", bbox_to_anchor=(0.5, -0.11), ncol=2)
+    figure.suptitle("Speed against error on one patch, 100 kN on an ellipse of 14.3 x 10.8 mm; numbers: cells each way", fontsize=13)
     return _save(figure, path)
+
+
+def _speed_lines(panel, rows: list[dict]) -> None:
+    colours = iter(_SPEED_COLOURS)
+    for method in dict.fromkeys(row["method"] for row in rows):
+        own = [row for row in rows if row["method"] == method]
+        if all(np.isnan(row["error"]) for row in own) and not own[0]["reference"]:
+            panel.axhline(own[0]["seconds"], color="#777777", linestyle="-.", linewidth=1, label=f"{method}, exact here")
+            continue
+        own = [row for row in own if np.isfinite(row["error"]) and row["error"] > 0]
+        if not own:
+            continue
+        kind = {"color": "#777777", "linestyle": ":", "marker": "s"} if own[0]["reference"] else {"color": next(colours), "marker": "o"}
+        if own[0]["reference"] and any(line.get_linestyle() == ":" for line in panel.lines):
+            kind |= {"marker": "D", "color": "#A0522D"}
+        panel.loglog([row["error"] for row in own], [row["seconds"] for row in own], markersize=5, linewidth=1.5, label=method, **kind)
+        for row in own:
+            panel.annotate(str(row["cells"]), (row["error"], row["seconds"]), fontsize=9, xytext=(4, 4), textcoords="offset points", color=kind["color"])
 
 
 def conformal_figure(rows: list[dict], path: str | None = None):

@@ -4,6 +4,7 @@ from __future__ import annotations
 from typing import Callable
 
 import numpy as np
+from scipy import ndimage
 
 from bem.halfspace_influence import Pair
 from bem.halfspace_input import check_gap, check_inside
@@ -41,14 +42,27 @@ def place_grid(gap: GapFunction, window: Window, pair: Pair, load: float | None,
     box, search_cells = window, [_SEARCH_CELLS, _SEARCH_CELLS]
     for _ in range(_MAX_ROUNDS):
         grid = Grid.over(*box, *search_cells)
-        found, resolved = _narrow(evaluate_gap(gap, grid), grid, pair, load, approach)
+        found, resolved, contact = _narrow(evaluate_gap(gap, grid), grid, pair, load, approach)
         found = tuple((max(low, limit[0]), min(high, limit[1])) for (low, high), limit in zip(found, window))
         if resolved:
             return _lay(found, window, cells, search_cells)
         if _at_rest(found, box):
+            if min(search_cells) >= _MOST_SEARCH_CELLS:
+                break  # the next round would be this one again
             search_cells = [min(2 * count, _MOST_SEARCH_CELLS) for count in search_cells]
         box = found
-    raise ContactInputError(f"no patch found in the window {window} m after {_MAX_ROUNDS} rounds: give a window nearer to the contact")
+    raise ContactInputError(_unresolved(grid, contact))
+
+
+def _unresolved(grid: Grid, contact: np.ndarray) -> str:
+    """What the search is left with: where the bodies touch, and that it is too small against the box that holds it."""
+    labels, count = ndimage.label(contact, structure=np.ones((3, 3)))
+    places = [f"x = {round(grid.x[i].mean(), 9):.3g}, y = {round(grid.y[j].mean(), 9):.3g} m ({len(np.unique(i))} x {len(np.unique(j))} cells)"
+              for i, j in (np.nonzero(labels == number) for number in range(1, min(count, 4) + 1))]
+    (x_min, x_max, y_min, y_max) = grid.edges
+    return (f"the bodies touch at {count} place(s), {'; '.join(places)}: too small or too far apart to be resolved together by a search with "
+            f"{grid.nx} x {grid.ny} cells over x {x_min:.3g} to {x_max:.3g}, y {y_min:.3g} to {y_max:.3g} m, where {_RESOLVED} across are wanted; "
+            "give a window about one of them, or a grid")
 
 
 def _at_rest(found: Window, box: Window) -> bool:
@@ -62,23 +76,23 @@ def _check_window(window: Window) -> None:
             raise ContactInputError(f"window along {name}: ({low!r}, {high!r}) m: give finite limits, the lower first")
 
 
-def _narrow(values: np.ndarray, grid: Grid, pair: Pair, load: float | None, approach: float | None) -> tuple[Window, bool]:
-    """The patch's box and whether the patch is resolved; if not, the box of all cells that might touch."""
+def _narrow(values: np.ndarray, grid: Grid, pair: Pair, load: float | None, approach: float | None) -> tuple[Window, bool, np.ndarray]:
+    """The patch's box, whether the patch is resolved, and the cells that touch; if it is not, the box of all cells that might touch."""
     operator = NormalOperator(grid, pair)
     if approach is not None and approach <= values.min():
         lowest = np.unravel_index(values.argmin(), values.shape)
         if approach < values[lowest] - _variation(values)[lowest]:
             raise NoContactError(f"approach {approach:g} m does not close the least gap, {values[lowest]:g} m at x = "
                                  f"{grid.x[lowest[0]]:g}, y = {grid.y[lowest[1]]:g} m: no contact; raise the approach above it")
-        return _box(grid, _grown(np.zeros(grid.shape, bool), lowest)), False
+        return _box(grid, _grown(np.zeros(grid.shape, bool), lowest)), False, values == values.min()
     solution = solve_pressure(operator, values, load, approach, tolerance=1e-4)
     contact = solution.pressure > 0
     across = [np.count_nonzero(contact.any(axis=axis)) for axis in (1, 0)]
     if min(across) >= _RESOLVED:
         x_min, x_max, y_min, y_max = edge_places(grid, solution.pressure)
-        return ((x_min - grid.dx, x_max + grid.dx), (y_min - grid.dy, y_max + grid.dy)), True
+        return ((x_min - grid.dx, x_max + grid.dx), (y_min - grid.dy, y_max + grid.dy)), True, contact
     open_gap = operator.displacement(solution.pressure) + values - solution.approach
-    return _box(grid, contact | (open_gap < _variation(values))), False
+    return _box(grid, contact | (open_gap < _variation(values))), False, contact
 
 
 def _variation(values: np.ndarray) -> np.ndarray:

@@ -70,24 +70,26 @@ def solve_pressure(operator: NormalOperator, gap: np.ndarray, load: float | None
     if total is None and approach <= lowest:
         raise NoContactError(f"approach {approach:g} m does not close the least gap {lowest:g} m: no contact; "
                              f"raise the approach above it")
+    gap = gap - lowest  # a small approach on a large gap would drown in its digits
+    approach = None if approach is None else approach - lowest
     pressure = None if start is None else np.where(np.isfinite(gap), start, 0.0)
     if pressure is None or not pressure.any():
         pressure = first_guess(operator, gap, total, approach)
     if total is not None:
         pressure *= total / pressure.sum()
-    state = _State(operator, gap, pressure, total, approach, lowest)
+    state = _State(operator, gap, pressure, total, approach)
     for _ in range(max_rounds):
         residual = state.relax(tolerance)
         if not state.correct(tolerance) and residual <= tolerance:
-            return PressureSolution(state.pressure, state.approach, state.iterations, residual, True)
-    return PressureSolution(state.pressure, state.approach, state.iterations, residual, False)
+            return PressureSolution(state.pressure, state.approach + lowest, state.iterations, residual, True)
+    return PressureSolution(state.pressure, state.approach + lowest, state.iterations, residual, False)
 
 
 class _State:
-    """Pressure, displacement and contact set on the way to the solution."""
+    """Pressure, displacement and contact set on the way to the solution; the least gap is 0."""
 
-    def __init__(self, operator, gap, pressure, total, approach, lowest) -> None:
-        self.operator, self.gap, self.total, self.lowest = operator, gap, total, lowest
+    def __init__(self, operator, gap, pressure, total, approach) -> None:
+        self.operator, self.gap, self.total = operator, gap, total
         self.pressure, self.approach = pressure, approach
         self.inside = pressure > 0
         self.displacement = operator.displacement(pressure)
@@ -110,7 +112,7 @@ class _State:
             square, weighted, overlap = _finish_residual(self.residual, steepest, inside, response, shift, product)
             if free:
                 self.approach = shift
-            error = np.sqrt(square / np.count_nonzero(inside)) / abs(self.approach - self.lowest)
+            error = np.sqrt(square / np.count_nonzero(inside)) / abs(self.approach)
             first = error if first is None else first
             if error <= tolerance or error < _INNER_DROP * first or count == _INNER_STEPS:
                 return error
@@ -125,7 +127,7 @@ class _State:
 
     def correct(self, tolerance: float) -> int:
         """Cells of negative pressure leave the set, overlapping cells join; returns how many did."""
-        slack = tolerance * abs(self.approach - self.lowest)
+        slack = tolerance * abs(self.approach)
         out, joined = _correct(self.pressure, self.displacement, self.gap, self.inside, self.approach, slack)
         if out:
             if self.total is not None:

@@ -67,8 +67,9 @@ def least_seconds(action: Callable[[], object], budget: float = 1.0) -> tuple[fl
     return least, result
 
 
-def _row(method: str, cells: int, seconds: float, error: float, reference: bool = False) -> dict:
-    return {"method": method, "cells": cells, "seconds": seconds, "error": error, "reference": reference}
+def speed_row(method: str, cells: int, seconds: float, error: float, reference: bool = False, problem: str = "normal") -> dict:
+    """One point of the figure of speed against error (bem.halfspace_figures.speed_error_figure)."""
+    return {"problem": problem, "method": method, "cells": cells, "seconds": seconds, "error": error, "reference": reference}
 
 
 def normal_rows(sizes: tuple[int, ...]) -> list[dict]:
@@ -76,8 +77,8 @@ def normal_rows(sizes: tuple[int, ...]) -> list[dict]:
     rows = []
     for cells in sizes:
         seconds, patch = least_seconds(lambda: solve_normal(cells))
-        rows.append(_row("normal", cells, seconds, abs(patch.max_pressure / hertz().max_pressure - 1)))
-    return rows + [_row("normal, CONTACT", cells, *numbers, True) for cells, numbers in CONTACT_NORMAL.items()]
+        rows.append(speed_row("half-space", cells, seconds, abs(patch.max_pressure / hertz().max_pressure - 1)))
+    return rows + [speed_row("half-space, CONTACT", cells, *numbers, True) for cells, numbers in CONTACT_NORMAL.items()]
 
 
 def tangential_rows(sizes: tuple[int, ...]) -> list[dict]:
@@ -90,15 +91,15 @@ def tangential_rows(sizes: tuple[int, ...]) -> list[dict]:
         forces = np.array([timed[cells][1].tangential_force for cells in sizes])
         limits[name] = extrapolated(forces)
         errors = np.linalg.norm(forces - limits[name], axis=1) / np.linalg.norm(limits[name])
-        rows += [_row(name, cells, timed[cells][0], error) for cells, error in zip(sizes, errors)]
+        rows += [speed_row(name, cells, timed[cells][0], error, problem="tangential") for cells, error in zip(sizes, errors)]
         known = CONTACT_ROLLING if name == "rolling" else CONTACT_SHIFT
-        rows += [_row(f"{name}, CONTACT's seconds at our error", cells, known[cells], error, True)
+        rows += [speed_row(f"{name}, CONTACT's seconds at our error", cells, known[cells], error, True, "tangential")
                  for cells, error in zip(sizes, errors) if cells in known]
     for cells in sizes:
         patch = elliptic_patch(hertz().semi_x, hertz().semi_y, LOAD, (cells, cells))
         seconds, result = least_seconds(lambda: fastsim(patch, STEEL, STEEL, FRICTION, CREEPAGE, estimate=False), 0.2)
         error = np.linalg.norm(result.tangential_force - limits["rolling"]) / np.linalg.norm(limits["rolling"])
-        rows.append(_row("FASTSIM", cells, seconds, error))
+        rows.append(speed_row("FASTSIM", cells, seconds, error, problem="tangential"))
     return rows
 
 

@@ -48,7 +48,7 @@ def slice_rows(sizes: tuple[int, ...]) -> list[dict]:
     for name, solver in methods.items():
         for n in sizes:
             seconds, patch = halfspace_study.least_seconds(lambda: solver(n))
-            rows.append({"method": name, "cells": n, "seconds": seconds, "error": abs(patch.max_pressure / exact - 1), "reference": False})
+            rows.append(halfspace_study.speed_row(name, n, seconds, abs(patch.max_pressure / exact - 1)))
     return rows
 
 
@@ -99,15 +99,22 @@ def semi_angle_of(patch: SlicePatch, middle: int) -> float:
     return pin_semi_angle(STEEL.plane_modulus / 2 * CLEARANCE / patch.line_load[middle])
 
 
+def speed_rows(quick: bool = False) -> list[dict]:
+    """Every method on the study's ellipse, and CONTACT's numbers."""
+    seconds, _ = halfspace_study.least_seconds(halfspace_study.hertz, 0.1)
+    rows = [halfspace_study.speed_row("Hertz, closed form", 0, seconds, float("nan"))]
+    rows += halfspace_study.normal_rows((22, 44) if quick else (22, 44, 88, 176, 352, 704))
+    rows += slice_rows((12, 22) if quick else (12, 22, 44, 88))
+    return rows + halfspace_study.tangential_rows((11, 22, 44) if quick else (22, 44, 88, 176))
+
+
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("study3d"))
     parser.add_argument("--quick", action="store_true", help="small grids only, for a look")
     options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
-    rows = halfspace_study.normal_rows((22, 44) if options.quick else (22, 44, 88, 176, 352, 704))
-    rows += slice_rows((12, 22) if options.quick else (12, 22, 44, 88))
-    rows += halfspace_study.tangential_rows((11, 22, 44) if options.quick else (22, 44, 88, 176))
+    rows = speed_rows(options.quick)
     halfspace_study.report_speed_error(rows, options.out)
     creep_curves_figure(halfspace_study.creep_curves(22 if options.quick else 44, 7 if options.quick else 21), str(options.out / "creep_curves.png"))
     conformal = conformal_rows((30, 75) if options.quick else ANGLES)

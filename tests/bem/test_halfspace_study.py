@@ -15,7 +15,7 @@ def test_study_writes_its_table_and_figures(tmp_path, monkeypatch):
     monkeypatch.setattr(halfspace_study, "least_seconds", lambda action, budget=0: (1e-3, action()))
     halfspace_study.main(["--out", str(tmp_path), "--quick"])
     rows = list(csv.DictReader(open(tmp_path / "speed_error.csv")))
-    normal = [float(row["error"]) for row in rows if row["method"] == "normal"]
+    normal = [float(row["error"]) for row in rows if row["method"] == "half-space"]
     assert normal[0] > normal[1] and normal[1] < 1e-3
     for name in ("speed_error.png", "creep_curves.png", "patch.png"):
         assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
