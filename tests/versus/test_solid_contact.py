@@ -58,10 +58,10 @@ def test_the_preconditioner_knows_its_own_face():
 
 
 def test_pressure_and_area_close_on_hertz():
-    """3 and 6 elements over the smaller semi-axis: pressure second order, 0.04 (element / semi-axis)^2; area first order, since its edge lies between
+    """3 and 6 elements over the smaller semi-axis: pressure second order, at most 0.06 (element / semi-axis)^2; area first order, since its edge lies between
     two nodes: a sixth of an element all around; length and width a seventh of an element."""
     coarse, fine = np.array([hertz_errors(n) for n in (3, 6)])
-    assert abs(fine[0]) < abs(coarse[0]) / 4 and abs(coarse[0]) < 0.04 / 3**2 and abs(fine[0]) < 0.04 / 6**2
+    assert abs(fine[0]) < abs(coarse[0]) / 4 and abs(coarse[0]) < 0.06 / 3**2 and abs(fine[0]) < 0.06 / 6**2
     assert 0 < fine[1] < 2 / 6 / 6 and np.abs(fine[2:]).max() < 1 / (7 * 6)
 
 
