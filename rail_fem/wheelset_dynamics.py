@@ -179,7 +179,7 @@ def _normal(q, t, side, place, shift, height, slope, law, rolling, clearance, ch
 
 @njit(cache=True)
 def _creep(q, v, t, side, place, shift, radius, creep, reference, friction, rolling, speed, force, into, stiff):
-    """Generalised creep force (8,) and minus its derivative to v, bound held (8, 8), that to yaw in stiff[:, 5] of the second slab."""
+    """Generalised creep force (8,); stiff[0], stiff[1] (8, 8): minus its derivative to v and to q, with the share that friction leaves held."""
     into[:], stiff[:] = 0.0, 0.0
     total = force.sum()
     if total <= 0 or friction <= 0:
