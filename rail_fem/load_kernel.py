@@ -1,10 +1,14 @@
-"""Force between a wheel and a prismatic rail that penetrate each other by a little, shared between all points where they do.
+"""Force between a wheel and a rail that penetrate each other by a little, shared between all points where they do.
 
 Every minimum of the gap owns the strip of the profile up to the saddles beside it. Its force is Hertz' for a paraboloid whose cross
 section has the area, below 0.55 of the penetration (the virtual penetration of Kik and Piotrowski), of the true gap. Two strips that
 penetrate at their saddle are partly one: with m the penetration at the saddle over the lesser of both, their force is (1 - m) times the
 sum of both plus m times that of the paraboloid over both. So the force changes continuously when two points meet (m = 0), and when one of
 two points vanishes at the saddle (m = 1); Hertz point by point jumps there. Forces point along the mean normal over a strip.
+
+On a surface that changes along x (geometry.loft_kernel) the gap's curvature along x is that of the parabola with the area of the cut along x
+through the point, below the same 0.55; two points ahead of and behind each other on one body join by the same m, and a part of the cut that
+lies beyond a ridge counts by the ridge's penetration. So the force is continuous there too.
 
 One parabolic strip gives Hertz exactly. Error elsewhere: tests/rail_fem/test_load_sharing.py.
 Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual penetration); the sharing is this project's own.
@@ -14,11 +18,12 @@ import numpy as np
 from numba import njit
 
 from geometry.contact_kernel import NO_RAIL, gap_at, lowest, nearest_places, roll_and_height, side_pose
-from geometry.outline import cubic, outline_of
+from geometry.meeting import branch, branches, meet
+from geometry.outline import cubic
+from rail_fem.load_along import VIRTUAL, bow, ridge_height, same_body
 
-VIRTUAL = 0.55
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
-SUMS = 6  # of a strip: depth, depth times the normal's y and z, times the curvatures A_xx and A_xt, times the normal's z squared
+SUMS = 6  # of a strip: depth, depth times the normal's y, z and x, times the wheel's A_xx and both bodies' A_xt
 ROUNDS = 60
 CLOSE = 1e-8  # relative, of the vertical force of each side
 
@@ -77,28 +82,29 @@ def strip_sums(low, bottom, high, level, wheel, rail, pose, tip):
         for k in range(len(_NODES)):
             s = 0.5 * (bottom + edge) + 0.5 * (edge - bottom) * _NODES[k]
             tread, slope, bend = cubic(s, wheel)
-            there, _, y, z, tangent, advance, sine, cosine = outline_of(s, tread, slope, bend, pose)
-            if not there or y < rail[0, 0] or y > rail[0, rail.shape[1] - 1]:
+            there, _, _, y, z, height, tangent, rail_slope, advance, sine, cosine, steep, zxx, zxy, _ = meet(s, tread, slope, bend, rail, pose)
+            if not there:
                 continue
-            height, rail_slope, _ = cubic(y, rail)
             weight = _WEIGHTS[k] * 0.5 * abs(edge - bottom) * max(advance, 0.0) * max(level - (z - height), 0.0)
-            tilt = 0.5 * (tangent + rail_slope)
-            nz = 1 / np.sqrt(1 + tilt * tilt)
+            tilt, lean = 0.5 * (tangent + rail_slope), np.sqrt(1 + steep * steep)
+            nz = 1 / np.sqrt(lean * lean + tilt * tilt)
+            forward, left, up = cosine * pose[2] + sine * pose[3] * pose[1], cosine * pose[1] - sine * pose[3] * pose[2], sine * pose[4]
+            along, across = (forward + up * steep) / lean, (lean * lean * left + tilt * up - steep * tilt * forward) * nz / lean
             stretch = np.sqrt(1 + slope * slope)
-            along = cosine * pose[2] + sine * pose[3] * pose[1]
-            across = (cosine * pose[1] - sine * pose[3] * pose[2]) * nz + sine * pose[4] * tilt * nz
             about, meridian = 1 / ((pose[7] - tread) * stretch), bend / stretch**3
-            sums += weight * np.array([1.0, -tilt * nz, nz, about * along**2 + meridian * across**2, (about - meridian) * along * across, nz * nz])
+            twist = (lean * lean * zxy - steep * tilt * zxx) * (nz / lean) ** 2
+            sums += weight / lean * np.array([1.0, -tilt * nz, nz, -steep * nz, about * along**2 + meridian * across**2, (about - meridian) * along * across - twist])
     return sums
 
 
 @njit(cache=True, error_model="numpy")
-def hertz_force(depth, sums, modulus, constants, span):
+def hertz_force(depth, sums, bowed, modulus, constants, span):
     """Force [N] of the paraboloid with a strip's area: depth [m] is the vertical penetration, sums are those below VIRTUAL of it.
 
+    bowed : what the rail adds to the curvature along x [1/m]
     constants : (k,)  K for E* = 1 and mean radius 1 over the logarithm of the radii's ratio from 0 to span
     """
-    cosine, along, mixed = sums[2] / sums[0], max(sums[3] / sums[0], 1e-9), sums[4] / sums[0]
+    cosine, along, mixed = sums[2] / sums[0], max(sums[4] / sums[0] + bowed, 1e-9), sums[5] / sums[0]
     normal_depth = depth * cosine
     root = 0.75 * sums[0] / (VIRTUAL * normal_depth) ** 1.5  # sqrt(2 R) of the parabola
     bend = 2.0 / (root * root)
@@ -114,32 +120,61 @@ def hertz_force(depth, sums, modulus, constants, span):
 
 @njit(cache=True, error_model="numpy")
 def side_forces(found, height, wheel, rail, pose, tip, modulus, constants, span):
-    """Force at each penetrating minimum of a side: (3, n) normal force, its part across, its part up, in side axes [N].
+    """Force at each penetrating minimum of a side: (4, n) normal force, its parts across, up and forward, in side axes [N].
 
-    found : (3, n) minima with negative gap + height, in order
+    found : (PLACE, n) minima with negative gap + height, each branch in order
     """
     n = found.shape[1]
-    force = np.zeros((3, n))
-    bounds, saddles = np.empty(n + 1), np.full(n + 1, -1.0)
-    if n == 0:
-        return force
-    bounds[0] = outer_bound(found[0, 0], -1.0, height, wheel, rail, pose, tip)
-    bounds[n] = outer_bound(found[0, n - 1], 1.0, height, wheel, rail, pose, tip)
-    for k in range(1, n):
-        bounds[k] = saddle(found[0, k - 1], found[0, k], wheel, rail, pose, tip)
-        saddles[k] = -(gap_at(bounds[k], wheel, rail, pose, tip)[0] + height)
-    depth = -(found[1] + height)
+    force, depth, bowed = np.zeros((4, n)), -(found[1] + height), np.zeros(n)
+    low, high, saddles = np.empty(n), np.empty(n), np.full(n + 1, -1.0)
     for k in range(n):
-        sums = strip_sums(bounds[k], found[0, k], bounds[k + 1], -height - (1 - VIRTUAL) * depth[k], wheel, rail, pose, tip)
+        track = branch(rail, int(found[4, k]), found[3, k])
+        if k == 0 or found[4, k] != found[4, k - 1]:
+            low[k] = outer_bound(found[0, k], -1.0, height, wheel, track, pose, tip)
+        else:
+            low[k] = saddle(found[0, k - 1], found[0, k], wheel, track, pose, tip)
+            high[k - 1], saddles[k] = low[k], -(gap_at(low[k], wheel, track, pose, tip)[0] + height)
+        if k == n - 1 or found[4, k] != found[4, k + 1]:
+            track = branch(rail, int(found[4, k]), found[3, k])
+            high[k] = outer_bound(found[0, k], 1.0, height, wheel, track, pose, tip)
+    for k in range(n):
+        track = branch(rail, int(found[4, k]), found[3, k])
+        bowed[k] = bow(found[:, k], depth[k], wheel, track, pose)
+        sums = strip_sums(low[k], found[0, k], high[k], -height - (1 - VIRTUAL) * depth[k], wheel, track, pose, tip)
         if sums[0] > 0:
-            total = hertz_force(depth[k], sums, modulus, constants, span)
-            force[0, k], force[1, k], force[2, k] = total, total * sums[1] / sums[0], total * sums[2] / sums[0]
+            total = hertz_force(depth[k], sums, bowed[k], modulus, constants, span)
+            force[0, k] = total
+            for c in range(1, 4):
+                force[c, k] = total * sums[c] / sums[0]
     if n > 1:
-        share = press_down(force, depth, found, wheel, pose, modulus)
+        alone = force.copy()
+        share = press_down(force, depth, found, wheel, rail, pose, modulus)
         for k in range(n):
             force[:, k] *= share[k, k]
-        join(force, found, depth, bounds, saddles, share, height, wheel, rail, pose, tip, modulus, constants, span)
+        join(force, found, depth, low, high, saddles, share, bowed, height, wheel, rail, pose, tip, modulus, constants, span)
+        if branches(rail) > 1:
+            join_along(force, alone, found, depth, share, height, wheel, rail, pose)
     return force
+
+
+@njit(cache=True, error_model="numpy")
+def join_along(force, alone, found, depth, share, height, wheel, rail, pose):
+    """Let points of one body on different branches, ahead of and behind each other, act as partly one; changes force (4, n)."""
+    n = force.shape[1]
+    for i in range(n):
+        for j in range(i + 1, n):
+            if found[4, i] == found[4, j] or not same_body(rail, int(found[4, i]), int(found[4, j])):
+                continue
+            merged = min(max(-(ridge_height(found[:, i], found[:, j], wheel, rail, pose) + height) / min(depth[i], depth[j]), 0.0), 1.0)
+            deep = i if depth[i] >= depth[j] else j
+            others = 0.0
+            for k in range(n):
+                if k != i and k != j:
+                    others += share[deep, k]
+            for c in range(4):
+                whole = alone[c, deep] * max(1 - others, 0.0) ** 1.5
+                for k in (i, j):
+                    force[c, k] = (1 - merged) * force[c, k] + (merged * whole if k == deep else 0.0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -152,7 +187,7 @@ def sunk(distance, radius):
 
 
 @njit(cache=True, error_model="numpy")
-def press_down(force, depth, found, wheel, pose, modulus):
+def press_down(force, depth, found, wheel, rail, pose, modulus):
     """What each of n points keeps of its force for the others' sake, and how much each presses another down.
 
     Returns (n, n): on the diagonal the factor on the force, in row i and column j the sinking of i by j over the depth of i.
@@ -161,7 +196,8 @@ def press_down(force, depth, found, wheel, pose, modulus):
     place, share = np.empty((3, n)), np.zeros((n, n))
     for k in range(n):
         tread, _, bend = cubic(found[0, k], wheel)
-        _, _, place[0, k], place[1, k], tangent, _, _, _ = outline_of(found[0, k], tread, found[2, k], bend, pose)
+        track = branch(rail, int(found[4, k]), found[3, k])
+        _, _, place[0, k], place[1, k], _, _, tangent, _, _, _, _, _, _, _, _ = meet(found[0, k], tread, found[2, k], bend, track, pose)
         place[2, k] = np.arctan(tangent)
     left, new = np.ones(n), np.ones(n)  # of each depth
     for _ in range(100):  # all at once, so that what is symmetric stays so
@@ -185,8 +221,8 @@ def press_down(force, depth, found, wheel, pose, modulus):
 
 
 @njit(cache=True, error_model="numpy")
-def join(force, found, depth, bounds, saddles, share, height, wheel, rail, pose, tip, modulus, constants, span):
-    """Let strips that penetrate at their saddles act as partly one, the deepest saddle first; changes force (3, n)."""
+def join(force, found, depth, low, high, saddles, share, bowed, height, wheel, rail, pose, tip, modulus, constants, span):
+    """Let strips that penetrate at their saddles act as partly one, the deepest saddle first; changes force (4, n)."""
     n = found.shape[1]
     first, last = np.arange(n), np.arange(n)  # of the group each strip is in
     while True:
@@ -200,20 +236,21 @@ def join(force, found, depth, bounds, saddles, share, height, wheel, rail, pose,
         parts, total = np.zeros((b + 1 - a, SUMS)), np.zeros(SUMS)
         for i in range(a, b + 1):
             if depth[i] > (1 - VIRTUAL) * deepest:
-                parts[i - a] = strip_sums(bounds[i], found[0, i], bounds[i + 1], -height - (1 - VIRTUAL) * deepest, wheel, rail, pose, tip)
+                track = branch(rail, int(found[4, i]), found[3, i])
+                parts[i - a] = strip_sums(low[i], found[0, i], high[i], -height - (1 - VIRTUAL) * deepest, wheel, track, pose, tip)
                 total += parts[i - a]
         i = a + np.argmax(depth[a:b + 1])
         others = share[i, :a].sum() + share[i, b + 1:].sum()
-        whole = hertz_force(deepest, total, modulus, constants, span) * max(1 - others, 0.0) ** 1.5
+        whole = hertz_force(deepest, total, bowed[i], modulus, constants, span) * max(1 - others, 0.0) ** 1.5
         for i in range(a, b + 1):
-            for c in range(3):
+            for c in range(4):
                 force[c, i] = (1 - merged) * force[c, i] + merged * whole * parts[i - a, c] / total[0]
             first[i], last[i] = a, b
 
 
 @njit(cache=True, error_model="numpy")
 def loaded_side(stations, wheel, rail, tip, pose, height, modulus, constants, span):
-    """Penetrating minima (3, n) and forces (3, n) of a side."""
+    """Penetrating minima (PLACE, n) and forces (4, n) of a side."""
     found = nearest_places(stations, wheel, rail, pose, tip, -height)
     keep = 0
     for k in range(found.shape[1]):

@@ -106,9 +106,9 @@ def _side(search: ContactSearch, state: Wheelset, side: str, pivot: tuple, modul
     pose = side_pose(sign, lateral, yaw, roll, lever, search.wheelset.datum_arm, radius)
     found, force = loaded_side(stations, wheel, rail, tip, pose, height, modulus, unit_constants(), SPAN)
     contacts = search.described(state, side, found)
-    across = np.column_stack([0 * force[0], sign * force[1], force[2]])
+    vector = np.column_stack([force[3], sign * force[1], force[2]])
     radii = 1 / np.maximum(contacts.tensor[:, [0, 2]], 1e-4)
-    return LoadedSide(contacts, force[0], across, patch_sizes(force[0], radii, modulus))
+    return LoadedSide(contacts, force[0], vector, patch_sizes(force[0], radii, modulus))
 
 
 def _check(loads: tuple[float, float], modulus: float) -> None:
