@@ -175,7 +175,8 @@ def places_on_branch(stations, wheel, rail, pose, tip, level):
                 steep = steepness(rail)
         best = min(best, value)
         count = keep(found, count, at, value, slope, steep)
-    if count == 0:  # between a fold of the outline and the end of the rail
+    cut = np.isnan(tilt[max(lowest - 1, 0)]) or np.isnan(tilt[min(lowest + 1, last)])  # the branch ends there, not the gap's fall
+    if count == 0 and not cut:  # between a fold of the outline and the end of the rail
         count = keep(found, count, stations[0, lowest], gap[lowest], stations[2, lowest], steepness(rail))
     return found[:, :count]
 

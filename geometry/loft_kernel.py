@@ -8,10 +8,11 @@ slope p = dz/dx. With p given the place on the circle is closed:
 
 so that p is all there is to find: p = dz/dx at the place that p leads to. For p = 0 this is the outline on a prismatic rail.
 
-track : (x (S,), nodes (N, 8), body (4,), memory (MEMORY,), place (2,)), see geometry.rail_surface
+track : (x (S,), nodes (N, 8), body (4,), memory (MEMORY,), place (2,), ridges (1 + 2 windows, stations)), see geometry.rail_surface
 body : first section, number of sections, nodes of each, first node
-memory : slope p, section and node of the last evaluation, least and largest p looked at, station the window was found at, body
-place : x of the axle's middle [m], number of windows
+memory : slope p, section and node of the last evaluation, row of `ridges` (0: none), -1 or 1 below or above that ridge, station of the branch, body
+place : x of the axle's middle [m], number of branches
+ridges : stations; for each branch, p at which the gap along x is highest between it and its neighbour; for each, where that ridge ends
 """
 
 import numpy as np
@@ -30,7 +31,7 @@ def loft_at(x, y, track):
 
     Between two sections every node's y, z and chord slopes run along a cubic in x; between two nodes z is a cubic in y.
     """
-    xs, nodes, body, memory, _ = track
+    xs, nodes, body, memory, _, _ = track
     first, last, n = body[0], body[0] + body[1] - 1, body[2]
     beyond = 0
     if x < xs[first]:
@@ -125,7 +126,10 @@ def meet_loft(s, tread, slope, bend, track, pose):
     """
     memory, radius, tilt = track[3], pose[7] - tread, -slope
     sy, cy, sr, cr = pose[1], pose[2], pose[3], pose[4]
-    low, high = memory[3], memory[4]
+    low, high = window(s, track)
+    first, last = low, high
+    if low >= high:
+        return nowhere(np.nan)
     p = min(max(memory[0], low), high)
     tried_low, tried_high, at_edge = False, False, False
     low_x, low_y, high_x, high_y = np.inf, 0.0, -np.inf, 0.0  # surface's slopes at both ends of the bracket, where there is a surface
@@ -144,8 +148,8 @@ def meet_loft(s, tread, slope, bend, track, pose):
             low, low_x, low_y = p, (zx if beyond == 0 else np.inf), zy
         else:
             high, high_x, high_y = p, (zx if beyond == 0 else -np.inf), zy
-        if low == memory[4] or high == memory[3]:  # steeper than looked for
-            return nowhere(1.0 if s < memory[5] else -1.0)
+        if low == last or high == first:  # steeper than looked for
+            return nowhere(np.nan)
         newer = p - miss / rate
         if high - low < CLOSE:
             at_edge = True
@@ -154,9 +158,9 @@ def meet_loft(s, tread, slope, bend, track, pose):
                 break
         elif beyond != 0 or rate < 0.05:
             newer = 0.5 * (low + high)
-        elif newer <= low and low == memory[3] and not tried_low:
+        elif newer <= low and low == first and not tried_low:
             newer, tried_low = low, True
-        elif newer >= high and high == memory[4] and not tried_high:
+        elif newer >= high and high == last and not tried_high:
             newer, tried_high = high, True
         elif not low < newer < high:
             newer = 0.5 * (low + high)
@@ -179,6 +183,22 @@ def meet_loft(s, tread, slope, bend, track, pose):
             jump_x, jump_y = low_x - high_x, low_y - high_y
         p_s = -(jump_x * x_s + jump_y * y_s) / (turn * (jump_x * forth + jump_y * left))
     return True, 0.0, x, y, z, height, -ny / nz, zy, y_s + left * turn * p_s, sine, cosine, p, zxx, zxy, zyy
+
+
+@njit(cache=True, error_model="numpy")
+def window(s, track):
+    """Least and largest slope p of a branch at a station."""
+    memory, ridges = track[3], track[5]
+    row = int(memory[3])
+    if row == 0:
+        return -WIDEST, WIDEST
+    k = min(max(np.searchsorted(ridges[0], s) - 1, 0), ridges.shape[1] - 2)
+    here, there = ridges[row, k], ridges[row, k + 1]
+    if abs(here) >= WIDEST or abs(there) >= WIDEST:
+        ridge = here if s <= ridges[row + ridges.shape[0] // 2, k] else there
+    else:
+        ridge = here + (s - ridges[0, k]) / (ridges[0, k + 1] - ridges[0, k]) * (there - here)
+    return (-WIDEST, ridge) if memory[4] < 0 else (ridge, WIDEST)
 
 
 @njit(cache=True, error_model="numpy")

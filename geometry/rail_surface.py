@@ -22,6 +22,7 @@ MM = 1e-3
 STEP = 1e-6  # of the differences that give slopes [m]
 FLANK = 20.0  # slope by which a body falls beyond its own end, where another section of it is wider
 DEEPEST = 50 * MM
+HOLLOW = 1.0  # curvature along x [1/m], below that of any wheel
 NODE = 0.25 * MM  # spacing of the nodes of measured sections
 SPACING = 4 * MM  # of the sections cut from a parametric crossing
 REFINED = 3  # nodes for each of the crossing's own
@@ -89,6 +90,18 @@ class LoftedBody:
     def turned(self) -> "LoftedBody":
         """The body mirrored in x: what was facing is trailing."""
         return LoftedBody(-self.x[::-1], self.y[::-1], self.z[::-1], self.after[::-1], self.before[::-1], self.label, self.limited)
+
+    def wavy(self) -> np.ndarray:
+        """(m,)  whether dz/dx at one y grows by more than HOLLOW per length between the strips beside a section."""
+        flags = np.zeros(len(self.x), bool)
+        if len(self.x) > 2:
+            y = np.arange(self.y.min(), self.y.max(), 1 * MM)
+            z = np.array([np.interp(y, *section, left=np.nan, right=np.nan) for section in zip(self.y, self.z)])
+            z = np.where(z > np.nanmax(z) - DEEPEST / 2, z, np.nan)
+            slope = np.diff(z, axis=0) / np.diff(self.x)[:, None]
+            bend = np.diff(slope, axis=0) / (0.5 * (self.x[2:] - self.x[:-2]))[:, None]
+            flags[1:-1] = np.nan_to_num(bend, nan=0.0).max(axis=1) > HOLLOW
+        return flags
 
     def nodes(self) -> np.ndarray:
         """(m, n, 8)  y, z, chord times slope on leaving a node and on reaching the next, and the x-derivatives of all four."""
@@ -160,6 +173,10 @@ class RailSurface:
         rows = [[first, len(b.x), b.y.shape[1], origin] for b, first, origin in zip(self.bodies, firsts, origins)]
         return np.concatenate([b.x for b in self.bodies]), np.ascontiguousarray(np.concatenate(nodes)), np.array(rows, np.int64)
 
+    def wavy(self) -> np.ndarray:
+        """(S,)  whether the surface about a section is so hollow along x that a wheel may touch it ahead and behind at once."""
+        return np.concatenate([b.wavy() for b in self.bodies])
+
     def height(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Height of the surface [m] at x, y (broadcast); NaN where there is none."""
         xs, nodes, bodies = self.tables()
@@ -167,7 +184,7 @@ class RailSurface:
         height = np.full(x.shape, np.nan)
         for body in bodies:
             memory = np.array([0.0, body[0], 0.0] + [0.0] * (MEMORY - 3))
-            found = [loft_at(a, b, (xs, nodes, body, memory, np.zeros(2)))[:3] for a, b in zip(x.ravel(), y.ravel())]
+            found = [loft_at(a, b, (xs, nodes, body, memory, np.zeros(2), np.zeros((1, 2))))[:3] for a, b in zip(x.ravel(), y.ravel())]
             height = np.fmax(height, np.reshape([z if beyond == aside == 0 else np.nan for beyond, aside, z in found], x.shape))
         return height
 

@@ -42,7 +42,8 @@ class SurfaceSearch(ContactSearch):
             rail = surface.moved(self.track.gauge / 2 - GAUGE_FACE_Y)
             wheel = super()._side(side)
         stations, table, _, tip, radius = wheel
-        return stations, table, (*rail.tables(), np.zeros((MOST_WINDOWS, MEMORY)), np.zeros(2)), tip, radius
+        ridges = np.concatenate([stations[:1], np.zeros((2 * MOST_WINDOWS, stations.shape[1]))])
+        return stations, table, (*rail.tables(), np.zeros((MOST_WINDOWS, MEMORY)), np.zeros(2), ridges, rail.wavy()), tip, radius
 
     def at(self, x: float) -> "SurfaceSearch":
         """The same search with the axle's middle at x [m]. Raises WheelsetError where a surface does not reach as far as the wheel."""
@@ -53,12 +54,12 @@ class SurfaceSearch(ContactSearch):
                 raise WheelsetError(f"x = {x:g} m: the {side} rail is known from {low:g} to {high:g} m, and the wheel needs {reach:.3f} m ahead and behind")
         here = copy.copy(self)
         here.wheelset = replace(self.wheelset, x=float(x))
-        here.sides = {side: (s, wheel, (*rail[:3], rail[3].copy(), np.array([x, 0.0])), tip, radius) for side, (s, wheel, rail, tip, radius) in self.sides.items()}
+        here.sides = {side: (s, wheel, (*rail[:3], rail[3].copy(), np.array([x, 0.0]), rail[5].copy(), rail[6]), tip, radius) for side, (s, wheel, rail, tip, radius) in self.sides.items()}
         return here
 
     def rail_under(self, state: Wheelset, side: str) -> tuple:
         stations, wheel, rail, tip, radius = self.sides[side]
-        return stations, wheel, (*rail[:4], np.array([state.x, rail[4][1]])), tip, radius
+        return stations, wheel, (*rail[:4], np.array([state.x, rail[4][1]]), *rail[5:]), tip, radius
 
     def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return super().rail_station(side, y, z) if self.surfaces[side] is None else y - self.track.gauge / 2 + GAUGE_FACE_Y

@@ -15,24 +15,27 @@ BETWEEN = 24  # places looked at between two points
 ROUNDS = 3  # of the cut's length
 
 
-def bow(place, depth, wheel, track, pose):
-    """What the rail adds to the curvature of the gap along x at a place (PLACE,) [1/m]; depth: of penetration, vertical [m]. Prismatic rails: 0."""
+def bow(station, steep, depth, wheel, track, pose):
+    """What the rail adds to the curvature of the gap along x [1/m] at a station on the wheel, at a slope dz/dx of about `steep`.
+
+    depth : of penetration, vertical [m]. Prismatic rails add nothing.
+    """
     raise NotImplementedError("compiled code only")
 
 
 @overload(bow)
-def _bow(place, depth, wheel, track, pose):
+def _bow(station, steep, depth, wheel, track, pose):
     if isinstance(track, types.Array):
-        return lambda place, depth, wheel, track, pose: 0.0
-    return lambda place, depth, wheel, track, pose: bow_of_loft(place, depth, wheel, track, pose)
+        return lambda station, steep, depth, wheel, track, pose: 0.0
+    return lambda station, steep, depth, wheel, track, pose: bow_of_loft(station, steep, depth, wheel, track, pose)
 
 
 @njit(cache=True, error_model="numpy")
-def bow_of_loft(place, depth, wheel, track, pose):
+def bow_of_loft(station, steep, depth, wheel, track, pose):
     """Of the parabola whose cut, VIRTUAL of the penetration deep, has the area of the true cut along x."""
-    slope = place[2]
-    tread, _, bend = cubic(place[0], wheel)
-    there, _, x, y, z, height, tangent, _, _, sine, cosine, steep, _, _, _ = meet(place[0], tread, slope, bend, track, pose)
+    tread, slope, bend = cubic(station, wheel)
+    track[3][0] = steep
+    there, _, x, y, z, height, tangent, _, _, sine, cosine, steep, _, _, _ = meet(station, tread, slope, bend, track, pose)
     if not there:
         return 0.0
     forward, left, up = cosine * pose[2] + sine * pose[3] * pose[1], cosine * pose[1] - sine * pose[3] * pose[2], sine * pose[4]

@@ -15,7 +15,8 @@ Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual pen
 """
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.extending import overload
 
 from geometry.contact_kernel import NO_RAIL, gap_at, lowest, nearest_places, roll_and_height, side_pose
 from geometry.meeting import branch, branches, meet
@@ -23,7 +24,7 @@ from geometry.outline import cubic
 from rail_fem.load_along import VIRTUAL, bow, ridge_height, same_body
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
-SUMS = 6  # of a strip: depth, depth times the normal's y, z and x, times the wheel's A_xx and both bodies' A_xt
+SUMS = 11  # of a strip: depth, depth times the normal's y, z and x, the wheel's A_xx and A_xt, the station, x, y, x y and y y of the place
 ROUNDS = 60
 CLOSE = 1e-8  # relative, of the vertical force of each side
 
@@ -82,7 +83,7 @@ def strip_sums(low, bottom, high, level, wheel, rail, pose, tip):
         for k in range(len(_NODES)):
             s = 0.5 * (bottom + edge) + 0.5 * (edge - bottom) * _NODES[k]
             tread, slope, bend = cubic(s, wheel)
-            there, _, _, y, z, height, tangent, rail_slope, advance, sine, cosine, steep, zxx, zxy, _ = meet(s, tread, slope, bend, rail, pose)
+            there, _, x, y, z, height, tangent, rail_slope, advance, sine, cosine, steep, _, _, _ = meet(s, tread, slope, bend, rail, pose)
             if not there:
                 continue
             weight = _WEIGHTS[k] * 0.5 * abs(edge - bottom) * max(advance, 0.0) * max(level - (z - height), 0.0)
@@ -92,19 +93,33 @@ def strip_sums(low, bottom, high, level, wheel, rail, pose, tip):
             along, across = (forward + up * steep) / lean, (lean * lean * left + tilt * up - steep * tilt * forward) * nz / lean
             stretch = np.sqrt(1 + slope * slope)
             about, meridian = 1 / ((pose[7] - tread) * stretch), bend / stretch**3
-            twist = (lean * lean * zxy - steep * tilt * zxx) * (nz / lean) ** 2
-            sums += weight / lean * np.array([1.0, -tilt * nz, nz, -steep * nz, about * along**2 + meridian * across**2, (about - meridian) * along * across - twist])
+            x, y = x * lean + (z - steep * x) * steep / lean, (y + tilt * z) * nz * lean  # along and across in the tangent plane
+            sums += weight / lean * np.array([1.0, -tilt * nz, nz, -steep * nz, about * along**2 + meridian * across**2, (about - meridian) * along * across, s, x, y, x * y, y * y])
     return sums
 
 
+def mixed_curvature(along, sums, track):
+    """A_xt [1/m] of a strip: the wheel's on prismatic rails, which add none; from how the strip runs aslant on others."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(mixed_curvature)
+def _mixed_curvature(along, sums, track):
+    if isinstance(track, types.Array):
+        return lambda along, sums, track: sums[5] / sums[0]
+    return lambda along, sums, track: -along * (sums[9] - sums[7] * sums[8] / sums[0]) / max(sums[10] - sums[8] * sums[8] / sums[0], 1e-12 * sums[0])
+
+
 @njit(cache=True, error_model="numpy")
-def hertz_force(depth, sums, bowed, modulus, constants, span):
+def hertz_force(depth, sums, found, wheel, track, pose, modulus, constants, span):
     """Force [N] of the paraboloid with a strip's area: depth [m] is the vertical penetration, sums are those below VIRTUAL of it.
 
-    bowed : what the rail adds to the curvature along x [1/m]
-    constants : (k,)  K for E* = 1 and mean radius 1 over the logarithm of the radii's ratio from 0 to span
+    found : (PLACE,) a place of the strip;  constants : (k,)  K for E* = 1 and mean radius 1 over the logarithm of the radii's ratio from 0 to span
+    Along the strip the gap is least along x: its places run aslant by -A_xt / A_xx.
     """
-    cosine, along, mixed = sums[2] / sums[0], max(sums[4] / sums[0] + bowed, 1e-9), sums[5] / sums[0]
+    cosine = sums[2] / sums[0]
+    along = max(sums[4] / sums[0] + bow(sums[6] / sums[0], found[3], depth, wheel, track, pose), 1e-9)
+    mixed = mixed_curvature(along, sums, track)
     normal_depth = depth * cosine
     root = 0.75 * sums[0] / (VIRTUAL * normal_depth) ** 1.5  # sqrt(2 R) of the parabola
     bend = 2.0 / (root * root)
@@ -125,7 +140,7 @@ def side_forces(found, height, wheel, rail, pose, tip, modulus, constants, span)
     found : (PLACE, n) minima with negative gap + height, each branch in order
     """
     n = found.shape[1]
-    force, depth, bowed = np.zeros((4, n)), -(found[1] + height), np.zeros(n)
+    force, depth = np.zeros((4, n)), -(found[1] + height)
     low, high, saddles = np.empty(n), np.empty(n), np.full(n + 1, -1.0)
     for k in range(n):
         track = branch(rail, int(found[4, k]), found[3, k])
@@ -139,10 +154,9 @@ def side_forces(found, height, wheel, rail, pose, tip, modulus, constants, span)
             high[k] = outer_bound(found[0, k], 1.0, height, wheel, track, pose, tip)
     for k in range(n):
         track = branch(rail, int(found[4, k]), found[3, k])
-        bowed[k] = bow(found[:, k], depth[k], wheel, track, pose)
         sums = strip_sums(low[k], found[0, k], high[k], -height - (1 - VIRTUAL) * depth[k], wheel, track, pose, tip)
         if sums[0] > 0:
-            total = hertz_force(depth[k], sums, bowed[k], modulus, constants, span)
+            total = hertz_force(depth[k], sums, found[:, k], wheel, track, pose, modulus, constants, span)
             force[0, k] = total
             for c in range(1, 4):
                 force[c, k] = total * sums[c] / sums[0]
@@ -151,7 +165,7 @@ def side_forces(found, height, wheel, rail, pose, tip, modulus, constants, span)
         share = press_down(force, depth, found, wheel, rail, pose, modulus)
         for k in range(n):
             force[:, k] *= share[k, k]
-        join(force, found, depth, low, high, saddles, share, bowed, height, wheel, rail, pose, tip, modulus, constants, span)
+        join(force, found, depth, low, high, saddles, share, height, wheel, rail, pose, tip, modulus, constants, span)
         if branches(rail) > 1:
             join_along(force, alone, found, depth, share, height, wheel, rail, pose)
     return force
@@ -221,7 +235,7 @@ def press_down(force, depth, found, wheel, rail, pose, modulus):
 
 
 @njit(cache=True, error_model="numpy")
-def join(force, found, depth, low, high, saddles, share, bowed, height, wheel, rail, pose, tip, modulus, constants, span):
+def join(force, found, depth, low, high, saddles, share, height, wheel, rail, pose, tip, modulus, constants, span):
     """Let strips that penetrate at their saddles act as partly one, the deepest saddle first; changes force (4, n)."""
     n = found.shape[1]
     first, last = np.arange(n), np.arange(n)  # of the group each strip is in
@@ -241,7 +255,8 @@ def join(force, found, depth, low, high, saddles, share, bowed, height, wheel, r
                 total += parts[i - a]
         i = a + np.argmax(depth[a:b + 1])
         others = share[i, :a].sum() + share[i, b + 1:].sum()
-        whole = hertz_force(deepest, total, bowed[i], modulus, constants, span) * max(1 - others, 0.0) ** 1.5
+        track = branch(rail, int(found[4, i]), found[3, i])
+        whole = hertz_force(deepest, total, found[:, i], wheel, track, pose, modulus, constants, span) * max(1 - others, 0.0) ** 1.5
         for i in range(a, b + 1):
             for c in range(4):
                 force[c, i] = (1 - merged) * force[c, i] + merged * whole * parts[i - a, c] / total[0]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from geometry.contact_kernel import NO_RAIL, side_pose
+from geometry.contact_kernel import NO_RAIL, ready, side_pose
 from geometry.contact_points import Contacts, ContactSearch
 from geometry.flange_back import within_stops
 from geometry.wheelset import SIDES, Wheelset, WheelsetError, check_range
@@ -99,14 +99,31 @@ def rest_under(search: ContactSearch, loads: tuple[float, float], lateral_load: 
     return rest(search, onto, brentq(left_over, low, high, xtol=1e-14, rtol=1e-13), yaw, modulus=modulus)
 
 
+def pressed(search: ContactSearch, state: Wheelset, side: str, modulus: float = STEEL_MODULUS) -> LoadedSide:
+    """What a side carries with the wheelset held where it is, wherever that is; no points where it penetrates nowhere.
+
+    Continuous in the state: tests/rail_fem/test_load_continuity.py. Raises WheelsetError where it penetrates by more than 1 mm.
+    """
+    pose, (stations, wheel, rail, tip, _) = search.pose(state, side), search.rail_under(state, side)
+    ready(stations, rail, pose)
+    found, force = loaded_side(stations, wheel, rail, tip, pose, state.z, modulus, unit_constants(), SPAN)
+    if found.shape[1] and -(found[1] + state.z).min() > DEEPEST:
+        raise WheelsetError(f"{side} wheel penetrates its rail by {-(found[1] + state.z).min():.3g} m: no elastic contact is meant beyond {DEEPEST:g} m; lift it")
+    return _described(search, state, side, found, force, modulus)
+
+
 def _side(search: ContactSearch, state: Wheelset, side: str, pivot: tuple, modulus: float) -> LoadedSide:
     """What a side carries, found with the pivot that was settled with: another one rounds otherwise, and rough profiles feel that."""
     (stations, wheel, rail, tip, radius), sign = search.sides[side], SIDES[side]
     lateral, yaw, roll, lever, height = pivot
     pose = side_pose(sign, lateral, yaw, roll, lever, search.wheelset.datum_arm, radius)
     found, force = loaded_side(stations, wheel, rail, tip, pose, height, modulus, unit_constants(), SPAN)
+    return _described(search, state, side, found, force, modulus)
+
+
+def _described(search: ContactSearch, state: Wheelset, side: str, found: np.ndarray, force: np.ndarray, modulus: float) -> LoadedSide:
     contacts = search.described(state, side, found)
-    vector = np.column_stack([force[3], sign * force[1], force[2]])
+    vector = np.column_stack([force[3], SIDES[side] * force[1], force[2]])
     radii = 1 / np.maximum(contacts.tensor[:, [0, 2]], 1e-4)
     return LoadedSide(contacts, force[0], vector, patch_sizes(force[0], radii, modulus))
 
