@@ -144,7 +144,7 @@ def meet_loft(s, tread, slope, bend, track, pose):
         miss = p - zx if beyond == 0 else float(beyond)
         if abs(miss) < CLOSE and rate > 0 or at_edge:
             break
-        if miss < 0:
+        if miss < 0 or abs(miss) < CLOSE and p <= first:  # on the ridge that bounds the branch from below the gap falls too
             low, low_x, low_y = p, (zx if beyond == 0 else np.inf), zy
         else:
             high, high_x, high_y = p, (zx if beyond == 0 else -np.inf), zy

@@ -11,7 +11,7 @@ from numba.extending import overload
 from geometry.loft_kernel import WIDEST, loft_at, meet_loft, slope_excess
 from geometry.outline import cubic, outline_of
 
-SCANNED = 33  # slopes dz/dx between -WIDEST and WIDEST at which further branches are looked for
+SCANNED = 49  # slopes dz/dx between -WIDEST and WIDEST at which further branches are looked for
 EVERY = 4  # th station only
 MOST_WINDOWS = 8
 
@@ -217,7 +217,8 @@ def ridge_at(s, tread, slope, near, track, pose):
     """The ridge at station s nearest to a slope p; inf: none."""
     found, falls, before = np.inf, 0.0, 0.0
     for m in range(SCANNED):
-        p = -WIDEST + 2 * WIDEST * m / (SCANNED - 1)
+        t = 2 * m / (SCANNED - 1) - 1
+        p = WIDEST * t * (0.15 + 0.85 * t * t)  # dense about 0, where two minima may be near to each other
         excess, over = slope_excess(p, s, tread, slope, track, pose)
         if not over:
             falls = 0.0
