@@ -4,6 +4,7 @@
     state = search.at(0.25).settle(lateral=2e-3, yaw=0.005)     # x of the axle's middle; both wheels just touch
     search.contacts(state, "left", reach=50e-6)                 # Contacts: all points of wing and nose within 50 um
     rail_fem.load_sharing.rest(search.at(0.25), (60e3, 60e3))   # stands under its loads; every point's force
+    rail_fem.load_sharing.pressed(search, state, "left")        # forces at any given state
 
 A side without a surface is the track's plain rail. Surfaces have the axes of geometry.axes (gauge face at y = -35 mm, + to the field side)
 whichever side they lie on; running towards -x (trailing) is the same place of the wheelset, so that only a `Motion` knows of it.
@@ -29,8 +30,10 @@ class SurfaceSearch(ContactSearch):
     hold: 1e-9 m (tests/geometry/test_surface_contact.py); elsewhere as exact as the surface (geometry.rail_surface).
     """
 
-    def __init__(self, wheelset: Wheelset, track: Track, left: RailSurface | None = None, right: RailSurface | None = None, resolution: float = RESOLUTION):
-        self.surfaces = {"left": left, "right": right}
+    def __init__(self, wheelset: Wheelset, track: Track, left: RailSurface | None = None, right: RailSurface | None = None, resolution: float = RESOLUTION,
+                 checked: dict[str, tuple[float, float]] | None = None):
+        """checked : where the track's check rails are, or the wing beside the flange, "left" or "right": from x to x [m]; absent: everywhere."""
+        self.surfaces, self.checked = {"left": left, "right": right}, checked or {}
         super().__init__(wheelset, track, resolution)
 
     def _side(self, side: str) -> tuple:
@@ -54,6 +57,8 @@ class SurfaceSearch(ContactSearch):
                 raise WheelsetError(f"x = {x:g} m: the {side} rail is known from {low:g} to {high:g} m, and the wheel needs {reach:.3f} m ahead and behind")
         here = copy.copy(self)
         here.wheelset = replace(self.wheelset, x=float(x))
+        gone = [side for side, (low, high) in self.checked.items() if not low <= x <= high]
+        here.track = replace(self.track, **{f"{side}_check": None for side in gone})
         here.sides = {side: (s, wheel, (*rail[:3], rail[3].copy(), np.array([x, 0.0]), rail[5].copy(), rail[6]), tip, radius) for side, (s, wheel, rail, tip, radius) in self.sides.items()}
         return here
 

@@ -25,6 +25,7 @@ from rail_fem.load_along import VIRTUAL, bow, ridge_height, same_body
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 SUMS = 11  # of a strip: depth, depth times the normal's y, z and x, the wheel's A_xx and A_xt, the station, x, y, x y and y y of the place
+MOST_ADVANCE = 1.5  # dy/ds; more of it is a narrow place where the points run along an edge, which ten nodes would over- or underrate
 ROUNDS = 60
 CLOSE = 1e-8  # relative, of the vertical force of each side
 
@@ -86,7 +87,7 @@ def strip_sums(low, bottom, high, level, wheel, rail, pose, tip):
             there, _, x, y, z, height, tangent, rail_slope, advance, sine, cosine, steep, _, _, _ = meet(s, tread, slope, bend, rail, pose)
             if not there:
                 continue
-            weight = _WEIGHTS[k] * 0.5 * abs(edge - bottom) * max(advance, 0.0) * max(level - (z - height), 0.0)
+            weight = _WEIGHTS[k] * 0.5 * abs(edge - bottom) * min(max(advance, 0.0), MOST_ADVANCE) * max(level - (z - height), 0.0)
             tilt, lean = 0.5 * (tangent + rail_slope), np.sqrt(1 + steep * steep)
             nz = 1 / np.sqrt(lean * lean + tilt * tilt)
             forward, left, up = cosine * pose[2] + sine * pose[3] * pose[1], cosine * pose[1] - sine * pose[3] * pose[2], sine * pose[4]

@@ -9,6 +9,7 @@ from scipy.ndimage import label
 
 from geometry.contact_points import ContactSearch, Motion, creepages
 from geometry.crossing import CastCrossing
+from geometry.flange_back import back_gaps
 from geometry.format_slices import read_slices
 from geometry.path import wheel_path
 from geometry.profiles import Profile, ProfileError, arc, line
@@ -16,7 +17,7 @@ from geometry.rail_surface import LoftedBody, RailSurface
 from geometry.section_path import SectionCrossing
 from geometry.surface_contact import SurfaceSearch
 from geometry.wheel import wheel_profile
-from geometry.wheelset import SIDES, Track, Wheelset, WheelsetError
+from geometry.wheelset import SIDES, CheckRail, Track, Wheelset, WheelsetError
 
 MM, UM = 1e-3, 1e-6
 RADIUS = 0.45
@@ -216,6 +217,19 @@ def random_states(rail: RailSurface, count: int, seed: int, noise: float) -> int
 @pytest.mark.parametrize("noise", [0.0, 10 * UM, 100 * UM])
 def test_random_states_on_the_crossing_find_their_points(rail, noise):
     assert random_states(rail, 100, 3, noise) == 100
+
+
+def test_flange_backs_stop_at_check_rail_and_wing_where_these_are(rail):
+    """The check rail opposite holds the wheelset off the nose from x = -0.3 m on; the wing beside the flange, 41 mm from the nose, from 0 m on."""
+    track = Track.plain_line(left_check=CheckRail(0.041), right_check=CheckRail(0.041))
+    search = SurfaceSearch(Wheelset(wheel_profile("P8")), track, left=rail, checked={"right": (-0.3, 1.0), "left": (0.0, 1.0)})
+    free = SurfaceSearch(Wheelset(wheel_profile("P8")), Track.plain_line(), left=rail)
+    for x, lateral, side in ((0.3, 8 * MM, "right"), (0.3, -8 * MM, "left"), (-0.2, 8 * MM, "right")):
+        held = search.at(x).settle(lateral, 0.004)
+        assert back_gaps(search.at(x), held)[side] == pytest.approx(0, abs=1e-9)
+        assert abs(held.y + held.radius * np.sin(held.roll)) < 5 * MM
+    for x, lateral in ((-0.5, 8 * MM), (-0.2, -8 * MM)):
+        assert search.at(x).settle(lateral).y == free.at(x).settle(lateral).y
 
 
 def test_what_cannot_be_is_refused(rail):
