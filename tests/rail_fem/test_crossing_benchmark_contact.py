@@ -16,10 +16,12 @@ from geometry.section_path import SectionCrossing
 from geometry.surface_contact import SurfaceSearch
 from geometry.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
+from rail_fem.load_sharing import rest
 
 MM = 1e-3
 BENCHMARK = Path(__file__).parents[2] / ".." / "shared" / "data" / "formats" / "uk_crossing.slcs"
 PLACE, RADIUS = 239 * MM, 460 * MM
+MODULUS = 82e9 / (1 - 0.28)
 # shift of the wheel to the field side, its height (down +), then for wing and nose: x ahead of the axle, y on the crossing, contact angle,
 # normal force [N], approach; mm, rad; None: does not touch
 ROWS = (
@@ -67,3 +69,19 @@ def test_the_wheel_touches_wing_and_nose_where_and_as_high_as_contact_says(row, 
         assert ours.angle[0] == pytest.approx(-angle, abs=np.radians(2))
         touch = state.z - RADIUS - ours.gap[0] / np.cos(ours.angle[0])
         assert -touch == pytest.approx((height - approach / np.cos(angle)) * MM, abs=1.5e-6)
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]} mm")
+def test_wing_and_nose_share_the_load_as_contact_says(row, rail):
+    """Our strips of Hertz contact against CONTACT's half-space with friction: forces within 1 % of the load, height within 2 um of 30 um.
+
+    The load here is what CONTACT's normal forces carry without its friction.
+    """
+    shift, height, *published = row
+    carried = [(point[3], point[2]) for point in published if point]
+    load = sum(force * np.cos(angle) for force, angle in carried)
+    loaded = rest(wheelset_at(shift * MM, rail), (load, load), modulus=MODULUS)
+    ours = loaded.left
+    for point, mine in zip(published, (ours.contacts.rail_station > 0, ours.contacts.rail_station < 0)):
+        assert ours.normal_force[mine].sum() == pytest.approx(point[3] if point else 0.0, abs=0.01 * load)
+    assert RADIUS - loaded.state.z == pytest.approx(height * MM, abs=2e-6)
