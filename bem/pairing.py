@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
 from bem.curve import Curve
@@ -39,23 +40,34 @@ def meet(points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.nda
     A segment faces a normal when its own outward side (the right of begin to end) looks against it.
     Meetings farther than `reach` [m] ahead, or `behind` times that behind, do not count.
     """
-    step = end - begin
-    outward = np.column_stack([step[:, 1], -step[:, 0]])
-    slope = normals @ outward.T                                # (m, k), negative where they face each other
-    away_x = begin[None, :, 0] - points[:, None, 0]
-    away_y = begin[None, :, 1] - points[:, None, 1]
-    across = away_x * normals[:, 1:] - away_y * normals[:, :1]
-    travel = step[:, 0] * normals[:, 1:] - step[:, 1] * normals[:, :1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        fraction = -across / travel
-        gap = (away_x + fraction * step[:, 0]) * normals[:, :1] + (away_y + fraction * step[:, 1]) * normals[:, 1:]
-        slack = 1e-9
-        met = (slope < 0) & (fraction >= -slack) & (fraction <= 1 + slack) & (gap <= reach) & (gap >= -behind * reach)
-    distance = np.where(met, np.abs(gap), np.inf)
-    best = np.argmin(distance, axis=1)
-    row = np.arange(len(points))
-    found = np.isfinite(distance[row, best])
-    return Feet(found, best, np.clip(np.where(found, fraction[row, best], 0.0), 0, 1), np.where(found, gap[row, best], np.inf))
+    arrays = (np.ascontiguousarray(array, dtype=float) for array in (points, normals, begin, end))
+    return Feet(*_meet(*arrays, reach, behind))
+
+
+_SLACK = 1e-9  # of a segment's length, by which a meeting may lie beyond its ends
+
+
+@numba.njit(cache=True, nogil=True)
+def _meet(points, normals, begin, end, reach, behind):
+    count = len(points)
+    found, segment, fraction, gap = np.zeros(count, np.bool_), np.zeros(count, np.int64), np.zeros(count), np.full(count, np.inf)
+    for i in range(count):
+        x, y, nx, ny = points[i, 0], points[i, 1], normals[i, 0], normals[i, 1]
+        nearest = np.inf
+        for k in range(len(begin)):
+            step_x, step_y = end[k, 0] - begin[k, 0], end[k, 1] - begin[k, 1]
+            travel = step_x * ny - step_y * nx
+            if nx * step_y - ny * step_x >= 0.0 or travel == 0.0:  # looks away, or along the normal
+                continue
+            away_x, away_y = begin[k, 0] - x, begin[k, 1] - y
+            share = -(away_x * ny - away_y * nx) / travel
+            if not -_SLACK <= share <= 1 + _SLACK:
+                continue
+            far = (away_x + share * step_x) * nx + (away_y + share * step_y) * ny
+            if -behind * reach <= far <= reach and abs(far) < nearest:
+                nearest = abs(far)
+                found[i], segment[i], fraction[i], gap[i] = True, k, min(max(share, 0.0), 1.0), far
+    return found, segment, fraction, gap
 
 
 def smooth_gap(points: np.ndarray, normals: np.ndarray, curves: list[Curve], reach: float, behind: float = 1.0) -> np.ndarray:
