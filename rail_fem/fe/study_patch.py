@@ -10,6 +10,7 @@ in one way (bem/patch_edge.py). The table ends with the same finite elements at 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +19,16 @@ import typer
 from bem.patch import Patch
 from bem.slice_contact import slice_contact
 from rail_fem.atomic import write_text_atomically
-from rail_fem.fe.finite_series import finite_series, limit_row, map_difference, to_stderr
+from rail_fem.fe.finite_series import finite_series, limit_row, map_difference, to_stderr, zone_about
 from rail_fem.fe.solid_blocks import BlockPair
+from rail_fem.fe.solid_contact import finite_patch
 from rail_fem.patch_methods import THESIS_ROWS, WHEEL_LOAD, MethodRow, method_rows, table, thesis_tie
 from rail_fem.patch_ties import Tie
 
 BLOCKS = "2.5D (b), the finite elements' blocks"
 COMPARED = ("half-space", BLOCKS)
+THESIS_ELEMENT = (0.2e-3, 18.88e-3 / 50)
+THESIS_HEAD = "60E1"  # rail_fem/patch_methods.py says why
 RAILS = ("56E1", "60E1")
 
 
@@ -46,6 +50,19 @@ def judged_rows(rail: str, sizes: list[float], report=to_stderr) -> tuple[list[M
     return [*rows, *(MethodRow.of(patch.method, patch) for patch in series), judge], judge, f"Uncertainty of the limit: {words}."
 
 
+def thesis_mesh_row(rail: str, expected: Patch) -> MethodRow:
+    """Finite elements of the thesis' sizes, with length and width to the next node without pressure on each side, as a contour plot shows them.
+
+    Its elements are 0.2 mm long; across, its patch of 18.88 mm is 50 of them.
+    """
+    tie = thesis_tie(rail)
+    zone = replace(zone_about(expected, *THESIS_ELEMENT), down=8 * THESIS_ELEMENT[0], growth=1.25)
+    patch = finite_patch(tie_blocks(tie), tie.normal_force(WHEEL_LOAD), zone, expected)
+    rows, columns = (np.count_nonzero(patch.contact.any(axis=axis)) + 1 for axis in (1, 0))
+    row = MethodRow.of("finite elements at the thesis' 0.2 x 0.38 mm, read to the next node", patch)
+    return replace(row, length=rows * patch.grid.dx, width=columns * patch.grid.dy)
+
+
 def map_words(rows: list[MethodRow]) -> str:
     """L2 differences of the finest finite elements' pressure map to those of the methods compared."""
     finest = rows[-1].patch
@@ -58,7 +75,8 @@ def touch_of(patch: Patch) -> float:
     return float(patch.grid.y[np.argmin(middle)])
 
 
-def main(size: list[float] = typer.Option([1.0, 0.7, 0.5, 0.35], help="element sizes along the patch [mm]"), out: Path = typer.Option(Path("patch"), help="files to write, without ending")):
+def main(size: list[float] = typer.Option([1.0, 0.7, 0.5, 0.35], help="element sizes along the patch [mm]"), out: Path = typer.Option(Path("patch"), help="files to write, without ending"),
+         thesis: bool = typer.Option(True, help="finite elements at the thesis' sizes too, on the head that meets its figures (a minute)")):
     """P8 on BS113A, 49,505 N: all patch solvers against finite elements, beside the thesis."""
     from rail_fem.fe.patch_figures import draw_maps, draw_profiles
 
@@ -66,7 +84,8 @@ def main(size: list[float] = typer.Option([1.0, 0.7, 0.5, 0.35], help="element s
     for rail in RAILS:
         rows, judge, words = judged_rows(rail, [value * 1e-3 for value in size])
         cases[rail] = rows
-        text += f"P8 on {rail}, {WHEEL_LOAD:.0f} N; in brackets the difference to the finite elements' limit\n\n{table([*rows, *THESIS_ROWS], judge)}\n{words}\n"
+        thesis_rows = [thesis_mesh_row(rail, judge.patch)] if thesis and rail == THESIS_HEAD else []
+        text += f"P8 on {rail}, {WHEEL_LOAD:.0f} N; in brackets the difference to the finite elements' limit\n\n{table([*rows, *thesis_rows, *THESIS_ROWS], judge)}\n{words}\n"
         text += f"Pressure map of the finest finite elements, L2 difference to: {map_words(rows)}\n\n"
     write_text_atomically(out.with_suffix(".md"), text)
     draw_profiles(cases, out.with_suffix(".png"))
