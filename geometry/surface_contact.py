@@ -3,8 +3,8 @@
     search = SurfaceSearch(Wheelset(wheel_profile("P8")), Track.plain_line(), left=RailSurface.of_crossing(CastCrossing(9.25)))
     state = search.at(0.25).settle(lateral=2e-3, yaw=0.005)     # x of the axle's middle; both wheels just touch
     search.contacts(state, "left", reach=50e-6)                 # Contacts: all points of wing and nose within 50 um
-    rail_fem.load_sharing.rest(search.at(0.25), (60e3, 60e3))   # stands under its loads; every point's force
-    rail_fem.load_sharing.pressed(search, state, "left")        # forces at any given state
+    rail_fem.light.load_sharing.rest(search.at(0.25), (60e3, 60e3))   # stands under its loads; every point's force
+    rail_fem.light.load_sharing.pressed(search, state, "left")        # forces at any given state
 
 A side without a surface is the track's plain rail. Surfaces have the axes of geometry.axes (gauge face at y = -35 mm, + to the field side)
 whichever side they lie on; running towards -x (trailing) is the same place of the wheelset, so that only a `Motion` knows of it.
@@ -20,7 +20,7 @@ from geometry.contact_points import RESOLUTION, ContactSearch
 from geometry.loft_kernel import MEMORY, WIDEST
 from geometry.meeting import MOST_WINDOWS
 from geometry.rail_surface import LoftedBody, RailSurface
-from geometry.wheelset import SIDES, Track, Wheelset, WheelsetError
+from geometry.wheelset import Track, Wheelset, WheelsetError
 
 
 class SurfaceSearch(ContactSearch):

@@ -100,7 +100,7 @@ class Track:
     left, right : rail profiles, each with its gauge side at -y, its crown at z = 0, inclined as it lies; right None: as left
     gauge : distance of the gauge points, which lie on the gauge faces gauge_point below the crowns
     cant : of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane, so that places do not depend on
-        it and weight does: `level`, and rest_under of rail_fem.load_sharing
+        it and weight does: `level`, and rest_under of rail_fem.light.load_sharing
     left_place, right_place : the 3 degrees of freedom of each rail
     left_check, right_check : check rails; a flange back stops there (geometry.flange_back)
     """

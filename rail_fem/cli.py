@@ -102,9 +102,9 @@ def compare(folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help
             quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "nose peak",
             out: Annotated[Optional[Path], typer.Option(help="folder for compare.md and compare.png")] = None) -> None:
     """Cost against error of several models of one scene."""
-    from rail_fem import compare as side_by_side
     from rail_fem.show.cost import cost_figure
     from rail_fem.show.style import lettering, save
+    from rail_fem.sweeps import compare as side_by_side
 
     if quantity not in side_by_side.QUANTITIES:
         stop(f"--quantity {quantity}: choose one of {', '.join(side_by_side.QUANTITIES)}")
@@ -142,8 +142,8 @@ def sweep(cases: Annotated[list[Path], typer.Argument(metavar="CASE...", help="c
           only: Annotated[Optional[int], typer.Option(help="only the case of this number, from 1: for job arrays", min=1)] = None) -> None:
     """Run many cases with every model that they name; started again, it goes on. Do not put mpirun in front."""
     from rail_fem.ladder import LADDER
-    from rail_fem.sweep import FAILED, jobs_of, read_cases, run_sweep
-    from rail_fem.sweep_report import sweep_report
+    from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
+    from rail_fem.sweeps.sweep_report import sweep_report
 
     unknown = sorted(set(model or ()) - set(LADDER))
     if unknown:
@@ -175,7 +175,7 @@ def report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of
            digest: Annotated[Optional[Path], typer.Option(help="instead: this one Markdown file, with the figures named by --show beside it, small")] = None,
            show: Annotated[Optional[list[str]], typer.Option("--show", help="figure of the digest, by its name in the report; may be given several times")] = None) -> None:
     """The page of a sweep: tables, trends in words checked on every rung with reasons and controls, figures of each group."""
-    from rail_fem.sweep_page import write_digest, write_page
+    from rail_fem.sweeps.sweep_page import write_digest, write_page
 
     try:
         say(f"{write_page(folder, groups, out or folder / 'report') if digest is None else write_digest(folder, groups, digest, tuple(show or ()))}")

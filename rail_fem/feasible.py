@@ -1,7 +1,7 @@
 """Everything that forbids a run and can be known before anything is meshed or written."""
 
 from rail_fem.estimate import impossible
-from rail_fem.rigid import placement_faults
+from rail_fem.light.rigid import placement_faults
 from rail_fem.scene import Frozen, Scene
 from rail_fem.settings import FeSettings
 

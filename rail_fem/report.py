@@ -11,9 +11,9 @@ from rail_fem.doubts import fe_doubts, scene_doubts, static_patch
 from rail_fem.estimate import available_memory, estimate_run
 from rail_fem.feasible import run_faults
 from rail_fem.history import COLUMNS
+from rail_fem.light.rigid import placement_doubts, window_path
 from rail_fem.progress import duration, read_status
 from rail_fem.result import PassResult, load
-from rail_fem.rigid import placement_doubts, window_path
 from rail_fem.scene import Scene
 from rail_fem.settings import FeSettings
 from rail_fem.units import show

@@ -13,7 +13,6 @@ import numpy as np
 
 from geometry.mesh import HexMesh
 from geometry.path import WheelPath, rolling_radius
-from rail_fem.contact_table import contact_table
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
@@ -21,8 +20,9 @@ from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.start_state import StartState, resting
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
-from rail_fem.groove import grooves
-from rail_fem.rigid import rigid_path
+from rail_fem.light.contact_table import contact_table
+from rail_fem.light.groove import grooves
+from rail_fem.light.rigid import rigid_path
 from rail_fem.scene import GRAVITY, Scene
 from rail_fem.settings import FeSettings
 

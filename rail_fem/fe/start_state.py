@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.contact_table import contact_table
-from rail_fem.light_pass import LIFTED, TRACK, WHEEL, run_pass
+from rail_fem.light.contact_table import contact_table
+from rail_fem.light.vertical_pass import LIFTED, TRACK, WHEEL, run_pass
 from rail_fem.light_settings import RigidHertzSettings
 from rail_fem.models.rigid_hertz import contacts_of
 from rail_fem.scene import GRAVITY, Scene

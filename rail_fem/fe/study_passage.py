@@ -14,10 +14,10 @@ from pathlib import Path
 from mpi4py import MPI
 
 from rail_fem.casefile import load_case
-from rail_fem.compare import history_error
 from rail_fem.models.fe_full import solve
 from rail_fem.progress import Progress
 from rail_fem.result import PassResult, load
+from rail_fem.sweeps.compare import history_error
 
 HEAD = (
     "| element size [mm] | elements | steps | wall time [s] | updates/s/core [million] | force history, L2 to finest | peak on nose [kN] | its error "

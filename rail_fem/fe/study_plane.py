@@ -25,7 +25,7 @@ from bem.internal import field_at
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe.plane_contact import PlaneContact, solve_plane_contact
 from rail_fem.fe.plane_strain import Fineness
-from rail_fem.section_study import RAIL_LOAD, wheel_on_rail
+from rail_fem.studies.sections import RAIL_LOAD, wheel_on_rail
 
 MM = 1e-3
 HEAD = (

@@ -18,14 +18,14 @@ from bem.halfspace import normal_contact
 from bem.material import Elastic
 from bem.patch import Patch as SolvedPatch, PatchCutError
 from geometry.crossing import CastCrossing
-from rail_fem.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
-from rail_fem.light_pass import LightPass, lift_offs, run_pass, step_error
+from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
+from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
 from rail_fem.light_settings import BemPassageSettings
 from rail_fem.models.rigid_hertz import contacts_of, moments, pass_result
 from rail_fem.patch_ties import Tie, crossing_surface, tie_at
 from rail_fem.result import PassResult, Patch
 from rail_fem.scene import Scene
-from rail_fem.validity import bem_flags
+from rail_fem.light.validity import bem_flags
 from rail_fem.wheelshape import wheel_shape
 
 WINDOW = 0.025, 0.025  # half length and half width in which a patch is looked for at first [m]

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.contact_table import contact_table
-from rail_fem.light_pass import Contacts, common_history, force_peak, history_rows, lift_offs, run_pass, step_error
+from rail_fem.light.contact_table import contact_table
+from rail_fem.light.validity import flag_warnings, lumped_flags
+from rail_fem.light.vertical_dynamics import ContactLaw
+from rail_fem.light.vertical_pass import Contacts, common_history, force_peak, history_rows, lift_offs, run_pass, step_error
 from rail_fem.light_settings import LumpedSettings
 from rail_fem.result import Cost, PassResult
 from rail_fem.scene import Scene
-from rail_fem.validity import flag_warnings, lumped_flags
-from rail_fem.vertical_dynamics import ContactLaw
 
 
 def solve(scene: Scene, settings: LumpedSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:

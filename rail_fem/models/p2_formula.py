@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.contact_table import ContactTable, contact_table
+from rail_fem.light.contact_table import ContactTable, contact_table
+from rail_fem.light.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unsprung_mass
+from rail_fem.light.validity import Flag, flag, flag_warnings, p2_flags
 from rail_fem.light_settings import P2Settings
-from rail_fem.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unsprung_mass
 from rail_fem.result import NAN, Cost, PassResult, Peak
 from rail_fem.scene import Scene
-from rail_fem.validity import Flag, flag, flag_warnings, p2_flags
 
 LOOKED_AT = (0.0, 0.9)     # where a transfer is looked for [m]
 SPACING = 2.5e-3

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.contact_table import BODIES, ContactTable, contact_table, patch_sizes
-from rail_fem.light_pass import Contacts, LightPass, common_history, force_peak, history_rows, lift_offs, run_pass, step_error
+from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
+from rail_fem.light.vertical_pass import Contacts, LightPass, common_history, force_peak, history_rows, lift_offs, run_pass, step_error
 from rail_fem.light_settings import GrooveSettings, RigidHertzSettings
 from rail_fem.result import NAN, Cost, PassResult, Patch, Peak
-from rail_fem.groove import grooves
+from rail_fem.light.groove import grooves
 from rail_fem.scene import Scene
-from rail_fem.validity import Flag, flag_warnings, hertz_flags
-from rail_fem.vertical_dynamics import ContactLaw
-from rail_fem.wheelset_pass import run_wheelset, surfaces_of
+from rail_fem.light.validity import Flag, flag_warnings, hertz_flags
+from rail_fem.light.vertical_dynamics import ContactLaw
+from rail_fem.light.wheelset_pass import run_wheelset, surfaces_of
 
 
 def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:

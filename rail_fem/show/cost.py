@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.compare import QUANTITIES, Comparison, core_seconds
 from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, new_figure, scene_words
+from rail_fem.sweeps.compare import QUANTITIES, Comparison, core_seconds
 
 MARKERS = {"nose peak": ("o", NOSE), "wing peak": ("s", WING), "peak": ("^", ORANGE), "history": ("D", PURPLE), "strain": ("v", GREEN)}
 CURVES = (WING, NOSE, GREEN, PURPLE, ORANGE, SKY)

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from geometry.crossing import CrossingError
 from rail_fem.result import PassResult
-from rail_fem.rigid import rigid_path
+from rail_fem.light.rigid import rigid_path
 from rail_fem.show.places import label_distance, legend_above, mark_places
 from rail_fem.show.events import peak_force, settling_end
 from rail_fem.show.style import BODY, GREY, HALO, TOTAL, give_title, new_figure, words_instead

@@ -17,7 +17,7 @@ from rail_fem.scene import Scene
 from rail_fem.show.fields import CrossingFields, FieldsError, faces_from_above, read_crossing
 from rail_fem.show.plan import contact_path, mpl_colour, view_box
 from rail_fem.show.style import GREEN, GREY, NEVER_YIELDED, NOSE, ORANGE, PURPLE, SKY, STRAIN_COLOURS, TOTAL, WING, new_figure
-from rail_fem.trends import Measure
+from rail_fem.sweeps.trends import Measure
 from rail_fem.units import show
 
 COLOURS = (TOTAL, WING, NOSE, GREEN, PURPLE, ORANGE, SKY)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.dip import trajectory_dip
+from rail_fem.light.dip import trajectory_dip
 from rail_fem.result import PassResult
 from rail_fem.show.style import BODY, GREEN, GREY, ORANGE, TOTAL, new_figure, scene_words
 

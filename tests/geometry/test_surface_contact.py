@@ -12,7 +12,7 @@ from geometry.crossing import CastCrossing
 from geometry.flange_back import back_gaps
 from geometry.format_slices import read_slices
 from geometry.path import wheel_path
-from geometry.profiles import Profile, ProfileError, arc, line
+from geometry.profiles import Profile, ProfileError, arc
 from geometry.rail_surface import LoftedBody, RailSurface
 from geometry.section_path import SectionCrossing
 from geometry.surface_contact import SurfaceSearch

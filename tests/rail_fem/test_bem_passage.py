@@ -10,7 +10,7 @@ from bem.material import STEEL, contact_modulus
 from geometry.crossing import CastCrossing
 from geometry.profiles import Profile, arc
 from rail_fem.casefile import load_case
-from rail_fem.contact_table import table_key, table_of
+from rail_fem.light.contact_table import table_key, table_of
 from rail_fem.models import bem_passage, rigid_hertz
 from rail_fem.patch_ties import TieError, tie_at
 

@@ -6,7 +6,7 @@ import pytest
 from geometry.contact_points import ContactSearch
 from geometry.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.load_sharing import rest_under
+from rail_fem.light.load_sharing import rest_under
 
 LOAD = 98.15e3 / 2  # thesis Table 3-1 [N]
 

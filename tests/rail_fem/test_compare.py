@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.casefile import load_case
-from rail_fem.compare import QUANTITIES, CompareError, advice, compare, history_error, table
 from rail_fem.result import Cost, PassResult, Peak
+from rail_fem.sweeps.compare import QUANTITIES, CompareError, advice, compare, history_error, table
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene

@@ -16,7 +16,7 @@ from geometry.section_path import SectionCrossing
 from geometry.surface_contact import SurfaceSearch
 from geometry.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
-from rail_fem.load_sharing import rest
+from rail_fem.light.load_sharing import rest
 
 MM = 1e-3
 BENCHMARK = Path(__file__).parents[2] / ".." / "shared" / "data" / "formats" / "uk_crossing.slcs"

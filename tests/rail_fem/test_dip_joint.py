@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rail_fem.casefile import load_case
-from rail_fem.p2 import p1_force, p2_force, p2_increment
-from rail_fem.vertical_dynamics import ContactLaw, Masses, integrate
+from rail_fem.light.p2 import p1_force, p2_force, p2_increment
+from rail_fem.light.vertical_dynamics import ContactLaw, Masses, integrate
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]

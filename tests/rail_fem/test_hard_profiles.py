@@ -9,7 +9,7 @@ from geometry.profile_doctor import examine
 from geometry.rail import rail_head
 from geometry.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.load_sharing import rest
+from rail_fem.light.load_sharing import rest
 
 MM = 1e-3
 WHEEL, RAIL = wheel_profile("P8"), rail_head("56E1", 1 / 20)

@@ -20,7 +20,7 @@ from geometry.raw_profile import RawProfile
 from geometry.surface_contact import SurfaceSearch
 from geometry.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.load_sharing import STEEL_MODULUS, pressed, rest
+from rail_fem.light.load_sharing import STEEL_MODULUS, pressed, rest
 
 MM, UM = 1e-3, 1e-6
 RADIUS = 0.45

@@ -15,8 +15,8 @@ from geometry.profiles import Profile, arc, line
 from geometry.raw_profile import RawProfile
 from geometry.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.load_kernel import loaded_side
-from rail_fem.load_sharing import SPAN, STEEL_MODULUS, rest, rest_under, unit_constants
+from rail_fem.light.load_kernel import loaded_side
+from rail_fem.light.load_sharing import SPAN, STEEL_MODULUS, rest, rest_under, unit_constants
 from rail_fem.patch_ties import plain_rail_tie
 
 MM, UM = 1e-3, 1e-6

@@ -21,7 +21,7 @@ from geometry.profiles import Profile
 from geometry.rail import rail_head
 from geometry.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
-from rail_fem.load_sharing import rest
+from rail_fem.light.load_sharing import rest
 
 FILE = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "formats" / "MBench_UIC60_v3.prr"
 MM, RADIUS, YAW = 1e-3, 0.46, 2.4

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from rail_fem import section_study
+from rail_fem.studies import sections as section_study
 
 
 def test_all_case_studies_are_there():

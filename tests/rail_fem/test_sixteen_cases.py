@@ -7,7 +7,7 @@ import pytest
 
 from rail_fem.casefile import load_case
 from rail_fem.ladder import LADDER, solve
-from rail_fem.trends import load_source
+from rail_fem.sweeps.trends import load_source
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "sixteen_cases.md"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from geometry.crossing import CastCrossing
-from rail_fem.study_crossing_contact import MM, draw, speed_against_error
+from rail_fem.studies.crossing_contact import MM, draw, speed_against_error
 
 
 def test_errors_fall_with_the_sections_and_not_with_the_stations(tmp_path):

@@ -8,7 +8,7 @@ from geometry.crossing import CastCrossing
 from geometry.formats import write_profile
 from geometry.path import wheel_path
 from geometry.wheel import wheel_profile
-from rail_fem.study_crossing_path import MM, REFERENCE, draw, run_over, table, wheel_of, write_table
+from rail_fem.studies.crossing_path import MM, REFERENCE, draw, run_over, table, wheel_of, write_table
 
 
 def studied(names, spacing, ratio=9.25):

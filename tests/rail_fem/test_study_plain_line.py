@@ -6,8 +6,8 @@ from geometry.conicity import shift_curves
 from geometry.contact_points import ContactSearch
 from geometry.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
-from rail_fem.load_sharing import rest
-from rail_fem.study_plain_line import draw, speed_against_error, write_curves
+from rail_fem.light.load_sharing import rest
+from rail_fem.studies.plain_line import draw, speed_against_error, write_curves
 
 MM = 1e-3
 

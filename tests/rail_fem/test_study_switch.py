@@ -10,8 +10,8 @@ from geometry.surface_contact import SurfaceSearch
 from geometry.switch import Switch
 from geometry.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.load_sharing import rest
-from rail_fem.study_switch import AXLE_LOAD, MM, draw, report, run_through, write
+from rail_fem.light.load_sharing import rest
+from rail_fem.studies.switch import AXLE_LOAD, MM, draw, report, run_through, write
 
 X = np.array([0.0, 0.3, 0.7, 1.2, 1.8, 2.0, 2.05, 2.1, 2.15, 2.4, 3.0, 4.0])
 

@@ -11,8 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 from rail_fem import cli
-from rail_fem.compare import compare
 from rail_fem.result import load
+from rail_fem.sweeps.compare import compare
 
 ROOT = Path(__file__).resolve().parents[2]
 CASE = (ROOT / "cases" / "thesis" / "case_02.toml").read_text()
@@ -58,7 +58,7 @@ def test_a_killed_job_is_done_again(cases, tmp_path):
 @pytest.mark.skipif(sys.platform != "linux", reason="the tie is Linux'")
 def test_a_killed_sweep_takes_its_run_with_it():
     """Or the run would go on writing into the folder that the next sweep goes on in."""
-    program = "import os, sys; from rail_fem.sweep import run_tied; run_tied([sys.executable, '-c', 'import os, time; print(os.getpid(), flush=True); time.sleep(60)'], sys.stdout, os.environ)"
+    program = "import os, sys; from rail_fem.sweeps.sweep import run_tied; run_tied([sys.executable, '-c', 'import os, time; print(os.getpid(), flush=True); time.sleep(60)'], sys.stdout, os.environ)"
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, cwd=ROOT) as parent:
         child = int(parent.stdout.readline())
         os.kill(child, 0)  # it lives

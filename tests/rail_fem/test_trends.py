@@ -8,12 +8,12 @@ from typer.testing import CliRunner
 
 from rail_fem import cli, ladder
 from rail_fem.casefile import CaseError, load_case
-from rail_fem.controls import run_control
-from rail_fem.dip import trajectory_dip
-from rail_fem.published_table import published_table
+from rail_fem.light.dip import trajectory_dip
 from rail_fem.result import PassResult, Peak
-from rail_fem.trend_words import count_lines, trend_lines
-from rail_fem.trends import MEASURES, Control, Group, Trend, TrendError, check, load_source, verdict
+from rail_fem.sweeps.controls import run_control
+from rail_fem.sweeps.published_table import published_table
+from rail_fem.sweeps.trend_words import count_lines, trend_lines
+from rail_fem.sweeps.trends import MEASURES, Control, Group, Trend, TrendError, check, load_source, verdict
 
 ROOT = Path(__file__).resolve().parents[2]
 TRENDS = ROOT / "cases" / "thesis" / "trends.toml"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from rail_fem.vertical_dynamics import ContactLaw, Masses, contact_energy, contact_force, integrate, rest_distance
+from rail_fem.light.vertical_dynamics import ContactLaw, Masses, contact_energy, contact_force, integrate, rest_distance
 from tests.order import assert_order
 
 WHEEL, TRACK, SPRING = 500.0, 750.0, 1.2e9

@@ -8,11 +8,11 @@ import pytest
 from scipy.optimize import fsolve
 
 from rail_fem.casefile import load_case
-from rail_fem.contact_table import contact_table
-from rail_fem.light_pass import run_pass
+from rail_fem.light.contact_table import contact_table
+from rail_fem.light.vertical_pass import run_pass
+from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, WheelsetContacts, WheelsetSystem, march, potential
+from rail_fem.light.wheelset_pass import datum_arm, energy_columns, start_of, surfaces_of, wheelset_contacts, wheelset_system
 from rail_fem.models import rigid_hertz
-from rail_fem.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, WheelsetContacts, WheelsetSystem, march, potential
-from rail_fem.wheelset_pass import datum_arm, energy_columns, start_of, surfaces_of, wheelset_contacts, wheelset_system
 from tests.order import assert_order
 
 ROOT = Path(__file__).resolve().parents[2]

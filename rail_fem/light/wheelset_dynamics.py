@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from rail_fem.vertical_dynamics import contact_energy, contact_force
+from rail_fem.light.vertical_dynamics import contact_energy, contact_force
 
 SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT, ROLL, LATERAL, YAW, TRACK_LEFT, TRACK_RIGHT = range(8)
 MOST_ITERATIONS = 100

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from rail_fem.casefile import load_case
-from rail_fem.compare import NOSE_PEAKS, core_seconds, peak
 from rail_fem.ladder import LADDER
 from rail_fem.result import NAN, PassResult, load
 from rail_fem.runfolder import differences
-from rail_fem.sweep import FAILED, Outcome
+from rail_fem.sweeps.compare import NOSE_PEAKS, core_seconds, peak
+from rail_fem.sweeps.sweep import FAILED, Outcome
 
 Results = dict[str, dict[str, PassResult]]  # case -> model -> result
 

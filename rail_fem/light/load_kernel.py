@@ -22,7 +22,7 @@ from numba.extending import overload
 from geometry.contact_kernel import NO_RAIL, gap_at, lowest, nearest_places, roll_and_height, side_pose
 from geometry.meeting import branch, branches, meet
 from geometry.outline import cubic
-from rail_fem.load_along import VIRTUAL, bow, ridge_height, same_body
+from rail_fem.light.load_along import VIRTUAL, bow, ridge_height, same_body
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 SUMS = 11  # of a strip: depth, depth times the normal's y, z and x, the wheel's A_xx and A_xt, the station, x, y, x y and y y of the place

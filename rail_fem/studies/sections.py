@@ -1,7 +1,7 @@
 """The plane case studies of the thesis' chapter 5 by boundary elements, all four, with convergence charts and fields from one command.
 
-    python -m rail_fem.section_study --out sections          tables on the screen, a CSV and a PNG each in the folder `sections`
-    python -m rail_fem.section_study --exact                 and speed against the error of exact solutions, scaling with memory
+    python -m rail_fem.studies.sections --out sections          tables on the screen, a CSV and a PNG each in the folder `sections`
+    python -m rail_fem.studies.sections --exact                 and speed against the error of exact solutions, scaling with memory
     RAIL_FEM_SMOKE=1                                         three sizes each: the same paths in seconds
 
 Three pairs of blocks (bem/cases.py) and a P8 wheel on a BS113A rail, inclined 1:20, gauge 1435 mm, back-to-back 1360 mm, rail of

@@ -1,6 +1,6 @@
 """Study: a wheelset on plain line. Curves against lateral shift (thesis Figs. 3-7 to 3-9), conicity, and speed against error.
 
-python -m rail_fem.study_plain_line --out DIR   draws plain_line.png and writes plain_line.csv and speed.csv; a minute
+python -m rail_fem.studies.plain_line --out DIR   draws plain_line.png and writes plain_line.csv and speed.csv; a minute
 """
 
 import argparse
@@ -13,7 +13,7 @@ from geometry.conicity import ShiftCurves, equivalent_conicity, shift_curves
 from geometry.contact_points import ContactSearch
 from geometry.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import Track, Wheelset
-from rail_fem.load_sharing import LoadedWheelset, rest
+from rail_fem.light.load_sharing import LoadedWheelset, rest
 
 MM = 1e-3
 AXLE_LOAD = 98.15e3  # thesis Table 3-1 [N]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rail_fem.casefile import load_case
 from rail_fem.ladder import solve
-from rail_fem.trends import MEASURES, Control, Finding, Trend, TrendError, check
+from rail_fem.sweeps.trends import MEASURES, Control, Finding, Trend, TrendError, check
 
 
 def run_control(control: Control, trend: Trend, folder: Path) -> Finding:

@@ -1,6 +1,6 @@
 """Study: five wheels, or any others, over the cast crossing: contact bands on its plan, height of the axle, entry ramp, lowest point, transfer, dip angle.
 
-python -m rail_fem.study_crossing_path --out DIR [--ratio 9.25] [--wheels P8 my.whl] [--sections uk_crossing.slcs]   draws contact_bands.png, writes the table
+python -m rail_fem.studies.crossing_path --out DIR [--ratio 9.25] [--wheels P8 my.whl] [--sections uk_crossing.slcs]   draws contact_bands.png, writes the table
 
 The paths are rigid and quasi-static: run backwards (trailing) a wheel touches the same places, and every climb becomes a fall.
 """

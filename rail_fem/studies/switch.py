@@ -1,6 +1,6 @@
 """Study: a wheelset through a switch, facing, as in the thesis' Fig. 3-12 in kind: contact goes from the stock rail to the tongue.
 
-python -m rail_fem.study_switch --out DIR [--wheel P8]   draws switch.png, writes switch.csv; half a minute
+python -m rail_fem.studies.switch --out DIR [--wheel P8]   draws switch.png, writes switch.csv; half a minute
 
 The tongue is parametric (geometry.switch), not a drawing; the thesis' is not public. The wheelset is free across the track and pushed
 outwards, as in a curve. Sections are looked at one by one as prismatic rails; against the whole surface that is
@@ -17,7 +17,7 @@ from geometry.contact_points import ContactSearch
 from geometry.switch import Switch
 from geometry.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import Wheelset
-from rail_fem.load_sharing import LoadedWheelset, rest_under
+from rail_fem.light.load_sharing import LoadedWheelset, rest_under
 from rail_fem.show.style import NOSE, WING, lettering, new_figure, save
 
 MM = 1e-3

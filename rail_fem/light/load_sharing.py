@@ -10,8 +10,8 @@ from geometry.contact_kernel import NO_RAIL, ready, side_pose
 from geometry.contact_points import Contacts, ContactSearch
 from geometry.flange_back import within_stops
 from geometry.wheelset import SIDES, Wheelset, WheelsetError, check_range
-from rail_fem.contact_table import hertz_constants, patch_sizes
-from rail_fem.load_kernel import CLOSE, loaded_side, settle_loaded
+from rail_fem.light.contact_table import hertz_constants, patch_sizes
+from rail_fem.light.load_kernel import CLOSE, loaded_side, settle_loaded
 
 STEEL_MODULUS = 210e9 / (2 * (1 - 0.3**2))  # E* of steel on steel [Pa]
 SPAN = np.log(1e5)

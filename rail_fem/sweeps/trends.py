@@ -13,7 +13,7 @@ Read from a TOML file, so that a study of one's own can state its own:
     published = "129.0, 172.5, 234.0 kN"         # what a source found, as text
     because = "why a rung differs"               # shown where one does
 
-    [[group.trend.control]]                      # an experiment that changes one thing (rail_fem.controls)
+    [[group.trend.control]]                      # an experiment that changes one thing (rail_fem.sweeps.controls)
     says = "begun on the falling wing, the force rises with speed"
     change = { "run.rigid_hertz.start" = "300 mm" }
 
@@ -30,10 +30,10 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from rail_fem.compare import NOSE_PEAKS, peak
 from rail_fem.ladder import LADDER
 from rail_fem.result import PassResult
 from rail_fem.scene import Frozen
+from rail_fem.sweeps.compare import NOSE_PEAKS, peak
 
 SAME = 0.01  # relative change below which two values say nothing of a trend
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rail_fem.controls import control_words
-from rail_fem.trends import MEASURES, Finding, Group, Results, check
+from rail_fem.sweeps.controls import control_words
+from rail_fem.sweeps.trends import MEASURES, Finding, Group, Results, check
 
 
 def trend_lines(group: Group, results: Results, cases: Path) -> list[str]:

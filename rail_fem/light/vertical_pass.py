@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rail_fem.light.vertical_dynamics import ContactLaw, Masses, Motion, contact_energies, integrate, rest_distance
 from rail_fem.light_settings import PassSettings
 from rail_fem.result import NAN, Peak
 from rail_fem.scene import GRAVITY, Scene
-from rail_fem.vertical_dynamics import ContactLaw, Masses, Motion, contact_energies, integrate, rest_distance
 
 Contacts = Callable[[np.ndarray], ContactLaw]  # wheel positions x (m,) [m] -> the law there
 

@@ -5,8 +5,8 @@ A flag is {"what", "reason", "where"}: plain values, so that a result file carri
 
 import numpy as np
 
-from rail_fem.contact_table import BODIES, ContactTable
-from rail_fem.light_pass import LightPass
+from rail_fem.light.contact_table import BODIES, ContactTable
+from rail_fem.light.vertical_pass import LightPass
 from rail_fem.result import Patch
 from rail_fem.scene import Scene
 

@@ -1,6 +1,6 @@
 """Study: the six measured sites of the thesis (Tables 3-2, 3-3) and the shift at which its P8 wheel meets the flange (Figs. 3-7, 3-8).
 
-python -m rail_fem.study_thesis_sites --out DIR   prints and writes the tables, draws thesis_sites.png; about a minute
+python -m rail_fem.studies.thesis_sites --out DIR   prints and writes the tables, draws thesis_sites.png; about a minute
 
 What comes out:
 - All printed "theoretical" places are multiples of 5/6 mm and all "experimental" ones of 2.3023 mm: they were counted in picture points, which are
@@ -25,7 +25,7 @@ from geometry.contact_points import ContactSearch
 from geometry.profiles import Profile
 from geometry.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset
-from rail_fem.load_sharing import rest
+from rail_fem.light.load_sharing import rest
 
 MM = 1e-3
 THEORETICAL_STEP, MEASURED_STEP = 5 / 6 * MM, 2.3023 * MM  # of the printed places

@@ -1,6 +1,6 @@
 """Study: time of a loaded wheelset state on a crossing against its error, as the search and the sections are refined.
 
-python -m rail_fem.study_crossing_contact --out DIR   draws crossing_contact.png and writes crossing_contact.csv; a minute or two
+python -m rail_fem.studies.crossing_contact --out DIR   draws crossing_contact.png and writes crossing_contact.csv; a minute or two
 
 A state is both sides, all points, load shared to equilibrium. Errors are taken against sections 1 mm apart, searched every 0.1 mm.
 """
@@ -16,7 +16,7 @@ from geometry.rail_surface import RailSurface
 from geometry.surface_contact import SurfaceSearch
 from geometry.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import SIDES, Track, Wheelset
-from rail_fem.load_sharing import rest
+from rail_fem.light.load_sharing import rest
 
 MM = 1e-3
 RANGE = -0.7, 0.5  # of the axle [m]

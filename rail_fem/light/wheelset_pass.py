@@ -15,12 +15,12 @@ from geometry.axes import GAUGE_FACE_Y
 from geometry.crossing import CastCrossing
 from geometry.path import PLAIN_LINE_X, rolling_radius
 from geometry.path_search import BodySearch
-from rail_fem.contact_table import BODIES, ContactTable, contact_table, patch_sizes
-from rail_fem.light_pass import MOST_STEPS, TRACK, Contacts, LightPass, scene_masses
+from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
+from rail_fem.light.vertical_pass import MOST_STEPS, Contacts, LightPass, scene_masses
 from rail_fem.light_settings import RigidHertzSettings
 from rail_fem.scene import GRAVITY, Scene
-from rail_fem.vertical_dynamics import ContactLaw, Motion, rest_distance
-from rail_fem.wheelset_dynamics import HEIGHT, LATERAL, ROLL, SPRUNG_LEFT, SPRUNG_RIGHT, TRACK_LEFT, TRACK_RIGHT, YAW, WheelsetContacts, WheelsetMotion, WheelsetSystem, march, potential
+from rail_fem.light.vertical_dynamics import ContactLaw, Motion, rest_distance
+from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, SPRUNG_LEFT, SPRUNG_RIGHT, TRACK_LEFT, TRACK_RIGHT, YAW, WheelsetContacts, WheelsetMotion, WheelsetSystem, march, potential
 
 LATERAL_SPACING = 0.5e-3   # between the lateral places that are searched [m]
 SEARCH, REACH = 0.25e-3, 0.1  # of the plain rail, as geometry.path does

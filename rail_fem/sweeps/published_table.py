@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from rail_fem.compare import NOSE_PEAKS, peak
-from rail_fem.dip import trajectory_dip
 from rail_fem.ladder import LADDER
-from rail_fem.p2 import p2_force, p2_increment, unsprung_mass
+from rail_fem.light.dip import trajectory_dip
+from rail_fem.light.p2 import p2_force, p2_increment, unsprung_mass
 from rail_fem.scene import Scene
-from rail_fem.sweep_report import Results
-from rail_fem.trends import Published, nose_impact
+from rail_fem.sweeps.compare import NOSE_PEAKS, peak
+from rail_fem.sweeps.sweep_report import Results
+from rail_fem.sweeps.trends import Published, nose_impact
 
 LAST_DIGIT = 0.005  # half of it, of the printed dip angles [mrad]
 

@@ -1,0 +1,1 @@
+"""Over many runs: sweeps, comparison of rungs, trends, pages."""
