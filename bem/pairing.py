@@ -45,6 +45,7 @@ def meet(points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.nda
 
 
 _SLACK = 1e-9  # of a segment's length, by which a meeting may lie beyond its ends
+NEWTON = 4     # steps along a curve
 
 
 @numba.njit(cache=True, nogil=True)
@@ -70,6 +71,32 @@ def _meet(points, normals, begin, end, reach, behind):
     return found, segment, fraction, gap
 
 
+@numba.njit(cache=True, nogil=True)
+def _feet_on_curve(start, points, normals, knots, through, tangents):
+    """Gap (m,) and the curve's outward normal (m, 2) where lines through points (m, 2) along normals meet a curve (bem.curve.Curve), from
+    parameters near by: Newton along the curve, whose distance across the normal must vanish."""
+    gap, outward = np.empty(len(start)), np.empty((len(start), 2))
+    for k in range(len(start)):
+        s, nx, ny = start[k], normals[k, 0], normals[k, 1]
+        for count in range(NEWTON + 1):
+            i = min(max(np.searchsorted(knots, s, side="right") - 1, 0), len(knots) - 2)
+            width = knots[i + 1] - knots[i]
+            t = (s - knots[i]) / width
+            first, leave = (1 + 2 * t) * (1 - t) ** 2, t * (1 - t) ** 2 * width
+            second, reach = t**2 * (3 - 2 * t), t**2 * (t - 1) * width
+            x = first * through[i, 0] + leave * tangents[i, 0] + second * through[i + 1, 0] + reach * tangents[i + 1, 0] - points[k, 0]
+            y = first * through[i, 1] + leave * tangents[i, 1] + second * through[i + 1, 1] + reach * tangents[i + 1, 1] - points[k, 1]
+            fall, leave, reach = 6 * t * (t - 1) / width, (1 - t) * (1 - 3 * t), t * (3 * t - 2)
+            dx = fall * (through[i, 0] - through[i + 1, 0]) + leave * tangents[i, 0] + reach * tangents[i + 1, 0]
+            dy = fall * (through[i, 1] - through[i + 1, 1]) + leave * tangents[i, 1] + reach * tangents[i + 1, 1]
+            size = np.hypot(dx, dy)
+            dx, dy = dx / size, dy / size
+            if count < NEWTON:
+                s = min(max(s - (y * nx - x * ny) / (dy * nx - dx * ny), 0.0), knots[-1])
+        gap[k], outward[k, 0], outward[k, 1] = x * nx + y * ny, dy, -dx
+    return gap, outward
+
+
 def smooth_gap(points: np.ndarray, normals: np.ndarray, curves: list[Curve], reach: float, behind: float = 1.0) -> np.ndarray:
     """Gap (m,) [m] along the normals to smooth curves; inf where none is met within `reach` [m]."""
     return smooth_feet(points, normals, curves, reach, behind)[0]
@@ -85,16 +112,9 @@ def smooth_feet(points: np.ndarray, normals: np.ndarray, curves: list[Curve], re
     low, high = np.concatenate([s[:-1] for s in parameter]), np.concatenate([s[1:] for s in parameter])
     s = low[feet.segment] + feet.fraction * (high - low)[feet.segment]
     gap, outward = feet.gap.copy(), -normals
-    across = np.column_stack([-normals[:, 1], normals[:, 0]])
     for k, curve in enumerate(curves):
         mine = np.flatnonzero(feet.found & (owner[feet.segment] == k))
-        for _ in range(4):  # Newton along the curve: its distance across the normal must vanish
-            direction = curve.direction(s[mine])
-            miss = np.sum((curve.at(s[mine]) - points[mine]) * across[mine], axis=1)
-            s[mine] = np.clip(s[mine] - miss / np.sum(direction * across[mine], axis=1), 0, curve.length)
-        gap[mine] = np.sum((curve.at(s[mine]) - points[mine]) * normals[mine], axis=1)
-        direction = curve.direction(s[mine])
-        outward[mine] = np.column_stack([direction[:, 1], -direction[:, 0]])
+        gap[mine], outward[mine] = _feet_on_curve(s[mine], points[mine], normals[mine], curve.knots, curve.points, curve.tangents)
     return gap, outward
 
 
