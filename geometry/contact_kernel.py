@@ -246,6 +246,16 @@ def lowest(stations, wheel, rail, pose, tip):
 
 
 @njit(cache=True, error_model="numpy")
+def least_gap(side, sign, lateral, yaw, roll, lever, arm, fresh):
+    """As `lowest`, of a side (stations, wheel, rail, tip, radius), sign +1 left, -1 right; `fresh`: the rail is made ready first."""
+    stations, wheel, rail, tip, radius = side
+    pose = side_pose(sign, lateral, yaw, roll, lever, arm, radius)
+    if fresh:
+        prepare(stations, rail, pose)
+    return lowest(stations, wheel, rail, pose, tip)
+
+
+@njit(cache=True, error_model="numpy")
 def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
     """Roll at which both wheels are equally near to their rails, height of the pivot at which they touch, what is left of the
     difference [m]. Newton from `roll`: the difference of the least gaps is continuous and grows by about 1.5 m/rad.
@@ -253,14 +263,10 @@ def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
     height, difference = 0.0, NO_RAIL
     gap, slope = np.empty(2), np.empty(2)
     for count in range(60):
-        for i in range(2):
-            stations, wheel, rail, tip, radius = left if i == 0 else right
-            pose = side_pose(1.0 - 2.0 * i, lateral, yaw, roll, lever, arm, radius)
-            if count == 0:
-                prepare(stations, rail, pose)
-            gap[i], slope[i] = lowest(stations, wheel, rail, pose, tip)
-            if gap[i] >= NO_RAIL:
-                return roll, 0.0, NO_RAIL
+        gap[0], slope[0] = least_gap(left, 1.0, lateral, yaw, roll, lever, arm, count == 0)  # the sides may be of two kinds: no loop over them
+        gap[1], slope[1] = least_gap(right, -1.0, lateral, yaw, roll, lever, arm, count == 0)
+        if gap.max() >= NO_RAIL:
+            return roll, 0.0, NO_RAIL
         height, difference = -0.5 * (gap[0] + gap[1]), gap[0] - gap[1]
         step = -difference / max(slope[0] + slope[1], 0.1)
         if abs(difference) < 2e-15 or abs(step) < 1e-16:

@@ -19,8 +19,8 @@ from geometry.axes import GAUGE_FACE_Y
 from geometry.contact_points import RESOLUTION, ContactSearch
 from geometry.loft_kernel import MEMORY, WIDEST
 from geometry.meeting import MOST_WINDOWS
-from geometry.rail_surface import LoftedBody, RailSurface
-from geometry.wheelset import Track, Wheelset, WheelsetError
+from geometry.rail_surface import RailSurface
+from geometry.wheelset import SIDES, Track, Wheelset, WheelsetError
 
 
 class SurfaceSearch(ContactSearch):
@@ -37,14 +37,10 @@ class SurfaceSearch(ContactSearch):
         super().__init__(wheelset, track, resolution)
 
     def _side(self, side: str) -> tuple:
-        surface = self.surfaces[side]
+        surface, plain = self.surfaces[side], super()._side(side)
         if surface is None:
-            rail = RailSurface((LoftedBody.prism(self.track.placed(side)),))
-            wheel = super()._side(side)
-        else:
-            rail = surface.moved(self.track.gauge / 2 - GAUGE_FACE_Y)
-            wheel = super()._side(side)
-        stations, table, _, tip, radius = wheel
+            return plain
+        rail, (stations, table, _, tip, radius) = surface.moved(self.track.gauge / 2 - GAUGE_FACE_Y), plain
         ridges = np.concatenate([stations[:1], np.zeros((2 * MOST_WINDOWS, stations.shape[1]))])
         return stations, table, (*rail.tables(), np.zeros((MOST_WINDOWS, MEMORY)), np.zeros(2), ridges, rail.wavy()), tip, radius
 
@@ -59,11 +55,20 @@ class SurfaceSearch(ContactSearch):
         here.wheelset = replace(self.wheelset, x=float(x))
         gone = [side for side, (low, high) in self.checked.items() if not low <= x <= high]
         here.track = replace(self.track, **{f"{side}_check": None for side in gone})
-        here.sides = {side: (s, wheel, (*rail[:3], rail[3].copy(), np.array([x, 0.0]), rail[5].copy(), rail[6]), tip, radius) for side, (s, wheel, rail, tip, radius) in self.sides.items()}
+        here.sides = {side: self._standing_at(x, side) for side in SIDES}
         return here
+
+    def _standing_at(self, x: float, side: str) -> tuple:
+        """A side with tables of its own for what a search notes there."""
+        stations, wheel, rail, tip, radius = self.sides[side]
+        if self.surfaces[side] is None:
+            return self.sides[side]
+        return stations, wheel, (*rail[:3], rail[3].copy(), np.array([x, 0.0]), rail[5].copy(), rail[6]), tip, radius
 
     def rail_under(self, state: Wheelset, side: str) -> tuple:
         stations, wheel, rail, tip, radius = self.sides[side]
+        if self.surfaces[side] is None:
+            return self.sides[side]
         return stations, wheel, (*rail[:4], np.array([state.x, rail[4][1]]), *rail[5:]), tip, radius
 
     def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
-from geometry.contact_kernel import NO_RAIL, gap_at, lowest, nearest_places, roll_and_height, side_pose
+from geometry.contact_kernel import NO_RAIL, gap_at, least_gap, nearest_places, roll_and_height, side_pose
 from geometry.meeting import branch, branches, meet
 from geometry.outline import cubic
 from rail_fem.light.load_along import VIRTUAL, bow, ridge_height, same_body
@@ -279,6 +279,14 @@ def loaded_side(stations, wheel, rail, tip, pose, height, modulus, constants, sp
 
 
 @njit(cache=True, error_model="numpy")
+def carried_by(side, sign, lateral, yaw, roll, lever, arm, height, modulus, constants, span):
+    """Vertical force [N] that a side (stations, wheel, rail, tip, radius) carries at this roll and height of the pivot; sign +1 left, -1 right."""
+    stations, wheel, rail, tip, radius = side
+    _, force = loaded_side(stations, wheel, rail, tip, side_pose(sign, lateral, yaw, roll, lever, arm, radius), height, modulus, constants, span)
+    return force[2].sum()
+
+
+@njit(cache=True, error_model="numpy")
 def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus, constants, span):
     """Roll and pivot height at which both sides carry their vertical loads (2,) [N]; sides as in roll_and_height.
 
@@ -289,9 +297,9 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus, constan
     if miss >= NO_RAIL:
         return roll, height, NO_RAIL, 0
     arms, down, slope = np.empty(2), np.empty(2), np.empty(2)
+    _, arms[0] = least_gap(left, 1.0, lateral, yaw, roll, lever, arm, False)
+    _, arms[1] = least_gap(right, -1.0, lateral, yaw, roll, lever, arm, False)
     for i in range(2):
-        stations, wheel, rail, tip, radius = left if i == 0 else right
-        _, arms[i] = lowest(stations, wheel, rail, side_pose(1.0 - 2 * i, lateral, yaw, roll, lever, arm, radius), tip)
         down[i] = (loads[i] / (0.7 * modulus)) ** (2 / 3)
         slope[i] = (0.7 * modulus) ** (2 / 3)
     base = max(arms[0] + arms[1], 0.1)
@@ -303,10 +311,10 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus, constan
         at_roll, at_height = roll + turn, height - down[0] - arms[0] * turn
         worst = 0.0
         for i in range(2):
-            stations, wheel, rail, tip, radius = left if i == 0 else right
-            pose = side_pose(1.0 - 2 * i, lateral, yaw, at_roll, lever, arm, radius)
-            _, force = loaded_side(stations, wheel, rail, tip, pose, at_height, modulus, constants, span)
-            total = force[2].sum()
+            if i == 0:  # the sides may be of two kinds
+                total = carried_by(left, 1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, constants, span)
+            else:
+                total = carried_by(right, -1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, constants, span)
             if loads[i] > 0:
                 worst = max(worst, abs(total / loads[i] - 1))
             root, target = max(total, 0.0) ** (2 / 3), loads[i] ** (2 / 3)
