@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
 from bem.input_checks import plane_points, point_text
@@ -62,27 +63,42 @@ class Curve:
         """Length of the parameter [m]: the chords' length, just below the arc's."""
         return float(self.knots[-1])
 
-    def _span(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        i = np.clip(np.searchsorted(self.knots, s, side="right") - 1, 0, len(self.knots) - 2)
-        width = self.knots[i + 1] - self.knots[i]
-        return i, width, (s - self.knots[i]) / width
-
     def at(self, s: np.ndarray) -> np.ndarray:
         """Points (m, 2) at parameters s (m,) [m]."""
-        s = np.asarray(s, float)
-        i, width, t = self._span(s)
-        t, width = t[..., None], width[..., None]
-        return ((1 + 2 * t) * (1 - t) ** 2 * self.points[i] + t * (1 - t) ** 2 * width * self.tangents[i]
-                + t**2 * (3 - 2 * t) * self.points[i + 1] + t**2 * (t - 1) * width * self.tangents[i + 1])
+        return self._places(s)[..., :2]
 
     def direction(self, s: np.ndarray) -> np.ndarray:
         """Unit tangents (m, 2) at parameters s (m,) [m]."""
+        return self._places(s)[..., 2:]
+
+    def _places(self, s: np.ndarray) -> np.ndarray:
         s = np.asarray(s, float)
-        i, width, t = self._span(s)
-        t, width = t[..., None], width[..., None]
-        slope = (6 * t * (t - 1) * (self.points[i] - self.points[i + 1]) / width
-                 + (1 - t) * (1 - 3 * t) * self.tangents[i] + t * (3 * t - 2) * self.tangents[i + 1])
-        return slope / np.hypot(slope[..., :1], slope[..., 1:])
+        return _places(np.ascontiguousarray(s.ravel()), self.knots, self.points, self.tangents).reshape(*s.shape, 4)
+
+
+@numba.njit(cache=True, nogil=True)
+def curve_place(s, knots, points, tangents):
+    """Point x, y [m] and unit tangent of a Curve's arrays at one parameter s [m]."""
+    i = min(max(np.searchsorted(knots, s, side="right") - 1, 0), len(knots) - 2)
+    width = knots[i + 1] - knots[i]
+    t = (s - knots[i]) / width
+    first, leave = (1 + 2 * t) * (1 - t) ** 2, t * (1 - t) ** 2 * width
+    second, reach = t**2 * (3 - 2 * t), t**2 * (t - 1) * width
+    x = first * points[i, 0] + leave * tangents[i, 0] + second * points[i + 1, 0] + reach * tangents[i + 1, 0]
+    y = first * points[i, 1] + leave * tangents[i, 1] + second * points[i + 1, 1] + reach * tangents[i + 1, 1]
+    fall, leave, reach = 6 * t * (t - 1) / width, (1 - t) * (1 - 3 * t), t * (3 * t - 2)
+    dx = fall * (points[i, 0] - points[i + 1, 0]) + leave * tangents[i, 0] + reach * tangents[i + 1, 0]
+    dy = fall * (points[i, 1] - points[i + 1, 1]) + leave * tangents[i, 1] + reach * tangents[i + 1, 1]
+    size = np.hypot(dx, dy)
+    return x, y, dx / size, dy / size
+
+
+@numba.njit(cache=True, nogil=True)
+def _places(s, knots, points, tangents):
+    places = np.empty((len(s), 4))
+    for k in range(len(s)):
+        places[k, 0], places[k, 1], places[k, 2], places[k, 3] = curve_place(s[k], knots, points, tangents)
+    return places
 
 
 def split_at_corners(points: np.ndarray, corner: float) -> list[np.ndarray]:

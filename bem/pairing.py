@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from bem.curve import Curve
+from bem.curve import Curve, curve_place
 from bem.mesh import BoundaryMesh
 from bem.outline import Outline
 
@@ -79,18 +79,8 @@ def _feet_on_curve(start, points, normals, knots, through, tangents):
     for k in range(len(start)):
         s, nx, ny = start[k], normals[k, 0], normals[k, 1]
         for count in range(NEWTON + 1):
-            i = min(max(np.searchsorted(knots, s, side="right") - 1, 0), len(knots) - 2)
-            width = knots[i + 1] - knots[i]
-            t = (s - knots[i]) / width
-            first, leave = (1 + 2 * t) * (1 - t) ** 2, t * (1 - t) ** 2 * width
-            second, reach = t**2 * (3 - 2 * t), t**2 * (t - 1) * width
-            x = first * through[i, 0] + leave * tangents[i, 0] + second * through[i + 1, 0] + reach * tangents[i + 1, 0] - points[k, 0]
-            y = first * through[i, 1] + leave * tangents[i, 1] + second * through[i + 1, 1] + reach * tangents[i + 1, 1] - points[k, 1]
-            fall, leave, reach = 6 * t * (t - 1) / width, (1 - t) * (1 - 3 * t), t * (3 * t - 2)
-            dx = fall * (through[i, 0] - through[i + 1, 0]) + leave * tangents[i, 0] + reach * tangents[i + 1, 0]
-            dy = fall * (through[i, 1] - through[i + 1, 1]) + leave * tangents[i, 1] + reach * tangents[i + 1, 1]
-            size = np.hypot(dx, dy)
-            dx, dy = dx / size, dy / size
+            x, y, dx, dy = curve_place(s, knots, through, tangents)
+            x, y = x - points[k, 0], y - points[k, 1]
             if count < NEWTON:
                 s = min(max(s - (y * nx - x * ny) / (dy * nx - dx * ny), 0.0), knots[-1])
         gap[k], outward[k, 0], outward[k, 1] = x * nx + y * ny, dy, -dx
