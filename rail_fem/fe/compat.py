@@ -83,29 +83,17 @@ def quadratic_triangle_mesh(comm, cells: np.ndarray, points: np.ndarray):
     return dmesh.create_mesh(comm, cells, points, domain)
 
 
-def quadratic_vectors(mesh):
-    """The space of continuous quadratic displacements in the plane."""
+def lagrange_vectors(mesh, degree: int):
+    """The space of continuous displacements of a degree, as many components as the mesh has coordinates."""
+    dimension = mesh.geometry.dim
     try:
         import basix.ufl
 
-        element = basix.ufl.element("Lagrange", mesh.basix_cell(), 2, shape=(2,))
+        element = basix.ufl.element("Lagrange", mesh.basix_cell(), degree, shape=(dimension,))
     except ImportError:
         import ufl
 
-        element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), 2)
-    return function_space(mesh, element)
-
-
-def trilinear_vectors(mesh):
-    """The space of continuous trilinear displacements of hexahedra."""
-    try:
-        import basix.ufl
-
-        element = basix.ufl.element("Lagrange", mesh.basix_cell(), 1, shape=(3,))
-    except ImportError:
-        import ufl
-
-        element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), 1)
+        element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree, dim=dimension)
     return function_space(mesh, element)
 
 

@@ -23,7 +23,7 @@ from bem.body import Body
 from bem.curve import divide
 from bem.mesh import Sizing, Zone
 from geometry.mesh_triangles import fill_with_triangles
-from rail_fem.fe.compat import evaluate, quadratic_triangle_mesh, quadratic_vectors
+from rail_fem.fe.compat import evaluate, lagrange_vectors, quadratic_triangle_mesh
 
 INNER = np.array([[1, 1], [4, 1], [1, 4]]) / 6  # Gauss points of a triangle, where stresses of quadratic displacements are best
 
@@ -95,7 +95,7 @@ class PlaneBody:
         self.edges = ring[names == body.face]
         self.held = np.unique(ring[names == body.held])
         self.mesh = quadratic_triangle_mesh(MPI.COMM_SELF, self.triangles.astype(np.int64), np.ascontiguousarray(self.nodes))
-        self.space = quadratic_vectors(self.mesh)
+        self.space = lagrange_vectors(self.mesh, 2)
         away, self.dof_of = cKDTree(self.space.tabulate_dof_coordinates()[:, :2]).query(self.nodes)
         if away.max() > 1e-9 * fineness.size:
             raise PlaneStrainError(f"node {int(away.argmax())} has no place in the function space ({away.max():.3g} m off)")

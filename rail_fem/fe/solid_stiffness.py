@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from bem.material import Elastic
 from geometry.mesh import HexMesh, MeshError
-from rail_fem.fe.compat import create_hexahedral_mesh, trilinear_vectors
+from rail_fem.fe.compat import create_hexahedral_mesh, lagrange_vectors
 from rail_fem.fe.domain import VTK_TO_DOLFINX
 
 
@@ -23,7 +23,7 @@ def stiffness(mesh: HexMesh, material: Elastic) -> sparse.csr_matrix:
     """
     cells = mesh.cells[:, VTK_TO_DOLFINX].astype(np.int64)
     solid = create_hexahedral_mesh(MPI.COMM_SELF, cells, np.ascontiguousarray(mesh.points), np.zeros(len(cells), np.int32))
-    space = trilinear_vectors(solid)
+    space = lagrange_vectors(solid, 1)
     away, dof_of = cKDTree(space.tabulate_dof_coordinates()).query(mesh.points)
     if len(np.unique(dof_of)) < len(mesh.points):
         raise MeshError(f"nodes of the mesh coincide (nearest {away.max():.3g} m): merge them first")
