@@ -15,6 +15,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from bem.hertz import contact_stiffness, point_contact
+from bem.material import Elastic, contact_modulus
 from geometry.axes import tread_datum_y
 from geometry.crossing import CastCrossing
 from geometry.crossing_surface import body_heights
@@ -117,11 +118,6 @@ def contact_table(scene: Scene, start: float, end: float, spacing: float, shift:
     return table_of(table_key(scene, start, end, spacing, shift))
 
 
-def rail_modulus(rail: tuple[float, float], wheel: tuple[float, float]) -> float:
-    """E* of a body and the wheel from Young's modulus [Pa] and Poisson's ratio of each."""
-    return 1 / sum((1 - poisson**2) / young for young, poisson in (rail, wheel))
-
-
 @functools.lru_cache(maxsize=32)
 def _path(ratio, profile, far_slope, radius, datum, low, high, spacing) -> tuple[CastCrossing, Profile, WheelPath, float]:
     """Crossing, wheel, rigid path and the time that it took [s]."""
@@ -140,7 +136,7 @@ def table_of(key: TableKey) -> ContactTable:
     crossing, wheel, path, search_time = _path(*key[:8])
     radius, datum, steels, load = key.radius, key.datum, key.steels, key.load
     started = time.perf_counter()
-    moduli = tuple(rail_modulus(rail, steels[2]) for rail in steels[:2])
+    moduli = tuple(contact_modulus(Elastic(*rail), Elastic(*steels[2])) for rail in steels[:2])
     points = np.stack([path.wing_point, path.nose_point])
     heights = path.height - np.stack([path.wing_gap, path.nose_gap])
     parts = [_contacts(crossing, wheel, b, path, points[b], radius, datum, moduli[b], load) for b in (0, 1)]

@@ -62,19 +62,26 @@ def scene_masses(scene: Scene) -> Masses:
 
 def run_pass(scene: Scene, settings: PassSettings, contacts: Contacts, step: float | None = None) -> LightPass:
     """March from static equilibrium over the window. Errors: ValueError for a step count beyond reason, FloatingPointError."""
-    start, end = settings.window(scene)
-    duration = abs(end - start) / scene.speed
-    count = max(2, int(np.ceil(duration / (step or settings.time_step) - 1e-9)))
-    if count > MOST_STEPS:
-        raise ValueError(f"time_step: {settings.time_step:g} s makes {count:.3g} steps of a pass of {duration:.3g} s: take more than {duration / MOST_STEPS:.1g} s")
-    step = duration / count
-    x = np.linspace(start, end, 2 * count + 1)
+    step, x = half_steps(scene, settings, step)
     law, masses = contacts(x), scene_masses(scene)
     position, velocity = resting_start(scene, masses, law, step)
     motion = integrate(masses, position, velocity, step, law)
     height, stiffness, exponent = law.arrays
     energy = contact_energies(motion.position @ masses.coupling, height[:, ::2], stiffness[:, ::2], exponent)
-    return LightPass((np.arange(count) + 0.5) * step, x[1::2], motion.force, motion, masses, step, energy)
+    return LightPass((np.arange(motion.force.shape[1]) + 0.5) * step, x[1::2], motion.force, motion, masses, step, energy)
+
+
+def half_steps(scene: Scene, settings: PassSettings, step: float | None = None) -> tuple[float, np.ndarray]:
+    """Time step [s], the settings' or `step` or a little less, and wheel places x (2 m + 1,) [m] at ends and middles of m steps over the window.
+
+    Errors: ValueError for a step count beyond reason.
+    """
+    start, end = settings.window(scene)
+    duration = abs(end - start) / scene.speed
+    count = max(2, int(np.ceil(duration / (step or settings.time_step) - 1e-9)))
+    if count > MOST_STEPS:
+        raise ValueError(f"time_step: {settings.time_step:g} s makes {count:.3g} steps of a pass of {duration:.3g} s: take more than {duration / MOST_STEPS:.1g} s")
+    return duration / count, np.linspace(start, end, 2 * count + 1)
 
 
 def resting_start(scene: Scene, masses: Masses, law: ContactLaw, step: float):

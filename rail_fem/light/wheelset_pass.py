@@ -16,7 +16,7 @@ from geometry.crossing import CastCrossing
 from geometry.path import PLAIN_LINE_X, rolling_radius
 from geometry.path_search import BodySearch
 from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
-from rail_fem.light.vertical_pass import MOST_STEPS, Contacts, LightPass, scene_masses
+from rail_fem.light.vertical_pass import Contacts, LightPass, half_steps, scene_masses
 from rail_fem.light_settings import RigidHertzSettings
 from rail_fem.scene import GRAVITY, Scene
 from rail_fem.light.vertical_dynamics import ContactLaw, Motion, rest_distance
@@ -62,12 +62,7 @@ def surfaces_of(scene: Scene, settings: RigidHertzSettings) -> Surfaces:
 
 def run_wheelset(scene: Scene, settings: RigidHertzSettings, contacts: Contacts, surfaces: Surfaces, step: float | None = None) -> WheelsetPass:
     """March over the window. contacts : law of wing and nose for the centred wheel. Errors: ValueError, FloatingPointError."""
-    start, end = settings.window(scene)
-    duration = abs(end - start) / scene.speed
-    count = max(2, int(np.ceil(duration / (step or settings.time_step) - 1e-9)))
-    if count > MOST_STEPS:
-        raise ValueError(f"time_step: {settings.time_step:g} s makes {count:.3g} steps of a pass of {duration:.3g} s: take more than {duration / MOST_STEPS:.1g} s")
-    step, x = duration / count, np.linspace(start, end, 2 * count + 1)
+    step, x = half_steps(scene, settings, step)
     found, system = wheelset_contacts(scene, contacts(x), surfaces, x), wheelset_system(scene, settings)
     motion = march(system, found, *start_of(scene, system, found, step), step)
     return as_light(scene, system, found, motion, x, step)
