@@ -55,21 +55,20 @@ class SurfaceSearch(ContactSearch):
         here.wheelset = replace(self.wheelset, x=float(x))
         gone = [side for side, (low, high) in self.checked.items() if not low <= x <= high]
         here.track = replace(self.track, **{f"{side}_check": None for side in gone})
-        here.sides = {side: self._standing_at(x, side) for side in SIDES}
+        here.sides = {side: self._standing_at(x, side, own=True) for side in SIDES}
         return here
 
-    def _standing_at(self, x: float, side: str) -> tuple:
-        """A side with tables of its own for what a search notes there."""
-        stations, wheel, rail, tip, radius = self.sides[side]
-        if self.surfaces[side] is None:
-            return self.sides[side]
-        return stations, wheel, (*rail[:3], rail[3].copy(), np.array([x, 0.0]), rail[5].copy(), rail[6]), tip, radius
-
     def rail_under(self, state: Wheelset, side: str) -> tuple:
-        stations, wheel, rail, tip, radius = self.sides[side]
+        return self._standing_at(state.x, side)
+
+    def _standing_at(self, x: float, side: str, own: bool = False) -> tuple:
+        """A side with the axle's middle at x [m]; own: with tables of its own for what a search notes there."""
         if self.surfaces[side] is None:
             return self.sides[side]
-        return stations, wheel, (*rail[:4], np.array([state.x, rail[4][1]]), *rail[5:]), tip, radius
+        stations, wheel, (xs, nodes, bodies, windows, place, ridges, wavy), tip, radius = self.sides[side]
+        if own:
+            windows, place, ridges = windows.copy(), np.zeros(2), ridges.copy()
+        return stations, wheel, (xs, nodes, bodies, windows, np.array([x, place[1]]), ridges, wavy), tip, radius
 
     def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return super().rail_station(side, y, z) if self.surfaces[side] is None else y - self.track.gauge / 2 + GAUGE_FACE_Y
