@@ -12,33 +12,17 @@ from geometry.crossing import CastCrossing
 from geometry.flange_back import back_gaps
 from geometry.format_slices import read_slices
 from geometry.path import wheel_path
-from geometry.profiles import Profile, ProfileError, arc
+from geometry.profiles import Profile, ProfileError
 from geometry.rail_surface import LoftedBody, RailSurface
 from geometry.section_path import SectionCrossing
 from geometry.surface_contact import SurfaceSearch
 from geometry.wheel import wheel_profile
 from geometry.wheelset import SIDES, CheckRail, Track, Wheelset, WheelsetError
+from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
 
 MM, UM = 1e-3, 1e-6
-RADIUS = 0.45
 MIDDLE = 1.435 / 2 + 35 * MM  # y of a surface's own origin in side axes
 BENCHMARK = Path(__file__).parents[2] / ".." / "shared" / "data" / "formats" / "uk_crossing.slcs"
-
-
-def sphere() -> Profile:
-    half = 60 * MM
-    rise = RADIUS - np.sqrt(RADIUS**2 - half**2)
-    return Profile.from_pieces([arc((-half, rise), (half, rise), RADIUS, 0.1 * MM)], "sphere")
-
-
-def surface(height, x: np.ndarray, half: float = 80 * MM) -> RailSurface:
-    """Sections of z = height(x, y) at x (m,)."""
-    y = np.linspace(-half, half, 321)
-    return RailSurface((LoftedBody.through(x, [np.column_stack([y, height(at, y)]) for at in x], spacing=y[1] - y[0]),))
-
-
-def on_left(wheel: Profile, rail: RailSurface, x: float = 0.0, **options) -> SurfaceSearch:
-    return SurfaceSearch(Wheelset(wheel, radius=RADIUS), Track.plain_line(), left=rail, **options).at(x)
 
 
 def centre(state: Wheelset) -> np.ndarray:

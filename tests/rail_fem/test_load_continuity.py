@@ -15,30 +15,15 @@ from geometry.contact_points import ContactSearch
 from geometry.crossing import CastCrossing
 from geometry.profile_doctor import examine
 from geometry.profiles import Profile, arc, line
-from geometry.rail_surface import LoftedBody, RailSurface
+from geometry.rail_surface import RailSurface
 from geometry.raw_profile import RawProfile
 from geometry.surface_contact import SurfaceSearch
 from geometry.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_sharing import STEEL_MODULUS, pressed, rest
+from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
 
 MM, UM = 1e-3, 1e-6
-RADIUS = 0.45
-
-
-def sphere() -> Profile:
-    half = 60 * MM
-    rise = RADIUS - np.sqrt(RADIUS**2 - half**2)
-    return Profile.from_pieces([arc((-half, rise), (half, rise), RADIUS, 0.1 * MM)], "sphere")
-
-
-def surface(height, x: np.ndarray, half: float = 80 * MM) -> RailSurface:
-    y = np.linspace(-half, half, 321)
-    return RailSurface((LoftedBody.through(x, [np.column_stack([y, height(at, y)]) for at in x], spacing=y[1] - y[0]),))
-
-
-def on_left(wheel: Profile, rail: RailSurface, x: float = 0.0) -> SurfaceSearch:
-    return SurfaceSearch(Wheelset(wheel, radius=RADIUS), Track.plain_line(), left=rail).at(x)
 
 
 def sunk(search: ContactSearch, depth: float) -> Wheelset:
