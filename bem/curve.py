@@ -4,10 +4,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from bem.input_checks import plane_points, point_text
+from kernel_cache import njit
 
 MOST_ELEMENTS = 200_000  # of one curve; dense matrices end far below
 
@@ -76,7 +76,7 @@ class Curve:
         return _places(np.ascontiguousarray(s.ravel()), self.knots, self.points, self.tangents).reshape(*s.shape, 4)
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def curve_place(s, knots, points, tangents):
     """Point x, y [m] and unit tangent of a Curve's arrays at one parameter s [m]."""
     i = min(max(np.searchsorted(knots, s, side="right") - 1, 0), len(knots) - 2)
@@ -93,7 +93,7 @@ def curve_place(s, knots, points, tangents):
     return x, y, dx / size, dy / size
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _places(s, knots, points, tangents):
     places = np.empty((len(s), 4))
     for k in range(len(s)):

@@ -17,7 +17,6 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-import numba
 import numpy as np
 from scipy import ndimage
 
@@ -29,6 +28,7 @@ from bem.kalker_table import coefficients
 from bem.material import Elastic
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 from bem.patch_edge import covered_area
+from kernel_cache import njit
 
 
 def elliptic_patch(semi_x: float, semi_y: float, load: float, cells: tuple[int, int] = (44, 44)) -> Patch:
@@ -108,13 +108,13 @@ def _part_rates(grid: Grid, own: np.ndarray, pair: Pair, creepage: Creepage) -> 
             creepage.spin / spin, x, y, first, second, 0.0]
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _reach(outer, inner):
     """Cells from the outermost cell's centre to the edge (bem/patch_edge.py)."""
     return min(outer / (inner - outer), 1.0) if inner > outer else 0.5
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _march(square, limit, labels, rates, x, y, dx, direction, traction, slip, stick):
     """Each run of cells of one part is marched from its leading edge, from covered centre to covered centre.
 

@@ -15,12 +15,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy import fft
 
 from bem.halfspace_influence import Pair, kernel_spectrum, padded_shape
 from bem.patch import Grid
+from kernel_cache import njit
 
 _STEP_ROLLING = 1.4
 _STEP_SHIFT = 0.9
@@ -165,7 +165,7 @@ def _start(operator: TangentialOperator, rigid_slip: np.ndarray, traction: np.nd
     return state
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _load(state, rigid_slip, shift, out):
     """out = shift * state - rigid slip (in the corner block)."""
     nx, ny = rigid_slip.shape[1:]
@@ -178,7 +178,7 @@ def _load(state, rigid_slip, shift, out):
                 out[c, i, j] -= rigid_slip[c, i, j]
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _apply(spectrum, xx, xy, yy):
     """spectrum <- symmetric 2x2 matrix times spectrum, in place."""
     for i in range(spectrum.shape[1]):
@@ -188,7 +188,7 @@ def _apply(spectrum, xx, xy, yy):
             spectrum[1, i, j] = xy[i, j] * first + yy[i, j] * second
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _update(state, elastic, bound, relaxation, traction, stick):
     """Projection of the reflected elastic step onto the friction discs, and the step of the state (in place).
 

@@ -12,12 +12,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy import fft
 
 from bem.halfspace_influence import Pair, backward, forward, kernel_spectrum, padded_shape
 from bem.patch import Grid, NoContactError
+from kernel_cache import njit
 
 _INNER_STEPS = 6          # conjugate-gradient steps before the contact set is looked at again
 _INNER_DROP = 0.2         # or sooner, once the residual fell to this part
@@ -163,14 +163,14 @@ def _shape(depth: np.ndarray, cut: float) -> np.ndarray:
     return shape if shape.any() else (depth <= cut).astype(float)
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _fill_residual(displacement, gap, inside, approach, out):
     for i in range(gap.shape[0]):
         for j in range(gap.shape[1]):
             out[i, j] = approach - displacement[i, j] - gap[i, j] if inside[i, j] else 0.0
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _masked_sum(field, inside):
     total = 0.0
     for i in range(field.shape[0]):
@@ -180,7 +180,7 @@ def _masked_sum(field, inside):
     return total
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _finish_residual(residual, steepest, inside, response, shift, product):
     """Adds the multiplier of the load to the residual and to its preconditioned form; returns the inner products."""
     square, weighted, overlap = 0.0, 0.0, 0.0
@@ -197,14 +197,14 @@ def _finish_residual(residual, steepest, inside, response, shift, product):
     return square, weighted, overlap
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _turn(direction, steepest, keep):
     for i in range(direction.shape[0]):
         for j in range(direction.shape[1]):
             direction[i, j] = steepest[i, j] + keep * direction[i, j]
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _curvature_step(direction, residual, product):
     top, bottom = 0.0, 0.0
     for i in range(direction.shape[0]):
@@ -214,7 +214,7 @@ def _curvature_step(direction, residual, product):
     return top / bottom if bottom > 0.0 else 0.0
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _advance(pressure, displacement, direction, product, step):
     for i in range(pressure.shape[0]):
         for j in range(pressure.shape[1]):
@@ -222,7 +222,7 @@ def _advance(pressure, displacement, direction, product, step):
             displacement[i, j] += step * product[i, j]
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _correct(pressure, displacement, gap, inside, approach, slack):
     """The largest pressure always stays, so that the set never empties."""
     keep = np.argmax(pressure)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from bem.boundary import BoundarySolution, resultant_map
 from bem.input_checks import plane_points, refuse_unless_positive
@@ -18,6 +17,7 @@ from bem.kelvin import displacement_sums, resultant_integrals, stress_sums
 from bem.mesh import BoundaryMesh
 from bem.outline import Outline
 from bem.subsurface import von_mises_plane
+from kernel_cache import njit
 
 _NEAR = 0.5      # nearer than this (in element lengths) the stress is interpolated down to the boundary
 _VERTEX = 0.1    # next to a vertex the sum is bridged over this part of both elements

@@ -22,7 +22,8 @@ equal arms. Its stresses were not used. Error: 1e-12 of the largest value (tests
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from kernel_cache import njit
 
 _FAR = 25.0      # |eta|^2 beyond which the series is used: 11 terms give 25^-11 = 4e-16
 _TOUCH = 1e-9    # a point nearer than this (in half lengths) to an element lies on its left side

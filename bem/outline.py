@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from bem.curve import Curve, split_at_corners
 from bem.input_checks import point_text
+from kernel_cache import njit
 
 CORNER = np.radians(20.0)
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from bem.curve import Curve, curve_place
 from bem.mesh import BoundaryMesh
 from bem.outline import Outline
+from kernel_cache import njit
 
 
 BEHIND = 0.1  # deepest overlap over the reach: farther behind a point of the slave, a master's face is beyond the slave's own body
@@ -48,7 +48,7 @@ _SLACK = 1e-9  # of a segment's length, by which a meeting may lie beyond its en
 NEWTON = 4     # steps along a curve
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _meet(points, normals, begin, end, reach, behind):
     count = len(points)
     found, segment, fraction, gap = np.zeros(count, np.bool_), np.zeros(count, np.int64), np.zeros(count), np.full(count, np.inf)
@@ -71,7 +71,7 @@ def _meet(points, normals, begin, end, reach, behind):
     return found, segment, fraction, gap
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _feet_on_curve(start, points, normals, knots, through, tangents):
     """Gap (m,) and the curve's outward normal (m, 2) where lines through points (m, 2) along normals meet a curve (bem.curve.Curve), from
     parameters near by: Newton along the curve, whose distance across the normal must vanish."""

@@ -17,7 +17,8 @@ solution along the line, and T against derivatives of U (tests/bem/test_prism.py
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from kernel_cache import njit
 
 _EULER = 0.5772156649015329
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(3)

@@ -7,13 +7,13 @@ half width sqrt(R d) (Hertz), and two bodies pressed together by d / 2 without g
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from geometry.axes import tread_datum_y
 from geometry.crossing import CastCrossing
 from geometry.crossing_surface import NO_METAL
 from geometry.path import WheelPath
 from geometry.profiles import Profile
+from kernel_cache import njit
 
 AWAY = 1.0  # clearance where there is no surface or no wheel [m]
 

@@ -7,11 +7,12 @@ and prismatic rail as in geometry.outline. Heights are over the pivot's.
 """
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import overload
 
 from geometry.meeting import branch, branches, covered, meet, prepare, steepness
 from geometry.outline import cubic, cubic_in, outline_of
+from kernel_cache import njit
 
 MOST_POINTS = 24
 PLACE = 5  # rows of a place: station, gap, wheel's slope there, dz/dx, branch

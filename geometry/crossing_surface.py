@@ -7,7 +7,8 @@ The wing's leg transition is a loft between two tabulated lines. The numbers are
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from kernel_cache import njit
 
 FLOOR = -55e-3  # height of the flangeway's floor [m]
 NO_METAL = -1.0  # height returned beside a body: far below any floor [m]

@@ -16,7 +16,8 @@ ridges : stations; for each branch, p at which the gap along x is highest betwee
 """
 
 import numpy as np
-from numba import njit
+
+from kernel_cache import njit
 
 MEMORY = 8
 WIDEST = 0.25  # largest slope dz/dx of a surface at a contact

@@ -5,11 +5,12 @@ track, of one branch of the gap : the table itself, or the surface's body with t
 """
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import overload
 
 from geometry.loft_kernel import WIDEST, loft_at, meet_loft, slope_excess
 from geometry.outline import cubic, outline_of
+from kernel_cache import njit
 
 SCANNED = 49  # slopes dz/dx between -WIDEST and WIDEST at which further branches are looked for
 EVERY = 4  # th station only

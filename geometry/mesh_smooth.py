@@ -8,8 +8,9 @@ corners is that of Escobar et al., Comput. Methods Appl. Mech. Eng. 192 (2003).
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.optimize import minimize
+
+from kernel_cache import njit
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ the axle to the tread datum, radius there. Tables: (4, n) rows of Profile.hermit
 """
 
 import numpy as np
-from numba import njit
+
+from kernel_cache import njit
 
 
 @njit(cache=True, error_model="numpy")

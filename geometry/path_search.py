@@ -1,11 +1,11 @@
 """Highest place of a rigid wheel over one body of a crossing: first search on a grid, then refinement on the exact surface."""
 
 import numpy as np
-from numba import njit
 
 from geometry.crossing import CastCrossing
 from geometry.crossing_surface import NO_METAL, nose_height, wing_height
 from geometry.profiles import Profile, hermite, hermite_many
+from kernel_cache import njit
 
 PEAKS = 4  # lateral places kept per station of the first search
 STATION_RATIO = 8  # spacing of the stations along x over the lateral spacing: the wheel's curvature is that much smaller

@@ -1,7 +1,8 @@
 """What can be wrong with a line of points: duplicates, gaps, reversals, loops, noise, kinks, vertical walls. Pure kernels."""
 
 import numpy as np
-from numba import njit
+
+from kernel_cache import njit
 
 SAME = 1e-9  # points nearer than this are one [m]
 BACK = np.pi / 2  # a turn sharper than this is a reversal [rad]

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.interpolate import CubicSpline
+
+from kernel_cache import njit
 
 KINK = 2e-3  # standards print coordinates to 1 um: joints meant to be smooth turn by up to 1 um / 1 mm [rad]
 STEEP = 25.0  # beyond this slope z(y) is interpolated linearly: a cubic in y would overshoot [1]

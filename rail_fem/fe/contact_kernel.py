@@ -17,11 +17,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
-_compiled = numba.njit(cache=True, error_model="numpy")
-_part = numba.njit(forceinline=True, error_model="numpy")  # self-contained kernels: the same bits from the compiler and from the cache
+from kernel_cache import njit
+
+_compiled = njit(cache=True, error_model="numpy")
+_part = njit(forceinline=True, error_model="numpy")  # self-contained kernels: the same bits from the compiler and from the cache
 OUTSIDE = 1.02  # local coordinate beyond which a projection belongs to the neighbour
 NEWTON_STEPS = 12
 # entries of the sums that `contact_forces` adds up: energies of the step [J], force on the wheel along x [N], active pairs

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import time
 
-import numba
 import numpy as np
 from mpi4py import MPI
 
+from kernel_cache import njit
 from rail_fem.fe.contact import Contact
 from rail_fem.fe.contact_kernel import DRIVE_WORK, FRICTION_WORK, NORMAL_ENERGY, TOWED
 from rail_fem.fe.domain import raise_together
@@ -26,7 +26,7 @@ STOP_BALANCE = 0.5  # change of the energy balance between two checks, over what
 ROUND_OFF, LEAST_ENERGY = 1e-9, 1e-12  # of the springs energy; [J]
 
 
-@numba.njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
 def kick(v, force, inverse_mass, mass_damping, dt, small, works):
     """Velocities of owned nodes from internal forces; sums up the internal work.
 
@@ -58,7 +58,7 @@ def kick(v, force, inverse_mass, mass_damping, dt, small, works):
     works[2] += damping_work
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def group_reactions(force, members, first, out):
     """Element forces on groups: members[first[g]:first[g+1]] are the owned nodes of group g; out (n_groups, 3) [N], overwritten."""
     out[:] = 0.0
@@ -68,7 +68,7 @@ def group_reactions(force, members, first, out):
                 out[g, c] += force[3 * members[k] + c]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def give_velocity(v, members, velocity):
     """Velocity (3,) of a rigid group onto its nodes, in v (3 n,)."""
     for n in members:
@@ -76,7 +76,7 @@ def give_velocity(v, members, velocity):
             v[3 * n + c] = velocity[c]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def drift(x, v, dt, force):
     """Positions after the step; forces start at 0."""
     for i in range(x.size):
@@ -84,7 +84,7 @@ def drift(x, v, dt, force):
         force[i] = 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def apply_contact(v, internal, force, inverse_mass, local, at, small, dt, works):
     """Contact forces onto the velocities of owned nodes; returns their work on the bodies [J].
 

@@ -7,9 +7,9 @@ rows that `hexahedron.internal_force` reads. Damping is proportional to stiffnes
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from kernel_cache import njit
 from rail_fem.fe.hexahedron import (
     FAST,
     add_elastic,
@@ -28,8 +28,8 @@ from rail_fem.fe.state import HOURGLASS, LANES
 _W = LANES
 N_FIXED = 33  # rows of a block's geometry: b (18), hourglass coordinates (12), volume, 0 for the viscous pressure, hourglass stiffness
 N_FORCES = HOURGLASS + 12  # rows of stress and hourglass forces as `hexahedron.internal_force` reads them
-_compiled = numba.njit(cache=True, **FAST)
-_part = numba.njit(forceinline=True, **FAST)  # one copy, inside its caller
+_compiled = njit(cache=True, **FAST)
+_part = njit(forceinline=True, **FAST)  # one copy, inside its caller
 
 
 @_part
@@ -88,7 +88,7 @@ def elastic_forces(nodal, lame, shear, kept, own):
         store(own, 0, HOURGLASS + 9, e, hourglass_force(m[6], l, load(kept, 0, 27, e), k))
 
 
-@numba.njit(inline="always", **FAST)
+@njit(inline="always", **FAST)
 def hourglass_force(gu, l, g, k):
     lg = times(l, g)
     return k * (gu[0] - lg[0]), k * (gu[1] - lg[1]), k * (gu[2] - lg[2])

@@ -22,18 +22,18 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
+from kernel_cache import njit
 from rail_fem.fe.plasticity import EXCESS, return_isotropic, return_kinematic
 from rail_fem.fe.state import HOURGLASS, KINEMATIC, LANES, N_STATE, YIELD
 
 _W = LANES
 N_KEPT = 35  # rows that `elastic_trial` keeps of a block, see there
 FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
-_inlined = numba.njit(inline="always", **FAST)
-_compiled = numba.njit(cache=True, **FAST)
-_part = numba.njit(forceinline=True, **FAST)  # one copy, inside its caller
+_inlined = njit(inline="always", **FAST)
+_compiled = njit(cache=True, **FAST)
+_part = njit(forceinline=True, **FAST)  # one copy, inside its caller
 
 
 @_inlined

@@ -6,14 +6,14 @@ that number does to the eighteen stresses of the lane is vector code.
 Source: Simo & Hughes, Computational Inelasticity (1998), section 3.3, backward Euler.
 """
 
-import numba
 
+from kernel_cache import njit
 from rail_fem.fe.state import HOURGLASS, LANES, PLASTIC_STRAIN, YIELD
 
 _W = LANES
 EXCESS = 34  # row of `kept`: von Mises minus yield stress of the trial state [Pa]; after the return the plastic work density [J/m3]
 _FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
-_part = numba.njit(forceinline=True, **_FAST)  # one copy, inside its caller
+_part = njit(forceinline=True, **_FAST)  # one copy, inside its caller
 
 
 @_part

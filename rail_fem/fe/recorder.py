@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from kernel_cache import njit
 from rail_fem.fe.passage import Passage
 
 FORCES = ("force", "force_wing", "force_nose", "force_longitudinal", "force_lateral")
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def add_step(force, carried, position, watched, n_rail, on_nose, total, moment):
     """Contact forces of a step added up over the rail's nodes `watched` (those below n_rail).
 

@@ -1,13 +1,14 @@
 """What a rail that changes along x adds to a contact: its curvature along x over the patch, and the ridge between two points ahead of and behind each other."""
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import overload
 
 from geometry.contact_kernel import NO_RAIL
 from geometry.loft_kernel import circle_place, loft_at
 from geometry.meeting import branch, meet
 from geometry.outline import cubic
+from kernel_cache import njit
 
 VIRTUAL = 0.55  # of the penetration: Kik and Piotrowski's virtual penetration
 NODES = 16  # of half a cut along x

@@ -16,12 +16,13 @@ Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual pen
 """
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import overload
 
 from geometry.contact_kernel import NO_RAIL, gap_at, least_gap, nearest_places, roll_and_height, side_pose
 from geometry.meeting import branch, branches, meet
 from geometry.outline import cubic
+from kernel_cache import njit
 from rail_fem.light.load_along import VIRTUAL, bow, ridge_height, same_body
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)

@@ -10,7 +10,8 @@ Source: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), section 
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+
+from kernel_cache import njit
 
 MOST_ITERATIONS = 100
 CLOSED = 1e-15  # to which s is found [m]

@@ -14,8 +14,8 @@ Source: Wickens, Fundamentals of Rail Vehicle Dynamics (2003), chapters 2, 3; Ve
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from kernel_cache import njit
 from rail_fem.light.vertical_dynamics import contact_energy, contact_force
 
 SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT, ROLL, LATERAL, YAW, TRACK_LEFT, TRACK_RIGHT = range(8)
