@@ -109,6 +109,8 @@ def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, me
         axle=(running.start, running.datum_y, datum_height + scene.wheel.radius),
     )  # fmt: skip
     dynamics = Dynamics(structure, supports, contact)
+    masses = structure.region_masses()
+    crossing.mesh_mass, axle.mesh_mass = float(masses[0] + masses[1]), float(masses[2])
     _set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
     _start_velocities(dynamics, domain, running, axle, sprung)
     region = np.zeros(len(rail.nodes), np.int64)
@@ -176,10 +178,15 @@ def contact_stiffness(scene: Scene, running: Running) -> float:
 
 
 def _set_lumped_masses(scene: Scene, settings: FeSettings, crossing: RigidGroup, axle: RigidGroup, settled: bool) -> None:
-    track = scene.foundation.track_mass if settings.track_mass else 0.0
-    crossing.added_mass = max(track - crossing.node_mass, 0.0)
-    axle.added_mass = max(scene.vehicle.wheel_unsprung_mass - axle.node_mass, 0.0) if settled else SETTLING_MASS
+    """Masses that make each body, its mesh included, as heavy as the case says; while it settles the wheel carries SETTLING_MASS instead.
+
+    Errors: ValueError where a mesh is heavier than its body: the case's mass is of a shorter piece of track, or of a lighter wheel.
+    """
+    axle.add_mass_up_to(scene.vehicle.wheel_unsprung_mass, "give a larger wheelset_unsprung_mass")
+    if settings.track_mass and settings.foundation:
+        crossing.add_mass_up_to(scene.foundation.track_mass, "give a larger track_mass, a shorter window, or track_mass = false in the run for the mesh alone")
     if not settled:
+        axle.added_mass = SETTLING_MASS
         crossing.free = (False, False, False)
 
 

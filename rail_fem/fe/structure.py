@@ -57,10 +57,17 @@ class Structure:
             f"({at[0]:.2f}, {at[1]:.2f}, {at[2]:.2f}) mm, volume {volumes[bad[0]] * 1e9:.3g} mm3: mend the mesh there"
         )
 
+    def _cell_mass(self) -> np.ndarray:
+        """(m,) [kg]. Rank-local."""
+        return np.array([s.density for s in self.steels])[self.domain.region] * self.initial_volume
+
+    def region_masses(self) -> np.ndarray:
+        """Mass of each region, in the order of the steels [kg]; replicated. Collective."""
+        return self.domain.comm.allreduce(np.bincount(self.domain.region, self._cell_mass(), minlength=len(self.steels)))
+
     def _lumped_mass(self) -> np.ndarray:
-        density = np.array([s.density for s in self.steels])[self.domain.region]
         vector = self.domain.nodal_vector()
-        share = np.repeat(density * self.initial_volume / 8, 8)
+        share = np.repeat(self._cell_mass() / 8, 8)
         np.add.at(vector, 3 * self.domain.cells.ravel(), share)
         self.domain.sum_to_owner(vector)
         self.domain.copy_to_ghosts(vector)

@@ -15,6 +15,7 @@ class RigidGroup:
     """Nodes that move as one body without rotation.
 
     input_nodes : (k,) nodes of the input mesh (may be empty: a lumped mass);  added_mass [kg];  free : directions that may move
+    mesh_mass : of the whole mesh that the group holds [kg]: what its nodes and those that hang on them weigh
     load : (3,) constant force [N];  velocity, displacement : (3,), change in place with time
     """
 
@@ -26,12 +27,22 @@ class RigidGroup:
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     displacement: np.ndarray = field(default_factory=lambda: np.zeros(3))
     node_mass: float = 0.0
+    mesh_mass: float = 0.0
     load_work: float = 0.0
     reaction: np.ndarray = field(default_factory=lambda: np.zeros(3))  # force of the elements on the group in the last step [N]
 
     @property
     def mass(self) -> float:
         return self.node_mass + self.added_mass
+
+    def add_mass_up_to(self, total: float, remedy: str) -> None:
+        """Added mass such that group and mesh together weigh `total` [kg]. Errors: ValueError where the mesh alone weighs more."""
+        if self.mesh_mass > total:
+            raise ValueError(
+                f"the mesh of the {self.name} weighs {self.mesh_mass:.1f} kg, more than the {total:.1f} kg that the case gives it: "
+                f"steel that is modelled cannot be taken away again; {remedy}"
+            )
+        self.added_mass = total - self.mesh_mass
 
     def kick(self, upwards: float, dt: float) -> None:
         """Velocity of the free directions from the reaction at hand, the load and a force of links upwards [N]."""
