@@ -1,6 +1,7 @@
 """Full state of a run in one file, in global numbering: a restart on the same number of ranks is bitwise the same, on another it is possible.
 
-Root gathers and writes; the file appears whole or not at all, and the one before it is kept until then.
+What is saved is declared by the classes themselves (rail_fem.fe.saved_state). Root gathers and writes; the file appears whole or not at
+all, and the one before it is kept until then.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +17,11 @@ from rail_fem.atomic import write_atomically
 from rail_fem.fe.blocks import ElementBlocks
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.saved_state import gather_state, restore_state
 from rail_fem.fe.state import LANES, N_STATE
+from rail_fem.fe.structure import Structure
 
-VERSION = 3
-NODAL = ("x", "v", "force")
+VERSION = 4
 
 
 def gather_rows(comm, index: np.ndarray, rows: np.ndarray, total: int) -> np.ndarray | None:
@@ -52,22 +55,39 @@ def _restore_elements(blocks: ElementBlocks, rows: np.ndarray) -> None:
         blocks.back[:] = state[:, N_STATE:].ravel()
 
 
-def save_checkpoint(path: Path, dynamics: Dynamics, extra: dict) -> None:
-    """Write everything that the next step needs. extra : plain values of the caller (JSON). Collective. Errors: OSError on all ranks."""
+def _block_works(structure: Structure) -> np.ndarray:
+    """For each finite-strain cell (m, 2 + N_WORK): its block by number over all ranks, how many cells that has, its works [J]. Collective."""
+    blocks, comm = structure.finite, structure.domain.comm
+    number = np.repeat(comm.scan(len(blocks.filled)) - len(blocks.filled) + np.arange(len(blocks.filled)), LANES)
+    each = np.column_stack([number, np.repeat(blocks.filled, LANES), np.repeat(structure.block_work, LANES, axis=0)])
+    out, real = np.empty((blocks.n_cells, each.shape[1])), blocks.cell_of >= 0
+    out[blocks.cell_of[real]] = each[real]
+    return out
+
+
+def _restore_block_works(structure: Structure, rows: np.ndarray) -> None:
+    """Works of blocks from those of the blocks that their cells were in: unchanged where these are the same cells, else each cell's even share."""
+    blocks = structure.finite
+    real = (blocks.cell_of >= 0).reshape(-1, LANES)
+    stored = np.where(real[:, :, None], blocks.in_blocks(rows).transpose(0, 2, 1), np.nan)
+    number, count, works = stored[:, :, 0], stored[:, :, 1], stored[:, :, 2:]
+    same = ((number == number[:, :1]) & (count == blocks.filled[:, None]) | ~real).all(axis=1)
+    shared = np.nansum(works / count[:, :, None], axis=1)
+    structure.block_work[:] = np.where(same[:, None], works[:, 0], shared)
+
+
+def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics) -> None:
+    """Write everything that the next step needs. owner : what holds the STATE, `dynamics` within it. Collective. Errors: OSError on all ranks."""
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
-    arrays = {name: gather_nodes(domain, getattr(s, name)) for name in NODAL}
-    arrays["finite"] = gather_rows(comm, domain.cell_input[s.finite_cells], _element_state(s.finite), domain.m_global)
-    arrays["works"] = gather_rows(comm, np.array([comm.rank]), np.array([*s.work, *dynamics.works, dynamics.contact_work])[None], comm.size)
-    block_work = comm.gather(s.block_work, root=0)
-    arrays["block_work"] = np.concatenate(block_work) if comm.rank == 0 else None
-    plain = {
-        "version": VERSION, "time": dynamics.time, "step_count": dynamics.step_count, "dt": dynamics.dt, "damping": s.damping,
-        "friction_work": dynamics.friction_work, "drive_work": dynamics.drive_work, "mass_damping": dynamics.mass_damping,
-        "supports": dynamics.supports.state(), "extra": extra,
-    }  # fmt: skip
-    if dynamics.contact is not None:
-        contact_arrays, plain["contact"] = dynamics.contact.state()
-        arrays |= {f"contact_{k}": v for k, v in contact_arrays.items()}
+    arrays = {f"nodal/{name}": gather_nodes(domain, getattr(s, name)) for name in s.NODAL}
+    finite = domain.cell_input[s.finite_cells]
+    arrays["finite"] = gather_rows(comm, finite, _element_state(s.finite), domain.m_global)
+    arrays["block_work"] = gather_rows(comm, finite, _block_works(s), domain.m_global)
+    parts = np.concatenate([np.atleast_1d(getattr(dynamics, name)) for name in dynamics.SUMMED])
+    arrays["summed"] = gather_rows(comm, np.array([comm.rank]), parts[None], comm.size)
+    plain = {"version": VERSION}
+    for key, leaf in gather_state(owner).items():
+        (arrays if isinstance(leaf, np.ndarray) else plain)[key] = leaf
     fault = None
     if comm.rank == 0:
         try:
@@ -82,22 +102,18 @@ def _write(path: Path, arrays: dict, plain: dict) -> None:
         np.savez(stream, plain=np.frombuffer(json.dumps(plain).encode(), np.uint8), **arrays)
 
 
-def _restore_works(works: np.ndarray, block_work: np.ndarray, dynamics: Dynamics) -> None:
-    """Works so far: each rank its own; on another number of ranks root takes all, and those of blocks lose their place."""
-    s, comm, k = dynamics.structure, dynamics.comm, dynamics.structure.block_work.shape[1]
-    sizes = comm.allgather(len(s.block_work))
-    if len(works) == comm.size and sum(sizes) == len(block_work):
-        mine, first = works[comm.rank], sum(sizes[: comm.rank])
-        s.block_work[:] = block_work[first : first + sizes[comm.rank]]
-    else:
-        mine = works.sum(axis=0) if comm.rank == 0 else np.zeros(works.shape[1])
-        s.block_work[:] = 0.0
-        s.block_work[:1] = mine[:k]
-    dynamics.works[:], dynamics.contact_work = mine[k : k + 3], float(mine[-1])
+def _restore_summed(summed: np.ndarray, dynamics: Dynamics) -> None:
+    """Each rank's own part of the sums; on another number of ranks root takes all."""
+    comm = dynamics.comm
+    mine = summed[comm.rank] if len(summed) == comm.size else summed.sum(axis=0) * (comm.rank == 0)
+    for name in dynamics.SUMMED:
+        size = np.size(getattr(dynamics, name))
+        part, mine = mine[:size], mine[size:]
+        setattr(dynamics, name, part.copy() if isinstance(getattr(dynamics, name), np.ndarray) else float(part[0]))
 
 
-def load_checkpoint(path: Path, dynamics: Dynamics) -> dict:
-    """Restore a state saved by `save_checkpoint` into the same bodies; returns `extra`. Collective. Errors: ValueError on all ranks."""
+def load_checkpoint(path: Path, owner: Any, dynamics: Dynamics) -> None:
+    """Restore a state saved by `save_checkpoint` into the same bodies. Collective. Errors: ValueError on all ranks."""
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
     payload = comm.bcast(Path(path).read_bytes() if comm.rank == 0 else None)
     with np.load(io.BytesIO(payload)) as stored:
@@ -106,18 +122,14 @@ def load_checkpoint(path: Path, dynamics: Dynamics) -> dict:
     fault = None
     if plain["version"] != VERSION:
         fault = f"{path}: restart file of version {plain['version']}, this program reads {VERSION}: start afresh with --overwrite"
-    elif arrays["x"].shape[0] != domain.n_global or arrays["finite"].shape[0] != domain.m_global:
-        fault = f"{path}: holds {arrays['x'].shape[0]} nodes and {arrays['finite'].shape[0]} elements, the mesh has {domain.n_global} and {domain.m_global}"
+    elif (held := (len(arrays["nodal/x"]), len(arrays["finite"]))) != (domain.n_global, domain.m_global):
+        fault = f"{path}: holds {held[0]} nodes and {held[1]} elements, the mesh has {domain.n_global} and {domain.m_global}"
     raise_together(comm, fault)
-    for name in NODAL:
-        getattr(s, name)[:] = arrays[name][domain.node_input].ravel()
+    for name in s.NODAL:
+        getattr(s, name)[:] = arrays[f"nodal/{name}"][domain.node_input].ravel()
     s.force[3 * domain.n_owned :] = 0.0
-    _restore_elements(s.finite, arrays["finite"][domain.cell_input[s.finite_cells]])
-    _restore_works(arrays["works"], arrays["block_work"], dynamics)
-    for name in ("time", "step_count", "dt", "friction_work", "drive_work", "mass_damping"):
-        setattr(dynamics, name, plain[name])
-    s.damping = plain["damping"]
-    dynamics.supports.restore(plain["supports"])
-    if dynamics.contact is not None:
-        dynamics.contact.restore({k[8:]: v for k, v in arrays.items() if k.startswith("contact_")}, plain["contact"])
-    return plain["extra"]
+    finite = domain.cell_input[s.finite_cells]
+    _restore_elements(s.finite, arrays["finite"][finite])
+    _restore_block_works(s, arrays["block_work"][finite])
+    _restore_summed(arrays["summed"], dynamics)
+    restore_state(owner, arrays | plain)

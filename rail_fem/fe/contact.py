@@ -81,6 +81,9 @@ class Contact:
     sums : (kernel.N_SUMS,) of the step.
     """
 
+    STATE = ("offset", "steps_to_search", "started", "pairs", "position", "before", "slip", "force", "carried", "share", "pressure_at", "sums")
+    SCRATCH = ("buffer", "sticking", "moved", "drag")
+
     def __init__(self, structure: Structure, rail: Surface, wheel: Surface, settings: ContactSettings, speed=0.0, spin=0.0, axle=(0.0, 0.0, 0.0), fixed=None):
         self.structure, self.settings, self.speed, self.spin = structure, settings, speed, spin
         domain = structure.domain
@@ -134,6 +137,7 @@ class Contact:
         self.slip[slaves] = keep_slip[slaves]
         self.position[:] = position
         self.steps_to_search = self.settings.refresh
+        self.force[:], self.carried[:], self.pressure_at[:] = 0.0, 0.0, 0.0
         self._prepare()
 
     def _close_pairs(self, side: int, position: np.ndarray, near: np.ndarray, opposite: np.ndarray) -> kernel.Pairs:
@@ -190,23 +194,12 @@ class Contact:
         mine = watched[self.here]
         self.own_local, self.own_at = self.local[mine], self.here[mine]  # watched nodes of this rank: local number, place in the surface arrays
         self.own_slot = slot[self.own_at]
-        self.force[:], self.carried[:], self.pressure_at[:] = 0.0, 0.0, 0.0
         self.buffer = np.zeros((len(self.watched), 6))
         k = len(self.pairs[0].slaves)
         self.sticking, self.moved, self.drag = np.zeros(k, np.bool_), np.zeros((k, 3)), np.zeros((k, 3))
 
-    def state(self) -> tuple[dict[str, np.ndarray], dict]:
-        """Arrays and plain values that a restart needs; replicated."""
-        arrays = {"slip": self.slip, "position": self.position}
-        for side, pairs in enumerate(self.pairs):
-            arrays |= {f"{name}{side}": getattr(pairs, name) for name in ("slaves", "facets", "where", "usable")}
-        return arrays, {"offset": self.offset, "steps_to_search": self.steps_to_search}
-
-    def restore(self, arrays: dict[str, np.ndarray], plain: dict) -> None:
-        """Set the state that `state` returned. Replicated."""
-        self.slip[:], self.position[:] = arrays["slip"], arrays["position"]
-        self.pairs = [self._pairs(side, *(arrays[f"{name}{side}"] for name in ("slaves", "facets", "where", "usable"))) for side in (0, 1)]
-        self.offset, self.steps_to_search, self.started = plain["offset"], plain["steps_to_search"], True
+    def after_restore(self) -> None:
+        """What follows from the pairs. Replicated."""
         self._prepare()
 
     def add_forces(self, dt: float) -> None:

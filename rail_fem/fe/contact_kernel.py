@@ -50,6 +50,8 @@ class Pairs(NamedTuple):
     pressure: np.ndarray
     active: np.ndarray
 
+    STATE = "slaves", "facets", "where", "usable", "gap", "normal", "weight", "pressure", "active"
+
     @staticmethod
     def over(quads, neighbours, usable, slaves, facets, where) -> "Pairs":
         """With room for the results of a step."""

@@ -110,6 +110,10 @@ class Dynamics:
     fixed : (n_nodes, 3) bool of local nodes, directions held (symmetry planes);  mass_damping : alpha [1/s], for relaxation to rest
     """
 
+    STATE = ("structure", "supports", "contact", "mass_damping", "contact_normal", "friction_work", "drive_work", "time", "step_count", "dt", "balance_mark")
+    SUMMED = ("works", "contact_work", "kernel_time")  # each rank's part of a sum
+    SCRATCH = ("reactions",)
+
     def __init__(self, structure: Structure, supports: Supports = None, contact: Contact = None, fixed: np.ndarray | None = None, mass_damping: float = 0.0):
         self.structure, self.supports, self.contact = structure, supports or Supports([]), contact
         self.domain, self.comm = structure.domain, structure.domain.comm

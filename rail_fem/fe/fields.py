@@ -50,7 +50,7 @@ def write_frame(path: Path, dynamics: Dynamics, points: np.ndarray, cells: np.nd
     write_atomically(path, lambda temporary: meshio.write(temporary, frame, file_format="vtu", compression="zlib"))
 
 
-def write_collection(path: Path, frames: list[tuple[float, str]]) -> None:
+def write_collection(path: Path, frames: list[list]) -> None:
     """The .pvd list of frames (time [s], file name). Root only."""
     rows = "\n".join(f'<DataSet timestep="{time:.9g}" file="{name}"/>' for time, name in frames)
     write_text_atomically(path, f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n{rows}\n</Collection>\n</VTKFile>\n')

@@ -42,7 +42,7 @@ def trust_facts(run: Run, history: dict[str, np.ndarray], energies: dict[str, fl
         "rechecks": run.rechecks,
         "chatter": trust.chatter(history, run.scene.speed, run.settings.element_size, settled),
         "penalty_factor": run.settings.penalty,
-        "outside": 1.0 - run.comm.allreduce(dynamics.kernel_time) / run.comm.size / max(run.timed, 1e-9),
+        "outside": 1.0 - run.comm.allreduce(dynamics.kernel_time) / run.comm.size / max(run.loop_time, 1e-9),
     }
 
 

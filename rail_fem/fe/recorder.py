@@ -32,6 +32,8 @@ def add_step(force, carried, position, watched, n_rail, on_nose, total, moment):
 class Recorder:
     """Call `after_step` each step and `row` when an interval is over. All numbers replicated; `row` is collective."""
 
+    STATE = ("rows", "contact_work", "deepest", "total", "moment", "steps")
+
     def __init__(self, passage: Passage):
         self.passage = passage
         self.rows: list[dict[str, float]] = []
@@ -86,11 +88,3 @@ class Recorder:
         columns = {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}
         columns["energy_balance"] -= columns["energy_balance"][0]  # springs hold energy from the start, which nobody has put in
         return columns
-
-    def state(self) -> dict:
-        """For a restart: all rows so far and the interval that is open."""
-        return {"rows": self.rows, "contact_work": self.contact_work, "deepest": self.deepest, "total": self.total.tolist(), "moment": self.moment.tolist(), "steps": self.steps}
-
-    def restore(self, state: dict) -> None:
-        self.rows, self.contact_work, self.deepest, self.steps = state["rows"], state["contact_work"], state["deepest"], state["steps"]
-        self.total, self.moment = np.array(state["total"]), np.array(state["moment"])

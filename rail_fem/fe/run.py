@@ -17,11 +17,17 @@ from rail_fem.settings import FeSettings
 
 CHECK_EVERY = 50  # steps between looks at volumes and velocities
 LIMIT_EVERY = 4000  # steps between new stable steps by Lanczos
+CHECKPOINT = "checkpoint.npz"
 STOP_BALANCE = 0.10  # energy balance error over the impact's work that stops a run
 
 
 class Run:
     """The time loop of one pass: `go` to the end, or `resume` first. limit, dt : stable step and step in use [s]."""
+
+    STATE = (
+        "dynamics", "recorder", "limit", "dt", "settled", "start_energies", "frames", "next_row", "next_frame", "rechecks", "most_penalty", "static_approach", "loop_time",
+    )  # fmt: skip
+    SCRATCH = ("last_checkpoint",)
 
     def __init__(self, comm, scene: Scene, settings: FeSettings, passage: Passage, folder: Path | None, progress):
         self.comm, self.scene, self.settings, self.passage = comm, scene, settings, passage
@@ -31,30 +37,23 @@ class Run:
         self.dt = self.dynamics.stable_step(settings.courant)
         self.settled = passage.settling is None
         self.start_energies = None if not self.settled else self.dynamics.energies()
-        self.frames: list[tuple[float, str]] = []
+        self.frames: list[list] = []  # time [s], file name
         self.next_row, self.next_frame, self.rechecks = settings.history_interval, 0.0, 0
         self.most_penalty, self.static_approach = 0.0, float("nan")
-        self.loop_time = self.timed = 0.0  # in the steps of the whole run, and since this process began [s]
+        self.loop_time = 0.0  # in the steps of the whole run [s]
         self.last_checkpoint = time.perf_counter()
 
     # ---- restart
 
-    PLAIN = ("limit", "dt", "settled", "start_energies", "frames", "next_row", "next_frame", "rechecks", "most_penalty", "loop_time", "static_approach")
-
     def save(self) -> None:
         """Write the restart file. Collective."""
         if self.folder is not None:
-            extra = {name: getattr(self, name) for name in self.PLAIN} | {"recorder": self.recorder.state()}
-            save_checkpoint(self.folder / "checkpoint.npz", self.dynamics, extra)
+            save_checkpoint(self.folder / CHECKPOINT, self, self.dynamics)
             self.last_checkpoint = time.perf_counter()
 
     def resume(self) -> None:
         """Go on from the restart file. Collective."""
-        extra = load_checkpoint(self.folder / "checkpoint.npz", self.dynamics)
-        self.recorder.restore(extra.pop("recorder"))
-        for name, value in extra.items():
-            setattr(self, name, value)
-        self.frames = [tuple(frame) for frame in self.frames]
+        load_checkpoint(self.folder / CHECKPOINT, self, self.dynamics)
 
     # ---- the loop
 
@@ -81,9 +80,7 @@ class Run:
             self._report()
         if d.step_count % LIMIT_EVERY == 0:
             self._recheck_step()
-        spent = time.perf_counter() - clock
-        self.loop_time += spent
-        self.timed += spent
+        self.loop_time += time.perf_counter() - clock
         if d.time >= self.next_frame:
             self._next_frame()
         if d.step_count % CHECK_EVERY == 0 and self._checkpoint_due():
@@ -139,6 +136,6 @@ class Run:
         mesh, d = self.passage.mesh, self.dynamics
         arrays = (mesh.points, mesh.cells, mesh.region) if mesh is not None else (None, None, None)
         write_frame(self.folder / "fields" / name, d, *arrays, d.contact.offset)
-        self.frames.append((d.time, name))
+        self.frames.append([d.time, name])
         if self.comm.rank == 0:
             write_collection(self.folder / "fields" / "pass.pvd", self.frames)

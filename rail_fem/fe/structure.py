@@ -24,6 +24,10 @@ class Structure:
     block_work (n_blocks, N_WORK) plastic, hourglass and viscous work of each finite-strain block so far [J].
     """
 
+    STATE = ("damping",)
+    NODAL = ("x", "v", "force")  # (3 n_nodes,), and the elements' state and works: rail_fem.fe.checkpoint
+    SCRATCH = ("u", "smallest_volume")
+
     def __init__(self, domain: Domain, steels: list[Steel], small: tuple[int, ...] = (), settings: ElementSettings = ElementSettings()):
         self.domain, self.settings, self.steels = domain, settings, steels
         self.table = material_table(steels, settings)

@@ -31,6 +31,8 @@ class RigidGroup:
     load_work: float = 0.0
     reaction: np.ndarray = field(default_factory=lambda: np.zeros(3))  # force of the elements on the group in the last step [N]
 
+    STATE = ("added_mass", "free", "load", "velocity", "displacement", "load_work", "reaction")
+
     @property
     def mass(self) -> float:
         return self.node_mass + self.added_mass
@@ -82,6 +84,8 @@ class Link:
     rate: float = 0.0
     dissipated: float = 0.0
 
+    STATE = ("stiffness", "damping", "rest", "rate", "dissipated")
+
     def sign(self, group: RigidGroup) -> float:
         """Of the link's force on a group: 1 on a, -1 on b, 0 on others."""
         return 1.0 if self.a is group else -1.0 if self.b is group else 0.0
@@ -112,6 +116,8 @@ class Link:
 
 class Supports:
     """All groups and links; `advance` moves the groups by one kick."""
+
+    STATE = ("groups", "links")
 
     def __init__(self, groups: list[RigidGroup], links: list[Link] = ()):
         self.groups, self.links = list(groups), list(links)
@@ -144,16 +150,3 @@ class Supports:
             "dampers": sum(link.dissipated for link in self.links),
             "loads": sum(g.load_work for g in self.groups),
         }
-
-    def state(self) -> dict:
-        """What a restart needs."""
-        return {
-            "groups": [[g.velocity.tolist(), g.displacement.tolist(), g.load_work, g.added_mass, list(g.free)] for g in self.groups],
-            "links": [[link.dissipated, link.damping, link.rate, link.stiffness, link.rest] for link in self.links],
-        }
-
-    def restore(self, state: dict) -> None:
-        for g, (velocity, displacement, work, added, free) in zip(self.groups, state["groups"]):
-            g.velocity, g.displacement, g.load_work, g.added_mass, g.free = np.array(velocity), np.array(displacement), work, added, tuple(free)
-        for link, (dissipated, damping, rate, stiffness, rest) in zip(self.links, state["links"]):
-            link.dissipated, link.damping, link.rate, link.stiffness, link.rest = dissipated, damping, rate, stiffness, rest
