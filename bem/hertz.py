@@ -167,6 +167,11 @@ def contact_stiffness(radius_x: float, radius_y: float, modulus: float) -> float
     return point_contact_of_approach(1.0, radius_x, radius_y, modulus).force
 
 
+def tangent_stiffness(constant: float, force: float) -> float:
+    """dF/dd [N/m] of F = constant d^1.5 at a force [N]; constant [N/m^1.5] of `contact_stiffness`."""
+    return 1.5 * constant ** (2 / 3) * force ** (1 / 3)
+
+
 @dataclass(frozen=True)
 class SphereImpact:
     """Largest approach [m], largest force [N], duration of contact [s]."""

@@ -99,7 +99,7 @@ def show(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a
 def compare(folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="folders of runs of one scene, or folders that hold such")],
             reference: Annotated[Optional[Path], typer.Option(help="the run that the others are held against; default: the dearest rung")] = None,
             within: Annotated[Optional[str], typer.Option(help="name the cheapest run within this error, e.g. 5%")] = None,
-            quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "nose peak",
+            quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "first impact",
             out: Annotated[Optional[Path], typer.Option(help="folder for compare.md and compare.png")] = None) -> None:
     """Cost against error of several models of one scene."""
     from rail_fem.show.cost import cost_figure

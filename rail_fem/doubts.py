@@ -1,9 +1,9 @@
 """What is allowed in a case but doubtful: one warning each, with both numbers."""
 
 from bem.hertz import PointContact, point_contact
+from bem.material import Elastic, contact_modulus
 from rail_fem.scene import Scene
 from rail_fem.settings import FeSettings
-from rail_fem.steel import Steel
 
 TREAD_RADIUS = 0.330          # transverse radius of an EPS (P8) tread at the datum; the casting's top is a plane there
 ELEMENTS_ACROSS_PATCH = 6
@@ -14,12 +14,8 @@ STAND_INS = {"P8-worn": "nominal P8 with 0.8 mm of assumed tread wear", "P8-holl
 def static_patch(scene: Scene) -> PointContact:
     """Hertz patch of the static load on the planar top of the casting; a first guess, before geometry and plastic flow."""
     wheel, wing = scene.materials.wheel.steel(), scene.materials.wing.steel()
-    modulus = 1 / (_compliance(wheel) + _compliance(wing))
+    modulus = contact_modulus(*(Elastic(steel.youngs_modulus, steel.poisson) for steel in (wheel, wing)))
     return point_contact(scene.static_wheel_load, scene.wheel.radius, TREAD_RADIUS, modulus)
-
-
-def _compliance(steel: Steel) -> float:
-    return (1 - steel.poisson**2) / steel.youngs_modulus
 
 
 def scene_doubts(scene: Scene) -> list[str]:

@@ -19,7 +19,7 @@ from rail_fem.scene import Scene
 from rail_fem.versions import versions
 
 NAN = float("nan")
-RESULT_VERSION = 1
+RESULT_VERSION = 2
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,9 @@ class PassResult:
     scene          : the scene that was solved
     settings       : the rung's numerics as plain values [SI]
     history        : name -> (n,) [SI], the columns of rail_fem.history.COLUMNS; columns left out become NaN
-    peaks          : name -> Peak, e.g. "force_nose", "plastic_strain_wing"
+    peaks          : name -> Peak: "first_impact", "largest_force", "largest_force_wing", "largest_force_nose" (rail_fem.events), "plastic_strain_wing", ...
     patches        : contact patches at chosen moments
-    transfer_x     : x [m] where the nose first carries half of the force for good; NaN if it never does
+    transfer_x     : x [m] where the body that the wheel comes to takes over half of the force for good (rail_fem.events); NaN if it never does
     energies       : final energies [J] and their balance error
     error_estimate : quantity -> relative error that the run claims; NaN where it makes no claim
     trust          : row -> what the trust report found (plain values)

@@ -12,7 +12,6 @@ from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
 from rail_fem.result import Peak
 
-CARRIES = 1e3  # contact force from which a wheel counts as carried [N]
 LEVEL = 2e-4  # change of the rigid path's slope up to which running counts as steady [1]
 
 
@@ -54,17 +53,8 @@ def zone_hourglass(run: Run) -> float:
     return float(hourglass / plastic) if plastic > 0 else 0.0
 
 
-def peaks(run: Run, history: dict[str, np.ndarray]) -> dict[str, Peak]:
-    """Largest forces after settling, and largest plastic strain of wing and nose. Collective, replicated."""
-    after = np.flatnonzero(history["time"] > run.settings.settle_time)
-    found = {}
-    for name in ("force", "force_wing", "force_nose") if len(after) else ():
-        i = after[np.argmax(history[name][after])]
-        found[name] = Peak(float(history[name][i]), "N", x=float(history["x"][i]), y=float(history["contact_y"][i]), time=float(history["time"][i]))
-    return found | _strain_peaks(run)
-
-
-def _strain_peaks(run: Run) -> dict[str, Peak]:
+def strain_peaks(run: Run) -> dict[str, Peak]:
+    """Largest plastic strain of wing and nose. Collective, replicated."""
     cells, mesh = gather_cells(run.dynamics), run.passage.mesh
     found = {}
     for region, name in ((0, "wing"), (1, "nose")) if mesh is not None else ():
@@ -81,18 +71,6 @@ def slowest_elements(quality: MeshQuality) -> list[str]:
         f"element {i} at ({c[0] * 1e3:.1f}, {c[1] * 1e3:.1f}, {c[2] * 1e3:.1f}) mm: V / A_max = {length * 1e3:.3f} mm"
         for i, c, length in zip(quality.slowest, quality.slowest_centre, quality.slowest_length)
     ]
-
-
-def transfer_place(history: dict[str, np.ndarray], sign: float) -> float:
-    """x where the nose carries half of the force for good (facing, sign > 0) or last does (trailing); NaN if it never does."""
-    force, nose = history.get("force", np.empty(0)), history.get("force_nose", np.empty(0))
-    carried = force > CARRIES
-    on_nose, on_wing = np.flatnonzero(carried & (nose > 0.5 * force)), np.flatnonzero(carried & (nose <= 0.5 * force))
-    if sign > 0:
-        on_nose = on_nose[on_nose > on_wing.max(initial=-1)][:1]
-    else:
-        on_nose = on_nose[on_nose < on_wing.min(initial=len(force))][-1:]
-    return float(history["x"][on_nose[0]]) if len(on_nose) else float("nan")
 
 
 def static_error(history: dict[str, np.ndarray], static_load: float, settled: float, running: Running) -> float:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bem.hertz import tangent_stiffness
 from geometry.mesh import HexMesh
 from geometry.path import WheelPath, rolling_radius
 from rail_fem.fe.blocks import ElementSettings
@@ -170,10 +171,9 @@ def contact_stiffness(scene: Scene, running: Running) -> float:
     """
     load, materials = scene.static_wheel_load, scene.materials
     table = contact_table(scene, running.start, running.start + running.sign * NEXT_PLACE, NEXT_PLACE)
-    here = table.nearest(np.array([running.start]))[0]
-    body = int(np.argmax(table.height[:, here]))
+    body, here = table.carrier(running.start)
     limit, give = (values[body, here] for values in grooves(table, (materials.wing.steel(), materials.nose.steel()), load))
-    elastic = 1.5 * load ** (1 / 3) * table.stiffness[body, here] ** (2 / 3)
+    elastic = tangent_stiffness(table.stiffness[body, here], load)
     return float(1 / (1 / elastic + (give if load > limit else 0.0)))
 
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rail_fem.events import OPEN
 from rail_fem.light.contact_table import contact_table
-from rail_fem.light.vertical_pass import LIFTED, TRACK, WHEEL, run_pass
+from rail_fem.light.vertical_pass import TRACK, WHEEL, run_pass
 from rail_fem.light_settings import RigidHertzSettings
 from rail_fem.models.rigid_hertz import contacts_of
 from rail_fem.scene import GRAVITY, Scene
@@ -45,6 +46,6 @@ def from_rigid_hertz(scene: Scene, settings: RigidHertzSettings, x: float) -> St
         raise ValueError(f"x = {x * 1e3:g} mm lies outside the approach by rigid_hertz from {run.x[0] * 1e3:g} to {run.x[-1] * 1e3:g} mm: give an earlier approach_start")
     step = int(np.argmin(np.abs(run.x - x)))
     position, velocity, force = run.motion.position[step], run.motion.velocity[step], float(run.force[:, step].sum())
-    if force < LIFTED * scene.static_wheel_load:
+    if force < OPEN * scene.static_wheel_load:
         raise ValueError(f"rigid_hertz finds the wheel in the air at x = {x * 1e3:.0f} mm: begin where it is in contact")
     return StartState(force, float(position[WHEEL] - position[SPRUNG]), float(-position[TRACK]), *(float(velocity[k]) for k in (WHEEL, SPRUNG, TRACK)), False)

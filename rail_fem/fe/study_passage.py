@@ -20,7 +20,7 @@ from rail_fem.result import PassResult, load
 from rail_fem.sweeps.compare import history_error
 
 HEAD = (
-    "| element size [mm] | elements | steps | wall time [s] | updates/s/core [million] | force history, L2 to finest | peak on nose [kN] | its error "
+    "| element size [mm] | elements | steps | wall time [s] | updates/s/core [million] | force history, L2 to finest | first impact [kN] | its error "
     "| PEEQ wing, nose [%] | transfer x [mm] | hourglass / internal |\n|---|---|---|---|---|---|---|---|---|---|---|"
 )
 
@@ -52,9 +52,9 @@ def table(results: list[PassResult]) -> str:
     finest, rows = results[-1], [HEAD]
     for r in results:
         peaks, cost = r.peaks, r.cost
-        nose, wing, strain = (peaks[name].value for name in ("force_nose", "plastic_strain_wing", "plastic_strain_nose"))
+        nose, wing, strain = (peaks[name].value for name in ("first_impact", "plastic_strain_wing", "plastic_strain_nose"))
         hourglass = next(row["value"] for row in r.trust["rows"] if row["name"].startswith("hourglass energy, all"))
-        last, best = r is finest, finest.peaks["force_nose"].value
+        last, best = r is finest, finest.peaks["first_impact"].value
         rows.append(
             f"| {r.settings['element_size'] * 1e3:g} | {cost.elements} | {cost.steps} | {cost.wall_time:.0f} | {cost.updates_per_second / cost.ranks / 1e6:.1f} "
             f"| {'reference' if last else f'{history_error(r, finest):.1%}'} | {nose / 1e3:.1f} | {'-' if last else f'{nose / best - 1:+.1%}'} "

@@ -74,6 +74,11 @@ class ContactTable:
         """(m,) index of the table's place nearest to x."""
         return np.clip(np.rint((np.asarray(x) - self.x[0]) / (self.x[1] - self.x[0])).astype(int), 0, len(self.x) - 1)
 
+    def carrier(self, x: float) -> tuple[int, int]:
+        """Which body (of BODIES) a rigid wheel at x stands on, and the index of the table's nearest place."""
+        i = int(self.nearest(x))
+        return int(np.argmax(self.height[:, i])), i
+
 
 def _hermite(at: np.ndarray, x: np.ndarray, height: np.ndarray, slope: np.ndarray) -> np.ndarray:
     i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)

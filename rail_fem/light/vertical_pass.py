@@ -9,15 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rail_fem.events import OPEN, peak_at
 from rail_fem.light.vertical_dynamics import ContactLaw, Masses, Motion, contact_energies, integrate, rest_distance
 from rail_fem.light_settings import PassSettings
-from rail_fem.result import NAN, Peak
+from rail_fem.result import Peak
 from rail_fem.scene import GRAVITY, Scene
 
 Contacts = Callable[[np.ndarray], ContactLaw]  # wheel positions x (m,) [m] -> the law there
 
 WHEEL, TRACK = 1, 2
-LIFTED = 1e-3  # of the static load: less is no contact
 MOST_STEPS = 20_000_000
 
 
@@ -100,12 +100,11 @@ def history_rows(run: LightPass, interval: float) -> slice:
     return slice(0, None, max(1, int(round(interval / run.step))))
 
 
-def common_history(run: LightPass, rows: slice) -> dict[str, np.ndarray]:
-    """Columns of rail_fem.history that every light pass resolves; energies at the ends of the steps."""
+def common_history(run: LightPass) -> dict[str, np.ndarray]:
+    """Columns (m,) of rail_fem.history that every light pass resolves; energies at the ends of the steps."""
     position = run.position
-    columns = {"time": run.time, "x": run.x, "force": run.force.sum(axis=0), "wheel_height": position[:, WHEEL],
-               "crossing_height": position[:, TRACK], **energy_columns(run)}
-    return {name: values[rows] for name, values in columns.items()}
+    return {"time": run.time, "x": run.x, "force": run.force.sum(axis=0), "wheel_height": position[:, WHEEL],
+            "crossing_height": position[:, TRACK], **energy_columns(run)}
 
 
 def energy_columns(run: LightPass) -> dict[str, np.ndarray]:
@@ -121,18 +120,15 @@ def energy_columns(run: LightPass) -> dict[str, np.ndarray]:
     return {name: values[1:] for name, values in columns.items()}
 
 
-def force_peak(force: np.ndarray, run: LightPass, point: np.ndarray | None = None) -> Peak:
-    """Largest of a force (m,) [N] with its place."""
-    i = int(np.argmax(force))
-    if not force[i] > 0:
-        return Peak(0.0, "N")
-    y, z = (NAN, NAN) if point is None else point[i, 1:]
-    return Peak(float(force[i]), "N", x=float(run.x[i]), y=float(y), z=float(z), time=float(run.time[i]))
+def foundation_peak(run: LightPass) -> Peak:
+    """Largest force on the foundation's spring."""
+    forces = {"time": run.time, "x": run.x, "foundation": run.foundation_force}
+    return peak_at(forces, "foundation", int(np.argmax(run.foundation_force)))
 
 
 def lift_offs(run: LightPass, static_load: float) -> tuple[int, float]:
     """How often the wheel lifts off, and for how long in all [s]."""
-    lifted = run.force.sum(axis=0) < LIFTED * static_load
+    lifted = run.force.sum(axis=0) < OPEN * static_load
     starts = np.count_nonzero(np.diff(np.r_[False, lifted].astype(int)) == 1)
     return int(starts), float(lifted.sum() * run.step)
 
@@ -141,3 +137,9 @@ def step_error(fine: LightPass, coarse: LightPass) -> float:
     """Relative error of the force history from twice the step, second order: L2 of the difference over three of L2 of the fine one."""
     difference = np.interp(coarse.time, fine.time, fine.force.sum(axis=0)) - coarse.force.sum(axis=0)
     return float(np.linalg.norm(difference) / np.linalg.norm(coarse.force.sum(axis=0)) / 3)
+
+
+def force_change(run: LightPass, other: LightPass) -> float:
+    """Relative L2 change of the force history."""
+    one, two = run.force.sum(axis=0), other.force.sum(axis=0)
+    return float(np.linalg.norm(one - two) / np.linalg.norm(one))

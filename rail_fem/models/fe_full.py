@@ -14,8 +14,9 @@ from mpi4py import MPI
 
 from geometry.mesh import HexMesh
 from geometry.mesh_quality import mesh_quality
+from rail_fem.events import end_doubts, force_peaks, transfer_place
 from rail_fem.fe import trust
-from rail_fem.fe.findings import peaks, slowest_elements, transfer_place, trust_facts
+from rail_fem.fe.findings import slowest_elements, strain_peaks, trust_facts
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.placing import REGIONS
@@ -98,13 +99,15 @@ def result_of(run: Run, model: str, first_gap: float, wall_time: float) -> PassR
     slowest = run.comm.bcast(None if quality is None else slowest_elements(quality), root=0)
     if run.folder is not None and run.comm.rank == 0:
         (run.folder / "trust.txt").write_text(trust.show_rows(rows, slowest), encoding="utf-8")
+    side, settled = (run.scene.direction_sign, run.scene.static_wheel_load), run.settings.settle_time
+    peaks = force_peaks(history, *side, settled)
     return PassResult(
         model=model,
         scene=run.scene,
         settings=run.settings.model_dump(mode="json"),
         history=history,
-        peaks=peaks(run, history),
-        transfer_x=transfer_place(history, run.passage.running.sign),
+        peaks=peaks | strain_peaks(run),
+        transfer_x=transfer_place(history, *side, settled),
         energies={name: float(value) for name, value in energies.items()},
         cost=_cost(run, wall_time),
         error_estimate={
@@ -114,7 +117,8 @@ def result_of(run: Run, model: str, first_gap: float, wall_time: float) -> PassR
             "discretisation": float("nan"),
         },
         trust={"rows": [row.plain() for row in rows], "slowest": slowest, "rigid_transfers": run.passage.running.path.transfers.tolist()},
-        warnings=tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != trust.GOOD),
+        warnings=tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != trust.GOOD)
+        + end_doubts(history, peaks, run.scene.static_wheel_load, settled),
     )
 
 

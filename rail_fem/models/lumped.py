@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from bem.hertz import tangent_stiffness
+from rail_fem.events import end_doubts, force_peaks
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.validity import flag_warnings, lumped_flags
 from rail_fem.light.vertical_dynamics import ContactLaw
-from rail_fem.light.vertical_pass import Contacts, common_history, force_peak, history_rows, lift_offs, run_pass, step_error
+from rail_fem.light.vertical_pass import Contacts, common_history, force_change, foundation_peak, history_rows, lift_offs, run_pass, step_error
 from rail_fem.light_settings import LumpedSettings
 from rail_fem.result import Cost, PassResult
 from rail_fem.scene import Scene
@@ -31,35 +33,30 @@ def solve(scene: Scene, settings: LumpedSettings, folder: Path | None = None, re
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
     softer = run_pass(scene, settings, one_contact(table, constant / 2, settings.contact, scene.static_wheel_load))
     rows = history_rows(run, settings.history_interval)
-    history = common_history(run, rows)
-    total = run.force.sum(axis=0)
+    columns, load = common_history(run), scene.static_wheel_load
+    history = {name: values[rows] for name, values in columns.items()}
+    peaks = force_peaks(columns, scene.direction_sign, load)
     flags = lumped_flags(scene, table, run, constant, lift_offs(run, scene.static_wheel_load))
     return PassResult(
         model="lumped", scene=scene, settings=settings.model_dump(mode="json"), history=history,
-        peaks={"force": force_peak(total, run), "force_foundation": force_peak(run.foundation_force, run)},
+        peaks=peaks | {"force_foundation": foundation_peak(run)},
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
         cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
-        error_estimate={"time_step": step_error(run, coarse), "contact_stiffness": _change(run, softer)},
-        trust={"validity": flags, "contact_constant": constant}, warnings=flag_warnings(flags),
+        error_estimate={"time_step": step_error(run, coarse), "contact_stiffness": force_change(run, softer)},
+        trust={"validity": flags, "contact_constant": constant}, warnings=flag_warnings(flags) + end_doubts(columns, peaks, load),
     )
 
 
 def static_constant(table, start: float) -> float:
     """Hertz constant [N/m^1.5] of the body that carries at the start."""
-    i = table.nearest([start])[0]
-    return float(table.stiffness[np.argmax(table.height[:, i]), i])
+    body, i = table.carrier(start)
+    return float(table.stiffness[body, i])
 
 
 def one_contact(table, constant: float, law: str, load: float) -> Contacts:
     """One contact on the higher of both bodies; linear: with Hertz' stiffness at the static load and the same rest height there."""
     approach = (load / constant) ** (2 / 3)
-    linear = 1.5 * load / approach
+    linear = tangent_stiffness(constant, load)
     stiffness, exponent, lowered = (constant, 1.5, 0.0) if law == "hertz" else (linear, 1.0, approach - load / linear)
     height = lambda x: table.height_at(x).max(axis=0, keepdims=True) - lowered
     return lambda x: ContactLaw(height(x), np.full((1, len(x)), stiffness), exponent=exponent)
-
-
-def _change(run, other) -> float:
-    """Relative L2 change of the force history."""
-    one, two = run.force.sum(axis=0), other.force.sum(axis=0)
-    return float(np.linalg.norm(one - two) / np.linalg.norm(one))

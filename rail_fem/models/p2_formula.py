@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bem.hertz import tangent_stiffness
 from rail_fem.light.contact_table import ContactTable, contact_table
 from rail_fem.light.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unsprung_mass
 from rail_fem.light.validity import Flag, flag, flag_warnings, p2_flags
@@ -36,7 +37,7 @@ def solve(scene: Scene, settings: P2Settings, folder: Path | None = None, restar
     peaks = {"p2": Peak(chosen, "N", x=place), "p2_increment_times_1.2": Peak(p2_force(load, increment), "N", x=place),
              "p2_all_times_1.2": Peak(p2_force(load, increment, "all"), "N", x=place), "force_foundation": Peak(load + increment, "N", x=place)}
     if constant:
-        linear = 1.5 * constant ** (2 / 3) * load ** (1 / 3)
+        linear = tangent_stiffness(constant, load)
         peaks["p1"] = Peak(p1_force(load, dip, scene.speed, linear, scene.vehicle.wheel_unsprung_mass, foundation.track_mass), "N", x=place)
     flags = p2_flags(scene, dip) + limit_flags(chosen)
     return PassResult(

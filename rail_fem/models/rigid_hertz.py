@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from rail_fem.events import end_doubts, force_peaks, transfer_place
 from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
-from rail_fem.light.vertical_pass import Contacts, LightPass, common_history, force_peak, history_rows, lift_offs, run_pass, step_error
+from rail_fem.light.vertical_pass import Contacts, LightPass, common_history, force_change, foundation_peak, history_rows, lift_offs, run_pass, step_error
 from rail_fem.light_settings import GrooveSettings, RigidHertzSettings
-from rail_fem.result import NAN, Cost, PassResult, Patch, Peak
+from rail_fem.result import Cost, PassResult, Patch, Peak
 from rail_fem.light.groove import grooves
 from rail_fem.scene import Scene
 from rail_fem.light.validity import Flag, flag_warnings, hertz_flags
@@ -36,7 +37,7 @@ def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None
     sparse = run_pass(scene, settings, contacts_of(scene, settings, every_second(table)))
     patches = patches_at(table, run, moments(run))
     flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
-    errors = {"time_step": step_error(run, coarse), "path_spacing": _change(run, sparse)}
+    errors = {"time_step": step_error(run, coarse), "path_spacing": force_change(run, sparse)}
     return pass_result("rigid_hertz", scene, settings, table, run, patches, flags, errors, started)
 
 
@@ -57,14 +58,17 @@ def pass_result(model: str, scene: Scene, settings: GrooveSettings, table: Conta
                 errors: dict[str, float], started: float, more: dict[str, np.ndarray] | None = None) -> PassResult:
     """The result of a pass over wing and nose. started : clock when the table was at hand [s];  more : columns (m,) beside or instead of the common ones"""
     point, rows = points_at(table, run.x), history_rows(run, settings.history_interval)
-    history = common_history(run, rows) | {name: values[rows] for name, values in (body_columns(run, table, point) | (more or {})).items()}
+    columns = common_history(run) | body_columns(run, table, point) | (more or {})
+    history = {name: values[rows] for name, values in columns.items()}
+    side = scene.direction_sign, scene.static_wheel_load
+    peaks = force_peaks(columns, *side)
     return PassResult(
         model=model, scene=scene, settings=settings.model_dump(mode="json"), history=history, patches=patches,
-        peaks=body_peaks(run, point, patches), transfer_x=transfer_place(run, scene.direction_sign),
+        peaks=peaks | {"force_foundation": foundation_peak(run)} | pressure_peaks(patches), transfer_x=transfer_place(columns, *side),
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
         cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
         error_estimate=errors,
-        trust={"validity": flags, "rigid_transfers": table.transfers.tolist()}, warnings=flag_warnings(flags),
+        trust={"validity": flags, "rigid_transfers": table.transfers.tolist()}, warnings=flag_warnings(flags) + end_doubts(columns, peaks, scene.static_wheel_load),
     )
 
 
@@ -99,18 +103,6 @@ def body_columns(run: LightPass, table: ContactTable, point: np.ndarray) -> dict
             "force_lateral": -(run.force * np.tan(table.angle[:, near])).sum(axis=0)}
 
 
-def transfer_place(run: LightPass, sign: float) -> float:
-    """x where the nose first (facing; trailing: the wing) carries half of the force for good; NaN if it never does."""
-    nose, total = run.force[1], run.force.sum(axis=0)
-    ahead = nose > 0.5 * total if sign > 0 else nose <= 0.5 * total
-    touching = total > 0
-    other = np.flatnonzero(touching & ~ahead)
-    if not len(other) or not (touching & ahead)[other[-1]:].any():
-        return NAN
-    later = np.flatnonzero(touching & ahead)
-    return float(run.x[later[later > other[-1]][0]])
-
-
 def moments(run: LightPass) -> list[int]:
     """Steps whose patches are kept: start, largest force on each body, most even sharing, end."""
     shared = np.minimum(run.force[0], run.force[1])
@@ -135,19 +127,7 @@ def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[P
     return tuple(patches)
 
 
-def body_peaks(run: LightPass, point: np.ndarray, patches: tuple[Patch, ...]) -> dict[str, Peak]:
-    total = run.force.sum(axis=0)
-    peaks = {"force": force_peak(total, run, np.where((run.force[1] > run.force[0])[:, None], point[1], point[0])),
-             "force_foundation": force_peak(run.foundation_force, run)}
-    for b, body in enumerate(BODIES):
-        if run.force[b].max() > 0:
-            peaks[f"force_{body}"] = force_peak(run.force[b], run, point[b])
-            worst = max((p for p in patches if p.region == body), key=lambda p: p.max_pressure)
-            peaks[f"pressure_{body}"] = Peak(worst.max_pressure, "Pa", x=worst.x, y=worst.y, time=worst.time)
-    return peaks
-
-
-def _change(run: LightPass, other: LightPass) -> float:
-    """Relative L2 change of the force history."""
-    one, two = run.force.sum(axis=0), other.force.sum(axis=0)
-    return float(np.linalg.norm(one - two) / np.linalg.norm(one))
+def pressure_peaks(patches: tuple[Patch, ...]) -> dict[str, Peak]:
+    """Largest pressure on each body among its patches."""
+    worst = {p.region: p for p in sorted(patches, key=lambda p: p.max_pressure)}
+    return {f"pressure_{body}": Peak(p.max_pressure, "Pa", x=p.x, y=p.y, time=p.time) for body, p in worst.items()}

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, new_figure, scene_words
 from rail_fem.sweeps.compare import QUANTITIES, Comparison, core_seconds
 
-MARKERS = {"nose peak": ("o", NOSE), "wing peak": ("s", WING), "peak": ("^", ORANGE), "history": ("D", PURPLE), "strain": ("v", GREEN)}
+MARKERS = {"first impact": ("o", NOSE), "largest wing force": ("s", WING), "largest force": ("^", ORANGE), "largest nose force": ("v", SKY), "history": ("D", PURPLE), "strain": ("P", GREEN)}
 CURVES = (WING, NOSE, GREEN, PURPLE, ORANGE, SKY)
 LABELS = (0.02, 0.26)  # heights of the names, in turn, so that neighbours do not cover one another
 LEAST = 1e-4  # errors below are drawn here

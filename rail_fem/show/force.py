@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from geometry.crossing import CrossingError
-from rail_fem.result import PassResult
+from rail_fem.result import PassResult, Peak
 from rail_fem.light.rigid import rigid_path
 from rail_fem.show.places import label_distance, legend_above, mark_places
-from rail_fem.show.events import peak_force, settling_end
-from rail_fem.show.style import BODY, GREY, HALO, TOTAL, give_title, new_figure, words_instead
+from rail_fem.events import LARGEST, receiving_body, settling_end, stated_peaks
+from rail_fem.show.style import BODY, GREY, HALO, PURPLE, TOTAL, give_title, new_figure, words_instead
 
 PATH_POINTS = 150  # of the rigid wheel path
 FORCES = (("force", "whole wheel", TOTAL, 3.0, 2.0), ("force_wing", "on the wing rail", BODY["wing"], 1.4, 2.2), ("force_nose", "on the nose", BODY["nose"], 1.4, 2.3))
@@ -34,17 +34,21 @@ def force_figure(result: PassResult, name: str) -> Figure:
 
 
 def draw_forces(axes, result: PassResult) -> None:
-    history = result.history
+    history, peaks = result.history, stated_peaks(result)
     for column, words, colour, width, order in FORCES:
         values = history[column]
         if not np.isfinite(values).any():
             continue
-        peak = peak_force(result, column)
-        found = f"peak {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm" if peak else "never touched"
+        peak = peaks.get(LARGEST[column])
+        found = f"largest {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm" if peak else "never touched"
         axes.plot(1e3 * history["x"], values / 1e3, color=colour, lw=width, zorder=order, label=f"{words}: {found}")
         if peak and column != "force":
-            axes.plot(1e3 * peak.x, peak.value / 1e3, "o", ms=9, mfc="none", mec=colour, mew=2, zorder=3)
-            axes.annotate(f"{peak.value / 1e3:.0f} kN", (1e3 * peak.x, peak.value / 1e3), (8, 6), textcoords="offset points", color=colour, weight="bold", path_effects=HALO)
+            ring(axes, peak, "o", colour)
+    first = peaks.get("first_impact")
+    if first:
+        body = receiving_body(result.scene.direction_sign)
+        words = f"first impact, on the {'nose' if body == 'force_nose' else 'wing rail'}: {first.value / 1e3:.1f} kN at x = {first.x * 1e3:.1f} mm"
+        ring(axes, first, "D", PURPLE, words)
     load = result.scene.static_wheel_load
     axes.axhline(load / 1e3, color=GREY, ls="--", lw=1.6, zorder=1.5, label=f"static wheel load: {load / 1e3:.1f} kN")
     mark_places(axes, result)
@@ -52,6 +56,13 @@ def draw_forces(axes, result: PassResult) -> None:
     axes.set_ylim(bottom=-0.03 * axes.get_ylim()[1])
     axes.set_ylabel("vertical force [kN]")
     legend_above(axes)
+
+
+def ring(axes, peak: Peak, marker: str, colour: str, label: str = "_nolegend_") -> None:
+    """A ring around a force with its value beside it."""
+    place = 1e3 * peak.x, peak.value / 1e3
+    axes.plot(*place, marker, ms=9, mfc="none", mec=colour, mew=2, ls="none", zorder=3, label=label)
+    axes.annotate(f"{place[1]:.0f} kN", place, (8, 6), textcoords="offset points", color=colour, weight="bold", path_effects=HALO)
 
 
 def draw_wheel(axes, result: PassResult) -> None:

@@ -12,7 +12,7 @@ from rail_fem.ladder import LADDER
 from rail_fem.result import NAN, PassResult, load
 from rail_fem.runfolder import differences
 
-NOSE_PEAKS = ("force_nose", "p2")  # the formula's P2 is a force at the nose
+FIRST_IMPACT = ("first_impact", "p2")  # the formula's P2 is the force with which the wheel first strikes the nose
 
 
 class CompareError(ValueError):
@@ -72,9 +72,10 @@ def history_error(result: PassResult, reference: PassResult, name: str = "force"
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "nose peak": Quantity("largest force on the nose", of_peak(*NOSE_PEAKS)),
-    "wing peak": Quantity("largest force on the wing rail", of_peak("force_wing")),
-    "peak": Quantity("largest force on the wheel", of_peak("force")),
+    "first impact": Quantity("first impact after the transfer", of_peak(*FIRST_IMPACT)),
+    "largest force": Quantity("largest force on the wheel", of_peak("largest_force")),
+    "largest wing force": Quantity("largest force on the wing rail", of_peak("largest_force_wing")),
+    "largest nose force": Quantity("largest force on the nose", of_peak("largest_force_nose")),
     "history": Quantity("force history, relative L2 over the common way", history_error),
     "strain": Quantity("largest plastic strain of the nose", of_peak("plastic_strain_nose")),
 }

@@ -6,9 +6,9 @@ from rail_fem.ladder import LADDER
 from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p2_force, p2_increment, unsprung_mass
 from rail_fem.scene import Scene
-from rail_fem.sweeps.compare import NOSE_PEAKS, peak
+from rail_fem.sweeps.compare import FIRST_IMPACT, peak
 from rail_fem.sweeps.sweep_report import Results
-from rail_fem.sweeps.trends import Published, nose_impact
+from rail_fem.sweeps.trends import Published
 
 LAST_DIGIT = 0.005  # half of it, of the printed dip angles [mrad]
 
@@ -21,7 +21,7 @@ def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
         return []
     moving = [model for model in rungs if model not in ("p2_formula", "lumped")]
     head = ["case", "P0 [kN]", "published 2a [mrad]", "published P2 [kN]", "our P2 with that 2a [kN]", "difference [kN]", "2a that gives the published P2 [mrad]",
-            "our 2a: rigid path, trajectory [mrad]", "our P2: rigid path, trajectory [kN]", "published FE peak [kN]", *(f"{m}: nose impact, nose [kN]" for m in moving)]
+            "our 2a: rigid path, trajectory [mrad]", "our P2: rigid path, trajectory [kN]", "published FE peak [kN]", *(f"{m}: first impact, largest on nose [kN]" for m in moving)]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     return lines + ["| " + " | ".join(published_row(row, results[row.case], moving)) + " |" for row in mine]
 
@@ -35,7 +35,7 @@ def published_row(row: Published, results: dict, moving: list[str]) -> list[str]
     dynamic = [trajectory_dip(results[model]).angle for model in moving[::-1] if model in results][:1]
     dips = [rigid, *dynamic]
     say = lambda values, factor, digits: ", ".join("-" if v is None or v != v else f"{v * factor:.{digits}f}" for v in values)
-    forces = [say((nose_impact(results[m]), peak(results[m], *NOSE_PEAKS)), 1e-3, 1) if m in results else "-" for m in moving]
+    forces = [say((peak(results[m], *FIRST_IMPACT), peak(results[m], "largest_force_nose")), 1e-3, 1) if m in results else "-" for m in moving]
     return [row.case, f"{scene.static_wheel_load / 1e3:.2f}", f"{row.dip:.2f}", f"{row.p2:.2f}", f"{ours:.2f}", f"{ours - row.p2:+.3f}",
             f"{needed:.4f}{'' if abs(needed - row.dip) <= LAST_DIGIT else ' (!)'}", say(dips, 1e3, 2),
             say([None if d is None else p2_of(scene, d) for d in dips], 1e-3, 1), f"{row.peak:.2f}", *forces]

@@ -22,7 +22,7 @@ from rail_fem.sweeps.trend_words import count_lines, trend_lines
 from rail_fem.sweeps.trends import MEASURES, Group, Source, load_source
 from rail_fem.versions import versions
 
-SUMMARY = {"largest force\non the nose": "nose peak", "largest force\non the wing": "wing peak", "largest plastic strain\nof the nose": "nose strain"}
+SUMMARY = {"first impact": "first impact", "largest force": "largest force", "largest force\non the wing": "largest wing force", "largest plastic strain\nof the nose": "nose strain"}
 BESIDE = ("rigid_hertz", "fe_full")  # rungs whose forces are drawn beneath one another
 COMPACT = 80  # dots per inch of a page for a repository
 

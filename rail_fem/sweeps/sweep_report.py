@@ -8,9 +8,9 @@ import numpy as np
 
 from rail_fem.casefile import load_case
 from rail_fem.ladder import LADDER
-from rail_fem.result import NAN, PassResult, load
+from rail_fem.result import PassResult, load
 from rail_fem.runfolder import differences
-from rail_fem.sweeps.compare import NOSE_PEAKS, core_seconds, peak
+from rail_fem.sweeps.compare import FIRST_IMPACT, core_seconds, peak
 from rail_fem.sweeps.sweep import FAILED, Outcome
 
 Results = dict[str, dict[str, PassResult]]  # case -> model -> result
@@ -60,29 +60,33 @@ def _unlike_case(result: PassResult, cases: Path | None, name: str) -> list[str]
 
 
 def force_table(results: Results) -> list[str]:
-    """A row for each case: static load, peak on wing and nose by each rung [kN], plastic strain [%], transfer place [mm], core seconds."""
+    """A row for each case: static load, forces by each rung [kN], plastic strain [%], transfer place [mm], core seconds."""
     rungs = [model for model in LADDER if any(model in of_case for of_case in results.values())]
     if not rungs:
         return ["No results."]
-    head = ["case", "static load [kN]", *(f"{model}: wing / nose [kN]" for model in rungs), "PEEQ wing / nose [%]", "transfer x [mm]", "core seconds"]
+    head = ["case", "static load [kN]", *(f"{model}: first impact; largest on wing / nose [kN]" for model in rungs), "PEEQ wing / nose [%]", "transfer x [mm]", "core seconds"]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     for case, by_model in results.items():
         last = by_model[[model for model in rungs if model in by_model][-1]]
-        forces = [pair(by_model.get(model), ("force_wing",), NOSE_PEAKS, 1e-3) for model in rungs]
-        strains = pair(last, ("plastic_strain_wing",), ("plastic_strain_nose",), 100.0)
+        forces = [forces_of(by_model[model]) if model in by_model else "-" for model in rungs]
+        strains = shown(last, ("plastic_strain_wing",), 100.0) + " / " + shown(last, ("plastic_strain_nose",), 100.0)
         place = "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}"
         lines.append("| " + " | ".join([case, f"{last.scene.static_wheel_load / 1e3:.2f}", *forces, strains, place, f"{sum(map(core_seconds, by_model.values())):.1f}"]) + " |")
     return lines
 
 
-def pair(result: PassResult | None, first: tuple[str, ...], second: tuple[str, ...], factor: float) -> str:
-    """Two peaks in shown units; where a rung resolves neither force, that on the whole wheel."""
-    values = (NAN, NAN) if result is None else (peak(result, *first), peak(result, *second))
-    if not np.isnan(values).all():
-        return " / ".join("-" if np.isnan(value) else f"{value * factor:.1f}" for value in values)
-    if second == NOSE_PEAKS and result is not None and "force" in result.peaks:
-        return f"{peak(result, 'force') * factor:.1f} (wheel)"
-    return "-"
+def forces_of(result: PassResult) -> str:
+    """First impact; largest force on wing / nose [kN]; where a rung knows no bodies, that on the whole wheel."""
+    first, wing, nose, wheel = (shown(result, names, 1e-3) for names in (FIRST_IMPACT, ("largest_force_wing",), ("largest_force_nose",), ("largest_force",)))
+    if (wing, nose) == ("-", "-"):
+        return first if wheel == "-" else f"{wheel} (wheel)"
+    return f"{first}; {wing} / {nose}"
+
+
+def shown(result: PassResult, names: tuple[str, ...], factor: float) -> str:
+    """A peak in shown units, "-" where it is not resolved."""
+    value = peak(result, *names) * factor
+    return "-" if np.isnan(value) else f"{value:.1f}"
 
 
 def failures(outcomes: list[Outcome], faults: list[str]) -> list[str]:

@@ -8,7 +8,7 @@ Read from a TOML file, so that a study of one's own can state its own:
 
     [[group.trend]]
     says = "a faster wheel strikes the nose harder"
-    quantity = "nose peak"
+    quantity = "first impact"
     order = ["case_03", "case_02", "case_01"]    # from the smallest to the largest
     published = "129.0, 172.5, 234.0 kN"         # what a source found, as text
     because = "why a rung differs"               # shown where one does
@@ -33,14 +33,11 @@ from pydantic import Field, ValidationError, model_validator
 from rail_fem.ladder import LADDER
 from rail_fem.result import PassResult
 from rail_fem.scene import Frozen
-from rail_fem.sweeps.compare import NOSE_PEAKS, peak
+from rail_fem.sweeps.compare import FIRST_IMPACT, peak
 
 SAME = 0.01  # relative change below which two values say nothing of a trend
 
 Results = Mapping[str, Mapping[str, PassResult]]  # case -> model -> result
-
-
-OPEN = 1e-3  # of the static load: less is no contact
 
 
 class TrendError(ValueError):
@@ -75,23 +72,13 @@ def swing(result: PassResult) -> float:
     return float(height[: height.argmin() + 1].max() - height.min()) if len(height) else np.nan
 
 
-def nose_impact(result: PassResult) -> float:
-    """Largest force on the nose before the wheel leaves it for the first time [N]."""
-    force, nose, load = result.history["force"], result.history["force_nose"], result.scene.static_wheel_load
-    struck = np.flatnonzero(nose > load)
-    if not len(struck):
-        return np.nan
-    left = np.flatnonzero(force[struck[0]:] < OPEN * load)
-    return float(nose[struck[0] :][: left[0] if len(left) else None].max())
-
-
 MEASURES: dict[str, Measure] = {
-    "nose peak": Measure(lambda r: peak(r, *NOSE_PEAKS), "kN", 1e-3),
-    "wing peak": Measure(lambda r: peak(r, "force_wing"), "kN", 1e-3),
-    "peak": Measure(lambda r: peak(r, "force"), "kN", 1e-3),
+    "first impact": Measure(lambda r: peak(r, *FIRST_IMPACT), "kN", 1e-3),
+    "largest force": Measure(lambda r: peak(r, "largest_force"), "kN", 1e-3),
+    "largest wing force": Measure(lambda r: peak(r, "largest_force_wing"), "kN", 1e-3),
+    "largest nose force": Measure(lambda r: peak(r, "largest_force_nose"), "kN", 1e-3),
     "nose strain": Measure(lambda r: peak(r, "plastic_strain_nose"), "%", 100.0),
     "wing strain": Measure(lambda r: peak(r, "plastic_strain_wing"), "%", 100.0),
-    "nose impact": Measure(nose_impact, "kN", 1e-3),
     "crossing dip": Measure(largest_dip, "mm", 1e3),
     "crossing depth": Measure(deepest, "mm", 1e3),
     "crossing swing": Measure(swing, "mm", 1e3),

@@ -1,47 +1,17 @@
-"""What is read from a finished pass's history: transfer, static load, mesh noise, chatter; on histories with known answers."""
+"""What is read from a finished pass's history: static load, mesh noise, chatter; on histories with known answers."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from rail_fem.fe.findings import PATCH_REACH, static_error, transfer_place
+from rail_fem.fe.findings import PATCH_REACH, static_error
 from rail_fem.fe.trust import BAD, GOOD, WARN, _chatter_row, chatter, mesh_noise
 
 X = np.linspace(0.2, 0.4, 401)
 SPEED, SIZE = 20.0, 2e-3
 PASSES = SIZE / SPEED  # of one element [s]
 TIME = np.arange(0.0, 0.01, PASSES / 20)
-
-
-def history(nose_share, x=X, force=1e5):
-    total = np.full(len(x), force)
-    return {"x": x, "force": total, "force_nose": total * nose_share}
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_transfer_is_where_the_nose_carries_half_for_good(sign):
-    """Up to 0.3 m the wing; the same crossing point whichever way the wheel runs, to one row."""
-    x = X if sign > 0 else X[::-1]
-    assert transfer_place(history(1.0 / (1 + np.exp(-(x - 0.3) / 5e-3)), x), sign) == pytest.approx(0.3, abs=1e-3)
-
-
-def test_a_nose_that_lets_go_again_has_not_taken_over():
-    share = np.where((X > 0.25) & (X < 0.26) | (X > 0.35), 1.0, 0.0)
-    assert transfer_place(history(share), 1.0) == pytest.approx(0.35, abs=1e-3)
-
-
-@pytest.mark.parametrize("share", [np.zeros(401), np.where(X < 0.3, 1.0, 0.0)], ids=["never", "back to the wing"])
-def test_no_transfer_is_nan(share):
-    assert np.isnan(transfer_place(history(share), 1.0))
-
-
-def test_wheel_in_the_air_counts_for_neither():
-    found = history(np.where(X > 0.3, 1.0, 0.0))
-    found["force"] = np.where(X > 0.3, found["force"], 0.0)
-    found["force_nose"] = found["force"].copy()
-    assert transfer_place(found, 1.0) == pytest.approx(0.3, abs=1e-3)
-    assert np.isnan(transfer_place({"time": np.empty(0), "x": np.empty(0)}, 1.0))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

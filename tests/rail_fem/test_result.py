@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from rail_fem.history import COLUMNS, complete_history
-from rail_fem.result import Cost, PassResult, Patch, Peak, load, load_history_csv
+from rail_fem.result import RESULT_VERSION, Cost, PassResult, Patch, Peak, load, load_history_csv
 from tests.rail_fem.test_scene import make_scene
 
 
@@ -13,7 +13,7 @@ def make_result(**changes) -> PassResult:
     time = np.linspace(0, 10e-3, 7)
     values = {"model": "fe_full", "scene": make_scene(), "settings": {"element_size": 1.5e-3, "max_steps": None},
               "history": {"time": time, "x": 0.2 + 33.528 * time, "force": 86e3 * (1 + time), "energy_elastic": time**2},
-              "peaks": {"force_nose": Peak(188.18e3, "N", x=0.35, time=5e-3)}, "patches": (Patch(0.0, 0.2, 0.03, "wing", area=1e-4),),
+              "peaks": {"largest_force_nose": Peak(188.18e3, "N", x=0.35, time=5e-3)}, "patches": (Patch(0.0, 0.2, 0.03, "wing", area=1e-4),),
               "transfer_x": 0.3, "energies": {"elastic": 1.0, "plastic": float("nan")}, "cost": Cost(12.0, 1000, 50, 2, 4e6, 1e9),
               "error_estimate": {"force": 0.02, "pressure": float("inf")}, "warnings": ("coarse",), "trust": {"hourglass": {"share": 0.01, "note": None}}}
     return PassResult(**(values | changes))
@@ -27,7 +27,7 @@ def test_result_reads_back_as_it_was_saved(tmp_path):
         np.testing.assert_array_equal(back.history[name], result.history[name])
     for name in ("model", "scene", "settings", "cost", "error_estimate", "warnings", "trust", "transfer_x", "versions", "fault"):
         assert getattr(back, name) == getattr(result, name), name
-    assert back.peaks["force_nose"].value == 188.18e3 and np.isnan(back.peaks["force_nose"].y)
+    assert back.peaks["largest_force_nose"].value == 188.18e3 and np.isnan(back.peaks["largest_force_nose"].y)
     assert back.patches[0].region == "wing" and np.isnan(back.patches[0].width)
     assert np.isnan(back.energies["plastic"])
 
@@ -98,7 +98,7 @@ def test_another_version_and_an_absent_result_are_refused(tmp_path):
     with pytest.raises(FileNotFoundError, match="no result.json"):
         load(tmp_path)
     make_result().save(tmp_path)
-    text = (tmp_path / "result.json").read_text().replace('"result_version": 1', '"result_version": 9')
+    text = (tmp_path / "result.json").read_text().replace(f'"result_version": {RESULT_VERSION}', '"result_version": 9')
     (tmp_path / "result.json").write_text(text)
     with pytest.raises(ValueError, match="version 9"):
         load(tmp_path)
