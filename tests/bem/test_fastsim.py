@@ -39,8 +39,37 @@ def test_small_creepages_give_the_linear_theory(creepage, axis, ratio):
 def test_large_creepage_saturates_at_friction_times_load(bound):
     rolled = fastsim(ellipse(), STEEL, STEEL, 0.3, Creepage(0.09, 0.03), bound=bound)
     assert np.linalg.norm(rolled.tangential_force) == pytest.approx(0.3 * LOAD, rel=1e-3)
-    assert rolled.tangential_force[0] / rolled.tangential_force[1] == pytest.approx(3, rel=0.1)
+    assert rolled.tangential_force[0] / rolled.tangential_force[1] == pytest.approx(3, rel=1e-3)
     assert rolled.stick_area / rolled.contact_area < 0.05
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0, 2.0, 5.0])
+@pytest.mark.parametrize("creepage", [Creepage(0.03, 0.03), Creepage(-0.02, 0.06), Creepage(0.03, 0.03, 4.0)])
+def test_in_full_sliding_tractions_are_opposite_to_the_rigid_slip(ratio, creepage):
+    """Equal creepages give 45 degrees on every ellipse; with spin every cell has its own direction, from which the elastic slip turns it a little."""
+    semi_x, semi_y = 5e-3 * np.sqrt(ratio), 5e-3 / np.sqrt(ratio)
+    rolled = fastsim(elliptic_patch(semi_x, semi_y, LOAD), STEEL, STEEL, 0.1, creepage)
+    x, y = rolled.grid.points()
+    slip = np.stack([creepage.longitudinal - creepage.spin * y, creepage.lateral + creepage.spin * x], axis=-1)
+    full = rolled.sliding & (np.linalg.norm(slip, axis=-1) > 0.01)
+    assert full.sum() > 0.7 * rolled.contact.sum()
+    unit = [field[full] / np.linalg.norm(field[full], axis=-1)[:, None] for field in (rolled.traction, slip, rolled.slip)]
+    turned = np.degrees(np.arcsin(np.cross(unit[0], unit[1])))
+    assert np.median(np.abs(turned)) < 2.0 and (unit[0] * unit[1]).sum(axis=-1).max() < -0.9
+    np.testing.assert_allclose(unit[0], -unit[2], atol=1e-6)
+    if creepage.spin == 0:
+        force = rolled.tangential_force
+        wanted = np.degrees(np.arctan2(-creepage.lateral, -creepage.longitudinal))
+        assert np.degrees(np.arctan2(force[1], force[0])) == pytest.approx(wanted, abs=0.1)
+
+
+@pytest.mark.parametrize("nx, ny", [(1, 1), (3, 1), (1, 4), (6, 4), (60, 40)])
+def test_equivalent_ellipse_of_a_rectangle_does_not_know_its_cells(nx, ny):
+    """12 mm x 4 mm, evenly pressed: second moments in the ratio 9 : 1, also where a cell's own is all there is."""
+    grid = Grid.over((0, 12e-3), (-2e-3, 2e-3), nx, ny)
+    semi_x, semi_y, x, y = equivalent_ellipse(grid, np.ones(grid.shape))
+    assert semi_x / semi_y == pytest.approx(3, rel=1e-12) and np.pi * semi_x * semi_y == pytest.approx(48e-6, rel=1e-12)
+    assert (x, y) == pytest.approx((6e-3, 0), abs=1e-15)
 
 
 def test_fastsim_is_odd_in_the_creepages():
@@ -119,12 +148,28 @@ def test_flexibilities_are_kalkers():
     assert spin == pytest.approx(np.pi * SEMI_X * np.sqrt(1.5) / (4 * PAIR.shear * c.c23))
 
 
-@pytest.mark.parametrize("creepage", [Creepage(1e-3), Creepage(0, 2e-3), Creepage(0, 0, 0.5), MIXED, Creepage(3e-3, -2e-3, 0.5)])
-def test_fastsim_is_within_a_tenth_of_friction_times_load_of_the_full_theory(creepage):
-    """The band of the simplified theory; the full theory's own error at 32 cells is 0.02."""
-    full = rolling_contact(ellipse(32), STEEL, STEEL, 0.3, creepage, estimate=False).tangential_force
-    simple = fastsim(ellipse(32), STEEL, STEEL, 0.3, creepage).tangential_force
-    assert np.linalg.norm(full - simple) < (0.1 + 0.02) * 0.3 * LOAD
+def creepages_of_all_sizes(seed: int, count: int) -> list[tuple[Patch, float, Creepage]]:
+    """Ellipses, frictions and creepages drawn from a fifth to six times what makes the linear theory reach mu N."""
+    draw, found = np.random.default_rng(seed), []
+    for case in range(count):
+        ratio, friction = np.exp(draw.uniform(np.log(0.3), np.log(4))), draw.uniform(0.1, 0.5)
+        semi_x, semi_y = 5e-3 * np.sqrt(ratio), 5e-3 / np.sqrt(ratio)
+        way = draw.normal(size=3) * [1, 1, case % 4 > 0]
+        linear = np.pi * semi_x * semi_y / (friction * LOAD) * semi_x / (2 * np.array(flexibilities(semi_x, semi_y, PAIR)))
+        creepage = np.exp(draw.uniform(np.log(0.2), np.log(6))) * way / np.linalg.norm(way) / linear * [1, 1, 200]
+        found.append((elliptic_patch(semi_x, semi_y, LOAD, (32, 32)), friction, Creepage(*creepage)))
+    return found
+
+
+def test_fastsim_is_near_the_full_theory():
+    """Deviation of the force per mu N over 24 seeded cases: 0.03 in the mean square, 0.06 at most; 0.056 and 0.14 when the tractions
+    are cut back radially with three flexibilities. The full theory's own error at 32 cells is 0.01."""
+    away = []
+    for patch, friction, creepage in creepages_of_all_sizes(7, 24):
+        full = rolling_contact(patch, STEEL, STEEL, friction, creepage, estimate=False).tangential_force
+        simple = fastsim(patch, STEEL, STEEL, friction, creepage, estimate=False).tangential_force
+        away.append(np.linalg.norm(full - simple) / (friction * LOAD))
+    assert np.sqrt(np.mean(np.square(away))) < 0.034 and max(away) < 0.08
 
 
 def test_soft_bodies_creep_more():
