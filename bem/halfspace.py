@@ -25,6 +25,7 @@ Gap = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 _LARGEST_GRID = 704
 _COARSEST_GRID = 6
+_MOST_STRETCHES = 60    # tenths by which a grid that cuts the patch is stretched: 300 times its sides
 _NESTED_GRID = 160      # cells from which a start from doubled cell sides saves time
 
 
@@ -63,10 +64,14 @@ def _placed(gap, pair, load, approach, window, cells, accuracy, estimate) -> Pat
     if window is None or not callable(gap):
         raise ContactInputError("without a grid: give gap as a function gap(x, y) and a search window ((x_min, x_max), (y_min, y_max))")
     grid = place_grid(gap, window, pair, load, approach, cells)
+    stretches = 0
     while True:
         patch = _solve(gap, grid, pair, load, approach, estimate or accuracy is not None)
         p = patch.pressure
         if p[0].any() or p[-1].any() or p[:, 0].any() or p[:, -1].any():
+            stretches += 1
+            if stretches > _MOST_STRETCHES:
+                check_inside(p, grid)
             grid = widened(grid, p, window)
         elif accuracy is None or patch.error.max_pressure <= accuracy:
             return patch

@@ -20,6 +20,7 @@ _MARGIN = 1.5       # cells between patch and grid edge
 _MAX_ROUNDS = 40
 _SHRINKS = 0.95     # of its sides, at most, that a round leaves of a box that still narrows
 _MOST_SEARCH_CELLS = 320
+_NO_ROOM = 1e-6     # of a stretch, below which only round-off moves the grid's edges
 
 
 def evaluate_gap(gap: GapFunction, grid: Grid) -> np.ndarray:
@@ -124,12 +125,16 @@ def _lay(patch: Window, window: Window, cells: tuple[int, int], search_cells: li
 
 
 def widened(grid: Grid, pressure: np.ndarray, window: Window) -> Grid:
-    """The grid stretched by a tenth on the sides where the patch touches it, within the window; same counts."""
+    """The grid stretched by a tenth on the sides where the patch touches it, within the window; same counts.
+
+    Raises PatchCutError where the window leaves no room for it.
+    """
     x_min, x_max, y_min, y_max = grid.edges
     wide, long = 0.1 * (y_max - y_min), 0.1 * (x_max - x_min)
     box = ((max(x_min - long * pressure[0].any(), window[0][0]), min(x_max + long * pressure[-1].any(), window[0][1])),
            (max(y_min - wide * pressure[:, 0].any(), window[1][0]), min(y_max + wide * pressure[:, -1].any(), window[1][1])))
-    if box == ((x_min, x_max), (y_min, y_max)):
+    moved = np.abs(np.ravel(box) - grid.edges) / [long, long, wide, wide]
+    if moved.max() < _NO_ROOM:
         check_inside(pressure, grid)
         raise PatchCutError("the window cuts the patch")
     return Grid.over(*box, grid.nx, grid.ny)

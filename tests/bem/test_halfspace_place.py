@@ -6,6 +6,7 @@ import pytest
 from bem.halfspace import normal_contact
 from bem.hertz import point_contact
 from bem.material import STEEL, contact_modulus
+from bem.patch import PatchCutError
 
 ALONG, ACROSS = 0.4, 0.012  # relative radii [m]
 
@@ -27,3 +28,17 @@ def test_patch_beside_a_wall_and_bodies_that_end_is_hertz(slope, end):
     found = normal_contact(gap, STEEL, STEEL, load=60e3, window=((-0.025, 0.025), (-0.025, 0.025)), cells=32, estimate=False)
     assert found.max_pressure == pytest.approx(exact.max_pressure, rel=5e-3)
     assert found.normal_force == pytest.approx(60e3, rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_window_that_cuts_the_patch_ends_with_a_sentence(seed):
+    """Windows within a patch of 13 x 10 mm, some far finer than it: the search stretched the grid for ever where the edges were rounded."""
+    draw = np.random.default_rng(seed)
+    (left, right), (low, high) = draw.uniform(-6e-3, -1e-3, 2), draw.uniform(1e-3, 4e-3, 2)
+    with pytest.raises(PatchCutError, match="cuts the patch at"):
+        normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=80e3, window=((left, low), (right, high)), cells=24, estimate=False)
+
+
+def test_load_far_above_what_the_window_holds_ends_with_a_sentence():
+    with pytest.raises(PatchCutError, match="x_min.*x_max.*y_min.*y_max"):
+        normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e8, window=((-0.05, 0.05), (-0.05, 0.05)))
