@@ -1,6 +1,7 @@
 """Fields of a run as VTU files: plastic strain, von Mises stress, stress, region and displacement on the hexahedra.
 
-Root gathers in the numbering of the input mesh and writes through meshio; a ParaView collection (.pvd) lists the frames.
+Root gathers in the numbering of the input mesh and writes through meshio; a ParaView collection (.pvd) lists the frames. Six components
+mean XX YY ZZ XY YZ XZ to VTK, which is not the order of geometry.axes: they are written in VTK's, and named in the file.
 """
 
 from __future__ import annotations
@@ -10,10 +11,15 @@ from pathlib import Path
 import meshio
 import numpy as np
 
+from geometry.axes import VOIGT
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.fe.blocks import von_mises
 from rail_fem.fe.checkpoint import gather_nodes, gather_rows
 from rail_fem.fe.dynamics import Dynamics
+
+VTK_COMPONENTS = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
+TIME_VALUE = '<FieldData><DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{!r}</DataArray></FieldData>'
+VTK_ORDER = [VOIGT.index(name.lower()) for name in VTK_COMPONENTS]
 
 
 def gather_cells(dynamics: Dynamics) -> np.ndarray | None:
@@ -43,11 +49,23 @@ def write_frame(path: Path, dynamics: Dynamics, points: np.ndarray, cells: np.nd
             "region": [region.astype(np.int32)],
             "plastic_strain": [state[:, 6]],
             "von_mises": [von_mises(state[:, :6])],
-            "stress": [state[:, :6]],
+            "stress": [state[:, VTK_ORDER]],
         },
     )
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, lambda temporary: meshio.write(temporary, frame, file_format="vtu", compression="zlib"))
+    write_atomically(path, lambda temporary: _write_vtu(temporary, frame, dynamics.time))
+
+
+def _write_vtu(path: Path, frame: meshio.Mesh, time: float) -> None:
+    """The file by meshio, and what meshio does not write: names of the stress components, and the time [s]. (Texts it could not read back.)"""
+    meshio.write(path, frame, file_format="vtu", compression="zlib")
+    names = "".join(f' ComponentName{i}="{name}"' for i, name in enumerate(VTK_COMPONENTS))
+    text = path.read_bytes()
+    for mark, more in (('Name="stress"', names), ("<UnstructuredGrid>", TIME_VALUE.format(float(time)))):
+        if text.count(mark.encode()) != 1:
+            raise RuntimeError(f"{path}: meshio has written {mark} {text.count(mark.encode())} times, once was expected: this version of it is not known")
+        text = text.replace(mark.encode(), (mark + more).encode())
+    path.write_bytes(text)
 
 
 def write_collection(path: Path, frames: list[list]) -> None:
