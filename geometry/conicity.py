@@ -100,7 +100,10 @@ def _middle(shift: np.ndarray, curve: PchipInterpolator) -> float:
     zeros = [z for z in curve.roots(extrapolate=False) if np.isfinite(z)]
     if not zeros:
         raise WheelsetError(f"the rolling radius difference has no zero within {shift[0]:g} to {shift[-1]:g} m: extend the shifts")
-    return float(min(zeros, key=abs))
+    rising = [z for z in zeros if curve(z, 1) >= 0]
+    if not rising:
+        raise WheelsetError(f"the rolling radius difference only falls through zero, at {min(zeros, key=abs):g} m: the wheelset is not driven back")
+    return float(min(rising, key=abs))
 
 
 def _left_end(shift: np.ndarray, energy, middle: float, amplitude: float) -> float:

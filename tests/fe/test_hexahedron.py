@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from geometry.mesh_box import mesh_box
+from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.elastic import N_FIXED
 from rail_fem.fe.hexahedron import volumes
-from rail_fem.fe.state import LANES
+from rail_fem.fe.state import LANES, VISCOUS_WORK
 from tests.fe.bodies import NO_VISCOSITY, STEEL, distort, lame, place, plastic, structure_of
 from tests.order import assert_order
 
@@ -73,6 +74,22 @@ def test_nodal_forces_do_the_work_that_the_element_books(seed):
     booked = stored_energy(structure) - energy + structure.work.sum() - work
     # the energy of a stress whose volume changes misses terms of the order of the strain, 3e-4
     assert -dt * structure.force @ structure.v == pytest.approx(booked, rel=1e-3)
+
+
+@pytest.mark.parametrize("rate", [-50.0, 50.0], ids=["squeezed", "stretched"])
+def test_quadratic_viscosity_pushes_back_where_a_cube_is_squeezed_and_is_silent_where_it_is_stretched(rate):
+    """Von Neumann and Richtmyer: q = rho (c h rate)^2 against the face that comes nearer, its work q |rate| V dt lost; c = 1.2."""
+    side, dt, factor = 0.5, 1e-6, 1.2
+    faces, works = [], []
+    for settings in (NO_VISCOSITY, ElementSettings(linear_viscosity=0.0, quadratic_viscosity=factor)):
+        structure = structure_of(mesh_box((side, side, side), (1, 1, 1)), settings=settings)
+        place(structure, structure.x.reshape(-1, 3) * [1 + rate * dt, 1.0, 1.0], dt)
+        far = structure.x.reshape(-1, 3)[:, 0] > side / 2
+        faces.append(structure.force.reshape(-1, 3)[far, 0].sum())
+        works.append(structure.work[VISCOUS_WORK])
+    q = STEEL.density * (factor * side * rate) ** 2 if rate < 0 else 0.0
+    assert faces[1] - faces[0] == pytest.approx(q * side**2, rel=1e-3, abs=1e-6)  # strains of 5e-5
+    assert works == pytest.approx([0.0, q * abs(rate) * side**3 * dt], rel=1e-3)
 
 
 def shear_error(steps, total=1.0):

@@ -54,6 +54,14 @@ def test_restart_on_another_number_of_ranks_goes_on(one_rank, tmp_path):
     assert np.allclose(found["force"], one_rank["force"], rtol=1e-9, atol=1e-4)
 
 
+def test_on_the_wing_alone_the_wing_carries_all(one_rank):
+    """60 mm before the transfer the nose is out of reach."""
+    force = np.array(one_rank["force"])
+    assert force.max() > 1e3
+    assert np.array_equal(one_rank["force_wing"], force)
+    assert not np.any(one_rank["force_nose"])
+
+
 def test_energy_is_in_balance_over_the_first_contact(one_rank):
     """Bodies and contact together, after settling: what is lost is round-off and friction at work, far below the 3 kJ in the springs."""
     balance = np.array(one_rank["energy_balance"])[2:]  # settling ends before the third row: lumped masses change there, the count starts afresh

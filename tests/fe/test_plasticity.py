@@ -73,6 +73,23 @@ def test_cyclic_uniaxial_loading_with_kinematic_hardening_follows_the_closed_for
     assert p > 0.03
 
 
+@pytest.mark.parametrize("rule", ["isotropic", "kinematic"])
+@pytest.mark.parametrize("plane", [(0, 1), (1, 2), (2, 0)])
+def test_plastic_work_in_shear_is_the_area_under_the_curve(rule, plane):
+    """Y p + H p^2 / 2 a volume, in shear as in tension, p = (sqrt(3) G g - Y) / (3 G + H) at a shear angle g; the steps' ends add 1 / steps of the rise."""
+    yield_stress, shear, angle, steps = 1e5, STEEL.shear_modulus, 2e-5, 200
+    hardening = 3 * shear
+    structure = structure_of(mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), replace(plastic(STEEL, yield_stress, hardening), hardening=rule), settings=NO_VISCOSITY)
+    start, sheared = structure.x.reshape(-1, 3).copy(), np.zeros((3, 3))
+    sheared[plane] = sheared[plane[::-1]] = angle / 2
+    for k in range(1, steps + 1):
+        place(structure, start + start @ sheared * k / steps, 1.0)
+    p = (np.sqrt(3) * shear * angle - yield_stress) / (3 * shear + hardening)
+    assert structure.finite.plastic_strain()[0] == pytest.approx(p, rel=1e-4)  # strains of 1e-5
+    assert hardening * p > 5 * yield_stress
+    assert structure.work[0] == pytest.approx(yield_stress * p + hardening * p**2 / 2, rel=1 / steps)
+
+
 def test_back_stress_turns_with_the_body():
     """Strained beyond yield, then turned by 90 degrees in 2000 steps: the centre of the elastic range turned too, so nothing yields."""
     structure = structure_of(mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), replace(plastic(STEEL, 300e6, 10e9), hardening="kinematic"), settings=NO_VISCOSITY)

@@ -13,6 +13,7 @@ from rail_fem.fe.supports import RigidGroup, Supports
 from tests.fe.bodies import STEEL, bottom, momentum, plastic, structure_of
 
 SIDE = 4e-3
+TRANSIT = SIDE / STEEL.wave_speed
 STEELS = {"elastic": STEEL, "plastic": plastic(STEEL, 300e6, 2e9)}
 
 
@@ -76,6 +77,44 @@ def test_tilted_and_sliding_blocks_gain_no_energy(tilt, slide, friction):
     assert after["kinetic"] + after["elastic"] <= before["kinetic"] * (1 + 1e-3)
     assert after["friction"] >= 0.0
     assert after["friction"] > 0.0 or tilt != 0.0
+
+
+def throw_on_a_post(speed, slide, friction, penalty=1e3):
+    """A cube of one element without lateral contraction thrown onto a rigid post within its sole: all nodes of the post are under it, at all times."""
+    post = mesh_box((SIDE / 2, SIDE / 2, 1e-3), (1, 1, 1), name="post")
+    post = dataclasses.replace(post, points=post.points - [SIDE / 4, SIDE / 4, 1e-3])
+    cube = mesh_box((SIDE, SIDE, SIDE), (1, 1, 1), name="cube")
+    sole = bottom(cube)
+    cube = dataclasses.replace(cube, points=cube.points - [SIDE / 2, SIDE / 2, -1e-6], surface=sole, surface_region=np.zeros(1, np.int8))
+    mesh = merge_bodies([post, cube])
+    structure = structure_of(mesh, STEEL, dataclasses.replace(STEEL, poisson=0.0))
+    held = np.repeat((structure.domain.node_input < len(post.points))[:, None], 3, axis=1)
+    structure.v.reshape(-1, 3)[~held[:, 0]] = slide, 0.0, -speed
+    top = mesh.surface[mesh.surface_region == 0]
+    top = top[(mesh.points[top][:, :, 2] > -1e-9).all(axis=1)]
+    surfaces = Surface.from_quads(top), Surface.from_quads(mesh.surface[mesh.surface_region == 1])
+    contact = Contact(structure, *surfaces, ContactSettings(penalty * STEEL.density * STEEL.wave_speed**2 / SIDE, friction), fixed=held)
+    return Dynamics(structure, Supports([RigidGroup("post", np.arange(len(post.points)))]), contact)
+
+
+def test_friction_that_holds_does_no_work():
+    """The sole stops at once and stays: of what the cube brings along, friction loses only a share that goes with its spring, 1/1000 as soft as the cube."""
+    dynamics = throw_on_a_post(speed=1.0, slide=0.2, friction=5.0)
+    along = 0.5 * momentum(dynamics.structure)[0][0] * 0.2
+    fly(dynamics, 1e-6 + TRANSIT)
+    assert dynamics.contact.force.any() and dynamics.contact.sticking.all()
+    assert 0 <= dynamics.friction_work < 0.05 * along
+
+
+def test_a_sliding_block_is_braked_by_friction_times_the_load_and_loses_that_times_its_way():
+    """At any time: impulse along = 0.3 of the impulse up, energy = that impulse times 20 m/s, less what friction brakes the sole."""
+    dynamics = throw_on_a_post(speed=1.0, slide=20.0, friction=0.3)
+    before = momentum(dynamics.structure)[0]
+    fly(dynamics, 1e-6 + 3 * TRANSIT)
+    change = momentum(dynamics.structure)[0] - before
+    assert change[2] > 0
+    assert change[0] == pytest.approx(-0.3 * change[2], rel=1e-3)
+    assert dynamics.friction_work == pytest.approx(-change[0] * 20.0, rel=0.05)
 
 
 def test_contact_keeps_the_momentum_of_two_free_bodies():

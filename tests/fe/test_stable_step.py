@@ -31,6 +31,21 @@ def test_a_spring_and_mass_converge_with_second_order():
     assert_order(1 / steps, errors, expected=2)
 
 
+@pytest.mark.parametrize("dt", [1e-5, 1e-3])
+def test_a_damper_books_what_the_masses_lose(dt):
+    """Two masses in flight and a damper between them, steps of 0.1 and 10 % of its time: kinetic energy and loss add up to round-off, momentum stays."""
+    left, right = (RigidGroup(name, np.empty(0, int), mass, (False, False, True), velocity=np.array([0.0, 0.0, v])) for name, mass, v in (("left", 2.0, 3.0), ("right", 5.0, -1.0)))
+    link = Link("damper", left, right, 0.0, 100.0)
+    supports = Supports([left, right], [link])
+    start = supports.energies()["lumped_kinetic"]
+    for _ in range(20):
+        supports.advance(np.zeros((2, 3)), dt)
+        energies = supports.energies()
+        assert energies["lumped_kinetic"] + energies["dampers"] == pytest.approx(start, rel=1e-14)
+    assert 2.0 * left.velocity[2] + 5.0 * right.velocity[2] == pytest.approx(1.0, rel=1e-13)
+    assert energies["dampers"] > 1e-2
+
+
 def test_an_elastic_body_converges_with_second_order():
     """A standing wave that is an eigenvector of the mesh: exact u = cos(w t), w from its Rayleigh quotient."""
     errors, steps = [], np.array([20, 40, 80])

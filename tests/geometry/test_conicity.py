@@ -38,6 +38,28 @@ def test_a_hardening_curve_has_the_wavelength_of_its_first_integral_and_is_secon
     assert abs(errors[-1]) < abs(errors[0]) / 10  # second order would be 16; monotone cubics are between second and third
 
 
+def hollow(shift, inner, outer, steep=0.2):
+    """Radius difference [m] of a wheelset with zeros at 0, +-inner and +-outer, rising at 0 with slope `steep`: two hollows beside a tread."""
+    return steep * shift * (1 - (shift / inner) ** 2) * (1 - (shift / outer) ** 2)
+
+
+def test_with_several_zeros_the_wheelset_runs_about_the_one_nearest_to_the_middle():
+    """Small swings about 0 have Klingel's wavelength of the slope there, 2 pi sqrt(e r0 / steep); the zeros at +-10 mm rise more steeply."""
+    shift = np.arange(-120, 121) * 0.1 * MM
+    found = wavelength(shift, hollow(shift, 5 * MM, 10 * MM), 0.2 * MM, RADIUS, BASE)
+    assert found == pytest.approx(2 * np.pi * np.sqrt(BASE * RADIUS / 0.2), rel=2e-3)  # (0.2 / 5)^2 of the curve's bend
+
+
+def test_a_hollow_wheelset_runs_about_a_zero_that_drives_it_back():
+    """Falling through 0 it is driven away to the rising zero at 4 mm (the one at -6 mm is farther off), and swings there by the slope there."""
+    left, right, steep = -6 * MM, 4 * MM, 0.2
+    shift = np.arange(-120, 121) * 0.1 * MM
+    difference = -steep * shift * (1 - shift / left) * (1 - shift / right)
+    slope = steep * (1 - right / left)
+    found = wavelength(shift, difference, 0.2 * MM, RADIUS, BASE)
+    assert found == pytest.approx(2 * np.pi * np.sqrt(BASE * RADIUS / slope), rel=1e-2)  # (0.2 / 4)^2 of the curve's bend
+
+
 def cone_search(slope: float) -> ContactSearch:
     wheel = Profile.from_pieces([line((-50 * MM, -50 * MM * slope), (60 * MM, 60 * MM * slope), 1 * MM)], "cone")
     return ContactSearch(Wheelset(wheel, radius=RADIUS), Track.plain_line("60E1", 1 / 40))

@@ -86,6 +86,16 @@ def test_a_cylinder_on_a_ramp_touches_ahead_of_its_axle():
     assert np.abs(point[:, 0] - x - RADIUS * a / np.sqrt(1 + a * a)).max() < 1e-7
 
 
+def test_the_slope_on_a_ramp_is_the_ramps():
+    """The wheel climbs as its ramp does, 5 % here, of which a slope taken as ahead / R would lack 6e-5. Place to 1e-7 m, over R."""
+    crossing, x = CastCrossing(9.25, topping_slope=0.05, topping_depth=10 * MM), np.array([0.28, 0.29, 0.30])
+    path = wheel_path(crossing, cone(0.0, -22 * MM, -15 * MM), x)
+    y = path.nose_point[:, 1]
+    ramp = (crossing.top_height(x + MM, y, "nose") - crossing.top_height(x, y, "nose")) / MM
+    assert path.on_nose.all() and (ramp > 0.049).all()
+    assert path.slope == pytest.approx(ramp, abs=1e-6)
+
+
 def test_slope_is_the_derivative_of_height():
     crossing, wheel = CastCrossing(), wheel_profile("P8-worn")
     x = np.concatenate([np.linspace(-0.7, -0.6, 7), np.linspace(0.2, 0.42, 9)])

@@ -45,6 +45,19 @@ def test_a_kink_keeps_both_tangents_and_a_smooth_joint_has_one():
     assert profile.height(np.array([0.5e-2, 1.5e-2])) == pytest.approx([0.0, 0.5e-2], abs=1e-16)
 
 
+@pytest.mark.parametrize("side", [1, -1], ids=["falling", "rising"])
+def test_a_line_that_ends_upright_stays_between_its_points(side):
+    """A rail head's round corner down to its side: the cubic's tangent there is endless, and a cubic through it would swing far out."""
+    corner = arc((0.0, 0.0), (side * 0.013, -0.013), -side * 0.013, 1e-3)
+    points = Profile.from_pieces([corner]).points
+    profile = Profile.from_points(points) if side > 0 else Profile.from_points(points[::-1])
+    y = np.linspace(*np.sort(profile.points[:, 0])[[0, -1]], 2001)
+    i = np.clip(np.searchsorted(profile.points[:, 0], y), 1, len(points) - 1)
+    ends = profile.points[[i - 1, i], 1]
+    assert (profile.height(y) >= ends.min(axis=0) - 1e-12).all() and (profile.height(y) <= ends.max(axis=0) + 1e-12).all()
+    assert np.abs(np.hypot(y, profile.height(y) + 0.013) - 0.013).max() < 1e-3**2 / (8 * 0.013)  # the arc over a chord of 1 mm
+
+
 def test_height_outside_the_profile_is_nan_and_the_arrays_cannot_be_changed():
     profile = Profile.from_points(np.column_stack([np.linspace(0, 1e-2, 5), np.zeros(5)]))
     assert np.isnan(profile.height(np.array([-1e-6, 1.1e-2]))).all()

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 from rail_fem.casefile import load_case
+from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p1_force, p2_force, p2_increment
 from rail_fem.light.vertical_dynamics import ContactLaw, Masses, integrate
+from rail_fem.result import PassResult
 from pathlib import Path
+from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 # Coleman's thesis, table 7-5: static load kN, dip mrad, speed mm/s, unsprung t, track stiffness N/m, P2 kN (track mass 0.75 t)
@@ -86,3 +89,19 @@ def test_formula_fails_the_more_the_less_its_assumptions_hold(leave):
     values = {"damping": [0.0, 50e3, 200e3], "length": [0.0, 0.1, 0.3]}[leave]
     found = np.array([over_dip(dip, 1e12, **{leave: value})[0] / formula for value in values])
     assert (np.diff(found) < -0.02).all() and found[-1] < 0.85
+
+
+@pytest.mark.parametrize("direction", ["facing", "trailing"])
+def test_the_dip_is_that_of_the_transfer_though_the_wheel_was_lower_before(direction):
+    """Over straight pieces: 5 mrad down, 6 up (the lowest place), then at the transfer 8 down and 7 up: its angle is that of 8 and 7."""
+    bends = np.array([-0.20, -0.05, -0.01, 0.01, 0.20])
+    slopes = np.array([-5.0, 6.0, -8.0, 7.0]) * 1e-3
+    heights = np.concatenate([[0.0], np.cumsum(slopes * np.diff(bends))])
+    way = np.linspace(-0.2, 0.2, 4001)
+    sign = 1.0 if direction == "facing" else -1.0
+    scene = make_scene().model_copy(update={"direction": direction})
+    history = {"time": (way - way[0]) / SPEED, "x": sign * way, "wheel_height": np.interp(way, bends, heights)}
+    dip = trajectory_dip(PassResult("lumped", scene, {}, history, transfer_x=0.0))
+    assert np.interp(-0.05, bends, heights) < np.interp(0.01, bends, heights)
+    assert dip.angle == pytest.approx(np.arctan(8e-3) + np.arctan(7e-3), rel=1e-9)
+    assert dip.fall[2] == pytest.approx(-8e-3 * sign, rel=1e-9) and dip.rise[2] == pytest.approx(7e-3 * sign, rel=1e-9)
