@@ -81,7 +81,7 @@ def spline(y: np.ndarray, z: np.ndarray, first_slope: float, last_slope: float, 
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """An ordered line in the (y, z) plane; immutable.
+    """An ordered line in the (y, z) plane; immutable. Two are equal, and one key of a cache, when their lines are the same to the last bit.
 
     points : (n, 2)  y, z [m], all different
     angle_before, angle_after : (n,)  tangent angle on either side of each point [rad]; they differ at kinks only
@@ -102,6 +102,15 @@ class Profile:
             array = np.array(getattr(self, name), float)
             array.setflags(write=False)
             object.__setattr__(self, name, array)
+
+    def _content(self) -> tuple[bytes, ...]:
+        return tuple(array.tobytes() for array in (self.points, self.angle_before, self.angle_after, self.curvature))
+
+    def __eq__(self, other: object) -> bool:
+        return self._content() == other._content() if isinstance(other, Profile) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._content())
 
     @classmethod
     def from_pieces(cls, pieces: Sequence[Piece], label: str = "", provenance: str = "", tolerance: float = 2e-6) -> "Profile":

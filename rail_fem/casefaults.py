@@ -18,7 +18,13 @@ def suggest(word: str, known: Iterable[str]) -> str:
 
 def describe_faults(error: ValidationError, section: type[BaseModel], key: str) -> list[str]:
     """One line for each fault that pydantic found in `section`, which the file calls `key`."""
-    return [f"{_dotted(key, fault['loc'])}: {_remedy(fault, section, key)}" for fault in error.errors()]
+    return [f"{_dotted(key, _place(fault))}: {_remedy(fault, section, key)}" for fault in error.errors()]
+
+
+def _place(fault: dict[str, Any]) -> tuple:
+    """Where a fault is; of the field that it names, if it names one."""
+    own = fault.get("ctx", {}).get("key")
+    return (*fault["loc"][:-1], own) if own else fault["loc"]
 
 
 def _dotted(key: str, place: tuple) -> str:

@@ -23,6 +23,9 @@ class CaseError(ValueError):
         self.path, self.faults = path, faults
         super().__init__("\n  ".join([f"{path}: {len(faults)} fault(s)", *faults]))
 
+    def __reduce__(self):
+        return CaseError, (self.path, self.faults)  # as it goes from rank to rank
+
 
 @dataclass(frozen=True)
 class Case:

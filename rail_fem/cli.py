@@ -38,7 +38,7 @@ def stop_run(text: str) -> NoReturn:
 def read_case(path: Path, model: str | None) -> tuple[Case, str]:
     """The case and the name of the model to run; ends the program on a fault."""
     try:
-        case = load_case(path)
+        case = launcher.on_root(lambda: load_case(path))  # once for all ranks: they work on the same content
     except CaseError as error:
         stop(str(error))
     if model is None and len(case.runs) > 1:
@@ -67,11 +67,15 @@ def run(case: CaseArgument,
         out: Annotated[Path, typer.Option("--out", help="folder for everything the run writes")],
         model: ModelOption = None,
         restart: Annotated[bool, typer.Option("--restart", help="go on with the run in the folder")] = False,
-        overwrite: Annotated[bool, typer.Option("--overwrite", help="remove the run in the folder first")] = False) -> None:
+        overwrite: Annotated[bool, typer.Option("--overwrite", help="remove the run in the folder first")] = False,
+        expected: Annotated[Optional[str], typer.Option("--digest", hidden=True, help="refuse a case of another digest")] = None) -> None:
     """Run a case; with mpirun in front, on several ranks. The folder must be empty, or see --restart and --overwrite."""
     from rail_fem.job import JobFault, run_case
+    from rail_fem.runfolder import digest, fingerprint
 
     loaded, name = read_case(case, model)
+    if expected and expected != digest(fingerprint(name, loaded.scene, loaded.runs[name])):
+        stop(f"{case}: the case or its profile file has changed since it was read for this run: start again")
     try:
         fault = run_case(loaded, name, out, restart, overwrite, say)
     except JobFault as error:

@@ -20,7 +20,7 @@ def static_patch(scene: Scene) -> PointContact:
 
 def scene_doubts(scene: Scene) -> list[str]:
     """Doubts about the physics."""
-    doubts = []
+    doubts = [] if scene.wheel.measured is None else scene.wheel.measured.doubts
     if scene.wheel.profile in STAND_INS:
         doubts.append(f"wheel profile {scene.wheel.profile} is a stand-in ({STAND_INS[scene.wheel.profile]}), not a measured wheel")
     if scene.friction > 0.7:

@@ -48,7 +48,8 @@ def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: boo
     try:
         ladder.load(model)
         goes_on = launcher.on_root(lambda: prepare_folder(folder, mark, restart, overwrite))
-    except (RunFolderError, ladder.ModelUnavailable) as error:
+        launcher.on_root(lambda: case.scene.keep_files(folder))
+    except (RunFolderError, ladder.ModelUnavailable, OSError) as error:
         raise JobFault(str(error)) from error
     if restart and not goes_on:
         say(f"{folder} holds no run yet: starting afresh")

@@ -24,7 +24,7 @@ def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
     scene, settings = case.scene, case.runs[model]
     faults = run_faults(scene, settings, ranks, model)
     doubts = scene_doubts(scene)
-    lines = [case.title, "", "scene", *_section(scene), "", "derived", *_derived(scene)]
+    lines = [case.title, "", "scene", *_section(scene), *_measured(scene), "", "derived", *_derived(scene)]
     explicit = isinstance(settings, FeSettings)
     if not faults and explicit:
         lines += _rigid(scene, settings)
@@ -47,7 +47,7 @@ def _section(section: BaseModel, prefix: str = "") -> list[str]:
         value = getattr(section, name)
         if isinstance(value, BaseModel):
             lines += _section(value, f"{prefix}{name}.")
-        elif value is not None and value != "":
+        elif value is not None and value != "" and not entry.exclude:
             lines.append(_row(prefix + name, _shown(value, quantity_of(entry)), meaning(entry)))
     return lines
 
@@ -56,6 +56,12 @@ def _shown(value, quantity) -> str:
     if quantity is None:
         return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
     return ", ".join(quantity.show(entry) for entry in value) if isinstance(value, tuple) else quantity.show(value)
+
+
+def _measured(scene: Scene) -> list[str]:
+    """What the profile doctor found in a profile file."""
+    measured = scene.wheel.measured
+    return [] if measured is None else ["", "wheel profile as read", *(_row(weight, text) for weight, text in measured.findings)]
 
 
 def _derived(scene: Scene) -> list[str]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.history import complete_history, from_shown_table, shown_table
@@ -97,12 +98,13 @@ class PassResult:
         object.__setattr__(self, "history", complete_history(self.history))
 
     def save(self, folder: Path) -> None:
-        """Write history.csv (units in its header), history.npz (SI) and result.json; each appears whole or not at all.
+        """Write history.csv (units in its header), history.npz (SI), result.json and the profile of a measured wheel; each appears whole or not at all.
 
         Root only under MPI. Errors: OSError (read-only folder, full disk).
         """
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
+        self.scene.keep_files(folder)
         write_atomically(folder / "history.npz", self._write_npz)
         write_atomically(folder / "history.csv", self._write_csv)
         write_text_atomically(folder / "result.json", json.dumps(_to_json(self._summary()), indent=1, allow_nan=False) + "\n")
@@ -138,7 +140,11 @@ def load(folder: Path) -> PassResult:
     if version != RESULT_VERSION:
         raise ValueError(f"{folder / 'result.json'}: written as result version {version}, this program reads version {RESULT_VERSION}")
     summary = _nan_for_none(summary, keep=("scene", "settings", "trust"))
-    summary["scene"] = Scene.model_validate(summary["scene"])
+    try:
+        summary["scene"] = Scene.model_validate(summary["scene"], context={"run_folder": folder})
+    except ValidationError as error:
+        fault = error.errors()[0]
+        raise ValueError(f"{folder / 'result.json'}: scene.{'.'.join(map(str, fault['loc']))}: {fault['msg']}") from error
     summary["cost"] = Cost(**summary["cost"])
     summary["peaks"] = {name: Peak(**peak) for name, peak in summary["peaks"].items()}
     summary["patches"] = tuple(Patch(**patch) for patch in summary["patches"])

@@ -3,6 +3,7 @@
 case.json says which case the folder holds. Nothing in a folder is ever written over unless asked for.
 """
 
+import hashlib
 import json
 import os
 import shutil
@@ -12,8 +13,10 @@ from typing import Any
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.scene import Frozen, Scene
+from rail_fem.wheelshape import KEPT
 
 MARK = "case.json"
+PROFILE_KEY = "scene.wheel.profile"
 
 
 class RunFolderError(ValueError):
@@ -25,7 +28,12 @@ def fingerprint(model: str, scene: Scene, settings: Frozen) -> dict[str, Any]:
     numerics = settings.model_dump(mode="json")
     for name in getattr(settings, "free_on_restart", ()):
         numerics.pop(name)
-    return {"model": model, "scene": scene.model_dump(mode="json"), f"run.{model}": numerics}
+    return {"model": model, "scene": scene.plain(), f"run.{model}": numerics}
+
+
+def digest(mark: Mapping[str, Any]) -> str:
+    """SHA-256 of a fingerprint: one word for a case, to tie files of a run to it."""
+    return hashlib.sha256(json.dumps(mark, sort_keys=True).encode()).hexdigest()
 
 
 def prepare_folder(folder: Path, case: Mapping[str, Any], restart: bool = False, overwrite: bool = False) -> bool:
@@ -63,8 +71,20 @@ def _may_go_on(folder: Path, held: list[str], case: Mapping[str, Any], restart: 
         raise RunFolderError(f"--out {folder}: holds a run already; --restart goes on with it, --overwrite begins again, or choose another folder")
     different = differences(_read_mark(folder), case)
     if different:
-        raise RunFolderError("\n  ".join([f"--out {folder}: holds another case, {len(different)} difference(s); choose another folder", *different]))
+        raise RunFolderError("\n  ".join([f"--out {folder}: holds another case, {len(different)} difference(s); choose another folder", *different, *_other_profile(folder, different)]))
     return True
+
+
+def _other_profile(folder: Path, different: list[str]) -> list[str]:
+    """What to do when a restart finds another wheel than its run began with."""
+    if not (any(line.startswith(PROFILE_KEY) for line in different) and (folder / KEPT).is_file()):
+        return []
+    return [f"the profile file has changed since the run began: put it back, or name {folder / KEPT}, the profile that the run used"]
+
+
+def only_profile_differs(different: list[str]) -> bool:
+    """Whether a folder holds the same case but for what its profile file held then."""
+    return [line for line in different if not line.startswith(PROFILE_KEY)] == [] != different
 
 
 def _read_mark(folder: Path) -> dict[str, Any]:

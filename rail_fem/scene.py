@@ -1,17 +1,21 @@
 """The scene: which wheel passes which crossing, how fast, on what. Physics only, no numerics.
 
 Values are SI. Every field carries its unit, range and meaning once, in its `Quantity`.
+
+Files that a scene names are read once, when it is made: the scene carries what they held, and everything after works on that.
 """
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
 from geometry.axes import tread_datum_y
 from rail_fem.steel import GRADES, Steel
 from rail_fem.units import Quantity
+from rail_fem.wheelshape import KEPT, WHEEL_NAMES, MeasuredWheel, read_wheel, wheel_shape
 
 if TYPE_CHECKING:
     from geometry.profiles import Profile
@@ -33,38 +37,72 @@ class Crossing(Frozen):
 
 
 class Wheel(Frozen):
-    """One wheel: a profile that geometry knows by name, or the path of a profile file beside the case file."""
+    """One wheel: a profile that geometry knows by name, or the path of a profile file beside the case file.
+
+    digest : of what the profile file held; a run writes it, and a scene that states it takes no other content. measured : what was read.
+    """
 
     profile: str = Field(description="name of a wheel profile, or the path of a profile file")
     far_tread_slope: Annotated[float, Quantity("%", 5, 15, "slope of the far tread of the P8 family")] = 0.067
     radius: Annotated[float, Quantity("mm", 250, 700, "rolling radius at the tread datum")] = 0.425
     label: str = Field("", description="free text that tables and plots show")
+    measured: SkipJsonSchema[Any] = Field(None, exclude=True, repr=False, validate_default=True)
+    digest: str = Field("", validate_default=True, description="digest of the profile file's content")
 
     @field_validator("profile")
     @classmethod
     def _profile_is_there(cls, profile: str, info: ValidationInfo) -> str:
-        from rail_fem.wheelshape import WHEEL_NAMES, read_wheel_file
-
+        context = info.context or {}
         if profile in WHEEL_NAMES:
             return profile
         if not Path(profile).suffix:
             raise PydanticCustomError("choice", "unknown", {"choices": WHEEL_NAMES})
-        path = Path((info.context or {}).get("folder", ".")) / profile
-        if not path.is_file():
-            remedy = f"give a path relative to the case file, or one of {', '.join(WHEEL_NAMES)}"
-            raise PydanticCustomError("absent_file", "{fault}", {"fault": f'no file "{profile}" in {path.parent}: {remedy}'})
-        try:
-            read_wheel_file(path)
-        except (OSError, ValueError) as error:
-            raise PydanticCustomError("profile_file", "{fault}", {"fault": str(error)}) from error
+        path = Path(context["run_folder"]) / KEPT if "run_folder" in context else Path(context.get("folder", ".")) / profile
+        if not path.exists():
+            remedy = f"give a path relative to the case file, one of {', '.join(WHEEL_NAMES)}, or the {KEPT} of a run that has used it"
+            raise _fault("absent_file", f'no file "{path.name}" in {path.parent}: {remedy}')
         return str(path)
+
+    @field_validator("measured", mode="plain")
+    @classmethod
+    def _read_once(cls, measured: Any, info: ValidationInfo) -> MeasuredWheel | None:
+        if measured is not None:
+            raise _fault("not_a_key", "unknown key")
+        profile = info.data.get("profile", WHEEL_NAMES[0])
+        if profile in WHEEL_NAMES:
+            return None
+        try:
+            return read_wheel(Path(profile))
+        except (OSError, ValueError) as error:
+            raise _fault("profile_file", str(error), key="profile") from error
+
+    @field_validator("digest")
+    @classmethod
+    def _is_what_was_read(cls, digest: str, info: ValidationInfo) -> str:
+        measured = info.data.get("measured")
+        found = measured.digest if measured else ""
+        if digest and measured and digest != found:
+            raise _fault("changed_file", f"{measured.source} has other content ({found[:12]}) than is stated ({digest[:12]})")
+        return found
+
+    @property
+    def name(self) -> str:
+        """What tables and plots call the wheel."""
+        return self.label or (self.profile if self.measured is None else self.measured.profile.label)
 
     @property
     def shape(self) -> "Profile":
         """The profile's line (geometry.profiles.Profile)."""
-        from rail_fem.wheelshape import wheel_shape
+        if self.profile in WHEEL_NAMES:
+            return wheel_shape(self.profile, self.far_tread_slope)
+        if self.measured is None or self.measured.source != self.profile:
+            raise ValueError(f"{self.profile} was not read when this wheel was made: make a new Wheel of it")
+        return self.measured.profile
 
-        return wheel_shape(self.profile, self.far_tread_slope)
+
+def _fault(kind: str, text: str, **about: str) -> PydanticCustomError:
+    """key : which field the fault is of, where another one met it"""
+    return PydanticCustomError(kind, "{fault}", {"fault": text, **about})
 
 
 class Vehicle(Frozen):
@@ -165,6 +203,19 @@ class Scene(Frozen):
         if not 0.02 < clearance < 0.2:
             raise PydanticCustomError("geometry", "{fault}", {"fault": f"gauge {self.gauge * 1e3:g} mm less back_to_back {self.back_to_back * 1e3:g} mm is {clearance * 1e3:g} mm, must lie between 20 and 200 mm"})
         return self
+
+    def plain(self) -> dict[str, Any]:
+        """All that a model sees, as plain values [SI]: a profile file by its content, not by its name or place."""
+        plain = self.model_dump(mode="json")
+        digest = plain["wheel"].pop("digest")
+        if digest:
+            plain["wheel"]["profile"] = f"file of content {digest}"
+        return plain
+
+    def keep_files(self, folder: Path) -> None:
+        """Write what was read from files into a run's folder, so that the run can be gone on with and repeated. Errors: OSError."""
+        if self.wheel.measured is not None:
+            self.wheel.measured.keep(folder)
 
     @property
     def static_wheel_load(self) -> float:

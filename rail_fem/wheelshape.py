@@ -1,80 +1,119 @@
-"""The wheel's profile that a scene names: one of geometry's by name, or a measured one from a file.
+"""The wheel's profile of a scene: one of geometry's by name, or a measured one that is read once, through the profile doctor, and carried along.
 
-Files in the formats of the field (.prw .whl .ban .mpt) go through the profile doctor. Any other profile file is plain text, one point a line, y and z in mm separated by comma, semicolon or blanks, from the flange back to the
-field side; axes of geometry.axes (y = 0, z = 0 at the tread datum, flange downwards). Lines that begin with # are comments, and one
-heading line may come first.
+A run keeps the line that it used as wheel_profile.csv in its folder. That file restores the very same profile, to the last bit and with the
+digest of what was once read, so that a run can be shown, gone on with and repeated when the first file has gone or has changed.
 """
 
+import hashlib
+import io
+from dataclasses import dataclass
 from pathlib import Path
+from stat import S_ISREG
 
 import numpy as np
 
 from geometry.formats import read_raw
-from geometry.profile_doctor import examine
+from geometry.profile_doctor import FLANGE, examine
 from geometry.profiles import Profile, ProfileError
+from geometry.raw_profile import RawProfile
 from geometry.wheel import WHEEL_NAMES, wheel_profile
+from rail_fem.atomic import write_text_atomically
 
-FORMATS = (".prw", ".whl", ".ban", ".mpt")
+KEPT = "wheel_profile.csv"
+KEPT_HEAD = "# rail-fem wheel profile as a run used it"
+COLUMNS = ("points", "angle_before", "angle_after", "curvature")
 FEWEST_POINTS = 20
-WIDTHS = (0.09, 0.20)        # between the outermost points of a wheel [m]
-FLANGE_HEIGHTS = (0.02, 0.045)
-DATUM_HEIGHT = 2e-3          # how far the profile may pass the tread datum
+LEAST_TREAD = 0.02          # that a profile must reach beyond the tread datum on the field side [m]
+LARGEST_FILE = 20_000_000   # bytes
+
+
+@dataclass(frozen=True)
+class MeasuredWheel:
+    """A profile file as it was read: what the models see, whatever becomes of the file.
+
+    source  : path of the file
+    digest  : SHA-256 of the points and declarations that were read and of how they were to be read; not of the file's name, place or comments
+    findings : the profile doctor's, as (weight, text)
+    profile : the line that models use, z a function of y
+    """
+
+    source: str
+    digest: str
+    findings: tuple[tuple[str, str], ...]
+    profile: Profile
+
+    @property
+    def doubts(self) -> list[str]:
+        """What was mended or is doubtful in the file, one line each."""
+        return [f"wheel profile {Path(self.source).name}: {text}" for weight, text in self.findings if weight != "found"]
+
+    def keep(self, folder: Path) -> None:
+        """Write wheel_profile.csv into a run's folder. Errors: OSError."""
+        rows = np.column_stack([getattr(self.profile, name) for name in COLUMNS])
+        notes = [f"# {weight}: {text}" for weight, text in self.findings]
+        lines = ["# unit: m", "# axes: y + to the field side, z up; angles in rad, curvature in 1/m", f"# label: {self.profile.label}", *notes,
+                 "y,z,angle_before,angle_after,curvature", *(",".join(repr(float(value)) for value in row) for row in rows)]
+        body = "\n".join(lines) + "\n"
+        write_text_atomically(Path(folder) / KEPT, f"{KEPT_HEAD}; read: {self.digest}; kept: {_sha(body.encode())}\n{body}")
 
 
 def wheel_shape(profile: str, far_tread_slope: float = 0.067) -> Profile:
     """The profile of a name or a file. Errors: ProfileError, OSError."""
     if profile in WHEEL_NAMES:
         return wheel_profile(profile, far_tread_slope)
-    return read_wheel_file(Path(profile))
+    return read_wheel(Path(profile)).profile
 
 
-def read_wheel_file(path: Path) -> Profile:
-    """Read and check a profile file. Errors: ProfileError that says where and what is wrong, OSError."""
-    if Path(path).suffix.lower() in FORMATS:
-        profile = examine(read_raw(Path(path), "wheel")).profile.graph_part()
-        _check(path, profile.points)
-        return profile
-    try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise ProfileError(f"{path}: byte {error.start} is not text") from error
-    rows = [(number, line.strip()) for number, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
-    if rows and not _is_point(rows[0][1]):
-        rows = rows[1:]
-    points = np.array([_point(path, number, line) for number, line in rows]).reshape(-1, 2) * 1e-3
-    _check(path, points)
-    return Profile.from_points(points, Path(path).name, f"file {path}")
+def read_wheel(path: Path) -> MeasuredWheel:
+    """Read a wheel profile file of any format, mend it and judge it. Errors: ProfileError that says where and what is wrong, OSError."""
+    about = Path(path).stat()
+    if not S_ISREG(about.st_mode):
+        raise ProfileError(f"{path}: is no file; give the file of a wheel profile")
+    if about.st_size > LARGEST_FILE:
+        raise ProfileError(f"{path}: {about.st_size / 1e6:.0f} MB, a profile has at most {LARGEST_FILE / 1e6:.0f} MB")
+    kept = _read_kept(path) if Path(path).name == KEPT else None
+    return kept or _judged(path, read_raw(path, "wheel"))
 
 
-def _split(line: str) -> list[str]:
-    return line.replace(",", " ").replace(";", " ").split()
+def _judged(path: Path, raw: RawProfile) -> MeasuredWheel:
+    found = examine(raw)
+    profile = found.profile.graph_part()
+    _check(path, profile.points)
+    return MeasuredWheel(str(path), _digest(raw), tuple((f.weight, f.text) for f in found.findings), profile)
 
 
-def _is_point(line: str) -> bool:
-    try:
-        return len([float(word) for word in _split(line)]) == 2
-    except ValueError:
-        return False
+def _digest(raw: RawProfile) -> str:
+    """Of the points as read: mending rounds differently from machine to machine, reading does not."""
+    declared = repr((raw.points.shape, raw.unit, raw.kind, raw.up))
+    return _sha(declared.encode() + np.ascontiguousarray(raw.points, "<f8").tobytes())
 
 
-def _point(path: Path, number: int, line: str) -> list[float]:
-    if not _is_point(line):
-        raise ProfileError(f'{path}: line {number} "{line}" is not "y, z" in mm (decimal point, not comma)')
-    return [float(word) for word in _split(line)]
+def _sha(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _read_kept(path: Path) -> MeasuredWheel | None:
+    """What `keep` wrote; None for any other file. Errors: ProfileError where it was changed since."""
+    with Path(path).open("rb") as stream:
+        if not stream.read(len(KEPT_HEAD)) == KEPT_HEAD.encode():
+            return None
+        head, _, body = stream.read().partition(b"\n")
+    words = dict(part.strip().split(": ", 1) for part in head.decode("utf-8", "replace").split(";") if ": " in part)
+    if words.get("kept") != _sha(body):
+        raise ProfileError(f"{path}: was changed since a run wrote it; take out its first line to use it as a profile of its own")
+    lines = body.decode("utf-8").splitlines()
+    notes = [line[2:].split(": ", 1) for line in lines if line.startswith("# ")]
+    table = np.loadtxt(io.StringIO("\n".join(line for line in lines if not line.startswith(("#", "y")))), delimiter=",", ndmin=2)
+    label = next(text for key, text in notes if key == "label")
+    findings = tuple((key, text) for key, text in notes if key in ("found", "mended", "doubt"))
+    return MeasuredWheel(str(path), words["read"], findings, Profile(table[:, :2], *table[:, 2:].T, label, f"file {path}"))
 
 
 def _check(path: Path, points: np.ndarray) -> None:
+    """What is left where z is a function of y must still be a wheel."""
     if len(points) < FEWEST_POINTS:
         raise ProfileError(f"{path}: {len(points)} point(s), a wheel profile needs at least {FEWEST_POINTS}")
-    if not np.isfinite(points).all():
-        raise ProfileError(f"{path}: point {int(np.argmin(np.isfinite(points).all(axis=1))) + 1} is not finite")
-    width, flange = np.ptp(points[:, 0]), -points[:, 1].min()
-    if not WIDTHS[0] <= width <= WIDTHS[1]:
-        raise ProfileError(f"{path}: the profile is {width * 1e3:.4g} mm wide, a wheel is {WIDTHS[0] * 1e3:g} to {WIDTHS[1] * 1e3:g} mm: are its units mm?")
-    if not FLANGE_HEIGHTS[0] <= flange <= FLANGE_HEIGHTS[1]:
-        raise ProfileError(f"{path}: the lowest point is {flange * 1e3:.4g} mm below the datum, a flange {FLANGE_HEIGHTS[0] * 1e3:g} to {FLANGE_HEIGHTS[1] * 1e3:g} mm: does z point up?")
-    if points[0, 0] > points[-1, 0]:
-        raise ProfileError(f"{path}: runs from the field side to the flange back: reverse the order of its points")
-    nearest = np.abs(points[:, 0]).argmin()
-    if not (abs(points[nearest, 0]) < 5e-3 and abs(points[nearest, 1]) < DATUM_HEIGHT):
-        raise ProfileError(f"{path}: passes the tread datum (0, 0) at ({points[nearest, 0] * 1e3:.3g}, {points[nearest, 1] * 1e3:.3g}) mm: shift it")
+    flange, reach = -points[:, 1].min(), points[-1, 0]
+    if not FLANGE[0] <= flange <= FLANGE[1] or reach < LEAST_TREAD:
+        raise ProfileError(f"{path}: where its height is a function of its width, the line reaches {flange * 1e3:.4g} mm below the tread datum and {reach * 1e3:.4g} mm "
+                           f"beyond it; a wheel reaches {FLANGE[0] * 1e3:g} to {FLANGE[1] * 1e3:g} mm below and at least {LEAST_TREAD * 1e3:g} mm beyond")

@@ -76,6 +76,8 @@ class CaseKeys(MarkdownTable):
         section = getattr(importlib.import_module(module), name)
         rows = []
         for key, field in section.model_fields.items():
+            if field.exclude:
+                continue
             quantity = _quantity(field)
             meaning = quantity.meaning if quantity is not None else field.description or ""
             rows.append([f"`{key}`", quantity.unit if quantity is not None else "", _range(field, quantity), _default(field, quantity), meaning])

@@ -94,8 +94,7 @@ class TableKey(NamedTuple):
     """All that a table depends on. steels : Young's modulus [Pa] and Poisson's ratio of wing, nose and wheel;  datum : y of the wheel's tread datum [m]"""
 
     ratio: float
-    profile: str
-    far_slope: float
+    wheel: Profile
     radius: float
     datum: float
     low: float
@@ -110,7 +109,7 @@ def table_key(scene: Scene, start: float, end: float, spacing: float, shift: flo
     low, high = sorted((start, end))
     steels = tuple((s.youngs_modulus, s.poisson) for s in (scene.materials.wing.steel(), scene.materials.nose.steel(), scene.materials.wheel.steel()))
     wheel = scene.wheel
-    return TableKey(scene.crossing.ratio, wheel.profile, wheel.far_tread_slope, wheel.radius, scene.wheel_datum_y + shift, low, high, spacing, steels, scene.static_wheel_load)
+    return TableKey(scene.crossing.ratio, wheel.shape, wheel.radius, scene.wheel_datum_y + shift, low, high, spacing, steels, scene.static_wheel_load)
 
 
 def contact_table(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> ContactTable:
@@ -124,22 +123,20 @@ def contact_table(scene: Scene, start: float, end: float, spacing: float, shift:
 
 
 @functools.lru_cache(maxsize=32)
-def _path(ratio, profile, far_slope, radius, datum, low, high, spacing) -> tuple[CastCrossing, Profile, WheelPath, float]:
-    """Crossing, wheel, rigid path and the time that it took [s]."""
-    from rail_fem.wheelshape import wheel_shape
-
+def _path(ratio, wheel: Profile, radius, datum, low, high, spacing) -> tuple[CastCrossing, WheelPath, float]:
+    """Crossing, rigid path and the time that it took [s]."""
     started = time.perf_counter()
-    crossing, wheel = CastCrossing(ratio=ratio), wheel_shape(profile, far_slope)
+    crossing = CastCrossing(ratio=ratio)
     x = np.linspace(low, high, max(2, int(np.ceil((high - low) / spacing - 1e-9))) + 1)
     path = wheel_path(crossing, wheel, x, radius, datum - tread_datum_y())
-    return crossing, wheel, path, time.perf_counter() - started
+    return crossing, path, time.perf_counter() - started
 
 
 @functools.lru_cache(maxsize=64)
 def table_of(key: TableKey) -> ContactTable:
     """The table of a key. Errors: as contact_table."""
-    crossing, wheel, path, search_time = _path(*key[:8])
-    radius, datum, steels, load = key.radius, key.datum, key.steels, key.load
+    crossing, path, search_time = _path(*key[:7])
+    wheel, radius, datum, steels, load = key.wheel, key.radius, key.datum, key.steels, key.load
     started = time.perf_counter()
     moduli = tuple(contact_modulus(Elastic(*rail), Elastic(*steels[2])) for rail in steels[:2])
     points = np.stack([path.wing_point, path.nose_point])

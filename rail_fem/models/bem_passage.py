@@ -26,7 +26,6 @@ from rail_fem.patch_ties import Tie, crossing_surface, tie_at
 from rail_fem.result import PassResult, Patch
 from rail_fem.scene import Scene
 from rail_fem.light.validity import bem_flags
-from rail_fem.wheelshape import wheel_shape
 
 WINDOW = 0.025, 0.025  # half length and half width in which a patch is looked for at first [m]
 WIDEST = 0.1           # half width at most: wider than wing and tread together [m]
@@ -79,9 +78,8 @@ def tie_of(key: TableKey, table: ContactTable, body: int, index: int, x: float |
     """Wheel and body touching at the table's contact point, shifted with the wheel to x [m]."""
     x = float(table.x[index]) if x is None else x
     point = table.point[body, index, :2] + [x - table.x[index], 0.0]
-    wheel = wheel_shape(key.profile, key.far_slope)
     steels = (Elastic(*key.steels[k]) for k in (2, body))
-    return tie_at(wheel, crossing_surface(_crossing(key.ratio), BODIES[body]), (x, key.datum), point, key.radius, *steels, label=BODIES[body])
+    return tie_at(key.wheel, crossing_surface(_crossing(key.ratio), BODIES[body]), (x, key.datum), point, key.radius, *steels, label=BODIES[body])
 
 
 def solved_patch(tie: Tie, load: float, cells: int, estimate: bool) -> SolvedPatch:

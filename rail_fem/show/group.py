@@ -27,7 +27,7 @@ def case_words(name: str, scene: Scene) -> str:
     """What sets a case apart, short enough for a legend."""
     steel = [m.grade if m.strength == 1 else f"{m.grade} x{m.strength:.0%}" for m in (scene.materials.wing, scene.materials.nose)]
     steels = steel[0] if steel[0] == steel[1] else f"wing {steel[0]}, nose {steel[1]}"
-    wheel = scene.wheel.label or Path(scene.wheel.profile).name
+    wheel = scene.wheel.name
     return f"{name}: {show(scene.speed, 'mph', 3)} {scene.direction}, {show(scene.static_wheel_load, 'kN', 3)}, {wheel}, {show(scene.foundation.stiffness, 'kN/mm', 3)}, {steels}"
 
 

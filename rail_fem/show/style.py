@@ -56,7 +56,7 @@ def save(figure: Figure, path: Path, dots: int = DOTS) -> Path:
 
 def scene_words(scene: Scene) -> str:
     """Crossing, wheel, speed, direction and load in one line."""
-    wheel = scene.wheel.label or Path(scene.wheel.profile).name
+    wheel = scene.wheel.name
     speed = f"{show(scene.speed, 'mph', 3)} ({show(scene.speed, 'km/h', 3)})"
     return f"{scene.crossing.family} crossing 1:{scene.crossing.ratio:g}, wheel {wheel}, {speed} {scene.direction}, wheel load {show(scene.static_wheel_load, 'kN', 3)}"
 

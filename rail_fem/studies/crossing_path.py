@@ -17,13 +17,11 @@ from geometry.axes import tread_datum_y
 from geometry.contact_band import PathNumbers, band_edges, clearance, path_numbers
 from geometry.crossing import CastCrossing
 from geometry.format_slices import read_slices
-from geometry.formats import read_raw
 from geometry.path import WheelPath, wheel_path
-from geometry.profile_doctor import examine
-from geometry.profiles import Profile
 from geometry.section_path import SectionCrossing, section_path
-from geometry.wheel import WHEEL_NAMES, wheel_profile
+from geometry.wheel import WHEEL_NAMES
 from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
+from rail_fem.wheelshape import wheel_shape
 
 MM = 1e-3
 GAUGE_DEPTH = 14 * MM
@@ -44,15 +42,10 @@ COLUMNS = (("ramp_lift", "lift mm", 1e3, 2), ("ramp_slope", "climb mrad", 1e3, 1
            ("trailing_slope", "trailing climb mrad", 1e3, 1), ("trailing_x", "at x mm", 1e3, 0))  # fmt: skip
 
 
-def wheel_of(name: str) -> Profile:
-    """The wheel of this name, or of this file, mended by the profile doctor."""
-    return wheel_profile(name) if name in WHEEL_NAMES else examine(read_raw(Path(name), "wheel")).profile.graph_part()
-
-
 def run_over(crossing: CastCrossing, name: str, spacing: float = 1 * MM, radius: float = RADIUS) -> WheelPath:
     """Path of one wheel (name or file) from plain rail to beyond the nose's topping."""
     end = min(0.9 * crossing.stretch, crossing.x_range[1] - 0.1)
-    return wheel_path(crossing, wheel_of(name), np.arange(crossing.shape.leg_start - 0.2, end, spacing), radius=radius)
+    return wheel_path(crossing, wheel_shape(name), np.arange(crossing.shape.leg_start - 0.2, end, spacing), radius=radius)
 
 
 def table(numbers: dict[str, PathNumbers], ratio: float) -> str:
@@ -90,7 +83,7 @@ def against_sections(file: Path, paths: dict[str, WheelPath], radius: float) -> 
     for name, path in paths.items():
         inside = (path.x > sections.x[0] + 0.1) & (path.x < min(sections.x[-1] - 0.1, 0.75))
         x = path.x[inside][::4]
-        own = section_path(sections, wheel_of(name), x, tread_datum_y(), radius)
+        own = section_path(sections, wheel_shape(name), x, tread_datum_y(), radius)
         nose = x[np.argmax(own.on_nose)] if own.on_nose.any() else np.nan
         rows.append(f"  {shown_name(name):<10} largest difference in height {np.abs(own.height - path.height[inside][::4]).max() / MM:.3f} mm, "
                     f"nose carries from {nose / MM:.0f} mm ({path.transfers[0] / MM:.0f} mm)")
@@ -128,7 +121,7 @@ def draw_plan(axis, crossing: CastCrossing, run: WheelPath, n: PathNumbers, name
         sides = outline(crossing, x, fine, body) / MM
         axis.fill_between(x / MM, *sides.T, color=grey, lw=0)
         axis.plot(x / MM, sides, color="#555555", lw=0.9)
-        near = clearance(crossing, wheel_of(name), run, x, y, body)
+        near = clearance(crossing, wheel_shape(name), run, x, y, body)
         bands.append(band_edges(near, y, APPROACH))
         axis.contourf(x / MM, y / MM, (near < APPROACH / 2).T.astype(float), levels=[0.5, 1.5], colors=[colour])
     carried = np.where(run.on_nose, np.nan, run.contact_point[:, 1]), np.where(run.on_nose, run.contact_point[:, 1], np.nan)

@@ -147,7 +147,7 @@ def _load(path: Path) -> PassResult:
 def _refuse_unlike_scenes(loaded: list[tuple[Path, PassResult]], chosen: int) -> None:
     there, reference = loaded[chosen]
     for path, result in loaded:
-        unlike = differences(reference.scene.model_dump(mode="json"), result.scene.model_dump(mode="json"))
+        unlike = differences(reference.scene.plain(), result.scene.plain())
         if unlike:
             raise CompareError("\n  ".join([f"{path}: another scene than {there}, {len(unlike)} difference(s); errors between scenes mean nothing", *unlike]))
 

@@ -23,7 +23,7 @@ from rail_fem.ladder import LADDER
 from rail_fem.launcher import mpi_command, rank_environment
 from rail_fem.progress import duration
 from rail_fem.result import load
-from rail_fem.runfolder import MARK, differences, fingerprint
+from rail_fem.runfolder import MARK, differences, digest, fingerprint, only_profile_differs
 
 PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux
 FINISHED, FAILED, SKIPPED = "finished", "FAILED", "finished before"
@@ -89,29 +89,51 @@ def run_job(job: Job, ranks: int) -> Outcome:
     """Run a job, or pass over it when its folder holds the finished result of this very case."""
     started = time.perf_counter()
     try:
-        if is_finished(job):
+        anew = profile_changed(job)
+        if not anew and is_finished(job):
             return Outcome(job, SKIPPED)
-        fault = _under_mpirun(job, ranks) if LADDER[job.model].parallel else run_case(job.case, job.model, job.folder, True, False, lambda text: None)
+        if LADDER[job.model].parallel:
+            fault = _under_mpirun(job, ranks, anew)
+        else:
+            fault = run_case(job.case, job.model, job.folder, not anew, anew, lambda text: None)
     except (JobFault, ValueError, ArithmeticError, OSError) as error:
-        fault = f"{type(error).__name__}: {error}" if not isinstance(error, JobFault) else str(error)
-    return Outcome(job, FAILED if fault else FINISHED, fault, time.perf_counter() - started)
+        anew, fault = False, f"{type(error).__name__}: {error}" if not isinstance(error, JobFault) else str(error)
+    return Outcome(job, FAILED if fault else FINISHED, fault or ("its profile file had changed" if anew else ""), time.perf_counter() - started)
+
+
+def _unlike(job: Job) -> list[str]:
+    """How the case that a folder holds differs from this job's."""
+    mark = job.folder / MARK
+    there = json.loads(mark.read_text(encoding="utf-8")) if mark.is_file() else {}
+    return differences(there, _mark(job))
+
+
+def _mark(job: Job) -> dict:
+    return fingerprint(job.model, job.case.scene, job.case.runs[job.model])
+
+
+def profile_changed(job: Job) -> bool:
+    """Whether the folder holds this very case with another content of its profile file: then what lies there answers nothing any more."""
+    return (job.folder / MARK).is_file() and only_profile_differs(_unlike(job))
 
 
 def is_finished(job: Job) -> bool:
     """Whether the folder holds a result of this case. Errors: ValueError when it holds one of another case or of an older scene, named key by key."""
     if not (job.folder / "result.json").is_file():
         return False
-    mark = job.folder / MARK
-    there = json.loads(mark.read_text(encoding="utf-8")) if mark.is_file() else {}
-    unlike = differences(there, fingerprint(job.model, job.case.scene, job.case.runs[job.model]))
+    unlike = _unlike(job)
     if unlike:
         raise ValueError(f"{job.folder} holds the result of another case or of an older version of it: {'; '.join(unlike[:5])}: remove the folder to run it again")
     return not load(job.folder).fault
 
 
-def _under_mpirun(job: Job, ranks: int) -> str:
-    """Run as `rail_fem run` in processes of their own, words into run.log beside the folder; returns the fault."""
-    program = [sys.executable, "-m", "mpi4py", "-m", "rail_fem", "run", str(job.case.path), "--model", job.model, "--out", str(job.folder), "--restart"]
+def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
+    """Run as `rail_fem run` in processes of their own, words into run.log beside the folder; returns the fault.
+
+    They read the case again, and refuse another content than this sweep has read.
+    """
+    program = [sys.executable, "-m", "mpi4py", "-m", "rail_fem", "run", str(job.case.path), "--model", job.model, "--out", str(job.folder),
+               "--overwrite" if anew else "--restart", "--digest", digest(_mark(job))]
     job.folder.parent.mkdir(parents=True, exist_ok=True)
     log = job.folder.parent / f"{job.model}.log"
     with log.open("a", encoding="utf-8") as stream:

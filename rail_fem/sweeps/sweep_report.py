@@ -56,7 +56,7 @@ def _unlike_case(result: PassResult, cases: Path | None, name: str) -> list[str]
     file = None if cases is None else Path(cases) / f"{name}.toml"
     if file is None or not file.is_file():
         return []
-    return differences(result.scene.model_dump(mode="json"), load_case(file).scene.model_dump(mode="json"))
+    return differences(result.scene.plain(), load_case(file).scene.plain())
 
 
 def force_table(results: Results) -> list[str]:

@@ -1,10 +1,7 @@
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from geometry.format_simpack import write_simpack
-from geometry.wheel import wheel_profile
 from rail_fem.casefile import CaseError, load_case
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -108,46 +105,6 @@ def test_absent_case_file_is_a_fault(tmp_path):
         load_case(tmp_path / "absent.toml")
     with pytest.raises(CaseError, match="cannot be read"):
         load_case(tmp_path)
-
-
-def write_profile(path, points=None, scale=1e3):
-    points = wheel_profile("P8").points[::5] if points is None else points
-    np.savetxt(path, points * scale, delimiter=",", header="y, z [mm]")
-
-
-def test_absent_profile_file_is_a_fault_and_is_looked_for_beside_the_case(tmp_path):
-    text = GOOD.replace('"P8-worn"', '"measured.csv"')
-    assert 'scene.wheel.profile: no file "measured.csv"' in faults_of(tmp_path, text)[0]
-    write_profile(tmp_path / "measured.csv")
-    wheel = load_case(tmp_path / "case.toml").scene.wheel
-    np.testing.assert_allclose(wheel.shape.points, wheel_profile("P8").points[::5], atol=1e-12)
-
-
-def test_a_simpack_wheel_is_read_through_the_profile_doctor(tmp_path):
-    write_simpack(tmp_path / "wheel.prw", wheel_profile("P8").points[::5], "wheel")
-    (tmp_path / "case.toml").write_text(GOOD.replace('"P8-worn"', '"wheel.prw"'), encoding="utf-8")
-    shape, new = load_case(tmp_path / "case.toml").scene.wheel.shape, wheel_profile("P8")
-    y = np.linspace(-0.04, 0.05, 91)
-    np.testing.assert_allclose(shape.height(y), new.height(y), atol=42e-6)  # points 5 mm apart round the kink of 0.067 by 5 mm * 0.067 / 8
-
-
-@pytest.mark.parametrize("change, said", [
-    (lambda points: points[::-1], "reverse the order"), (lambda points: points[:5], "needs at least 20"),
-    (lambda points: points * 1e-3, "are its units mm?"), (lambda points: points * 25.4, "are its units mm?"),
-    (lambda points: points * [1, -1], "does z point up?"), (lambda points: points + [0, 0.004], "shift it"),
-    (lambda points: np.vstack([points, [np.nan, 0]]), "not finite"), (lambda points: np.repeat(points, 2, axis=0), "repeats point"),
-])
-def test_profile_file_that_is_no_wheel_is_a_fault_of_the_case(tmp_path, change, said):
-    write_profile(tmp_path / "measured.csv", change(wheel_profile("P8").points[::20]))
-    faults = faults_of(tmp_path, GOOD.replace('"P8-worn"', '"measured.csv"'))
-    assert len(faults) == 1 and faults[0].startswith("scene.wheel.profile: ") and said in faults[0]
-
-
-def test_line_that_is_no_point_is_named(tmp_path):
-    write_profile(tmp_path / "measured.csv")
-    with (tmp_path / "measured.csv").open("a") as stream:
-        stream.write("1,5 2,5\n")
-    assert 'line 228 "1,5 2,5" is not "y, z" in mm' in faults_of(tmp_path, GOOD.replace('"P8-worn"', '"measured.csv"'))[0]
 
 
 @pytest.mark.parametrize("direction, start, end", [("facing", "560 mm", "200 mm"), ("trailing", "200 mm", "560 mm")])

@@ -8,7 +8,8 @@ from geometry.crossing import CastCrossing
 from geometry.formats import write_profile
 from geometry.path import wheel_path
 from geometry.wheel import wheel_profile
-from rail_fem.studies.crossing_path import MM, REFERENCE, draw, run_over, table, wheel_of, write_table
+from rail_fem.studies.crossing_path import MM, REFERENCE, draw, run_over, table, write_table
+from rail_fem.wheelshape import wheel_shape
 
 
 def studied(names, spacing, ratio=9.25):
@@ -32,7 +33,7 @@ def test_a_wheel_of_a_file_runs_as_the_one_it_was_written_from(tmp_path):
     file = str(tmp_path / "mine.prw")
     write_profile(file, wheel_profile("P8").points, "wheel")
     x = np.array([-0.8, -0.65, 0.1, 0.3])
-    own, named = (wheel_path(CastCrossing(9.25), wheel_of(n), x).height for n in (file, "P8"))
+    own, named = (wheel_path(CastCrossing(9.25), wheel_shape(n), x).height for n in (file, "P8"))
     assert own == pytest.approx(named, abs=2e-6)
 
 
