@@ -1,8 +1,11 @@
 """What a contact solver refuses, and what it warns of: gaps, drives, friction, creepages, grids that cut the patch."""
 from __future__ import annotations
 
+from numbers import Integral, Real
+
 import numpy as np
 
+from bem.input_checks import is_finite
 from bem.material import Elastic
 from bem.patch import ContactInputError, Creepage, Grid, PatchCutError
 
@@ -11,6 +14,7 @@ _IMPOSSIBLE_SLIP = 1.0
 _UNLIKELY_SLIP = 0.1
 _USUAL_FRICTION = 1.0
 _ROUND_OFF = 1e-9
+_FEWEST_CELLS = 4
 
 
 def check_gap(gap: np.ndarray, grid: Grid) -> None:
@@ -26,20 +30,41 @@ def check_gap(gap: np.ndarray, grid: Grid) -> None:
         raise ContactInputError("gap is +inf in every cell: the bodies share no surface; move the grid")
 
 
+def gap_values(gap: np.ndarray, grid: Grid) -> np.ndarray:
+    """Gap (nx, ny) [m] as floats, checked; refuses what is no array of real numbers."""
+    try:
+        values = np.asarray(gap)
+        if np.iscomplexobj(values):
+            raise TypeError
+        values = values.astype(float)
+    except (TypeError, ValueError):
+        raise ContactInputError("gap is no array of real numbers: give distances in metres, open positive, +inf where a body has no surface") from None
+    check_gap(values, grid)
+    return values
+
+
+def check_cells(cells: int | tuple[int, int]) -> tuple[int, int]:
+    """Cells along x and y; refuses what are no whole numbers, and grids too small to hold a patch and its margin."""
+    both = (cells, cells) if isinstance(cells, Real) else tuple(cells)
+    if len(both) != 2 or not all(isinstance(count, Integral) and count >= _FEWEST_CELLS for count in both):
+        raise ContactInputError(f"cells = {cells!r}: give whole numbers, at least {_FEWEST_CELLS} each way, as the patch needs a margin")
+    return int(both[0]), int(both[1])
+
+
 def check_drive(load: float | None, approach: float | None) -> None:
     """Exactly one of load [N] >= 0 and approach [m] is given and finite."""
     if (load is None) == (approach is None):
         raise ContactInputError(f"load = {load!r} N, approach = {approach!r} m: give exactly one of them")
-    if load is not None and not (np.isfinite(load) and load >= 0):
-        raise ContactInputError(f"load = {load!r} N: must be finite and >= 0; a contact carries no tension")
-    if approach is not None and not np.isfinite(approach):
-        raise ContactInputError(f"approach = {approach!r} m: must be finite")
+    if load is not None and not (is_finite(load) and load >= 0):
+        raise ContactInputError(f"load = {load!r} N: must be a finite number >= 0; a contact carries no tension")
+    if approach is not None and not is_finite(approach):
+        raise ContactInputError(f"approach = {approach!r} m: must be a finite number")
 
 
 def check_friction(friction: float) -> tuple[str, ...]:
     """Refuses a negative or infinite coefficient, warns of one above 1."""
-    if not (np.isfinite(friction) and friction >= 0):
-        raise ContactInputError(f"friction = {friction!r}: must be finite and >= 0")
+    if not (is_finite(friction) and friction >= 0):
+        raise ContactInputError(f"friction = {friction!r}: must be a finite number >= 0")
     if friction > _USUAL_FRICTION:
         return (f"friction {friction:g} is above {_USUAL_FRICTION:g}, which dry steel does not reach",)
     return ()
@@ -52,8 +77,8 @@ def _largest_slip(motion: Creepage, bounds: tuple[float, float, float, float]) -
 
 
 def _check_finite(motion: Creepage) -> None:
-    if not np.isfinite([motion.longitudinal, motion.lateral, motion.spin]).all():
-        raise ContactInputError(f"{motion}: every part must be finite")
+    if not all(map(is_finite, (motion.longitudinal, motion.lateral, motion.spin))):
+        raise ContactInputError(f"{motion}: every part must be a finite number")
 
 
 def check_creepage(creepage: Creepage, bounds: tuple[float, float, float, float]) -> tuple[str, ...]:
@@ -82,8 +107,8 @@ def check_shift(shift: Creepage, bounds: tuple[float, float, float, float]) -> N
 def check_force(force: tuple[float | None, float | None], limit: float) -> None:
     """Refuses tangential forces [N] that friction cannot carry; limit = mu N [N]."""
     given = [value for value in force if value is not None]
-    if not np.isfinite(given).all():
-        raise ContactInputError(f"tangential force {force!r} N: must be finite")
+    if not all(map(is_finite, given)):
+        raise ContactInputError(f"tangential force {force!r} N: must be finite numbers")
     if given and np.hypot(*(given + [0.0])[:2]) >= limit * (1 - _ROUND_OFF):
         raise ContactInputError(f"tangential force {force!r} N reaches mu N = {limit:g} N: the bodies slide, no rigid slip belongs "
                                 "to it; lower the force or give the creepage")

@@ -6,7 +6,8 @@ from numbers import Real
 import numpy as np
 
 
-def _is_finite(value: object) -> bool:
+def is_finite(value: object) -> bool:
+    """Whether a value is a finite real number."""
     return isinstance(value, (Real, np.number)) and bool(np.isfinite(value))
 
 
@@ -18,14 +19,14 @@ def _shown(value: object) -> str:
 def refuse_unless_finite(error: type[ValueError], **values: object) -> None:
     """Raise `error` for the first value that is no finite number."""
     for name, value in values.items():
-        if not _is_finite(value):
+        if not is_finite(value):
             raise error(f"{name} = {_shown(value)}: must be a finite number")
 
 
 def refuse_unless_positive(error: type[ValueError], **values: object) -> None:
     """Raise `error` for the first value that is no finite number above zero."""
     for name, value in values.items():
-        if not (_is_finite(value) and value > 0):
+        if not (is_finite(value) and value > 0):
             raise error(f"{name} = {_shown(value)}: must be a finite positive number")
 
 

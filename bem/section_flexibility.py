@@ -90,6 +90,9 @@ def body_flexibility(body: Body, zone: np.ndarray, size: float, length: float, a
         raise OutlineError("slices need a body with a held edge (or an infinite one): a hub holds no prism; hold an inner ring instead")
     mesh = mesh_outline(body.outline, _sizing(body, zone, size))
     nodes = _stations(mesh, body, zone, size)
+    if len(nodes) < 2:
+        raise OutlineError(f"{len(nodes)} stations of {size:.3g} m lie on the face {body.face!r} within the contact zone around "
+                           f"({zone[:, 0].mean():.4g}, {zone[:, 1].mean():.4g}) m: the faces do not meet there; move the grid or the bodies")
     held = np.zeros(mesh.densities, bool)
     if body.held is not None:
         held[mesh.of_edge(body.held)] = True

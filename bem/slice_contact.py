@@ -10,7 +10,8 @@ how it is held. It is found by boundary elements in the section, wavenumber by w
 
 Three-dimensional: the gap in every slice, the elasticity of both bodies as prisms of their section at x = 0, and with it the
 spread of load along the patch. For a large block the method is the half-space's, for a long patch the plane-strain one's
-(bem/contact.py). Not three-dimensional: the bodies' elasticity does not know that their sections change along x (a wheel's
+(bem/contact.py). The gap is that of the undeformed bodies at the approach found, taken anew in turns: on a steep face they slide
+along each other by more than the patch's depth while they close. Not three-dimensional: the bodies' elasticity does not know that their sections change along x (a wheel's
 roundness, a nose that widens), nor their ends; the normal's component along x is neglected (x/R); pressures act along the lower
 face's normals, and developed lengths along it take the place of distances in the half-space's share, which the rest makes up for.
 No friction. Source of the idea: displacement-driven slices are the further work named in the thesis, chapter 6.2.4.
@@ -27,15 +28,17 @@ from scipy import fft
 
 from bem.halfspace_coarse import coarse_grid, relative_change
 from bem.halfspace_influence import Pair
-from bem.halfspace_input import check_drive, check_inside, strain_warning
+from bem.halfspace_input import check_cells, check_drive, check_inside, strain_warning
 from bem.halfspace_place import Window, evaluate_gap, place_grid, widened
-from bem.halfspace_pressure import NormalOperator, solve_pressure
-from bem.patch import Cost, ErrorEstimate, Grid, NoContactError, Patch
+from bem.halfspace_pressure import NormalOperator, PressureSolution, solve_pressure
+from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid, NoContactError, Patch
 from bem.section_flexibility import Flexibility, body_flexibility
 from bem.slices import SliceGap, Slices
 
 _STEEPEST = 0.05        # least cosine between face normal and approach: steeper faces are not closed by it
 _STATIONS = 16
+_GAP_KEPT = 1e-3        # of the largest closure, by which the gap may change over the patch when it is taken anew
+_MOST_TURNS = 12        # times the gap is taken anew
 _MOST_STRETCHES = 12    # times the sections are laid anew for a grid that cut the patch
 _ZONE = 0.15            # of the patch's width, by which stations reach beyond it on each side
 
@@ -44,6 +47,7 @@ _ZONE = 0.15            # of the patch's width, by which stations reach beyond i
 class SlicePatch(Patch):
     """A patch laid along a curved face.
 
+    gap : along the lower face's normals at the approach, and led back from there in a line: closed by approach * cosine
     points, normals : (ny, 2) [m] where the grid's lateral coordinate lies in the section, and the lower face's outward normals
     way : (2,) direction of the approach; seconds : time by stage; closing : (2,) [m] move of the upper body to touch at x = 0
     """
@@ -80,7 +84,7 @@ class SliceOperator(NormalOperator):
             kernel = rest.between_slices(grid)
             wrapped = np.zeros((self._along, *kernel.shape[1:]))
             wrapped[:grid.nx] = kernel
-            wrapped[-grid.nx + 1:] = kernel[:0:-1]
+            wrapped[self._along - grid.nx + 1:] = kernel[:0:-1]
             self._rests.append((rest.interpolation(grid.y), fft.rfft(wrapped, axis=0).real))
 
     def rest(self, pressure: np.ndarray) -> np.ndarray:
@@ -115,6 +119,7 @@ def slice_contact(slices: Slices, *, load: float | None = None, approach: float 
     Raises ContactInputError and its kinds, OutlineError, with what is wrong and what to do.
     """
     check_drive(load, approach)
+    cells = check_cells(cells)
     clock = _Clock()
     first, second = slices.upper.material, slices.lower.material
     gap = SliceGap(slices)
@@ -123,7 +128,9 @@ def slice_contact(slices: Slices, *, load: float | None = None, approach: float 
     if load == 0:
         return _untouched(problem, grid or Grid.over(*window, *cells), clock)
     given = grid is not None
-    if not given:
+    if given:
+        _check_beside_face(grid, gap)
+    else:
         grid = place_grid(problem.gap_along, window, problem.pair, load, approach, cells)
     clock.stop("placing")
     patch = _solve(problem, grid, window, stations, clock, 1 if given else _MOST_STRETCHES, cut)
@@ -147,11 +154,11 @@ class _Problem:
     def cosines(self, y: np.ndarray) -> np.ndarray:
         return np.maximum(self.gap.cosines(y), _STEEPEST)
 
-    def gap_along(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Gap over the cosine: the approach that closes it."""
-        values = self.gap(x, y)
+    def gap_along(self, x: np.ndarray, y: np.ndarray, approach: float = 0.0) -> np.ndarray:
+        """The approach that closes the gap, led on in a line from the gap at an approach."""
+        values = self.gap(x, y, approach)
         values[:, self.gap.cosines(y[0]) < _STEEPEST] = np.inf
-        return values / self.cosines(y[0])
+        return values / self.cosines(y[0]) + approach
 
     def flexibilities(self, low: float, high: float, size: float, length: float) -> list[Flexibility]:
         """Rest of both bodies for a zone between lateral coordinates, by stations `size` apart."""
@@ -171,6 +178,13 @@ class _Clock:
         now = time.perf_counter()
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
         self._last = now
+
+
+def _check_beside_face(grid: Grid, gap: SliceGap) -> None:
+    low, high = gap.window
+    if grid.edges[2] >= high or grid.edges[3] <= low:
+        raise ContactInputError(f"grid from y = {grid.edges[2]:.4g} to {grid.edges[3]:.4g} m lies beside the lower face, which reaches from "
+                                f"{low:.4g} to {high:.4g} m: move the grid")
 
 
 def _default_length(gap: SliceGap) -> tuple[float, float]:
@@ -209,18 +223,46 @@ def _cut(patch: Patch, window: Window) -> np.ndarray:
 
 
 def _solve_on(problem: _Problem, grid: Grid, rests: list[Flexibility]) -> SlicePatch:
+    """Contact on one grid; the gap is taken anew at the approach found until it stays."""
     cosines = problem.cosines(grid.y)
-    along = evaluate_gap(problem.gap_along, grid)
     operator = SliceOperator(grid, problem.pair, rests, cosines)
-    if problem.approach is not None and problem.approach <= along.min():
-        raise NoContactError(f"approach {problem.approach:g} m does not close the least gap, {along.min():g} m: no contact; raise the approach")
-    solution = solve_pressure(operator, along, problem.load, problem.approach)
+    along = _gap_at(problem, grid, problem.approach or 0.0)
+    solution = _pressed(problem, operator, along, None)
+    iterations, change = solution.iterations, 0.0
+    for _ in range(_MOST_TURNS if problem.approach is None else 0):
+        anew = _gap_at(problem, grid, solution.approach)
+        change = _gap_change(along, anew, cosines, solution)
+        if change <= _GAP_KEPT:
+            break
+        along = anew
+        solution = _pressed(problem, operator, along, solution.pressure)
+        iterations += solution.iterations
     notes = () if solution.converged else (f"pressure not converged: residual {solution.residual:.1e} of the approach after "
                                            f"{solution.iterations} iterations",)
+    if change > _GAP_KEPT:
+        notes += (f"the gap still changes by {change:.1g} of the deepest closure after it was taken anew {_MOST_TURNS} times: the bodies "
+                  "slide along each other as far as they close; press along a way nearer to the face's normal",)
     points, normals = problem.gap.face(grid.y)
     return SlicePatch(grid, along * cosines, solution.pressure / cosines, solution.approach, "2.5D slices",
-                      cost=Cost(np.nan, solution.iterations, operator.products), warnings=notes, points=points, normals=normals,
+                      cost=Cost(np.nan, iterations, operator.products), warnings=notes, points=points, normals=normals,
                       way=np.array(problem.gap.slices.way), closing=problem.gap.closing)
+
+
+def _gap_at(problem: _Problem, grid: Grid, approach: float) -> np.ndarray:
+    return evaluate_gap(lambda x, y: problem.gap_along(x, y, approach), grid)
+
+
+def _pressed(problem: _Problem, operator: SliceOperator, along: np.ndarray, start: np.ndarray | None) -> PressureSolution:
+    if problem.approach is not None and problem.approach <= along.min():
+        raise NoContactError(f"approach {problem.approach:g} m does not close the least gap, {along.min():g} m: no contact; raise the approach")
+    return solve_pressure(operator, along, problem.load, problem.approach, start)
+
+
+def _gap_change(before: np.ndarray, anew: np.ndarray, cosines: np.ndarray, solution: PressureSolution) -> float:
+    """Largest change of the gap where the bodies touch, or would touch now, over the deepest closure there [1]."""
+    near = (solution.pressure > 0) | (np.minimum(before, anew) < solution.approach) & np.isfinite(before) & np.isfinite(anew)
+    before, anew, share = before[near], anew[near], np.broadcast_to(cosines, near.shape)[near]
+    return float((np.abs(anew - before) * share).max() / ((solution.approach - before) * share).max())
 
 
 def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstimate:

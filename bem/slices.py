@@ -102,9 +102,9 @@ def _between(places: np.ndarray, profiles: Sequence[np.ndarray] | None, body: Bo
 
 @dataclass
 class SliceGap:
-    """Gap function over (x, s) with the upper body brought to touch at x = 0.
+    """Gap function over (x, s) with the upper body brought to touch at x = 0, and from there on by an approach along the way.
 
-    closing : (2,) [m] by which the upper body was moved; upper : Body there; reach : largest gap considered [m]
+    closing : (2,) [m] by which the upper body was moved to touch; upper : Body there; reach : largest gap considered [m]
     """
 
     slices: Slices
@@ -160,21 +160,25 @@ class SliceGap:
         """(m,) share of the approach that closes the gap at the grid's lateral coordinates."""
         return -self.face(y)[1] @ np.array(self.slices.way)
 
-    def __call__(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """(nx, ny) gap [m] along the normals at points of a grid (nx, ny); +inf where a body has no surface."""
+    def __call__(self, x: np.ndarray, y: np.ndarray, approach: float = 0.0) -> np.ndarray:
+        """(nx, ny) gap [m] along the normals at points of a grid (nx, ny); +inf where a body has no surface.
+
+        approach : [m] by which the undeformed upper body is pushed on after the touch; the gap is negative where they overlap
+        """
+        place = self.closing + approach * np.array(self.slices.way)
         rows = np.asarray(y)[0]
         points, normals = self.face(rows)
         outside = (rows < self.window[0]) | (rows > self.window[1])
-        values = np.array([self._slice(float(place), points, normals) for place in np.asarray(x)[:, 0]])
+        values = np.array([self._slice(float(at), points, normals, place) for at in np.asarray(x)[:, 0]])
         values[:, outside] = np.inf
         return values
 
-    def _slice(self, x: float, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    def _slice(self, x: float, points: np.ndarray, normals: np.ndarray, place: np.ndarray) -> np.ndarray:
         slices = self.slices
         pieces = [c.points for c in slices.upper.outline.edge_curves(slices.upper.face)] if slices.upper_section is None else slices.upper_section(x)
         if not pieces:
             return np.full(len(points), np.inf)
-        gap = smooth_gap(points, normals, [Curve.through(piece + self.closing) for piece in pieces], self.reach, BEHIND)
+        gap = smooth_gap(points, normals, [Curve.through(piece + place) for piece in pieces], self.reach, BEHIND)
         if slices.lower_section is not None:
             lower = slices.lower_section(x)
             if not lower:

@@ -92,6 +92,69 @@ def test_long_pin_in_its_hole_is_perssons_where_the_half_space_is_wrong(degrees)
     assert np.count_nonzero(pressure) * grid.dy / 2 / radius == pytest.approx(found, abs=1.5 * grid.dy / radius)
 
 
+def ring(radius: float, hub: float) -> Body:
+    """A round pin held at its hub."""
+    return Body(Outline([[Edge(arc((0, 0), radius, np.pi / 2, 2.5 * np.pi, 721), "face")],
+                         [Edge(arc((0, 0), hub, 0, 2 * np.pi, 181), "hub")]]), STEEL, held="hub")
+
+
+def flank():
+    """A pin of 10 mm in a hole of 20 mm, pressed 0.1 mm into its flank at 65 degrees: straight into it, and down along it.
+
+    Where the pin ends, not how it came there, decides in an elastic contact without friction, so both are one contact: the approach
+    straight into the flank has the exact gap from the touch on, the other slides 0.22 mm along the face on its way.
+    """
+    clearance, deep, angle = 0.01, 1e-4, np.radians(65)
+    hole = Body(Outline([[Edge(arc((0, 0), 0.02, np.pi / 2, 2.5 * np.pi, 721), "face")]], infinite=True), STEEL)
+    normal = np.array([np.sin(angle), -np.cos(angle)])
+    above = (clearance + deep) * normal + [0, 3e-4]
+    straight = Slices(hole, ring(0.01, 0.002), way=tuple(normal))
+    down = Slices(hole, ring(0.01, 0.002).moved(above))
+    return straight, deep, down, 3e-4 + SliceGap(down).closing[1]
+
+
+def on_flank(slices: Slices, **drive):
+    middle = SliceGap(slices).touch[0]
+    grid = Grid.over((-0.05, 0.05), (middle - 5e-3, middle + 5e-3), 21, 80)
+    return slice_contact(slices, grid=grid, cut=True, threads=1, estimate=False, **drive)
+
+
+def test_gap_at_an_approach_is_that_of_two_circles():
+    """Distance from the hole to the moved pin along the hole's normal, 1e-9 m of 1e-4."""
+    down, approach = flank()[2:]
+    gap = SliceGap(down)
+    y = np.linspace(gap.touch[0] - 5e-3, gap.touch[0] + 5e-3, 31)
+    found = gap(np.zeros((1, 31)), y[None, :], approach)[0]
+    points, normals = gap.face(y)
+    away = points - (0.01 + 1e-4) * np.array([np.sin(np.radians(65)), -np.cos(np.radians(65))])
+    along = (away * normals).sum(axis=1)
+    exact = -along - np.sqrt(along**2 - (away**2).sum(axis=1) + 0.01**2)
+    np.testing.assert_allclose(found, exact, atol=2e-8)
+    assert found.min() < -0.9e-4
+
+
+def test_pressed_along_a_steep_flank_is_the_contact_pressed_straight_into_it():
+    """Pressure 0.2 %, force and approach 0.1 %; with the gap of the first touch 1.3 %, 2.8 % and 3.2 %."""
+    straight, deep, down, approach = flank()
+    exact = on_flank(straight, approach=deep)
+    for drive in ({"approach": approach}, {"load": float(exact.force[1])}):
+        found = on_flank(down, **drive)
+        assert found.max_pressure == pytest.approx(exact.max_pressure, rel=2e-3)
+        np.testing.assert_allclose(found.force, exact.force, rtol=2e-3)
+        assert found.approach == pytest.approx(approach, rel=1e-3) and found.warnings == ()
+
+
+def test_one_slice_is_a_strip_and_a_grid_beside_the_face_is_refused():
+    slices = wheel_and_rail(0.3, 0.46, 0.03, 0.06)
+    strip = slice_contact(slices, load=5e4, grid=Grid.over((-5e-3, 5e-3), (-6e-3, 6e-3), 1, 40), cut=True, threads=1, estimate=False)
+    assert strip.normal_force == pytest.approx(5e4, rel=1e-3) and strip.pressure.shape == (1, 40)
+    with pytest.raises(ContactInputError, match="beside the lower face"):
+        slice_contact(slices, load=5e4, grid=Grid.over((-5e-3, 5e-3), (0.5, 0.6), 10, 10), threads=1)
+    for cells in ((0, 40), (40, 2.5), (2, 2)):
+        with pytest.raises(ContactInputError, match="cells"):
+            slice_contact(slices, load=5e4, cells=cells, threads=1)
+
+
 def edge_bodies():
     """A cylinder of radius 100 mm pressed 2 mm beside the square edge of a block."""
     y = np.linspace(-0.03, 0.002, 201)
