@@ -15,7 +15,8 @@ import numpy as np
 
 from bem.halfspace_coarse import coarse_field, coarse_grid, fine_pressure, relative_change
 from bem.halfspace_influence import Pair
-from bem.halfspace_input import check_drive, check_gap, check_inside, strain_warning
+from bem.halfspace_input import check_cells, check_drive, check_inside, gap_values, strain_warning
+from bem.input_checks import refuse_unless_positive
 from bem.halfspace_place import Window, evaluate_gap, place_grid, widened
 from bem.halfspace_pressure import NormalOperator, PressureSolution, solve_pressure
 from bem.material import Elastic
@@ -46,7 +47,9 @@ def normal_contact(gap: Gap, first: Elastic, second: Elastic, *, load: float | N
     check_drive(load, approach)
     started = time.perf_counter()
     pair = Pair.of(first, second)
-    cells = (cells, cells) if isinstance(cells, int) else cells
+    cells = check_cells(cells)
+    if accuracy is not None:
+        refuse_unless_positive(ContactInputError, accuracy=accuracy)
     if load == 0:
         return _empty(gap, grid, window, cells)
     if grid is None:
@@ -86,8 +89,7 @@ def _placed(gap, pair, load, approach, window, cells, accuracy, estimate) -> Pat
 
 def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> Patch:
     """Pressure on one grid, started from doubled cell sides where these are solved for the estimate or save time."""
-    values = evaluate_gap(gap, grid) if callable(gap) else np.asarray(gap, dtype=float)
-    check_gap(values, grid)
+    values = evaluate_gap(gap, grid) if callable(gap) else gap_values(gap, grid)
     finer = min(grid.shape) >= (2 * _COARSEST_GRID if estimate else _NESTED_GRID)
     coarse = _coarse_patch(gap, grid, values, pair, load, approach) if finer else None
     start = fine_pressure(coarse.pressure, grid.shape) if coarse is not None else None
@@ -132,7 +134,6 @@ def _empty(gap: Gap, grid: Grid | None, window: Window | None, cells: tuple[int,
         if window is None or not callable(gap):
             raise ContactInputError("give a grid, or a gap function with a window")
         grid = Grid.over(*window, *cells)
-    values = evaluate_gap(gap, grid) if callable(gap) else np.asarray(gap, dtype=float)
-    check_gap(values, grid)
+    values = evaluate_gap(gap, grid) if callable(gap) else gap_values(gap, grid)
     return Patch(grid, values, np.zeros(grid.shape), float(values.min()), "half-space", cost=Cost(0.0, 0, 0),
                  warnings=("load 0 N: the bodies touch without pressure, the patch is empty",))

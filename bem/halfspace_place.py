@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from bem.halfspace_influence import Pair
-from bem.halfspace_input import check_gap, check_inside
+from bem.halfspace_input import check_inside, gap_values
 from bem.halfspace_pressure import NormalOperator, solve_pressure
 from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError, edge_places
 
@@ -25,9 +25,7 @@ _NO_ROOM = 1e-6     # of a stretch, below which only round-off moves the grid's 
 
 def evaluate_gap(gap: GapFunction, grid: Grid) -> np.ndarray:
     """(nx, ny) gap at the cell centres [m], checked."""
-    values = np.asarray(gap(*grid.points()), dtype=float)
-    check_gap(values, grid)
-    return values
+    return gap_values(gap(*grid.points()), grid)
 
 
 def place_grid(gap: GapFunction, window: Window, pair: Pair, load: float | None, approach: float | None,

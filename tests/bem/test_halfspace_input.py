@@ -29,8 +29,29 @@ def test_other_impossible_gaps_are_refused(gap, words):
         normal_contact(gap, STEEL, STEEL, load=1e3, grid=GRID)
 
 
+@pytest.mark.parametrize("gap", [GAP + 0j, np.full(GRID.shape, "1 mm"), [[1, 2], [3]]])
+def test_gap_of_no_real_numbers_is_refused(gap):
+    with pytest.raises(ContactInputError, match="real numbers"):
+        normal_contact(gap, STEEL, STEEL, load=1e3, grid=GRID)
+
+
+@pytest.mark.parametrize("cells", [0, 2, 2.5, (44, -1), (8, 8, 8)])
+def test_cells_that_hold_no_patch_are_refused(cells):
+    with pytest.raises(ContactInputError, match="cells = "):
+        normal_contact(lambda x, y: x**2 + y**2, STEEL, STEEL, load=1e4, window=((-0.05, 0.05), (-0.05, 0.05)), cells=cells)
+
+
+@pytest.mark.parametrize("friction", ["dry", None, 0.3j, [0.3]])
+def test_friction_that_is_no_number_is_refused(friction):
+    for solve in (rolling_contact, shift_contact):
+        with pytest.raises(ContactInputError, match="friction"):
+            solve(solved(), STEEL, STEEL, friction, Creepage(1e-6))
+
+
 @pytest.mark.parametrize("drive, words", [({"load": -1.0}, "no tension"), ({"load": np.nan}, "finite"), ({}, "exactly one"),
-                                          ({"load": 1.0, "approach": 1e-6}, "exactly one"), ({"approach": np.inf}, "finite")])
+                                          ({"load": 1.0, "approach": 1e-6}, "exactly one"), ({"approach": np.inf}, "finite"),
+                                          ({"load": "10 kN"}, "finite number"), ({"load": [1e3]}, "finite number"), ({"load": 1j}, "finite number"),
+                                          ({"approach": "deep"}, "finite number")])
 def test_impossible_drives_are_refused(drive, words):
     with pytest.raises(ContactInputError, match=words):
         normal_contact(GAP, STEEL, STEEL, grid=GRID, **drive)
