@@ -6,22 +6,23 @@ all, and the one before it is kept until then.
 
 from __future__ import annotations
 
-import io
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rail_fem.atomic import write_atomically
 from rail_fem.fe.blocks import ElementBlocks
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.saved_state import gather_state, restore_state
 from rail_fem.fe.state import LANES, N_STATE
 from rail_fem.fe.structure import Structure
+from rail_fem.sealed import SealError, read_sealed, write_sealed
 
-VERSION = 4
+FORMAT = "4"
+REMEDY = "remove it and --restart begins at the first step, or begin again with --overwrite"
 
 
 def gather_rows(comm, index: np.ndarray, rows: np.ndarray, total: int) -> np.ndarray | None:
@@ -76,8 +77,12 @@ def _restore_block_works(structure: Structure, rows: np.ndarray) -> None:
     structure.block_work[:] = np.where(same[:, None], works[:, 0], shared)
 
 
-def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics) -> None:
-    """Write everything that the next step needs. owner : what holds the STATE, `dynamics` within it. Collective. Errors: OSError on all ranks."""
+def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, ties: Mapping[str, str]) -> None:
+    """Write everything that the next step needs.
+
+    owner : what holds the STATE, `dynamics` within it;  ties : what the file belongs to, such as case and mesh (root only)
+    Collective. Errors: ValueError on all ranks where it cannot be written.
+    """
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
     arrays = {f"nodal/{name}": gather_nodes(domain, getattr(s, name)) for name in s.NODAL}
     finite = domain.cell_input[s.finite_cells]
@@ -85,21 +90,16 @@ def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics) -> None:
     arrays["block_work"] = gather_rows(comm, finite, _block_works(s), domain.m_global)
     parts = np.concatenate([np.atleast_1d(getattr(dynamics, name)) for name in dynamics.SUMMED])
     arrays["summed"] = gather_rows(comm, np.array([comm.rank]), parts[None], comm.size)
-    plain = {"version": VERSION}
+    plain = {}
     for key, leaf in gather_state(owner).items():
         (arrays if isinstance(leaf, np.ndarray) else plain)[key] = leaf
     fault = None
     if comm.rank == 0:
         try:
-            write_atomically(Path(path), lambda tmp: _write(tmp, arrays, plain))
+            write_sealed(path, arrays | {"plain": np.frombuffer(json.dumps(plain).encode(), np.uint8)}, {"format": FORMAT, **ties})
         except OSError as error:
             fault = f"cannot write the restart file {path}: {error}"
     raise_together(comm, fault)
-
-
-def _write(path: Path, arrays: dict, plain: dict) -> None:
-    with path.open("wb") as stream:
-        np.savez(stream, plain=np.frombuffer(json.dumps(plain).encode(), np.uint8), **arrays)
 
 
 def _restore_summed(summed: np.ndarray, dynamics: Dynamics) -> None:
@@ -112,19 +112,18 @@ def _restore_summed(summed: np.ndarray, dynamics: Dynamics) -> None:
         setattr(dynamics, name, part.copy() if isinstance(getattr(dynamics, name), np.ndarray) else float(part[0]))
 
 
-def load_checkpoint(path: Path, owner: Any, dynamics: Dynamics) -> None:
-    """Restore a state saved by `save_checkpoint` into the same bodies. Collective. Errors: ValueError on all ranks."""
+def load_checkpoint(path: Path, owner: Any, dynamics: Dynamics, ties: Mapping[str, str]) -> None:
+    """Restore a state saved by `save_checkpoint` with the same ties (root only). Collective. Errors: ValueError on all ranks."""
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
-    payload = comm.bcast(Path(path).read_bytes() if comm.rank == 0 else None)
-    with np.load(io.BytesIO(payload)) as stored:
-        arrays = dict(stored)
-    plain = json.loads(bytes(arrays.pop("plain")).decode())
-    fault = None
-    if plain["version"] != VERSION:
-        fault = f"{path}: restart file of version {plain['version']}, this program reads {VERSION}: start afresh with --overwrite"
-    elif (held := (len(arrays["nodal/x"]), len(arrays["finite"]))) != (domain.n_global, domain.m_global):
-        fault = f"{path}: holds {held[0]} nodes and {held[1]} elements, the mesh has {domain.n_global} and {domain.m_global}"
+    arrays, fault = None, None
+    if comm.rank == 0:
+        try:
+            arrays, _ = read_sealed(path, {"format": FORMAT, **ties}, REMEDY)
+        except SealError as error:
+            fault = str(error)
     raise_together(comm, fault)
+    arrays = comm.bcast(arrays, root=0)
+    plain = json.loads(bytes(arrays.pop("plain")).decode())
     for name in s.NODAL:
         getattr(s, name)[:] = arrays[f"nodal/{name}"][domain.node_input].ravel()
     s.force[3 * domain.n_owned :] = 0.0

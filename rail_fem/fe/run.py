@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -25,11 +26,13 @@ class Run:
     """The time loop of one pass: `go` to the end, or `resume` first. limit, dt : stable step and step in use [s]."""
 
     STATE = (
-        "dynamics", "recorder", "limit", "dt", "settled", "start_energies", "frames", "next_row", "next_frame", "rechecks", "most_penalty", "static_approach", "loop_time",
+        "dynamics", "recorder", "limit", "dt", "settled", "start_energies", "frames", "next_row", "next_frame", "rechecks", "most_penalty", "static_approach", "loop_time", "spent",
     )  # fmt: skip
-    SCRATCH = ("last_checkpoint",)
+    SCRATCH = ("started", "last_checkpoint")
 
-    def __init__(self, comm, scene: Scene, settings: FeSettings, passage: Passage, folder: Path | None, progress):
+    def __init__(self, comm, scene: Scene, settings: FeSettings, passage: Passage, folder: Path | None, progress, ties: Mapping[str, str] | None = None):
+        """folder : takes fields and restart files, None for none;  ties : what a restart file belongs to, root only (rail_fem.sealed)"""
+        self.ties, self.started = ties or {}, time.perf_counter()
         self.comm, self.scene, self.settings, self.passage = comm, scene, settings, passage
         self.folder, self.progress = folder, progress
         self.dynamics, self.recorder = passage.dynamics, Recorder(passage)
@@ -40,7 +43,7 @@ class Run:
         self.frames: list[list] = []  # time [s], file name
         self.next_row, self.next_frame, self.rechecks = settings.history_interval, 0.0, 0
         self.most_penalty, self.static_approach = 0.0, float("nan")
-        self.loop_time = 0.0  # in the steps of the whole run [s]
+        self.loop_time = self.spent = 0.0  # of the whole run, in its steps and up to the last restart file [s]
         self.last_checkpoint = time.perf_counter()
 
     # ---- restart
@@ -48,25 +51,34 @@ class Run:
     def save(self) -> None:
         """Write the restart file. Collective."""
         if self.folder is not None:
-            save_checkpoint(self.folder / CHECKPOINT, self, self.dynamics)
+            self.spent, self.started = self.wall_time, time.perf_counter()
+            save_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.ties)
             self.last_checkpoint = time.perf_counter()
+
+    @property
+    def wall_time(self) -> float:
+        """Of the whole run, less what was lost at stops [s]."""
+        return self.spent + time.perf_counter() - self.started
 
     def resume(self) -> None:
         """Go on from the restart file. Collective."""
-        load_checkpoint(self.folder / CHECKPOINT, self, self.dynamics)
+        load_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.ties)
 
     # ---- the loop
 
     def go(self) -> None:
-        """Run to the end of the window or to max_steps. Collective."""
-        duration, d = self.passage.running.duration, self.dynamics
-        most = self.settings.max_steps or np.inf
-        while d.time < duration * (1 - 1e-12) and d.step_count < most:
+        """Run to the end of the window or to max_steps. The last restart file holds the state before the end is recorded, so that a restart after it
+        records it once more, and the same. Collective."""
+        while not self._over():
             self._step()
-        if self.recorder.steps:
-            self.recorder.row(d.energies())
-        self._frame("final.vtu")
         self.save()
+        if self.recorder.steps:
+            self.recorder.row(self.dynamics.energies())
+        self._frame("final.vtu")
+
+    def _over(self) -> bool:
+        d = self.dynamics
+        return d.time >= self.passage.running.duration * (1 - 1e-12) or d.step_count >= (self.settings.max_steps or np.inf)
 
     def _step(self) -> None:
         d, clock = self.dynamics, time.perf_counter()
@@ -81,7 +93,7 @@ class Run:
         if d.step_count % LIMIT_EVERY == 0:
             self._recheck_step()
         self.loop_time += time.perf_counter() - clock
-        if d.time >= self.next_frame:
+        if d.time >= self.next_frame and not self._over():  # the last frame is the final one
             self._next_frame()
         if d.step_count % CHECK_EVERY == 0 and self._checkpoint_due():
             self.save()

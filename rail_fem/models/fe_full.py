@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import resource
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,19 +16,23 @@ from mpi4py import MPI
 from geometry.mesh import HexMesh
 from geometry.mesh_quality import mesh_quality
 from rail_fem.events import end_doubts, force_peaks, transfer_place
+from rail_fem.atomic import write_text_atomically
 from rail_fem.fe import trust
 from rail_fem.fe.findings import slowest_elements, strain_peaks, trust_facts
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.placing import REGIONS
-from rail_fem.fe.run import Run
+from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
 from rail_fem.result import Cost, PassResult
+from rail_fem.runfolder import fingerprint
 from rail_fem.scene import Scene
+from rail_fem.sealed import digest_of, read_sealed, write_sealed
 from rail_fem.settings import FeSettings
 
-MESH_ARRAYS = ("points", "cells", "region", "surface", "surface_region", "clamp")
+MESH, MESH_ARRAYS = "mesh.npz", ("points", "cells", "region", "surface", "surface_region", "clamp")
+MESH_REMEDY = "remove it: --restart makes the mesh again, and goes on with the run if it comes out the same"
 
 
 def solve(scene: Scene, settings: FeSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
@@ -43,51 +48,56 @@ def solve_from(scene: Scene, settings: FeSettings, start: StartState | None, mod
     """One pass from a state where settling ends (None: at rest), its result under the name of a rung. Collective. Errors: as `solve`."""
     comm, started = MPI.COMM_WORLD, time.perf_counter()
     running = on_root(lambda: running_of(scene, settings))
-    mesh, first_gap, datum = placed_mesh(scene, settings, running, folder, restart)
+    ties = {"case": digest_of(fingerprint(model, scene, settings))}
+    mesh, first_gap, datum, seal = placed_mesh(scene, settings, running, folder, restart, ties)
     if progress and mesh is not None:
         progress.note(f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes")
-    run = Run(comm, scene, settings, build_passage(comm, scene, settings, running, mesh, datum, start), folder, progress)
-    if restart and folder is not None and on_root(lambda: (folder / "checkpoint.npz").is_file()):
+    run = Run(comm, scene, settings, build_passage(comm, scene, settings, running, mesh, datum, start), folder, progress, ties | {"mesh": seal})
+    run.started = started
+    if restart and folder is not None and on_root(lambda: (folder / CHECKPOINT).is_file()):
         run.resume()
     run.go()
-    return result_of(run, model, first_gap, time.perf_counter() - started)
+    return result_of(run, model, first_gap)
 
 
-def placed_mesh(scene: Scene, settings: FeSettings, running: Running, folder: Path | None, restart: bool) -> tuple[HexMesh | None, float, float]:
-    """Mesh in place (root only), gap before placing [m], height of D0 at the start [m]. A restart reads the mesh of the run. Collective."""
+def placed_mesh(
+    scene: Scene, settings: FeSettings, running: Running, folder: Path | None, restart: bool, ties: Mapping[str, str]
+) -> tuple[HexMesh | None, float, float, str]:
+    """Mesh in place (root only), gap before placing [m], height of D0 at the start [m], seal of the mesh's file ("" without a folder).
+
+    A restart reads the mesh of the run; ties : what its file belongs to. Collective. Errors: SealError for a file that is damaged or another's.
+    """
     kept = []  # the mesh stays on root: too large to send
 
     def on_root_only():
-        stored = None if folder is None else folder / "mesh.npz"
+        stored = None if folder is None else folder / MESH
         if restart and stored is not None and stored.is_file():
-            mesh, *numbers = _read_mesh(stored)
+            mesh, *about = _read_mesh(stored, ties)
         else:
-            mesh, *numbers = make_mesh(scene, settings, running)
-            if stored is not None:
-                _write_mesh(stored, mesh, *numbers)
+            mesh, gap, datum = make_mesh(scene, settings, running)
+            about = gap, datum, "" if stored is None else _write_mesh(stored, mesh, gap, datum, ties)
         kept.append(mesh)
-        return numbers
+        return about
 
-    gap, datum = on_root(on_root_only)
-    return (kept[0] if kept else None), gap, datum
+    gap, datum, seal = on_root(on_root_only)
+    return (kept[0] if kept else None), gap, datum, seal
 
 
-def _write_mesh(path: Path, mesh: HexMesh, gap: float, datum: float) -> None:
+def _write_mesh(path: Path, mesh: HexMesh, gap: float, datum: float, ties: Mapping[str, str]) -> str:
     path.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(path, gap=gap, datum=datum, **{name: getattr(mesh, name) for name in MESH_ARRAYS})
-    path.with_name("mesh_quality.txt").write_text(mesh_quality(mesh).report(), encoding="utf-8")
+    write_text_atomically(path.with_name("mesh_quality.txt"), mesh_quality(mesh).report())
+    return write_sealed(path, {"gap": gap, "datum": datum} | {name: getattr(mesh, name) for name in MESH_ARRAYS}, ties)
 
 
-def _read_mesh(path: Path) -> tuple[HexMesh, float, float]:
-    with np.load(path) as stored:
-        mesh = HexMesh(region_names=REGIONS, **{name: stored[name] for name in MESH_ARRAYS})
-        return mesh, float(stored["gap"]), float(stored["datum"])
+def _read_mesh(path: Path, ties: Mapping[str, str]) -> tuple[HexMesh, float, float, str]:
+    stored, seal = read_sealed(path, ties, MESH_REMEDY)
+    return HexMesh(region_names=REGIONS, **{name: stored[name] for name in MESH_ARRAYS}), float(stored["gap"]), float(stored["datum"]), seal
 
 
-def result_of(run: Run, model: str, first_gap: float, wall_time: float) -> PassResult:
+def result_of(run: Run, model: str, first_gap: float) -> PassResult:
     """What the run found, replicated; writes trust.txt. Collective.
 
-    first_gap : of the meshes before placing [m];  wall_time : since the start of this process [s]
+    first_gap : of the meshes before placing [m]
     error_estimate holds what one run can know: the energy balance, the static load it should carry before the nose, and how much of
     the largest force comes and goes with each element (trust.mesh_noise). What the element size does to peaks and strains beyond
     that, no single run knows; "discretisation" is therefore NaN. rail_fem.fe.study_passage measures it by runs at several sizes.
@@ -98,7 +108,7 @@ def result_of(run: Run, model: str, first_gap: float, wall_time: float) -> PassR
     rows = trust.report_rows(facts)
     slowest = run.comm.bcast(None if quality is None else slowest_elements(quality), root=0)
     if run.folder is not None and run.comm.rank == 0:
-        (run.folder / "trust.txt").write_text(trust.show_rows(rows, slowest), encoding="utf-8")
+        write_text_atomically(run.folder / "trust.txt", trust.show_rows(rows, slowest))
     side, settled = (run.scene.direction_sign, run.scene.static_wheel_load), run.settings.settle_time
     peaks = force_peaks(history, *side, settled)
     return PassResult(
@@ -109,7 +119,7 @@ def result_of(run: Run, model: str, first_gap: float, wall_time: float) -> PassR
         peaks=peaks | strain_peaks(run),
         transfer_x=transfer_place(history, *side, settled),
         energies={name: float(value) for name, value in energies.items()},
-        cost=_cost(run, wall_time),
+        cost=_cost(run),
         error_estimate={
             "energy_balance": rows[0].value,
             "static_load": abs(facts["static_error"]),
@@ -122,8 +132,8 @@ def result_of(run: Run, model: str, first_gap: float, wall_time: float) -> PassR
     )
 
 
-def _cost(run: Run, wall_time: float) -> Cost:
+def _cost(run: Run) -> Cost:
     """Collective."""
     elements, steps = run.dynamics.domain.m_global, run.dynamics.step_count
     memory = run.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
-    return Cost(wall_time, elements, steps, run.comm.size, elements * steps / max(run.loop_time, 1e-9), memory)
+    return Cost(run.wall_time, elements, steps, run.comm.size, elements * steps / max(run.loop_time, 1e-9), memory)

@@ -1,6 +1,9 @@
 """A restarted run is the run: every attribute of every object, to the last bit, at any moment."""
 
+import re
+import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -8,6 +11,8 @@ import pytest
 from mpi4py import MPI
 
 from rail_fem.casefile import load_case
+from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
+from rail_fem.fe.checkpoint import _block_works, _restore_block_works
 from rail_fem.fe.contact import Contact
 from rail_fem.fe.contact_kernel import Pairs
 from rail_fem.fe.dynamics import Dynamics
@@ -17,7 +22,10 @@ from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.run import Run
 from rail_fem.fe.start_state import resting
 from rail_fem.fe.supports import Link, RigidGroup
+from rail_fem.models import fe_full
+from rail_fem.sealed import SealError
 from rail_fem.settings import FeSettings
+from rail_fem.steel import MN13
 from tests.rail_fem.test_readme import ROOT
 
 OURS, NOT_OURS = ("rail_fem", "geometry", "bem"), ("dolfinx", "mpi4py")
@@ -73,7 +81,7 @@ def steps(run: Run, count: int) -> None:
     """So many steps; wall times, which differ between two runs, are set back."""
     for _ in range(count):
         run._step()
-    run.loop_time = run.dynamics.kernel_time = 0.0
+    run.loop_time = run.spent = run.dynamics.kernel_time = 0.0
 
 
 @pytest.mark.parametrize("model", ["fe_full", "fe_window"])
@@ -108,3 +116,96 @@ def test_a_forgotten_attribute_is_found(bodies, tmp_path, monkeypatch):
             again = new_run("fe_window", bodies, tmp_path)
             again.resume()
             assert any(path.endswith(f".{name}") for path in differences(live, again)), f"{owner.__name__}.{name}"
+
+
+# ---- the whole rung, from its folder
+
+WHOLE = SETTINGS.model_copy(update={"max_steps": 240, "field_frames": 3})
+
+
+def bits(folder, result) -> dict:
+    """All that a result says, less what the clock and the machine say."""
+    trust = [row for row in result.trust["rows"] if "share of a step" not in row["name"]]
+    history = {name: values.tobytes() for name, values in result.history.items()}
+    plain = {name: repr(getattr(result, name)) for name in ("peaks", "patches", "energies", "error_estimate", "warnings", "transfer_x")}
+    return history | plain | {"trust": repr(trust), "pass.pvd": (folder / "fields" / "pass.pvd").read_text(), "fields": (folder / "fields" / "final.vtu").read_bytes()}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole")
+    return folder, fe_full.solve(CASE.scene, WHOLE, folder)
+
+
+def test_stops_before_and_after_the_last_step_change_no_bit_of_the_result(whole, tmp_path, monkeypatch):
+    """A chain: half way, after the last restart file, while the final fields are written, and with the result on the disk."""
+    folder, result = whole
+    goes_on = Run._step, Run._frame
+
+    class Stopped(Exception):
+        pass
+
+    def stop_half_way(run):
+        goes_on[0](run)
+        if run.dynamics.step_count == 130:
+            run.save()
+        if run.dynamics.step_count == 150:
+            raise Stopped
+
+    def stop_before_final_fields(run, name):
+        if name == "final.vtu":
+            raise Stopped
+        goes_on[1](run, name)
+
+    for name, stop in (("_step", stop_half_way), ("_frame", stop_before_final_fields)):
+        with monkeypatch.context() as patch, pytest.raises(Stopped):
+            patch.setattr(Run, name, stop)
+            fe_full.solve(CASE.scene, WHOLE, tmp_path, restart=True)
+    for _ in range(2):
+        again = fe_full.solve(CASE.scene, WHOLE, tmp_path, restart=True)
+        assert bits(tmp_path, again) == bits(folder, result)
+    assert (tmp_path / "trust.txt").is_file() and again.cost.steps == 240
+
+
+def test_collection_lists_each_moment_once(whole):
+    text = (whole[0] / "fields" / "pass.pvd").read_text()
+    times, names = re.findall(r'timestep="([^"]+)"', text), re.findall(r'file="([^"]+)"', text)
+    assert len(set(times)) == len(times) and len(set(names)) == len(names) and names[-1] == "final.vtu"
+    assert all((whole[0] / "fields" / name).is_file() for name in names)
+
+
+def test_mesh_that_comes_out_the_same_goes_on_and_another_is_refused(whole, tmp_path):
+    shutil.copytree(whole[0], tmp_path, dirs_exist_ok=True)
+    (tmp_path / "mesh.npz").unlink()
+    assert bits(tmp_path, fe_full.solve(CASE.scene, WHOLE, tmp_path, restart=True)) == bits(*whole)
+    other = WHOLE.model_copy(update={"hourglass": 0.02})
+    with pytest.raises(SealError, match=r"mesh.npz: belongs to another case: remove it"):
+        fe_full.solve(CASE.scene, other, tmp_path, restart=True)
+    (tmp_path / "mesh.npz").unlink()
+    with pytest.raises(ValueError, match=r"checkpoint.npz: belongs to another case and another mesh: remove it"):
+        fe_full.solve(CASE.scene, other, tmp_path, restart=True)
+    (tmp_path / "checkpoint.npz").write_bytes(b"PK")
+    with pytest.raises(ValueError, match=r"checkpoint.npz: damaged, .*: remove it and --restart begins at the first step"):
+        fe_full.solve(CASE.scene, other, tmp_path, restart=True)
+
+
+def test_works_of_blocks_stay_where_they_were_on_another_partition():
+    """Blocks cut anew: the whole is kept, and only cells of blocks that had yielded count as yielded; cut as before, every bit."""
+    rng, cells = np.random.default_rng(3), 100
+    coarse = SimpleNamespace(domain=SimpleNamespace(comm=MPI.COMM_SELF), finite=blocks_of(np.arange(cells)), block_work=rng.uniform(1.0, 2.0, (4, 3)))
+    coarse.block_work[[0, 3]] = 0.0
+    rows = _block_works(coarse)
+    same = SimpleNamespace(finite=blocks_of(np.arange(cells)), block_work=np.zeros((4, 3)))
+    _restore_block_works(same, rows)
+    assert same.block_work.tobytes() == coarse.block_work.tobytes()
+    halves = [np.arange(50), np.arange(50, cells)]
+    anew = [SimpleNamespace(finite=blocks_of(half), block_work=np.zeros((2, 3))) for half in halves]
+    for part, half in zip(anew, halves):
+        _restore_block_works(part, rows[half])
+    works = np.concatenate([part.block_work for part in anew])
+    assert np.allclose(works.sum(axis=0), coarse.block_work.sum(axis=0), rtol=1e-14)
+    assert (works[:, 0] > 0).tolist() == [False, True, True, True]  # cells 0-31, 32-49, 50-81, 82-99; the blocks had 0-31, 32-63, 64-95, 96-99
+
+
+def blocks_of(cells: np.ndarray) -> ElementBlocks:
+    return ElementBlocks(np.zeros((len(cells), 8), np.int64), np.zeros(len(cells), np.int64), material_table([MN13], ElementSettings()))
