@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bem.input_checks import refuse_unless_finite, refuse_unless_positive
+from bem.checks import refuse_unless_finite, refuse_unless_positive
 
 
 class MaterialError(ValueError):

@@ -240,8 +240,8 @@ class Patch:
         return sorted(found, key=lambda part: -part.normal_force)
 
     def figure(self, path: str | None = None):
-        """Figure of pressure, tractions, stick and slip; written to `path` where given (bem/halfspace_figures.py)."""
-        from bem.halfspace_figures import patch_figure
+        """Figure of pressure, tractions, stick and slip; written to `path` where given (bem/halfspace/figures.py)."""
+        from bem.halfspace.figures import patch_figure
 
         return patch_figure(self, path)
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from geometry.axes import GAUGE_POINT_DEPTH
-from geometry.profiles import Profile, ProfileError
-from geometry.rail import gauge_face, rail_head
+from geometry.profiles.profile import Profile, ProfileError
+from geometry.profiles.rail import gauge_face, rail_head
 
 FLANGE_BACK = 0.070  # from the flange back to the tread datum D0 [m]
 SIDES = {"left": 1.0, "right": -1.0}
@@ -102,7 +102,7 @@ class Track:
     cant : of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane, so that places do not depend on
         it and weight does: `level`, and rest_under of rail_fem.light.load_sharing
     left_place, right_place : the 3 degrees of freedom of each rail
-    left_check, right_check : check rails; a flange back stops there (geometry.flange_back)
+    left_check, right_check : check rails; a flange back stops there (geometry.contact.flange_back)
     """
 
     left: Profile

@@ -5,8 +5,8 @@ from typing import Annotated, NoReturn, Optional
 
 import typer
 
-from rail_fem import launcher
-from rail_fem.casefile import Case, CaseError, load_case
+from rail_fem.run import launcher
+from rail_fem.case.casefile import Case, CaseError, load_case
 
 app = typer.Typer(help="What happens when a wheel passes a railway crossing.", no_args_is_help=True, add_completion=False,
                   pretty_exceptions_enable=False)
@@ -53,7 +53,7 @@ def read_case(path: Path, model: str | None) -> tuple[Case, str]:
 def check(case: CaseArgument, model: ModelOption = None,
           ranks: Annotated[int, typer.Option(help="ranks to estimate for", min=1)] = 2) -> None:
     """Read a case file and say what it means, what it will cost, and what is doubtful; nothing is meshed or written."""
-    from rail_fem.report import case_report
+    from rail_fem.show.report import case_report
 
     loaded, name = read_case(case, model)
     report, faults = case_report(loaded, name, ranks)
@@ -70,8 +70,8 @@ def run(case: CaseArgument,
         overwrite: Annotated[bool, typer.Option("--overwrite", help="remove the run in the folder first")] = False,
         expected: Annotated[Optional[str], typer.Option("--digest", hidden=True, help="refuse a case of another digest")] = None) -> None:
     """Run a case; with mpirun in front, on several ranks. The folder must be empty, or see --restart and --overwrite."""
-    from rail_fem.job import JobFault, run_case
-    from rail_fem.runfolder import digest, fingerprint
+    from rail_fem.run.job import JobFault, run_case
+    from rail_fem.output.runfolder import digest, fingerprint
 
     loaded, name = read_case(case, model)
     if expected and expected != digest(fingerprint(name, loaded.scene, loaded.runs[name])):
@@ -87,7 +87,7 @@ def run(case: CaseArgument,
 @app.command()
 def show(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run")]) -> None:
     """Say what a run found, or how far it is; draw its figures anew when it has ended."""
-    from rail_fem.report import folder_report
+    from rail_fem.show.report import folder_report
 
     try:
         say(folder_report(folder))
@@ -106,7 +106,7 @@ def compare(folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help
             quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "first impact",
             out: Annotated[Optional[Path], typer.Option(help="folder for compare.md and compare.png")] = None) -> None:
     """Cost against error of several models of one scene."""
-    from rail_fem.show.cost import cost_figure
+    from rail_fem.sweeps.cost_figure import cost_figure
     from rail_fem.show.style import lettering, save
     from rail_fem.sweeps import compare as side_by_side
 
@@ -196,10 +196,10 @@ def profile(file: Annotated[Path, typer.Argument(metavar="FILE", help="profile: 
             picture: Annotated[Optional[Path], typer.Option(help="where to draw it; default: FILE's name + _profile.png in this folder")] = None,
             write: Annotated[Optional[Path], typer.Option(help="write the mended profile: .prr .prw .txt .csv")] = None) -> None:
     """Profile doctor: what a profile file holds, what was mended, what is refused; with a picture."""
-    from geometry.format_columns import UNITS
-    from geometry.formats import read_raw, write_profile
-    from geometry.profile_doctor import examine
-    from geometry.profile_figure import draw_diagnosis
+    from geometry.profiles.formats.columns import UNITS
+    from geometry.profiles.formats.by_suffix import read_raw, write_profile
+    from geometry.profiles.doctor import examine
+    from geometry.profiles.figure import draw_diagnosis
 
     if unit is not None and unit not in UNITS:
         stop(f"--unit {unit}: known are {', '.join(UNITS)}")
@@ -217,7 +217,7 @@ def profile(file: Annotated[Path, typer.Argument(metavar="FILE", help="profile: 
 @app.command()
 def doctor() -> None:
     """Check this installation: versions, dolfinx, MPI on two ranks, gmsh, numba, rendering without a display."""
-    from rail_fem.doctor import examine
+    from rail_fem.run.doctor import examine
 
     broken = 0
     for finding in examine():

@@ -10,13 +10,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from rail_fem.light_settings import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
-from rail_fem.scene import Frozen, Scene
-from rail_fem.settings import FeSettings, FeWindowSettings
+from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
+from rail_fem.scene.scene import Frozen, Scene
+from rail_fem.settings.explicit import FeSettings, FeWindowSettings
 
 if TYPE_CHECKING:
-    from rail_fem.progress import Progress
-    from rail_fem.result import PassResult
+    from rail_fem.output.progress import Progress
+    from rail_fem.output.result import PassResult
 
 
 OWN_PACKAGES = ("rail_fem", "bem", "geometry")

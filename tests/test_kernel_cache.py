@@ -44,12 +44,12 @@ def test_an_edited_callee_is_never_run_in_its_old_form(tmp_path):
 
 def test_a_real_kernel_notices_its_callee_and_not_a_stranger(tmp_path):
     root = copy_of_geometry(tmp_path / "project")
-    ask = "import kernel_cache; from pathlib import Path; print(kernel_cache.digest(Path('geometry/contact_kernel.py').resolve()))"
+    ask = "import kernel_cache; from pathlib import Path; print(kernel_cache.digest(Path('geometry/contact/gap_kernel.py').resolve()))"
     first = answer(ask, root)
-    with open(root / "geometry" / "conicity.py", "a", encoding="utf-8") as file:
+    with open(root / "geometry" / "contact" / "conicity.py", "a", encoding="utf-8") as file:
         file.write("# nothing that the kernel imports\n")
     assert answer(ask, root) == first
-    with open(root / "geometry" / "outline.py", "a", encoding="utf-8") as file:
+    with open(root / "geometry" / "contact" / "wheel_outline.py", "a", encoding="utf-8") as file:
         file.write("# a callee\n")
     assert answer(ask, root) != first
 
@@ -58,12 +58,12 @@ def test_every_kernel_is_declared_under_the_one_rule():
     """No file of the packages takes its compiler from numba directly but the doctor's, which compiles one function to see whether that works."""
     direct = re.compile(r"numba\.(njit|jit|vectorize|guvectorize|cfunc)|from numba import .*\b(njit|jit|vectorize|guvectorize|cfunc)\b")
     others = [path for name in kernel_cache.PACKAGES for path in (ROOT / name).rglob("*.py") if direct.search(path.read_text(encoding="utf-8"))]
-    assert [path.relative_to(ROOT).as_posix() for path in others] == ["rail_fem/doctor.py"]
+    assert [path.relative_to(ROOT).as_posix() for path in others] == ["rail_fem/run/doctor.py"]
 
 
 def test_imports_are_found_in_every_form_that_the_sources_use():
     """Against Python's own account: what importing a kernel's file really loads from the packages lies in its sources."""
-    for module in ("geometry.contact_kernel", "bem.prism_kernel", "rail_fem.light.load_kernel", "rail_fem.light.wheelset_dynamics"):
+    for module in ("geometry.contact.gap_kernel", "bem.slices.prism_kernel", "rail_fem.light.load_kernel", "rail_fem.light.wheelset_dynamics"):
         code = f"import sys, {module}; print(*[m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] in ('geometry', 'bem', 'rail_fem')])"
         loaded = {Path(name).resolve() for name in answer(code, ROOT).split() if not name.endswith("__init__.py")}
         assert loaded <= set(kernel_cache.sources(ROOT / (module.replace(".", "/") + ".py")))

@@ -15,7 +15,7 @@ from docutils.statemachine import StringList
 from pydantic import BaseModel
 from sphinx.util.docutils import SphinxDirective
 
-UNITS_MODULE, HISTORY_MODULE = "rail_fem.units", "rail_fem.history"
+UNITS_MODULE, HISTORY_MODULE = "rail_fem.scene.units", "rail_fem.output.history"
 
 
 def _quantity(field):

@@ -8,8 +8,8 @@ A P8 wheel stands centred on a 60E1 rail. Where does it touch, and what does the
 import matplotlib.pyplot as plt
 import numpy as np
 
-from bem.halfspace import normal_contact
-from rail_fem.patch_ties import plain_rail_tie
+from bem.halfspace.normal import normal_contact
+from rail_fem.light.contact_pairs import plain_rail_tie
 
 # %%
 # The pair: the wheel lowered onto the rail, seen from the point where it first touches.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rail_fem.fe.state import KINEMATIC, LANES, N_MATERIAL, N_STATE, PLASTIC_STRAIN, STRESS, YIELD
-from rail_fem.steel import Steel
+from rail_fem.scene.steel import Steel
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.mesh_quality import MeshQuality
+from geometry.meshing.quality import MeshQuality
 from rail_fem.fe import trust
 from rail_fem.fe.fields import gather_cells
 from rail_fem.fe.meshing import PATCH_REACH
 from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
-from rail_fem.result import Peak
+from rail_fem.output.result import Peak
 
 LEVEL = 2e-4  # change of the rigid path's slope up to which running counts as steady [1]
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.axes import GAUGE_POINT_DEPTH
-from geometry.crossing import CastCrossing
-from geometry.mesh import HexMesh
-from geometry.mesh_loft import BodyMeshSpec, CrossingMeshSpec, mesh_crossing
-from geometry.mesh_wheel import WheelMeshSpec, mesh_wheel
-from geometry.path import WheelPath, rolling_radius
+from geometry.surfaces.crossing import CastCrossing
+from geometry.meshing.hexmesh import HexMesh
+from geometry.meshing.crossing import BodyMeshSpec, CrossingMeshSpec, mesh_crossing
+from geometry.meshing.wheel import WheelMeshSpec, mesh_wheel
+from geometry.path.wheel_path import WheelPath, rolling_radius
 from rail_fem.fe.passage import Running
 from rail_fem.fe.placing import place_wheel
-from rail_fem.scene import Scene
-from rail_fem.settings import FeSettings
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.explicit import FeSettings
 
 NEAR = 0.25e-3  # a body is meshed finely where the rigid wheel clears it by less [m]
 PATCH_REACH = 12e-3  # half length of a patch with room to spare [m]

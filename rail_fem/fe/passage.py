@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.hertz import tangent_stiffness
-from geometry.mesh import HexMesh
-from geometry.path import WheelPath, rolling_radius
+from bem.exact.hertz import tangent_stiffness
+from geometry.meshing.hexmesh import HexMesh
+from geometry.path.wheel_path import WheelPath, rolling_radius
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
@@ -24,15 +24,15 @@ from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.groove import grooves
 from rail_fem.light.rigid import rigid_path
-from rail_fem.scene import GRAVITY, Scene
-from rail_fem.settings import FeSettings
+from rail_fem.scene.scene import GRAVITY, Scene
+from rail_fem.settings.explicit import FeSettings
 
 SETTLING_MASS = 10.0  # lumped mass on the wheel while it settles [kg]: little inertia, so it finds rest within a millisecond
 MESH_MASS = 10.0  # about that of the wheel's mesh, which settles with it [kg]
 MARGIN, SEARCH_EVERY = 0.15e-3, 100  # gap below which nodes are watched [m], and for how many steps: in 100 of 0.15 us a wheel at 40 m/s
 # moves 0.6 mm, and surfaces a tenth apart in slope close by 0.06 mm
 NEXT_PLACE = 2.5e-3  # where the contact at the start is looked at once more [m]
-ELASTIC_COST = 0.75  # an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.fe.bench)
+ELASTIC_COST = 0.75  # an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.studies.kernel_speed)
 
 
 @dataclass(frozen=True)

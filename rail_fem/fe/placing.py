@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from geometry.mesh import HexMesh, merge_bodies
+from geometry.meshing.hexmesh import HexMesh, merge_bodies
 from rail_fem.fe import contact_kernel as kernel
 from rail_fem.fe.contact import Surface, edge_neighbours
 

@@ -82,7 +82,7 @@ class Recorder:
         self._clear()
 
     def history(self) -> dict[str, np.ndarray]:
-        """Columns (n,) in the names of rail_fem.history."""
+        """Columns (n,) in the names of rail_fem.output.history."""
         if not self.rows:
             return {"time": np.empty(0), "x": np.empty(0)}
         columns = {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}

@@ -13,8 +13,8 @@ from rail_fem.fe.checkpoint import load_checkpoint, save_checkpoint
 from rail_fem.fe.fields import write_collection, write_frame
 from rail_fem.fe.passage import Passage, end_settling
 from rail_fem.fe.recorder import Recorder
-from rail_fem.scene import Scene
-from rail_fem.settings import FeSettings
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.explicit import FeSettings
 
 CHECK_EVERY = 50  # steps between looks at volumes and velocities
 LIMIT_EVERY = 4000  # steps between new stable steps by Lanczos

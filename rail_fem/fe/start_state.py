@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.events import OPEN
+from rail_fem.output.events import OPEN
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.vertical_pass import TRACK, WHEEL, run_pass
-from rail_fem.light_settings import RigidHertzSettings
+from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.models.rigid_hertz import contacts_of
-from rail_fem.scene import GRAVITY, Scene
+from rail_fem.scene.scene import GRAVITY, Scene
 
 SPRUNG = 0  # place of the sprung mass in a light pass
 

@@ -9,7 +9,7 @@ from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.elastic import add_elastic_force, damped_displacement, elastic_stress, fixed_geometry
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
 from rail_fem.fe.state import KINEMATIC, LANES, LINEAR_VISCOSITY, N_STATE, N_WORK, QUADRATIC_VISCOSITY, YIELD
-from rail_fem.steel import Steel
+from rail_fem.scene.steel import Steel
 
 BLOCKS_AT_A_TIME = 64  # scratch state of a product with the stiffness
 

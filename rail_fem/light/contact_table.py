@@ -14,14 +14,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import trapezoid
 
-from bem.hertz import contact_stiffness, point_contact
+from bem.exact.hertz import contact_stiffness, point_contact
 from bem.material import Elastic, contact_modulus
 from geometry.axes import tread_datum_y
-from geometry.crossing import CastCrossing
-from geometry.crossing_surface import body_heights
-from geometry.path import WheelPath, rolling_radius, wheel_path
-from geometry.profiles import Profile, hermite_many
-from rail_fem.scene import Scene
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.crossing_surface import body_heights
+from geometry.path.wheel_path import WheelPath, rolling_radius, wheel_path
+from geometry.profiles.profile import Profile, hermite_many
+from rail_fem.scene.scene import Scene
 
 BODIES = ("wing", "nose")
 VIRTUAL = 0.55               # virtual penetration over approach
@@ -224,7 +224,7 @@ def _unit_ellipses() -> tuple[np.ndarray, ...]:
 
 
 def hertz_constants(radii: np.ndarray, modulus: float) -> np.ndarray:
-    """K (n,) [N/m^1.5] of relative radii (n, 2) [m]; bem.hertz tabulated, error 1e-5 (tests/rail_fem/test_contact_table.py)."""
+    """K (n,) [N/m^1.5] of relative radii (n, 2) [m]; bem.exact.hertz tabulated, error 1e-5 (tests/rail_fem/test_contact_table.py)."""
     mean, ratio = np.sqrt(radii.prod(axis=1)), np.abs(np.log(radii[:, 0] / radii[:, 1]))
     table = _unit_ellipses()
     return modulus * np.sqrt(mean) * np.interp(ratio, table[0], table[1])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.result import NAN, PassResult
+from rail_fem.output.result import NAN, PassResult
 
 BEFORE, AFTER = 0.10, 0.12   # way before the transfer and after it that is looked at [m]
 CHORD = 10e-3                # over which slopes are taken [m]

@@ -11,7 +11,7 @@ Error: an order-of-magnitude theory. At the nose of the reference pass, 200 kN: 
 import numpy as np
 
 from rail_fem.light.contact_table import ContactTable, patch_sizes
-from rail_fem.steel import Steel
+from rail_fem.scene.steel import Steel
 
 FULL = 3.0             # mean pressure over yield stress of a fully plastic contact
 STRAIN = 0.2           # representative strain over contact half-width / radius

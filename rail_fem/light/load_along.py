@@ -4,10 +4,10 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from geometry.contact_kernel import NO_RAIL
-from geometry.loft_kernel import circle_place, loft_at
-from geometry.meeting import branch, meet
-from geometry.outline import cubic
+from geometry.contact.gap_kernel import NO_RAIL
+from geometry.surfaces.loft_kernel import circle_place, loft_at
+from geometry.contact.rail_kinds import branch, meet
+from geometry.contact.wheel_outline import cubic
 from kernel_cache import njit
 
 VIRTUAL = 0.55  # of the penetration: Kik and Piotrowski's virtual penetration

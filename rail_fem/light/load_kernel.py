@@ -6,7 +6,7 @@ penetrate at their saddle are partly one: with m the penetration at the saddle o
 sum of both plus m times that of the paraboloid over both. So the force changes continuously when two points meet (m = 0), and when one of
 two points vanishes at the saddle (m = 1); Hertz point by point jumps there. Forces point along the mean normal over a strip.
 
-On a surface that changes along x (geometry.loft_kernel) the gap's curvature along x is that of the parabola with the area of the cut along x
+On a surface that changes along x (geometry.surfaces.loft_kernel) the gap's curvature along x is that of the parabola with the area of the cut along x
 through the point, below the same 0.55; two points ahead of and behind each other on one body join by the same m, and a part of the cut that
 lies beyond a ridge counts by the ridge's penetration. So the force is continuous there too, but for the integral's ten nodes: where an edge
 that runs aslant passes one, on few of all ways over a crossing, the force jumps by up to 3 %.
@@ -19,9 +19,9 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from geometry.contact_kernel import NO_RAIL, gap_at, least_gap, nearest_places, roll_and_height, side_pose
-from geometry.meeting import branch, branches, meet
-from geometry.outline import cubic
+from geometry.contact.gap_kernel import NO_RAIL, gap_at, least_gap, nearest_places, roll_and_height, side_pose
+from geometry.contact.rail_kinds import branch, branches, meet
+from geometry.contact.wheel_outline import cubic
 from kernel_cache import njit
 from rail_fem.light.load_along import VIRTUAL, bow, ridge_height, same_body
 

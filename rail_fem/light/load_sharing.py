@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from geometry.contact_kernel import NO_RAIL, ready, side_pose
-from geometry.contact_points import Contacts, ContactSearch
-from geometry.flange_back import within_stops
+from geometry.contact.gap_kernel import NO_RAIL, ready, side_pose
+from geometry.contact.prismatic_search import Contacts, ContactSearch
+from geometry.contact.flange_back import within_stops
 from geometry.wheelset import SIDES, Wheelset, WheelsetError, check_range
 from rail_fem.light.contact_table import hertz_constants, patch_sizes
 from rail_fem.light.load_kernel import CLOSE, loaded_side, settle_loaded

@@ -8,7 +8,7 @@ What P2 is: the largest force of the track on its spring after a wheel has struc
 
 import numpy as np
 
-from rail_fem.scene import Scene
+from rail_fem.scene.scene import Scene
 
 DYNAMIC_FACTOR = 1.2
 DIP_LIMIT = 10e-3  # of the standard for a P8 wheel [rad]

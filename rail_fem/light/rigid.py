@@ -3,10 +3,10 @@
 import numpy as np
 
 from geometry.axes import tread_datum_y
-from geometry.crossing import CastCrossing, CrossingError
-from geometry.path import WheelPath, wheel_path
-from rail_fem.scene import Scene
-from rail_fem.settings import FeSettings
+from geometry.surfaces.crossing import CastCrossing, CrossingError
+from geometry.path.wheel_path import WheelPath, wheel_path
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.explicit import FeSettings
 
 SPACING = 5e-3  # between the axle positions that are looked at
 

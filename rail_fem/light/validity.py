@@ -7,8 +7,8 @@ import numpy as np
 
 from rail_fem.light.contact_table import BODIES, ContactTable
 from rail_fem.light.vertical_pass import LightPass
-from rail_fem.result import Patch
-from rail_fem.scene import Scene
+from rail_fem.output.result import Patch
+from rail_fem.scene.scene import Scene
 
 FIRST_YIELD = 1.6        # largest Hertz pressure over yield stress at first yield below a point contact (Johnson 1985, section 6.1)
 LOPSIDED = 0.25          # middle of the intersection off the contact point, over its half-width, beyond which Hertz' patch is a guess

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.events import OPEN, peak_at
+from rail_fem.output.events import OPEN, peak_at
 from rail_fem.light.vertical_dynamics import ContactLaw, Masses, Motion, contact_energies, integrate, rest_distance
-from rail_fem.light_settings import PassSettings
-from rail_fem.result import Peak
-from rail_fem.scene import GRAVITY, Scene
+from rail_fem.settings.light import PassSettings
+from rail_fem.output.result import Peak
+from rail_fem.scene.scene import GRAVITY, Scene
 
 Contacts = Callable[[np.ndarray], ContactLaw]  # wheel positions x (m,) [m] -> the law there
 
@@ -101,7 +101,7 @@ def history_rows(run: LightPass, interval: float) -> slice:
 
 
 def common_history(run: LightPass) -> dict[str, np.ndarray]:
-    """Columns (m,) of rail_fem.history that every light pass resolves; energies at the ends of the steps."""
+    """Columns (m,) of rail_fem.output.history that every light pass resolves; energies at the ends of the steps."""
     position = run.position
     return {"time": run.time, "x": run.x, "force": run.force.sum(axis=0), "wheel_height": position[:, WHEEL],
             "crossing_height": position[:, TRACK], **energy_columns(run)}

@@ -10,20 +10,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.kalker_table import coefficients
+from bem.exact.kalker_table import coefficients
 from geometry.axes import GAUGE_FACE_Y
-from geometry.crossing import CastCrossing
-from geometry.path import PLAIN_LINE_X, rolling_radius
-from geometry.path_search import BodySearch
+from geometry.surfaces.crossing import CastCrossing
+from geometry.path.wheel_path import PLAIN_LINE_X, rolling_radius
+from geometry.path.path_search import BodySearch
 from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
 from rail_fem.light.vertical_pass import Contacts, LightPass, half_steps, scene_masses
-from rail_fem.light_settings import RigidHertzSettings
-from rail_fem.scene import GRAVITY, Scene
+from rail_fem.settings.light import RigidHertzSettings
+from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.light.vertical_dynamics import ContactLaw, Motion, rest_distance
 from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, SPRUNG_LEFT, SPRUNG_RIGHT, TRACK_LEFT, TRACK_RIGHT, YAW, WheelsetContacts, WheelsetMotion, WheelsetSystem, march, potential
 
 LATERAL_SPACING = 0.5e-3   # between the lateral places that are searched [m]
-SEARCH, REACH = 0.25e-3, 0.1  # of the plain rail, as geometry.path does
+SEARCH, REACH = 0.25e-3, 0.1  # of the plain rail, as geometry.path.wheel_path does
 CHECK_STIFFNESS = 50e6     # of the check rail [N/m]
 ROUNDS = 6                 # of the levers at the start; each round gains three digits
 LEAST_RATIO, MOST_RATIO = 0.05, 20.0  # of a patch's semi-axes for which Kalker's coefficients are tabulated

@@ -14,17 +14,17 @@ from pathlib import Path
 
 import numpy as np
 
-from bem.halfspace import normal_contact
+from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
 from bem.patch import Patch as SolvedPatch, PatchCutError
-from geometry.crossing import CastCrossing
+from geometry.surfaces.crossing import CastCrossing
 from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
 from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
-from rail_fem.light_settings import BemPassageSettings
+from rail_fem.settings.light import BemPassageSettings
 from rail_fem.models.rigid_hertz import contacts_of, moments, pass_result
-from rail_fem.patch_ties import Tie, crossing_surface, tie_at
-from rail_fem.result import PassResult, Patch
-from rail_fem.scene import Scene
+from rail_fem.light.contact_pairs import Tie, crossing_surface, tie_at
+from rail_fem.output.result import PassResult, Patch
+from rail_fem.scene.scene import Scene
 from rail_fem.light.validity import bem_flags
 
 WINDOW = 0.025, 0.025  # half length and half width in which a patch is looked for at first [m]

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from geometry.mesh import HexMesh
-from geometry.mesh_quality import mesh_quality
-from rail_fem.events import end_doubts, force_peaks, transfer_place
+from geometry.meshing.hexmesh import HexMesh
+from geometry.meshing.quality import mesh_quality
+from rail_fem.output.events import end_doubts, force_peaks, transfer_place
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe import trust
 from rail_fem.fe.findings import slowest_elements, strain_peaks, trust_facts
@@ -24,12 +24,12 @@ from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.placing import REGIONS
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
-from rail_fem.launcher import on_root
-from rail_fem.result import Cost, PassResult
-from rail_fem.runfolder import fingerprint
-from rail_fem.scene import Scene
+from rail_fem.run.launcher import on_root
+from rail_fem.output.result import Cost, PassResult
+from rail_fem.output.runfolder import fingerprint
+from rail_fem.scene.scene import Scene
 from rail_fem.sealed import digest_of, read_sealed, write_sealed
-from rail_fem.settings import FeSettings
+from rail_fem.settings.explicit import FeSettings
 
 MESH, MESH_ARRAYS = "mesh.npz", ("points", "cells", "region", "surface", "surface_region", "clamp")
 MESH_REMEDY = "remove it: --restart makes the mesh again, and goes on with the run if it comes out the same"
@@ -100,7 +100,7 @@ def result_of(run: Run, model: str, first_gap: float) -> PassResult:
     first_gap : of the meshes before placing [m]
     error_estimate holds what one run can know: the energy balance, the static load it should carry before the nose, and how much of
     the largest force comes and goes with each element (trust.mesh_noise). What the element size does to peaks and strains beyond
-    that, no single run knows; "discretisation" is therefore NaN. rail_fem.fe.study_passage measures it by runs at several sizes.
+    that, no single run knows; "discretisation" is therefore NaN. rail_fem.studies.passage_size measures it by runs at several sizes.
     """
     history, energies = run.recorder.history(), run.dynamics.energies()
     quality = mesh_quality(run.passage.mesh) if run.passage.mesh is not None else None

@@ -8,12 +8,12 @@ wrong at its start as rigid_hertz is.
 from pathlib import Path
 
 from rail_fem.fe.start_state import from_rigid_hertz
-from rail_fem.launcher import on_root
-from rail_fem.light_settings import RigidHertzSettings
+from rail_fem.run.launcher import on_root
+from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.models.fe_full import solve_from
-from rail_fem.result import PassResult
-from rail_fem.scene import Scene
-from rail_fem.settings import FeWindowSettings
+from rail_fem.output.result import PassResult
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.explicit import FeWindowSettings
 
 
 def solve(scene: Scene, settings: FeWindowSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from bem.hertz import tangent_stiffness
-from rail_fem.events import end_doubts, force_peaks
+from bem.exact.hertz import tangent_stiffness
+from rail_fem.output.events import end_doubts, force_peaks
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.validity import flag_warnings, lumped_flags
 from rail_fem.light.vertical_dynamics import ContactLaw
 from rail_fem.light.vertical_pass import Contacts, common_history, force_change, foundation_peak, history_rows, lift_offs, run_pass, step_error
-from rail_fem.light_settings import LumpedSettings
-from rail_fem.result import Cost, PassResult
-from rail_fem.scene import Scene
+from rail_fem.settings.light import LumpedSettings
+from rail_fem.output.result import Cost, PassResult
+from rail_fem.scene.scene import Scene
 
 
 def solve(scene: Scene, settings: LumpedSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:

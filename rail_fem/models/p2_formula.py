@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from bem.hertz import tangent_stiffness
+from bem.exact.hertz import tangent_stiffness
 from rail_fem.light.contact_table import ContactTable, contact_table
 from rail_fem.light.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unsprung_mass
 from rail_fem.light.validity import Flag, flag, flag_warnings, p2_flags
-from rail_fem.light_settings import P2Settings
-from rail_fem.result import NAN, Cost, PassResult, Peak
-from rail_fem.scene import Scene
+from rail_fem.settings.light import P2Settings
+from rail_fem.output.result import NAN, Cost, PassResult, Peak
+from rail_fem.scene.scene import Scene
 
 LOOKED_AT = (0.0, 0.9)     # where a transfer is looked for [m]
 SPACING = 2.5e-3

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.events import end_doubts, force_peaks, transfer_place
+from rail_fem.output.events import end_doubts, force_peaks, transfer_place
 from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
 from rail_fem.light.vertical_pass import Contacts, LightPass, common_history, force_change, foundation_peak, history_rows, lift_offs, run_pass, step_error
-from rail_fem.light_settings import GrooveSettings, RigidHertzSettings
-from rail_fem.result import Cost, PassResult, Patch, Peak
+from rail_fem.settings.light import GrooveSettings, RigidHertzSettings
+from rail_fem.output.result import Cost, PassResult, Patch, Peak
 from rail_fem.light.groove import grooves
-from rail_fem.scene import Scene
+from rail_fem.scene.scene import Scene
 from rail_fem.light.validity import Flag, flag_warnings, hertz_flags
 from rail_fem.light.vertical_dynamics import ContactLaw
 from rail_fem.light.wheelset_pass import run_wheelset, surfaces_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.history import COLUMNS
-from rail_fem.result import PassResult
+from rail_fem.output.history import COLUMNS
+from rail_fem.output.result import PassResult
 from rail_fem.show.places import label_distance, legend_above, mark_places
 from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, give_title, new_figure, words_instead
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from geometry.mesh import boundary_faces
+from geometry.meshing.hexmesh import boundary_faces
 
 REGIONS = ("wing", "nose", "wheel")
 SEEN = 0.05  # a face is seen from above when the upward part of its unit normal exceeds this

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from rail_fem.result import PassResult, load
+from rail_fem.output.result import PassResult, load
 from rail_fem.show.energies import energies_figure
 from rail_fem.show.fields import CrossingFields, FieldsError, read_crossing
 from rail_fem.show.force import force_figure

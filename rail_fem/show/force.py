@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from geometry.crossing import CrossingError
-from rail_fem.result import PassResult, Peak
+from geometry.surfaces.crossing import CrossingError
+from rail_fem.output.result import PassResult, Peak
 from rail_fem.light.rigid import rigid_path
 from rail_fem.show.places import label_distance, legend_above, mark_places
-from rail_fem.events import LARGEST, receiving_body, settling_end, stated_peaks
+from rail_fem.output.events import LARGEST, receiving_body, settling_end, stated_peaks
 from rail_fem.show.style import BODY, GREY, HALO, PURPLE, TOTAL, give_title, new_figure, words_instead
 
 PATH_POINTS = 150  # of the rigid wheel path

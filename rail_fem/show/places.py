@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rail_fem.result import PassResult
-from rail_fem.events import lost_contact, settling_end
+from rail_fem.output.result import PassResult
+from rail_fem.output.events import lost_contact, settling_end
 from rail_fem.show.style import GREEN, ORANGE, PURPLE
 
 

@@ -9,7 +9,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from rail_fem.result import PassResult
+from rail_fem.output.result import PassResult
 from rail_fem.show.fields import REGIONS, CrossingFields, faces_from_above
 from rail_fem.show.style import BODY, HALO, NEVER_YIELDED, STRAIN_COLOURS, give_title, new_figure
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rail_fem.light.dip import trajectory_dip
-from rail_fem.result import PassResult
+from rail_fem.output.result import PassResult
 from rail_fem.show.style import BODY, GREEN, GREY, ORANGE, TOTAL, new_figure, scene_words
 
 TANGENT = 60.0  # half length of the tangents drawn [mm]

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from rail_fem.atomic import write_atomically
-from rail_fem.result import PassResult
-from rail_fem.scene import Scene
-from rail_fem.units import show
+from rail_fem.output.result import PassResult
+from rail_fem.scene.scene import Scene
+from rail_fem.scene.units import show
 
 TOTAL, WING, NOSE = "#000000", "#0072B2", "#D55E00"
 GREEN, PURPLE, ORANGE, SKY, GREY = "#009E73", "#AA4499", "#E69F00", "#56B4E9", "#777777"

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.crossing import CastCrossing
-from geometry.rail_surface import RailSurface
-from geometry.surface_contact import SurfaceSearch
-from geometry.wheel import WHEEL_NAMES, wheel_profile
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.lofted_rail import RailSurface
+from geometry.contact.lofted_search import SurfaceSearch
+from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import SIDES, Track, Wheelset
 from rail_fem.light.load_sharing import rest
 

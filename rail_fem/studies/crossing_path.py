@@ -14,14 +14,14 @@ from pathlib import Path
 import numpy as np
 
 from geometry.axes import tread_datum_y
-from geometry.contact_band import PathNumbers, band_edges, clearance, path_numbers
-from geometry.crossing import CastCrossing
-from geometry.format_slices import read_slices
-from geometry.path import WheelPath, wheel_path
-from geometry.section_path import SectionCrossing, section_path
-from geometry.wheel import WHEEL_NAMES
+from geometry.path.contact_band import PathNumbers, band_edges, clearance, path_numbers
+from geometry.surfaces.crossing import CastCrossing
+from geometry.profiles.formats.slices import read_slices
+from geometry.path.wheel_path import WheelPath, wheel_path
+from geometry.surfaces.sections import SectionCrossing, section_path
+from geometry.profiles.wheel import WHEEL_NAMES
 from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
-from rail_fem.wheelshape import wheel_shape
+from rail_fem.scene.wheel_profile import wheel_shape
 
 MM = 1e-3
 GAUGE_DEPTH = 14 * MM

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.conicity import ShiftCurves, equivalent_conicity, shift_curves
-from geometry.contact_points import ContactSearch
-from geometry.wheel import WHEEL_NAMES, wheel_profile
+from geometry.contact.conicity import ShiftCurves, equivalent_conicity, shift_curves
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import Track, Wheelset
 from rail_fem.light.load_sharing import LoadedWheelset, rest
 

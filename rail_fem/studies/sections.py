@@ -4,10 +4,10 @@
     python -m rail_fem.studies.sections --exact                 and speed against the error of exact solutions, scaling with memory
     RAIL_FEM_SMOKE=1                                         three sizes each: the same paths in seconds
 
-Three pairs of blocks (bem/cases.py) and a P8 wheel on a BS113A rail, inclined 1:20, gauge 1435 mm, back-to-back 1360 mm, rail of
+Three pairs of blocks (bem/verification/cases.py) and a P8 wheel on a BS113A rail, inclined 1:20, gauge 1435 mm, back-to-back 1360 mm, rail of
 210 and of 190 GPa, 4 kN per mm of thickness. The charts are Figs. 5-10, 5-12, 5-14 and 5-20 in kind: change, error and time against
 boundary and internal mesh size; the fields are Figs. 5-11, 5-13, 5-15 to 5-18, 5-21 and 5-22. The thesis' geometry is known from
-pictures only (errata): its figures are an order of magnitude here. Comparison with finite elements: rail_fem/fe/study_plane.py.
+pictures only (errata): its figures are an order of magnitude here. Comparison with finite elements: rail_fem/studies/plane_contact.py.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from pathlib import Path
 
 import typer
 
-from bem.body import Body
-from bem.cases import CASES
-from bem.cases import LOAD as BLOCK_LOAD
-from bem.coulomb import Drive
+from bem.plane.body import Body
+from bem.verification.cases import CASES
+from bem.verification.cases import LOAD as BLOCK_LOAD
+from bem.plane.coulomb import Drive
 from bem.material import Elastic
-from bem.study import EXACT, study
-from rail_fem.patch_ties import plain_rail_section, plain_rail_tie
+from bem.verification.plane_study import EXACT, study
+from rail_fem.light.contact_pairs import plain_rail_section, plain_rail_tie
 
 RAIL_LOAD = 4e6  # of the wheel on the rail, per m of thickness [N/m]: the thesis' pressure of 740 MPa within 5 %
 

@@ -2,7 +2,7 @@
 
 python -m rail_fem.studies.switch --out DIR [--wheel P8]   draws switch.png, writes switch.csv; half a minute
 
-The tongue is parametric (geometry.switch), not a drawing; the thesis' is not public. The wheelset is free across the track and pushed
+The tongue is parametric (geometry.surfaces.switch), not a drawing; the thesis' is not public. The wheelset is free across the track and pushed
 outwards, as in a curve. Sections are looked at one by one as prismatic rails; against the whole surface that is
 15 um in height and 0.3 mm in place (tests/rail_fem/test_study_switch.py).
 """
@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.contact_points import ContactSearch
-from geometry.switch import Switch
-from geometry.wheel import WHEEL_NAMES, wheel_profile
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.surfaces.switch import Switch
+from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import Wheelset
 from rail_fem.light.load_sharing import LoadedWheelset, rest_under
 from rail_fem.show.style import NOSE, WING, lettering, new_figure, save

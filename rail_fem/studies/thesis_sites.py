@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
-from geometry.contact_points import ContactSearch
-from geometry.profiles import Profile
-from geometry.wheel import wheel_profile, worn
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.profile import Profile
+from geometry.profiles.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset
 from rail_fem.light.load_sharing import rest
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from rail_fem.ladder import LADDER
-from rail_fem.result import NAN, PassResult, load
-from rail_fem.runfolder import differences
+from rail_fem.output.result import NAN, PassResult, load
+from rail_fem.output.runfolder import differences
 
 FIRST_IMPACT = ("first_impact", "p2")  # the formula's P2 is the force with which the wheel first strikes the nose
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rail_fem.casefile import load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.ladder import solve
 from rail_fem.sweeps.trends import MEASURES, Control, Finding, Trend, TrendError, check
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rail_fem.ladder import LADDER
 from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p2_force, p2_increment, unsprung_mass
-from rail_fem.scene import Scene
+from rail_fem.scene.scene import Scene
 from rail_fem.sweeps.compare import FIRST_IMPACT, peak
 from rail_fem.sweeps.sweep_report import Results
 from rail_fem.sweeps.trends import Published

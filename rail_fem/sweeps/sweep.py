@@ -17,13 +17,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-from rail_fem.casefile import Case, CaseError, load_case
-from rail_fem.job import JobFault, run_case
+from rail_fem.case.casefile import Case, CaseError, load_case
+from rail_fem.run.job import JobFault, run_case
 from rail_fem.ladder import LADDER
-from rail_fem.launcher import mpi_command, rank_environment
-from rail_fem.progress import duration
-from rail_fem.result import load
-from rail_fem.runfolder import MARK, differences, digest, fingerprint, only_profile_differs
+from rail_fem.run.launcher import mpi_command, rank_environment
+from rail_fem.output.progress import duration
+from rail_fem.output.result import load
+from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs
 
 PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux
 FINISHED, FAILED, SKIPPED = "finished", "FAILED", "finished before"

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.ladder import LADDER
-from rail_fem.result import PassResult
-from rail_fem.show.group import group_figure, strain_figure, summary_figure
+from rail_fem.output.result import PassResult
+from rail_fem.sweeps.group_figure import group_figure, strain_figure, summary_figure
 from rail_fem.show.reference import dip_figure, forces_figure
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds
@@ -20,7 +20,7 @@ from rail_fem.sweeps.published_table import published_table
 from rail_fem.sweeps.sweep_report import Results, force_table, results_below
 from rail_fem.sweeps.trend_words import count_lines, trend_lines
 from rail_fem.sweeps.trends import MEASURES, Group, Source, load_source
-from rail_fem.versions import versions
+from rail_fem.output.versions import versions
 
 SUMMARY = {"first impact": "first impact", "largest force": "largest force", "largest force\non the wing": "largest wing force", "largest plastic strain\nof the nose": "nose strain"}
 BESIDE = ("rigid_hertz", "fe_full")  # rungs whose forces are drawn beneath one another

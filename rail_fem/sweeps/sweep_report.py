@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.casefile import load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.ladder import LADDER
-from rail_fem.result import PassResult, load
-from rail_fem.runfolder import differences
+from rail_fem.output.result import PassResult, load
+from rail_fem.output.runfolder import differences
 from rail_fem.sweeps.compare import FIRST_IMPACT, core_seconds, peak
 from rail_fem.sweeps.sweep import FAILED, Outcome
 

@@ -31,8 +31,8 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from rail_fem.ladder import LADDER
-from rail_fem.result import PassResult
-from rail_fem.scene import Frozen
+from rail_fem.output.result import PassResult
+from rail_fem.scene.scene import Frozen
 from rail_fem.sweeps.compare import FIRST_IMPACT, peak
 
 SAME = 0.01  # relative change below which two values say nothing of a trend

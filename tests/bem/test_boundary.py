@@ -6,15 +6,15 @@ import sys
 import numpy as np
 import pytest
 
-from bem.boundary import (FIXED, BoundaryProblem, Condition, EquilibriumError, TooLargeError, memory_need,
+from bem.plane.boundary import (FIXED, BoundaryProblem, Condition, EquilibriumError, TooLargeError, memory_need,
                           resultant_matrix, solve_boundary)
-from bem.curve import arc
-from bem.exact_problems import flamant_error, kirsch_error, polar, ring, ring_errors
-from bem.internal import displacement_at, field_at, stress_at
+from bem.plane.curve import arc
+from bem.verification.exact_problems import flamant_error, kirsch_error, polar, ring, ring_errors
+from bem.plane.internal import displacement_at, field_at, stress_at
 from bem.material import STEEL, Elastic, MaterialError
-from bem.mesh import Sizing, Zone, mesh_outline
-from bem.outline import Edge, Outline
-from bem.point_load import PointLoad
+from bem.plane.mesh import Sizing, Zone, mesh_outline
+from bem.plane.outline import Edge, Outline
+from bem.plane.point_load import PointLoad
 from tests.order import assert_order
 
 CORNERS = np.array([[0, 0], [2, 0], [2, 1], [0, 1.0]])
@@ -148,10 +148,10 @@ def test_too_many_unknowns_are_refused_with_the_memory_they_need():
 
 
 _PEAK = """
-from bem.boundary import Condition, solve_boundary
-from bem.exact_problems import ring
+from bem.plane.boundary import Condition, solve_boundary
+from bem.verification.exact_problems import ring
 from bem.material import STEEL
-from bem.mesh import Sizing, mesh_outline
+from bem.plane.mesh import Sizing, mesh_outline
 load = {"inner": Condition(traction=(-1e6, None), local=True)}
 solve_boundary(mesh_outline(ring(), Sizing(0.5)), STEEL, load)
 mesh = mesh_outline(ring(), Sizing(0.025))

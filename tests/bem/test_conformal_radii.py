@@ -2,15 +2,15 @@
 import numpy as np
 import pytest
 
-from bem.body import Body
-from bem.halfspace import normal_contact
-from bem.hertz import point_contact
+from bem.plane.body import Body
+from bem.halfspace.normal import normal_contact
+from bem.exact.hertz import point_contact
 from bem.material import STEEL
-from bem.outline import block_behind
+from bem.plane.outline import block_behind
 from bem.patch import ContactInputError
-from bem.slice_contact import slice_contact
-from bem.slice_load import loaded_slices
-from bem.slices import Slices, wheel_on_prism
+from bem.slices.coupled import slice_contact
+from bem.slices.assumed_load import loaded_slices
+from bem.slices.slices import Slices, wheel_on_prism
 
 RAIL, HALF, LOAD, ROLLING = 0.04, 0.02, 1e5, 0.46
 

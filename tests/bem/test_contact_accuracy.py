@@ -2,13 +2,13 @@
 import numpy as np
 import pytest
 
-from bem.cases import CASES, LOAD, blocks
-from bem.conformal import pin_clearance, pin_pressure
-from bem.contact import Settings, solve_contact
-from bem.coulomb import Drive
-from bem.exact_problems import PIN_CLEARANCE, PIN_RADIUS, pin_and_hole
+from bem.verification.cases import CASES, LOAD, blocks
+from bem.exact.conformal import pin_clearance, pin_pressure
+from bem.plane.contact import Settings, solve_contact
+from bem.plane.coulomb import Drive
+from bem.verification.exact_problems import PIN_CLEARANCE, PIN_RADIUS, pin_and_hole
 from bem.material import STEEL, Elastic, contact_modulus
-from bem.zone import NARROWEST, peak_sharpness
+from bem.plane.zone import NARROWEST, peak_sharpness
 from rail_fem.studies.sections import RAIL_LOAD, wheel_on_rail
 
 ASKED = [0.03, 0.01, 0.002]

@@ -3,10 +3,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from bem.conformal import pin_clearance, pin_pressure, pin_semi_angle
-from bem.contact import Settings, solve_contact
-from bem.coulomb import Drive
-from bem.exact_problems import pin_and_hole
+from bem.exact.conformal import pin_clearance, pin_pressure, pin_semi_angle
+from bem.plane.contact import Settings, solve_contact
+from bem.plane.coulomb import Drive
+from bem.verification.exact_problems import pin_and_hole
 from bem.material import STEEL, contact_modulus
 
 # VERIFICATION D: contact semi-angle [degrees], E* dR / P, p0 R / P

@@ -2,12 +2,12 @@
 import numpy as np
 import pytest
 
-from bem.coulomb import BACKWARD, FORWARD, STICK
-from bem.exact_problems import FRICTION, HALF_WIDTH as A, SOFT_STEEL, UNLIKE, pressed_discs, spence_friction, spence_ratios
-from bem.hertz import HertzError, line_contact_of_width
+from bem.plane.coulomb import BACKWARD, FORWARD, STICK
+from bem.verification.exact_problems import FRICTION, HALF_WIDTH as A, SOFT_STEEL, UNLIKE, pressed_discs, spence_friction, spence_ratios
+from bem.exact.hertz import HertzError, line_contact_of_width
 from bem.material import Elastic, contact_modulus
-from bem.rolling import solve_rolling
-from bem.tangential import (carter_creepage, cattaneo_line_shear, cattaneo_line_stick, cattaneo_sphere, dundurs_beta,
+from bem.plane.rolling import solve_rolling
+from bem.exact.tangential import (carter_creepage, cattaneo_line_shear, cattaneo_line_stick, cattaneo_sphere, dundurs_beta,
                             spence_line_stick)
 from tests.order import assert_order
 

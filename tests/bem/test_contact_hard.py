@@ -2,15 +2,15 @@
 import numpy as np
 import pytest
 
-from bem.body import Body
-from bem.boundary import EquilibriumError, TooLargeError
-from bem.cases import CASES, LOAD, blocks, conformal, non_conformal, two_point
-from bem.contact import LoadError, Settings, solve_contact
-from bem.coulomb import ConvergenceError, Drive
-from bem.internal import field_at, grid_below
+from bem.plane.body import Body
+from bem.plane.boundary import EquilibriumError, TooLargeError
+from bem.verification.cases import CASES, LOAD, blocks, conformal, non_conformal, two_point
+from bem.plane.contact import LoadError, Settings, solve_contact
+from bem.plane.coulomb import ConvergenceError, Drive
+from bem.plane.internal import field_at, grid_below
 from bem.material import STEEL, Elastic
-from bem.outline import OutlineError
-from bem.pairing import PairingError
+from bem.plane.outline import OutlineError
+from bem.plane.pairing import PairingError
 
 COARSE = Settings(size=0.4e-3)
 FLAT = np.array([[-0.005, 0.0], [0.005, 0.0]])

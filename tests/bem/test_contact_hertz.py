@@ -2,13 +2,13 @@
 import numpy as np
 import pytest
 
-from bem.contact import Settings, element_size, solve_contact
-from bem.coulomb import Drive
-from bem.exact_problems import SOFT_STEEL, disc, two_discs
-from bem.hertz import line_contact_of_width
-from bem.internal import displacement_at, field_at, stress_at
+from bem.plane.contact import Settings, element_size, solve_contact
+from bem.plane.coulomb import Drive
+from bem.verification.exact_problems import SOFT_STEEL, disc, two_discs
+from bem.exact.hertz import line_contact_of_width
+from bem.plane.internal import displacement_at, field_at, stress_at
 from bem.material import STEEL, Elastic, contact_modulus
-from bem.subsurface import line_stress, max_shear_plane
+from bem.exact.subsurface import line_stress, max_shear_plane
 
 A = 1e-3  # half-width; the discs' radius is a thousand times that, the relative radius 0.5 m
 

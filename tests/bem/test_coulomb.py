@@ -4,7 +4,7 @@ import itertools
 import numpy as np
 import pytest
 
-from bem.coulomb import BACKWARD, FORWARD, OPEN, STICK, ContactSystem, Drive, solve_step
+from bem.plane.coulomb import BACKWARD, FORWARD, OPEN, STICK, ContactSystem, Drive, solve_step
 
 
 def springs(gaps, normal=1.0, shear=2.0):

@@ -2,12 +2,12 @@
 import numpy as np
 import pytest
 
-from bem.fastsim import elliptic_patch, equivalent_ellipse, fastsim, flexibilities
-from bem.halfspace import normal_contact
-from bem.halfspace_influence import Pair
-from bem.halfspace_tangential import rolling_contact
-from bem.kalker import linear_creep_forces
-from bem.kalker_table import coefficients
+from bem.halfspace.fastsim import elliptic_patch, equivalent_ellipse, fastsim, flexibilities
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.influence import Pair
+from bem.halfspace.tangential import rolling_contact
+from bem.exact.kalker import linear_creep_forces
+from bem.exact.kalker_table import coefficients
 from bem.material import STEEL, Elastic
 from bem.patch import ContactInputError, Creepage, Grid, Patch
 from tests.order import assert_order

@@ -3,10 +3,10 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from bem.halfspace_friction import TangentialOperator
-from bem.halfspace_influence import Pair, backward, forward, kernel_spectrum, padded_shape, rectangle_integrals
-from bem.halfspace_tangential import CouplingOperator
-from bem.hertz import point_contact
+from bem.halfspace.friction import TangentialOperator
+from bem.halfspace.influence import Pair, backward, forward, kernel_spectrum, padded_shape, rectangle_integrals
+from bem.halfspace.tangential import CouplingOperator
+from bem.exact.hertz import point_contact
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import Grid
 

@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from bem.halfspace import normal_contact
-from bem.halfspace_tangential import rolling_contact, shift_contact
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.tangential import rolling_contact, shift_contact
 from bem.material import STEEL
 from bem.patch import ContactInputError, Creepage, Grid, NoContactError, PatchCutError
 

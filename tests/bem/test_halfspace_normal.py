@@ -2,10 +2,10 @@
 import numpy as np
 import pytest
 
-from bem.halfspace import normal_contact
-from bem.halfspace_pressure import NormalOperator
-from bem.halfspace_influence import Pair
-from bem.hertz import point_contact
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.pressure import NormalOperator
+from bem.halfspace.influence import Pair
+from bem.exact.hertz import point_contact
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import Grid
 from tests.order import assert_order

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bem.halfspace import normal_contact
-from bem.hertz import point_contact
+from bem.halfspace.normal import normal_contact
+from bem.exact.hertz import point_contact
 from bem.material import STEEL, contact_modulus
 from bem.patch import PatchCutError
 

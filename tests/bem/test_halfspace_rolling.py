@@ -2,16 +2,16 @@
 import numpy as np
 import pytest
 
-from bem.fastsim import elliptic_patch
-from bem.halfspace import normal_contact
-from bem.halfspace_influence import Pair
-from bem.halfspace_tangential import rolling_contact
-from bem.hertz import line_contact_of_width, point_contact
-from bem.kalker import linear_creep_forces
-from bem.kalker_table import coefficients
+from bem.halfspace.fastsim import elliptic_patch
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.influence import Pair
+from bem.halfspace.tangential import rolling_contact
+from bem.exact.hertz import line_contact_of_width, point_contact
+from bem.exact.kalker import linear_creep_forces
+from bem.exact.kalker_table import coefficients
 from bem.material import STEEL, Elastic
 from bem.patch import Creepage, Grid, Patch
-from bem.tangential import carter_creepage
+from bem.exact.tangential import carter_creepage
 from tests.order import assert_order
 
 LOAD = 1e5
@@ -143,8 +143,8 @@ def test_unlike_materials_press_sideways_and_the_turns_converge():
 
 def test_friction_raises_the_pressure_of_unlike_materials_as_the_turned_normal_problem_says():
     """After the turns the normal problem holds with the opening by tractions in it: complementarity to 1e-4 of the approach."""
-    from bem.halfspace_pressure import NormalOperator
-    from bem.halfspace_tangential import CouplingOperator
+    from bem.halfspace.pressure import NormalOperator
+    from bem.halfspace.tangential import CouplingOperator
 
     soft = Elastic(70e9, 0.33)
     patch = crooked(24, STEEL, soft)

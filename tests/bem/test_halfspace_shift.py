@@ -2,11 +2,11 @@
 import numpy as np
 import pytest
 
-from bem.halfspace import normal_contact
-from bem.halfspace_tangential import rolling_contact, shift_contact
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.tangential import rolling_contact, shift_contact
 from bem.material import STEEL, Elastic
 from bem.patch import Creepage, Grid, Patch
-from bem.tangential import cattaneo_sphere
+from bem.exact.tangential import cattaneo_sphere
 from tests.order import assert_order
 
 RUBBER = Elastic.from_shear(200e6, 0.42)

@@ -3,14 +3,14 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from bem.fastsim import elliptic_patch
-from bem.halfspace import normal_contact
-from bem.halfspace_stress import max_von_mises, rectangle_stress, subsurface_stress, von_mises
-from bem.halfspace_tangential import rolling_contact
-from bem.hertz import point_contact
+from bem.halfspace.fastsim import elliptic_patch
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.stress import max_von_mises, rectangle_stress, subsurface_stress, von_mises
+from bem.halfspace.tangential import rolling_contact
+from bem.exact.hertz import point_contact
 from bem.material import STEEL
 from bem.patch import ContactInputError, Creepage
-from bem.subsurface import ellipse_axis_stress
+from bem.exact.subsurface import ellipse_axis_stress
 
 
 def boussinesq(x, y, z, nu):

@@ -4,9 +4,9 @@ import csv
 import numpy as np
 import pytest
 
-from bem import halfspace_study
-from bem.fastsim import elliptic_patch
-from bem.halfspace_tangential import rolling_contact
+from bem.verification import halfspace_study
+from bem.halfspace.fastsim import elliptic_patch
+from bem.halfspace.tangential import rolling_contact
 from bem.material import STEEL
 from bem.patch import Creepage
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from bem.hertz import (HertzError, contact_stiffness, line_compression, line_contact, line_contact_of_width, point_contact,
+from bem.exact.hertz import (HertzError, contact_stiffness, line_compression, line_contact, line_contact_of_width, point_contact,
                        point_contact_of_approach, principal_radii, relative_radius, sphere_impact)
 from bem.material import STEEL, Elastic, MaterialError, contact_modulus
 
@@ -83,7 +83,7 @@ def test_turned_bodies_share_curvature():
 
 
 def test_line_compression_is_the_strain_below_summed_up():
-    from bem.subsurface import line_stress
+    from bem.exact.subsurface import line_stress
     contact = line_contact(1e6, 0.5, E_STAR)
 
     def strain(depth):

@@ -2,9 +2,9 @@
 import numpy as np
 import pytest
 
-from bem.halfspace_influence import Pair
-from bem.kalker import CreepageCoefficients, creepage_coefficients, linear_creep_forces
-from bem.kalker_table import coefficients
+from bem.halfspace.influence import Pair
+from bem.exact.kalker import CreepageCoefficients, creepage_coefficients, linear_creep_forces
+from bem.exact.kalker_table import coefficients
 from bem.material import STEEL
 from bem.patch import ContactInputError, Creepage
 
@@ -50,7 +50,7 @@ def test_slender_ellipses_tend_to_the_line_contact():
 
 def test_lateral_creepage_makes_the_moment_that_spin_makes_as_force():
     """C32 = -C23, from the solution itself: the moment by lateral creepage against the force by spin; to the degree's error."""
-    from bem import kalker
+    from bem.exact import kalker
 
     ratio, poisson, degree = 2.0, 0.3, 10
     a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
@@ -69,7 +69,7 @@ def test_table_equals_fresh_values(ratio, poisson):
 
 @pytest.mark.validate
 def test_every_row_of_the_table_is_computed_anew():
-    from bem import kalker_table
+    from bem.exact import kalker_table
 
     fresh = np.array(kalker_table.computed_rows().split(), dtype=float)
     np.testing.assert_allclose(np.array(kalker_table._ROWS.split(), dtype=float), fresh, rtol=2e-6)

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from bem.kelvin import (displacement_integrals, displacement_sums, point_force_displacement, point_force_resultant,
+from bem.plane.kelvin import (displacement_integrals, displacement_sums, point_force_displacement, point_force_resultant,
                         point_force_stress, resultant_integrals, stress_sums)
 
 START, END = np.array([0.1 + 0.2j]), np.array([0.5 + 0.45j])

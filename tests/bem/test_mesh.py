@@ -2,9 +2,9 @@
 import numpy as np
 import pytest
 
-from bem.curve import Curve, CurveError, arc, divide, split_at_corners
-from bem.mesh import Sizing, Zone, mesh_outline
-from bem.outline import Edge, Outline, OutlineError, block_behind
+from bem.plane.curve import Curve, CurveError, arc, divide, split_at_corners
+from bem.plane.mesh import Sizing, Zone, mesh_outline
+from bem.plane.outline import Edge, Outline, OutlineError, block_behind
 from tests.order import assert_order
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0.0]])

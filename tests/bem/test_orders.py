@@ -1,8 +1,8 @@
-"""The table of errors and observed orders against exact solutions (python -m bem.orders)."""
+"""The table of errors and observed orders against exact solutions (python -m bem.verification.orders)."""
 import numpy as np
 import pytest
 
-from bem.orders import STUDIES, main, measure, observed_order
+from bem.verification.orders import STUDIES, main, measure, observed_order
 
 BY_NAME = {study.name: study for study in STUDIES}
 

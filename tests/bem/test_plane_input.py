@@ -2,22 +2,22 @@
 import numpy as np
 import pytest
 
-from bem.body import Body
-from bem.boundary import FIXED, Condition, ConditionError, EquilibriumError, solve_boundary
-from bem.cases import LOAD, non_conformal
-from bem.conformal import PinError, pin_clearance, pin_pressure, pin_semi_angle
-from bem.contact import Settings, SettingsError, solve_contact
-from bem.coulomb import Drive, FrictionError
-from bem.curve import CurveError, arc
-from bem.hertz import HertzError
-from bem.internal import PlaceError, field_at, grid_below, stress_at
+from bem.plane.body import Body
+from bem.plane.boundary import FIXED, Condition, ConditionError, EquilibriumError, solve_boundary
+from bem.verification.cases import LOAD, non_conformal
+from bem.exact.conformal import PinError, pin_clearance, pin_pressure, pin_semi_angle
+from bem.plane.contact import Settings, SettingsError, solve_contact
+from bem.plane.coulomb import Drive, FrictionError
+from bem.plane.curve import CurveError, arc
+from bem.exact.hertz import HertzError
+from bem.plane.internal import PlaceError, field_at, grid_below, stress_at
 from bem.material import STEEL, Elastic, MaterialError
-from bem.mesh import Sizing, Zone, mesh_outline
-from bem.outline import Edge, Outline, OutlineError
-from bem.point_load import PointLoad, PointLoadError
-from bem.rolling import RollingError, solve_rolling
-from bem.subsurface import ellipse_axis_stress, line_stress
-from bem.tangential import carter_creepage, cattaneo_line_shear, cattaneo_line_stick, spence_line_stick
+from bem.plane.mesh import Sizing, Zone, mesh_outline
+from bem.plane.outline import Edge, Outline, OutlineError
+from bem.plane.point_load import PointLoad, PointLoadError
+from bem.plane.rolling import RollingError, solve_rolling
+from bem.exact.subsurface import ellipse_axis_stress, line_stress
+from bem.exact.tangential import carter_creepage, cattaneo_line_shear, cattaneo_line_stick, spence_line_stick
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0.0]])
 BLOCK = Outline([[Edge(SQUARE[[k, k + 1]], name) for k, name in enumerate(("bottom", "right", "top", "left"))]])

@@ -4,12 +4,12 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import k0, k1
 
-from bem.curve import arc
+from bem.plane.curve import arc
 from bem.material import STEEL
-from bem.mesh import Sizing, mesh_outline
-from bem.outline import Edge, Outline, block_behind
-from bem.prism import PrismSection
-from bem.prism_kernel import bessel_rests
+from bem.plane.mesh import Sizing, mesh_outline
+from bem.plane.outline import Edge, Outline, block_behind
+from bem.slices.prism import PrismSection
+from bem.slices.prism_kernel import bessel_rests
 from tests.order import assert_order
 
 MU, NU = STEEL.shear, STEEL.poisson

@@ -2,11 +2,11 @@
 import numpy as np
 import pytest
 
-from bem.hertz import point_contact
+from bem.exact.hertz import point_contact
 from bem.patch import ContactInputError
-from bem.slice_contact import slice_contact
-from bem.slice_load import elliptic, hertz_of, loaded_slices, parabolic
-from bem.slices import SliceGap, Slices
+from bem.slices.coupled import slice_contact
+from bem.slices.assumed_load import elliptic, hertz_of, loaded_slices, parabolic
+from bem.slices.slices import SliceGap, Slices
 from tests.bem.test_slices import MODULUS, wheel_and_rail
 
 LOAD, LATERAL = 1e5, 1 / (1 / 0.3 + 1e-4)

@@ -2,20 +2,20 @@
 import numpy as np
 import pytest
 
-from bem.body import Body
-from bem.cases import CASES
-from bem.conformal import pin_clearance, pin_pressure, pin_semi_angle
-from bem.contact import Settings, solve_contact
-from bem.coulomb import Drive
-from bem.curve import arc
-from bem.halfspace import normal_contact
-from bem.hertz import point_contact
+from bem.plane.body import Body
+from bem.verification.cases import CASES
+from bem.exact.conformal import pin_clearance, pin_pressure, pin_semi_angle
+from bem.plane.contact import Settings, solve_contact
+from bem.plane.coulomb import Drive
+from bem.plane.curve import arc
+from bem.halfspace.normal import normal_contact
+from bem.exact.hertz import point_contact
 from bem.material import STEEL, Elastic, contact_modulus
-from bem.outline import Edge, Outline, OutlineError, block_behind
+from bem.plane.outline import Edge, Outline, OutlineError, block_behind
 from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError
-from bem.slice_contact import SliceOperator, _Problem, slice_contact
-from bem.slices import SliceGap, Slices, slices_of_profiles, wheel_on_prism
-from bem.halfspace_influence import Pair
+from bem.slices.coupled import SliceOperator, _Problem, slice_contact
+from bem.slices.slices import SliceGap, Slices, slices_of_profiles, wheel_on_prism
+from bem.halfspace.influence import Pair
 from tests.bem.test_halfspace_normal import radii_of_ratio
 
 MODULUS = STEEL.plane_modulus / 2

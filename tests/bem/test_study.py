@@ -2,19 +2,19 @@
 import numpy as np
 import pytest
 
-from bem.body import Body
-from bem.cases import CASES
-from bem.cases import LOAD as BLOCK_LOAD
-from bem.contact import Settings, solve_contact
-from bem.coulomb import Drive
-from bem.internal import field_at, grid_below
+from bem.plane.body import Body
+from bem.verification.cases import CASES
+from bem.verification.cases import LOAD as BLOCK_LOAD
+from bem.plane.contact import Settings, solve_contact
+from bem.plane.coulomb import Drive
+from bem.plane.internal import field_at, grid_below
 from bem.material import STEEL, Elastic
-from bem.outline import block_behind
-from bem.exact_problems import pin_errors
-from bem.study import main, one_case, read_profile, scaling, speed_against_error
+from bem.plane.outline import block_behind
+from bem.verification.exact_problems import pin_errors
+from bem.verification.plane_study import main, one_case, read_profile, scaling, speed_against_error
 from geometry.axes import tread_datum_y
-from geometry.rail import rail_head
-from geometry.wheel import wheel_profile
+from geometry.profiles.rail import rail_head
+from geometry.profiles.wheel import wheel_profile
 
 # gauge 1435, back-to-back 1360, rail inclined 1:20, wheel lifted by 50 mm; 4 kN per mm of thickness
 WHEEL = wheel_profile("P8").points + [tread_datum_y(), 0.05]

@@ -2,7 +2,8 @@
 import numpy as np
 import pytest
 
-from bem import halfspace_study, study3d
+from bem.verification import halfspace_study
+from bem.verification import halfspace_speed as study3d
 
 
 def test_the_half_space_is_wrong_in_a_wide_conformal_contact_and_slices_are_right(tmp_path):

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from bem.subsurface import circle_axis_stress, ellipse_axis_stress, line_stress, max_shear_plane, von_mises_plane
+from bem.exact.subsurface import circle_axis_stress, ellipse_axis_stress, line_stress, max_shear_plane, von_mises_plane
 
 
 def flamant_quadrature(x, depth, shear):

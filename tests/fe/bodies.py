@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 from mpi4py import MPI
 
-from geometry.mesh import HexMesh, boundary_faces
+from geometry.meshing.hexmesh import HexMesh, boundary_faces
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.structure import Structure
-from rail_fem.steel import Steel
+from rail_fem.scene.steel import Steel
 
 STEEL = Steel(210e9, 0.3, 7850.0)
 NO_VISCOSITY = ElementSettings(linear_viscosity=0.0, quadratic_viscosity=0.0)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from rail_fem.casefile import load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,14 +9,14 @@ import sys
 import numpy as np
 from mpi4py import MPI
 
-from geometry.mesh import merge_bodies
-from geometry.mesh_box import mesh_cap
+from geometry.meshing.hexmesh import merge_bodies
+from geometry.meshing.blocks import mesh_cap
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
-from rail_fem.steel import MN13, R8T
+from rail_fem.scene.steel import MN13, R8T
 
 
 def gathered(comm, rows, index, total):

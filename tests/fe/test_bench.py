@@ -13,11 +13,11 @@ from dolfinx import fem
 from mpi4py import MPI
 from scipy.spatial import cKDTree
 
-from geometry.mesh_box import mesh_box
-from rail_fem.fe import bench_kernels as kernels
-from rail_fem.fe.bench_job import EDGE, array_bytes, block
-from rail_fem.fe.bench_kernels import STEEL, Effort
-from rail_fem.fe.bench_ranks import RankStudy, run_job, study_ranks
+from geometry.meshing.blocks import mesh_box
+from rail_fem.studies import kernel_reference as kernels
+from rail_fem.studies.kernel_job import EDGE, array_bytes, block
+from rail_fem.studies.kernel_reference import STEEL, Effort
+from rail_fem.studies.kernel_ranks import RankStudy, run_job, study_ranks
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.structure import Structure
 
@@ -106,7 +106,7 @@ def test_ranks_share_a_block_or_run_blocks_of_their_own():
 
 def bench(*options: str) -> subprocess.CompletedProcess:
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))} | {"RAIL_FEM_SMOKE": "1"}
-    return subprocess.run([sys.executable, "-m", "rail_fem.fe.bench", *options], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
+    return subprocess.run([sys.executable, "-m", "rail_fem.studies.kernel_speed", *options], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
 
 
 def test_table_is_printed_and_written_as_markdown_and_json(tmp_path):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from rail_fem.casefile import load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import build_passage, end_settling, running_of
-from rail_fem.settings import FeSettings
+from rail_fem.settings.explicit import FeSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 

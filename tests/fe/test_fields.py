@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 
-from geometry.mesh_box import mesh_box
+from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.blocks import von_mises
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.fields import VTK_ORDER, gather_cells, write_frame

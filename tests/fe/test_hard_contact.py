@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from bem.hertz import point_contact
+from bem.exact.hertz import point_contact
 from bem.material import STEEL as ELASTIC
 from bem.material import contact_modulus
-from geometry.mesh import merge_bodies
-from geometry.mesh_box import mesh_cap
+from geometry.meshing.hexmesh import merge_bodies
+from geometry.meshing.blocks import mesh_cap
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.study import settle
+from rail_fem.studies.impact import settle
 from rail_fem.fe.supports import RigidGroup, Supports
 from tests.fe.bodies import STEEL, momentum, structure_of
 from tests.fe.test_rebound import SIDE, STEELS, fly, throw

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from geometry.mesh_box import mesh_box, mesh_grid
+from geometry.meshing.blocks import mesh_box, mesh_grid
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.steel import Steel
+from rail_fem.scene.steel import Steel
 from tests.fe.bodies import NO_VISCOSITY, STEEL, at, distort, momentum, plastic, structure_of
 
 HOURGLASS = ["eta zeta", "zeta xi", "xi eta", "xi eta zeta"]

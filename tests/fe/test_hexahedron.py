@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from geometry.mesh_box import mesh_box
+from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.elastic import N_FIXED
 from rail_fem.fe.hexahedron import volumes

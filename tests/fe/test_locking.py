@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from geometry.mesh_axis import graded_line
-from geometry.mesh_box import mesh_box, mesh_grid
+from geometry.meshing.axis import graded_line
+from geometry.meshing.blocks import mesh_box, mesh_grid
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.supports import RigidGroup, Supports
-from rail_fem.steel import Steel
+from rail_fem.scene.steel import Steel
 from tests.fe.bodies import STEEL, at, dense_stiffness, plastic, structure_of
 from tests.order import assert_order
 

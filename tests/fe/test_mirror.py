@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry.mesh import HexMesh
-from rail_fem.casefile import load_case
+from geometry.meshing.hexmesh import HexMesh
+from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from geometry.mesh_box import mesh_box
+from geometry.meshing.blocks import mesh_box
 from tests.fe.bodies import NO_VISCOSITY, STEEL, distort, lame, place, structure_of, tensor
 
 MOTION = np.array([[0.010, 0.004, -0.002], [0.003, -0.006, 0.005], [-0.001, 0.002, 0.008]])

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
-from geometry.path import rolling_radius
-from rail_fem.casefile import load_case
+from geometry.path.wheel_path import rolling_radius
+from rail_fem.case.casefile import load_case
 from rail_fem.fe.passage import running_of
 from rail_fem.fe.placing import smallest_gap
 from rail_fem.fe.meshing import make_mesh

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from geometry.mesh import merge_bodies
-from geometry.mesh_box import mesh_box
+from geometry.meshing.hexmesh import merge_bodies
+from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.supports import RigidGroup, Supports

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from rail_fem.casefile import load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.checkpoint import _block_works, _restore_block_works
 from rail_fem.fe.contact import Contact
@@ -24,8 +24,8 @@ from rail_fem.fe.start_state import resting
 from rail_fem.fe.supports import Link, RigidGroup
 from rail_fem.models import fe_full
 from rail_fem.sealed import SealError
-from rail_fem.settings import FeSettings
-from rail_fem.steel import MN13
+from rail_fem.settings.explicit import FeSettings
+from rail_fem.scene.steel import MN13
 from tests.rail_fem.test_readme import ROOT
 
 OURS, NOT_OURS = ("rail_fem", "geometry", "bem"), ("dolfinx", "mpi4py")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from geometry.mesh_box import mesh_box
+from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.dynamics import Dynamics
 from tests.fe.bodies import STEEL, distort, momentum, place, plastic, structure_of, tensor
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from geometry.mesh_box import mesh_box
+from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.hexahedron import volumes
 from rail_fem.fe.supports import Link, RigidGroup, Supports
-from rail_fem.steel import Steel
+from rail_fem.scene.steel import Steel
 from tests.fe.bodies import NO_VISCOSITY, STEEL, dense_stiffness, distort, plastic, structure_of
 from tests.order import assert_order
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from geometry.mesh import HexMesh
+from geometry.meshing.hexmesh import HexMesh
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.steel import Steel
+from rail_fem.scene.steel import Steel
 from tests.fe.bodies import at, structure_of
 
 COPPER = Steel(117e9, 0.35, 8930.0, [0.0, 10.0], [400e6, 1400e6])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from geometry.mesh_box import mesh_box
+from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.steel import Steel
+from rail_fem.scene.steel import Steel
 from tests.fe.bodies import NO_VISCOSITY, STEEL, at, lame, plastic, structure_of
 from tests.order import assert_order
 

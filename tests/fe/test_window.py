@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rail_fem.casefile import load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.fe.start_state import from_rigid_hertz, resting
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.vertical_pass import TRACK, WHEEL, run_pass
-from rail_fem.light_settings import RigidHertzSettings
+from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.models import fe_window
 from rail_fem.models.rigid_hertz import contacts_of
-from rail_fem.settings import FeWindowSettings
+from rail_fem.settings.explicit import FeWindowSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 APPROACH = RigidHertzSettings(start=0.095, end=0.54)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from geometry.conicity import equivalent_conicity, shift_curves, wavelength
-from geometry.contact_points import ContactSearch
-from geometry.profiles import Profile, line
-from geometry.wheel import wheel_profile
+from geometry.contact.conicity import equivalent_conicity, shift_curves, wavelength
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.profile import Profile, line
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
 
 MM = 1e-3

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
-from geometry.contact_band import AWAY, band_edges, clearance, path_numbers
-from geometry.crossing import CastCrossing
-from geometry.path import wheel_path
-from geometry.profiles import Profile, line
-from geometry.wheel import wheel_profile
+from geometry.path.contact_band import AWAY, band_edges, clearance, path_numbers
+from geometry.surfaces.crossing import CastCrossing
+from geometry.path.wheel_path import wheel_path
+from geometry.profiles.profile import Profile, line
+from geometry.profiles.wheel import wheel_profile
 
 MM = 1e-3
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from geometry.contact_points import ContactSearch, Motion, creepages
-from geometry.profiles import Profile, arc, graph, line
-from geometry.rail import rail_head
-from geometry.wheel import wheel_profile
+from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
+from geometry.profiles.profile import Profile, arc, graph, line
+from geometry.profiles.rail import rail_head
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import RailPlace, Track, Wheelset, WheelsetError
 
 MM = 1e-3

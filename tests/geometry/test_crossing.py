@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from geometry.axes import GAUGE_POINT_DEPTH
-from geometry.crossing import CastCrossing, CrossingError
-from geometry.crossing_surface import FLOOR, centre_line_y
-from geometry.rail import gauge_face, rail_head
+from geometry.surfaces.crossing import CastCrossing, CrossingError
+from geometry.surfaces.crossing_surface import FLOOR, centre_line_y
+from geometry.profiles.rail import gauge_face, rail_head
 
 MM = 1e-3
 RATIOS = (9.25, 10.75)

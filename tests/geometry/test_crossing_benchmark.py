@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
-from geometry.crossing import CastCrossing
-from geometry.crossing_surface import centre_line_y, nose_gauge_y
-from geometry.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.crossing_surface import centre_line_y, nose_gauge_y
+from geometry.profiles.wheel import wheel_profile
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "profiles"
 pytestmark = pytest.mark.skipif(not DATA.exists(), reason="benchmark sections not at hand")

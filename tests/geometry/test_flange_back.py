@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry.contact_points import ContactSearch
-from geometry.flange_back import back_gap, back_gaps
-from geometry.wheel import wheel_profile
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.contact.flange_back import back_gap, back_gaps
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import CheckRail, Track, Wheelset, WheelsetError
 
 MM = 1e-3

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry.format_slices import read_slices
-from geometry.formats import read_raw, write_profile
-from geometry.profile_doctor import examine
-from geometry.profiles import ProfileError
-from geometry.rail import rail_head
-from geometry.wheel import wheel_profile
+from geometry.profiles.formats.slices import read_slices
+from geometry.profiles.formats.by_suffix import read_raw, write_profile
+from geometry.profiles.doctor import examine
+from geometry.profiles.profile import ProfileError
+from geometry.profiles.rail import rail_head
+from geometry.profiles.wheel import wheel_profile
 
 SAMPLES = Path(__file__).resolve().parents[2].parent / "shared" / "data"
 real_files = pytest.mark.skipif(not SAMPLES.is_dir(), reason="sample files are not there")

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from geometry.mesh import MeshError, boundary_faces, merge_bodies, orient
-from geometry.mesh_box import cap_height, mesh_box, mesh_cap, mesh_half_cylinder_block
-from geometry.mesh_quality import cell_volume, scaled_jacobian
+from geometry.meshing.hexmesh import MeshError, boundary_faces, merge_bodies, orient
+from geometry.meshing.blocks import cap_height, mesh_box, mesh_cap, mesh_half_cylinder_block
+from geometry.meshing.quality import cell_volume, scaled_jacobian
 from tests.geometry.mesh_checks import check_mesh, hanging_facets
 
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geometry.mesh import MeshError
-from geometry.mesh_axis import graded_line, growing_steps
+from geometry.meshing.hexmesh import MeshError
+from geometry.meshing.axis import graded_line, growing_steps
 
 LENGTHS = st.floats(0.0, 2.0)
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from geometry.crossing import CastCrossing, CrossingError
-from geometry.mesh import MeshError, boundary_faces
-from geometry.mesh_band import lateral_columns
-from geometry.mesh_curve import cut_at_base
-from geometry.mesh_loft import BodyMeshSpec, CrossingMeshSpec, mesh_crossing
-from geometry.mesh_quality import cell_volume, mesh_quality
-from geometry.rail import rail_head
+from geometry.surfaces.crossing import CastCrossing, CrossingError
+from geometry.meshing.hexmesh import MeshError, boundary_faces
+from geometry.meshing.band import lateral_columns
+from geometry.meshing.section.curve import cut_at_base
+from geometry.meshing.crossing import BodyMeshSpec, CrossingMeshSpec, mesh_crossing
+from geometry.meshing.quality import cell_volume, mesh_quality
+from geometry.profiles.rail import rail_head
 from tests.geometry.mesh_checks import check_mesh
 from tests.order import assert_order
 

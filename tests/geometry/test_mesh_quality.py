@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from geometry.mesh import HexMesh, MeshError
-from geometry.mesh_box import mesh_box
-from geometry.mesh_quality import cell_volume, check_shapes, eigen_length, face_area, mean_gradient, mesh_quality, scaled_jacobian
+from geometry.meshing.hexmesh import HexMesh, MeshError
+from geometry.meshing.blocks import mesh_box
+from geometry.meshing.quality import cell_volume, check_shapes, eigen_length, face_area, mean_gradient, mesh_quality, scaled_jacobian
 from tests.geometry.mesh_checks import REFERENCE, gauss_volume
 
 WAVE = 6000.0

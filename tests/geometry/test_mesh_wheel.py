@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry.mesh import MeshError, boundary_faces
-from geometry.mesh_quality import cell_volume
-from geometry.mesh_wheel import WheelMeshSpec, arc_stations, mesh_wheel
-from geometry.wheel import wheel_profile
+from geometry.meshing.hexmesh import MeshError, boundary_faces
+from geometry.meshing.quality import cell_volume
+from geometry.meshing.wheel import WheelMeshSpec, arc_stations, mesh_wheel
+from geometry.profiles.wheel import wheel_profile
 from tests.geometry.mesh_checks import check_mesh, hanging_facets
 
 MM = 1e-3

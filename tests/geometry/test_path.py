@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
-from geometry.crossing import CastCrossing, CrossingError
-from geometry.path import wheel_path
-from geometry.path_search import BodySearch
-from geometry.profiles import Profile, arc, line
-from geometry.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing, CrossingError
+from geometry.path.wheel_path import wheel_path
+from geometry.path.path_search import BodySearch
+from geometry.profiles.profile import Profile, arc, line
+from geometry.profiles.wheel import wheel_profile
 from tests.order import assert_order
 
 MM = 1e-3

@@ -7,14 +7,14 @@ import pytest
 from scipy.interpolate import make_smoothing_spline
 from scipy.optimize import minimize_scalar
 
-from geometry.profile_doctor import examine
-from geometry.profile_faults import noise_level
-from geometry.profile_figure import draw_diagnosis
-from geometry.profile_smoothing import smoothing_spline
-from geometry.profiles import ProfileError
-from geometry.rail import rail_head
-from geometry.raw_profile import RawProfile
-from geometry.wheel import wheel_profile, worn
+from geometry.profiles.doctor import examine
+from geometry.profiles.faults import noise_level
+from geometry.profiles.figure import draw_diagnosis
+from geometry.profiles.smoothing import smoothing_spline
+from geometry.profiles.profile import ProfileError
+from geometry.profiles.rail import rail_head
+from geometry.profiles.formats.raw import RawProfile
+from geometry.profiles.wheel import wheel_profile, worn
 
 RAIL = rail_head("60E1").points[::3]
 WHEEL = wheel_profile("P8").points

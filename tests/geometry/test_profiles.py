@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from geometry.profiles import Profile, ProfileError, arc, line, spline
+from geometry.profiles.profile import Profile, ProfileError, arc, line, spline
 
 
 def test_an_arc_keeps_its_end_points_radius_and_tangent():

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry.profiles import ProfileError
-from geometry.rail import HEADS, gauge_face, rail_head
+from geometry.profiles.profile import ProfileError
+from geometry.profiles.rail import HEADS, gauge_face, rail_head
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "profiles"
 MM = 1e-3

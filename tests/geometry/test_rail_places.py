@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from geometry.contact_points import ContactSearch
-from geometry.rail import rail_head
-from geometry.wheel import wheel_profile
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.rail import rail_head
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import RailPlace, Track, Wheelset
 
 MM = 1e-3

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from geometry.profiles import Profile, ProfileError, arc, graph, line
-from geometry.rail import rail_head
-from geometry.rail_surface import RailSurface
-from geometry.section_loft import SectionLoft, between, marks, matched_body, upper_line
-from geometry.switch import Switch
+from geometry.profiles.profile import Profile, ProfileError, arc, graph, line
+from geometry.profiles.rail import rail_head
+from geometry.surfaces.lofted_rail import RailSurface
+from geometry.surfaces.section_loft import SectionLoft, between, marks, matched_body, upper_line
+from geometry.surfaces.switch import Switch
 from tests.order import assert_order
 
 MM = 1e-3

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
-from geometry.crossing import CastCrossing
-from geometry.format_slices import read_slices
-from geometry.path import wheel_path
-from geometry.profiles import Profile, ProfileError, line
-from geometry.section_path import SectionCrossing, section_path
-from geometry.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing
+from geometry.profiles.formats.slices import read_slices
+from geometry.path.wheel_path import wheel_path
+from geometry.profiles.profile import Profile, ProfileError, line
+from geometry.surfaces.sections import SectionCrossing, section_path
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import WheelsetError
 
 MM = 1e-3

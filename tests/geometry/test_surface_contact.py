@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from geometry.contact_points import ContactSearch, Motion, creepages
-from geometry.crossing import CastCrossing
-from geometry.flange_back import back_gaps
-from geometry.format_slices import read_slices
-from geometry.path import wheel_path
-from geometry.profiles import Profile, ProfileError
-from geometry.rail_surface import LoftedBody, RailSurface
-from geometry.section_path import SectionCrossing
-from geometry.surface_contact import SurfaceSearch
-from geometry.wheel import wheel_profile
+from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
+from geometry.surfaces.crossing import CastCrossing
+from geometry.contact.flange_back import back_gaps
+from geometry.profiles.formats.slices import read_slices
+from geometry.path.wheel_path import wheel_path
+from geometry.profiles.profile import Profile, ProfileError
+from geometry.surfaces.lofted_rail import LoftedBody, RailSurface
+from geometry.surfaces.sections import SectionCrossing
+from geometry.contact.lofted_search import SurfaceSearch
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import SIDES, CheckRail, Track, Wheelset, WheelsetError
 from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry.profiles import ProfileError
-from geometry.wheel import WHEEL_NAMES, wheel_profile
+from geometry.profiles.profile import ProfileError
+from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "profiles"
 FILES = {

@@ -5,9 +5,9 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from geometry.mesh import HexMesh, merge_bodies
-from geometry.mesh_box import mesh_cap, mesh_grid
-from rail_fem.result import PassResult
+from geometry.meshing.hexmesh import HexMesh, merge_bodies
+from geometry.meshing.blocks import mesh_cap, mesh_grid
+from rail_fem.output.result import PassResult
 from tests.rail_fem.test_scene import make_scene
 
 TRANSFER = 0.350

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bem.hertz import contact_stiffness
+from bem.exact.hertz import contact_stiffness
 from bem.material import STEEL, contact_modulus
-from geometry.crossing import CastCrossing
-from geometry.profiles import Profile, arc
-from rail_fem.casefile import load_case
+from geometry.surfaces.crossing import CastCrossing
+from geometry.profiles.profile import Profile, arc
+from rail_fem.case.casefile import load_case
 from rail_fem.light.contact_table import table_key, table_of
 from rail_fem.models import bem_passage, rigid_hertz
-from rail_fem.patch_ties import TieError, tie_at
+from rail_fem.light.contact_pairs import TieError, tie_at
 
 ROOT = Path(__file__).resolve().parents[2]
 

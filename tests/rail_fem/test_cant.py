@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from geometry.contact_points import ContactSearch
-from geometry.wheel import wheel_profile
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_sharing import rest_under
 

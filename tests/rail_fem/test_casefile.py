@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from rail_fem.casefile import CaseError, load_case
+from rail_fem.case.casefile import CaseError, load_case
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD = (ROOT / "cases" / "nose_transfer.toml").read_text(encoding="utf-8")

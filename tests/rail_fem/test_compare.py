@@ -9,8 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from rail_fem import cli
-from rail_fem.casefile import load_case
-from rail_fem.result import Cost, PassResult, Peak
+from rail_fem.case.casefile import load_case
+from rail_fem.output.result import Cost, PassResult, Peak
 from rail_fem.sweeps.compare import QUANTITIES, CompareError, advice, compare, history_error, table
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry.format_slices import read_slices
-from geometry.rail_surface import RailSurface
-from geometry.section_path import SectionCrossing
-from geometry.surface_contact import SurfaceSearch
-from geometry.wheel import wheel_profile
+from geometry.profiles.formats.slices import read_slices
+from geometry.surfaces.lofted_rail import RailSurface
+from geometry.surfaces.sections import SectionCrossing
+from geometry.contact.lofted_search import SurfaceSearch
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
 from rail_fem.light.load_sharing import rest
 

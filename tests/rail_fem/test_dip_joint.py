@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from rail_fem.casefile import load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p1_force, p2_force, p2_increment
 from rail_fem.light.vertical_dynamics import ContactLaw, Masses, integrate
-from rail_fem.result import PassResult
+from rail_fem.output.result import PassResult
 from pathlib import Path
 from tests.rail_fem.test_scene import make_scene
 

@@ -1,7 +1,7 @@
 import pytest
 
-from rail_fem import doctor
-from rail_fem.doctor import Finding, _probe, examine
+from rail_fem.run import doctor
+from rail_fem.run.doctor import Finding, _probe, examine
 
 
 def test_everything_a_run_needs_is_looked_at(monkeypatch):

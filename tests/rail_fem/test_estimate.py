@@ -2,12 +2,12 @@ from pathlib import Path
 
 import pytest
 
-from geometry.mesh_quality import mesh_quality
-from rail_fem import estimate
-from rail_fem.casefile import load_case
-from rail_fem.doubts import fe_doubts, scene_doubts, static_patch
-from rail_fem.estimate import estimate_run, impossible
-from rail_fem.settings import FeSettings
+from geometry.meshing.quality import mesh_quality
+from rail_fem.case import estimate
+from rail_fem.case.casefile import load_case
+from rail_fem.case.warnings import fe_doubts, scene_doubts, static_patch
+from rail_fem.case.estimate import estimate_run, impossible
+from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parents[2]

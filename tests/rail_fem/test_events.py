@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bem.hertz import tangent_stiffness
-from rail_fem.events import OPEN, end_doubts, first_maximum, force_peaks, transfer_place
+from bem.exact.hertz import tangent_stiffness
+from rail_fem.output.events import OPEN, end_doubts, first_maximum, force_peaks, transfer_place
 from rail_fem.light.contact_table import contact_table
 from tests.rail_fem.test_scene import make_scene
 

@@ -10,10 +10,10 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from geometry.mesh_box import mesh_grid
-from rail_fem.result import Peak
+from geometry.meshing.blocks import mesh_grid
+from rail_fem.output.result import Peak
 from rail_fem.show.energies import energies_figure, largest_so_far
-from rail_fem.events import lost_contact, settling_end, stated_peaks
+from rail_fem.output.events import lost_contact, settling_end, stated_peaks
 from rail_fem.show.fields import FieldsError, cut_at, depth_below, faces_from_above, read_crossing
 from rail_fem.show.figures import draw_run, strain_figures
 from rail_fem.show.force import force_figure

@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from rail_fem import cli, estimate, job, ladder, launcher
-from rail_fem.progress import read_status
-from rail_fem.result import load
-from rail_fem.scene import GRAVITY
+from rail_fem import cli, ladder
+from rail_fem.case import estimate
+from rail_fem.run import job
+from rail_fem.run import launcher
+from rail_fem.output.progress import read_status
+from rail_fem.output.result import load
+from rail_fem.scene.scene import GRAVITY
 from tests.rail_fem.toy_rung import ToySettings
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bem.hertz import contact_stiffness, point_contact
-from rail_fem.casefile import CaseError, load_case
+from bem.exact.hertz import contact_stiffness, point_contact
+from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.light.contact_table import contact_table, equivalent_paraboloid, hertz_constants, patch_sizes
 from rail_fem.light.vertical_dynamics import integrate
 from rail_fem.light.vertical_pass import run_pass
-from rail_fem.light_settings import LumpedSettings, P2Settings, RigidHertzSettings
+from rail_fem.settings.light import LumpedSettings, P2Settings, RigidHertzSettings
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
 from tests.order import assert_order
 

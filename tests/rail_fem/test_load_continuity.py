@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bem.hertz import point_contact_of_approach
-from geometry.contact_points import ContactSearch
-from geometry.crossing import CastCrossing
-from geometry.profile_doctor import examine
-from geometry.profiles import Profile, arc, line
-from geometry.rail_surface import RailSurface
-from geometry.raw_profile import RawProfile
-from geometry.surface_contact import SurfaceSearch
-from geometry.wheel import wheel_profile
+from bem.exact.hertz import point_contact_of_approach
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.surfaces.crossing import CastCrossing
+from geometry.profiles.doctor import examine
+from geometry.profiles.profile import Profile, arc, line
+from geometry.surfaces.lofted_rail import RailSurface
+from geometry.profiles.formats.raw import RawProfile
+from geometry.contact.lofted_search import SurfaceSearch
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_sharing import STEEL_MODULUS, pressed, rest
 from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface

@@ -5,19 +5,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bem.halfspace import normal_contact
-from bem.hertz import point_contact_of_approach
+from bem.halfspace.normal import normal_contact
+from bem.exact.hertz import point_contact_of_approach
 from bem.material import Elastic
-from geometry.contact_kernel import lowest
-from geometry.contact_points import ContactSearch
-from geometry.profile_doctor import examine
-from geometry.profiles import Profile, arc, line
-from geometry.raw_profile import RawProfile
-from geometry.wheel import wheel_profile
+from geometry.contact.gap_kernel import lowest
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.doctor import examine
+from geometry.profiles.profile import Profile, arc, line
+from geometry.profiles.formats.raw import RawProfile
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_kernel import loaded_side
 from rail_fem.light.load_sharing import SPAN, STEEL_MODULUS, rest, rest_under, unit_constants
-from rail_fem.patch_ties import plain_rail_tie
+from rail_fem.light.contact_pairs import plain_rail_tie
 
 MM, UM = 1e-3, 1e-6
 RADIUS = 0.45
@@ -64,7 +64,7 @@ def test_one_crown_carries_what_hertz_says(radius, yaw, depth):
 
 @pytest.mark.parametrize("apart, depth, band", [(14 * MM, 30 * UM, 0.005), (14 * MM, 100 * UM, 0.02), (6 * MM, 100 * UM, 0.09), (2 * MM, 100 * UM, 0.06)])
 def test_two_crowns_carry_equal_shares_and_what_the_half_space_says(apart, depth, band):
-    """Judge: bem.halfspace, error below 0.3 % at 44 cells. Hertz point by point errs there by 11, 19, 38 and 67 %."""
+    """Judge: bem.halfspace.normal, error below 0.3 % at 44 cells. Hertz point by point errs there by 11, 19, 38 and 67 %."""
     forces = side_force(ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(0.08, apart, 10 * MM))), depth)[0]
     assert len(forces) == 2
     assert forces[0] == pytest.approx(forces[1], rel=1e-6)

@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry.contact_points import ContactSearch
-from geometry.formats import read_raw
-from geometry.profile_doctor import examine
-from geometry.profiles import Profile
-from geometry.rail import rail_head
-from geometry.wheel import wheel_profile
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.formats.by_suffix import read_raw
+from geometry.profiles.doctor import examine
+from geometry.profiles.profile import Profile
+from geometry.profiles.rail import rail_head
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
 from rail_fem.light.load_sharing import rest
 

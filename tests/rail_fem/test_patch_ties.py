@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from bem.halfspace import normal_contact
+from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
-from geometry.crossing import CastCrossing
-from geometry.profiles import Profile, arc, line
-from rail_fem.patch_ties import TieError, bring_together, crossing_tie, plain_rail_section, plain_rail_tie
+from geometry.surfaces.crossing import CastCrossing
+from geometry.profiles.profile import Profile, arc, line
+from rail_fem.light.contact_pairs import TieError, bring_together, crossing_tie, plain_rail_section, plain_rail_tie
 
 CONE = Profile.from_pieces([line((-0.05, -0.05 / 20), (0.05, 0.05 / 20), 1e-3)], "cone 1:20")
 

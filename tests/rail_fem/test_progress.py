@@ -3,8 +3,8 @@ import json
 
 import pytest
 
-from rail_fem import progress as module
-from rail_fem.progress import Progress, duration, read_status
+from rail_fem.output import progress as module
+from rail_fem.output.progress import Progress, duration, read_status
 
 
 class Terminal(io.StringIO):

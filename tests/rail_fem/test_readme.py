@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from rail_fem import launcher
-from rail_fem.progress import read_status
-from rail_fem.result import load
+from rail_fem.run import launcher
+from rail_fem.output.progress import read_status
+from rail_fem.output.result import load
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = [line for block in re.findall(r"```sh\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL) for line in block.splitlines()]

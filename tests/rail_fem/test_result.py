@@ -4,8 +4,8 @@ import os
 import numpy as np
 import pytest
 
-from rail_fem.history import COLUMNS, complete_history
-from rail_fem.result import RESULT_VERSION, Cost, PassResult, Patch, Peak, load, load_history_csv
+from rail_fem.output.history import COLUMNS, complete_history
+from rail_fem.output.result import RESULT_VERSION, Cost, PassResult, Patch, Peak, load, load_history_csv
 from tests.rail_fem.test_scene import make_scene
 
 

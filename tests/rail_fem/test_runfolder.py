@@ -3,8 +3,8 @@ import stat
 
 import pytest
 
-from rail_fem.runfolder import MARK, RunFolderError, fingerprint, prepare_folder
-from rail_fem.settings import FeSettings
+from rail_fem.output.runfolder import MARK, RunFolderError, fingerprint, prepare_folder
+from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
 
 CASE = fingerprint("fe_full", make_scene(), FeSettings(element_size="1.5 mm"))

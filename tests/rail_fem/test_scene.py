@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from rail_fem.scene import Foundation, Material, Scene, Vehicle, Wheel
-from rail_fem.settings import FeSettings
+from rail_fem.scene.scene import Foundation, Material, Scene, Vehicle, Wheel
+from rail_fem.settings.explicit import FeSettings
 
 
 def make_scene(**changes) -> Scene:

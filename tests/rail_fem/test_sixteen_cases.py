@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rail_fem.casefile import load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.ladder import LADDER, solve
 from rail_fem.sweeps.trends import load_source
 

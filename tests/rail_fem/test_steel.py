@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rail_fem.steel import MN13, R8T, Steel
+from rail_fem.scene.steel import MN13, R8T, Steel
 
 
 def test_wave_speed_is_that_of_a_plane_dilatational_wave():

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geometry.crossing import CastCrossing
+from geometry.surfaces.crossing import CastCrossing
 from rail_fem.studies.crossing_contact import MM, draw, speed_against_error
 
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from geometry.contact_band import path_numbers
-from geometry.crossing import CastCrossing
-from geometry.formats import write_profile
-from geometry.path import wheel_path
-from geometry.wheel import wheel_profile
+from geometry.path.contact_band import path_numbers
+from geometry.surfaces.crossing import CastCrossing
+from geometry.profiles.formats.by_suffix import write_profile
+from geometry.path.wheel_path import wheel_path
+from geometry.profiles.wheel import wheel_profile
 from rail_fem.studies.crossing_path import MM, REFERENCE, draw, run_over, table, write_table
-from rail_fem.wheelshape import wheel_shape
+from rail_fem.scene.wheel_profile import wheel_shape
 
 
 def studied(names, spacing, ratio=9.25):

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from geometry.conicity import shift_curves
-from geometry.contact_points import ContactSearch
-from geometry.wheel import wheel_profile
+from geometry.contact.conicity import shift_curves
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
 from rail_fem.light.load_sharing import rest
 from rail_fem.studies.plain_line import draw, speed_against_error, write_curves

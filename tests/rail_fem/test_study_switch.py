@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from geometry.contact_points import ContactSearch
-from geometry.profiles import ProfileError
-from geometry.rail import gauge_face
-from geometry.surface_contact import SurfaceSearch
-from geometry.switch import Switch
-from geometry.wheel import wheel_profile
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.profile import ProfileError
+from geometry.profiles.rail import gauge_face
+from geometry.contact.lofted_search import SurfaceSearch
+from geometry.surfaces.switch import Switch
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_sharing import rest
 from rail_fem.studies.switch import AXLE_LOAD, MM, draw, report, run_through, write

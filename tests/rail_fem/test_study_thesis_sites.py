@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from geometry.contact_points import ContactSearch
-from geometry.wheel import wheel_profile
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
 from rail_fem.studies.thesis_sites import (FITTED, MEASURED_STEP, MM, SITES, THEORETICAL_STEP, Places, Reading, best_reading, draw, fitted_wheel, flange_shift,
                                          flange_shifts, readings, sensitivities, tables, worn_wheel)  # fmt: skip

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from rail_fem import cli
-from rail_fem.result import load
+from rail_fem.output.result import load
 from rail_fem.sweeps.compare import compare
 
 ROOT = Path(__file__).resolve().parents[2]

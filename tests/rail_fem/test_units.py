@@ -1,7 +1,7 @@
 import pytest
 from hypothesis import given, strategies
 
-from rail_fem.units import Quantity, QuantityError, parse, show
+from rail_fem.scene.units import Quantity, QuantityError, parse, show
 
 LENGTH = Quantity("mm", 1, 100, "test length")
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from rail_fem.casefile import load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.vertical_pass import run_pass
 from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, WheelsetContacts, WheelsetSystem, march, potential

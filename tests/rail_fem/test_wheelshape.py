@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from geometry.format_simpack import write_simpack
-from geometry.formats import read_raw
-from geometry.profile_doctor import examine
-from geometry.wheel import wheel_profile
+from geometry.profiles.formats.simpack import write_simpack
+from geometry.profiles.formats.by_suffix import read_raw
+from geometry.profiles.doctor import examine
+from geometry.profiles.wheel import wheel_profile
 from rail_fem import cli, ladder
-from rail_fem.casefile import CaseError, load_case
-from rail_fem.doubts import scene_doubts
-from rail_fem.result import load
-from rail_fem.runfolder import digest, fingerprint
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.warnings import scene_doubts
+from rail_fem.output.result import load
+from rail_fem.output.runfolder import digest, fingerprint
 from rail_fem.sweeps.compare import CompareError, compare
-from rail_fem.wheelshape import KEPT, read_wheel
+from rail_fem.scene.wheel_profile import KEPT, read_wheel
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD = (ROOT / "cases" / "nose_transfer.toml").read_text(encoding="utf-8")

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem import launcher
-from rail_fem.result import Cost, PassResult, Peak
-from rail_fem.scene import GRAVITY
-from rail_fem.settings import FeSettings
+from rail_fem.run import launcher
+from rail_fem.output.result import Cost, PassResult, Peak
+from rail_fem.scene.scene import GRAVITY
+from rail_fem.settings.explicit import FeSettings
 
 
 class ToySettings(FeSettings):

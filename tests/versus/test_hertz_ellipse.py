@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from bem.hertz import point_contact
+from bem.exact.hertz import point_contact
 from bem.material import STEEL, contact_modulus
-from rail_fem.fe import study
+from rail_fem.studies import impact as study
 from tests.order import assert_order
 
 

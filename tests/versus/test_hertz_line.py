@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from bem.hertz import line_compression, line_contact_of_width
+from bem.exact.hertz import line_compression, line_contact_of_width
 from bem.material import Elastic, contact_modulus
-from geometry.mesh_box import mesh_half_cylinder_block
-from rail_fem.fe import study
-from rail_fem.steel import Steel
+from geometry.meshing.blocks import mesh_half_cylinder_block
+from rail_fem.studies import impact as study
+from rail_fem.scene.steel import Steel
 from tests.order import assert_order
 
 # cylinder of 500 mm on a flat, G 82 GPa, nu 0.28, half-width 1 mm: 178.896 N/mm and 113.889 MPa

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from bem.body import Body
-from bem.cases import non_conformal
-from bem.hertz import line_contact_of_width
+from bem.plane.body import Body
+from bem.verification.cases import non_conformal
+from bem.exact.hertz import line_contact_of_width
 from bem.material import Elastic, contact_modulus
-from bem.outline import Edge, Outline, block_behind
-from bem.subsurface import line_stress, von_mises_plane
-from rail_fem.fe.plane_contact import solve_active_set, solve_plane_contact
-from rail_fem.fe.plane_strain import Fineness, PlaneBody, PlaneStrainError
-from rail_fem.fe.study_plane import PROBLEMS, compare, main
+from bem.plane.outline import Edge, Outline, block_behind
+from bem.exact.subsurface import line_stress, von_mises_plane
+from rail_fem.static_fe.plane_contact import solve_active_set, solve_plane_contact
+from rail_fem.static_fe.plane_strain import Fineness, PlaneBody, PlaneStrainError
+from rail_fem.studies.plane_contact import PROBLEMS, compare, main
 
 # cylinder of 500 mm on a flat, G 82 GPa, nu 0.28, half-width 1 mm; in blocks 600 mm wide the load over the width, which the
 # half-plane has not, is 0.26 % of the largest pressure

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from bem.hertz import point_contact
+from bem.exact.hertz import point_contact
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import ContactInputError
-from geometry.mesh import MeshError
-from rail_fem.fe.box_inverse import BoxInverse
-from rail_fem.fe.finite_series import extrapolated
-from rail_fem.fe.solid_blocks import BlockPair, FineZone, block, facing_blocks
-from rail_fem.fe.solid_contact import finite_patch
-from rail_fem.fe.solid_stiffness import stiffness
+from geometry.meshing.hexmesh import MeshError
+from rail_fem.static_fe.box_inverse import BoxInverse
+from rail_fem.static_fe.finite_series import extrapolated
+from rail_fem.static_fe.solid_blocks import BlockPair, FineZone, block, facing_blocks
+from rail_fem.static_fe.solid_contact import finite_patch
+from rail_fem.static_fe.solid_stiffness import stiffness
 
 WHEEL, RAIL, LOAD, HALF = 0.46, 0.30, 1e5, 0.08
 

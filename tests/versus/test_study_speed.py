@@ -2,8 +2,9 @@
 
 import csv
 
-from bem import halfspace_study, study3d
-from rail_fem.fe import study_speed
+from bem.verification import halfspace_study
+from bem.verification import halfspace_speed as study3d
+from rail_fem.studies import patch_speed as study_speed
 
 
 def test_finite_elements_close_on_hertz_with_second_order_and_the_command_draws_all_methods(tmp_path, monkeypatch):

@@ -1,0 +1,197 @@
+"""Hertz contact in closed form: line, circle and ellipse; sphere impact. Stresses below the surface: bem/exact/subsurface.py.
+
+Everything SI. `modulus` is the contact modulus E* of bem.material.contact_modulus, so unlike materials are included.
+Relative curvature is positive when the gap opens away from the contact: a concave body has a negative curvature.
+Source: K. L. Johnson, Contact Mechanics (1985), sections 4.2 and 11.4; K, E and their combinations in Carlson's forms,
+which lose no digits as the ellipse becomes a circle or a line.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import elliprd, elliprf, gamma
+
+from bem.checks import refuse_unless_positive
+
+
+class HertzError(ValueError):
+    """Input for which Hertz' theory has no contact to give."""
+
+
+@dataclass(frozen=True)
+class LineContact:
+    """Hertz line contact: pressure max_pressure * sqrt(1 - (x/half_width)^2).
+
+    force [N/m] per unit length, half_width [m], max_pressure [Pa], radius [m] relative, modulus E* [Pa].
+    """
+
+    force: float
+    half_width: float
+    max_pressure: float
+    radius: float
+    modulus: float
+
+    def pressure(self, x: np.ndarray) -> np.ndarray:
+        """Pressure [Pa] at distance x [m] from the middle."""
+        return self.max_pressure * np.sqrt(np.clip(1 - (np.asarray(x) / self.half_width) ** 2, 0, None))
+
+
+@dataclass(frozen=True)
+class PointContact:
+    """Hertz point contact over an ellipse: pressure max_pressure * sqrt(1 - (x/semi_x)^2 - (y/semi_y)^2).
+
+    force [N], semi_x, semi_y [m], max_pressure [Pa], approach [m] of distant points, modulus E* [Pa].
+    """
+
+    force: float
+    semi_x: float
+    semi_y: float
+    max_pressure: float
+    approach: float
+    modulus: float
+
+    def pressure(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Pressure [Pa] at (x, y) [m]."""
+        inside = 1 - (np.asarray(x) / self.semi_x) ** 2 - (np.asarray(y) / self.semi_y) ** 2
+        return self.max_pressure * np.sqrt(np.clip(inside, 0, None))
+
+    @property
+    def area(self) -> float:
+        """Contact area [m^2]."""
+        return np.pi * self.semi_x * self.semi_y
+
+
+def relative_radius(first: float, second: float) -> float:
+    """Relative radius [m] of two bodies in one plane: 1/R = 1/R1 + 1/R2; np.inf is a flat, negative is concave."""
+    if first == 0 or second == 0:
+        raise HertzError(f"radii {first}, {second}: a radius of zero is an edge, not a Hertz contact")
+    curvature = 1 / first + 1 / second
+    if curvature <= 0:
+        raise HertzError(f"radii {first}, {second} m conform (relative curvature {curvature:g} 1/m): Hertz needs > 0")
+    return 1 / curvature
+
+
+def principal_radii(curvatures_1: tuple[float, float], curvatures_2: tuple[float, float], angle: float) -> tuple[float, float, float]:
+    """Relative principal radii of two bodies whose principal axes are turned against each other.
+
+    curvatures_1 : (kx, ky) of body 1 along its own principal axes [1/m]
+    curvatures_2 : (kx, ky) of body 2, whose x axis lies at `angle` [rad] from that of body 1
+    Returns (radius_x, radius_y, turn): relative radii [m] along axes turned by `turn` [rad] from those of body 1.
+    Source: Johnson (1985), section 4.1.
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    turned = np.array([[c, -s], [s, c]]) @ np.diag(curvatures_2) @ np.array([[c, s], [-s, c]])
+    curvature, axes = np.linalg.eigh(np.diag(curvatures_1) + turned)
+    if curvature[0] <= 0:
+        raise HertzError(f"relative curvatures {curvature} 1/m: Hertz point contact needs both positive")
+    return 1 / curvature[0], 1 / curvature[1], float(np.arctan2(axes[1, 0], axes[0, 0]))
+
+
+def line_contact(force: float, radius: float, modulus: float) -> LineContact:
+    """Line contact from the force per length [N/m], relative radius [m] and E* [Pa] (Johnson eq. 4.43 to 4.45)."""
+    refuse_unless_positive(HertzError, force=force, radius=radius, modulus=modulus)
+    half_width = np.sqrt(4 * force * radius / (np.pi * modulus))
+    return LineContact(force, half_width, 2 * force / (np.pi * half_width), radius, modulus)
+
+
+def line_contact_of_width(half_width: float, radius: float, modulus: float) -> LineContact:
+    """Line contact from its half-width [m]: force = pi E* a^2 / (4 R)."""
+    refuse_unless_positive(HertzError, half_width=half_width, radius=radius, modulus=modulus)
+    return line_contact(np.pi * modulus * half_width**2 / (4 * radius), radius, modulus)
+
+
+def line_compression(contact: LineContact, depth: float, poisson: float, plane_modulus: float) -> float:
+    """Approach [m] of the contact's middle to a point `depth` [m] below it in a half-plane, depth >> half-width.
+
+    Line contact has no approach of its own: displacement grows as the logarithm of the depth. Error: of order
+    (half_width/depth)^2. Source: Johnson (1985), eq. 5.57.
+    """
+    refuse_unless_positive(HertzError, depth=depth, plane_modulus=plane_modulus)
+    return contact.force / (np.pi * plane_modulus) * (2 * np.log(2 * depth / contact.half_width) - poisson / (1 - poisson))
+
+
+def _ellipse_integrals(ratio: float) -> tuple[float, float, float]:
+    """K, D = (K - E)/e^2 and B = K - D of an ellipse with semi-axes ratio = minor/major, e^2 = 1 - ratio^2."""
+    k = float(elliprf(0, ratio**2, 1))
+    d = float(elliprd(0, ratio**2, 1)) / 3
+    return k, d, k - d
+
+
+def _axis_ratio(radius_ratio: float) -> float:
+    """minor/major semi-axis of the ellipse whose relative radii are in the ratio small/large = radius_ratio <= 1."""
+    if radius_ratio > 1 - 1e-14:
+        return 1.0
+
+    def mismatch(log_ratio: float) -> float:
+        ratio = np.exp(log_ratio)
+        _, d, b = _ellipse_integrals(ratio)
+        return np.log(ratio**2 * d / b) - np.log(radius_ratio)
+
+    return float(np.exp(brentq(mismatch, np.log(radius_ratio) - 1, 0.0, xtol=1e-15, rtol=1e-15)))
+
+
+def _ellipse_shape(radius_x: float, radius_y: float) -> tuple[float, float, float, float]:
+    """Axis ratio k = b/a <= 1, K, D and B for relative radii [m]; the major axis lies along the larger radius."""
+    large, small = max(radius_x, radius_y), min(radius_x, radius_y)
+    if small / large < 1e-12:
+        raise HertzError(f"radii {radius_x}, {radius_y} m: ratio below 1e-12, use line_contact")
+    ratio = _axis_ratio(small / large)
+    return (ratio, *_ellipse_integrals(ratio))
+
+
+def point_contact(force: float, radius_x: float, radius_y: float, modulus: float) -> PointContact:
+    """Point contact from the force [N], relative radii in the planes xz and yz [m], E* [Pa].
+
+    Error: round-off (tests/bem/test_hertz.py). Source: Johnson (1985), eq. 4.26 and 4.28, solved exactly.
+    """
+    refuse_unless_positive(HertzError, force=force, radius_x=radius_x, radius_y=radius_y, modulus=modulus)
+    ratio, k, d, _ = _ellipse_shape(radius_x, radius_y)
+    major = (3 * force * d * max(radius_x, radius_y) / (np.pi * modulus)) ** (1 / 3)
+    minor = ratio * major
+    pressure = 3 * force / (2 * np.pi * major * minor)
+    semi_x, semi_y = (major, minor) if radius_x >= radius_y else (minor, major)
+    return PointContact(force, semi_x, semi_y, pressure, pressure * minor * k / modulus, modulus)
+
+
+def point_contact_of_approach(approach: float, radius_x: float, radius_y: float, modulus: float) -> PointContact:
+    """Point contact from the approach of distant points [m]; force grows as approach^1.5."""
+    refuse_unless_positive(HertzError, approach=approach, radius_x=radius_x, radius_y=radius_y, modulus=modulus)
+    unit = point_contact(1.0, radius_x, radius_y, modulus)
+    return point_contact((approach / unit.approach) ** 1.5, radius_x, radius_y, modulus)
+
+
+def contact_stiffness(radius_x: float, radius_y: float, modulus: float) -> float:
+    """K [N/m^1.5] in force = K * approach^1.5."""
+    return point_contact_of_approach(1.0, radius_x, radius_y, modulus).force
+
+
+def tangent_stiffness(constant: float, force: float) -> float:
+    """dF/dd [N/m] of F = constant d^1.5 at a force [N]; constant [N/m^1.5] of `contact_stiffness`."""
+    return 1.5 * constant ** (2 / 3) * force ** (1 / 3)
+
+
+@dataclass(frozen=True)
+class SphereImpact:
+    """Largest approach [m], largest force [N], duration of contact [s]."""
+
+    approach: float
+    force: float
+    contact_time: float
+
+
+# contact time * speed / approach = 2 * integral of dx / sqrt(1 - x^2.5) over (0, 1) = 2.9433
+_TIME_FACTOR = 2 * np.sqrt(np.pi) * gamma(1.4) / gamma(0.9)
+
+
+def sphere_impact(mass: float, speed: float, radius: float, modulus: float) -> SphereImpact:
+    """Elastic impact of spheres, quasi-static Hertz (waves neglected).
+
+    mass : effective mass [kg], 1/m = 1/m1 + 1/m2 (a half-space is infinite); speed : of approach [m/s]
+    radius : relative [m]; modulus : E* [Pa]. Source: Johnson (1985), eq. 11.20 to 11.24.
+    """
+    refuse_unless_positive(HertzError, mass=mass, speed=speed, radius=radius, modulus=modulus)
+    approach = (15 * mass * speed**2 / (16 * np.sqrt(radius) * modulus)) ** 0.4
+    force = 4 / 3 * modulus * np.sqrt(radius) * approach**1.5
+    return SphereImpact(approach, force, _TIME_FACTOR * approach / speed)

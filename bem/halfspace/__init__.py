@@ -1,0 +1,1 @@
+"""Three-dimensional contact of half-spaces: normal, tangential, rolling, subsurface."""

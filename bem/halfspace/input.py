@@ -1,0 +1,142 @@
+"""What a contact solver refuses, and what it warns of: gaps, drives, friction, creepages, grids that cut the patch."""
+from __future__ import annotations
+
+from numbers import Integral, Real
+
+import numpy as np
+
+from bem.checks import is_finite
+from bem.material import Elastic
+from bem.patch import ContactInputError, Creepage, Grid, PatchCutError
+
+# Rigid slip above this share of the rolling speed is no rolling; above the second it deserves a look at the units.
+_IMPOSSIBLE_SLIP = 1.0
+_UNLIKELY_SLIP = 0.1
+_USUAL_FRICTION = 1.0
+_ROUND_OFF = 1e-9
+_FEWEST_CELLS = 4
+
+
+def check_gap(gap: np.ndarray, grid: Grid) -> None:
+    """Refuses a gap of the wrong shape, with NaN or -inf, or that is nowhere finite (+inf: no surface there)."""
+    if gap.shape != grid.shape:
+        raise ContactInputError(f"gap has shape {gap.shape}, the grid {grid.shape}: give one value per cell, x first")
+    bad = np.isnan(gap) | (gap == -np.inf)
+    if bad.any():
+        i, j = np.argwhere(bad)[0]
+        raise ContactInputError(f"gap has {np.count_nonzero(bad)} of {gap.size} cells NaN or -inf, the first at x = {grid.x[i]:g} m, "
+                                f"y = {grid.y[j]:g} m: fill them, or set +inf where a body has no surface")
+    if not np.isfinite(gap).any():
+        raise ContactInputError("gap is +inf in every cell: the bodies share no surface; move the grid")
+
+
+def gap_values(gap: np.ndarray, grid: Grid) -> np.ndarray:
+    """Gap (nx, ny) [m] as floats, checked; refuses what is no array of real numbers."""
+    try:
+        values = np.asarray(gap)
+        if np.iscomplexobj(values):
+            raise TypeError
+        values = values.astype(float)
+    except (TypeError, ValueError):
+        raise ContactInputError("gap is no array of real numbers: give distances in metres, open positive, +inf where a body has no surface") from None
+    check_gap(values, grid)
+    return values
+
+
+def check_cells(cells: int | tuple[int, int]) -> tuple[int, int]:
+    """Cells along x and y; refuses what are no whole numbers, and grids too small to hold a patch and its margin."""
+    both = (cells, cells) if isinstance(cells, Real) else tuple(cells)
+    if len(both) != 2 or not all(isinstance(count, Integral) and count >= _FEWEST_CELLS for count in both):
+        raise ContactInputError(f"cells = {cells!r}: give whole numbers, at least {_FEWEST_CELLS} each way, as the patch needs a margin")
+    return int(both[0]), int(both[1])
+
+
+def check_drive(load: float | None, approach: float | None) -> None:
+    """Exactly one of load [N] >= 0 and approach [m] is given and finite."""
+    if (load is None) == (approach is None):
+        raise ContactInputError(f"load = {load!r} N, approach = {approach!r} m: give exactly one of them")
+    if load is not None and not (is_finite(load) and load >= 0):
+        raise ContactInputError(f"load = {load!r} N: must be a finite number >= 0; a contact carries no tension")
+    if approach is not None and not is_finite(approach):
+        raise ContactInputError(f"approach = {approach!r} m: must be a finite number")
+
+
+def check_friction(friction: float) -> tuple[str, ...]:
+    """Refuses a negative or infinite coefficient, warns of one above 1."""
+    if not (is_finite(friction) and friction >= 0):
+        raise ContactInputError(f"friction = {friction!r}: must be a finite number >= 0")
+    if friction > _USUAL_FRICTION:
+        return (f"friction {friction:g} is above {_USUAL_FRICTION:g}, which dry steel does not reach",)
+    return ()
+
+
+def _largest_slip(motion: Creepage, bounds: tuple[float, float, float, float]) -> float:
+    x = max(abs(bounds[0]), abs(bounds[1]))
+    y = max(abs(bounds[2]), abs(bounds[3]))
+    return float(np.hypot(abs(motion.longitudinal) + abs(motion.spin) * y, abs(motion.lateral) + abs(motion.spin) * x))
+
+
+def _check_finite(motion: Creepage) -> None:
+    if not all(map(is_finite, (motion.longitudinal, motion.lateral, motion.spin))):
+        raise ContactInputError(f"{motion}: every part must be a finite number")
+
+
+def check_creepage(creepage: Creepage, bounds: tuple[float, float, float, float]) -> tuple[str, ...]:
+    """Refuses creepages whose rigid slip within the patch exceeds the rolling speed, as a spin in 1/mm or a creepage in
+    percent does; warns above a tenth of it. bounds: (x_min, x_max, y_min, y_max) of the patch [m]."""
+    _check_finite(creepage)
+    slip = _largest_slip(creepage, bounds)
+    numbers = (f"creepages {creepage.longitudinal:g}, {creepage.lateral:g}, spin {creepage.spin:g} 1/m over a patch within "
+               f"{max(map(abs, bounds)):.3g} m of the origin make a rigid slip of {slip:.3g} times the rolling speed")
+    if slip > _IMPOSSIBLE_SLIP:
+        raise ContactInputError(f"{numbers}: above {_IMPOSSIBLE_SLIP:g} nothing rolls; creepages are pure numbers (not percent), "
+                                "spin is in 1/m (a value per mm is a thousandth of it), the origin belongs near the patch")
+    return (f"{numbers}: check the units (spin in 1/m, creepages not in percent)",) if slip > _UNLIKELY_SLIP else ()
+
+
+def check_shift(shift: Creepage, bounds: tuple[float, float, float, float]) -> None:
+    """Refuses a shift longer than the patch: the half-space problem knows one place of the bodies only."""
+    _check_finite(shift)
+    length = max(bounds[1] - bounds[0], bounds[3] - bounds[2])
+    distance = _largest_slip(shift, bounds)
+    if distance > length:
+        raise ContactInputError(f"shift of {distance:.3g} m is longer than the patch, {length:.3g} m: give it in m (sliding starts at "
+                                "micrometres)")
+
+
+def check_force(force: tuple[float | None, float | None], limit: float) -> None:
+    """Refuses tangential forces [N] that friction cannot carry; limit = mu N [N]."""
+    given = [value for value in force if value is not None]
+    if not all(map(is_finite, given)):
+        raise ContactInputError(f"tangential force {force!r} N: must be finite numbers")
+    if given and np.hypot(*(given + [0.0])[:2]) >= limit * (1 - _ROUND_OFF):
+        raise ContactInputError(f"tangential force {force!r} N reaches mu N = {limit:g} N: the bodies slide, no rigid slip belongs "
+                                "to it; lower the force or give the creepage")
+
+
+def check_inside(pressure: np.ndarray, grid: Grid) -> None:
+    """Refuses a solution whose patch touches the grid's edge, and says on which side by how much."""
+    sides = {"x_min": pressure, "x_max": pressure[::-1], "y_min": pressure.T, "y_max": pressure.T[::-1]}
+    faults = []
+    for name, field in sides.items():
+        if field[0].any():
+            step = grid.dx if name[0] == "x" else grid.dy
+            faults.append(f"{name}: {np.count_nonzero(field[0])} cells, up to {field[0].max() / pressure.max():.0%} of the largest "
+                          f"pressure, extend by about {_missing(field, step):.2g} m")
+    if faults:
+        raise PatchCutError("the grid cuts the patch at " + "; ".join(faults) + " (or allow it with cut=True where the bodies end there)")
+
+
+def _missing(field: np.ndarray, step: float) -> float:
+    """Length by which p^2, followed as a line, reaches beyond the first row; half the grid where it does not fall."""
+    outer = float((field[0] ** 2).max())
+    inner = float((field[1] ** 2).max()) if len(field) > 1 else outer
+    return step * min(outer / (inner - outer) + 2, len(field) / 2) if inner > outer else step * (len(field) / 2 + 1)
+
+
+def strain_warning(pressure: np.ndarray, first: Elastic, second: Elastic) -> tuple[str, ...]:
+    """A note where the largest pressure [Pa] is no longer small against the softer body's Young's modulus: over a twentieth of it."""
+    young, highest = min(first.young, second.young), float(pressure.max())
+    if highest <= 0.05 * young:
+        return ()
+    return (f"largest pressure {highest:.3g} Pa is {highest / young:.2g} of Young's modulus: small strains no longer hold, and steel has yielded long before",)

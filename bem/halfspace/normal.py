@@ -1,0 +1,139 @@
+"""Normal contact of two elastic half-spaces: pressure and patch from a gap, by load or by approach.
+
+Valid where the patch is small against the bodies and against their radii; conformal contact and edges need the 2.5D
+slices. Give the gap as an array on a grid, or as a function with a search window: then the grid is placed on the patch,
+stretched where it would cut it, and refined until the asked accuracy is met.
+Unlike materials: `rolling_contact` and `shift_contact` (bem/halfspace/tangential.py) iterate normal and tangential
+problem; without friction, as here, the pressure depends on E* alone.
+"""
+from __future__ import annotations
+
+import time
+from typing import Callable
+
+import numpy as np
+
+from bem.halfspace.coarse import coarse_field, coarse_grid, fine_pressure, relative_change
+from bem.halfspace.influence import Pair
+from bem.halfspace.input import check_cells, check_drive, check_inside, gap_values, strain_warning
+from bem.checks import refuse_unless_positive
+from bem.halfspace.placing import Window, evaluate_gap, place_grid, widened
+from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
+from bem.material import Elastic
+from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid, Patch
+
+Gap = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+_LARGEST_GRID = 704
+_COARSEST_GRID = 6
+_MOST_STRETCHES = 60    # tenths by which a grid that cuts the patch is stretched: 300 times its sides
+_NESTED_GRID = 160      # cells from which a start from doubled cell sides saves time
+
+
+def normal_contact(gap: Gap, first: Elastic, second: Elastic, *, load: float | None = None, approach: float | None = None,
+                   grid: Grid | None = None, window: Window | None = None, cells: int | tuple[int, int] = 44,
+                   accuracy: float | None = None, cut: bool = False, estimate: bool = True) -> Patch:
+    """Frictionless contact of body 1 (above) and body 2 (below).
+
+    gap      : (nx, ny) array on `grid`, or function gap(x, y) [m]; open positive, +inf where a body has no surface
+    load [N] or approach [m] : one of them; load 0 gives an empty patch, an approach that does not close the gap an error
+    grid     : the cells; without it `window` ((x_min, x_max), (y_min, y_max)) [m] is searched and `cells` laid on the patch
+    accuracy : cells are doubled until the estimated relative error of the largest pressure is below it (function gaps)
+    cut      : allow the patch to reach the grid's edge, because the bodies end there
+    estimate : also solve at doubled cell sides, for the error estimate (a quarter of the cost)
+
+    Error: bem/halfspace/pressure.py. Source: there.
+    """
+    check_drive(load, approach)
+    started = time.perf_counter()
+    pair = Pair.of(first, second)
+    cells = check_cells(cells)
+    if accuracy is not None:
+        refuse_unless_positive(ContactInputError, accuracy=accuracy)
+    if load == 0:
+        return _empty(gap, grid, window, cells)
+    if grid is None:
+        patch = _placed(gap, pair, load, approach, window, cells, accuracy, estimate)
+    else:
+        patch = _solve(gap, grid, pair, load, approach, estimate)
+        if not cut:
+            check_inside(patch.pressure, grid)
+    patch.warnings += strain_warning(patch.pressure, first, second)
+    patch.cost = Cost(time.perf_counter() - started, patch.cost.iterations, patch.cost.products)
+    return patch
+
+
+def _placed(gap, pair, load, approach, window, cells, accuracy, estimate) -> Patch:
+    if window is None or not callable(gap):
+        raise ContactInputError("without a grid: give gap as a function gap(x, y) and a search window ((x_min, x_max), (y_min, y_max))")
+    grid = place_grid(gap, window, pair, load, approach, cells)
+    stretches = 0
+    while True:
+        patch = _solve(gap, grid, pair, load, approach, estimate or accuracy is not None)
+        p = patch.pressure
+        if p[0].any() or p[-1].any() or p[:, 0].any() or p[:, -1].any():
+            stretches += 1
+            if stretches > _MOST_STRETCHES:
+                check_inside(p, grid)
+            grid = widened(grid, p, window)
+        elif accuracy is None or patch.error.max_pressure <= accuracy:
+            return patch
+        elif 2 * max(grid.shape) > _LARGEST_GRID:
+            patch.warnings += (f"accuracy {accuracy:g} not reached at {grid.nx} x {grid.ny} cells: estimated "
+                               f"{patch.error.max_pressure:.1g}",)
+            return patch
+        else:
+            x_min, x_max, y_min, y_max = grid.edges
+            grid = Grid.over((x_min, x_max), (y_min, y_max), 2 * grid.nx, 2 * grid.ny)
+
+
+def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> Patch:
+    """Pressure on one grid, started from doubled cell sides where these are solved for the estimate or save time."""
+    values = evaluate_gap(gap, grid) if callable(gap) else gap_values(gap, grid)
+    finer = min(grid.shape) >= (2 * _COARSEST_GRID if estimate else _NESTED_GRID)
+    coarse = _coarse_patch(gap, grid, values, pair, load, approach) if finer else None
+    start = fine_pressure(coarse.pressure, grid.shape) if coarse is not None else None
+    operator = NormalOperator(grid, pair)
+    solution = solve_pressure(operator, values, load, approach, start)
+    patch = Patch(grid, values, solution.pressure, solution.approach, "half-space",
+                  cost=Cost(np.nan, solution.iterations, operator.products), warnings=_warnings(solution))
+    if estimate and coarse is not None:
+        patch.error = _estimate(coarse, patch, approach is None)
+    return patch
+
+
+def _warnings(solution: PressureSolution) -> tuple[str, ...]:
+    if solution.converged:
+        return ()
+    return (f"pressure not converged: residual {solution.residual:.1e} of the approach after {solution.iterations} iterations",)
+
+
+def _coarse_patch(gap: Gap, fine: Grid, values: np.ndarray, pair: Pair, load, approach) -> Patch | None:
+    """The same problem at doubled cell sides, itself started from there; None where it has no contact."""
+    grid = coarse_grid(fine)
+    values = evaluate_gap(gap, grid) if callable(gap) else coarse_field(values)
+    if approach is not None and approach <= values.min():
+        return None
+    inner = _coarse_patch(gap, grid, values, pair, load, approach) if min(grid.shape) >= _NESTED_GRID else None
+    start = fine_pressure(inner.pressure, grid.shape) if inner is not None else None
+    solution = solve_pressure(NormalOperator(grid, pair), values, load, approach, start, tolerance=1e-5)
+    return Patch(grid, values, solution.pressure, solution.approach, "half-space")
+
+
+def _estimate(coarse: Patch, fine: Patch, by_load: bool) -> ErrorEstimate:
+    normal = (relative_change(coarse.approach - coarse.gap.min(), fine.approach - fine.gap.min()) if by_load
+              else relative_change(coarse.normal_force, fine.normal_force))
+    return ErrorEstimate(relative_change(coarse.max_pressure, fine.max_pressure),
+                         relative_change(coarse.contact_area, fine.contact_area), normal, order=1.0,
+                         note=f"change from {coarse.grid.nx} x {coarse.grid.ny} cells, first order assumed")
+
+
+def _empty(gap: Gap, grid: Grid | None, window: Window | None, cells: tuple[int, int]) -> Patch:
+    """Nothing pressed together: no pressure, approach at the least gap, and a warning that says so."""
+    if grid is None:
+        if window is None or not callable(gap):
+            raise ContactInputError("give a grid, or a gap function with a window")
+        grid = Grid.over(*window, *cells)
+    values = evaluate_gap(gap, grid) if callable(gap) else gap_values(gap, grid)
+    return Patch(grid, values, np.zeros(grid.shape), float(values.min()), "half-space", cost=Cost(0.0, 0, 0),
+                 warnings=("load 0 N: the bodies touch without pressure, the patch is empty",))

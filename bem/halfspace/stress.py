@@ -1,0 +1,147 @@
+"""Stress below the patch: closed forms for evenly loaded rectangles, summed over the patch by FFT at each depth.
+
+Body 2 (below) is the half-space z < 0, body 1 (above) z > 0; depth is the distance from the surface, positive.
+With V = sum of 1/R, chi = sum of ln(R + depth) and Theta (its second depth derivative is V) over a loaded rectangle,
+the stresses are those of Boussinesq and Cerruti; each derivative that appears has a closed form at the corners.
+Source: Love (1929); Johnson, Contact Mechanics (1985), eq. 3.1 to 3.8 (potentials), integrated here and held to
+quadrature of the point-load solutions (tests/bem/test_halfspace_stress.py).
+Error: exact for cells of constant traction; of second order in the cell below half a cell's depth.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft, optimize
+
+from bem.halfspace.influence import padded_shape
+from bem.patch import ContactInputError, Patch
+
+
+def _corner_terms(x: np.ndarray, y: np.ndarray, z: float) -> dict[str, np.ndarray]:
+    """Double antiderivatives in x and y at the corners; z is the depth > 0. Vx is the x derivative of V, and so on."""
+    r = np.sqrt(x**2 + y**2 + z**2)
+    return {
+        "Vz": -np.arctan2(x * y, z * r), "Vx": np.log(y + r), "Vy": np.log(x + r), "Vxy": 1 / r,
+        "Vxz": z / (r * (y + r)), "Vyz": z / (r * (x + r)), "Vxx": x / (r * (y + r)), "Vyy": y / (r * (x + r)),
+        "Cxy": np.log(r + z), "Cxx": np.arctan(y / x) - np.arctan(y * z / (x * r)),
+        "Cyy": np.arctan(x / y) - np.arctan(x * z / (y * r)),
+        "Cxyy": y / (r * (r + z)), "Cxxy": x / (r * (r + z)), "Txxy": -x / (r + z), "Txyy": -y / (r + z),
+    }
+
+
+def _pressure_stress(t: dict, z: float, nu: float) -> list[np.ndarray]:
+    """xx yy zz yz xz xy by unit pressure, z into the body."""
+    vzz = -(t["Vxx"] + t["Vyy"])
+    return [2 * nu * t["Vz"] - (1 - 2 * nu) * t["Cxx"] - z * t["Vxx"], 2 * nu * t["Vz"] - (1 - 2 * nu) * t["Cyy"] - z * t["Vyy"],
+            t["Vz"] - z * vzz, -z * t["Vyz"], -z * t["Vxz"], -(1 - 2 * nu) * t["Cxy"] - z * t["Vxy"]]
+
+
+def _traction_x_stress(t: dict, z: float, nu: float) -> list[np.ndarray]:
+    """xx yy zz yz xz xy by unit traction along x on the body, z into the body."""
+    txxx, cxxx = -t["Txyy"] - t["Vx"], -t["Cxyy"] - t["Vxz"]
+    return [2 * (1 + nu) * t["Vx"] + 2 * nu * txxx - z * cxxx, 2 * nu * (t["Vx"] + t["Txyy"]) - z * t["Cxyy"], -z * t["Vxz"],
+            -z * t["Vxy"], t["Vz"] - z * t["Vxx"], t["Vy"] + 2 * nu * t["Txxy"] - z * t["Cxxy"]]
+
+
+def _traction_y_stress(t: dict, z: float, nu: float) -> list[np.ndarray]:
+    """The same along y: x and y change places."""
+    swapped = {name: t[_SWAP[name]] for name in t}
+    xx, yy, zz, yz, xz, xy = _traction_x_stress(swapped, z, nu)
+    return [yy, xx, zz, xz, yz, xy]
+
+
+_SWAP = {"Vz": "Vz", "Vx": "Vy", "Vy": "Vx", "Vxy": "Vxy", "Vxz": "Vyz", "Vyz": "Vxz", "Vxx": "Vyy", "Vyy": "Vxx", "Cxy": "Cxy",
+         "Cxx": "Cyy", "Cyy": "Cxx", "Cxyy": "Cxxy", "Cxxy": "Cxyy", "Txxy": "Txyy", "Txyy": "Txxy"}
+_LOADS = (_pressure_stress, _traction_x_stress, _traction_y_stress)
+
+
+def rectangle_stress(load: int, x_edges: np.ndarray, y_edges: np.ndarray, depth: float, poisson: float) -> np.ndarray:
+    """(6, len(x_edges) - 1, len(y_edges) - 1) stress by unit load on a rectangle, order VOIGT, z into the body.
+
+    load : 0 pressure, 1 traction along x, 2 along y; the edges are distances from the rectangle's edges to the observer:
+    entry (i, j) belongs to an observer with x - x_rectangle between the edges i and i + 1 of the rectangle moved there.
+    """
+    x, y = np.meshgrid(x_edges, y_edges, indexing="ij")
+    corners = _LOADS[load](_corner_terms(x, y, depth), depth, poisson)
+    return np.array([np.diff(np.diff(corner, axis=0), axis=1) for corner in corners]) / (2 * np.pi)
+
+
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    """Von Mises stress [Pa] of stresses (..., 6), order VOIGT."""
+    xx, yy, zz, yz, xz, xy = np.moveaxis(stress, -1, 0)
+    return np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (yz**2 + xz**2 + xy**2))
+
+
+def subsurface_stress(patch: Patch, depths: np.ndarray, poisson: float, body: int = 2) -> np.ndarray:
+    """Stress below (body 2) or above (body 1) every cell centre of the patch.
+
+    depths  : (nz,) distances from the surface > 0 [m]; poisson : of the body
+    Returns (nz, nx, ny, 6) stress [Pa], order VOIGT, tension positive, in the patch's axes (z up).
+    """
+    depths = np.atleast_1d(np.asarray(depths, dtype=float))
+    if not (np.isfinite(depths).all() and (depths > 0).all()):
+        raise ContactInputError(f"depths between {depths.min():g} and {depths.max():g} m: give finite depths > 0")
+    if body not in (1, 2):
+        raise ContactInputError(f"body {body!r}: 1 is above, 2 below")
+    spectra, size = _load_spectra(patch, body)
+    return np.stack([_layer(patch, spectra, size, depth, poisson, body) for depth in depths])
+
+
+def _load_spectra(patch: Patch, body: int) -> tuple[list[tuple[int, np.ndarray]], tuple[int, int]]:
+    """Spectra of pressure and of the tractions that act on this body."""
+    size = padded_shape(*patch.grid.shape)
+    loads = [(0, fft.rfft2(patch.pressure, s=size))]
+    if patch.traction is not None:
+        sign = 1.0 if body == 1 else -1.0
+        loads += [(axis + 1, fft.rfft2(sign * patch.traction[..., axis], s=size)) for axis in (0, 1)]
+    return loads, size
+
+
+def _layer(patch: Patch, spectra, size: tuple[int, int], depth: float, poisson: float, body: int) -> np.ndarray:
+    grid = patch.grid
+    x_edges, y_edges = ((np.arange(-count + 1, count + 1) - 0.5) * step for count, step in ((grid.nx, grid.dx), (grid.ny, grid.dy)))
+    total = np.zeros((6, size[0], size[1] // 2 + 1), complex)
+    for load, spectrum in spectra:
+        kernel = np.zeros((6, *size))
+        kernel[:, :2 * grid.nx - 1, :2 * grid.ny - 1] = rectangle_stress(load, x_edges, y_edges, depth, poisson)
+        total += fft.rfft2(kernel, axes=(1, 2)) * spectrum
+    stress = fft.irfft2(total, s=size, axes=(1, 2))[:, grid.nx - 1:2 * grid.nx - 1, grid.ny - 1:2 * grid.ny - 1]
+    if body == 2:
+        stress[3:5] *= -1.0
+    return np.moveaxis(stress, 0, -1)
+
+
+@dataclass(frozen=True)
+class StressPeak:
+    """Largest von Mises stress [Pa] and where: x, y, depth [m]."""
+
+    von_mises: float
+    x: float
+    y: float
+    depth: float
+
+
+def max_von_mises(patch: Patch, poisson: float, body: int = 2, depth_tolerance: float = 1e-3) -> StressPeak:
+    """Largest von Mises stress below the patch, at cell centres and at any depth below half a cell.
+
+    depth_tolerance : of the depth, relative. The depths are scanned, then the best is refined by golden section.
+    """
+    if not patch.contact.any():
+        return StressPeak(0.0, np.nan, np.nan, np.nan)
+    spectra, size = _load_spectra(patch, body)
+
+    def layer_peak(log_depth: float) -> float:
+        return -float(von_mises(_layer(patch, spectra, size, float(np.exp(log_depth)), poisson, body)).max())
+
+    length = float(np.sqrt(patch.contact_area))
+    scan = np.linspace(np.log(min(patch.grid.dx, patch.grid.dy) / 2), np.log(2 * length), 13)
+    values = [layer_peak(depth) for depth in scan]
+    best = int(np.argmin(values))
+    bracket = scan[max(best - 1, 0)], scan[min(best + 1, len(scan) - 1)]
+    found = optimize.minimize_scalar(layer_peak, bounds=bracket, method="bounded", options={"xatol": depth_tolerance})
+    log_depth = found.x if found.fun <= values[best] else scan[best]
+    depth = float(np.exp(log_depth))
+    field = von_mises(_layer(patch, spectra, size, depth, poisson, body))
+    i, j = np.unravel_index(field.argmax(), field.shape)
+    return StressPeak(float(field[i, j]), float(patch.grid.x[i]), float(patch.grid.y[j]), depth)

@@ -1,0 +1,1 @@
+"""Plane problems by indirect boundary elements, with friction."""

@@ -1,0 +1,230 @@
+"""Unilateral contact with Coulomb friction between points whose compliance is known: one load step.
+
+At each node: pressure p and shear traction q on the slave, gap g and slip s (slave over master, along the tangent).
+
+    [g; s] = [gap_0; 0] + compliance [p; q] + rigid motion            motion: (x, y, rotation) of the slave
+    p >= 0, g >= 0, p g = 0;   |q| <= mu p;   q = -mu p sign(s - s_before) where they differ
+    forces [p; q] + load = 0 for the components of the motion that are driven by a load
+
+The states (open, stick, slip forward or backward) are found by block principal pivoting: all nodes that contradict their state
+change together; when that no longer makes progress, one at a time (Judice and Pires 1994, for friction without their proof of
+an end). The linear systems are exact, so forces balance to round-off.
+"""
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from numbers import Real
+
+import numpy as np
+from scipy.linalg import LinAlgError, lu_factor, lu_solve
+
+from bem.plane.boundary import EquilibriumError
+from bem.checks import refuse_unless_finite
+
+OPEN, STICK, FORWARD, BACKWARD = 0, 2, 1, -1  # FORWARD: q = +mu p, the slave slips backward
+
+
+class FrictionError(ValueError):
+    """A coefficient of friction below zero, or no number."""
+
+
+class ConvergenceError(RuntimeError):
+    """No consistent set of open, sticking and slipping nodes was found."""
+
+
+def refuse_bad_friction(friction: float) -> None:
+    """Raise FrictionError for what is no coefficient of friction."""
+    if not isinstance(friction, (Real, np.number)) or not friction >= 0:
+        raise FrictionError(f"friction = {friction!r}: must be zero or positive (inf: nothing slides)")
+
+
+@dataclass(frozen=True)
+class ContactSystem:
+    """What a load step needs to know of two condensed bodies; n nodes.
+
+    gap (n,) [m]; compliance (2n, 2n) [m/Pa]: pressures then shears -> gaps then slips
+    motion (2n, 3): rigid motion of the slave (x, y [m], rotation) -> gaps then slips
+    forces (3, 2n): pressures then shears -> force (x, y) [N/m] and moment [N] on the slave
+    """
+
+    gap: np.ndarray
+    compliance: np.ndarray
+    motion: np.ndarray
+    forces: np.ndarray
+
+    @property
+    def nodes(self) -> int:
+        return len(self.gap)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What drives the slave: for x, y and rotation either a motion [m, m, rad] or a load [N/m, N/m, N]; the other is nan."""
+
+    motion: np.ndarray
+    load: np.ndarray
+
+    def __post_init__(self) -> None:
+        motion, load = np.asarray(self.motion, float), np.asarray(self.load, float)
+        if motion.shape != (3,) or load.shape != (3,):
+            raise EquilibriumError(f"motion and load have the shapes {motion.shape} and {load.shape}: give three components each, x, y and "
+                                   "rotation (Drive.of does)")
+        if np.any(np.isnan(motion) == np.isnan(load)) or np.isinf([motion, load]).any():
+            raise EquilibriumError(f"motion {motion}, load {load}: in each component one must be a finite number and the other nan")
+
+    @classmethod
+    def of(cls, force=(None, None), motion=(None, None), rotation: float | None = 0.0, moment: float | None = None) -> Drive:
+        """Drive from components; what has neither force nor motion is kept from moving."""
+        if any(not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 for pair in (force, motion)):
+            raise EquilibriumError(f"force {force!r}, motion {motion!r}: give (x, y), each a number or None")
+        loads = [*force, moment]
+        if moment is not None and rotation == 0.0:
+            rotation = None
+        motions = [0.0 if m is None and f is None else m for f, m in zip(loads, [*motion, rotation])]
+        for name, f, m in zip(("x", "y", "rotation"), loads, motions):
+            if f is not None and m is not None:
+                raise EquilibriumError(f"{name}: both a load ({f}) and a motion ({m}) are prescribed; choose one")
+        for kind, values in (("motion", motions), ("load", loads)):
+            for name, value in zip(("x", "y", "rotation"), values):
+                if value is not None:
+                    refuse_unless_finite(EquilibriumError, **{f"{kind} of {name}": value})
+        return cls(*(np.array([np.nan if v is None else float(v) for v in values]) for values in (motions, loads)))
+
+    @property
+    def loaded(self) -> np.ndarray:
+        """(3,) bool: driven by a load."""
+        return np.isnan(self.motion)
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """Pressure, shear [Pa], gap, slip [m] (n,), state (n,), motion of the slave (3,), iterations used."""
+
+    pressure: np.ndarray
+    shear: np.ndarray
+    gap: np.ndarray
+    slip: np.ndarray
+    state: np.ndarray
+    motion: np.ndarray
+    iterations: int
+
+
+def _solve_regular(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solution of a linear system; LinAlgError when it is singular to round-off."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # an exact zero pivot is reported below
+        factors = lu_factor(matrix, overwrite_a=True, check_finite=False)
+    pivots = np.abs(np.diag(factors[0]))
+    if not pivots.min() > 1e-13 * pivots.max():
+        raise LinAlgError("singular")
+    return lu_solve(factors, right, overwrite_b=True, check_finite=False)
+
+
+def _solve_linear(system: ContactSystem, drive: Drive, friction: np.ndarray, before: np.ndarray, state: np.ndarray):
+    """Pressures, shears and motion for given states; equations are scaled so that all unknowns are of one size."""
+    n = system.nodes
+    closed, stick = np.flatnonzero(state != OPEN), np.flatnonzero(state == STICK)
+    loaded = np.flatnonzero(drive.loaded)
+    known = np.nan_to_num(drive.motion)
+    if not len(closed) and not len(loaded):
+        return np.zeros(n), np.zeros(n), known
+    unit = np.abs(np.diag(system.compliance)[:n]).mean()
+    sliding = np.where(np.abs(state) == 1, state * np.where(np.isinf(friction), 0.0, friction), 0.0)[closed]
+    columns = system.compliance[:, closed] + system.compliance[:, n + closed] * sliding
+    columns = np.hstack([columns, system.compliance[:, n + stick]])
+    rows = np.r_[closed, n + stick]
+    length = np.abs(system.forces).max()
+    arm = np.maximum(np.abs(system.motion).max(axis=0), 1e-300)
+    force = np.hstack([system.forces[:, closed] + system.forces[:, n + closed] * sliding, system.forces[:, n + stick]])
+    a, b = len(rows), len(loaded)
+    matrix = np.zeros((a + b, a + b))
+    matrix[:a, :a] = columns[rows] / unit
+    matrix[:a, a:] = system.motion[np.ix_(rows, loaded)] / arm[loaded]
+    matrix[a:, :a] = force[loaded] / (length * arm[loaded])[:, None]
+    right = np.r_[-(np.r_[system.gap, -before] + system.motion @ known)[rows] / unit, -drive.load[loaded] / (length * arm[loaded])]
+    answer = _solve_regular(matrix, right)
+    pressure, shear, motion = np.zeros(n), np.zeros(n), known.copy()
+    pressure[closed] = answer[:len(closed)]
+    shear[closed] = sliding * answer[:len(closed)]
+    shear[stick] = answer[len(closed):a]
+    motion[loaded] = answer[a:] * unit / arm[loaded]
+    return pressure, shear, motion
+
+
+def _contradictions(pressure, shear, gap, slipped, state, friction, unit):
+    """State each node should have, and by how much [Pa] it contradicts the one it has."""
+    scale = max(np.abs(pressure).max(), 1e-300)
+    tolerance = 1e-11 * scale
+    wanted, size = state.copy(), np.zeros(len(state))
+    pull = (state != OPEN) & (pressure < -tolerance)
+    # a sticking node that is pulled first slips: its shear, not its pressure, may be what is wrong
+    rough = np.isinf(friction)
+    against = np.where(rough, STICK, np.where(slipped > 0, BACKWARD, FORWARD))
+    wanted[pull] = np.where((state == STICK) & (shear != 0) & ~rough, np.where(shear > 0, FORWARD, BACKWARD), OPEN)[pull]
+    size[pull] = -pressure[pull]
+    overlap = (state == OPEN) & (-gap / unit > tolerance)
+    wanted[overlap], size[overlap] = against[overlap], -gap[overlap] / unit
+    excess = np.abs(shear) - np.where(rough, 0.0, friction) * np.maximum(pressure, 0)
+    slide = (state == STICK) & ~pull & ~rough & (excess > tolerance)
+    wanted[slide], size[slide] = np.where(shear > 0, FORWARD, BACKWARD)[slide], excess[slide]
+    along = np.where(np.abs(state) == 1, state, 0) * slipped / unit
+    back = (along > tolerance) & ~pull & (friction > 0)
+    wanted[back], size[back] = STICK, along[back]
+    return wanted, size
+
+
+def solve_step(system: ContactSystem, drive: Drive, friction: float | np.ndarray, before: np.ndarray | None = None,
+               state: np.ndarray | None = None, limit: int = 0) -> ContactState:
+    """One load step to its exact end.
+
+    friction : coefficient, a number or (n,), inf where nothing slides; before : (n,) slip at the end of the last step [m]
+    state    : (n,) states to start from, default all closed; limit : iterations allowed, default 60 + 4 n
+    Raises EquilibriumError when no contact can balance the load, ConvergenceError when no consistent states are found.
+    """
+    n = system.nodes
+    friction = np.broadcast_to(np.asarray(friction, float), n)
+    before = np.zeros(n) if before is None else before
+    closed = np.where(friction > 0, STICK, FORWARD)
+    state = closed.copy() if state is None else state.copy()
+    if drive.loaded.any() and not (state != OPEN).any():
+        state = closed.copy()
+    unit = np.abs(np.diag(system.compliance)[:n]).mean()
+    fewest, patience = 3 * n + 1, 8
+    limit = limit or 60 + 4 * n
+    for iteration in range(1, limit + 1):
+        pressure, shear, motion = _attempt(system, drive, friction, before, state)
+        moved = system.compliance @ np.r_[pressure, shear] + system.motion @ motion
+        gap, slip = system.gap + moved[:n], moved[n:]
+        wanted, size = _contradictions(pressure, shear, gap, slip - before, state, friction, unit)
+        wrong = np.flatnonzero(wanted != state)
+        if not len(wrong):
+            return ContactState(pressure, shear, gap, slip, state, motion, iteration)
+        if len(wrong) < fewest:
+            fewest, patience = len(wrong), 8
+        else:
+            patience -= 1
+        change = wrong if patience > 0 else wrong[[np.argmax(size[wrong])]]
+        following = state.copy()
+        following[change] = wanted[change]
+        state = _keep_hold(following, state, pressure, shear, friction, drive)
+    raise ConvergenceError(f"{len(wrong)} of {n} nodes still change between open, stick and slip after {limit} iterations (worst by "
+                           f"{size.max():.3g} Pa): apply the load in more steps, or lower the friction {friction.max():g}")
+
+
+def _attempt(system, drive, friction, before, state):
+    try:
+        return _solve_linear(system, drive, friction, before, state)
+    except LinAlgError:
+        loads = ", ".join(f"{name} {value:.4g} {unit}" for name, value, unit, loaded in
+                          zip(("x", "y", "moment"), drive.load, ("N/m", "N/m", "N"), drive.loaded) if loaded)
+        raise EquilibriumError(f"load ({loads}) cannot be balanced: {(state != OPEN).sum()} of {system.nodes} nodes touch and "
+                               f"{(state == STICK).sum()} stick with friction {friction.max():g}; hold the direction that slides (prescribe its "
+                               "motion), or reduce the tangential load or the moment") from None
+
+
+def _keep_hold(state, former, pressure, shear, friction, drive):
+    """Load-driven bodies must touch somewhere: if every node would open, keep the one that is pressed most."""
+    if drive.loaded.any() and not (state != OPEN).any():
+        state[np.argmax(pressure)] = former[np.argmax(pressure)]
+    return state

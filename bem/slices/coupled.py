@@ -1,0 +1,288 @@
+"""Contact patch by slices, driven by displacement: the 2.5D method (b).
+
+Each slice has its own gap, measured between the bodies' sections there. All slices share one approach; how the load is shared
+along the patch comes out and is not assumed. Slices feel each other through the elastic bodies:
+
+    displacement = half-space (three-dimensional, all cells)  +  rest of each body's cross-section (three-dimensional prism)
+
+The rest holds what a half-space has not: the curvature of conforming faces, the nearness of an edge, the depth of the body and
+how it is held. It is found by boundary elements in the section, wavenumber by wavenumber (bem/slices/section_flexibility.py).
+
+Three-dimensional: the gap in every slice, the elasticity of both bodies as prisms of their section at x = 0, and with it the
+spread of load along the patch. For a large block the method is the half-space's, for a long patch the plane-strain one's
+(bem/plane/contact.py). The gap is that of the undeformed bodies at the approach found, taken anew in turns: on a steep face they slide
+along each other by more than the patch's depth while they close. Not three-dimensional: the bodies' elasticity does not know that their sections change along x (a wheel's
+roundness, a nose that widens), nor their ends; the normal's component along x is neglected (x/R); pressures act along the lower
+face's normals, and developed lengths along it take the place of distances in the half-space's share, which the rest makes up for.
+No friction. Source of the idea: displacement-driven slices are the further work named in the thesis, chapter 6.2.4.
+Error: half-space: bem/halfspace/pressure.py; rest: second order in the station spacing (tests/bem/test_slices.py).
+"""
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import fft
+
+from bem.halfspace.coarse import coarse_grid, relative_change
+from bem.halfspace.influence import Pair
+from bem.halfspace.input import check_cells, check_drive, check_inside, strain_warning
+from bem.halfspace.placing import Window, evaluate_gap, place_grid, widened
+from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
+from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid, NoContactError, Patch
+from bem.slices.section_flexibility import Flexibility, body_flexibility
+from bem.slices.slices import SliceGap, Slices
+
+_STEEPEST = 0.05        # least cosine between face normal and approach: steeper faces are not closed by it
+_STATIONS = 16
+_GAP_KEPT = 1e-3        # of the largest closure, by which the gap may change over the patch when it is taken anew
+_MOST_TURNS = 12        # times the gap is taken anew
+_MOST_STRETCHES = 12    # times the sections are laid anew for a grid that cut the patch
+_ZONE = 0.15            # of the patch's width, by which stations reach beyond it on each side
+
+
+@dataclass
+class SlicePatch(Patch):
+    """A patch laid along a curved face.
+
+    gap : along the lower face's normals at the approach, and led back from there in a line: closed by approach * cosine
+    points, normals : (ny, 2) [m] where the grid's lateral coordinate lies in the section, and the lower face's outward normals
+    way : (2,) direction of the approach; seconds : time by stage; closing : (2,) [m] move of the upper body to touch at x = 0
+    """
+
+    points: np.ndarray | None = None
+    normals: np.ndarray | None = None
+    way: np.ndarray | None = None
+    closing: np.ndarray | None = None
+    seconds: dict[str, float] | None = None
+
+    @property
+    def force(self) -> np.ndarray:
+        """(2,) force of the pressures on the upper body (lateral, up) [N]."""
+        return self.pressure.sum(axis=0) @ self.normals * self.grid.cell_area
+
+    @property
+    def line_load(self) -> np.ndarray:
+        """(nx,) load along the approach in each slice [N/m]."""
+        return self.pressure @ -(self.normals @ self.way) * self.grid.dy
+
+
+class SliceOperator(NormalOperator):
+    """Displacement along the approach under loads along the approach: half-space and rests, both divided by the cosines.
+
+    With P = cosine * pressure and all displacements over the cosine, contact on a curved face has the form of contact on a plane.
+    """
+
+    def __init__(self, grid: Grid, pair: Pair, rests: list[Flexibility], cosines: np.ndarray) -> None:
+        super().__init__(grid, pair)
+        self.cosines = cosines
+        self._along = fft.next_fast_len(2 * grid.nx, real=True)
+        self._rests = []
+        for rest in rests:
+            kernel = rest.between_slices(grid)
+            wrapped = np.zeros((self._along, *kernel.shape[1:]))
+            wrapped[:grid.nx] = kernel
+            wrapped[self._along - grid.nx + 1:] = kernel[:0:-1]
+            self._rests.append((rest.interpolation(grid.y), fft.rfft(wrapped, axis=0).real))
+
+    def rest(self, pressure: np.ndarray) -> np.ndarray:
+        """(nx, ny) displacement [m] that the cross-sections add, under pressure (nx, ny) [Pa]."""
+        total = np.zeros_like(pressure)
+        for places, spectrum in self._rests:
+            loads = fft.rfft(pressure @ places * self.grid.dy, n=self._along, axis=0)
+            moved = fft.irfft(np.einsum("kij,kj->ki", spectrum, loads, optimize=True), n=self._along, axis=0)[:self.grid.nx]
+            total += moved @ places.T
+        return total
+
+    def displacement(self, pressure: np.ndarray) -> np.ndarray:
+        load = pressure / self.cosines
+        return (super().displacement(load) + self.rest(load)) / self.cosines
+
+    def precondition(self, residual: np.ndarray) -> np.ndarray:
+        return super().precondition(residual * self.cosines) * self.cosines
+
+
+def slice_contact(slices: Slices, *, load: float | None = None, approach: float | None = None, cells: tuple[int, int] = (50, 80),
+                  length: tuple[float, float] | None = None, grid: Grid | None = None, stations: int = _STATIONS,
+                  threads: int | None = None, cut: bool = False, estimate: bool = True) -> SlicePatch:
+    """Frictionless contact of the two bodies of `slices`.
+
+    load [N] along slices.way, or approach [m] of the held edges after touch at x = 0: one of them
+    cells    : slices along x, cells across; they are laid over the patch, which is searched for within `length`
+               ((x_min, x_max) [m], default as long as the lower face is wide on both sides) and the lower face; or `grid`
+    stations : across the patch, where the cross-sections' rest is computed; threads : default all processors of this process
+    cut      : allow the patch to reach the grid's edge; a patch that reaches the end of a face is always allowed
+    estimate : also solve with doubled cells and half the stations, for the error estimate
+
+    Raises ContactInputError and its kinds, OutlineError, with what is wrong and what to do.
+    """
+    check_drive(load, approach)
+    cells = check_cells(cells)
+    clock = _Clock()
+    first, second = slices.upper.material, slices.lower.material
+    gap = SliceGap(slices)
+    problem = _Problem(gap, Pair.of(first, second), load, approach, threads or len(os.sched_getaffinity(0)))
+    window = (length or _default_length(gap), gap.window)
+    if load == 0:
+        return _untouched(problem, grid or Grid.over(*window, *cells), clock)
+    given = grid is not None
+    if given:
+        _check_beside_face(grid, gap)
+    else:
+        grid = place_grid(problem.gap_along, window, problem.pair, load, approach, cells)
+    clock.stop("placing")
+    patch = _solve(problem, grid, window, stations, clock, 1 if given else _MOST_STRETCHES, cut)
+    if estimate:
+        patch.error = _estimate(problem, patch, stations)
+        clock.stop("estimate")
+    patch.warnings += strain_warning(patch.pressure, first, second)
+    patch.seconds = clock.seconds
+    patch.cost = replace(patch.cost, seconds=sum(clock.seconds.values()))
+    return patch
+
+
+@dataclass
+class _Problem:
+    gap: SliceGap
+    pair: Pair
+    load: float | None
+    approach: float | None
+    threads: int
+
+    def cosines(self, y: np.ndarray) -> np.ndarray:
+        return np.maximum(self.gap.cosines(y), _STEEPEST)
+
+    def gap_along(self, x: np.ndarray, y: np.ndarray, approach: float = 0.0) -> np.ndarray:
+        """The approach that closes the gap, led on in a line from the gap at an approach."""
+        values = self.gap(x, y, approach)
+        values[:, self.gap.cosines(y[0]) < _STEEPEST] = np.inf
+        return values / self.cosines(y[0]) + approach
+
+    def flexibilities(self, low: float, high: float, size: float, length: float) -> list[Flexibility]:
+        """Rest of both bodies for a zone between lateral coordinates, by stations `size` apart."""
+        first, last = self.gap.window
+        zone = self.gap.face(np.arange(max(low, first), min(high, last), size / 4))[0]
+        y = np.arange(max(low - 3 * size, first), min(high + 3 * size, last), size / 100)
+        along = self.gap.face(y)[0], y
+        return [body_flexibility(body, zone, size, length, along, self.threads) for body in (self.gap.slices.lower, self.gap.upper)]
+
+
+class _Clock:
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def stop(self, stage: str) -> None:
+        now = time.perf_counter()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
+        self._last = now
+
+
+def _check_beside_face(grid: Grid, gap: SliceGap) -> None:
+    low, high = gap.window
+    if grid.edges[2] >= high or grid.edges[3] <= low:
+        raise ContactInputError(f"grid from y = {grid.edges[2]:.4g} to {grid.edges[3]:.4g} m lies beside the lower face, which reaches from "
+                                f"{low:.4g} to {high:.4g} m: move the grid")
+
+
+def _default_length(gap: SliceGap) -> tuple[float, float]:
+    width = gap.window[1] - gap.window[0]
+    return -width, width
+
+
+def _solve(problem: _Problem, grid: Grid, window: Window, stations: int, clock: _Clock, attempts: int, cut: bool) -> SlicePatch:
+    """Solve on a grid that is stretched as long as it cuts the patch and attempts are left."""
+    low, high, rests = np.inf, -np.inf, []
+    for attempt in range(attempts):
+        width = grid.edges[3] - grid.edges[2]
+        if grid.edges[2] < low or grid.edges[3] > high:
+            low, high = grid.edges[2] - _ZONE * width, grid.edges[3] + _ZONE * width
+            rests = problem.flexibilities(low, high, width / stations, grid.nx * grid.dx)
+            clock.stop("sections")
+        patch = _solve_on(problem, grid, rests)
+        clock.stop("contact")
+        if cut or not _cut(patch, window).any():
+            return patch
+        if attempt + 1 < attempts:
+            grid = widened(grid, patch.pressure, window)
+    check_inside(patch.pressure, grid)
+    return patch
+
+
+def _cut(patch: Patch, window: Window) -> np.ndarray:
+    """The pressures, without those at the lateral ends of the window: the face itself ends there."""
+    inner, slack = patch.pressure.copy(), 1e-6 * patch.grid.dy
+    inner[1:-1, 1:-1] = 0.0
+    if patch.grid.edges[2] < window[1][0] + slack:
+        inner[1:-1, 0] = 0.0
+    if patch.grid.edges[3] > window[1][1] - slack:
+        inner[1:-1, -1] = 0.0
+    return inner
+
+
+def _solve_on(problem: _Problem, grid: Grid, rests: list[Flexibility]) -> SlicePatch:
+    """Contact on one grid; the gap is taken anew at the approach found until it stays."""
+    cosines = problem.cosines(grid.y)
+    operator = SliceOperator(grid, problem.pair, rests, cosines)
+    along = _gap_at(problem, grid, problem.approach or 0.0)
+    solution = _pressed(problem, operator, along, None)
+    iterations, change = solution.iterations, 0.0
+    for _ in range(_MOST_TURNS if problem.approach is None else 0):
+        anew = _gap_at(problem, grid, solution.approach)
+        change = _gap_change(along, anew, cosines, solution)
+        if change <= _GAP_KEPT:
+            break
+        along = anew
+        solution = _pressed(problem, operator, along, solution.pressure)
+        iterations += solution.iterations
+    notes = () if solution.converged else (f"pressure not converged: residual {solution.residual:.1e} of the approach after "
+                                           f"{solution.iterations} iterations",)
+    if change > _GAP_KEPT:
+        notes += (f"the gap still changes by {change:.1g} of the deepest closure after it was taken anew {_MOST_TURNS} times: the bodies "
+                  "slide along each other as far as they close; press along a way nearer to the face's normal",)
+    points, normals = problem.gap.face(grid.y)
+    return SlicePatch(grid, along * cosines, solution.pressure / cosines, solution.approach, "2.5D slices",
+                      cost=Cost(np.nan, iterations, operator.products), warnings=notes, points=points, normals=normals,
+                      way=np.array(problem.gap.slices.way), closing=problem.gap.closing)
+
+
+def _gap_at(problem: _Problem, grid: Grid, approach: float) -> np.ndarray:
+    return evaluate_gap(lambda x, y: problem.gap_along(x, y, approach), grid)
+
+
+def _pressed(problem: _Problem, operator: SliceOperator, along: np.ndarray, start: np.ndarray | None) -> PressureSolution:
+    if problem.approach is not None and problem.approach <= along.min():
+        raise NoContactError(f"approach {problem.approach:g} m does not close the least gap, {along.min():g} m: no contact; raise the approach")
+    return solve_pressure(operator, along, problem.load, problem.approach, start)
+
+
+def _gap_change(before: np.ndarray, anew: np.ndarray, cosines: np.ndarray, solution: PressureSolution) -> float:
+    """Largest change of the gap where the bodies touch, or would touch now, over the deepest closure there [1]."""
+    near = (solution.pressure > 0) | (np.minimum(before, anew) < solution.approach) & np.isfinite(before) & np.isfinite(anew)
+    before, anew, share = before[near], anew[near], np.broadcast_to(cosines, near.shape)[near]
+    return float((np.abs(anew - before) * share).max() / ((solution.approach - before) * share).max())
+
+
+def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstimate:
+    """Change from doubled cells and doubled station spacing, first order assumed."""
+    grid = coarse_grid(fine.grid)
+    try:
+        low, high = grid.edges[2:]
+        width = fine.grid.ny * fine.grid.dy
+        coarse = _solve_on(problem, grid, problem.flexibilities(low - _ZONE * width, high + _ZONE * width, 2 * width / stations, grid.nx * grid.dx))
+    except NoContactError:
+        return ErrorEstimate()
+    normal = relative_change(coarse.approach, fine.approach) if problem.load is not None else relative_change(coarse.normal_force, fine.normal_force)
+    return ErrorEstimate(relative_change(coarse.max_pressure, fine.max_pressure), relative_change(coarse.contact_area, fine.contact_area),
+                         normal, order=1.0, note=f"change from {grid.nx} x {grid.ny} cells and {stations // 2} stations, first order assumed")
+
+
+def _untouched(problem: _Problem, grid: Grid, clock: _Clock) -> SlicePatch:
+    values = evaluate_gap(problem.gap, grid)
+    points, normals = problem.gap.face(grid.y)
+    clock.stop("placing")
+    return SlicePatch(grid, values, np.zeros(grid.shape), float(values.min()), "2.5D slices", cost=Cost(clock.seconds["placing"], 0, 0),
+                      warnings=("load 0 N: the bodies touch without pressure, the patch is empty",), points=points, normals=normals,
+                      way=np.array(problem.gap.slices.way), closing=problem.gap.closing, seconds=clock.seconds)

@@ -1,0 +1,188 @@
+"""Slices of two bodies along x: their sections at the patch, how the sections change along it, and the gap between them.
+
+In the plane of a section the first axis is lateral, the second up. The lower body's face is the line along which everything is
+laid: s [m] runs along it, and the gap in a slice is measured along its normals, from the lower section to the upper.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from bem.plane.body import Body
+from bem.plane.curve import Curve
+from bem.plane.pairing import BEHIND, smooth_gap
+from bem.patch import ContactInputError, NoContactError
+from bem.plane.first_touch import nearest_places
+
+Section = Callable[[float], list[np.ndarray]]
+_SAMPLES = 4001
+
+
+@dataclass(frozen=True)
+class Slices:
+    """Two bodies, and their faces in any slice.
+
+    lower, upper : Body, the sections at x = 0; both need a held edge (or be infinite)
+    lower_section, upper_section : x [m] -> smooth pieces [(n, 2), ...] [m] of the face there; None where the body is a prism
+    way : (2,) unit vector along which the upper body approaches
+    """
+
+    lower: Body
+    upper: Body
+    lower_section: Section | None = None
+    upper_section: Section | None = None
+    way: tuple[float, float] = (0.0, -1.0)
+
+    def __post_init__(self) -> None:
+        way = np.asarray(self.way, float)
+        if way.shape != (2,) or not np.isfinite(way).all() or not np.hypot(*way) > 0:
+            raise ContactInputError(f"way {self.way!r}: give the direction (lateral, up) along which the upper body approaches")
+        object.__setattr__(self, "way", tuple(way / np.hypot(*way)))
+
+
+def wheel_on_prism(lower: Body, upper: Body, axis_height: float, way: tuple[float, float] = (0.0, -1.0)) -> Slices:
+    """A body of revolution over a prism.
+
+    upper : its meridian section; the axis of revolution is lateral, at `axis_height` [m] in the upper section's frame
+    """
+    pieces = [curve.points for curve in upper.outline.edge_curves(upper.face)]
+    highest = max(piece[:, 1].max() for piece in pieces)
+    if not axis_height > highest:
+        raise ContactInputError(f"axis of revolution at {axis_height:g} m is not above the face, which reaches up to {highest:g} m: "
+                                "give the height of the axis in the frame of the section")
+
+    def section(x: float) -> list[np.ndarray]:
+        found = []
+        for piece in pieces:
+            radius = axis_height - piece[:, 1]
+            reached = radius > abs(x)
+            if reached.sum() >= 2:
+                found.append(np.column_stack([piece[reached, 0], axis_height - np.sqrt(radius[reached]**2 - x**2)]))
+        return found
+
+    return Slices(lower, upper, upper_section=section, way=way)
+
+
+def slices_of_profiles(lower: Body, upper: Body, x: Sequence[float], lower_profiles: Sequence[np.ndarray] | None = None,
+                       upper_profiles: Sequence[np.ndarray] | None = None, way: tuple[float, float] = (0.0, -1.0)) -> Slices:
+    """Slices from measured or cut profiles (n, 2) [m] at places x (m,) [m], cubic in between; None: the body is a prism.
+
+    Profiles of one body must have the same number of points, each on its own line along x.
+    """
+    places = np.asarray(x, float)
+    if places.ndim != 1 or len(places) < 2 or not (np.diff(places) > 0).all():
+        raise ContactInputError("x of the slices: give at least two places in rising order [m]")
+    return Slices(lower, upper, _between(places, lower_profiles, lower, "lower"), _between(places, upper_profiles, upper, "upper"), way)
+
+
+def _between(places: np.ndarray, profiles: Sequence[np.ndarray] | None, body: Body, name: str) -> Section | None:
+    if profiles is None:
+        return None
+    shapes = {np.shape(profile) for profile in profiles}
+    if len(profiles) != len(places) or len(shapes) != 1:
+        raise ContactInputError(f"{name} profiles: {len(profiles)} of shapes {sorted(shapes)} for {len(places)} places: give one per place, all "
+                                "with the same number of points")
+    stack = np.asarray(profiles, float)
+    if not np.isfinite(stack).all():
+        raise ContactInputError(f"{name} profile at x = {places[np.argwhere(~np.isfinite(stack))[0][0]]:g} m is not finite")
+    ends = body.outline.edge_curves(body.face)
+    if (ends[-1].points[-1] - ends[0].points[0]) @ (stack[0, -1] - stack[0, 0]) < 0:
+        stack = stack[:, ::-1]
+
+    between = make_interp_spline(places, stack, k=min(3, len(places) - 1))
+
+    def section(x: float) -> list[np.ndarray]:
+        return [between(x)] if places[0] <= x <= places[-1] else []
+
+    return section
+
+
+@dataclass
+class SliceGap:
+    """Gap function over (x, s) with the upper body brought to touch at x = 0, and from there on by an approach along the way.
+
+    closing : (2,) [m] by which the upper body was moved to touch; upper : Body there; reach : largest gap considered [m]
+    """
+
+    slices: Slices
+    reach: float | None = None
+    closing: np.ndarray = field(init=False)
+    upper: Body = field(init=False)
+
+    def __post_init__(self) -> None:
+        slices, way = self.slices, np.array(self.slices.way)
+        self.reach = self.reach or slices.upper.outline.size / 2
+        near = nearest_places(slices.lower, slices.upper, way, self.reach)
+        if not near:
+            raise NoContactError(f"moved along ({way[0]:.3g}, {way[1]:.3g}) the sections at x = 0 never meet within {self.reach:g} m: check "
+                                 "their positions, or raise reach")
+        self.closing = near[0][0] * way
+        self.upper = slices.upper.moved(self.closing)
+        self.touch = near[0][1] + self.closing
+        self.curves = slices.lower.outline.edge_curves(slices.lower.face)
+        self.begin = np.r_[0.0, np.cumsum([curve.length for curve in self.curves])]
+        points = self.points(np.linspace(0, self.begin[-1], _SAMPLES))
+        turned = self.curves[-1].points[-1][0] < self.curves[0].points[0][0]
+        self.sense = -1.0 if turned else 1.0                     # s as the grid sees it grows to the left-hand side's lateral axis
+        self.origin = float(np.linspace(0, self.begin[-1], _SAMPLES)[np.hypot(*(points - self.touch).T).argmin()])
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """Range of the face's coordinate [m]; it equals the lateral coordinate where the bodies touch."""
+        ends = self.touch[0] + self.sense * (np.array([0.0, self.begin[-1]]) - self.origin)
+        return float(ends.min()), float(ends.max())
+
+    def _arc(self, y: np.ndarray) -> np.ndarray:
+        return self.origin + self.sense * (np.asarray(y, float) - self.touch[0])
+
+    def points(self, s: np.ndarray) -> np.ndarray:
+        """Points (m, 2) [m] of the lower face at arc lengths (m,) [m]."""
+        return self._along(s, "at")
+
+    def _along(self, s: np.ndarray, what: str) -> np.ndarray:
+        piece = np.clip(np.searchsorted(self.begin, s, side="right") - 1, 0, len(self.curves) - 1)
+        out = np.empty((len(s), 2))
+        for k, curve in enumerate(self.curves):
+            mine = piece == k
+            out[mine] = getattr(curve, what)(np.clip(s[mine] - self.begin[k], 0, curve.length))
+        return out
+
+    def face(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points and outward normals (m, 2) of the lower face at the grid's lateral coordinates (m,)."""
+        s = self._arc(y)
+        along = self._along(s, "direction")
+        return self._along(s, "at"), np.column_stack([along[:, 1], -along[:, 0]])
+
+    def cosines(self, y: np.ndarray) -> np.ndarray:
+        """(m,) share of the approach that closes the gap at the grid's lateral coordinates."""
+        return -self.face(y)[1] @ np.array(self.slices.way)
+
+    def __call__(self, x: np.ndarray, y: np.ndarray, approach: float = 0.0) -> np.ndarray:
+        """(nx, ny) gap [m] along the normals at points of a grid (nx, ny); +inf where a body has no surface.
+
+        approach : [m] by which the undeformed upper body is pushed on after the touch; the gap is negative where they overlap
+        """
+        place = self.closing + approach * np.array(self.slices.way)
+        rows = np.asarray(y)[0]
+        points, normals = self.face(rows)
+        outside = (rows < self.window[0]) | (rows > self.window[1])
+        values = np.array([self._slice(float(at), points, normals, place) for at in np.asarray(x)[:, 0]])
+        values[:, outside] = np.inf
+        return values
+
+    def _slice(self, x: float, points: np.ndarray, normals: np.ndarray, place: np.ndarray) -> np.ndarray:
+        slices = self.slices
+        pieces = [c.points for c in slices.upper.outline.edge_curves(slices.upper.face)] if slices.upper_section is None else slices.upper_section(x)
+        if not pieces:
+            return np.full(len(points), np.inf)
+        gap = smooth_gap(points, normals, [Curve.through(piece + place) for piece in pieces], self.reach, BEHIND)
+        if slices.lower_section is not None:
+            lower = slices.lower_section(x)
+            if not lower:
+                return np.full(len(points), np.inf)
+            gap = gap - smooth_gap(points, normals, [Curve.through(piece[::-1]) for piece in lower], self.reach, 1.0)
+        gap[np.isnan(gap)] = np.inf
+        return np.where(gap > -np.inf, gap, np.inf)

@@ -1,0 +1,1 @@
+"""Exact problems, observed orders, and commands that show them."""

@@ -1,0 +1,161 @@
+"""Speed against error of the patch solvers on one patch, and creep curves: python -m bem.verification.halfspace_study --out DIR.
+
+Patch: 100 kN on a Hertz ellipse (relative radii 460 and 300 mm, steel), friction 0.3. Errors:
+  normal    largest pressure against Hertz
+  shift     force against the finest grid's, extrapolated with the order that the three finest show
+  rolling   the same
+  FASTSIM   force against the rolling reference: the simplified theory's own error included
+Seconds are processor time (user and system), the least of several runs, one thread, without import and compilation. The reference rows are Kalker's
+CONTACT (compiled Fortran, one thread, user seconds on a machine of this kind), as given to the project.
+"""
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+from pathlib import Path
+from typing import Callable
+
+import numpy as np
+
+from bem.halfspace.fastsim import elliptic_patch, fastsim
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.figures import creep_curves_figure, speed_error_figure
+from bem.halfspace.influence import Pair
+from bem.halfspace.tangential import rolling_contact, shift_contact
+from bem.exact.hertz import PointContact, point_contact
+from bem.exact.kalker import linear_creep_forces
+from bem.exact.kalker_table import coefficients
+from bem.material import STEEL
+from bem.patch import Creepage, Grid, Patch
+
+LOAD, FRICTION, RADII = 1e5, 0.3, (0.46, 0.30)
+CREEPAGE = Creepage(1e-3, 5e-4, 0.3)
+SHIFT = Creepage(1e-5, 5e-6, 0.0)
+CONTACT_NORMAL = {22: (0.005, 2e-3), 44: (0.014, 6e-4), 88: (0.024, 1.3e-4), 176: (0.058, 3e-5), 704: (1.5, np.nan)}
+CONTACT_ROLLING = {22: 0.02, 44: 0.17, 88: 3.1, 176: 92.0}
+CONTACT_SHIFT = {22: 0.01, 44: 0.06, 88: 0.26, 176: 1.3}
+
+
+def hertz() -> PointContact:
+    """The study's patch in closed form."""
+    return point_contact(LOAD, *RADII, STEEL.plane_modulus / 2)
+
+
+def study_grid(cells: int) -> Grid:
+    """cells x cells over the ellipse and a margin of one and a half cells or 4.5 %, whichever is more."""
+    exact = hertz()
+    stretch = max(1.09, 1 / (1 - 3 / cells))
+    return Grid.over((-stretch * exact.semi_x, stretch * exact.semi_x), (-stretch * exact.semi_y, stretch * exact.semi_y), cells, cells)
+
+
+def solve_normal(cells: int) -> Patch:
+    grid = study_grid(cells)
+    x, y = grid.points()
+    return normal_contact(x**2 / (2 * RADII[0]) + y**2 / (2 * RADII[1]), STEEL, STEEL, load=LOAD, grid=grid, estimate=False)
+
+
+def least_seconds(action: Callable[[], object], budget: float = 1.0) -> tuple[float, object]:
+    """Least processor time of repeated runs within a budget [s], after one that warms up; and the last result."""
+    action()
+    least, spent = np.inf, 0.0
+    while spent < budget:
+        started = time.process_time()
+        result = action()
+        seconds = time.process_time() - started
+        least, spent = min(least, seconds), spent + seconds
+    return least, result
+
+
+def speed_row(method: str, cells: int, seconds: float, error: float, reference: bool = False, problem: str = "normal") -> dict:
+    """One point of the figure of speed against error (bem.halfspace.figures.speed_error_figure)."""
+    return {"problem": problem, "method": method, "cells": cells, "seconds": seconds, "error": error, "reference": reference}
+
+
+def normal_rows(sizes: tuple[int, ...]) -> list[dict]:
+    """Normal problem, and CONTACT's."""
+    rows = []
+    for cells in sizes:
+        seconds, patch = least_seconds(lambda: solve_normal(cells))
+        rows.append(speed_row("half-space", cells, seconds, abs(patch.max_pressure / hertz().max_pressure - 1)))
+    return rows + [speed_row("half-space, CONTACT", cells, *numbers, True) for cells, numbers in CONTACT_NORMAL.items()]
+
+
+def tangential_rows(sizes: tuple[int, ...]) -> list[dict]:
+    """Rolling, shift and FASTSIM against the extrapolated force; CONTACT's seconds beside the errors of equal cells."""
+    solvers = {"rolling": lambda patch: rolling_contact(patch, STEEL, STEEL, FRICTION, CREEPAGE, estimate=False),
+               "shift": lambda patch: shift_contact(patch, STEEL, STEEL, FRICTION, SHIFT, estimate=False)}
+    rows, limits = [], {}
+    for name, solver in solvers.items():
+        timed = {cells: least_seconds(lambda patch=solve_normal(cells): solver(patch)) for cells in sizes}
+        forces = np.array([timed[cells][1].tangential_force for cells in sizes])
+        limits[name] = extrapolated(forces)
+        errors = np.linalg.norm(forces - limits[name], axis=1) / np.linalg.norm(limits[name])
+        rows += [speed_row(name, cells, timed[cells][0], error, problem="tangential") for cells, error in zip(sizes, errors)]
+        known = CONTACT_ROLLING if name == "rolling" else CONTACT_SHIFT
+        rows += [speed_row(f"{name}, CONTACT's seconds at our error", cells, known[cells], error, True, "tangential")
+                 for cells, error in zip(sizes, errors) if cells in known]
+    for cells in sizes:
+        patch = elliptic_patch(hertz().semi_x, hertz().semi_y, LOAD, (cells, cells))
+        seconds, result = least_seconds(lambda: fastsim(patch, STEEL, STEEL, FRICTION, CREEPAGE, estimate=False), 0.2)
+        error = np.linalg.norm(result.tangential_force - limits["rolling"]) / np.linalg.norm(limits["rolling"])
+        rows.append(speed_row("FASTSIM", cells, seconds, error, problem="tangential"))
+    return rows
+
+
+def extrapolated(forces: np.ndarray) -> np.ndarray:
+    """Limit of the last three of a series at halved cells, for the order they show, held within 1 and 2."""
+    changes = np.linalg.norm(np.diff(forces[-3:], axis=0), axis=1)
+    ratio = float(np.clip(changes[0] / changes[1], 2, 4)) if len(changes) == 2 and changes[1] > 0 else 2.0
+    return forces[-1] + (forces[-1] - forces[-2]) / (ratio - 1)
+
+
+def creep_curves(cells: int, points: int) -> dict[str, dict[str, np.ndarray]]:
+    """Longitudinal, lateral and spin curves by the full theory, FASTSIM and the linear theory, over mu N."""
+    patch, exact = solve_normal(cells), hertz()
+    pair = Pair.of(STEEL, STEEL)
+    linear = coefficients(exact.semi_x / exact.semi_y, pair.poisson)
+    kinds = {"longitudinal": ("creepage", 5e-3, lambda v: Creepage(longitudinal=v), 0),
+             "lateral": ("creepage", 5e-3, lambda v: Creepage(lateral=v), 1), "spin": ("spin [1/m]", 2.0, lambda v: Creepage(spin=v), 1)}
+    curves = {}
+    for kind, (label, largest, creepage, axis) in kinds.items():
+        values = largest * np.linspace(0, 1, points) ** 1.5
+        methods = {"full theory": lambda c: rolling_contact(patch, STEEL, STEEL, FRICTION, c, estimate=False).tangential_force[axis],
+                   "FASTSIM, parabolic": lambda c: fastsim(patch, STEEL, STEEL, FRICTION, c, estimate=False).tangential_force[axis],
+                   "FASTSIM, elliptic": lambda c: fastsim(patch, STEEL, STEEL, FRICTION, c, bound="elliptic",
+                                                          estimate=False).tangential_force[axis],
+                   "linear theory": lambda c: linear_creep_forces(exact.semi_x, exact.semi_y, pair, c, linear)[axis]}
+        curves[kind] = {"creepage": values, "label": label}
+        for name, method in methods.items():
+            curves[kind][name] = np.array([abs(method(creepage(v))) for v in values]) / (FRICTION * LOAD)
+    return curves
+
+
+def report_speed_error(rows: list[dict], folder: Path) -> None:
+    """Speed against error of some methods: printed, and as speed_error.csv and speed_error.png in the folder."""
+    with open(folder / "speed_error.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0].keys())
+        writer.writeheader()
+        writer.writerows(rows)
+    print(f"{'method':44s} {'cells':>6s} {'seconds':>10s} {'error':>10s}")
+    for row in rows:
+        print(f"{row['method']:44s} {row['cells']:6d} {row['seconds']:10.4f} {row['error']:10.2e}")
+    speed_error_figure(rows, str(folder / "speed_error.png"))
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("halfspace_study"))
+    parser.add_argument("--quick", action="store_true", help="small grids only, for a look")
+    options = parser.parse_args(arguments)
+    options.out.mkdir(parents=True, exist_ok=True)
+    rows = normal_rows((22, 44) if options.quick else (22, 44, 88, 176, 352, 704))
+    rows += tangential_rows((11, 22, 44) if options.quick else (22, 44, 88, 176, 352))
+    report_speed_error(rows, options.out)
+    creep_curves_figure(creep_curves(22 if options.quick else 44, 7 if options.quick else 21), str(options.out / "creep_curves.png"))
+    rolling_contact(solve_normal(44), STEEL, STEEL, FRICTION, CREEPAGE).figure(str(options.out / "patch.png"))
+    print(f"written: {options.out}/speed_error.csv, speed_error.png, creep_curves.png, patch.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,186 @@
+"""Where the wheels of a wheelset touch two prismatic rails: all points, with angle, radii, penetration and creepages.
+
+The wheels are bodies of revolution, yawed and rolled as they stand, so that contact may lie ahead of or behind the axle. Against a
+prismatic rail the search is one of plane curves (geometry.contact.gap_kernel) and its answers are exact to what the profiles'
+interpolation holds: 1e-9 m (tests/geometry/test_contact_points.py). Axes: geometry.wheelset.
+"""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from geometry.contact.gap_kernel import NO_RAIL, contact_row, nearest_places, ready, roll_and_height, side_pose
+from geometry.contact.flange_back import within_stops
+from geometry.contact.wheel_outline import cubic
+from geometry.wheelset import FLANGE_BACK, SIDES, Track, Wheelset, WheelsetError, check_range, wheel_table
+
+RESOLUTION = 0.5e-3
+TOUCH = 1e-12  # what settling leaves between the gaps of both sides [m]
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Points of one side, in order from the flange to the field side; arrays over n points.
+
+    side : "left" or "right"
+    position : (n, 3)  in track axes, on the wheel [m];  normal : (n, 3)  into the wheel
+    ahead : (n,)  how far ahead of the wheel's middle plane through the axle, along the wheel's heading [m]
+    station : (n,)  on the wheel profile, from its tread datum [m];  rail_station : (n,)  y on the unmoved rail profile [m]
+    angle : (n,)  contact angle, positive where the rail rises towards the field side [rad]
+    rolling_radius : (n,)  [m];  gap : (n,)  along the normal, negative where they penetrate [m]
+    curvature : (n, 2)  principal relative curvatures, the smaller first [1/m]; tensor : (n, 3)  A_xx, A_xt, A_tt they come from
+    """
+
+    side: str
+    position: np.ndarray
+    normal: np.ndarray
+    ahead: np.ndarray
+    station: np.ndarray
+    rail_station: np.ndarray
+    angle: np.ndarray
+    rolling_radius: np.ndarray
+    gap: np.ndarray
+    curvature: np.ndarray
+    tensor: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.gap)
+
+    @property
+    def from_flange_back(self) -> np.ndarray:
+        """(n,)  place on the wheel from its flange back [m]."""
+        return FLANGE_BACK + self.station
+
+    def lowest(self) -> "Contacts":
+        """The one point with the least gap."""
+        return self.where(np.arange(len(self)) == np.argmin(self.gap))
+
+    def where(self, keep: np.ndarray) -> "Contacts":
+        """The points that keep (n,) selects."""
+        return replace(self, **{f.name: getattr(self, f.name)[keep] for f in fields(self) if f.name != "side"})
+
+
+class ContactSearch:
+    """Contacts of one wheelset on one track in any position; tables are made once.
+
+    resolution : spacing of the first search along the wheel profile [m]. Points found are exact whatever it is; what it decides is
+    whether two points nearer to each other than this are told apart. Profiles that are rough on this scale are to be smoothed first
+    (geometry.profiles.doctor), or searched more finely.
+    """
+
+    def __init__(self, wheelset: Wheelset, track: Track, resolution: float = RESOLUTION):
+        check_range("search", (("resolution", resolution, 1e-6, 5e-3),))
+        self.wheelset, self.track, self.resolution = wheelset, track, resolution
+        self.sides = {side: self._side(side) for side in SIDES}
+        self.offsets = {side: track.gauge_offset(side) for side in SIDES}
+
+    def _side(self, side: str) -> tuple:
+        """Stations (4, n) of the first search, wheel (4, m) and rail (4, p) tables, station of the flange tip, radius at the datum."""
+        wheel, rail = wheel_table(self.wheelset, side), np.array(self.track.placed(side).hermite_table())
+        count = max(int(np.ceil((wheel[0, -1] - wheel[0, 0]) / self.resolution)), 4)
+        places = np.linspace(wheel[0, 0], wheel[0, -1], count + 1)
+        if wheel.shape[1] < 3 * count:  # a measured profile: between its own points it cannot turn more than once
+            places = np.unique(np.concatenate([places, wheel[0]]))
+        stations = np.array([(s, *cubic(s, wheel)) for s in places]).T.copy()
+        return stations, wheel, rail, float(wheel[0, np.argmin(wheel[1])]), self.wheelset.radius_of(side)
+
+    def pose(self, state: Wheelset, side: str) -> tuple:
+        """Pose of one side with the axle's middle as pivot, for geometry.contact.gap_kernel."""
+        return side_pose(SIDES[side], state.y, state.yaw, state.roll, 0.0, self.wheelset.datum_arm, self.wheelset.radius_of(side))
+
+    def settle(self, lateral: float = 0.0, yaw: float = 0.0, held_at: str = "rail", roll: float = 0.0) -> Wheelset:
+        """The wheelset set down so that both wheels just touch.
+
+        lateral : of its middle [m], + to the left, held at the level of the wheel's tread ("rail") or of the axle ("axle"): the
+        wheelset rolls about that point. A wheel that climbs on its flange rolls, and its axle then moves by roll times radius. Where the
+        track has check rails the shift ends where a flange back meets one.
+        Raises WheelsetError where a wheel stands over no rail, or the roll is not found, or the flange backs do not fit.
+        """
+        self.check_place(lateral, yaw, held_at)
+        return self.touching(within_stops(self, lateral, yaw, held_at), yaw, held_at, roll)
+
+    @staticmethod
+    def check_place(lateral: float, yaw: float, held_at: str) -> None:
+        """Raise WheelsetError for a place that no wheelset on a track has."""
+        if held_at not in ("rail", "axle"):
+            raise WheelsetError(f'held_at = {held_at!r} is neither "rail" nor "axle"')
+        check_range("wheelset", (("lateral", lateral, -0.5, 0.5), ("yaw", yaw, -0.1, 0.1)))
+
+    def touching(self, lateral: float, yaw: float, held_at: str, roll: float = 0.0) -> Wheelset:
+        """As `settle`, blind to check rails."""
+        lever = self.wheelset.radius if held_at == "rail" else 0.0
+        roll, height, left = roll_and_height(*self.sides.values(), lateral, yaw, roll, lever, self.wheelset.datum_arm)
+        if left >= NO_RAIL:
+            raise WheelsetError(f"lateral {lateral:g} m, yaw {yaw:g} rad: a wheel stands over no rail; check gauge, back_to_back and the sides of the profiles")
+        if abs(left) > TOUCH:
+            raise WheelsetError(f"lateral {lateral:g} m, yaw {yaw:g} rad: no roll brings both wheels down, {left:.3g} m are left at roll {roll:g} rad; "
+                                'hold the wheelset at the level of the rail (held_at="rail") or shift it less')
+        axle = lateral - lever * np.sin(roll) * np.cos(yaw), height + lever * np.cos(roll)
+        return replace(self.wheelset, x=self.wheelset.x + lever * np.sin(roll) * np.sin(yaw), y=axle[0], z=axle[1], yaw=yaw, roll=roll)
+
+    def contacts(self, state: Wheelset, side: str, reach: float = 0.0) -> Contacts:
+        """All points of a side where the gap is no more than `reach` [m] or less [m]: 0 gives all that touch or penetrate."""
+        pose, (stations, wheel, rail, tip, _) = self.pose(state, side), self.rail_under(state, side)
+        ready(stations, rail, pose)
+        found = nearest_places(stations, wheel, rail, pose, tip, max(reach, 0.0) - state.z)
+        if found.shape[1] == 0:
+            raise WheelsetError(f"{side} wheel stands over no rail at y = {state.y:g} m")
+        gaps = found[1] + state.z
+        near = gaps <= max(gaps.min() + max(reach, 1e-12), 0.0)
+        return self.described(state, side, found[:, near])
+
+    def described(self, state: Wheelset, side: str, found: np.ndarray) -> Contacts:
+        """Contacts at places (PLACE, n) that geometry.contact.gap_kernel.nearest_places found."""
+        pose, sign, (_, wheel, rail, _, _) = self.pose(state, side), SIDES[side], self.rail_under(state, side)
+        x, y, z, steep, slope, radius, gap, along, mixed, across = np.array([contact_row(place, wheel, rail, pose) for place in found.T.copy()]).reshape(-1, 10).T
+        position = np.column_stack([x + state.x, sign * y, z + state.z])
+        size = np.sqrt(1 + steep**2 + slope**2)
+        normal = np.column_stack([-steep / size, -sign * slope / size, 1 / size])
+        heading = np.array([np.cos(state.yaw), np.sin(state.yaw), 0.0])
+        middle, spread = (along + across) / 2, np.hypot((along - across) / 2, mixed)
+        return Contacts(side, position, normal, (position - [state.x, state.y, state.z]) @ heading, found[0].copy(), self.rail_station(side, y, z - gap),
+                        np.arctan(slope / np.sqrt(1 + steep**2)), radius, (gap + state.z) / size, np.column_stack([middle - spread, middle + spread]),
+                        np.column_stack([along, mixed, across]))
+
+    def rail_under(self, state: Wheelset, side: str) -> tuple:
+        """The tables of a side for a state: prismatic rails are the same everywhere."""
+        return self.sides[side]
+
+    def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """y (n,) [m] on the unmoved rail profile of points y, z (n,) in side axes."""
+        place, sign = getattr(self.track, f"{side}_place"), SIDES[side]
+        return np.cos(place.roll) * (y - self.offsets[side] - sign * place.lateral) + sign * np.sin(place.roll) * (z - place.vertical)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Velocities of a wheelset: forward speed [m/s], lateral and vertical [m/s], yaw, roll and spin rates [rad/s]; spin None: rolls freely
+    on its tread datum."""
+
+    speed: float
+    lateral: float = 0.0
+    vertical: float = 0.0
+    yaw: float = 0.0
+    roll: float = 0.0
+    spin: float | None = None
+
+
+def creepages(state: Wheelset, contacts: Contacts, motion: Motion) -> np.ndarray:
+    """(n, 3)  longitudinal, lateral [1] and spin creepage [1/m] at the points: the wheel's velocity relative to the rail per speed.
+
+    Directions: along the rail and across it to the left, in the tangent plane, about the normal into the wheel (bem.patch has the same).
+    Exact for rigid bodies. Raises WheelsetError for a speed of zero.
+    """
+    if not (np.isfinite(motion.speed) and motion.speed != 0):
+        raise WheelsetError(f"motion: speed = {motion.speed!r} m/s, creepage needs a finite speed other than zero")
+    forward = np.array([np.cos(state.yaw), np.sin(state.yaw), 0.0])
+    left = np.array([-np.sin(state.yaw), np.cos(state.yaw), 0.0])
+    axle = np.cos(state.roll) * left + np.sin(state.roll) * np.array([0.0, 0.0, 1.0])
+    spin = motion.speed / state.radius if motion.spin is None else motion.spin
+    turning = spin * axle + motion.yaw * np.array([0.0, 0.0, 1.0]) + motion.roll * forward
+    travel = np.array([motion.speed, motion.lateral, motion.vertical])
+    velocity = travel + np.cross(turning, contacts.position - [state.x, state.y, state.z])
+    x, _, z = contacts.normal.T
+    along = np.column_stack([z, 0 * z, -x]) / np.hypot(x, z)[:, None]
+    across = np.cross(contacts.normal, along)
+    return np.column_stack([(velocity * along).sum(axis=1), (velocity * across).sum(axis=1), contacts.normal @ turning]) / abs(motion.speed)

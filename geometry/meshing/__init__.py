@@ -1,0 +1,1 @@
+"""Hexahedral meshes of crossing and wheel."""

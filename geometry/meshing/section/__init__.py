@@ -1,0 +1,1 @@
+"""A plane cross-section filled with quadrilaterals."""

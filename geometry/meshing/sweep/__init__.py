@@ -1,0 +1,1 @@
+"""A section of quadrilaterals carried along the track into hexahedra."""

@@ -1,0 +1,1 @@
+"""The path of a rigid wheel over a running surface."""

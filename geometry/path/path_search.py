@@ -1,0 +1,244 @@
+"""Highest place of a rigid wheel over one body of a crossing: first search on a grid, then refinement on the exact surface."""
+
+import numpy as np
+
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.crossing_surface import NO_METAL, nose_height, wing_height
+from geometry.profiles.profile import Profile, hermite, hermite_many
+from kernel_cache import njit
+
+PEAKS = 4  # lateral places kept per station of the first search
+STATION_RATIO = 8  # spacing of the stations along x over the lateral spacing: the wheel's curvature is that much smaller
+SEPARATION = 2e-3  # lateral places closer than this are one [m]
+DOUBT = 320.0  # times the resolution squared: places whose first-search heights differ by less are all refined [1/m]
+CLOSE = 2e-8  # width to which a place is closed in [m]
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+
+
+class BodySearch:
+    """Contacts of one wheel with one body ("wing" or "nose") over a range of axle positions.
+
+    The first search tabulates, at stations along x, the lateral places where surface minus profile peaks. It is shared
+    by all axle positions: moving the wheel along x changes only how far the wheel has risen away from a station.
+    """
+
+    def __init__(self, crossing: CastCrossing, wheel: Profile, body: str, x, radius, datum, resolution, reach):
+        self.surface = (body == "nose", crossing.shape, crossing.loft)
+        self.profile = wheel.hermite_table()
+        self.radius, self.datum, self.reach = radius, datum, reach
+        self.spacing, self.step = resolution, STATION_RATIO * resolution
+        low, high = np.min(x) - reach, np.max(x) + reach
+        self.stations = np.linspace(low, high, max(int(np.ceil((high - low) / self.step)), 2) + 1)
+        y = self.profile[0][0] + np.arange(int((self.profile[0][-1] - self.profile[0][0]) / resolution) + 1) * resolution
+        tread = hermite_many(y, *self.profile)[0]
+        self.peaks = lateral_peaks(self.stations, y + datum, tread, radius, *self.surface)
+
+    def contacts(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Axle height less radius (n,) and contact point (n, 3) [m] at axle positions x (n,); NaN where out of reach."""
+        wheel = self.radius, self.datum, self.profile
+        return refine_all(x, self.stations, self.peaks, self.reach, self.spacing, *wheel, *self.surface)
+
+    def first_search(self, x: np.ndarray) -> np.ndarray:
+        """Axle height less radius (n,) of the first search alone; NaN where out of reach."""
+        return search_all(x, self.stations, self.peaks, self.reach)
+
+
+@njit(cache=True)
+def surface_height(x, y, nose, c, loft):
+    return nose_height(x, y, c) if nose else wing_height(x, y, c, loft)
+
+
+@njit(cache=True)
+def lateral_peaks(stations, y, tread, radius, nose, c, loft):
+    """Places where surface minus profile peaks at each station, highest first; NaN where there are fewer than PEAKS.
+
+    Returns (m, PEAKS, 3): y, surface minus profile, radius of the wheel there.
+    """
+    peaks = np.full((len(stations), PEAKS, 3), np.nan)
+    gap = np.empty(len(y))
+    for i in range(len(stations)):
+        for j in range(len(y)):
+            z = surface_height(stations[i], y[j], nose, c, loft)
+            gap[j] = z - tread[j] if z > 0.5 * NO_METAL else -np.inf
+        for j in range(len(y)):
+            rising = j == 0 or gap[j] >= gap[j - 1]
+            falling = j == len(y) - 1 or gap[j] > gap[j + 1]
+            if rising and falling and gap[j] > -np.inf:
+                insert_peak(peaks[i], y[j], gap[j], radius - tread[j])
+    return peaks
+
+
+@njit(cache=True)
+def insert_peak(peaks, y, value, radius):
+    """Keep the highest peaks (PEAKS, 3), highest first."""
+    for k in range(len(peaks)):
+        if np.isnan(peaks[k, 1]) or value > peaks[k, 1]:
+            for m in range(len(peaks) - 1, k, -1):
+                peaks[m] = peaks[m - 1]
+            peaks[k, 0], peaks[k, 1], peaks[k, 2] = y, value, radius
+            return
+
+
+@njit(cache=True)
+def rise(ahead, radius):
+    """How far a circle has risen at this distance from its lowest point."""
+    return ahead * ahead / (radius + np.sqrt(radius * radius - ahead * ahead))
+
+
+@njit(cache=True)
+def station_range(at, stations, reach):
+    return np.searchsorted(stations, at - reach), np.searchsorted(stations, at + reach, side="right")
+
+
+@njit(cache=True)
+def search_all(x, stations, peaks, reach):
+    """Highest place (n,) over all stations within reach."""
+    out = np.full(len(x), np.nan)
+    for i in range(len(x)):
+        value, station, _ = best_place(x[i], stations, peaks, reach, out, 0)
+        if station >= 0:
+            out[i] = value
+    return out
+
+
+@njit(cache=True)
+def clear_of(y, found, count):
+    for k in range(count):
+        if abs(y - found[k]) < SEPARATION:
+            return False
+    return True
+
+
+@njit(cache=True)
+def best_place(at, stations, peaks, reach, found, count):
+    """Station and peak of the highest place clear of those already found: (height, station, peak), station -1: none."""
+    best, station, peak = -np.inf, -1, -1
+    first, last = station_range(at, stations, reach)
+    for s in range(first, last):
+        for k in range(peaks.shape[1]):
+            if np.isnan(peaks[s, k, 1]):
+                break
+            height = peaks[s, k, 1] - rise(stations[s] - at, peaks[s, k, 2])
+            if height > best and clear_of(peaks[s, k, 0], found, count):
+                best, station, peak = height, s, k
+    return best, station, peak
+
+
+@njit(cache=True)
+def refine_all(x, stations, peaks, reach, spacing, radius, datum, profile, nose, c, loft):
+    """Refined height (n,) and point (n, 3): the best of all places that the first search cannot tell apart."""
+    height, point = np.full(len(x), np.nan), np.full((len(x), 3), np.nan)
+    step = stations[1] - stations[0]
+    found = np.empty(PEAKS)
+    for i in range(len(x)):
+        top = -np.inf
+        for count in range(PEAKS):
+            value, s, k = best_place(x[i], stations, peaks, reach, found, count)
+            if s < 0 or value < top - DOUBT * spacing * spacing:
+                break
+            top = max(top, value)
+            found[count] = peaks[s, k, 0]
+            guess = stations[s] - x[i], peaks[s, k, 0]
+            z, ahead, y = climb(x[i], guess, reach, step, spacing, radius, datum, profile, nose, c, loft)
+            if abs(ahead) < reach and (np.isnan(height[i]) or z > height[i]):  # a place at the rim is not where they meet
+                height[i] = z
+                point[i, 0], point[i, 1] = x[i] + ahead, y
+                point[i, 2] = surface_height(x[i] + ahead, y, nose, c, loft)
+    return height, point
+
+
+@njit(cache=True)
+def clearance(at, ahead, y, radius, datum, profile, nose, c, loft):
+    """Axle height less radius at which the wheel touches the surface at this place."""
+    z = surface_height(at + ahead, y, nose, c, loft)
+    if z < 0.5 * NO_METAL:
+        return -np.inf
+    tread, _ = hermite(y - datum, profile[0], profile[1], profile[2], profile[3])
+    if np.isnan(tread):
+        return -np.inf
+    return z - tread - rise(ahead, radius - tread)
+
+
+@njit(cache=True)
+def along_wheel(at, y, low, high, radius, datum, profile, nose, c, loft):
+    """Highest place along x at this y by golden section between low and high: (height, ahead).
+
+    One call of `clearance` serves all evaluations: every further one would be compiled in again.
+    """
+    a, b = low, high
+    p, q = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
+    fp, fq = -np.inf, -np.inf
+    place, count = p, 0
+    while b - a > CLOSE:
+        value = clearance(at, place, y, radius, datum, profile, nose, c, loft)
+        if place == p:
+            fp = value
+        else:
+            fq = value
+        count += 1
+        if count == 1:
+            place = q
+        elif fp >= fq:
+            b, q, fq = q, p, fp
+            p = b - GOLDEN * (b - a)
+            place = p
+        else:
+            a, p, fp = p, q, fq
+            q = a + GOLDEN * (b - a)
+            place = q
+    return (fq, q) if place == p else (fp, p)  # the better of the last two: the other was about to be replaced
+
+
+@njit(cache=True)
+def climb(at, guess, reach, step, spacing, radius, datum, profile, nose, c, loft):
+    """Refine, and again from where that ended as long as it ends at the rim of its window, up to the reach."""
+    ahead, y = guess
+    z = -np.inf
+    while abs(ahead) < reach:
+        new, new_ahead, new_y = refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft)
+        inside = abs(new_ahead - ahead) < 1.9 * step and abs(new_y - y) < 1.9 * spacing
+        higher = new > z + 1e-12  # along a line contact the place may wander without end
+        z, ahead, y = max(new, z), new_ahead, new_y
+        if inside or not higher:
+            break
+    return z, ahead, y
+
+
+@njit(cache=True)
+def refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft):
+    """Highest place near a first guess: golden section over y of the highest place along x. (height, ahead, y).
+
+    Needs no derivatives, so that edges and kinks of either surface are found as they are; the ends of the window are
+    looked at too, as a wheel may stand on its rim.
+    """
+    a, b = max(y - 2 * spacing, profile[0][0] + datum), min(y + 2 * spacing, profile[0][-1] + datum)
+    p, q = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
+    fp, fq = -np.inf, -np.inf
+    best, best_ahead, best_y = -np.inf, ahead, y
+    place, count = a, 0
+    while b - a > CLOSE:
+        value, along = along_wheel(at, place, ahead - 2 * step, ahead + 2 * step, radius, datum, profile, nose, c, loft)
+        if value > best:
+            best, best_ahead, best_y = value, along, place
+        count += 1
+        if count == 1:
+            place = b
+            continue
+        if count == 2:
+            place = p
+            continue
+        if place == p:
+            fp = value
+        else:
+            fq = value
+        if count == 3:
+            place = q
+        elif fp >= fq:
+            b, q, fq = q, p, fp
+            p = b - GOLDEN * (b - a)
+            place = p
+        else:
+            a, p, fp = p, q, fq
+            q = a + GOLDEN * (b - a)
+            place = q
+    return best, best_ahead, best_y

@@ -1,0 +1,133 @@
+"""Path of a rigid wheel over a crossing: axle height, contact points on wing and nose, transfer. Axes: geometry.axes.
+
+The wheel is a body of revolution that rolls straight on at a fixed lateral place. Its axle stands as high as the highest
+of all points where it would touch: H(x) = max over (x', y) of z_rail(x', y) + sqrt(r(y)^2 - (x' - x)^2), so that contact
+ahead of or behind the axle is found as it is. Facing and trailing differ in the direction of travel only.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geometry.axes import tread_datum_y
+from geometry.surfaces.crossing import CastCrossing, CrossingError
+from geometry.path.path_search import BodySearch
+from geometry.profiles.profile import Profile
+
+PLAIN_LINE_X = -5.0  # where the axle's height on plain line is taken [m]
+
+
+@dataclass(frozen=True)
+class WheelPath:
+    """What a rigid wheel does over a crossing; arrays over the n axle positions x [m].
+
+    height : (n,)  axle height relative to plain line [m]
+    slope : (n,)  d height / dx, exact (from the contact point's place ahead of the axle) [1]
+    wing_point, nose_point : (n, 3)  nearest point of wing and nose, where they touch or would touch first [m]
+    wing_gap, nose_gap : (n,)  height by which that body is clear of the wheel [m]; 0 where it carries; NaN: out of reach
+    on_nose : (n,)  True where the nose carries
+    transfers : (k,)  x where wing and nose carry at once, in order of x [m]
+    """
+
+    x: np.ndarray
+    height: np.ndarray
+    slope: np.ndarray
+    wing_point: np.ndarray
+    nose_point: np.ndarray
+    wing_gap: np.ndarray
+    nose_gap: np.ndarray
+    transfers: np.ndarray
+    radius: float
+    wheel: str
+    on_nose: np.ndarray = field(init=False)
+
+    def __post_init__(self):
+        object.__setattr__(self, "on_nose", self.nose_gap == 0.0)
+
+    @property
+    def contact_point(self) -> np.ndarray:
+        """(n, 3)  the point that carries."""
+        return np.where(self.on_nose[:, None], self.nose_point, self.wing_point)
+
+
+def wheel_path(
+    crossing: CastCrossing,
+    wheel: Profile,
+    x: np.ndarray,
+    radius: float = 0.425,
+    lateral_shift: float = 0.0,
+    resolution: float = 0.25e-3,
+    reach: float = 0.1,
+) -> WheelPath:
+    """Path of the rigid wheel at axle positions x (n,) [m].
+
+    radius : of the wheel at its tread datum [m];  lateral_shift : of the wheelset, + towards the field side [m]
+    resolution : lateral spacing of the first search [m]; the points found are then refined on the exact surface
+    reach : how far ahead of and behind the axle contact is looked for [m]
+
+    Error: 1e-9 m in height on planes, ramps and crowns with exact answers; the first search alone is second order in
+    its resolution (tests/geometry/test_path.py).
+    Raises CrossingError where x +- reach leaves the modelled crossing, or the wheel stands over neither body.
+    """
+    x = np.atleast_1d(np.asarray(x, float))
+    check_inputs(crossing, x, radius, resolution, reach)
+    datum = tread_datum_y() + lateral_shift
+    find = lambda body, at: BodySearch(crossing, wheel, body, at, radius, datum, resolution, reach)
+    wing, nose = find("wing", x), find("nose", x)
+    wing_height, wing_point = wing.contacts(x)
+    nose_height, nose_point = nose.contacts(x)
+    best = np.fmax(wing_height, nose_height)
+    if np.isnan(best).any():
+        raise CrossingError(f"the wheel stands over neither wing nor nose at x = {x[np.isnan(best)][0]:g} m, shift {lateral_shift:g} m")
+    carrier = np.where((nose_height == best)[:, None], nose_point, wing_point)
+    ahead = carrier[:, 0] - x
+    rolling = rolling_radius(wheel, radius, carrier[:, 1] - datum)
+    plain_x = np.array([PLAIN_LINE_X])
+    plain, _ = find("wing", plain_x).contacts(plain_x)
+    return WheelPath(
+        x=x,
+        height=best - plain[0],
+        slope=ahead / np.sqrt(rolling**2 - ahead**2),
+        wing_point=wing_point,
+        nose_point=nose_point,
+        wing_gap=best - wing_height,
+        nose_gap=best - nose_height,
+        transfers=transfer_places(x, wing, nose, wing_height, nose_height),
+        radius=radius,
+        wheel=wheel.label,
+    )
+
+
+def rolling_radius(wheel: Profile, radius: float, y: np.ndarray) -> np.ndarray:
+    """Radius (n,) of the wheel at distances y from its tread datum [m]."""
+    return radius - wheel.height(y)
+
+
+def transfer_places(x: np.ndarray, wing: BodySearch, nose: BodySearch, wing_height: np.ndarray, nose_height: np.ndarray) -> np.ndarray:
+    """x (k,) where wing and nose carry at once: sign changes of their difference, closed in by bisection to 1e-7 m."""
+    difference = wing_height - nose_height
+    places = []
+    for i in np.flatnonzero(np.diff(np.sign(difference)) != 0):
+        low, high, sign = x[i], x[i + 1], np.sign(difference[i])
+        if not np.isfinite(difference[i] + difference[i + 1]):
+            continue
+        while abs(high - low) > 1e-7:
+            middle = np.array([(low + high) / 2])
+            gap = wing.contacts(middle)[0][0] - nose.contacts(middle)[0][0]
+            low, high = (middle[0], high) if np.sign(gap) == sign else (low, middle[0])
+        places.append((low + high) / 2)
+    return np.array(sorted(places))
+
+
+def check_inputs(crossing: CastCrossing, x: np.ndarray, radius: float, resolution: float, reach: float) -> None:
+    low, high = crossing.x_range
+    if not (np.isfinite(x).all() and x.size):
+        raise CrossingError("wheel_path: x must hold at least one finite axle position")
+    if x.min() - reach < low or x.max() + reach > high:
+        raise CrossingError(
+            f"wheel_path: x {x.min():g} to {x.max():g} m with reach {reach:g} m leaves the modelled crossing, {low:g} to {high:.3f} m"
+        )
+    limits = (("radius", radius, 0.1, 1.0), ("resolution", resolution, 1e-6, 5e-3), ("reach", reach, 0.01, 0.9 * radius))
+    for name, value, least, most in limits:
+        if not least <= value <= most:
+            raise CrossingError(f"wheel_path: {name} = {value:g} m is outside [{least:g}, {most:g}] m")

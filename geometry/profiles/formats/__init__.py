@@ -1,0 +1,1 @@
+"""Profile files as they are written: one reader a format, all giving a RawProfile."""

@@ -1,0 +1,63 @@
+"""Read and write profiles by the suffix of their file: .prw .prr .whl .ban .mpt .slcs, and two columns for all others."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from geometry.profiles.formats.columns import read_columns, write_columns
+from geometry.profiles.formats.miniprof import read_miniprof, read_mpt
+from geometry.profiles.formats.simpack import read_simpack, write_simpack
+from geometry.profiles.formats.slices import Slices, read_slices
+from geometry.profiles.profile import ProfileError
+from geometry.profiles.formats.raw import KINDS, RawProfile
+
+
+def read_raw(path: Path, kind: str | None = None, unit: float | None = None, number: int = 1) -> RawProfile:
+    """The points of a profile file, as the file declares them.
+
+    kind, unit : what the caller knows ("rail" or "wheel"; length of the file's unit [m]); overrule the file
+    number : which profile of an .mpt file, which section of a .slcs, from 1
+
+    Raises ProfileError (file, line, reason), OSError.
+    """
+    suffix = Path(path).suffix.lower()
+    if kind is not None and kind not in KINDS:
+        raise ProfileError(f"kind {kind!r} is neither of {', '.join(KINDS)}")
+    if suffix in (".prw", ".prr"):
+        raw = read_simpack(path)
+    elif suffix in (".whl", ".ban"):
+        raw = read_miniprof(path)
+    elif suffix == ".mpt":
+        several = read_mpt(path)
+        if not 1 <= number <= len(several):
+            raise ProfileError(f"{path}: profile {number} asked for, the file holds {len(several)}")
+        raw = several[number - 1]
+    elif suffix == ".slcs":
+        raw = one_of(path, read_slices(path), number)
+    else:
+        raw = read_columns(path)
+    known = {key: value for key, value in (("kind", kind), ("unit", unit)) if value is not None}
+    return replace(raw, **known)
+
+
+def one_of(path: Path, slices: Slices, number: int) -> RawProfile:
+    """One section of a rail in slices, counted from 1, with a note on where it stands among them."""
+    x, count = slices.x, len(slices.x)
+    if not 1 <= number <= count:
+        raise ProfileError(f"{path}: section {number} asked for, the file holds {count}")
+    gaps = np.diff(x)
+    note = f"section {number} of {count}, at x = {x[number - 1]:.4f} m of {x[0]:.4f} to {x[-1]:.4f} m, {gaps.min():.4f} to {gaps.max():.4f} m apart"
+    section = slices.sections[number - 1]
+    return replace(section, notes=(note, *section.notes))
+
+
+def write_profile(path: Path, points: np.ndarray, kind: str = "rail", note: str = "") -> None:
+    """Write points (n, 2) [m] of geometry.axes: .prr and .prw as Simpack, anything else as two columns in mm."""
+    suffix = Path(path).suffix.lower()
+    if suffix in (".prr", ".prw"):
+        write_simpack(path, points, "wheel" if suffix == ".prw" else "rail", note)
+    elif suffix in ("", ".txt", ".csv", ".dat"):
+        write_columns(path, points, note=note)
+    else:
+        raise ProfileError(f"{path}: cannot write {suffix}; known: .prr .prw .txt .csv .dat")

@@ -1,0 +1,61 @@
+"""Two columns of text: y and z by blanks, tabs, semicolons or commas; decimal commas; headings and comments. Read and write."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from geometry.profiles.profile import ProfileError
+from geometry.profiles.formats.raw import RawProfile, collect, numbers, read_text
+
+COMMENT = ("#", "!", "%", "//", '"')
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
+UNIT_SAID = re.compile(r"units?\s*[:=]\s*(mm|cm|m|inch|in)\b", re.IGNORECASE)
+
+
+def read_columns(path: Path) -> RawProfile:
+    """Read two-column text. Further columns are left out and said so; a heading line may come first.
+
+    Raises ProfileError with file and line for what is not a number, and for commas that may be both kinds.
+    """
+    lines, notes = read_text(path)
+    wanted = [(i, line.strip()) for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith(COMMENT)]
+    if wanted and not re.match(r"[+-]?[\d.]", wanted[0][1]) and not wanted[0][1].lower().startswith(("nan", "inf", "-inf")):
+        notes.append(f'heading "{wanted[0][1][:40]}" on line {wanted[0][0]}')
+        wanted = wanted[1:]
+    comma = has_decimal_comma([line for _, line in wanted], path)
+    rows = [(i, numbers(split(line, comma), path, i)) for i, line in wanted]
+    if comma:
+        notes.append("decimal commas read as points")
+    if any(len(values) > 2 for _, values in rows):
+        notes.append(f"{max(len(v) for _, v in rows)} columns: the first two are used")
+    said = [UNIT_SAID.search(line) for line in lines if line.lstrip().startswith(COMMENT)]
+    unit = next((UNITS[{"in": "inch"}.get(m[1].lower(), m[1].lower())] for m in said if m), None)
+    return collect(rows, path, "two-column text", unit=unit, notes=tuple(notes))
+
+
+def has_decimal_comma(lines: list[str], path: Path) -> bool:
+    """True where commas stand inside numbers: only beside another separator can one tell."""
+    inside = [line for line in lines if DECIMAL_COMMA.search(line)]
+    if not inside:
+        return False
+    separated = [re.split(r"[;\t ]+", line.strip("; \t")) for line in inside]
+    if all(len(words) >= 2 and not any(word.endswith(",") for word in words) for words in separated):
+        return True
+    if any(line.count(",") > 2 and not re.search(r"[;\t ]", line) for line in inside):
+        raise ProfileError(f'{path}: "{inside[0]}": commas both inside and between numbers; separate the columns by semicolons')
+    return False
+
+
+def split(line: str, comma: bool) -> list[str]:
+    if comma:
+        return re.split(r"[;\t ]+", line.replace(",", ".").strip("; \t"))
+    return [word for word in re.split(r"[;,\t ]+", line) if word]
+
+
+def write_columns(path: Path, points: np.ndarray, unit: str = "mm", note: str = "") -> None:
+    """Write points (n, 2) [m] as two columns; y + to the field side, z up, stated in the file with the unit."""
+    head = [f"# unit: {unit}", "# axes: y + to the field side, z up", *([f"# {note}"] if note else []), "y,z"]
+    body = [f"{y:.9g},{z:.9g}" for y, z in np.asarray(points) / UNITS[unit]]
+    Path(path).write_text("\n".join([*head, *body]) + "\n", encoding="utf-8")

@@ -1,0 +1,49 @@
+"""MiniProf profiles: .whl (wheel), .ban (rail) and .mpt (several in one file)."""
+
+import re
+from pathlib import Path
+
+from geometry.profiles.profile import ProfileError
+from geometry.profiles.formats.raw import RawProfile, collect, numbers, read_text
+
+NUMBER_ROW = re.compile(r'^\s*[+-]?\.?\d')
+SECTION = re.compile(r"^\[Profile(\d+)(Info|Points)\]$", re.IGNORECASE)
+KINDS = {".whl": "wheel", ".ban": "rail"}
+
+
+def read_miniprof(path: Path) -> RawProfile:
+    """Points of a .whl or .ban: rows of X, Y and perhaps angle and curvature [mm] after a header.
+
+    A point whose row begins with a quotation mark is switched off in the file and left out. The header's count of points
+    is held against what is there. The vertical axis is not declared: some files draw it up, some down.
+    """
+    lines, notes = read_text(path)
+    head = next((i for i, line in enumerate(lines) if not line.strip()), None)
+    body = 0 if head is None else head + 1
+    rows = [(i, numbers(line.split()[:2], path, i)) for i, line in enumerate(lines[body:], body + 1) if NUMBER_ROW.match(line)]
+    off = sum(bool(re.match(r'^\s*"\s*[+-]?\.?\d', line)) for line in lines[body:])
+    strange = [i for i, line in enumerate(lines[body:], body + 1) if line.strip() and not NUMBER_ROW.match(line) and not line.lstrip().startswith('"')]
+    if strange:
+        raise ProfileError(f'{path}: line {strange[0]}: "{lines[strange[0] - 1].strip()[:40]}" is no point')
+    if off:
+        notes.append(f"{off} point(s) switched off by a quotation mark left out")
+    said = [int(m[1]) for line in lines[:body] if (m := re.match(r"XYPoints\s*=\s*(\d+)", line))]
+    if said and said[0] not in (len(rows), len(rows) + off):
+        notes.append(f"header says {said[0]} points, file holds {len(rows)}")
+    return collect(rows, path, "MiniProf", unit=1e-3, kind=KINDS.get(Path(path).suffix.lower()), notes=tuple(notes))
+
+
+def read_mpt(path: Path) -> list[RawProfile]:
+    """All profiles of an .mpt file, rails with the vertical axis up [mm]. Raises ProfileError where there is none."""
+    lines, notes = read_text(path)
+    blocks, name = {}, None
+    for number, line in enumerate(lines, 1):
+        text = line.strip()
+        if text.startswith("["):
+            match = SECTION.match(text)
+            name = match[1] if match and match[2].lower() == "points" else None
+        elif name and text:
+            blocks.setdefault(name, []).append((number, numbers(text.split()[:2], path, number)))
+    if not blocks:
+        raise ProfileError(f"{path}: no [Profile..Points] in this file; is it a MiniProf .mpt?")
+    return [collect(rows, path, "MiniProf several", unit=1e-3, notes=(*notes, f"profile {key} of {len(blocks)}")) for key, rows in blocks.items()]

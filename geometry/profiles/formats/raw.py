@@ -1,0 +1,73 @@
+"""A profile as a file holds it, before anybody has judged its units, its side, its order or its datum."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from geometry.profiles.profile import ProfileError
+
+KINDS = ("rail", "wheel")
+
+
+@dataclass(frozen=True, eq=False)
+class RawProfile:
+    """Points in a file's own units and order; only what the file itself declares has been applied.
+
+    points : (n, 2)  lateral and vertical coordinate, in the file's unit
+    lines : (n,)  line of the file each point stands on, counted from 1
+    path, layout : the file and the name of its format
+    unit : length of the file's unit [m]; None where the file does not say
+    kind : "rail" or "wheel"; None where the file does not say
+    up : +1 where the file's vertical axis points up, -1 down; None where its format does not say
+    notes : what was applied or put right while reading, in words
+    """
+
+    points: np.ndarray
+    lines: np.ndarray
+    path: Path
+    layout: str
+    unit: float | None = None
+    kind: str | None = None
+    up: int | None = None
+    notes: tuple[str, ...] = field(default=())
+
+
+def read_text(path: Path) -> tuple[list[str], list[str]]:
+    """Lines of a text file without byte-order mark, and notes on its encoding. Raises ProfileError where it is no text."""
+    data = Path(path).read_bytes()
+    notes = []
+    if data.startswith(b"\xef\xbb\xbf"):
+        data, notes = data[3:], ["byte-order mark left out"]
+    elif data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return data.decode("utf-16").splitlines(), ["UTF-16 text"]
+    if b"\0" in data:
+        raise ProfileError(f"{path}: byte {data.index(0)} is zero: this is no text file; export the profile as text")
+    try:
+        return data.decode("utf-8").splitlines(), notes
+    except UnicodeDecodeError:
+        return data.decode("latin-1").splitlines(), [*notes, "not UTF-8, read as Latin-1"]
+
+
+def numbers(words: list[str], path: Path, line: int, least: int = 2) -> list[float]:
+    """The words of one line as finite numbers. Raises ProfileError with file, line and word otherwise."""
+    if len(words) < least:
+        raise ProfileError(f"{path}: line {line}: {len(words)} number(s), a point needs {least}")
+    values = []
+    for word in words:
+        try:
+            value = float(word)
+        except ValueError:
+            raise ProfileError(f'{path}: line {line}: "{word}" is not a number') from None
+        if not np.isfinite(value):
+            raise ProfileError(f'{path}: line {line}: "{word}" is not finite; take the point out or measure it again')
+        values.append(value)
+    return values
+
+
+def collect(rows: list[tuple[int, list[float]]], path: Path, layout: str, **known) -> RawProfile:
+    """RawProfile of (line, values) rows. Raises ProfileError for fewer than 3 points."""
+    if len(rows) < 3:
+        raise ProfileError(f"{path}: {len(rows)} point(s) found as {layout}; a profile needs at least 3")
+    points = np.array([values[:2] for _, values in rows])
+    return RawProfile(points, np.array([line for line, _ in rows]), Path(path), layout, **known)

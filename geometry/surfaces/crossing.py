@@ -1,0 +1,273 @@
+"""Parametric UK cast crossing 1:N: cross-sections ready for lofting and exact running surface. Axes: geometry.axes."""
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from geometry.surfaces.crossing_surface import (
+    FLOOR,
+    CrossingShape,
+    body_heights,
+    centre_line_y,
+    fall_start_y,
+    field_edge_y,
+    knuckle_centre,
+    nose_gauge_y,
+    rib_height,
+    smoothstep,
+    topped_corner_arc,
+    topping_height,
+    wing_centre,
+    wing_gauge_y,
+    wing_plane,
+)
+from geometry.surfaces.leg_transition import along, cast_leg, leg_loft, lengths, matching_points
+
+MM = 1e-3
+BENCHMARK_RATIO = 9.25
+BODIES = ("wing", "nose")
+WING_SEGMENTS = {"face": 16, "corner": 16, "plane": 24, "shoulder": 40, "side": 12}
+NOSE_SEGMENTS = {"face": 16, "corner": 16, "top": 12, "field top": 12, "field corner": 16, "field face": 16}
+DENSE = 300  # points by which a segment's length is measured
+
+
+class CrossingError(ValueError):
+    """A crossing, or a place on it, that does not exist: says what, where, how large."""
+
+
+@dataclass(frozen=True)
+class CastCrossing:
+    """UK cast crossing of ratio 1:N after the design rules of the 56E1-R245-1:9.25 benchmark crossing, lengths in m.
+
+    Features made by the taper stretch along x with the ratio; cross-sections and the machined leg end do not.
+    ratio : N, unit crossing angle by centre line measure, angle = 2 atan(1 / 2N)
+    flangeway : between wing and nose, 14 mm down
+    topping_slope, topping_depth : of the topped nose where it begins (slope at ratio 9.25; it falls with the stretch)
+    transition_length : of the machined change from the 56E1 rail to the cast section
+
+    wing: plain rail, leg, knuckle and wing rail in one body; nose: begins at nose_x with a blunt ramp.
+    Not modelled: floor fillets, rail foot and web (the bodies go straight down to the floor), the heel ends.
+    Error: see tests/geometry/test_crossing_benchmark.py (deviation from the benchmark's sections).
+    Source: design rules fitted to the sections of the S&C benchmark (Bezin, Palsson et al., Vehicle Syst. Dyn. 61, 2023).
+    """
+
+    ratio: float = 10.75
+    flangeway: float = 41.24 * MM
+    topping_slope: float = 0.015262
+    topping_depth: float = 4.224 * MM
+    transition_length: float = 116.2 * MM
+
+    def __post_init__(self):
+        limits = {
+            "ratio": (4.0, 40.0),
+            "flangeway": (0.030, 0.070),
+            "topping_slope": (0.0, 0.05),
+            "topping_depth": (0.002, 0.010),
+            "transition_length": (0.02, 1.0),
+        }
+        for field in fields(self):
+            low, high = limits[field.name]
+            value = getattr(self, field.name)
+            if not (np.isfinite(value) and low <= value <= high):
+                raise CrossingError(f"crossing: {field.name} = {value:g} is outside [{low:g}, {high:g}]")
+
+    @property
+    def stretch(self) -> float:
+        """Length of the taper-driven features over those of the 1:9.25 benchmark crossing."""
+        return self.ratio / BENCHMARK_RATIO
+
+    @property
+    def nose_x(self) -> float:
+        """x where the nose begins [m]."""
+        return self.stretch * self.shape.nose_x
+
+    @property
+    def x_range(self) -> tuple[float, float]:
+        """Where the crossing is modelled [m]: plain rail at the near end, wing and nose still there at the far end."""
+        return -10.0, 1.06 * self.stretch
+
+    @cached_property
+    def shape(self) -> CrossingShape:
+        """The numbers of the closed-form surface."""
+        return crossing_shape(self)
+
+    @cached_property
+    def loft(self) -> np.ndarray:
+        """(8, n)  the two lines between which the leg transition is lofted."""
+        return leg_loft(self.shape)
+
+    def top_height(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
+        """Exact height z [m] of the surface of "wing" or "nose" at x, y [m] (broadcast); NaN where the body is not."""
+        x, y = (np.array(v, float) for v in np.broadcast_arrays(x, y))
+        self._check_x(x)
+        if body not in BODIES:
+            raise CrossingError(f"unknown body {body!r}; known: {', '.join(BODIES)}")
+        height = body_heights(x.ravel(), y.ravel(), body == "nose", self.shape, self.loft).reshape(x.shape)
+        return np.where(height > -0.5, height, np.nan)
+
+    def wing_section(self, x: float) -> np.ndarray:
+        """(n, 2)  y, z [m] of the wing body at x, from the foot of its gauge face over the top to the field-side foot.
+
+        Both feet lie on the floor. The same number of points and the same feature at the same index for every x: the
+        segments of WING_SEGMENTS follow each other, `wing_features` holds the indices of their ends. Continuous in x.
+        """
+        self._check_x(x)
+        if x < self.shape.leg_end:
+            first, second = self._leg_points
+            s = smoothstep((x - self.shape.leg_start) / (self.shape.leg_end - self.shape.leg_start))
+            return first + s * (second - first)
+        return self._sample(x, "wing", self._wing_ends(x), WING_SEGMENTS)
+
+    def nose_section(self, x: float) -> np.ndarray | None:
+        """(n, 2)  y, z [m] of the nose at x, from the foot of its gauge face (negative y) to its field-side foot.
+
+        None ahead of the nose. Same number of points and features for every x: NOSE_SEGMENTS, `nose_features`.
+        """
+        self._check_x(x)
+        if x < self.nose_x:
+            return None
+        return self._sample(x, "nose", self._nose_ends(x), NOSE_SEGMENTS)
+
+    @property
+    def wing_features(self) -> dict[str, int]:
+        """Index of the last point of each segment of wing_section."""
+        return feature_indices(WING_SEGMENTS)
+
+    @property
+    def nose_features(self) -> dict[str, int]:
+        """Index of the last point of each segment of nose_section."""
+        return feature_indices(NOSE_SEGMENTS)
+
+    @cached_property
+    def _leg_points(self) -> tuple[np.ndarray, np.ndarray]:
+        cast = self._sample(self.shape.leg_end, "wing", self._wing_ends(self.shape.leg_end), WING_SEGMENTS)
+        return matching_points(cast, self.shape), cast
+
+    def _wing_ends(self, x: float) -> list[float]:
+        """y of the ends of the wing's segments; the field side itself is vertical."""
+        c = self.shape
+        faces = (c.leg_face, c.knuckle_face, c.wing_face)
+        radii = (c.leg_radius, c.knuckle_radius, c.wing_radius)
+        slopes = (c.cast_slope, c.cast_slope, wing_plane(c)[1])
+        centres = ((c.leg_centre_y, c.leg_centre_z), knuckle_centre(x, c), wing_centre(x, c))
+        foot = max(z_to_face(FLOOR, f, r, *o) for f, r, o in zip(faces, radii, centres))
+        start = max(o[0] - r / np.sqrt(1 + f**2) for f, r, o in zip(faces, radii, centres))
+        end = max(o[0] - r * s / np.sqrt(1 + s**2) for r, s, o in zip(radii, slopes, centres))
+        return [foot, start, end, self._plane_end(x), field_edge_y(x, c)]
+
+    def _plane_end(self, x: float) -> float:
+        """y where the wing's cast plane ends: at the fall to the pocket, at the pocket, at the cap, before the field edge."""
+        c = self.shape
+        top_z, slope = wing_plane(c)
+        rib = rib_height(x, c)
+        cap = max(rib / c.cast_slope, wing_gauge_y(x, c) + (rib - top_z) / slope)
+        return min(max(fall_start_y(x, c), cap), field_edge_y(x, c) - (c.side_leg - c.side_start))
+
+    def _nose_ends(self, x: float) -> list[float]:
+        c = self.shape
+        foot = z_to_face(FLOOR, c.leg_face, c.leg_radius, c.leg_centre_y, c.leg_centre_z)
+        touch, flat, _, _ = topped_corner_arc(*topping_height(x, c), c)
+        face_end = c.leg_centre_y - c.leg_radius / np.sqrt(1 + c.leg_face**2)
+        roof = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
+        start, end = min(face_end, touch), min(roof, flat)
+        right = nose_gauge_y(x, c)
+        mirrored = [right - (y - c.gauge_line) / c.cos_angle for y in (end, start, foot)]
+        return [foot, start, end, centre_line_y(x, c), *mirrored]
+
+    def _sample(self, x: float, body: str, ends: list[float], segments: dict[str, int]) -> np.ndarray:
+        """Points on the exact surface between the segments' end positions, evenly spaced along each segment's length."""
+        points = [np.array([[ends[0], FLOOR]])]
+        for (a, b), (segment, count) in zip(zip(ends[:-1], ends[1:]), segments.items()):
+            dense = a + (b - a) * (1 - np.cos(np.linspace(0, np.pi, DENSE))) / 2
+            line = np.column_stack([dense, self._solid_height(x, dense, body)])
+            part = along(line, np.linspace(0, lengths(line)[-1], count + 1)[1:])
+            if segment != "shoulder":  # it may stand vertical
+                part[:, 1] = self._solid_height(x, part[:, 0], body)
+            points.append(part)
+        points = np.vstack(points)
+        if "side" in segments:
+            z = np.linspace(points[-1, 1], FLOOR, segments["side"] + 1)[1:]
+            return np.vstack([points, np.column_stack([np.full(len(z), ends[-1]), z])])
+        points[-1, 1] = FLOOR
+        return points
+
+    def _solid_height(self, x: float, y: np.ndarray, body: str) -> np.ndarray:
+        return body_heights(np.full(len(y), float(x)), y, body == "nose", self.shape, self.loft)
+
+    def _check_x(self, x: np.ndarray) -> None:
+        low, high = self.x_range
+        x = np.asarray(x, float)
+        if not np.all((x >= low) & (x <= high)):
+            bad = x[~((x >= low) & (x <= high))].flat[0]
+            raise CrossingError(f"x = {bad:g} m is outside the modelled crossing 1:{self.ratio:g}, {low:g} to {high:.3f} m")
+
+
+def feature_indices(segments: dict[str, int]) -> dict[str, int]:
+    """Index of the last point of each segment; the foot is index 0."""
+    return dict(zip(segments, np.cumsum(list(segments.values())).tolist()))
+
+
+def z_to_face(z: float, face: float, radius: float, centre_y: float, centre_z: float) -> float:
+    """y at height z on the straight face tangent to an arc (the face extended beyond the arc)."""
+    root = np.sqrt(1 + face**2)
+    return centre_y - radius / root + (z - (centre_z + radius * face / root)) * face
+
+
+def crossing_shape(crossing: CastCrossing) -> CrossingShape:
+    """Numbers of the surface: benchmark fits [mm, 1:9.25], stretched along x by the ratio.
+
+    The taper angle is 2 atan(1 / 2N): at 1:9.25 the benchmark's gauge lines part by 0.108425 = tan of it.
+    The machined leg end keeps its length; its place follows the published 1:10.75 proposal (end at -654 mm).
+    """
+    stretch = crossing.stretch
+    angle = 2 * np.arctan(1 / (2 * crossing.ratio))
+    leg_start = (-729.1 - 234.3 * (stretch - 1)) * MM
+    cast = cast_leg()
+    return CrossingShape(
+        stretch=stretch,
+        cast_slope=cast.slope,
+        gauge_line=cast.gauge_line,
+        gauge_depth=cast.gauge_depth,
+        leg_start=leg_start,
+        leg_end=leg_start + crossing.transition_length,
+        leg_face=cast.face,
+        leg_radius=cast.radius,
+        leg_centre_y=cast.centre[0],
+        leg_centre_z=cast.centre[1],
+        knuckle_x=-474.35 * MM,
+        knuckle_rate=0.087554,
+        knuckle_face=0.2657,
+        knuckle_radius=6.05 * MM,
+        tan_angle=np.tan(angle),
+        cos_angle=np.cos(angle),
+        tan_half_angle=np.tan(angle / 2),
+        cross_x=-3.53 * MM,
+        flangeway=crossing.flangeway,
+        wing_face=0.0503,
+        wing_radius=6.05 * MM,
+        wing_reference=10 * MM,
+        wing_reference_height=1.597 * MM,
+        cap_height=3.354 * MM,
+        pocket_x=-1.9 * MM,
+        pocket_rate=0.021755,
+        side_leg=cast.side,
+        side_start=cast.side_start,
+        side_radius=cast.side_radius,
+        fall_y=33.989 * MM,
+        fall_width=6.674 * MM,
+        fall_spread=0.168,
+        fall_radius=5.187 * MM,
+        fall_foot_radius=5.293 * MM,
+        fall_length=45 * MM,
+        edge_radius=4.1 * MM,
+        edge_x=662.87 * MM,
+        edge_y=126.23 * MM,
+        topping_x=162.188 * MM,
+        topping_depth=crossing.topping_depth,
+        topping_slope=crossing.topping_slope,
+        blunt_radius=56.872 * MM,
+        blunt_slope=0.72230,
+        nose_x=118.94 * MM,
+        nose_radius=6.95 * MM,
+    )

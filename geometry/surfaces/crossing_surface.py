@@ -1,0 +1,350 @@
+"""Running surface of a cast crossing as compiled closed forms: height z (up) of wing and nose at (x, y) [m].
+
+Every body is the common part of simple cuts, as it is machined: a height is the lowest of their heights.
+The wing's leg transition is a loft between two tabulated lines. The numbers are in CrossingShape, built by geometry.surfaces.crossing.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kernel_cache import njit
+
+FLOOR = -55e-3  # height of the flangeway's floor [m]
+NO_METAL = -1.0  # height returned beside a body: far below any floor [m]
+
+
+class CrossingShape(NamedTuple):
+    """Numbers of one crossing; lengths in m, x of the taper-driven features before the stretch by ratio / 9.25."""
+
+    stretch: float  # ratio / 9.25: taper-driven features lie at x = stretch * X
+    cast_slope: float  # of the cast top plane, rising to the field side
+    gauge_line: float  # y of the through route's gauge face, 14 mm down
+    gauge_depth: float
+    leg_start: float  # transition from the plain rail, x
+    leg_end: float
+    leg_face: float  # dy/dz of the leg's and nose's gauge face (batter 1:4), as a positive number
+    leg_radius: float  # gauge corner of leg and full nose
+    leg_centre_y: float
+    leg_centre_z: float
+    knuckle_x: float  # X where the upper wing face leaves the gauge line
+    knuckle_rate: float  # dy/dX of that face
+    knuckle_face: float  # dy/dz of that face
+    knuckle_radius: float  # its gauge corner
+    tan_angle: float  # dy/dx between the two gauge lines
+    cos_angle: float
+    tan_half_angle: float
+    cross_x: float  # X where the gauge lines cross
+    flangeway: float
+    wing_face: float  # dy/dz of the lower wing face (1:20)
+    wing_radius: float
+    wing_reference: float  # distance from the wing's gauge line ...
+    wing_reference_height: float  # ... at which the travelling top plane has this height
+    cap_height: float
+    pocket_x: float  # X where the pocket beside the wing reaches the cap
+    pocket_rate: float  # its rise dz/dX
+    side_leg: float  # y of the leg's vertical field side
+    side_start: float  # y where the leg's top bends down to it
+    side_radius: float
+    fall_y: float  # edge of the fall from the cast plane to the pocket
+    fall_width: float  # width of the fall: fall_width + fall_spread * its depth
+    fall_spread: float
+    fall_radius: float  # of its edge
+    fall_foot_radius: float
+    fall_length: float  # x over which the leg's vertical side becomes the fall
+    edge_radius: float
+    edge_x: float  # X of ...
+    edge_y: float  # ... a point of the field edge; it runs parallel to the centre line
+    topping_x: float  # X where the topping line starts
+    topping_depth: float
+    topping_slope: float  # dz/dX
+    blunt_radius: float  # of the blend between topping line and blunt ramp, in X and z
+    blunt_slope: float  # of the blunt ramp, dz/dX
+    nose_x: float  # X of the first metal of the nose
+    nose_radius: float  # of the topped nose's corners
+
+
+@njit(cache=True)
+def smoothstep(t):
+    """0 below 0, 1 above 1, cubic between: continuous slope."""
+    t = min(max(t, 0.0), 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+@njit(cache=True)
+def corner(y, face, radius, centre_y, centre_z, slope):
+    """Height of a body with a gauge face (dy/dz = face), a corner arc and a top of this slope, tangent to each other.
+
+    The arc's centre is given; face and top follow from tangency.
+    """
+    steep = 1.0 / face
+    face_y = centre_y - radius * steep / np.sqrt(1.0 + steep * steep)
+    top_y = centre_y - radius * slope / np.sqrt(1.0 + slope * slope)
+    if y < face_y:
+        return centre_z + radius / np.sqrt(1.0 + steep * steep) + (y - face_y) * steep
+    if y < top_y:
+        return centre_z + np.sqrt(radius * radius - (y - centre_y) ** 2)
+    return centre_z + radius / np.sqrt(1.0 + slope * slope) + (y - top_y) * slope
+
+
+@njit(cache=True)
+def corner_centre(face_y, face_z, face, radius, top_z, slope):
+    """Centre (y, z) of the arc tangent to the face through (face_y, face_z) and to the top z = top_z + slope * (y - face_y)."""
+    steep = 1.0 / face
+    offset_face = radius * np.sqrt(1.0 + steep * steep)  # the centre lies this far below the face's line, vertically
+    offset_top = radius * np.sqrt(1.0 + slope * slope)
+    y = face_y + (top_z - offset_top - face_z + offset_face) / (steep - slope)
+    return y, top_z + slope * (y - face_y) - offset_top
+
+
+@njit(cache=True)
+def nose_gauge_y(x, c):
+    """y of the nose's flangeway-side gauge line."""
+    return c.gauge_line + c.tan_angle * (x - c.stretch * c.cross_x)
+
+
+@njit(cache=True)
+def wing_gauge_y(x, c):
+    """y of the wing's lower gauge face, 14 mm down: parallel to the nose."""
+    return nose_gauge_y(x, c) + c.flangeway
+
+
+@njit(cache=True)
+def knuckle_gauge_y(x, c):
+    """y of the wing's upper face, 14 mm down, extended to both sides of its range."""
+    return c.gauge_line + c.knuckle_rate * (x / c.stretch - c.knuckle_x)
+
+
+@njit(cache=True)
+def knuckle_centre(x, c):
+    face_y = knuckle_gauge_y(x, c)
+    return corner_centre(face_y, -c.gauge_depth, c.knuckle_face, c.knuckle_radius, c.cast_slope * face_y, c.cast_slope)
+
+
+@njit(cache=True)
+def wing_plane(c):
+    """Height at the wing's gauge line and slope of the top plane that travels with the wing (below the fixed one further on)."""
+    slope = c.cast_slope * c.cos_angle
+    return c.wing_reference_height - slope * c.wing_reference, slope
+
+
+@njit(cache=True)
+def wing_centre(x, c):
+    top_z, slope = wing_plane(c)
+    return corner_centre(wing_gauge_y(x, c), -c.gauge_depth, c.wing_face, c.wing_radius, top_z, slope)
+
+
+@njit(cache=True)
+def field_edge_y(x, c):
+    """y of the field side of the wing rail."""
+    free = c.edge_y + c.tan_half_angle * (x - c.stretch * c.edge_x)
+    blend = smoothstep((x - c.leg_end) / c.fall_length)
+    return c.side_leg + blend * (free - c.side_leg)
+
+
+@njit(cache=True)
+def rib_height(x, c):
+    """Height of the pocket beside the wing, which rises to the cap."""
+    return min(c.cap_height, c.cap_height + c.pocket_rate * (x / c.stretch - c.pocket_x))
+
+
+@njit(cache=True)
+def fall_shape(x, c):
+    """Edge of the fall from the cast plane to the pocket: y of the edge, angle of the fall, radius at its top and foot.
+
+    The leg's vertical side turns into the fall behind the leg transition.
+    """
+    blend = smoothstep((x - c.leg_end) / c.fall_length)
+    drop = max(c.cast_slope * c.fall_y - rib_height(x, c), 0.0)
+    angle = np.arctan(drop / (c.fall_width + c.fall_spread * drop))
+    edge_y = c.side_leg + blend * (c.fall_y - c.side_leg)
+    radius = c.side_radius + blend * (c.fall_radius - c.side_radius)
+    return edge_y, np.pi / 2 + blend * (angle - np.pi / 2), radius, blend * c.fall_foot_radius
+
+
+@njit(cache=True)
+def fall_start_y(x, c):
+    """y where the cast plane begins to bend down to the pocket."""
+    edge_y, angle, radius, _ = fall_shape(x, c)
+    lean = np.arctan(c.cast_slope)
+    return edge_y - radius * np.tan((lean + angle) / 2) * np.cos(lean)
+
+
+@njit(cache=True)
+def fall_height(x, y, c):
+    """Height of the fall above the pocket: arc from the cast plane, straight line, arc into the pocket; NO_METAL beyond it."""
+    edge_y, angle, radius, foot_radius = fall_shape(x, c)
+    lean, sine, cosine = np.arctan(c.cast_slope), np.sin(angle), np.cos(angle)
+    start_y = fall_start_y(x, c)
+    if y <= start_y:
+        return c.cast_slope * y
+    centre_y, centre_z = start_y + radius * np.sin(lean), c.cast_slope * start_y - radius * np.cos(lean)
+    end_y, end_z = centre_y + radius * sine, centre_z + radius * cosine
+    if y < end_y:
+        return centre_z + np.sqrt(radius * radius - (y - centre_y) ** 2)
+    rib = rib_height(x, c)
+    if end_z <= rib or cosine < 1e-6:
+        return NO_METAL
+    foot_radius = min(foot_radius, (end_z - rib) / (1.0 - cosine))
+    foot_y = end_y + (end_z - rib - foot_radius) * cosine / sine + foot_radius / sine
+    if y < foot_y - foot_radius * sine:
+        return end_z - (y - end_y) * sine / cosine
+    if y < foot_y:
+        return rib + foot_radius - np.sqrt(foot_radius**2 - (foot_y - y) ** 2)
+    return NO_METAL
+
+
+@njit(cache=True)
+def wing_top(x, y, c):
+    """Height of the wing's top without its gauge corner: cast plane, cap, fall, pocket, field edge."""
+    top_z, slope = wing_plane(c)
+    face_y = wing_gauge_y(x, c)
+    plane = min(c.cast_slope * y, top_z + slope * (y - face_y))
+    edge = field_edge_y(x, c)
+    if y > edge:
+        return NO_METAL
+    rib = rib_height(x, c)
+    centre_y = edge - c.edge_radius
+    centre_z = min(rib, top_z + slope * (centre_y - face_y)) - c.edge_radius
+    if y > centre_y:
+        rib = min(rib, centre_z + np.sqrt(max(c.edge_radius**2 - (y - centre_y) ** 2, 0.0)))
+    return min(plane, max(rib, fall_height(x, y, c)))
+
+
+@njit(cache=True)
+def leg_height(y, c):
+    """Height of the cast leg's gauge face, corner and plane; also the through side of the full nose."""
+    return corner(y, c.leg_face, c.leg_radius, c.leg_centre_y, c.leg_centre_z, c.cast_slope)
+
+
+@njit(cache=True)
+def wing_height(x, y, c, loft):
+    """Height of the wing body (plain rail, leg, knuckle, wing) at one point."""
+    if x < c.leg_end:
+        return loft_height(y, smoothstep((x - c.leg_start) / (c.leg_end - c.leg_start)), loft)
+    height = min(wing_top(x, y, c), leg_height(y, c))
+    knuckle_y, knuckle_z = knuckle_centre(x, c)
+    height = min(height, corner(y, c.knuckle_face, c.knuckle_radius, knuckle_y, knuckle_z, c.cast_slope))
+    wing_y, wing_z = wing_centre(x, c)
+    return min(height, corner(y, c.wing_face, c.wing_radius, wing_y, wing_z, wing_plane(c)[1]))
+
+
+@njit(cache=True)
+def loft_height(y, s, loft):
+    """Height of the line (1 - s) * first + s * second at y; cubic between the tabulated points, NO_METAL beside it.
+
+    loft : (8, n)  rows y, z, slope after, slope before of the first and of the second line, at matching points
+    """
+    n = loft.shape[1]
+    low, high = 0, n - 1
+    if y < (1 - s) * loft[0, 0] + s * loft[4, 0] or y > (1 - s) * loft[0, high] + s * loft[4, high]:
+        return NO_METAL
+    while high - low > 1:
+        middle = (low + high) // 2
+        if (1 - s) * loft[0, middle] + s * loft[4, middle] <= y:
+            low = middle
+        else:
+            high = middle
+    y0, y1 = (1 - s) * loft[0, low] + s * loft[4, low], (1 - s) * loft[0, high] + s * loft[4, high]
+    z0, z1 = (1 - s) * loft[1, low] + s * loft[5, low], (1 - s) * loft[1, high] + s * loft[5, high]
+    h = y1 - y0
+    if h <= 0.0:
+        return max(z0, z1)
+    m0 = h * lofted_slope(loft, low, high, low, 2, s)
+    m1 = h * lofted_slope(loft, low, high, high, 3, s)
+    t, rise = (y - y0) / h, z1 - z0
+    if abs(rise) > 5.0 * h:
+        return z0 + t * rise
+    return z0 + t * (m0 + t * (3 * rise - 2 * m0 - m1 + t * (m0 + m1 - 2 * rise)))
+
+
+@njit(cache=True)
+def lofted_slope(loft, low, high, at, row, s):
+    """Slope at one end of an interval of the lofted line: both lines run through it at the same pace."""
+    first, second = (1 - s) * (loft[0, high] - loft[0, low]), s * (loft[4, high] - loft[4, low])
+    return (first * loft[row, at] + second * loft[row + 4, at]) / (first + second)
+
+
+@njit(cache=True)
+def centre_line_y(x, c):
+    """y of the nose's centre line, which halves the angle between its gauge lines."""
+    return c.gauge_line + c.tan_half_angle * (x - c.stretch * c.cross_x)
+
+
+@njit(cache=True)
+def centre_line_x(x, y, c):
+    """x of the foot of (x, y) on the nose's centre line: what is symmetric about that line depends on it alone."""
+    return x + (y - centre_line_y(x, c)) * c.tan_half_angle / (1.0 + c.tan_half_angle**2)
+
+
+@njit(cache=True)
+def through_side_y(x, y, c):
+    """y at the same distance from the through route's gauge line as (x, y) is from the nearer gauge line of the nose."""
+    return min(y, c.gauge_line + c.cos_angle * (nose_gauge_y(x, c) - y))
+
+
+@njit(cache=True)
+def topping_height(x, c):
+    """Height and fall (-dz/dX) of the topping line and, ahead of it, of the blunt ramp, along the nose's centre line."""
+    ahead = c.topping_x - x / c.stretch
+    start = c.topping_slope / np.sqrt(1.0 + c.topping_slope**2)  # sine of the slope angle
+    end = c.blunt_slope / np.sqrt(1.0 + c.blunt_slope**2)
+    if ahead <= 0.0:
+        return -c.topping_depth - c.topping_slope * ahead, c.topping_slope
+    radius = c.blunt_radius
+    if ahead < radius * (end - start):
+        sine = start + ahead / radius
+        cosine = np.sqrt(1.0 - sine**2)
+        return -c.topping_depth - radius * (np.sqrt(1.0 - start**2) - cosine), sine / cosine
+    blend = radius * (np.sqrt(1.0 - start**2) - np.sqrt(1.0 - end**2))
+    return -c.topping_depth - blend - c.blunt_slope * (ahead - radius * (end - start)), c.blunt_slope
+
+
+@njit(cache=True)
+def topped_corner_arc(top, fall, c):
+    """Corner arc between the through side of the nose and its flat top: y where it touches the side, centre y, z, height.
+
+    Its radius holds across the edge it rounds: on the blunt ramp, which falls steeply, the cross-section is an ellipse,
+    higher than wide. That is drawn where the arc touches the straight face and fades above, where the ramp is gentle.
+    """
+    radius, steep = c.nose_radius, 1.0 / c.leg_face
+    inner, root = c.leg_radius - radius, np.sqrt(1.0 + steep * steep)
+    face_z = c.leg_centre_z + c.leg_radius / root - radius / root  # the arc touches the face where its centre lies lower
+    fade = smoothstep((face_z - (top - radius)) / radius)
+    height = radius * (1.0 + fade * (np.sqrt(1.0 + (fall / c.stretch) ** 2) - 1.0))
+    depth = top - height
+    if depth < face_z:
+        offset = np.sqrt((radius * steep) ** 2 + height**2)  # of the ellipse's centre below the face, vertically
+        face_y = c.leg_centre_y - c.leg_radius * root / steep  # the face at the height of the leg's corner centre
+        centre_y = face_y + (depth + offset - c.leg_centre_z) / steep
+        return centre_y - radius * radius * steep / offset, centre_y, depth, height
+    if depth < c.leg_centre_z + inner / np.sqrt(1.0 + c.cast_slope**2):
+        centre_y = c.leg_centre_y - np.sqrt(max(inner * inner - (depth - c.leg_centre_z) ** 2, 0.0))
+        return c.leg_centre_y + (centre_y - c.leg_centre_y) * c.leg_radius / inner, centre_y, depth, height
+    lean = np.arctan(c.cast_slope)
+    touch_y = (depth + radius * np.cos(lean)) / c.cast_slope
+    return touch_y, touch_y + radius * np.sin(lean), depth, height
+
+
+@njit(cache=True)
+def nose_height(x, y, c):
+    """Height of the nose at one point: full outline (faces, corners, roof), topped; NO_METAL ahead of it."""
+    if x < c.stretch * c.nose_x:
+        return NO_METAL
+    side_y = through_side_y(x, y, c)
+    top, fall = topping_height(centre_line_x(x, y, c), c)
+    touch_y, centre_y, centre_z, height = topped_corner_arc(top, fall, c)
+    if side_y <= touch_y:
+        return leg_height(side_y, c)
+    if side_y >= centre_y:
+        return top
+    return centre_z + height * np.sqrt(1.0 - ((side_y - centre_y) / c.nose_radius) ** 2)
+
+
+@njit(cache=True)
+def body_heights(x, y, nose, c, loft):
+    """Heights (n,) of one body at n points; nose: True for the nose, False for the wing."""
+    out = np.empty(len(x))
+    for i in range(len(x)):
+        out[i] = nose_height(x[i], y[i], c) if nose else wing_height(x[i], y[i], c, loft)
+    return out

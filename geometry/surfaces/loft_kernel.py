@@ -1,0 +1,218 @@
+"""Height of a lofted rail body with its derivatives, and where a wheel's circle comes nearest to it along x.
+
+A circle of the wheel (station s, geometry.contact.wheel_outline) and a surface z(x, y) are nearest to each other, at fixed y, where both have the same
+slope p = dz/dx. With p given the place on the circle is closed:
+
+    C sin(theta - theta0) = -r' b,  b = cos(roll) sin(yaw) - p sin(roll),  q = sin(roll) sin(yaw) + p cos(roll),  C^2 = cos^2 yaw + q^2,
+    tan theta0 = q / cos(yaw),
+
+so that p is all there is to find: p = dz/dx at the place that p leads to. For p = 0 this is the outline on a prismatic rail.
+
+track : (x (S,), nodes (N, 8), body (4,), memory (MEMORY,), place (2,), ridges (1 + 2 windows, stations)), see geometry.surfaces.lofted_rail
+body : first section, number of sections, nodes of each, first node
+memory : slope p, section and node of the last evaluation, row of `ridges` (0: none), -1 or 1 below or above that ridge, station of the branch, body
+place : x of the axle's middle [m], number of branches
+ridges : stations; for each branch, p at which the gap along x is highest between it and its neighbour; for each, where that ridge ends
+"""
+
+import numpy as np
+
+from kernel_cache import njit
+
+MEMORY = 8
+WIDEST = 0.25  # largest slope dz/dx of a surface at a contact
+NO_METAL = -1.0  # height where there is no body [m]
+CLOSE = 1e-12  # of the slope p: moves the place by radius times that [m]
+
+
+@njit(cache=True, error_model="numpy")
+def loft_at(x, y, track):
+    """Height and derivatives at (x, y): (beyond, aside, z, z_x, z_y, z_xx, z_xy, z_yy); beyond or aside: -1 before, 1 behind its ends;
+    aside it is level, at NO_METAL.
+
+    Between two sections every node's y, z and chord slopes run along a cubic in x; between two nodes z is a cubic in y.
+    """
+    xs, nodes, body, memory, _, _ = track
+    first, last, n = body[0], body[0] + body[1] - 1, body[2]
+    beyond = 0
+    if x < xs[first]:
+        x, beyond = xs[first], -1
+    elif x > xs[last]:
+        x, beyond = xs[last], 1
+    i = int(memory[1])
+    while i > first and x < xs[i]:
+        i -= 1
+    while i < last - 1 and x > xs[i + 1]:
+        i += 1
+    d = xs[i + 1] - xs[i]
+    t = (x - xs[i]) / d
+    c = t * t * (3 - 2 * t)
+    a, b, e = 1 - c, d * t * (1 - t) * (1 - t), d * t * t * (t - 1)
+    c1, b1, e1 = 6 * t * (1 - t) / d, (1 - t) * (1 - 3 * t), t * (3 * t - 2)
+    c2, b2, e2 = (6 - 12 * t) / (d * d), (6 * t - 4) / d, (6 * t - 2) / d
+    row, next_row = body[3] + (i - first) * n, body[3] + (i - first + 1) * n
+    j = int(memory[2])
+    near, far = row + j, next_row + j
+    y0 = a * nodes[near, 0] + b * nodes[near, 4] + c * nodes[far, 0] + e * nodes[far, 4]
+    y1 = a * nodes[near + 1, 0] + b * nodes[near + 1, 4] + c * nodes[far + 1, 0] + e * nodes[far + 1, 4]
+    while y < y0 and j > 0:
+        j, near, far, y1 = j - 1, near - 1, far - 1, y0
+        y0 = a * nodes[near, 0] + b * nodes[near, 4] + c * nodes[far, 0] + e * nodes[far, 4]
+    while y > y1 and j < n - 2:
+        j, near, far, y0 = j + 1, near + 1, far + 1, y1
+        y1 = a * nodes[near + 1, 0] + b * nodes[near + 1, 4] + c * nodes[far + 1, 0] + e * nodes[far + 1, 4]
+    memory[1], memory[2] = i, j
+    if y < y0:
+        return beyond, -1, NO_METAL, 0.0, 0.0, 0.0, 0.0, 0.0
+    if y > y1:
+        return beyond, 1, NO_METAL, 0.0, 0.0, 0.0, 0.0, 0.0
+    g0 = c1 * (nodes[far, 0] - nodes[near, 0]) + b1 * nodes[near, 4] + e1 * nodes[far, 4]
+    g1 = c1 * (nodes[far + 1, 0] - nodes[near + 1, 0]) + b1 * nodes[near + 1, 4] + e1 * nodes[far + 1, 4]
+    k0 = c2 * (nodes[far, 0] - nodes[near, 0]) + b2 * nodes[near, 4] + e2 * nodes[far, 4]
+    k1 = c2 * (nodes[far + 1, 0] - nodes[near + 1, 0]) + b2 * nodes[near + 1, 4] + e2 * nodes[far + 1, 4]
+    z0 = a * nodes[near, 1] + b * nodes[near, 5] + c * nodes[far, 1] + e * nodes[far, 5]
+    z1 = a * nodes[near + 1, 1] + b * nodes[near + 1, 5] + c * nodes[far + 1, 1] + e * nodes[far + 1, 5]
+    m0 = a * nodes[near, 2] + b * nodes[near, 6] + c * nodes[far, 2] + e * nodes[far, 6]
+    m1 = a * nodes[near, 3] + b * nodes[near, 7] + c * nodes[far, 3] + e * nodes[far, 7]
+    z0x = c1 * (nodes[far, 1] - nodes[near, 1]) + b1 * nodes[near, 5] + e1 * nodes[far, 5]
+    z1x = c1 * (nodes[far + 1, 1] - nodes[near + 1, 1]) + b1 * nodes[near + 1, 5] + e1 * nodes[far + 1, 5]
+    m0x = c1 * (nodes[far, 2] - nodes[near, 2]) + b1 * nodes[near, 6] + e1 * nodes[far, 6]
+    m1x = c1 * (nodes[far, 3] - nodes[near, 3]) + b1 * nodes[near, 7] + e1 * nodes[far, 7]
+    z0xx = c2 * (nodes[far, 1] - nodes[near, 1]) + b2 * nodes[near, 5] + e2 * nodes[far, 5]
+    z1xx = c2 * (nodes[far + 1, 1] - nodes[near + 1, 1]) + b2 * nodes[near + 1, 5] + e2 * nodes[far + 1, 5]
+    m0xx = c2 * (nodes[far, 2] - nodes[near, 2]) + b2 * nodes[near, 6] + e2 * nodes[far, 6]
+    m1xx = c2 * (nodes[far, 3] - nodes[near, 3]) + b2 * nodes[near, 7] + e2 * nodes[far, 7]
+    # z = F(u, x), y = G(u, x) = y0 + u h
+    h, hx, hxx = y1 - y0, g1 - g0, k1 - k0
+    u = (y - y0) / h
+    q2, q3 = 3 * (z1 - z0) - 2 * m0 - m1, m0 + m1 - 2 * (z1 - z0)
+    r2, r3 = 3 * (z1x - z0x) - 2 * m0x - m1x, m0x + m1x - 2 * (z1x - z0x)
+    s2, s3 = 3 * (z1xx - z0xx) - 2 * m0xx - m1xx, m0xx + m1xx - 2 * (z1xx - z0xx)
+    height, f_u, f_uu = z0 + u * (m0 + u * (q2 + u * q3)), m0 + u * (2 * q2 + 3 * u * q3), 2 * q2 + 6 * u * q3
+    f_x, f_xu = z0x + u * (m0x + u * (r2 + u * r3)), m0x + u * (2 * r2 + 3 * u * r3)
+    f_xx = z0xx + u * (m0xx + u * (s2 + u * s3))
+    g_x, g_xx = g0 + u * hx, k0 + u * hxx
+    z_y = f_u / h
+    z_x = f_x - z_y * g_x
+    z_xy = (f_xu - f_uu / h * g_x - z_y * hx) / h
+    u_x = -g_x / h
+    z_xx = f_xx + f_xu * u_x - z_xy * g_x - z_y * (g_xx + hx * u_x)
+    return beyond, 0, height, z_x, z_y, z_xx, z_xy, f_uu / (h * h)
+
+
+@njit(cache=True, error_model="numpy")
+def circle_place(p, s, tread, slope, pose):
+    """Place on the circle at station s where the wheel has the slope dz/dx = p: (there is one, x, y, z, n_y, n_z, sin, cos, C cos(theta - theta0), b)."""
+    place, sy, cy, sr, cr, lever, arm, datum_radius = pose
+    radius, tilt, along = datum_radius - tread, -slope, arm + s
+    q, b = sr * sy + p * cr, cr * sy - p * sr
+    size = np.sqrt(cy * cy + q * q)
+    part = -tilt * b / size
+    if abs(part) >= 1.0:
+        return False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0
+    rest = np.sqrt(1 - part * part)
+    sine, cosine = (part * cy + rest * q) / size, (rest * cy - part * q) / size
+    mx, my, mz = sine * cy - cosine * sr * sy, sine * sy + cosine * sr * cy, -cosine * cr
+    x = -along * cr * sy + radius * mx + lever * sr * sy
+    y = place + along * cr * cy + radius * my - lever * sr * cy
+    z = along * sr + radius * mz + lever * cr
+    return True, x, y, z, my - tilt * cr * cy, mz - tilt * sr, sine, cosine, size * rest, b
+
+
+@njit(cache=True, error_model="numpy")
+def meet_loft(s, tread, slope, bend, track, pose):
+    """As geometry.contact.rail_kinds.meet, on a lofted body: Newton on p, kept between a place where the gap falls with p and one where it rises.
+
+    On an edge that runs across, dz/dx jumps past p: there the surface's slope is that mean of both sides' with dz/dx = p.
+    """
+    memory, radius, tilt = track[3], pose[7] - tread, -slope
+    sy, cy, sr, cr = pose[1], pose[2], pose[3], pose[4]
+    low, high = window(s, track)
+    first, last = low, high
+    if low >= high:
+        return nowhere(np.nan)
+    p = min(max(memory[0], low), high)
+    tried_low, tried_high, at_edge = False, False, False
+    low_x, low_y, high_x, high_y = np.inf, 0.0, -np.inf, 0.0  # surface's slopes at both ends of the bracket, where there is a surface
+    while True:
+        there, x, y, z, ny, nz, sine, cosine, steer, b = circle_place(p, s, tread, slope, pose)
+        if not there:
+            return nowhere(0.0)
+        beyond, aside, height, zx, zy, zxx, zxy, zyy = loft_at(track[4][0] + x, y, track)
+        turn = -nz / steer  # d theta / dp
+        forth, left = radius * (cosine * cy + sine * sr * sy), radius * (cosine * sy - sine * sr * cy)
+        rate = 1 - (zxx * forth + zxy * left) * turn
+        miss = p - zx if beyond == 0 else float(beyond)
+        if abs(miss) < CLOSE and rate > 0 or at_edge:
+            break
+        if miss < 0 or abs(miss) < CLOSE and p <= first:  # on the ridge that bounds the branch from below the gap falls too
+            low, low_x, low_y = p, (zx if beyond == 0 else np.inf), zy
+        else:
+            high, high_x, high_y = p, (zx if beyond == 0 else -np.inf), zy
+        if low == last or high == first:  # steeper than looked for
+            return nowhere(np.nan)
+        newer = p - miss / rate
+        if high - low < CLOSE:
+            at_edge = True
+            newer = high if beyond < 0 else (low if beyond > 0 else p)
+            if newer == p:
+                break
+        elif beyond != 0 or rate < 0.05:
+            newer = 0.5 * (low + high)
+        elif newer <= low and low == first and not tried_low:
+            newer, tried_low = low, True
+        elif newer >= high and high == last and not tried_high:
+            newer, tried_high = high, True
+        elif not low < newer < high:
+            newer = 0.5 * (low + high)
+        p = newer
+    memory[0] = p
+    if beyond != 0 or nz > -1e-3:
+        return nowhere(0.0)
+    if aside != 0:
+        return nowhere(float(aside))
+    spin = bend * b / steer  # d theta / ds at fixed p
+    mx, my = sine * cy - cosine * sr * sy, sine * sy + cosine * sr * cy
+    x_s, y_s = -cr * sy + tilt * mx + forth * spin, cr * cy + tilt * my + left * spin
+    if abs(miss) < CLOSE and rate > 0:
+        p_s = (zxx * x_s + zxy * y_s) / rate
+    else:
+        jump_x, jump_y = 1.0, 0.0
+        if np.isfinite(low_x) and np.isfinite(high_x):
+            share = (p - high_x) / (low_x - high_x)
+            zy = share * low_y + (1 - share) * high_y
+            jump_x, jump_y = low_x - high_x, low_y - high_y
+        p_s = -(jump_x * x_s + jump_y * y_s) / (turn * (jump_x * forth + jump_y * left))
+    return True, 0.0, x, y, z, height, -ny / nz, zy, y_s + left * turn * p_s, sine, cosine, p, zxx, zxy, zyy
+
+
+@njit(cache=True, error_model="numpy")
+def window(s, track):
+    """Least and largest slope p of a branch at a station."""
+    memory, ridges = track[3], track[5]
+    row = int(memory[3])
+    if row == 0:
+        return -WIDEST, WIDEST
+    k = min(max(np.searchsorted(ridges[0], s) - 1, 0), ridges.shape[1] - 2)
+    here, there = ridges[row, k], ridges[row, k + 1]
+    if abs(here) >= WIDEST or abs(there) >= WIDEST:
+        ridge = here if s <= ridges[row + ridges.shape[0] // 2, k] else there
+    else:
+        ridge = here + (s - ridges[0, k]) / (ridges[0, k + 1] - ridges[0, k]) * (there - here)
+    return (-WIDEST, ridge) if memory[4] < 0 else (ridge, WIDEST)
+
+
+@njit(cache=True, error_model="numpy")
+def nowhere(away):
+    """What meet_loft returns where there is nothing to meet."""
+    return False, away, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def slope_excess(p, s, tread, slope, track, pose):
+    """p less the surface's slope at the place that p leads to, and whether there is such a place: the gap along x falls where it is negative."""
+    there, x, y, _, _, nz, _, _, _, _ = circle_place(p, s, tread, slope, pose)
+    if not there or nz > -1e-3:
+        return 0.0, False
+    beyond, aside, _, zx, _, _, _, _ = loft_at(track[4][0] + x, y, track)
+    return (p - zx if beyond == 0 else float(beyond)), aside == 0

@@ -1,0 +1,93 @@
+"""Faults of a case file in words: each with its key, the value as typed, and the remedy."""
+
+import difflib
+from collections.abc import Iterable
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from rail_fem.scene.units import Quantity
+
+
+def suggest(word: str, known: Iterable[str]) -> str:
+    """', did you mean ...?' when a known word is close, else nothing."""
+    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
+    return f", did you mean '{close[0]}'?" if close else ""
+
+
+def describe_faults(error: ValidationError, section: type[BaseModel], key: str) -> list[str]:
+    """One line for each fault that pydantic found in `section`, which the file calls `key`."""
+    return [f"{_dotted(key, _place(fault))}: {_remedy(fault, section, key)}" for fault in error.errors()]
+
+
+def _place(fault: dict[str, Any]) -> tuple:
+    """Where a fault is; of the field that it names, if it names one."""
+    own = fault.get("ctx", {}).get("key")
+    return (*fault["loc"][:-1], own) if own else fault["loc"]
+
+
+def _dotted(key: str, place: tuple) -> str:
+    for step in place:
+        key += f"[{step}]" if isinstance(step, int) else f".{step}"
+    return key
+
+
+def _remedy(fault: dict[str, Any], section: type[BaseModel], key: str) -> str:
+    place, kind, typed = fault["loc"], fault["type"], fault["input"]
+    if kind == "extra_forbidden":
+        return _unknown_key(place, section, key)
+    if kind == "missing":
+        return f"missing ({meaning(_field(section, place))})"
+    if kind in ("choice", "literal_error"):
+        choices = fault["ctx"].get("choices") or get_args(_field(section, place).annotation)
+        return f"unknown value {typed!r}{suggest(str(typed), choices)} (choose from: {', '.join(choices)})"
+    if kind in ("model_type", "model_attributes_type"):
+        return f"{typed!r} is not a table, write [{_dotted(key, place)}] with its keys below"
+    if "fault" in fault.get("ctx", {}):
+        return fault["ctx"]["fault"]
+    message = fault["msg"].removeprefix("Input should be ")
+    return f"{typed!r} must be {message} ({meaning(_field(section, place))})"
+
+
+def _unknown_key(place: tuple, section: type[BaseModel], key: str) -> str:
+    parent, name = _model_at(section, place[:-1]), str(place[-1])
+    close = suggest(name, parent.model_fields)
+    elsewhere = [path for path in _all_keys(section, key) if path.rsplit(".", 1)[-1] == name]
+    return f"unknown key, it belongs in {elsewhere[0]}" if elsewhere and not close else f"unknown key{close}"
+
+
+def _all_keys(section: type[BaseModel], key: str) -> list[str]:
+    paths = []
+    for name, entry in section.model_fields.items():
+        paths.append(f"{key}.{name}")
+        if _is_model(entry.annotation):
+            paths += _all_keys(entry.annotation, f"{key}.{name}")
+    return paths
+
+
+def _is_model(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _model_at(section: type[BaseModel], place: tuple) -> type[BaseModel]:
+    for name in place:
+        section = section.model_fields[name].annotation
+    return section
+
+
+def _field(section: type[BaseModel], place: tuple) -> FieldInfo:
+    names = [step for step in place if isinstance(step, str)]
+    return _model_at(section, tuple(names[:-1])).model_fields[names[-1]]
+
+
+def quantity_of(entry: FieldInfo) -> Quantity | None:
+    """The Quantity of a field, also inside an optional one; None when it has none."""
+    candidates = [*entry.metadata, *(extra for member in get_args(entry.annotation) for extra in getattr(member, "__metadata__", ()))]
+    return next((extra for extra in candidates if isinstance(extra, Quantity)), None)
+
+
+def meaning(entry: FieldInfo) -> str:
+    """What a field is, from its Quantity or its description."""
+    quantity = quantity_of(entry)
+    return quantity.meaning if quantity else (entry.description or "no description")

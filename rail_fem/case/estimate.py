@@ -1,0 +1,92 @@
+"""What a run will cost, before anything is meshed: cells, steps, memory, time."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.explicit import FeSettings
+from rail_fem.scene.steel import Steel
+
+BYTES_PER_CELL = 1000.0       # the explicit run's gate
+BYTES_PER_RANK = 350e6        # Python with dolfinx, numba and gmsh loaded, before any mesh
+UPDATES_PER_SECOND = 8e6      # per core, everything in a step included
+SHORTEST_EDGE = 0.5           # shortest cell edge over element_size, in graded and slanted cells
+
+# Cells, fitted to meshes of 6, 3 and 1.5 mm: the rail's columns hold a fine block some layers deep and coarser rings below it, so a
+# column of length h holds RAIL_AREA / h^2 + RAIL_LINE / h cells; the wheel's fine patch has one extent whatever the window.
+RAIL_AREA, RAIL_LINE = 30e-6, 213e-3
+WHEEL_AREA, WHEEL_LINE = 28.5e-3, 9.8
+END_MARGIN = 0.024            # of the rail beyond start and end
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Cells, steps, critical step [s], memory of all ranks [B] and wall time [s]; right to a factor of about two."""
+
+    cells: float
+    steps: float
+    step: float
+    memory: float
+    wall_time: float
+
+
+def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate:
+    """Estimate without meshing. Error: within a factor of two of the mesher's count (tests/rail_fem/test_estimate.py)."""
+    cells = _crossing_cells(settings) + _wheel_cells(settings)
+    step = critical_step(scene, settings)
+    duration = settings.settle_time + abs(settings.end - settings.start) / scene.speed
+    steps = min(duration / step, settings.max_steps or float("inf"))
+    memory = cells * BYTES_PER_CELL + ranks * BYTES_PER_RANK
+    return Estimate(cells, steps, step, memory, cells * steps / (UPDATES_PER_SECOND * ranks))
+
+
+def critical_step(scene: Scene, settings: FeSettings) -> float:
+    """Courant number times shortest edge over the fastest wave [s]."""
+    materials = scene.materials
+    fastest = max(_speed(steel) for steel in (materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()))
+    return settings.courant * SHORTEST_EDGE * settings.element_size / fastest
+
+
+def _speed(steel: Steel) -> float:
+    return steel.wave_speed
+
+
+def _crossing_cells(settings: FeSettings) -> float:
+    size, length = settings.element_size, abs(settings.end - settings.start) + 2 * END_MARGIN
+    return length / size * (RAIL_AREA / size**2 + RAIL_LINE / size)
+
+
+def _wheel_cells(settings: FeSettings) -> float:
+    return WHEEL_AREA / settings.element_size**2 + WHEEL_LINE / settings.element_size
+
+
+def available_memory() -> float:
+    """Memory that this machine can still give [B]: what the kernel calls available, or the control group's limit if that is less."""
+    lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines() if Path("/proc/meminfo").exists() else []
+    found = [1024.0 * float(line.split()[1]) for line in lines if line.startswith("MemAvailable")]
+    free = found[0] if found else float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    limit = Path("/sys/fs/cgroup/memory.max")
+    text = limit.read_text(encoding="ascii").strip() if limit.exists() else "max"
+    return free if text == "max" else min(free, float(text))
+
+
+def impossible(scene: Scene, settings: FeSettings, ranks: int = 1, model: str = "fe_full") -> list[str]:
+    """Faults that stop a run before anything is meshed: too little memory, more ranks than cells."""
+    estimate, free = estimate_run(scene, settings, ranks), available_memory()
+    size = f"{settings.element_size * 1e3:g} mm"
+    faults = []
+    if estimate.memory > free:
+        faults.append(f"run.{model}.element_size: {size} makes about {estimate.cells:.2g} cells on {ranks} rank(s), which need {estimate.memory / 1e9:.3g} GB; "
+                      f"{free / 1e9:.3g} GB are free: {_size_that_fits(scene, settings, ranks, free)}")
+    if ranks > estimate.cells:
+        faults.append(f"run.{model}: {ranks} ranks for about {estimate.cells:.0f} cells of {size}: start fewer ranks")
+    return faults
+
+
+def _size_that_fits(scene: Scene, settings: FeSettings, ranks: int, free: float) -> str:
+    for tenths in range(1, 200):
+        larger = settings.model_copy(update={"element_size": max(tenths * 1e-4, settings.element_size)})
+        if estimate_run(scene, larger, ranks).memory <= free:
+            return f"{larger.element_size * 1e3:g} mm fits"
+    return "start fewer ranks"

@@ -1,0 +1,13 @@
+"""Everything that forbids a run and can be known before anything is meshed or written."""
+
+from rail_fem.case.estimate import impossible
+from rail_fem.light.rigid import placement_faults
+from rail_fem.scene.scene import Frozen, Scene
+from rail_fem.settings.explicit import FeSettings
+
+
+def run_faults(scene: Scene, settings: Frozen, ranks: int, model: str) -> list[str]:
+    """Too little memory, more ranks than cells, a window that leaves the crossing; one line each with the remedy."""
+    if not isinstance(settings, FeSettings):
+        return []
+    return impossible(scene, settings, ranks, model) + placement_faults(scene, settings, model)

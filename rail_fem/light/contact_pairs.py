@@ -1,0 +1,224 @@
+"""A wheel brought to touch a rail or a crossing, seen from the contact patch: gaps and slices for the contact solvers of `bem`.
+
+The wheel is lowered along z at a given lateral place until it touches. The patch's frame stands at that point: x' forward and s
+lateral lie in the common tangent plane, h along its normal into the wheel. Both surfaces become heights h(x', s), exact on the
+profiles; the gap is their difference and knows nothing of rails any more. It is what the half-space and the slices of `bem` take.
+
+    tie = plain_rail_tie()                                        # P8 on BS113A, gauge 1435, back-to-back 1360, rail 1:20
+    patch = normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(49505.0), window=tie.window())
+    rail, wheel = tie.slice_profiles(0.0)                         # (n, 2) s, h at x' = 0, for a slice
+
+Axes: geometry.axes. Error of the heights: 1e-12 m against the profiles (tests/rail_fem/test_patch_ties.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bem.plane.body import Body
+from bem.exact.hertz import PointContact, point_contact
+from bem.material import STEEL, Elastic, contact_modulus
+from bem.plane.outline import block_behind
+from geometry.axes import tread_datum_y
+from geometry.surfaces.crossing import CastCrossing
+from geometry.profiles.profile import Profile
+from geometry.profiles.rail import rail_head
+from geometry.profiles.wheel import wheel_profile
+
+Surface = Callable[[np.ndarray, np.ndarray], np.ndarray]  # z(x, y) [m], NaN where the body is not
+
+ROLLING_RADIUS = 0.425    # of the thesis' wheel, 850 mm diameter, at the tread datum
+_EXACT = 1e-11            # heights are iterated to this [m]
+_BEND = 0.5e-3            # half the chord over which curvatures are taken [m]
+
+
+class TieError(ValueError):
+    """A wheel that cannot be brought to touch: says what, where, what to do."""
+
+
+@dataclass(frozen=True)
+class WheelSurface:
+    """Underside z(x, y) [m] of a wheel of revolution, its tread datum at (x, y, z) = place, axle along y."""
+
+    profile: Profile
+    rolling_radius: float = ROLLING_RADIUS
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __call__(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        x0, y0, z0 = self.place
+        radius = self.rolling_radius - self.profile.height(np.asarray(y) - y0)
+        with np.errstate(invalid="ignore"):
+            return z0 + self.rolling_radius - np.sqrt(radius**2 - (np.asarray(x) - x0) ** 2)
+
+
+def plain_rail(profile: Profile) -> Surface:
+    """The running surface of a straight rail of this profile."""
+    head = profile.graph_part()
+    return lambda x, y: head.height(np.asarray(y) + 0.0 * np.asarray(x))
+
+
+def crossing_surface(crossing: CastCrossing, body: str | None = None) -> Surface:
+    """The running surface of a crossing: "wing", "nose", or the higher of both."""
+    if body is not None:
+        return lambda x, y: crossing.top_height(x, y, body)
+    return lambda x, y: np.fmax(crossing.top_height(x, y, "wing"), crossing.top_height(x, y, "nose"))
+
+
+@dataclass(frozen=True)
+class Tie:
+    """point (3,) [m] : first touch; frame (3, 3) : rows x' forward, s lateral, normal into the wheel
+    wheel, rail : surfaces in place, touching there
+    """
+
+    point: np.ndarray
+    frame: np.ndarray
+    wheel: WheelSurface
+    rail: Surface
+    wheel_steel: Elastic = STEEL
+    rail_steel: Elastic = STEEL
+    label: str = field(default="", compare=False)
+
+    @property
+    def angle(self) -> float:
+        """Contact angle [rad]: slope of the tangent plane across the track, positive where the rail rises to the field side."""
+        return float(np.arctan2(self.frame[1, 2], self.frame[1, 1]))
+
+    def rail_height(self, x: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """h [m] of the rail over the tangent plane at (x', s) [m], NaN where there is none."""
+        return _heights(self.rail, self.point, self.frame, x, s)
+
+    def wheel_height(self, x: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """h [m] of the wheel over the tangent plane at (x', s) [m], NaN where there is none."""
+        return _heights(self.wheel, self.point, self.frame, x, s)
+
+    def gap(self, x: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Gap [m] along the normal at (x', s) [m], 0 at the first touch; +inf where a body has no surface."""
+        gap = self.wheel_height(x, s) - self.rail_height(x, s)
+        return np.where(np.isfinite(gap), gap, np.inf)
+
+    def slice_profiles(self, x: float, half_width: float = 0.02, spacing: float = 0.1e-3) -> tuple[np.ndarray, np.ndarray]:
+        """Rail and wheel (n, 2) s, h [m] of the section x' [m], by growing s, where each has a surface."""
+        s = np.linspace(-half_width, half_width, 2 * int(np.ceil(half_width / spacing)) + 1)
+        lines = (np.column_stack([s, height(np.full(s.shape, float(x)), s)]) for height in (self.rail_height, self.wheel_height))
+        rail, wheel = (line[np.isfinite(line[:, 1])] for line in lines)
+        return rail, wheel
+
+    def normal_force(self, wheel_load: float) -> float:
+        """Force [N] along the normal of a wheel that is free to move up and down only, without friction."""
+        return wheel_load / float(self.frame[2, 2])
+
+    def window(self, length: float = 0.012, width: float = 0.02) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Search window of +- length, +- width [m] about the first touch, as bem.halfspace.normal.normal_contact takes it."""
+        return (-length, length), (-width, width)
+
+    def radii(self) -> tuple[float, float]:
+        """Relative radii [m] along x' and s at the first touch, from a chord of 1 mm."""
+        along = self.gap(np.array([-_BEND, _BEND]), np.zeros(2)).mean()
+        across = self.gap(np.zeros(2), np.array([-_BEND, _BEND])).mean()
+        return _BEND**2 / (2 * along), _BEND**2 / (2 * across)
+
+    def hertz(self, wheel_load: float) -> PointContact:
+        """Hertz' contact of the radii at the first touch; blind to all that changes within the patch."""
+        return point_contact(self.normal_force(wheel_load), *self.radii(), contact_modulus(self.wheel_steel, self.rail_steel))
+
+
+def bring_together(profile: Profile, rail: Surface, datum: tuple[float, float], rolling_radius: float = ROLLING_RADIUS,
+                   steels: tuple[Elastic, Elastic] = (STEEL, STEEL), reach: float = 0.0, label: str = "") -> Tie:
+    """Lower a wheel whose tread datum is at (x, y) [m] onto a rail.
+
+    reach : how far ahead and behind the axle it may touch [m], 0 for a straight rail, where it touches below the axle
+    steels : wheel, rail. Raises TieError where nothing lies below the wheel.
+    """
+    hanging = WheelSurface(profile, rolling_radius, (*datum, 0.0))
+    y = datum[1] + profile.points[:, 0]
+    low, high = np.array([datum[0] - reach, y.min()]), np.array([datum[0] + reach, y.max()])
+    counts = [1 if reach == 0 else 161, 1351]
+    for _ in range(9):
+        x, y = np.meshgrid(*(np.linspace(a, b, n) for a, b, n in zip(low, high, counts)), indexing="ij")
+        opening = hanging(x, y) - rail(x, y)
+        if not np.isfinite(opening).any():
+            raise TieError(f"{label or profile.label}: no rail lies below the wheel with its datum at x = {datum[0]:g}, y = {datum[1]:g} m")
+        i, j = np.unravel_index(np.nanargmin(opening), opening.shape)
+        best = np.array([x[i, j], y[i, j]])
+        step = 2 * (high - low) / np.maximum(np.array(counts) - 1, 1)
+        low, high, counts = best - step, best + step, [1 if reach == 0 else 21, 21]
+    return tie_at(profile, rail, datum, best, rolling_radius, *steels, label=label)
+
+
+def tie_at(profile: Profile, rail: Surface, datum: tuple[float, float], touch: np.ndarray, rolling_radius: float = ROLLING_RADIUS,
+           wheel_steel: Elastic = STEEL, rail_steel: Elastic = STEEL, label: str = "") -> Tie:
+    """A wheel with its tread datum at (x, y) [m] that touches the rail first at `touch` (2,) x, y [m], as a search has found.
+
+    Raises TieError where one of the two has no surface there.
+    """
+    hanging, at = WheelSurface(profile, rolling_radius, (*datum, 0.0)), np.asarray(touch, float)
+    height = float(rail(at[:1], at[1:])[0])
+    least = float(hanging(at[:1], at[1:])[0]) - height
+    if not np.isfinite(least):
+        raise TieError(f"{label or profile.label}: wheel or rail has no surface at x = {at[0]:g}, y = {at[1]:g} m")
+    wheel, point = WheelSurface(profile, rolling_radius, (*datum, -least)), np.array([*at, height])
+    return Tie(point, _frame(wheel, rail, point), wheel, rail, wheel_steel, rail_steel, label)
+
+
+def _frame(wheel: Surface, rail: Surface, point: np.ndarray) -> np.ndarray:
+    """Rows: x' forward, s lateral, normal up, of the mean tangent plane of both surfaces; of one, where the other has an edge there."""
+    step, slopes = 1e-6, []
+    for surface in (wheel, rail):
+        x, y = point[0] + step * np.array([-1, 1, 0, 0]), point[1] + step * np.array([0, 0, -1, 1])
+        z, middle = surface(x, y), float(surface(point[:1], point[1:2])[0])
+        kink = np.abs(z[::2] + z[1::2] - 2 * middle).max() / step
+        slopes.append((kink, (z[1::2] - z[::2]) / (2 * step)))
+    smooth = [slope for kink, slope in slopes if kink < 1e-3] or [slope for _, slope in slopes]
+    along, across = np.mean(smooth, axis=0)
+    lateral = np.array([0.0, 1.0, across]) / np.hypot(1.0, across)
+    normal = np.array([-along, -across, 1.0]) / np.sqrt(1 + along**2 + across**2)
+    return np.array([np.cross(lateral, normal), lateral, normal])
+
+
+def _heights(surface: Surface, point: np.ndarray, frame: np.ndarray, x: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """h [m] where the normal through (x', s) meets a surface: Newton with one-sided slopes; NaN where it does not."""
+    x, s = np.broadcast_arrays(np.asarray(x, float), np.asarray(s, float))
+    foot = point + x[..., None] * frame[0] + s[..., None] * frame[1]
+    height, normal, step = np.zeros(x.shape), frame[2], 1e-7
+    for _ in range(30):
+        at = foot + height[..., None] * normal
+        z = surface(at[..., 0], at[..., 1])
+        miss = at[..., 2] - z
+        if not np.nanmax(np.abs(miss), initial=0.0) > _EXACT:
+            break
+        rise = (surface(at[..., 0] + step * normal[0], at[..., 1] + step * normal[1]) - z) / step
+        rise = np.where(np.isfinite(rise), rise, 0.0)
+        height = height - np.where(np.isfinite(miss), miss, 0.0) / (normal[2] - rise)  # beside the body it stays where it is
+    return np.where(np.abs(miss) <= 1e-9, height, np.nan)
+
+
+def plain_rail_tie(wheel: str = "P8", rail: str = "56E1", lateral: float = 0.0, inclination: float = 1 / 20, gauge: float = 1.435,
+                   back_to_back: float = 1.360, rolling_radius: float = ROLLING_RADIUS, wheel_steel: Elastic = STEEL,
+                   rail_steel: Elastic = STEEL) -> Tie:
+    """A wheel on plain line, the wheelset shifted by `lateral` [m] towards the field side; lengths in m."""
+    datum = 0.0, tread_datum_y(gauge, back_to_back) + lateral
+    profile = wheel_profile(wheel)
+    return bring_together(profile, plain_rail(rail_head(rail, inclination)), datum, rolling_radius, (wheel_steel, rail_steel),
+                          label=f"{wheel} on {rail}, lateral {lateral * 1e3:g} mm")
+
+
+def plain_rail_section(tie: Tie, rail: str = "56E1", inclination: float = 1 / 20, below: float = 0.100, above: float = 0.150) -> tuple[Body, Body]:
+    """Rail and wheel of `plain_rail_tie` as plane bodies y, z in place: the thesis' fourth case of chapter 5.
+
+    The whole profiles, closed by straight sides to held edges `below` the crown and `above` the tread datum [m].
+    """
+    _, y, z = tie.wheel.place
+    wheel = tie.wheel.profile.points + [y, z]
+    return (Body(block_behind(rail_head(rail, inclination).points, -below), tie.rail_steel),
+            Body(block_behind(wheel, z + above), tie.wheel_steel))
+
+
+def crossing_tie(crossing: CastCrossing, x: float, body: str | None = None, wheel: str = "P8", lateral: float = 0.0,
+                 rolling_radius: float = ROLLING_RADIUS, wheel_steel: Elastic = STEEL, rail_steel: Elastic = STEEL) -> Tie:
+    """A wheel with its axle over x [m] of a crossing, on its "wing", its "nose", or whichever it meets first."""
+    datum = x, tread_datum_y() + lateral
+    return bring_together(wheel_profile(wheel), crossing_surface(crossing, body), datum, rolling_radius, (wheel_steel, rail_steel), 0.05,
+                          f"{wheel} on {body or 'wing and nose'} at x = {x:g} m, lateral {lateral * 1e3:g} mm")

@@ -1,0 +1,1 @@
+"""What a run leaves: result, history, events, folder, status, versions."""

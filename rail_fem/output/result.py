@@ -1,0 +1,181 @@
+"""What a rung of the ladder says about one pass, and its files.
+
+What a rung does not resolve is NaN, never 0 and never borrowed from another rung.
+"""
+
+import csv
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from rail_fem.atomic import write_atomically, write_text_atomically
+from rail_fem.output.history import complete_history, from_shown_table, shown_table
+from rail_fem.scene.scene import Scene
+from rail_fem.output.versions import versions
+
+NAN = float("nan")
+RESULT_VERSION = 2
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A largest value and where it is: value in `unit` (SI), place in m, time in s."""
+
+    value: float
+    unit: str
+    x: float = NAN
+    y: float = NAN
+    z: float = NAN
+    time: float = NAN
+
+
+@dataclass(frozen=True)
+class Patch:
+    """One contact patch at one moment [SI]: centre, extent along x and y, area, force, largest pressure."""
+
+    time: float
+    x: float
+    y: float
+    region: str
+    length: float = NAN
+    width: float = NAN
+    area: float = NAN
+    force: float = NAN
+    max_pressure: float = NAN
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What the answer cost: wall time [s], elements, steps, ranks, element updates per second of all ranks, peak memory [B] of all ranks."""
+
+    wall_time: float = NAN
+    elements: int = 0
+    steps: int = 0
+    ranks: int = 1
+    updates_per_second: float = NAN
+    peak_memory: float = NAN
+
+
+@dataclass(frozen=True)
+class PassResult:
+    """One pass by one model.
+
+    model          : name of the rung
+    scene          : the scene that was solved
+    settings       : the rung's numerics as plain values [SI]
+    history        : name -> (n,) [SI], the columns of rail_fem.output.history.COLUMNS; columns left out become NaN
+    peaks          : name -> Peak: "first_impact", "largest_force", "largest_force_wing", "largest_force_nose" (rail_fem.output.events), "plastic_strain_wing", ...
+    patches        : contact patches at chosen moments
+    transfer_x     : x [m] where the body that the wheel comes to takes over half of the force for good (rail_fem.output.events); NaN if it never does
+    energies       : final energies [J] and their balance error
+    error_estimate : quantity -> relative error that the run claims; NaN where it makes no claim
+    trust          : row -> what the trust report found (plain values)
+    fault          : why the run failed; empty when it finished
+    """
+
+    model: str
+    scene: Scene
+    settings: Mapping[str, Any]
+    history: Mapping[str, np.ndarray]
+    peaks: Mapping[str, Peak] = field(default_factory=dict)
+    patches: tuple[Patch, ...] = ()
+    transfer_x: float = NAN
+    energies: Mapping[str, float] = field(default_factory=dict)
+    cost: Cost = Cost()
+    error_estimate: Mapping[str, float] = field(default_factory=dict)
+    trust: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=versions)
+    fault: str = ""
+
+    def __post_init__(self):
+        object.__setattr__(self, "history", complete_history(self.history))
+
+    def save(self, folder: Path) -> None:
+        """Write history.csv (units in its header), history.npz (SI), result.json and the profile of a measured wheel; each appears whole or not at all.
+
+        Root only under MPI. Errors: OSError (read-only folder, full disk).
+        """
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        self.scene.keep_files(folder)
+        write_atomically(folder / "history.npz", self._write_npz)
+        write_atomically(folder / "history.csv", self._write_csv)
+        write_text_atomically(folder / "result.json", json.dumps(_to_json(self._summary()), indent=1, allow_nan=False) + "\n")
+
+    def _write_npz(self, path: Path) -> None:
+        with path.open("wb") as stream:
+            np.savez_compressed(stream, **self.history)
+
+    def _write_csv(self, path: Path) -> None:
+        header, table = shown_table(self.history)
+        with path.open("w", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(header)
+            writer.writerows([f"{value:.9g}" for value in row] for row in table)
+
+    def _summary(self) -> dict[str, Any]:
+        summary = {"result_version": RESULT_VERSION}
+        for entry in fields(self):
+            if entry.name != "history":
+                summary[entry.name] = getattr(self, entry.name)
+        return summary | {"scene": self.scene.model_dump(mode="json"), "cost": asdict(self.cost),
+                          "peaks": {name: asdict(peak) for name, peak in self.peaks.items()},
+                          "patches": [asdict(patch) for patch in self.patches]}
+
+
+def load(folder: Path) -> PassResult:
+    """Read back what `PassResult.save` wrote. Errors: FileNotFoundError, ValueError for another version of the file."""
+    folder = Path(folder)
+    if not (folder / "result.json").is_file():
+        raise FileNotFoundError(f"{folder}: no result.json there; is it the folder of a finished run (--out)?")
+    summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    version = summary.pop("result_version", None)
+    if version != RESULT_VERSION:
+        raise ValueError(f"{folder / 'result.json'}: written as result version {version}, this program reads version {RESULT_VERSION}")
+    summary = _nan_for_none(summary, keep=("scene", "settings", "trust"))
+    try:
+        summary["scene"] = Scene.model_validate(summary["scene"], context={"run_folder": folder})
+    except ValidationError as error:
+        fault = error.errors()[0]
+        raise ValueError(f"{folder / 'result.json'}: scene.{'.'.join(map(str, fault['loc']))}: {fault['msg']}") from error
+    summary["cost"] = Cost(**summary["cost"])
+    summary["peaks"] = {name: Peak(**peak) for name, peak in summary["peaks"].items()}
+    summary["patches"] = tuple(Patch(**patch) for patch in summary["patches"])
+    summary["warnings"] = tuple(summary["warnings"])
+    with np.load(folder / "history.npz") as stored:
+        return PassResult(history=dict(stored), **summary)
+
+
+def load_history_csv(path: Path) -> dict[str, np.ndarray]:
+    """The columns of a history.csv in SI."""
+    with Path(path).open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.reader(stream))
+    return from_shown_table(rows[0], np.array(rows[1:], dtype=float).reshape(-1, len(rows[0])))
+
+
+def _to_json(value: Any) -> Any:
+    """Plain JSON: NaN becomes null, infinities "inf" and "-inf", arrays lists."""
+    if isinstance(value, Mapping):
+        return {str(key): _to_json(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_to_json(entry) for entry in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else ("inf" if value > 0 else "-inf")
+    return value
+
+
+def _nan_for_none(value: Any, keep: tuple[str, ...] = ()) -> Any:
+    if isinstance(value, dict):
+        return {key: entry if key in keep else _nan_for_none(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_nan_for_none(entry) for entry in value]
+    return {None: NAN, "inf": math.inf, "-inf": -math.inf}.get(value, value) if isinstance(value, (str, type(None))) else value

@@ -1,0 +1,1 @@
+"""One run: job, launching, a look at the installation."""

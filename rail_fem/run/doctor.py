@@ -1,0 +1,109 @@
+"""What is installed, whether it works, and how to mend it. Each probe runs in a process of its own: a crash is a finding."""
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from rail_fem.run import launcher
+from rail_fem.output.versions import versions
+
+PROBE_SECONDS = 120
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at; `remedy` is said when it is not well."""
+
+    subject: str
+    well: bool
+    found: str
+    remedy: str = ""
+
+    def line(self) -> str:
+        return f"{'ok   ' if self.well else 'FAULT'} {self.subject:<12}{self.found}" + ("" if self.well else f"\n      -> {self.remedy}")
+
+
+PROBES: dict[str, tuple[str, str]] = {
+    "dolfinx": ("""
+from mpi4py import MPI
+import dolfinx, dolfinx.mesh
+box = dolfinx.mesh.create_unit_cube(MPI.COMM_SELF, 2, 2, 2, dolfinx.mesh.CellType.hexahedron)
+cells = box.topology.index_map(3).size_local
+print(dolfinx.__version__, f"makes a mesh of {cells} cells")
+raise SystemExit(cells != 8)
+""", "sudo apt-get install python3-dolfinx, then ./setup.sh"),
+    "numba": ("""
+import numba
+@numba.njit
+def total(n):
+    s = 0.0
+    for i in range(n):
+        s += i
+    return s
+print(numba.__version__, "compiles")
+raise SystemExit(total(10) != 45.0)
+""", "./setup.sh"),
+    "gmsh": ("""
+import gmsh
+gmsh.initialize(interruptible=False)
+gmsh.option.setNumber("General.Terminal", 0)
+gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+gmsh.model.occ.synchronize()
+gmsh.model.mesh.generate(3)
+nodes = len(gmsh.model.mesh.getNodes()[0])
+print(gmsh.__version__, f"makes a mesh of {nodes} nodes")
+raise SystemExit(nodes < 8)
+""", "sudo apt-get install libglu1-mesa libxcursor1 libxinerama1 libxft2, then ./setup.sh"),
+    "rendering": ("""
+import sys, numpy, pyvista
+plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
+plotter.add_mesh(pyvista.Sphere(), color="white")
+image = plotter.screenshot(sys.argv[1], return_img=True)
+print("pyvista", pyvista.__version__, f"renders without a display, {len(numpy.unique(image))} grey levels")
+raise SystemExit(len(numpy.unique(image)) < 8)
+""", "sudo apt-get install libgl1 libegl1, then ./setup.sh"),
+}
+
+RANKS_PROBE = """
+from mpi4py import MPI
+total = MPI.COMM_WORLD.allreduce(MPI.COMM_WORLD.rank + 1)
+if MPI.COMM_WORLD.rank == 0:
+    print(f"{MPI.COMM_WORLD.size} ranks, their sum is {total}")
+raise SystemExit(total != 3)
+"""
+
+
+def examine() -> Iterator[Finding]:
+    """Look at one thing after the other."""
+    found = versions()
+    well = sys.version_info >= (3, 11)
+    yield Finding("python", well, f"{found['python']} at {sys.executable}", "use Debian 12 or 13, whose python3 is 3.11 or newer")
+    missing = [name for name, version in found.items() if version == "not installed"]
+    yield Finding("packages", not missing, ", ".join(f"{name} {found[name]}" for name in found if name not in ("python", "system", "git")), "./setup.sh")
+    for subject, (code, remedy) in PROBES.items():
+        yield _probe(subject, code, remedy)
+    yield _ranks()
+
+
+def _probe(subject: str, code: str, remedy: str, before: tuple[str, ...] = ()) -> Finding:
+    with tempfile.TemporaryDirectory() as folder:
+        command = [*before, sys.executable, "-c", code, str(Path(folder) / "probe.png")]
+        try:
+            answer = subprocess.run(command, capture_output=True, text=True, timeout=PROBE_SECONDS, stdin=subprocess.DEVNULL)
+        except subprocess.TimeoutExpired:
+            return Finding(subject, False, f"no answer in {PROBE_SECONDS} s", remedy)
+    said = (answer.stdout.strip() or answer.stderr.strip()).splitlines()[-1:] or ["no output"]
+    if answer.returncode != 0:
+        said = answer.stderr.strip().splitlines()[-1:] or said
+        return Finding(subject, False, f"exit code {answer.returncode}: {said[0]}", remedy)
+    return Finding(subject, True, said[0])
+
+
+def _ranks() -> Finding:
+    try:
+        return _probe("mpi", RANKS_PROBE, "sudo apt-get install openmpi-bin python3-mpi4py", tuple(launcher.mpi_command(2)))
+    except FileNotFoundError as error:
+        return Finding("mpi", False, "no mpirun", str(error))

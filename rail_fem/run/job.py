@@ -1,0 +1,111 @@
+"""One run from a checked case to a saved result."""
+
+import contextlib
+import signal
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from rail_fem import ladder
+from rail_fem.run import launcher
+from rail_fem.case.casefile import Case
+from rail_fem.case.preflight import run_faults
+from rail_fem.output.progress import Progress, mark_failed
+from rail_fem.show.report import result_report
+from rail_fem.output.result import PassResult
+from rail_fem.show.figures import draw_run
+from rail_fem.output.runfolder import RunFolderError, fingerprint, prepare_folder
+
+
+class JobFault(RuntimeError):
+    """A run that cannot start; the message says what to do."""
+
+
+class RunFailed(RuntimeError):
+    """Carries a result's fault to the status file."""
+
+
+# What a run may meet: bad input found late, an unstable step, a full disk, too little memory. All else is a bug and keeps its traceback.
+EXPECTED = (ValueError, ArithmeticError, OSError, MemoryError)
+
+
+def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: bool, say: Callable[[str], None]) -> str:
+    """Run one model of a case and save its result in `folder`; returns why it failed, or "". Collective for parallel models.
+
+    Nothing is meshed or written before everything that can be known has been checked.
+    Errors: JobFault when the run cannot start.
+    """
+    settings = case.runs[model]
+    if ladder.smoke_requested():
+        settings = settings.smoke()
+        say("RAIL_FEM_SMOKE: a few coarse steps only; the result has no meaning")
+    ranks = launcher.rank_count()
+    if ranks > 1 and not ladder.LADDER[model].parallel:
+        raise JobFault(f"model {model} runs on one rank, {ranks} were started: leave mpirun out")
+    faults = launcher.on_root(lambda: run_faults(case.scene, settings, ranks, model))
+    if faults:
+        raise JobFault("\n  ".join([f"{case.path}: {len(faults)} fault(s)", *faults]))
+    mark = fingerprint(model, case.scene, settings)
+    try:
+        ladder.load(model)
+        goes_on = launcher.on_root(lambda: prepare_folder(folder, mark, restart, overwrite))
+        launcher.on_root(lambda: case.scene.keep_files(folder))
+    except (RunFolderError, ladder.ModelUnavailable, OSError) as error:
+        raise JobFault(str(error)) from error
+    if restart and not goes_on:
+        say(f"{folder} holds no run yet: starting afresh")
+    return _solve_and_save(case, model, settings, folder, goes_on, say)
+
+
+def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: bool, say: Callable[[str], None]) -> str:
+    try:
+        with _ending_on_request(), Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
+            result: PassResult = ladder.solve(model, case.scene, settings, folder=folder, restart=goes_on, progress=progress)
+            launcher.on_root(lambda: result.save(folder))
+            say(result_report(result))
+            launcher.on_root(lambda: _draw(folder, say))
+            if result.fault:
+                raise RunFailed(result.fault)
+    except Exception as fault:
+        _let_root_speak(folder, f"{type(fault).__name__}: {fault}")
+        if isinstance(fault, RunFailed):
+            return str(fault)
+        if not isinstance(fault, EXPECTED):
+            raise
+        return f"{fault} ({_keep_trace(folder)})"
+    return ""
+
+
+def _draw(folder: Path, say: Callable[[str], None]) -> None:
+    """Figures of the run. A figure that cannot be drawn is told of; the result is safe and `show` draws again."""
+    try:
+        draw_run(folder)
+    except Exception as fault:
+        say(f"no figures: {type(fault).__name__}: {fault} ({_keep_trace(folder)}); the result is saved, 'rail_fem show {folder}' draws again")
+
+
+def _let_root_speak(folder: Path, message: str) -> None:
+    """Mostly all ranks meet a fault and the root ends the job. A rank that outlives it met the fault alone, while the root waits for it in MPI."""
+    launcher.let_root_end_first()
+    if launcher.rank() != 0:
+        mark_failed(folder, f"rank {launcher.rank()}: {message}")
+
+
+@contextlib.contextmanager
+def _ending_on_request() -> Iterator[None]:
+    """A queue's SIGTERM ends a run as Ctrl-C does: with its status written."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _keep_trace(folder: Path) -> str:
+    """Where a fault came from is for the developer: into a file, not onto the terminal."""
+    path = folder / f"traceback.{launcher.rank()}.txt"
+    try:
+        path.write_text(traceback.format_exc(), encoding="utf-8")
+    except OSError as error:
+        return f"no traceback written: {error.strerror}"
+    return f"traceback in {path}"

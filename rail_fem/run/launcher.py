@@ -1,0 +1,103 @@
+"""Start on several ranks, and know whether this process was started so, without importing MPI when it was not.
+
+`python -m rail_fem.run.launcher 2` prints the mpirun call with the options that this machine needs.
+"""
+
+import functools
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+Answer = TypeVar("Answer")
+ROOT_SPEAKS_FIRST = 2.0  # seconds
+OF_MPI = ("OMPI_", "PMIX_", "PMI_", "PRTE_")
+LAUNCHER_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK")
+
+
+@functools.cache
+def _world():
+    """MPI's world communicator when a launcher started this process, else None."""
+    if not any(name in os.environ for name in LAUNCHER_VARIABLES):
+        return None
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD
+
+
+def rank() -> int:
+    """Number of this process, 0 without a launcher. Rank-local."""
+    world = _world()
+    return world.rank if world else 0
+
+
+def rank_count() -> int:
+    """How many processes were started together. Replicated."""
+    world = _world()
+    return world.size if world else 1
+
+
+def on_root(action: Callable[[], Answer]) -> Answer:
+    """Run `action` on rank 0 only; its answer, or its exception of whatever kind, reaches every rank: none waits for one that has gone. Collective."""
+    world = _world()
+    if world is None:
+        return action()
+    answer, fault = None, None
+    if world.rank == 0:
+        try:
+            answer = action()
+        except Exception as error:
+            fault = error
+    answer, sent = world.bcast((answer, _as_message(fault)))
+    if fault or sent:
+        raise fault or sent
+    return answer
+
+
+def _as_message(fault: Exception | None) -> Exception | None:
+    """The exception itself where it survives pickling, else a RuntimeError with its words."""
+    try:
+        return pickle.loads(pickle.dumps(fault))
+    except Exception:
+        return RuntimeError(f"{type(fault).__name__}: {fault}")
+
+
+def let_root_end_first() -> None:
+    """On other ranks, wait long enough for the root to say what happened and to end the job, which ends this rank too."""
+    if rank() != 0:
+        time.sleep(ROOT_SPEAKS_FIRST)
+
+
+def mpi_command(ranks: int) -> list[str]:
+    """The mpirun call for `ranks` processes on this machine, to be followed by the program.
+
+    Open MPI counts cores, not hardware threads, refuses root, binds ranks to cores that other jobs may use, and looks for a network
+    that ranks of one machine do not need; the options undo that.
+    Errors: FileNotFoundError without mpirun.
+    """
+    if shutil.which("mpirun") is None:
+        raise FileNotFoundError("mpirun not found: sudo apt-get install openmpi-bin")
+    command = ["mpirun", "-n", str(ranks)]
+    about = subprocess.run(["mpirun", "--version"], capture_output=True, text=True, timeout=60).stdout
+    if "Open MPI" in about or "open-mpi" in about:
+        command += ["--oversubscribe", "--bind-to", "none", "--mca", "btl", "^tcp"]
+        command += ["--allow-run-as-root"] if os.geteuid() == 0 else []
+    return command
+
+
+def rank_environment() -> dict[str, str]:
+    """Environment for mpirun: this one, one thread for each rank, without the variables of a surrounding MPI program.
+
+    A program that has initialised MPI hands such variables on to its children, also those that os.environ does not know; mpirun
+    would take itself for a rank of that program and end without a word.
+    """
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(OF_MPI)}
+    return kept | {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
+
+
+if __name__ == "__main__":
+    print(" ".join(mpi_command(int(sys.argv[1]))))

@@ -1,0 +1,233 @@
+"""The scene: which wheel passes which crossing, how fast, on what. Physics only, no numerics.
+
+Values are SI. Every field carries its unit, range and meaning once, in its `Quantity`.
+
+Files that a scene names are read once, when it is made: the scene carries what they held, and everything after works on that.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic.json_schema import SkipJsonSchema
+from pydantic_core import PydanticCustomError
+
+from geometry.axes import tread_datum_y
+from rail_fem.scene.steel import GRADES, Steel
+from rail_fem.scene.units import Quantity
+from rail_fem.scene.wheel_profile import KEPT, WHEEL_NAMES, MeasuredWheel, read_wheel, wheel_shape
+
+if TYPE_CHECKING:
+    from geometry.profiles.profile import Profile
+
+GRAVITY = 9.81
+
+
+class Frozen(BaseModel):
+    """Base of every typed section of a case: immutable, no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Crossing(Frozen):
+    """A cast crossing 1 in `ratio` of one family of design rules."""
+
+    family: Literal["UK-cast"] = Field("UK-cast", description="family of design rules")
+    ratio: Annotated[float, Quantity("", 6, 32, "crossing ratio N of 1:N")] = 10.75
+
+
+class Wheel(Frozen):
+    """One wheel: a profile that geometry knows by name, or the path of a profile file beside the case file.
+
+    digest : of what the profile file held; a run writes it, and a scene that states it takes no other content. measured : what was read.
+    """
+
+    profile: str = Field(description="name of a wheel profile, or the path of a profile file")
+    far_tread_slope: Annotated[float, Quantity("%", 5, 15, "slope of the far tread of the P8 family")] = 0.067
+    radius: Annotated[float, Quantity("mm", 250, 700, "rolling radius at the tread datum")] = 0.425
+    label: str = Field("", description="free text that tables and plots show")
+    measured: SkipJsonSchema[Any] = Field(None, exclude=True, repr=False, validate_default=True)
+    digest: str = Field("", validate_default=True, description="digest of the profile file's content")
+
+    @field_validator("profile")
+    @classmethod
+    def _profile_is_there(cls, profile: str, info: ValidationInfo) -> str:
+        context = info.context or {}
+        if profile in WHEEL_NAMES:
+            return profile
+        if not Path(profile).suffix:
+            raise PydanticCustomError("choice", "unknown", {"choices": WHEEL_NAMES})
+        path = Path(context["run_folder"]) / KEPT if "run_folder" in context else Path(context.get("folder", ".")) / profile
+        if not path.exists():
+            remedy = f"give a path relative to the case file, one of {', '.join(WHEEL_NAMES)}, or the {KEPT} of a run that has used it"
+            raise _fault("absent_file", f'no file "{path.name}" in {path.parent}: {remedy}')
+        return str(path)
+
+    @field_validator("measured", mode="plain")
+    @classmethod
+    def _read_once(cls, measured: Any, info: ValidationInfo) -> MeasuredWheel | None:
+        if measured is not None:
+            raise _fault("not_a_key", "unknown key")
+        profile = info.data.get("profile", WHEEL_NAMES[0])
+        if profile in WHEEL_NAMES:
+            return None
+        try:
+            return read_wheel(Path(profile))
+        except (OSError, ValueError) as error:
+            raise _fault("profile_file", str(error), key="profile") from error
+
+    @field_validator("digest")
+    @classmethod
+    def _is_what_was_read(cls, digest: str, info: ValidationInfo) -> str:
+        measured = info.data.get("measured")
+        found = measured.digest if measured else ""
+        if digest and measured and digest != found:
+            raise _fault("changed_file", f"{measured.source} has other content ({found[:12]}) than is stated ({digest[:12]})")
+        return found
+
+    @property
+    def name(self) -> str:
+        """What tables and plots call the wheel."""
+        return self.label or (self.profile if self.measured is None else self.measured.profile.label)
+
+    @property
+    def shape(self) -> "Profile":
+        """The profile's line (geometry.profiles.profile.Profile)."""
+        if self.profile in WHEEL_NAMES:
+            return wheel_shape(self.profile, self.far_tread_slope)
+        if self.measured is None or self.measured.source != self.profile:
+            raise ValueError(f"{self.profile} was not read when this wheel was made: make a new Wheel of it")
+        return self.measured.profile
+
+
+def _fault(kind: str, text: str, **about: str) -> PydanticCustomError:
+    """key : which field the fault is of, where another one met it"""
+    return PydanticCustomError(kind, "{fault}", {"fault": text, **about})
+
+
+class Vehicle(Frozen):
+    """Masses of the whole vehicle and of one wheelset, as tables give them, and the primary suspension of one wheel."""
+
+    vehicle_sprung_mass: Annotated[float, Quantity("t", 1, 300, "sprung mass of the whole vehicle")]
+    wheelset_unsprung_mass: Annotated[float, Quantity("t", 0.1, 6, "unsprung mass of one wheelset")]
+    wheel_count: int = Field(8, ge=2, le=64, multiple_of=2, description="number of wheels that carry the vehicle")
+    primary_stiffness: Annotated[float, Quantity("MN/m", 0.01, 50, "primary suspension stiffness per wheel")] = 1.2e6
+    primary_damping: Annotated[float, Quantity("kN s/m", 0, 1000, "primary suspension damping per wheel")] = 10.0e3
+
+    @property
+    def wheel_sprung_mass(self) -> float:
+        """Sprung mass on one wheel [kg]: an eighth of a vehicle on eight wheels."""
+        return self.vehicle_sprung_mass / self.wheel_count
+
+    @property
+    def wheel_unsprung_mass(self) -> float:
+        """Unsprung mass of one wheel [kg]: half a wheelset."""
+        return self.wheelset_unsprung_mass / 2
+
+
+class Foundation(Frozen):
+    """Spring, damper and added mass under the crossing, one rail. Damping: GM/TT0088; mass: the P2 formula's lumped track mass."""
+
+    stiffness: Annotated[float, Quantity("kN/mm", 1, 5000, "foundation stiffness of one rail")]
+    damping: Annotated[float, Quantity("kN s/m", 0, 5000, "foundation damping of one rail")] = 55.4e3
+    track_mass: Annotated[float, Quantity("kg", 0, 10000, "lumped track mass of one rail")] = 750.0
+
+
+class Material(Frozen):
+    """A steel by its grade; `strength` scales the yield curve, the other fields replace the grade's values."""
+
+    grade: str = Field(description=f"steel grade: {', '.join(GRADES)}")
+    strength: Annotated[float, Quantity("%", 20, 1000, "factor on the stresses of the yield curve")] = 1.0
+    youngs_modulus: Annotated[float, Quantity("GPa", 1, 1000, "Young's modulus")] | None = None
+    poisson: Annotated[float, Quantity("", 0, 0.4999, "Poisson's ratio")] | None = None
+    density: Annotated[float, Quantity("kg/m^3", 100, 30000, "density")] | None = None
+    hardening_strain: tuple[Annotated[float, Quantity("", 0, 10, "plastic strain of a curve point")], ...] | None = None
+    hardening_stress: tuple[Annotated[float, Quantity("MPa", 1, 20000, "true yield stress of a curve point")], ...] | None = None
+    hardening: Literal["isotropic", "kinematic"] | None = Field(None, description="how the curve is meant: the yield surface grows, or moves")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _grade_alone(cls, value: Any) -> Any:
+        return {"grade": value} if isinstance(value, str) else value
+
+    @field_validator("grade")
+    @classmethod
+    def _known_grade(cls, grade: str) -> str:
+        if grade not in GRADES:
+            raise PydanticCustomError("choice", "unknown", {"choices": (*GRADES,)})
+        return grade
+
+    @model_validator(mode="after")
+    def _is_a_steel(self) -> "Material":
+        try:
+            steel = self.steel()
+        except ValueError as error:
+            raise PydanticCustomError("steel", "{fault}", {"fault": str(error)}) from error
+        if steel.is_elastic and self.strength != 1.0:
+            raise PydanticCustomError("steel", "{fault}", {"fault": f"{self.grade} is elastic, strength has nothing to scale: leave it out, or give a hardening curve"})
+        return self
+
+    def steel(self) -> Steel:
+        """The steel that this material names."""
+        grade = GRADES[self.grade]
+        pick = lambda name: getattr(grade, name) if getattr(self, name) is None else getattr(self, name)
+        names = ("youngs_modulus", "poisson", "density", "hardening_strain", "hardening_stress", "hardening")
+        return Steel(*(pick(name) for name in names)).scaled(self.strength)
+
+
+class Materials(Frozen):
+    """The steel of each region; the legs belong to the wing."""
+
+    wing: Material = Field(Material(grade="Mn13"), description="steel of the wing rails and legs")
+    nose: Material = Field(Material(grade="Mn13"), description="steel of the crossing nose")
+    wheel: Material = Field(Material(grade="R8T"), description="steel of the wheel")
+
+
+class Scene(Frozen):
+    """Everything that is there when the wheel passes."""
+
+    crossing: Crossing = Field(Crossing(), description="the crossing")
+    wheel: Wheel = Field(description="the wheel")
+    vehicle: Vehicle = Field(description="the vehicle on the wheel")
+    foundation: Foundation = Field(description="what the crossing stands on")
+    materials: Materials = Field(Materials(), description="the steels")
+    speed: Annotated[float, Quantity("mph", 0.5, 350, "running speed v")]
+    direction: Literal["facing", "trailing"] = Field(description="facing runs from the legs towards the nose")
+    friction: Annotated[float, Quantity("", 0, 10, "coefficient of friction between wheel and crossing")] = 0.3
+    gauge: Annotated[float, Quantity("mm", 500, 2000, "track gauge")] = 1.435
+    back_to_back: Annotated[float, Quantity("mm", 400, 1950, "distance between the wheels' flange backs")] = 1.360
+
+    @model_validator(mode="after")
+    def _wheelset_fits_the_gauge(self) -> "Scene":
+        clearance = self.gauge - self.back_to_back
+        if not 0.02 < clearance < 0.2:
+            raise PydanticCustomError("geometry", "{fault}", {"fault": f"gauge {self.gauge * 1e3:g} mm less back_to_back {self.back_to_back * 1e3:g} mm is {clearance * 1e3:g} mm, must lie between 20 and 200 mm"})
+        return self
+
+    def plain(self) -> dict[str, Any]:
+        """All that a model sees, as plain values [SI]: a profile file by its content, not by its name or place."""
+        plain = self.model_dump(mode="json")
+        digest = plain["wheel"].pop("digest")
+        if digest:
+            plain["wheel"]["profile"] = f"file of content {digest}"
+        return plain
+
+    def keep_files(self, folder: Path) -> None:
+        """Write what was read from files into a run's folder, so that the run can be gone on with and repeated. Errors: OSError."""
+        if self.wheel.measured is not None:
+            self.wheel.measured.keep(folder)
+
+    @property
+    def static_wheel_load(self) -> float:
+        """Force of one wheel on the rail at rest [N]: (sprung mass / wheels + half a wheelset) g."""
+        return (self.vehicle.wheel_sprung_mass + self.vehicle.wheel_unsprung_mass) * GRAVITY
+
+    @property
+    def direction_sign(self) -> float:
+        """+1 when the wheel runs towards +x (facing), -1 when it runs towards -x (trailing)."""
+        return 1.0 if self.direction == "facing" else -1.0
+
+    @property
+    def wheel_datum_y(self) -> float:
+        """Lateral position [m] of the wheel's tread datum for a centred wheelset."""
+        return tread_datum_y(self.gauge, self.back_to_back)

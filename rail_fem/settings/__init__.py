@@ -1,0 +1,1 @@
+"""Numerical settings of the models."""

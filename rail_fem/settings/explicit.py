@@ -1,0 +1,52 @@
+"""Numerics of each model, apart from the physics: one typed class a rung, read from [run.<model>] of a case file."""
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from rail_fem.scene.scene import Frozen
+from rail_fem.scene.units import Quantity
+
+SMOKE_ELEMENT_SIZE = 6e-3
+SMOKE_STEPS = 50
+
+
+class FeSettings(Frozen):
+    """Explicit FE of the pass. To add a setting, add a field: unit, range, meaning, default."""
+
+    free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps")  # may differ from the run that is gone on with
+
+    element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 2.0e-3
+    start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = 0.200
+    end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the end")] = 0.560
+    courant: Annotated[float, Quantity("", 0.05, 1.0, "time step over the critical step")] = 0.9
+    penalty: Annotated[float, Quantity("", 1e-3, 1e3, "factor on the contact penalty stiffness (10 times an element layer's)")] = 1.0
+    hourglass: Annotated[float, Quantity("", 0, 1, "hourglass stiffness over 3.5 shear moduli")] = 0.01
+    settle_time: Annotated[float, Quantity("ms", 0, 1000, "settling phase before the pass")] = 1.2e-3
+    suspension: bool = Field(True, description="sprung mass and primary suspension")
+    foundation: bool = Field(True, description="foundation spring and damper; off: fixed base")
+    track_mass: bool = Field(True, description="added mass of the track under the crossing")
+    history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
+    field_frames: int = Field(10, ge=1, le=10000, description="number of field outputs over the pass")
+    checkpoint_interval: Annotated[float, Quantity("s", 1, 1e6, "wall time between restart files")] = 60.0
+    max_steps: int | None = Field(None, ge=1, description="stop after this many steps; none: the whole pass")
+
+    @model_validator(mode="after")
+    def _has_a_length(self) -> "FeSettings":
+        if abs(self.end - self.start) < 4 * self.element_size:
+            raise PydanticCustomError("window", "{fault}", {"fault": f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than 4 elements of {self.element_size * 1e3:g} mm apart"})
+        return self
+
+    def smoke(self) -> "FeSettings":
+        """The same path through the program in a few coarse steps (RAIL_FEM_SMOKE=1)."""
+        return self.model_copy(update={"element_size": max(self.element_size, SMOKE_ELEMENT_SIZE),
+                                       "max_steps": min(self.max_steps or SMOKE_STEPS, SMOKE_STEPS), "field_frames": 1})
+
+
+class FeWindowSettings(FeSettings):
+    """Explicit FE of a part of the pass that begins in the middle of it, in the state that rigid_hertz has found."""
+
+    start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start of the window")] = 0.280
+    end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at its end")] = 0.470
+    approach_start: Annotated[float, Quantity("mm", -9000, 3000, "where rigid_hertz begins its approach, at rest; none: before the whole crossing")] | None = None

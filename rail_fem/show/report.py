@@ -1,0 +1,121 @@
+"""What the terminal shows: a case before it runs, a result after it, a folder in between."""
+
+from pathlib import Path
+
+import numpy as np
+from pydantic import BaseModel
+
+from rail_fem.case.casefaults import meaning, quantity_of
+from rail_fem.case.casefile import Case
+from rail_fem.case.warnings import fe_doubts, scene_doubts, static_patch
+from rail_fem.case.estimate import available_memory, estimate_run
+from rail_fem.case.preflight import run_faults
+from rail_fem.output.history import COLUMNS
+from rail_fem.light.rigid import placement_doubts, window_path
+from rail_fem.output.progress import duration, read_status
+from rail_fem.output.result import PassResult, load
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.explicit import FeSettings
+from rail_fem.scene.units import show
+
+
+def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
+    """The scene and numerics in engineers' units, derived numbers, cost and doubts; and the faults that forbid the run."""
+    scene, settings = case.scene, case.runs[model]
+    faults = run_faults(scene, settings, ranks, model)
+    doubts = scene_doubts(scene)
+    lines = [case.title, "", "scene", *_section(scene), *_measured(scene), "", "derived", *_derived(scene)]
+    explicit = isinstance(settings, FeSettings)
+    if not faults and explicit:
+        lines += _rigid(scene, settings)
+        doubts += fe_doubts(scene, settings) + placement_doubts(scene, settings)
+    lines += ["", f"run.{model}", *_section(settings)]
+    if explicit:
+        lines += ["", f"cost on {ranks} rank(s), to a factor of about two", *_cost(scene, settings, ranks)]
+    else:
+        lines += ["", "cost", _row("wall time", "some seconds", "most of it for the search of the surfaces")]
+    return "\n".join([*lines, "", f"{len(doubts)} warning(s)", *(f"  {doubt}" for doubt in doubts)]), faults
+
+
+def _row(name: str, value: str, text: str = "") -> str:
+    return f"  {name:<34}{value:<18}{text}".rstrip()
+
+
+def _section(section: BaseModel, prefix: str = "") -> list[str]:
+    lines = []
+    for name, entry in type(section).model_fields.items():
+        value = getattr(section, name)
+        if isinstance(value, BaseModel):
+            lines += _section(value, f"{prefix}{name}.")
+        elif value is not None and value != "" and not entry.exclude:
+            lines.append(_row(prefix + name, _shown(value, quantity_of(entry)), meaning(entry)))
+    return lines
+
+
+def _shown(value, quantity) -> str:
+    if quantity is None:
+        return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
+    return ", ".join(quantity.show(entry) for entry in value) if isinstance(value, tuple) else quantity.show(value)
+
+
+def _measured(scene: Scene) -> list[str]:
+    """What the profile doctor found in a profile file."""
+    measured = scene.wheel.measured
+    return [] if measured is None else ["", "wheel profile as read", *(_row(weight, text) for weight, text in measured.findings)]
+
+
+def _derived(scene: Scene) -> list[str]:
+    patch = static_patch(scene)
+    return [_row("static wheel load", show(scene.static_wheel_load, "kN", 5), "(sprung mass / wheels + half a wheelset) g"),
+            _row("sprung mass per wheel", show(scene.vehicle.wheel_sprung_mass, "kg")),
+            _row("unsprung mass per wheel", show(scene.vehicle.wheel_unsprung_mass, "kg")),
+            _row("tread datum y", show(scene.wheel_datum_y, "mm", 4), "wheelset centred in the gauge"),
+            _row("static patch (Hertz)", f"{2e3 * patch.semi_x:.1f} x {2e3 * patch.semi_y:.1f} mm", f"on the planar top, {show(patch.max_pressure, 'MPa', 4)} elastic")]
+
+
+def _rigid(scene: Scene, settings) -> list[str]:
+    path = window_path(scene, settings)
+    places = ", ".join(show(x, "mm", 4) for x in path.transfers) or "nowhere in the window"
+    steepest = np.abs(path.slope).argmax()
+    return [_row("rigid wheel changes body at", places, "wing and nose carry at once there"),
+            _row("steepest rigid wheel path", f"{path.slope[steepest] * 1e3:.3g} mrad", f"at x = {show(path.x[steepest], 'mm', 4)}")]
+
+
+def _cost(scene: Scene, settings, ranks: int) -> list[str]:
+    estimate = estimate_run(scene, settings, ranks)
+    return [_row("cells", f"{estimate.cells:.2g}"), _row("steps", f"{estimate.steps:.2g}", f"of {estimate.step * 1e9:.0f} ns"),
+            _row("memory", f"{estimate.memory / 1e9:.2g} GB", f"{available_memory() / 1e9:.3g} GB are free"),
+            _row("wall time", duration(estimate.wall_time))]
+
+
+def result_report(result: PassResult) -> str:
+    """What a run found, in engineers' units."""
+    shown = COLUMNS["x"].unit
+    lines = [f"{result.model}: " + (f"FAILED: {result.fault}" if result.fault else "finished"), "", "peaks"]
+    for name, peak in result.peaks.items():
+        lines.append(_row(name, _engineering(peak.value, peak.unit), f"at x = {show(peak.x, shown, 5)}, y = {show(peak.y, shown, 4)}"))
+    lines += ["", _row("transfer from wing to nose", "none" if np.isnan(result.transfer_x) else f"x = {show(result.transfer_x, shown, 5)}"), "", "error estimate"]
+    lines += [_row(name, "not known" if np.isnan(error) else f"{100 * error:.2g} %") for name, error in result.error_estimate.items()] or ["  none claimed"]
+    cost = result.cost
+    lines += ["", "cost", _row("wall time", duration(cost.wall_time), f"{cost.ranks} rank(s)"), _row("elements, steps", f"{cost.elements}, {cost.steps}"),
+              _row("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s")]
+    return "\n".join([*lines, "", f"{len(result.warnings)} warning(s)", *(f"  {warning}" for warning in result.warnings)])
+
+
+def _engineering(value: float, unit: str) -> str:
+    scale = {"N": ("kN", 1e-3), "Pa": ("MPa", 1e-6), "m": ("mm", 1e3), "m^2": ("mm^2", 1e6), "1": ("%", 100.0)}
+    shown, factor = scale.get(unit, (unit, 1.0))
+    return f"{value * factor:.5g} {shown}"
+
+
+def folder_report(folder: Path) -> str:
+    """The result in a folder, or else how far its run is. Errors: FileNotFoundError when it holds neither."""
+    folder = Path(folder)
+    if (folder / "result.json").is_file():
+        figures = sorted(path for path in (folder / "figures").glob("*.png")) if (folder / "figures").is_dir() else []
+        return "\n".join([result_report(load(folder)), *(["", "figures", *(f"  {path}" for path in figures)] if figures else [])])
+    if not (folder / "status.json").is_file():
+        raise FileNotFoundError(f"{folder}: holds neither a result nor a run; give the folder that run --out named")
+    status = read_status(folder)
+    eta = "unknown" if status["eta"] is None else duration(status["eta"])
+    return f"{folder}: {status['state']}, {status['percent']:.1f} %, step {status['step']}, eta {eta}, written {status['updated']}\n{status['message']}".rstrip()

@@ -1,0 +1,1 @@
+"""Static finite elements, plane and solid: independent judges of the boundary elements."""

@@ -1,0 +1,42 @@
+"""Linear elastic stiffness of hexahedra by dolfinx, as a sparse matrix in the order of the mesh's own nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc
+from mpi4py import MPI
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from bem.material import Elastic
+from geometry.meshing.hexmesh import HexMesh, MeshError
+from rail_fem.fe.compat import create_hexahedral_mesh, lagrange_vectors
+from rail_fem.fe.domain import VTK_TO_DOLFINX
+
+
+def stiffness(mesh: HexMesh, material: Elastic) -> sparse.csr_matrix:
+    """Stiffness (3n, 3n) [N/m] of trilinear hexahedra, 2 x 2 x 2 Gauss points; x, y, z of node 0, then of node 1, and so on.
+
+    Error: second order in stress-free shapes' displacement; exact for constant strain (tests/versus/test_solid_contact.py).
+    """
+    cells = mesh.cells[:, VTK_TO_DOLFINX].astype(np.int64)
+    solid = create_hexahedral_mesh(MPI.COMM_SELF, cells, np.ascontiguousarray(mesh.points), np.zeros(len(cells), np.int32))
+    space = lagrange_vectors(solid, 1)
+    away, dof_of = cKDTree(space.tabulate_dof_coordinates()).query(mesh.points)
+    if len(np.unique(dof_of)) < len(mesh.points):
+        raise MeshError(f"nodes of the mesh coincide (nearest {away.max():.3g} m): merge them first")
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    shear = material.young / (2 * (1 + material.poisson))
+    lame = 2 * shear * material.poisson / (1 - 2 * material.poisson)
+    shear, lame = (fem.Constant(solid, float(value)) for value in (shear, lame))
+    strain = ufl.sym(ufl.grad(u))
+    stress = 2 * shear * strain + lame * ufl.tr(strain) * ufl.Identity(3)
+    matrix = petsc.assemble_matrix(fem.form(ufl.inner(stress, ufl.grad(v)) * ufl.dx(metadata={"quadrature_degree": 2})))
+    matrix.assemble()
+    start, column, value = matrix.getValuesCSR()
+    order = (3 * dof_of[:, None] + [0, 1, 2]).ravel()
+    return sparse.csr_matrix((value, column, start), shape=matrix.getSize())[order][:, order]
+
+
