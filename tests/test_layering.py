@@ -1,6 +1,7 @@
-"""Who may import whom: geometry and bem are light, rail_fem is the application, rail_fem/fe alone needs dolfinx and MPI."""
+"""Who may import whom: geometry and bem are light, rail_fem is the application, only rail_fem/fe, static_fe and what stands on them need dolfinx and MPI."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -32,9 +33,11 @@ def imports(path: Path, only_top: bool = False) -> set[str]:
 
 
 def is_heavy(path: Path) -> bool:
-    """The part that may need dolfinx: rail_fem/fe and the rungs built on it."""
-    place = path.relative_to(ROOT).parts
-    return place[:2] == ("rail_fem", "fe") or (place[:2] == ("rail_fem", "models") and place[-1].startswith("fe_"))
+    """The part that may need dolfinx: explicit and static finite elements, the models built on them, and the studies of both."""
+    room, *rest = path.relative_to(ROOT / "rail_fem").parts if path.is_relative_to(ROOT / "rail_fem") else (path.parent.name,)
+    if room == "studies":
+        return bool(re.search(r"rail_fem\.(fe|static_fe)\b|import dolfinx", path.read_text(encoding="utf-8")))
+    return room in ("fe", "static_fe") or (room == "models" and rest[-1].startswith("fe_"))
 
 
 LIGHT = [path for package in ("geometry", "bem", "rail_fem") for path in modules(package) if not is_heavy(path)]
