@@ -36,7 +36,7 @@ def is_heavy(path: Path) -> bool:
     """The part that may need dolfinx: explicit and static finite elements, the models built on them, and the studies of both."""
     room, *rest = path.relative_to(ROOT / "rail_fem").parts if path.is_relative_to(ROOT / "rail_fem") else (path.parent.name,)
     if room == "studies":
-        return bool(re.search(r"rail_fem\.(fe|static_fe)\b|import dolfinx", path.read_text(encoding="utf-8")))
+        return bool(re.search(r"rail_fem\.(fe|static_fe)\b|^(from|import) (dolfinx|mpi4py|petsc4py|ufl)", path.read_text(encoding="utf-8"), re.MULTILINE))
     return room in ("fe", "static_fe") or (room == "models" and rest[-1].startswith("fe_"))
 
 
