@@ -18,7 +18,7 @@ from geometry.meshing.section.quads import FLAT_CORNER, mesh_section
 from geometry.meshing.sweep.sweep import sweep
 
 SAMPLES = 25  # sections at which the mesh of one is judged before it is carried to all
-REFERENCES = (0.5, 0.15, 0.85, 0.0, 0.3, 0.7, 1.0)  # places in the fine range, one of which is meshed
+REFERENCES = (0.15, 0.5, 0.85, 0.0, 0.3, 0.7, 1.0)  # places in the design, one of which is meshed: early, as a nose changes most by its tip
 Band = tuple[float, float] | Callable[[float], tuple[float, float]]
 
 
@@ -29,6 +29,9 @@ class BodyMeshSpec:
     x_range : part of the crossing modelled;  fine_x : where the slabs have the fine length, inside x_range
     band : lateral range (y0, y1) where the wheel runs, constant or a function of x; fine there over fine_x
     fine_depth : depth of the fine block;  coarse : largest element size away from it
+    anchor : a place on the body from which its slabs are counted, so that the mesh under the wheel does not hang on where x_range ends:
+    slabs are then exactly element_size long and fine_x grows by up to three of them at each end; None: they divide fine_x evenly
+    design_x : the sections that decide the block's columns and which section is meshed, around fine_x; None: those of fine_x
     """
 
     x_range: tuple[float, float]
@@ -36,6 +39,8 @@ class BodyMeshSpec:
     band: Band
     fine_depth: float = 0.008
     coarse: float = 0.008
+    anchor: float | None = None
+    design_x: tuple[float, float] | None = None
 
     def band_at(self, x: float) -> tuple[float, float]:
         """Band at x."""
@@ -73,29 +78,79 @@ def mesh_crossing(crossing, spec: CrossingMeshSpec) -> HexMesh:
 
 def _mesh_body(name, body, section_at, spec):
     check_body(name, body, spec)
-    x = body_stations(body, spec)
-    curves = [_curve(section_at, station, spec.base, name) for station in x]
+    stations = body_stations(body, spec)
+    curves = [[_curve(section_at, x, spec.base, name) for x in part] for part in (stations.before, stations.design, stations.after)]
 
     def make(sizes):
-        return _loft(name, body, x, curves, sizes)
+        return _loft(name, body, stations, curves, sizes)
 
     return try_sizes(make, spec.element_size, body.fine_depth, body.coarse, spec.growth)
 
 
-def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> np.ndarray:
-    """Places x of the planes between slabs [m]: three slabs to a group, fine over fine_x, longer outside."""
-    return graded_line(*body.x_range, body.fine_x, spec.element_size, spec.growth, body.coarse / 3, multiple=3)
+@dataclass(frozen=True)
+class Stations:
+    """Places x of the planes between slabs [m], three slabs to a group.
+
+    design : (n,) fine slabs of the stretch that decides the mesh;  first, last : those of them between which the body is modelled
+    before, after : of the longer slabs on both sides of that
+    """
+
+    before: np.ndarray
+    design: np.ndarray
+    first: int
+    last: int
+    after: np.ndarray
 
 
-def _loft(name, body, x, curves, sizes):
-    fine = np.flatnonzero((x > body.fine_x[0] - 1e-9) & (x < body.fine_x[1] + 1e-9))
-    columns = _columns(name, body, x, curves, fine, sizes)
-    reference, section = _reference_section(curves, columns, fine, sizes)
-    flat = carry_section(section, curves, columns, reference, ring_width(sizes))
+def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> Stations:
+    """Fine over fine_x, longer outside; see BodyMeshSpec.anchor."""
+    low, high = body.fine_x
+    if body.anchor is None:
+        line = graded_line(*body.x_range, body.fine_x, spec.element_size, spec.growth, body.coarse / 3, multiple=3)
+        first, last = np.searchsorted(line, [low - 1e-9, high - 1e-9])
+        return Stations(line[:first], line[first : last + 1], 0, last - first, line[last + 1 :])
+    group = 3 * spec.element_size
+    wide = body.design_x or body.fine_x
+    ends = [round_away((x - body.anchor) / group) for x, round_away in ((min(wide[0], low), _floor), (low, _floor), (high, _ceil), (max(wide[1], high), _ceil))]
+    design = body.anchor + spec.element_size * np.arange(3 * ends[0], 3 * ends[3] + 1)
+    first, last = 3 * (ends[1] - ends[0]), 3 * (ends[2] - ends[0])
+    fine = (design[first], design[last])
+    line = graded_line(min(body.x_range[0], fine[0]), max(body.x_range[1], fine[1]), fine, spec.element_size, spec.growth, body.coarse / 3, multiple=3)
+    return Stations(line[line < fine[0] - 1e-9], design, first, last, line[line > fine[1] + 1e-9])
+
+
+def _floor(groups: float) -> int:
+    return int(np.floor(groups + 1e-6))
+
+
+def _ceil(groups: float) -> int:
+    return int(np.ceil(groups - 1e-6))
+
+
+def _loft(name, body, stations, curves, sizes):
+    before, design, after = curves
+    columns = _columns(name, body, stations.design, design, sizes)
+    reference, section = _reference_section(design, columns, sizes)
+    first, last = stations.first, stations.last
+    low, high = min(first, reference), max(last, reference)
+    sides = [[_same_features(design[end], columns[end], curve) for curve in part] for end, part in ((first, before), (last, after))]
+    carried = [*before, *design[low : high + 1], *after]
+    chain = _chain(len(before), len(after), first - low, reference - low, last - low, high - low + 1)
+    flat = carry_section(section, carried, np.array([*sides[0], *columns[low : high + 1], *sides[1]]), feature_lengths(design), chain, ring_width(sizes))
+    n = len(before)
+    flat = np.concatenate([flat[:n], flat[n + first - low : n + last - low + 1], flat[n + high - low + 1 :]])
+    x = np.concatenate([stations.before, stations.design[first : last + 1], stations.after])
     positions = np.concatenate([np.broadcast_to(x[:, None, None], flat.shape[:2] + (1,)), flat], axis=2)
     mesh = sweep(section, positions, name)
     check_shapes(mesh, "the section changes too much along x_range; shorten it, move the band off a corner, or change the element size")
     return mesh
+
+
+def _chain(before, after, first, reference, last, count):
+    """Which station each follows, of `before`, `count` and `after` ones in a row: from the reference outwards, the outer ones from first and last."""
+    middle = [i + (i < reference) - (i > reference) for i in range(count)]
+    return [*range(1, before), *([before + first] if before else []), *(before + i for i in middle),
+            *([before + last] if after else []), *range(before + count, before + count + after - 1)]
 
 
 def check_body(name: str, body: BodyMeshSpec, spec: CrossingMeshSpec) -> None:
@@ -126,26 +181,23 @@ def _curve(section_at, x, base, name):
     return cut_at_base(points, base, f"{name} at x = {x * 1e3:.1f} mm")
 
 
-def _columns(name, body, x, curves, fine, sizes):
-    """Arc lengths of the fine block's columns at every station: (stations, columns)."""
+def _columns(name, body, x, curves, sizes):
+    """Arc lengths of the fine block's columns at the stations of the design: (stations, columns)."""
     what = f"the {name}'s band"
-    arcs = [curves[i].band_arcs(body.band_at(x[i]), f"{what} at x = {x[i] * 1e3:.1f} mm") for i in fine]
-    top = [curves[i].band_arcs((-np.inf, np.inf), what) for i in fine]
-    band, top = (np.array([curves[i].at(ends)[:, 0] for i, ends in zip(fine, part)]) for part in (arcs, top))
-    arcs = [curves[i].band_arcs(tuple(ends), what) for i, ends in zip(fine, steady_band(x[fine], band, top))]
-    widths = np.array([lateral_length(curves[i], np.linspace(*ends, 200))[-1] for i, ends in zip(fine, arcs)])
+    arcs = [curve.band_arcs(body.band_at(at), f"{what} at x = {at * 1e3:.1f} mm") for curve, at in zip(curves, x)]
+    top = [curve.band_arcs((-np.inf, np.inf), what) for curve in curves]
+    band, top = (np.array([curve.at(ends)[:, 0] for curve, ends in zip(curves, part)]) for part in (arcs, top))
+    arcs = [curve.band_arcs(tuple(ends), what) for curve, ends in zip(curves, steady_band(x, band, top))]
+    widths = np.array([lateral_length(curve, np.linspace(*ends, 200))[-1] for curve, ends in zip(curves, arcs)])
     count = column_count(widths, sizes.fine, 2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, what)
-    columns = np.array([lateral_columns(curves[i], *ends, count) for i, ends in zip(fine, arcs)])
-    before, after = ([_same_features(curves[end], column, curve) for curve in part]
-                     for end, column, part in ((fine[0], columns[0], curves[:fine[0]]), (fine[-1], columns[-1], curves[fine[-1] + 1:])))
-    return np.array([*before, *columns, *after])
+    return np.array([lateral_columns(curve, *ends, count) for curve, ends in zip(curves, arcs)])
 
 
-def _reference_section(curves, columns, fine, sizes):
-    """The station that is meshed and its mesh: the middle of the fine range, or another one if corners would be flat elsewhere."""
+def _reference_section(curves, columns, sizes):
+    """The station that is meshed and its mesh: the middle of the design, or another one if corners would be flat elsewhere."""
     found, faults = [], []
     for share in REFERENCES:
-        station = fine[int(share * (len(fine) - 1))]
+        station = int(share * (len(curves) - 1))
         try:
             section = mesh_section(curves[station], [columns[station]], sizes, _elsewhere(curves, columns, station, sizes))
         except MeshError as fault:

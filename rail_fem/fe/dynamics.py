@@ -148,7 +148,7 @@ class Dynamics:
     def stable_step(self, courant: float = 0.9) -> float:
         """courant times the stable step of the bodies as they are now, few digits [s]; sets the wheel's damping to match. Collective."""
         s = self.structure
-        frequency = largest_frequency(s, self.moving)
+        frequency = 1 / round_down(1 / largest_frequency(s, self.moving), 4)
         s.damping = 2 * WHEEL_DAMPING / frequency
         ratio = max(s.settings.linear_viscosity, WHEEL_DAMPING if s.small.n_cells else 0.0)
         return round_down(courant * damped_limit(frequency, ratio))

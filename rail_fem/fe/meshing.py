@@ -30,7 +30,7 @@ def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[Hex
     crossing, path = CastCrossing(scene.crossing.ratio), running.path
     low, high = sorted((running.start, running.end))
     rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings.element_size))
-    spec = WheelMeshSpec(settings.element_size, bands=wheel_bands(path, running.datum_y, low, high), fine_half_length=PATCH_REACH + 4e-3)
+    spec = WheelMeshSpec(settings.element_size, bands=wheel_bands(path, running.datum_y), fine_half_length=PATCH_REACH + 4e-3)
     wheel = mesh_wheel(scene.wheel.shape, scene.wheel.radius, spec)
     height = datum_height(running, scene)
     mesh, gap = place_wheel(rail, wheel, running.start, running.datum_y, height)
@@ -49,18 +49,20 @@ def datum_height(running: Running, scene: Scene) -> float:
 def crossing_spec(crossing: CastCrossing, path: WheelPath, low: float, high: float, size: float) -> CrossingMeshSpec:
     """Fine where the rigid wheel comes near: the cheaper model says where the fine mesh must lie.
 
-    low, high : the wheel's way [m];  size : of an element [m]
+    path : over the stretch that decides the mesh (rail_fem.light.rigid.anchored_path);  low, high : the wheel's way [m];  size : of an element [m]
+    Slabs are counted from x = 0 on the wing and from the tip on the nose.
     """
-    inside = (path.x >= low) & (path.x <= high)
     bodies = {}
-    for name, gap, point in (("wing", path.wing_gap, path.wing_point), ("nose", path.nose_gap, path.nose_point)):
-        close = path.x[inside & (gap < NEAR)]
+    for name, gap, point, anchor in (("wing", path.wing_gap, path.wing_point, 0.0), ("nose", path.nose_gap, path.nose_point, crossing.nose_x)):
+        near = gap < NEAR
+        close, design = path.x[near & (path.x >= low) & (path.x <= high)], path.x[near]
         if not len(close):
             continue
         fine = (close[0] - PATCH_REACH, close[-1] + PATCH_REACH)
         known = np.isfinite(point[:, 1]) & (gap < 4 * NEAR)
         band = _band(getattr(crossing, f"{name}_section"), point[known, 0], point[known, 1])
-        bodies[name] = BodyMeshSpec((fine[0] - ENDS, fine[1] + ENDS), fine, band)
+        around = (design[0] - PATCH_REACH, design[-1] + PATCH_REACH)
+        bodies[name] = BodyMeshSpec((fine[0] - ENDS, fine[1] + ENDS), fine, band, anchor=anchor, design_x=around)
     return CrossingMeshSpec(size, **bodies)
 
 
@@ -78,12 +80,11 @@ def _band(section, x: np.ndarray, y: np.ndarray):
     return band
 
 
-def wheel_bands(path: WheelPath, datum_y: float, low: float, high: float) -> tuple[tuple[float, float], ...]:
-    """Lateral ranges from D0 where the wheel may touch wing or nose on its way, merged where they meet [m]; datum_y : where D0 is [m]."""
-    inside = (path.x >= low) & (path.x <= high)
+def wheel_bands(path: WheelPath, datum_y: float) -> tuple[tuple[float, float], ...]:
+    """Lateral ranges from D0 where the wheel may touch wing or nose on a path, merged where they meet [m]; datum_y : where D0 is [m]."""
     ranges = []
     for gap, point in ((path.wing_gap, path.wing_point), (path.nose_gap, path.nose_point)):
-        y = point[inside & (gap < NEAR), 1] - datum_y
+        y = point[gap < NEAR, 1] - datum_y
         if len(y):
             ranges.append((float(y.min() - HALF_BAND), float(y.max() + HALF_BAND)))
     merged = []

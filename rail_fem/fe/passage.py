@@ -23,7 +23,7 @@ from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.groove import grooves
-from rail_fem.light.rigid import rigid_path
+from rail_fem.light.rigid import anchored_path
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -37,8 +37,8 @@ ELASTIC_COST = 0.75  # an update of the small-displacement kernel, relative to t
 
 @dataclass(frozen=True)
 class Running:
-    """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y [rad/s], the rigid path,
-    lateral place of the wheel's D0 [m]."""
+    """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y [rad/s], the rigid path around
+    its way, lateral place of the wheel's D0 [m]."""
 
     sign: float
     start: float
@@ -52,6 +52,12 @@ class Running:
     def duration(self) -> float:
         return (self.end - self.start) / self.speed
 
+    @property
+    def transfers(self) -> np.ndarray:
+        """x where the rigid wheel touches wing and nose at once on its way (k,) [m]."""
+        low, high = sorted((self.start, self.end))
+        return self.path.transfers[(self.path.transfers >= low) & (self.path.transfers <= high)]
+
     def height(self, x) -> np.ndarray:
         return np.interp(x, self.path.x, self.path.height)
 
@@ -60,10 +66,9 @@ class Running:
 
 
 def running_of(scene: Scene, settings: FeSettings) -> Running:
-    """The rigid path over the window and the direction of travel. Errors: CrossingError, ProfileError."""
+    """The rigid path around the window and the direction of travel. Errors: CrossingError, ProfileError."""
     low, high = sorted((settings.start, settings.end))
-    x = np.arange(low - 0.02, high + 0.02, 1e-3)
-    path, sign = rigid_path(scene, x), scene.direction_sign
+    path, sign = anchored_path(scene, low, high), scene.direction_sign
     start, end = (low, high) if sign > 0 else (high, low)
     speed = sign * scene.speed
     on_tread = float(rolling_radius(scene.wheel.shape, scene.wheel.radius, np.array([0.0]))[0])

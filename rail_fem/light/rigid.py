@@ -9,12 +9,30 @@ from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
 SPACING = 5e-3  # between the axle positions that are looked at
+ANCHORED_SPACING = 1e-3  # between those of `anchored_path`, counted from x = 0
+AROUND = 0.02  # of the path beyond the way [m]
+PLAIN_BEFORE_LEG = 0.2  # plain rail before the leg's transition that is still of the same stretch [m]
+FULL_NOSE = 0.69  # where the nose of the 1:9.25 crossing has long been a full rail; stretches with the ratio [m]
+BEYOND_PATH = 0.11  # of the modelled crossing that a wheel needs ahead of its last place [m]
 
 
 def rigid_path(scene: Scene, x: np.ndarray) -> WheelPath:
     """Path of the scene's wheel at axle positions x (n,) [m]. Errors: CrossingError where the crossing ends."""
     shift = scene.wheel_datum_y - tread_datum_y()
     return wheel_path(CastCrossing(ratio=scene.crossing.ratio), scene.wheel.shape, x, scene.wheel.radius, shift)
+
+
+def anchored_path(scene: Scene, low: float, high: float) -> WheelPath:
+    """The path around the way from `low` to `high` [m], over a stretch that does not hang on where exactly the way ends. Errors: CrossingError.
+
+    The stretch ends at places on the crossing: the last before `low` of the theoretical intersection, the end of the leg and the
+    plain rail before it; the first behind `high` of where the nose is a full rail and as far as the crossing goes.
+    """
+    crossing = CastCrossing(scene.crossing.ratio)
+    low, high, shape = low - AROUND, high + AROUND, crossing.shape
+    begin = next(x for x in (0.0, shape.leg_end, shape.leg_start - PLAIN_BEFORE_LEG, low) if x <= low)
+    end = next(x for x in (FULL_NOSE * crossing.stretch, crossing.x_range[1] - BEYOND_PATH, high) if x >= high)
+    return rigid_path(scene, np.arange(np.floor(begin / ANCHORED_SPACING), np.ceil(end / ANCHORED_SPACING) + 1) * ANCHORED_SPACING)
 
 
 def window_path(scene: Scene, settings: FeSettings) -> WheelPath:

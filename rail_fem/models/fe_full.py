@@ -126,7 +126,7 @@ def result_of(run: Run, model: str, first_gap: float) -> PassResult:
             "force_mesh_noise": trust.mesh_noise(history, run.scene.speed, run.settings.element_size, run.settings.settle_time),
             "discretisation": float("nan"),
         },
-        trust={"rows": [row.plain() for row in rows], "slowest": slowest, "rigid_transfers": run.passage.running.path.transfers.tolist()},
+        trust={"rows": [row.plain() for row in rows], "slowest": slowest, "rigid_transfers": run.passage.running.transfers.tolist()},
         warnings=tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != trust.GOOD)
         + end_doubts(history, peaks, run.scene.static_wheel_load, settled),
     )
