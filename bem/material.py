@@ -54,3 +54,25 @@ STEEL = Elastic(210e9, 0.3)
 def contact_modulus(first: Elastic, second: Elastic) -> float:
     """E* [Pa] of two bodies: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Johnson, Contact Mechanics, 1985, eq. 4.8)."""
     return 1 / (1 / first.plane_modulus + 1 / second.plane_modulus)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Combined elastic constants of two bodies: shear G [Pa], poisson nu, coupling K (0 for like materials)."""
+
+    shear: float
+    poisson: float
+    coupling: float
+
+    @classmethod
+    def of(cls, first: Elastic, second: Elastic) -> Pair:
+        """first: body 1 (above), second: body 2 (below)."""
+        shear = 2 / (1 / first.shear + 1 / second.shear)
+        poisson = shear / 2 * (first.poisson / first.shear + second.poisson / second.shear)
+        coupling = shear / 4 * ((1 - 2 * first.poisson) / first.shear - (1 - 2 * second.poisson) / second.shear)
+        return cls(shear, poisson, coupling)
+
+    @property
+    def modulus(self) -> float:
+        """Contact modulus E* = G / (1 - nu) [Pa]."""
+        return self.shear / (1 - self.poisson)

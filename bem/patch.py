@@ -239,12 +239,6 @@ class Patch:
         found = [_part(self.grid, np.where(labels == n, self.pressure, 0.0)) for n in range(1, count + 1)]
         return sorted(found, key=lambda part: -part.normal_force)
 
-    def figure(self, path: str | None = None):
-        """Figure of pressure, tractions, stick and slip; written to `path` where given (bem/halfspace/figures.py)."""
-        from bem.halfspace.figures import patch_figure
-
-        return patch_figure(self, path)
-
 
 def _part(grid: Grid, pressure: np.ndarray) -> PatchPart:
     area, total = grid.cell_area, pressure.sum()

@@ -8,7 +8,7 @@ if [ "${1:-}" = -n ]; then ranks=$2; shift 2; fi
 [ $# -gt 0 ] || { sed -n 2,3p "${BASH_SOURCE[0]}"; exit 2; }
 ./setup.sh || exit 1
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMBA_NUM_THREADS=1
-read -r -a mpirun <<<"$(.venv/bin/python -m rail_fem.run.launcher "$ranks")"
+read -r -a mpirun <<<"$(.venv/bin/python -m rail_fem.launcher "$ranks")"
 failed=0
 for case in "$@"; do
   folder=${RUNS:-runs}/$(basename "$case" .toml)

@@ -5,7 +5,7 @@ from typing import Annotated, NoReturn, Optional
 
 import typer
 
-from rail_fem.run import launcher
+from rail_fem import launcher
 from rail_fem.case.casefile import Case, CaseError, load_case
 
 app = typer.Typer(help="What happens when a wheel passes a railway crossing.", no_args_is_help=True, add_completion=False,

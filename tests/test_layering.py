@@ -1,6 +1,7 @@
 """Who may import whom: geometry and bem are light, rail_fem is the application, only rail_fem/fe, static_fe and what stands on them need dolfinx and MPI."""
 
 import ast
+import graphlib
 import re
 import subprocess
 import sys
@@ -47,6 +48,55 @@ LIGHT = [path for package in ("geometry", "bem", "rail_fem") for path in modules
 def test_arrows_point_one_way(package):
     for path in modules(package):
         assert not imports(path) & FORBIDDEN[package], f"{path.relative_to(ROOT)} imports what {package} must not know"
+
+
+# Rooms of rail_fem from the ground up: each may import what stands before it. `light` and `models` are asked by name where a case is checked.
+STOREYS = (
+    ("atomic", "launcher"), ("scene",), ("settings",), ("output",), ("ladder",), ("light",), ("fe",), ("static_fe", "models"), ("case",), ("show",),
+    ("run",), ("sweeps",), ("studies",), ("cli",),
+)  # fmt: skip
+
+
+def imported_modules(path: Path, known: set[str]) -> set[str]:
+    """Modules of the project that a file imports, wherever the statement stands."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return found & known
+
+
+def room_arrows(package: str) -> dict[str, dict[str, set[str]]]:
+    """For each folder of a package, its rooms (modules and subfolders) and the rooms of the same folder that each imports."""
+    files = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in modules(package) if path.name not in ("__init__.py", "__main__.py")}
+    arrows: dict[str, dict[str, set[str]]] = {}
+    for name, path in files.items():
+        for other in imported_modules(path, set(files)):
+            one, two = name.split("."), other.split(".")
+            depth = next((k for k, (a, b) in enumerate(zip(one, two, strict=False)) if a != b), None)
+            if depth is not None:
+                arrows.setdefault(".".join(one[:depth]), {}).setdefault(one[depth], set()).add(two[depth])
+    return arrows
+
+
+@pytest.mark.parametrize("package", ["geometry", "bem", "rail_fem"])
+def test_rooms_form_no_circle(package):
+    """Modules and subfolders of every folder can be ordered so that each imports earlier ones only: a reader can begin somewhere."""
+    for folder, graph in room_arrows(package).items():
+        try:
+            tuple(graphlib.TopologicalSorter(graph).static_order())
+        except graphlib.CycleError as error:
+            pytest.fail(f"in {folder}: {' -> '.join(error.args[1])}")
+
+
+def test_rooms_of_the_application_stand_on_one_another():
+    storey = {room: level for level, rooms in enumerate(STOREYS) for room in rooms}
+    arrows = room_arrows("rail_fem")["rail_fem"]
+    assert set(arrows) | set().union(*arrows.values()) == set(storey), "a room is missing in STOREYS"
+    upwards = [f"{room} -> {other}" for room, others in arrows.items() for other in others if storey[other] >= storey[room]]
+    assert not upwards, f"import what stands above them: {', '.join(sorted(upwards))}"
 
 
 def test_gmsh_is_imported_only_in_geometry_and_only_when_meshing():

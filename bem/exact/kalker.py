@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
-from bem.halfspace.influence import Pair
+from bem.material import Pair
 from bem.patch import ContactInputError, Creepage
 
 _MOST_SLENDER = 60.0

@@ -25,11 +25,10 @@ import numpy as np
 from scipy import ndimage
 
 from bem.halfspace.coarse import coarse_field, coarse_grid, relative_change
-from bem.halfspace.influence import Pair
+from bem.material import Elastic, Pair
 from bem.halfspace.input import check_creepage, check_friction
 from bem.exact.kalker import CreepageCoefficients
 from bem.exact.kalker_table import coefficients
-from bem.material import Elastic
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 from bem.patch_edge import covered_area
 from kernel_cache import njit

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft
 
-from bem.halfspace.influence import Pair, kernel_spectrum, padded_shape
+from bem.halfspace.influence import kernel_spectrum, padded_shape
+from bem.material import Pair
 from bem.patch import Grid
 from kernel_cache import njit
 

@@ -12,35 +12,10 @@ Mechanics (1985), sections 3.2, 3.6. The integrals over a rectangle are exact: L
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import fft
 
-from bem.material import Elastic
 from bem.patch import Grid
-
-
-@dataclass(frozen=True)
-class Pair:
-    """Combined elastic constants of two bodies: shear G [Pa], poisson nu, coupling K (0 for like materials)."""
-
-    shear: float
-    poisson: float
-    coupling: float
-
-    @classmethod
-    def of(cls, first: Elastic, second: Elastic) -> Pair:
-        """first: body 1 (above), second: body 2 (below)."""
-        shear = 2 / (1 / first.shear + 1 / second.shear)
-        poisson = shear / 2 * (first.poisson / first.shear + second.poisson / second.shear)
-        coupling = shear / 4 * ((1 - 2 * first.poisson) / first.shear - (1 - 2 * second.poisson) / second.shear)
-        return cls(shear, poisson, coupling)
-
-    @property
-    def modulus(self) -> float:
-        """Contact modulus E* = G / (1 - nu) [Pa]."""
-        return self.shear / (1 - self.poisson)
 
 
 # Antiderivatives at the corners of cells: x and y are odd multiples of half a cell, never 0.

@@ -14,12 +14,11 @@ from typing import Callable
 import numpy as np
 
 from bem.halfspace.coarse import coarse_field, coarse_grid, fine_pressure, relative_change
-from bem.halfspace.influence import Pair
+from bem.material import Elastic, Pair
 from bem.halfspace.input import check_cells, check_drive, check_inside, gap_values, strain_warning
 from bem.checks import refuse_unless_positive
 from bem.halfspace.placing import Window, evaluate_gap, place_grid, widened
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
-from bem.material import Elastic
 from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid, Patch
 
 Gap = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]

@@ -6,7 +6,7 @@ from typing import Callable
 import numpy as np
 from scipy import ndimage
 
-from bem.halfspace.influence import Pair
+from bem.material import Pair
 from bem.halfspace.input import check_inside, gap_values
 from bem.halfspace.pressure import NormalOperator, solve_pressure
 from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError, edge_places

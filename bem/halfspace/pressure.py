@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft
 
-from bem.halfspace.influence import Pair, backward, forward, kernel_spectrum, padded_shape
+from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
+from bem.material import Pair
 from bem.patch import Grid, NoContactError
 from kernel_cache import njit
 

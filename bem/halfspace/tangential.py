@@ -16,10 +16,10 @@ import numpy as np
 
 from bem.halfspace.coarse import coarse_field, coarse_grid, relative_change
 from bem.halfspace.friction import FrictionSolution, TangentialOperator, solve_friction
-from bem.halfspace.influence import Pair, backward, forward, kernel_spectrum, padded_shape
+from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
+from bem.material import Elastic, Pair
 from bem.halfspace.input import check_creepage, check_force, check_friction, check_shift
 from bem.halfspace.pressure import NormalOperator, solve_pressure
-from bem.material import Elastic
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 
 Force = tuple[float | None, float | None]

@@ -27,7 +27,7 @@ import numpy as np
 from scipy import fft
 
 from bem.halfspace.coarse import coarse_grid, relative_change
-from bem.halfspace.influence import Pair
+from bem.material import Pair
 from bem.halfspace.input import check_cells, check_drive, check_inside, strain_warning
 from bem.halfspace.placing import Window, evaluate_gap, place_grid, widened
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure

@@ -20,13 +20,12 @@ import numpy as np
 
 from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.halfspace.normal import normal_contact
-from bem.halfspace.figures import creep_curves_figure, speed_error_figure
-from bem.halfspace.influence import Pair
+from bem.halfspace.figures import creep_curves_figure, patch_figure, speed_error_figure
+from bem.material import Pair, STEEL
 from bem.halfspace.tangential import rolling_contact, shift_contact
 from bem.exact.hertz import PointContact, point_contact
 from bem.exact.kalker import linear_creep_forces
 from bem.exact.kalker_table import coefficients
-from bem.material import STEEL
 from bem.patch import Creepage, Grid, Patch
 
 LOAD, FRICTION, RADII = 1e5, 0.3, (0.46, 0.30)
@@ -153,7 +152,7 @@ def main(arguments: list[str] | None = None) -> None:
     rows += tangential_rows((11, 22, 44) if options.quick else (22, 44, 88, 176, 352))
     report_speed_error(rows, options.out)
     creep_curves_figure(creep_curves(22 if options.quick else 44, 7 if options.quick else 21), str(options.out / "creep_curves.png"))
-    rolling_contact(solve_normal(44), STEEL, STEEL, FRICTION, CREEPAGE).figure(str(options.out / "patch.png"))
+    patch_figure(rolling_contact(solve_normal(44), STEEL, STEEL, FRICTION, CREEPAGE), str(options.out / "patch.png"))
     print(f"written: {options.out}/speed_error.csv, speed_error.png, creep_curves.png, patch.png")
 
 

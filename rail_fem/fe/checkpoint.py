@@ -19,7 +19,7 @@ from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.saved_state import gather_state, restore_state
 from rail_fem.fe.state import LANES, N_STATE
 from rail_fem.fe.structure import Structure
-from rail_fem.sealed import SealError, read_sealed, write_sealed
+from rail_fem.output.sealed import SealError, read_sealed, write_sealed
 
 FORMAT = "4"
 REMEDY = "remove it and --restart begins at the first step, or begin again with --overwrite"

@@ -31,7 +31,7 @@ class Run:
     SCRATCH = ("started", "last_checkpoint")
 
     def __init__(self, comm, scene: Scene, settings: FeSettings, passage: Passage, folder: Path | None, progress, ties: Mapping[str, str] | None = None):
-        """folder : takes fields and restart files, None for none;  ties : what a restart file belongs to, root only (rail_fem.sealed)"""
+        """folder : takes fields and restart files, None for none;  ties : what a restart file belongs to, root only (rail_fem.output.sealed)"""
         self.ties, self.started = ties or {}, time.perf_counter()
         self.comm, self.scene, self.settings, self.passage = comm, scene, settings, passage
         self.folder, self.progress = folder, progress

@@ -10,7 +10,7 @@ from rail_fem.output.events import OPEN
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.vertical_pass import TRACK, WHEEL, run_pass
 from rail_fem.settings.light import RigidHertzSettings
-from rail_fem.models.rigid_hertz import contacts_of
+from rail_fem.light.groove import contacts_of
 from rail_fem.scene.scene import GRAVITY, Scene
 
 SPRUNG = 0  # place of the sprung mass in a light pass

@@ -11,12 +11,24 @@ Error: an order-of-magnitude theory. At the nose of the reference pass, 200 kN: 
 import numpy as np
 
 from rail_fem.light.contact_table import ContactTable, patch_sizes
+from rail_fem.light.vertical_dynamics import ContactLaw
+from rail_fem.light.vertical_pass import Contacts
+from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
+from rail_fem.settings.light import GrooveSettings
 
 FULL = 3.0             # mean pressure over yield stress of a fully plastic contact
 STRAIN = 0.2           # representative strain over contact half-width / radius
 NEVER = 1e15             # force of a groove that does not begin [N]
 ROUNDS = 20            # of strain and depth; each round shrinks the error at least by half
+
+
+def contacts_of(scene: Scene, settings: GrooveSettings, table: ContactTable) -> Contacts:
+    """The contact law along the way, with grooves where the steel yields and the settings want them."""
+    if not settings.grooves:
+        return lambda x: ContactLaw(table.height_at(x), table.between(x, table.stiffness))
+    limit, give = grooves(table, (scene.materials.wing.steel(), scene.materials.nose.steel()), scene.static_wheel_load)
+    return lambda x: ContactLaw(*(table.height_at(x), *(table.between(x, values) for values in (table.stiffness, limit, give))))
 
 
 def grooves(table: ContactTable, steels: tuple[Steel, Steel], load: float) -> tuple[np.ndarray, np.ndarray]:

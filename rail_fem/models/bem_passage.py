@@ -21,7 +21,8 @@ from geometry.surfaces.crossing import CastCrossing
 from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
 from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
 from rail_fem.settings.light import BemPassageSettings
-from rail_fem.models.rigid_hertz import contacts_of, moments, pass_result
+from rail_fem.light.groove import contacts_of
+from rail_fem.models.rigid_hertz import moments, pass_result
 from rail_fem.light.contact_pairs import Tie, crossing_surface, tie_at
 from rail_fem.output.result import PassResult, Patch
 from rail_fem.scene.scene import Scene

@@ -10,7 +10,6 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 from mpi4py import MPI
 
 from geometry.meshing.hexmesh import HexMesh
@@ -24,11 +23,11 @@ from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.placing import REGIONS
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
-from rail_fem.run.launcher import on_root
+from rail_fem.launcher import on_root
 from rail_fem.output.result import Cost, PassResult
 from rail_fem.output.runfolder import fingerprint
 from rail_fem.scene.scene import Scene
-from rail_fem.sealed import digest_of, read_sealed, write_sealed
+from rail_fem.output.sealed import digest_of, read_sealed, write_sealed
 from rail_fem.settings.explicit import FeSettings
 
 MESH, MESH_ARRAYS = "mesh.npz", ("points", "cells", "region", "surface", "surface_region", "clamp")

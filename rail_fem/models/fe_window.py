@@ -8,7 +8,7 @@ wrong at its start as rigid_hertz is.
 from pathlib import Path
 
 from rail_fem.fe.start_state import from_rigid_hertz
-from rail_fem.run.launcher import on_root
+from rail_fem.launcher import on_root
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.models.fe_full import solve_from
 from rail_fem.output.result import PassResult

@@ -12,13 +12,12 @@ import numpy as np
 
 from rail_fem.output.events import end_doubts, force_peaks, transfer_place
 from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
-from rail_fem.light.vertical_pass import Contacts, LightPass, common_history, force_change, foundation_peak, history_rows, lift_offs, run_pass, step_error
+from rail_fem.light.vertical_pass import LightPass, common_history, force_change, foundation_peak, history_rows, lift_offs, run_pass, step_error
 from rail_fem.settings.light import GrooveSettings, RigidHertzSettings
 from rail_fem.output.result import Cost, PassResult, Patch, Peak
-from rail_fem.light.groove import grooves
+from rail_fem.light.groove import contacts_of
 from rail_fem.scene.scene import Scene
 from rail_fem.light.validity import Flag, flag_warnings, hertz_flags
-from rail_fem.light.vertical_dynamics import ContactLaw
 from rail_fem.light.wheelset_pass import run_wheelset, surfaces_of
 
 
@@ -70,14 +69,6 @@ def pass_result(model: str, scene: Scene, settings: GrooveSettings, table: Conta
         error_estimate=errors,
         trust={"validity": flags, "rigid_transfers": table.transfers.tolist()}, warnings=flag_warnings(flags) + end_doubts(columns, peaks, scene.static_wheel_load),
     )
-
-
-def contacts_of(scene: Scene, settings: GrooveSettings, table: ContactTable) -> Contacts:
-    """The contact law along the way, with grooves where the steel yields and the settings want them."""
-    if not settings.grooves:
-        return lambda x: ContactLaw(table.height_at(x), table.between(x, table.stiffness))
-    limit, give = grooves(table, (scene.materials.wing.steel(), scene.materials.nose.steel()), scene.static_wheel_load)
-    return lambda x: ContactLaw(*(table.height_at(x), *(table.between(x, values) for values in (table.stiffness, limit, give))))
 
 
 def every_second(table: ContactTable) -> ContactTable:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from rail_fem.run import launcher
+from rail_fem import launcher
 from rail_fem.output.versions import versions
 
 PROBE_SECONDS = 120

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from rail_fem import ladder
-from rail_fem.run import launcher
+from rail_fem import launcher
 from rail_fem.case.casefile import Case
 from rail_fem.case.preflight import run_faults
 from rail_fem.output.progress import Progress, mark_failed

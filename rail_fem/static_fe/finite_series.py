@@ -11,7 +11,7 @@ from scipy.interpolate import RegularGridInterpolator
 from bem.patch import Patch
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
 from rail_fem.static_fe.solid_contact import FinitePatch, Report, finite_patch
-from rail_fem.static_fe.patch_methods import MethodRow
+from rail_fem.light.patch_methods import MethodRow
 from rail_fem.output.progress import duration
 
 WIDTH = 0.6        # of an element along s to that along x: patches end more bluntly across

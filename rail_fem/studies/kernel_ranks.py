@@ -7,7 +7,7 @@ import subprocess
 import sys
 from dataclasses import dataclass
 
-from rail_fem.run.launcher import mpi_command, rank_environment
+from rail_fem.launcher import mpi_command, rank_environment
 
 LONGEST = 600  # of a job [s]
 TINY = (2, 2, 2)

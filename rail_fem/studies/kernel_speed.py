@@ -20,7 +20,7 @@ import typer
 from rail_fem.atomic import write_text_atomically
 from rail_fem.studies.kernel_ranks import memory_per_element, study_ranks
 from rail_fem.ladder import smoke_requested
-from rail_fem.run.launcher import rank_count
+from rail_fem.launcher import rank_count
 from rail_fem.output.versions import versions
 
 MILLION, UPDATES = 1e-6, "million element updates/s"

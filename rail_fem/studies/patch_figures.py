@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
-from rail_fem.studies.patch_methods import BLOCKS, touch_of
-from rail_fem.static_fe.patch_methods import THESIS_ROWS, WHEEL_LOAD, MethodRow
+from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, touch_of
 from rail_fem.show.style import GREEN, NOSE, ORANGE, TOTAL, WING, lettering, new_figure, save
 
 STYLES = {"half-space": (TOTAL, "-"), BLOCKS: (GREEN, "--"), "2.5D (a) parabolic, 2a = 11.32 mm": (ORANGE, "-"),

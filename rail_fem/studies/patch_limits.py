@@ -24,7 +24,7 @@ from bem.slices.coupled import SlicePatch, slice_contact
 from rail_fem.atomic import write_text_atomically
 from rail_fem.static_fe.finite_series import finite_series, limit_row, to_stderr
 from rail_fem.static_fe.solid_blocks import BlockPair
-from rail_fem.static_fe.patch_methods import MethodRow, table
+from rail_fem.light.patch_methods import MethodRow, table
 
 ROLLING = 0.46
 NOSE, NOSE_LOAD = 0.30, 5e4          # crown radius [m] and load [N] beside an edge

@@ -22,13 +22,13 @@ from rail_fem.atomic import write_text_atomically
 from rail_fem.static_fe.finite_series import finite_series, limit_row, map_difference, to_stderr, zone_about
 from rail_fem.static_fe.solid_blocks import BlockPair
 from rail_fem.static_fe.solid_contact import finite_patch
-from rail_fem.static_fe.patch_methods import THESIS_ROWS, WHEEL_LOAD, MethodRow, method_rows, table, thesis_tie
+from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, method_rows, table, thesis_tie
+from rail_fem.studies.patch_figures import draw_maps, draw_profiles
 from rail_fem.light.contact_pairs import Tie
 
-BLOCKS = "2.5D (b), the finite elements' blocks"
 COMPARED = ("half-space", BLOCKS)
 THESIS_ELEMENT = (0.2e-3, 18.88e-3 / 50)
-THESIS_HEAD = "60E1"  # rail_fem/static_fe/patch_methods.py says why
+THESIS_HEAD = "60E1"  # rail_fem/light/patch_methods.py says why
 RAILS = ("56E1", "60E1")
 
 
@@ -69,17 +69,9 @@ def map_words(rows: list[MethodRow]) -> str:
     return ", ".join(f"{row.method} {map_difference(finest, row.patch):.1%}" for row in rows if row.method in COMPARED)
 
 
-def touch_of(patch: Patch) -> float:
-    """Lateral coordinate of the first touch [m]: where the gap of the middle section is least."""
-    middle = patch.gap[np.abs(patch.grid.x).argmin()]
-    return float(patch.grid.y[np.argmin(middle)])
-
-
 def main(size: list[float] = typer.Option([1.0, 0.7, 0.5, 0.35], help="element sizes along the patch [mm]"), out: Path = typer.Option(Path("patch"), help="files to write, without ending"),
          thesis: bool = typer.Option(True, help="finite elements at the thesis' sizes too, on the head that meets its figures (a minute)")):
     """P8 on BS113A, 49,505 N: all patch solvers against finite elements, beside the thesis."""
-    from rail_fem.studies.patch_figures import draw_maps, draw_profiles
-
     cases, text = {}, ""
     for rail in RAILS:
         rows, judge, words = judged_rows(rail, [value * 1e-3 for value in size])

@@ -20,7 +20,7 @@ from typing import TextIO
 from rail_fem.case.casefile import Case, CaseError, load_case
 from rail_fem.run.job import JobFault, run_case
 from rail_fem.ladder import LADDER
-from rail_fem.run.launcher import mpi_command, rank_environment
+from rail_fem.launcher import mpi_command, rank_environment
 from rail_fem.output.progress import duration
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs

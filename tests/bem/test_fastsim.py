@@ -4,11 +4,10 @@ import pytest
 
 from bem.halfspace.fastsim import elliptic_patch, equivalent_ellipse, fastsim, flexibilities
 from bem.halfspace.normal import normal_contact
-from bem.halfspace.influence import Pair
+from bem.material import Elastic, Pair, STEEL
 from bem.halfspace.tangential import rolling_contact
 from bem.exact.kalker import linear_creep_forces
 from bem.exact.kalker_table import coefficients
-from bem.material import STEEL, Elastic
 from bem.patch import ContactInputError, Creepage, Grid, Patch
 from tests.order import assert_order
 

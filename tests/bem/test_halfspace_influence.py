@@ -4,10 +4,10 @@ import pytest
 from scipy.integrate import dblquad
 
 from bem.halfspace.friction import TangentialOperator
-from bem.halfspace.influence import Pair, backward, forward, kernel_spectrum, padded_shape, rectangle_integrals
+from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape, rectangle_integrals
+from bem.material import Elastic, Pair, STEEL, contact_modulus
 from bem.halfspace.tangential import CouplingOperator
 from bem.exact.hertz import point_contact
-from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import Grid
 
 KERNELS = {"1/r": lambda x, y: 1 / np.hypot(x, y), "xx/r3": lambda x, y: x**2 / np.hypot(x, y) ** 3,

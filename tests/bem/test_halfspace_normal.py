@@ -4,9 +4,8 @@ import pytest
 
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.pressure import NormalOperator
-from bem.halfspace.influence import Pair
+from bem.material import Elastic, Pair, STEEL, contact_modulus
 from bem.exact.hertz import point_contact
-from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import Grid
 from tests.order import assert_order
 

@@ -4,12 +4,11 @@ import pytest
 
 from bem.halfspace.fastsim import elliptic_patch
 from bem.halfspace.normal import normal_contact
-from bem.halfspace.influence import Pair
+from bem.material import Elastic, Pair, STEEL
 from bem.halfspace.tangential import rolling_contact
 from bem.exact.hertz import line_contact_of_width, point_contact
 from bem.exact.kalker import linear_creep_forces
 from bem.exact.kalker_table import coefficients
-from bem.material import STEEL, Elastic
 from bem.patch import Creepage, Grid, Patch
 from bem.exact.tangential import carter_creepage
 from tests.order import assert_order

@@ -4,6 +4,7 @@ import csv
 import numpy as np
 import pytest
 
+from bem.halfspace.figures import patch_figure
 from bem.verification import halfspace_study
 from bem.halfspace.fastsim import elliptic_patch
 from bem.halfspace.tangential import rolling_contact
@@ -32,7 +33,7 @@ def test_creep_curves_start_at_the_linear_theory_and_saturate():
 
 
 def test_figure_of_a_patch_without_tractions(tmp_path):
-    elliptic_patch(5e-3, 4e-3, 1e4, (10, 10)).figure(str(tmp_path / "patch.png"))
+    patch_figure(elliptic_patch(5e-3, 4e-3, 1e4, (10, 10)), str(tmp_path / "patch.png"))
     assert (tmp_path / "patch.png").stat().st_size > 1000
 
 

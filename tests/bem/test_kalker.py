@@ -2,10 +2,9 @@
 import numpy as np
 import pytest
 
-from bem.halfspace.influence import Pair
+from bem.material import Pair, STEEL
 from bem.exact.kalker import CreepageCoefficients, creepage_coefficients, linear_creep_forces
 from bem.exact.kalker_table import coefficients
-from bem.material import STEEL
 from bem.patch import ContactInputError, Creepage
 
 # a/b, nu: C11, C22, C23, C33 of Kalker (1990), Table E3; three digits are printed

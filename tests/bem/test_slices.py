@@ -10,12 +10,11 @@ from bem.plane.coulomb import Drive
 from bem.plane.curve import arc
 from bem.halfspace.normal import normal_contact
 from bem.exact.hertz import point_contact
-from bem.material import STEEL, Elastic, contact_modulus
+from bem.material import Elastic, Pair, STEEL, contact_modulus
 from bem.plane.outline import Edge, Outline, OutlineError, block_behind
 from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError
 from bem.slices.coupled import SliceOperator, _Problem, slice_contact
 from bem.slices.slices import SliceGap, Slices, slices_of_profiles, wheel_on_prism
-from bem.halfspace.influence import Pair
 from tests.bem.test_halfspace_normal import radii_of_ratio
 
 MODULUS = STEEL.plane_modulus / 2

@@ -12,7 +12,7 @@ from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.blocks import von_mises
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.fields import VTK_ORDER, gather_cells, write_frame
-from tests.fe.bodies import STEEL, distort, place, structure_of, tensor
+from tests.fe.bodies import distort, place, structure_of, tensor
 
 READ = """
 import json, sys, vtk

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rail_fem.run.launcher import mpi_command, rank_environment
+from rail_fem.launcher import mpi_command, rank_environment
 
 JOB = Path(__file__).with_name("passage_job.py")
 STEPS = 160

@@ -11,7 +11,7 @@ from rail_fem.light.contact_table import contact_table
 from rail_fem.light.vertical_pass import TRACK, WHEEL, run_pass
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.models import fe_window
-from rail_fem.models.rigid_hertz import contacts_of
+from rail_fem.light.groove import contacts_of
 from rail_fem.settings.explicit import FeWindowSettings
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from rail_fem import cli, ladder
 from rail_fem.case import estimate
 from rail_fem.run import job
-from rail_fem.run import launcher
+from rail_fem import launcher
 from rail_fem.output.progress import read_status
 from rail_fem.output.result import load
 from rail_fem.scene.scene import GRAVITY

@@ -5,10 +5,10 @@ import time
 
 import pytest
 
-from rail_fem.run import launcher
+from rail_fem import launcher
 
 BROADCAST = """
-from rail_fem.run import launcher
+from rail_fem import launcher
 calls = []
 value = launcher.on_root(lambda: calls.append(1) or launcher.rank_count())
 def refuse():

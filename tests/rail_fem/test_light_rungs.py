@@ -8,6 +8,7 @@ import pytest
 
 from bem.exact.hertz import contact_stiffness, point_contact
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.light.groove import contacts_of
 from rail_fem.light.contact_table import contact_table, equivalent_paraboloid, hertz_constants, patch_sizes
 from rail_fem.light.vertical_dynamics import integrate
 from rail_fem.light.vertical_pass import run_pass
@@ -101,7 +102,7 @@ def test_a_pass_run_backwards_returns_to_its_start(scene):
     """
     settings = RigidHertzSettings(**NOSE, grooves=False)
     free = scene.model_copy(update={"vehicle": scene.vehicle.model_copy(update={"primary_damping": 0.0}), "foundation": scene.foundation.model_copy(update={"damping": 0.0})})
-    contacts = rigid_hertz.contacts_of(free, settings, contact_table(free, 0.095, 0.54, settings.path_spacing))
+    contacts = contacts_of(free, settings, contact_table(free, 0.095, 0.54, settings.path_spacing))
     there = run_pass(free, settings, contacts)
     x = np.linspace(0.54, 0.095, 2 * len(there.time) + 1)
     back = integrate(there.masses, there.motion.position[-1], -there.motion.velocity[-1], there.step, contacts(x))

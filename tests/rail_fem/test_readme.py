@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rail_fem.run import launcher
+from rail_fem import launcher
 from rail_fem.output.progress import read_status
 from rail_fem.output.result import load
 

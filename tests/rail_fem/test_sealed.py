@@ -5,7 +5,7 @@ import io
 import numpy as np
 import pytest
 
-from rail_fem.sealed import SealError, digest_of, read_sealed, write_sealed
+from rail_fem.output.sealed import SealError, digest_of, read_sealed, write_sealed
 
 ARRAYS = {"points": np.random.default_rng(1).normal(size=(500, 3)), "cells": np.arange(800).reshape(100, 8), "none": np.empty((0, 3)), "one": np.float64(3.5)}
 TIES = {"case": "a1", "mesh": "b2"}

@@ -13,7 +13,7 @@ from rail_fem.output.result import PassResult, Peak
 from rail_fem.sweeps.controls import run_control
 from rail_fem.sweeps.published_table import published_table
 from rail_fem.sweeps.trend_words import count_lines, trend_lines
-from rail_fem.sweeps.trends import MEASURES, Control, Group, Trend, TrendError, check, load_source, verdict
+from rail_fem.sweeps.trends import Control, Group, Trend, TrendError, check, load_source, verdict
 
 ROOT = Path(__file__).resolve().parents[2]
 TRENDS = ROOT / "cases" / "thesis" / "trends.toml"

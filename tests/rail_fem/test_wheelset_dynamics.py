@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import fsolve
 
 from rail_fem.case.casefile import load_case
+from rail_fem.light.groove import contacts_of
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.vertical_pass import run_pass
 from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, WheelsetContacts, WheelsetSystem, march, potential
@@ -32,7 +33,7 @@ def moved(surfaces, settings=SHORT, step=10e-6, change=lambda contacts: contacts
     start, end = settings.window(SCENE)
     count = int(round((end - start) / SCENE.speed / step))
     table = surfaces.over[len(surfaces.over) // 2]
-    law = rigid_hertz.contacts_of(SCENE, settings.model_copy(update={"grooves": False}), table)
+    law = contacts_of(SCENE, settings.model_copy(update={"grooves": False}), table)
     x = np.linspace(start, end, 2 * count + 1)
     contacts, system = change(wheelset_contacts(SCENE, law(x), surfaces, x)), wheelset_system(SCENE, settings)
     system = system if rolling_radius is None else replace(system, rolling_radius=rolling_radius)
@@ -51,7 +52,7 @@ def test_without_cant_of_the_surfaces_each_side_is_the_vertical_model(surfaces):
     _, _, motion = moved(surfaces, SHORT.model_copy(update={"freedom": "roll"}), change=uncoupled, rolling_radius=0.0)
     settings = SHORT.model_copy(update={"grooves": False, "time_step": (0.30 - 0.095) / SCENE.speed / len(motion.drive)})
     table = contact_table(SCENE, *settings.window(SCENE), settings.path_spacing)
-    alone = run_pass(SCENE, settings, rigid_hertz.contacts_of(SCENE, settings, table))
+    alone = run_pass(SCENE, settings, contacts_of(SCENE, settings, table))
     assert alone.force.shape == motion.force[:2].shape
     np.testing.assert_allclose(motion.force[:2], alone.force, rtol=0, atol=1e-6 * SCENE.static_wheel_load)
     np.testing.assert_allclose(motion.force[2], SCENE.static_wheel_load, rtol=1e-6)  # and the right wheel rolls on plain rail

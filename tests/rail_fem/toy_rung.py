@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.run import launcher
+from rail_fem import launcher
 from rail_fem.output.result import Cost, PassResult, Peak
 from rail_fem.scene.scene import GRAVITY
 from rail_fem.settings.explicit import FeSettings

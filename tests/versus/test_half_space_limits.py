@@ -5,7 +5,7 @@ import pytest
 from rail_fem.studies import patch_limits as study_limits
 from rail_fem.static_fe.finite_series import finite_series
 from rail_fem.studies.patch_limits import CASES, HALF_SPACE, SLICES, centre_across, edge_case, hollow_case, light_patches, rows_of, seen_along_approach
-from rail_fem.static_fe.patch_methods import MethodRow
+from rail_fem.light.patch_methods import MethodRow
 
 
 def judged(case, sizes=(1e-3,)):

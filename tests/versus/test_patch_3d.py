@@ -8,7 +8,7 @@ from bem.slices.coupled import slice_contact
 from rail_fem.studies import patch_methods as study_patch
 from rail_fem.static_fe.finite_series import finite_series, map_difference
 from rail_fem.studies.patch_methods import COMPARED, judged_rows, thesis_mesh_row, tie_blocks
-from rail_fem.static_fe.patch_methods import THESIS_ROWS, WHEEL_LOAD, effective_area, thesis_tie
+from rail_fem.light.patch_methods import THESIS_ROWS, WHEEL_LOAD, effective_area, thesis_tie
 
 ASKED = 0.02  # of pressure and patch, by the issue
 
@@ -77,6 +77,6 @@ def test_the_study_command_saves_its_table_and_figures(tmp_path, monkeypatch):
 
 
 def short_rows(tie, rail):
-    from rail_fem.static_fe.patch_methods import method_rows
+    from rail_fem.light.patch_methods import method_rows
 
     return method_rows(tie, rail, cells=(12, 24), threads=1)

@@ -29,6 +29,7 @@ from bem.slices.slices import SliceGap, Slices, wheel_on_prism
 from rail_fem.light.contact_pairs import Tie, plain_rail_section, plain_rail_tie
 
 WHEEL_LOAD = 49505.0
+BLOCKS = "2.5D (b), the finite elements' blocks"
 THESIS_STEEL = Elastic(201e9, 0.3)
 THESIS_HALF_LENGTH = 11.32e-3 / 2  # Hertz' in the thesis, which its slices take over
 
@@ -108,3 +109,9 @@ def _cell(value: float, digits: int, difference: float | None) -> str:
     if np.isnan(value):
         return ""
     return f"{value:.{digits}f}" if difference is None or np.isnan(difference) else f"{value:.{digits}f} ({difference:+.1%})"
+
+
+def touch_of(patch: Patch) -> float:
+    """Lateral coordinate of the first touch [m]: where the gap of the middle section is least."""
+    middle = patch.gap[np.abs(patch.grid.x).argmin()]
+    return float(patch.grid.y[np.argmin(middle)])

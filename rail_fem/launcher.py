@@ -1,6 +1,6 @@
 """Start on several ranks, and know whether this process was started so, without importing MPI when it was not.
 
-`python -m rail_fem.run.launcher 2` prints the mpirun call with the options that this machine needs.
+`python -m rail_fem.launcher 2` prints the mpirun call with the options that this machine needs.
 """
 
 import functools
