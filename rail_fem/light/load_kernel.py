@@ -1,35 +1,28 @@
-"""Force between a wheel and a rail that penetrate each other by a little, shared between all points where they do.
+"""Forces between a wheel and a rail that overlap each other by a little, shared between all places where they do.
 
-Every minimum of the gap owns the strip of the profile up to the saddles beside it. Its force is Hertz' for a paraboloid whose cross
-section has the area, below 0.55 of the penetration (the virtual penetration of Kik and Piotrowski), of the true gap. Two strips that
-penetrate at their saddle are partly one: with m the penetration at the saddle over the lesser of both, their force is (1 - m) times the
-sum of both plus m times that of the paraboloid over both. So the force changes continuously when two points meet (m = 0), and when one of
-two points vanishes at the saddle (m = 1); Hertz point by point jumps there. Forces point along the mean normal over a strip.
+Every minimum of the gap owns the part of the profile up to the saddles beside it. All that overlaps is cut into strips across, whose edges lie at equal
+shares of the width and of the way up and down that the depth makes: both change continuously as places meet, begin and vanish, and with them the
+strips and the forces (rail_fem.light.load_pressure), whatever minima the search has told apart. A strip over a saddle gives each side its share.
 
-On a surface that changes along x (geometry.surfaces.loft_kernel) the gap's curvature along x is that of the parabola with the area of the cut along x
-through the point, below the same 0.55; two points ahead of and behind each other on one body join by the same m, and a part of the cut that
-lies beyond a ridge counts by the ridge's penetration. So the force is continuous there too, but for the integral's ten nodes: where an edge
-that runs aslant passes one, on few of all ways over a crossing, the force jumps by up to 3 %.
-
-One parabolic strip gives Hertz exactly. Error elsewhere: tests/rail_fem/test_load_sharing.py.
-Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual penetration); the sharing is this project's own.
+Error: tests/rail_fem/test_load_merge.py, test_load_sharing.py; on rails that change along x test_load_continuity.py.
 """
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 
 from geometry.contact.gap_kernel import NO_RAIL, gap_at, least_gap, nearest_places, roll_and_height, side_pose
-from geometry.contact.rail_kinds import branch, branches, meet
+from geometry.contact.rail_kinds import branch, meet
 from geometry.contact.wheel_outline import cubic
 from kernel_cache import njit
-from rail_fem.light.load_along import VIRTUAL, bow, ridge_height, same_body
+from rail_fem.light.load_along import depth_along, reach_along
+from rail_fem.light.load_pressure import (AHEAD, BEHIND, BEND, DEPTH, HIGH, LOW, NX, NY, NZ, PART, ROWS, SLOPE, STRIP, WIDTH, X, Y, Z, influence,
+                                          solve_forces)
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
-SUMS = 11  # of a strip: depth, depth times the normal's y, z and x, the wheel's A_xx and A_xt, the station, x, y, x y and y y of the place
-MOST_ADVANCE = 1.5  # dy/ds; more of it is a narrow place where the points run along an edge, which ten nodes would over- or underrate
+STRIPS = 32  # across, on all places together
+POINTS = np.array([-1.0, 1.0]) / np.sqrt(3)  # of a strip, where the gap is taken
+CARRIED = 12  # of a place: normal force, its parts across, up and forward; the same times x, y, z, station; times x x, times (y y + z z); largest tilt; least tilt
+MOST_ADVANCE = 1.5  # dy/ds; more of it is a narrow place where the points run along an edge
 ROUNDS = 60
-CLOSE = 1e-8  # relative, of the vertical force of each side
+CLOSE = 1e-7  # relative, of the vertical force of each side
 
 
 @njit(cache=True, error_model="numpy")
@@ -78,197 +71,180 @@ def outer_bound(start, way, height, wheel, rail, pose, tip):
 
 
 @njit(cache=True, error_model="numpy")
-def strip_sums(low, bottom, high, level, wheel, rail, pose, tip):
-    """Integrals (SUMS,) over y of the depth below `level` on the strip low..high about a minimum."""
-    sums = np.zeros(SUMS)
-    for half in range(2):
-        edge = level_station(bottom, low if half == 0 else high, level, wheel, rail, pose, tip)
-        for k in range(len(_NODES)):
-            s = 0.5 * (bottom + edge) + 0.5 * (edge - bottom) * _NODES[k]
-            tread, slope, bend = cubic(s, wheel)
-            there, _, x, y, z, height, tangent, rail_slope, advance, sine, cosine, steep, _, _, _ = meet(s, tread, slope, bend, rail, pose)
-            if not there:
-                continue
-            weight = _WEIGHTS[k] * 0.5 * abs(edge - bottom) * min(max(advance, 0.0), MOST_ADVANCE) * max(level - (z - height), 0.0)
-            tilt, lean = 0.5 * (tangent + rail_slope), np.sqrt(1 + steep * steep)
-            nz = 1 / np.sqrt(lean * lean + tilt * tilt)
-            forward, left, up = cosine * pose[2] + sine * pose[3] * pose[1], cosine * pose[1] - sine * pose[3] * pose[2], sine * pose[4]
-            along, across = (forward + up * steep) / lean, (lean * lean * left + tilt * up - steep * tilt * forward) * nz / lean
-            stretch = np.sqrt(1 + slope * slope)
-            about, meridian = 1 / ((pose[7] - tread) * stretch), bend / stretch**3
-            x, y = x * lean + (z - steep * x) * steep / lean, (y + tilt * z) * nz * lean  # along and across in the tangent plane
-            sums += weight / lean * np.array([1.0, -tilt * nz, nz, -steep * nz, about * along**2 + meridian * across**2, (about - meridian) * along * across, s, x, y, x * y, y * y])
-    return sums
-
-
-def mixed_curvature(along, sums, track):
-    """A_xt [1/m] of a strip: the wheel's on prismatic rails, which add none; from how the strip runs aslant on others."""
-    raise NotImplementedError("compiled code only")
-
-
-@overload(mixed_curvature)
-def _mixed_curvature(along, sums, track):
-    if isinstance(track, types.Array):
-        return lambda along, sums, track: sums[5] / sums[0]
-    return lambda along, sums, track: -along * (sums[9] - sums[7] * sums[8] / sums[0]) / max(sums[10] - sums[8] * sums[8] / sums[0], 1e-12 * sums[0])
-
-
-@njit(cache=True, error_model="numpy")
-def hertz_force(depth, sums, found, wheel, track, pose, modulus, constants, span):
-    """Force [N] of the paraboloid with a strip's area: depth [m] is the vertical penetration, sums are those below VIRTUAL of it.
-
-    found : (PLACE,) a place of the strip;  constants : (k,)  K for E* = 1 and mean radius 1 over the logarithm of the radii's ratio from 0 to span
-    Along the strip the gap is least along x: its places run aslant by -A_xt / A_xx.
-    """
-    cosine = sums[2] / sums[0]
-    along = max(sums[4] / sums[0] + bow(sums[6] / sums[0], found[3], depth, wheel, track, pose), 1e-9)
-    mixed = mixed_curvature(along, sums, track)
-    normal_depth = depth * cosine
-    root = 0.75 * sums[0] / (VIRTUAL * normal_depth) ** 1.5  # sqrt(2 R) of the parabola
-    bend = 2.0 / (root * root)
-    across = bend + mixed * mixed / along
-    middle, spread = 0.5 * (along + across), np.hypot(0.5 * (along - across), mixed)
-    product = along * bend
-    small = product / (middle + spread)
-    place = min(np.log((middle + spread) / small) / span, 1.0) * (len(constants) - 1)
-    i = min(int(place), len(constants) - 2)
-    constant = constants[i] + (place - i) * (constants[i + 1] - constants[i])
-    return modulus * constant * product**-0.25 * normal_depth**1.5
-
-
-@njit(cache=True, error_model="numpy")
-def side_forces(found, height, wheel, rail, pose, tip, modulus, constants, span):
-    """Force at each penetrating minimum of a side: (4, n) normal force, its parts across, up and forward, in side axes [N].
+def parts_of(found, height, wheel, rail, pose, tip):
+    """Where the part of each minimum begins, its bottom, where it ends: stations (3, n), and the overlap there (3, n), vertical.
 
     found : (PLACE, n) minima with negative gap + height, each branch in order
     """
     n = found.shape[1]
-    force, depth = np.zeros((4, n)), -(found[1] + height)
-    low, high, saddles = np.empty(n), np.empty(n), np.full(n + 1, -1.0)
+    ends, depths = np.zeros((3, n)), np.zeros((3, n))
     for k in range(n):
         track = branch(rail, int(found[4, k]), found[3, k])
+        ends[1, k] = found[0, k]
         if k == 0 or found[4, k] != found[4, k - 1]:
-            low[k] = outer_bound(found[0, k], -1.0, height, wheel, track, pose, tip)
+            bound = outer_bound(found[0, k], -1.0, height, wheel, track, pose, tip)
         else:
-            low[k] = saddle(found[0, k - 1], found[0, k], wheel, track, pose, tip)
-            high[k - 1], saddles[k] = low[k], -(gap_at(low[k], wheel, track, pose, tip)[0] + height)
+            bound = saddle(found[0, k - 1], found[0, k], wheel, track, pose, tip)
+            ends[2, k - 1] = level_station(found[0, k - 1], bound, -height, wheel, track, pose, tip)
+        ends[0, k] = level_station(found[0, k], bound, -height, wheel, track, pose, tip)
         if k == n - 1 or found[4, k] != found[4, k + 1]:
-            track = branch(rail, int(found[4, k]), found[3, k])
-            high[k] = outer_bound(found[0, k], 1.0, height, wheel, track, pose, tip)
+            bound = outer_bound(found[0, k], 1.0, height, wheel, track, pose, tip)
+            ends[2, k] = level_station(found[0, k], bound, -height, wheel, track, pose, tip)
     for k in range(n):
         track = branch(rail, int(found[4, k]), found[3, k])
-        sums = strip_sums(low[k], found[0, k], high[k], -height - (1 - VIRTUAL) * depth[k], wheel, track, pose, tip)
-        if sums[0] > 0:
-            total = hertz_force(depth[k], sums, found[:, k], wheel, track, pose, modulus, constants, span)
-            force[0, k] = total
-            for c in range(1, 4):
-                force[c, k] = total * sums[c] / sums[0]
-    if n > 1:
-        alone = force.copy()
-        share = press_down(force, depth, found, wheel, rail, pose, modulus)
-        for k in range(n):
-            force[:, k] *= share[k, k]
-        join(force, found, depth, low, high, saddles, share, height, wheel, rail, pose, tip, modulus, constants, span)
-        if branches(rail) > 1:
-            join_along(force, alone, found, depth, share, height, wheel, rail, pose)
-    return force
+        for c in (0, 2):
+            depths[c, k] = max(-(gap_at(ends[c, k], wheel, track, pose, tip)[0] + height), 0.0)
+        depths[1, k] = -(found[1, k] + height)
+    return ends, depths
 
 
 @njit(cache=True, error_model="numpy")
-def join_along(force, alone, found, depth, share, height, wheel, rail, pose):
-    """Let points of one body on different branches, ahead of and behind each other, act as partly one; changes force (4, n)."""
-    n = force.shape[1]
-    for i in range(n):
-        for j in range(i + 1, n):
-            if found[4, i] == found[4, j] or not same_body(rail, int(found[4, i]), int(found[4, j])):
-                continue
-            merged = min(max(-(ridge_height(found[:, i], found[:, j], wheel, rail, pose) + height) / min(depth[i], depth[j]), 0.0), 1.0)
-            deep = i if depth[i] >= depth[j] else j
-            others = 0.0
-            for k in range(n):
-                if k != i and k != j:
-                    others += share[deep, k]
-            for c in range(4):
-                whole = alone[c, deep] * max(1 - others, 0.0) ** 1.5
-                for k in (i, j):
-                    force[c, k] = (1 - merged) * force[c, k] + (merged * whole if k == deep else 0.0)
-
-
-@njit(cache=True, error_model="numpy")
-def sunk(distance, radius):
-    """Displacement beside Hertz' circle of this radius over its approach. Source: Johnson (1985), eq. 3.42."""
-    r = distance / radius
-    if r <= 1:
-        return 1 - 0.5 * r * r
-    return ((2 - r * r) * np.arcsin(1 / r) + np.sqrt(r * r - 1)) / np.pi
-
-
-@njit(cache=True, error_model="numpy")
-def press_down(force, depth, found, wheel, rail, pose, modulus):
-    """What each of n points keeps of its force for the others' sake, and how much each presses another down.
-
-    Returns (n, n): on the diagonal the factor on the force, in row i and column j the sinking of i by j over the depth of i.
-    """
-    n = force.shape[1]
-    place, share = np.empty((3, n)), np.zeros((n, n))
-    for k in range(n):
-        tread, _, bend = cubic(found[0, k], wheel)
-        track = branch(rail, int(found[4, k]), found[3, k])
-        _, _, place[0, k], place[1, k], _, _, tangent, _, _, _, _, _, _, _, _ = meet(found[0, k], tread, found[2, k], bend, track, pose)
-        place[2, k] = np.arctan(tangent)
-    left, new = np.ones(n), np.ones(n)  # of each depth
-    for _ in range(100):  # all at once, so that what is symmetric stays so
-        for i in range(n):
-            total = 0.0
-            for j in range(n):
-                if j != i and left[j] > 0 and force[0, j] > 0:
-                    facing = max(np.cos(place[2, i] - place[2, j]), 0.0)
-                    radius = 0.75 * force[0, j] * left[j]**0.5 / (modulus * depth[j] * np.cos(place[2, j]))
-                    distance = np.hypot(place[0, i] - place[0, j], place[1, i] - place[1, j])
-                    share[i, j] = facing * left[j] * depth[j] * sunk(distance, radius) / depth[i]
-                    total += share[i, j]
-            new[i] = 0.5 * left[i] + 0.5 * max(1 - total, 0.0)
-        moved = np.abs(new - left).max()
-        left[:] = new
-        if moved < 1e-11:
+def edge_at(share, low, high, depth, width, way, height, wheel, rail, pose, tip):
+    """Station between low and high up to which the shares of width and way make `share`; depth is that at low. By Illinois with halvings."""
+    start, below, above, side = low, -share, 1.0, 0
+    for count in range(40):
+        station = 0.5 * (low + high) if count % 3 == 0 else (low * above - high * below) / (above - below)
+        deep = -(gap_at(station, wheel, rail, pose, tip)[0] + height)
+        excess = 0.5 * (station - start) / width + 0.5 * abs(deep - depth) / way - share
+        if abs(excess) < 1e-11 or high - low < 1e-13:
             break
-    for i in range(n):
-        share[i, i] = left[i]**1.5
-    return share
+        if excess < 0:
+            low, below, above, side = station, excess, (0.5 * above if side == -1 else above), -1
+        else:
+            high, above, below, side = station, excess, (0.5 * below if side == 1 else below), 1
+    return station
 
 
 @njit(cache=True, error_model="numpy")
-def join(force, found, depth, low, high, saddles, share, height, wheel, rail, pose, tip, modulus, constants, span):
-    """Let strips that penetrate at their saddles act as partly one, the deepest saddle first; changes force (4, n)."""
-    n = found.shape[1]
-    first, last = np.arange(n), np.arange(n)  # of the group each strip is in
-    while True:
-        k = np.argmax(saddles)
-        if saddles[k] <= 0:
-            return
-        a, b = first[k - 1], last[k]
-        merged = min(saddles[k] / min(depth[a:k].max(), depth[k:b + 1].max()), 1.0)
-        saddles[k] = -1.0
-        deepest = depth[a:b + 1].max()
-        parts, total = np.zeros((b + 1 - a, SUMS)), np.zeros(SUMS)
-        for i in range(a, b + 1):
-            if depth[i] > (1 - VIRTUAL) * deepest:
-                track = branch(rail, int(found[4, i]), found[3, i])
-                parts[i - a] = strip_sums(low[i], found[0, i], high[i], -height - (1 - VIRTUAL) * deepest, wheel, track, pose, tip)
-                total += parts[i - a]
-        i = a + np.argmax(depth[a:b + 1])
-        others = share[i, :a].sum() + share[i, b + 1:].sum()
-        track = branch(rail, int(found[4, i]), found[3, i])
-        whole = hertz_force(deepest, total, found[:, i], wheel, track, pose, modulus, constants, span) * max(1 - others, 0.0) ** 1.5
-        for i in range(a, b + 1):
-            for c in range(4):
-                force[c, i] = (1 - merged) * force[c, i] + merged * whole * parts[i - a, c] / total[0]
-            first[i], last[i] = a, b
+def strip_edges(found, ends, depths, height, wheel, rail, pose, tip):
+    """Stations (k,) of the edges, the minimum (k,) on whose part the strip behind each lies; -1 where none does."""
+    n = ends.shape[1]
+    width, way = (ends[2] - ends[0]).sum(), (2 * depths[1] - depths[0] - depths[2]).sum()
+    edges, part, count, behind, line = np.empty(STRIPS + 2 * n), np.empty(STRIPS + 2 * n, np.int64), 0, 0.0, 1
+    for k in range(n):
+        track = branch(rail, int(found[4, k]), found[3, k])
+        if k == 0 or found[4, k] != found[4, k - 1] or ends[0, k] > ends[2, k - 1] + 1e-12:
+            edges[count], part[count], count = ends[0, k], k, count + 1
+        for c in range(2):
+            share = 0.5 * (ends[c + 1, k] - ends[c, k]) / width + 0.5 * abs(depths[c + 1, k] - depths[c, k]) / way
+            while line < STRIPS and line / STRIPS < behind + share:
+                edges[count] = edge_at(line / STRIPS - behind, ends[c, k], ends[c + 1, k], depths[c, k], width, way, height, wheel, track, pose, tip)
+                part[count], count, line = k, count + 1, line + 1
+            behind += share
+        if k == n - 1 or found[4, k] != found[4, k + 1] or ends[0, k + 1] > ends[2, k] + 1e-12:
+            edges[count], part[count], count = ends[2, k], -1, count + 1
+    return edges[:count], part[:count]
 
 
 @njit(cache=True, error_model="numpy")
-def loaded_side(stations, wheel, rail, tip, pose, height, modulus, constants, span):
-    """Penetrating minima (PLACE, n) and forces (4, n) of a side."""
+def strip_row(low, high, height, wheel, rail, pose):
+    """One strip (STRIP,) between two stations, but for its reach along x; its width is 0 where it does not count."""
+    row, sums, total = np.zeros(STRIP), np.zeros(8), 0.0
+    for point in POINTS:
+        s = 0.5 * (low + high) + 0.5 * (high - low) * point
+        tread, slope, bend = cubic(s, wheel)
+        there, _, x, y, z, rail_height, tangent, rail_slope, advance, sine, cosine, steep, _, _, _ = meet(s, tread, slope, bend, rail, pose)
+        if not there:
+            continue
+        tilt, lean = 0.5 * (tangent + rail_slope), np.sqrt(1 + steep * steep)
+        size = np.sqrt(lean * lean + tilt * tilt)
+        forward, left, up = cosine * pose[2] + sine * pose[3] * pose[1], cosine * pose[1] - sine * pose[3] * pose[2], sine * pose[4]
+        along, side = (forward + up * steep) / lean, (lean * lean * left + tilt * up - steep * tilt * forward) / (size * lean)
+        stretch = np.sqrt(1 + slope * slope)
+        about, meridian = 1 / ((pose[7] - tread) * stretch), bend / stretch**3
+        sums += np.array([x, y, z, steep, tilt, (rail_height - z - height) / size, (about * along**2 + meridian * side**2) * lean * lean,
+                          min(max(advance, 0.0), MOST_ADVANCE)])
+        total += 1
+    if total == 0:
+        return row
+    sums /= total
+    size = np.sqrt(1 + sums[3] ** 2 + sums[4] ** 2)
+    row[LOW], row[HIGH], row[X], row[Y], row[Z], row[SLOPE] = low, high, sums[0], sums[1], sums[2], sums[3]
+    row[NX], row[NY], row[NZ] = -sums[3] / size, -sums[4] / size, 1 / size
+    row[DEPTH], row[BEND] = sums[5], max(sums[6], 0.1)
+    row[WIDTH] = (high - low) * sums[7] * np.sqrt(1 + sums[4] ** 2) if sums[5] > 0 else 0.0
+    return row
+
+
+@njit(cache=True, error_model="numpy")
+def strips_of(edges, part, found, height, wheel, rail, pose):
+    """All strips (STRIP, m) that overlap."""
+    strips, count = np.empty((STRIP, len(edges))), 0
+    for k in range(len(edges) - 1):
+        if part[k] < 0:
+            continue
+        index = int(found[4, part[k]])
+        row = strip_row(edges[k], edges[k + 1], height, wheel, branch(rail, index, found[3, part[k]]), pose)
+        if row[WIDTH] > 1e-12:
+            row[PART] = part[k]
+            row[BEHIND], row[AHEAD] = reach_along(row, index, rail)
+            strips[:, count], count = row, count + 1
+    return strips[:, :count]
+
+
+@njit(cache=True, error_model="numpy")
+def cells_of(strips, found, rail):
+    """Strip and row (c,) of every cell, its distance from the strip's lowest place (c,), depth (c,), and the length of all [m]."""
+    m = strips.shape[1]
+    length = 2 * max(strips[BEHIND].max(), strips[AHEAD].max()) / ROWS
+    strip, row, away, depth, count = np.empty(m * ROWS, np.int64), np.empty(m * ROWS, np.int64), np.empty(m * ROWS), np.empty(m * ROWS), 0
+    for i in range(m):
+        for k in range(ROWS):
+            x = (k + 0.5 - 0.5 * ROWS) * length
+            if -strips[BEHIND, i] < x < strips[AHEAD, i]:
+                deep = depth_along(strips[:, i], int(found[4, int(strips[PART, i])]), x, rail)
+                if deep > 0:
+                    strip[count], row[count], away[count], depth[count], count = i, k, x, deep, count + 1
+    return strip[:count], row[:count], away[:count], depth[:count], length
+
+
+@njit(cache=True, error_model="numpy")
+def add_carried(force, strip, away, length, strips, found, ends, carried):
+    """Add the cells' forces (c,) to the places (CARRIED, n) on whose parts they lie."""
+    for c in range(len(force)):
+        if force[c] == 0:
+            continue
+        i = strip[c]
+        of = strips[:, i]
+        x, station, tilt = of[X] + away[c], 0.5 * (of[LOW] + of[HIGH]), np.arctan(-of[NY] / of[NZ])
+        for k in range(found.shape[1]):
+            if found[4, k] != found[4, int(of[PART])]:
+                continue
+            share = (min(of[HIGH], ends[2, k]) - max(of[LOW], ends[0, k])) / (of[HIGH] - of[LOW])
+            if share <= 0:
+                continue
+            f = share * force[c]
+            carried[:10, k] += f * np.array([1.0, of[NY], of[NZ], of[NX], x, of[Y], of[Z], station, x * x + length**2 / 12,
+                                             of[Y] ** 2 + of[Z] ** 2 + of[WIDTH] ** 2 / 12])
+            carried[10, k], carried[11, k] = max(carried[10, k], tilt), min(carried[11, k], tilt)
+
+
+@njit(cache=True, error_model="numpy")
+def side_forces(found, height, wheel, rail, pose, tip, modulus):
+    """What every minimum of a side that overlaps carries (CARRIED, n), in side axes [N, m], and the error left over the largest depth.
+
+    found : (PLACE, n) minima with negative gap + height, each branch in order
+    """
+    carried = np.zeros((CARRIED, found.shape[1]))
+    carried[10], carried[11] = -np.pi, np.pi
+    if found.shape[1] == 0:
+        return carried, 0.0
+    ends, depths = parts_of(found, height, wheel, rail, pose, tip)
+    edges, part = strip_edges(found, ends, depths, height, wheel, rail, pose, tip)
+    strips = strips_of(edges, part, found, height, wheel, rail, pose)
+    if strips.shape[1] == 0:
+        return carried, 0.0
+    strip, row, away, depth, length = cells_of(strips, found, rail)
+    if len(strip) == 0:
+        return carried, 0.0
+    force, left = solve_forces(influence(strips, strip, row, length, modulus), depth)
+    add_carried(force, strip, away, length, strips, found, ends, carried)
+    return carried, left
+
+
+@njit(cache=True, error_model="numpy")
+def loaded_side(stations, wheel, rail, tip, pose, height, modulus):
+    """Minima (PLACE, n) of a side that overlap, what they carry (CARRIED, n), the error left over the largest depth."""
     found = nearest_places(stations, wheel, rail, pose, tip, -height)
     keep = 0
     for k in range(found.shape[1]):
@@ -276,19 +252,20 @@ def loaded_side(stations, wheel, rail, tip, pose, height, modulus, constants, sp
             found[:, keep] = found[:, k]
             keep += 1
     found = found[:, :keep].copy()
-    return found, side_forces(found, height, wheel, rail, pose, tip, modulus, constants, span)
+    carried, left = side_forces(found, height, wheel, rail, pose, tip, modulus)
+    return found, carried, left
 
 
 @njit(cache=True, error_model="numpy")
-def carried_by(side, sign, lateral, yaw, roll, lever, arm, height, modulus, constants, span):
+def carried_by(side, sign, lateral, yaw, roll, lever, arm, height, modulus):
     """Vertical force [N] that a side (stations, wheel, rail, tip, radius) carries at this roll and height of the pivot; sign +1 left, -1 right."""
     stations, wheel, rail, tip, radius = side
-    _, force = loaded_side(stations, wheel, rail, tip, side_pose(sign, lateral, yaw, roll, lever, arm, radius), height, modulus, constants, span)
+    _, force, _ = loaded_side(stations, wheel, rail, tip, side_pose(sign, lateral, yaw, roll, lever, arm, radius), height, modulus)
     return force[2].sum()
 
 
 @njit(cache=True, error_model="numpy")
-def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus, constants, span):
+def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
     """Roll and pivot height at which both sides carry their vertical loads (2,) [N]; sides as in roll_and_height.
 
     Returns roll, height, worst relative imbalance (NO_RAIL: no rail), rounds. Each side is driven by its own lowering, along the
@@ -313,9 +290,9 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus, constan
         worst = 0.0
         for i in range(2):
             if i == 0:  # the sides may be of two kinds
-                total = carried_by(left, 1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, constants, span)
+                total = carried_by(left, 1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus)
             else:
-                total = carried_by(right, -1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, constants, span)
+                total = carried_by(right, -1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus)
             if loads[i] > 0:
                 worst = max(worst, abs(total / loads[i] - 1))
             root, target = max(total, 0.0) ** (2 / 3), loads[i] ** (2 / 3)

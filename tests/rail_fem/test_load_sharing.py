@@ -16,7 +16,7 @@ from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_kernel import loaded_side
-from rail_fem.light.load_sharing import SPAN, STEEL_MODULUS, rest, rest_under, unit_constants
+from rail_fem.light.load_sharing import STEEL_MODULUS, rest, rest_under
 from rail_fem.light.contact_pairs import plain_rail_tie
 
 MM, UM = 1e-3, 1e-6
@@ -46,7 +46,7 @@ def side_force(search: ContactSearch, depth: float, lateral: float = 0.0, yaw: f
     """(3, n) forces of the left side, the wheelset pressed down by depth from where it touches."""
     state = search.settle(lateral, yaw)
     stations, wheel, rail, tip, _ = search.sides["left"]
-    return loaded_side(stations, wheel, rail, tip, search.pose(state, "left"), state.z - depth, STEEL_MODULUS, unit_constants(), SPAN)[1]
+    return loaded_side(stations, wheel, rail, tip, search.pose(state, "left"), state.z - depth, STEEL_MODULUS)[1]
 
 
 @pytest.mark.parametrize("radius", [0.08, 0.3, 2.0])
@@ -59,7 +59,7 @@ def test_one_crown_carries_what_hertz_says(radius, yaw, depth):
     spread = np.sqrt(first**2 + second**2 + 2 * first * second * np.cos(2 * (np.pi / 2 - yaw)))
     radii = 2 / (first + second - spread), 2 / (first + second + spread)
     exact = point_contact_of_approach(depth, *radii, STEEL_MODULUS).force
-    assert side_force(search, depth, yaw=yaw)[0].sum() == pytest.approx(exact, rel=2e-3)  # depth / radius: 150 um / 80 mm
+    assert side_force(search, depth, yaw=yaw)[0].sum() == pytest.approx(exact, rel=3e-3)  # cells: 0.2 %; depth / radius: 150 um / 80 mm
 
 
 @pytest.mark.parametrize("apart, depth, band", [(14 * MM, 30 * UM, 0.005), (14 * MM, 100 * UM, 0.02), (6 * MM, 100 * UM, 0.09), (2 * MM, 100 * UM, 0.06)])
@@ -84,7 +84,7 @@ def test_p8_on_bs113a_carries_what_the_half_space_says(lateral, band):
     stations, wheel, rail, tip, _ = search.sides["left"]
     pose = search.pose(Wheelset(wheel_profile("P8"), y=lateral), "left")
     touch = -lowest(stations, wheel, rail, pose, tip)[0]
-    _, force = loaded_side(stations, wheel, rail, tip, pose, touch - judge.approach / tie.frame[2, 2], STEEL_MODULUS, unit_constants(), SPAN)
+    _, force, _ = loaded_side(stations, wheel, rail, tip, pose, touch - judge.approach / tie.frame[2, 2], STEEL_MODULUS)
     assert force[0].sum() == pytest.approx(load, rel=band)
 
 
@@ -115,7 +115,7 @@ def test_the_force_is_continuous_as_one_of_two_points_vanishes():
         rail = Profile.from_points(np.concatenate([sides[0], np.column_stack([y, table]), sides[1]]))
         search = ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(rail), 0.2 * MM)
         stations, wheel, table_of_rail, tip, _ = search.sides["left"]
-        found, forces = loaded_side(stations, wheel, table_of_rail, tip, search.pose(search.wheelset, "left"), RADIUS - 0.15 * MM, STEEL_MODULUS, unit_constants(), SPAN)
+        found, forces, _ = loaded_side(stations, wheel, table_of_rail, tip, search.pose(search.wheelset, "left"), RADIUS - 0.15 * MM, STEEL_MODULUS)
         return found.shape[1], forces[2].sum()
 
     # the double well loses its minor minimum at tilt = 8 / (3 sqrt 3) * 0.08 / 5
