@@ -48,12 +48,12 @@ def test_a_kink_keeps_both_tangents_and_a_smooth_joint_has_one():
 @pytest.mark.parametrize("side", [1, -1], ids=["falling", "rising"])
 def test_a_line_that_ends_upright_stays_between_its_points(side):
     """A rail head's round corner down to its side: the cubic's tangent there is endless, and a cubic through it would swing far out."""
-    corner = arc((0.0, 0.0), (side * 0.013, -0.013), -side * 0.013, 1e-3)
-    points = Profile.from_pieces([corner]).points
-    profile = Profile.from_points(points) if side > 0 else Profile.from_points(points[::-1])
-    y = np.linspace(*np.sort(profile.points[:, 0])[[0, -1]], 2001)
-    i = np.clip(np.searchsorted(profile.points[:, 0], y), 1, len(points) - 1)
-    ends = profile.points[[i - 1, i], 1]
+    ends = [(0.0, 0.0), (side * 0.013, -0.013)][::side]
+    profile = Profile.from_pieces([arc(*ends, -0.013, 1e-3)])
+    points = profile.points
+    y = np.linspace(points[0, 0], points[-1, 0], 2001)
+    i = np.clip(np.searchsorted(points[:, 0], y), 1, len(points) - 1)
+    ends = points[[i - 1, i], 1]
     assert (profile.height(y) >= ends.min(axis=0) - 1e-12).all() and (profile.height(y) <= ends.max(axis=0) + 1e-12).all()
     assert np.abs(np.hypot(y, profile.height(y) + 0.013) - 0.013).max() < 1e-3**2 / (8 * 0.013)  # the arc over a chord of 1 mm
 
