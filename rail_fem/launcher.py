@@ -13,9 +13,10 @@ import time
 from collections.abc import Callable
 from typing import TypeVar
 
+from geometry.meshing.gmsh_process import without_mpi
+
 Answer = TypeVar("Answer")
 ROOT_SPEAKS_FIRST = 2.0  # seconds
-OF_MPI = ("OMPI_", "PMIX_", "PMI_", "PRTE_")
 LAUNCHER_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK")
 
 
@@ -95,8 +96,7 @@ def rank_environment() -> dict[str, str]:
     A program that has initialised MPI hands such variables on to its children, also those that os.environ does not know; mpirun
     would take itself for a rank of that program and end without a word.
     """
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(OF_MPI)}
-    return kept | {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
+    return without_mpi(os.environ) | {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
 
 
 if __name__ == "__main__":

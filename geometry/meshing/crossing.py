@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.hexmesh import HexMesh, MeshError, merge_bodies
 from geometry.meshing.axis import graded_line
 from geometry.meshing.band import column_count, lateral_columns, lateral_length, steady_band
@@ -62,6 +63,7 @@ class CrossingMeshSpec:
     growth: float = 1.3
 
 
+@gmsh_process()
 def mesh_crossing(crossing, spec: CrossingMeshSpec) -> HexMesh:
     """Mesh the wing and the nose of a crossing as separate blocks, each clamped at its base.
 

@@ -1,9 +1,13 @@
-"""Quadrilaterals inside a polygon by Gmsh, on exactly the polygon's own boundary points. The only file that imports gmsh; mesh_triangles borrows its session."""
+"""Quadrilaterals inside a polygon by Gmsh, on exactly the polygon's own boundary points.
+
+The only file that imports gmsh, in the child of gmsh_process alone; mesh_triangles borrows its session.
+"""
 
 from contextlib import contextmanager
 
 import numpy as np
 
+from geometry.meshing.gmsh_process import in_gmsh_process
 from geometry.meshing.hexmesh import MeshError, cross_2d
 
 DELAUNAY = 5
@@ -26,6 +30,15 @@ def fill_with_quads(polygon: np.ndarray, largest: float, angles: np.ndarray | No
     if len(polygon) % 2:
         raise MeshError(f"a polygon of {len(polygon)} edges cannot be filled with quadrilaterals only; give it an even number")
     _check_simple(polygon)
+    found = [mesh for mesh in in_gmsh_process(_attempts, polygon, largest) if len(mesh[1])]
+    if not found:
+        raise MeshError(f"Gmsh found no quadrilaterals in a polygon of {len(polygon)} edges near {polygon.mean(axis=0) * 1e3} mm; change the element sizes or the band a little")
+    angles = inner_angles(polygon)[None] if angles is None else angles
+    return min(found, key=lambda mesh: badness(*mesh, angles))
+
+
+def _attempts(polygon, largest):
+    """Nodes and quads of every attempt that left no triangle; in Gmsh's process."""
     found = []
     with gmsh_session() as gmsh:
         for algorithm, factor in ATTEMPTS:
@@ -36,11 +49,7 @@ def fill_with_quads(polygon: np.ndarray, largest: float, angles: np.ndarray | No
             halved = np.roll(polygon, -first, axis=0)[::2]
             if len(halved) >= 4 and not _crossings(halved).size:
                 found += [_subdivided(polygon, first, *_fill(gmsh, halved, 2 * largest, algorithm)) for algorithm in (FRONTAL_QUADS, FRONTAL_DELAUNAY, DELAUNAY)]
-    found = [mesh for mesh in found if len(mesh[1])]
-    if not found:
-        raise MeshError(f"Gmsh found no quadrilaterals in a polygon of {len(polygon)} edges near {polygon.mean(axis=0) * 1e3} mm; change the element sizes or the band a little")
-    angles = inner_angles(polygon)[None] if angles is None else angles
-    return min(found, key=lambda mesh: badness(*mesh, angles))
+    return found
 
 
 def _subdivided(polygon, first, points, triangles, quads):
@@ -103,22 +112,16 @@ def _crossings(polygon):
 
 @contextmanager
 def gmsh_session():
-    """A silent Gmsh; may be entered again and again, in any thread, and inside a caller's own session."""
+    """A silent Gmsh; in its own process only."""
     import gmsh
 
-    own = not gmsh.isInitialized()
-    if own:
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.option.setNumber("General.NumThreads", 1)
-    previous = None if own else gmsh.model.getCurrent()
     try:
         yield gmsh
     finally:
-        if own:
-            gmsh.finalize()
-        elif previous:
-            gmsh.model.setCurrent(previous)
+        gmsh.finalize()
 
 
 def _fill(gmsh, polygon, largest, algorithm):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from geometry.meshing.gmsh_process import in_gmsh_process
 from geometry.meshing.hexmesh import MeshError
 from geometry.meshing.gmsh_fill import DELAUNAY, _check_simple, _read, gmsh_session
 
@@ -15,6 +16,11 @@ def fill_with_triangles(polygon: np.ndarray, places: np.ndarray, size: float, re
     Returns nodes (m, 2) and triangles (t, 3), anticlockwise. Raises MeshError where Gmsh fails.
     """
     _check_simple(polygon)
+    return in_gmsh_process(_fill, polygon, places, size, reach, coarse, growth)
+
+
+def _fill(polygon, places, size, reach, coarse, growth):
+    """The same in Gmsh's process."""
     scale = 1.0 / np.ptp(polygon, axis=0).max()
     with gmsh_session() as gmsh:
         gmsh.model.add("plane")

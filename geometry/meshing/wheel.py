@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.hexmesh import HexMesh, MeshError
 from geometry.meshing.axis import graded_line
 from geometry.meshing.band import column_count, lateral_columns, lateral_length
@@ -41,6 +42,7 @@ class WheelMeshSpec:
     y_range: tuple[float, float] | None = None
 
 
+@gmsh_process()
 def mesh_wheel(profile, radius: float, spec: WheelMeshSpec) -> HexMesh:
     """Mesh the bottom sector of a wheel's rim.
 

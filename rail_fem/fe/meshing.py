@@ -7,6 +7,7 @@ import numpy as np
 from geometry.axes import GAUGE_POINT_DEPTH
 from geometry.surfaces.crossing import CastCrossing
 from geometry.meshing.hexmesh import HexMesh
+from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.crossing import BodyMeshSpec, CrossingMeshSpec, mesh_crossing
 from geometry.meshing.wheel import WheelMeshSpec, mesh_wheel
 from geometry.path.wheel_path import WheelPath, rolling_radius
@@ -29,9 +30,10 @@ def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[Hex
     """
     crossing, path = CastCrossing(scene.crossing.ratio), running.path
     low, high = sorted((running.start, running.end))
-    rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings.element_size))
     spec = WheelMeshSpec(settings.element_size, bands=wheel_bands(path, running.datum_y), fine_half_length=PATCH_REACH + 4e-3)
-    wheel = mesh_wheel(scene.wheel.shape, scene.wheel.radius, spec)
+    with gmsh_process():
+        rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings.element_size))
+        wheel = mesh_wheel(scene.wheel.shape, scene.wheel.radius, spec)
     height = datum_height(running, scene)
     mesh, gap = place_wheel(rail, wheel, running.start, running.datum_y, height)
     return mesh, gap, height - gap

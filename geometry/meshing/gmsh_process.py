@@ -1,0 +1,93 @@
+"""Gmsh in a process of its own, where MPI is not: the library of the Python registry brings an MPI and a PETSc of its own with it.
+
+Loaded beside Open MPI, its PETSc says at every start that the program was linked against two MPI libraries and will not run correctly. The
+child knows neither Open MPI nor the variables by which a launcher speaks to its ranks; it is asked for one mesh after the other and ends with
+`gmsh_process`, or with its parent. A Gmsh that crashes or hangs is then an error of one mesh, not the end of the run.
+"""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TypeVar
+
+from geometry.meshing.hexmesh import MeshError
+
+Answer = TypeVar("Answer")
+OF_MPI = ("OMPI_", "PMIX_", "PMI_", "PRTE_")  # variables of a launcher
+LONGEST = 600.0  # for one answer [s]; a section takes under a second
+_mine = threading.local()  # the child of this thread, while a `gmsh_process` is open
+
+
+def without_mpi(environment: dict[str, str]) -> dict[str, str]:
+    """An environment without the variables by which an MPI launcher makes a process one of its ranks."""
+    return {name: value for name, value in environment.items() if not name.startswith(OF_MPI)}
+
+
+@contextmanager
+def gmsh_process() -> Iterator[subprocess.Popen]:
+    """A child that runs Gmsh, shared by all that is asked inside; may be entered again. It ends when the outermost one is left."""
+    child = getattr(_mine, "child", None)
+    if child is not None and child.poll() is None:
+        yield child
+        return
+    path = os.pathsep.join([str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])])
+    command = [sys.executable, "-P", "-c", "from geometry.meshing.gmsh_process import serve; serve()"]
+    _mine.child = child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=without_mpi(os.environ) | {"PYTHONPATH": path})
+    try:
+        yield child
+    finally:
+        _mine.child = None
+        child.kill()
+        child.communicate()
+
+
+def in_gmsh_process(function: Callable[..., Answer], *arguments) -> Answer:
+    """function(*arguments), computed in the child. What it raises is raised here; MeshError where the child died or gave no answer.
+
+    function : of a module's top level;  arguments and answer : what pickle can send
+    """
+    with gmsh_process() as child:
+        watch = threading.Timer(LONGEST, child.kill)
+        watch.start()
+        try:
+            pickle.dump((function, arguments), child.stdin)
+            child.stdin.flush()
+            well, answer = pickle.load(child.stdout)
+        except (OSError, EOFError, pickle.UnpicklingError):
+            child.kill()
+            raise MeshError(f"Gmsh's process ended {_manner(child.wait(), watch)}; change the element sizes a little, or see `doctor`") from None
+        finally:
+            watch.cancel()
+    if not well:
+        raise answer
+    return answer
+
+
+def _manner(code: int, watch: threading.Timer) -> str:
+    if watch.finished.is_set():
+        return f"without an answer in {LONGEST:g} s"
+    return f"by {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
+
+
+def serve() -> None:
+    """The child: answers what comes in until its parent has gone. What Gmsh prints goes to stderr."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal: the parent decides
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    while True:
+        try:
+            function, arguments = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        try:
+            said = pickle.dumps((True, function(*arguments)))
+        except Exception as error:
+            said = pickle.dumps((False, error))
+        answers.write(said)
+        answers.flush()
