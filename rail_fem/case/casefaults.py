@@ -2,23 +2,25 @@
 
 import difflib
 from collections.abc import Iterable
-from typing import Any, get_args
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from rail_fem.scene.units import Quantity
+from rail_fem.scene.units import Quantity, typed
+
+LONGEST_GUESS = 60  # characters of a word for which a known one is looked for
 
 
 def suggest(word: str, known: Iterable[str]) -> str:
     """', did you mean ...?' when a known word is close, else nothing."""
-    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
+    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6) if len(word) <= LONGEST_GUESS else []
     return f", did you mean '{close[0]}'?" if close else ""
 
 
-def describe_faults(error: ValidationError, section: type[BaseModel], key: str) -> list[str]:
-    """One line for each fault that pydantic found in `section`, which the file calls `key`."""
-    return [f"{_dotted(key, _place(fault))}: {_remedy(fault, section, key)}" for fault in error.errors()]
+def describe_faults(error: ValidationError, section: type[BaseModel], key: str, most: int = 1000) -> list[str]:
+    """One line for each fault, up to `most`, that pydantic found in `section`, which the file calls `key`."""
+    return [f"{_dotted(key, _place(fault))}: {_remedy(fault, section, key)}" for fault in error.errors()[:most]]
 
 
 def _place(fault: dict[str, Any]) -> tuple:
@@ -27,27 +29,44 @@ def _place(fault: dict[str, Any]) -> tuple:
     return (*fault["loc"][:-1], own) if own else fault["loc"]
 
 
+def plain(word: Any) -> str:
+    """A key as it was typed, on one short line."""
+    return typed(str(word))[1:-1]
+
+
+def quoted(value: Any) -> str:
+    """A value as it was typed, on one short line, text in single quotes."""
+    return f"'{plain(value)}'" if isinstance(value, str) else typed(value)
+
+
+def _choices(annotation: Any) -> tuple[str, ...]:
+    """The values of a Literal, also inside an optional one."""
+    if get_origin(annotation) is Literal:
+        return get_args(annotation)
+    return tuple(choice for member in get_args(annotation) for choice in _choices(member))
+
+
 def _dotted(key: str, place: tuple) -> str:
     for step in place:
-        key += f"[{step}]" if isinstance(step, int) else f".{step}"
+        key += f"[{step}]" if isinstance(step, int) else f".{plain(step)}"
     return key
 
 
 def _remedy(fault: dict[str, Any], section: type[BaseModel], key: str) -> str:
-    place, kind, typed = fault["loc"], fault["type"], fault["input"]
+    place, kind, value = fault["loc"], fault["type"], quoted(fault["input"])
     if kind == "extra_forbidden":
         return _unknown_key(place, section, key)
     if kind == "missing":
         return f"missing ({meaning(_field(section, place))})"
     if kind in ("choice", "literal_error"):
-        choices = fault["ctx"].get("choices") or get_args(_field(section, place).annotation)
-        return f"unknown value {typed!r}{suggest(str(typed), choices)} (choose from: {', '.join(choices)})"
+        choices = fault["ctx"].get("choices") or _choices(_field(section, place).annotation)
+        return f"unknown value {value}{suggest(str(fault['input']), choices)} (choose from: {', '.join(choices)})"
     if kind in ("model_type", "model_attributes_type"):
-        return f"{typed!r} is not a table, write [{_dotted(key, place)}] with its keys below"
+        return f"{value} is not a table, write [{_dotted(key, place)}] with its keys below"
     if "fault" in fault.get("ctx", {}):
         return fault["ctx"]["fault"]
     message = fault["msg"].removeprefix("Input should be ")
-    return f"{typed!r} must be {message} ({meaning(_field(section, place))})"
+    return f"{value} must be {message} ({meaning(_field(section, place))})"
 
 
 def _unknown_key(place: tuple, section: type[BaseModel], key: str) -> str:
@@ -82,9 +101,12 @@ def _field(section: type[BaseModel], place: tuple) -> FieldInfo:
 
 
 def quantity_of(entry: FieldInfo) -> Quantity | None:
-    """The Quantity of a field, also inside an optional one; None when it has none."""
-    candidates = [*entry.metadata, *(extra for member in get_args(entry.annotation) for extra in getattr(member, "__metadata__", ()))]
-    return next((extra for extra in candidates if isinstance(extra, Quantity)), None)
+    """The Quantity of a field, also inside an optional one or of a list's entries; None when it has none."""
+    return next((extra for extra in [*entry.metadata, *_extras(entry.annotation)] if isinstance(extra, Quantity)), None)
+
+
+def _extras(annotation: Any) -> list[Any]:
+    return [*getattr(annotation, "__metadata__", ()), *(extra for member in get_args(annotation) for extra in _extras(member))]
 
 
 def meaning(entry: FieldInfo) -> str:

@@ -1,6 +1,5 @@
 """Case files: TOML text to a typed scene and typed numerics, with every fault reported at once."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,11 +7,17 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from rail_fem.case.casefaults import describe_faults, suggest
+from rail_fem.case.casefaults import describe_faults, plain, quoted, suggest
+from rail_fem.casetext import CaseTextError, read_table
 from rail_fem.ladder import LADDER
+from rail_fem.settings.light import PassSettings
 from rail_fem.scene.scene import Frozen, Scene
+from rail_fem.scene.units import typed
 
 CASE_VERSION = 1
+LONGEST_TITLE = 200
+MOST_FAULTS = 50  # told of one file
+FEWEST_ROWS = 10  # of a history
 TOP_KEYS = ("version", "title", "scene", "run")
 
 
@@ -48,33 +53,27 @@ def load_case(path: Path, changes: Mapping[str, Any] | None = None) -> Case:
         _change(table, key, value, path)
     version = table.get("version", CASE_VERSION)
     if version != CASE_VERSION or isinstance(version, bool):
-        raise CaseError(path, [f"version: the file is of case version {version!r}, this program reads version {CASE_VERSION}: "
+        raise CaseError(path, [f"version: the file is of case version {quoted(version)}, this program reads version {CASE_VERSION}: "
                                "use the program that the file was written for, or rewrite it after cases/nose_transfer.toml"])
-    faults = [f"{key}: unknown key{suggest(key, TOP_KEYS)}" for key in table if key not in TOP_KEYS]
+    faults = [f"{plain(key)}: unknown key{suggest(key, TOP_KEYS)}" for key in table if key not in TOP_KEYS]
     title = table.get("title", path.stem)
-    if not isinstance(title, str):
-        faults.append(f'title: {title!r} is not text, write e.g. "nose transfer, facing"')
+    if not isinstance(title, str) or not title.isprintable() or len(title) > LONGEST_TITLE:
+        faults.append(f'title: {typed(title)} is not a line of text of at most {LONGEST_TITLE} characters, write e.g. "nose transfer, facing"')
     context = {"units_required": True, "folder": path.resolve().parent}
     scene = _read_section(Scene, table.get("scene"), "scene", context, faults)
     runs = _read_runs(table.get("run"), context, faults)
     if scene is not None:
         faults += [fault for name, run in runs.items() for fault in _disagreements(scene, name, run)]
     if faults:
-        raise CaseError(path, faults)
+        raise CaseError(path, faults[:MOST_FAULTS] + ([f"and {len(faults) - MOST_FAULTS} more"] if len(faults) > MOST_FAULTS else []))
     return Case(path, title, scene, runs)
 
 
 def _read_table(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except FileNotFoundError:
-        raise CaseError(path, ["no such file; the examples lie in cases/"]) from None
-    except OSError as error:
-        raise CaseError(path, [f"cannot be read: {error.strerror}"]) from error
-    except UnicodeDecodeError as error:
-        raise CaseError(path, [f"byte {error.start} is not UTF-8 text: save the file as UTF-8"]) from error
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(path, [f"not valid TOML: {error}"]) from error
+        return read_table(path)
+    except CaseTextError as error:
+        raise CaseError(path, [str(error)]) from error
 
 
 def _change(table: dict[str, Any], key: str, value: Any, path: Path) -> None:
@@ -93,7 +92,7 @@ def _read_section(section: type[Frozen], value: Any, key: str, context: dict, fa
     try:
         return section.model_validate(value, context=context)
     except ValidationError as error:
-        faults += describe_faults(error, section, key)
+        faults += describe_faults(error, section, key, most=4 * MOST_FAULTS)
         return None
 
 
@@ -104,7 +103,7 @@ def _read_runs(value: Any, context: dict, faults: list[str]) -> dict[str, Frozen
     runs = {}
     for name, table in value.items():
         if name not in LADDER:
-            faults.append(f"run.{name}: unknown model{suggest(name, LADDER)}; models: {', '.join(LADDER)}")
+            faults.append(f"run.{plain(name)}: unknown model{suggest(name, LADDER)}; models: {', '.join(LADDER)}")
             continue
         settings = _read_section(LADDER[name].settings, table, f"run.{name}", context, faults)
         if settings is not None:
@@ -114,8 +113,29 @@ def _read_runs(value: Any, context: dict, faults: list[str]) -> dict[str, Frozen
 
 def _disagreements(scene: Scene, name: str, run: Frozen) -> list[str]:
     """Faults that only scene and numerics together show."""
-    start, end = getattr(run, "start", None), getattr(run, "end", None)
-    if start is None or end is None or (end - start) * scene.direction_sign > 0:
+    start, end = run.window(scene) if isinstance(run, PassSettings) else (getattr(run, "start", None), getattr(run, "end", None))
+    if start is None or end is None:
         return []
-    side = "above" if scene.direction_sign > 0 else "below"
-    return [f"run.{name}.end: {end * 1e3:g} mm must lie {side} start {start * 1e3:g} mm for a {scene.direction} pass: exchange the two"]
+    if (end - start) * scene.direction_sign <= 0:
+        side = "above" if scene.direction_sign > 0 else "below"
+        return [f"run.{name}.end: {end * 1e3:g} mm must lie {side} start {start * 1e3:g} mm for a {scene.direction} pass: exchange the two"]
+    return [f"run.{name}.{fault}" for fault in (*_too_long(abs(end - start) / scene.speed, run), *_late_approach(scene, start, run))]
+
+
+def _too_long(duration: float, run: Frozen) -> list[str]:
+    """Times that do not fit into a pass of `duration` [s]."""
+    whole = f"the pass takes {duration * 1e3:.4g} ms"
+    faults = []
+    if getattr(run, "settle_time", 0.0) >= duration:
+        faults.append(f"settle_time: {run.settle_time * 1e3:g} ms, but {whole}: the wheel would never be let go; settle for less, or run farther")
+    if duration < FEWEST_ROWS * run.history_interval:
+        faults.append(f"history_interval: {run.history_interval * 1e6:g} us gives {duration / run.history_interval:.2g} rows, {whole}; "
+                      f"at most {duration / FEWEST_ROWS * 1e6:.3g} us gives {FEWEST_ROWS}")
+    return faults
+
+
+def _late_approach(scene: Scene, start: float, run: Frozen) -> list[str]:
+    approach = getattr(run, "approach_start", None)
+    if approach is None or (start - approach) * scene.direction_sign > 0:
+        return []
+    return [f"approach_start: {approach * 1e3:g} mm lies behind start {start * 1e3:g} mm of a {scene.direction} pass: begin the approach ahead of it"]

@@ -5,10 +5,11 @@ Values are SI. Every field carries its unit, range and meaning once, in its `Qua
 Files that a scene names are read once, when it is made: the scene carries what they held, and everything after works on that.
 """
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationInfo, field_validator, model_validator
 from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
     from geometry.profiles.profile import Profile
 
 GRAVITY = 9.81
+PRINTABLE = r"^[^\x00-\x1f\x7f-\x9f]*$"  # one line without control characters
+
+
+Count = Annotated[int, Strict()]  # true is no count of 1
 
 
 class Frozen(BaseModel):
@@ -42,10 +47,10 @@ class Wheel(Frozen):
     digest : of what the profile file held; a run writes it, and a scene that states it takes no other content. measured : what was read.
     """
 
-    profile: str = Field(description="name of a wheel profile, or the path of a profile file")
+    profile: str = Field(max_length=400, pattern=PRINTABLE, description="name of a wheel profile, or the path of a profile file")
     far_tread_slope: Annotated[float, Quantity("%", 5, 15, "slope of the far tread of the P8 family")] = 0.067
     radius: Annotated[float, Quantity("mm", 250, 700, "rolling radius at the tread datum")] = 0.425
-    label: str = Field("", description="free text that tables and plots show")
+    label: str = Field("", max_length=100, pattern=PRINTABLE, description="free text that tables and plots show")
     measured: SkipJsonSchema[Any] = Field(None, exclude=True, repr=False, validate_default=True)
     digest: str = Field("", validate_default=True, description="digest of the profile file's content")
 
@@ -58,7 +63,7 @@ class Wheel(Frozen):
         if not Path(profile).suffix:
             raise PydanticCustomError("choice", "unknown", {"choices": WHEEL_NAMES})
         path = Path(context["run_folder"]) / KEPT if "run_folder" in context else Path(context.get("folder", ".")) / profile
-        if not path.exists():
+        if not os.path.exists(path):
             remedy = f"give a path relative to the case file, one of {', '.join(WHEEL_NAMES)}, or the {KEPT} of a run that has used it"
             raise _fault("absent_file", f'no file "{path.name}" in {path.parent}: {remedy}')
         return str(path)
@@ -110,7 +115,7 @@ class Vehicle(Frozen):
 
     vehicle_sprung_mass: Annotated[float, Quantity("t", 1, 300, "sprung mass of the whole vehicle")]
     wheelset_unsprung_mass: Annotated[float, Quantity("t", 0.1, 6, "unsprung mass of one wheelset")]
-    wheel_count: int = Field(8, ge=2, le=64, multiple_of=2, description="number of wheels that carry the vehicle")
+    wheel_count: Count = Field(8, ge=2, le=64, multiple_of=2, description="number of wheels that carry the vehicle")
     primary_stiffness: Annotated[float, Quantity("MN/m", 0.01, 50, "primary suspension stiffness per wheel")] = 1.2e6
     primary_damping: Annotated[float, Quantity("kN s/m", 0, 1000, "primary suspension damping per wheel")] = 10.0e3
 

@@ -11,8 +11,14 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError, core_schema
 
-NUMBER_THEN_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf))\s*((?:[a-z%\u00b5\u03bc\u00b0][^,]*?)?)\s*", re.IGNORECASE)
-ROUNDING = 1e-12  # relative slack at the ends of a range: conversion between units rounds
+LARGEST = 1e300
+LONGEST = 100      # characters of a quantity; "66.25 t" has 7
+MOST_FACTORS, LARGEST_EXPONENT = 8, 4
+NUMBER_THEN_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)(?![a-z]))\s*(.*?)\s*", re.IGNORECASE)
+NAME = re.compile(r"[^\W\d]+|[%\u00b0]")
+FACTOR = re.compile(rf"\s*(?P<sign>[*/\u00b7]?)\s*(?P<name>(?:{NAME.pattern}))(?:\s*(?:\^|\*\*)\s*(?P<power>[+-]?\d(?:\.5)?)|(?P<raised>[\u00b2\u00b3]))?(?![\w.^])\s*")
+TONS = {"ton", "tons", "uston"}  # which of three tons? pint's is the short one of 907 kg
+ROUNDING = 1e-12   # relative slack at the ends of a range: conversion between units rounds
 
 
 class QuantityError(ValueError):
@@ -21,16 +27,55 @@ class QuantityError(ValueError):
 
 @functools.cache
 def registry():
-    """The one unit registry of the program (pint is imported only when a unit is read or shown)."""
+    """The one unit registry of the program (pint is imported only when a unit is read or shown). It knows names; expressions are read here."""
     import pint
 
     return pint.UnitRegistry()
 
 
 @functools.cache
+def root_units(unit: str) -> tuple[float, dict[str, float]]:
+    """How many root units are in one `unit`, and which: {"gram": 1, "second": -2}. An angle is a root unit of its own, and so no plain number.
+
+    unit : a product or quotient of at most 8 units with exponents up to 4 in size, whole or half: "kN s/m", "kg/m^3", "m s^-1"; "" is a plain number
+    Errors: QuantityError, which names the part that is not understood.
+    """
+    factor, dimension, at, divided = 1.0, {}, 0, False
+    for _ in range(MOST_FACTORS + 1):
+        if at == len(unit):
+            return factor, {name: power for name, power in dimension.items() if power}
+        part = FACTOR.match(unit, at)
+        if part is None:
+            raise QuantityError(f'unknown unit "{unit[at:].strip()}"')
+        if divided and not part["sign"]:
+            raise QuantityError(f'unit "{unit}" has a blank behind "/": write "/" or "*" before {part["name"]}')
+        power = {"\u00b2": 2.0, "\u00b3": 3.0}.get(part["raised"]) or float(part["power"] or 1)
+        if abs(power) > LARGEST_EXPONENT:
+            raise QuantityError(f'unit "{unit}" has the exponent {power:g}, the largest is {LARGEST_EXPONENT}')
+        divided, at = part["sign"] == "/", part.end()
+        scale, roots = _named(part["name"])
+        power = -power if divided else power
+        factor *= scale**power
+        for name, own in roots.items():
+            dimension[name] = dimension.get(name, 0.0) + power * own
+    raise QuantityError(f'unit "{unit}" has more than {MOST_FACTORS} factors')
+
+
+def _named(name: str) -> tuple[float, dict[str, float]]:
+    if name.lower() in TONS:
+        raise QuantityError(f'"{name}" may be 907 kg or 1016 kg: write "t" for 1000 kg')
+    try:
+        factor, units = registry().get_root_units(registry().parse_units(name))
+    except Exception as error:  # pint raises many kinds
+        raise QuantityError(f'unknown unit "{name}"') from error
+    return float(factor), {str(unit): float(power) for unit, power in units._units.items()}
+
+
+@functools.cache
 def si_factor(unit: str) -> float:
     """How many SI units are in one `unit` ("" counts as dimensionless)."""
-    return float(registry().Quantity(1.0, unit or "dimensionless").to_base_units().magnitude)
+    factor, roots = root_units(unit)
+    return factor * 1e-3 ** roots.get("gram", 0.0)
 
 
 def show(value: float, unit: str, digits: int = 6) -> str:
@@ -43,33 +88,43 @@ def parse(text: str, unit: str) -> tuple[float, float]:
 
     Errors: QuantityError, whose message says what is wrong and shows a value that would be right.
     """
-    found = NUMBER_THEN_UNIT.fullmatch(text)
+    found = NUMBER_THEN_UNIT.fullmatch(text) if len(text) <= LONGEST and text.isprintable() else None
     if found is None:
-        raise QuantityError(f'"{text}" is not a number with a unit, write e.g. "{_example(unit)}"'
-                            + (" (decimal point, not comma)" if "," in text else ""))
+        raise QuantityError(f"{typed(text)} is not a number with a unit, write e.g. {_example(unit)}" + (" (decimal point, not comma)" if "," in text else ""))
     number, written = float(found[1]), found[2]
     if not written and unit:
-        raise QuantityError(f'"{text}" has no unit, write e.g. "{found[1]} {unit}"')
+        raise QuantityError(f'{typed(text)} has no unit, write e.g. "{found[1]} {unit}"')
     if not math.isfinite(number):
-        raise QuantityError(f'"{text}" is not a finite number')
+        raise QuantityError(f"{typed(text)} is not a finite number")
     try:
-        quantity = registry().Quantity(number, registry().Unit(written or "dimensionless"))  # Unit refuses a hidden factor ("m 3")
-        in_unit, in_si = float(quantity.to(unit or "dimensionless").magnitude), float(quantity.to_base_units().magnitude)
-    except Exception as error:  # pint raises many kinds: unknown unit, wrong dimension, syntax
-        raise QuantityError(_unit_fault(text, written, unit)) from error
-    return in_si, in_unit
+        _, roots = root_units(written)
+    except QuantityError as error:
+        comma = " (decimal point, not comma)" if "," in text else ""
+        raise QuantityError(f"{typed(text)}: {error}, write e.g. {_example(unit)}{comma}") from error
+    if roots != root_units(unit)[1]:
+        raise QuantityError(f"{typed(text)} has the dimension {_dimension(roots)}, not that of {unit or 'a plain number'}, write e.g. {_example(unit)}")
+    in_si = number * si_factor(written)
+    return in_si, in_si / si_factor(unit)
+
+
+def typed(value: Any) -> str:
+    """A value as it was typed, for a message: on one line, cut where it is long, control characters spelled out."""
+    if isinstance(value, int) and not isinstance(value, bool) and abs(value) > 10**LONGEST:
+        return f"a whole number of more than {LONGEST} digits"
+    shown = (value if value.isprintable() else repr(value)[1:-1]) if isinstance(value, str) else repr(value)
+    shown = shown if len(shown) <= LONGEST else f"{shown[:LONGEST - 20]}... ({len(shown)} characters)"
+    return f'"{shown}"' if isinstance(value, str) else shown
 
 
 def _example(unit: str) -> str:
-    return f"1 {unit}".strip()
+    return f'"1 {unit}"' if unit else '"1"'
 
 
-def _unit_fault(text: str, written: str, unit: str) -> str:
-    try:
-        dimension = registry().Unit(written).dimensionality
-    except Exception:  # the unit itself cannot be read
-        return f'"{text}": unknown unit "{written}", write e.g. "{_example(unit)}"'
-    return f'"{text}" has the dimension {dimension}, not that of {unit or "a plain number"}, write e.g. "{_example(unit)}"'
+def _dimension(roots: dict[str, float]) -> str:
+    """Root units as a dimension: "[mass] [time]^-2"."""
+    words = {"gram": "mass", "meter": "length", "second": "time", "radian": "angle", "kelvin": "temperature"}
+    parts = [f"[{words.get(name, name)}]" + (f"^{power:g}" if power != 1 else "") for name, power in sorted(roots.items())]
+    return " ".join(parts) or "of a plain number"
 
 
 @dataclass(frozen=True)
@@ -92,23 +147,27 @@ class Quantity:
     def read(self, value: Any, units_required: bool = False) -> float:
         """The value in SI. Errors: QuantityError with the value as typed and the remedy."""
         if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-            raise QuantityError(f'{value!r} is not a quantity, write e.g. "{_example(self.unit)}"')
+            raise QuantityError(f"{typed(value)} is not a quantity, write e.g. {_example(self.unit)}")
         if isinstance(value, str):
             in_si, in_unit = parse(value, self.unit)
         elif units_required and self.unit:
-            raise QuantityError(f'{value!r} has no unit, write e.g. "{value!r} {self.unit}"')
-        elif not math.isfinite(value):
-            raise QuantityError(f"{value!r} is not a finite number")
+            raise QuantityError(f'{typed(value)} has no unit, write e.g. "{typed(value)} {self.unit}"')
+        elif abs(value) > LARGEST or value != value:
+            raise QuantityError(f"{typed(value)} is not a finite number")
         else:
             in_si, in_unit = float(value), float(value) / si_factor(self.unit)
         self._check_range(value, in_unit)
         return in_si
 
-    def _check_range(self, typed: Any, in_unit: float) -> None:
+    def _check_range(self, as_typed: Any, in_unit: float) -> None:
         slack = ROUNDING * max(abs(self.low), abs(self.high))
         if not self.low - slack <= in_unit <= self.high + slack:
-            shown = f"{typed} = {in_unit:.6g} {self.unit}".strip()
-            raise QuantityError(f"{shown} is outside [{self.low:g}, {self.high:g}] for the {self.meaning}")
+            shown = f"{as_typed} = {in_unit:.6g} {self.unit}".strip()
+            raise QuantityError(f"{shown} is outside {self.range()} for the {self.meaning}")
+
+    def range(self) -> str:
+        """The range allowed, in the unit: "[0.5, 350] mph"."""
+        return f"[{self.low:g}, {self.high:g}] {self.unit}".strip()
 
     def show(self, value: float) -> str:
         return show(value, self.unit)
@@ -121,3 +180,9 @@ class Quantity:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.with_info_plain_validator_function(self._validate)
+
+    def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: Any) -> dict[str, Any]:
+        """A case file's: text with a unit where the field has one, else a number, too."""
+        text = {"type": "string", "examples": [f"{self.low:g} {self.unit}".strip()]}
+        about = {"description": f"{self.meaning}, {self.range()}"}
+        return text | about if self.unit else {"anyOf": [{"type": "number", "minimum": self.low, "maximum": self.high}, text]} | about

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rail_fem.scene.scene import Frozen
+from rail_fem.scene.scene import Count, Frozen
 from rail_fem.scene.units import Quantity
 
 SMOKE_ELEMENT_SIZE = 6e-3
@@ -20,7 +20,7 @@ class FeSettings(Frozen):
     element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 2.0e-3
     start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = 0.200
     end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the end")] = 0.560
-    courant: Annotated[float, Quantity("", 0.05, 1.0, "time step over the critical step")] = 0.9
+    courant: Annotated[float, Quantity("", 0.05, 0.97, "time step over the critical step")] = 0.9
     penalty: Annotated[float, Quantity("", 1e-3, 1e3, "factor on the contact penalty stiffness (10 times an element layer's)")] = 1.0
     hourglass: Annotated[float, Quantity("", 0, 1, "hourglass stiffness over 3.5 shear moduli")] = 0.01
     settle_time: Annotated[float, Quantity("ms", 0, 1000, "settling phase before the pass")] = 1.2e-3
@@ -28,9 +28,9 @@ class FeSettings(Frozen):
     foundation: bool = Field(True, description="foundation spring and damper; off: fixed base")
     track_mass: bool = Field(True, description="added mass of the track under the crossing")
     history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
-    field_frames: int = Field(10, ge=1, le=10000, description="number of field outputs over the pass")
+    field_frames: Count = Field(10, ge=1, le=10000, description="number of field outputs over the pass")
     checkpoint_interval: Annotated[float, Quantity("s", 1, 1e6, "wall time between restart files")] = 60.0
-    max_steps: int | None = Field(None, ge=1, description="stop after this many steps; none: the whole pass")
+    max_steps: Count | None = Field(None, ge=1, description="stop after this many steps; none: the whole pass")
 
     @model_validator(mode="after")
     def _has_a_length(self) -> "FeSettings":

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rail_fem.scene.scene import Frozen, Scene
+from rail_fem.scene.scene import Count, Frozen, Scene
 from rail_fem.scene.units import Quantity
 
 WHOLE_START, WHOLE_END = -1.2, 0.9  # from plain rail ahead of the leg transition to behind the nose [m]
@@ -75,4 +75,4 @@ class BemPassageSettings(GrooveSettings):
     """As rigid_hertz, with contacts solved on the true gaps."""
 
     patch_spacing: Annotated[float, Quantity("mm", 0.5, 100, "distance between places where the gap is solved for the contact's stiffness")] = 10e-3
-    cells: int = Field(32, ge=8, le=512, description="cells across a patch, each way")
+    cells: Count = Field(32, ge=8, le=512, description="cells across a patch, each way")

@@ -47,7 +47,9 @@ def _section(section: BaseModel, prefix: str = "") -> list[str]:
         value = getattr(section, name)
         if isinstance(value, BaseModel):
             lines += _section(value, f"{prefix}{name}.")
-        elif value is not None and value != "" and not entry.exclude:
+        elif value is None and not entry.exclude:
+            lines.append(_row(prefix + name, "not set", meaning(entry)))
+        elif value != "" and not entry.exclude:
             lines.append(_row(prefix + name, _shown(value, quantity_of(entry)), meaning(entry)))
     return lines
 

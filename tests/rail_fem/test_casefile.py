@@ -72,7 +72,7 @@ suspension = "maybe"
         "scene.foundation: 3 is not a table, write [scene.foundation] with its keys below",
         "scene.wheel.profile: unknown value 'worn P8' (choose from: P8, P8-worn, P8-hollow, P1, S1002)",
         'scene.vehicle.vehicle_sprung_mass: 66.25 has no unit, write e.g. "66.25 t"',
-        "scene.vehicle.wheelset_unsprung_mass: 9000 kg = 9 t is outside [0.1, 6] for the unsprung mass of one wheelset",
+        "scene.vehicle.wheelset_unsprung_mass: 9000 kg = 9 t is outside [0.1, 6] t for the unsprung mass of one wheelset",
         "scene.vehicle.wheel_count: 7 must be a multiple of 2 (number of wheels that carry the vehicle)",
         "scene.materials.wing.grade: unknown value 'Mn12', did you mean 'Mn13'? (choose from: Mn13, R8T)",
         "scene.materials.nose: steel: hardening_stress must be positive and must not fall (softening has no mesh-independent answer)",

@@ -50,7 +50,7 @@ def test_bare_number_is_si_in_python_and_refused_in_a_case_file():
 def test_range_holds_in_every_unit_and_its_ends_are_allowed():
     for text in ("1 mm", "100 mm", "0.001 m", "10 cm", "0.1 m"):
         LENGTH.read(text)
-    with pytest.raises(QuantityError, match=r"9 m = 9000 mm is outside \[1, 100\] for the test length"):
+    with pytest.raises(QuantityError, match=r"9 m = 9000 mm is outside \[1, 100\] mm for the test length"):
         LENGTH.read("9 m")
     with pytest.raises(QuantityError, match="outside"):
         LENGTH.read(0.1001)
@@ -60,3 +60,32 @@ def test_range_holds_in_every_unit_and_its_ends_are_allowed():
 def test_what_is_shown_reads_back(value, unit):
     """Ten digits shown, so the relative difference is at most 5e-10."""
     assert parse(show(value, unit, digits=10), unit)[0] == pytest.approx(value, rel=6e-10)
+
+
+@pytest.mark.parametrize("text, unit, value", [
+    ("1 kg m s^-2", "kN", 1.0), ("1 kg*m/s/s", "kN", 1.0), ("1 kg·m/s²", "kN", 1.0), ("2 GN/m^1.5", "GN/m^1.5", 2e9), ("120 km / h", "mph", 120 / 3.6),
+    ("75 MPH", "mph", 75 * 0.44704), ("7.8 g/cm**3", "kg/m^3", 7800.0), ("1 tonne", "t", 1000.0), ("1 long_ton", "t", 1016.0469088), ("30 deg", "mrad", 0.5235987755982988),
+])
+def test_products_and_quotients_of_known_units_with_small_exponents_are_read(text, unit, value):
+    assert parse(text, unit)[0] == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("text, unit, said", [
+    ("30 deg", "", "[angle], not that of a plain number"), ("0.3 rad", "%", "[angle]"), ("0.3 m/m rad", "", "blank behind"), ("3 %", "mrad", "of a plain number"),
+    ("66 ton", "t", 'write "t" for 1000 kg'), ("66 Tons", "t", 'write "t" for 1000 kg'), ("3 count", "", "[count]"),
+    ("1 kN/m s", "kN s/m", 'a blank behind "/"'), ("1 m^9", "mm", "exponent"), ("1 m^99", "mm", "unknown unit"), ("1 m^2^2", "mm", "unknown unit"),
+    ("75 mph**9**9**9", "mph", "exponent 9"), ("75 (mph)", "mph", "unknown unit"), ("75 mph\0", "mph", "is not a number with a unit"), ("75 mph\n", "mph", "is not a number"),
+    ("1 " + "m" * 100_000, "mm", "characters)"), ("1 " + "*".join(["m/m"] * 12), "", "more than 8 factors"), ("9" * 5000 + " m", "mm", "is not a number"),
+    ("1 __import__", "mm", "unknown unit"), ("1 /s", "mm", "dimension"), ("1 *", "mm", "unknown unit"), ("1 degC", "mm", "[temperature]"),
+])
+def test_expressions_that_are_no_unit_are_refused_in_no_time_and_on_one_short_line(text, unit, said):
+    with pytest.raises(QuantityError) as fault:
+        parse(text, unit)
+    assert said in str(fault.value) and len(str(fault.value)) < 300 and str(fault.value).isprintable()
+
+
+@pytest.mark.parametrize("value", [10**400, -(10**400), [0] * 100_000, {"a": "b" * 100_000}, "x" * 10_000_000])
+def test_huge_values_are_refused_on_one_short_line(value):
+    with pytest.raises(QuantityError) as fault:
+        LENGTH.read(value)
+    assert len(str(fault.value)) < 300

@@ -1,0 +1,79 @@
+"""The text of a case file, read within bounds: what is too large, too deep or too long to be a case is refused before it is parsed.
+
+A reader of TOML takes time that grows with the square of a key's parts, recurses into nested arrays, and works out integers of any length.
+"""
+
+import re
+import tomllib
+from pathlib import Path
+from stat import S_ISREG
+from typing import Any
+
+LARGEST_FILE = 20_000_000  # bytes, comments included
+LARGEST_TEXT = 200_000     # characters without comments; the largest case of the thesis has 2000
+LONGEST_STRING = 2000
+DEEPEST = 12               # brackets in brackets
+MOST_KEYS = 2000
+MOST_PARTS = 12            # of a key: [run.fe_full] has 2
+LONGEST_WORD = 100         # of a number or a key's part
+# Every alternative matches in one pass, an unclosed text to the end of the file: no part of it is looked at twice.
+STRINGS_AND_COMMENTS = re.compile(r"""
+    \"\"\"(?:[^"\\]++|\\.|"(?!""))*+(?:"{3,5}|\\?\Z) | \'\'\'(?:[^']++|'(?!''))*+(?:'{3,5}|\Z)
+    | "(?:[^"\\\n]++|\\.)*+"? | '[^'\n]*+'? | \#[^\n]*+
+""", re.DOTALL | re.VERBOSE)
+
+
+class CaseTextError(ValueError):
+    """A file that is no case; the message says why and what to do."""
+
+
+def read_table(path: Path) -> dict[str, Any]:
+    """The tables of a TOML file as plain values. Errors: CaseTextError with one sentence."""
+    try:
+        about = path.stat()
+        if not S_ISREG(about.st_mode):
+            raise CaseTextError("cannot be read: it is no file, give the path of a case file")
+        if about.st_size > LARGEST_FILE:
+            raise CaseTextError(f"{about.st_size / 1e6:.0f} MB is no case file, the largest allowed is {LARGEST_FILE / 1e6:.0f} MB")
+        text = path.read_bytes().decode("utf-8-sig")
+        check_size(text)
+        return tomllib.loads(text)
+    except FileNotFoundError:
+        raise CaseTextError("no such file; the examples lie in cases/") from None
+    except OSError as error:
+        raise CaseTextError(f"cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise CaseTextError(f"byte {error.start} is not UTF-8 text: save the file as UTF-8") from error
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise CaseTextError(f"not valid TOML: {error}") from error
+
+
+def check_size(text: str) -> None:
+    """Refuse what no case needs, in time that grows as the text does. Errors: CaseTextError with line, size and bound."""
+    bare = STRINGS_AND_COMMENTS.sub(_blank, text)
+    written = len(bare) - bare.count("\n")
+    if written > LARGEST_TEXT:
+        raise CaseTextError(f"{written} characters without comments, a case has at most {LARGEST_TEXT}")
+    if bare.count("=") > MOST_KEYS:
+        raise CaseTextError(f"{bare.count('=')} keys, a case has at most {MOST_KEYS}")
+    for number, line in enumerate(bare.split("\n"), 1):
+        if line.count(".") > MOST_PARTS * (1 + line.count(",") + line.count("=")):
+            raise CaseTextError(f"line {number}: {line.count('.')} dots, a key has at most {MOST_PARTS} parts")
+    long = re.search(rf"[\w+-]{{{LONGEST_WORD + 1},}}", bare)
+    if long:
+        raise CaseTextError(f"line {bare.count(chr(10), 0, long.start()) + 1}: a word of {long.end() - long.start()} characters, the longest allowed is {LONGEST_WORD}")
+    depth = 0
+    for bracket in re.finditer(r"[\[{\]}]", bare):
+        depth = depth + 1 if bracket[0] in "[{" else max(depth - 1, 0)
+        if depth > DEEPEST:
+            raise CaseTextError(f"line {bare.count(chr(10), 0, bracket.start()) + 1}: brackets {depth} deep, at most {DEEPEST} are allowed")
+
+
+def _blank(found: re.Match) -> str:
+    """A comment gives nothing, a string its quotes and line ends, so that places stay on their lines."""
+    text = found[0]
+    if text.startswith("#"):
+        return ""
+    if len(text) > LONGEST_STRING:
+        raise CaseTextError(f"line {found.string.count(chr(10), 0, found.start()) + 1}: a text of {len(text)} characters, the longest allowed is {LONGEST_STRING}")
+    return '""' + "\n" * text.count("\n")

@@ -1,0 +1,138 @@
+"""Case files from a stranger: each is refused in words, at once, whatever it holds; what no run survives is a fault before the run."""
+
+import os
+import signal
+
+import pytest
+from typer.testing import CliRunner
+
+from rail_fem import cli
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.explicit import FeSettings
+from tests.rail_fem.test_casefile import GOOD, faults_of
+
+LIGHT = GOOD.partition("[run.fe_full]")[0]
+BARE = LIGHT.partition("[scene.materials]")[0]
+WINDOW = LIGHT + '[run.fe_window]\nstart = "280 mm"\nend = "470 mm"\n'
+
+
+@pytest.fixture(autouse=True)
+def bounded():
+    """Faults come in well under a second; a reader that hangs is stopped here, on the slowest machine."""
+    signal.signal(signal.SIGALRM, lambda *_: pytest.fail("hangs"))
+    signal.alarm(60)
+    yield
+    signal.alarm(0)
+
+
+def changed(line, text=GOOD):
+    """The case with one line put in place of that of the same key, or at the end."""
+    key = line.split("=")[0].strip()
+    lines = [line if old.split("=")[0].strip() == key else old for old in text.splitlines()]
+    assert line in lines, f"no {key} in the case"
+    return "\n".join(lines) + "\n"
+
+
+NESTED = {
+    "arrays": "x = " + "[" * 900 + "]" * 900, "deeper arrays": "x = " + "[" * 100_000 + "]" * 100_000, "tables": "x = " + "{a = " * 5000 + "1" + "}" * 5000,
+    "unclosed": "[" * 100_000, "behind a text": 'x = ["""a"""", ' + "[" * 5000 + "]" * 5000 + ', "b"]',
+}  # fmt: skip
+LARGE = {
+    "dots": "a" + ".a" * 50_000 + " = 1", "quoted dots": '"a"' + '."a"' * 50_000 + " = 1", "header": "[a" + ".a" * 50_000 + "]", "keys": "".join(f"k{i} = 1\n" for i in range(100_000)),
+    "digits": "x = " + "1" * 5000, "digits in a list": "x = [" + "1" * 5000 + "]", "float": "x = 1." + "1" * 500_000, "title": 'title = "' + "x" * 10_000_000 + '"', "list": "x = [" + "1, " * 200_000 + "]",
+    "escaped quotes": 'title = ' + '"""\\' * 200_000, "open text": 'x = """' + "a" * 1_000_000, "open single": "x = '''" + "a'" * 500_000, "blanks": " \n" * 300_000 + "x",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*NESTED, *LARGE])
+def test_text_that_is_too_deep_or_too_large_is_refused_before_it_is_parsed(tmp_path, name):
+    faults = faults_of(tmp_path, GOOD + "\n" + (NESTED | LARGE)[name])
+    assert len(faults) == 1 and len(faults[0]) < 300 and faults[0].isprintable()
+
+
+def test_a_thousand_unknown_keys_are_told_of_in_part(tmp_path):
+    faults = faults_of(tmp_path, GOOD.replace("[scene]\n", "[scene]\n" + "".join(f"speeed_{i} = 1\n" for i in range(1000))))
+    assert len(faults) == 51 and faults[-1] == "and 150 more"  # of those of a section 200 are looked at
+
+
+def test_pipes_devices_and_folders_are_no_case_files(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", "/dev/zero", tmp_path):
+        with pytest.raises(CaseError, match="cannot be read: it is no file"):
+            load_case(path)
+
+
+def test_comments_cost_nothing(tmp_path):
+    (tmp_path / "case.toml").write_text("# a remark of some length\n" * 400_000 + GOOD)
+    assert load_case(tmp_path / "case.toml").title.startswith("UK cast")
+
+
+@pytest.mark.parametrize("line, said", [
+    ('speed = "75 mph**9**9**9"', "scene.speed: "), ('speed = "75 mph^2"', "scene.speed: "), ("speed = 1" + "0" * 90, "has no unit"), ('speed = "75 mph\\u0000"', "scene.speed: "),
+    ('speed = "75 mph\\u001b[2J"', "scene.speed: "), ('speed = ["75 mph"]', "is not a quantity"), ('speed = "600 mph"', "is outside [0.5, 350] mph"),
+    ('title = "a\\nb"', "title: "), ('title = "\\u001b[31mred"', "title: "), ("title = 3", "title: "), ('direction = "faci\\u0000ng"', "scene.direction: "),
+    ('profile = "a\\u0000.csv"', "scene.wheel.profile: "), ('profile = "' + "a" * 300 + '.csv"', "scene.wheel.profile: "), ('profile = "' + "a" * 1500 + '.csv"', "scene.wheel.profile: "),
+    ('profile = "/dev/zero.csv"', "scene.wheel.profile: "), ('profile = ".."', "scene.wheel.profile: "),
+    ('friction = "30 deg"', "[angle], not that of a plain number"), ('friction = "0.3 rad"', "[angle]"),
+    ('vehicle_sprung_mass = "66.25 ton"', 'write "t" for 1000 kg'),
+])  # fmt: skip
+def test_values_that_cannot_be_meant_are_refused_on_one_line(tmp_path, line, said):
+    faults = faults_of(tmp_path, changed(line))
+    assert len(faults) == 1 and said in faults[0] and faults[0].isprintable() and len(faults[0]) < 2100
+
+
+@pytest.mark.parametrize("key, said", [
+    ('label = "a\\nb"', "scene.label"),
+    ('"sp\\u001bed" = 1', "unknown key, did you mean 'speed'?"),
+])
+def test_a_key_more_in_the_scene(tmp_path, key, said):
+    faults = faults_of(tmp_path, GOOD.replace("[scene]\n", f"[scene]\n{key}\n"))
+    assert len(faults) == 1 and said in faults[0] and faults[0].isprintable()
+
+
+@pytest.mark.parametrize("material, said", [
+    ('{ grade = "Mn13", hardening = "mixed" }', "unknown value 'mixed' (choose from: isotropic, kinematic)"),
+    ('{ grade = "Mn13", hardening = "kinematc" }', "did you mean 'kinematic'?"), ('{ grade = "Mn13", hardening = 3 }', "choose from: isotropic, kinematic"),
+    ('{ grade = "Mn13", hardening_strain = [0, 0.1], hardening_stress = [310, 900] }', 'hardening_stress[0]: 310 has no unit, write e.g. "310 MPa"'),
+    ('{ grade = "Mn13", hardening_strain = [0, 0.1], hardening_stress = "310 MPa" }', "scene.materials.wing.hardening_stress: "),
+])
+def test_faults_of_a_material(tmp_path, material, said):
+    assert any(said in fault for fault in faults_of(tmp_path, BARE + f"[scene.materials]\nwing = {material}\n[run.p2_formula]\n"))
+
+
+@pytest.mark.parametrize("line, said", [
+    ("max_steps = true", "max_steps: True must be a valid integer"), ("max_steps = 0", "max_steps: 0 must be"), ("field_frames = true", "field_frames: True"),
+    ('settle_time = "20 ms"', "settle_time: 20 ms, but the pass takes 5.667 ms"), ("courant = 1.0", "outside [0.05, 0.97]"),
+    ('history_interval = "1e5 us"', "history_interval: 100000 us gives 0.057 rows, the pass takes 5.667 ms; at most 567 us gives 10"),
+    ('approach_start = "300 mm"', "approach_start: 300 mm lies behind start 280 mm of a facing pass"),
+])
+def test_numerics_that_no_run_survives_are_faults(tmp_path, line, said):
+    faults = faults_of(tmp_path, WINDOW + line + "\n")
+    assert len(faults) == 1 and said in faults[0]
+
+
+def test_light_rungs_refuse_a_history_of_one_row_too(tmp_path):
+    assert "history_interval: 100000 us gives" in faults_of(tmp_path, LIGHT + '[run.lumped]\nhistory_interval = "1e5 us"\n')[0]
+
+
+def test_check_shows_what_is_not_set_and_lists_with_their_units(tmp_path):
+    text = BARE + '''[scene.materials.wing]
+grade = "Mn13"
+hardening_strain = [0, 0.1]
+hardening_stress = ["500 MPa", "800 MPa"]
+[run.rigid_hertz]
+'''
+    (tmp_path / "case.toml").write_text(text)
+    shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
+    lines = [" ".join(line.split()) for line in shown.output.splitlines()]
+    assert shown.exit_code == 0, shown.output
+    assert any(line.startswith("materials.wing.hardening_stress 500 MPa, 800 MPa true yield stress") for line in lines)
+    assert any(line.startswith("start not set position x") for line in lines) and any(line.startswith("check_rail not set flangeway") for line in lines)
+
+
+def test_case_files_have_a_schema():
+    """For an editor's completion: every quantity with its unit and range."""
+    scene = Scene.model_json_schema()
+    assert scene["properties"]["speed"]["description"] == "running speed v, [0.5, 350] mph" and scene["properties"]["speed"]["type"] == "string"
+    assert "measured" not in scene["$defs"]["Wheel"]["properties"] and FeSettings.model_json_schema()["properties"]["courant"]["anyOf"][0]["maximum"] == 0.97
