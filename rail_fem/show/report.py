@@ -7,11 +7,11 @@ from pydantic import BaseModel
 
 from rail_fem.case.casefaults import meaning, quantity_of
 from rail_fem.case.casefile import Case
-from rail_fem.case.warnings import fe_doubts, scene_doubts, static_patch
+from rail_fem.case.warnings import run_doubts, scene_doubts, static_patch
 from rail_fem.case.estimate import available_memory, estimate_run
 from rail_fem.case.preflight import run_faults
 from rail_fem.output.history import COLUMNS
-from rail_fem.light.rigid import placement_doubts, window_path
+from rail_fem.light.rigid import window_path
 from rail_fem.output.progress import duration, read_status
 from rail_fem.output.result import PassResult, load
 from rail_fem.scene.scene import Scene
@@ -23,12 +23,11 @@ def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
     """The scene and numerics in engineers' units, derived numbers, cost and doubts; and the faults that forbid the run."""
     scene, settings = case.scene, case.runs[model]
     faults = run_faults(scene, settings, ranks, model)
-    doubts = scene_doubts(scene)
-    lines = [case.title, "", "scene", *_section(scene), *_measured(scene), "", "derived", *_derived(scene)]
     explicit = isinstance(settings, FeSettings)
+    doubts = scene_doubts(scene) if faults else run_doubts(scene, settings)
+    lines = [case.title, "", "scene", *_section(scene), *_measured(scene), "", "derived", *_derived(scene)]
     if not faults and explicit:
         lines += _rigid(scene, settings)
-        doubts += fe_doubts(scene, settings) + placement_doubts(scene, settings)
     lines += ["", f"run.{model}", *_section(settings)]
     if explicit:
         lines += ["", f"cost on {ranks} rank(s), to a factor of about two", *_cost(scene, settings, ranks)]

@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.warnings import run_doubts
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_casefile import GOOD, faults_of
@@ -136,3 +137,19 @@ def test_case_files_have_a_schema():
     scene = Scene.model_json_schema()
     assert scene["properties"]["speed"]["description"] == "running speed v, [0.5, 350] mph" and scene["properties"]["speed"]["type"] == "string"
     assert "measured" not in scene["$defs"]["Wheel"]["properties"] and FeSettings.model_json_schema()["properties"]["courant"]["anyOf"][0]["maximum"] == 0.97
+
+
+@pytest.mark.parametrize("old, new, said", [
+    ("friction = 0.3", "friction = 9.9", "friction 9.9 > 0.7"), ("ratio = 10.75", "ratio = 20", "1:20 is scaled"),
+    ('track_mass = "750 kg"', 'track_mass = "750 g"', "track mass 0.75 kg < 50 kg"),
+    ("[run.fe_window]", "[run.fe_window]\nfield_frames = 10000", "10000 field outputs > 500"),
+    ("[run.fe_window]", '[run.fe_window]\nhistory_interval = "0.01 us"', "history interval 0.01 us < 1 us"),
+    ("[run.fe_window]", '[run.fe_window]\nsettle_time = "4 ms"', "rolls 134.1 of 190 mm while it settles"),
+])
+def test_what_is_allowed_but_doubtful_is_a_warning_of_the_case(tmp_path, old, new, said):
+    assert old in WINDOW
+    (tmp_path / "case.toml").write_text(WINDOW.replace(old, new))
+    case = load_case(tmp_path / "case.toml")
+    assert said in " ".join(run_doubts(case.scene, case.runs["fe_window"]))
+    shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
+    assert said in " ".join(shown.output.split("warning(s)")[1].split())
