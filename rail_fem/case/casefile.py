@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from rail_fem.case.casefaults import describe_faults, plain, quoted, suggest
-from rail_fem.casetext import CaseTextError, read_table
+from rail_fem.case.casetext import CaseTextError, read_table
 from rail_fem.ladder import LADDER
 from rail_fem.settings.light import PassSettings
 from rail_fem.scene.scene import Frozen, Scene
