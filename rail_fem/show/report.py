@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from rail_fem.case.casefaults import meaning, quantity_of
 from rail_fem.case.casefile import Case
-from rail_fem.case.warnings import run_doubts, scene_doubts, static_patch
+from rail_fem.case.warnings import case_doubts, scene_doubts, static_patch
 from rail_fem.case.estimate import available_memory, estimate_run
 from rail_fem.case.preflight import run_faults
 from rail_fem.output.history import COLUMNS
@@ -24,7 +24,7 @@ def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
     scene, settings = case.scene, case.runs[model]
     faults = run_faults(scene, settings, ranks, model)
     explicit = isinstance(settings, FeSettings)
-    doubts = scene_doubts(scene) if faults else run_doubts(scene, settings)
+    doubts = scene_doubts(scene) if faults else case_doubts(scene, settings)
     lines = [case.title, "", "scene", *_section(scene), *_measured(scene), "", "derived", *_derived(scene)]
     if not faults and explicit:
         lines += _rigid(scene, settings)

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.case.warnings import run_doubts
+from rail_fem.case.warnings import case_doubts
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_casefile import GOOD, faults_of
@@ -140,7 +140,7 @@ def test_case_files_have_a_schema():
 
 
 @pytest.mark.parametrize("old, new, said", [
-    ("friction = 0.3", "friction = 9.9", "friction 9.9 > 0.7"), ("ratio = 10.75", "ratio = 20", "1:20 is scaled"),
+    ("friction = 0.3", "friction = 9.9", "friction 9.9 > 0.7"), ("ratio = 10.75", "ratio = 20", "crossing 1:20: the parametric crossing was compared at"),
     ('track_mass = "750 kg"', 'track_mass = "750 g"', "track mass 0.75 kg < 50 kg"),
     ("[run.fe_window]", "[run.fe_window]\nfield_frames = 10000", "10000 field outputs > 500"),
     ("[run.fe_window]", '[run.fe_window]\nhistory_interval = "0.01 us"', "history interval 0.01 us < 1 us"),
@@ -150,6 +150,6 @@ def test_what_is_allowed_but_doubtful_is_a_warning_of_the_case(tmp_path, old, ne
     assert old in WINDOW
     (tmp_path / "case.toml").write_text(WINDOW.replace(old, new))
     case = load_case(tmp_path / "case.toml")
-    assert said in " ".join(run_doubts(case.scene, case.runs["fe_window"]))
+    assert said in " ".join(case_doubts(case.scene, case.runs["fe_window"]))
     shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
     assert said in " ".join(shown.output.split("warning(s)")[1].split())
