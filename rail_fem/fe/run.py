@@ -80,6 +80,15 @@ class Run:
         d = self.dynamics
         return d.time >= self.passage.running.duration * (1 - 1e-12) or d.step_count >= (self.settings.max_steps or np.inf)
 
+    @property
+    def cut_off(self) -> str:
+        """Why the run ended before its way did; empty when it went to the end."""
+        running, d = self.passage.running, self.dynamics
+        if d.time >= running.duration * (1 - 1e-12):
+            return ""
+        x = running.start + d.contact.offset
+        return f"max_steps = {self.settings.max_steps} ended it at x = {x * 1e3:.1f} mm, {d.time / running.duration:.1%} of the pass"
+
     def _step(self) -> None:
         d, clock = self.dynamics, time.perf_counter()
         if not self.settled and d.time >= self.settings.settle_time:

@@ -128,6 +128,7 @@ def result_of(run: Run, model: str, first_gap: float) -> PassResult:
         trust={"rows": [row.plain() for row in rows], "slowest": slowest, "rigid_transfers": run.passage.running.transfers.tolist()},
         warnings=tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != trust.GOOD)
         + end_doubts(history, peaks, run.scene.static_wheel_load, settled),
+        cut_off=run.cut_off,
     )
 
 

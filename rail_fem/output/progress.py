@@ -20,7 +20,7 @@ class Progress:
         progress.update(step=120, time=1e-3, end_time=10e-3, energy_balance=1e-4)
 
     status.json is replaced at most every `interval` seconds, and always at the end, with
-    state (running, finished, failed, interrupted), percent, eta [s], step, time [s], end_time [s], energy_balance [1], message, updated (clock time).
+    state (running, finished, cut off, failed, interrupted), percent, eta [s], step, time [s], end_time [s], energy_balance [1], message, updated (clock time).
     """
 
     def __init__(self, folder: Path | None, title: str = "", active: bool = True, interval: float = 2.0,
@@ -30,7 +30,7 @@ class Progress:
         self.stream = sys.stdout if stream is None else stream
         self.status: dict[str, Any] = {"state": "running", "percent": 0.0, "eta": None, "step": 0, "time": 0.0,
                                        "end_time": None, "energy_balance": None, "message": ""}
-        self._bar = None
+        self._bar, self._cut_off = None, ""
         self._started = self._written = self._lined = None
         self._first_fraction = 0.0
 
@@ -44,7 +44,7 @@ class Progress:
 
     def __exit__(self, kind, fault, trace) -> None:
         if kind is None:
-            self._end("finished", "")
+            self._end("cut off" if self._cut_off else "finished", self._cut_off)
         elif issubclass(kind, KeyboardInterrupt):
             self._end("interrupted", "stopped by the user; --restart goes on from the last restart file")
         else:
@@ -66,6 +66,10 @@ class Progress:
         if now - self._written >= self.interval:
             self._write()
         self._show(now)
+
+    def cut_off(self, why: str) -> None:
+        """The run ends before its end, as its settings ask."""
+        self._cut_off = why
 
     def note(self, text: str) -> None:
         """One line of plain news ("mesh: 180 000 cells"); root only."""

@@ -76,7 +76,8 @@ class PassResult:
     energies       : final energies [J] and their balance error
     error_estimate : quantity -> relative error that the run claims; NaN where it makes no claim
     trust          : row -> what the trust report found (plain values)
-    fault          : why the run failed; empty when it finished
+    fault          : why the run failed; empty when it did not
+    cut_off        : what ended the run before the end of its way, as its settings ask; empty when it went to the end
     """
 
     model: str
@@ -93,6 +94,7 @@ class PassResult:
     warnings: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=versions)
     fault: str = ""
+    cut_off: str = ""
 
     def __post_init__(self):
         object.__setattr__(self, "history", complete_history(self.history))

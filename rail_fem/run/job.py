@@ -4,6 +4,7 @@ import contextlib
 import signal
 import traceback
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from rail_fem import ladder
@@ -61,6 +62,10 @@ def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: boo
     try:
         with _ending_on_request(), Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
             result: PassResult = ladder.solve(model, case.scene, settings, folder=folder, restart=goes_on, progress=progress)
+            if ladder.smoke_requested():
+                result = replace(result, cut_off="")  # it is all that was asked for
+            if result.cut_off:
+                progress.cut_off(f"{result.cut_off}; give more steps, or none, and --restart goes on")
             launcher.on_root(lambda: result.save(folder))
             say(result_report(result))
             launcher.on_root(lambda: _draw(folder, say))

@@ -89,10 +89,16 @@ def _cost(scene: Scene, settings, ranks: int) -> list[str]:
             _row("wall time", duration(estimate.wall_time))]
 
 
+def _state(result: PassResult) -> str:
+    if result.fault:
+        return f"FAILED: {result.fault}"
+    return f"CUT OFF: {result.cut_off}" if result.cut_off else "finished"
+
+
 def result_report(result: PassResult) -> str:
     """What a run found, in engineers' units."""
     shown = COLUMNS["x"].unit
-    lines = [f"{result.model}: " + (f"FAILED: {result.fault}" if result.fault else "finished"), "", "peaks"]
+    lines = [f"{result.model}: " + _state(result), "", "peaks"]
     for name, peak in result.peaks.items():
         lines.append(_row(name, _engineering(peak.value, peak.unit), f"at x = {show(peak.x, shown, 5)}, y = {show(peak.y, shown, 4)}"))
     lines += ["", _row("transfer from wing to nose", "none" if np.isnan(result.transfer_x) else f"x = {show(result.transfer_x, shown, 5)}"), "", "error estimate"]

@@ -124,7 +124,9 @@ def is_finished(job: Job) -> bool:
     unlike = _unlike(job)
     if unlike:
         raise ValueError(f"{job.folder} holds the result of another case or of an older version of it: {'; '.join(unlike[:5])}: remove the folder to run it again")
-    return not load(job.folder).fault
+    result = load(job.folder)
+    more = result.cut_off and result.settings.get("max_steps") != getattr(job.case.runs[job.model], "max_steps", None)
+    return not (result.fault or more)
 
 
 def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:

@@ -60,6 +60,19 @@ def test_second_run_into_the_same_folder_is_refused_and_changes_nothing(case, tm
     assert call("run", case, "--out", out, "--overwrite").exit_code == 0
 
 
+def test_a_run_that_max_steps_ends_is_not_called_finished_and_goes_on(case, tmp_path):
+    out, text = tmp_path / "out", case.read_text()
+    case.write_text(text + "max_steps = 7\n")
+    answer = call("run", case, "--out", out)
+    assert answer.exit_code == 0 and "CUT OFF: max_steps = 7 ended it" in answer.output and "finished" not in answer.output
+    status = read_status(out)
+    assert status["state"] == "cut off" and status["percent"] < 100 and "--restart goes on" in status["message"]
+    assert load(out).cut_off and "CUT OFF" in call("show", out).output
+    case.write_text(text)
+    assert call("run", case, "--out", out, "--restart").exit_code == 0
+    assert read_status(out)["state"] == "finished" and not load(out).cut_off
+
+
 def test_figure_that_cannot_be_drawn_does_not_cost_the_run(case, tmp_path, monkeypatch):
     def fail(folder):
         raise IndexError("an empty axis")

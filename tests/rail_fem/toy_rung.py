@@ -49,4 +49,4 @@ def solve(scene, settings, folder=None, restart=False, progress=None):
     time, x, force = np.array(rows).T
     return PassResult("toy", scene, settings.model_dump(mode="json"), {"time": time, "x": x, "force": force},
                       peaks={"force": Peak(force.max(), "N", x=x[force.argmax()])}, cost=Cost(0.1, 1, len(time)),
-                      fault=os.environ.get("TOY_RESULT_FAULT", ""))
+                      fault=os.environ.get("TOY_RESULT_FAULT", ""), cut_off="" if len(time) == count else f"max_steps = {settings.max_steps} ended it")
