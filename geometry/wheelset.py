@@ -15,6 +15,8 @@ from geometry.profiles.profile import Profile, ProfileError
 from geometry.profiles.rail import gauge_face, rail_head
 
 FLANGE_BACK = 0.070  # from the flange back to the tread datum D0 [m]
+OFF_CROWN = 0.1e-3  # of a rail's crown from z = 0; what is left of scatter after smoothing is less [m]
+WIDEST = 1.0  # of any rail or wheel [m]
 SIDES = {"left": 1.0, "right": -1.0}
 
 
@@ -54,6 +56,8 @@ class Wheelset:
     def __post_init__(self):
         limits = [("radius", self.radius, 0.1, 1.0), ("back_to_back", self.back_to_back, 0.5, 2.0), ("yaw", self.yaw, -0.1, 0.1)]
         limits += [("roll", self.roll, -0.2, 0.2), ("y", self.y, -0.5, 0.5), ("z", self.z, -2.0, 2.0), ("radius right", self.radius_of("right"), 0.1, 1.0)]
+        for side in SIDES:
+            check_width(f"{side} wheel", self.profile(side))
         check_range("wheelset", (*limits, ("x", self.x, -np.inf, np.inf), ("spin", self.spin, -np.inf, np.inf)))
 
     def profile(self, side: str) -> Profile:
@@ -117,6 +121,8 @@ class Track:
 
     def __post_init__(self):
         check_range("track", (("gauge", self.gauge, 0.5, 2.0), ("gauge_point", self.gauge_point, 0.005, 0.03), ("cant", self.cant, -0.2, 0.2)))
+        for side in ("left", "right") if self.right is not None else ("left",):
+            check_crown(side, self.profile(side))
 
     @classmethod
     def plain_line(cls, rail: str = "56E1", inclination: float = 1 / 20, gauge: float = 1.435, **others) -> "Track":
@@ -151,7 +157,23 @@ class Track:
         turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
         points = profile.points @ turn + [self.gauge_offset(side) + sign * place.lateral, place.vertical]
         angles = profile.angle_before + roll, profile.angle_after + roll
-        return Profile(points, *angles, profile.curvature, profile.label, profile.provenance).graph_part()
+        return Profile(points, *angles, profile.curvature, profile.label, profile.provenance).from_above()
+
+
+def check_width(owner: str, profile: Profile) -> None:
+    """Raise WheelsetError for a profile in millimetres."""
+    width = float(np.ptp(profile.points[:, 0]))
+    if width > WIDEST:
+        raise WheelsetError(f"{owner} {profile.label}: {width:g} m wide: lengths are in m, these look like mm")
+
+
+def check_crown(side: str, rail: Profile) -> None:
+    """Raise WheelsetError unless the rail's highest point has z = 0 within OFF_CROWN: roll and gauge are taken from there."""
+    check_width(f"{side} rail", rail)
+    crown = float(rail.points[:, 1].max())
+    if abs(crown) > OFF_CROWN:
+        raise WheelsetError(f"{side} rail {rail.label}: its crown lies at z = {1e3 * crown:.3f} mm, a track's crowns at 0: move it with rail.shifted(0, {-crown:.6f}), "
+                            "read it by geometry.profiles.doctor, or lower the rail by RailPlace(vertical=...)")  # fmt: skip
 
 
 def wheel_table(wheelset: Wheelset, side: str) -> np.ndarray:

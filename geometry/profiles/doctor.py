@@ -4,19 +4,20 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from geometry.profiles.faults import first_crossing, gaps, kinks, noise_level, repeated, reversals, without_zigzag
-from geometry.profiles.smoothing import smoothed
+from geometry.profiles.datum import on_crown, on_datum
+from geometry.profiles.faults import first_crossing, gaps, kinks, noise_level, overhang, repeated, reversals, spikes, thinned, without_zigzag
+from geometry.profiles.shape import find_unit, guess_kind, rail_up, wheel_poses
+from geometry.profiles.smoothing import from_neighbours, smoothed
 from geometry.profiles.profile import Piece, Profile, ProfileError, line
 from geometry.profiles.formats.raw import RawProfile
 
-UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254}
-WIDTHS = {"wheel": (0.090, 0.200), "rail": (0.035, 0.300)}  # between the outermost points [m]
-FLANGE = (0.020, 0.045)  # height of a flange over its tread [m]
-BACK_TO_DATUM = 0.070
 NOISE = 5e-6  # scatter that is smoothed [m]; finer is the print of a standard
-OFF_DATUM = 0.2e-3  # of the tread from a file's own datum that is worth saying [m]
+PRINTED = 1e-8  # scatter below which numbers are printed finely enough for any spacing [m]
+DENSE = 1e-3, 0.1e-3  # points nearer than noise / first [m], but at most second [m], show their noise and no tangent
 WIDEST_GAP = 25e-3
 MOST_TAKEN_OUT = 0.05  # share of points that mending may take out
+LEANING = 0.1e-3  # of a face over its own foot that is worth saying [m]
+ORIGIN_IS_BACK = ("MiniProf",)  # formats that measure a wheel from its flange back
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,34 +52,64 @@ class Diagnosis:
         return "\n".join(f"  {f.weight:<{width}}  {f.text}" for f in self.findings)
 
 
-def examine(raw: RawProfile, smooth: bool = True) -> Diagnosis:
-    """Diagnose and mend; the result's profile lies in geometry.axes, for a wheel with its datum at (0, 0).
+def examine(raw: RawProfile, smooth: bool = True, *, smoothing: float | None = None, mirror: bool | None = None,
+            flange_back: float | None = None, origin: str | tuple[float, float] = "crown") -> Diagnosis:
+    """Diagnose and mend; the result's profile lies in geometry.axes: a wheel with its datum at (0, 0), a rail with its crown at z = 0.
 
     smooth : take out scatter above 5 um (kinks stay)
+    smoothing : the scatter to take out [m], whatever the points show; None: what they show
+    mirror : of a rail, exchange its sides (True) or keep them (False); None: kept, with a doubt where its shape speaks against it
+    flange_back : of a wheel, y of its flange back in the file [m]; None: see geometry.profiles.datum
+    origin : of a rail, what becomes (0, 0): "crown" in height only, "file" its own zero, or (y, z) in the file [m]
 
-    Raises ProfileError (file, line, reason) for loops, gaps above 25 mm, no possible unit, zig-zag beyond 5 % of points.
+    Raises ProfileError (file, line, reason) for loops, gaps above 25 mm, no possible unit, zig-zag beyond 5 % of points, a wheel whose
+    flange cannot be told or whose flange back nothing says, a line that may be rail or wheel where nobody tells, an option that does not apply.
     """
-    points, lines = raw.points.astype(float), raw.lines
     kind = raw.kind or guess_kind(raw)
-    unit, name, remark = find_unit(raw, kind)
-    points = points * unit
+    refuse_options(raw, kind, smoothing, mirror, flange_back, origin)
+    unit, name, remark, doubt = find_unit(raw, kind)
+    points, lines = raw.points.astype(float) * unit, raw.lines
     out = Diagnosis(kind, name, points)
     out.say("found", f"{len(points)} points as {raw.layout}, taken as a {kind} in {name}{remark}")
     if raw.kind is None:
         out.say("doubt", f"rail or wheel is not said: taken as a {kind} by its shape; name the kind if that is wrong")
+    if doubt:
+        out.say("doubt", doubt)
     for note in raw.notes:
         out.say("found", note)
     points, lines = without_repeats(points, lines, out)
-    points, lines = upright(points, lines, raw, kind, out)
+    points, lines, turned = upright(points, lines, raw, kind, mirror, out)
     points, lines = untangled(points, lines, raw, out)
     refuse_loops(points, lines, raw)
     judge_gaps(points, lines, raw, out)
-    points, corners = quietened(points, smooth, out)
-    if kind == "wheel":
-        points = on_datum(points, out)
-    judge_walls(points, out)
+    points, lines = without_spikes(*without_crowd(points, lines, out), out)
+    points, corners = quietened(points, smooth, smoothing, out)
+    try:
+        if kind == "wheel":
+            points = on_datum(points, out, None if flange_back is None else turned[0] * flange_back, raw.layout in ORIGIN_IS_BACK)
+        else:
+            points = on_crown(points, out, origin if isinstance(origin, str) else turned * origin, raw.placed, out.noise if out.noise > NOISE else 0.0)
+    except ProfileError as error:
+        raise ProfileError(f"{raw.path}: {error}") from None
+    judge_walls(points, kind, out)
     out.profile = with_corners(points, corners, raw.path.name)
     return out
+
+
+def refuse_options(raw, kind, smoothing, mirror, flange_back, origin) -> None:
+    """Options of the other kind, and numbers that cannot be lengths [m]."""
+    if kind == "rail" and flange_back is not None:
+        raise ProfileError(f"{raw.path}: flange_back is given, but this is a rail")
+    if kind == "wheel" and (mirror is not None or not (isinstance(origin, str) and origin == "crown")):
+        raise ProfileError(f"{raw.path}: mirror and origin are for rails; a wheel is turned by its flange and set by its flange back (flange_back)")
+    if isinstance(origin, str) and origin not in ("crown", "file"):
+        raise ProfileError(f"{raw.path}: origin {origin!r} is none of 'crown', 'file', (y, z) in m")
+    if smoothing is not None and not 0 < smoothing < 1e-3:
+        raise ProfileError(f"{raw.path}: smoothing = {smoothing!r} m: the scatter to take out lies between 0 and 1 mm")
+    numbers = [] if flange_back is None else [flange_back]
+    numbers += [] if isinstance(origin, str) else list(np.ravel(origin))
+    if (not isinstance(origin, str) and np.shape(origin) != (2,)) or not all(np.isfinite(v) and abs(v) < 10.0 for v in numbers):
+        raise ProfileError(f"{raw.path}: flange_back = {flange_back!r}, origin = {origin!r}: lengths in m are asked for")
 
 
 def with_corners(points: np.ndarray, corners: np.ndarray, name: str) -> Profile:
@@ -94,34 +125,6 @@ def with_corners(points: np.ndarray, corners: np.ndarray, name: str) -> Profile:
     return Profile.from_pieces(pieces, name, f"file {name}")
 
 
-def guess_kind(raw: RawProfile) -> str:
-    """Wheel where the line is wider than a rail head by any unit's measure and carries a flange at one end."""
-    y, z = raw.points.T
-    width = np.ptp(y)
-    middle = z[np.abs(y - (y.min() + width / 2)) < 0.2 * width]
-    ends = [z[y < y.min() + 0.3 * width], z[y > y.max() - 0.3 * width]]
-    over = [np.abs(e - np.median(middle)).max() / width if len(middle) and len(e) else 0.0 for e in ends]
-    return "wheel" if min(over) < 0.1 and 0.12 < max(over) < 0.4 else "rail"
-
-
-def find_unit(raw: RawProfile, kind: str) -> tuple[float, str, str]:
-    """Length of the unit [m], its name, a remark. The declared unit must fit; else the one unit that makes the width fit."""
-    low, high = WIDTHS[kind]
-    width = np.ptp(raw.points[:, 0])
-    fitting = [name for name, unit in UNITS.items() if low <= width * unit <= high]
-    if raw.unit is not None:
-        name = next((n for n, u in UNITS.items() if np.isclose(u, raw.unit)), f"units of {raw.unit:g} m")
-        if low <= width * raw.unit <= high:
-            return raw.unit, name, ""
-        hint = f"; it would fit in {fitting[0]}" if fitting else ""
-        raise ProfileError(f"{raw.path}: in {name} as declared the {kind} is {1e3 * width * raw.unit:.4g} mm wide, "
-                           f"one is {1e3 * low:g} to {1e3 * high:g} mm{hint}: state the unit")  # fmt: skip
-    if len(fitting) != 1:
-        raise ProfileError(f"{raw.path}: the points span {width:.4g}; a {kind} is {1e3 * low:g} to {1e3 * high:g} mm wide, which fits "
-                           f"{'neither mm, m nor inch' if not fitting else ' and '.join(fitting)}: state the unit")  # fmt: skip
-    return UNITS[fitting[0]], fitting[0], f" (by its width of {1e3 * width * UNITS[fitting[0]]:.4g} mm)"
-
-
 def without_repeats(points, lines, out):
     same = repeated(points)
     if same.any():
@@ -134,46 +137,54 @@ def without_repeats(points, lines, out):
     return points, lines
 
 
-def upright(points, lines, raw, kind, out):
-    """z up, y towards the field side, order from the gauge side (wheel: flange back) to the field side."""
-    up = raw.up if raw.up is not None else (rail_up(points) if kind == "rail" else wheel_up(points))
+def upright(points, lines, raw, kind, mirror, out):
+    """z up, y towards the field side, order from the gauge side (wheel: flange back) to the field side; and the signs of y and z that were taken."""
+    up, side = wheel_turn(points, raw, out) if kind == "wheel" else (rail_turn(points, raw, out), -1 if mirror else 1)
+    points = points * [side, up]
     if up < 0:
-        points = points * [1.0, -1.0]
-        out.say("found", f"vertical axis points down {'by its format' if raw.up else 'by its shape'}: turned up")
-    if kind == "wheel":
-        flange = points[np.argmin(points[:, 1]), 0]
-        field_side = np.median(points[:, 0]) > flange
-        if not field_side:
-            points = points * [-1.0, 1.0]
-            out.say("mended", "mirrored: the flange lay on the side of +y")
+        out.say("found", f"vertical axis points down {'by its format' if raw.up == up else 'by its shape'}: turned up")
+    if side < 0:
+        out.say("mended", "mirrored: the flange lay on the side of +y" if kind == "wheel" else "mirrored as told: its gauge side lay at +y")
     if points[0, 0] > points[-1, 0]:
         points, lines = points[::-1], lines[::-1]
         out.say("mended" if raw.layout != "Simpack" else "found", "order reversed: it ran from the field side")
-    if kind == "rail":
+    if kind == "rail" and mirror is None and not raw.placed:
         judge_gauge_side(points, out)
-    return points.copy(), lines.copy()
+    return points.copy(), lines.copy(), np.array([side, up])
 
 
-def rail_up(points: np.ndarray) -> int:
-    """+1 where the ends hang below the middle: a head is convex."""
-    y, z = points.T
-    chord = np.interp(y, [y[0], y[-1]] if y[0] < y[-1] else [y[-1], y[0]], [z[0], z[-1]] if y[0] < y[-1] else [z[-1], z[0]])
-    return 1 if np.median(z - chord) > 0 else -1
+def wheel_turn(points, raw, out) -> tuple[int, int]:
+    """(up, side) of a wheel: by its shape; where its format declares another axis, with a doubt."""
+    poses = wheel_poses(points)
+    declared = [pose for pose in poses if raw.up in (None, pose[0])]
+    if not poses:
+        raise ProfileError(f"{raw.path}: no flange found: nothing at either end stands 20 to 45 mm over a tread and is 8 to 45 mm thick 10 mm beyond it: "
+                           "is the whole flange measured, is the unit right, and is it a wheel?")  # fmt: skip
+    if len(declared or poses) > 1:
+        raise ProfileError(f"{raw.path}: both ends look like a flange: cut the line behind the rim")
+    if not declared:
+        out.say("doubt", f"by its format the vertical axis points {'up' if raw.up > 0 else 'down'}, by its flange the other way: taken by its flange")
+    return (declared or poses)[0]
 
 
-def wheel_up(points: np.ndarray) -> int:
-    """+1 where the flange, which stands farthest from the tread, points down."""
-    z = points[:, 1] - np.median(points[:, 1])
-    return 1 if -z.min() > z.max() else -1
+def rail_turn(points, raw, out) -> int:
+    """+1 where a rail's axis points up: by its format, unless its head, convex, is certainly the other way."""
+    shape, certain = rail_up(points)
+    if raw.up is None:
+        return shape
+    if certain and shape != raw.up and not raw.placed:
+        out.say("doubt", f"by its format the vertical axis points {'up' if raw.up > 0 else 'down'}, by its head the other way: taken by its head")
+        return shape
+    return raw.up
 
 
 def judge_gauge_side(points, out):
     """The gauge side of a measured rail reaches lower; where neither does the file's own side is kept."""
     left, right = points[0, 1], points[-1, 1]
     if abs(left - right) < 2e-3:
-        out.say("doubt", "gauge side not to be told (both sides reach equally low): taken at -y")
+        out.say("doubt", "gauge side not to be told (both sides reach equally low): taken at -y; option mirror says it")
     elif left > right:
-        out.say("doubt", "the side of +y reaches lower, as gauge sides do: if gauge lies there, mirror the profile")
+        out.say("doubt", "the side of +y reaches lower, as gauge sides do: if gauge lies there, use the option mirror")
 
 
 def untangled(points, lines, raw, out):
@@ -206,50 +217,55 @@ def judge_gaps(points, lines, raw, out):
         out.say("doubt", f"{text}: bridged by the curve through its ends")
 
 
-def quietened(points, smooth, out):
+def without_crowd(points, lines, out):
+    """Points so near to each other that their tangent is the print's rounding left out: their scatter is small, what it makes of a curve is not."""
+    noise = noise_level(points)
+    if len(points) < 30 or not PRINTED < noise <= NOISE:
+        return points, lines
+    keep = thinned(points, kinks(points, noise), min(noise / DENSE[0], DENSE[1]))
+    if len(keep) < len(points):
+        out.say("mended", f"{len(points) - len(keep)} point(s) left out that lie nearer to their neighbour than {1e3 * min(noise / DENSE[0], DENSE[1]):.2g} mm: "
+                f"with {1e6 * noise:.2g} um of scatter they show no tangent")  # fmt: skip
+    return points[keep], lines[keep]
+
+
+def without_spikes(points, lines, out):
+    """Single points that stand out of a line which is smooth without them, put back in line."""
+    if len(points) < 30:
+        return points, lines
+    found = spikes(points, max(NOISE, 8.0 * noise_level(points)), int(max(1, MOST_TAKEN_OUT * len(points))))
+    if found:
+        quiet = points.copy()
+        for k in found:
+            quiet[k] = from_neighbours(quiet, k)
+        far = np.hypot(*(quiet - points).T)
+        first = int(np.argmax(far))
+        out.say("mended", f"{len(found)} point(s) stood out of the line by up to {1e6 * far.max():.2g} um (line {lines[first]}, y = {1e3 * points[first, 0]:.1f} mm): put back in line")
+        points = quiet
+    return points, lines
+
+
+def quietened(points, smooth, smoothing, out):
     out.noise = noise_level(points)
     corners = kinks(points, out.noise)
     if len(corners):
         where = ", ".join(f"{1e3 * points[k, 0]:.1f}" for k in corners[:5])
         out.say("found", f"{len(corners)} kink(s), kept: y = {where}{' ...' if len(corners) > 5 else ''} mm")
-    if out.noise <= NOISE:
-        out.say("found", f"scatter {1e6 * out.noise:.2g} um: not smoothed")
+    if not smooth or smoothing is None and out.noise <= NOISE:
+        out.say("doubt" if out.noise > NOISE else "found", f"scatter {1e6 * out.noise:.2g} um: " + ("left as it is" if out.noise > NOISE else "not smoothed"))
         return points, corners
-    if not smooth:
-        out.say("doubt", f"scatter {1e6 * out.noise:.2g} um, left as it is")
-        return points, corners
-    quiet, all_corners = smoothed(points, corners, out.noise)
+    amount = "" if smoothing is None else f", {1e6 * smoothing:.3g} um taken out as told"
+    quiet, all_corners = smoothed(points, corners, out.noise if smoothing is None else smoothing, smoothing)
     if len(all_corners) > len(corners):
         new = ", ".join(f"{1e3 * points[k, 0]:.1f}" for k in np.setdiff1d(all_corners, corners)[:5])
         out.say("found", f"{len(all_corners) - len(corners)} corner(s) that smoothing would have rounded off, kept: y = {new} mm")
     moved = np.hypot(*(quiet - points).T)
-    out.say("mended", f"scatter {1e6 * out.noise:.2g} um smoothed: points moved by {1e6 * moved.max():.2g} um at most, {1e6 * np.sqrt(np.mean(moved**2)):.2g} um rms")
+    rms = np.sqrt(np.mean(moved**2))
+    out.say("mended", f"scatter {1e6 * out.noise:.2g} um{amount} smoothed: points moved by {1e6 * moved.max():.2g} um at most, {1e6 * rms:.2g} um rms")
     return quiet, all_corners
 
 
-def on_datum(points, out):
-    """Wheel set so that its flange back lies at y = -70 mm and the tread passes (0, 0); a file's own datum within 2 mm is kept."""
-    y, z = points.T
-    tread = np.interp(0.0, y, z) if y[0] < 0 < y[-1] else np.nan
-    tip = z.min()
-    if abs(tread) < 2e-3 and abs(y[0] + BACK_TO_DATUM) < 5e-3 and FLANGE[0] < -tip < FLANGE[1]:
-        out.say("found", f"tread datum at the file's own (0, 0): flange {1e3 * -tip:.2f} mm high")
-        if abs(tread) > OFF_DATUM:
-            out.say("doubt", f"the tread passes {1e3 * tread:+.2f} mm off the file's datum: the wheel's radius is then taken at the datum, not on the tread")
-        return points
-    y_shift = -BACK_TO_DATUM - y.min()
-    moved = points + [y_shift, 0.0]
-    top = np.argmin(moved[:, 1])
-    z_shift = -np.interp(0.0, moved[top:, 0], moved[top:, 1])
-    height = -(moved[:, 1].min() + z_shift)
-    if not FLANGE[0] < height < FLANGE[1]:
-        raise ProfileError(f"the flange stands {1e3 * height:.4g} mm over the tread 70 mm from its back; one is {1e3 * FLANGE[0]:g} to "
-                           f"{1e3 * FLANGE[1]:g} mm: is the whole flange measured, and is it a wheel?")  # fmt: skip
-    out.say("mended", f"set on the tread datum 70 mm from the first point: shifted by {1e3 * y_shift:.3f}, {1e3 * z_shift:.3f} mm; flange {1e3 * height:.2f} mm high")
-    return moved + [0.0, z_shift]
-
-
-def judge_walls(points, out):
+def judge_walls(points, kind, out):
     angle = np.degrees(np.arctan2(*np.diff(points, axis=0).T[::-1]))
     over = np.abs(angle) > 90.0
     wall = np.abs(np.abs(angle) - 90.0) < 2.0
@@ -257,3 +273,6 @@ def judge_walls(points, out):
         if where.any():
             y = 1e3 * points[:-1][where, 0]
             out.say("found", f"{name} over {where.sum()} step(s), y {y.min():.2f} to {y.max():.2f} mm")
+    lean, depth = overhang(points)
+    if kind == "rail" and lean > LEANING:
+        out.say("doubt", f"the gauge face leans over by {1e3 * lean:.2f} mm, {1e3 * depth:.1f} mm below the crown: a wheel that comes from above cannot reach what lies beneath")

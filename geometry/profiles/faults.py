@@ -97,3 +97,63 @@ def gaps(points: np.ndarray, least: float = 3e-3) -> np.ndarray:
     """Indices i of steps from point i to i + 1 that are long [m] and ten times the usual."""
     step = np.hypot(*np.diff(points, axis=0).T)
     return np.flatnonzero((step > least) & (step > 10 * np.median(step)))
+
+
+def thinned(points: np.ndarray, corners: np.ndarray, least: float) -> np.ndarray:
+    """Indices of the points left when each but the corners (indices) and both ends lies at least `least` [m] from the one before."""
+    fixed = np.zeros(len(points), bool)
+    fixed[[0, *np.asarray(corners, int).tolist(), -1]] = True
+    keep = [0]
+    for i in range(1, len(points)):
+        near = np.hypot(*(points[i] - points[keep[-1]])) < least
+        if near and fixed[i] and not fixed[keep[-1]]:
+            keep[-1] = i
+        elif not near or fixed[i]:
+            keep.append(i)
+    return np.array(keep)
+
+
+def spikes(points: np.ndarray, least: float, most: int) -> list[int]:
+    """Indices of single points that lie more than `least` [m] off the cubic through two neighbours on either side, the largest first, `most` at most.
+
+    A spike turns the line to and fro: with the point put on that cubic the line turns by less than a third as much. At a corner it turns on.
+    """
+    points, found = points.copy(), []
+    for _ in range(most):
+        place = between_neighbours(points)
+        off = np.hypot(*(place - points[2:-2]).T)
+        off[[k - 2 for k in found]] = 0.0
+        for i in np.argsort(-off)[:8]:
+            k = int(i) + 2
+            if off[i] < least:
+                return found
+            first = max(k - 3, 0)
+            near = points[first : k + 4].copy()
+            before = np.abs(turns(near)).sum()
+            near[k - first] = place[i]
+            if np.abs(turns(near)).sum() < before / 3:
+                found.append(k)
+                points[k] = place[i]
+                break
+        else:
+            break
+    return found
+
+
+def between_neighbours(points: np.ndarray) -> np.ndarray:
+    """(n - 4, 2)  for each point but two at either end, the cubic through two neighbours on either side where it passes beside the point."""
+    near = np.stack([points[:-4], points[1:-3], points[3:-1], points[4:]])
+    chord = near[2] - near[1]
+    share = np.clip(((points[2:-2] - near[1]) * chord).sum(axis=1) / np.maximum((chord**2).sum(axis=1), SAME**2), 0.0, 1.0)
+    s = np.concatenate([np.zeros((1, len(chord))), np.cumsum(np.hypot(*np.moveaxis(np.diff(near, axis=0), -1, 0)), axis=0)])
+    at = s[1] + share * (s[2] - s[1])
+    weight = [np.prod([(at - s[j]) / (s[i] - s[j]) for j in range(4) if j != i], axis=0) for i in range(4)]
+    return sum(w[:, None] * p for w, p in zip(weight, near))
+
+
+def overhang(points: np.ndarray) -> tuple[float, float]:
+    """How far the rising side of a line leans over its own foot at most, and how far below its top that begins [m]; (0, 0) where it does not."""
+    rising = points[: int(np.argmax(points[:, 1])) + 1][::-1]  # from the top down
+    beyond = rising[:, 0] - np.minimum.accumulate(rising[:, 0])
+    at = int(np.argmax(beyond))
+    return float(beyond[at]), float(rising[0, 1] - rising[at, 1]) if beyond[at] > 0 else 0.0

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from kernel_cache import njit
 
 KINK = 2e-3  # standards print coordinates to 1 um: joints meant to be smooth turn by up to 1 um / 1 mm [rad]
+APART = 1e-9  # width of a wall, so that z stays a function of y [m]
 STEEP = 25.0  # beyond this slope z(y) is interpolated linearly: a cubic in y would overshoot [1]
 
 
@@ -170,6 +171,29 @@ class Profile:
         fields = (getattr(self, name)[keep] for name in ("points", "angle_before", "angle_after", "curvature"))
         return Profile(*fields, self.label, self.provenance)
 
+    def from_above(self) -> "Profile":
+        """What can be seen from above of a line with its metal beneath, such as a rail: z is a function of y.
+
+        Where a side leans over its own foot, what lies beneath the lean is left out and a wall over 1e-9 m joins the lean to the foot, which
+        is kept; where a side turns under and stays there, the line ends. Source of the wall: as section_loft.upper_line.
+        """
+        if self.is_graph:
+            return self
+        top = int(np.argmax(self.points[:, 1]))
+        right = seen_outwards(self.points[top:], self.angle_after[top:], self.angle_before[top:])
+        left = seen_outwards(self.points[top::-1] * [-1, 1], -self.angle_before[top::-1], -self.angle_after[top::-1])
+        points = np.vstack([left[0][:0:-1] * [-1, 1], right[0]])
+        after, before = np.concatenate([-left[2][:0:-1], right[1]]), np.concatenate([-left[1][:0:-1], right[2]])
+        before[len(left[0]) - 1] = -left[1][0]
+        curvature = np.full(len(points), np.nan)
+        own = {tuple(p): c for p, c in zip(self.points, self.curvature)}
+        curvature[:] = [own.get(tuple(p), np.nan) for p in points]
+        return Profile(points, before, after, curvature, self.label, self.provenance)
+
+    def shifted(self, y: float, z: float) -> "Profile":
+        """The same line moved by (y, z) [m]."""
+        return Profile(self.points + [y, z], self.angle_before, self.angle_after, self.curvature, self.label, self.provenance)
+
     def height(self, y: np.ndarray) -> np.ndarray:
         """z(y) [m] by cubic Hermite interpolation, NaN outside the profile. Error: O(spacing^4) on smooth pieces."""
         return self._evaluate(y)[0]
@@ -199,6 +223,27 @@ class Profile:
         y = np.asarray(y, float)
         height, slope = hermite_many(y.ravel(), *table)
         return height.reshape(y.shape), slope.reshape(y.shape)
+
+
+def seen_outwards(points: np.ndarray, leaving: np.ndarray, reaching: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of one side, from its top towards +y, that no earlier one hides from above; angles on leaving and on reaching them.
+
+    points (n, 2), angles (n,) [rad]. A hidden stretch is bridged by a wall: (y0, z0), then (y0 + APART, z) on the line where it comes out again.
+    """
+    seen, first, last, edge = [points[0]], [leaving[0]], [reaching[0]], points[0, 0]
+    for i in range(1, len(points)):
+        if points[i, 0] <= edge + 1e-12:
+            continue
+        if points[i - 1, 0] < edge:  # comes out from under the lean between i - 1 and i
+            share = (edge + APART - points[i - 1, 0]) / (points[i, 0] - points[i - 1, 0])
+            if share < 1:
+                out = points[i - 1] + share * (points[i] - points[i - 1])
+                chord = np.arctan2(*(points[i] - points[i - 1])[::-1])
+                first[-1] = wall = np.arctan2(out[1] - seen[-1][1], APART)
+                seen, first, last = [*seen, out], [*first, chord], [*last, wall]
+        seen, first, last = [*seen, points[i]], [*first, leaving[i]], [*last, reaching[i]]
+        edge = points[i, 0]
+    return np.array(seen), np.array(first), np.array(last)
 
 
 def check_points(points: np.ndarray, label: str) -> None:

@@ -7,10 +7,10 @@ from geometry.profiles.faults import SHARP, turns
 FARTHEST = 4.0  # times the noise: a point that a smoothing spline would move farther is a corner that it cannot follow
 
 
-def smoothed(points: np.ndarray, corners: np.ndarray, noise: float) -> tuple[np.ndarray, np.ndarray]:
+def smoothed(points: np.ndarray, corners: np.ndarray, noise: float, amount: float | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Points moved onto smoothing splines of its length, and corners (indices): those given and those found.
 
-    The amount follows from the points themselves (generalised cross-validation). Where a spline would move a point by more than FARTHEST
+    The amount follows from the points themselves (generalised cross-validation); or the splines move points by `amount` [m] rms. Where a spline would move a point by more than FARTHEST
     times the noise [m] it rounds what it cannot follow: the stretch is cut at that point, and the splines are fitted anew. A cut where the
     smoothed line turns more sharply than its noise explains is a corner that lay between points; at any other the point was an outlier,
     and the cubic through its neighbours takes its place.
@@ -18,7 +18,7 @@ def smoothed(points: np.ndarray, corners: np.ndarray, noise: float) -> tuple[np.
     corners = np.asarray(corners, int)
     cuts, known = corners, {}
     for _ in range(len(points) // 8):
-        move = ways(points, cuts, known)
+        move = ways(points, cuts, known, amount)
         far, ends = np.hypot(*move.T), np.concatenate([[0], cuts, [len(points) - 1]]).astype(int)
         worst = np.array([a + int(np.argmax(far[a : b + 1])) for a, b in zip(ends[:-1], ends[1:])])
         if (far[worst] <= FARTHEST * noise).all():
@@ -46,7 +46,7 @@ def from_neighbours(points: np.ndarray, k: int) -> np.ndarray:
     return np.array(weight) @ points[near]
 
 
-def ways(points: np.ndarray, cuts: np.ndarray, known: dict[tuple[int, int], np.ndarray]) -> np.ndarray:
+def ways(points: np.ndarray, cuts: np.ndarray, known: dict[tuple[int, int], np.ndarray], amount: float | None = None) -> np.ndarray:
     """(n, 2)  way of each point to the smoothing spline of its stretch between cuts; 0 at both ends of a stretch.
 
     known : ways of stretches found before, by their ends; it grows
@@ -55,18 +55,41 @@ def ways(points: np.ndarray, cuts: np.ndarray, known: dict[tuple[int, int], np.n
     ends = np.concatenate([[0], cuts, [len(points) - 1]]).astype(int)
     for a, b in zip(ends[:-1], ends[1:]):
         if b - a >= 7 and (a, b) not in known:
-            known[a, b] = stretch_move(points[a : b + 1])
+            known[a, b] = stretch_move(points[a : b + 1], amount)
         out[a + 1 : b] = known[a, b] if b - a >= 7 else 0.0
     return out
 
 
-def stretch_move(part: np.ndarray) -> np.ndarray:
+def stretch_move(part: np.ndarray, amount: float | None = None) -> np.ndarray:
     """(n - 2, 2)  way of the inner points of one stretch to its smoothing spline."""
     s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(part, axis=0).T))])
     if np.any(np.diff(s) <= 0):
         return np.zeros((len(part) - 2, 2))
-    fits = np.column_stack([smoothing_spline(s / s[-1], part[:, k] / s[-1]) * s[-1] for k in (0, 1)])
+    if amount is None:
+        fits = np.column_stack([smoothing_spline(s / s[-1], part[:, k] / s[-1]) * s[-1] for k in (0, 1)])
+    else:
+        fits = part + way_across(s / s[-1], part / s[-1], amount / s[-1]) * s[-1]
     return (fits - part)[1:-1]
+
+
+HALVINGS = 60  # of the interval of amounts, e^-70 to e^10
+
+
+def way_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.ndarray:
+    """(n, 2)  way to the smoothing splines that move points (n, 2) by `amount` rms across their line (a straight line where even that moves less).
+
+    The way grows with the splines' stiffness, which is found by halving. Source: the discrepancy principle (Reinsch, Numer. Math. 10 (1967) 177).
+    """
+    from scipy.interpolate import make_smoothing_spline
+
+    step = np.gradient(part, axis=0)
+    normal = np.column_stack([-step[:, 1], step[:, 0]]) / np.hypot(*step.T)[:, None]
+    low, high = -70.0, 10.0
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        way = np.column_stack([make_smoothing_spline(s, part[:, k], lam=np.exp(middle))(s) for k in (0, 1)]) - part
+        low, high = (low, middle) if np.sqrt(np.mean((way * normal).sum(axis=1) ** 2)) > amount else (middle, high)
+    return way
 
 
 DENSE = 600  # points up to which all eigenvalues of the spline's roughness are found at once

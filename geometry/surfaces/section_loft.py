@@ -12,12 +12,11 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
-from geometry.profiles.profile import Piece, Profile, ProfileError
+from geometry.profiles.profile import APART, Piece, Profile, ProfileError
 from geometry.surfaces.lofted_rail import LoftedBody
 
 ANGLES = np.radians([75.0, 60.0, 30.0, 5.0, -5.0, -30.0, -60.0, -75.0])  # tangents at which convex sections are matched
 POINTS = 240  # a feature interval
-APART = 1e-9  # places nearer than this are one [m]
 
 
 def marks(profile: Profile, angles: np.ndarray = ANGLES) -> np.ndarray:

@@ -13,7 +13,8 @@ from stat import S_ISREG
 import numpy as np
 
 from geometry.profiles.formats.by_suffix import read_raw
-from geometry.profiles.doctor import FLANGE, examine
+from geometry.profiles.doctor import examine
+from geometry.profiles.shape import FLANGE
 from geometry.profiles.profile import Profile, ProfileError
 from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
@@ -84,7 +85,7 @@ def _judged(path: Path, raw: RawProfile) -> MeasuredWheel:
 
 def _digest(raw: RawProfile) -> str:
     """Of the points as read: mending rounds differently from machine to machine, reading does not."""
-    declared = repr((raw.points.shape, raw.unit, raw.kind, raw.up))
+    declared = repr((raw.points.shape, raw.unit, raw.kind, raw.up, raw.layout))
     return _sha(declared.encode() + np.ascontiguousarray(raw.points, "<f8").tobytes())
 
 

@@ -135,13 +135,13 @@ def test_a_cone_on_a_plane_stands_on_the_rim_that_its_slope_selects(slope, edge,
     """Plane of slope 1:20: the tilted rim circle's lowest point is centre . n - r sqrt(1 - (n . e)^2)."""
     half = 80 * MM
     plane = Profile.from_pieces([line((-half, -half / 20 - 20 * MM), (-half + 1 * MM, -half / 20), 1 * MM), line((-half + 1 * MM, -half / 20), (half, half / 20), 5 * MM)], "plane")
-    search = search_for(cone_wheel(slope, -30 * MM, 40 * MM), plane)
+    search = search_for(cone_wheel(slope, -30 * MM, 40 * MM), plane.shifted(0, -half / 20))
     state = search.settle(0.0, yaw)
     start, direction = axle(state)
     incline = (half / 20 + half / 20) / (2 * half - 1 * MM)
     normal = np.array([0, -incline, 1.0]) / np.hypot(1, incline)
     centre = start + (search.wheelset.datum_arm + edge) * direction
-    on_plane = np.array([0, search.track.gauge_offset("left") + half, half / 20])
+    on_plane = np.array([0, search.track.gauge_offset("left") + half, 0.0])
     radius = RADIUS - slope * edge
     assert (centre - on_plane) @ normal == pytest.approx(radius * np.sqrt(1 - (normal @ direction) ** 2), abs=TIGHT)
     found = search.contacts(state, "left")

@@ -113,9 +113,9 @@ def test_the_force_is_continuous_as_one_of_two_points_vanishes():
         table = bump(y, tilt)
         sides = [[-half - 5 * MM, table[0] - 20 * MM]], [[half + 5 * MM, table[-1] - 20 * MM]]
         rail = Profile.from_points(np.concatenate([sides[0], np.column_stack([y, table]), sides[1]]))
-        search = ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(rail), 0.2 * MM)
+        search = ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(rail.shifted(0.0, -table.max())), 0.2 * MM)
         stations, wheel, table_of_rail, tip, _ = search.sides["left"]
-        found, forces, _ = loaded_side(stations, wheel, table_of_rail, tip, search.pose(search.wheelset, "left"), RADIUS - 0.15 * MM, STEEL_MODULUS)
+        found, forces, _ = loaded_side(stations, wheel, table_of_rail, tip, search.pose(search.wheelset, "left"), RADIUS - 0.15 * MM - table.max(), STEEL_MODULUS)
         return found.shape[1], forces[2].sum()
 
     # the double well loses its minor minimum at tilt = 8 / (3 sqrt 3) * 0.08 / 5

@@ -22,6 +22,8 @@ def read_raw(path: Path, kind: str | None = None, unit: float | None = None, num
     Raises ProfileError (file, line, reason), OSError.
     """
     suffix = Path(path).suffix.lower()
+    if not Path(path).is_file():
+        raise ProfileError(f"{path}: {'a folder, no file' if Path(path).is_dir() else 'no such file'}")
     if kind is not None and kind not in KINDS:
         raise ProfileError(f"kind {kind!r} is neither of {', '.join(KINDS)}")
     if suffix in (".prw", ".prr"):
@@ -33,11 +35,13 @@ def read_raw(path: Path, kind: str | None = None, unit: float | None = None, num
         if not 1 <= number <= len(several):
             raise ProfileError(f"{path}: profile {number} asked for, the file holds {len(several)}")
         raw = several[number - 1]
-    elif suffix == ".slcs":
-        raw = one_of(path, read_slices(path), number)
+    elif suffix in (".slcs", ".slcw"):
+        if kind == "wheel":
+            raise ProfileError(f"{path}: slices of a rail; a wheel is asked for")
+        return one_of(path, read_slices(path, unit), number)
     else:
         raw = read_columns(path)
-    known = {key: value for key, value in (("kind", kind), ("unit", unit)) if value is not None}
+    known = {key: value for key, value in (("kind", kind), ("unit", unit), ("unit_told", unit and True)) if value is not None}
     return replace(raw, **known)
 
 
@@ -48,6 +52,8 @@ def one_of(path: Path, slices: Slices, number: int) -> RawProfile:
         raise ProfileError(f"{path}: section {number} asked for, the file holds {count}")
     gaps = np.diff(x)
     note = f"section {number} of {count}, at x = {x[number - 1]:.4f} m of {x[0]:.4f} to {x[-1]:.4f} m, {gaps.min():.4f} to {gaps.max():.4f} m apart"
+    if slices.features.size:
+        note += f"; {slices.features.shape[1]} features along each section read, not used"
     section = slices.sections[number - 1]
     return replace(section, notes=(note, *section.notes))
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from geometry.profiles.profile import ProfileError
+from geometry.profiles.formats.units import UNITS
 from geometry.profiles.formats.raw import RawProfile, collect, numbers, read_text
 
 COMMENT = ("#", "!", "%", "//", '"')
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
 UNIT_SAID = re.compile(r"units?\s*[:=]\s*(mm|cm|m|inch|in)\b", re.IGNORECASE)
 
 

@@ -8,6 +8,8 @@ from geometry.profiles.formats.raw import RawProfile, collect, numbers, read_tex
 
 NUMBER_ROW = re.compile(r'^\s*[+-]?\.?\d')
 SECTION = re.compile(r"^\[Profile(\d+)(Info|Points)\]$", re.IGNORECASE)
+KEYED = re.compile(r"^\s*[A-Za-z]\w*\s*=")
+SHIFT = re.compile(r"^\s*([XY]Offset|Tilt)\s*=\s*([+-]?\d+\.?\d*)\s*$", re.IGNORECASE)
 KINDS = {".whl": "wheel", ".ban": "rail"}
 
 
@@ -18,8 +20,7 @@ def read_miniprof(path: Path) -> RawProfile:
     is held against what is there. The vertical axis is not declared: some files draw it up, some down.
     """
     lines, notes = read_text(path)
-    head = next((i for i, line in enumerate(lines) if not line.strip()), None)
-    body = 0 if head is None else head + 1
+    body = header_end(lines)
     rows = [(i, numbers(line.split()[:2], path, i)) for i, line in enumerate(lines[body:], body + 1) if NUMBER_ROW.match(line)]
     off = sum(bool(re.match(r'^\s*"\s*[+-]?\.?\d', line)) for line in lines[body:])
     strange = [i for i, line in enumerate(lines[body:], body + 1) if line.strip() and not NUMBER_ROW.match(line) and not line.lstrip().startswith('"')]
@@ -30,7 +31,18 @@ def read_miniprof(path: Path) -> RawProfile:
     said = [int(m[1]) for line in lines[:body] if (m := re.match(r"XYPoints\s*=\s*(\d+)", line))]
     if said and said[0] not in (len(rows), len(rows) + off):
         notes.append(f"header says {said[0]} points, file holds {len(rows)}")
+    for line in lines[:body]:
+        if (match := SHIFT.match(line)) and float(match[2]) != 0:
+            notes.append(f"header says {match[1]} = {match[2]}, which is not applied: points are taken as they stand")
     return collect(rows, path, "MiniProf", unit=1e-3, kind=KINDS.get(Path(path).suffix.lower()), notes=tuple(notes))
+
+
+def header_end(lines: list[str]) -> int:
+    """Index of the first line after the header: after its last KEY=value, or, in the older layout without keys, after its first blank line."""
+    keyed = [i for i, line in enumerate(lines) if KEYED.match(line)]
+    if keyed:
+        return keyed[-1] + 1
+    return next((i + 1 for i, line in enumerate(lines) if not line.strip()), 0)
 
 
 def read_mpt(path: Path) -> list[RawProfile]:

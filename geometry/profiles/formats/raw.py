@@ -21,6 +21,8 @@ class RawProfile:
     kind : "rail" or "wheel"; None where the file does not say
     up : +1 where the file's vertical axis points up, -1 down; None where its format does not say
     notes : what was applied or put right while reading, in words
+    unit_told : the unit is the caller's word, not the file's
+    placed : the zero is that of a track, shared with other sections
     """
 
     points: np.ndarray
@@ -31,6 +33,8 @@ class RawProfile:
     kind: str | None = None
     up: int | None = None
     notes: tuple[str, ...] = field(default=())
+    unit_told: bool = False
+    placed: bool = False
 
 
 def read_text(path: Path) -> tuple[list[str], list[str]]:

@@ -9,6 +9,7 @@ from geometry.profiles.profile import ProfileError
 from geometry.profiles.formats.raw import RawProfile, collect, numbers, read_text
 
 KEY = re.compile(r"^\s*([\w.]+)\s*=\s*('[^']*'|\S+)")
+COMMENT = re.compile(r"[!%]")
 ASKED = ("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z", "inversion", "units.len.f", "units.ang.f")
 
 
@@ -21,7 +22,7 @@ def read_simpack(path: Path) -> RawProfile:
     lines, notes = read_text(path)
     keys, rows, inside, ended = {}, [], False, False
     for number, line in enumerate(lines, 1):
-        text = line.split("!")[0].strip()
+        text = COMMENT.split(line)[0].strip()
         if text == "point.begin":
             inside = True
         elif text == "point.end":
@@ -52,7 +53,7 @@ def kind_of(lines: list[str], path: Path) -> str | None:
     """What the header says (the spline block has a `type` too), else what the suffix says."""
     head = next((i for i, line in enumerate(lines) if line.strip().startswith("header.end")), 0)
     for line in lines[:head]:
-        if (match := KEY.match(line.split("!")[0])) and match[1] == "type":
+        if (match := KEY.match(COMMENT.split(line)[0])) and match[1] == "type":
             return "wheel" if match[2] == "1" else "rail"
     return {".prw": "wheel", ".prr": "rail"}.get(Path(path).suffix.lower())
 

@@ -1,55 +1,138 @@
-"""Slices of a rail that changes along the track, .slcs: stations and one section file each."""
+"""Slices of a rail that changes along the track, .slcs of CONTACT: stations, one section file each, and features along each section.
+
+Layout, after comments from % on: offset and scale of the stations; number of slices; numbers of features, kinks and accelerations; method;
+a row (station, 'file') a slice; with kinks a row of their parts, with accelerations a row of theirs; with 2 features or more a row (station,
+length along the section of each feature, -1 where it has none) a slice. Source: CONTACT's open-source reader, matlab/read_slices.m (V. Vollebregt,
+revision of 2023), and its test bank; the rows of kinks and accelerations, of which neither has an example, from memory of its user guide.
+"""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from geometry.profiles.formats.columns import read_columns
+from geometry.profiles.formats.simpack import read_simpack
+from geometry.profiles.formats.units import UNITS, WIDTHS, fitting_units
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.formats.raw import RawProfile, numbers, read_text
 
-ROW = re.compile(r"^\s*(\S+)\s+'([^']+)'")
+ROW = re.compile(r"""^\s*(\S+)\s+(['"])(.+?)\2""")
+ROUND_A_WHEEL = re.compile(r"\bTH_(OFFSET|SCALE|SLC|METHOD|INTPOL)\b", re.IGNORECASE)
+NEAREST = 10e-6  # two stations of a rail [m]
 
 
 @dataclass(frozen=True, eq=False)
 class Slices:
     """Sections of one rail along the track.
 
-    x : (m,)  stations, growing [m];  sections : the raw profile at each, in metres (unit 1), vertical axis down
+    x : (m,)  stations, growing [m];  sections : the raw profile at each, in metres (unit 1)
+    features : (m, k)  length along each section of the features that belong together [m], NaN where a section has none; k = 0: none named
+    kinks, accelerations : numbers, from 1, of the parts between features after which the surface has a kink, or a jump of curvature
     """
 
     x: np.ndarray
     sections: tuple[RawProfile, ...]
     path: Path
+    features: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    kinks: tuple[int, ...] = ()
+    accelerations: tuple[int, ...] = ()
 
 
-def read_slices(path: Path) -> Slices:
-    """Read a .slcs and the files it names (relative to it). Stations times S_SCALE are mm; U_OFFSET is added.
+def read_slices(path: Path, section_unit: float | None = None) -> Slices:
+    """Read a .slcs and the files it names (relative to it): .prr, or two columns with the vertical axis down. Stations times S_SCALE are mm.
 
-    Raises ProfileError where a number is missing, stations do not grow, a section file is missing or counts disagree.
+    section_unit : length of the unit of two-column sections [m]; None: what the files say, else the one that makes their widths fit. S_SCALE is
+        the stations' own.
+
+    Raises ProfileError where a number is missing, stations do not grow, a section file is missing, counts disagree, or it is a wheel.
     """
     path = Path(path)
     lines, _ = read_text(path)
-    rows = [(i, line.split("%")[0].rstrip()) for i, line in enumerate(lines, 1) if line.split("%")[0].strip()]
+    refuse_wheel(path, lines)
+    rows = [(i, line.split("%")[0].strip()) for i, line in enumerate(lines, 1) if line.split("%")[0].strip()]
     if len(rows) < 5:
         raise ProfileError(f"{path}: {len(rows)} line(s) of data: not a whole .slcs file")
-    offset, scale = numbers(rows[0][1].replace(",", " ").split()[:2], path, rows[0][0])
-    count = int(numbers(rows[1][1].split()[:1], path, rows[1][0], 1)[0])
+    offset, scale = (values_of(rows[0], path, 2) + [0.0])[:2]
+    count, counts = int(values_of(rows[1], path, 1)[0]), [int(v) for v in values_of(rows[2], path, 2)]
+    features, kinks, jumps = (counts + [0])[:3]
     found = [(i, match) for i, text in rows if (match := ROW.match(text))]
     if len(found) != count:
         raise ProfileError(f"{path}: NSLC = {count}, but {len(found)} section(s) are named")
-    x = np.array([(numbers([m[1]], path, i, 1)[0] + offset) * scale * 1e-3 for i, m in found])
-    if np.any(np.diff(x) <= 0):
-        at = int(np.argmax(np.diff(x) <= 0)) + 1
-        raise ProfileError(f"{path}: line {found[at][0]}: station {x[at]:g} m does not lie beyond {x[at - 1]:g} m")
-    return Slices(x, tuple(section(path, i, match[2], scale * 1e-3) for i, match in found), path)
+    named = np.array([numbers([m[1]], path, i, 1)[0] for i, m in found])
+    x = stations(path, found, (named + offset) * scale * 1e-3)
+    rest = [row for row in rows[4:] if not ROW.match(row[1])]
+    parts = []
+    for wanted in (kinks, jumps):
+        parts.append(tuple(int(v) for v in values_of(rest.pop(0), path, wanted)) if wanted > 0 and rest else ())
+    table = feature_table(path, rest, named, features) * 1e-3 if features > 1 else np.empty((count, 0))
+    return Slices(x, in_metres(path, [section(path, i, m[3]) for i, m in found], section_unit), path, table, *parts)
 
 
-def section(path: Path, line: int, name: str, unit: float) -> RawProfile:
+def refuse_wheel(path: Path, lines: list[str]) -> None:
+    """Slices round a wheel (.slcw: flats, out-of-round) have angles for stations: no rail, and nothing here runs on such a wheel."""
+    angles = next((i for i, line in enumerate(lines, 1) if ROUND_A_WHEEL.search(line)), None)
+    if path.suffix.lower() == ".slcw" or angles is not None:
+        where = "" if angles is None else f" (line {angles})"
+        raise ProfileError(f"{path}: slices round a wheel, with angles for stations{where}: a wheel with a flat or out of round is not supported; read one of its section "
+                           "files as a wheel")  # fmt: skip
+
+
+def values_of(row: tuple[int, str], path: Path, least: int) -> list[float]:
+    """The leading numbers of a row, at least so many; names of what they are may follow them."""
+    words = row[1].replace(",", " ").split()
+    leading = next((k for k, word in enumerate(words) if not re.match(r"[+-]?\.?\d", word)), len(words))
+    return numbers(words[: max(leading, min(least, len(words)))], path, row[0], least)
+
+
+def stations(path: Path, found: list, x: np.ndarray) -> np.ndarray:
+    step = np.diff(x)
+    if np.any(step < NEAREST):
+        at = int(np.argmax(step < NEAREST)) + 1
+        near = f"lies {1e6 * step[at - 1]:.3g} um beyond" if step[at - 1] > 0 else "does not lie beyond"
+        raise ProfileError(f"{path}: line {found[at][0]}: station {x[at]:g} m {near} {x[at - 1]:g} m")
+    return x
+
+
+def feature_table(path: Path, rows: list, named: np.ndarray, features: int) -> np.ndarray:
+    """(m, features)  lengths in mm, whatever the stations' unit, NaN for -1, in the order of the stations."""
+    table, seen = np.full((len(named), features), np.nan), set()
+    for row in rows:
+        values = values_of(row, path, features + 1)
+        at = np.flatnonzero(np.abs(named - values[0]) < 1e-3)
+        if len(values) != features + 1 or len(at) != 1 or at[0] in seen:
+            why = (f"{len(values) - 1} positions, NFEAT = {features}" if len(values) != features + 1 else
+                   f"{len(at)} slices at its station" if len(at) != 1 else "features of its slice are given twice")  # fmt: skip
+            raise ProfileError(f"{path}: line {row[0]}: features at {values[0]:g}: {why}")
+        seen.add(int(at[0]))
+        table[at[0]] = [np.nan if v == -1 else v for v in values[1:]]
+    if len(seen) != len(named):
+        raise ProfileError(f"{path}: NFEAT = {features}: features of {len(seen)} slice(s) are given, NSLC = {len(named)}")
+    return table
+
+
+def section(path: Path, line: int, name: str) -> RawProfile:
+    """One section as its own file declares it."""
     file = path.parent / name
     if not file.is_file():
         raise ProfileError(f"{path}: line {line}: section file {file} is not there")
-    raw = read_columns(file)
-    return RawProfile(raw.points * unit, raw.lines, raw.path, raw.layout, 1.0, "rail", -1, raw.notes)
+    return read_simpack(file) if file.suffix.lower() == ".prr" else read_columns(file)
+
+
+def in_metres(path: Path, sections: list[RawProfile], section_unit: float | None) -> tuple[RawProfile, ...]:
+    """Sections in metres, on the track's zero, vertical axis down where their format does not say."""
+    silent = [raw for raw in sections if raw.unit is None]
+    note = ()
+    if silent and section_unit is None:
+        width = float(np.median([np.ptp(raw.points[:, 0]) for raw in silent]))
+        fitting = fitting_units(width, "rail")
+        if len(fitting) != 1:
+            raise ProfileError(f"{path}: its sections span {width:.4g} in the median; a rail is {1e3 * WIDTHS['rail'][0]:g} to {1e3 * WIDTHS['rail'][1]:g} mm wide: "
+                               "state the unit of the sections")  # fmt: skip
+        section_unit, note = UNITS[fitting[0]], (f"sections in {fitting[0]} by their width of {1e3 * width * UNITS[fitting[0]]:.4g} mm in the median",)
+    out = []
+    for raw in sections:
+        unit = raw.unit if raw.unit is not None else section_unit
+        out.append(RawProfile(raw.points * unit, raw.lines, raw.path, raw.layout, 1.0, "rail", raw.up or -1, (*raw.notes, *(note if raw.unit is None else ())), placed=True))
+    return tuple(out)
