@@ -1,1 +1,53 @@
-"""What happens when a wheel passes a crossing: one scene, a ladder of models, an honest error on each rung."""
+"""What happens when a wheel passes a railway crossing: one scene, a hierarchy of models, an honest error on each.
+
+    import rail_fem
+    case = rail_fem.load_case("cases/nose_transfer.toml")
+    faster = case.scene.replace(speed="100 mph")
+    result = rail_fem.solve("rigid_hertz", faster)
+
+Names are imported when they are first used, so that `import rail_fem` is light.
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rail_fem.case.casefile import Case, CaseError, load_case
+    from rail_fem.ladder import LADDER, solve
+    from rail_fem.output.result import PassResult, Peak
+    from rail_fem.output.result import load as load_result
+    from rail_fem.scene.scene import Scene
+    from rail_fem.sweeps.results import SweepResults, load_sweep
+
+__all__ = [
+    "LADDER", "Case", "CaseError", "PassResult", "Peak", "Scene", "SweepResults", "load_case", "load_result", "load_sweep", "solve",
+]  # fmt: skip
+
+_HOMES = {
+    "Case": "rail_fem.case.casefile",
+    "CaseError": "rail_fem.case.casefile",
+    "load_case": "rail_fem.case.casefile",
+    "LADDER": "rail_fem.ladder",
+    "solve": "rail_fem.ladder",
+    "PassResult": "rail_fem.output.result",
+    "Peak": "rail_fem.output.result",
+    "load_result": "rail_fem.output.result:load",
+    "Scene": "rail_fem.scene.scene",
+    "SweepResults": "rail_fem.sweeps.results",
+    "load_sweep": "rail_fem.sweeps.results",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from rail_fem.output.versions import own_version
+
+        return own_version()
+    if name not in _HOMES:
+        raise AttributeError(f"module 'rail_fem' has no attribute '{name}'; it offers {', '.join(__all__)}")
+    module, _, known_as = _HOMES[name].partition(":")
+    return getattr(importlib.import_module(module), known_as or name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

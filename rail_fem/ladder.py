@@ -5,10 +5,11 @@ A rung is imported only when it is asked for, so the light part runs without dol
 
 import importlib
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
 from rail_fem.scene.scene import Frozen, Scene
@@ -61,13 +62,17 @@ def load(model: str) -> ModuleType:
         raise ModelUnavailable(f"model {model} needs {error.name}, which cannot be imported ({error}): run ./setup.sh") from error
 
 
-def solve(model: str, scene: Scene, settings: Frozen, folder: Path | None = None, restart: bool = False,
+def solve(model: str, scene: Scene, settings: Frozen | Mapping[str, Any] | None = None, folder: Path | None = None, restart: bool = False,
           progress: "Progress | None" = None) -> "PassResult":
-    """Run one rung. Collective for parallel rungs.
+    """Run one model. Collective for parallel models.
 
+    settings : the model's numerics; a dict is checked as a case file's section, None means the defaults
     folder   : where fields, figures and restart files go; None writes nothing
     restart  : go on from the restart files in `folder`
     progress : told each report
-    Errors: those of `load`, and the rung's own.
+    Errors: those of `load`, pydantic.ValidationError for settings that are none, and the model's own.
     """
-    return load(model).solve(scene, settings, folder=folder, restart=restart, progress=progress)
+    solver = load(model)
+    if not isinstance(settings, Frozen):
+        settings = LADDER[model].settings.model_validate(dict(settings or {}))
+    return solver.solve(scene, settings, folder=folder, restart=restart, progress=progress)

@@ -4,6 +4,7 @@ What a rung does not resolve is NaN, never 0 and never borrowed from another run
 """
 
 import csv
+import html
 import json
 import math
 from collections.abc import Mapping
@@ -20,6 +21,7 @@ from rail_fem.scene.scene import Scene
 from rail_fem.output.versions import versions
 
 NAN = float("nan")
+SHOWN_UNITS = {"N": ("kN", 1e-3), "Pa": ("MPa", 1e-6), "1": ("%", 100.0)}  # of peaks
 RESULT_VERSION = 2
 
 
@@ -62,7 +64,7 @@ class Cost:
     peak_memory: float = NAN
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PassResult:
     """One pass by one model.
 
@@ -98,6 +100,42 @@ class PassResult:
 
     def __post_init__(self):
         object.__setattr__(self, "history", complete_history(self.history))
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{name} {value}" for name, value in self.summary_rows()[:4])
+        return f"<PassResult {self.model}: {shown}>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in self.summary_rows())
+        return f"<table><caption>{html.escape(self.model)}</caption>{rows}</table>"
+
+    def summary_rows(self) -> list[tuple[str, str]]:
+        """What was found in engineers' units: peaks with their places, transfer, steps and time; a fault first."""
+        rows = [("fault", self.fault)] if self.fault else []
+        for name, peak in self.peaks.items():
+            unit, factor = SHOWN_UNITS.get(peak.unit, (peak.unit, 1.0))
+            rows.append((name.replace("_", " "), f"{peak.value * factor:.4g} {unit}" + (f" at x = {peak.x * 1e3:.1f} mm" if math.isfinite(peak.x) else "")))
+        if math.isfinite(self.transfer_x):
+            rows.append(("transfer", f"x = {self.transfer_x * 1e3:.1f} mm"))
+        return [*rows, ("rows of history", str(len(self.history["x"]))), ("wall time", f"{self.cost.wall_time:.3g} s"), ("warnings", str(len(self.warnings)))]
+
+    def to_dataframe(self, si: bool = False):
+        """The history as a pandas.DataFrame: columns with their units in their names as in history.csv, or bare names in SI.
+
+        Errors: ModuleNotFoundError where pandas is not installed.
+        """
+        import pandas
+
+        if si:
+            return pandas.DataFrame(dict(self.history))
+        header, table = shown_table(self.history)
+        return pandas.DataFrame(table, columns=header)
+
+    def plot_force(self, title: str = ""):
+        """A matplotlib Figure of forces, wheel height and crossing height along the way."""
+        from importlib import import_module  # figures stand above results: asked for by name, only when one is drawn
+
+        return import_module("rail_fem.show.force").force_figure(self, title or self.model)
 
     def save(self, folder: Path) -> None:
         """Write history.csv (units in its header), history.npz (SI), result.json and the profile of a measured wheel; each appears whole or not at all.

@@ -23,6 +23,12 @@ def _versions() -> tuple[tuple[str, str], ...]:
     return tuple(found.items())
 
 
+def own_version() -> str:
+    """Of this program; "0" where it runs without having been installed."""
+    found = dict(_versions())["rail-fem"]
+    return "0" if found == "not installed" else found
+
+
 def versions() -> dict[str, str]:
     """Name -> version; "not installed" where absent. Nothing is imported for it."""
     return dict(_versions())
@@ -30,7 +36,7 @@ def versions() -> dict[str, str]:
 
 def git_revision() -> str:
     """Commit of the project's checkout, "-dirty" when tracked files differ; empty outside a checkout."""
-    root = Path(__file__).resolve().parent.parent
+    root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return ""
     try:

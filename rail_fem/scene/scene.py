@@ -6,8 +6,9 @@ Files that a scene names are read once, when it is made: the scene carries what 
 """
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationInfo, field_validator, model_validator
 from pydantic.json_schema import SkipJsonSchema
@@ -32,6 +33,22 @@ class Frozen(BaseModel):
     """Base of every typed section of a case: immutable, no unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def replace(self, **changes: Any) -> Self:
+        """The same section with other values, each checked as a case file's: text with its unit, or a number in SI; a dict changes a part.
+
+            scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"})
+
+        Errors: pydantic.ValidationError (a ValueError) that names every key at fault.
+        """
+        return self._replaced(changes, {})
+
+    def _replaced(self, changes: Mapping[str, Any], context: dict[str, Any]) -> Self:
+        values = {name: getattr(self, name) for name, field in type(self).model_fields.items() if not field.exclude}
+        for name, change in changes.items():
+            part = values.get(name)
+            values[name] = part.replace(**change) if isinstance(part, Frozen) and isinstance(change, Mapping) else change
+        return type(self).model_validate(values, context=context)
 
 
 class Crossing(Frozen):
@@ -58,7 +75,7 @@ class Wheel(Frozen):
     @classmethod
     def _profile_is_there(cls, profile: str, info: ValidationInfo) -> str:
         context = info.context or {}
-        if profile in WHEEL_NAMES:
+        if profile in WHEEL_NAMES or _kept(profile, info):
             return profile
         if not Path(profile).suffix:
             raise PydanticCustomError("choice", "unknown", {"choices": WHEEL_NAMES})
@@ -76,6 +93,8 @@ class Wheel(Frozen):
         profile = info.data.get("profile", WHEEL_NAMES[0])
         if profile in WHEEL_NAMES:
             return None
+        if kept := _kept(profile, info):
+            return kept
         try:
             return read_wheel(Path(profile))
         except (OSError, ValueError) as error:
@@ -90,6 +109,10 @@ class Wheel(Frozen):
             raise _fault("changed_file", f"{measured.source} has other content ({found[:12]}) than is stated ({digest[:12]})")
         return found
 
+    def replace(self, **changes: Any) -> Self:
+        """As Frozen.replace; a profile file that stays is not read again."""
+        return self._replaced({"digest": ""} | changes if "profile" in changes else changes, {"kept": self.measured})
+
     @property
     def name(self) -> str:
         """What tables and plots call the wheel."""
@@ -103,6 +126,12 @@ class Wheel(Frozen):
         if self.measured is None or self.measured.source != self.profile:
             raise ValueError(f"{self.profile} was not read when this wheel was made: make a new Wheel of it")
         return self.measured.profile
+
+
+def _kept(profile: str, info: ValidationInfo) -> MeasuredWheel | None:
+    """What was read of this profile file before, where the context holds it."""
+    kept = (info.context or {}).get("kept")
+    return kept if kept is not None and kept.source == profile else None
 
 
 def _fault(kind: str, text: str, **about: str) -> PydanticCustomError:

@@ -1,0 +1,95 @@
+"""What a user of the package writes: five lines from a case file to a figure, every mistake said."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rail_fem
+
+ROOT = Path(__file__).resolve().parents[2]
+CASE = ROOT / "cases" / "nose_transfer.toml"
+WINDOW = {"start": "250 mm", "end": "420 mm"}
+
+
+@pytest.fixture(scope="module")
+def result():
+    return rail_fem.solve("lumped", rail_fem.load_case(CASE).scene, WINDOW)
+
+
+def test_every_public_name_is_there_and_a_wrong_one_says_what_is():
+    assert {name: getattr(rail_fem, name) for name in rail_fem.__all__}
+    with pytest.raises(AttributeError, match="load_cas.*it offers.*load_case"):
+        rail_fem.load_cas  # noqa: B018
+
+
+def test_the_import_is_light():
+    """Neither numerics nor dolfinx, MPI, Gmsh, VTK or matplotlib come with the bare import."""
+    code = "import sys, rail_fem, geometry, bem; print(*{'numpy', 'numba', 'dolfinx', 'mpi4py', 'gmsh', 'vtk', 'matplotlib', 'pydantic'} & set(sys.modules))"
+    answer = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert answer.stdout.split() == []
+
+
+def test_a_scene_is_changed_as_a_case_file_is_read():
+    scene = rail_fem.load_case(CASE).scene
+    faster = scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"}, materials={"nose": {"strength": "150 %"}})
+    assert faster.speed == pytest.approx(44.704) and scene.speed == pytest.approx(33.528)
+    assert faster.foundation.stiffness == pytest.approx(160e6) and faster.foundation.damping == scene.foundation.damping
+    assert faster.materials.nose.strength == 1.5 and faster.materials.wing == scene.materials.wing
+    for wrong in ({"speed": "600 mph"}, {"sped": 20.0}, {"speed": "10 kN"}, {"foundation": {"stiffness": "-1 kN/mm"}}):
+        with pytest.raises(ValueError, match="speed|sped|stiffness"):
+            scene.replace(**wrong)
+
+
+def test_a_measured_wheel_stays_as_it_was_read(tmp_path):
+    """A change beside the profile does not read the file again, which may be gone by then; another profile does."""
+    scene = rail_fem.load_case(CASE).scene
+    points = scene.wheel.shape.points * 1e3
+    file = tmp_path / "wheel.csv"
+    np.savetxt(file, points, delimiter=",")
+    measured = scene.replace(wheel={"profile": str(file)})
+    file.unlink()
+    smaller = measured.replace(wheel={"radius": "400 mm"})
+    assert smaller.wheel.digest == measured.wheel.digest != "" and smaller.wheel.radius == 0.4
+    assert smaller.replace(wheel={"profile": "P8"}).wheel.digest == ""
+    with pytest.raises(ValueError, match="no file"):
+        measured.replace(wheel={"profile": str(tmp_path / "other.csv")})
+
+
+def test_a_result_is_short_in_a_terminal_and_a_table_in_a_notebook(result):
+    assert len(repr(result)) < 300 and "lumped" in repr(result) and "kN at x" in repr(result)
+    assert result._repr_html_().count("<tr>") == len(result.summary_rows())
+
+
+def test_a_history_becomes_a_data_frame(result):
+    pandas = pytest.importorskip("pandas")
+    shown, plain = result.to_dataframe(), result.to_dataframe(si=True)
+    assert isinstance(shown, pandas.DataFrame) and len(shown) == len(result.history["x"])
+    assert np.allclose(shown["force [kN]"] * 1e3, plain["force"], rtol=1e-12, equal_nan=True)
+
+
+def test_the_force_is_drawn(result, tmp_path):
+    result.plot_force("a title").savefig(tmp_path / "force.png")
+    assert (tmp_path / "force.png").stat().st_size > 5000
+
+
+def test_settings_that_are_none_are_refused():
+    with pytest.raises(ValueError, match="strat"):
+        rail_fem.solve("lumped", rail_fem.load_case(CASE).scene, {"strat": "200 mm"})
+
+
+def test_a_sweep_folder_is_read_at_once(result, tmp_path):
+    for speed in ("50 mph", "75 mph"):
+        scene = result.scene.replace(speed=speed)
+        rail_fem.solve("lumped", scene, WINDOW).save(tmp_path / speed.replace(" ", "_") / "lumped")
+    sweep = rail_fem.load_sweep(tmp_path)
+    assert list(sweep) == ["50_mph", "75_mph"] and "2 runs" in repr(sweep)
+    assert sweep["75_mph"]["lumped"].peaks["largest_force"] == result.peaks["largest_force"]
+    with pytest.raises(KeyError, match="75_mph"):
+        sweep["60_mph"]
+    pytest.importorskip("pandas")
+    assert list(sweep.to_dataframe()["case"]) == ["50_mph", "75_mph"]
+    with pytest.raises(FileNotFoundError):
+        rail_fem.load_sweep(tmp_path / "nothing")
