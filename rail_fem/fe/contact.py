@@ -220,7 +220,16 @@ class Contact:
             1.0 / s.stiffness, s.deepest, dt, self.share, self.carried, self.force, self.pressure_at, self.slip, self.sticking, self.moved, self.drag, self.sums,
         )  # fmt: skip
 
-    @property
-    def deepest_penetration(self) -> float:
-        """Largest penetration predicted for this step's start among active pairs [m]: pressure times penalty compliance."""
-        return max(float(p.pressure.max(initial=0.0)) for p in self.pairs) / self.settings.stiffness
+    def overlap(self) -> list[float]:
+        """How deep the surfaces lie in one another after the step before the last, at the pairs that carry: largest [m], force times overlap
+        summed up [N m], force [N]. Measured on the geometry; what the penalty would allow is less, the step's own inertia adds to it. Replicated."""
+        deepest = work = force = 0.0
+        for pairs in self.pairs:
+            there = pairs._replace(facets=pairs.facets.copy(), where=pairs.where.copy(), gap=np.zeros_like(pairs.gap),
+                                   normal=np.zeros_like(pairs.normal), weight=np.zeros_like(pairs.weight))
+            kernel.project_pairs(self.before, there)
+            carries = pairs.active & (there.facets >= 0) & (pairs.pressure > 0)
+            depth, carried = np.maximum(-there.gap[carries], 0.0), pairs.pressure[carries] * self.area[pairs.slaves[carries]]
+            deepest = max(deepest, float(depth.max(initial=0.0)))
+            work, force = work + float(carried @ depth), force + float(carried.sum())
+        return [deepest, work, force]

@@ -10,29 +10,30 @@ from rail_fem.fe.fields import gather_cells
 from rail_fem.fe.meshing import PATCH_REACH
 from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
+from rail_fem.output.history import complete_history
 from rail_fem.output.result import Peak
+from rail_fem.output.shares import largest_internal, numerical_shares
 
 LEVEL = 2e-4  # change of the rigid path's slope up to which running counts as steady [1]
 
 
-def trust_facts(run: Run, history: dict[str, np.ndarray], energies: dict[str, float], quality: MeshQuality | None, first_gap: float) -> dict:
+def trust_facts(run: Run, history: dict[str, np.ndarray], quality: MeshQuality | None, first_gap: float) -> dict:
     """Facts for `trust.report_rows`, replicated. Collective.
 
-    energies : now, replicated;  quality : of the mesh on root, None elsewhere;  first_gap : of the meshes before placing [m]
+    quality : of the mesh on root, None elsewhere;  first_gap : of the meshes before placing [m]
     """
-    start, dynamics, settled = run.start_energies or energies, run.dynamics, run.settings.settle_time
+    dynamics, settled = run.dynamics, run.settings.settle_time
+    work = trust.impact_work(np.array(run.recorder.contact_work)[history["time"] > settled])
     return {
-        "balance": energies["balance"] - start["balance"],
-        "contact_loss": energies["contact_loss"] - start["contact_loss"],
-        "impact_work": trust.impact_work(np.array(run.recorder.contact_work)[history["time"] > settled]),
-        "internal_energy": energies["elastic"] + energies["plastic"],
-        "hourglass": energies["hourglass"],
+        "shares": numerical_shares(complete_history(history), settled, work),
+        "impact_work": work,
+        "internal_energy": float(np.nanmax(largest_internal(complete_history(history)), initial=0.0)),
         "hourglass_zone": zone_hourglass(run),
-        "penalty": run.most_penalty,
-        "penetration": run.recorder.deepest,
+        "penetration": penetration(np.array(run.recorder.overlap).reshape(-1, 3)[history["time"] > settled]),
         "approach": run.static_approach if run.static_approach > 0 else float("nan"),
         "first_gap": first_gap,
         "resting": run.passage.start.resting,
+        "transfers": len(run.passage.running.transfers) > 0,
         "static_error": static_error(history, run.passage.static_load, settled, run.passage.running),
         "step": run.dt,
         "limit": run.limit,
@@ -43,6 +44,12 @@ def trust_facts(run: Run, history: dict[str, np.ndarray], energies: dict[str, fl
         "penalty_factor": run.settings.penalty,
         "outside": 1.0 - run.comm.allreduce(dynamics.kernel_time) / run.comm.size / max(run.loop_time, 1e-9),
     }
+
+
+def penetration(rows: np.ndarray) -> tuple[float, float]:
+    """Largest overlap, and its mean weighted by the force, over rows (n, 3) of fe.contact.Contact.overlap [m]; NaN without contact."""
+    force = rows[:, 2].sum()
+    return (float(rows[:, 0].max()), float(rows[:, 1].sum() / force)) if force > 0 else (float("nan"), float("nan"))
 
 
 def zone_hourglass(run: Run) -> float:

@@ -32,13 +32,14 @@ def add_step(force, carried, position, watched, n_rail, on_nose, total, moment):
 class Recorder:
     """Call `after_step` each step and `row` when an interval is over. All numbers replicated; `row` is collective."""
 
-    STATE = ("rows", "contact_work", "deepest", "total", "moment", "steps")
+    STATE = ("rows", "contact_work", "overlap", "exchanged", "total", "moment", "steps")
 
     def __init__(self, passage: Passage):
         self.passage = passage
         self.rows: list[dict[str, float]] = []
         self.contact_work: list[float] = []  # on the bodies, at each row [J]
-        self.deepest = 0.0
+        self.exchanged = 0.0  # energy that came with other lumped masses and velocities where settling ended [J]
+        self.overlap: list[list[float]] = []  # Contact.overlap at each row
         self._clear()
 
     def _clear(self) -> None:
@@ -75,10 +76,11 @@ class Recorder:
             "energy_external": energies["loads"] - energies["drive"],
         }
         stored = sum(value for name, value in row.items() if name.startswith("energy_") and name != "energy_external")
-        row["energy_balance"] = stored - row["energy_external"]
+        row["energy_balance"] = stored - row["energy_external"] - self.exchanged
+        row["energy_contact_loss"] = energies["contact_loss"]
         self.rows.append(row)
         self.contact_work.append(energies["contact"])
-        self.deepest = max(self.deepest, d.contact.deepest_penetration)
+        self.overlap.append(d.contact.overlap())
         self._clear()
 
     def history(self) -> dict[str, np.ndarray]:

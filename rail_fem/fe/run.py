@@ -19,14 +19,13 @@ from rail_fem.settings.explicit import FeSettings
 CHECK_EVERY = 50  # steps between looks at volumes and velocities
 LIMIT_EVERY = 4000  # steps between new stable steps by Lanczos
 CHECKPOINT = "checkpoint.npz"
-STOP_BALANCE = 0.10  # energy balance error over the impact's work that stops a run
 
 
 class Run:
     """The time loop of one pass: `go` to the end, or `resume` first. limit, dt : stable step and step in use [s]."""
 
     STATE = (
-        "dynamics", "recorder", "limit", "dt", "settled", "start_energies", "frames", "next_row", "next_frame", "rechecks", "most_penalty", "static_approach", "loop_time", "spent",
+        "dynamics", "recorder", "limit", "dt", "settled", "start_energies", "frames", "next_row", "next_frame", "rechecks", "static_approach", "loop_time", "spent",
     )  # fmt: skip
     SCRATCH = ("started", "last_checkpoint")
 
@@ -42,7 +41,7 @@ class Run:
         self.start_energies = None if not self.settled else self.dynamics.energies()
         self.frames: list[list] = []  # time [s], file name
         self.next_row, self.next_frame, self.rechecks = settings.history_interval, 0.0, 0
-        self.most_penalty, self.static_approach = 0.0, float("nan")
+        self.static_approach = float("nan")
         self.loop_time = self.spent = 0.0  # of the whole run, in its steps and up to the last restart file [s]
         self.last_checkpoint = time.perf_counter()
 
@@ -112,19 +111,20 @@ class Run:
         x = running.start + d.contact.offset
         rigid = float(running.height(x)) - float(running.height(running.start))
         self.static_approach = rigid - self.passage.axle.displacement[2]
+        before = d.energies()["balance"]
         end_settling(self.passage, self.scene, self.settings)
         self.settled, self.start_energies = True, d.energies()
+        self.recorder.exchanged += self.start_energies["balance"] - before
 
     def _report(self) -> None:
         d = self.dynamics
         energies = d.energies()
         self.recorder.row(energies)
         self.next_row += self.settings.history_interval
-        self.most_penalty = max(self.most_penalty, energies["contact_penalty"])
         balance = self._balance_share(energies)
         if self.progress:
             self.progress.update(step=d.step_count, time=d.time, end_time=self.passage.running.duration, energy_balance=balance)
-        if balance > STOP_BALANCE:
+        if balance > trust.STOP_BALANCE:
             raise ArithmeticError(
                 f"energy balance error {balance:.1%} of the work of contact at step {d.step_count}, t = {d.time * 1e3:.4f} ms, "
                 f"x = {self.passage.running.start * 1e3 + d.contact.offset * 1e3:.1f} mm: the run is unstable; take courant below {self.settings.courant:g}; "

@@ -5,15 +5,17 @@ import numpy as np
 from geometry.axes import tread_datum_y
 from geometry.surfaces.crossing import CastCrossing, CrossingError
 from geometry.path.wheel_path import WheelPath, wheel_path
-from rail_fem.scene.scene import Scene
-from rail_fem.settings.explicit import FeSettings
+from rail_fem.scene.scene import Frozen, Scene
+from rail_fem.settings.explicit import WAY, FeSettings
 
-SPACING = 5e-3  # between the axle positions that are looked at
+SPACING = 5e-3  # between the axle positions that are looked at [m]
 ANCHORED_SPACING = 1e-3  # between those of `anchored_path`, counted from x = 0
 AROUND = 0.02  # of the path beyond the way [m]
 PLAIN_BEFORE_LEG = 0.2  # plain rail before the leg's transition that is still of the same stretch [m]
 FULL_NOSE = 0.69  # where the nose of the 1:9.25 crossing has long been a full rail; stretches with the ratio [m]
 BEYOND_PATH = 0.11  # of the modelled crossing that a wheel needs ahead of its last place [m]
+CLEAR = 20e-3  # at least between the end of settling and a transfer: a patch's length [m]
+LEAD, FOLLOW = 35e-3, 160e-3  # of a window that is placed: released before the transfer, and run on behind the first impact [m]
 
 
 def rigid_path(scene: Scene, x: np.ndarray) -> WheelPath:
@@ -41,13 +43,40 @@ def window_path(scene: Scene, settings: FeSettings) -> WheelPath:
     return rigid_path(scene, np.linspace(settings.start, settings.end, count))
 
 
+def placed(scene: Scene, settings: Frozen) -> Frozen:
+    """The settings of any model, with start and end where fe_window's leave them open: so that the wheel has settled LEAD before the place where a rigid
+    wheel changes body, and runs on for FOLLOW behind it.
+
+    Errors: CrossingError, ValueError where a rigid wheel changes body nowhere on the common way.
+    """
+    if not isinstance(settings, FeSettings) or None not in (settings.start, settings.end):
+        return settings
+    transfers = scene.direction_sign * rigid_path(scene, np.arange(*WAY, SPACING)).transfers
+    if not len(transfers):
+        raise ValueError(f"a rigid wheel never changes body between x = {WAY[0] * 1e3:g} and {WAY[1] * 1e3:g} mm: give start and end")
+    start = transfers.min() - LEAD - scene.speed * settings.settle_time
+    chosen = {"start": start, "end": transfers.max() + FOLLOW}
+    chosen = {name: round(scene.direction_sign * x, 4) for name, x in chosen.items() if getattr(settings, name) is None}
+    return settings.model_copy(update=chosen)
+
+
 def placement_faults(scene: Scene, settings: FeSettings, model: str) -> list[str]:
-    """Why the wheel cannot run over this window, if it cannot."""
+    """Why the wheel cannot run over this window, if it cannot; and where it would settle across a transfer. settings : placed"""
     try:
-        window_path(scene, settings)
+        path = window_path(scene, settings)
     except (CrossingError, ValueError) as error:
         return [f"run.{model}.start, end: {error}"]
-    return []
+    start, sign, settling = running_start(scene, settings), scene.direction_sign, scene.speed * settings.settle_time
+    hit = [x for x in path.transfers if sign * (x - start) <= settling + CLEAR] if settling > 0 else []
+    return [f"run.{model}.start: the wheel settles from x = {start * 1e3:.0f} to {(start + sign * settling) * 1e3:.0f} mm, and a rigid wheel changes body at "
+            f"{x * 1e3:.0f} mm, less than {CLEAR * 1e3:g} mm behind that: begin {'before' if sign > 0 else 'behind'} x = {(x - sign * (settling + CLEAR)) * 1e3:.0f} mm, "
+            "or take a shorter settle_time" for x in hit[:1]]
+
+
+def running_start(scene: Scene, settings: FeSettings) -> float:
+    """The end of the window at which the wheel begins [m]."""
+    ends = sorted((settings.start, settings.end))
+    return ends[0] if scene.direction_sign > 0 else ends[1]
 
 
 def placement_doubts(scene: Scene, settings: FeSettings) -> list[str]:

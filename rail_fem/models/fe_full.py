@@ -94,7 +94,7 @@ def _read_mesh(path: Path, ties: Mapping[str, str]) -> tuple[HexMesh, float, flo
 
 
 def result_of(run: Run, model: str, first_gap: float) -> PassResult:
-    """What the run found, replicated; writes trust.txt. Collective.
+    """What the run found, replicated. Collective.
 
     first_gap : of the meshes before placing [m]
     error_estimate holds what one run can know: the energy balance, the static load it should carry before the nose, and how much of
@@ -103,11 +103,9 @@ def result_of(run: Run, model: str, first_gap: float) -> PassResult:
     """
     history, energies = run.recorder.history(), run.dynamics.energies()
     quality = mesh_quality(run.passage.mesh) if run.passage.mesh is not None else None
-    facts = trust_facts(run, history, energies, quality, first_gap)
+    facts = trust_facts(run, history, quality, first_gap)
     rows = trust.report_rows(facts)
     slowest = run.comm.bcast(None if quality is None else slowest_elements(quality), root=0)
-    if run.folder is not None and run.comm.rank == 0:
-        write_text_atomically(run.folder / "trust.txt", trust.show_rows(rows, slowest))
     side, settled = (run.scene.direction_sign, run.scene.static_wheel_load), run.settings.settle_time
     peaks = force_peaks(history, *side, settled)
     return PassResult(
@@ -117,7 +115,7 @@ def result_of(run: Run, model: str, first_gap: float) -> PassResult:
         history=history,
         peaks=peaks | strain_peaks(run),
         transfer_x=transfer_place(history, *side, settled),
-        energies={name: float(value) for name, value in energies.items()},
+        energies={name: float(value) for name, value in energies.items()} | {"impact_work": facts["impact_work"]},
         cost=_cost(run),
         error_estimate={
             "energy_balance": rows[0].value,

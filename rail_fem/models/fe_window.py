@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rail_fem.fe.start_state import from_rigid_hertz
 from rail_fem.launcher import on_root
+from rail_fem.light.rigid import placed, running_start
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.models.fe_full import solve_from
 from rail_fem.output.result import PassResult
@@ -18,7 +19,8 @@ from rail_fem.settings.explicit import FeWindowSettings
 
 def solve(scene: Scene, settings: FeWindowSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
     """One window. Collective on MPI.COMM_WORLD. Errors: as fe_full, and ValueError where rigid_hertz finds the wheel in the air at the start."""
-    released = settings.start + scene.direction_sign * scene.speed * settings.settle_time
+    settings = on_root(lambda given=settings: placed(scene, given))
+    released = running_start(scene, settings) + scene.direction_sign * scene.speed * settings.settle_time
     approach = RigidHertzSettings(start=settings.approach_start, end=settings.end)
     start = on_root(lambda: from_rigid_hertz(scene, approach, released))
     return solve_from(scene, settings, start, "fe_window", folder, restart, progress)

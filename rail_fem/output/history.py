@@ -42,6 +42,7 @@ COLUMNS: dict[str, Column] = {
     "energy_contact": Column("J", "energy in the contact penalty"),
     "energy_friction": Column("J", "work of friction"),
     "energy_external": Column("J", "work of weight and drive"),
+    "energy_contact_loss": Column("J", "what the contact takes from the bodies beyond penalty, friction and drive: the error of the contact; no part of the sum below"),
     "energy_balance": Column("J", "sum of the above against the work done from outside: 0 when nothing is lost"),
 }
 

@@ -17,8 +17,9 @@ from pydantic import ValidationError
 
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.output.history import complete_history, from_shown_table, shown_table
-from rail_fem.scene.scene import Scene
 from rail_fem.output.versions import versions
+from rail_fem.scene.scene import Scene
+from rail_fem.output.trust_text import trust_text
 
 NAN = float("nan")
 SHOWN_UNITS = {"N": ("kN", 1e-3), "Pa": ("MPa", 1e-6), "1": ("%", 100.0)}  # of peaks
@@ -138,7 +139,8 @@ class PassResult:
         return import_module("rail_fem.show.force").force_figure(self, title or self.model)
 
     def save(self, folder: Path) -> None:
-        """Write history.csv (units in its header), history.npz (SI), result.json and the profile of a measured wheel; each appears whole or not at all.
+        """Write history.csv (units in its header), history.npz (SI), trust.txt, result.json and the profile of a measured wheel; each appears whole or not
+        at all.
 
         Root only under MPI. Errors: OSError (read-only folder, full disk).
         """
@@ -147,6 +149,7 @@ class PassResult:
         self.scene.keep_files(folder)
         write_atomically(folder / "history.npz", self._write_npz)
         write_atomically(folder / "history.csv", self._write_csv)
+        write_text_atomically(folder / "trust.txt", trust_text(self.trust, self.warnings))
         write_text_atomically(folder / "result.json", json.dumps(_to_json(self._summary()), indent=1, allow_nan=False) + "\n")
 
     def _write_npz(self, path: Path) -> None:

@@ -11,9 +11,11 @@ from rail_fem import ladder
 from rail_fem import launcher
 from rail_fem.case.casefile import Case
 from rail_fem.case.preflight import run_faults
+from rail_fem.case.warnings import case_doubts
+from rail_fem.light.rigid import placed
 from rail_fem.output.progress import Progress, mark_failed
-from rail_fem.show.report import result_report
 from rail_fem.output.result import PassResult
+from rail_fem.show.report import result_report
 from rail_fem.show.figures import draw_run
 from rail_fem.output.runfolder import RunFolderError, fingerprint, prepare_folder
 
@@ -66,6 +68,8 @@ def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: boo
                 result = replace(result, cut_off="")  # it is all that was asked for
             if result.cut_off:
                 progress.cut_off(f"{result.cut_off}; give more steps, or none, and --restart goes on")
+            doubts = launcher.on_root(lambda: case_doubts(case.scene, placed(case.scene, settings)))
+            result = replace(result, warnings=(*doubts, *result.warnings))
             launcher.on_root(lambda: result.save(folder))
             say(result_report(result))
             launcher.on_root(lambda: _draw(folder, say))

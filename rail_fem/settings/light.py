@@ -7,8 +7,8 @@ from pydantic_core import PydanticCustomError
 
 from rail_fem.scene.scene import Count, Frozen, Scene
 from rail_fem.scene.units import Quantity
+from rail_fem.settings.explicit import WAY
 
-WHOLE_START, WHOLE_END = -1.2, 0.9  # from plain rail ahead of the leg transition to behind the nose [m]
 SHORTEST_WINDOW = 0.01
 
 
@@ -31,8 +31,8 @@ class P2Settings(LightSettings):
 class PassSettings(LightSettings):
     """The stretch that is run over and the steps in time and along the path."""
 
-    start: Annotated[float, Quantity("mm", -9000, 3000, "position x of the wheel at the start; none: the whole crossing")] | None = None
-    end: Annotated[float, Quantity("mm", -9000, 3000, "position x of the wheel at the end; none: the whole crossing")] | None = None
+    start: Annotated[float, Quantity("mm", -9000, 3000, "position x of the wheel at the start; none: from wing to nose, as every model")] | None = None
+    end: Annotated[float, Quantity("mm", -9000, 3000, "position x of the wheel at the end; none: from wing to nose, as every model")] | None = None
     time_step: Annotated[float, Quantity("us", 0.01, 1000, "time step")] = 10e-6
     path_spacing: Annotated[float, Quantity("mm", 0.1, 20, "distance between places where the surfaces are searched for contact")] = 2.5e-3
     history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
@@ -44,8 +44,8 @@ class PassSettings(LightSettings):
         return self
 
     def window(self, scene: Scene) -> tuple[float, float]:
-        """Start and end [m] in the scene's direction; what is not given is the end of the whole crossing."""
-        first, last = (WHOLE_START, WHOLE_END) if scene.direction_sign > 0 else (WHOLE_END, WHOLE_START)
+        """Start and end [m] in the scene's direction; what is not given is that of the way common to all models."""
+        first, last = WAY if scene.direction_sign > 0 else WAY[::-1]
         return first if self.start is None else self.start, last if self.end is None else self.end
 
 

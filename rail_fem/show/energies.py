@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.result import PassResult
+from rail_fem.output.shares import largest_internal, last_known, numerical_shares
 from rail_fem.show.places import label_distance, legend_above, mark_places
 from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, give_title, new_figure, words_instead
 
@@ -23,61 +24,77 @@ LINES = {
     "energy_contact": (SKY, "-"),
     "energy_balance": (TOTAL, ":"),
 }
-NUMERICAL = ("energy_hourglass", "energy_contact", "energy_viscosity", "energy_balance")
-SHORT = {"energy_hourglass": "hourglass", "energy_contact": "contact penalty", "energy_viscosity": "bulk viscosity", "energy_balance": "balance error"}
+SHARES = {  # of rail_fem.output.shares: words, colour, line, which limit of the trust report
+    "energy_hourglass": ("hourglass, of the largest internal energy so far", PURPLE, "-"),
+    "energy_contact": ("contact penalty, of the same", SKY, "-"),
+    "energy_viscosity": ("bulk viscosity, of the same", GREEN, "-"),
+    "balance_bodies": ("balance of the bodies, of the impact's work", TOTAL, ":"),
+    "balance_contact": ("balance of the contact, of the impact's work", ORANGE, ":"),
+}
+ROWS = {"hourglass energy, all bodies": "energy_hourglass", "penalty energy": "energy_contact"}  # rows of the trust report whose limits are drawn
+CHANGES, CHANGED = ("energy_springs", "energy_kinetic", "energy_external"), ", since the start"  # their size says nothing
 WORDS = {"energy_balance": "balance: what is not accounted for"}  # where a column's meaning is no name for its curve
-LIMITS = {"energy_hourglass": 5.0, "energy_contact": 2.0}  # percent of the internal energy that the trust report allows
 
 
 def energies_figure(result: PassResult, name: str) -> Figure:
-    """All energies that the run resolves; beneath, those that are numerical, in percent of the internal energy."""
+    """All energies that the run resolves; beneath, those that are numerical, as the trust report measures them."""
     history = result.history
     shown = [column for column in LINES if np.isfinite(history[column]).any()]
     if not shown:
         return words_instead(f"{name}: the history holds no energies, so there is nothing to draw. {result.fault}")
-    internal = largest_so_far(history["energy_elastic"], history["energy_plastic"])
-    numerical = [column for column in NUMERICAL if column in shown] if np.nanmax(internal, initial=0.0) > 0 else []
-    figure = new_figure(11.0 if numerical else 7.0)
-    panels = np.atleast_1d(figure.subplots(2 if numerical else 1, 1, sharex=True))
+    shares = resolved_shares(result)
+    figure = new_figure(11.0 if shares else 7.0)
+    panels = np.atleast_1d(figure.subplots(2 if shares else 1, 1, sharex=True))
     for column in shown:
         colour, line = LINES[column]
-        panels[0].plot(1e3 * history["x"], history[column], color=colour, ls=line, lw=2, label=WORDS.get(column, COLUMNS[column].meaning))
+        values = history[column] - start_value(result, column) if column in CHANGES else history[column]
+        words = WORDS.get(column, COLUMNS[column].meaning) + (CHANGED if column in CHANGES else "")
+        panels[0].plot(1e3 * history["x"], values, color=colour, ls=line, lw=2, label=words)
     mark_places(panels[0], result)
     panels[0].set_ylabel("energy [J]")
     legend_above(panels[0])
-    if numerical:
-        draw_shares(panels[1], result, numerical, internal)
+    if shares:
+        draw_shares(panels[1], result, shares)
     label_distance(panels[-1], result)
     give_title(figure, "Energies", name, result)
     return figure
 
 
-def largest_so_far(*energies: np.ndarray) -> np.ndarray:
-    """Running maximum of the sum of the energies (n,) that are resolved [J]; NaN until the first is known."""
-    known = [values for values in energies if np.isfinite(values).any()]
-    return np.fmax.accumulate(np.sum(known, axis=0)) if known else np.full(len(energies[0]), np.nan)
+def start_value(result: PassResult, column: str) -> float:
+    """The first known value after the settling; of all where none is known after it."""
+    known = np.isfinite(result.history[column])
+    after = known & (result.history["time"] > (result.settings.get("settle_time") or 0.0))
+    return float(result.history[column][after if after.any() else known][0])
 
 
-def draw_shares(axes, result: PassResult, columns: list[str], internal: np.ndarray) -> None:
-    """Numerical energies in percent of the internal energy, with the limits of the trust report."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(internal > 0, 100.0 / internal, np.nan)
-    for column in columns:
-        colour, line = LINES[column]
-        axes.plot(1e3 * result.history["x"], share * result.history[column], color=colour, ls=line, lw=2, label=SHORT[column])
-    for column in columns:
-        if column in LIMITS:
-            axes.axhline(LIMITS[column], color=LINES[column][0], ls=(0, (5, 4)), lw=1.2, label=f"limit of {SHORT[column]}: {LIMITS[column]:g} %")
+def resolved_shares(result: PassResult) -> dict[str, np.ndarray]:
+    """Numerical energies after the settling [1], where they and what they are measured by are known; none for a model without elastic energy."""
+    if not np.nanmax(largest_internal(result.history), initial=0.0) > 0:
+        return {}
+    shares = numerical_shares(result.history, result.settings.get("settle_time") or 0.0, result.energies.get("impact_work", np.nan))
+    return {name: shares[name] for name in SHARES if np.isfinite(shares[name]).any()}
+
+
+def draw_shares(axes, result: PassResult, shares: dict[str, np.ndarray]) -> None:
+    """Numerical energies in percent, with the limits that the run's trust report holds them to; their last values are its numbers."""
+    for name, values in shares.items():
+        words, colour, line = SHARES[name]
+        axes.plot(1e3 * result.history["x"], 100 * values, color=colour, ls=line, lw=2, label=f"{words}: {100 * last_known(values):.2g} % at the end")
+    for row in result.trust.get("rows", ()):
+        name = ROWS.get(row["name"])
+        if name in shares:
+            limit = 100 * row["limit"]
+            axes.axhline(limit, color=SHARES[name][1], ls=(0, (5, 4)), lw=1.2, label=f"{row['name']}, limit: {limit:g} %")
     mark_places(axes, result, label=False)
-    axes.set_ylabel("in % of the largest\nelastic + plastic energy so far")
-    axes.set_ylim(*share_range(share, result, columns))
-    legend_above(axes, columns=3)
+    axes.set_ylabel("numerical energy\nafter settling [%]")
+    low, high = share_range(shares)
+    axes.set_ylim(low, high)
+    legend_above(axes)
 
 
-def share_range(share: np.ndarray, result: PassResult, columns: list[str]) -> tuple[float, float]:
-    """Range that shows the last nine tenths of the way whole: the first rows divide by next to nothing."""
-    late = slice(len(share) // 10, None)
-    values = np.concatenate([(share * result.history[column])[late] for column in columns])
+def share_range(shares: dict[str, np.ndarray]) -> tuple[float, float]:
+    """Range in percent that shows the last nine tenths of the way whole: the first rows divide by next to nothing."""
+    values = np.concatenate([100 * v[len(v) // 10 :] for v in shares.values()])
     values = values[np.isfinite(values)]
-    low, high = min(values.min(initial=0.0), 0.0), max(values.max(initial=0.0), 1.1 * max(LIMITS.values()))
+    low, high = min(values.min(initial=0.0), 0.0), max(values.max(initial=0.0), 6.0)
     return low - 0.05 * (high - low), high + 0.05 * (high - low)

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
 
+from rail_fem.ladder import LADDER
 from rail_fem.output.result import PassResult, load
-from rail_fem.show.energies import energies_figure
+from rail_fem.show.energies import LINES, energies_figure
 from rail_fem.show.fields import CrossingFields, FieldsError, read_crossing
 from rail_fem.show.force import force_figure
 from rail_fem.show.plan import plan_figure
@@ -23,14 +25,19 @@ from rail_fem.show.style import lettering, save, words_instead
 def draw_run(folder: Path) -> list[Path]:
     """Draw force, energies and plastic strain of the run in `folder` into folder/figures; returns the PNG files.
 
-    What a run does not hold (no fields, nothing yielded, no history) gives a figure that says so in words.
+    What a model does not resolve is not drawn; what a run lacks though its model resolves it (lost fields, nothing yielded, a failure) gives
+    a figure that says so in words.
     Root only under MPI. Needs no display. Errors: FileNotFoundError without a result, ValueError for another version of it,
     OSError where the folder cannot be written.
     """
     folder = Path(folder)
     result, name = load(folder), folder.resolve().name
     with lettering():
-        drawn = {"force": force_figure(result, name), "energies": energies_figure(result, name), **strain_figures(folder, result, name)}
+        drawn = {"force": force_figure(result, name)} if len(result.history["x"]) or result.fault else {}
+        if any(np.isfinite(result.history[column]).any() for column in LINES):
+            drawn["energies"] = energies_figure(result, name)
+        if result.model not in LADDER or LADDER[result.model].parallel:
+            drawn |= strain_figures(folder, result, name)
         return [save(figure, folder / "figures" / f"{title}.png") for title, figure in drawn.items()]
 
 

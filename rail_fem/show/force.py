@@ -62,7 +62,9 @@ def ring(axes, peak: Peak, marker: str, colour: str, label: str = "_nolegend_") 
     """A ring around a force with its value beside it."""
     place = 1e3 * peak.x, peak.value / 1e3
     axes.plot(*place, marker, ms=9, mfc="none", mec=colour, mew=2, ls="none", zorder=3, label=label)
-    axes.annotate(f"{place[1]:.0f} kN", place, (8, 6), textcoords="offset points", color=colour, weight="bold", path_effects=HALO)
+    near_the_right = place[0] > 0.93 * axes.get_xlim()[1] + 0.07 * axes.get_xlim()[0]
+    offset, side = ((-8, 8), "right") if near_the_right else ((8, 6), "left")
+    axes.annotate(f"{place[1]:.0f} kN", place, offset, textcoords="offset points", ha=side, color=colour, weight="bold", path_effects=HALO)
 
 
 def draw_wheel(axes, result: PassResult) -> None:

@@ -10,7 +10,7 @@ from rail_fem.show.style import GREEN, ORANGE, PURPLE
 
 
 def mark_places(axes, result: PassResult, label: bool = True) -> None:
-    """Lines at the end of settling and at the transfer, shades where contact is lost; `label`: with their words for the legend."""
+    """A line at the transfer, shades while it settles and where contact is lost; `label`: with their words for the legend."""
     words = lambda text: text if label else "_nolegend_"
     history = result.history
     losses = lost_contact(history["time"], history["x"], history["force"], result.scene.static_wheel_load)
@@ -20,7 +20,8 @@ def mark_places(axes, result: PassResult, label: bool = True) -> None:
         axes.axvspan(1e3 * loss.x_start, 1e3 * loss.x_end, color=ORANGE, alpha=0.35, lw=1, zorder=0.5, label=text)
     time, x = settling_end(result)
     if np.isfinite(x):
-        axes.axvline(1e3 * x, color=PURPLE, ls=(0, (1, 1.5)), lw=2, label=words(f"settling ends, t = {time * 1e3:.3g} ms"))
+        text = f"settling, until t = {time * 1e3:.3g} ms: peaks and shares are those after it"
+        axes.axvspan(1e3 * history["x"][0], 1e3 * x, color=PURPLE, alpha=0.12, lw=0, zorder=0.4, label=words(text))
     if np.isfinite(result.transfer_x):
         axes.axvline(1e3 * result.transfer_x, color=GREEN, ls=(0, (6, 2)), lw=2, label=words(f"load changes between wing and nose, x = {result.transfer_x * 1e3:.1f} mm"))
 

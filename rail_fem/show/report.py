@@ -7,16 +7,16 @@ from pydantic import BaseModel
 
 from rail_fem.case.casefaults import meaning, quantity_of
 from rail_fem.case.casefile import Case
-from rail_fem.case.warnings import case_doubts, scene_doubts, static_patch
 from rail_fem.case.estimate import available_memory, estimate_run
 from rail_fem.case.preflight import run_faults
+from rail_fem.case.warnings import case_doubts, scene_doubts, static_patch
+from rail_fem.light.rigid import placed, window_path
 from rail_fem.output.history import COLUMNS
-from rail_fem.light.rigid import window_path
 from rail_fem.output.progress import duration, read_status
 from rail_fem.output.result import PassResult, load
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.explicit import FeSettings
 from rail_fem.scene.units import show
+from rail_fem.settings.explicit import FeSettings
 
 
 def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
@@ -24,6 +24,7 @@ def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
     scene, settings = case.scene, case.runs[model]
     faults = run_faults(scene, settings, ranks, model)
     explicit = isinstance(settings, FeSettings)
+    settings = settings if faults else placed(scene, settings)
     doubts = scene_doubts(scene) if faults else case_doubts(scene, settings)
     lines = [case.title, "", "scene", *_section(scene), *_measured(scene), "", "derived", *_derived(scene)]
     if not faults and explicit:

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from rail_fem.output.events import NEAR_END, force_peaks
 from rail_fem.ladder import LADDER
-from rail_fem.output.result import NAN, PassResult, load
+from rail_fem.output.result import NAN, PassResult, Peak, load
 from rail_fem.output.runfolder import differences
 
 FIRST_IMPACT = ("first_impact", "p2")  # the formula's P2 is the force with which the wheel first strikes the nose
@@ -21,10 +22,12 @@ class CompareError(ValueError):
 
 @dataclass(frozen=True)
 class Quantity:
-    """How far a result is from the reference: `error(result, reference)` relative, NaN where one of them does not resolve it."""
+    """How far a result is from the reference on their common way: `error(result, reference)` relative, NaN where one of them does not resolve
+    it. forces : names of the peaks it is about"""
 
     meaning: str
     error: Callable[[PassResult, PassResult], float]
+    forces: tuple[str, ...] = ()
 
 
 def peak(result: PassResult, *names: str) -> float:
@@ -32,23 +35,67 @@ def peak(result: PassResult, *names: str) -> float:
     return next((result.peaks[name].value for name in names if name in result.peaks), NAN)
 
 
-def of_peak(*names: str) -> Callable[[PassResult, PassResult], float]:
-    """Relative difference of a peak; NaN where the result did not run over the place of the reference's."""
+@dataclass(frozen=True)
+class Way:
+    """The way [m] over which two results are compared: what both ran over after they had settled."""
+
+    low: float
+    high: float
+
+    def holds(self, x: float) -> bool:
+        return self.low <= x <= self.high
+
+    @property
+    def words(self) -> str:
+        return f"{self.low * 1e3:.0f} to {self.high * 1e3:.0f}" if self.high > self.low else "none"
+
+
+def common_way(result: PassResult, reference: PassResult) -> Way:
+    """A result without history (a formula) is compared over all of the reference's way."""
+    ways = [way for way in map(settled_way, (result, reference)) if len(way)]
+    return Way(max((way.min() for way in ways), default=NAN), min((way.max() for way in ways), default=NAN))
+
+
+def forces_on(result: PassResult, way: Way) -> dict[str, Peak]:
+    """First impact and largest forces on this way; those of a formula are at the transfer, wherever that is."""
+    if not len(result.history["x"]):
+        return dict(result.peaks)
+    x, scene = result.history["x"], result.scene
+    on = (x >= way.low) & (x <= way.high)
+    rows = {name: values[on] for name, values in result.history.items()}
+    return force_peaks(rows, scene.direction_sign, scene.static_wheel_load, result.settings.get("settle_time") or -np.inf)
+
+
+def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
+    """Relative difference of a force, both taken on the common way."""
 
     def error(result: PassResult, reference: PassResult) -> float:
-        place = next((reference.peaks[name].x for name in names if name in reference.peaks), NAN)
-        way = settled_way(result)
-        if len(way) and not np.isnan(place) and not way.min() <= place <= way.max():
-            return NAN
-        return peak(result, *names) / peak(reference, *names) - 1
+        way = common_way(result, reference)
+        values = [next((found[name].value for name in names if name in found), NAN) for found in (forces_on(r, way) for r in (result, reference))]
+        return values[0] / values[1] - 1
 
     return error
 
 
-def common_way(result: PassResult, reference: PassResult) -> np.ndarray:
-    """Places x (n,) of the reference's rows that the result's history covers, both after they have settled [m]."""
-    x, other = settled_way(reference), settled_way(result)
-    return x[(x >= other.min(initial=np.inf)) & (x <= other.max(initial=-np.inf))]
+def of_strain(name: str) -> Callable[[PassResult, PassResult], float]:
+    """Relative difference of a strain, which has no history; NaN where one of the two lies outside the common way."""
+
+    def error(result: PassResult, reference: PassResult) -> float:
+        way = common_way(result, reference)
+        found = [r.peaks.get(name) for r in (result, reference)]
+        return found[0].value / found[1].value - 1 if all(p and way.holds(p.x) for p in found) else NAN
+
+    return error
+
+
+def accident(result: PassResult, reference: PassResult, *names: str) -> str:
+    """Why a force on the common way may be an accident of it, for result or reference; "" where it is none."""
+    way, moving = common_way(result, reference), [one for one in (result, reference) if len(one.history["x"])]
+    stated = [one.peaks[name].x for one in moving for name in names if name in one.peaks]
+    taken = [found[name].x for found in (forces_on(one, way) for one in moving) for name in names if name in found]
+    if not all(map(way.holds, stated)):
+        return "outside"
+    return "at its end" if any(min(x - way.low, way.high - x) < NEAR_END for x in taken) else ""
 
 
 def settled_way(result: PassResult) -> np.ndarray:
@@ -64,20 +111,21 @@ def along(result: PassResult, x: np.ndarray, name: str) -> np.ndarray:
 
 def history_error(result: PassResult, reference: PassResult, name: str = "force") -> float:
     """Relative L2 difference of a history over the common way; NaN where there is none."""
-    x = common_way(result, reference)
-    if not len(x):
+    way, x = common_way(result, reference), settled_way(reference)
+    x = x[(x >= way.low) & (x <= way.high)]
+    if not len(x) or not len(result.history["x"]):
         return NAN
     exact, found = along(reference, x, name), along(result, x, name)
     return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "first impact": Quantity("first impact after the transfer", of_peak(*FIRST_IMPACT)),
-    "largest force": Quantity("largest force on the wheel", of_peak("largest_force")),
-    "largest wing force": Quantity("largest force on the wing rail", of_peak("largest_force_wing")),
-    "largest nose force": Quantity("largest force on the nose", of_peak("largest_force_nose")),
-    "history": Quantity("force history, relative L2 over the common way", history_error),
-    "strain": Quantity("largest plastic strain of the nose", of_peak("plastic_strain_nose")),
+    "first impact": Quantity("first impact after the transfer", of_force(*FIRST_IMPACT), FIRST_IMPACT),
+    "largest force": Quantity("largest force on the wheel", of_force("largest_force"), ("largest_force",)),
+    "largest wing force": Quantity("largest force on the wing rail", of_force("largest_force_wing"), ("largest_force_wing",)),
+    "largest nose force": Quantity("largest force on the nose", of_force("largest_force_nose"), ("largest_force_nose",)),
+    "history": Quantity("force history, relative L2", history_error),
+    "strain": Quantity("largest plastic strain of the nose", of_strain("plastic_strain_nose")),
 }
 
 
@@ -159,24 +207,25 @@ def _short_names(paths: list[Path]) -> tuple[str, ...]:
 
 
 def table(comparison: Comparison) -> str:
-    """Markdown: a row for each result, cheapest first."""
+    """Markdown: a row for each result, cheapest first. A force is marked "outside" where the one that a run states lies outside the common way, "at
+    its end" where that on the way lies within 10 mm of an end of it: it may then be an accident of the window."""
     lines = [
-        "| run | rung | core seconds | " + " | ".join(QUANTITIES) + " | transfer x [mm] | its own error estimate | doubts |",
-        "|" + "---|" * (len(QUANTITIES) + 6),
+        "| run | rung | core seconds | common way [mm] | " + " | ".join(QUANTITIES) + " | transfer x [mm] | its own error estimate | doubts |",
+        "|" + "---|" * (len(QUANTITIES) + 7),
     ]
     for name, result in zip(comparison.names, comparison.results):
         errors = [_shown(comparison, result, quantity) for quantity in QUANTITIES]
         place = "-" if np.isnan(result.transfer_x) else f"{result.transfer_x * 1e3:.1f}"
         own = ", ".join(f"{key} {value:.2g}" for key, value in result.error_estimate.items() if np.isfinite(value)) or "none claimed"
-        lines.append(f"| {name} | {result.model} | {core_seconds(result):.3g} | {' | '.join(errors)} | {place} | {own} | {len(result.warnings)} |")
+        lines.append(f"| {name} | {result.model} | {core_seconds(result):.3g} | {common_way(result, comparison.reference).words} | {' | '.join(errors)} | {place} | {own} | {len(result.warnings)} |")
     return "\n".join(lines) + "\n"
 
 
 def _shown(comparison: Comparison, result: PassResult, quantity: str) -> str:
     if result is comparison.reference:
         return "reference"
-    error = comparison.error(result, quantity)
-    return "-" if np.isnan(error) else f"{error:.1%}" if quantity == "history" else f"{error:+.1%}"
+    error, why = comparison.error(result, quantity), accident(result, comparison.reference, *QUANTITIES[quantity].forces)
+    return "-" if np.isnan(error) else f"{error:.1%}" if quantity == "history" else f"{error:+.1%}" + (f" ({why})" if why else "")
 
 
 def doubts(comparison: Comparison) -> str:

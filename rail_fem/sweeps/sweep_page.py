@@ -21,6 +21,7 @@ from rail_fem.sweeps.sweep_report import Results, force_table, results_below
 from rail_fem.sweeps.trend_words import count_lines, trend_lines
 from rail_fem.sweeps.trends import MEASURES, Group, Source, load_source
 from rail_fem.output.versions import versions
+from rail_fem.output.trust_text import GOOD
 
 SUMMARY = {"first impact": "first impact", "largest force": "largest force", "largest force\non the wing": "largest wing force", "largest plastic strain\nof the nose": "nose strain"}
 BESIDE = ("rigid_hertz", "fe_full")  # rungs whose forces are drawn beneath one another
@@ -84,7 +85,7 @@ def page_lines(source: Source, results: Results, unusable: list[str], folder: Pa
     revisions = sorted({r.versions.get("git", "") or "unknown" for of_case in results.values() for r in of_case.values()})
     lines = [f"# {source.title}", "", *([source.intro, ""] if source.intro else []), f"Runs by `rail_fem sweep {groups.parent}/case_*.toml --out {folder}` at commit {', '.join(revisions)}; this page by "
              f"`rail_fem report {folder} --groups {groups} {how}` at commit {versions().get('git') or 'unknown'}.", "", *count_lines(source.group, results), "",
-             "## All cases, every rung", "", *force_table(results), ""]
+             "## All cases, every rung", "", *force_table(results), "", *trust_lines(results), ""]
     lines += ["Left out:", "", *(f"- {sentence}" for sentence in unusable), ""] if unusable else []
     lines += [*cost_lines(results), ""]
     table = published_table(source.published, results)
@@ -92,6 +93,17 @@ def page_lines(source: Source, results: Results, unusable: list[str], folder: Pa
     for group in source.group:
         lines += [f"## {group.title}", "", *trend_lines(group, results, groups.parent), ""]
     return lines
+
+
+def trust_lines(results: Results) -> list[str]:
+    """How many of the explicit runs fail rows of their own trust reports, and which rows."""
+    reports = [r.trust["rows"] for of_case in results.values() for r in of_case.values() if r.trust.get("rows")]
+    failed = [row["name"] for rows in reports for row in rows if row["verdict"] != GOOD]
+    if not reports:
+        return []
+    which = "; ".join(f"{name} in {failed.count(name)}" for name in dict.fromkeys(failed)) or "none"
+    return [f"Element size and trust report are those of the dearest rung of a row. Of {len(reports)} explicit runs, "
+            f"{sum(any(row['verdict'] != GOOD for row in rows) for rows in reports)} fail rows of their own trust report: {which}. A size in bold is not that of the other rows."]
 
 
 def cost_lines(results: Results) -> list[str]:

@@ -8,10 +8,11 @@ import numpy as np
 
 from rail_fem.case.casefile import load_case
 from rail_fem.ladder import LADDER
-from rail_fem.output.result import PassResult, load
+from rail_fem.output.result import NAN, PassResult, load
 from rail_fem.output.runfolder import differences
 from rail_fem.sweeps.compare import FIRST_IMPACT, core_seconds, peak
 from rail_fem.sweeps.sweep import FAILED, Outcome
+from rail_fem.output.trust_text import verdict_words
 
 Results = dict[str, dict[str, PassResult]]  # case -> model -> result
 
@@ -60,19 +61,33 @@ def _unlike_case(result: PassResult, cases: Path | None, name: str) -> list[str]
 
 
 def force_table(results: Results) -> list[str]:
-    """A row for each case: static load, forces by each rung [kN], plastic strain [%], transfer place [mm], core seconds."""
+    """A row for each case: static load, forces by each rung [kN], plastic strain [%], transfer place [mm], core seconds; of the dearest rung the
+    element size, bold where most cases have another, and its trust report's verdict."""
     rungs = [model for model in LADDER if any(model in of_case for of_case in results.values())]
     if not rungs:
         return ["No results."]
-    head = ["case", "static load [kN]", *(f"{model}: first impact; largest on wing / nose [kN]" for model in rungs), "PEEQ wing / nose [%]", "transfer x [mm]", "core seconds"]
+    head = ["case", "static load [kN]", *(f"{model}: first impact; largest on wing / nose [kN]" for model in rungs), "PEEQ wing / nose [%]", "transfer x [mm]", "core seconds", "elements [mm]", "trust report"]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    usual = usual_size(results)
     for case, by_model in results.items():
         last = by_model[[model for model in rungs if model in by_model][-1]]
         forces = [forces_of(by_model[model]) if model in by_model else "-" for model in rungs]
         strains = shown(last, ("plastic_strain_wing",), 100.0) + " / " + shown(last, ("plastic_strain_nose",), 100.0)
         place = "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}"
-        lines.append("| " + " | ".join([case, f"{last.scene.static_wheel_load / 1e3:.2f}", *forces, strains, place, f"{sum(map(core_seconds, by_model.values())):.1f}"]) + " |")
+        lines.append("| " + " | ".join([case, f"{last.scene.static_wheel_load / 1e3:.2f}", *forces, strains, place, f"{sum(map(core_seconds, by_model.values())):.1f}", size_of(last, usual), verdict_words(last.trust) or "-"]) + " |")
     return lines
+
+
+def usual_size(results: Results) -> float:
+    """Element size of most explicit results [m]; NaN without any."""
+    sizes = [size for of_case in results.values() for r in of_case.values() if (size := r.settings.get("element_size"))]
+    return max(sizes, key=sizes.count) if sizes else NAN
+
+
+def size_of(result: PassResult, usual: float) -> str:
+    """Element size in mm, bold where it is not the usual one."""
+    size = result.settings.get("element_size")
+    return "-" if not size else f"{size * 1e3:g}" if size == usual else f"**{size * 1e3:g}**"
 
 
 def forces_of(result: PassResult) -> str:

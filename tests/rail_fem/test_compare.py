@@ -10,19 +10,22 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import load_case
+from rail_fem.output.events import force_peaks
 from rail_fem.output.result import Cost, PassResult, Peak
-from rail_fem.sweeps.compare import QUANTITIES, CompareError, advice, compare, history_error, table
+from rail_fem.sweeps.compare import QUANTITIES, Comparison, CompareError, advice, common_way, compare, forces_on, history_error, table
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
 
 
 def made(model: str, factor: float, seconds: float, way=(0.1, 0.5), rows=401, backwards=False) -> PassResult:
-    """A force of 100 kN (1 + sin) along the way, times a factor."""
+    """A force of 100 kN (1 + sin 20 x) along the way, times a factor, on the nose from x = 0.26 m on: first impact and largest force of 200 kN at 0.3927 m."""
     x = np.linspace(*way, rows)[:: -1 if backwards else 1]
     force = factor * 1e5 * (1 + np.sin(20 * x))
-    peaks = {"largest_force": Peak(force.max(), "N"), "first_impact": Peak(force.max(), "N")}
-    return PassResult(model, SCENE, {}, {"time": np.linspace(0, 1e-2, rows), "x": x, "force": force}, peaks, transfer_x=0.36, cost=Cost(seconds), error_estimate={"step": 0.01})
+    nose = np.where(x > 0.26, force, 0.0)
+    history = {"time": np.linspace(0, 1e-2, rows), "x": x, "force": force, "force_nose": nose, "force_wing": force - nose}
+    peaks = force_peaks(history, 1.0, SCENE.static_wheel_load)
+    return PassResult(model, SCENE, {}, history, peaks, transfer_x=0.26, cost=Cost(seconds), error_estimate={"step": 0.01})
 
 
 @pytest.fixture
@@ -57,11 +60,28 @@ def test_settling_is_compared_in_neither_run():
     assert history_error(replace(begun, settings={}), reference) > 0.3
 
 
-def test_a_peak_that_a_window_did_not_run_over_is_not_compared():
-    window = made("fe_window", 1.0, 1.0, way=(0.3, 0.5))
-    for place, compared in ((0.25, False), (0.35, True)):
-        reference = replace(made("fe_full", 1.0, 1.0), peaks={"first_impact": Peak(1e5, "N", x=place)})
-        assert np.isfinite(QUANTITIES["first impact"].error(window, reference)) == compared
+@pytest.mark.parametrize("end, largest, mark", [(0.36, 1e5 * (1 + np.sin(7.2)), " (outside)"), (0.4, 2e5, " (at its end)"), (0.5, 2e5, "")])
+def test_forces_are_compared_on_the_common_way_and_marked_where_it_cuts_a_peak(end, largest, mark):
+    """The reference ran to 0.5 m and has its largest force at 0.393 m: what the shorter run could not see must not count as its error."""
+    short, reference = made("rigid_hertz", 1.1, 1.0, way=(0.2, end)), made("fe_full", 1.0, 9.0)
+    assert common_way(short, reference).words == f"200 to {end * 1e3:.0f}"
+    for result, factor in ((short, 1.1), (reference, 1.0)):
+        assert forces_on(result, common_way(short, reference))["largest_force"].value == pytest.approx(factor * largest, rel=1e-3)
+    assert QUANTITIES["largest force"].error(short, reference) == pytest.approx(0.1, rel=1e-2)
+    row = table(Comparison(reference, (short, reference), ("short", "dear"))).splitlines()[2]
+    assert f"| +10.0%{mark} |" in row and f"| 200 to {end * 1e3:.0f} |" in row
+
+
+def test_a_formula_without_history_is_held_against_the_first_impact():
+    formula = PassResult("p2_formula", SCENE, {}, {"time": [], "x": []}, {"p2": Peak(1.5e5, "N", x=0.26)})
+    assert QUANTITIES["first impact"].error(formula, made("fe_full", 1.0, 1.0)) == pytest.approx(-0.25, rel=1e-3)
+    assert np.isnan(QUANTITIES["largest force"].error(formula, made("fe_full", 1.0, 1.0))) and np.isnan(history_error(formula, made("fe_full", 1.0, 1.0)))
+
+
+def test_a_strain_outside_the_common_way_is_not_compared():
+    strained = lambda at: replace(made("fe_full", 1.0, 1.0), peaks={"plastic_strain_nose": Peak(0.05, "1", x=at)})
+    window = replace(made("fe_window", 1.0, 1.0, way=(0.3, 0.5)), peaks={"plastic_strain_nose": Peak(0.04, "1", x=0.35)})
+    assert QUANTITIES["strain"].error(window, strained(0.36)) == pytest.approx(-0.2) and np.isnan(QUANTITIES["strain"].error(window, strained(0.25)))
 
 
 def test_the_cheapest_within_an_error_is_named_with_its_cost_and_doubts(folders):

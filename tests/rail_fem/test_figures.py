@@ -11,15 +11,17 @@ import numpy as np
 import pytest
 
 from geometry.meshing.blocks import mesh_grid
-from rail_fem.output.result import Peak
-from rail_fem.show.energies import energies_figure, largest_so_far
 from rail_fem.output.events import lost_contact, settling_end, stated_peaks
+from rail_fem.output.result import PassResult, Peak
+from rail_fem.output.shares import largest_internal
+from rail_fem.show.energies import energies_figure
 from rail_fem.show.fields import FieldsError, cut_at, depth_below, faces_from_above, read_crossing
 from rail_fem.show.figures import draw_run, strain_figures
 from rail_fem.show.force import force_figure
 from rail_fem.show.plan import cut_in_strips, plan_figure, view_box
 from rail_fem.show.section import section_figure
 from tests.rail_fem.standin_run import MOST, SETTLE, WORST, bump, standin_history, standin_mesh, standin_strain, write_fields, write_run
+from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 NAMES = {"force.png", "energies.png", "plastic_strain_plan.png", "plastic_strain_section.png"}
@@ -232,7 +234,7 @@ def test_columns_that_a_model_does_not_resolve_are_left_out(tmp_path):
 
 def test_empty_history_of_a_failed_run_is_said(tmp_path):
     write_run(tmp_path, history={"time": [], "x": []}, fault="the wheel starts inside the rail", transfer_x=float("nan"))
-    assert {path.name for path in draw_run(tmp_path)} == NAMES
+    assert {path.name for path in draw_run(tmp_path)} == NAMES - {"energies.png"}
     result = write_run(tmp_path / "again", history={"time": [], "x": []}, fault="the wheel starts inside the rail")
     assert "the history has no rows" in words(force_figure(result, "run")) and "inside the rail" in words(force_figure(result, "run"))
 
@@ -290,8 +292,28 @@ def test_folder_without_a_result_is_refused(tmp_path):
 
 
 def test_largest_internal_energy_so_far_bridges_what_is_unknown():
-    assert largest_so_far(np.array([np.nan, 1, 3, 2]), np.array([0.0, 0, 1, 1])).tolist()[1:] == [1, 4, 4]
-    assert np.isnan(largest_so_far(np.full(2, np.nan), np.full(2, np.nan))).all()
+    made = lambda elastic, plastic: {"time": np.arange(len(elastic)), "energy_elastic": np.array(elastic), "energy_plastic": np.array(plastic)}
+    assert largest_internal(made([np.nan, 1, 3, 2], [0.0, 0, 1, 1])).tolist()[1:] == [1, 4, 4]
+    assert np.isnan(largest_internal(made([np.nan] * 2, [np.nan] * 2))).all()
+
+
+@pytest.mark.parametrize("model, columns, drawn", [("rigid_hertz", ("force", "energy_springs"), {"force.png", "energies.png"}), ("lumped", ("force",), {"force.png"}), ("p2_formula", None, set())])
+def test_a_model_gets_no_pictures_of_what_it_does_not_resolve(tmp_path, model, columns, drawn):
+    full = standin_history() | {"energy_springs": np.ones(600)}
+    history = {"time": [], "x": []} if columns is None else {name: full[name] for name in ("time", "x", *columns)}
+    PassResult(model, make_scene(), {}, history).save(tmp_path)
+    assert {path.name for path in draw_run(tmp_path)} == drawn
+
+
+def test_the_figure_says_where_it_settles_and_what_first_strikes(tmp_path):
+    result = write_run(tmp_path)
+    first = stated_peaks(result)["first_impact"]
+    said = words(force_figure(result, "run"))
+    assert f"first impact, on the nose: {first.value / 1e3:.1f} kN at x = {first.x * 1e3:.1f} mm" in said
+    assert "settling, until t = 2 ms: peaks and shares are those after it" in said
+    assert first.x == pytest.approx(0.358, abs=1e-3) and result.transfer_x < first.x
+    trailing = words(force_figure(write_run(tmp_path / "back", "trailing"), "run"))
+    assert "first impact, on the wing rail" in trailing
 
 
 # ---- pyvista, in processes of its own

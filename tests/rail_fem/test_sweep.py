@@ -11,8 +11,11 @@ import pytest
 from typer.testing import CliRunner
 
 from rail_fem import cli
-from rail_fem.output.result import load
+from rail_fem.case.casefile import load_case
+from rail_fem.output.result import PassResult, load
 from rail_fem.sweeps.compare import compare
+from rail_fem.sweeps.sweep_page import trust_lines
+from rail_fem.sweeps.sweep_report import force_table
 
 ROOT = Path(__file__).resolve().parents[2]
 CASE = (ROOT / "cases" / "thesis" / "case_02.toml").read_text()
@@ -104,3 +107,15 @@ def test_the_explicit_rung_of_a_sweep_runs_under_mpirun(cases, tmp_path, monkeyp
     log = tmp_path / "out" / "good" / "fe_full.log"
     assert done.exit_code == 0, done.output + (log.read_text() if log.is_file() else "")
     assert load(tmp_path / "out" / "good" / "fe_full").cost.ranks == 2
+
+
+def test_the_table_marks_other_element_sizes_and_shows_what_fails_of_the_trust_report():
+    """Three runs at 4 mm and one at 2 mm, which alone meets its rules."""
+    row = lambda name, verdict: {"name": name, "verdict": verdict, "short": "6.4%", "value": 0.064, "shown": "", "rule": "", "limit": 0.05}
+    scene = load_case(ROOT / "cases" / "nose_transfer.toml").scene
+    made = lambda size, verdict: PassResult("fe_full", scene, {"element_size": size}, {"time": [], "x": []}, trust={"rows": [row("hourglass energy", verdict), row("chatter", "good")]})
+    results = {f"case_{i}": {"fe_full": made(4e-3, "warning")} for i in range(3)} | {"fine": {"fe_full": made(2e-3, "good")}}
+    table = {line.split(" | ")[0].strip("| "): line for line in force_table(results)[2:]}
+    assert table["case_1"].endswith("| 4 | 1 of 2 rows fail: hourglass energy 6.4% |") and table["fine"].endswith("| **2** | good |")
+    assert "Of 4 explicit runs, 3 fail rows of their own trust report: hourglass energy in 3." in trust_lines(results)[0]
+    assert trust_lines({"a": {"lumped": PassResult("lumped", scene, {}, {"time": [], "x": []})}}) == []

@@ -1,0 +1,75 @@
+"""Over which way a model runs: one way for all that are given none, a window around the transfer, no settling across it; doubts reach the result."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from rail_fem import cli
+from rail_fem.case.warnings import case_doubts
+from rail_fem.case.preflight import run_faults
+from rail_fem.light.rigid import CLEAR, FOLLOW, LEAD, placed, rigid_path
+from rail_fem.settings.light import BemPassageSettings, LumpedSettings, RigidHertzSettings
+from rail_fem.output.result import load
+from rail_fem.settings.explicit import WAY, FeSettings, FeWindowSettings
+from rail_fem.scene.units import si_factor
+from tests.rail_fem.test_scene import make_scene
+
+CASE = (Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml").read_text()
+
+
+def scene_of(direction="facing", **changes):
+    return make_scene().model_copy(update={"direction": direction, **changes})
+
+
+@pytest.mark.parametrize("direction", ["facing", "trailing"])
+def test_models_that_are_given_no_way_run_over_the_same(direction):
+    scene, explicit = scene_of(direction), FeSettings()
+    ways = {tuple(sorted(settings().window(scene))) for settings in (LumpedSettings, RigidHertzSettings, BemPassageSettings)}
+    assert ways == {tuple(sorted((explicit.start, explicit.end)))} == {WAY}
+
+
+@pytest.mark.parametrize("direction, mph, profile", [("facing", 75, "P8-worn"), ("facing", 100, "P8"), ("trailing", 50, "P8-worn"), ("facing", 75, "P8-hollow")])
+def test_a_window_that_is_given_no_place_lies_around_the_transfer_of_this_wheel(direction, mph, profile):
+    """Let go LEAD before the rigid wheel changes body, whatever the speed, and on for FOLLOW behind it; such a window is never refused."""
+    scene = scene_of(direction, speed=mph * si_factor("mph"))
+    scene = scene.model_copy(update={"wheel": scene.wheel.model_copy(update={"profile": profile})})
+    settings, sign = placed(scene, FeWindowSettings()), scene.direction_sign
+    transfers = sign * rigid_path(scene, np.arange(*WAY, 5e-3)).transfers
+    let_go = sign * settings.start + scene.speed * settings.settle_time
+    assert transfers.min() - let_go == pytest.approx(LEAD, abs=1e-4) and sign * settings.end - transfers.max() == pytest.approx(FOLLOW, abs=1e-4)
+    assert run_faults(scene, FeWindowSettings(element_size=6e-3), 1, "fe_window") == []
+    given = FeWindowSettings(start=0.2, end=0.5)
+    assert placed(scene, given) is given and placed(scene, FeWindowSettings(start=0.2)).start == 0.2
+
+
+@pytest.mark.parametrize("direction, start, end, refused", [
+    ("facing", 0.300, 0.45, True), ("facing", 0.290, 0.45, False), ("facing", 0.345, 0.45, True),
+    ("trailing", 0.45, 0.300, False), ("trailing", 0.405, 0.25, True), ("trailing", 0.36, 0.25, True),
+])  # fmt: skip
+def test_a_wheel_that_would_settle_across_its_transfer_is_refused_with_the_remedy(direction, start, end, refused):
+    """At 75 mph 1.2 ms of settling are 40 mm; a rigid worn P8 changes body at 353 mm, and 20 mm must lie between."""
+    scene = scene_of(direction)
+    faults = run_faults(scene, FeSettings(element_size=6e-3, start=start, end=end), 1, "fe_full")
+    assert len(faults) == refused
+    for fault in faults:
+        assert "changes body at 353 mm" in fault and "take a shorter settle_time" in fault
+        remedy = float(fault.split("x = ")[-1].split(" mm")[0]) * 1e-3
+        shifted = FeSettings(element_size=6e-3, start=remedy - scene.direction_sign * 1e-3, end=end)
+        assert run_faults(scene, shifted, 1, "fe_full") == []
+    assert CLEAR == 20e-3
+
+
+def test_what_check_doubts_stands_in_result_and_trust_report(tmp_path):
+    """A crossing scaled beyond what was compared, and a stand-in for a worn wheel."""
+    case = tmp_path / "case.toml"
+    case.write_text(CASE.partition("[run.fe_full]")[0].replace("ratio = 10.75", "ratio = 12") + '[run.lumped]\nstart = "300 mm"\nend = "400 mm"\n')
+    call = lambda *arguments: CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
+    said = " ".join(call("check", case).output.split())
+    assert call("run", case, "--out", tmp_path / "out").exit_code == 0
+    result = load(tmp_path / "out")
+    doubts = case_doubts(result.scene, LumpedSettings())
+    assert len(doubts) == 2 and "1:12" in doubts[1] and "stand-in" in doubts[0]
+    report = (tmp_path / "out" / "trust.txt").read_text()
+    assert all(doubt in said and doubt in result.warnings and doubt in report for doubt in doubts)
