@@ -1,6 +1,64 @@
-"""Elastic contact in NumPy and SciPy: closed forms, kernels, boundary elements. Knows nothing of rails.
+"""Elastic contact in NumPy and SciPy: closed forms, boundary elements, half-space, slices. Knows nothing of rails.
 
-Reading order of the plane problems: material, hertz and subsurface (closed forms); kelvin (kernels); curve, outline, mesh;
-boundary (one body), internal (its fields); body, pairing, coulomb, contact (two bodies); rolling;
-exact_problems and orders (errors against exact solutions), study (convergence, speed, memory).
-"""
+    import bem
+    patch = bem.normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, bem.STEEL, bem.STEEL, load=100e3, window=((-0.02, 0.02), (-0.02, 0.02)))
+    rolling = bem.rolling_contact(patch, bem.STEEL, bem.STEEL, friction=0.3, creepage=bem.Creepage(1e-3))
+
+Names are imported when they are first used. Reading order of the plane problems: material, exact; plane/kelvin (kernels), curve, outline, mesh; boundary
+(one body), internal (its fields); body, pairing, coulomb, contact (two bodies); rolling; verification."""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bem.exact.hertz import line_contact, point_contact
+    from bem.halfspace.fastsim import fastsim
+    from bem.halfspace.figures import patch_figure
+    from bem.halfspace.normal import normal_contact
+    from bem.halfspace.stress import subsurface_stress
+    from bem.halfspace.tangential import rolling_contact, shift_contact
+    from bem.material import STEEL, Elastic, contact_modulus
+    from bem.patch import Creepage, Grid, Patch
+    from bem.plane.body import Body
+    from bem.plane.contact import solve_contact
+    from bem.slices.assumed_load import loaded_slices
+    from bem.slices.coupled import slice_contact
+    from bem.slices.slices import Slices
+
+__all__ = [
+    "STEEL", "Body", "Creepage", "Elastic", "Grid", "Patch", "Slices", "contact_modulus", "fastsim", "line_contact",
+    "loaded_slices", "normal_contact", "patch_figure", "point_contact", "rolling_contact", "shift_contact",
+    "slice_contact", "solve_contact", "subsurface_stress",
+]  # fmt: skip
+
+_HOMES = {
+    "STEEL": "bem.material",
+    "Body": "bem.plane.body",
+    "Creepage": "bem.patch",
+    "Elastic": "bem.material",
+    "Grid": "bem.patch",
+    "Patch": "bem.patch",
+    "Slices": "bem.slices.slices",
+    "contact_modulus": "bem.material",
+    "fastsim": "bem.halfspace.fastsim",
+    "line_contact": "bem.exact.hertz",
+    "loaded_slices": "bem.slices.assumed_load",
+    "normal_contact": "bem.halfspace.normal",
+    "patch_figure": "bem.halfspace.figures",
+    "point_contact": "bem.exact.hertz",
+    "rolling_contact": "bem.halfspace.tangential",
+    "shift_contact": "bem.halfspace.tangential",
+    "slice_contact": "bem.slices.coupled",
+    "solve_contact": "bem.plane.contact",
+    "subsurface_stress": "bem.halfspace.stress",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'bem' has no attribute '{name}'; it offers {', '.join(__all__)}")
+    return getattr(importlib.import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

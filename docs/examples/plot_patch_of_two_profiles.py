@@ -8,7 +8,7 @@ A P8 wheel stands centred on a 60E1 rail. Where does it touch, and what does the
 import matplotlib.pyplot as plt
 import numpy as np
 
-from bem.halfspace.normal import normal_contact
+import bem
 from rail_fem.light.contact_pairs import plain_rail_tie
 
 # %%
@@ -17,7 +17,7 @@ pair = plain_rail_tie(rail="60E1")
 
 # %%
 # The patch: pressure of two elastic half-spaces on the true gap of the two profiles.
-patch = normal_contact(pair.gap, pair.wheel_steel, pair.rail_steel, load=pair.normal_force(100e3), window=pair.window())
+patch = bem.normal_contact(pair.gap, pair.wheel_steel, pair.rail_steel, load=pair.normal_force(100e3), window=pair.window())
 print(f"largest pressure {patch.max_pressure / 1e6:.0f} MPa, approach {patch.approach * 1e6:.1f} um, area {patch.contact_area * 1e6:.1f} mm2")
 
 # %%

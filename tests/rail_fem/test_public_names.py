@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import bem
+import geometry
 import rail_fem
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -23,6 +25,33 @@ def test_every_public_name_is_there_and_a_wrong_one_says_what_is():
     assert {name: getattr(rail_fem, name) for name in rail_fem.__all__}
     with pytest.raises(AttributeError, match="load_cas.*it offers.*load_case"):
         rail_fem.load_cas  # noqa: B018
+
+
+@pytest.mark.parametrize("package", [geometry, bem])
+def test_the_parts_offer_their_names(package):
+    assert all(callable(getattr(package, name)) or name.isupper() for name in package.__all__)
+    with pytest.raises(AttributeError, match="it offers"):
+        package.nothing  # noqa: B018
+
+
+def test_contact_points_of_own_wheel_and_rail_in_five_lines(tmp_path):
+    """A P8 written to a file and read again touches a 60E1 where the P8 does."""
+    points = geometry.wheel_profile("P8").points * 1e3
+    np.savetxt(tmp_path / "wheel.csv", points, delimiter=",")
+    rail = geometry.rail_head("60E1", inclination=1 / 40)
+
+    def touch(wheel):
+        search = geometry.ContactSearch(geometry.Wheelset(wheel, radius=0.46), geometry.Track(rail))
+        return search.contacts(search.settle(3e-3), "left").position[0]
+
+    read = geometry.read_profile(tmp_path / "wheel.csv", kind="wheel")
+    assert touch(read) == pytest.approx(touch(geometry.wheel_profile("P8")), abs=0.3e-3)
+
+
+def test_the_patch_of_a_sphere_in_two_lines_is_that_of_hertz():
+    patch = bem.normal_contact(lambda x, y: (x**2 + y**2) / 0.6, bem.STEEL, bem.STEEL, load=50e3, window=((-0.02, 0.02), (-0.02, 0.02)))
+    exact = bem.point_contact(50e3, 0.3, 0.3, bem.contact_modulus(bem.STEEL, bem.STEEL))
+    assert patch.max_pressure == pytest.approx(exact.max_pressure, rel=5e-3)
 
 
 def test_the_import_is_light():
