@@ -17,6 +17,9 @@ from scipy import ndimage
 from bem.patch_edge import covered_area, edge_places
 
 
+HALF_SPACE = "half-space"     # method of patches whose pressure is the half-space's for their gap
+
+
 class ContactInputError(ValueError):
     """Input that no contact solver can answer: what, where, how large, what to do."""
 
@@ -116,14 +119,14 @@ class Cost:
 class ErrorEstimate:
     """Estimated relative error of the solution, from the same problem at coarser cells; NaN where not estimated.
 
-    Each is |coarse - fine| / (2^order - 1) / |fine| with the order stated: one level of refinement halves the cell.
+    Above the true error in at least 95 of 100 seeded cases, less than five times it in half of them (bem/verification/estimates_study.py).
+    normal : of the approach where the load is given, of the normal force where the approach is
     """
 
     max_pressure: float = np.nan
     contact_area: float = np.nan
     normal: float = np.nan
     tangential_force: float = np.nan
-    order: float = np.nan
     note: str = "not estimated"
 
 

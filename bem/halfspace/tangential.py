@@ -14,18 +14,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bem.halfspace.coarse import coarse_field, coarse_grid, relative_change
+from bem.halfspace.coarse import coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.friction import FrictionSolution, TangentialOperator, solve_friction
 from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
 from bem.material import Elastic, Pair
 from bem.halfspace.input import check_creepage, check_force, check_friction, check_shift
 from bem.halfspace.pressure import NormalOperator, solve_pressure
-from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
+from bem.patch import HALF_SPACE, ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 
 Force = tuple[float | None, float | None]
 
 _MAX_TURNS = 60
 _COARSEST_CELLS = 6
+_SHARE_ROLLING = 1.2    # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py): first order,
+_SHARE_SHIFT = 0.55     # and nearly second
 
 
 def rolling_contact(patch: Patch, first: Elastic, second: Elastic, friction: float, creepage: Creepage = Creepage(),
@@ -100,9 +102,12 @@ def _solve(patch: Patch, pair: Pair, friction: float, motion: Creepage, force: F
     if direction < 0:
         problem = _mirrored(problem)
     solution, turned, turns = _turns(problem, pair, tolerance)
-    error = _estimate(problem, solution, turned, pair, patch.error, tolerance) if estimate else patch.error
+    own = patch.method == HALF_SPACE and previous is None
+    error = _estimate(problem, solution, turned, pair, patch.error, tolerance, own) if estimate else patch.error
     found = solution.rigid * [1 if direction >= 0 else -1, 1]
     notes += _convergence_notes(solution, turns, tolerance)
+    if estimate and np.isnan(error.tangential_force) and solution.traction.any():
+        notes += (f"error of the tangential force not estimated: the patch is under {2 * _COARSEST_CELLS} cells across; refine the grid",)
     if direction < 0:
         solution = replace(solution, traction=_flip(solution.traction), slip=_flip(solution.slip), stick=solution.stick[::-1])
         turned = replace(turned, pressure=turned.pressure[::-1])
@@ -245,23 +250,35 @@ class CouplingOperator:
 
 
 def _estimate(problem: _Problem, fine: FrictionSolution, turned: _Problem, pair: Pair, error: ErrorEstimate,
-              tolerance: float) -> ErrorEstimate:
-    """The same problem at doubled cell sides, with the pressure of the fine one."""
+              tolerance: float, own_pressure: bool) -> ErrorEstimate:
+    """The same problem at doubled and at fourfold cell sides; own_pressure: the patch is this half-space's, so that they have theirs."""
     box = _box(turned)
-    if min(box[0].stop - box[0].start, box[1].stop - box[1].start) < 2 * _COARSEST_CELLS or problem.friction == 0:
+    if problem.friction == 0 or not (turned.pressure > 0).any():
         return error
-    before = turned.traction_before
-    coarse = replace(turned, grid=coarse_grid(turned.grid), gap=None,
-                     pressure=coarse_field(turned.pressure, "constant"),
-                     traction_before=None if before is None else np.stack([coarse_field(part, "constant") for part in before]),
-                     pressure_before=None if before is None else coarse_field(turned.pressure_before, "constant"))
-    coupling = None if pair.coupling == 0 else CouplingOperator(coarse.grid, pair)
-    solution = _tangential(coarse, pair, coupling, None, tolerance)
-    given = [axis for axis in (0, 1) if problem.force[axis] is not None]
-    change = (relative_change(solution.rigid, fine.rigid) if given
-              else relative_change(4 * solution.traction.sum(axis=(1, 2)), fine.traction.sum(axis=(1, 2))))
-    return replace(error, tangential_force=change, order=1.0,
-                   note=f"change from doubled cell sides, first order assumed{'; tangential: of the rigid slip found' if given else ''}")
+    if min(box[0].stop - box[0].start, box[1].stop - box[1].start) < 2 * _COARSEST_CELLS:
+        return error
+    given = any(value is not None for value in problem.force)
+    found, level = [fine.rigid if given else fine.traction.sum(axis=(1, 2))], turned if own_pressure else replace(turned, gap=None)
+    for _ in range(2):
+        level = _coarsened(level, pair)
+        solution = _tangential(level, pair, None if pair.coupling == 0 else CouplingOperator(level.grid, pair), None, tolerance)
+        found.append(solution.rigid if given else solution.traction.sum(axis=(1, 2)) * level.grid.cell_area / turned.grid.cell_area)
+    bound = _SHARE_ROLLING * error_bound(*found, order=1, least=edge_share(turned.pressure)) if problem.rolling else \
+        _SHARE_SHIFT * error_bound(*found)
+    return replace(error, tangential_force=bound,
+                   note=f"changes from doubled and fourfold cell sides{'; tangential: of the rigid slip found' if given else ''}")
+
+
+def _coarsened(problem: _Problem, pair: Pair) -> _Problem:
+    """The problem at doubled cell sides; its pressure solved there where the gap is known, else means over the fine cells."""
+    grid, before, gap = coarse_grid(problem.grid), problem.traction_before, problem.gap
+    pressure = coarse_field(problem.pressure, "constant")
+    if gap is not None:
+        gap = coarse_field(gap)
+        pressure = solve_pressure(NormalOperator(grid, pair), gap, pressure.sum() * grid.cell_area, start=pressure, tolerance=1e-5).pressure
+    return replace(problem, grid=grid, gap=gap, pressure=pressure,
+                   traction_before=None if before is None else np.stack([coarse_field(part, "constant") for part in before]),
+                   pressure_before=None if before is None else coarse_field(problem.pressure_before, "constant"))
 
 
 def _convergence_notes(solution: FrictionSolution, turns: int, tolerance: float) -> tuple[str, ...]:

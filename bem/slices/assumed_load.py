@@ -78,7 +78,7 @@ def loaded_slices(slices: Slices, *, load: float, sharing: Sharing = "parabolic"
     if estimate:
         coarse = _solve(gap, load, sharing, semi_length, (max(cells[0] // 2, 1), max(cells[1] // 2, 4)))
         patch.error = ErrorEstimate(relative_change(coarse.max_pressure, patch.max_pressure), relative_change(coarse.contact_area, patch.contact_area),
-                                    order=1.0, note="change from doubled cells, first order assumed; the sharing of the load is not judged")
+                                    note="change from doubled cells, first order assumed; the sharing of the load is not judged")
     patch.warnings += strain_warning(patch.pressure, slices.upper.material, slices.lower.material)
     patch.cost = replace(patch.cost, seconds=time.perf_counter() - started)
     return patch

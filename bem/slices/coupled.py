@@ -26,8 +26,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import fft
 
-from bem.halfspace.coarse import coarse_grid, relative_change
 from bem.material import Pair
+from bem.halfspace.coarse import coarse_grid, error_bound
 from bem.halfspace.input import check_cells, check_drive, check_inside, strain_warning
 from bem.halfspace.placing import Window, evaluate_gap, place_grid, widened
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
@@ -40,6 +40,7 @@ _STATIONS = 16
 _GAP_KEPT = 1e-3        # of the largest closure, by which the gap may change over the patch when it is taken anew
 _MOST_TURNS = 12        # times the gap is taken anew
 _MOST_STRETCHES = 12    # times the sections are laid anew for a grid that cut the patch
+_SHARES = 1.2, 0.6, 1.1     # of the changes between grids taken for the error of pressure, area, approach (bem/verification/estimates_study.py)
 _ZONE = 0.15            # of the patch's width, by which stations reach beyond it on each side
 
 
@@ -114,7 +115,7 @@ def slice_contact(slices: Slices, *, load: float | None = None, approach: float 
                ((x_min, x_max) [m], default as long as the lower face is wide on both sides) and the lower face; or `grid`
     stations : across the patch, where the cross-sections' rest is computed; threads : default all processors of this process
     cut      : allow the patch to reach the grid's edge; a patch that reaches the end of a face is always allowed
-    estimate : also solve with doubled cells and half the stations, for the error estimate
+    estimate : also solve with doubled and fourfold cells and half the stations, for the error estimate
 
     Raises ContactInputError and its kinds, OutlineError, with what is wrong and what to do.
     """
@@ -266,17 +267,18 @@ def _gap_change(before: np.ndarray, anew: np.ndarray, cosines: np.ndarray, solut
 
 
 def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstimate:
-    """Change from doubled cells and doubled station spacing, first order assumed."""
+    """Changes from doubled cells with doubled station spacing, and from doubled cells there."""
     grid = coarse_grid(fine.grid)
     try:
         low, high = grid.edges[2:]
         width = fine.grid.ny * fine.grid.dy
-        coarse = _solve_on(problem, grid, problem.flexibilities(low - _ZONE * width, high + _ZONE * width, 2 * width / stations, grid.nx * grid.dx))
+        rests = problem.flexibilities(low - _ZONE * width, high + _ZONE * width, 2 * width / stations, grid.nx * grid.dx)
+        levels = [fine, _solve_on(problem, grid, rests), _solve_on(problem, coarse_grid(grid), rests)]
     except NoContactError:
         return ErrorEstimate()
-    normal = relative_change(coarse.approach, fine.approach) if problem.load is not None else relative_change(coarse.normal_force, fine.normal_force)
-    return ErrorEstimate(relative_change(coarse.max_pressure, fine.max_pressure), relative_change(coarse.contact_area, fine.contact_area),
-                         normal, order=1.0, note=f"change from {grid.nx} x {grid.ny} cells and {stations // 2} stations, first order assumed")
+    normal = [patch.approach if problem.approach is None else patch.normal_force for patch in levels]
+    bounds = (error_bound(*values) for values in zip(*((patch.max_pressure, patch.contact_area, force) for patch, force in zip(levels, normal))))
+    return ErrorEstimate(*(share * bound for share, bound in zip(_SHARES, bounds)), note=f"changes from {grid.nx} x {grid.ny} cells and {stations // 2} stations, and from doubled cells there")
 
 
 def _untouched(problem: _Problem, grid: Grid, clock: _Clock) -> SlicePatch:
