@@ -26,7 +26,7 @@ Gap = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
 _LARGEST_GRID = 704
 _COARSEST_GRID = 6
 _MOST_STRETCHES = 60    # tenths by which a grid that cuts the patch is stretched: 300 times its sides
-_AREA_SHARE = 0.42      # of the area's changes: they hold the stairs of both grids
+_AREA_SHARE = 0.6  # of the area's changes: they hold the stairs of both grids
 _NESTED_GRID = 160      # cells from which a start from doubled cell sides saves time
 
 
