@@ -15,7 +15,7 @@ from geometry.meshing.sweep.matching import feature_lengths, outline_arcs
 from geometry.meshing.quality import check_shapes
 from geometry.meshing.section.parts import try_sizes
 from geometry.meshing.section.rings import depth_steps, ring_width
-from geometry.meshing.section.quads import FLAT_CORNER, mesh_section
+from geometry.meshing.section.quads import FLAT_CORNER, check_room, mesh_section
 from geometry.meshing.sweep.sweep import sweep
 
 SAMPLES = 25  # sections at which the mesh of one is judged before it is carried to all
@@ -76,6 +76,24 @@ def mesh_crossing(crossing, spec: CrossingMeshSpec) -> HexMesh:
     if not bodies:
         raise MeshError("the crossing's mesh has neither wing nor nose; specify at least one")
     return merge_bodies([_mesh_body(name, body, section, spec) for name, body, section in bodies])
+
+
+def check_bands(crossing, spec: CrossingMeshSpec) -> None:
+    """What can be known before anything is meshed: raises the MeshError of `mesh_crossing` where a band is too narrow or too wide for the element size."""
+    for name in ("wing", "nose"):
+        body = getattr(spec, name)
+        if body is None:
+            continue
+        check_body(name, body, spec)
+        x = body_stations(body, spec).design
+        curves = [_curve(getattr(crossing, f"{name}_section"), at, spec.base, name) for at in x]
+        middle = len(x) // 2
+
+        def lay(sizes):
+            columns = _columns(name, body, x, curves, sizes)
+            check_room(curves[middle], [(columns[middle][0], columns[middle][-1])], ring_width(sizes))
+
+        try_sizes(lay, spec.element_size, body.fine_depth, body.coarse, spec.growth)
 
 
 def _mesh_body(name, body, section_at, spec):

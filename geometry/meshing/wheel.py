@@ -14,8 +14,8 @@ from geometry.meshing.band import column_count, lateral_columns, lateral_length
 from geometry.meshing.section.curve import cut_at_base
 from geometry.meshing.section.parts import try_sizes
 from geometry.meshing.quality import check_shapes
-from geometry.meshing.section.rings import depth_steps
-from geometry.meshing.section.quads import mesh_section
+from geometry.meshing.section.rings import depth_steps, ring_width
+from geometry.meshing.section.quads import check_room, mesh_section
 from geometry.meshing.sweep.sweep import sweep
 
 
@@ -68,6 +68,18 @@ def mesh_wheel(profile, radius: float, spec: WheelMeshSpec) -> HexMesh:
         return mesh
 
     return try_sizes(make, spec.element_size, spec.fine_depth, spec.coarse, spec.growth)
+
+
+def check_wheel_bands(profile, radius: float, spec: WheelMeshSpec) -> None:
+    """What can be known before anything is meshed: raises the MeshError of `mesh_wheel` where a band is too narrow or too wide for the element size."""
+    check_wheel(radius, spec)
+    curve, _ = _outline(np.asarray(getattr(profile, "points", profile), dtype=float), spec)
+
+    def lay(sizes):
+        columns = [_columns(curve, band, sizes) for band in spec.bands]
+        check_room(curve, [(line[0], line[-1]) for line in columns], ring_width(sizes))
+
+    try_sizes(lay, spec.element_size, spec.fine_depth, spec.coarse, spec.growth)
 
 
 def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:

@@ -144,7 +144,7 @@ def test_case_files_have_a_schema():
     ('track_mass = "750 kg"', 'track_mass = "750 g"', "track mass 0.75 kg < 50 kg"),
     ("[run.fe_window]", "[run.fe_window]\nfield_frames = 10000", "10000 field outputs > 500"),
     ("[run.fe_window]", '[run.fe_window]\nhistory_interval = "0.01 us"', "history interval 0.01 us < 1 us"),
-    ("[run.fe_window]", '[run.fe_window]\nsettle_time = "4 ms"', "rolls 134.1 of 190 mm while it settles"),
+    ('start = "280 mm"\nend = "470 mm"', 'start = "95 mm"\nend = "540 mm"\nsettle_time = "7 ms"', "rolls 234.7 of 445 mm while it settles"),
 ])
 def test_what_is_allowed_but_doubtful_is_a_warning_of_the_case(tmp_path, old, new, said):
     assert old in WINDOW
@@ -153,3 +153,14 @@ def test_what_is_allowed_but_doubtful_is_a_warning_of_the_case(tmp_path, old, ne
     assert said in " ".join(case_doubts(case.scene, case.runs["fe_window"]))
     shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
     assert said in " ".join(shown.output.split("warning(s)")[1].split())
+
+
+@pytest.mark.parametrize("size", [6, 7, 9, 20])
+def test_what_the_mesher_must_refuse_is_told_by_check(tmp_path, size):
+    """S1002 in the window about the nose: the band on the wing is 11.9 mm wide."""
+    text = WINDOW.replace('"P8-worn"', '"S1002"').replace('"280 mm"', '"240 mm"') + f'element_size = "{size} mm"\n'
+    (tmp_path / "case.toml").write_text(text)
+    shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
+    assert shown.exit_code == 2 and f"run.fe_window.element_size: {size} mm cannot be meshed: " in shown.stderr
+    refused = CliRunner().invoke(cli.app, ["run", str(tmp_path / "case.toml"), "--out", str(tmp_path / "out")])
+    assert refused.exit_code == 2 and not (tmp_path / "out").exists()

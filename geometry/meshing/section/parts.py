@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
-from geometry.meshing.hexmesh import HexMesh, MeshError
+from geometry.meshing.hexmesh import MeshError
 from geometry.meshing.section.curve import SectionCurve
 from geometry.meshing.section.smoothing import Smoother, corner_targets
 
+Made = TypeVar("Made")
 KINDS = ("fine", "strip", "coarse")
 TRIPLE_LIMIT = 0.85  # three fine sizes over the coarse one up to which the triple ring pays
 
@@ -30,7 +32,7 @@ class SectionSizes:
     triple_ring: bool = True
 
 
-def try_sizes(make: Callable[[SectionSizes], HexMesh], fine: float, depth: float, coarse: float, growth: float) -> HexMesh:
+def try_sizes(make: Callable[[SectionSizes], Made], fine: float, depth: float, coarse: float, growth: float) -> Made:
     """What `make` makes with the triple ring where that pays, or without it where it fails or does not pay; lengths in m.
 
     Raises the first MeshError where nothing succeeds.
