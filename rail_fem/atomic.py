@@ -1,8 +1,11 @@
 """Files that appear whole or not at all: written under another name in the same folder, then renamed."""
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
+
+PARTIAL = re.compile(r"\..+\.\d+\.partial(\.[^.]*)?")
 
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
@@ -11,12 +14,20 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
     Errors: whatever `write` raises; the temporary file is then removed and `path` is as before.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
     try:
         write(temporary)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def remove_partial(*folders: Path) -> None:
+    """Remove what killed writers left in these folders. Nobody else may be writing there. Errors: OSError."""
+    for folder in folders:
+        for entry in sorted(Path(folder).glob(".*")):
+            if PARTIAL.fullmatch(entry.name):
+                entry.unlink(missing_ok=True)
 
 
 def write_text_atomically(path: Path, text: str) -> None:

@@ -1,5 +1,6 @@
 """The command line: check | run | show | compare | sweep | report | profile | doctor. Every command says what it found and ends non-zero on a fault."""
 
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, NoReturn, Optional
 
@@ -22,10 +23,10 @@ def say(text: str) -> None:
 
 
 def stop(text: str, code: int = 2) -> NoReturn:
-    """End with a fault: the text on rank 0's standard error, a non-zero exit code on every rank."""
+    """End with a fault that all ranks have met: the text on rank 0's standard error, the same exit code on every rank."""
     if launcher.rank() == 0:
         typer.echo(text, err=True)
-    launcher.let_root_end_first()
+    launcher.end_together()
     raise typer.Exit(code)
 
 
@@ -84,19 +85,36 @@ def run(case: CaseArgument,
         stop_run(f"{case}: the run failed: {fault}")
 
 
+class Figures(str, Enum):
+    """Which figures `show` draws."""
+
+    missing = "missing"
+    anew = "anew"
+    none = "none"
+
+
 @app.command()
-def show(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run")]) -> None:
-    """Say what a run found, or how far it is; draw its figures anew when it has ended."""
+def show(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run, or one that holds such")],
+         figures: Annotated[Figures, typer.Option(help="draw those that are missing, all anew, or none (nothing is written then)")] = Figures.missing) -> None:
+    """Say what a run found, or how far it is; draw figures of a result that are missing."""
     from rail_fem.show.report import folder_report
 
     try:
+        if figures != Figures.none and (folder / "result.json").is_file():
+            _draw_figures(folder, figures)
         say(folder_report(folder))
-        if (folder / "result.json").is_file():
-            from rail_fem.show.figures import draw_run
-
-            say("\n".join(["figures", *(f"  {path}" for path in draw_run(folder))]))
-    except (FileNotFoundError, ValueError, OSError) as error:
+    except (ValueError, OSError) as error:
         stop(str(error))
+
+
+def _draw_figures(folder: Path, figures: Figures) -> None:
+    """Draw; where nothing can be written say so and go on."""
+    from rail_fem.show.figures import draw_run
+
+    try:
+        draw_run(folder, missing_only=figures == Figures.missing)
+    except OSError as error:
+        say(f"no figures drawn: {error}")
 
 
 @app.command()

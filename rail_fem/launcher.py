@@ -17,6 +17,7 @@ from geometry.meshing.gmsh_process import without_mpi
 
 Answer = TypeVar("Answer")
 ROOT_SPEAKS_FIRST = 2.0  # seconds
+TOGETHER, LOOK = 10.0, 0.01  # how long ranks wait for each other at the end, and how often they look [s]
 LAUNCHER_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE", "PMI_RANK")
 
 
@@ -71,6 +72,21 @@ def let_root_end_first() -> None:
     """On other ranks, wait long enough for the root to say what happened and to end the job, which ends this rank too."""
     if rank() != 0:
         time.sleep(ROOT_SPEAKS_FIRST)
+
+
+def end_together() -> None:
+    """End MPI once all ranks have come here, so that a rank may end non-zero without MPI's alarm. Ranks that wait in vain leave it as it is. Collective."""
+    world = _world()
+    if world is None:
+        return
+    from mpi4py import MPI
+
+    all_here, until = world.Ibarrier(), time.monotonic() + TOGETHER
+    while not all_here.Test():
+        if time.monotonic() > until:
+            return
+        time.sleep(LOOK)
+    MPI.Finalize()
 
 
 def mpi_command(ranks: int) -> list[str]:

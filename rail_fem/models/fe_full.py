@@ -25,9 +25,9 @@ from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
 from rail_fem.output.result import Cost, PassResult
-from rail_fem.output.runfolder import fingerprint
+from rail_fem.output.runfolder import digest, fingerprint
 from rail_fem.scene.scene import Scene
-from rail_fem.output.sealed import digest_of, read_sealed, write_sealed
+from rail_fem.output.sealed import read_sealed, write_sealed
 from rail_fem.settings.explicit import FeSettings
 
 MESH, MESH_ARRAYS = "mesh.npz", ("points", "cells", "region", "surface", "surface_region", "clamp")
@@ -47,7 +47,7 @@ def solve_from(scene: Scene, settings: FeSettings, start: StartState | None, mod
     """One pass from a state where settling ends (None: at rest), its result under the name of a rung. Collective. Errors: as `solve`."""
     comm, started = MPI.COMM_WORLD, time.perf_counter()
     running = on_root(lambda: running_of(scene, settings))
-    ties = {"case": digest_of(fingerprint(model, scene, settings))}
+    ties = {"case": digest(fingerprint(model, scene, settings))}
     mesh, first_gap, datum, seal = placed_mesh(scene, settings, running, folder, restart, ties)
     if progress and mesh is not None:
         progress.note(f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes")

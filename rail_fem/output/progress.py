@@ -1,16 +1,23 @@
 """How far a run is: status.json for machines, a bar for a terminal, plain lines for a log."""
 
+import contextlib
 import json
 import math
 import os
 import sys
+import threading
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
+from rail_fem.output import lock
 from rail_fem.atomic import write_text_atomically
+from rail_fem.stopping import last_words
 
 STATUS_FILE = "status.json"
+GO_ON = "stopped, go on with --restart"
+WAIT = 0.5  # for a status that is being written when the run is stopped [s]
 
 
 class Progress:
@@ -20,7 +27,8 @@ class Progress:
         progress.update(step=120, time=1e-3, end_time=10e-3, energy_balance=1e-4)
 
     status.json is replaced at most every `interval` seconds, and always at the end, with
-    state (running, finished, cut off, failed, interrupted), percent, eta [s], step, time [s], end_time [s], energy_balance [1], message, updated (clock time).
+    state (running, finished, cut off, failed, stopped), percent, eta [s], step, time [s], end_time [s], energy_balance [1], message, updated
+    (clock time), and of the process: host, pid, began.
     """
 
     def __init__(self, folder: Path | None, title: str = "", active: bool = True, interval: float = 2.0,
@@ -29,14 +37,16 @@ class Progress:
         self.title, self.active, self.interval, self.line_interval = title, active, interval, line_interval
         self.stream = sys.stdout if stream is None else stream
         self.status: dict[str, Any] = {"state": "running", "percent": 0.0, "eta": None, "step": 0, "time": 0.0,
-                                       "end_time": None, "energy_balance": None, "message": ""}
+                                       "end_time": None, "energy_balance": None, "message": "", **lock.this_process()}
         self._bar, self._cut_off = None, ""
+        self._writing, self._words = threading.Lock(), contextlib.ExitStack()
         self._started = self._written = self._lined = None
         self._first_fraction = 0.0
 
     def __enter__(self) -> "Progress":
         self._started = time.monotonic()
         if self.active:
+            self._words.enter_context(last_words(self._stopped))
             self._write()
             if self.stream.isatty() and "OMPI_COMM_WORLD_RANK" not in os.environ:  # mpirun gives its ranks a terminal of its own
                 self._open_bar()
@@ -46,9 +56,20 @@ class Progress:
         if kind is None:
             self._end("cut off" if self._cut_off else "finished", self._cut_off)
         elif issubclass(kind, KeyboardInterrupt):
-            self._end("interrupted", "stopped by the user; --restart goes on from the last restart file")
+            self._end("stopped", GO_ON)
         else:
             self._end("failed", f"{kind.__name__}: {fault}")
+        self._words.close()
+
+    def _stopped(self) -> str:
+        """Last words of a run that is stopped, in another thread: what the run itself writes at this moment comes before, and nothing after."""
+        self._writing.acquire(timeout=WAIT)  # never given back
+        if self.status["state"] == "running":
+            self.status.update(state="stopped", message=GO_ON, eta=None)
+            self._save()
+        if self._bar:
+            self._bar.console.show_cursor()
+        return GO_ON
 
     def update(self, step: int, time: float, end_time: float, energy_balance: float = math.nan, message: str = "") -> None:
         """Tell how far the run is. Cheap when nothing is due; rank-local.
@@ -87,10 +108,14 @@ class Progress:
         return round((1 - fraction) * (now - self._started) / done, 1) if done > 0 else None
 
     def _write(self) -> None:
-        self._written = _clock()
+        with self._writing:
+            self._written = _clock()
+            self._save()
+
+    def _save(self) -> None:
         self.status["updated"] = time.strftime("%Y-%m-%dT%H:%M:%S%z")
         if self.path is not None:
-            write_text_atomically(self.path, json.dumps(self.status, allow_nan=False) + "\n")
+            write_status(self.path.parent, self.status)
 
     def _show(self, now: float) -> None:
         if self._bar:
@@ -134,15 +159,32 @@ def duration(seconds: float) -> str:
 
 
 def read_status(folder: Path) -> dict[str, Any]:
-    """What status.json says. Errors: FileNotFoundError."""
-    return json.loads((Path(folder) / STATUS_FILE).read_text(encoding="utf-8"))
-
-
-def mark_failed(folder: Path, message: str) -> None:
-    """Set a status file to failed, for a root that cannot. Nothing happens when there is none or it cannot be written."""
+    """What status.json says; "died" for a run whose process is gone without a word. Errors: FileNotFoundError, ValueError for a damaged file."""
+    path = Path(folder) / STATUS_FILE
     try:
-        status = read_status(folder) | {"state": "failed", "message": message, "eta": None}
-        write_text_atomically(Path(folder) / STATUS_FILE, json.dumps(status, allow_nan=False) + "\n")
+        status = json.loads(path.read_text(encoding="utf-8"))
+        if status["state"] == "running" and "pid" in status and lock.is_dead(status):
+            status |= {"state": "died", "eta": None, "message": f"process {status['pid']} ended without a word; go on with --restart"}
+        return {"percent": 0.0, "step": 0, "eta": None, "updated": "unknown", "message": ""} | status
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"{path}: damaged ({type(error).__name__}: {error}); the run itself can be gone on with by --restart") from error
+
+
+def write_status(folder: Path, status: Mapping[str, Any]) -> None:
+    """Replace status.json; on a full disk write over the one that is there, which needs no room. Errors: OSError."""
+    path, text = Path(folder) / STATUS_FILE, json.dumps(status, allow_nan=False) + "\n"
+    try:
+        write_text_atomically(path, text)
+    except OSError:
+        with path.open("r+", encoding="utf-8") as stream:
+            stream.write(text)
+            stream.truncate()
+
+
+def mark_ended(folder: Path, state: str, message: str) -> None:
+    """Set the state in a status file, for a root that cannot or no longer runs. Nothing happens when there is none or it cannot be written."""
+    try:
+        write_status(folder, read_status(folder) | {"state": state, "message": message, "eta": None})
     except (OSError, ValueError):
         return
 

@@ -173,21 +173,34 @@ class PassResult:
                           "patches": [asdict(patch) for patch in self.patches]}
 
 
+class ResultError(ValueError):
+    """A result that this program cannot use as it is; the message says why."""
+
+
 def load(folder: Path) -> PassResult:
-    """Read back what `PassResult.save` wrote. Errors: FileNotFoundError, ValueError for another version of the file."""
+    """Read back what `PassResult.save` wrote. Errors: FileNotFoundError, ValueError for a damaged file or another version of it."""
     folder = Path(folder)
     if not (folder / "result.json").is_file():
         raise FileNotFoundError(f"{folder}: no result.json there; is it the folder of a finished run (--out)?")
+    try:
+        return _read(folder)
+    except ResultError:
+        raise
+    except Exception as error:  # what is cut or altered fails anywhere in json, zip or the classes
+        raise ValueError(f"{folder}: result.json or history.npz is damaged ({type(error).__name__}: {error}): --restart writes them again") from error
+
+
+def _read(folder: Path) -> PassResult:
     summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     version = summary.pop("result_version", None)
     if version != RESULT_VERSION:
-        raise ValueError(f"{folder / 'result.json'}: written as result version {version}, this program reads version {RESULT_VERSION}")
+        raise ResultError(f"{folder / 'result.json'}: written as result version {version}, this program reads version {RESULT_VERSION}")
     summary = _nan_for_none(summary, keep=("scene", "settings", "trust"))
     try:
         summary["scene"] = Scene.model_validate(summary["scene"], context={"run_folder": folder})
     except ValidationError as error:
         fault = error.errors()[0]
-        raise ValueError(f"{folder / 'result.json'}: scene.{'.'.join(map(str, fault['loc']))}: {fault['msg']}") from error
+        raise ResultError(f"{folder / 'result.json'}: scene.{'.'.join(map(str, fault['loc']))}: {fault['msg']}") from error
     summary["cost"] = Cost(**summary["cost"])
     summary["peaks"] = {name: Peak(**peak) for name, peak in summary["peaks"].items()}
     summary["patches"] = tuple(Patch(**patch) for patch in summary["patches"])

@@ -3,17 +3,21 @@
 case.json says which case the folder holds. Nothing in a folder is ever written over unless asked for.
 """
 
+import contextlib
 import hashlib
 import json
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from rail_fem.atomic import write_text_atomically
+from rail_fem.atomic import PARTIAL, remove_partial, write_text_atomically
+from rail_fem.output import lock
+from rail_fem.output.progress import GO_ON
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.wheel_profile import KEPT
+from rail_fem.stopping import last_words
 
 MARK = "case.json"
 PROFILE_KEY = "scene.wheel.profile"
@@ -36,23 +40,55 @@ def digest(mark: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(mark, sort_keys=True).encode()).hexdigest()
 
 
-def prepare_folder(folder: Path, case: Mapping[str, Any], restart: bool = False, overwrite: bool = False) -> bool:
-    """Make `folder` ready for the case with this fingerprint; True when it holds a run to go on with.
-
-    Root only under MPI. An empty or absent folder starts afresh, also with `restart` (a queue may start the same line again).
-    Errors: RunFolderError when the folder holds something else, or cannot be written.
-    """
+@contextlib.contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """The folder is this process's alone, and made if need be. Root only under MPI. Errors: RunFolderError, naming who else runs there."""
     folder = Path(folder)
+    _entries(folder)
+    try:
+        owner = lock.take(folder)
+    except OSError as error:
+        raise RunFolderError(f"--out {folder}: {error.strerror or error}, choose a folder that can be written") from error
+    if owner is not None:
+        here = owner["host"] == lock.this_process()["host"]
+        what = "wait until it ends, or choose another folder" if here else f"if it has ended there, remove {folder / lock.LOCK}"
+        raise RunFolderError(f"--out {folder}: process {owner['pid']} on {owner['host']} runs there: {what}")
+
+    def leave() -> str:
+        lock.release(folder)
+        return GO_ON
+
+    with last_words(leave):
+        try:
+            yield
+        finally:
+            lock.release(folder)
+
+
+def _entries(folder: Path) -> list[str]:
+    """Names of what a folder holds, made if need be, less the lock. Errors: RunFolderError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        held = sorted(entry.name for entry in folder.iterdir())
+        return sorted(entry.name for entry in folder.iterdir() if entry.name != lock.LOCK)
     except FileExistsError:
         raise RunFolderError(f"--out {folder}: a file of that name exists, choose another folder") from None
     except OSError as error:
         raise RunFolderError(f"--out {folder}: {error.strerror}, choose a folder that can be written") from error
-    goes_on = bool(held) and _may_go_on(folder, held, case, restart, overwrite)
+
+
+def prepare_folder(folder: Path, case: Mapping[str, Any], restart: bool = False, overwrite: bool = False) -> bool:
+    """Make `folder` ready for the case with this fingerprint; True when it holds a run to go on with.
+
+    Root only under MPI, while the folder is `held`. What killed writers left is removed. An empty or absent folder starts afresh, also with
+    `restart` (a queue may start the same line again).
+    Errors: RunFolderError when the folder holds something else, or cannot be written.
+    """
+    folder = Path(folder)
+    there = [name for name in _entries(folder) if not PARTIAL.fullmatch(name)]
+    goes_on = bool(there) and _may_go_on(folder, there, case, restart, overwrite)
     try:
-        if held and overwrite:
+        remove_partial(folder, folder / "fields", folder / "figures")
+        if there and overwrite:
             _empty(folder)
         write_text_atomically(folder / MARK, json.dumps(case, indent=1) + "\n")
     except OSError as error:
@@ -60,11 +96,11 @@ def prepare_folder(folder: Path, case: Mapping[str, Any], restart: bool = False,
     return goes_on
 
 
-def _may_go_on(folder: Path, held: list[str], case: Mapping[str, Any], restart: bool, overwrite: bool) -> bool:
+def _may_go_on(folder: Path, there: list[str], case: Mapping[str, Any], restart: bool, overwrite: bool) -> bool:
     if restart and overwrite:
         raise RunFolderError("--restart goes on with what is there, --overwrite removes it: give one of the two")
-    if MARK not in held:
-        raise RunFolderError(f"--out {folder}: holds {len(held)} file(s) that no run wrote, the first is {held[0]}: choose another folder")
+    if MARK not in there:
+        raise RunFolderError(f"--out {folder}: holds {len(there)} file(s) that no run wrote, the first is {there[0]}: choose another folder")
     if overwrite:
         return False
     if not restart:
@@ -105,6 +141,8 @@ def differences(there: Any, here: Any, key: str = "") -> list[str]:
 def _empty(folder: Path) -> None:
     """Remove what an earlier run left; the mark goes last, so that a kill in between leaves a run's folder."""
     for entry in sorted(folder.iterdir(), key=lambda entry: entry.name == MARK):
+        if entry.name == lock.LOCK:
+            continue
         if entry.is_dir() and not entry.is_symlink():
             shutil.rmtree(entry)
         else:

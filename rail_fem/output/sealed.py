@@ -8,7 +8,6 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,14 +20,9 @@ class SealError(ValueError):
     """A file that must not be used; the message names it and says what to do."""
 
 
-def digest_of(value: Any) -> str:
-    """Of plain values, whatever the order of their keys."""
-    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
-
-
 def seal_of(arrays: Mapping[str, np.ndarray], ties: Mapping[str, str]) -> str:
     """Digest of names, types, shapes and bytes of all arrays, and of the ties."""
-    digest = hashlib.sha256(digest_of(dict(ties)).encode())
+    digest = hashlib.sha256(json.dumps(dict(ties), sort_keys=True).encode())
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())

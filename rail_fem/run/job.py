@@ -1,23 +1,22 @@
 """One run from a checked case to a saved result."""
 
 import contextlib
-import signal
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from rail_fem import ladder
-from rail_fem import launcher
+from rail_fem import ladder, launcher
 from rail_fem.case.casefile import Case
 from rail_fem.case.preflight import run_faults
 from rail_fem.case.warnings import case_doubts
 from rail_fem.light.rigid import placed
-from rail_fem.output.progress import Progress, mark_failed
-from rail_fem.output.result import PassResult
-from rail_fem.show.report import result_report
+from rail_fem.output.progress import Progress, mark_ended, read_status
+from rail_fem.output.result import PassResult, load
+from rail_fem.output.runfolder import RunFolderError, fingerprint, held, prepare_folder
+from rail_fem.scene.scene import Frozen
 from rail_fem.show.figures import draw_run
-from rail_fem.output.runfolder import RunFolderError, fingerprint, prepare_folder
+from rail_fem.show.report import result_report
 
 
 class JobFault(RuntimeError):
@@ -49,20 +48,42 @@ def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: boo
     if faults:
         raise JobFault("\n  ".join([f"{case.path}: {len(faults)} fault(s)", *faults]))
     mark = fingerprint(model, case.scene, settings)
+    with contextlib.ExitStack() as stack:
+        try:
+            ladder.load(model)
+            launcher.on_root(lambda: stack.enter_context(held(folder)))
+            goes_on = launcher.on_root(lambda: prepare_folder(folder, mark, restart, overwrite))
+            launcher.on_root(lambda: case.scene.keep_files(folder))
+        except (RunFolderError, ladder.ModelUnavailable, OSError) as error:
+            raise JobFault(str(error)) from error
+        if goes_on and (how := launcher.on_root(lambda: ended(folder, settings))):
+            say(f"{folder}: {how} already; --overwrite begins again")
+            launcher.on_root(lambda: _draw(folder, say, missing_only=True))
+            return ""
+        if restart and not goes_on:
+            say(f"{folder} holds no run yet: starting afresh")
+        return _solve_and_save(case, model, settings, folder, goes_on, say)
+
+
+def ended(folder: Path, settings: Frozen) -> str:
+    """How the run in a folder of this very case has ended: "finished", "cut off" by the same number of steps as now, "" where there is something to
+    do. Its status then says so too."""
     try:
-        ladder.load(model)
-        goes_on = launcher.on_root(lambda: prepare_folder(folder, mark, restart, overwrite))
-        launcher.on_root(lambda: case.scene.keep_files(folder))
-    except (RunFolderError, ladder.ModelUnavailable, OSError) as error:
-        raise JobFault(str(error)) from error
-    if restart and not goes_on:
-        say(f"{folder} holds no run yet: starting afresh")
-    return _solve_and_save(case, model, settings, folder, goes_on, say)
+        result = load(folder)
+    except (OSError, ValueError):
+        return ""
+    if result.fault or result.settings.get("max_steps") != getattr(settings, "max_steps", None):
+        return ""
+    how = "cut off" if result.cut_off else "finished"
+    with contextlib.suppress(OSError, ValueError):
+        if read_status(folder)["state"] != how:  # killed while it drew
+            mark_ended(folder, how, result.cut_off)
+    return how
 
 
 def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: bool, say: Callable[[str], None]) -> str:
     try:
-        with _ending_on_request(), Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
+        with Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
             result: PassResult = ladder.solve(model, case.scene, settings, folder=folder, restart=goes_on, progress=progress)
             if ladder.smoke_requested():
                 result = replace(result, cut_off="")  # it is all that was asked for
@@ -85,10 +106,10 @@ def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: boo
     return ""
 
 
-def _draw(folder: Path, say: Callable[[str], None]) -> None:
+def _draw(folder: Path, say: Callable[[str], None], missing_only: bool = False) -> None:
     """Figures of the run. A figure that cannot be drawn is told of; the result is safe and `show` draws again."""
     try:
-        draw_run(folder)
+        draw_run(folder, missing_only)
     except Exception as fault:
         say(f"no figures: {type(fault).__name__}: {fault} ({_keep_trace(folder)}); the result is saved, 'rail_fem show {folder}' draws again")
 
@@ -97,17 +118,7 @@ def _let_root_speak(folder: Path, message: str) -> None:
     """Mostly all ranks meet a fault and the root ends the job. A rank that outlives it met the fault alone, while the root waits for it in MPI."""
     launcher.let_root_end_first()
     if launcher.rank() != 0:
-        mark_failed(folder, f"rank {launcher.rank()}: {message}")
-
-
-@contextlib.contextmanager
-def _ending_on_request() -> Iterator[None]:
-    """A queue's SIGTERM ends a run as Ctrl-C does: with its status written."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+        mark_ended(folder, "failed", f"rank {launcher.rank()}: {message}")
 
 
 def _keep_trace(folder: Path) -> str:

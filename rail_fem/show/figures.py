@@ -21,9 +21,11 @@ from rail_fem.show.plan import plan_figure
 from rail_fem.show.section import section_figure
 from rail_fem.show.style import lettering, save, words_instead
 
+STRAIN: dict[str, Callable[[PassResult, CrossingFields, str], Figure]] = {"plastic_strain_plan": plan_figure, "plastic_strain_section": section_figure}
 
-def draw_run(folder: Path) -> list[Path]:
-    """Draw force, energies and plastic strain of the run in `folder` into folder/figures; returns the PNG files.
+
+def draw_run(folder: Path, missing_only: bool = False) -> list[Path]:
+    """Draw force, energies and plastic strain of the run in `folder` into folder/figures; returns the PNG files that were drawn.
 
     What a model does not resolve is not drawn; what a run lacks though its model resolves it (lost fields, nothing yielded, a failure) gives
     a figure that says so in words.
@@ -32,20 +34,29 @@ def draw_run(folder: Path) -> list[Path]:
     """
     folder = Path(folder)
     result, name = load(folder), folder.resolve().name
+    paths = {title: folder / "figures" / f"{title}.png" for title in titles(result)}
+    wanted = {title: path for title, path in paths.items() if not (missing_only and path.is_file())}
     with lettering():
-        drawn = {"force": force_figure(result, name)} if len(result.history["x"]) or result.fault else {}
-        if any(np.isfinite(result.history[column]).any() for column in LINES):
-            drawn["energies"] = energies_figure(result, name)
-        if result.model not in LADDER or LADDER[result.model].parallel:
+        drawn = {title: draw(result, name) for title, draw in {"force": force_figure, "energies": energies_figure}.items() if title in wanted}
+        if set(STRAIN) & set(wanted):
             drawn |= strain_figures(folder, result, name)
-        return [save(figure, folder / "figures" / f"{title}.png") for title, figure in drawn.items()]
+        return [save(drawn[title], path) for title, path in wanted.items()]
+
+
+def titles(result: PassResult) -> list[str]:
+    """The figures that a run of this model has."""
+    has = {
+        "force": len(result.history["x"]) or result.fault,
+        "energies": any(np.isfinite(result.history[column]).any() for column in LINES),
+        **dict.fromkeys(STRAIN, result.model not in LADDER or LADDER[result.model].parallel),
+    }
+    return [title for title, there in has.items() if there]
 
 
 def strain_figures(folder: Path, result: PassResult, name: str) -> dict[str, Figure]:
     """The figures that need fields; in words what is wrong with them, if anything is."""
-    drawings: dict[str, Callable[[PassResult, CrossingFields, str], Figure]] = {"plastic_strain_plan": plan_figure, "plastic_strain_section": section_figure}
     try:
         fields = read_crossing(folder)
     except FieldsError as fault:
-        return {title: words_instead(str(fault)) for title in drawings}
-    return {title: draw(result, fields, name) for title, draw in drawings.items()}
+        return {title: words_instead(str(fault)) for title in STRAIN}
+    return {title: draw(result, fields, name) for title, draw in STRAIN.items()}

@@ -117,13 +117,26 @@ def _engineering(value: float, unit: str) -> str:
 
 
 def folder_report(folder: Path) -> str:
-    """The result in a folder, or else how far its run is. Errors: FileNotFoundError when it holds neither."""
+    """The result in a folder, or else how far its run is, or which runs lie below. Errors: FileNotFoundError when it holds none of them."""
     folder = Path(folder)
     if (folder / "result.json").is_file():
         figures = sorted(path for path in (folder / "figures").glob("*.png")) if (folder / "figures").is_dir() else []
         return "\n".join([result_report(load(folder)), *(["", "figures", *(f"  {path}" for path in figures)] if figures else [])])
+    below = sorted({path.parent for name in ("result.json", "status.json") for path in folder.glob(f"*/{name}")})
+    if not (folder / "status.json").is_file() and below:
+        return "\n".join([f"{folder}: {len(below)} run(s) below", *(f"  {_one_line(path)}" for path in below)])
     if not (folder / "status.json").is_file():
         raise FileNotFoundError(f"{folder}: holds neither a result nor a run; give the folder that run --out named")
     status = read_status(folder)
-    eta = "unknown" if status["eta"] is None else duration(status["eta"])
-    return f"{folder}: {status['state']}, {status['percent']:.1f} %, step {status['step']}, eta {eta}, written {status['updated']}\n{status['message']}".rstrip()
+    left = "" if status["state"] != "running" else f", eta {'unknown' if status['eta'] is None else duration(status['eta'])}"
+    where = f", process {status['pid']} on {status['host']}" if status["state"] == "running" and "pid" in status else ""
+    return f"{folder}: {status['state']}, {status['percent']:.1f} %, step {status['step']}{left}, written {status['updated']}{where}\n{status['message']}".rstrip()
+
+
+def _one_line(folder: Path) -> str:
+    """The first line of a folder's report, or what is wrong with it."""
+    try:
+        first = folder_report(folder).partition("\n")[0]
+    except ValueError as error:
+        first = str(error)
+    return first if str(folder) in first else f"{folder}: {first}"

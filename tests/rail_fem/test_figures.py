@@ -286,6 +286,16 @@ def test_fields_that_cannot_be_drawn_are_named_in_the_figure(tmp_path, spoil, sa
         assert said in words(figure)
 
 
+def test_only_missing_figures_are_drawn_when_so_asked(tmp_path):
+    write_run(tmp_path)
+    draw_run(tmp_path)
+    force = tmp_path / "figures" / "force.png"
+    force.write_bytes(b"mine")
+    (tmp_path / "figures" / "energies.png").unlink()
+    assert [path.name for path in draw_run(tmp_path, missing_only=True)] == ["energies.png"] and force.read_bytes() == b"mine"
+    assert draw_run(tmp_path, missing_only=True) == []
+
+
 def test_folder_without_a_result_is_refused(tmp_path):
     with pytest.raises(FileNotFoundError, match="no result.json"):
         draw_run(tmp_path)

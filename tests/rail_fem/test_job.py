@@ -74,7 +74,7 @@ def test_a_run_that_max_steps_ends_is_not_called_finished_and_goes_on(case, tmp_
 
 
 def test_figure_that_cannot_be_drawn_does_not_cost_the_run(case, tmp_path, monkeypatch):
-    def fail(folder):
+    def fail(*asked):
         raise IndexError("an empty axis")
 
     monkeypatch.setattr(job, "draw_run", fail)
@@ -97,13 +97,76 @@ def test_restart_after_a_fault_gives_the_same_answer_bit_for_bit(case, tmp_path,
         np.testing.assert_array_equal(load(cut).history[name], values)
 
 
-def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(case, tmp_path, monkeypatch):
+def everything(folder):
+    """Names, contents and times of all files."""
+    return {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def test_restart_of_a_finished_run_changes_nothing_but_missing_figures(case, tmp_path):
     out = tmp_path / "out"
-    monkeypatch.setenv("TOY_SIGNAL", "20")
-    assert call("run", case, "--out", out).exit_code != 0
-    assert read_status(out)["state"] == "interrupted" and "--restart" in read_status(out)["message"]
-    monkeypatch.delenv("TOY_SIGNAL")
+    call("run", case, "--out", out)
+    (out / "figures" / "force.png").unlink()
+    before = everything(out)
+    answer = call("run", case, "--out", out, "--restart")
+    assert answer.exit_code == 0 and f"{out}: finished already" in answer.output
+    after = everything(out)
+    assert set(after) - set(before) == {out / "figures" / "force.png"}
+    changed = {path.name for path in before if after[path] != before[path]}
+    assert changed == {"case.json"} and after[out / "case.json"][0] == before[out / "case.json"][0]
+
+
+def test_run_killed_while_it_drew_is_finished_by_a_restart(case, tmp_path):
+    out = tmp_path / "out"
+    call("run", case, "--out", out)
+    result = (out / "result.json").read_bytes()
+    (out / "status.json").write_text((out / "status.json").read_text().replace("finished", "running").replace(str(os.getpid()), "1"))
+    assert "finished already" in call("run", case, "--out", out, "--restart").output
+    assert read_status(out)["state"] == "finished" and (out / "result.json").read_bytes() == result
+
+
+@pytest.mark.parametrize("name", ["result.json", "history.npz"])
+@pytest.mark.parametrize("damage", [lambda data: b"", lambda data: data[: len(data) // 2], lambda data: b"[]", lambda data: bytes(len(data))])
+def test_damaged_result_is_named_by_show_and_written_again_by_restart(case, tmp_path, name, damage):
+    out = tmp_path / "out"
+    call("run", case, "--out", out)
+    whole = load(out)
+    (out / name).write_bytes(damage((out / name).read_bytes()))
+    answer = call("show", out)
+    assert answer.exit_code == 2 and "result.json or history.npz is damaged" in answer.stderr and "--restart writes them again" in answer.stderr
     assert call("run", case, "--out", out, "--restart").exit_code == 0
+    assert all(np.array_equal(load(out).history[name], values, equal_nan=True) for name, values in whole.history.items())
+
+
+def test_more_steps_than_before_are_no_finished_run(case, tmp_path):
+    out, text = tmp_path / "out", case.read_text()
+    case.write_text(text + "max_steps = 15\n")
+    call("run", case, "--out", out)
+    assert len(load(out).history["time"]) == 15
+    case.write_text(text + "max_steps = 25\n")
+    assert "finished already" not in call("run", case, "--out", out, "--restart").output
+    assert len(load(out).history["time"]) == 25
+
+
+def test_show_reads_only_when_asked_and_draws_only_what_is_missing(case, tmp_path):
+    out = tmp_path / "out"
+    call("run", case, "--out", out)
+    (out / "figures" / "force.png").unlink()
+    before = everything(out)
+    assert call("show", out, "--figures", "none").exit_code == 0 and everything(out) == before
+    answer = call("show", out)
+    assert answer.exit_code == 0 and "force.png" in answer.output
+    once = everything(out)
+    assert set(once) - set(before) == {out / "figures" / "force.png"}
+    call("show", out)
+    assert everything(out) == once
+    call("show", out, "--figures", "anew")
+    assert everything(out)[out / "figures" / "force.png"][1] != once[out / "figures" / "force.png"][1]
+
+
+def test_show_lists_the_runs_below_a_folder(case, tmp_path):
+    call("run", case, "--out", tmp_path / "sweep" / "toy")
+    answer = call("show", tmp_path / "sweep")
+    assert answer.exit_code == 0 and "1 run(s) below" in answer.output and "sweep/toy: toy: finished" in answer.output
 
 
 def test_failed_result_is_saved_and_ends_non_zero(case, tmp_path, monkeypatch):
@@ -207,7 +270,7 @@ def test_two_ranks_write_one_folder_and_refuse_it_with_one_voice(case, tmp_path)
     assert answer.returncode == 0, answer.stderr
     assert answer.stdout.count("peaks") == 1 and load(out).history["time"].size > 0 and read_status(out)["state"] == "finished"
     again = call_on_ranks(2, "run", case, "--out", out)
-    assert again.returncode != 0 and again.stderr.count("--overwrite begins again") == 1
+    assert again.returncode == 2 and again.stderr.count("--overwrite begins again") == 1 and "MPI_ABORT" not in again.stderr
 
 
 @pytest.mark.mpi

@@ -1,10 +1,13 @@
 import io
 import json
+import subprocess
+import sys
 
 import pytest
 
+from rail_fem.output import lock
 from rail_fem.output import progress as module
-from rail_fem.output.progress import Progress, duration, read_status
+from rail_fem.output.progress import Progress, duration, read_status, write_status
 
 
 class Terminal(io.StringIO):
@@ -53,7 +56,7 @@ def test_status_file_is_not_written_more_often_than_every_interval(tmp_path, clo
         assert read_status(tmp_path)["step"] == 100
 
 
-@pytest.mark.parametrize("fault, state, said", [(ValueError("unstable at x = 0.3 m"), "failed", "unstable at x"), (KeyboardInterrupt(), "interrupted", "--restart")])
+@pytest.mark.parametrize("fault, state, said", [(ValueError("unstable at x = 0.3 m"), "failed", "unstable at x"), (KeyboardInterrupt(), "stopped", "--restart")])
 def test_status_file_says_how_a_run_ended(tmp_path, fault, state, said):
     with pytest.raises(type(fault)):
         with Progress(tmp_path, stream=io.StringIO()) as progress:
@@ -91,3 +94,34 @@ def test_status_file_is_always_whole(tmp_path):
 
 def test_durations_are_read_at_a_glance():
     assert [duration(seconds) for seconds in (45, 720, 12240)] == ["45 s", "12 min", "3.4 h"]
+
+
+def test_run_whose_process_is_gone_is_seen_as_dead(tmp_path):
+    """Of another host nobody here can know."""
+    done = subprocess.Popen([sys.executable, "-c", ""])
+    done.wait()
+    gone = lock.this_process() | {"pid": done.pid}
+    write_status(tmp_path, {"state": "running", "percent": 12.0, "step": 7, **gone})
+    assert read_status(tmp_path)["state"] == "died" and "go on with --restart" in read_status(tmp_path)["message"]
+    for state, owner in (("running", lock.this_process()), ("running", gone | {"host": "elsewhere"}), ("finished", gone)):
+        write_status(tmp_path, {"state": state, **owner})
+        assert read_status(tmp_path)["state"] == state
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", '"running"', '{"state": "running", "pid": "x", "host": "HOST"}'])
+def test_damaged_status_is_named(tmp_path, text):
+    (tmp_path / "status.json").write_text(text.replace("HOST", lock.this_process()["host"]))
+    with pytest.raises(ValueError, match=r"status.json: damaged .* gone on with by --restart"):
+        read_status(tmp_path)
+
+
+def test_status_is_written_without_room_for_a_second_file(tmp_path, monkeypatch):
+    """A full disk: no new file can be made, the one that is there can be written over."""
+    write_status(tmp_path, {"state": "running", "message": "x" * 100})
+
+    def full(path, text):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(module, "write_text_atomically", full)
+    write_status(tmp_path, {"state": "failed"})
+    assert read_status(tmp_path)["state"] == "failed"

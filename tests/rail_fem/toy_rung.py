@@ -6,6 +6,7 @@ It keeps a restart file, reports progress, and fails on demand, as a real rung d
 import json
 import os
 import signal
+from time import sleep
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,9 @@ def solve(scene, settings, folder=None, restart=False, progress=None):
             raise ArithmeticError(f"unstable at step {i}, x = {settings.start:.3f} m")
         if os.environ.get("TOY_SIGNAL") == str(i):
             os.kill(os.getpid(), signal.SIGTERM)
+            sleep(60)
+        if os.environ.get("TOY_PAUSE"):
+            sleep(float(os.environ["TOY_PAUSE"]))
         v += step * (-GRAVITY - stiffness * z / mass)
         z += step * v
         rows.append([i * step, settings.start + scene.direction_sign * scene.speed * i * step, -stiffness * z])

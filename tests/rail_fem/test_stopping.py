@@ -1,0 +1,90 @@
+"""A stop at any moment leaves a sentence, a status and a folder that a restart goes on with."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from rail_fem import launcher
+from rail_fem.output import lock
+from rail_fem.output.progress import GO_ON, read_status
+from rail_fem.output.result import load
+from tests.rail_fem.test_job import ON_RANKS, ROOT, case  # noqa: F401
+
+ALONE = "from rail_fem import stopping\nstopping.listen()\n" + ON_RANKS
+BUSY = {  # what the main thread does while the signal comes
+    "python": "while True: pass",
+    "sleep": "time.sleep(60)",
+    "library without the interpreter's lock": "import ctypes\n    while True: ctypes.CDLL(None).sleep(60)",
+    "writing the status": "while True: progress.note('x')",
+}
+RUN = """
+import sys, time
+from pathlib import Path
+from rail_fem import stopping
+stopping.listen()
+from rail_fem.output.progress import Progress
+from rail_fem.output.runfolder import held
+folder = Path(sys.argv[1])
+with held(folder), Progress(folder, stream=open("/dev/null", "w")) as progress:
+    print("begun", flush=True)
+    {}
+"""
+
+
+def started(command, *arguments, **variables):
+    return subprocess.Popen([*command, *map(str, arguments)], cwd=ROOT, env=os.environ | variables, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("what", BUSY)
+def test_whatever_the_run_does_it_stops_at_once_with_status_and_sentence(tmp_path, what, number):
+    run = started([sys.executable, "-c", RUN.format(BUSY[what])], tmp_path)
+    assert run.stdout.readline() == "begun\n"
+    time.sleep(0.05)
+    run.send_signal(number)
+    _, said = run.communicate(timeout=20)
+    assert run.returncode == 128 + number and said == f"\n{number.name}: {GO_ON}\n"
+    assert read_status(tmp_path)["state"] == "stopped" and read_status(tmp_path)["message"] == GO_ON
+    assert not (tmp_path / lock.LOCK).exists()
+
+
+def test_stop_before_anything_is_there_says_so(tmp_path):
+    run = started([sys.executable, "-c", "from rail_fem import stopping\nstopping.listen()\nprint('begun', flush=True)\nimport time\ntime.sleep(60)"])
+    assert run.stdout.readline() == "begun\n"
+    run.send_signal(signal.SIGTERM)
+    _, said = run.communicate(timeout=20)
+    assert run.returncode == 143 and said == "\nSIGTERM: stopped\n"
+
+
+def test_what_the_program_was_started_to_ignore_it_ignores():
+    code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\nfrom rail_fem import stopping\nstopping.listen()\nimport os, time; os.kill(os.getpid(), 2); time.sleep(0.2); print('here')"
+    assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=30).stdout == "here\n"
+
+
+def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(case, tmp_path):  # noqa: F811
+    whole, out = tmp_path / "whole", tmp_path / "out"
+    assert started([sys.executable, "-c", ALONE], "run", case, "--out", whole).wait(60) == 0
+    run = started([sys.executable, "-c", ALONE], "run", case, "--out", out, TOY_SIGNAL="20")
+    _, said = run.communicate(timeout=60)
+    assert run.returncode == 143 and f"SIGTERM: {GO_ON}" in said and read_status(out)["state"] == "stopped"
+    assert started([sys.executable, "-c", ALONE], "run", case, "--out", out, "--restart").wait(60) == 0
+    assert load(out).history["force"].tobytes() == load(whole).history["force"].tobytes() and read_status(out)["state"] == "finished"
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_stop_of_mpirun_reaches_the_status(case, tmp_path, number):  # noqa: F811
+    """mpirun sends SIGTERM to its ranks and kills them soon after."""
+    out = tmp_path / "out"
+    run = started([*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-c", ALONE], "run", case, "--out", out, TOY_PAUSE="60")
+    until = time.monotonic() + 40
+    while not (out / "status.json").is_file() and time.monotonic() < until:
+        time.sleep(0.05)
+    run.send_signal(number)
+    _, said = run.communicate(timeout=30)
+    assert run.returncode != 0 and said.count(GO_ON) == 1
+    assert read_status(out)["state"] == "stopped" and not (out / lock.LOCK).exists()
