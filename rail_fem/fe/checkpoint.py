@@ -49,9 +49,11 @@ def _element_state(blocks: ElementBlocks) -> np.ndarray:
 
 
 def _restore_elements(blocks: ElementBlocks, rows: np.ndarray) -> None:
-    padding, state = blocks.entries.copy(), blocks.in_blocks(rows)
+    """Padding gets the state of its block's first element, whose nodes it repeats."""
+    state = blocks.in_blocks(rows)
     real = (blocks.cell_of >= 0).reshape(-1, 1, LANES)
-    blocks.entries[:] = np.where(real, state[:, :N_STATE], padding)
+    state = np.where(real, state, state[:, :, :1])
+    blocks.entries[:] = state[:, :N_STATE]
     if blocks.back.size:
         blocks.back[:] = state[:, N_STATE:].ravel()
 

@@ -76,16 +76,17 @@ class ContactSettings:
 class Contact:
     """Contact of surface `rail` (Lagrangian nodes, carry friction) and surface `wheel`, whose mesh moves along x at `speed` and whose
     material flows through it at angular velocity `spin` about the y axis through `axle` (reference coordinates) [rad/s].
+    inertia : about the axle, of all that turns with the wheel [kg m2]; None: the spin is held
 
     After `add_forces`: pressure on the rail's nodes and wheel's nodes, `force` (n, 3) on all surface nodes (rail first), replicated;
     sums : (kernel.N_SUMS,) of the step.
     """
 
-    STATE = ("offset", "steps_to_search", "started", "pairs", "position", "before", "slip", "force", "carried", "share", "pressure_at", "sums")
+    STATE = ("offset", "spin", "steps_to_search", "started", "pairs", "position", "before", "slip", "force", "carried", "share", "pressure_at", "sums")
     SCRATCH = ("buffer", "sticking", "moved", "drag")
 
-    def __init__(self, structure: Structure, rail: Surface, wheel: Surface, settings: ContactSettings, speed=0.0, spin=0.0, axle=(0.0, 0.0, 0.0), fixed=None):
-        self.structure, self.settings, self.speed, self.spin = structure, settings, speed, spin
+    def __init__(self, structure: Structure, rail: Surface, wheel: Surface, settings: ContactSettings, speed=0.0, spin=0.0, axle=(0.0, 0.0, 0.0), fixed=None, inertia=None):
+        self.structure, self.settings, self.speed, self.spin, self.inertia = structure, settings, speed, spin, inertia
         domain = structure.domain
         self.comm = domain.comm
         self.n_rail = len(rail.nodes)
@@ -233,3 +234,13 @@ class Contact:
             deepest = max(deepest, float(depth.max(initial=0.0)))
             work, force = work + float(carried @ depth), force + float(carried.sum())
         return [deepest, work, force]
+
+    def turn(self, dt: float) -> float:
+        """Spin after the step, where it is free, from the moment of its forces; returns the work of that moment on the turning wheel [J].
+
+        The step's forces went with the spin at its start; the work goes with the mean, so it is the change of the rotation's energy exactly.
+        """
+        moment, before = float(self.sums[kernel.AXLE_MOMENT]), self.spin
+        if self.inertia is not None:
+            self.spin += dt * moment / self.inertia
+        return dt * moment * 0.5 * (before + self.spin)

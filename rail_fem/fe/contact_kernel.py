@@ -25,8 +25,9 @@ _compiled = njit(cache=True, error_model="numpy")
 _part = njit(forceinline=True, error_model="numpy")  # self-contained kernels: the same bits from the compiler and from the cache
 OUTSIDE = 1.02  # local coordinate beyond which a projection belongs to the neighbour
 NEWTON_STEPS = 12
-# entries of the sums that `contact_forces` adds up: energies of the step [J], force on the wheel along x [N], active pairs
-NORMAL_ENERGY, FRICTION_WORK, DRIVE_WORK, TOWED, N_ACTIVE = range(5)
+# entries of the sums that `contact_forces` adds up: energies of the step [J], moment on the wheel about its axle (y) [N m], force on it
+# along x [N], active pairs
+NORMAL_ENERGY, FRICTION_WORK, AXLE_MOMENT, TOWED, N_ACTIVE = range(5)
 N_SUMS = 5
 
 
@@ -199,10 +200,10 @@ def pair_share(pairs, i, share, inverse_mass):
 
 
 @_part
-def normal_forces(pairs, area, factor, compliance, dt, share, inverse_mass, from_axle, spin, carried, force, pressure_at, sums):
+def normal_forces(pairs, area, factor, compliance, dt, share, inverse_mass, from_axle, of_wheel, carried, force, pressure_at, sums):
     """Pressures of one pass, their forces on the nodes, and the scalar normal force that each node carries.
 
-    spin : angular velocity of the slaves' material about the axle, 0 in the pass of the rail's nodes (there the flow is tangential)
+    of_wheel : 1 in the pass of the wheel's nodes, 0 in that of the rail's: there the wheel's material flows along the facets
     """
     normal, weight = pairs.normal, pairs.weight
     for i in range(pairs.slaves.size):
@@ -220,19 +221,19 @@ def normal_forces(pairs, area, factor, compliance, dt, share, inverse_mass, from
                 for k in range(4):
                     force[q[k], c] -= weight[i, k] * f * normal[i, c]
             sums[NORMAL_ENERGY] += 0.5 * f * p * compliance
-            sums[DRIVE_WORK] += dt * f * spin * (normal[i, 0] * from_axle[s, 2] - normal[i, 2] * from_axle[s, 0])
+            sums[AXLE_MOMENT] += of_wheel * f * (normal[i, 0] * from_axle[s, 2] - normal[i, 2] * from_axle[s, 0])
             sums[N_ACTIVE] += 1
         pairs.pressure[i] = p
         pressure_at[s] = p
 
 
 @_part
-def material_flow(reference, position, quad, weight, spin, flow, t1, t2, r1, r2, point):
-    """Velocity of the wheel's material through its mesh at a point of a facet: omega x r carried along the deformed facet."""
+def material_flow(reference, position, quad, weight, flow, t1, t2, r1, r2, point):
+    """Velocity of the wheel's material through its mesh at a point of a facet, for 1 rad/s: e_y x r carried along the deformed facet."""
     xi = weight[1] + weight[2] - weight[0] - weight[3]
     eta = weight[2] + weight[3] - weight[0] - weight[1]
     facet_point(reference, quad, xi, eta, point, r1, r2)
-    wx, wz = spin * point[2], -spin * point[0]
+    wx, wz = point[2], -point[0]
     a11 = r1[0] * r1[0] + r1[1] * r1[1] + r1[2] * r1[2]
     a22 = r2[0] * r2[0] + r2[1] * r2[1] + r2[2] * r2[2]
     a12 = r1[0] * r2[0] + r1[1] * r2[1] + r1[2] * r2[2]
@@ -259,10 +260,10 @@ def friction_forces(pairs, area, share, inverse_mass, position, before, from_axl
             slip[s, 0] = slip[s, 1] = slip[s, 2] = 0.0
             continue
         q = pairs.quads[pairs.facets[i]]
-        material_flow(from_axle, position, q, weight[i], spin, flow, t1, t2, r1, r2, point)
+        material_flow(from_axle, position, q, weight[i], flow, t1, t2, r1, r2, point)
         along = 0.0
         for c in range(3):
-            move = position[s, c] - before[s, c] - dt * flow[c]
+            move = position[s, c] - before[s, c] - dt * spin * flow[c]
             for k in range(4):
                 move -= weight[i, k] * (position[q[k], c] - before[q[k], c])
             moved[i, c] = move
@@ -285,7 +286,7 @@ def friction_forces(pairs, area, share, inverse_mass, position, before, from_axl
             slip[s, c] = trial[c] * (compliance * scale / area[s] if sliding else 1.0)
             force[s, c] -= scale * trial[c]
             drag[i, c] = scale * trial[c]
-            sums[DRIVE_WORK] += dt * drag[i, c] * flow[c]
+            sums[AXLE_MOMENT] += drag[i, c] * flow[c]
             for k in range(4):
                 force[q[k], c] += weight[i, k] * drag[i, c]
 
@@ -324,6 +325,7 @@ def contact_forces(
     contact and at its start;  from_axle : (n, 3) reference place of the wheel's nodes [m];  compliance : 1 / penalty per area [m/Pa]
     share, carried, force, pressure_at, slip : (n,), (n,), (n, 3), (n,), (n, 3), the first four overwritten on `watched`
     sticking, moved, drag : of the rail's pairs, see `friction_forces`;  sums : (N_SUMS,) overwritten
+    With friction the rail's pairs are left active where their node carries normal force, its own or of the wheel's nodes.
     """
     point, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
     sums[:] = 0.0
@@ -338,11 +340,13 @@ def contact_forces(
         add_shares(pairs, area, 0.5, share)
     for side in range(2):
         normal_forces(
-            on_wheel if side else on_rail, area, 0.5, compliance, dt, share, inverse_mass, from_axle, spin if side else 0.0, carried, force, pressure_at, sums
+            on_wheel if side else on_rail, area, 0.5, compliance, dt, share, inverse_mass, from_axle, side, carried, force, pressure_at, sums
         )
     if friction > 0.0:
         for n in watched:
             share[n] = 0.0
+        for i in range(on_rail.slaves.size):  # a node that only the wheel's nodes press rubs as well: at the rim of the patch there are some
+            on_rail.active[i] = on_rail.facets[i] >= 0 and carried[on_rail.slaves[i]] > 0.0
         add_shares(on_rail, area, 1.0, share)
         friction_forces(on_rail, area, share, inverse_mass, position, before, from_axle, spin, friction, compliance, dt, carried, slip, sticking, moved, drag, force, sums)
         finish_slip(on_rail, sticking, inverse_mass, force, dt, moved, drag, slip, sums)

@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 from kernel_cache import njit
 from rail_fem.fe.contact import Contact
-from rail_fem.fe.contact_kernel import DRIVE_WORK, FRICTION_WORK, NORMAL_ENERGY, TOWED
+from rail_fem.fe.contact_kernel import FRICTION_WORK, NORMAL_ENERGY, TOWED
 from rail_fem.fe.domain import raise_together
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK, VISCOUS_WORK
@@ -110,7 +110,7 @@ class Dynamics:
     fixed : (n_nodes, 3) bool of local nodes, directions held (symmetry planes);  mass_damping : alpha [1/s], for relaxation to rest
     """
 
-    STATE = ("structure", "supports", "contact", "mass_damping", "contact_normal", "friction_work", "drive_work", "time", "step_count", "dt", "balance_mark")
+    STATE = ("structure", "supports", "contact", "mass_damping", "contact_normal", "friction_work", "drive_work", "rotation", "time", "step_count", "dt", "balance_mark")
     SUMMED = ("works", "contact_work", "kernel_time")  # each rank's part of a sum
     SCRATCH = ("reactions",)
 
@@ -138,6 +138,7 @@ class Dynamics:
         self.inverse_mass = np.where(self.moving, np.repeat(1.0 / structure.mass, 3), 0.0)
         self.works = np.zeros(3)
         self.contact_work, self.contact_normal, self.friction_work, self.drive_work = 0.0, 0.0, 0.0, 0.0
+        self.rotation = 0.0  # energy that a free wheel's rotation has gained since the start [J]
         self.time, self.step_count, self.dt = 0.0, 0, 0.0
         self.balance_mark: float | None = None  # energy balance at the last check, None: taken afresh at the next step [J]
         self.kernel_time = 0.0  # wall time in the element kernels on this rank [s]
@@ -190,7 +191,12 @@ class Dynamics:
         c.add_forces(dt)
         self.contact_work += apply_contact(s.v, s.force, c.force, c.inverse_mass, c.own_local, c.own_at, self.small, dt, self.works)
         self.friction_work += c.sums[FRICTION_WORK]
-        self.drive_work += c.sums[DRIVE_WORK] + dt * c.speed * c.sums[TOWED]
+        self.drive_work += dt * c.speed * c.sums[TOWED]
+        turning = c.turn(dt)
+        if c.inertia is None:
+            self.drive_work += turning
+        else:
+            self.rotation += turning
         self.contact_normal = c.sums[NORMAL_ENERGY]
 
     def _drift(self, dt: float) -> None:
@@ -241,7 +247,7 @@ class Dynamics:
 
         balance = everything stored and lost minus everything put in; its change over time is the error of the integration.
         Velocities stand half a step before positions and stresses: kinetic energy and internal works get half the kick of the forces at hand.
-        contact_loss = what the contact forces take from the bodies beyond penalty energy, friction and drive: the error of the contact.
+        contact_loss = what the contact forces take from the bodies beyond penalty energy, friction, drive and rotation: the error of the contact.
         """
         s = self.structure
         finite, small = s.elastic_energy()
@@ -268,10 +274,11 @@ class Dynamics:
             "contact_penalty": self.contact_normal,
             "friction": self.friction_work,
             "drive": self.drive_work,
+            "rotation": self.rotation,
             "internal_work_mismatch": finite_work - (finite + plastic + hourglass + viscous),
         }
         stored = out["kinetic"] + out["lumped_kinetic"] + out["elastic"] + out["springs"]
         lost = plastic + hourglass + viscous + out["wheel_damping"] + mass_damping + out["dampers"]
         out["balance"] = stored + lost - out["loads"] - contact
-        out["contact_loss"] = -contact - out["drive"] - out["friction"] - out["contact_penalty"]
+        out["contact_loss"] = -contact - out["drive"] - out["rotation"] - out["friction"] - out["contact_penalty"]
         return out

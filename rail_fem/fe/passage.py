@@ -2,7 +2,8 @@
 
 The wheel is the elastic bottom of a rim on a rigid axle. Its mesh travels with the axle and does not spin: a body of
 revolution that stays elastic looks the same however far it has turned, so its fine patch stays at the bottom and the
-material flows through it. What that leaves out is of order (V/c)^2 = 1e-4 (inertia of the flow).
+material flows through it. What that leaves out is of order (V/c)^2 = 1e-4 (inertia of the flow). How fast it flows is the spin of
+half a wheelset: its speed along x is given, its rotation free against its inertia. What the other wheel's rail does is left out.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from bem.exact.hertz import tangent_stiffness
 from geometry.meshing.hexmesh import HexMesh
 from geometry.path.wheel_path import WheelPath, rolling_radius
+from geometry.profiles.profile import Profile
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
@@ -37,8 +39,8 @@ ELASTIC_COST = 0.75  # an update of the small-displacement kernel, relative to t
 
 @dataclass(frozen=True)
 class Running:
-    """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y [rad/s], the rigid path around
-    its way, lateral place of the wheel's D0 [m]."""
+    """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y at the start [rad/s]:
+    that of pure rolling there, the rigid path around its way, lateral place of the wheel's D0 [m], its profile."""
 
     sign: float
     start: float
@@ -47,10 +49,15 @@ class Running:
     spin: float
     path: WheelPath
     datum_y: float
+    profile: Profile
 
     @property
     def duration(self) -> float:
         return (self.end - self.start) / self.speed
+
+    def creep(self, spin: float, y: float) -> float:
+        """Longitudinal creep of a contact at lateral place y [m]: (speed - spin * rolling radius) / speed, + where the wheel is braked."""
+        return 1.0 - spin * float(rolling_radius(self.profile, self.path.radius, np.array([y - self.datum_y]))[0]) / self.speed
 
     @property
     def transfers(self) -> np.ndarray:
@@ -71,8 +78,10 @@ def running_of(scene: Scene, settings: FeSettings) -> Running:
     path, sign = anchored_path(scene, low, high), scene.direction_sign
     start, end = (low, high) if sign > 0 else (high, low)
     speed = sign * scene.speed
-    on_tread = float(rolling_radius(scene.wheel.shape, scene.wheel.radius, np.array([0.0]))[0])
-    return Running(sign, start, end, speed, speed / on_tread, path, scene.wheel_datum_y)
+    shape, radius, datum = scene.wheel.shape, scene.wheel.radius, scene.wheel_datum_y
+    first = path.contact_point[int(np.argmin(np.abs(path.x - start)))]
+    rolling = float(rolling_radius(shape, radius, first[1:2] - datum)[0])
+    return Running(sign, start, end, speed, speed / rolling, path, datum, shape)
 
 
 @dataclass(frozen=True)
@@ -112,7 +121,7 @@ def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, me
     rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
     contact = Contact(
         structure, rail, wheel, contact_settings(scene, settings, steels[0]), speed=running.speed, spin=running.spin,
-        axle=(running.start, running.datum_y, datum_height + scene.wheel.radius),
+        axle=(running.start, running.datum_y, datum_height + scene.wheel.radius), inertia=scene.vehicle.wheel_spin_inertia if settings.spin == "free" else None,
     )  # fmt: skip
     dynamics = Dynamics(structure, supports, contact)
     masses = structure.region_masses()

@@ -1,6 +1,6 @@
 """Numerics of each model, apart from the physics: one typed class a rung, read from [run.<model>] of a case file."""
 
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -25,6 +25,7 @@ class FeSettings(Frozen):
     penalty: Annotated[float, Quantity("", 1e-3, 1e3, "factor on the contact penalty stiffness (10 times an element layer's)")] = 1.0
     hourglass: Annotated[float, Quantity("", 0, 1, "hourglass stiffness over 3.5 shear moduli")] = 0.01
     settle_time: Annotated[float, Quantity("ms", 0, 1000, "settling phase before the pass")] = 1.2e-3
+    spin: Literal["free", "held"] = Field("free", description="the wheel's rotation: free against its inertia, or held at pure rolling at the start")
     suspension: bool = Field(True, description="sprung mass and primary suspension")
     foundation: bool = Field(True, description="foundation spring and damper; off: fixed base")
     track_mass: bool = Field(True, description="added mass of the track under the crossing")

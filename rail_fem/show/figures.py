@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from rail_fem.ladder import LADDER
 from rail_fem.output.result import PassResult, load
+from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import LINES, energies_figure
 from rail_fem.show.fields import CrossingFields, FieldsError, read_crossing
 from rail_fem.show.force import force_figure
@@ -37,7 +38,7 @@ def draw_run(folder: Path, missing_only: bool = False) -> list[Path]:
     paths = {title: folder / "figures" / f"{title}.png" for title in titles(result)}
     wanted = {title: path for title, path in paths.items() if not (missing_only and path.is_file())}
     with lettering():
-        drawn = {title: draw(result, name) for title, draw in {"force": force_figure, "energies": energies_figure}.items() if title in wanted}
+        drawn = {title: draw(result, name) for title, draw in {"force": force_figure, "creep": creep_figure, "energies": energies_figure}.items() if title in wanted}
         if set(STRAIN) & set(wanted):
             drawn |= strain_figures(folder, result, name)
         return [save(drawn[title], path) for title, path in wanted.items()]
@@ -47,6 +48,7 @@ def titles(result: PassResult) -> list[str]:
     """The figures that a run of this model has."""
     has = {
         "force": len(result.history["x"]) or result.fault,
+        "creep": np.isfinite(result.history["force_longitudinal"]).any(),
         "energies": any(np.isfinite(result.history[column]).any() for column in LINES),
         **dict.fromkeys(STRAIN, result.model not in LADDER or LADDER[result.model].parallel),
     }

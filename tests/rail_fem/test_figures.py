@@ -24,7 +24,7 @@ from tests.rail_fem.standin_run import MOST, SETTLE, WORST, bump, standin_histor
 from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-NAMES = {"force.png", "energies.png", "plastic_strain_plan.png", "plastic_strain_section.png"}
+NAMES = {"creep.png", "force.png", "energies.png", "plastic_strain_plan.png", "plastic_strain_section.png"}
 
 
 def words(figure) -> str:
@@ -56,7 +56,7 @@ def run_alone(*command: str) -> subprocess.CompletedProcess:
 
 
 @pytest.mark.parametrize("direction", ["facing", "trailing"])
-def test_four_figures_of_a_run_are_drawn_wide_enough_to_read(tmp_path, direction):
+def test_five_figures_of_a_run_are_drawn_wide_enough_to_read(tmp_path, direction):
     write_run(tmp_path, direction)
     drawn = draw_run(tmp_path)
     assert {path.name for path in drawn} == NAMES == {path.name for path in (tmp_path / "figures").iterdir()}
@@ -74,7 +74,7 @@ from rail_fem.show.figures import draw_run, strain_figures
 print(len(draw_run({str(tmp_path)!r})), [m for m in sys.modules if m.startswith(("vtk", "pyvista")) or m == "matplotlib.pyplot"], before == matplotlib.rcParams.copy())
 """
     answer = run_alone("-W", "error::RuntimeWarning", "-c", code)
-    assert answer.stdout.strip() == "4 [] True", answer.stderr
+    assert answer.stdout.strip() == "5 [] True", answer.stderr
 
 
 def test_title_names_crossing_wheel_speed_direction_and_fault(tmp_path):

@@ -1,0 +1,55 @@
+"""Figure of the longitudinal force and of the longitudinal creep over the running distance."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from rail_fem.output.events import settling_end
+from rail_fem.output.result import PassResult
+from rail_fem.show.places import label_distance, legend_above, mark_places
+from rail_fem.show.style import GREY, TOTAL, give_title, new_figure, words_instead
+
+OPEN = 1e-3  # of the static load, below which a contact has no creep to speak of
+
+
+def creep_figure(result: PassResult, name: str) -> Figure:
+    """Longitudinal force between the bounds that friction sets, above; creep beneath."""
+    history = result.history
+    if not np.isfinite(history["force_longitudinal"]).any():
+        return words_instead(f"{name}: the history holds no longitudinal force, so there is no creep to draw. {result.fault}")
+    figure = new_figure(9.0)
+    above, below = figure.subplots(2, 1, sharex=True)
+    draw_force(above, result)
+    draw_creep(below, result)
+    label_distance(below, result)
+    figure.align_ylabels()
+    give_title(figure, "Longitudinal force and creep", name, result)
+    return figure
+
+
+def draw_force(axes, result: PassResult) -> None:
+    """Force on the wheel along x, between plus and minus friction times the vertical force."""
+    x, force, bound = result.history["x"], result.history["force_longitudinal"], result.scene.friction * result.history["force"]
+    worst = int(np.nanargmax(np.abs(force)))
+    words = f"on the wheel along x: largest {force[worst] / 1e3:+.1f} kN at x = {x[worst] * 1e3:.1f} mm"
+    axes.fill_between(1e3 * x, -bound / 1e3, bound / 1e3, color=GREY, alpha=0.15, lw=0, label=f"friction {result.scene.friction:g} times the vertical force")
+    axes.plot(1e3 * x, force / 1e3, color=TOTAL, lw=2, label=words)
+    mark_places(axes, result)
+    axes.set_ylabel("longitudinal force [kN]")
+    legend_above(axes)
+
+
+def draw_creep(axes, result: PassResult) -> None:
+    """Creep where the wheel is in contact, after settling; + where it is braked."""
+    history = result.history
+    end, _ = settling_end(result)
+    told = (history["force"] > OPEN * result.scene.static_wheel_load) & ~(history["time"] < end)
+    creep = np.where(told, history["creep_longitudinal"], np.nan)
+    if np.isfinite(creep).any():
+        axes.plot(1e3 * history["x"], 1e2 * creep, color=TOTAL, lw=2)
+        axes.axhline(0.0, color=GREY, lw=1.2, ls="--")
+    else:
+        axes.text(0.5, 0.5, "creep not resolved", transform=axes.transAxes, ha="center")
+    mark_places(axes, result, label=False)
+    axes.set_ylabel("longitudinal creep [%]")
