@@ -3,18 +3,18 @@
 Deviations are taken along the surface normal and printed per zone with `pytest -s`.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.crossing_surface import centre_line_y, nose_gauge_y
+from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.wheel import wheel_profile
+from tests.outside import needs, outside
 
-DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "profiles"
-pytestmark = pytest.mark.skipif(not DATA.exists(), reason="benchmark sections not at hand")
+BENCHMARK = "formats/uk_crossing.slcs"
+pytestmark = needs(BENCHMARK)
 MM = 1e-3
 # zone: body, x range [mm], gate on rms and on the largest deviation [mm]: a fifth above what was measured
 ZONES = {
@@ -39,11 +39,8 @@ def crossing():
 @pytest.fixture(scope="module")
 def sections():
     """{section number: (x [m], points (n, 2) y, z up [m])}, between x = -1 and +1 m."""
-    table = np.loadtxt(DATA / "crossing_UK_56E1_R245_1in9p25_sections.csv", delimiter=",", comments=["#", "s"])
-    table = table[np.abs(table[:, 1]) <= 1000]
-    numbers = np.unique(table[:, 0]).astype(int)
-    pick = lambda n: table[table[:, 0] == n]
-    return {n: (pick(n)[0, 1] * MM, pick(n)[:, 2:] * [MM, -MM]) for n in numbers}
+    slices = read_slices(outside(BENCHMARK))
+    return {n: (x, raw.points * [1.0, raw.up]) for n, (x, raw) in enumerate(zip(slices.x, slices.sections), 1) if abs(x) <= 1.0}
 
 
 def normal_deviation(crossing, body: str, x: float, points: np.ndarray) -> np.ndarray:

@@ -1,7 +1,5 @@
 """Profile files: every format read back as written, units, mirrors and order made explicit, malformed files refused by line."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,9 +9,9 @@ from geometry.profiles.doctor import examine
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
+from tests.outside import found, needs, outside
 
-SAMPLES = Path(__file__).resolve().parents[2].parent / "shared" / "data"
-real_files = pytest.mark.skipif(not SAMPLES.is_dir(), reason="sample files are not there")
+real_files = needs("formats/MBench_UIC60_v3.prr")
 RAIL, WHEEL = rail_head("56E1").points, wheel_profile("S1002").points
 
 
@@ -26,9 +24,9 @@ def written(path, text):
 def test_a_written_profile_reads_back(tmp_path, name, kind, points):
     """Nine digits of mm: 1e-9 relative."""
     write_profile(tmp_path / name, points, kind)
-    found = examine(read_raw(tmp_path / name, kind))
-    assert found.unit_name == "mm" and found.kind == kind
-    assert np.abs(found.profile.points - points).max() < 2e-9 * np.abs(points).max() / 1e-1
+    read = examine(read_raw(tmp_path / name, kind))
+    assert read.unit_name == "mm" and read.kind == kind
+    assert np.abs(read.profile.points - points).max() < 2e-9 * np.abs(points).max() / 1e-1
 
 
 def test_simpack_processing_is_applied_in_the_files_order(tmp_path):
@@ -101,20 +99,46 @@ def test_a_half_simpack_file_is_refused(tmp_path):
 @real_files
 def test_the_manchester_files_agree_with_each_other_and_with_the_standard():
     """The same UIC60 as .prr and .ban; S1002 against our standard profile: 0.2 um, as its joints are printed to 1 um."""
-    prr, ban = (examine(read_raw(SAMPLES / "formats" / f"MBench_UIC60_v3.{s}")).profile.graph_part() for s in ("prr", "ban"))
+    prr, ban = (examine(read_raw(outside(f"formats/MBench_UIC60_v3.{s}"))).profile.graph_part() for s in ("prr", "ban"))
     y = np.linspace(-0.030, 0.030, 401)
     assert np.abs(prr.height(y) - ban.height(-y)).max() < 5e-8 or np.abs(prr.height(y) - ban.height(y)).max() < 5e-8
-    wheel = examine(read_raw(SAMPLES / "formats" / "MBench_S1002_v3.prw")).profile
+    wheel = examine(read_raw(outside("formats/MBench_S1002_v3.prw"))).profile
     inner = (wheel.points[:, 0] > -0.055) & (wheel.points[:, 0] < 0.0599)
     y, z = wheel.points[inner].T
     assert np.abs(wheel_profile("S1002").height(y) - z).max() < 2e-7
 
 
-@real_files
-def test_every_sample_file_is_read():
-    files = [p for p in sorted((SAMPLES / "formats").iterdir()) if p.suffix not in (".slcs", "")]
-    kinds = {p.name: examine(read_raw(p), flange_back=0.0 if p.name == "worn_high_mileage.prw" else None).kind for p in files}
-    assert len(kinds) >= 8
-    assert all(kind == ("wheel" if name.endswith(("w", "l", ".whl")) else "rail") for name, kind in kinds.items())
-    slices = read_slices(SAMPLES / "formats" / "uk_crossing.slcs")
+@pytest.mark.parametrize("name, kind, flange_back, shift", [
+    ("Car7216_0001r.whl", "wheel", None, -70.0), ("MBench_S1002_v3.prw", "wheel", None, None), ("MBench_UIC60_v3.ban", "rail", None, None),
+    ("MBench_UIC60_v3.prr", "rail", None, None), ("SNX00500.mpt", "rail", None, None), ("avg_HR.BAN", "rail", None, None),
+    ("avg_wheel.whl", "wheel", None, -70.0), ("worn_high_mileage.prw", "wheel", 0.0, -70.0),
+])  # fmt: skip
+def test_every_sample_file_is_read(name, kind, flange_back, shift):
+    """Wheels measured from their flange back stand on it; our own files with the same faults: test_faulty_profiles."""
+    diagnosis = examine(read_raw(found(f"formats/{name}")), flange_back=flange_back)
+    assert diagnosis.kind == kind
+    y, z = diagnosis.profile.points.T
+    if kind == "rail":
+        assert z.max() == pytest.approx(0.0, abs=1e-6)
+    else:
+        assert 0.027 < -z.min() < 0.036 and y[np.argmin(z)] < -0.045
+        assert shift is None or any(f"shifted by {shift:.3f}" in finding.text for finding in diagnosis.findings)
+
+
+@needs("formats/uk_crossing.slcs")
+def test_the_benchmarks_slices_are_read():
+    slices = read_slices(outside("formats/uk_crossing.slcs"))
     assert len(slices.x) == 148 and slices.x[10] == pytest.approx(-0.72913)
+
+
+def test_the_same_head_in_every_format_is_the_same(tmp_path):
+    """What the Manchester files show, with files of our own: .prr, .ban, .mpt and two columns, printed to 1 nm and 0.1 um."""
+    y = np.linspace(-0.030, 0.030, 401)
+    rows = "\n".join(f"{1e3 * v:.4f} {1e3 * w:.4f}" for v, w in RAIL)
+    write_profile(tmp_path / "a.prr", RAIL, "rail")
+    write_profile(tmp_path / "a.txt", RAIL)
+    for name, text in (("a.ban", f"XYPoints={len(RAIL)}\n{rows}\n"), ("a.mpt", f"[FileInfo]\n\n[Profile1Points]\n{rows}\n")):
+        written(tmp_path / name, text)
+    for name, off in (("a.prr", 1e-9), ("a.txt", 1e-9), ("a.ban", 1e-7), ("a.mpt", 1e-7)):
+        profile = examine(read_raw(tmp_path / name, "rail"), mirror=False).profile
+        assert np.abs(profile.height(y) - rail_head("56E1").height(y)).max() < off + 2e-8  # its spline has no exact tangents

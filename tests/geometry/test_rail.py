@@ -1,14 +1,12 @@
 """Rail heads: facts of EN 13674-1, and the transcribed tables where they are at hand."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.rail import HEADS, gauge_face, rail_head
+from tests.outside import found
 
-DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "profiles"
 MM = 1e-3
 
 
@@ -47,9 +45,8 @@ def test_older_names_give_the_same_heads():
     assert np.array_equal(rail_head("UIC60").points, rail_head("60E1").points)
 
 
-@pytest.mark.skipif(not DATA.exists(), reason="transcribed tables not at hand")
 @pytest.mark.parametrize("name", HEADS)
 def test_heads_match_the_transcribed_tables(name):
-    table = np.loadtxt(DATA / f"rail_{name}_head_upright.csv", delimiter=",", comments=["#", "y"]) * MM
+    table = np.loadtxt(found(f"profiles/rail_{name}_head_upright.csv"), delimiter=",", comments=["#", "y"]) * MM
     deviation = rail_head(name).height(table[:, 0]) + table[:, 1]
     assert np.nanmax(np.abs(deviation)) < 1e-6 and np.isnan(deviation).sum() <= 2

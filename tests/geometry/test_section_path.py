@@ -1,7 +1,5 @@
 """A crossing from its sections: exact where shapes only move aside, converging to the surface the sections were cut from, and the benchmark's."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,9 +11,11 @@ from geometry.profiles.profile import Profile, ProfileError, line
 from geometry.surfaces.sections import SectionCrossing, section_path
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import WheelsetError
+from tests.geometry.cut_sections import write_cut_sections
+from tests.outside import needs, outside
 
 MM = 1e-3
-BENCHMARK = Path(__file__).parents[2] / ".." / "shared" / "data" / "formats" / "uk_crossing.slcs"
+BENCHMARK = outside("formats/uk_crossing.slcs")
 
 
 def block(face: float, top: float = 0.0) -> np.ndarray:
@@ -63,7 +63,7 @@ def test_the_path_over_sections_converges_to_that_over_the_surface_they_were_cut
     assert errors[1] < gate * MM
 
 
-@pytest.mark.skipif(not BENCHMARK.exists(), reason="benchmark sections not at hand")
+@needs("formats/uk_crossing.slcs")
 @pytest.mark.parametrize("name, gate", [("P8", 0.06), ("P8-worn", 0.09), ("P8-hollow", 0.13), ("P1", 0.05), ("S1002", 0.045)])
 def test_wheels_run_over_the_benchmark_as_over_the_parametric_crossing(name, gate):
     """Height of the axle [mm] from x = -0.85 to 0.75 m; gates a fifth above what was measured. The larger part is what 11 to 24 mm
@@ -73,6 +73,22 @@ def test_wheels_run_over_the_benchmark_as_over_the_parametric_crossing(name, gat
     model = wheel_path(CastCrossing(9.25), wheel, x, radius=0.46)
     assert np.abs(data.height - model.height).max() < gate * MM
     assert x[np.argmax(data.on_nose)] == pytest.approx(model.transfers[0], abs=6 * MM)
+
+
+@pytest.fixture(scope="module")
+def own_file(tmp_path_factory) -> SectionCrossing:
+    """The 1:9.25 crossing cut every 16 mm, every 5 mm beside the nose's tip, as the benchmark's is, written as .slcs and .prr and read back."""
+    stations = np.unique(np.round(np.concatenate([np.arange(-1.0, 1.0, 16 * MM), np.arange(0.12, 0.22, 5 * MM)]), 6))
+    return SectionCrossing.from_slices(read_slices(write_cut_sections(tmp_path_factory.mktemp("cut"), stations)))
+
+
+@pytest.mark.parametrize("name, gate", [("P8", 0.065), ("P8-worn", 0.09), ("P8-hollow", 0.13), ("P1", 0.05), ("S1002", 0.045)])
+def test_wheels_run_over_a_file_of_cut_sections_as_over_the_crossing_they_were_cut_from(own_file, name, gate):
+    """The gates of the benchmark's own sections (above), with a file of ours: sections 16 mm apart, points 0.2 mm apart."""
+    wheel, x = wheel_profile(name), np.arange(-0.85, 0.75, 8 * MM)
+    data, model = section_path(own_file, wheel, x, tread_datum_y(), 0.46), wheel_path(CastCrossing(9.25), wheel, x, radius=0.46)
+    assert np.abs(data.height - model.height).max() < gate * MM
+    assert x[np.argmax(data.on_nose)] == pytest.approx(model.transfers[0], abs=10 * MM)
 
 
 def test_sections_that_cannot_be_are_refused():

@@ -1,8 +1,6 @@
 """Contact on rails that change along x: exact answers on planes, cylinders and valleys; the prismatic search's own; every basin that a grid finds."""
 
 from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.ndimage import label
@@ -19,10 +17,12 @@ from geometry.contact.lofted_search import SurfaceSearch
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import SIDES, CheckRail, Track, Wheelset, WheelsetError
 from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
+from tests.geometry.cut_sections import write_cut_sections
+from tests.outside import needs, outside
 
 MM, UM = 1e-3, 1e-6
 MIDDLE = 1.435 / 2 + 35 * MM  # y of a surface's own origin in side axes
-BENCHMARK = Path(__file__).parents[2] / ".." / "shared" / "data" / "formats" / "uk_crossing.slcs"
+BENCHMARK = outside("formats/uk_crossing.slcs")
 
 
 def centre(state: Wheelset) -> np.ndarray:
@@ -145,12 +145,19 @@ def test_every_place_where_a_grid_on_the_wheel_comes_near_the_crossing_is_found(
     assert count <= len(found)
 
 
-def test_the_path_over_measured_sections_is_that_over_the_parametric_crossing():
-    """148 sections of the benchmark, points matched at equal distances from the gauge faces; gate: rail_fem's own (tests/geometry/test_section_path.py)."""
-    if not BENCHMARK.exists():
-        pytest.skip("benchmark sections not at hand")
+@pytest.fixture(scope="module", params=[pytest.param("benchmark", marks=needs("formats/uk_crossing.slcs")), "own file"])
+def sections_file(request, tmp_path_factory):
+    """148 sections of the benchmark; or our own, cut from the parametric crossing every 16 mm, every 5 mm beside the nose's tip, and written."""
+    if request.param == "benchmark":
+        return BENCHMARK
+    stations = np.unique(np.round(np.concatenate([np.arange(-1.1, 1.1, 16 * MM), np.arange(0.12, 0.22, 5 * MM)]), 6))
+    return write_cut_sections(tmp_path_factory.mktemp("cut"), stations)
+
+
+def test_the_path_over_measured_sections_is_that_over_the_parametric_crossing(sections_file):
+    """Points matched at equal distances from the gauge faces; gate: rail_fem's own (tests/geometry/test_section_path.py)."""
     wheel, x = wheel_profile("P8"), np.arange(-0.75, 0.6, 15 * MM)
-    rail = RailSurface.of_sections(SectionCrossing.from_slices(read_slices(BENCHMARK)), -1.0, 1.0)
+    rail = RailSurface.of_sections(SectionCrossing.from_slices(read_slices(sections_file)), -1.0, 1.0)
     search = SurfaceSearch(Wheelset(wheel, radius=0.46, z=0.46), Track.plain_line(), left=rail)
     clear = lambda at: search.contacts(replace(search.wheelset, x=at), "left").lowest()
     height = np.array([-(c.gap / c.normal[:, 2])[0] for c in map(clear, [-0.85, *x])])

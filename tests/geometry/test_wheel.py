@@ -1,14 +1,12 @@
 """Wheel profiles: facts of the standards, and the transcribed tables where they are at hand."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
+from tests.outside import found
 
-DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "profiles"
 FILES = {
     "P8": "wheel_EPS_h30_e28p5_6p7pct.csv",
     "P8-worn": "wheel_P8_worn_SYNTHETIC_w0p8.csv",
@@ -80,14 +78,13 @@ def test_an_unknown_name_is_refused_with_the_known_ones():
         wheel_profile("P8", outer_slope=6.7)
 
 
-@pytest.mark.skipif(not DATA.exists(), reason="transcribed tables not at hand")
 @pytest.mark.parametrize("name", WHEEL_NAMES)
 def test_profiles_match_the_transcribed_tables(name):
     """1 um: the print of the standard (the tables' arcs keep its rounded centres, ours its points and radii).
 
     The worn tables stop their wear abruptly at y = -38 mm, a step of up to 0.8 mm; ours fades through the root.
     """
-    table = np.loadtxt(DATA / FILES[name], delimiter=",", comments=["#", "y"]) * MM
+    table = np.loadtxt(found("profiles/" + FILES[name]), delimiter=",", comments=["#", "y"]) * MM
     if name in ("P8-worn", "P8-hollow"):
         table = table[table[:, 0] > -37.6 * MM]
     assert np.abs(wheel_profile(name).height(table[:, 0]) + table[:, 1]).max() < PRINT

@@ -1,25 +1,25 @@
-"""A wheel between wing and nose of the benchmark crossing, against the published run of CONTACT on the same 148 sections.
+"""A wheel between wing and nose of the benchmark crossing, and of the parametric one like it, against the published run of CONTACT on the same 148 sections.
 
 Source: eve70a/CONTACT (Apache 2.0), testbank/examples_s+c/mbench_locus, revision 2447: S1002 of radius 460 mm, right wheel at x = 239 mm, not
 yawed nor rolled, 10 kN upwards on the wheel, G = 82 GPa, nu = 0.28, rail origin 750 mm from the middle, y positive to the field side.
 There wheel and sections are splines too, in y and in x.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from geometry.profiles.formats.slices import read_slices
+from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.surfaces.sections import SectionCrossing
 from geometry.contact.lofted_search import SurfaceSearch
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
 from rail_fem.light.load_sharing import rest
+from tests.outside import needs, outside
 
 MM = 1e-3
-BENCHMARK = Path(__file__).parents[2] / ".." / "shared" / "data" / "formats" / "uk_crossing.slcs"
+BENCHMARK = outside("formats/uk_crossing.slcs")
 PLACE, RADIUS = 239 * MM, 460 * MM
 MODULUS = 82e9 / (1 - 0.28)
 # shift of the wheel to the field side, its height (down +), then for wing and nose: x ahead of the axle, y on the crossing, contact angle,
@@ -34,11 +34,21 @@ ROWS = (
     (1.10, -0.2770, (-3.2330, 38.4861, -0.1012, 4.661, 1.570e-4), (4.5273, -28.2637, -0.3163, 10120.0, 3.343e-2)),
 )
 
-pytestmark = pytest.mark.skipif(not BENCHMARK.is_file(), reason="the benchmark's sections are not beside the project")
+RAILS = [pytest.param("benchmark", marks=needs("formats/uk_crossing.slcs")), "parametric"]
+# how far first touch [m], places ahead and aside [mm], forces [of the load] and the loaded height [m] may be off. On the parametric crossing,
+# which needs no file, the wing is as high as the benchmark's within 0.1 um and the nose 8.0 um lower: of an approach of 30 um
+GATES = {"benchmark": (1.5e-6, 0.25, 0.2, 0.01, 2e-6), "parametric": (8.5e-6, 0.3, 0.35, 0.17, 8e-6)}
+
+
+@pytest.fixture(scope="module", params=RAILS)
+def gates(request) -> tuple:
+    return GATES[request.param]
 
 
 @pytest.fixture(scope="module")
-def rail() -> RailSurface:
+def rail(gates) -> RailSurface:
+    if gates is GATES["parametric"]:
+        return RailSurface.of_crossing(CastCrossing(9.25), 0.0, 0.5, 4 * MM)
     return RailSurface.of_sections(SectionCrossing.from_slices(read_slices(BENCHMARK)), 0.0, 0.5)
 
 
@@ -49,7 +59,7 @@ def wheelset_at(shift: float, rail: RailSurface) -> SurfaceSearch:
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]} mm")
-def test_the_wheel_touches_wing_and_nose_where_and_as_high_as_contact_says(row, rail):
+def test_the_wheel_touches_wing_and_nose_where_and_as_high_as_contact_says(row, rail, gates):
     """Rigid heights follow from CONTACT's as height less approach over cos(angle). They agree within 1.5 um, with sections 20 mm apart here.
 
     CONTACT prints the middle of the interpenetration, we the deepest point: 1 mm and 2 degrees (VERIFICATION.md section C) leave room for it.
@@ -64,15 +74,15 @@ def test_the_wheel_touches_wing_and_nose_where_and_as_high_as_contact_says(row, 
         x, y, angle, _, approach = point
         assert near.sum() == 1
         ours = found.where(near)
-        assert (ours.position[0, 0] - PLACE) / MM == pytest.approx(x, abs=0.25)
-        assert ours.rail_station[0] / MM == pytest.approx(y, abs=0.2)
+        assert (ours.position[0, 0] - PLACE) / MM == pytest.approx(x, abs=gates[1])
+        assert ours.rail_station[0] / MM == pytest.approx(y, abs=gates[2])
         assert ours.angle[0] == pytest.approx(-angle, abs=np.radians(2))
         touch = state.z - RADIUS - ours.gap[0] / np.cos(ours.angle[0])
-        assert -touch == pytest.approx((height - approach / np.cos(angle)) * MM, abs=1.5e-6)
+        assert -touch == pytest.approx((height - approach / np.cos(angle)) * MM, abs=gates[0])
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]} mm")
-def test_wing_and_nose_share_the_load_as_contact_says(row, rail):
+def test_wing_and_nose_share_the_load_as_contact_says(row, rail, gates):
     """Our strips of Hertz contact against CONTACT's half-space with friction: forces within 1 % of the load, height within 2 um of 30 um.
 
     The load here is what CONTACT's normal forces carry without its friction.
@@ -83,5 +93,5 @@ def test_wing_and_nose_share_the_load_as_contact_says(row, rail):
     loaded = rest(wheelset_at(shift * MM, rail), (load, load), modulus=MODULUS)
     ours = loaded.left
     for point, mine in zip(published, (ours.contacts.rail_station > 0, ours.contacts.rail_station < 0)):
-        assert ours.normal_force[mine].sum() == pytest.approx(point[3] if point else 0.0, abs=0.01 * load)
-    assert RADIUS - loaded.state.z == pytest.approx(height * MM, abs=2e-6)
+        assert ours.normal_force[mine].sum() == pytest.approx(point[3] if point else 0.0, abs=gates[3] * load)
+    assert RADIUS - loaded.state.z == pytest.approx(height * MM, abs=gates[4])
