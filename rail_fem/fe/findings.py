@@ -7,7 +7,7 @@ import numpy as np
 from geometry.meshing.quality import MeshQuality
 from rail_fem.fe import trust
 from rail_fem.fe.fields import gather_cells
-from rail_fem.fe.meshing import PATCH_REACH
+from rail_fem.light.fine_zone import PATCH_REACH
 from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
 from rail_fem.output.history import complete_history
