@@ -50,7 +50,7 @@ def solve_from(scene: Scene, settings: FeSettings, start: StartState | None, mod
     ties = {"case": digest(fingerprint(model, scene, settings))}
     mesh, first_gap, datum, seal = placed_mesh(scene, settings, running, folder, restart, ties)
     if progress and mesh is not None:
-        progress.note(f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes")
+        progress.note(f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes; kernels are compiled now where they are not yet (once, some minutes)")
     run = Run(comm, scene, settings, build_passage(comm, scene, settings, running, mesh, datum, start), folder, progress, ties | {"mesh": seal})
     run.started = started
     if restart and folder is not None and on_root(lambda: (folder / CHECKPOINT).is_file()):
