@@ -47,7 +47,8 @@ def _default(field, quantity) -> str:
 def _range(field, quantity) -> str:
     if quantity is not None:
         return f"{quantity.low:g} to {quantity.high:g} {quantity.unit}".strip()
-    choices = [item for item in typing.get_args(field.annotation) if isinstance(item, str)]
+    members = (field.annotation, *typing.get_args(field.annotation))  # a Literal, or one that may be left out
+    choices = [item for member in members for item in typing.get_args(member) if isinstance(item, str)]
     if choices:
         return ", ".join(f"`{choice}`" for choice in choices)
     limits = {type(limit).__name__.lower(): limit for limit in field.metadata}

@@ -17,13 +17,14 @@ from pydantic_core import PydanticCustomError
 from geometry.axes import tread_datum_y
 from rail_fem.scene.steel import GRADES, Steel
 from rail_fem.scene.units import Quantity
-from rail_fem.scene.wheel_profile import KEPT, WHEEL_NAMES, MeasuredWheel, read_wheel, wheel_shape
+from rail_fem.scene.wheel_profile import KEPT, WHEEL_NAMES, MeasuredWheel, Reading, read_wheel, wheel_shape
 
 if TYPE_CHECKING:
     from geometry.profiles.profile import Profile
 
 GRAVITY = 9.81
 SPIN_GYRATION = 0.25  # of a wheelset about its axle, where a case gives no inertia [m]
+READING = tuple(Reading.__dataclass_fields__)  # keys of a wheel that say how its profile file is to be read
 PRINTABLE = r"^[^\x00-\x1f\x7f-\x9f]*$"  # one line without control characters
 
 
@@ -69,6 +70,10 @@ class Wheel(Frozen):
     far_tread_slope: Annotated[float, Quantity("%", 5, 15, "slope of the far tread of the P8 family")] = 0.067
     radius: Annotated[float, Quantity("mm", 250, 700, "rolling radius at the tread datum")] = 0.425
     label: str = Field("", max_length=100, pattern=PRINTABLE, description="free text that tables and plots show")
+    unit: Literal["mm", "cm", "m", "inch"] | None = Field(None, description="unit of the profile file; none: as it says, or by its width")
+    number: Annotated[Count, Field(ge=1)] | None = Field(None, description="which profile of an .mpt file; none: the first")
+    flange_back: Annotated[float, Quantity("mm", -1000, 1000, "y of the flange back in the profile file; none: by its datum, its format or its shape")] | None = None
+    smoothing: Annotated[float, Quantity("um", 0.1, 999, "scatter to take out of the profile file; none: what its points show")] | None = None
     measured: SkipJsonSchema[Any] = Field(None, exclude=True, repr=False, validate_default=True)
     digest: str = Field("", validate_default=True, description="digest of the profile file's content")
 
@@ -91,13 +96,14 @@ class Wheel(Frozen):
     def _read_once(cls, measured: Any, info: ValidationInfo) -> MeasuredWheel | None:
         if measured is not None:
             raise _fault("not_a_key", "unknown key")
-        profile = info.data.get("profile", WHEEL_NAMES[0])
+        profile, told = info.data.get("profile", WHEEL_NAMES[0]), {name: info.data.get(name) for name in READING}
         if profile in WHEEL_NAMES:
+            _refuse_reading(profile if "profile" in info.data else "", told)
             return None
         if kept := _kept(profile, info):
             return kept
         try:
-            return read_wheel(Path(profile))
+            return read_wheel(Path(profile), Reading() if "run_folder" in (info.context or {}) else Reading(**told))
         except (OSError, ValueError) as error:
             raise _fault("profile_file", str(error), key="profile") from error
 
@@ -112,7 +118,9 @@ class Wheel(Frozen):
 
     def replace(self, **changes: Any) -> Self:
         """As Frozen.replace; a profile file that stays is not read again."""
-        return self._replaced({"digest": ""} | changes if "profile" in changes else changes, {"kept": self.measured})
+        if not {"profile", *READING} & set(changes):
+            return self._replaced(changes, {"kept": self.measured})
+        return self._replaced({"digest": ""} | changes, {})
 
     @property
     def name(self) -> str:
@@ -127,6 +135,12 @@ class Wheel(Frozen):
         if self.measured is None or self.measured.source != self.profile:
             raise ValueError(f"{self.profile} was not read when this wheel was made: make a new Wheel of it")
         return self.measured.profile
+
+
+def _refuse_reading(profile: str, told: dict[str, Any]) -> None:
+    for name, value in told.items():
+        if profile and value is not None:
+            raise _fault("not_of_a_name", f"is told of a profile file, {profile} is known by its name: leave it out", key=name)
 
 
 def _kept(profile: str, info: ValidationInfo) -> MeasuredWheel | None:
@@ -253,6 +267,8 @@ class Scene(Frozen):
         """All that a model sees, as plain values [SI]: a profile file by its content, not by its name or place."""
         plain = self.model_dump(mode="json")
         digest = plain["wheel"].pop("digest")
+        for name in READING:  # part of the digest
+            plain["wheel"].pop(name)
         if digest:
             plain["wheel"]["profile"] = f"file of content {digest}"
         return plain

@@ -6,7 +6,7 @@ digest of what was once read, so that a run can be shown, gone on with and repea
 
 import hashlib
 import io
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from stat import S_ISREG
 
@@ -17,6 +17,7 @@ from geometry.profiles.doctor import examine
 from geometry.profiles.shape import FLANGE
 from geometry.profiles.profile import Profile, ProfileError
 from geometry.profiles.formats.raw import RawProfile
+from geometry.profiles.formats.units import UNITS
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from rail_fem.atomic import write_text_atomically
 
@@ -65,7 +66,25 @@ def wheel_shape(profile: str, far_tread_slope: float = 0.067) -> Profile:
     return read_wheel(Path(profile)).profile
 
 
-def read_wheel(path: Path) -> MeasuredWheel:
+@dataclass(frozen=True)
+class Reading:
+    """What is known of a profile file and overrules what it says or shows; None: nothing.
+
+    unit : "mm", "cm", "m" or "inch";  number : which profile of an .mpt file, from 1
+    flange_back : y of the flange back in the file [m];  smoothing : the scatter to take out [m]
+    """
+
+    unit: str | None = None
+    number: int | None = None
+    flange_back: float | None = None
+    smoothing: float | None = None
+
+    def told(self) -> dict[str, str | float]:
+        """What is given, by its key."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+
+def read_wheel(path: Path, reading: Reading = Reading()) -> MeasuredWheel:
     """Read a wheel profile file of any format, mend it and judge it. Errors: ProfileError that says where and what is wrong, OSError."""
     about = Path(path).stat()
     if not S_ISREG(about.st_mode):
@@ -73,19 +92,21 @@ def read_wheel(path: Path) -> MeasuredWheel:
     if about.st_size > LARGEST_FILE:
         raise ProfileError(f"{path}: {about.st_size / 1e6:.0f} MB, a profile has at most {LARGEST_FILE / 1e6:.0f} MB")
     kept = _read_kept(path) if Path(path).name == KEPT else None
-    return kept or _judged(path, read_raw(path, "wheel"))
+    if kept and reading.told():
+        raise ProfileError(f"{path}: is the profile as a run used it, there is nothing left to tell of its reading: leave out {', '.join(reading.told())}")
+    return kept or _judged(path, read_raw(path, "wheel", UNITS.get(reading.unit), reading.number or 1), reading)
 
 
-def _judged(path: Path, raw: RawProfile) -> MeasuredWheel:
-    found = examine(raw)
+def _judged(path: Path, raw: RawProfile, reading: Reading) -> MeasuredWheel:
+    found = examine(raw, smoothing=reading.smoothing, flange_back=reading.flange_back)
     profile = found.profile.graph_part()
     _check(path, profile.points)
-    return MeasuredWheel(str(path), _digest(raw), tuple((f.weight, f.text) for f in found.findings), profile)
+    return MeasuredWheel(str(path), _digest(raw, reading), tuple((f.weight, f.text) for f in found.findings), profile)
 
 
-def _digest(raw: RawProfile) -> str:
-    """Of the points as read: mending rounds differently from machine to machine, reading does not."""
-    declared = repr((raw.points.shape, raw.unit, raw.kind, raw.up, raw.layout))
+def _digest(raw: RawProfile, reading: Reading) -> str:
+    """Of the points as read and of how they are to be read: mending rounds differently from machine to machine, reading does not."""
+    declared = repr((raw.points.shape, raw.unit, raw.kind, raw.up, raw.layout, reading.smoothing, reading.flange_back))
     return _sha(declared.encode() + np.ascontiguousarray(raw.points, "<f8").tobytes())
 
 

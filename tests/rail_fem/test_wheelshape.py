@@ -265,3 +265,51 @@ def test_absent_and_endless_files_are_faults_at_once(tmp_path):
 def test_what_was_read_cannot_be_typed_into_a_case(tmp_path):
     with pytest.raises(CaseError, match="scene.wheel.measured: unknown key"):
         load_case(case_with(tmp_path, "P8", LIGHT.replace('profile = "P8-worn"', 'profile = "P8-worn"\nmeasured = 3')))
+
+
+# What a case tells of its file
+
+
+def told(tmp_path, *lines, name="wheel.csv"):
+    return case_with(tmp_path, text=LIGHT.replace('profile = "P8-worn"', "\n".join(['profile = "P8-worn"', *lines])), name=name)
+
+
+def test_a_case_tells_what_its_file_does_not_say(tmp_path):
+    cut = P8[(P8[:, 0] > -0.0625)] + [0.07, 0.0]  # y from the flange back, of which nothing is measured
+    write(tmp_path / "wheel.csv", cut, form="{:.9f},{:.9f}")
+    with pytest.raises(CaseError, match="give flange_back"):
+        load_case(case_with(tmp_path))
+    scene = load_case(told(tmp_path, 'flange_back = "0 mm"', 'unit = "mm"', 'smoothing = "3 um"')).scene
+    assert np.abs(scene.wheel.shape.height([-0.03, 0.0, 0.04]) - wheel_profile("P8").height([-0.03, 0.0, 0.04])).max() < 50e-6
+    assert "3 um taken out as told" in " ".join(scene_doubts(scene))
+
+
+def test_how_a_file_is_read_belongs_to_its_content(tmp_path):
+    write(tmp_path / "wheel.csv", P8 + 17e-6 * np.random.default_rng(1).standard_normal(P8.shape), form="{:.9f},{:.9f}")
+    plain, smoother = load_case(case_with(tmp_path)).scene, load_case(told(tmp_path, 'smoothing = "40 um"')).scene
+    assert plain.plain() != smoother.plain() and plain.wheel.shape != smoother.wheel.shape
+    assert smoother.wheel.replace(smoothing=None).shape == plain.wheel.shape
+    smoother.keep_files(tmp_path)
+    restored = load_case(case_with(tmp_path, KEPT)).scene
+    assert restored.plain() == smoother.plain() and restored.wheel.shape == smoother.wheel.shape
+    with pytest.raises(CaseError, match="nothing left to tell of its reading: leave out smoothing"):
+        load_case(told(tmp_path, 'smoothing = "40 um"', name=KEPT))
+
+
+def test_a_result_of_a_file_read_as_told_is_read_back(tmp_path):
+    write(tmp_path / "wheel.csv")
+    done = command("run", told(tmp_path, 'smoothing = "2 um"'), "--model", "p2_formula", "--out", tmp_path / "run")
+    assert done.exit_code == 0, done.output
+    scene = load_case(tmp_path / "case.toml").scene
+    assert load(tmp_path / "run").scene.plain() == scene.plain() and load(tmp_path / "run").scene.wheel.shape == scene.wheel.shape
+
+
+@pytest.mark.parametrize("line, said", [
+    ('flange_back = "0 mm"', "scene.wheel.flange_back: is told of a profile file, P8 is known by its name"), ("number = 2", "scene.wheel.number: is told"),
+    ('unit = "furlong"', "scene.wheel.unit: unknown value 'furlong' (choose from: mm, cm, m, inch)"), ("number = true", "scene.wheel.number: True must be"),
+    ("smoothing = 3", "scene.wheel.smoothing: 3 has no unit"),
+])
+def test_what_cannot_be_told_of_a_wheel(tmp_path, line, said):
+    with pytest.raises(CaseError) as fault:
+        load_case(told(tmp_path, line, name="P8"))
+    assert any(said in line for line in fault.value.faults)
