@@ -169,6 +169,11 @@ class Patch:
     error: ErrorEstimate = field(default_factory=ErrorEstimate)
     warnings: tuple[str, ...] = ()
 
+    @property
+    def curved(self) -> bool:
+        """Whether the grid is laid along a curved face (slices), so that no plane half-space lies below it."""
+        return False
+
     @cached_property
     def contact(self) -> np.ndarray:
         """(nx, ny) bool: cells that carry pressure."""

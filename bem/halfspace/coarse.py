@@ -9,7 +9,7 @@ import numpy as np
 
 from bem.patch import Grid
 
-_STAIRS = 0.02
+FORCE_STAIRS = 0.02     # for edge_share, of a tangential force
 
 
 def coarse_grid(grid: Grid) -> Grid:
@@ -53,7 +53,7 @@ def error_bound(fine: np.ndarray | float, coarse: np.ndarray | float, coarser: n
     return float(np.hypot(np.hypot(last, before), least))
 
 
-def edge_share(pressure: np.ndarray) -> float:
-    """Relative error of a tangential force that the patch's edge, stairs of cells, may leave on any grid: a fiftieth of a cell over its width."""
+def edge_share(pressure: np.ndarray, cells: float) -> float:
+    """What the stairs of cells at the patch's edge may leave of an error on any grid: `cells` of a cell over the patch's width."""
     contact = pressure > 0
-    return _STAIRS / min(np.count_nonzero(contact.any(axis=axis)) for axis in (0, 1))
+    return cells / min(np.count_nonzero(contact.any(axis=axis)) for axis in (0, 1))

@@ -25,7 +25,7 @@ import numpy as np
 from scipy import ndimage
 
 from bem.material import Elastic, Pair
-from bem.halfspace.coarse import coarse_field, coarse_grid, edge_share, error_bound
+from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.input import check_creepage, check_friction
 from bem.exact.kalker import CreepageCoefficients
 from bem.exact.kalker_table import coefficients
@@ -182,5 +182,5 @@ def _estimate(patch: Patch, traction: np.ndarray, pair: Pair, friction: float, c
         grid, pressure = coarse_grid(grid), coarse_field(pressure, "constant")
         coarse = _tractions(grid, pressure, pair, friction, creepage, bound, direction)[0]
         forces.append(coarse.sum(axis=(0, 1)) * grid.cell_area / patch.grid.cell_area)
-    return replace(patch.error, tangential_force=_SHARE * error_bound(*forces, order=1, least=edge_share(patch.pressure)),
+    return replace(patch.error, tangential_force=_SHARE * error_bound(*forces, order=1, least=edge_share(patch.pressure, FORCE_STAIRS)),
                    note="changes from doubled and fourfold cell sides: of the discretisation, not of the simplified theory")

@@ -15,6 +15,9 @@ _UNLIKELY_SLIP = 0.1
 _USUAL_FRICTION = 1.0
 _ROUND_OFF = 1e-9
 _FEWEST_CELLS = 4
+_YIELDING = 0.01         # of Young's modulus, 2.1 GPa in steel: 2.3 to 4 times the yield stress of rail steels
+_LARGE_STRAIN = 0.05
+_SOFTEST_STEEL = 150e9    # Young's modulus [Pa] from which a body is taken for steel
 
 
 def check_gap(gap: np.ndarray, grid: Grid) -> None:
@@ -135,8 +138,11 @@ def _missing(field: np.ndarray, step: float) -> float:
 
 
 def strain_warning(pressure: np.ndarray, first: Elastic, second: Elastic) -> tuple[str, ...]:
-    """A note where the largest pressure [Pa] is no longer small against the softer body's Young's modulus: over a twentieth of it."""
+    """A note where the largest pressure [Pa] over the softer body's Young's modulus passes what steel bears, or what small strains allow."""
     young, highest = min(first.young, second.young), float(pressure.max())
-    if highest <= 0.05 * young:
+    if highest <= max(_YIELDING * young, _LARGE_STRAIN * young * (young < _SOFTEST_STEEL)):
         return ()
+    if highest <= _LARGE_STRAIN * young:
+        return (f"largest pressure {highest:.3g} Pa is above {_YIELDING:g} of Young's modulus: steel yields from 1.6 times its yield stress on, rail "
+                "steels (500 to 900 MPa) at 0.8 to 1.4 GPa; the elastic pressure is too high and the patch too small",)
     return (f"largest pressure {highest:.3g} Pa is {highest / young:.2g} of Young's modulus: small strains no longer hold, and steel has yielded long before",)

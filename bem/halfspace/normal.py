@@ -14,7 +14,7 @@ from typing import Callable
 import numpy as np
 
 from bem.material import Elastic, Pair
-from bem.halfspace.coarse import coarse_field, coarse_grid, error_bound, fine_pressure
+from bem.halfspace.coarse import coarse_field, coarse_grid, edge_share, error_bound, fine_pressure
 from bem.halfspace.input import check_cells, check_drive, check_inside, gap_values, strain_warning
 from bem.checks import refuse_unless_positive
 from bem.halfspace.placing import Window, evaluate_gap, place_grid, widened
@@ -26,7 +26,8 @@ Gap = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
 _LARGEST_GRID = 704
 _COARSEST_GRID = 6
 _MOST_STRETCHES = 60    # tenths by which a grid that cuts the patch is stretched: 300 times its sides
-_AREA_SHARE = 0.6  # of the area's changes: they hold the stairs of both grids
+_PRESSURE_SHARE = 1.1    # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py)
+_AREA_SHARE, _AREA_STAIRS = 0.3, 0.18      # of the area's changes, and of a cell over the width
 _NESTED_GRID = 160      # cells from which a start from doubled cell sides saves time
 
 
@@ -112,8 +113,8 @@ def _warnings(solution: PressureSolution) -> tuple[str, ...]:
 def _coarse_patch(gap: Gap, fine: Grid, values: np.ndarray, pair: Pair, load, approach) -> Patch | None:
     """The same problem at doubled cell sides, itself started from there; None where it has no contact."""
     grid = coarse_grid(fine)
-    values = evaluate_gap(gap, grid) if callable(gap) else coarse_field(values)
-    if approach is not None and approach <= values.min():
+    values = np.asarray(gap(*grid.points()), float) if callable(gap) else coarse_field(values)
+    if not np.isfinite(values).any() or approach is not None and approach <= values.min():
         return None
     inner = _coarse_patch(gap, grid, values, pair, load, approach) if min(grid.shape) >= _NESTED_GRID else None
     start = fine_pressure(inner.pressure, grid.shape) if inner is not None else None
@@ -126,7 +127,8 @@ def _estimate(coarser: Patch | None, coarse: Patch, fine: Patch, by_load: bool) 
         return error_bound(quantity(fine), quantity(coarse), None if coarser is None else quantity(coarser))
 
     normal = bound(lambda patch: patch.approach - patch.gap.min() if by_load else patch.normal_force)
-    return ErrorEstimate(bound(lambda patch: patch.max_pressure), _AREA_SHARE * bound(lambda patch: patch.contact_area), normal,
+    area = np.hypot(_AREA_SHARE * bound(lambda patch: patch.contact_area), edge_share(fine.pressure, _AREA_STAIRS))
+    return ErrorEstimate(_PRESSURE_SHARE * bound(lambda patch: patch.max_pressure), float(area), normal,
                          note=f"changes from {coarse.grid.nx} x {coarse.grid.ny} cells and from doubled ones there")
 
 

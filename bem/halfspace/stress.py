@@ -80,12 +80,21 @@ def subsurface_stress(patch: Patch, depths: np.ndarray, poisson: float, body: in
     Returns (nz, nx, ny, 6) stress [Pa], order VOIGT, tension positive, in the patch's axes (z up).
     """
     depths = np.atleast_1d(np.asarray(depths, dtype=float))
+    if not depths.size:
+        raise ContactInputError("depths are empty: give at least one depth > 0 [m]")
     if not (np.isfinite(depths).all() and (depths > 0).all()):
         raise ContactInputError(f"depths between {depths.min():g} and {depths.max():g} m: give finite depths > 0")
     if body not in (1, 2):
         raise ContactInputError(f"body {body!r}: 1 is above, 2 below")
+    _refuse_curved(patch)
     spectra, size = _load_spectra(patch, body)
     return np.stack([_layer(patch, spectra, size, depth, poisson, body) for depth in depths])
+
+
+def _refuse_curved(patch: Patch) -> None:
+    if patch.curved:
+        raise ContactInputError(f"stress below a patch by {patch.method}: it lies along a curved face with a section of its own, and these are the "
+                                "closed forms of a half-space; take a flat patch (normal_contact), or for the plane bem.plane.internal")
 
 
 def _load_spectra(patch: Patch, body: int) -> tuple[list[tuple[int, np.ndarray]], tuple[int, int]]:
@@ -127,6 +136,7 @@ def max_von_mises(patch: Patch, poisson: float, body: int = 2, depth_tolerance: 
 
     depth_tolerance : of the depth, relative. The depths are scanned, then the best is refined by golden section.
     """
+    _refuse_curved(patch)
     if not patch.contact.any():
         return StressPeak(0.0, np.nan, np.nan, np.nan)
     spectra, size = _load_spectra(patch, body)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bem.halfspace.coarse import coarse_field, coarse_grid, edge_share, error_bound
+from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.friction import FrictionSolution, TangentialOperator, solve_friction
 from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
 from bem.material import Elastic, Pair
@@ -172,10 +172,11 @@ def _turns(problem: _Problem, pair: Pair, tolerance: float) -> tuple[FrictionSol
         moved = problem.gap + coupling.normal_displacement(solution.traction)
         normal = solve_pressure(operator, moved, load, start=problem.pressure)
         change = np.linalg.norm(normal.pressure - problem.pressure) / np.linalg.norm(normal.pressure)
-        problem = replace(problem, pressure=normal.pressure, approach=normal.approach)
+        solved = replace(problem, approach=normal.approach)     # the pressure that bounds these tractions, not the one that follows
         if change < 10 * tolerance:
-            return solution, problem, turn
-    return solution, problem, -1
+            return solution, solved, turn
+        problem = replace(problem, pressure=normal.pressure, approach=normal.approach)
+    return solution, solved, -1
 
 
 def _tangential(problem: _Problem, pair: Pair, coupling: CouplingOperator | None, last: FrictionSolution | None,
@@ -263,7 +264,7 @@ def _estimate(problem: _Problem, fine: FrictionSolution, turned: _Problem, pair:
         level = _coarsened(level, pair)
         solution = _tangential(level, pair, None if pair.coupling == 0 else CouplingOperator(level.grid, pair), None, tolerance)
         found.append(solution.rigid if given else solution.traction.sum(axis=(1, 2)) * level.grid.cell_area / turned.grid.cell_area)
-    bound = _SHARE_ROLLING * error_bound(*found, order=1, least=edge_share(turned.pressure)) if problem.rolling else \
+    bound = _SHARE_ROLLING * error_bound(*found, order=1, least=edge_share(turned.pressure, FORCE_STAIRS)) if problem.rolling else \
         _SHARE_SHIFT * error_bound(*found)
     return replace(error, tangential_force=bound,
                    note=f"changes from doubled and fourfold cell sides{'; tangential: of the rigid slip found' if given else ''}")

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bem.plane.body import Body, CondensedBody
-from bem.plane.boundary import MEMORY_LIMIT, EquilibriumError
+from bem.plane.boundary import MEMORY_LIMIT, EquilibriumError, check_memory
 from bem.plane.contact_result import ContactResult, trust_warnings
 from bem.plane.coulomb import FORWARD, OPEN, STICK, ContactState, ContactSystem, Drive, refuse_bad_friction, solve_step
 from bem.checks import refuse_unless_positive
@@ -211,6 +211,7 @@ def _solve_on_mesh(fixed, moving, drives, friction, settings, patches, reach, cl
     ticks = [time.perf_counter()]
     carrier = "fixed" if fixed.material.plane_modulus < 0.999 * moving.material.plane_modulus else "moving"
     sizes = [settings.size or element_size(p.sharpness, settings.accuracy) for p in patches]
+    check_memory(2 * int(sum(2 * p.half_width / s for p, s in zip(patches, sizes))), settings.memory_limit)     # of the patches alone
     meshes = []
     for name, body in (("fixed", fixed), ("moving", moving)):
         ratio = 1.0 if name == carrier else settings.other_ratio

@@ -93,7 +93,9 @@ class ContactResult:
         """Ends (2,), (2,) [m] of each run of sticking nodes, where the square of the friction's reserve goes linearly to zero."""
         state, points = self.steps[step], self.interface.points
         sticks = (state.state == STICK) & (state.pressure > 0)
-        reserve = np.where(sticks, self.friction * state.pressure - np.abs(state.shear), 0.0)
+        bound = self.friction * state.pressure[sticks] if np.isfinite(self.friction) else np.inf
+        reserve = np.zeros(len(points))
+        reserve[sticks] = np.minimum(bound - np.abs(state.shear[sticks]), np.finfo(float).max ** 0.25)
         return [(_edge(points, reserve, run[0], -1, len(run)), _edge(points, reserve, run[-1], 1, len(run))) for run in runs(sticks)]
 
     def solution(self, body: str, step: int = -1) -> BoundarySolution:
@@ -119,6 +121,9 @@ def _edge(points: np.ndarray, pressure: np.ndarray, node: int, way: int, count: 
     return points[node] + fraction * (points[outside] - points[node])
 
 
+_OVERLAP = 1e-8     # of the smaller body, above which an overlap is no round-off
+
+
 def trust_warnings(result: ContactResult) -> list[str]:
     """What a reader should know before using the last step."""
     notes, last = [], result.last
@@ -128,9 +133,9 @@ def trust_warnings(result: ContactResult) -> list[str]:
         if len(patch.nodes) < 6:
             notes.append(f"the patch at {point_text(patch.begin)} m has {len(patch.nodes)} nodes: below 6 its pressure is rough; "
                          "ask for a smaller size")
-    if result.interface.gap.min() < -1e-9:
-        notes.append(f"the bodies overlap by {-result.interface.gap.min():.4g} m as placed: with a motion prescribed, that presses "
-                     "them too")
+    overlap, driven = -result.interface.gap.min(), not result.drives[-1].loaded[:2].any()
+    if overlap > _OVERLAP * min(result.fixed.body.outline.size, result.moving.body.outline.size) and driven:
+        notes.append(f"the bodies overlap by {overlap:.4g} m as placed: with a motion prescribed, that presses them too")
     young = min(result.fixed.body.material.young, result.moving.body.material.young)
     if last.pressure.max() > 0.05 * young:
         notes.append(f"largest pressure {last.pressure.max():.3g} Pa is {last.pressure.max() / young:.2g} of Young's modulus: "

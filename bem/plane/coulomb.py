@@ -208,8 +208,9 @@ def solve_step(system: ContactSystem, drive: Drive, friction: float | np.ndarray
         following = state.copy()
         following[change] = wanted[change]
         state = _keep_hold(following, state, pressure, shear, friction, drive)
+    remedy = f"lower the friction {friction.max():g}" if friction.max() <= 1 else "give the friction of dry bodies, below 1"
     raise ConvergenceError(f"{len(wrong)} of {n} nodes still change between open, stick and slip after {limit} iterations (worst by "
-                           f"{size.max():.3g} Pa): apply the load in more steps, or lower the friction {friction.max():g}")
+                           f"{size.max():.3g} Pa): apply the load in more steps, or {remedy}")
 
 
 def _attempt(system, drive, friction, before, state):

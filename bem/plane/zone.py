@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bem.plane.body import Body
-from bem.plane.coulomb import ContactSystem, Drive, solve_step
+from bem.plane.boundary import EquilibriumError
+from bem.plane.coulomb import ContactState, ContactSystem, ConvergenceError, Drive, solve_step
 from bem.plane.kelvin import displacement_integrals
 from bem.material import contact_modulus
 from bem.plane.mesh import BoundaryMesh, Sizing, Zone, mesh_outline
@@ -95,7 +96,7 @@ def _estimate_once(master: Body, slave: Body, drive: Drive, friction: float, siz
     level = 2 * max(master.outline.size, slave.outline.size)
     system = _half_plane_system(mesh, nodes, gap, contact_modulus(master.material, slave.material), level)
     pressed = (system.forces[:, :len(nodes)] != 0).any(axis=0)  # a node without an element on the face carries nothing
-    state = solve_step(_of_nodes(system, pressed), drive, 0.0 if friction == 0 else np.inf)
+    state = _estimated_state(_of_nodes(system, pressed), drive, friction)
     points = mesh.middles[nodes][pressed]
     feet = points + gap[pressed, None] * mesh.normals[nodes][pressed]
     found = []
@@ -105,6 +106,19 @@ def _estimate_once(master: Body, slave: Body, drive: Drive, friction: float, siz
         half = max(step.sum() / 2, step.max() / 2)
         found.append(EstimatedPatch(np.vstack([points[run], feet[run]]), half, peak_sharpness(points[around], state.pressure[around], half)))
     return found
+
+
+def _estimated_state(system: ContactSystem, drive: Drive, friction: float) -> ContactState:
+    """With friction nothing slides; where that has no consistent states, as with rough faces, and the load allows it, everything does."""
+    if friction > 0:
+        try:
+            return solve_step(system, drive, np.inf)
+        except ConvergenceError as failure:
+            try:
+                return solve_step(system, drive, 0.0)
+            except EquilibriumError:
+                raise ConvergenceError(f"the estimate of the contact zone, in which nothing slides: {failure}") from None
+    return solve_step(system, drive, 0.0)
 
 
 def _of_nodes(system: ContactSystem, chosen: np.ndarray) -> ContactSystem:

@@ -60,6 +60,10 @@ class SlicePatch(Patch):
     seconds: dict[str, float] | None = None
 
     @property
+    def curved(self) -> bool:
+        return True
+
+    @property
     def force(self) -> np.ndarray:
         """(2,) force of the pressures on the upper body (lateral, up) [N]."""
         return self.pressure.sum(axis=0) @ self.normals * self.grid.cell_area

@@ -201,3 +201,25 @@ def test_what_has_no_answer_is_refused_with_the_reason(error, message, call):
 def test_states_that_never_settle_are_an_error_and_not_a_hang():
     with pytest.raises(ConvergenceError, match="more steps"):
         solve_contact(*non_conformal(), Drive.of(force=(0.6e6, -10e6)), 1e3, COARSE)
+
+
+def test_elements_that_no_memory_holds_are_refused_before_they_are_laid():
+    with pytest.raises(TooLargeError, match="GB"):
+        solve_contact(*non_conformal(), LOAD, settings=Settings(size=1e-7))
+
+
+def test_stick_zones_of_a_contact_in_which_nothing_slides():
+    result = solve_contact(*non_conformal(), Drive.of(force=(1e5, -1e7)), np.inf, settings=COARSE)
+    zones = result.stick_zones()
+    assert len(zones) == len(result.patches()) == 1 and np.isfinite(zones).all()
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e3])
+def test_an_overlap_is_judged_by_the_bodies_size(scale):
+    """An overlap of a hundred-thousandth of the body is said at any scale where a motion presses; where a load does, it is none."""
+    x = np.linspace(-0.015, 0.015, 241)
+    lower, upper = blocks(scale * np.column_stack([x, x**2 / 0.2]), scale * np.column_stack([x, -(x**2) / 0.8]), height=0.02 * scale)
+    upper = upper.moved(np.array([0.0, -1e-6 * scale]))
+    by_motion = solve_contact(lower, upper, Drive.of(motion=(None, -1e-6 * scale)), settings=Settings(size=0.4e-3 * scale))
+    by_load = solve_contact(lower, upper, Drive.of(force=(None, -1e7 * scale)), settings=Settings(size=0.4e-3 * scale))
+    assert any("overlap" in note for note in by_motion.warnings) and not any("overlap" in note for note in by_load.warnings)

@@ -136,3 +136,28 @@ def test_a_pressure_beyond_small_strains_is_said():
     grid = Grid.over((-0.03 - 0.03 / 19, 0.03 + 0.03 / 19), (-0.03 - 0.03 / 19, 0.03 + 0.03 / 19), 20, 20)
     patch = normal_contact((x**2 + y**2) / 0.1, STEEL, STEEL, load=1e7, grid=grid, estimate=False)
     assert patch.max_pressure > 0.05 * STEEL.young and "small strains" in patch.warnings[-1]
+
+
+def test_a_pressure_that_rail_steel_does_not_bear_is_said():
+    """5.4 GPa, elastic as computed, is far above the limit of any rail steel; at 1.2 GPa nothing is said."""
+    notes = {}
+    for load in (1e3, 1e5):
+        patch = normal_contact(lambda x, y: (x**2 + y**2) / 0.08, STEEL, STEEL, load=load, window=((-0.02, 0.02), (-0.02, 0.02)), cells=24, estimate=False)
+        notes[round(patch.max_pressure / 1e9, 1)] = patch.warnings
+    low, high = sorted(notes)
+    assert low < 2.0 < 2.2 < high < 8 and notes[low] == () and "yield" in notes[high][-1]
+
+
+def test_single_cells_between_gaps_without_surface_are_solved_with_an_estimate_or_none():
+    """On doubled cells they vanish: there is no estimate then, and no fault."""
+    gap = np.full(GRID.shape, np.inf)
+    gap[4:20:4, 4:20:4] = 0.0
+    patch = normal_contact(gap, STEEL, STEEL, load=1e3, grid=GRID)
+    assert patch.normal_force == pytest.approx(1e3, rel=1e-6) and np.isnan(patch.error.max_pressure)
+
+
+def test_an_estimate_that_is_not_made_is_said():
+    patch = normal_contact(GAP, STEEL, STEEL, load=2e3, grid=GRID)
+    assert min(patch.contact.sum(axis=0).max(), patch.contact.sum(axis=1).max()) < 12
+    rolled = rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3))
+    assert np.isnan(rolled.error.tangential_force) and "not estimated" in rolled.warnings[-1]

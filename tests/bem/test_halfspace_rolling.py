@@ -161,3 +161,11 @@ def test_hertz_ellipse_is_kept_by_rolling_of_like_materials():
     rolled = rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3))
     assert rolled.pressure is patch.pressure or (rolled.pressure == patch.pressure).all()
     assert rolled.max_pressure == pytest.approx(exact.max_pressure, rel=1e-3)
+
+
+def test_tractions_of_unlike_materials_keep_within_the_pressure_they_come_with():
+    """Normal and tangential problem turn about; the pressure returned is the one that bounded the tractions."""
+    soft = Elastic(70e9, 0.25)
+    rolled = rolling_contact(crooked(24, STEEL, soft), STEEL, soft, 0.4, Creepage(2e-3, 1e-3, 0.5), estimate=False)
+    size = np.linalg.norm(rolled.traction, axis=-1)
+    assert (size <= 0.4 * rolled.pressure * (1 + 1e-12)).all() and rolled.normal_force == pytest.approx(LOAD, rel=1e-6)

@@ -11,6 +11,7 @@ from bem.exact.hertz import point_contact
 from bem.material import STEEL
 from bem.patch import ContactInputError, Creepage
 from bem.exact.subsurface import ellipse_axis_stress
+from bem.slices.coupled import SlicePatch
 
 
 def boussinesq(x, y, z, nu):
@@ -139,3 +140,13 @@ def test_von_mises_of_known_states():
 def test_depths_outside_the_body_are_refused(depth):
     with pytest.raises(ContactInputError, match="depths"):
         subsurface_stress(elliptic_patch(5e-3, 4e-3, 1e5, (8, 8)), [depth], 0.3)
+
+
+def test_patches_along_a_curved_face_and_no_depths_are_refused():
+    patch = round_patch(12)
+    with pytest.raises(ContactInputError, match="empty"):
+        subsurface_stress(patch, [], 0.3)
+    curved = SlicePatch(patch.grid, patch.gap, patch.pressure, patch.approach, "2.5D slices")
+    for ask in (lambda: subsurface_stress(curved, [1e-3], 0.3), lambda: max_von_mises(curved, 0.3)):
+        with pytest.raises(ContactInputError, match="curved face"):
+            ask()
