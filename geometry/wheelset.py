@@ -31,6 +31,12 @@ def check_range(owner: str, limits: tuple[tuple[str, float, float, float], ...])
             raise WheelsetError(f"{owner}: {name} = {value!r} is outside [{least:g}, {most:g}] (SI units)")
 
 
+def check_side(side: str) -> None:
+    """Raise WheelsetError for what is no side."""
+    if side not in SIDES:
+        raise WheelsetError(f'side = {side!r} is neither "left" nor "right"')
+
+
 @dataclass(frozen=True, eq=False)
 class Wheelset:
     """Two wheels on an axle and where it is; lengths in m, angles in rad.

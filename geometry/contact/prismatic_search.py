@@ -12,9 +12,10 @@ import numpy as np
 from geometry.contact.gap_kernel import NO_RAIL, contact_row, nearest_places, ready, roll_and_height, side_pose
 from geometry.contact.flange_back import within_stops
 from geometry.contact.wheel_outline import cubic
-from geometry.wheelset import FLANGE_BACK, SIDES, Track, Wheelset, WheelsetError, check_range, wheel_table
+from geometry.wheelset import FLANGE_BACK, SIDES, Track, Wheelset, WheelsetError, check_range, check_side, wheel_table
 
 RESOLUTION = 0.5e-3
+FLANGE_TOP = 2e-3  # of a contact over the tip of the flange; the steep flank, where a wheel is still guided, begins some 5 mm above it [m]
 TOUCH = 1e-12  # what settling leaves between the gaps of both sides [m]
 
 
@@ -23,12 +24,15 @@ class Contacts:
     """Points of one side, in order from the flange to the field side; arrays over n points.
 
     side : "left" or "right"
-    position : (n, 3)  in track axes, on the wheel [m];  normal : (n, 3)  into the wheel
+    position : (n, 3)  of the least gap or deepest penetration (`deepest_point`), in track axes, on the wheel [m];  normal : (n, 3)  into the wheel
     ahead : (n,)  how far ahead of the wheel's middle plane through the axle, along the wheel's heading [m]
     station : (n,)  on the wheel profile, from its tread datum [m];  rail_station : (n,)  y on the unmoved rail profile [m]
     angle : (n,)  contact angle, positive where the rail rises towards the field side [rad]
     rolling_radius : (n,)  [m];  gap : (n,)  along the normal, negative where they penetrate [m]
     curvature : (n, 2)  principal relative curvatures, the smaller first [1/m]; tensor : (n, 3)  A_xx, A_xt, A_tt they come from
+    derailed : the wheel stands on the tip of its flange (the lowest point lies less than FLANGE_TOP above it)
+
+    Where pressure has its mean, which may be millimetres away: LoadedSide.centre_of_pressure of rail_fem.light.load_sharing.
     """
 
     side: str
@@ -42,6 +46,7 @@ class Contacts:
     gap: np.ndarray
     curvature: np.ndarray
     tensor: np.ndarray
+    derailed: bool = False
 
     def __len__(self) -> int:
         return len(self.gap)
@@ -51,13 +56,23 @@ class Contacts:
         """(n,)  place on the wheel from its flange back [m]."""
         return FLANGE_BACK + self.station
 
+    @property
+    def deepest_point(self) -> np.ndarray:
+        """(n, 3)  where the gap is least or the penetration deepest, in track axes [m]."""
+        return self.position
+
+    @property
+    def vertical_gap(self) -> np.ndarray:
+        """(n,)  by how much the wheel may be lowered until it touches there, or is too low [m]."""
+        return self.gap / self.normal[:, 2]
+
     def lowest(self) -> "Contacts":
-        """The one point with the least gap."""
-        return self.where(np.arange(len(self)) == np.argmin(self.gap))
+        """The one point with the least vertical gap: of a wheel in the air the one that touches first when it is lowered."""
+        return self.where(np.arange(len(self)) == np.argmin(self.vertical_gap))
 
     def where(self, keep: np.ndarray) -> "Contacts":
         """The points that keep (n,) selects."""
-        return replace(self, **{f.name: getattr(self, f.name)[keep] for f in fields(self) if f.name != "side"})
+        return replace(self, **{f.name: getattr(self, f.name)[keep] for f in fields(self) if f.name not in ("side", "derailed")})
 
 
 class ContactSearch:
@@ -94,6 +109,7 @@ class ContactSearch:
         lateral : of its middle [m], + to the left, held at the level of the wheel's tread ("rail") or of the axle ("axle"): the
         wheelset rolls about that point. A wheel that climbs on its flange rolls, and its axle then moves by roll times radius. Where the
         track has check rails the shift ends where a flange back meets one.
+        Shifted far enough, a wheel climbs and stands with its flange on the rail: an answer, of which `derailed` speaks.
         Raises WheelsetError where a wheel stands over no rail, or the roll is not found, or the flange backs do not fit.
         """
         self.check_place(lateral, yaw, held_at)
@@ -119,7 +135,8 @@ class ContactSearch:
         return replace(self.wheelset, x=self.wheelset.x + lever * np.sin(roll) * np.sin(yaw), y=axle[0], z=axle[1], yaw=yaw, roll=roll)
 
     def contacts(self, state: Wheelset, side: str, reach: float = 0.0) -> Contacts:
-        """All points of a side where the gap is no more than `reach` [m] or less [m]: 0 gives all that touch or penetrate."""
+        """All points of a side ("left" or "right") whose vertical gap is at most `reach` [m] above the least, and all that touch or penetrate."""
+        check_side(side)
         pose, (stations, wheel, rail, tip, _) = self.pose(state, side), self.rail_under(state, side)
         ready(stations, rail, pose)
         found = nearest_places(stations, wheel, rail, pose, tip, max(reach, 0.0) - state.z)
@@ -140,7 +157,16 @@ class ContactSearch:
         middle, spread = (along + across) / 2, np.hypot((along - across) / 2, mixed)
         return Contacts(side, position, normal, (position - [state.x, state.y, state.z]) @ heading, found[0].copy(), self.rail_station(side, y, z - gap),
                         np.arctan(slope / np.sqrt(1 + steep**2)), radius, (gap + state.z) / size, np.column_stack([middle - spread, middle + spread]),
-                        np.column_stack([along, mixed, across]))
+                        np.column_stack([along, mixed, across]), bool(len(z) and z[np.argmin(gap)] + state.z - self.flange_tip(state, side) < FLANGE_TOP))
+
+    def flange_tip(self, state: Wheelset, side: str) -> float:
+        """Height of the lowest point of the flange in track axes [m]."""
+        wheel, tip, radius = self.sides[side][1], *self.sides[side][3:]
+        return state.z + (self.wheelset.datum_arm + tip) * np.sin(SIDES[side] * state.roll) - (radius - wheel[1].min()) * np.cos(state.roll)
+
+    def derailed(self, state: Wheelset) -> tuple[str, ...]:
+        """The sides whose wheel stands, or would when lowered, on the tip of its flange: on top of the rail, or on what lies in the flangeway."""
+        return tuple(side for side in SIDES if self.contacts(state, side).derailed)
 
     def rail_under(self, state: Wheelset, side: str) -> tuple:
         """The tables of a side for a state: prismatic rails are the same everywhere."""

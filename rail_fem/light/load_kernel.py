@@ -19,7 +19,8 @@ from rail_fem.light.load_pressure import (AHEAD, BEHIND, BEND, DEPTH, HIGH, LOW,
 
 STRIPS = 32  # across, on all places together
 POINTS = np.array([-1.0, 1.0]) / np.sqrt(3)  # of a strip, where the gap is taken
-CARRIED = 12  # of a place: normal force, its parts across, up and forward; the same times x, y, z, station; times x x, times (y y + z z); largest tilt; least tilt
+CARRIED = 13  # of a place: normal force, its parts across, up and forward; the same times x, y, z, station; times x x, times (y y + z z); largest and least tilt;
+# overlap left where a profile ends [m]
 MOST_ADVANCE = 1.5  # dy/ds; more of it is a narrow place where the points run along an edge
 ROUNDS = 60
 CLOSE = 1e-7  # relative, of the vertical force of each side
@@ -93,7 +94,8 @@ def parts_of(found, height, wheel, rail, pose, tip):
     for k in range(n):
         track = branch(rail, int(found[4, k]), found[3, k])
         for c in (0, 2):
-            depths[c, k] = max(-(gap_at(ends[c, k], wheel, track, pose, tip)[0] + height), 0.0)
+            just_inside = ends[c, k] + 1e-6 * (found[0, k] - ends[c, k])  # where a profile ends the bound itself may lie beyond it
+            depths[c, k] = max(-(gap_at(just_inside, wheel, track, pose, tip)[0] + height), 0.0)
         depths[1, k] = -(found[1, k] + height)
     return ends, depths
 
@@ -230,6 +232,11 @@ def side_forces(found, height, wheel, rail, pose, tip, modulus):
     if found.shape[1] == 0:
         return carried, 0.0
     ends, depths = parts_of(found, height, wheel, rail, pose, tip)
+    for k in range(found.shape[1]):
+        if k == 0 or ends[0, k] > ends[2, k - 1] or found[4, k] != found[4, k - 1]:
+            carried[12, k] = depths[0, k]
+        if k == found.shape[1] - 1 or ends[2, k] < ends[0, k + 1] or found[4, k] != found[4, k + 1]:
+            carried[12, k] = max(carried[12, k], depths[2, k])
     edges, part = strip_edges(found, ends, depths, height, wheel, rail, pose, tip)
     strips = strips_of(edges, part, found, height, wheel, rail, pose)
     if strips.shape[1] == 0:

@@ -288,3 +288,34 @@ def test_bad_input_is_refused_with_place_and_size():
         ContactSearch(Wheelset(backwards), Track.plain_line())
     with pytest.raises(WheelsetError, match="gauge"):
         Track(rail_head("56E1"), gauge=1435)
+
+
+def test_the_lowest_point_of_a_lifted_wheel_is_the_first_to_touch():
+    """On the flange the gap along the normal is a fraction of the vertical one: lifted by 1 mm the flange is nearest, but the tread comes down first."""
+    search = ContactSearch(Wheelset(wheel_profile("S1002"), radius=0.46), Track(rail_head("60E1", 1 / 40)))
+    for lateral in np.arange(-6, 6.1, 0.5) * MM:
+        state = search.settle(lateral)
+        lifted = replace(state, z=state.z + 1 * MM)
+        for side in ("left", "right"):
+            touching, above = search.contacts(state, side).lowest(), search.contacts(lifted, side, reach=5 * MM).lowest()
+            assert above.station[0] == pytest.approx(touching.station[0], abs=0.1 * MM)
+            assert above.vertical_gap[0] == pytest.approx(1 * MM, abs=1e-9)
+
+
+def test_what_is_no_side_is_refused_by_name():
+    search = ContactSearch(Wheelset(wheel_profile("P8")), Track.plain_line())
+    with pytest.raises(WheelsetError, match='"left" nor "right"'):
+        search.contacts(search.settle(), "Right")
+
+
+@pytest.mark.parametrize("make", [lambda p: Track(p), lambda p: Track(rail_head("60E1"), p), lambda p: Wheelset(p), lambda p: Wheelset(wheel_profile("P8"), p)])
+def test_a_profile_in_millimetres_is_refused(make):
+    points = rail_head("60E1").graph_part().points * 1e3
+    with pytest.raises(WheelsetError, match="look like mm"):
+        make(Profile.from_points(points))
+
+
+def test_a_wheel_with_its_flange_on_the_rail_is_derailed():
+    search = ContactSearch(Wheelset(wheel_profile("P8")), Track.plain_line())
+    assert [search.derailed(search.settle(y * MM)) for y in (0.0, 8.0, 11.0, -11.0)] == [()] * 4
+    assert [search.derailed(search.settle(y * MM)) for y in (30.0, 45.0, -30.0)] == [("left",), ("left",), ("right",)]

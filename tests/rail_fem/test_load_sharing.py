@@ -1,22 +1,24 @@
 """Load sharing: Hertz where one point carries, continuity where two meet or one vanishes, equilibrium, loads that cannot be."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bem.halfspace.normal import normal_contact
-from bem.exact.hertz import point_contact_of_approach
+from bem.exact.hertz import point_contact, point_contact_of_approach
 from bem.material import Elastic
 from geometry.contact.gap_kernel import lowest
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.doctor import examine
 from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.formats.raw import RawProfile
+from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_kernel import loaded_side
-from rail_fem.light.load_sharing import STEEL_MODULUS, rest, rest_under
+from rail_fem.light.load_sharing import STEEL_MODULUS, _between_bounds, pressed, rest, rest_under, rest_wheel
 from rail_fem.light.contact_pairs import plain_rail_tie
 
 MM, UM = 1e-3, 1e-6
@@ -217,3 +219,66 @@ def test_rough_wheels_rest_or_say_that_they_are_rough(noise, most):
     refused = loaded_states(2500, 11, noise)
     print(f"noise {noise / UM:g} um: {refused} of 2500 states refused")
     assert refused <= most
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("load", [10.0, 80e3])
+def test_one_wheel_under_a_given_load_stands_where_hertz_says(side, load):
+    """Cylinder of 450 mm on a crown of 300 mm; the axle's height, the patch and its middle."""
+    search = ContactSearch(Wheelset(cylinder(), radius=RADIUS, z=0.6), Track(crowns(0.3, 0.0)))
+    exact = point_contact(load, RADIUS, 0.3, STEEL_MODULUS)
+    state, found = rest_wheel(search, side, load)
+    assert found.force[:, 2].sum() == pytest.approx(load, rel=1e-8)
+    assert RADIUS - state.z == pytest.approx(exact.approach, rel=2e-3)
+    assert found.patch[0] == pytest.approx([exact.semi_x, exact.semi_y], rel=0.01)
+    assert found.centre_of_pressure == pytest.approx(found.deepest_point, abs=1e-3 * exact.semi_x + exact.approach)
+
+
+def flange_pressed(overlap: float):
+    """The left flank of an S1002 wheel, 68 degrees steep, lowered by a vertical overlap."""
+    search = ContactSearch(Wheelset(wheel_profile("S1002"), radius=0.46), Track(rail_head("60E1", 1 / 40)))
+    state = search.settle(8 * MM)
+    return search, replace(state, z=state.z - overlap)
+
+
+def test_how_deep_a_wheel_may_be_pressed_is_measured_along_the_normal():
+    """On a flank a vertical overlap of 1.2 mm is less than half of that along the normal, where 1 mm is the limit."""
+    search, state = flange_pressed(1.2 * MM)
+    found = pressed(search, state, "left")
+    assert found.contacts.angle.max() > np.radians(55) and -found.contacts.gap.min() < 0.7 * MM
+    with pytest.raises(WheelsetError, match="along the normal"):
+        pressed(*flange_pressed(4 * MM), "left")
+
+
+def test_where_pressed_refuses_rest_does_too():
+    """130 t on each crown of 1 mm radius."""
+    search = ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(1 * MM, 0.0, 0.9 * MM)))
+    with pytest.raises(WheelsetError, match="along the normal"):
+        rest(search, (1.3e6, 1.3e6))
+
+
+def test_a_wheel_on_the_tip_of_its_flange_is_said_to_be_derailed():
+    search = p8_search()
+    assert rest(search, (49e3, 49e3), 10 * MM).left.warnings == ()
+    found = rest(search, (49e3, 49e3), 35 * MM)
+    assert "derailed" in found.left.warnings[0] and found.right.warnings == ()
+
+
+def test_bounds_that_close_find_the_rest_that_secants_find():
+    """The way taken where the secants of both sides lead astray."""
+    search = p8_search()
+    sure = rest(search, (40e3, 60e3), 10.6 * MM, 0.01)
+    pivot = search.wheelset.radius
+    roll, height, left_over = _between_bounds(search, (40e3, 60e3), 10.6 * MM, 0.01, pivot, sure.state.roll + 3e-4, STEEL_MODULUS)
+    assert left_over < 1e-9
+    assert roll == pytest.approx(sure.state.roll, abs=1e-10) and height + pivot * np.cos(roll) == pytest.approx(sure.state.z, abs=1e-10)
+
+
+def test_where_a_profile_ends_in_the_contact_it_is_said():
+    """The rail's head is cut off 1 mm beside the middle of the patch."""
+    points = rail_head("60E1", 1 / 40).graph_part().points
+    search = ContactSearch(Wheelset(wheel_profile("S1002"), radius=0.46), Track(rail_head("60E1", 1 / 40)))
+    station = rest(search, (80e3, 80e3)).left.contacts.rail_station[0]
+    cut = ContactSearch(search.wheelset, Track(Profile.from_points(points[points[:, 0] < station + 1 * MM])))
+    assert rest(search, (80e3, 80e3)).left.warnings == ()
+    assert any("a profile ends" in doubt for doubt in rest(cut, (80e3, 80e3)).left.warnings)
