@@ -61,10 +61,11 @@ def energies_figure(result: PassResult, name: str) -> Figure:
 
 
 def start_value(result: PassResult, column: str) -> float:
-    """The first known value after the settling; of all where none is known after it."""
+    """The value where the wheel has been let go: of the second row after the settling, the first may still end in it; of the first known row where
+    there is none."""
     known = np.isfinite(result.history[column])
     after = known & (result.history["time"] > (result.settings.get("settle_time") or 0.0))
-    return float(result.history[column][after if after.any() else known][0])
+    return float(result.history[column][np.flatnonzero(after)[1] if after.sum() > 1 else np.flatnonzero(known)[0]])
 
 
 def resolved_shares(result: PassResult) -> dict[str, np.ndarray]:

@@ -16,7 +16,7 @@ def mark_places(axes, result: PassResult, label: bool = True) -> None:
     losses = lost_contact(history["time"], history["x"], history["force"], result.scene.static_wheel_load)
     for i, loss in enumerate(losses):
         total = sum(one.end - one.start for one in losses)
-        text = words(f"no contact: {len(losses)} time(s), {total * 1e6:.3g} \u00b5s in all") if i == 0 else "_nolegend_"
+        text = words(f"no contact: {len(losses)} time(s), {total * 1e3:.3g} ms in all") if i == 0 else "_nolegend_"
         axes.axvspan(1e3 * loss.x_start, 1e3 * loss.x_end, color=ORANGE, alpha=0.35, lw=1, zorder=0.5, label=text)
     time, x = settling_end(result)
     if np.isfinite(x):

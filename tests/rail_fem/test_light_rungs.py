@@ -122,7 +122,7 @@ def test_dip_angle_of_the_path_is_flagged_above_the_standard_s_limit(scene):
 def test_window_beyond_the_crossing_and_against_the_direction_are_refused(scene, tmp_path):
     with pytest.raises(ValueError, match="leaves the modelled crossing"):
         rigid_hertz.solve(scene, RigidHertzSettings(start=0.5, end=2.0))
-    text = (ROOT / "cases" / "thesis" / "case_02.toml").read_text().replace('end = "540 mm"', 'end = "50 mm"')
+    text = (ROOT / "cases" / "thesis" / "case_02.toml").read_text().replace('end = "700 mm"', 'end = "50 mm"')
     (tmp_path / "bad.toml").write_text(text)
     with pytest.raises(CaseError, match="run.lumped.end: 50 mm must lie above"):
         load_case(tmp_path / "bad.toml")

@@ -39,7 +39,7 @@ def test_a_window_that_is_given_no_place_lies_around_the_transfer_of_this_wheel(
     transfers = sign * rigid_path(scene, np.arange(*WAY, 5e-3)).transfers
     let_go = sign * settings.start + scene.speed * settings.settle_time
     assert transfers.min() - let_go == pytest.approx(LEAD, abs=1e-4) and sign * settings.end - transfers.max() == pytest.approx(FOLLOW, abs=1e-4)
-    assert run_faults(scene, FeWindowSettings(element_size=6e-3), 1, "fe_window") == []
+    assert run_faults(scene, FeWindowSettings(element_size=3e-3), 1, "fe_window") == []
     given = FeWindowSettings(start=0.2, end=0.5)
     assert placed(scene, given) is given and placed(scene, FeWindowSettings(start=0.2)).start == 0.2
 
@@ -51,12 +51,12 @@ def test_a_window_that_is_given_no_place_lies_around_the_transfer_of_this_wheel(
 def test_a_wheel_that_would_settle_across_its_transfer_is_refused_with_the_remedy(direction, start, end, refused):
     """At 75 mph 1.2 ms of settling are 40 mm; a rigid worn P8 changes body at 353 mm, and 20 mm must lie between."""
     scene = scene_of(direction)
-    faults = run_faults(scene, FeSettings(element_size=6e-3, start=start, end=end), 1, "fe_full")
+    faults = run_faults(scene, FeSettings(element_size=3e-3, start=start, end=end), 1, "fe_full")
     assert len(faults) == refused
     for fault in faults:
         assert "changes body at 353 mm" in fault and "take a shorter settle_time" in fault
         remedy = float(fault.split("x = ")[-1].split(" mm")[0]) * 1e-3
-        shifted = FeSettings(element_size=6e-3, start=remedy - scene.direction_sign * 1e-3, end=end)
+        shifted = FeSettings(element_size=3e-3, start=remedy - scene.direction_sign * 1e-3, end=end)
         assert run_faults(scene, shifted, 1, "fe_full") == []
     assert CLEAR == 20e-3
 
