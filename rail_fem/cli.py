@@ -8,9 +8,32 @@ import typer
 
 from rail_fem import launcher
 from rail_fem.case.casefile import Case, CaseError, load_case
+from rail_fem.commands import contact as pair
+from rail_fem.commands import start
+from rail_fem.commands.study import study
+from rail_fem.output.versions import own_version
 
-app = typer.Typer(help="What happens when a wheel passes a railway crossing.", no_args_is_help=True, add_completion=False,
-                  pretty_exceptions_enable=False)
+app = typer.Typer(help="What happens when a wheel passes a railway crossing.", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
+app.command("list")(start.names)
+app.command()(start.init)
+app.command()(pair.contact)
+app.command()(pair.patch)
+app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(study)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"rail-fem {own_version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _program(version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="say the version and end")] = False) -> None:
+    """What happens when a wheel passes a railway crossing.
+
+    Exit codes: 0 done, 1 a run failed, 2 refused: the input says why.
+    """
+
 
 CaseArgument = Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML), e.g. cases/nose_transfer.toml")]
 ModelOption = Annotated[Optional[str], typer.Option("--model", help="which [run.MODEL] of the case; needed when it has several")]

@@ -7,53 +7,13 @@
 from __future__ import annotations
 
 import importlib
-import types
-import typing
 
 from docutils import nodes
 from docutils.statemachine import StringList
-from pydantic import BaseModel
 from sphinx.util.docutils import SphinxDirective
 
-UNITS_MODULE, HISTORY_MODULE = "rail_fem.scene.units", "rail_fem.output.history"
-
-
-def _quantity(field):
-    """The Quantity that annotates a field, also inside `... | None` and `tuple[..., ...]`; None where there is none."""
-    quantity = importlib.import_module(UNITS_MODULE).Quantity
-    ahead = [*field.metadata, field.annotation]
-    while ahead:
-        item = ahead.pop()
-        if isinstance(item, quantity):
-            return item
-        if typing.get_origin(item) is typing.Annotated or typing.get_origin(item) in (tuple, typing.Union, types.UnionType):
-            ahead.extend(typing.get_args(item))
-    return None
-
-
-def _default(field, quantity) -> str:
-    if field.is_required():
-        return "**required**"
-    value = field.default
-    if value is None:
-        return "none"
-    if isinstance(value, BaseModel):
-        return "see below"
-    if quantity is not None and isinstance(value, float):
-        return quantity.show(value)
-    return f"`{value}`"
-
-
-def _range(field, quantity) -> str:
-    if quantity is not None:
-        return f"{quantity.low:g} to {quantity.high:g} {quantity.unit}".strip()
-    members = (field.annotation, *typing.get_args(field.annotation))  # a Literal, or one that may be left out
-    choices = [item for member in members for item in typing.get_args(member) if isinstance(item, str)]
-    if choices:
-        return ", ".join(f"`{choice}`" for choice in choices)
-    limits = {type(limit).__name__.lower(): limit for limit in field.metadata}
-    low, high = (getattr(limits.get(name), name, None) for name in ("ge", "le"))
-    return " to ".join(str(limit) for limit in (low, high) if limit is not None)
+from rail_fem.case.keys import section_keys
+from rail_fem.output.history import COLUMNS
 
 
 class MarkdownTable(SphinxDirective):
@@ -75,13 +35,7 @@ class CaseKeys(MarkdownTable):
     def run(self):
         module, _, name = self.arguments[0].partition(":")
         section = getattr(importlib.import_module(module), name)
-        rows = []
-        for key, field in section.model_fields.items():
-            if field.exclude:
-                continue
-            quantity = _quantity(field)
-            meaning = quantity.meaning if quantity is not None else field.description or ""
-            rows.append([f"`{key}`", quantity.unit if quantity is not None else "", _range(field, quantity), _default(field, quantity), meaning])
+        rows = [[f"`{key.name}`", key.unit, key.allowed, f"**{key.default}**" if key.required else key.default, key.meaning] for key in section_keys(section)]
         return self.table(["key", "unit", "range or choices", "default", "meaning"], rows)
 
 
@@ -89,8 +43,7 @@ class HistoryColumns(MarkdownTable):
     """Columns of a history file."""
 
     def run(self):
-        columns = importlib.import_module(HISTORY_MODULE).COLUMNS
-        return self.table(["column", "unit in `history.csv`", "meaning"], [[f"`{name}`", c.unit, c.meaning] for name, c in columns.items()])
+        return self.table(["column", "unit in `history.csv`", "meaning"], [[f"`{name}`", c.unit, c.meaning] for name, c in COLUMNS.items()])
 
 
 def setup(app):

@@ -39,11 +39,11 @@ def quoted(value: Any) -> str:
     return f"'{plain(value)}'" if isinstance(value, str) else typed(value)
 
 
-def _choices(annotation: Any) -> tuple[str, ...]:
+def choices_of(annotation: Any) -> tuple[str, ...]:
     """The values of a Literal, also inside an optional one."""
     if get_origin(annotation) is Literal:
         return get_args(annotation)
-    return tuple(choice for member in get_args(annotation) for choice in _choices(member))
+    return tuple(choice for member in get_args(annotation) for choice in choices_of(member))
 
 
 def _dotted(key: str, place: tuple) -> str:
@@ -59,7 +59,7 @@ def _remedy(fault: dict[str, Any], section: type[BaseModel], key: str) -> str:
     if kind == "missing":
         return f"missing ({meaning(_field(section, place))})"
     if kind in ("choice", "literal_error"):
-        choices = fault["ctx"].get("choices") or _choices(_field(section, place).annotation)
+        choices = fault["ctx"].get("choices") or choices_of(_field(section, place).annotation)
         return f"unknown value {value}{suggest(str(fault['input']), choices)} (choose from: {', '.join(choices)})"
     if kind in ("model_type", "model_attributes_type"):
         return f"{value} is not a table, write [{_dotted(key, place)}] with its keys below"
