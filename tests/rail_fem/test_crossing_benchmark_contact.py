@@ -83,9 +83,10 @@ def test_the_wheel_touches_wing_and_nose_where_and_as_high_as_contact_says(row, 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]} mm")
 def test_wing_and_nose_share_the_load_as_contact_says(row, rail, gates):
-    """Our strips of Hertz contact against CONTACT's half-space with friction: forces within 1 % of the load, height within 2 um of 30 um.
+    """Our half-space over both places against CONTACT's of each by itself with friction: forces within 2 % of the load, height within 2 um of 30 um.
 
-    The load here is what CONTACT's normal forces carry without its friction.
+    The rigid heights differ by up to 1.5 um (test above), and 1 um of it between wing and nose, 250 and 430 N/um in series, moves 1.6 % of the load. The
+    load here is what CONTACT's normal forces carry without its friction.
     """
     shift, height, *published = row
     carried = [(point[3], point[2]) for point in published if point]
