@@ -1,5 +1,6 @@
 #!/bin/bash
-# Makes everything ready on Debian 12 or 13: distribution packages, and a virtual environment in .venv. Safe to call again; then it takes no time.
+# Makes everything ready on Debian 12 or 13: distribution packages, and a virtual environment in .venv. Safe to call again:
+# then it only looks whether all is still there and NumPy the distribution's, and mends what is not.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8
@@ -16,11 +17,10 @@ stop() {
   exit 1
 }
 
-installed() { dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q 'ok installed'; }
-
 install_packages() {
-  local missing=() admin=()
-  for package in "${PACKAGES[@]}"; do installed "$package" || missing+=("$package"); done
+  local missing=() admin=() here
+  here=$(dpkg-query -W -f='${Status} ${Package} \n' "${PACKAGES[@]}" 2>/dev/null | sed -n 's/.*ok installed//p') || true  # fails where one of them is not known
+  for package in "${PACKAGES[@]}"; do case "$here" in *" $package "*) ;; *) missing+=("$package") ;; esac; done
   [ ${#missing[@]} -gt 0 ] || return 0
   if [ "$(id -u)" -ne 0 ]; then
     command -v sudo >/dev/null || stop "the packages ${missing[*]} are missing and there is no sudo: as root run 'apt-get install ${missing[*]}', then call this again"
@@ -34,18 +34,26 @@ install_packages() {
   : >"$LOG"
 }
 
+# What is missing or not the distribution's, a line each, by a look at the files; a broken interpreter is a fault too.
+faults() { .venv/bin/python -m rail_fem.run.installation 2>/dev/null || [ $? -eq 1 ] || echo "the interpreter does not start"; }
+
+in_environment() { .venv/bin/python -m pip "$@" --disable-pip-version-check --no-input </dev/null >>"$LOG" 2>&1; }
+
 make_environment() {
-  local numpy
-  echo "setup: making the virtual environment .venv"
+  local numpy broken
   if ! { [ -x .venv/bin/python ] && .venv/bin/python -c '' 2>/dev/null && [ "$(.venv/bin/python -c 'import sys; print(sys.base_prefix)')" = /usr ]; }; then
     rm -rf .venv
     "$PYTHON" -m venv --system-site-packages .venv >"$LOG" 2>&1 || stop "the virtual environment .venv could not be made (above)"
   fi
-  # dolfinx was built against the distribution's NumPy: keep that series
+  # dolfinx was built against the distribution's NumPy: keep that series, also when somebody calls .venv/bin/pip later
   numpy=$("$PYTHON" -c 'import numpy; print(".".join(numpy.__version__.split(".")[:2]))')
   echo "numpy==$numpy.*" >.venv/constraints.txt
-  .venv/bin/python -m pip install -q --disable-pip-version-check --no-input -c .venv/constraints.txt -e '.[test]' </dev/null >"$LOG" 2>&1 ||
-    stop "pip could not install the Python packages of pyproject.toml (above): is the package index reachable?"
+  "$PYTHON" -c 'import pathlib; print("[install]\nconstraint =", pathlib.Path(".venv/constraints.txt").resolve().as_uri())' >.venv/pip.conf
+  case "$(faults)" in *"NumPy "*"has taken the place"*) in_environment uninstall -q -y numpy || stop "pip could not take the foreign NumPy out of .venv (above)" ;; esac
+  in_environment install -q -e '.[test]' || stop "pip could not install the Python packages of pyproject.toml (above): is the package index reachable?"
+  broken=$(.venv/bin/python -m rail_fem.run.installation --broken)  # emptied folders, which pip takes for installed
+  # shellcheck disable=SC2086
+  [ -z "$broken" ] || in_environment install -q --force-reinstall --no-deps $broken || stop "pip could not install $broken again (above): remove .venv and call this again"
   .venv/bin/python -c 'import dolfinx, mpi4py, numba, gmsh, pyvista, pydantic, pint, typer, pytest, xdist' >"$LOG" 2>&1 ||
     stop "an installed package does not import (above): remove .venv and call this again"
   : >"$LOG"
@@ -56,7 +64,12 @@ install_packages
 # The stamp names what the environment was made from and where.
 stamp=$({ pwd; "$PYTHON" --version; cat setup.sh pyproject.toml; } | sha256sum | cut -d' ' -f1)
 if [ "$(cat .venv/.stamp 2>/dev/null)" != "$stamp" ] || [ ! -x .venv/bin/python ]; then
-  make_environment
-  echo "$stamp" >.venv/.stamp
-  echo "setup: ready"
+  echo "setup: making the virtual environment .venv"
+elif fault=$(faults) && [ -n "$fault" ]; then
+  echo "setup: mending the virtual environment .venv: $(paste -sd ';' <<<"$fault")"
+else
+  exit 0
 fi
+make_environment
+echo "$stamp" >.venv/.stamp
+echo "setup: ready"

@@ -1,20 +1,28 @@
-"""python -m rail_fem: see rail_fem/cli.py."""
+"""python -m rail_fem: the command line of rail_fem/cli.py, where the environment holds what it needs; else a sentence."""
 
 import sys
 
 from rail_fem import stopping
+from rail_fem.run.installation import REMEDY, explain, numpy_fault
 
 
 def main() -> None:
     """The program; ready to be stopped before the long imports, and with a sentence where a library is missing."""
     stopping.listen()
+    if sys.argv[1:] == ["doctor"]:  # must speak also where the command line cannot be imported
+        from rail_fem.run.doctor import tell
+
+        sys.exit(tell())
+    if fault := numpy_fault():
+        sys.exit(f"rail-fem: {fault}: {REMEDY}")
     try:
-        from rail_fem import cli
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] in ("rail_fem", "bem", "geometry"):
+        from rail_fem.cli import main as command_line
+
+        command_line()
+    except (ImportError, AttributeError) as error:  # the latter where a package's folder was emptied
+        if not (sentence := explain(error)):
             raise
-        sys.exit(f"{error.name} is not installed in this Python ({sys.executable}): run ./setup.sh, or use .venv/bin/python")
-    cli.main()
+        sys.exit(f"rail-fem: {sentence}")
 
 
 if __name__ == "__main__":

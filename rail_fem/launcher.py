@@ -13,8 +13,6 @@ import time
 from collections.abc import Callable
 from typing import TypeVar
 
-from geometry.meshing.gmsh_process import without_mpi
-
 Answer = TypeVar("Answer")
 ROOT_SPEAKS_FIRST = 2.0  # seconds
 TOGETHER, LOOK = 10.0, 0.01  # how long ranks wait for each other at the end, and how often they look [s]
@@ -112,6 +110,8 @@ def rank_environment() -> dict[str, str]:
     A program that has initialised MPI hands such variables on to its children, also those that os.environ does not know; mpirun
     would take itself for a rank of that program and end without a word.
     """
+    from geometry.meshing.gmsh_process import without_mpi  # here: `doctor` needs this file also where NumPy is broken
+
     return without_mpi(os.environ) | {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rail_fem import launcher
 from rail_fem.output.versions import versions
+from rail_fem.run.installation import NEEDED, missing, numpy_fault
 
 PROBE_SECONDS = 120
 
@@ -76,13 +77,28 @@ raise SystemExit(total != 3)
 """
 
 
+def tell() -> int:
+    """Print what `examine` finds; 0 where all is well, else 1."""
+    broken = 0
+    for finding in examine():
+        print(finding.line(), flush=True)
+        broken += not finding.well
+    print(f"{broken} fault(s)" if broken else "all well")
+    return 1 if broken else 0
+
+
 def examine() -> Iterator[Finding]:
     """Look at one thing after the other."""
     found = versions()
     well = sys.version_info >= (3, 11)
     yield Finding("python", well, f"{found['python']} at {sys.executable}", "use Debian 12 or 13, whose python3 is 3.11 or newer")
-    missing = [name for name, version in found.items() if version == "not installed"]
-    yield Finding("packages", not missing, ", ".join(f"{name} {found[name]}" for name in found if name not in ("python", "system", "git")), "./setup.sh")
+    fault = numpy_fault()
+    yield Finding("numpy", not fault, fault or found["numpy"], "./setup.sh, which puts the distribution's back; the rest can only be looked at then")
+    if fault:
+        return
+    gone = missing([*NEEDED])
+    shown = ", ".join(f"{name} {found[name]}" for name in found if name not in ("python", "system", "git"))
+    yield Finding("packages", not gone, f"missing: {', '.join(gone)}" if gone else shown, "./setup.sh")
     for subject, (code, remedy) in PROBES.items():
         yield _probe(subject, code, remedy)
     yield _ranks()

@@ -66,6 +66,8 @@ def _named(name: str) -> tuple[float, dict[str, float]]:
         raise QuantityError(f'"{name}" may be 907 kg or 1016 kg: write "t" for 1000 kg')
     try:
         factor, units = registry().get_root_units(registry().parse_units(name))
+    except ImportError:  # a broken environment is no unknown unit
+        raise
     except Exception as error:  # pint raises many kinds
         raise QuantityError(f'unknown unit "{name}"') from error
     return float(factor), {str(unit): float(power) for unit, power in units._units.items()}

@@ -7,7 +7,7 @@ from rail_fem.run.doctor import Finding, _probe, examine
 def test_everything_a_run_needs_is_looked_at(monkeypatch):
     """Whether it is well is tried by the README's doctor command."""
     monkeypatch.setattr(doctor, "_probe", lambda subject, *_: Finding(subject, True, ""))
-    assert [finding.subject for finding in examine()] == ["python", "packages", "dolfinx", "numba", "gmsh", "rendering", "mpi"]
+    assert [finding.subject for finding in examine()] == ["python", "numpy", "packages", "dolfinx", "numba", "gmsh", "rendering", "mpi"]
 
 
 @pytest.mark.parametrize("code, said", [("import module_that_is_absent", "module_that_is_absent"), ("raise SystemExit(3)", "exit code 3"), ("import os; os.abort()", "exit code -6")])

@@ -1,0 +1,63 @@
+"""Whether the environment still holds what setup.sh put there: looked up among the files, nothing is imported, so it takes no time.
+
+`python -m rail_fem.run.installation` prints a line for each fault and ends with 1; setup.sh calls it every time. What a package that is there
+does when it is used, only `doctor` tries.
+"""
+
+import importlib.metadata
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+# name to import -> name to install, where that differs
+NEEDED = {"numpy": "", "scipy": "", "numba": "", "gmsh": "", "meshio": "", "pyvista": "", "matplotlib": "", "pydantic": "", "pint": "", "typer": "",
+          "rich": "", "dolfinx": "", "mpi4py": "", "petsc4py": "", "pytest": "", "xdist": "pytest-xdist", "hypothesis": ""}  # fmt: skip
+REMEDY = "./setup.sh mends it"
+
+
+def missing(names: list[str]) -> list[str]:
+    """Those of the packages `names` that Python would not find, or only as an emptied folder."""
+    return [name for name in names if (spec := find_spec(name)) is None or spec.origin is None]
+
+
+def numpy_fault() -> str:
+    """What is wrong with NumPy's series; empty where it is the one that setup.sh wrote down: that of the distribution, which dolfinx was built with."""
+    written = Path(sys.prefix) / "constraints.txt"
+    if not written.is_file() or not written.read_text().startswith("numpy=="):
+        return ""
+    series = written.read_text().split()[0].removeprefix("numpy==").removesuffix(".*")
+    try:
+        version = importlib.metadata.version("numpy")
+    except importlib.metadata.PackageNotFoundError:
+        return f"NumPy is missing, {series} is needed"
+    if version.startswith(f"{series}."):
+        return ""
+    return f"NumPy {version} has taken the place of the distribution's {series}, which dolfinx, SciPy and others were built with"
+
+
+def faults() -> list[str]:
+    """A line for each fault of the environment."""
+    series = numpy_fault()
+    return [*filter(None, [series]), *(f"the package {name} is missing" for name in missing([*NEEDED]) if not (series and name == "numpy"))]
+
+
+def explain(error: Exception) -> str:
+    """A sentence for an import that failed, with its remedy; empty where no package of the environment is at fault."""
+    if gone := missing([*NEEDED]):
+        return f"not installed in this Python ({sys.executable}): {', '.join(gone)} ({error}): run ./setup.sh, or use .venv/bin/python"
+    name = (getattr(error, "name", None) or "").partition(".")[0]
+    return f"the package {name} is broken ({error}): remove .venv and call ./setup.sh" if isinstance(error, ImportError) and name in NEEDED else ""
+
+
+def main() -> int:
+    """Print the faults, or with --broken the names under which the missing packages are installed."""
+    if sys.argv[1:] == ["--broken"]:
+        print(*(NEEDED[name] or name for name in missing([*NEEDED])))
+        return 0
+    found = faults()
+    print(*found, sep="\n", end="\n" if found else "")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
