@@ -1,6 +1,7 @@
-"""The text of a case file, read within bounds: what is too large, too deep or too long to be a case is refused before it is parsed.
+"""The text of a case file, read within bounds: what is too large or too deep to be a case is refused before it is parsed.
 
-A reader of TOML takes time that grows with the square of a key's parts, recurses into nested arrays, and works out integers of any length.
+A reader of TOML takes time that grows with the square of a key's parts, recurses into nested arrays, and works out
+integers of any length.
 """
 
 import re
@@ -34,7 +35,8 @@ def read_table(path: Path) -> dict[str, Any]:
         if not S_ISREG(about.st_mode):
             raise CaseTextError("cannot be read: it is no file, give the path of a case file")
         if about.st_size > LARGEST_FILE:
-            raise CaseTextError(f"{about.st_size / 1e6:.0f} MB is no case file, the largest allowed is {LARGEST_FILE / 1e6:.0f} MB")
+            megabytes = about.st_size / 1e6
+            raise CaseTextError(f"{megabytes:.0f} MB is no case file, the largest allowed is {LARGEST_FILE / 1e6:.0f} MB")
         text = path.read_bytes().decode("utf-8-sig")
         check_size(text)
         return tomllib.loads(text)
@@ -61,12 +63,17 @@ def check_size(text: str) -> None:
             raise CaseTextError(f"line {number}: {line.count('.')} dots, a key has at most {MOST_PARTS} parts")
     long = re.search(rf"[\w+-]{{{LONGEST_WORD + 1},}}", bare)
     if long:
-        raise CaseTextError(f"line {bare.count(chr(10), 0, long.start()) + 1}: a word of {long.end() - long.start()} characters, the longest allowed is {LONGEST_WORD}")
+        length = long.end() - long.start()
+        raise CaseTextError(f"line {_line(long)}: a word of {length} characters, the longest allowed is {LONGEST_WORD}")
     depth = 0
     for bracket in re.finditer(r"[\[{\]}]", bare):
         depth = depth + 1 if bracket[0] in "[{" else max(depth - 1, 0)
         if depth > DEEPEST:
-            raise CaseTextError(f"line {bare.count(chr(10), 0, bracket.start()) + 1}: brackets {depth} deep, at most {DEEPEST} are allowed")
+            raise CaseTextError(f"line {_line(bracket)}: brackets {depth} deep, at most {DEEPEST} are allowed")
+
+
+def _line(found: re.Match) -> int:
+    return found.string.count("\n", 0, found.start()) + 1
 
 
 def _blank(found: re.Match) -> str:
@@ -75,5 +82,5 @@ def _blank(found: re.Match) -> str:
     if text.startswith("#"):
         return ""
     if len(text) > LONGEST_STRING:
-        raise CaseTextError(f"line {found.string.count(chr(10), 0, found.start()) + 1}: a text of {len(text)} characters, the longest allowed is {LONGEST_STRING}")
+        raise CaseTextError(f"line {_line(found)}: a text of {len(text)} characters, the longest allowed is {LONGEST_STRING}")
     return '""' + "\n" * text.count("\n")

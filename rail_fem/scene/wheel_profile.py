@@ -1,7 +1,8 @@
-"""The wheel's profile of a scene: one of geometry's by name, or a measured one that is read once, through the profile doctor, and carried along.
+"""The wheel's profile of a scene: one of geometry's by name, or a measured one, read once through the profile doctor.
 
-A run keeps the line that it used as wheel_profile.csv in its folder. That file restores the very same profile, to the last bit and with the
-digest of what was once read, so that a run can be shown, gone on with and repeated when the first file has gone or has changed.
+A run keeps the line that it used as wheel_profile.csv in its folder. That file restores the very same profile, to the
+last bit and with the digest of what was once read, so that a run can be shown, gone on with and repeated when the first
+file has gone or has changed.
 """
 
 import hashlib
@@ -34,7 +35,8 @@ class MeasuredWheel:
     """A profile file as it was read: what the models see, whatever becomes of the file.
 
     source  : path of the file
-    digest  : SHA-256 of the points and declarations that were read and of how they were to be read; not of the file's name, place or comments
+    digest  : SHA-256 of the points and declarations that were read and of how they were to be read; not of the file's
+        name, place or comments
     findings : the profile doctor's, as (weight, text)
     profile : the line that models use, z a function of y
     """
@@ -53,10 +55,11 @@ class MeasuredWheel:
         """Write wheel_profile.csv into a run's folder. Errors: OSError."""
         rows = np.column_stack([getattr(self.profile, name) for name in COLUMNS])
         notes = [f"# {weight}: {text}" for weight, text in self.findings]
-        lines = ["# unit: m", "# axes: y + to the field side, z up; angles in rad, curvature in 1/m", f"# label: {self.profile.label}", *notes,
-                 "y,z,angle_before,angle_after,curvature", *(",".join(repr(float(value)) for value in row) for row in rows)]
-        body = "\n".join(lines) + "\n"
-        write_text_atomically(Path(folder) / KEPT, f"{KEPT_HEAD}; read: {self.digest}; kept: {_sha(body.encode())}\n{body}")
+        head = ["# unit: m", "# axes: y + to the field side, z up; angles in rad, curvature in 1/m",
+                f"# label: {self.profile.label}", *notes, "y,z,angle_before,angle_after,curvature"]  # fmt: skip
+        body = "\n".join([*head, *(",".join(repr(float(value)) for value in row) for row in rows)]) + "\n"
+        first = f"{KEPT_HEAD}; read: {self.digest}; kept: {_sha(body.encode())}\n"
+        write_text_atomically(Path(folder) / KEPT, first + body)
 
 
 def wheel_shape(profile: str, far_tread_slope: float = 0.067) -> Profile:
@@ -93,7 +96,8 @@ def read_wheel(path: Path, reading: Reading = Reading()) -> MeasuredWheel:
         raise ProfileError(f"{path}: {about.st_size / 1e6:.0f} MB, a profile has at most {LARGEST_FILE / 1e6:.0f} MB")
     kept = _read_kept(path) if Path(path).name == KEPT else None
     if kept and reading.told():
-        raise ProfileError(f"{path}: is the profile as a run used it, there is nothing left to tell of its reading: leave out {', '.join(reading.told())}")
+        raise ProfileError(f"{path}: is the profile as a run used it, there is nothing left to tell of its reading: "
+                           f"leave out {', '.join(reading.told())}")  # fmt: skip
     return kept or _judged(path, read_raw(path, "wheel", UNITS.get(reading.unit), reading.number or 1), reading)
 
 
@@ -105,7 +109,7 @@ def _judged(path: Path, raw: RawProfile, reading: Reading) -> MeasuredWheel:
 
 
 def _digest(raw: RawProfile, reading: Reading) -> str:
-    """Of the points as read and of how they are to be read: mending rounds differently from machine to machine, reading does not."""
+    """Of the points as read and of how they are to be read: mending rounds differently on each machine, reading not."""
     declared = repr((raw.points.shape, raw.unit, raw.kind, raw.up, raw.layout, reading.smoothing, reading.flange_back))
     return _sha(declared.encode() + np.ascontiguousarray(raw.points, "<f8").tobytes())
 
@@ -122,7 +126,8 @@ def _read_kept(path: Path) -> MeasuredWheel | None:
         head, _, body = stream.read().partition(b"\n")
     words = dict(part.strip().split(": ", 1) for part in head.decode("utf-8", "replace").split(";") if ": " in part)
     if words.get("kept") != _sha(body):
-        raise ProfileError(f"{path}: was changed since a run wrote it; take out its first line to use it as a profile of its own")
+        raise ProfileError(f"{path}: was changed since a run wrote it; "
+                           "take out its first line to use it as a profile of its own")  # fmt: skip
     lines = body.decode("utf-8").splitlines()
     notes = [line[2:].split(": ", 1) for line in lines if line.startswith("# ")]
     table = np.loadtxt(io.StringIO("\n".join(line for line in lines if not line.startswith(("#", "y")))), delimiter=",", ndmin=2)
