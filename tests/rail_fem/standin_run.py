@@ -56,6 +56,7 @@ def standin_history(direction: str = "facing", load: float = 86e3) -> dict[str, 
     plastic = 4 / (1 + np.exp(-(along - TRANSFER) / 5e-4))
     return {
         "time": time, "x": x, "force": force, "force_wing": force * (1 - on_nose), "force_nose": force * on_nose,
+        "force_longitudinal": 0.1 * force * on_nose, "creep_longitudinal": -2e-3 * on_nose,
         "wheel_height": -1.2e-3 - 0.6e-3 * np.exp(-0.5 * ((along - 0.36) / 0.05) ** 2), "crossing_height": -0.54e-3 * np.minimum(time / SETTLE, 1),
         "contact_x": np.where(carried, x, np.nan), "contact_y": contact_y,
         "energy_elastic": elastic, "energy_plastic": plastic, "energy_hourglass": 0.02 * plastic, "energy_contact": 0.01 * elastic,

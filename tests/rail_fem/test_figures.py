@@ -14,6 +14,7 @@ from geometry.meshing.blocks import mesh_grid
 from rail_fem.output.events import lost_contact, settling_end, stated_peaks
 from rail_fem.output.result import PassResult, Peak
 from rail_fem.output.shares import largest_internal
+from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import energies_figure
 from rail_fem.show.fields import FieldsError, cut_at, depth_below, faces_from_above, read_crossing
 from rail_fem.show.figures import draw_run, strain_figures
@@ -234,7 +235,7 @@ def test_columns_that_a_model_does_not_resolve_are_left_out(tmp_path):
 
 def test_empty_history_of_a_failed_run_is_said(tmp_path):
     write_run(tmp_path, history={"time": [], "x": []}, fault="the wheel starts inside the rail", transfer_x=float("nan"))
-    assert {path.name for path in draw_run(tmp_path)} == NAMES - {"energies.png"}
+    assert {path.name for path in draw_run(tmp_path)} == NAMES - {"creep.png", "energies.png"}
     result = write_run(tmp_path / "again", history={"time": [], "x": []}, fault="the wheel starts inside the rail")
     assert "the history has no rows" in words(force_figure(result, "run")) and "inside the rail" in words(force_figure(result, "run"))
 
@@ -359,3 +360,10 @@ def test_script_draws_in_three_dimensions_without_a_display(tmp_path):
 def test_script_says_what_it_misses(tmp_path):
     answer = run_alone("cases/plot_plastic_strain.py", str(tmp_path))
     assert answer.returncode == 1 and "no such file; give the folder of a run" in answer.stderr and "Traceback" not in answer.stderr
+
+
+def test_creep_is_drawn_where_the_wheel_is_in_contact_and_said_to_be_missing_where_it_is_not(tmp_path):
+    said = words(creep_figure(write_run(tmp_path), "run"))
+    assert "largest +" in said and "friction 0.3 times the vertical force" in said and "creep not resolved" not in said
+    lost = {name: column for name, column in standin_history().items() if name != "creep_longitudinal"}
+    assert "creep not resolved" in words(creep_figure(write_run(tmp_path / "lost", history=lost), "run"))
