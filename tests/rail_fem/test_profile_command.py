@@ -1,0 +1,60 @@
+"""`rail-fem profile`: what is doubtful can be told by an option, nothing is drawn unasked, faults are sentences."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from geometry.profiles.doctor import examine
+from geometry.profiles.formats.by_suffix import read_raw
+from geometry.profiles.rail import rail_head
+from geometry.profiles.wheel import wheel_profile
+from rail_fem.cli import app
+from tests.geometry.faulty_profiles import MINIPROF_KEYS, measured_rail, measured_wheel, rows, simpack, written
+
+MM = 1e-3
+
+
+def profile(*words) -> tuple[int, str]:
+    result = CliRunner().invoke(app, ["profile", *map(str, words)])
+    return result.exit_code, result.output + (result.stderr if result.stderr_bytes else "")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    return tmp_path
+
+
+def test_nothing_is_drawn_unless_a_picture_is_asked_for(folder):
+    file = written(folder / "a.ban", MINIPROF_KEYS.format(count=9) + rows(measured_rail()))
+    code, said = profile(file)
+    assert code == 0 and "  drawn " not in said and not list((folder / "here").iterdir())
+    assert profile(file, "--picture", "a.png")[0] == 0 and (folder / "here" / "a.png").stat().st_size > 10_000
+
+
+def test_a_rail_is_mirrored_moved_and_smoothed_as_told_and_written(folder):
+    file = written(folder / "a.ban", MINIPROF_KEYS.format(count=9) + rows(measured_rail()))
+    code, said = profile(file, "--mirror", "--write", "b.csv")
+    assert code == 0 and "mirrored as told" in said and "crown set to z = 0: moved by 6.010 mm" in said
+    y = np.linspace(-30, 30, 61) * MM
+    again = examine(read_raw(folder / "here" / "b.csv", "rail"), mirror=False).profile
+    assert np.abs(again.height(y) - rail_head("60E1").height(y)).max() < 0.5e-6
+    assert "kept (as told)" in profile(file, "--origin", "file")[1]
+    assert "moved by -0.000, 6.010 mm, as told" in profile(file, "--origin", "0,-6.01")[1]
+    assert "3 um taken out as told" in profile(file, "--smoothing", "3")[1]
+    assert profile(file, "--origin", "1,x")[0] == 2
+
+
+def test_a_wheels_flange_back_is_asked_for_and_taken_as_told(folder):
+    file = written(folder / "a.prw", simpack(measured_wheel(begin=3.93, rim=0.0)[:-61] * [1, -1], "wheel"))
+    code, said = profile(file)
+    assert code == 2 and "give flange_back" in said and "Traceback" not in said
+    assert profile(file, "--flange-back", "0", "--write", "w.csv")[0] == 0
+    again, y = examine(read_raw(folder / "here" / "w.csv", "wheel")).profile, np.linspace(-34, 55, 90) * MM
+    assert np.abs(again.height(y) - wheel_profile("S1002").height(y)).max() < 5e-6
+
+
+def test_a_missing_file_is_a_sentence(folder):
+    code, said = profile("nothere.csv")
+    assert code == 2 and "nothere.csv: no such file" in said and "Errno" not in said
