@@ -27,7 +27,7 @@ Force = tuple[float | None, float | None]
 _MAX_TURNS = 60
 _COARSEST_CELLS = 6
 _SHARE_ROLLING = 1.2    # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py): first order,
-_SHARE_SHIFT = 0.55     # and nearly second
+_SHARE_SHIFT = 0.6     # and nearly second
 
 
 def rolling_contact(patch: Patch, first: Elastic, second: Elastic, friction: float, creepage: Creepage = Creepage(),

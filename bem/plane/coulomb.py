@@ -182,8 +182,20 @@ def solve_step(system: ContactSystem, drive: Drive, friction: float | np.ndarray
     state    : (n,) states to start from, default all closed; limit : iterations allowed, default 60 + 4 n
     Raises EquilibriumError when no contact can balance the load, ConvergenceError when no consistent states are found.
     """
+    friction = np.broadcast_to(np.asarray(friction, float), system.nodes)
+    try:
+        return _pivot(system, drive, friction, before, state, limit)
+    except ConvergenceError:
+        if not 1 < friction.max() < np.inf:
+            raise
+        rough = _pivot(system, drive, np.where(friction > 1, np.inf, friction), before, state, limit)
+        return _pivot(system, drive, friction, before, rough.state, limit)     # high friction: from where nothing slides
+
+
+def _pivot(system: ContactSystem, drive: Drive, friction: np.ndarray, before: np.ndarray | None, state: np.ndarray | None,
+           limit: int) -> ContactState:
+    """Block principal pivoting from given states; friction (n,)."""
     n = system.nodes
-    friction = np.broadcast_to(np.asarray(friction, float), n)
     before = np.zeros(n) if before is None else before
     closed = np.where(friction > 0, STICK, FORWARD)
     state = closed.copy() if state is None else state.copy()

@@ -2,7 +2,10 @@
 import numpy as np
 import pytest
 
+from bem.plane.body import Body
+from bem.plane.contact import Settings, solve_contact
 from bem.plane.coulomb import BACKWARD, FORWARD, STICK
+from bem.verification.cases import LOAD, non_conformal
 from bem.verification.exact_problems import FRICTION, HALF_WIDTH as A, SOFT_STEEL, UNLIKE, pressed_discs, spence_friction, spence_ratios
 from bem.exact.hertz import HertzError, line_contact_of_width
 from bem.material import Elastic, contact_modulus
@@ -125,3 +128,13 @@ def test_stick_of_proportional_loading_does_not_depend_on_the_load():
 @pytest.mark.validate
 def test_spence_within_two_per_cent_without_extrapolation():
     assert spence_ratios(128, 64)[-1] == pytest.approx(0.5, rel=0.02)
+
+
+@pytest.mark.parametrize("friction", [10.0, 1e3, 1e6])
+def test_very_high_friction_is_that_of_faces_on_which_nothing_slides(friction):
+    """Sliding states of friction far above 1 contradict each other without end unless the search starts where nothing slides."""
+    lower, upper = non_conformal()
+    soft = Body(lower.outline, Elastic(70e9, 0.33), held=lower.held)
+    for below in (lower, soft):
+        rough, high = (solve_contact(below, upper, LOAD, mu, settings=Settings(size=0.4e-3)).last for mu in (np.inf, friction))
+        np.testing.assert_allclose(high.pressure, rough.pressure, atol=0.02 * rough.pressure.max())
