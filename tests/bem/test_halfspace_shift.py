@@ -72,7 +72,7 @@ def test_spence_needs_steps_and_then_sticks_to_half_the_radius():
         for step in range(1, steps + 1):
             patch = sphere(48, soft, rigid, load * (step / steps) ** 1.5)
             last = shift_contact(patch, soft, rigid, 0.2986, previous=last, estimate=False)
-        assert last.warnings == ()
+        assert not any("converged" in note or "turns" in note for note in last.warnings)
         ratios[steps] = np.sqrt(last.stick_area / last.contact_area)
     assert ratios[16] == pytest.approx(0.5, rel=0.02)
     assert ratios[1] < 0.3
