@@ -140,7 +140,7 @@ def test_pressed_along_a_steep_flank_is_the_contact_pressed_straight_into_it():
         found = on_flank(down, **drive)
         assert found.max_pressure == pytest.approx(exact.max_pressure, rel=2e-3)
         np.testing.assert_allclose(found.force, exact.force, rtol=2e-3)
-        assert found.approach == pytest.approx(approach, rel=1e-3) and found.warnings == ()
+        assert found.approach == pytest.approx(approach, rel=1e-3) and not any("converged" in note or "taken anew" in note for note in found.warnings)
 
 
 def test_one_slice_is_a_strip_and_a_grid_beside_the_face_is_refused():
