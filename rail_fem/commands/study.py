@@ -33,6 +33,7 @@ STUDIES = {
     "passage-size": Study("rail_fem.studies.passage_size", "one pass at several element sizes"),
     "kernel-speed": Study("rail_fem.studies.kernel_speed", "element kernels against dolfinx's own assembly"),
     "plane-orders": Study("bem.verification.orders", "plane boundary elements against exact solutions, with their orders"),
+    "estimates": Study("bem.verification.estimates_study", "are the error estimates of the contact solvers bounds? 200 seeded cases"),
     "plane-speed": Study("bem.verification.plane_study", "plane boundary elements: convergence, speed, memory"),
     "halfspace": Study("bem.verification.halfspace_study", "half-space solvers: speed against error, creep curves", ("--quick",)),
     "halfspace-speed": Study("bem.verification.halfspace_speed", "half-space solvers in full, beside CONTACT"),

@@ -30,8 +30,9 @@ def run_shell(words: list[str]) -> str:
 
 def run_readme(command: str, folder: Path) -> str:
     """A README command, its outputs sent to `folder`, with the mpirun options that this machine needs."""
-    words = [word.replace("runs/", f"{folder}/") for word in shlex.split(command)]
-    words = [sys.executable if word == ".venv/bin/python" else word for word in words]
+    words = [word.replace("runs/", f"{folder}/").replace("my_case.toml", f"{folder}/my_case.toml") for word in shlex.split(command)]
+    own = {".venv/bin/python": [sys.executable], ".venv/bin/rail-fem": [sys.executable, "-m", "rail_fem"]}
+    words = [*own.get(words[0], words[:1]), *(sys.executable if word == ".venv/bin/python" else word for word in words[1:])]
     if words[:2] == ["mpirun", "-n"]:
         words = launcher.mpi_command(int(words[2])) + words[3:]
     return run_shell(words)
@@ -45,8 +46,8 @@ def check_folder(folder: Path) -> None:
 
 def test_readme_names_the_commands_that_are_tried_here():
     """A command added to the README must be tried below."""
-    tried = ["./run.sh", "./test.sh", ".venv/bin/python -m rail_fem check", ".venv/bin/python -m rail_fem run", ".venv/bin/python -m rail_fem show",
-             ".venv/bin/python -m rail_fem doctor", "mpirun -n 2 .venv/bin/python -m mpi4py -m rail_fem run"]
+    tried = ["./run.sh", "./test.sh", *(f".venv/bin/rail-fem {name}" for name in ("init", "check", "run", "show", "list", "doctor")),
+             "mpirun -n 2 .venv/bin/python -m mpi4py -m rail_fem run"]
     untried = [command for command in COMMANDS if not any(command.startswith(start) for start in tried)]
     assert not untried and all(any(command.startswith(start) for command in COMMANDS) for start in tried)
 
@@ -60,9 +61,18 @@ def test_continuous_integration_calls_the_test_command():
     assert "./test.sh" in (ROOT / ".ci" / "run").read_text() and os.access(ROOT / ".ci" / "run", os.X_OK)
 
 
-@pytest.mark.parametrize("command", [command for command in COMMANDS if re.search(r"rail_fem (check|doctor)", command)])
-def test_commands_that_need_no_run(command, tmp_path):
-    assert run_readme(command, tmp_path).strip()
+def test_commands_of_ones_own_case_in_their_order(tmp_path):
+    """From nothing to the report of a run, as the README says it."""
+    said = {command: run_readme(command, tmp_path) for command in COMMANDS if command.startswith(".venv/bin/rail-fem")}
+    assert all(text.strip() for text in said.values())
+    check_folder(tmp_path / "my_case")
+    assert "finished" in next(text for command, text in said.items() if "rail-fem show" in command)
+
+
+def test_the_python_of_the_readme_runs(tmp_path):
+    block = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)[1]
+    code = block.replace('rail_fem.load_result("runs/my_case")', "print(repr(result))")
+    assert "PassResult rigid_hertz" in run_shell([sys.executable, "-c", code])
 
 
 @needs_model
@@ -72,13 +82,10 @@ def test_main_job_command(tmp_path):
 
 
 @needs_model
-def test_run_and_show_commands(tmp_path):
-    for command in COMMANDS:
-        if re.search(r"rail_fem (run|show)", command):
-            said = run_readme(command, tmp_path)
-            assert "finished" in said
-    for folder in tmp_path.iterdir():
-        check_folder(folder)
+def test_the_command_on_several_ranks(tmp_path):
+    command = next(command for command in COMMANDS if command.startswith("mpirun"))
+    assert "finished" in run_readme(command, tmp_path)
+    check_folder(tmp_path / "two_cores")
 
 
 @needs_model
