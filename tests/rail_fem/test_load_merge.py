@@ -46,7 +46,7 @@ def judged(search: ContactSearch, state: Wheelset, points: Contacts, cells: tupl
     touching = tie_at(search.wheelset.left, plain_rail(search.track.placed("left")), datum, at[:2], search.wheelset.radius, STEEL, STEEL)
     wheel = replace(touching.wheel, place=(*datum, state.z - search.wheelset.radius))  # lowered, not along the normal
     tie = replace(touching, wheel=wheel)
-    x, y = np.meshgrid(np.linspace(0, 12 * MM, 40), np.linspace(-30 * MM, 30 * MM, 400), indexing="ij")
+    x, y = np.meshgrid(np.linspace(0, 12 * MM, 40), np.linspace(-45 * MM, 45 * MM, 600), indexing="ij")
     near = tie.gap(x, y) < 0
     length, low, high = x[near].max() + 0.5 * MM, y[near].min() - 0.3 * MM, y[near].max() + 0.3 * MM
     patch = normal_contact(tie.gap, STEEL, STEEL, approach=0.0, grid=Grid.over((-length, length), (low, high), *cells), estimate=False)
