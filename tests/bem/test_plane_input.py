@@ -52,6 +52,8 @@ def check(error, message, call):
     (OutlineError, r"loop 1.* within loops \[0\]", lambda: loops(SQUARE, SQUARE * 0.3 + 0.1, infinite=True)),
     (OutlineError, r"loop 2.* within loops \[0, 1\]", lambda: loops(SQUARE, SQUARE * 0.5 + 0.2, SQUARE * 0.1 + 0.4)),
     (OutlineError, "each a list of Edge", lambda: Outline([Edge(SQUARE)])),
+    (OutlineError, "loop 0 is open: edge 'roof' ends", lambda: Outline([[Edge(SQUARE[:3], "floor"), Edge(SQUARE[2:4], "roof")]])),
+    (OutlineError, "loop 0 is open: edge 'floor' ends", lambda: Outline([[Edge(SQUARE[:2], "floor"), Edge(SQUARE[2:], "roof")]])),
     (CurveError, r"point 2 of 4 is \(nan, 0\)", lambda: loops(np.array([[0, 0], [2, 1], [np.nan, 0], [0, 0.0]]))),
     (CurveError, "no array of numbers", lambda: loops(np.array([["a", "b"], ["c", "d"]]))),
     (CurveError, "no array of numbers", lambda: loops([[0, 0], [1]])),

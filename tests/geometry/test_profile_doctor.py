@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import make_smoothing_spline
 from scipy.optimize import minimize_scalar
 
-from geometry.profiles.doctor import examine
+from geometry.profiles.doctor import examine, refuse_loops
 from geometry.profiles.faults import noise_level
 from geometry.profiles.figure import draw_diagnosis
 from geometry.profiles.smoothing import smoothing_spline
@@ -50,6 +50,14 @@ def test_a_measured_wheel_is_set_on_its_datum():
     assert np.abs(found.profile.points - WHEEL).max() < 2.5e-7  # the EN arc passes D0 itself at 0.19 um
 
 
+@pytest.mark.parametrize("raised", [-50.0, 80.0])
+def test_where_a_measured_wheels_zero_lies_does_not_change_its_flange(raised):
+    """Its height counts from the tread; a file may have its zero anywhere, at the flange's tip or on the axle's side."""
+    found = examine(raw(WHEEL + [0.0712, raised * MM], "wheel"))
+    assert says(found, "mended", f"{-raised:.3f} mm; flange {-WHEEL[:, 1].min() / MM:.2f} mm high")
+    assert np.abs(found.profile.points - WHEEL).max() < 2.5e-7
+
+
 def test_repeated_points_are_taken_out_and_said():
     found = examine(raw(np.repeat(RAIL, 2, axis=0)))
     assert says(found, "mended", f"{len(RAIL)} repeated point(s) taken out, the first on line 2")
@@ -78,6 +86,13 @@ def test_a_loop_is_refused_with_both_lines():
     loop = RAIL[at] + radius * np.column_stack([np.sin(t + angle) - np.sin(angle), np.cos(angle) - np.cos(t + angle)])
     with pytest.raises(ProfileError, match=r"made.txt: line \d+: the profile crosses itself with line \d+"):
         examine(raw(np.vstack([RAIL[: at + 1], loop, RAIL[at + 1 :]]), up=1))
+
+
+def test_a_loop_through_the_very_first_piece_is_refused_too():
+    points = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, -1]]) * MM
+    with pytest.raises(ProfileError, match="made.txt: line 1: the profile crosses itself with line 4 near y=0.00 z=0.00"):
+        refuse_loops(points, np.arange(1, 6), raw(points))
+    refuse_loops(points[:4], np.arange(1, 5), raw(points))
 
 
 @pytest.mark.parametrize("level", [10e-6, 30e-6, 100e-6])

@@ -46,6 +46,17 @@ def test_equivalent_paraboloid_of_a_paraboloid_is_itself():
     assert errors[-1] < 5e-4 and errors[-1] < errors[0]
 
 
+def test_a_linear_spring_rests_where_hertz_rests_under_the_static_load(scene):
+    """And yields there as much to a little more load: it is the tangent."""
+    table, constant, load = contact_table(scene, 0.095, 0.12, 1e-3), 9e10, scene.static_wheel_load
+    at = np.array([0.1, 0.11])
+    laws = [lumped.one_contact(table, constant, name, load)(at) for name in ("hertz", "linear")]
+    rest = lambda law, force: law.height - (force / law.stiffness) ** (1 / law.exponent)
+    assert rest(laws[1], load) == pytest.approx(rest(laws[0], load), abs=1e-12)
+    softer = [(rest(law, load) - rest(law, 1.001 * load)) for law in laws]
+    assert softer[1] == pytest.approx(softer[0], rel=1e-3)
+
+
 def test_rigid_hertz_starts_at_rest_under_the_static_load(scene):
     result = rigid_hertz.solve(scene, RigidHertzSettings(**NOSE))
     first = result.history["x"] < 0.12  # the path is level there

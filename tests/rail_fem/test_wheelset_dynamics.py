@@ -11,7 +11,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.light.groove import contacts_of
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.vertical_pass import run_pass
-from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, WheelsetContacts, WheelsetSystem, march, potential
+from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, WheelsetContacts, WheelsetSystem, _creep, march, potential
 from rail_fem.light.wheelset_pass import datum_arm, energy_columns, start_of, surfaces_of, wheelset_contacts, wheelset_system
 from rail_fem.models import rigid_hertz
 from tests.order import assert_order
@@ -39,6 +39,24 @@ def moved(surfaces, settings=SHORT, step=10e-6, change=lambda contacts: contacts
     system = system if rolling_radius is None else replace(system, rolling_radius=rolling_radius)
     step = (end - start) / SCENE.speed / count
     return system, contacts, march(system, contacts, *start_of(SCENE, system, contacts, step), step)
+
+
+def lateral_creep_force(load, lateral_speed, friction=0.3):
+    """Force [N] to the left on a wheelset that slips sideways, both wheels loaded by `load` [N], Kalker's coefficients for the static one."""
+    side, two = np.array([1.0, -1.0]), np.ones((2, 1))
+    shift, speed, into, stiff = np.array([-0.01, 0.01]), np.zeros(8), np.empty(8), np.empty((2, 8, 8))
+    speed[LATERAL] = lateral_speed
+    _creep(np.zeros(8), speed, 0, side, 0.75 * side[:, None], shift, np.full((2, 1, 2), 0.42), 7e6 * np.ones((2, 1, 2)), 86e3, friction, 0.42, 33.5,
+           load * two[:, 0], into, stiff)  # fmt: skip
+    return into[LATERAL]
+
+
+def test_creep_forces_grow_with_the_patch_area_and_end_at_friction():
+    """Kalker's linear force G a b C creep: by Hertz a b goes with load^(2/3), so 8 times the load gives 4 times the force; in full sliding mu N of both."""
+    few = 1e-6 * 33.5
+    assert lateral_creep_force(86e3, few) == pytest.approx(-2 * 7e6 * 1e-6, rel=1e-3)  # saturation: creep force over 3 mu N, 1e-4
+    assert lateral_creep_force(8 * 86e3, few) / lateral_creep_force(86e3, few) == pytest.approx(4.0, rel=1e-3)
+    assert lateral_creep_force(86e3, 33.5) == pytest.approx(-2 * 0.3 * 86e3, rel=1e-9)
 
 
 def test_without_cant_of_the_surfaces_each_side_is_the_vertical_model(surfaces):

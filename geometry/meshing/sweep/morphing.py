@@ -14,8 +14,8 @@ class ElasticMorph:
     """Displacements of a section's inner nodes from those of its outline.
 
     points : (n, 2) reference positions [m];  quads : (k, 4) anticlockwise;  fixed : (n,) bool, nodes with prescribed motion
-    Translations and every other linear motion are carried exactly (linear elasticity). Each quad's modulus is
-    proportional to 1 / area, so that small quads keep their shape and large ones give way.
+    Each quad's modulus is proportional to 1 / area, so that small quads keep their shape and large ones give way. Motions without strain
+    (translations, small turns) are carried exactly, uniform strains where all quads have one area.
     """
 
     def __init__(self, points: np.ndarray, quads: np.ndarray, fixed: np.ndarray):
