@@ -6,7 +6,6 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
-import meshio
 import numpy as np
 
 from geometry.meshing.hexmesh import boundary_faces
@@ -58,6 +57,8 @@ def field_file(folder: Path) -> Path:
 
 def read_crossing(folder: Path) -> CrossingFields:
     """Wing and nose from the last fields of a run. Errors: FieldsError."""
+    import meshio  # with the explicit models only
+
     path = field_file(folder)
     try:
         mesh = meshio.read(path)
