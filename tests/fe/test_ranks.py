@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rail_fem.fe.domain import balanced_parts
 from rail_fem.launcher import mpi_command, rank_environment
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,6 +25,17 @@ def run(ranks, out):
 @pytest.fixture(scope="module")
 def serial(tmp_path_factory):
     return run(1, tmp_path_factory.mktemp("ranks") / "1.npz")
+
+
+@pytest.mark.parametrize("parts", [1, 2, 3, 5, 7])
+def test_every_rank_gets_its_share_of_the_work_in_one_piece(parts):
+    """Cells of cost 1 and 3 in a bar: each part's cost is the mean to a cell's cost a cut, and the parts follow each other along the bar."""
+    rng = np.random.default_rng(0)
+    centres, cost = rng.uniform(0, 1, (3000, 3)) * [100.0, 1.0, 1.0], rng.choice([1.0, 3.0], 3000)
+    part = balanced_parts(centres, cost, parts)
+    shares = np.bincount(part, cost, minlength=parts)
+    assert np.abs(shares - cost.sum() / parts).max() <= 3 * np.ceil(np.log2(parts)) * 2
+    assert (np.diff(part[np.argsort(centres[:, 0])]) >= 0).all()
 
 
 def test_the_run_is_worth_comparing(serial):
