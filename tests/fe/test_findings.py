@@ -1,12 +1,18 @@
 """What is read from a finished pass's history: static load, mesh noise, chatter; on histories with known answers."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 
-from rail_fem.fe.findings import PATCH_REACH, static_error
+from geometry.meshing.blocks import mesh_box
+from geometry.meshing.hexmesh import merge_bodies
+from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.findings import PATCH_REACH, static_error, strain_peaks
 from rail_fem.fe.trust import BAD, GOOD, WARN, _chatter_row, chatter, mesh_noise
+from tests.fe.bodies import NO_VISCOSITY, STEEL, place, plastic, structure_of
 
 X = np.linspace(0.2, 0.4, 401)
 SPEED, SIZE = 20.0, 2e-3
@@ -65,3 +71,20 @@ def test_chatter_counts_when_it_matters_against_the_force_and_its_changes(share,
     row = _chatter_row(share, force, 1.0)
     assert row.verdict == verdict
     assert ("try penalty = 0.33" in row.shown) == (verdict != GOOD)
+
+
+def test_the_largest_plastic_strain_is_that_of_its_own_body_and_place():
+    """Wing, nose and wheel as bars apart; the fourth cell of the nose is pulled by 4 %, the second of the wing by 2 %, the wheel by more: it does not count."""
+    bars = [mesh_box((6.0, 1.0, 1.0), (6, 1, 1), name=name) for name in ("wing", "nose", "wheel")]
+    mesh = merge_bodies([replace(bar, points=bar.points + [0.0, 5.0 * k, 0.0]) for k, bar in enumerate(bars)])
+    structure = structure_of(mesh, *[plastic(STEEL, 1e6)] * 3, settings=NO_VISCOSITY)
+    x, y, _ = structure.domain.reference.reshape(-1, 3).T
+    pulled = np.where(y < 2, 0.02 * (x > 1.5), np.where(y < 8, 0.04 * (x > 3.5), 0.08 * (x > 0.5)))
+    place(structure, structure.domain.reference.reshape(-1, 3) + pulled[:, None] * [1.0, 0.0, 0.0], 1.0)
+    run = SimpleNamespace(dynamics=Dynamics(structure), passage=SimpleNamespace(mesh=mesh), comm=MPI.COMM_SELF)
+    peaks = strain_peaks(run)
+    assert peaks.keys() == {"plastic_strain_wing", "plastic_strain_nose"}
+    wing, nose = peaks["plastic_strain_wing"], peaks["plastic_strain_nose"]
+    assert (wing.x, wing.y, wing.z) == pytest.approx((1.5, 0.5, 0.5)) and (nose.x, nose.y, nose.z) == pytest.approx((3.5, 5.5, 0.5))
+    # uniaxial strain e: the equivalent plastic strain of perfect plasticity is 2/3 e less the yield strain, 2/3 of 3e-6
+    assert (wing.value, nose.value) == pytest.approx((2 / 3 * 0.02 / 1.01, 2 / 3 * 0.04 / 1.02), rel=1e-3)

@@ -55,6 +55,7 @@ def test_the_trends_of_the_thesis_name_cases_that_exist():
 @pytest.mark.parametrize(
     "text, words",
     [("[[group]]\ntitle = 'a'\n", "cases"), ("[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='colour'\norder=['b','b']\n", "'colour' is not one of"),
+     ("[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='first impact'\norder=['b','b']\n[[group.trend.control]]\nsays='d'\nquantity='smell'\n", "'smell' is not one of"),
      ("[[group]]\ntitle='a'\ncases=['b']\ntrends=1\n", "group.0.trends"), ("[[group]\n", "cannot be read")],
 )  # fmt: skip
 def test_faults_of_a_file_of_trends_are_named(tmp_path, text, words):

@@ -52,6 +52,17 @@ def one_line(outcome) -> str:
 # Read once
 
 
+def test_a_wheel_that_was_read_can_be_changed_when_its_file_is_gone(tmp_path):
+    """Its radius, not its reading: that needs the file again."""
+    write(tmp_path / "wheel.csv")
+    wheel = load_case(case_with(tmp_path)).scene.wheel
+    (tmp_path / "wheel.csv").unlink()
+    larger = wheel.replace(radius=0.46)
+    assert larger.radius == 0.46 and larger.digest == wheel.digest and np.array_equal(larger.shape.points, wheel.shape.points)
+    with pytest.raises(ValueError, match='no file "wheel.csv"'):
+        wheel.replace(unit="mm")
+
+
 def test_a_profile_file_is_opened_once_in_a_whole_run(tmp_path, monkeypatch):
     """Loading, searching, solving patches, writing, drawing: bem_passage asks for the wheel's shape some 80 times."""
     write(tmp_path / "wheel.csv")
