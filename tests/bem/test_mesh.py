@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from bem.plane.curve import Curve, CurveError, arc, divide, split_at_corners
+from bem.plane.curve import Curve, CurveError, _tangents, arc, divide, split_at_corners
 from bem.plane.mesh import Sizing, Zone, mesh_outline
 from bem.plane.outline import Edge, Outline, OutlineError, block_behind
 from tests.order import assert_order
@@ -93,3 +93,9 @@ def test_unknown_edges_and_bad_sizes_are_refused():
         Sizing(0.0)
     with pytest.raises(OutlineError, match="lies within"):
         block_behind(np.array([[-1, 0], [1, 1.0]]), 0.5)
+
+
+def test_tangents_of_a_parabola_are_its_own_however_its_points_are_spaced():
+    knots = np.array([0.0, 0.1, 0.5, 0.6, 1.6, 1.7])
+    points = np.column_stack([knots, 3.0 * knots**2 - knots])
+    assert _tangents(points, knots) == pytest.approx(np.column_stack([np.ones(6), 6.0 * knots - 1.0]), rel=1e-12, abs=1e-12)

@@ -13,6 +13,13 @@ def test_an_arc_keeps_its_end_points_radius_and_tangent():
     assert np.all(piece.curvature == 100.0)
 
 
+@pytest.mark.parametrize("spacing", [1.0, 0.3, 0.25, 0.09])
+def test_a_straight_piece_is_sampled_no_farther_apart_than_told(spacing):
+    gaps = np.hypot(*np.diff(line((0.0, 0.0), (0.6, 0.8), spacing).points, axis=0).T)
+    assert gaps.max() <= spacing * (1 + 1e-12) and gaps.min() > spacing / 2
+    assert gaps.sum() == pytest.approx(1.0, rel=1e-12)
+
+
 def test_interpolation_on_an_arc_is_fourth_order():
     errors, steps = [], np.array([8e-3, 4e-3, 2e-3, 1e-3])
     for spacing in steps:

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geometry.path.wheel_path import wheel_path
+from geometry.surfaces.crossing import CastCrossing
 from bem.exact.hertz import contact_stiffness, point_contact
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.light.groove import contacts_of
@@ -44,6 +46,16 @@ def test_equivalent_paraboloid_of_a_paraboloid_is_itself():
         assert lopsided[0] < 1e-12
         errors.append(np.abs(found[0] / radii - 1).max())
     assert errors[-1] < 5e-4 and errors[-1] < errors[0]
+
+
+def test_a_wheel_that_runs_downhill_is_pushed_on(scene):
+    """On the falling wing the frictionless contact pushes along the way by force times fall, that of the rigid path: a trailing wheel climbs there."""
+    at = np.array([0.28, 0.30])
+    fall = -wheel_path(CastCrossing(scene.crossing.ratio), scene.wheel.shape, at, scene.wheel.radius).slope
+    assert (fall > 2e-3).all()
+    found = rigid_hertz.solve(scene, RigidHertzSettings(start=0.2, end=0.32)).history
+    force, along = (np.interp(at, found["x"], found[name]) for name in ("force", "force_longitudinal"))
+    assert along / force == pytest.approx(fall, rel=0.02)
 
 
 def test_a_linear_spring_rests_where_hertz_rests_under_the_static_load(scene):
