@@ -1,7 +1,7 @@
 """What happens when a wheel passes a railway crossing: one scene, a hierarchy of models, an honest error on each.
 
     import rail_fem
-    case = rail_fem.load_case("cases/nose_transfer.toml")
+    case = rail_fem.load_case(rail_fem.example("nose_transfer"))
     faster = case.scene.replace(speed="100 mph")
     result = rail_fem.solve("rigid_hertz", faster)
 
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rail_fem.case.casefile import Case, CaseError, load_case
+    from rail_fem.case.examples import example
     from rail_fem.ladder import LADDER, solve
     from rail_fem.output.result import PassResult, Peak
     from rail_fem.output.result import load as load_result
@@ -20,13 +21,14 @@ if TYPE_CHECKING:
     from rail_fem.sweeps.results import SweepResults, load_sweep
 
 __all__ = [
-    "LADDER", "Case", "CaseError", "PassResult", "Peak", "Scene", "SweepResults", "load_case", "load_result", "load_sweep", "solve",
+    "LADDER", "Case", "CaseError", "PassResult", "Peak", "Scene", "SweepResults", "example", "load_case", "load_result", "load_sweep", "solve",
 ]  # fmt: skip
 
 _HOMES = {
     "Case": "rail_fem.case.casefile",
     "CaseError": "rail_fem.case.casefile",
     "load_case": "rail_fem.case.casefile",
+    "example": "rail_fem.case.examples",
     "LADDER": "rail_fem.ladder",
     "solve": "rail_fem.ladder",
     "PassResult": "rail_fem.output.result",

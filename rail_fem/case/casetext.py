@@ -41,7 +41,7 @@ def read_table(path: Path) -> dict[str, Any]:
         check_size(text)
         return tomllib.loads(text)
     except FileNotFoundError:
-        raise CaseTextError("no such file; the examples lie in cases/") from None
+        raise CaseTextError("no such file; 'rail-fem list' names the examples") from None
     except OSError as error:
         raise CaseTextError(f"cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

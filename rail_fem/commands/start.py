@@ -8,6 +8,7 @@ import typer
 
 from geometry.profiles.rail import HEADS
 from rail_fem.atomic import write_text_atomically
+from rail_fem.case.examples import examples
 from rail_fem.case.keys import Key, section_keys
 from rail_fem.commands.study import STUDIES
 from rail_fem.ladder import LADDER
@@ -30,6 +31,8 @@ def names() -> None:
     typer.echo(f"rails      {', '.join(HEADS)}, or the path of a profile file")
     typer.echo(f"steels     {', '.join(GRADES)}")
     typer.echo("crossings  UK-cast 1:6 to 1:32 (scene.crossing.ratio)")
+    for name, path in examples().items():
+        typer.echo(f"example    {name}: {path}")
     typer.echo("studies")
     for name, study in STUDIES.items():
         typer.echo(f"  {name:18s} {study.meaning}")

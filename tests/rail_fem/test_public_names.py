@@ -61,6 +61,12 @@ def test_the_import_is_light():
     assert answer.stdout.split() == []
 
 
+def test_examples_come_along():
+    assert rail_fem.load_case(rail_fem.example("nose_transfer")).scene == rail_fem.load_case(CASE).scene
+    with pytest.raises(KeyError, match="nose_transfer"):
+        rail_fem.example("nose_transfr")
+
+
 def test_a_scene_is_changed_as_a_case_file_is_read():
     scene = rail_fem.load_case(CASE).scene
     faster = scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"}, materials={"nose": {"strength": "150 %"}})

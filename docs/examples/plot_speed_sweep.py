@@ -1,0 +1,26 @@
+"""
+First impact against speed
+==========================
+
+The same scene at several speeds. The surfaces are searched once and kept, so that each further speed costs a fraction of a second.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import rail_fem
+
+scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+speeds = np.arange(30, 101, 10)
+way = {"start": "95 mm", "end": "700 mm"}
+results = [rail_fem.solve("rigid_hertz", scene.replace(speed=f"{speed} mph"), way) for speed in speeds]
+
+# %%
+# The first impact on the nose grows with the speed; the largest force of the whole way may be a later landing.
+figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
+for name in ("first_impact", "largest_force"):
+    axes.plot(speeds, [result.peaks[name].value / 1e3 for result in results], "o-", label=name.replace("_", " "))
+axes.axhline(scene.static_wheel_load / 1e3, color="grey", ls=":", label="static load")
+axes.set(xlabel="speed [mph]", ylabel="contact force [kN]", ylim=(0, None))
+axes.legend()
+plt.show()
