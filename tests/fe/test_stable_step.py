@@ -179,6 +179,22 @@ def test_a_run_that_blows_up_stops_with_step_time_and_reason():
             dynamics.check()
 
 
+def test_what_a_damped_body_loses_is_booked_as_its_damping():
+    """A shaken small-displacement body: kinetic and elastic energy and the damping's loss add up to the start, and the loss is most of it in the end."""
+    structure = structure_of(mesh_box((6e-3, 5e-3, 5e-3), (6, 5, 5)), small=(0,))
+    structure.v[:] = 1e-3 * np.random.default_rng(0).standard_normal(len(structure.v))
+    dynamics = Dynamics(structure)
+    dt = dynamics.stable_step()
+    dynamics.step(dt)
+    first = dynamics.energies()
+    start = first["kinetic"] + first["elastic"] + first["wheel_damping"]
+    for _ in range(400):
+        dynamics.step(dt)
+    last = dynamics.energies()
+    assert last["kinetic"] + last["elastic"] + last["wheel_damping"] == pytest.approx(start, rel=1e-9)
+    assert last["wheel_damping"] > 0.5 * start
+
+
 def test_the_wheels_damping_keeps_its_promised_share_of_the_step():
     """Kelvin-Voigt damping of ratio z at the highest frequency: the damped limit is stable, 3 % beyond it is not."""
     grown = []
