@@ -36,7 +36,7 @@ def main() -> None:
         fe_full.Run._step = stop_half_way
     result = fe_full.solve(case.scene, settings, folder, restart=how == "restart")
     if MPI.COMM_WORLD.rank == 0:
-        names = ("force", "force_wing", "force_nose", "wheel_height", "energy_plastic", "energy_hourglass", "energy_balance")
+        names = ("time", "x", "force", "force_wing", "force_nose", "wheel_height", "energy_plastic", "energy_hourglass", "energy_balance")
         digest = hashlib.sha256(b"".join(result.history[name].tobytes() for name in sorted(result.history) if name != "time")).hexdigest()
         print(json.dumps({"digest": digest, **{name: result.history[name].tolist() for name in names}}))
 

@@ -54,6 +54,12 @@ def test_restart_on_another_number_of_ranks_goes_on(one_rank, tmp_path):
     assert np.allclose(found["force"], one_rank["force"], rtol=1e-9, atol=1e-4)
 
 
+def test_the_wheel_runs_at_its_speed_along_the_track(one_rank):
+    """75 mph towards +x from 300 mm on."""
+    assert one_rank["time"][-1] > 0
+    assert one_rank["x"] == pytest.approx(0.30 + 75 * 0.44704 * np.array(one_rank["time"]), abs=1e-12)
+
+
 def test_on_the_wing_alone_the_wing_carries_all(one_rank):
     """60 mm before the transfer the nose is out of reach."""
     force = np.array(one_rank["force"])
