@@ -116,6 +116,14 @@ def test_the_upper_line_is_the_higher_of_both_and_exact_where_they_cross():
     assert both.angle_after[kink] - both.angle_before[kink] == pytest.approx(2 * np.arcsin(apart / radius), abs=1e-6)
 
 
+def test_the_upper_line_reaches_to_both_ends():
+    """From the first to the last y of both lines, whichever of them is higher there."""
+    y = np.linspace(-0.01, 0.01, 21)
+    left, right = (Profile.from_points(np.column_stack([y, slope * y])) for slope in (-0.3, 0.2))
+    both = upper_line(left, right)
+    assert both.points[0] == pytest.approx([-0.01, 0.003], abs=1e-12) and both.points[-1] == pytest.approx([0.01, 0.002], abs=1e-12)
+
+
 def test_beside_one_line_the_upper_line_is_the_other():
     low = Profile.from_pieces([line((-50 * MM, -20 * MM), (0.0, -20 * MM), 1 * MM)])
     high = Profile.from_pieces([line((-10 * MM, -5 * MM), (30 * MM, -5 * MM), 1 * MM)])

@@ -2,6 +2,7 @@
 
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ from rail_fem.light.contact_table import contact_table, equivalent_paraboloid, h
 from rail_fem.light.vertical_dynamics import integrate
 from rail_fem.light.vertical_pass import run_pass
 from rail_fem.settings.light import LumpedSettings, P2Settings, RigidHertzSettings
+from rail_fem.light.validity import hertz_flags
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
+from rail_fem.output.result import Patch
 from tests.order import assert_order
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -90,6 +93,24 @@ def test_rigid_hertz_finds_the_reference_pass_of_the_fe_model(scene):
     both = (result.history["force_wing"] > 0) & (result.history["force_nose"] > 0)
     assert both.any()  # two contacts at once
     assert {"plastic", "edge"} <= {flag["what"] for flag in result.trust["validity"]}
+
+
+def test_the_nose_pushes_the_wheel_away_from_its_gauge_face(scene):
+    """Contact lies on the gauge side of the nose, which rises towards the field side (+ y): the wheel is pushed towards the track's middle (- y)."""
+    found = rigid_hertz.solve(scene, RigidHertzSettings(**NOSE)).history
+    alone = (found["force_nose"] > 0.99 * found["force"]) & (found["force"] > 50e3) & (found["contact_y"] < -15e-3)
+    assert alone.sum() > 10 and (found["force_lateral"][alone] < 0).all()
+
+
+def test_contacts_beside_their_patch_are_flagged_and_those_in_its_middle_are_not(scene):
+    """Two of four loaded rows lie beside the middle of their patch: the flag says 50 %."""
+    run = SimpleNamespace(x=np.arange(5) * 1e-3, force=np.array([[1e5, 1e5, 1e5, 1e5, 0.0], [0.0] * 5]))
+    found = {}
+    for name, lopsided in (("middle", np.zeros(5)), ("beside", np.array([0.0, 0.9, 0.8, 0.0, 0.9]))):
+        table = SimpleNamespace(nearest=lambda x: np.arange(len(x)), lopsided=np.stack([lopsided, lopsided]), angle=np.zeros((2, 5)), radii=np.full((2, 5, 2), 0.4))
+        patches = (Patch(0.0, 0.0, 0.0, "wing", 1e-2, 1e-2, 8e-5, 1e5, 1e8),)
+        found[name] = [flag for flag in hertz_flags(scene, table, run, patches, (0, 0.0)) if flag["what"] == "edge"]
+    assert not found["middle"] and len(found["beside"]) == 1 and "50%" in found["beside"][0]["reason"] and "90%" in found["beside"][0]["reason"]
 
 
 def test_elastic_contact_is_harder_and_harder_steel_too(scene):

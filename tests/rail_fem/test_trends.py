@@ -45,6 +45,13 @@ def test_a_rung_is_judged_only_where_it_has_all_cases():
     assert found.verdict == "agrees" and found.values == pytest.approx((wave.max() - wave[0], 2 * (wave.max() - wave[0])), rel=1e-12)  # mm
 
 
+def test_the_count_goes_by_the_most_expensive_model():
+    """A cheap model that agrees does not hide that the dearest differs."""
+    trend = Trend(says="more", quantity="first impact", order=("a", "b"))
+    results = {"a": {"lumped": made("lumped", 1e5), "fe_full": made("fe_full", 2e5)}, "b": {"lumped": made("lumped", 2e5), "fe_full": made("fe_full", 1e5)}}
+    assert count_lines((Group(title="G", cases=("a", "b"), trend=(trend,)),), results)[0].startswith("0 of 1")
+
+
 def test_the_trends_of_the_thesis_name_cases_that_exist():
     cases = {path.stem for path in TRENDS.parent.glob("case_*.toml")}
     groups = load_source(TRENDS).group
