@@ -35,13 +35,30 @@ with held(folder), Progress(folder, stream=open("/dev/null", "w")) as progress:
 """
 
 
-def started(command, *arguments, **variables):
-    return subprocess.Popen([*command, *map(str, arguments)], cwd=ROOT, env=os.environ | variables, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def listening() -> None:
+    """In the child: both signals as a terminal leaves them, though the tests themselves may run where SIGINT is ignored (in the background)."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_DFL)
+
+
+@pytest.fixture
+def started():
+    """Starts a process that does not outlive the test."""
+    begun = []
+
+    def start(command, *arguments, **variables):
+        begun.append(subprocess.Popen([*command, *map(str, arguments)], cwd=ROOT, env=os.environ | variables, stdout=subprocess.PIPE,
+                                      stderr=subprocess.PIPE, text=True, preexec_fn=listening))  # fmt: skip
+        return begun[-1]
+
+    yield start
+    for process in begun:
+        process.kill()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("what", BUSY)
-def test_whatever_the_run_does_it_stops_at_once_with_status_and_sentence(tmp_path, what, number):
+def test_whatever_the_run_does_it_stops_at_once_with_status_and_sentence(started, tmp_path, what, number):
     run = started([sys.executable, "-c", RUN.format(BUSY[what])], tmp_path)
     assert run.stdout.readline() == "begun\n"
     time.sleep(0.05)
@@ -52,7 +69,7 @@ def test_whatever_the_run_does_it_stops_at_once_with_status_and_sentence(tmp_pat
     assert not (tmp_path / lock.LOCK).exists()
 
 
-def test_stop_before_anything_is_there_says_so(tmp_path):
+def test_stop_before_anything_is_there_says_so(started, tmp_path):
     run = started([sys.executable, "-c", "from rail_fem import stopping\nstopping.listen()\nprint('begun', flush=True)\nimport time\ntime.sleep(60)"])
     assert run.stdout.readline() == "begun\n"
     run.send_signal(signal.SIGTERM)
@@ -65,7 +82,7 @@ def test_what_the_program_was_started_to_ignore_it_ignores():
     assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=30).stdout == "here\n"
 
 
-def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(case, tmp_path):  # noqa: F811
+def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(started, case, tmp_path):  # noqa: F811
     whole, out = tmp_path / "whole", tmp_path / "out"
     assert started([sys.executable, "-c", ALONE], "run", case, "--out", whole).wait(60) == 0
     run = started([sys.executable, "-c", ALONE], "run", case, "--out", out, TOY_SIGNAL="20")
@@ -77,7 +94,7 @@ def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(case, tmp_path):
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_stop_of_mpirun_reaches_the_status(case, tmp_path, number):  # noqa: F811
+def test_stop_of_mpirun_reaches_the_status(started, case, tmp_path, number):  # noqa: F811
     """mpirun sends SIGTERM to its ranks and kills them soon after."""
     out = tmp_path / "out"
     run = started([*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-c", ALONE], "run", case, "--out", out, TOY_PAUSE="60")
