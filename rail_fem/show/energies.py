@@ -33,7 +33,7 @@ SHARES = {  # of rail_fem.output.shares: words, colour, line, which limit of the
 }
 ROWS = {"hourglass energy, all bodies": "energy_hourglass", "penalty energy": "energy_contact"}  # rows of the trust report whose limits are drawn
 CHANGES, CHANGED = ("energy_springs", "energy_kinetic", "energy_external"), ", since the start"  # their size says nothing
-WORDS = {"energy_balance": "balance: what is not accounted for"}  # where a column's meaning is no name for its curve
+WORDS = {"energy_balance": "balance: what is not accounted for", "energy_kinetic": "kinetic energy"}  # where a column's meaning is no name for its curve
 
 
 def energies_figure(result: PassResult, name: str) -> Figure:
@@ -46,9 +46,10 @@ def energies_figure(result: PassResult, name: str) -> Figure:
     figure = new_figure(11.0 if shares else 7.0)
     panels = np.atleast_1d(figure.subplots(2 if shares else 1, 1, sharex=True))
     for column in shown:
+        if column == "energy_external" and "energy_kinetic" in shown:
+            continue
         colour, line = LINES[column]
-        values = history[column] - start_value(result, column) if column in CHANGES else history[column]
-        words = WORDS.get(column, COLUMNS[column].meaning) + (CHANGED if column in CHANGES else "")
+        words, values = curve(result, column)
         panels[0].plot(1e3 * history["x"], values, color=colour, ls=line, lw=2, label=words)
     mark_places(panels[0], result)
     panels[0].set_ylabel("energy [J]")
@@ -58,6 +59,17 @@ def energies_figure(result: PassResult, name: str) -> Figure:
     label_distance(panels[-1], result)
     give_title(figure, "Energies", name, result)
     return figure
+
+
+def curve(result: PassResult, column: str) -> tuple[str, np.ndarray]:
+    """Words and values (n,) [J] of a column's curve. What drives the train on and what its speed and spin hold nearly cancel: drawn as their difference."""
+    values = result.history[column]
+    if column not in CHANGES:
+        return WORDS.get(column, COLUMNS[column].meaning), values
+    values = values - start_value(result, column)
+    if column == "energy_kinetic" and np.isfinite(result.history["energy_external"]).any():
+        return f"kinetic energy less work of weight and drive{CHANGED}", values - result.history["energy_external"] + start_value(result, "energy_external")
+    return WORDS.get(column, COLUMNS[column].meaning) + CHANGED, values
 
 
 def start_value(result: PassResult, column: str) -> float:
