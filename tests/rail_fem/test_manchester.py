@@ -15,7 +15,6 @@ import pytest
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.doctor import examine
-from geometry.profiles.profile import Profile
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
