@@ -50,7 +50,7 @@ def test_arrows_point_one_way(package):
         assert not imports(path) & FORBIDDEN[package], f"{path.relative_to(ROOT)} imports what {package} must not know"
 
 
-# Rooms of rail_fem from the ground up: each may import what stands before it. `light` and `models` are asked by name where a case is checked.
+# Rooms of rail_fem from the ground up: each may import what stands before it.
 STOREYS = (
     ("atomic", "stopping", "launcher"), ("scene",), ("settings",), ("output",), ("ladder",), ("light",), ("fe",), ("static_fe", "models"), ("case",), ("show",),
     ("run",), ("sweeps",), ("studies",), ("commands",), ("cli",),

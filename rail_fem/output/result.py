@@ -19,10 +19,10 @@ from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.output.history import complete_history, from_shown_table, shown_table
 from rail_fem.output.versions import versions
 from rail_fem.scene.scene import Scene
+from rail_fem.scene.units import engineering
 from rail_fem.output.trust_text import trust_text
 
 NAN = float("nan")
-SHOWN_UNITS = {"N": ("kN", 1e-3), "Pa": ("MPa", 1e-6), "1": ("%", 100.0)}  # of peaks
 RESULT_VERSION = 2
 
 
@@ -114,8 +114,7 @@ class PassResult:
         """What was found in engineers' units: peaks with their places, transfer, steps and time; a fault first."""
         rows = [("fault", self.fault)] if self.fault else []
         for name, peak in self.peaks.items():
-            unit, factor = SHOWN_UNITS.get(peak.unit, (peak.unit, 1.0))
-            rows.append((name.replace("_", " "), f"{peak.value * factor:.4g} {unit}" + (f" at x = {peak.x * 1e3:.1f} mm" if math.isfinite(peak.x) else "")))
+            rows.append((name.replace("_", " "), engineering(peak.value, peak.unit, 4) + (f" at x = {peak.x * 1e3:.1f} mm" if math.isfinite(peak.x) else "")))
         if math.isfinite(self.transfer_x):
             rows.append(("transfer", f"x = {self.transfer_x * 1e3:.1f} mm"))
         return [*rows, ("rows of history", str(len(self.history["x"]))), ("wall time", f"{self.cost.wall_time:.3g} s"), ("warnings", str(len(self.warnings)))]

@@ -21,6 +21,9 @@ TONS = {"ton", "tons", "uston"}  # which of three tons? pint's is the short one 
 ROUNDING = 1e-12   # relative slack at the ends of a range: conversion between units rounds
 
 
+SHOWN = {"N": ("kN", 1e-3), "Pa": ("MPa", 1e-6), "m": ("mm", 1e3), "m^2": ("mm^2", 1e6), "1": ("%", 100.0)}  # SI unit of a result -> what is shown
+
+
 class QuantityError(ValueError):
     """A value that is not a number with a fitting unit; the message is the remedy."""
 
@@ -83,6 +86,12 @@ def si_factor(unit: str) -> float:
 def show(value: float, unit: str, digits: int = 6) -> str:
     """An SI value in the given unit, e.g. show(33.528, "mph") -> "75 mph"."""
     return f"{value / si_factor(unit):.{digits}g} {unit}".strip()
+
+
+def engineering(value: float, unit: str, digits: int = 5) -> str:
+    """A result in SI (N, Pa, m, m^2, 1) as engineers read it, e.g. engineering(1.2e5, "N") -> "120 kN"; in other units as it is."""
+    shown, factor = SHOWN.get(unit, (unit, 1.0))
+    return f"{value * factor:.{digits}g} {shown}"
 
 
 def parse(text: str, unit: str) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from rail_fem.output.history import COLUMNS
 from rail_fem.output.progress import duration, read_status
 from rail_fem.output.result import PassResult, load
 from rail_fem.scene.scene import Scene
-from rail_fem.scene.units import show
+from rail_fem.scene.units import engineering, show
 from rail_fem.settings.explicit import FeSettings
 
 
@@ -101,19 +101,13 @@ def result_report(result: PassResult) -> str:
     shown = COLUMNS["x"].unit
     lines = [f"{result.model}: " + _state(result), "", "peaks"]
     for name, peak in result.peaks.items():
-        lines.append(_row(name, _engineering(peak.value, peak.unit), f"at x = {show(peak.x, shown, 5)}, y = {show(peak.y, shown, 4)}"))
+        lines.append(_row(name, engineering(peak.value, peak.unit), f"at x = {show(peak.x, shown, 5)}, y = {show(peak.y, shown, 4)}"))
     lines += ["", _row("transfer from wing to nose", "none" if np.isnan(result.transfer_x) else f"x = {show(result.transfer_x, shown, 5)}"), "", "error estimate"]
     lines += [_row(name, "not known" if np.isnan(error) else f"{100 * error:.2g} %") for name, error in result.error_estimate.items()] or ["  none claimed"]
     cost = result.cost
     lines += ["", "cost", _row("wall time", duration(cost.wall_time), f"{cost.ranks} rank(s)"), _row("elements, steps", f"{cost.elements}, {cost.steps}"),
               _row("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s")]
     return "\n".join([*lines, "", f"{len(result.warnings)} warning(s)", *(f"  {warning}" for warning in result.warnings)])
-
-
-def _engineering(value: float, unit: str) -> str:
-    scale = {"N": ("kN", 1e-3), "Pa": ("MPa", 1e-6), "m": ("mm", 1e3), "m^2": ("mm^2", 1e6), "1": ("%", 100.0)}
-    shown, factor = scale.get(unit, (unit, 1.0))
-    return f"{value * factor:.5g} {shown}"
 
 
 def folder_report(folder: Path) -> str:
