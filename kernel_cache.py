@@ -1,10 +1,13 @@
-"""One rule for the caches of compiled kernels, for every package, command and test: a cached kernel belongs to the sources it was made from.
+"""One rule for the caches of compiled kernels, for every package, command and test: a cached kernel belongs to the
+sources it was made from.
 
-numba keeps a compiled function beside the digest of its own file. A callee is compiled into its caller, though, so that an edit of the callee's
-file would leave stale machine code in the caller's cache. Here the digest is that of the file and of all project files that it imports, directly
-or through others. Every kernel is declared with the `njit` of this module (tests/test_kernel_cache.py looks for others).
+numba keeps a compiled function beside the digest of its own file. A callee is compiled into its caller, though, so that
+an edit of the callee's file would leave stale machine code in the caller's cache. Here the digest is that of the file
+and of all project files that it imports, directly or through others. Every kernel is declared with the `njit` of this
+module (tests/test_kernel_cache.py looks for others).
 
-The caches lie in NUMBA_CACHE_DIR if that is set, else in rail_fem/kernels of the user's cache folder, else in a temporary folder.
+The caches lie in NUMBA_CACHE_DIR if that is set, else in rail_fem/kernels of the user's cache folder, else in a
+temporary folder.
 """
 
 import functools
@@ -20,7 +23,9 @@ from numba.core.caching import _CacheLocator  # the interface that numba's setti
 ROOT = Path(__file__).resolve().parent
 PACKAGES = "geometry", "bem", "rail_fem"
 NUMBAS_OWN = "InTreeCacheLocator", "UserWideCacheLocator", "IPythonCacheLocator", "ZipCacheLocator"
-IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([.\w]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]*)|import[ \t]+([^\n#]*))", re.MULTILINE)
+IMPORT = re.compile(
+    r"^[ \t]*(?:from[ \t]+([.\w]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]*)|import[ \t]+([^\n#]*))", re.MULTILINE
+)
 
 njit = numba.njit
 

@@ -1,4 +1,6 @@
-"""What a caller gives: numbers that are finite, or positive, and points of the right shape; refused by name and value."""
+"""What a caller gives: numbers that are finite, or positive, and points of the right shape; refused by name and
+value."""
+
 from __future__ import annotations
 
 from numbers import Real
@@ -36,7 +38,8 @@ def point_text(point: np.ndarray) -> str:
 
 
 def plane_points(points: object, error: type[ValueError]) -> np.ndarray:
-    """Points (n, 2) [m] as floats; raises `error` for another shape, for what is no number, and for the first that is not finite."""
+    """Points (n, 2) [m] as floats; raises `error` for another shape, for what is no number, and for the first that is
+    not finite."""
     try:
         points = np.asarray(points, float)
     except (TypeError, ValueError):
@@ -46,6 +49,8 @@ def plane_points(points: object, error: type[ValueError]) -> np.ndarray:
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
         first = int(np.argmin(finite))
-        raise error(f"point {first} of {len(points)} is {point_text(points[first])}, not finite: drop or mend it ({int((~finite).sum())} such "
-                    "points)")
+        raise error(
+            f"point {first} of {len(points)} is {point_text(points[first])}, not finite: drop or mend it"
+            f" ({int((~finite).sum())} such points)"
+        )
     return points

@@ -1,4 +1,5 @@
 """Linear elastic, isotropic material and the modulus of two bodies in contact."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -25,7 +26,9 @@ class Elastic:
         refuse_unless_positive(MaterialError, **{"Young's modulus [Pa]": self.young})
         refuse_unless_finite(MaterialError, **{"Poisson's ratio": self.poisson})
         if not -1 < self.poisson < 0.5:
-            raise MaterialError(f"Poisson's ratio {self.poisson!r}: must lie in (-1, 0.5); for rubber take 0.4999 or less")
+            raise MaterialError(
+                f"Poisson's ratio {self.poisson!r}: must lie in (-1, 0.5); for rubber take 0.4999 or less"
+            )
 
     @property
     def shear(self) -> float:

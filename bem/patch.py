@@ -6,6 +6,7 @@ Slip is the velocity of body 1 relative to body 2: per rolling speed in rolling 
 Arrays over the patch have the shape (nx, ny) of the grid, first index along x. A field that was not solved is None,
 a number that was not solved is NaN.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -16,8 +17,7 @@ from scipy import ndimage
 
 from bem.patch_edge import covered_area, edge_places
 
-
-HALF_SPACE = "half-space"     # method of patches whose pressure is the half-space's for their gap
+HALF_SPACE = "half-space"  # method of patches whose pressure is the half-space's for their gap
 
 
 class ContactInputError(ValueError):
@@ -44,10 +44,16 @@ class Grid:
     ny: int
 
     def __post_init__(self) -> None:
-        if not (np.isfinite([self.x_first, self.y_first]).all() and self.dx > 0 and self.dy > 0
-                and np.isfinite([self.dx, self.dy]).all()):
-            raise ContactInputError(f"grid: cell sides {self.dx!r} x {self.dy!r} m at ({self.x_first!r}, {self.y_first!r}) "
-                                    "m: give finite places and positive sides")
+        if not (
+            np.isfinite([self.x_first, self.y_first]).all()
+            and self.dx > 0
+            and self.dy > 0
+            and np.isfinite([self.dx, self.dy]).all()
+        ):
+            raise ContactInputError(
+                f"grid: cell sides {self.dx!r} x {self.dy!r} m at ({self.x_first!r}, {self.y_first!r}) "
+                "m: give finite places and positive sides"
+            )
         if self.nx < 1 or self.ny < 1:
             raise ContactInputError(f"grid: {self.nx} x {self.ny} cells: give at least one each way")
 
@@ -81,8 +87,12 @@ class Grid:
     @property
     def edges(self) -> tuple[float, float, float, float]:
         """(x_min, x_max, y_min, y_max) of the outer cell edges [m]."""
-        return (self.x_first - self.dx / 2, self.x_first + (self.nx - 0.5) * self.dx,
-                self.y_first - self.dy / 2, self.y_first + (self.ny - 0.5) * self.dy)
+        return (
+            self.x_first - self.dx / 2,
+            self.x_first + (self.nx - 0.5) * self.dx,
+            self.y_first - self.dy / 2,
+            self.y_first + (self.ny - 0.5) * self.dy,
+        )
 
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """(nx, ny) x and y of the cell centres [m]."""
@@ -111,7 +121,9 @@ class Cost:
     products: int = 0
 
     def __add__(self, other: Cost) -> Cost:
-        seconds = np.nansum([self.seconds, other.seconds]) if not np.isnan([self.seconds, other.seconds]).all() else np.nan
+        seconds = (
+            np.nansum([self.seconds, other.seconds]) if not np.isnan([self.seconds, other.seconds]).all() else np.nan
+        )
         return Cost(float(seconds), self.iterations + other.iterations, self.products + other.products)
 
 
@@ -119,7 +131,8 @@ class Cost:
 class ErrorEstimate:
     """Estimated relative error of the solution, from the same problem at coarser cells; NaN where not estimated.
 
-    Above the true error in at least 95 of 100 seeded cases, less than five times it in half of them (bem/verification/estimates_study.py).
+    Above the true error in at least 95 of 100 seeded cases, less than five times it in half of them
+    (bem/verification/estimates_study.py).
     normal : of the approach where the load is given, of the normal force where the approach is
     """
 
@@ -226,7 +239,9 @@ class Patch:
         total = self.pressure.sum()
         if total <= 0:
             return np.nan, np.nan
-        return float(self.grid.x @ self.pressure.sum(axis=1) / total), float(self.grid.y @ self.pressure.sum(axis=0) / total)
+        return float(self.grid.x @ self.pressure.sum(axis=1) / total), float(
+            self.grid.y @ self.pressure.sum(axis=0) / total
+        )
 
     @property
     def frictional_power(self) -> float:
@@ -252,4 +267,11 @@ def _part(grid: Grid, pressure: np.ndarray) -> PatchPart:
     area, total = grid.cell_area, pressure.sum()
     centre = (float(grid.x @ pressure.sum(axis=1) / total), float(grid.y @ pressure.sum(axis=0) / total))
     cells = int(np.count_nonzero(pressure))
-    return PatchPart(covered_area(grid, pressure), float(total * area), centre, edge_places(grid, pressure), float(pressure.max()), cells)
+    return PatchPart(
+        covered_area(grid, pressure),
+        float(total * area),
+        centre,
+        edge_places(grid, pressure),
+        float(pressure.max()),
+        cells,
+    )

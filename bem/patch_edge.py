@@ -5,6 +5,7 @@ outermost cells of a row is followed to zero, by at most one cell.
 Error: extent about a fifth of a cell; area a tenth to a twentieth of counting cells, 0.1 to 0.3 % at 22 to 44 cells
 (tests/bem/test_halfspace_normal.py).
 """
+
 from __future__ import annotations
 
 import numpy as np
@@ -22,8 +23,10 @@ def _zero_places(squares: np.ndarray, places: np.ndarray, step: float) -> tuple[
     filled = np.flatnonzero(squares > 0)
     padded = np.pad(squares, 1)
     first, last = filled[0], filled[-1]
-    return (float(places[first] - step * _reach(squares[first], padded[first + 2])),
-            float(places[last] + step * _reach(squares[last], padded[last])))
+    return (
+        float(places[first] - step * _reach(squares[first], padded[first + 2])),
+        float(places[last] + step * _reach(squares[last], padded[last])),
+    )
 
 
 def covered_area(grid, pressure: np.ndarray) -> float:

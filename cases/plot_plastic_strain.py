@@ -5,7 +5,8 @@
     .venv/bin/python cases/plot_plastic_strain.py runs/nose_transfer --window   (to turn it with the mouse)
 
 It reads fields/final.vtu (or the file given) with pyvista and writes figures/plastic_strain_3d.png, without a display
-(VTK draws through EGL or OSMesa). It imports nothing of this program on purpose: numba and VTK do not get on in one process.
+(VTK draws through EGL or OSMesa). It imports nothing of this program on purpose: numba and VTK do not get on in one
+process.
 """
 
 import argparse
@@ -45,7 +46,13 @@ def build_scene(mesh: pv.UnstructuredGrid, magnify: float, show_wheel: bool, off
     most = max(float(crossing.cell_data["plastic strain [%]"].max()), 1e-3)
     least = 1e-6 * most  # what has never yielded lies below and stays grey
     plotter = pv.Plotter(off_screen=off_screen, window_size=(1600, 1000))
-    bar = {"title": "equivalent plastic strain [%], grey: never yielded", "title_font_size": 24, "label_font_size": 20, "fmt": "%.2f", "color": "black"}
+    bar = {
+        "title": "equivalent plastic strain [%], grey: never yielded",
+        "title_font_size": 24,
+        "label_font_size": 20,
+        "fmt": "%.2f",
+        "color": "black",
+    }
     bar |= {"fill": True, "background_color": "white", "position_x": 0.3, "width": 0.6, "height": 0.11}
     plotter.add_mesh(
         crossing, scalars="plastic strain [%]", cmap="viridis_r", clim=(least, most), below_color="lightgrey",
@@ -70,8 +77,12 @@ def look_at_worst(plotter: pv.Plotter, crossing: pv.UnstructuredGrid) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Plastic strain of a run in three dimensions.")
     parser.add_argument("run", type=Path, help="folder of a run, or a .vtu file")
-    parser.add_argument("--out", type=Path, help="picture to write (default: figures/plastic_strain_3d.png in the folder)")
-    parser.add_argument("--magnify", type=float, default=0.0, help="draw displacements this many times larger (default: not at all)")
+    parser.add_argument(
+        "--out", type=Path, help="picture to write (default: figures/plastic_strain_3d.png in the folder)"
+    )
+    parser.add_argument(
+        "--magnify", type=float, default=0.0, help="draw displacements this many times larger (default: not at all)"
+    )
     parser.add_argument("--wheel", action="store_true", help="show the wheel as a shadow")
     parser.add_argument("--window", action="store_true", help="open a window instead of writing a picture")
     given = parser.parse_args()

@@ -1,4 +1,5 @@
-"""Sphinx configuration: `python -m sphinx -W -b html docs docs/_build/html` builds everything, the gallery's scripts included."""
+"""Sphinx configuration: `python -m sphinx -W -b html docs docs/_build/html` builds everything, the gallery's scripts
+included."""
 
 import sys
 import warnings

@@ -5,7 +5,8 @@
 | x | running direction; 0 at the theoretical intersection of the crossing's gauge lines; facing runs towards +x |
 | y | lateral; 0 on the centre line of the upright approach rail, + towards the field side, gauge face at y = -35 mm |
 | z | up; 0 on the crown of the approach rail |
-| wheel profile | y from the tread datum D0 (70 mm from the flange back), + towards the field side; z up, 0 at D0 (the flange tip has z < 0) |
+| wheel profile | y from the tread datum D0 (70 mm from the flange back), + towards the field side; z up, 0 at D0 (the
+flange tip has z < 0) |
 | stress | tension positive; order VOIGT with *tensor* shears |
 | pressure, normal_force | positive in compression |
 | gap | positive when open |

@@ -1,9 +1,9 @@
 """A wheelset and the track under it: datum points and degrees of freedom of thesis section 3.2 and Table 3-1.
 
-Track axes: x forward, y to the left, z up; origin on the track's centre line, at the level of the rail crowns. The angles follow the
-right hand: yaw about z (left wheel backwards), roll about the yawed x (left wheel up), spin about the axle (forward rolling is +).
-Each side is looked at in *side axes*: those of the track on the left, mirrored in y on the right, so that both read as a left wheel
-on a left rail and what is mirrored gives the same answer to the last bit.
+Track axes: x forward, y to the left, z up; origin on the track's centre line, at the level of the rail crowns. The
+angles follow the right hand: yaw about z (left wheel backwards), roll about the yawed x (left wheel up), spin about the
+axle (forward rolling is +). Each side is looked at in *side axes*: those of the track on the left, mirrored in y on the
+right, so that both read as a left wheel on a left rail and what is mirrored gives the same answer to the last bit.
 """
 
 from dataclasses import dataclass, field
@@ -60,8 +60,17 @@ class Wheelset:
     spin: float = 0.0
 
     def __post_init__(self):
-        limits = [("radius", self.radius, 0.1, 1.0), ("back_to_back", self.back_to_back, 0.5, 2.0), ("yaw", self.yaw, -0.1, 0.1)]
-        limits += [("roll", self.roll, -0.2, 0.2), ("y", self.y, -0.5, 0.5), ("z", self.z, -2.0, 2.0), ("radius right", self.radius_of("right"), 0.1, 1.0)]
+        limits = [
+            ("radius", self.radius, 0.1, 1.0),
+            ("back_to_back", self.back_to_back, 0.5, 2.0),
+            ("yaw", self.yaw, -0.1, 0.1),
+        ]
+        limits += [
+            ("roll", self.roll, -0.2, 0.2),
+            ("y", self.y, -0.5, 0.5),
+            ("z", self.z, -2.0, 2.0),
+            ("radius right", self.radius_of("right"), 0.1, 1.0),
+        ]
         for side in SIDES:
             check_width(f"{side} wheel", self.profile(side))
         check_range("wheelset", (*limits, ("x", self.x, -np.inf, np.inf), ("spin", self.spin, -np.inf, np.inf)))
@@ -82,14 +91,22 @@ class Wheelset:
 
 @dataclass(frozen=True)
 class RailPlace:
-    """How far a rail has left its nominal place: lateral and vertical [m] in track axes, roll [rad] about its crown point."""
+    """How far a rail has left its nominal place: lateral and vertical [m] in track axes, roll [rad] about its crown
+    point."""
 
     lateral: float = 0.0
     vertical: float = 0.0
     roll: float = 0.0
 
     def __post_init__(self):
-        check_range("rail", (("lateral", self.lateral, -0.1, 0.1), ("vertical", self.vertical, -0.1, 0.1), ("roll", self.roll, -0.2, 0.2)))
+        check_range(
+            "rail",
+            (
+                ("lateral", self.lateral, -0.1, 0.1),
+                ("vertical", self.vertical, -0.1, 0.1),
+                ("roll", self.roll, -0.2, 0.2),
+            ),
+        )
 
 
 @dataclass(frozen=True)
@@ -107,9 +124,11 @@ class CheckRail:
 class Track:
     """Two rails; lengths in m.
 
-    left, right : rail profiles, each with its gauge side at -y, its crown at z = 0, inclined as it lies; right None: as left
+    left, right : rail profiles, each with its gauge side at -y, its crown at z = 0, inclined as it lies; right None: as
+        left
     gauge : distance of the gauge points, which lie on the gauge faces gauge_point below the crowns
-    cant : of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane, so that places do not depend on
+    cant : of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane, so that
+        places do not depend on
         it and weight does: `level`, and rest_under of rail_fem.light.load_sharing
     left_place, right_place : the 3 degrees of freedom of each rail
     left_check, right_check : check rails; a flange back stops there (geometry.contact.flange_back)
@@ -126,7 +145,14 @@ class Track:
     right_check: CheckRail | None = None
 
     def __post_init__(self):
-        check_range("track", (("gauge", self.gauge, 0.5, 2.0), ("gauge_point", self.gauge_point, 0.005, 0.03), ("cant", self.cant, -0.2, 0.2)))
+        check_range(
+            "track",
+            (
+                ("gauge", self.gauge, 0.5, 2.0),
+                ("gauge_point", self.gauge_point, 0.005, 0.03),
+                ("cant", self.cant, -0.2, 0.2),
+            ),
+        )
         for side in ("left", "right") if self.right is not None else ("left",):
             check_crown(side, self.profile(side))
 
@@ -152,8 +178,11 @@ class Track:
         """y [m] in side axes of the rail's own origin: what puts its gauge point half a gauge from the middle."""
         points = self.profile(side).points
         if points[:, 1].max() - points[0, 1] < self.gauge_point:
-            raise WheelsetError(f"{self.profile(side).label}: the rail profile ends {points[:, 1].max() - points[0, 1]:.4f} m below its crown on the "
-                                f"gauge side, above the gauge point at {self.gauge_point:g} m: give more of its gauge face or a smaller gauge_point")
+            raise WheelsetError(
+                f"{self.profile(side).label}: the rail profile ends {points[:, 1].max() - points[0, 1]:.4f} m below its"
+                f" crown on the gauge side, above the gauge point at {self.gauge_point:g} m: give more of its gauge"
+                " face or a smaller gauge_point"
+            )
         return self.gauge / 2 - gauge_face(points, self.gauge_point)
 
     def placed(self, side: str) -> Profile:
@@ -174,7 +203,8 @@ def check_width(owner: str, profile: Profile) -> None:
 
 
 def check_crown(side: str, rail: Profile) -> None:
-    """Raise WheelsetError unless the rail's highest point has z = 0 within OFF_CROWN: roll and gauge are taken from there."""
+    """Raise WheelsetError unless the rail's highest point has z = 0 within OFF_CROWN: roll and gauge are taken from
+    there."""
     check_width(f"{side} rail", rail)
     crown = float(rail.points[:, 1].max())
     if abs(crown) > OFF_CROWN:
@@ -187,4 +217,6 @@ def wheel_table(wheelset: Wheelset, side: str) -> np.ndarray:
     try:
         return np.array(wheelset.profile(side).hermite_table())
     except ProfileError as error:
-        raise WheelsetError(f"{side} wheel: {error}; mend it with the profile doctor, or use Profile.graph_part()") from error
+        raise WheelsetError(
+            f"{side} wheel: {error}; mend it with the profile doctor, or use Profile.graph_part()"
+        ) from error

@@ -1,4 +1,5 @@
-"""python -m rail_fem: the command line of rail_fem/cli.py, where the environment holds what it needs; else a sentence."""
+"""python -m rail_fem: the command line of rail_fem/cli.py, where the environment holds what it needs; else a
+sentence."""
 
 import sys
 

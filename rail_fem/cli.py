@@ -1,8 +1,9 @@
-"""The command line: check | run | show | compare | sweep | report | profile | doctor. Every command says what it found and ends non-zero on a fault."""
+"""The command line: check | run | show | compare | sweep | report | profile | doctor. Every command says what it found
+and ends non-zero on a fault."""
 
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, NoReturn, Optional
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -13,7 +14,12 @@ from rail_fem.commands import start
 from rail_fem.commands.study import study
 from rail_fem.output.versions import own_version
 
-app = typer.Typer(help="What happens when a wheel passes a railway crossing.", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = typer.Typer(
+    help="What happens when a wheel passes a railway crossing.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
 app.command("list")(start.names)
 app.command()(start.init)
 app.command()(pair.contact)
@@ -28,7 +34,11 @@ def _version(wanted: bool) -> None:
 
 
 @app.callback()
-def _program(version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="say the version and end")] = False) -> None:
+def _program(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="say the version and end")
+    ] = False,
+) -> None:
     """What happens when a wheel passes a railway crossing.
 
     Exit codes: 0 done, 1 a run failed, 2 refused: the input says why.
@@ -36,7 +46,9 @@ def _program(version: Annotated[bool, typer.Option("--version", callback=_versio
 
 
 CaseArgument = Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML), e.g. cases/nose_transfer.toml")]
-ModelOption = Annotated[Optional[str], typer.Option("--model", help="which [run.MODEL] of the case; needed when it has several")]
+ModelOption = Annotated[
+    str | None, typer.Option("--model", help="which [run.MODEL] of the case; needed when it has several")
+]
 
 
 def say(text: str) -> None:
@@ -46,7 +58,8 @@ def say(text: str) -> None:
 
 
 def stop(text: str, code: int = 2) -> NoReturn:
-    """End with a fault that all ranks have met: the text on rank 0's standard error, the same exit code on every rank."""
+    """End with a fault that all ranks have met: the text on rank 0's standard error, the same exit code on every
+    rank."""
     if launcher.rank() == 0:
         typer.echo(text, err=True)
     launcher.end_together()
@@ -54,7 +67,8 @@ def stop(text: str, code: int = 2) -> NoReturn:
 
 
 def stop_run(text: str) -> NoReturn:
-    """End after a fault in the run, with this rank's words: when all ranks meet it the root ends the job before the others speak."""
+    """End after a fault in the run, with this rank's words: when all ranks meet it the root ends the job before the
+    others speak."""
     typer.echo(text if launcher.rank() == 0 else f"rank {launcher.rank()}: {text}", err=True)
     raise typer.Exit(1)
 
@@ -74,8 +88,11 @@ def read_case(path: Path, model: str | None) -> tuple[Case, str]:
 
 
 @app.command()
-def check(case: CaseArgument, model: ModelOption = None,
-          ranks: Annotated[int, typer.Option(help="ranks to estimate for", min=1)] = 2) -> None:
+def check(
+    case: CaseArgument,
+    model: ModelOption = None,
+    ranks: Annotated[int, typer.Option(help="ranks to estimate for", min=1)] = 2,
+) -> None:
     """Read a case file and say what it means, what it will cost, and what is doubtful; nothing is meshed or written."""
     from rail_fem.show.report import case_report
 
@@ -87,15 +104,20 @@ def check(case: CaseArgument, model: ModelOption = None,
 
 
 @app.command()
-def run(case: CaseArgument,
-        out: Annotated[Path, typer.Option("--out", help="folder for everything the run writes")],
-        model: ModelOption = None,
-        restart: Annotated[bool, typer.Option("--restart", help="go on with the run in the folder")] = False,
-        overwrite: Annotated[bool, typer.Option("--overwrite", help="remove the run in the folder first")] = False,
-        expected: Annotated[Optional[str], typer.Option("--digest", hidden=True, help="refuse a case of another digest")] = None) -> None:
-    """Run a case; with mpirun in front, on several ranks. The folder must be empty, or see --restart and --overwrite."""
-    from rail_fem.run.job import JobFault, run_case
+def run(
+    case: CaseArgument,
+    out: Annotated[Path, typer.Option("--out", help="folder for everything the run writes")],
+    model: ModelOption = None,
+    restart: Annotated[bool, typer.Option("--restart", help="go on with the run in the folder")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="remove the run in the folder first")] = False,
+    expected: Annotated[
+        str | None, typer.Option("--digest", hidden=True, help="refuse a case of another digest")
+    ] = None,
+) -> None:
+    """Run a case; with mpirun in front, on several ranks. The folder must be empty, or see --restart and
+    --overwrite."""
     from rail_fem.output.runfolder import digest, fingerprint
+    from rail_fem.run.job import JobFault, run_case
 
     loaded, name = read_case(case, model)
     if expected and expected != digest(fingerprint(name, loaded.scene, loaded.runs[name])):
@@ -117,8 +139,12 @@ class Figures(str, Enum):
 
 
 @app.command()
-def show(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run, or one that holds such")],
-         figures: Annotated[Figures, typer.Option(help="draw those that are missing, all anew, or none (nothing is written then)")] = Figures.missing) -> None:
+def show(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run, or one that holds such")],
+    figures: Annotated[
+        Figures, typer.Option(help="draw those that are missing, all anew, or none (nothing is written then)")
+    ] = Figures.missing,
+) -> None:
     """Say what a run found, or how far it is; draw figures of a result that are missing."""
     from rail_fem.show.report import folder_report
 
@@ -141,15 +167,21 @@ def _draw_figures(folder: Path, figures: Figures) -> None:
 
 
 @app.command()
-def compare(folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="folders of runs of one scene, or folders that hold such")],
-            reference: Annotated[Optional[Path], typer.Option(help="the run that the others are held against; default: the dearest rung")] = None,
-            within: Annotated[Optional[str], typer.Option(help="name the cheapest run within this error, e.g. 5%")] = None,
-            quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "first impact",
-            out: Annotated[Optional[Path], typer.Option(help="folder for compare.md and compare.png")] = None) -> None:
+def compare(
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="DIR...", help="folders of runs of one scene, or folders that hold such")
+    ],
+    reference: Annotated[
+        Path | None, typer.Option(help="the run that the others are held against; default: the dearest rung")
+    ] = None,
+    within: Annotated[str | None, typer.Option(help="name the cheapest run within this error, e.g. 5%")] = None,
+    quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "first impact",
+    out: Annotated[Path | None, typer.Option(help="folder for compare.md and compare.png")] = None,
+) -> None:
     """Cost against error of several models of one scene."""
-    from rail_fem.sweeps.cost_figure import cost_figure
     from rail_fem.show.style import lettering, save
     from rail_fem.sweeps import compare as side_by_side
+    from rail_fem.sweeps.cost_figure import cost_figure
 
     if quantity not in side_by_side.QUANTITIES:
         stop(f"--quantity {quantity}: choose one of {', '.join(side_by_side.QUANTITIES)}")
@@ -157,7 +189,11 @@ def compare(folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help
     try:
         found = side_by_side.compare(folders, reference)
         text = side_by_side.table(found)
-        words = [text] + ([side_by_side.advice(found, limit, quantity) + "\n"] if limit is not None else []) + [side_by_side.doubts(found)]
+        words = (
+            [text]
+            + ([side_by_side.advice(found, limit, quantity) + "\n"] if limit is not None else [])
+            + [side_by_side.doubts(found)]
+        )
         say("\n".join(words).rstrip())
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
@@ -180,11 +216,17 @@ def share(text: str, option: str) -> float:
 
 
 @app.command()
-def sweep(cases: Annotated[list[Path], typer.Argument(metavar="CASE...", help="case files, e.g. cases/thesis/*.toml")],
-          out: Annotated[Path, typer.Option("--out", help="folder of all results: OUT/CASE/MODEL")],
-          model: Annotated[Optional[list[str]], typer.Option("--model", help="only this rung; may be given several times")] = None,
-          ranks: Annotated[int, typer.Option(help="for parallel rungs", min=1)] = 2,
-          only: Annotated[Optional[int], typer.Option(help="only the case of this number, from 1: for job arrays", min=1)] = None) -> None:
+def sweep(
+    cases: Annotated[list[Path], typer.Argument(metavar="CASE...", help="case files, e.g. cases/thesis/*.toml")],
+    out: Annotated[Path, typer.Option("--out", help="folder of all results: OUT/CASE/MODEL")],
+    model: Annotated[
+        list[str] | None, typer.Option("--model", help="only this rung; may be given several times")
+    ] = None,
+    ranks: Annotated[int, typer.Option(help="for parallel rungs", min=1)] = 2,
+    only: Annotated[
+        int | None, typer.Option(help="only the case of this number, from 1: for job arrays", min=1)
+    ] = None,
+) -> None:
     """Run many cases with every model that they name; started again, it goes on. Do not put mpirun in front."""
     from rail_fem.ladder import LADDER
     from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
@@ -214,43 +256,85 @@ def sweep(cases: Annotated[list[Path], typer.Argument(metavar="CASE...", help="c
 
 
 @app.command()
-def report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a sweep: DIR/CASE/MODEL")],
-           groups: Annotated[Path, typer.Option(help="TOML file of groups of cases and trends, e.g. cases/thesis/trends.toml")],
-           out: Annotated[Optional[Path], typer.Option("--out", help="folder for report.md and its figures; default: DIR/report")] = None,
-           digest: Annotated[Optional[Path], typer.Option(help="instead: this one Markdown file, with the figures named by --show beside it, small")] = None,
-           show: Annotated[Optional[list[str]], typer.Option("--show", help="figure of the digest, by its name in the report; may be given several times")] = None) -> None:
-    """The page of a sweep: tables, trends in words checked on every rung with reasons and controls, figures of each group."""
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a sweep: DIR/CASE/MODEL")],
+    groups: Annotated[
+        Path, typer.Option(help="TOML file of groups of cases and trends, e.g. cases/thesis/trends.toml")
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="folder for report.md and its figures; default: DIR/report")
+    ] = None,
+    digest: Annotated[
+        Path | None,
+        typer.Option(help="instead: this one Markdown file, with the figures named by --show beside it, small"),
+    ] = None,
+    show: Annotated[
+        list[str] | None,
+        typer.Option("--show", help="figure of the digest, by its name in the report; may be given several times"),
+    ] = None,
+) -> None:
+    """The page of a sweep: tables, trends in words checked on every rung with reasons and controls, figures of each
+    group."""
     from rail_fem.sweeps.sweep_page import write_digest, write_page
 
     try:
-        say(f"{write_page(folder, groups, out or folder / 'report') if digest is None else write_digest(folder, groups, digest, tuple(show or ()))}")
+        say(
+            f"{write_page(folder, groups, out or folder / 'report') if digest is None else write_digest(folder, groups, digest, tuple(show or ()))}"
+        )
     except (ValueError, OSError) as error:
         stop(str(error))
 
 
 @app.command()
-def profile(file: Annotated[Path, typer.Argument(metavar="FILE", help="profile: .prw .prr .whl .ban .mpt .slcs or two columns")],
-            kind: Annotated[Optional[str], typer.Option(help="rail or wheel, where the file does not say")] = None,
-            unit: Annotated[Optional[str], typer.Option(help="mm, cm, m or inch, where the file does not say")] = None,
-            number: Annotated[int, typer.Option(help="which profile of an .mpt file, which section of a .slcs")] = 1,
-            smooth: Annotated[bool, typer.Option(help="take out scatter above 5 um")] = True,
-            smoothing: Annotated[Optional[float], typer.Option(help="scatter to take out [um]; default: what the points show")] = None,
-            mirror: Annotated[Optional[bool], typer.Option("--mirror/--no-mirror", help="of a rail: exchange its sides, or keep them; default: kept, with a doubt where its shape speaks against it")] = None,
-            flange_back: Annotated[Optional[float], typer.Option(help="of a wheel: y of its flange back in the file [mm]")] = None,
-            origin: Annotated[str, typer.Option(help="of a rail, what becomes (0, 0): crown (height only), file (its own zero), or y,z in the file [mm]")] = "crown",
-            picture: Annotated[Optional[Path], typer.Option(help="draw it into this file")] = None,
-            write: Annotated[Optional[Path], typer.Option(help="write the mended profile: .prr .prw .txt .csv")] = None) -> None:
-    """Profile doctor: what a profile file holds, what was mended, what is refused; with a picture where one is asked for."""
-    from geometry.profiles.formats.units import UNITS
-    from geometry.profiles.formats.by_suffix import read_raw, write_profile
+def profile(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="profile: .prw .prr .whl .ban .mpt .slcs or two columns")
+    ],
+    kind: Annotated[str | None, typer.Option(help="rail or wheel, where the file does not say")] = None,
+    unit: Annotated[str | None, typer.Option(help="mm, cm, m or inch, where the file does not say")] = None,
+    number: Annotated[int, typer.Option(help="which profile of an .mpt file, which section of a .slcs")] = 1,
+    smooth: Annotated[bool, typer.Option(help="take out scatter above 5 um")] = True,
+    smoothing: Annotated[
+        float | None, typer.Option(help="scatter to take out [um]; default: what the points show")
+    ] = None,
+    mirror: Annotated[
+        bool | None,
+        typer.Option(
+            "--mirror/--no-mirror",
+            help=(
+                "of a rail: exchange its sides, or keep them; default: kept, with a doubt where its shape speaks"
+                " against it"
+            ),
+        ),
+    ] = None,
+    flange_back: Annotated[float | None, typer.Option(help="of a wheel: y of its flange back in the file [mm]")] = None,
+    origin: Annotated[
+        str,
+        typer.Option(
+            help="of a rail, what becomes (0, 0): crown (height only), file (its own zero), or y,z in the file [mm]"
+        ),
+    ] = "crown",
+    picture: Annotated[Path | None, typer.Option(help="draw it into this file")] = None,
+    write: Annotated[Path | None, typer.Option(help="write the mended profile: .prr .prw .txt .csv")] = None,
+) -> None:
+    """Profile doctor: what a profile file holds, what was mended, what is refused; with a picture where one is asked
+    for."""
     from geometry.profiles.doctor import examine
     from geometry.profiles.figure import draw_diagnosis
+    from geometry.profiles.formats.by_suffix import read_raw, write_profile
+    from geometry.profiles.formats.units import UNITS
 
     if unit is not None and unit not in UNITS:
         stop(f"--unit {unit}: known are {', '.join(UNITS)}")
     try:
-        found = examine(read_raw(file, kind, UNITS.get(unit), number), smooth, smoothing=None if smoothing is None else smoothing * 1e-6, mirror=mirror,
-                        flange_back=None if flange_back is None else flange_back * 1e-3, origin=origin_of(origin))
+        found = examine(
+            read_raw(file, kind, UNITS.get(unit), number),
+            smooth,
+            smoothing=None if smoothing is None else smoothing * 1e-6,
+            mirror=mirror,
+            flange_back=None if flange_back is None else flange_back * 1e-3,
+            origin=origin_of(origin),
+        )
         say(f"{file}\n{found.report()}")
         if picture is not None:
             say(f"  drawn   {draw_diagnosis(found, picture)}")

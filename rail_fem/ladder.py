@@ -11,9 +11,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings, FeWindowSettings
+from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
 
 if TYPE_CHECKING:
     from rail_fem.output.progress import Progress
@@ -38,12 +38,30 @@ class Rung:
 
 
 LADDER: dict[str, Rung] = {  # from the cheapest to the dearest
-    "p2_formula": Rung("rail_fem.models.p2_formula", P2Settings, False, "the standard's formula for the force at the nose"),
-    "lumped": Rung("rail_fem.models.lumped", LumpedSettings, False, "a few masses and one contact spring over the rigid wheel path"),
-    "rigid_hertz": Rung("rail_fem.models.rigid_hertz", RigidHertzSettings, False, "Hertz contacts on the true surfaces of wing and nose"),
-    "bem_passage": Rung("rail_fem.models.bem_passage", BemPassageSettings, False, "as rigid_hertz, with stiffness and patches from boundary elements"),
-    "fe_window": Rung("rail_fem.models.fe_window", FeWindowSettings, True, "explicit elastoplastic FE of the nose alone, begun as rigid_hertz arrives there"),
-    "fe_full": Rung("rail_fem.models.fe_full", FeSettings, True, "explicit elastoplastic FE of the whole window, the reference"),
+    "p2_formula": Rung(
+        "rail_fem.models.p2_formula", P2Settings, False, "the standard's formula for the force at the nose"
+    ),
+    "lumped": Rung(
+        "rail_fem.models.lumped", LumpedSettings, False, "a few masses and one contact spring over the rigid wheel path"
+    ),
+    "rigid_hertz": Rung(
+        "rail_fem.models.rigid_hertz", RigidHertzSettings, False, "Hertz contacts on the true surfaces of wing and nose"
+    ),
+    "bem_passage": Rung(
+        "rail_fem.models.bem_passage",
+        BemPassageSettings,
+        False,
+        "as rigid_hertz, with stiffness and patches from boundary elements",
+    ),
+    "fe_window": Rung(
+        "rail_fem.models.fe_window",
+        FeWindowSettings,
+        True,
+        "explicit elastoplastic FE of the nose alone, begun as rigid_hertz arrives there",
+    ),
+    "fe_full": Rung(
+        "rail_fem.models.fe_full", FeSettings, True, "explicit elastoplastic FE of the whole window, the reference"
+    ),
 }
 
 
@@ -59,11 +77,19 @@ def load(model: str) -> ModuleType:
     except ImportError as error:
         if (error.name or "").partition(".")[0] in OWN_PACKAGES:
             raise
-        raise ModelUnavailable(f"model {model} needs {error.name}, which cannot be imported ({error}): run ./setup.sh") from error
+        raise ModelUnavailable(
+            f"model {model} needs {error.name}, which cannot be imported ({error}): run ./setup.sh"
+        ) from error
 
 
-def solve(model: str, scene: Scene, settings: Frozen | Mapping[str, Any] | None = None, folder: Path | None = None, restart: bool = False,
-          progress: "Progress | None" = None) -> "PassResult":
+def solve(
+    model: str,
+    scene: Scene,
+    settings: Frozen | Mapping[str, Any] | None = None,
+    folder: Path | None = None,
+    restart: bool = False,
+    progress: "Progress | None" = None,
+) -> "PassResult":
     """Run one model. Collective for parallel models.
 
     settings : the model's numerics; a dict is checked as a case file's section, None means the defaults

@@ -42,7 +42,8 @@ def rank_count() -> int:
 
 
 def on_root(action: Callable[[], Answer]) -> Answer:
-    """Run `action` on rank 0 only; its answer, or its exception of whatever kind, reaches every rank: none waits for one that has gone. Collective."""
+    """Run `action` on rank 0 only; its answer, or its exception of whatever kind, reaches every rank: none waits for
+    one that has gone. Collective."""
     world = _world()
     if world is None:
         return action()
@@ -67,13 +68,15 @@ def _as_message(fault: Exception | None) -> Exception | None:
 
 
 def let_root_end_first() -> None:
-    """On other ranks, wait long enough for the root to say what happened and to end the job, which ends this rank too."""
+    """On other ranks, wait long enough for the root to say what happened and to end the job, which ends this rank
+    too."""
     if rank() != 0:
         time.sleep(ROOT_SPEAKS_FIRST)
 
 
 def end_together() -> None:
-    """End MPI once all ranks have come here, so that a rank may end non-zero without MPI's alarm. Ranks that wait in vain leave it as it is. Collective."""
+    """End MPI once all ranks have come here, so that a rank may end non-zero without MPI's alarm. Ranks that wait in
+    vain leave it as it is. Collective."""
     world = _world()
     if world is None:
         return
@@ -90,8 +93,8 @@ def end_together() -> None:
 def mpi_command(ranks: int) -> list[str]:
     """The mpirun call for `ranks` processes on this machine, to be followed by the program.
 
-    Open MPI counts cores, not hardware threads, refuses root, binds ranks to cores that other jobs may use, and looks for a network
-    that ranks of one machine do not need; the options undo that.
+    Open MPI counts cores, not hardware threads, refuses root, binds ranks to cores that other jobs may use, and looks
+    for a network that ranks of one machine do not need; the options undo that.
     Errors: FileNotFoundError without mpirun.
     """
     if shutil.which("mpirun") is None:
@@ -107,12 +110,14 @@ def mpi_command(ranks: int) -> list[str]:
 def rank_environment() -> dict[str, str]:
     """Environment for mpirun: this one, one thread for each rank, without the variables of a surrounding MPI program.
 
-    A program that has initialised MPI hands such variables on to its children, also those that os.environ does not know; mpirun
-    would take itself for a rank of that program and end without a word.
+    A program that has initialised MPI hands such variables on to its children, also those that os.environ does not
+    know; mpirun would take itself for a rank of that program and end without a word.
     """
     from geometry.meshing.gmsh_process import without_mpi  # here: `doctor` needs this file also where NumPy is broken
 
-    return without_mpi(os.environ) | {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}
+    return without_mpi(os.environ) | dict.fromkeys(
+        ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+    )
 
 
 if __name__ == "__main__":

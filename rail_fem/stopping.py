@@ -1,8 +1,11 @@
-"""SIGINT and SIGTERM end the program in one way at any moment: what must be said is said, and the process ends as by a kill.
+"""SIGINT and SIGTERM end the program in one way at any moment: what must be said is said, and the process ends as by a
+kill.
 
-A queue, a user or mpirun may send them while modules are imported, kernels compiled, a mesh made, or a message of another rank awaited:
-there a handler of Python's waits for minutes or breaks off inside a library, and mpirun kills after a second. So a thread answers that the
-interpreter's C level wakes. So hard an end loses nothing: every file of a run appears whole or not at all.
+A queue, a user or mpirun may send them while modules are imported, kernels compiled, a mesh made, or a message of
+another rank awaited:
+there a handler of Python's waits for minutes or breaks off inside a library, and mpirun kills after a second. So a
+thread answers that the interpreter's C level wakes. So hard an end loses nothing: every file of a run appears whole or
+not at all.
 """
 
 import contextlib
@@ -16,7 +19,8 @@ _last_words: list[Callable[[], str]] = []
 
 
 def listen() -> None:
-    """From now on the two signals end this process so; what it was started to ignore it ignores. From the main thread, for a program of its own."""
+    """From now on the two signals end this process so; what it was started to ignore it ignores. From the main thread,
+    for a program of its own."""
     heard, woken = os.pipe()
     os.set_blocking(woken, False)
     signal.set_wakeup_fd(woken, warn_on_full_buffer=False)

@@ -14,4 +14,6 @@ def assert_order(sizes, errors, expected: float, slack: float = 0.15) -> None:
     orders = np.diff(np.log(errors)) / np.diff(np.log(sizes))
     table = "\n".join(f"  {h:.4g}  {e:.4g}  {o:.3f}" for h, e, o in zip(sizes, errors, [np.nan, *orders]))
     assert errors.min() > ROUND_OFF, f"errors at round-off show no order:\n{table}"
-    assert abs(orders[-1] - expected) <= slack, f"order {orders[-1]:.3f}, expected {expected} +- {slack}\n  size  error  order\n{table}"
+    assert abs(orders[-1] - expected) <= slack, (
+        f"order {orders[-1]:.3f}, expected {expected} +- {slack}\n  size  error  order\n{table}"
+    )

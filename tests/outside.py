@@ -1,7 +1,9 @@
-"""Files of others that stay outside the repository: where tests look for them, and how they say that they were not there.
+"""Files of others that stay outside the repository: where tests look for them, and how they say that they were not
+there.
 
-The folder is named by the environment variable RAIL_FEM_DATA; without it, `shared/data` beside the project's folder. A file is looked for
-at its path there and, for those of CONTACT's test bank, directly in the folder, so that the folder can be `testbank/profiles` of its sources.
+The folder is named by the environment variable RAIL_FEM_DATA; without it, `shared/data` beside the project's folder. A
+file is looked for at its path there and, for those of CONTACT's test bank, directly in the folder, so that the folder
+can be `testbank/profiles` of its sources.
 """
 
 import os
@@ -17,8 +19,13 @@ SOURCES = {
     "formats/uk_crossing.slcs": f"sections of the S&C benchmark's UK crossing, 1:9.25; {CONTACT}",
     "formats": CONTACT,
     "profiles/wheel_P": "this project's own stand-ins for worn wheels and P1; not public",
-    "profiles/wheel_": "wheel profiles of EN 13715, as transcribed in github.com/rohrbecka/EN13715; y and z of the standard in two columns, in mm",
-    "profiles/rail_": "rail heads of EN 13674-1, as transcribed in github.com/rohrbecka/EN13674; y and depth in two columns, in mm",
+    "profiles/wheel_": (
+        "wheel profiles of EN 13715, as transcribed in github.com/rohrbecka/EN13715; y and z of the standard in two"
+        " columns, in mm"
+    ),
+    "profiles/rail_": (
+        "rail heads of EN 13674-1, as transcribed in github.com/rohrbecka/EN13674; y and depth in two columns, in mm"
+    ),
 }
 
 
@@ -42,9 +49,13 @@ def found(name: str) -> Path:
 
 
 def report(skipped: dict[str, list[str]]) -> list[str]:
-    """Lines that say which tests were not run for want of which files, and where those can be had. skipped : {file: names of tests}"""
+    """Lines that say which tests were not run for want of which files, and where those can be had. skipped : {file:
+    names of tests}"""
     count = sum(map(len, skipped.values()))
-    lines = [f"{count} test(s) were NOT RUN, among them the strongest evidence from outside: they need files of others, which this repository does not hold."]
+    lines = [
+        f"{count} test(s) were NOT RUN, among them the strongest evidence from outside: they need files of others,"
+        " which this repository does not hold."
+    ]
     for name, tests in sorted(skipped.items()):
         names = sorted({test.split("[")[0] for test in tests})
         source = next((text for start, text in SOURCES.items() if name.startswith(start)), "not named")

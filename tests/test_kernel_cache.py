@@ -1,4 +1,5 @@
-"""A cached kernel belongs to the sources it was made from: an edited callee is never run in its old form, by any package, command or test."""
+"""A cached kernel belongs to the sources it was made from: an edited callee is never run in its old form, by any
+package, command or test."""
 
 import os
 import re
@@ -13,7 +14,11 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def answer(code: str, root: Path, **settings: str) -> str:
-    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | {"PYTHONPATH": str(root)} | settings
+    environment = (
+        {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+        | {"PYTHONPATH": str(root)}
+        | settings
+    )
     run = subprocess.run([sys.executable, "-c", code], cwd=root, env=environment, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
     return run.stdout
@@ -26,13 +31,18 @@ def copy_of_geometry(to: Path) -> Path:
 
 
 def test_an_edited_callee_is_never_run_in_its_old_form(tmp_path):
-    """A kernel of one file calls one of another; the callee is edited; the caller's cache is not asked, and both caches lie outside the sources."""
+    """A kernel of one file calls one of another; the callee is edited; the caller's cache is not asked, and both caches
+    lie outside the sources."""
     root, home = tmp_path / "project", str(tmp_path / "home")
     (root / "geometry").mkdir(parents=True)
     shutil.copy(ROOT / "kernel_cache.py", root)
-    (root / "geometry" / "callee.py").write_text("from kernel_cache import njit\n\n@njit(cache=True)\ndef height(x):\n    return x\n")
+    (root / "geometry" / "callee.py").write_text(
+        "from kernel_cache import njit\n\n@njit(cache=True)\ndef height(x):\n    return x\n"
+    )
     (root / "geometry" / "caller.py").write_text(
-        "from kernel_cache import njit\nfrom geometry.callee import (\n    height,\n)\n\n@njit(cache=True)\ndef twice(x):\n    return 2 * height(x)\n")
+        "from kernel_cache import njit\nfrom geometry.callee import (\n    height,\n)\n\n@njit(cache=True)\ndef"
+        " twice(x):\n    return 2 * height(x)\n"
+    )
     ask = "from geometry.caller import twice; print(twice(1.0), sum(twice.stats.cache_hits.values()))"
     assert answer(ask, root, XDG_CACHE_HOME=home).split() == ["2.0", "0"]
     assert answer(ask, root, XDG_CACHE_HOME=home).split() == ["2.0", "1"]
@@ -44,7 +54,10 @@ def test_an_edited_callee_is_never_run_in_its_old_form(tmp_path):
 
 def test_a_real_kernel_notices_its_callee_and_not_a_stranger(tmp_path):
     root = copy_of_geometry(tmp_path / "project")
-    ask = "import kernel_cache; from pathlib import Path; print(kernel_cache.digest(Path('geometry/contact/gap_kernel.py').resolve()))"
+    ask = (
+        "import kernel_cache; from pathlib import Path;"
+        " print(kernel_cache.digest(Path('geometry/contact/gap_kernel.py').resolve()))"
+    )
     first = answer(ask, root)
     with open(root / "geometry" / "contact" / "conicity.py", "a", encoding="utf-8") as file:
         file.write("# nothing that the kernel imports\n")
@@ -55,25 +68,49 @@ def test_a_real_kernel_notices_its_callee_and_not_a_stranger(tmp_path):
 
 
 def test_every_kernel_is_declared_under_the_one_rule():
-    """No file of the packages takes its compiler from numba directly but the doctor's, which compiles one function to see whether that works."""
-    direct = re.compile(r"numba\.(njit|jit|vectorize|guvectorize|cfunc)|from numba import .*\b(njit|jit|vectorize|guvectorize|cfunc)\b")
-    others = [path for name in kernel_cache.PACKAGES for path in (ROOT / name).rglob("*.py") if direct.search(path.read_text(encoding="utf-8"))]
+    """No file of the packages takes its compiler from numba directly but the doctor's, which compiles one function to
+    see whether that works."""
+    direct = re.compile(
+        r"numba\.(njit|jit|vectorize|guvectorize|cfunc)|from numba import .*\b(njit|jit|vectorize|guvectorize|cfunc)\b"
+    )
+    others = [
+        path
+        for name in kernel_cache.PACKAGES
+        for path in (ROOT / name).rglob("*.py")
+        if direct.search(path.read_text(encoding="utf-8"))
+    ]
     assert [path.relative_to(ROOT).as_posix() for path in others] == ["rail_fem/run/doctor.py"]
 
 
 def test_imports_are_found_in_every_form_that_the_sources_use():
-    """Against Python's own account: what importing a kernel's file really loads from the packages lies in its sources."""
-    for module in ("geometry.contact.gap_kernel", "bem.slices.prism_kernel", "rail_fem.light.load_kernel", "rail_fem.light.wheelset_dynamics"):
-        code = f"import sys, {module}; print(*[m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] in ('geometry', 'bem', 'rail_fem')])"
+    """Against Python's own account: what importing a kernel's file really loads from the packages lies in its
+    sources."""
+    for module in (
+        "geometry.contact.gap_kernel",
+        "bem.slices.prism_kernel",
+        "rail_fem.light.load_kernel",
+        "rail_fem.light.wheelset_dynamics",
+    ):
+        code = (
+            f"import sys, {module}; print(*[m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] in"
+            " ('geometry', 'bem', 'rail_fem')])"
+        )
         loaded = {Path(name).resolve() for name in answer(code, ROOT).split() if not name.endswith("__init__.py")}
         assert loaded <= set(kernel_cache.sources(ROOT / (module.replace(".", "/") + ".py")))
 
 
 def test_a_folder_of_the_users_own_is_kept(tmp_path):
 
-    assert answer("import kernel_cache; print(kernel_cache.folder())", ROOT, NUMBA_CACHE_DIR=str(tmp_path / "mine")).strip() == str(tmp_path / "mine")
+    assert answer(
+        "import kernel_cache; print(kernel_cache.folder())", ROOT, NUMBA_CACHE_DIR=str(tmp_path / "mine")
+    ).strip() == str(tmp_path / "mine")
 
 
 def test_a_read_only_home_does_not_stop_the_kernels(tmp_path):
     (tmp_path / "home").write_text("a file where a folder should be")
-    assert answer("import kernel_cache; print(kernel_cache.folder().is_dir())", ROOT, XDG_CACHE_HOME=str(tmp_path / "home")).strip() == "True"
+    assert (
+        answer(
+            "import kernel_cache; print(kernel_cache.folder().is_dir())", ROOT, XDG_CACHE_HOME=str(tmp_path / "home")
+        ).strip()
+        == "True"
+    )

@@ -1,4 +1,5 @@
-"""Who may import whom: geometry and bem are light, rail_fem is the application, only rail_fem/fe, static_fe and what stands on them need dolfinx and MPI."""
+"""Who may import whom: geometry and bem are light, rail_fem is the application, only rail_fem/fe, static_fe and what
+stands on them need dolfinx and MPI."""
 
 import ast
 import graphlib
@@ -21,7 +22,12 @@ def modules(package: str) -> list[Path]:
 def imports(path: Path, only_top: bool = False) -> set[str]:
     """First names of everything that a file imports; only_top leaves out imports inside functions."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    inside = {node for function in ast.walk(tree) if isinstance(function, (ast.FunctionDef, ast.Lambda)) for node in ast.walk(function)}
+    inside = {
+        node
+        for function in ast.walk(tree)
+        if isinstance(function, (ast.FunctionDef, ast.Lambda))
+        for node in ast.walk(function)
+    }
     names = set()
     for node in ast.walk(tree):
         if only_top and node in inside:
@@ -34,10 +40,19 @@ def imports(path: Path, only_top: bool = False) -> set[str]:
 
 
 def is_heavy(path: Path) -> bool:
-    """The part that may need dolfinx: explicit and static finite elements, the models built on them, and the studies of both."""
-    room, *rest = path.relative_to(ROOT / "rail_fem").parts if path.is_relative_to(ROOT / "rail_fem") else (path.parent.name,)
+    """The part that may need dolfinx: explicit and static finite elements, the models built on them, and the studies of
+    both."""
+    room, *rest = (
+        path.relative_to(ROOT / "rail_fem").parts if path.is_relative_to(ROOT / "rail_fem") else (path.parent.name,)
+    )
     if room == "studies":
-        return bool(re.search(r"rail_fem\.(fe|static_fe)\b|^(from|import) (dolfinx|mpi4py|petsc4py|ufl)", path.read_text(encoding="utf-8"), re.MULTILINE))
+        return bool(
+            re.search(
+                r"rail_fem\.(fe|static_fe)\b|^(from|import) (dolfinx|mpi4py|petsc4py|ufl)",
+                path.read_text(encoding="utf-8"),
+                re.MULTILINE,
+            )
+        )
     return room in ("fe", "static_fe") or (room == "models" and rest[-1].startswith("fe_"))
 
 
@@ -69,8 +84,13 @@ def imported_modules(path: Path, known: set[str]) -> set[str]:
 
 
 def room_arrows(package: str) -> dict[str, dict[str, set[str]]]:
-    """For each folder of a package, its rooms (modules and subfolders) and the rooms of the same folder that each imports."""
-    files = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in modules(package) if path.name not in ("__init__.py", "__main__.py")}
+    """For each folder of a package, its rooms (modules and subfolders) and the rooms of the same folder that each
+    imports."""
+    files = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts): path
+        for path in modules(package)
+        if path.name not in ("__init__.py", "__main__.py")
+    }
     arrows: dict[str, dict[str, set[str]]] = {}
     for name, path in files.items():
         for other in imported_modules(path, set(files)):
@@ -83,7 +103,8 @@ def room_arrows(package: str) -> dict[str, dict[str, set[str]]]:
 
 @pytest.mark.parametrize("package", ["geometry", "bem", "rail_fem"])
 def test_rooms_form_no_circle(package):
-    """Modules and subfolders of every folder can be ordered so that each imports earlier ones only: a reader can begin somewhere."""
+    """Modules and subfolders of every folder can be ordered so that each imports earlier ones only: a reader can begin
+    somewhere."""
     for folder, graph in room_arrows(package).items():
         try:
             tuple(graphlib.TopologicalSorter(graph).static_order())
@@ -95,7 +116,9 @@ def test_rooms_of_the_application_stand_on_one_another():
     storey = {room: level for level, rooms in enumerate(STOREYS) for room in rooms}
     arrows = room_arrows("rail_fem")["rail_fem"]
     assert set(arrows) | set().union(*arrows.values()) == set(storey), "a room is missing in STOREYS"
-    upwards = [f"{room} -> {other}" for room, others in arrows.items() for other in others if storey[other] >= storey[room]]
+    upwards = [
+        f"{room} -> {other}" for room, others in arrows.items() for other in others if storey[other] >= storey[room]
+    ]
     assert not upwards, f"import what stands above them: {', '.join(sorted(upwards))}"
 
 
@@ -108,7 +131,11 @@ def test_gmsh_is_imported_only_in_geometry_and_only_when_meshing():
 
 def test_light_part_imports_without_dolfinx_mpi_and_gmsh():
     """Every light module is imported in one process where the heavy packages cannot be."""
-    names = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in LIGHT if path.name not in ("__init__.py", "__main__.py")]
+    names = [
+        ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        for path in LIGHT
+        if path.name not in ("__init__.py", "__main__.py")
+    ]
     assert len(names) > 10
     code = f"""
 import importlib, sys

@@ -1,17 +1,18 @@
-"""A round pin in a hole of almost its own radius, in closed form: the conformal contact of like materials without friction.
+"""A round pin in a hole of almost its own radius, in closed form: the conformal contact of like materials without
+friction.
 
 The plate is infinite, the pin is loaded at its centre; b = tan(semi_angle / 2).
-Source: Persson, On the stress distribution of cylindrical elastic bodies in contact (Chalmers, 1964), as in Ciavarella and
-Decuzzi, Int. J. Solids Struct. 38 (2001) 4507, for Dundurs' constants of zero. Its constants were checked against the table
-of E* dR / P and p0 R / P that the tests quote.
+Source: Persson, On the stress distribution of cylindrical elastic bodies in contact (Chalmers, 1964), as in Ciavarella
+and Decuzzi, Int. J. Solids Struct. 38 (2001) 4507, for Dundurs' constants of zero. Its constants were checked against
+the table of E* dR / P and p0 R / P that the tests quote.
 """
+
 from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import brentq
 
 from bem.checks import refuse_unless_finite
-
 
 _SMALLEST = 1e-6  # semi-angle [rad]
 
@@ -26,7 +27,8 @@ def _refuse_no_angle(semi_angle: float) -> None:
 
 
 def pin_clearance(semi_angle: float) -> float:
-    """E* dR / P for a contact over +-semi_angle [rad]; E* the contact modulus, dR the clearance, P the load per thickness."""
+    """E* dR / P for a contact over +-semi_angle [rad]; E* the contact modulus, dR the clearance, P the load per
+    thickness."""
     _refuse_no_angle(semi_angle)
     b2 = np.tan(semi_angle / 2) ** 2
     return float((2 - np.log1p(b2) - 2 * b2**2) / (2 * np.pi * b2 * (1 + b2)))
@@ -36,7 +38,10 @@ def pin_semi_angle(clearance: float) -> float:
     """Semi-angle [rad] for a given E* dR / P; 84.8 degrees at zero clearance, more for an interference."""
     refuse_unless_finite(PinError, clearance=clearance)
     if clearance > pin_clearance(_SMALLEST):
-        raise PinError(f"E* dR / P = {clearance:.3g}: the contact is narrower than {_SMALLEST:g} rad; use bem.exact.hertz.line_contact")
+        raise PinError(
+            f"E* dR / P = {clearance:.3g}: the contact is narrower than {_SMALLEST:g} rad; use"
+            " bem.exact.hertz.line_contact"
+        )
     return float(brentq(lambda angle: pin_clearance(angle) - clearance, _SMALLEST, np.pi - 1e-6, xtol=1e-14))
 
 

@@ -1,10 +1,12 @@
-"""Hertz contact in closed form: line, circle and ellipse; sphere impact. Stresses below the surface: bem/exact/subsurface.py.
+"""Hertz contact in closed form: line, circle and ellipse; sphere impact. Stresses below the surface:
+bem/exact/subsurface.py.
 
 Everything SI. `modulus` is the contact modulus E* of bem.material.contact_modulus, so unlike materials are included.
 Relative curvature is positive when the gap opens away from the contact: a concave body has a negative curvature.
 Source: K. L. Johnson, Contact Mechanics (1985), sections 4.2 and 11.4; K, E and their combinations in Carlson's forms,
 which lose no digits as the ellipse becomes a circle or a line.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -73,7 +75,9 @@ def relative_radius(first: float, second: float) -> float:
     return 1 / curvature
 
 
-def principal_radii(curvatures_1: tuple[float, float], curvatures_2: tuple[float, float], angle: float) -> tuple[float, float, float]:
+def principal_radii(
+    curvatures_1: tuple[float, float], curvatures_2: tuple[float, float], angle: float
+) -> tuple[float, float, float]:
     """Relative principal radii of two bodies whose principal axes are turned against each other.
 
     curvatures_1 : (kx, ky) of body 1 along its own principal axes [1/m]
@@ -109,7 +113,9 @@ def line_compression(contact: LineContact, depth: float, poisson: float, plane_m
     (half_width/depth)^2. Source: Johnson (1985), eq. 5.57.
     """
     refuse_unless_positive(HertzError, depth=depth, plane_modulus=plane_modulus)
-    return contact.force / (np.pi * plane_modulus) * (2 * np.log(2 * depth / contact.half_width) - poisson / (1 - poisson))
+    return (
+        contact.force / (np.pi * plane_modulus) * (2 * np.log(2 * depth / contact.half_width) - poisson / (1 - poisson))
+    )
 
 
 def _ellipse_integrals(ratio: float) -> tuple[float, float, float]:

@@ -11,6 +11,7 @@ Error at degree 10: 3e-4 in C11 and C22, 6e-4 in C23, 1e-3 in C33 (tests/bem/tes
 Source: Kalker, On the rolling contact of two elastic bodies (1967); Kalker (1990), Appendix E, Table E3, whose rows
 are met to 0.8 %, at a/b = 10 to 1.5 % (they were computed with few terms).
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -47,16 +48,22 @@ def creepage_coefficients(axis_ratio: float, poisson: float, degree: int = 10) -
     none = np.zeros(edge_rows)
     sides = [np.concatenate([along, across, none]) for along, across in ((x, 0 * x), (0 * x, x), (-x * y, x**2 / 2))]
     solution = np.linalg.lstsq(matrix, np.array(sides).T, rcond=None)[0]
-    along, across = solution[:count], solution[count:2 * count]
+    along, across = solution[:count], solution[count : 2 * count]
     total, first_x, first_y = _moments(a, b, degree)
-    return CreepageCoefficients(-float(total @ along[:, 0]), -float(total @ across[:, 1]), -float(total @ across[:, 2]),
-                                -float(first_x @ across[:, 2] - first_y @ along[:, 2]))
+    return CreepageCoefficients(
+        -float(total @ along[:, 0]),
+        -float(total @ across[:, 1]),
+        -float(total @ across[:, 2]),
+        -float(first_x @ across[:, 2] - first_y @ along[:, 2]),
+    )
 
 
 def check_ellipse(axis_ratio: float, poisson: float) -> None:
     if not (np.isfinite(axis_ratio) and 1 / _MOST_SLENDER <= axis_ratio <= _MOST_SLENDER):
-        raise ContactInputError(f"axis ratio a/b = {axis_ratio!r}: must lie within 1/{_MOST_SLENDER:g} and {_MOST_SLENDER:g}; "
-                                "a longer patch is a line contact")
+        raise ContactInputError(
+            f"axis ratio a/b = {axis_ratio!r}: must lie within 1/{_MOST_SLENDER:g} and {_MOST_SLENDER:g}; "
+            "a longer patch is a line contact"
+        )
     if not 0 <= poisson <= 0.5:
         raise ContactInputError(f"combined Poisson's ratio {poisson!r}: must lie within 0 and 0.5")
 
@@ -75,7 +82,9 @@ def _collocation(degree: int) -> tuple[np.ndarray, np.ndarray]:
     return np.outer(radius, np.cos(angle)).ravel(), np.outer(radius, np.sin(angle)).ravel()
 
 
-def _displacements(a: float, b: float, x: np.ndarray, y: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _displacements(
+    a: float, b: float, x: np.ndarray, y: np.ndarray, degree: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Integrals of the basis times 1/sqrt(...) with the kernels 1/r, x^2/r^3, x y/r^3 at points of the unit disc.
 
     Chords are followed in the coordinates x/a, y/b, in which the patch is the unit disc.
@@ -106,8 +115,14 @@ def _stick_system(a: float, b: float, poisson: float, degree: int):
     angle = np.pi * ((np.arange(degree + 1) + 0.5) / (degree + 1) - 0.5)
     edge = _basis(np.cos(angle), np.sin(angle), degree)
     no_free, no_basis, no_edge = np.zeros_like(free), np.zeros_like(edge), np.zeros((len(edge), free.shape[1]))
-    matrix = np.block([[first, mixed, free, no_free], [mixed, second, no_free, free],
-                       [edge, no_basis, no_edge, no_edge], [no_basis, edge, no_edge, no_edge]])
+    matrix = np.block(
+        [
+            [first, mixed, free, no_free],
+            [mixed, second, no_free, free],
+            [edge, no_basis, no_edge, no_edge],
+            [no_basis, edge, no_edge, no_edge],
+        ]
+    )
     return matrix, a * x, b * y, 2 * len(edge), edge.shape[1]
 
 
@@ -123,11 +138,14 @@ def _moments(a: float, b: float, degree: int) -> tuple[np.ndarray, np.ndarray, n
     return tuple(np.einsum("ij,ijn->n", weight * factor, basis) for factor in (1.0, a * x, b * y))
 
 
-def linear_creep_forces(semi_x: float, semi_y: float, pair: Pair, creepage: Creepage,
-                        coefficients: CreepageCoefficients) -> tuple[float, float, float]:
+def linear_creep_forces(
+    semi_x: float, semi_y: float, pair: Pair, creepage: Creepage, coefficients: CreepageCoefficients
+) -> tuple[float, float, float]:
     """Fx, Fy [N] and Mz [N m] on body 1 by the linear theory, for creepages about the ellipse's centre."""
     c = coefficients
     size = np.sqrt(semi_x * semi_y)
-    return (-pair.shear * size**2 * c.c11 * creepage.longitudinal,
-            -pair.shear * (size**2 * c.c22 * creepage.lateral + size**3 * c.c23 * creepage.spin),
-            pair.shear * (size**3 * c.c23 * creepage.lateral - size**4 * c.c33 * creepage.spin))
+    return (
+        -pair.shear * size**2 * c.c11 * creepage.longitudinal,
+        -pair.shear * (size**2 * c.c22 * creepage.lateral + size**3 * c.c23 * creepage.spin),
+        pair.shear * (size**3 * c.c23 * creepage.lateral - size**4 * c.c33 * creepage.spin),
+    )

@@ -1,10 +1,11 @@
 """Kalker's coefficients for any ellipse in microseconds: Chebyshev interpolation of rows computed by bem.exact.kalker.
 
 The rows are C11 C22 C23 C33 at the Chebyshev nodes of log(a/b) within 1/20 to 20 (outer) and of Poisson's ratio within
-0 to 0.5 (inner), from `creepage_coefficients` at degree 12. `python -m bem.exact.kalker_table` prints them anew; a test holds
-them to fresh values. Beyond 1/20 and 20 the problem itself is solved (0.3 s, kept for the next call).
+0 to 0.5 (inner), from `creepage_coefficients` at degree 12. `python -m bem.exact.kalker_table` prints them anew; a test
+holds them to fresh values. Beyond 1/20 and 20 the problem itself is solved (0.3 s, kept for the next call).
 Error: of the interpolation 3e-5, of the rows 2e-4 in C11 and C22 to 5e-4 in C33 (tests/bem/test_kalker.py).
 """
+
 from __future__ import annotations
 
 from functools import lru_cache

@@ -2,13 +2,14 @@
 
 Axes of geometry/axes.py: x along the surface, z up, out of the body; `depth` = -z >= 0. Tension positive.
 """
+
 from __future__ import annotations
 
 import numpy as np
 from scipy.special import elliprd, elliprf
 
-from bem.exact.hertz import HertzError
 from bem.checks import refuse_unless_finite, refuse_unless_positive
+from bem.exact.hertz import HertzError
 
 
 def _refuse_above(depth: np.ndarray) -> None:
@@ -17,8 +18,9 @@ def _refuse_above(depth: np.ndarray) -> None:
         raise HertzError(f"depth {depth.min():g} m lies above the surface: give depths >= 0")
 
 
-def line_stress(x: np.ndarray, depth: np.ndarray, half_width: float, max_pressure: float,
-                max_shear_traction: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def line_stress(
+    x: np.ndarray, depth: np.ndarray, half_width: float, max_pressure: float, max_shear_traction: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stress in a half-plane under elliptic pressure and elliptic shear traction on |x| < half_width.
 
     x, depth           : arrays of one shape [m], depth >= 0
@@ -43,13 +45,16 @@ def line_stress(x: np.ndarray, depth: np.ndarray, half_width: float, max_pressur
     normal_zz = -m * (1 - share) / a
     normal_xz = n * (m2 - depth**2) / total / a
     shear_xx = (n * (2 - (depth**2 - m2) / total) - 2 * x) / a
-    return (max_pressure * normal_xx + max_shear_traction * shear_xx,
-            max_pressure * normal_zz - max_shear_traction * normal_xz,
-            max_pressure * normal_xz - max_shear_traction * normal_xx)
+    return (
+        max_pressure * normal_xx + max_shear_traction * shear_xx,
+        max_pressure * normal_zz - max_shear_traction * normal_xz,
+        max_pressure * normal_xz - max_shear_traction * normal_xx,
+    )
 
 
-def ellipse_axis_stress(depth: np.ndarray, semi_x: float, semi_y: float, max_pressure: float,
-                        poisson: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def ellipse_axis_stress(
+    depth: np.ndarray, semi_x: float, semi_y: float, max_pressure: float, poisson: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stress on the axis below an ellipsoidal pressure (the shear stresses vanish there).
 
     depth : (n,) [m] >= 0; semi_x, semi_y : semi-axes [m]; max_pressure [Pa]
@@ -69,19 +74,20 @@ def ellipse_axis_stress(depth: np.ndarray, semi_x: float, semi_y: float, max_pre
     n = np.sqrt((k**2 + s**2) / (1 + s**2))
     sine2, cosine2 = 1 / (1 + s**2), s**2 / (1 + s**2)  # of phi = arctan(semi_x / depth)
     delta2 = cosine2 + k**2 * sine2
-    first = np.sqrt(sine2) * elliprf(cosine2, delta2, 1.0)          # F(phi)
-    d = sine2**1.5 * elliprd(cosine2, delta2, 1.0) / 3              # (F - E)/e^2
-    edge = 1 / ((1 + s**2) * (1 + n))                               # (1 - n)/e^2
+    first = np.sqrt(sine2) * elliprf(cosine2, delta2, 1.0)  # F(phi)
+    d = sine2**1.5 * elliprd(cosine2, delta2, 1.0) / 3  # (F - E)/e^2
+    edge = 1 / ((1 + s**2) * (1 + n))  # (1 - n)/e^2
     other = (edge - 1 + s * (first - d)) / k**2
     xx = (-edge / 2 + s * d) + poisson * other
     yy = (edge / (2 * n) + other) + poisson * (-edge + s * d)
-    zz = -1 / (2 * n * (1 + s**2))                                  # -(1/n - n)/(2 e^2)
+    zz = -1 / (2 * n * (1 + s**2))  # -(1/n - n)/(2 e^2)
     scale = 2 * k * max_pressure
     return scale * xx, scale * yy, scale * zz
 
 
-def circle_axis_stress(depth: np.ndarray, radius: float, max_pressure: float,
-                       poisson: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def circle_axis_stress(
+    depth: np.ndarray, radius: float, max_pressure: float, poisson: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stress on the axis below a Hertz circle: sigma_xx = sigma_yy, sigma_zz [Pa] (see ellipse_axis_stress)."""
     return ellipse_axis_stress(depth, radius, radius, max_pressure, poisson)
 

@@ -2,14 +2,15 @@
 
 Source: Johnson, Contact Mechanics (1985), sections 5.4, 7.2 and 8.3.
 """
+
 from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipkm1, expit
 
-from bem.exact.hertz import HertzError
 from bem.checks import refuse_unless_finite, refuse_unless_positive
+from bem.exact.hertz import HertzError
 from bem.material import Elastic
 
 
@@ -18,7 +19,9 @@ def _share(tangential: float, limit: float) -> float:
     refuse_unless_positive(HertzError, limit=limit)
     refuse_unless_finite(HertzError, tangential=tangential)
     if abs(tangential) > limit:
-        raise HertzError(f"tangential load {tangential:g} exceeds friction times normal load {limit:g}: the contact slides")
+        raise HertzError(
+            f"tangential load {tangential:g} exceeds friction times normal load {limit:g}: the contact slides"
+        )
     return abs(tangential) / limit
 
 
@@ -28,22 +31,27 @@ def cattaneo_line_stick(tangential: float, limit: float) -> float:
 
 
 def cattaneo_line_shear(x: np.ndarray, half_width: float, max_traction: float, stick: float) -> np.ndarray:
-    """Shear traction [Pa] of a line contact in partial slip; max_traction is mu p0, stick the stick ratio (eq. 7.27)."""
+    """Shear traction [Pa] of a line contact in partial slip; max_traction is mu p0, stick the stick ratio (eq.
+    7.27)."""
     refuse_unless_positive(HertzError, half_width=half_width)
     outer = np.sqrt(np.clip(1 - (np.asarray(x) / half_width) ** 2, 0, None))
     inner = np.sqrt(np.clip(stick**2 - (np.asarray(x) / half_width) ** 2, 0, None))
     return max_traction * (outer - inner)
 
 
-def cattaneo_sphere(tangential: float, limit: float, radius: float, first: Elastic, second: Elastic) -> tuple[float, float]:
-    """Stick radius [m] and shift [m] of distant points of a circular contact of the given radius [m]; limit is mu P (eq. 7.41 to 7.43)."""
+def cattaneo_sphere(
+    tangential: float, limit: float, radius: float, first: Elastic, second: Elastic
+) -> tuple[float, float]:
+    """Stick radius [m] and shift [m] of distant points of a circular contact of the given radius [m]; limit is mu P
+    (eq. 7.41 to 7.43)."""
     left = 1 - _share(tangential, limit)
     compliance = (2 - first.poisson) / first.shear + (2 - second.poisson) / second.shear
     return radius * left ** (1 / 3), 3 * limit / (16 * radius) * compliance * (1 - left ** (2 / 3))
 
 
 def carter_creepage(force_share: float, half_width: float, radius: float, friction: float) -> float:
-    """Creepage of tractive rolling of like materials from Q / (mu P); stick width over contact width is sqrt(1 - share) (eq. 8.36)."""
+    """Creepage of tractive rolling of like materials from Q / (mu P); stick width over contact width is sqrt(1 - share)
+    (eq. 8.36)."""
     refuse_unless_positive(HertzError, half_width=half_width, radius=radius, friction=friction)
     if not abs(force_share) <= 1:
         raise HertzError(f"Q / (mu P) = {force_share:g}: beyond 1 the contact slides")
@@ -57,13 +65,16 @@ def dundurs_beta(first: Elastic, second: Elastic) -> float:
 
 
 def spence_line_stick(beta: float, friction: float) -> float:
-    """Stick width over contact width of a line contact loaded without tangential force: K'(c)/K(c) = |beta| / mu (eq. 5.33).
+    """Stick width over contact width of a line contact loaded without tangential force: K'(c)/K(c) = |beta| / mu (eq.
+    5.33).
 
     The pressure is taken as unchanged by friction (Goodman): error of order beta^2.
     """
     refuse_unless_finite(HertzError, beta=beta)
     if not (beta and friction > 0):
-        raise HertzError(f"beta {beta:g}, friction {friction:g}: without mismatch nothing slips, without friction nothing sticks")
+        raise HertzError(
+            f"beta {beta:g}, friction {friction:g}: without mismatch nothing slips, without friction nothing sticks"
+        )
     wanted = np.log(abs(beta) / friction)
 
     def mismatch(log_odds: float) -> float:

@@ -3,19 +3,26 @@
 A solution's error is estimated from its changes between three grids, cells doubled twice. One change alone is no bound:
 the patch's edge falls now here, now there between the cells, so that it can vanish where the error does not.
 """
+
 from __future__ import annotations
 
 import numpy as np
 
 from bem.patch import Grid
 
-FORCE_STAIRS = 0.02     # for edge_share, of a tangential force
+FORCE_STAIRS = 0.02  # for edge_share, of a tangential force
 
 
 def coarse_grid(grid: Grid) -> Grid:
     """The grid at doubled cell sides (the last row or column reaches half out where the count is odd)."""
-    return Grid(grid.x_first + grid.dx / 2, grid.y_first + grid.dy / 2, 2 * grid.dx, 2 * grid.dy,
-                (grid.nx + 1) // 2, (grid.ny + 1) // 2)
+    return Grid(
+        grid.x_first + grid.dx / 2,
+        grid.y_first + grid.dy / 2,
+        2 * grid.dx,
+        2 * grid.dy,
+        (grid.nx + 1) // 2,
+        (grid.ny + 1) // 2,
+    )
 
 
 def coarse_field(field: np.ndarray, fill: str = "edge") -> np.ndarray:
@@ -25,13 +32,17 @@ def coarse_field(field: np.ndarray, fill: str = "edge") -> np.ndarray:
 
 
 def fine_pressure(pressure: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """(nx, ny) pressure interpolated from doubled cell sides: bilinear in its square, which is smooth up to the edge."""
+    """(nx, ny) pressure interpolated from doubled cell sides: bilinear in its square, which is smooth up to the
+    edge."""
     square = np.pad(pressure**2, 1)
     along = np.empty((2 * pressure.shape[0], square.shape[1]))
     along[0::2], along[1::2] = 0.75 * square[1:-1] + 0.25 * square[:-2], 0.75 * square[1:-1] + 0.25 * square[2:]
     both = np.empty((along.shape[0], 2 * pressure.shape[1]))
-    both[:, 0::2], both[:, 1::2] = 0.75 * along[:, 1:-1] + 0.25 * along[:, :-2], 0.75 * along[:, 1:-1] + 0.25 * along[:, 2:]
-    return np.sqrt(both[:shape[0], :shape[1]])
+    both[:, 0::2], both[:, 1::2] = (
+        0.75 * along[:, 1:-1] + 0.25 * along[:, :-2],
+        0.75 * along[:, 1:-1] + 0.25 * along[:, 2:],
+    )
+    return np.sqrt(both[: shape[0], : shape[1]])
 
 
 def relative_change(coarse: np.ndarray | float, fine: np.ndarray | float) -> float:
@@ -40,13 +51,19 @@ def relative_change(coarse: np.ndarray | float, fine: np.ndarray | float) -> flo
     return float(np.linalg.norm(np.subtract(coarse, fine))) / size if size > 0 else np.nan
 
 
-def error_bound(fine: np.ndarray | float, coarse: np.ndarray | float, coarser: np.ndarray | float | None, order: int = 2,
-                least: float = 0.0) -> float:
+def error_bound(
+    fine: np.ndarray | float,
+    coarse: np.ndarray | float,
+    coarser: np.ndarray | float | None,
+    order: int = 2,
+    least: float = 0.0,
+) -> float:
     """Relative error of a quantity solved with cells, with doubled and with fourfold cell sides (None: not solved).
 
     hypot(coarse - fine, (coarser - coarse) / 2^order) / |fine|: the last change, or what the change before leaves of an
     error of that order in the cell; and `least`. NaN where fine vanishes.
-    Error: above the true error in at least 95 %, less than five times it in half of the cases of bem/verification/estimates_study.py.
+    Error: above the true error in at least 95 %, less than five times it in half of the cases of
+    bem/verification/estimates_study.py.
     """
     last = relative_change(coarse, fine)
     before = last if coarser is None else relative_change(coarser, coarse) / 2**order
@@ -54,6 +71,7 @@ def error_bound(fine: np.ndarray | float, coarse: np.ndarray | float, coarser: n
 
 
 def edge_share(pressure: np.ndarray, cells: float) -> float:
-    """What the stairs of cells at the patch's edge may leave of an error on any grid: `cells` of a cell over the patch's width."""
+    """What the stairs of cells at the patch's edge may leave of an error on any grid: `cells` of a cell over the
+    patch's width."""
     contact = pressure > 0
     return cells / min(np.count_nonzero(contact.any(axis=axis)) for axis in (0, 1))

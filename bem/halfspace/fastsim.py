@@ -13,9 +13,10 @@ Bound "parabolic": mu p^2 scaled to the part's mu N (the paraboloid of the simpl
 with these flexibilities); "elliptic": mu p itself.
 Error: against the theory it discretises second order in the cell; against the full theory usually below 0.06 mu N in
 force (tests/bem/test_fastsim.py). The spin moment is not to be trusted. Cost: 1 ms at 44 x 44 cells.
-Source: Kalker, Vehicle System Dynamics 11 (1982) 1; Kalker (1990), section 3.7 (with the weighted mean, there for all of
-the patch); errata: the bound holds mu.
+Source: Kalker, Vehicle System Dynamics 11 (1982) 1; Kalker (1990), section 3.7 (with the weighted mean, there for all
+of the patch); errata: the bound holds mu.
 """
+
 from __future__ import annotations
 
 import time
@@ -24,22 +25,24 @@ from dataclasses import replace
 import numpy as np
 from scipy import ndimage
 
-from bem.material import Elastic, Pair
-from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
-from bem.halfspace.input import check_creepage, check_friction
 from bem.exact.kalker import CreepageCoefficients
 from bem.exact.kalker_table import coefficients
+from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
+from bem.halfspace.input import check_creepage, check_friction
+from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 from bem.patch_edge import covered_area
 from kernel_cache import njit
 
-_SHARE = 0.85     # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py)
+_SHARE = 0.85  # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py)
 
 
 def elliptic_patch(semi_x: float, semi_y: float, load: float, cells: tuple[int, int] = (44, 44)) -> Patch:
     """Patch of a Hertz ellipse: semi-axes along x and y [m], load [N]; the cell pressures sum to the load."""
     if not (np.isfinite([semi_x, semi_y, load]).all() and semi_x > 0 and semi_y > 0 and load >= 0):
-        raise ContactInputError(f"ellipse {semi_x!r} x {semi_y!r} m under {load!r} N: give finite numbers, axes > 0, load >= 0")
+        raise ContactInputError(
+            f"ellipse {semi_x!r} x {semi_y!r} m under {load!r} N: give finite numbers, axes > 0, load >= 0"
+        )
     grid = Grid.over((-semi_x, semi_x), (-semi_y, semi_y), *cells)
     x, y = grid.points()
     pressure = np.sqrt(np.maximum(1 - (x / semi_x) ** 2 - (y / semi_y) ** 2, 0.0))
@@ -47,11 +50,16 @@ def elliptic_patch(semi_x: float, semi_y: float, load: float, cells: tuple[int, 
     return Patch(grid, None, pressure, np.nan, "Hertz ellipse")
 
 
-def flexibilities(semi_x: float, semi_y: float, pair: Pair, c: CreepageCoefficients | None = None) -> tuple[float, float, float]:
+def flexibilities(
+    semi_x: float, semi_y: float, pair: Pair, c: CreepageCoefficients | None = None
+) -> tuple[float, float, float]:
     """L1, L2, L3 [m/Pa] of an ellipse with semi-axes along x and y [m]."""
     c = c or coefficients(semi_x / semi_y, pair.poisson)
-    return (8 * semi_x / (3 * pair.shear * c.c11), 8 * semi_x / (3 * pair.shear * c.c22),
-            np.pi * semi_x * np.sqrt(semi_x / semi_y) / (4 * pair.shear * c.c23))
+    return (
+        8 * semi_x / (3 * pair.shear * c.c11),
+        8 * semi_x / (3 * pair.shear * c.c22),
+        np.pi * semi_x * np.sqrt(semi_x / semi_y) / (4 * pair.shear * c.c23),
+    )
 
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float, float, float]:
@@ -62,8 +70,17 @@ def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float, 
     return radius * np.sqrt(ratio), radius / np.sqrt(ratio), float(x.mean()), float(y.mean())
 
 
-def fastsim(patch: Patch, first: Elastic, second: Elastic, friction: float, creepage: Creepage, *, bound: str = "parabolic",
-            direction: int = 1, estimate: bool = True) -> Patch:
+def fastsim(
+    patch: Patch,
+    first: Elastic,
+    second: Elastic,
+    friction: float,
+    creepage: Creepage,
+    *,
+    bound: str = "parabolic",
+    direction: int = 1,
+    estimate: bool = True,
+) -> Patch:
     """Tractions, stick and slip of a solved normal contact by the simplified theory.
 
     creepage  : rigid slip of body 1 over body 2 per rolling speed, about x = y = 0
@@ -81,8 +98,18 @@ def fastsim(patch: Patch, first: Elastic, second: Elastic, friction: float, cree
     traction, slip, stick = _tractions(patch.grid, patch.pressure, pair, friction, creepage, bound, direction)
     error = _estimate(patch, traction, pair, friction, creepage, bound, direction) if estimate else patch.error
     cost = patch.cost + Cost(time.perf_counter() - started, 1, 0)
-    return replace(patch, method=f"FASTSIM ({bound} bound) on {patch.method}", traction=traction, slip=slip, stick=stick,
-                   friction=friction, creepage=creepage, cost=cost, error=error, warnings=patch.warnings + notes)
+    return replace(
+        patch,
+        method=f"FASTSIM ({bound} bound) on {patch.method}",
+        traction=traction,
+        slip=slip,
+        stick=stick,
+        friction=friction,
+        creepage=creepage,
+        cost=cost,
+        error=error,
+        warnings=patch.warnings + notes,
+    )
 
 
 def _centres(patch: Patch) -> tuple[float, float, float, float]:
@@ -90,7 +117,9 @@ def _centres(patch: Patch) -> tuple[float, float, float, float]:
     return float(x.min()), float(x.max()), float(y.min()), float(y.max())
 
 
-def _tractions(grid: Grid, pressure: np.ndarray, pair: Pair, friction: float, creepage: Creepage, bound: str, direction: int):
+def _tractions(
+    grid: Grid, pressure: np.ndarray, pair: Pair, friction: float, creepage: Creepage, bound: str, direction: int
+):
     labels, count = ndimage.label(pressure > 0, structure=np.ones((3, 3)))
     limit = friction * pressure
     rates = np.zeros((count + 1, 9))
@@ -106,8 +135,8 @@ def _tractions(grid: Grid, pressure: np.ndarray, pair: Pair, friction: float, cr
 
 
 def _part_rates(grid: Grid, own: np.ndarray, pair: Pair, creepage: Creepage) -> list[float]:
-    """Growth of the tractions by uniform slip along x and y [Pa/m] and by spin [Pa/m^2], in stick and in slip; centre x, y;
-    flexibility in slip."""
+    """Growth of the tractions by uniform slip along x and y [Pa/m] and by spin [Pa/m^2], in stick and in slip; centre
+    x, y; flexibility in slip."""
     semi_x, semi_y, x, y = equivalent_ellipse(grid, own)
     slip = np.array([creepage.longitudinal - creepage.spin * y, creepage.lateral + creepage.spin * x, creepage.spin])
     flexibility = np.array(flexibilities(semi_x, semi_y, pair))
@@ -172,8 +201,9 @@ def _march(square, limit, labels, rates, x, y, dx, direction, traction, slip, st
             place, before = centre, part
 
 
-def _estimate(patch: Patch, traction: np.ndarray, pair: Pair, friction: float, creepage: Creepage, bound: str,
-              direction: int) -> ErrorEstimate:
+def _estimate(
+    patch: Patch, traction: np.ndarray, pair: Pair, friction: float, creepage: Creepage, bound: str, direction: int
+) -> ErrorEstimate:
     """The same on doubled and on fourfold cell sides."""
     if not patch.contact.any() or friction == 0:
         return patch.error
@@ -182,5 +212,8 @@ def _estimate(patch: Patch, traction: np.ndarray, pair: Pair, friction: float, c
         grid, pressure = coarse_grid(grid), coarse_field(pressure, "constant")
         coarse = _tractions(grid, pressure, pair, friction, creepage, bound, direction)[0]
         forces.append(coarse.sum(axis=(0, 1)) * grid.cell_area / patch.grid.cell_area)
-    return replace(patch.error, tangential_force=_SHARE * error_bound(*forces, order=1, least=edge_share(patch.pressure, FORCE_STAIRS)),
-                   note="changes from doubled and fourfold cell sides: of the discretisation, not of the simplified theory")
+    return replace(
+        patch.error,
+        tangential_force=_SHARE * error_bound(*forces, order=1, least=edge_share(patch.pressure, FORCE_STAIRS)),
+        note="changes from doubled and fourfold cell sides: of the discretisation, not of the simplified theory",
+    )

@@ -1,4 +1,5 @@
 """Figures of contact patches, creep curves and speed against error. matplotlib is imported only when one is drawn."""
+
 from __future__ import annotations
 
 import numpy as np
@@ -28,7 +29,9 @@ def patch_figure(patch: Patch, path: str | None = None):
     solved = patch.traction is not None
     figure, axes = _canvas(3 if solved else 1)
     _map(figure, axes[0, 0], patch, patch.pressure * _MPA, "pressure [MPa]", "viridis")
-    axes[0, 0].set_title(f"{patch.method}: {patch.normal_force / 1e3:.4g} kN, {patch.max_pressure * _MPA:.0f} MPa", fontsize=9)
+    axes[0, 0].set_title(
+        f"{patch.method}: {patch.normal_force / 1e3:.4g} kN, {patch.max_pressure * _MPA:.0f} MPa", fontsize=9
+    )
     if solved:
         size = np.hypot(patch.traction[..., 0], patch.traction[..., 1])
         _map(figure, axes[0, 1], patch, size * _MPA, "tangential traction [MPa]", "magma")
@@ -46,7 +49,9 @@ def _limits(patch: Patch) -> tuple[float, float, float, float]:
 
 def _map(figure, axes, patch: Patch, field: np.ndarray, label: str, colours: str) -> None:
     """Field seen from above: x (rolling) upwards, y to the left, as the project's axes lie."""
-    image = axes.imshow(np.where(patch.contact, field, np.nan), origin="lower", extent=_limits(patch), cmap=colours, aspect="equal")
+    image = axes.imshow(
+        np.where(patch.contact, field, np.nan), origin="lower", extent=_limits(patch), cmap=colours, aspect="equal"
+    )
     figure.colorbar(image, ax=axes, label=label, shrink=0.85)
     _name_axes(axes)
 
@@ -70,12 +75,28 @@ def _stick_map(axes, patch: Patch) -> None:
     from matplotlib.patches import Patch as Swatch
 
     state = np.where(patch.contact, np.where(patch.stick, 0.0, 1.0), np.nan)
-    axes.imshow(state, origin="lower", extent=_limits(patch), cmap=ListedColormap(["#3b6ea5", "#e0a458"]), vmin=0, vmax=1, aspect="equal")
+    axes.imshow(
+        state,
+        origin="lower",
+        extent=_limits(patch),
+        cmap=ListedColormap(["#3b6ea5", "#e0a458"]),
+        vmin=0,
+        vmax=1,
+        aspect="equal",
+    )
     if patch.slip is not None and patch.sliding.any():
         _arrows(axes, patch, np.where(patch.sliding[..., None], patch.slip, 0.0))
     share = np.count_nonzero(patch.stick) / max(1, np.count_nonzero(patch.contact))
-    axes.legend(handles=[Swatch(color="#3b6ea5", label=f"stick {share:.0%}"), Swatch(color="#e0a458", label=f"slip {1 - share:.0%}")],
-                loc="upper center", bbox_to_anchor=(0.5, -0.14), ncol=2, fontsize=8)
+    axes.legend(
+        handles=[
+            Swatch(color="#3b6ea5", label=f"stick {share:.0%}"),
+            Swatch(color="#e0a458", label=f"slip {1 - share:.0%}"),
+        ],
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.14),
+        ncol=2,
+        fontsize=8,
+    )
     axes.set_title("stick and slip; arrows: slip of body 1", fontsize=9)
     _name_axes(axes)
 
@@ -97,15 +118,19 @@ def creep_curves_figure(curves: dict[str, dict[str, np.ndarray]], path: str | No
     return _save(figure, path)
 
 
-_SPEED_TITLES = {"normal": ("normal problem", "relative error of the largest pressure"),
-                 "tangential": ("with friction, the pressure known", "relative error of the tangential force")}
+_SPEED_TITLES = {
+    "normal": ("normal problem", "relative error of the largest pressure"),
+    "tangential": ("with friction, the pressure known", "relative error of the tangential force"),
+}
 _SPEED_COLOURS = ("#000000", "#009E73", "#E69F00", "#D55E00", "#0072B2", "#AA4499")
 
 
 def speed_error_figure(rows: list[dict], path: str | None = None):
-    """Seconds against relative error, one line for each method; marks carry the cells across. Left the normal problem, right friction.
+    """Seconds against relative error, one line for each method; marks carry the cells across. Left the normal problem,
+    right friction.
 
-    rows : dicts with problem ("normal" or "tangential"), method, cells, seconds, error (NaN: a closed form, drawn as a level), and
+    rows : dicts with problem ("normal" or "tangential"), method, cells, seconds, error (NaN: a closed form, drawn as a
+        level), and
     reference (True where the numbers are another program's)
     """
     problems = [problem for problem in _SPEED_TITLES if any(row["problem"] == problem for row in rows)]
@@ -119,7 +144,9 @@ def speed_error_figure(rows: list[dict], path: str | None = None):
         panel.set_ylabel("seconds on one core", fontsize=12)
         panel.grid(alpha=0.3)
         panel.legend(fontsize=10, loc="upper center", bbox_to_anchor=(0.5, -0.11), ncol=2)
-    figure.suptitle("Speed against error on one patch, 100 kN on an ellipse of 14.3 x 10.8 mm; numbers: cells each way", fontsize=13)
+    figure.suptitle(
+        "Speed against error on one patch, 100 kN on an ellipse of 14.3 x 10.8 mm; numbers: cells each way", fontsize=13
+    )
     return _save(figure, path)
 
 
@@ -128,21 +155,42 @@ def _speed_lines(panel, rows: list[dict]) -> None:
     for method in dict.fromkeys(row["method"] for row in rows):
         own = [row for row in rows if row["method"] == method]
         if all(np.isnan(row["error"]) for row in own) and not own[0]["reference"]:
-            panel.axhline(own[0]["seconds"], color="#777777", linestyle="-.", linewidth=1, label=f"{method}, exact here")
+            panel.axhline(
+                own[0]["seconds"], color="#777777", linestyle="-.", linewidth=1, label=f"{method}, exact here"
+            )
             continue
         own = [row for row in own if np.isfinite(row["error"]) and row["error"] > 0]
         if not own:
             continue
-        kind = {"color": "#777777", "linestyle": ":", "marker": "s"} if own[0]["reference"] else {"color": next(colours), "marker": "o"}
+        kind = (
+            {"color": "#777777", "linestyle": ":", "marker": "s"}
+            if own[0]["reference"]
+            else {"color": next(colours), "marker": "o"}
+        )
         if own[0]["reference"] and any(line.get_linestyle() == ":" for line in panel.lines):
             kind |= {"marker": "D", "color": "#A0522D"}
-        panel.loglog([row["error"] for row in own], [row["seconds"] for row in own], markersize=5, linewidth=1.5, label=method, **kind)
+        panel.loglog(
+            [row["error"] for row in own],
+            [row["seconds"] for row in own],
+            markersize=5,
+            linewidth=1.5,
+            label=method,
+            **kind,
+        )
         for row in own:
-            panel.annotate(str(row["cells"]), (row["error"], row["seconds"]), fontsize=9, xytext=(4, 4), textcoords="offset points", color=kind["color"])
+            panel.annotate(
+                str(row["cells"]),
+                (row["error"], row["seconds"]),
+                fontsize=9,
+                xytext=(4, 4),
+                textcoords="offset points",
+                color=kind["color"],
+            )
 
 
 def conformal_figure(rows: list[dict], path: str | None = None):
-    """A pin in its hole: error of the pressure in the middle against the half-angle, and the pressure across the widest contact.
+    """A pin in its hole: error of the pressure in the middle against the half-angle, and the pressure across the widest
+    contact.
 
     rows : of bem.verification.halfspace_speed.conformal_rows
     """
@@ -150,14 +198,34 @@ def conformal_figure(rows: list[dict], path: str | None = None):
     errors, profile = axes[0]
     degrees = [row["degrees"] for row in rows]
     for name, style in (("slices", "o-"), ("half-space", "s--")):
-        errors.plot(degrees, [100 * row[f"{name} error"] for row in rows], style, label="2.5D, coupled slices" if name == "slices" else name)
+        errors.plot(
+            degrees,
+            [100 * row[f"{name} error"] for row in rows],
+            style,
+            label="2.5D, coupled slices" if name == "slices" else name,
+        )
     errors.axhline(0, color="black", linewidth=0.8)
-    errors.set(xlabel="half-angle of contact [degrees]", ylabel="error of the pressure in the middle [%]", title="pin in its hole: Persson's solution as judge")
+    errors.set(
+        xlabel="half-angle of contact [degrees]",
+        ylabel="error of the pressure in the middle [%]",
+        title="pin in its hole: Persson's solution as judge",
+    )
     widest = rows[-1]
     for name, style in (("Persson", "k-"), ("slices", "o"), ("half-space", "--")):
-        profile.plot(np.degrees(widest["angle"]), widest[f"{name} profile"], style, markersize=3.5, markerfacecolor="none", label=name)
-    profile.set(xlabel="place on the face [degrees]", ylabel="pressure x radius / line load", title=f"pressure across the contact, half-angle {widest['degrees']:g} degrees",
-                ylim=(0, None))
+        profile.plot(
+            np.degrees(widest["angle"]),
+            widest[f"{name} profile"],
+            style,
+            markersize=3.5,
+            markerfacecolor="none",
+            label=name,
+        )
+    profile.set(
+        xlabel="place on the face [degrees]",
+        ylabel="pressure x radius / line load",
+        title=f"pressure across the contact, half-angle {widest['degrees']:g} degrees",
+        ylim=(0, None),
+    )
     for panel in (errors, profile):
         panel.grid(alpha=0.3)
         panel.legend(fontsize=8)

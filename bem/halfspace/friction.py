@@ -2,7 +2,8 @@
 
 The slip of body 1 over body 2 is s = w + C q with the rigid slip w and the elastic part C q of the tractions q:
   shift            C q = u(q)                              (displacement difference, symmetric)
-  steady rolling   C q = (u(q; x) - u(q; x + dx)) / dx     (per metre rolled towards +x; from cell centre to cell centre)
+  steady rolling   C q = (u(q; x) - u(q; x + dx)) / dx     (per metre rolled towards +x; from cell centre to cell
+  centre)
 Friction asks for |q| <= g = mu p in every cell, with q = -g s/|s| where it slides: a variational inequality. C is a
 periodic convolution with positive real part on the padded grid, so C is monotone, the solution is unique and the
 Douglas-Rachford splitting converges to it from anywhere: one step solves (lambda + C) by FFT, the other projects onto
@@ -11,6 +12,7 @@ A prescribed force is one more linear condition of the first step: the rigid sli
 Source: Kalker (1990), chapter 4 (the problem, its steady form); Lions and Mercier, SIAM J. Numer. Anal. 16 (1979) 964
 (the splitting). Error: first order in the cell (tests/bem/test_halfspace_rolling.py).
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -58,7 +60,7 @@ class TangentialOperator:
 
     def product(self, traction: np.ndarray) -> np.ndarray:
         """(2, nx, ny) C q for tractions (2, nx, ny) [Pa]: displacement [m], or slip per metre rolled [1]."""
-        return self.spread(traction)[:, :self.grid.nx, :self.grid.ny]
+        return self.spread(traction)[:, : self.grid.nx, : self.grid.ny]
 
     def inverse(self, shift: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """xx, xy, yy entries of the spectrum of (shift + C)^-1."""
@@ -80,9 +82,15 @@ class FrictionSolution:
     residual: float
 
 
-def solve_friction(operator: TangentialOperator, rigid_slip: np.ndarray, bound: np.ndarray,
-                   force: tuple[float | None, float | None] = (None, None), start: np.ndarray | None = None,
-                   tolerance: float = 1e-5, max_iterations: int = 5000) -> FrictionSolution:
+def solve_friction(
+    operator: TangentialOperator,
+    rigid_slip: np.ndarray,
+    bound: np.ndarray,
+    force: tuple[float | None, float | None] = (None, None),
+    start: np.ndarray | None = None,
+    tolerance: float = 1e-5,
+    max_iterations: int = 5000,
+) -> FrictionSolution:
     """Tractions that satisfy Coulomb's law in every cell.
 
     rigid_slip : (2, nx, ny) w, everything but C q [m in a shift, 1 in rolling]
@@ -116,8 +124,8 @@ def solve_friction(operator: TangentialOperator, rigid_slip: np.ndarray, bound: 
 
 
 def _step_factor(grid: Grid, rolling: bool) -> float:
-    """lambda over the largest entry of the spectrum: measured least number of iterations, over creepages from pure stick to
-    pure sliding, 22 to 352 cells, cells from 1:10 to 50:1."""
+    """lambda over the largest entry of the spectrum: measured least number of iterations, over creepages from pure
+    stick to pure sliding, 22 to 352 cells, cells from 1:10 to 50:1."""
     aspect = grid.dx / grid.dy
     if rolling:
         return _STEP_ROLLING / grid.nx**0.25 * (2 / (1 + aspect)) ** 0.5
@@ -154,7 +162,9 @@ class _UniformSlip:
         self.slip[self.axes] = slip
 
 
-def _start(operator: TangentialOperator, rigid_slip: np.ndarray, traction: np.ndarray | None, shift: float) -> np.ndarray:
+def _start(
+    operator: TangentialOperator, rigid_slip: np.ndarray, traction: np.ndarray | None, shift: float
+) -> np.ndarray:
     """State whose fixed point belongs to the given tractions: q + (C q + w) / lambda."""
     nx, ny = operator.grid.shape
     if traction is None:

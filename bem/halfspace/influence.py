@@ -10,6 +10,7 @@ Source: Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), sect
 Mechanics (1985), sections 3.2, 3.6. The integrals over a rectangle are exact: Love (1929) for 1/r, the others likewise
 (tests/bem/test_halfspace_influence.py holds each to quadrature).
 """
+
 from __future__ import annotations
 
 import numpy as np
@@ -45,9 +46,14 @@ def _y_over_r2(x, y):
 
 
 # integral over a rectangle of each function of (x, y): (double antiderivative, parity in x, parity in y)
-_KERNELS = {"1/r": (_one_over_r, 1, 1), "xx/r3": (_xx_over_r3, 1, 1), "yy/r3": (_yy_over_r3, 1, 1),
-            "xy/r3": (_xy_over_r3, -1, -1), "x/r2": (_x_over_r2, -1, 1),
-            "y/r2": (_y_over_r2, 1, -1)}
+_KERNELS = {
+    "1/r": (_one_over_r, 1, 1),
+    "xx/r3": (_xx_over_r3, 1, 1),
+    "yy/r3": (_yy_over_r3, 1, 1),
+    "xy/r3": (_xy_over_r3, -1, -1),
+    "x/r2": (_x_over_r2, -1, 1),
+    "y/r2": (_y_over_r2, 1, -1),
+}
 
 
 def rectangle_integrals(name: str, dx: float, dy: float, nx: int, ny: int) -> np.ndarray:
@@ -83,20 +89,21 @@ def kernel_spectrum(name: str, grid: Grid, size: tuple[int, int] | None = None) 
         quarter[:, -1] = 0.0
     left, low = size[0] - reach[0], size[1] - reach[1]
     kernel = np.empty(size)
-    kernel[:reach[0] + 1, :reach[1] + 1] = quarter
-    kernel[left:, :reach[1] + 1] = parity_x * quarter[:0:-1]
-    kernel[:, low:] = parity_y * kernel[:, reach[1]:0:-1]
+    kernel[: reach[0] + 1, : reach[1] + 1] = quarter
+    kernel[left:, : reach[1] + 1] = parity_x * quarter[:0:-1]
+    kernel[:, low:] = parity_y * kernel[:, reach[1] : 0 : -1]
     spectrum = fft.rfft2(kernel, overwrite_x=True)
     return np.ascontiguousarray(spectrum.real) if parity_x == parity_y else spectrum
 
 
 def forward(field: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Spectrum (size x, size y // 2 + 1) of a field (nx, ny) padded with zeros; the padding's rows are not transformed."""
+    """Spectrum (size x, size y // 2 + 1) of a field (nx, ny) padded with zeros; the padding's rows are not
+    transformed."""
     rows = fft.rfft(field, n=size[1], axis=1)
     return fft.fft(rows, n=size[0], axis=0, overwrite_x=True)
 
 
 def backward(spectrum: np.ndarray, shape: tuple[int, int], size: tuple[int, int]) -> np.ndarray:
     """Field (nx, ny) of a spectrum, the padding cut off before the second transform; `spectrum` is overwritten."""
-    columns = fft.ifft(spectrum, axis=0, overwrite_x=True)[:shape[0]]
-    return fft.irfft(columns, n=size[1], axis=1)[:, :shape[1]]
+    columns = fft.ifft(spectrum, axis=0, overwrite_x=True)[: shape[0]]
+    return fft.irfft(columns, n=size[1], axis=1)[:, : shape[1]]

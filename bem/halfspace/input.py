@@ -1,4 +1,5 @@
 """What a contact solver refuses, and what it warns of: gaps, drives, friction, creepages, grids that cut the patch."""
+
 from __future__ import annotations
 
 from numbers import Integral, Real
@@ -15,9 +16,9 @@ _UNLIKELY_SLIP = 0.1
 _USUAL_FRICTION = 1.0
 _ROUND_OFF = 1e-9
 _FEWEST_CELLS = 4
-_YIELDING = 0.01         # of Young's modulus, 2.1 GPa in steel: 2.3 to 4 times the yield stress of rail steels
+_YIELDING = 0.01  # of Young's modulus, 2.1 GPa in steel: 2.3 to 4 times the yield stress of rail steels
 _LARGE_STRAIN = 0.05
-_SOFTEST_STEEL = 150e9    # Young's modulus [Pa] from which a body is taken for steel
+_SOFTEST_STEEL = 150e9  # Young's modulus [Pa] from which a body is taken for steel
 
 
 def check_gap(gap: np.ndarray, grid: Grid) -> None:
@@ -27,8 +28,10 @@ def check_gap(gap: np.ndarray, grid: Grid) -> None:
     bad = np.isnan(gap) | (gap == -np.inf)
     if bad.any():
         i, j = np.argwhere(bad)[0]
-        raise ContactInputError(f"gap has {np.count_nonzero(bad)} of {gap.size} cells NaN or -inf, the first at x = {grid.x[i]:g} m, "
-                                f"y = {grid.y[j]:g} m: fill them, or set +inf where a body has no surface")
+        raise ContactInputError(
+            f"gap has {np.count_nonzero(bad)} of {gap.size} cells NaN or -inf, the first at x = {grid.x[i]:g} m, "
+            f"y = {grid.y[j]:g} m: fill them, or set +inf where a body has no surface"
+        )
     if not np.isfinite(gap).any():
         raise ContactInputError("gap is +inf in every cell: the bodies share no surface; move the grid")
 
@@ -41,7 +44,9 @@ def gap_values(gap: np.ndarray, grid: Grid) -> np.ndarray:
             raise TypeError
         values = values.astype(float)
     except (TypeError, ValueError):
-        raise ContactInputError("gap is no array of real numbers: give distances in metres, open positive, +inf where a body has no surface") from None
+        raise ContactInputError(
+            "gap is no array of real numbers: give distances in metres, open positive, +inf where a body has no surface"
+        ) from None
     check_gap(values, grid)
     return values
 
@@ -50,7 +55,9 @@ def check_cells(cells: int | tuple[int, int]) -> tuple[int, int]:
     """Cells along x and y; refuses what are no whole numbers, and grids too small to hold a patch and its margin."""
     both = (cells, cells) if isinstance(cells, Real) else tuple(cells)
     if len(both) != 2 or not all(isinstance(count, Integral) and count >= _FEWEST_CELLS for count in both):
-        raise ContactInputError(f"cells = {cells!r}: give whole numbers, at least {_FEWEST_CELLS} each way, as the patch needs a margin")
+        raise ContactInputError(
+            f"cells = {cells!r}: give whole numbers, at least {_FEWEST_CELLS} each way, as the patch needs a margin"
+        )
     return int(both[0]), int(both[1])
 
 
@@ -89,11 +96,15 @@ def check_creepage(creepage: Creepage, bounds: tuple[float, float, float, float]
     percent does; warns above a tenth of it. bounds: (x_min, x_max, y_min, y_max) of the patch [m]."""
     _check_finite(creepage)
     slip = _largest_slip(creepage, bounds)
-    numbers = (f"creepages {creepage.longitudinal:g}, {creepage.lateral:g}, spin {creepage.spin:g} 1/m over a patch within "
-               f"{max(map(abs, bounds)):.3g} m of the origin make a rigid slip of {slip:.3g} times the rolling speed")
+    numbers = (
+        f"creepages {creepage.longitudinal:g}, {creepage.lateral:g}, spin {creepage.spin:g} 1/m over a patch within "
+        f"{max(map(abs, bounds)):.3g} m of the origin make a rigid slip of {slip:.3g} times the rolling speed"
+    )
     if slip > _IMPOSSIBLE_SLIP:
-        raise ContactInputError(f"{numbers}: above {_IMPOSSIBLE_SLIP:g} nothing rolls; creepages are pure numbers (not percent), "
-                                "spin is in 1/m (a value per mm is a thousandth of it), the origin belongs near the patch")
+        raise ContactInputError(
+            f"{numbers}: above {_IMPOSSIBLE_SLIP:g} nothing rolls; creepages are pure numbers (not percent), "
+            "spin is in 1/m (a value per mm is a thousandth of it), the origin belongs near the patch"
+        )
     return (f"{numbers}: check the units (spin in 1/m, creepages not in percent)",) if slip > _UNLIKELY_SLIP else ()
 
 
@@ -103,8 +114,10 @@ def check_shift(shift: Creepage, bounds: tuple[float, float, float, float]) -> N
     length = max(bounds[1] - bounds[0], bounds[3] - bounds[2])
     distance = _largest_slip(shift, bounds)
     if distance > length:
-        raise ContactInputError(f"shift of {distance:.3g} m is longer than the patch, {length:.3g} m: give it in m (sliding starts at "
-                                "micrometres)")
+        raise ContactInputError(
+            f"shift of {distance:.3g} m is longer than the patch, {length:.3g} m: give it in m (sliding starts at "
+            "micrometres)"
+        )
 
 
 def check_force(force: tuple[float | None, float | None], limit: float) -> None:
@@ -113,8 +126,10 @@ def check_force(force: tuple[float | None, float | None], limit: float) -> None:
     if not all(map(is_finite, given)):
         raise ContactInputError(f"tangential force {force!r} N: must be finite numbers")
     if given and np.hypot(*(given + [0.0])[:2]) >= limit * (1 - _ROUND_OFF):
-        raise ContactInputError(f"tangential force {force!r} N reaches mu N = {limit:g} N: the bodies slide, no rigid slip belongs "
-                                "to it; lower the force or give the creepage")
+        raise ContactInputError(
+            f"tangential force {force!r} N reaches mu N = {limit:g} N: the bodies slide, no rigid slip belongs "
+            "to it; lower the force or give the creepage"
+        )
 
 
 def check_inside(pressure: np.ndarray, grid: Grid) -> None:
@@ -124,10 +139,16 @@ def check_inside(pressure: np.ndarray, grid: Grid) -> None:
     for name, field in sides.items():
         if field[0].any():
             step = grid.dx if name[0] == "x" else grid.dy
-            faults.append(f"{name}: {np.count_nonzero(field[0])} cells, up to {field[0].max() / pressure.max():.0%} of the largest "
-                          f"pressure, extend by about {_missing(field, step):.2g} m")
+            faults.append(
+                f"{name}: {np.count_nonzero(field[0])} cells, up to {field[0].max() / pressure.max():.0%} of the"
+                f" largest pressure, extend by about {_missing(field, step):.2g} m"
+            )
     if faults:
-        raise PatchCutError("the grid cuts the patch at " + "; ".join(faults) + " (or allow it with cut=True where the bodies end there)")
+        raise PatchCutError(
+            "the grid cuts the patch at "
+            + "; ".join(faults)
+            + " (or allow it with cut=True where the bodies end there)"
+        )
 
 
 def _missing(field: np.ndarray, step: float) -> float:
@@ -138,11 +159,22 @@ def _missing(field: np.ndarray, step: float) -> float:
 
 
 def strain_warning(pressure: np.ndarray, first: Elastic, second: Elastic) -> tuple[str, ...]:
-    """A note where the largest pressure [Pa] over the softer body's Young's modulus passes what steel bears, or what small strains allow."""
+    """A note where the largest pressure [Pa] over the softer body's Young's modulus passes what steel bears, or what
+    small strains allow."""
     young, highest = min(first.young, second.young), float(pressure.max())
     if highest <= max(_YIELDING * young, _LARGE_STRAIN * young * (young < _SOFTEST_STEEL)):
         return ()
     if highest <= _LARGE_STRAIN * young:
-        return (f"largest pressure {highest:.3g} Pa is above {_YIELDING:g} of Young's modulus: steel yields from 1.6 times its yield stress on, rail "
-                "steels (500 to 900 MPa) at 0.8 to 1.4 GPa; the elastic pressure is too high and the patch too small",)
-    return (f"largest pressure {highest:.3g} Pa is {highest / young:.2g} of Young's modulus: small strains no longer hold, and steel has yielded long before",)
+        return (
+            (
+                f"largest pressure {highest:.3g} Pa is above {_YIELDING:g} of Young's modulus: steel yields from 1.6"
+                " times its yield stress on, rail steels (500 to 900 MPa) at 0.8 to 1.4 GPa; the elastic pressure is"
+                " too high and the patch too small"
+            ),
+        )
+    return (
+        (
+            f"largest pressure {highest:.3g} Pa is {highest / young:.2g} of Young's modulus: small strains no longer"
+            " hold, and steel has yielded long before"
+        ),
+    )

@@ -6,39 +6,54 @@ stretched where it would cut it, and refined until the asked accuracy is met.
 Unlike materials: `rolling_contact` and `shift_contact` (bem/halfspace/tangential.py) iterate normal and tangential
 problem; without friction, as here, the pressure depends on E* alone.
 """
+
 from __future__ import annotations
 
 import time
-from typing import Callable
+from collections.abc import Callable
 
 import numpy as np
 
-from bem.material import Elastic, Pair
+from bem.checks import refuse_unless_positive
 from bem.halfspace.coarse import coarse_field, coarse_grid, edge_share, error_bound, fine_pressure
 from bem.halfspace.input import check_cells, check_drive, check_inside, gap_values, strain_warning
-from bem.checks import refuse_unless_positive
 from bem.halfspace.placing import Window, evaluate_gap, place_grid, widened
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
+from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, ErrorEstimate, Grid, Patch
 
 Gap = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 _LARGEST_GRID = 704
 _COARSEST_GRID = 6
-_MOST_STRETCHES = 60    # tenths by which a grid that cuts the patch is stretched: 300 times its sides
-_PRESSURE_SHARE = 1.1    # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py)
-_AREA_SHARE, _AREA_STAIRS = 0.3, 0.18      # of the area's changes, and of a cell over the width
-_NESTED_GRID = 160      # cells from which a start from doubled cell sides saves time
+_MOST_STRETCHES = 60  # tenths by which a grid that cuts the patch is stretched: 300 times its sides
+# of the changes between the grids that is taken for the error (bem/verification/estimates_study.py)
+_PRESSURE_SHARE = 1.1
+_AREA_SHARE, _AREA_STAIRS = 0.3, 0.18  # of the area's changes, and of a cell over the width
+_NESTED_GRID = 160  # cells from which a start from doubled cell sides saves time
 
 
-def normal_contact(gap: Gap, first: Elastic, second: Elastic, *, load: float | None = None, approach: float | None = None,
-                   grid: Grid | None = None, window: Window | None = None, cells: int | tuple[int, int] = 44,
-                   accuracy: float | None = None, cut: bool = False, estimate: bool = True) -> Patch:
+def normal_contact(
+    gap: Gap,
+    first: Elastic,
+    second: Elastic,
+    *,
+    load: float | None = None,
+    approach: float | None = None,
+    grid: Grid | None = None,
+    window: Window | None = None,
+    cells: int | tuple[int, int] = 44,
+    accuracy: float | None = None,
+    cut: bool = False,
+    estimate: bool = True,
+) -> Patch:
     """Frictionless contact of body 1 (above) and body 2 (below).
 
     gap      : (nx, ny) array on `grid`, or function gap(x, y) [m]; open positive, +inf where a body has no surface
-    load [N] or approach [m] : one of them; load 0 gives an empty patch, an approach that does not close the gap an error
-    grid     : the cells; without it `window` ((x_min, x_max), (y_min, y_max)) [m] is searched and `cells` laid on the patch
+    load [N] or approach [m] : one of them; load 0 gives an empty patch, an approach that does not close the gap an
+    error
+    grid     : the cells; without it `window` ((x_min, x_max), (y_min, y_max)) [m] is searched and `cells` laid on the
+        patch
     accuracy : cells are doubled until the estimated relative error of the largest pressure is below it (function gaps)
     cut      : allow the patch to reach the grid's edge, because the bodies end there
     estimate : also solve at doubled and at fourfold cell sides, for the error estimate (a third of the cost)
@@ -66,7 +81,9 @@ def normal_contact(gap: Gap, first: Elastic, second: Elastic, *, load: float | N
 
 def _placed(gap, pair, load, approach, window, cells, accuracy, estimate) -> Patch:
     if window is None or not callable(gap):
-        raise ContactInputError("without a grid: give gap as a function gap(x, y) and a search window ((x_min, x_max), (y_min, y_max))")
+        raise ContactInputError(
+            "without a grid: give gap as a function gap(x, y) and a search window ((x_min, x_max), (y_min, y_max))"
+        )
     grid = place_grid(gap, window, pair, load, approach, cells)
     stretches = 0
     while True:
@@ -80,8 +97,12 @@ def _placed(gap, pair, load, approach, window, cells, accuracy, estimate) -> Pat
         elif accuracy is None or patch.error.max_pressure <= accuracy:
             return patch
         elif 2 * max(grid.shape) > _LARGEST_GRID:
-            patch.warnings += (f"accuracy {accuracy:g} not reached at {grid.nx} x {grid.ny} cells: estimated "
-                               f"{patch.error.max_pressure:.1g}",)
+            patch.warnings += (
+                (
+                    f"accuracy {accuracy:g} not reached at {grid.nx} x {grid.ny} cells: estimated "
+                    f"{patch.error.max_pressure:.1g}"
+                ),
+            )
             return patch
         else:
             x_min, x_max, y_min, y_max = grid.edges
@@ -96,8 +117,15 @@ def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> 
     start = fine_pressure(coarse.pressure, grid.shape) if coarse is not None else None
     operator = NormalOperator(grid, pair)
     solution = solve_pressure(operator, values, load, approach, start)
-    patch = Patch(grid, values, solution.pressure, solution.approach, HALF_SPACE,
-                  cost=Cost(np.nan, solution.iterations, operator.products), warnings=_warnings(solution))
+    patch = Patch(
+        grid,
+        values,
+        solution.pressure,
+        solution.approach,
+        HALF_SPACE,
+        cost=Cost(np.nan, solution.iterations, operator.products),
+        warnings=_warnings(solution),
+    )
     if estimate and coarse is not None:
         coarser = _coarse_patch(gap, coarse.grid, coarse.gap, pair, load, approach)
         patch.error = _estimate(coarser, coarse, patch, approach is None)
@@ -107,7 +135,12 @@ def _solve(gap: Gap, grid: Grid, pair: Pair, load, approach, estimate: bool) -> 
 def _warnings(solution: PressureSolution) -> tuple[str, ...]:
     if solution.converged:
         return ()
-    return (f"pressure not converged: residual {solution.residual:.1e} of the approach after {solution.iterations} iterations",)
+    return (
+        (
+            f"pressure not converged: residual {solution.residual:.1e} of the approach after {solution.iterations}"
+            " iterations"
+        ),
+    )
 
 
 def _coarse_patch(gap: Gap, fine: Grid, values: np.ndarray, pair: Pair, load, approach) -> Patch | None:
@@ -128,8 +161,12 @@ def _estimate(coarser: Patch | None, coarse: Patch, fine: Patch, by_load: bool) 
 
     normal = bound(lambda patch: patch.approach - patch.gap.min() if by_load else patch.normal_force)
     area = np.hypot(_AREA_SHARE * bound(lambda patch: patch.contact_area), edge_share(fine.pressure, _AREA_STAIRS))
-    return ErrorEstimate(_PRESSURE_SHARE * bound(lambda patch: patch.max_pressure), float(area), normal,
-                         note=f"changes from {coarse.grid.nx} x {coarse.grid.ny} cells and from doubled ones there")
+    return ErrorEstimate(
+        _PRESSURE_SHARE * bound(lambda patch: patch.max_pressure),
+        float(area),
+        normal,
+        note=f"changes from {coarse.grid.nx} x {coarse.grid.ny} cells and from doubled ones there",
+    )
 
 
 def _empty(gap: Gap, grid: Grid | None, window: Window | None, cells: tuple[int, int]) -> Patch:
@@ -139,5 +176,12 @@ def _empty(gap: Gap, grid: Grid | None, window: Window | None, cells: tuple[int,
             raise ContactInputError("give a grid, or a gap function with a window")
         grid = Grid.over(*window, *cells)
     values = evaluate_gap(gap, grid) if callable(gap) else gap_values(gap, grid)
-    return Patch(grid, values, np.zeros(grid.shape), float(values.min()), HALF_SPACE, cost=Cost(0.0, 0, 0),
-                 warnings=("load 0 N: the bodies touch without pressure, the patch is empty",))
+    return Patch(
+        grid,
+        values,
+        np.zeros(grid.shape),
+        float(values.min()),
+        HALF_SPACE,
+        cost=Cost(0.0, 0, 0),
+        warnings=("load 0 N: the bodies touch without pressure, the patch is empty",),
+    )

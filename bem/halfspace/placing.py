@@ -1,26 +1,27 @@
 """Where the grid goes: finds the patch of a gap function in a search window and lays the cells over it."""
+
 from __future__ import annotations
 
-from typing import Callable
+from collections.abc import Callable
 
 import numpy as np
 from scipy import ndimage
 
-from bem.material import Pair
 from bem.halfspace.input import check_inside, gap_values
 from bem.halfspace.pressure import NormalOperator, solve_pressure
+from bem.material import Pair
 from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError, edge_places
 
 GapFunction = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Window = tuple[tuple[float, float], tuple[float, float]]
 
 _SEARCH_CELLS = 40
-_RESOLVED = 12      # cells across the patch, both ways, from which its edge is trusted
-_MARGIN = 1.5       # cells between patch and grid edge
+_RESOLVED = 12  # cells across the patch, both ways, from which its edge is trusted
+_MARGIN = 1.5  # cells between patch and grid edge
 _MAX_ROUNDS = 40
-_SHRINKS = 0.95     # of its sides, at most, that a round leaves of a box that still narrows
+_SHRINKS = 0.95  # of its sides, at most, that a round leaves of a box that still narrows
 _MOST_SEARCH_CELLS = 320
-_NO_ROOM = 1e-6     # of a stretch, below which only round-off moves the grid's edges
+_NO_ROOM = 1e-6  # of a stretch, below which only round-off moves the grid's edges
 
 
 def evaluate_gap(gap: GapFunction, grid: Grid) -> np.ndarray:
@@ -28,8 +29,9 @@ def evaluate_gap(gap: GapFunction, grid: Grid) -> np.ndarray:
     return gap_values(gap(*grid.points()), grid)
 
 
-def place_grid(gap: GapFunction, window: Window, pair: Pair, load: float | None, approach: float | None,
-               cells: tuple[int, int]) -> Grid:
+def place_grid(
+    gap: GapFunction, window: Window, pair: Pair, load: float | None, approach: float | None, cells: tuple[int, int]
+) -> Grid:
     """Grid of `cells` that holds every patch inside the window with a margin of 1.5 cells.
 
     gap(x, y) -> gap [m] for arrays of places; window : ((x_min, x_max), (y_min, y_max)) [m]
@@ -56,12 +58,17 @@ def place_grid(gap: GapFunction, window: Window, pair: Pair, load: float | None,
 def _unresolved(grid: Grid, contact: np.ndarray) -> str:
     """What the search is left with: where the bodies touch, and that it is too small against the box that holds it."""
     labels, count = ndimage.label(contact, structure=np.ones((3, 3)))
-    places = [f"x = {round(grid.x[i].mean(), 9):.3g}, y = {round(grid.y[j].mean(), 9):.3g} m ({len(np.unique(i))} x {len(np.unique(j))} cells)"
-              for i, j in (np.nonzero(labels == number) for number in range(1, min(count, 4) + 1))]
-    (x_min, x_max, y_min, y_max) = grid.edges
-    return (f"the bodies touch at {count} place(s), {'; '.join(places)}: too small or too far apart to be resolved together by a search with "
-            f"{grid.nx} x {grid.ny} cells over x {x_min:.3g} to {x_max:.3g}, y {y_min:.3g} to {y_max:.3g} m, where {_RESOLVED} across are wanted; "
-            "give a window about one of them, or a grid")
+    places = [
+        f"x = {round(grid.x[i].mean(), 9):.3g}, y = {round(grid.y[j].mean(), 9):.3g} m ({len(np.unique(i))} x"
+        f" {len(np.unique(j))} cells)"
+        for i, j in (np.nonzero(labels == number) for number in range(1, min(count, 4) + 1))
+    ]
+    x_min, x_max, y_min, y_max = grid.edges
+    return (
+        f"the bodies touch at {count} place(s), {'; '.join(places)}: too small or too far apart to be resolved together"
+        f" by a search with {grid.nx} x {grid.ny} cells over x {x_min:.3g} to {x_max:.3g}, y {y_min:.3g} to {y_max:.3g}"
+        f" m, where {_RESOLVED} across are wanted; give a window about one of them, or a grid"
+    )
 
 
 def _at_rest(found: Window, box: Window) -> bool:
@@ -75,14 +82,19 @@ def _check_window(window: Window) -> None:
             raise ContactInputError(f"window along {name}: ({low!r}, {high!r}) m: give finite limits, the lower first")
 
 
-def _narrow(values: np.ndarray, grid: Grid, pair: Pair, load: float | None, approach: float | None) -> tuple[Window, bool, np.ndarray]:
-    """The patch's box, whether the patch is resolved, and the cells that touch; if it is not, the box of all cells that might touch."""
+def _narrow(
+    values: np.ndarray, grid: Grid, pair: Pair, load: float | None, approach: float | None
+) -> tuple[Window, bool, np.ndarray]:
+    """The patch's box, whether the patch is resolved, and the cells that touch; if it is not, the box of all cells that
+    might touch."""
     operator = NormalOperator(grid, pair)
     if approach is not None and approach <= values.min():
         lowest = np.unravel_index(values.argmin(), values.shape)
         if approach < values[lowest] - _variation(values)[lowest]:
-            raise NoContactError(f"approach {approach:g} m does not close the least gap, {values[lowest]:g} m at x = "
-                                 f"{grid.x[lowest[0]]:g}, y = {grid.y[lowest[1]]:g} m: no contact; raise the approach above it")
+            raise NoContactError(
+                f"approach {approach:g} m does not close the least gap, {values[lowest]:g} m at x = "
+                f"{grid.x[lowest[0]]:g}, y = {grid.y[lowest[1]]:g} m: no contact; raise the approach above it"
+            )
         return _box(grid, _grown(np.zeros(grid.shape, bool), lowest)), False, values == values.min()
     solution = solve_pressure(operator, values, load, approach, tolerance=1e-4)
     contact = solution.pressure > 0
@@ -97,7 +109,11 @@ def _narrow(values: np.ndarray, grid: Grid, pair: Pair, load: float | None, appr
 def _variation(values: np.ndarray) -> np.ndarray:
     """How far the gap may fall below its centre value within a cell: half the steps to the neighbours, both ways."""
     finite = np.where(np.isfinite(values), values, np.nanmax(np.where(np.isfinite(values), values, np.nan)))
-    return sum(np.abs(np.gradient(finite, axis=axis)) for axis in (0, 1)) / 2 if min(values.shape) > 1 else np.zeros(values.shape)
+    return (
+        sum(np.abs(np.gradient(finite, axis=axis)) for axis in (0, 1)) / 2
+        if min(values.shape) > 1
+        else np.zeros(values.shape)
+    )
 
 
 def _grown(mask: np.ndarray, cell: tuple[int, int]) -> np.ndarray:
@@ -129,8 +145,13 @@ def widened(grid: Grid, pressure: np.ndarray, window: Window) -> Grid:
     """
     x_min, x_max, y_min, y_max = grid.edges
     wide, long = 0.1 * (y_max - y_min), 0.1 * (x_max - x_min)
-    box = ((max(x_min - long * pressure[0].any(), window[0][0]), min(x_max + long * pressure[-1].any(), window[0][1])),
-           (max(y_min - wide * pressure[:, 0].any(), window[1][0]), min(y_max + wide * pressure[:, -1].any(), window[1][1])))
+    box = (
+        (max(x_min - long * pressure[0].any(), window[0][0]), min(x_max + long * pressure[-1].any(), window[0][1])),
+        (
+            max(y_min - wide * pressure[:, 0].any(), window[1][0]),
+            min(y_max + wide * pressure[:, -1].any(), window[1][1]),
+        ),
+    )
     moved = np.abs(np.ravel(box) - grid.edges) / [long, long, wide, wide]
     if moved.max() < _NO_ROOM:
         check_inside(pressure, grid)

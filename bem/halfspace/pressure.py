@@ -8,6 +8,7 @@ Source: Polonsky and Keer, Wear 231 (1999) 206; Vollebregt, J. Comput. Phys. 257
 preconditioner). Error: max pressure and approach of second order in the cell, pressure in the mean square of first
 order because the edge falls between cells (tests/bem/test_halfspace_normal.py).
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -20,8 +21,8 @@ from bem.material import Pair
 from bem.patch import Grid, NoContactError
 from kernel_cache import njit
 
-_INNER_STEPS = 6          # conjugate-gradient steps before the contact set is looked at again
-_INNER_DROP = 0.2         # or sooner, once the residual fell to this part
+_INNER_STEPS = 6  # conjugate-gradient steps before the contact set is looked at again
+_INNER_DROP = 0.2  # or sooner, once the residual fell to this part
 _PENETRATION_SHARE = 0.5  # edge of the first guess: gap = half the approach (Hertz circle: exactly half)
 
 
@@ -59,8 +60,15 @@ class PressureSolution:
     converged: bool
 
 
-def solve_pressure(operator: NormalOperator, gap: np.ndarray, load: float | None = None, approach: float | None = None,
-                   start: np.ndarray | None = None, tolerance: float = 1e-6, max_rounds: int = 200) -> PressureSolution:
+def solve_pressure(
+    operator: NormalOperator,
+    gap: np.ndarray,
+    load: float | None = None,
+    approach: float | None = None,
+    start: np.ndarray | None = None,
+    tolerance: float = 1e-6,
+    max_rounds: int = 200,
+) -> PressureSolution:
     """Pressure for a load [N] > 0 or an approach [m] above the least gap.
 
     gap : (nx, ny) [m], open positive, any constant in it shifts the approach; np.inf where a body has no surface
@@ -69,8 +77,10 @@ def solve_pressure(operator: NormalOperator, gap: np.ndarray, load: float | None
     total = None if load is None else load / area
     lowest = float(gap.min())
     if total is None and approach <= lowest:
-        raise NoContactError(f"approach {approach:g} m does not close the least gap {lowest:g} m: no contact; "
-                             f"raise the approach above it")
+        raise NoContactError(
+            f"approach {approach:g} m does not close the least gap {lowest:g} m: no contact; "
+            f"raise the approach above it"
+        )
     gap = gap - lowest  # a small approach on a large gap would drown in its digits
     approach = None if approach is None else approach - lowest
     pressure = None if start is None else np.where(np.isfinite(gap), start, 0.0)

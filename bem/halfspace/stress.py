@@ -7,6 +7,7 @@ Source: Love (1929); Johnson, Contact Mechanics (1985), eq. 3.1 to 3.8 (potentia
 quadrature of the point-load solutions (tests/bem/test_halfspace_stress.py).
 Error: exact for cells of constant traction; of second order in the cell below half a cell's depth.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -22,26 +23,48 @@ def _corner_terms(x: np.ndarray, y: np.ndarray, z: float) -> dict[str, np.ndarra
     """Double antiderivatives in x and y at the corners; z is the depth > 0. Vx is the x derivative of V, and so on."""
     r = np.sqrt(x**2 + y**2 + z**2)
     return {
-        "Vz": -np.arctan2(x * y, z * r), "Vx": np.log(y + r), "Vy": np.log(x + r), "Vxy": 1 / r,
-        "Vxz": z / (r * (y + r)), "Vyz": z / (r * (x + r)), "Vxx": x / (r * (y + r)), "Vyy": y / (r * (x + r)),
-        "Cxy": np.log(r + z), "Cxx": np.arctan(y / x) - np.arctan(y * z / (x * r)),
+        "Vz": -np.arctan2(x * y, z * r),
+        "Vx": np.log(y + r),
+        "Vy": np.log(x + r),
+        "Vxy": 1 / r,
+        "Vxz": z / (r * (y + r)),
+        "Vyz": z / (r * (x + r)),
+        "Vxx": x / (r * (y + r)),
+        "Vyy": y / (r * (x + r)),
+        "Cxy": np.log(r + z),
+        "Cxx": np.arctan(y / x) - np.arctan(y * z / (x * r)),
         "Cyy": np.arctan(x / y) - np.arctan(x * z / (y * r)),
-        "Cxyy": y / (r * (r + z)), "Cxxy": x / (r * (r + z)), "Txxy": -x / (r + z), "Txyy": -y / (r + z),
+        "Cxyy": y / (r * (r + z)),
+        "Cxxy": x / (r * (r + z)),
+        "Txxy": -x / (r + z),
+        "Txyy": -y / (r + z),
     }
 
 
 def _pressure_stress(t: dict, z: float, nu: float) -> list[np.ndarray]:
     """xx yy zz yz xz xy by unit pressure, z into the body."""
     vzz = -(t["Vxx"] + t["Vyy"])
-    return [2 * nu * t["Vz"] - (1 - 2 * nu) * t["Cxx"] - z * t["Vxx"], 2 * nu * t["Vz"] - (1 - 2 * nu) * t["Cyy"] - z * t["Vyy"],
-            t["Vz"] - z * vzz, -z * t["Vyz"], -z * t["Vxz"], -(1 - 2 * nu) * t["Cxy"] - z * t["Vxy"]]
+    return [
+        2 * nu * t["Vz"] - (1 - 2 * nu) * t["Cxx"] - z * t["Vxx"],
+        2 * nu * t["Vz"] - (1 - 2 * nu) * t["Cyy"] - z * t["Vyy"],
+        t["Vz"] - z * vzz,
+        -z * t["Vyz"],
+        -z * t["Vxz"],
+        -(1 - 2 * nu) * t["Cxy"] - z * t["Vxy"],
+    ]
 
 
 def _traction_x_stress(t: dict, z: float, nu: float) -> list[np.ndarray]:
     """xx yy zz yz xz xy by unit traction along x on the body, z into the body."""
     txxx, cxxx = -t["Txyy"] - t["Vx"], -t["Cxyy"] - t["Vxz"]
-    return [2 * (1 + nu) * t["Vx"] + 2 * nu * txxx - z * cxxx, 2 * nu * (t["Vx"] + t["Txyy"]) - z * t["Cxyy"], -z * t["Vxz"],
-            -z * t["Vxy"], t["Vz"] - z * t["Vxx"], t["Vy"] + 2 * nu * t["Txxy"] - z * t["Cxxy"]]
+    return [
+        2 * (1 + nu) * t["Vx"] + 2 * nu * txxx - z * cxxx,
+        2 * nu * (t["Vx"] + t["Txyy"]) - z * t["Cxyy"],
+        -z * t["Vxz"],
+        -z * t["Vxy"],
+        t["Vz"] - z * t["Vxx"],
+        t["Vy"] + 2 * nu * t["Txxy"] - z * t["Cxxy"],
+    ]
 
 
 def _traction_y_stress(t: dict, z: float, nu: float) -> list[np.ndarray]:
@@ -51,15 +74,31 @@ def _traction_y_stress(t: dict, z: float, nu: float) -> list[np.ndarray]:
     return [yy, xx, zz, xz, yz, xy]
 
 
-_SWAP = {"Vz": "Vz", "Vx": "Vy", "Vy": "Vx", "Vxy": "Vxy", "Vxz": "Vyz", "Vyz": "Vxz", "Vxx": "Vyy", "Vyy": "Vxx", "Cxy": "Cxy",
-         "Cxx": "Cyy", "Cyy": "Cxx", "Cxyy": "Cxxy", "Cxxy": "Cxyy", "Txxy": "Txyy", "Txyy": "Txxy"}
+_SWAP = {
+    "Vz": "Vz",
+    "Vx": "Vy",
+    "Vy": "Vx",
+    "Vxy": "Vxy",
+    "Vxz": "Vyz",
+    "Vyz": "Vxz",
+    "Vxx": "Vyy",
+    "Vyy": "Vxx",
+    "Cxy": "Cxy",
+    "Cxx": "Cyy",
+    "Cyy": "Cxx",
+    "Cxyy": "Cxxy",
+    "Cxxy": "Cxyy",
+    "Txxy": "Txyy",
+    "Txyy": "Txxy",
+}
 _LOADS = (_pressure_stress, _traction_x_stress, _traction_y_stress)
 
 
 def rectangle_stress(load: int, x_edges: np.ndarray, y_edges: np.ndarray, depth: float, poisson: float) -> np.ndarray:
     """(6, len(x_edges) - 1, len(y_edges) - 1) stress by unit load on a rectangle, order VOIGT, z into the body.
 
-    load : 0 pressure, 1 traction along x, 2 along y; the edges are distances from the rectangle's edges to the observer:
+    load : 0 pressure, 1 traction along x, 2 along y; the edges are distances from the rectangle's edges to the
+        observer:
     entry (i, j) belongs to an observer with x - x_rectangle between the edges i and i + 1 of the rectangle moved there.
     """
     x, y = np.meshgrid(x_edges, y_edges, indexing="ij")
@@ -93,8 +132,11 @@ def subsurface_stress(patch: Patch, depths: np.ndarray, poisson: float, body: in
 
 def _refuse_curved(patch: Patch) -> None:
     if patch.curved:
-        raise ContactInputError(f"stress below a patch by {patch.method}: it lies along a curved face with a section of its own, and these are the "
-                                "closed forms of a half-space; take a flat patch (normal_contact), or for the plane bem.plane.internal")
+        raise ContactInputError(
+            f"stress below a patch by {patch.method}: it lies along a curved face with a section of its own, and these"
+            " are the closed forms of a half-space; take a flat patch (normal_contact), or for the plane"
+            " bem.plane.internal"
+        )
 
 
 def _load_spectra(patch: Patch, body: int) -> tuple[list[tuple[int, np.ndarray]], tuple[int, int]]:
@@ -109,13 +151,15 @@ def _load_spectra(patch: Patch, body: int) -> tuple[list[tuple[int, np.ndarray]]
 
 def _layer(patch: Patch, spectra, size: tuple[int, int], depth: float, poisson: float, body: int) -> np.ndarray:
     grid = patch.grid
-    x_edges, y_edges = ((np.arange(-count + 1, count + 1) - 0.5) * step for count, step in ((grid.nx, grid.dx), (grid.ny, grid.dy)))
+    x_edges, y_edges = (
+        (np.arange(-count + 1, count + 1) - 0.5) * step for count, step in ((grid.nx, grid.dx), (grid.ny, grid.dy))
+    )
     total = np.zeros((6, size[0], size[1] // 2 + 1), complex)
     for load, spectrum in spectra:
         kernel = np.zeros((6, *size))
-        kernel[:, :2 * grid.nx - 1, :2 * grid.ny - 1] = rectangle_stress(load, x_edges, y_edges, depth, poisson)
+        kernel[:, : 2 * grid.nx - 1, : 2 * grid.ny - 1] = rectangle_stress(load, x_edges, y_edges, depth, poisson)
         total += fft.rfft2(kernel, axes=(1, 2)) * spectrum
-    stress = fft.irfft2(total, s=size, axes=(1, 2))[:, grid.nx - 1:2 * grid.nx - 1, grid.ny - 1:2 * grid.ny - 1]
+    stress = fft.irfft2(total, s=size, axes=(1, 2))[:, grid.nx - 1 : 2 * grid.nx - 1, grid.ny - 1 : 2 * grid.ny - 1]
     if body == 2:
         stress[3:5] *= -1.0
     return np.moveaxis(stress, 0, -1)

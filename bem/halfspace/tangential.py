@@ -1,12 +1,13 @@
 """Tangential contact of two elastic half-spaces by the full theory: a shift (Cattaneo) and steady rolling.
 
-Both take a solved normal contact (bem/halfspace/normal.py, or any patch that carries gap and pressure) and return the patch
-with tractions, stick and slip. Where the materials differ (coupling K of bem/halfspace/influence.py) pressure moves
-the surfaces sideways and tractions move them apart: normal and tangential problem are then solved in turn until the
-pressure stays (Panagiotopoulos). Creepages or forces may be given, along each axis one of them.
+Both take a solved normal contact (bem/halfspace/normal.py, or any patch that carries gap and pressure) and return the
+patch with tractions, stick and slip. Where the materials differ (coupling K of bem/halfspace/influence.py) pressure
+moves the surfaces sideways and tractions move them apart: normal and tangential problem are then solved in turn until
+the pressure stays (Panagiotopoulos). Creepages or forces may be given, along each axis one of them.
 Source: Kalker (1990), chapters 2 to 5; Panagiotopoulos, Ingenieur-Archiv 44 (1975) 421.
 Error: tractions and forces of first order in the cell (tests/bem/test_halfspace_rolling.py, test_halfspace_shift.py).
 """
+
 from __future__ import annotations
 
 import time
@@ -17,26 +18,37 @@ import numpy as np
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.friction import FrictionSolution, TangentialOperator, solve_friction
 from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
-from bem.material import Elastic, Pair
 from bem.halfspace.input import check_creepage, check_force, check_friction, check_shift
 from bem.halfspace.pressure import NormalOperator, solve_pressure
+from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 
 Force = tuple[float | None, float | None]
 
 _MAX_TURNS = 60
 _COARSEST_CELLS = 6
-_SHARE_ROLLING = 1.2    # of the changes between the grids that is taken for the error (bem/verification/estimates_study.py): first order,
-_SHARE_SHIFT = 0.6     # and nearly second
+# of the changes between the grids that is taken for the error (bem/verification/estimates_study.py): first order,
+_SHARE_ROLLING = 1.2
+_SHARE_SHIFT = 0.6  # and nearly second
 
 
-def rolling_contact(patch: Patch, first: Elastic, second: Elastic, friction: float, creepage: Creepage = Creepage(),
-                    force: Force = (None, None), *, direction: int = 1, tolerance: float = 1e-5,
-                    estimate: bool = True) -> Patch:
+def rolling_contact(
+    patch: Patch,
+    first: Elastic,
+    second: Elastic,
+    friction: float,
+    creepage: Creepage = Creepage(),
+    force: Force = (None, None),
+    *,
+    direction: int = 1,
+    tolerance: float = 1e-5,
+    estimate: bool = True,
+) -> Patch:
     """Steady rolling along direction * x with Coulomb friction.
 
     creepage  : rigid slip of body 1 over body 2 per rolling speed (a positive number whatever the direction)
-    force     : (Fx, Fy) on body 1 [N]; where a number, the creepage along that axis is what comes out, added to the given
+    force     : (Fx, Fy) on body 1 [N]; where a number, the creepage along that axis is what comes out, added to the
+        given
     direction : +1 or -1; the leading edge lies there
     tolerance : of the tractions, relative
     estimate  : also solve at doubled cell sides, for the error estimate
@@ -49,9 +61,18 @@ def rolling_contact(patch: Patch, first: Elastic, second: Elastic, friction: flo
     return _solve(patch, Pair.of(first, second), friction, creepage, force, None, direction, tolerance, estimate, notes)
 
 
-def shift_contact(patch: Patch, first: Elastic, second: Elastic, friction: float, shift: Creepage = Creepage(),
-                  force: Force = (None, None), *, previous: Patch | None = None, tolerance: float = 1e-5,
-                  estimate: bool = True) -> Patch:
+def shift_contact(
+    patch: Patch,
+    first: Elastic,
+    second: Elastic,
+    friction: float,
+    shift: Creepage = Creepage(),
+    force: Force = (None, None),
+    *,
+    previous: Patch | None = None,
+    tolerance: float = 1e-5,
+    estimate: bool = True,
+) -> Patch:
     """Shift of body 1 over body 2 under load, with Coulomb friction: one step, or the next step after `previous`.
 
     shift    : rigid displacements [m] and rotation [1] of this step
@@ -92,13 +113,32 @@ class _Problem:
     pressure_before: np.ndarray | None
 
 
-def _solve(patch: Patch, pair: Pair, friction: float, motion: Creepage, force: Force, previous: Patch | None,
-           direction: int, tolerance: float, estimate: bool, notes: tuple[str, ...]) -> Patch:
+def _solve(
+    patch: Patch,
+    pair: Pair,
+    friction: float,
+    motion: Creepage,
+    force: Force,
+    previous: Patch | None,
+    direction: int,
+    tolerance: float,
+    estimate: bool,
+    notes: tuple[str, ...],
+) -> Patch:
     started = time.perf_counter()
     force = tuple(force)
     check_force(force, friction * patch.normal_force)
-    problem = _Problem(patch.grid, patch.gap, patch.pressure, patch.approach, friction, motion, force, direction != 0,
-                       *(_before(previous)))
+    problem = _Problem(
+        patch.grid,
+        patch.gap,
+        patch.pressure,
+        patch.approach,
+        friction,
+        motion,
+        force,
+        direction != 0,
+        *(_before(previous)),
+    )
     if direction < 0:
         problem = _mirrored(problem)
     solution, turned, turns = _turns(problem, pair, tolerance)
@@ -107,15 +147,32 @@ def _solve(patch: Patch, pair: Pair, friction: float, motion: Creepage, force: F
     found = solution.rigid * [1 if direction >= 0 else -1, 1]
     notes += _convergence_notes(solution, turns, tolerance)
     if estimate and np.isnan(error.tangential_force) and solution.traction.any():
-        notes += (f"error of the tangential force not estimated: the patch is under {2 * _COARSEST_CELLS} cells across; refine the grid",)
+        notes += (
+            (
+                f"error of the tangential force not estimated: the patch is under {2 * _COARSEST_CELLS} cells across;"
+                " refine the grid"
+            ),
+        )
     if direction < 0:
-        solution = replace(solution, traction=_flip(solution.traction), slip=_flip(solution.slip), stick=solution.stick[::-1])
+        solution = replace(
+            solution, traction=_flip(solution.traction), slip=_flip(solution.slip), stick=solution.stick[::-1]
+        )
         turned = replace(turned, pressure=turned.pressure[::-1])
-    return Patch(patch.grid, patch.gap, turned.pressure, turned.approach, patch.method, _last(solution.traction),
-                 _last(solution.slip), solution.stick, friction,
-                 Creepage(motion.longitudinal + found[0], motion.lateral + found[1], motion.spin),
-                 patch.cost + Cost(time.perf_counter() - started, solution.iterations, 2 * solution.iterations + 1),
-                 error, patch.warnings + notes)
+    return Patch(
+        patch.grid,
+        patch.gap,
+        turned.pressure,
+        turned.approach,
+        patch.method,
+        _last(solution.traction),
+        _last(solution.slip),
+        solution.stick,
+        friction,
+        Creepage(motion.longitudinal + found[0], motion.lateral + found[1], motion.spin),
+        patch.cost + Cost(time.perf_counter() - started, solution.iterations, 2 * solution.iterations + 1),
+        error,
+        patch.warnings + notes,
+    )
 
 
 def _before(previous: Patch | None):
@@ -135,30 +192,42 @@ def _mirrored(problem: _Problem) -> _Problem:
     grid, motion = problem.grid, problem.motion
     x_force = None if problem.force[0] is None else -problem.force[0]
     gap = None if problem.gap is None else problem.gap[::-1]
-    return replace(problem, grid=replace(grid, x_first=-grid.x[-1]), gap=gap, pressure=problem.pressure[::-1],
-                   motion=Creepage(-motion.longitudinal, motion.lateral, -motion.spin), force=(x_force, problem.force[1]))
+    return replace(
+        problem,
+        grid=replace(grid, x_first=-grid.x[-1]),
+        gap=gap,
+        pressure=problem.pressure[::-1],
+        motion=Creepage(-motion.longitudinal, motion.lateral, -motion.spin),
+        force=(x_force, problem.force[1]),
+    )
 
 
 def _rigid_slip(problem: _Problem) -> np.ndarray:
     """(2, nx, ny) rigid slip; in rolling a quarter of a cell ahead of the cells' centres.
 
-    The elastic slip is measured from centre to centre, half a cell ahead of the tractions. As in lattices of singularities
-    (Pistolesi's quarter-point rule) the edge without traction then acts a quarter of a cell ahead of the last such place:
+    The elastic slip is measured from centre to centre, half a cell ahead of the tractions. As in lattices of
+    singularities (Pistolesi's quarter-point rule) the edge without traction then acts a quarter of a cell ahead of the
+    last such place:
     the solved patch lies a quarter of a cell ahead of the given one, which this takes back. Measured: at 24 cells the
     force of pure spin is off by 0.3 % so, by 3 % with the slip at the centres or half a cell ahead.
     """
     x, y = problem.grid.points()
     if problem.rolling:
         x = x + problem.grid.dx / 4
-    return np.stack([problem.motion.longitudinal - problem.motion.spin * y, problem.motion.lateral + problem.motion.spin * x])
+    return np.stack(
+        [problem.motion.longitudinal - problem.motion.spin * y, problem.motion.lateral + problem.motion.spin * x]
+    )
 
 
 def _turns(problem: _Problem, pair: Pair, tolerance: float) -> tuple[FrictionSolution, _Problem, int]:
-    """Tangential problem; for unlike materials normal and tangential problem in turn. Returns the turns taken, or -1."""
+    """Tangential problem; for unlike materials normal and tangential problem in turn. Returns the turns taken, or
+    -1."""
     if pair.coupling == 0 or problem.friction == 0:
         return _tangential(problem, pair, None, None, tolerance), problem, 1
     if problem.gap is None:
-        raise ContactInputError("unlike materials: the normal problem is solved anew, so the patch must carry its gap (normal_contact)")
+        raise ContactInputError(
+            "unlike materials: the normal problem is solved anew, so the patch must carry its gap (normal_contact)"
+        )
     coupling = CouplingOperator(problem.grid, pair)
     operator = NormalOperator(problem.grid, pair)
     load = problem.pressure.sum() * problem.grid.cell_area
@@ -172,20 +241,28 @@ def _turns(problem: _Problem, pair: Pair, tolerance: float) -> tuple[FrictionSol
         moved = problem.gap + coupling.normal_displacement(solution.traction)
         normal = solve_pressure(operator, moved, load, start=problem.pressure)
         change = np.linalg.norm(normal.pressure - problem.pressure) / np.linalg.norm(normal.pressure)
-        solved = replace(problem, approach=normal.approach)     # the pressure that bounds these tractions, not the one that follows
+        # the pressure that bounds these tractions, not the one that follows
+        solved = replace(problem, approach=normal.approach)
         if change < 10 * tolerance:
             return solution, solved, turn
         problem = replace(problem, pressure=normal.pressure, approach=normal.approach)
     return solution, solved, -1
 
 
-def _tangential(problem: _Problem, pair: Pair, coupling: CouplingOperator | None, last: FrictionSolution | None,
-                tolerance: float) -> FrictionSolution:
+def _tangential(
+    problem: _Problem, pair: Pair, coupling: CouplingOperator | None, last: FrictionSolution | None, tolerance: float
+) -> FrictionSolution:
     """Friction for the present pressure, on the box of the patch (of both steps' patches)."""
     box = _box(problem)
     shape = problem.grid.shape
-    grid = Grid(problem.grid.x[box[0]][0], problem.grid.y[box[1]][0], problem.grid.dx, problem.grid.dy,
-                box[0].stop - box[0].start, box[1].stop - box[1].start)
+    grid = Grid(
+        problem.grid.x[box[0]][0],
+        problem.grid.y[box[1]][0],
+        problem.grid.dx,
+        problem.grid.dy,
+        box[0].stop - box[0].start,
+        box[1].stop - box[1].start,
+    )
     operator = TangentialOperator(grid, pair, problem.rolling)
     slip = _rigid_slip(problem)
     if coupling is not None:
@@ -198,8 +275,12 @@ def _tangential(problem: _Problem, pair: Pair, coupling: CouplingOperator | None
     sums = tuple(None if value is None else value / problem.grid.cell_area for value in problem.force)
     start = slide_start(operator, slip, bound) if last is None else last.traction[:, box[0], box[1]]
     solution = solve_friction(operator, slip, bound, sums, start, tolerance)
-    return replace(solution, traction=_embed(solution.traction, box, shape), slip=_embed(solution.slip, box, shape),
-                   stick=_embed(solution.stick, box, shape))
+    return replace(
+        solution,
+        traction=_embed(solution.traction, box, shape),
+        slip=_embed(solution.slip, box, shape),
+        stick=_embed(solution.stick, box, shape),
+    )
 
 
 def slide_start(operator: TangentialOperator, slip: np.ndarray, bound: np.ndarray) -> np.ndarray:
@@ -227,7 +308,8 @@ def _embed(field: np.ndarray, box: tuple[slice, slice], shape: tuple[int, int]) 
 
 
 class CouplingOperator:
-    """What unlike materials add: sideways displacement by pressure, opening by tractions (K of bem/halfspace/influence.py)."""
+    """What unlike materials add: sideways displacement by pressure, opening by tractions (K of
+    bem/halfspace/influence.py)."""
 
     def __init__(self, grid: Grid, pair: Pair) -> None:
         self.grid = grid
@@ -247,45 +329,83 @@ class CouplingOperator:
         if rolling:
             wave = 2 * np.pi * np.arange(self.size[0]) / self.size[0]
             spectrum *= ((1 - np.exp(1j * wave)) / self.grid.dx)[:, None]
-        return np.stack([backward(kernel * spectrum, self.grid.shape, self.size) for kernel in (self.along, self.across)])
+        return np.stack(
+            [backward(kernel * spectrum, self.grid.shape, self.size) for kernel in (self.along, self.across)]
+        )
 
 
-def _estimate(problem: _Problem, fine: FrictionSolution, turned: _Problem, pair: Pair, error: ErrorEstimate,
-              tolerance: float, own_pressure: bool) -> ErrorEstimate:
-    """The same problem at doubled and at fourfold cell sides; own_pressure: the patch is this half-space's, so that they have theirs."""
+def _estimate(
+    problem: _Problem,
+    fine: FrictionSolution,
+    turned: _Problem,
+    pair: Pair,
+    error: ErrorEstimate,
+    tolerance: float,
+    own_pressure: bool,
+) -> ErrorEstimate:
+    """The same problem at doubled and at fourfold cell sides; own_pressure: the patch is this half-space's, so that
+    they have theirs."""
     box = _box(turned)
     if problem.friction == 0 or not (turned.pressure > 0).any():
         return error
     if min(box[0].stop - box[0].start, box[1].stop - box[1].start) < 2 * _COARSEST_CELLS:
         return error
     given = any(value is not None for value in problem.force)
-    found, level = [fine.rigid if given else fine.traction.sum(axis=(1, 2))], turned if own_pressure else replace(turned, gap=None)
+    found, level = (
+        [fine.rigid if given else fine.traction.sum(axis=(1, 2))],
+        turned if own_pressure else replace(turned, gap=None),
+    )
     for _ in range(2):
         level = _coarsened(level, pair)
-        solution = _tangential(level, pair, None if pair.coupling == 0 else CouplingOperator(level.grid, pair), None, tolerance)
-        found.append(solution.rigid if given else solution.traction.sum(axis=(1, 2)) * level.grid.cell_area / turned.grid.cell_area)
-    bound = _SHARE_ROLLING * error_bound(*found, order=1, least=edge_share(turned.pressure, FORCE_STAIRS)) if problem.rolling else \
-        _SHARE_SHIFT * error_bound(*found)
-    return replace(error, tangential_force=bound,
-                   note=f"changes from doubled and fourfold cell sides{'; tangential: of the rigid slip found' if given else ''}")
+        solution = _tangential(
+            level, pair, None if pair.coupling == 0 else CouplingOperator(level.grid, pair), None, tolerance
+        )
+        found.append(
+            solution.rigid
+            if given
+            else solution.traction.sum(axis=(1, 2)) * level.grid.cell_area / turned.grid.cell_area
+        )
+    bound = (
+        _SHARE_ROLLING * error_bound(*found, order=1, least=edge_share(turned.pressure, FORCE_STAIRS))
+        if problem.rolling
+        else _SHARE_SHIFT * error_bound(*found)
+    )
+    return replace(
+        error,
+        tangential_force=bound,
+        note=f"changes from doubled and fourfold cell sides{'; tangential: of the rigid slip found' if given else ''}",
+    )
 
 
 def _coarsened(problem: _Problem, pair: Pair) -> _Problem:
-    """The problem at doubled cell sides; its pressure solved there where the gap is known, else means over the fine cells."""
+    """The problem at doubled cell sides; its pressure solved there where the gap is known, else means over the fine
+    cells."""
     grid, before, gap = coarse_grid(problem.grid), problem.traction_before, problem.gap
     pressure = coarse_field(problem.pressure, "constant")
     if gap is not None:
         gap = coarse_field(gap)
-        pressure = solve_pressure(NormalOperator(grid, pair), gap, pressure.sum() * grid.cell_area, start=pressure, tolerance=1e-5).pressure
-    return replace(problem, grid=grid, gap=gap, pressure=pressure,
-                   traction_before=None if before is None else np.stack([coarse_field(part, "constant") for part in before]),
-                   pressure_before=None if before is None else coarse_field(problem.pressure_before, "constant"))
+        pressure = solve_pressure(
+            NormalOperator(grid, pair), gap, pressure.sum() * grid.cell_area, start=pressure, tolerance=1e-5
+        ).pressure
+    return replace(
+        problem,
+        grid=grid,
+        gap=gap,
+        pressure=pressure,
+        traction_before=None if before is None else np.stack([coarse_field(part, "constant") for part in before]),
+        pressure_before=None if before is None else coarse_field(problem.pressure_before, "constant"),
+    )
 
 
 def _convergence_notes(solution: FrictionSolution, turns: int, tolerance: float) -> tuple[str, ...]:
     notes = ()
     if solution.residual > tolerance:
-        notes += (f"friction not converged: residual {solution.residual:.1e} of the tractions after {solution.iterations} iterations",)
+        notes += (
+            (
+                f"friction not converged: residual {solution.residual:.1e} of the tractions after {solution.iterations}"
+                " iterations"
+            ),
+        )
     if turns < 0:
         notes += (f"normal and tangential problem still change each other after {_MAX_TURNS} turns",)
     return notes

@@ -1,22 +1,25 @@
 """An elastic body as contact sees it: outline, material, and how it is held; condensed to the contact zone.
 
-A body is factorised once; after that a contact problem knows it by the displacement at its contact points under tractions
-there, and load steps cost nothing of its size. How a body is held decides what its rigid motion means:
+A body is factorised once; after that a contact problem knows it by the displacement at its contact points under
+tractions there, and load steps cost nothing of its size. How a body is held decides what its rigid motion means:
 
 - held edge: the edge keeps its shape and moves with the holder (the thesis' blocks);
-- hub: a force and a couple at one inner point balance the contact (a wheel on its axle); the displacement has zero mean and
+- hub: a force and a couple at one inner point balance the contact (a wheel on its axle); the displacement has zero mean
+and
   mean rotation over the boundary, and the holder's motion adds to it;
-- infinite: the plane around a hole; displacement is known up to a constant, since it grows as the logarithm of the distance.
+- infinite: the plane around a hole; displacement is known up to a constant, since it grows as the logarithm of the
+distance.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bem.plane.boundary import MEMORY_LIMIT, BoundaryProblem, BoundarySolution, displacement_matrix, rigid_modes
 from bem.checks import plane_points
 from bem.material import Elastic
+from bem.plane.boundary import MEMORY_LIMIT, BoundaryProblem, BoundarySolution, displacement_matrix, rigid_modes
 from bem.plane.mesh import BoundaryMesh
 from bem.plane.outline import Outline, OutlineError
 from bem.plane.point_load import PointLoad
@@ -36,7 +39,10 @@ class Body:
 
     def __post_init__(self) -> None:
         if not isinstance(self.outline, Outline) or not isinstance(self.material, Elastic):
-            raise TypeError(f"a body takes an Outline and an Elastic, not {type(self.outline).__name__} and {type(self.material).__name__}")
+            raise TypeError(
+                f"a body takes an Outline and an Elastic, not {type(self.outline).__name__} and"
+                f" {type(self.material).__name__}"
+            )
         self.outline.edge_curves(self.face)
         if self.hub is not None:
             plane_points([self.hub], OutlineError)
@@ -45,9 +51,13 @@ class Body:
         if self.outline.infinite:
             object.__setattr__(self, "held", None)
         elif self.held is None and self.hub is None:
-            raise OutlineError("a finite body in contact needs a held edge or a hub: nothing else balances the contact force")
+            raise OutlineError(
+                "a finite body in contact needs a held edge or a hub: nothing else balances the contact force"
+            )
         if self.held == self.face:
-            raise OutlineError(f"the edge {self.face!r} cannot be both held and touched: give the held one a name of its own")
+            raise OutlineError(
+                f"the edge {self.face!r} cannot be both held and touched: give the held one a name of its own"
+            )
         if self.held is not None:
             self.outline.edge_curves(self.held)
 
@@ -68,10 +78,13 @@ class CondensedBody:
         self.problem = BoundaryProblem(mesh, body.material, held, np.zeros(mesh.densities, bool), memory_limit)
         if body.hub is not None:
             PointLoad(body.hub).refuse_outside(mesh)
-            self._hub = [PointLoad(body.hub, force, moment) for force, moment in (((1, 0), 0), ((0, 1), 0), ((0, 0), 1))]
+            self._hub = [
+                PointLoad(body.hub, force, moment) for force, moment in (((1, 0), 0), ((0, 1), 0), ((0, 0), 1))
+            ]
 
     def condense(self, forces: np.ndarray) -> None:
-        """Fix the m load patterns that the contact may apply: forces (2n, m) on the cells, all x then all y [N/m per unit]."""
+        """Fix the m load patterns that the contact may apply: forces (2n, m) on the cells, all x then all y [N/m per
+        unit]."""
         self.reaction = np.zeros((3, forces.shape[1]))
         load = forces
         if self.body.hub is not None:
@@ -82,7 +95,8 @@ class CondensedBody:
         self.density, self.shift = self.problem.solve(load, np.zeros_like(load))
 
     def displacement(self, points: np.ndarray, at_middles: np.ndarray | None = None) -> np.ndarray:
-        """Displacement (2k, m), all x then all y, of points (k, 2), or of the middles of the cells `at_middles` (k,)."""
+        """Displacement (2k, m), all x then all y, of points (k, 2), or of the middles of the cells `at_middles`
+        (k,)."""
         if at_middles is None:
             matrix = displacement_matrix(points, self.mesh, self.body.material)
         else:
@@ -94,8 +108,11 @@ class CondensedBody:
             moved += fields @ self.reaction
         return moved
 
-    def solution(self, amplitude: np.ndarray, motion: np.ndarray | None = None, about: np.ndarray | None = None) -> BoundarySolution:
-        """Field under load patterns of the given amplitude (m,), with a rigid motion (x, y, rotation) about a point added."""
+    def solution(
+        self, amplitude: np.ndarray, motion: np.ndarray | None = None, about: np.ndarray | None = None
+    ) -> BoundarySolution:
+        """Field under load patterns of the given amplitude (m,), with a rigid motion (x, y, rotation) about a point
+        added."""
         n = self.mesh.densities
         shift = self.shift @ amplitude
         rotation = 0.0
@@ -106,4 +123,6 @@ class CondensedBody:
         if self.body.hub is not None:
             x, y, moment = self.reaction @ amplitude
             loads = (PointLoad(self.body.hub, (x, y), moment),)
-        return BoundarySolution(self.mesh, self.body.material, (self.density @ amplitude).reshape(2, n).T, shift, loads, rotation)
+        return BoundarySolution(
+            self.mesh, self.body.material, (self.density @ amplitude).reshape(2, n).T, shift, loads, rotation
+        )

@@ -2,15 +2,17 @@
 
     u = (integral of Kelvin's displacement times w) + shift,     integral of w = 0
 
-The constraint and the shift make the answer independent of the unit of length: without them the logarithm has no level, and
-at certain sizes (the degenerate scales) a fixed boundary has no unique w. An infinite body without displacement conditions has
-neither; its displacement then grows as the logarithm of the distance if its loads do not balance, and is known up to a constant.
+The constraint and the shift make the answer independent of the unit of length: without them the logarithm has no level,
+and at certain sizes (the degenerate scales) a fixed boundary has no unique w. An infinite body without displacement
+conditions has neither; its displacement then grows as the logarithm of the distance if its loads do not balance, and is
+known up to a constant.
 
-Each density gives two equations: its traction as resultant over its cell, or its displacement at the middle of the cell.
-Resultants over all cells sum up to zero identically, so equilibrium of forces holds to round-off.
-A body that the conditions leave free to move is held by setting its mean displacement (and rotation) to zero; its loads must
-balance. Error: second order in element size on smooth boundaries (tests/bem/test_boundary.py).
+Each density gives two equations: its traction as resultant over its cell, or its displacement at the middle of the
+cell. Resultants over all cells sum up to zero identically, so equilibrium of forces holds to round-off.
+A body that the conditions leave free to move is held by setting its mean displacement (and rotation) to zero; its loads
+must balance. Error: second order in element size on smooth boundaries (tests/bem/test_boundary.py).
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -20,14 +22,14 @@ import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from bem.checks import point_text, refuse_unless_finite
-from bem.plane.kelvin import displacement_integrals, resultant_integrals
 from bem.material import Elastic, MaterialError
+from bem.plane.kelvin import displacement_integrals, resultant_integrals
 from bem.plane.mesh import BoundaryMesh
 from bem.plane.point_load import PointLoad
 
 MEMORY_LIMIT = 4e9  # bytes that one system may take at its peak
 _HOLLOW_POISSON = 0.495  # beyond it a body with a hole loses more than two digits (tests/bem/test_boundary.py)
-_BALANCE = 1e-3     # largest unbalanced part of the loads on a free body; discretised balanced loads reach (h/R)^2
+_BALANCE = 1e-3  # largest unbalanced part of the loads on a free body; discretised balanced loads reach (h/R)^2
 
 
 class EquilibriumError(ValueError):
@@ -43,7 +45,8 @@ class TooLargeError(ValueError):
 
 
 def memory_need(unknowns: int) -> float:
-    """Peak memory [bytes] of one system: 3.25 matrices of unknowns^2 numbers, while it is set up (tests/bem/test_boundary.py)."""
+    """Peak memory [bytes] of one system: 3.25 matrices of unknowns^2 numbers, while it is set up
+    (tests/bem/test_boundary.py)."""
     return 3.25 * 8.0 * unknowns**2
 
 
@@ -51,8 +54,10 @@ def check_memory(unknowns: int, limit: float) -> None:
     """Refuse a dense system whose peak of memory exceeds `limit` [bytes]."""
     need = memory_need(unknowns)
     if need > limit:
-        raise TooLargeError(f"{unknowns} unknowns need {need / 1e9:.2f} GB of dense matrices at the peak and {limit / 1e9:.2f} GB are "
-                            "allowed: coarsen the mesh away from the contact, or raise memory_limit")
+        raise TooLargeError(
+            f"{unknowns} unknowns need {need / 1e9:.2f} GB of dense matrices at the peak and {limit / 1e9:.2f} GB are "
+            "allowed: coarsen the mesh away from the contact, or raise memory_limit"
+        )
 
 
 def displacement_matrix(points: np.ndarray, mesh: BoundaryMesh, material: Elastic) -> np.ndarray:
@@ -64,21 +69,25 @@ def displacement_matrix(points: np.ndarray, mesh: BoundaryMesh, material: Elasti
     twist *= c
     m, n = log_r.shape
     matrix = np.empty((2 * m, 2 * n))
-    matrix[:m, :n] = log_r + twist.real     # u = log_r w + twist conj(w)
+    matrix[:m, :n] = log_r + twist.real  # u = log_r w + twist conj(w)
     matrix[m:, n:] = log_r - twist.real
     matrix[:m, n:] = matrix[m:, :n] = twist.imag
     return matrix
 
 
 def resultant_matrix(mesh: BoundaryMesh, material: Elastic, out: np.ndarray | None = None) -> np.ndarray:
-    """Resultant of the traction over each cell (2n, 2n) [m], all x then all y, of the densities; written into `out` where given."""
+    """Resultant of the traction over each cell (2n, 2n) [m], all x then all y, of the densities; written into `out`
+    where given."""
     points, begin, end, cell = mesh.paths()
-    log_r, angle, twist = resultant_integrals(points, begin, end, cell, mesh.densities, mesh.start, mesh.end,
-                                              mesh.first, mesh.last, mesh.densities)
+    log_r, angle, twist = resultant_integrals(
+        points, begin, end, cell, mesh.densities, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities
+    )
     return resultant_map(log_r, angle, twist, material, out)
 
 
-def resultant_map(log_r: np.ndarray, angle: np.ndarray, twist: np.ndarray, material: Elastic, out: np.ndarray | None = None) -> np.ndarray:
+def resultant_map(
+    log_r: np.ndarray, angle: np.ndarray, twist: np.ndarray, material: Elastic, out: np.ndarray | None = None
+) -> np.ndarray:
     """Real matrix (2m, 2n) [m] from densities to resultants, of the integrals (m, n) over m paths."""
     kappa, (m, n) = material.kolosov, log_r.shape
     c = 1 / (2 * np.pi * (1 + kappa))
@@ -98,7 +107,9 @@ def resultant_map(log_r: np.ndarray, angle: np.ndarray, twist: np.ndarray, mater
 
 def hat_masses(mesh: BoundaryMesh) -> np.ndarray:
     """Integral (n,) [m] of each hat."""
-    return (np.bincount(mesh.first, mesh.lengths / 2, mesh.densities) + np.bincount(mesh.last, mesh.lengths / 2, mesh.densities))
+    return np.bincount(mesh.first, mesh.lengths / 2, mesh.densities) + np.bincount(
+        mesh.last, mesh.lengths / 2, mesh.densities
+    )
 
 
 def rigid_modes(points: np.ndarray, center: np.ndarray) -> np.ndarray:
@@ -110,7 +121,8 @@ def rigid_modes(points: np.ndarray, center: np.ndarray) -> np.ndarray:
 
 @dataclass
 class BoundaryProblem:
-    """One body with displacements prescribed at some components of some densities, tractions elsewhere; factorised once.
+    """One body with displacements prescribed at some components of some densities, tractions elsewhere; factorised
+    once.
 
     held  : (n, 2) bool, component whose displacement is prescribed
     local : (n,) bool, components are (normal, tangential) there, tangential along the boundary; else (x, y)
@@ -128,8 +140,10 @@ class BoundaryProblem:
         n = self.mesh.densities
         check_memory(2 * n + 5, self.memory_limit)
         if self.material.poisson > _HOLLOW_POISSON and (self.mesh.infinite or self.mesh.loops > 1):
-            raise MaterialError(f"Poisson's ratio {self.material.poisson} of a body with a hole: the fictitious material in the hole "
-                                f"cannot change its area, and errors grow as 1/(1 - 2 nu); stay below {_HOLLOW_POISSON}")
+            raise MaterialError(
+                f"Poisson's ratio {self.material.poisson} of a body with a hole: the fictitious material in the hole "
+                f"cannot change its area, and errors grow as 1/(1 - 2 nu); stay below {_HOLLOW_POISSON}"
+            )
         self.center = self.mesh.vertices.mean(axis=0)
         self.size = np.ptp(self.mesh.vertices, axis=0).max()
         self._mask = np.r_[self.held[:, 0], self.held[:, 1]]
@@ -171,7 +185,7 @@ class BoundaryProblem:
         self._stiffness = 2 * self.material.shear / self.size
         self.displacement_at_middles = displacement_matrix(self.mesh.middles, self.mesh, self.material)
         matrix = np.zeros((2 * n + shift + f, 2 * n + shift + f))
-        rows = matrix[:2 * n, :2 * n]
+        rows = matrix[: 2 * n, : 2 * n]
         resultant_matrix(self.mesh, self.material, rows)
         self._turn_local(rows)
         rows /= length[:, None]
@@ -179,16 +193,17 @@ class BoundaryProblem:
             rows[row] = self._turned_row(self.displacement_at_middles, row) * self._stiffness
         if self._anchored:
             modes = self._turn(rigid_modes(self.mesh.middles, self.center)[:, :2])
-            matrix[:2 * n, 2 * n:2 * n + 2][self._mask] = modes[self._mask]  # the unknown is shift * stiffness
+            matrix[: 2 * n, 2 * n : 2 * n + 2][self._mask] = modes[self._mask]  # the unknown is shift * stiffness
             mass = hat_masses(self.mesh) / self.size
-            matrix[2 * n, :n] = matrix[2 * n + 1, n:2 * n] = mass
+            matrix[2 * n, :n] = matrix[2 * n + 1, n : 2 * n] = mass
         if f:
-            matrix[:2 * n, 2 * n + shift:][~self._mask] = free_modes[~self._mask]
+            matrix[: 2 * n, 2 * n + shift :][~self._mask] = free_modes[~self._mask]
             mean = (self._turn(free_modes, back=True) * length[:, None]).T / length.sum()
-            matrix[2 * n + shift:, :2 * n] = mean @ self.displacement_at_middles * self._stiffness
+            matrix[2 * n + shift :, : 2 * n] = mean @ self.displacement_at_middles * self._stiffness
             if self._anchored:
-                matrix[2 * n + shift:, 2 * n:2 * n + 2] = mean @ rigid_modes(self.mesh.middles, self.center)[:, :2]
-        self._lu = lu_factor(matrix.T, overwrite_a=True, check_finite=False)  # of the transpose, so that LAPACK needs no copy
+                matrix[2 * n + shift :, 2 * n : 2 * n + 2] = mean @ rigid_modes(self.mesh.middles, self.center)[:, :2]
+        # of the transpose, so that LAPACK needs no copy
+        self._lu = lu_factor(matrix.T, overwrite_a=True, check_finite=False)
 
     def solve(self, resultants: np.ndarray, displacements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Densities and shift for many right sides.
@@ -200,10 +215,10 @@ class BoundaryProblem:
         n = self.mesh.densities
         length = np.r_[self.mesh.cell_length, self.mesh.cell_length][:, None]
         right = np.zeros((self._lu[0].shape[0], resultants.shape[1]))
-        right[:2 * n] = np.where(self._mask[:, None], displacements * self._stiffness, resultants / length)
+        right[: 2 * n] = np.where(self._mask[:, None], displacements * self._stiffness, resultants / length)
         answer = lu_solve(self._lu, right, trans=1, overwrite_b=True, check_finite=False)
-        shift = answer[2 * n:2 * n + 2] / self._stiffness if self._anchored else np.zeros((2, right.shape[1]))
-        return answer[:2 * n], shift
+        shift = answer[2 * n : 2 * n + 2] / self._stiffness if self._anchored else np.zeros((2, right.shape[1]))
+        return answer[: 2 * n], shift
 
     def refuse_unbalanced(self, resultants: np.ndarray) -> None:
         """Raise EquilibriumError if loads (2n,) on the free motions do not balance."""
@@ -214,9 +229,11 @@ class BoundaryProblem:
         left, whole = modes.T @ loads, np.abs(loads).sum()
         if np.abs(left).max() > _BALANCE * whole:
             force_x, force_y, moment = self.free @ left
-            raise EquilibriumError(f"nothing holds the body against its loads: force ({force_x:.4g}, {force_y:.4g}) N/m, moment "
-                                   f"{moment * self.size:.4g} N about {point_text(self.center)} m; hold an edge or balance "
-                                   "the loads")
+            raise EquilibriumError(
+                f"nothing holds the body against its loads: force ({force_x:.4g}, {force_y:.4g}) N/m, moment "
+                f"{moment * self.size:.4g} N about {point_text(self.center)} m; hold an edge or balance "
+                "the loads"
+            )
 
 
 @dataclass(frozen=True)
@@ -240,7 +257,10 @@ class Condition:
                     refuse_unless_finite(ConditionError, **{f"{component} component of the {name}": value})
         for component, known, load in zip(("first", "second"), self.displacement, self.traction):
             if known is not None and load is not None:
-                raise EquilibriumError(f"the {component} component has both a displacement ({known!r}) and a traction ({load!r}): choose one")
+                raise EquilibriumError(
+                    f"the {component} component has both a displacement ({known!r}) and a traction ({load!r}):"
+                    " choose one"
+                )
 
 
 FIXED = Condition(displacement=(0.0, 0.0))
@@ -248,7 +268,8 @@ _GAUSS, _GAUSS_WEIGHT = np.polynomial.legendre.leggauss(3)
 
 
 def cell_resultants(mesh: BoundaryMesh, element: np.ndarray, load: Callable) -> np.ndarray:
-    """Force (n,) [N/m] on each cell of a traction component load(points (m, 2), normals (m, 2)) -> (m,) [Pa] on elements."""
+    """Force (n,) [N/m] on each cell of a traction component load(points (m, 2), normals (m, 2)) -> (m,) [Pa] on
+    elements."""
     force = np.zeros(mesh.densities)
     start, step = mesh.start[element], (mesh.end - mesh.start)[element]
     length = np.abs(step)
@@ -258,15 +279,18 @@ def cell_resultants(mesh: BoundaryMesh, element: np.ndarray, load: Callable) -> 
             z = start + step * (offset + (1 + place) / 4)
             value = np.asarray(load(np.column_stack([z.real, z.imag]), normal), float)
             if value.shape not in ((), z.shape) or not np.isfinite(value).all():
-                raise ConditionError(f"the traction's function gives shape {value.shape}, {np.count_nonzero(~np.isfinite(value))} not finite, "
-                                     f"at {len(z)} points: it must give one finite number [Pa] for each")
+                raise ConditionError(
+                    f"the traction's function gives shape {value.shape}, {np.count_nonzero(~np.isfinite(value))} not"
+                    f" finite, at {len(z)} points: it must give one finite number [Pa] for each"
+                )
             np.add.at(force, cell[element], value * weight / 4 * length)
     return force
 
 
 @dataclass(frozen=True)
 class BoundarySolution:
-    """Field of a solved problem: densities w (n, 2) [Pa], shift (2,) [m] and rotation [rad] about the origin, point loads inside."""
+    """Field of a solved problem: densities w (n, 2) [Pa], shift (2,) [m] and rotation [rad] about the origin, point
+    loads inside."""
 
     mesh: BoundaryMesh
     material: Elastic
@@ -276,8 +300,13 @@ class BoundarySolution:
     rotation: float = 0.0
 
 
-def solve_boundary(mesh: BoundaryMesh, material: Elastic, conditions: dict[str, Condition],
-                   loads: tuple[PointLoad, ...] = (), memory_limit: float = MEMORY_LIMIT) -> BoundarySolution:
+def solve_boundary(
+    mesh: BoundaryMesh,
+    material: Elastic,
+    conditions: dict[str, Condition],
+    loads: tuple[PointLoad, ...] = (),
+    memory_limit: float = MEMORY_LIMIT,
+) -> BoundarySolution:
     """Solve one body: any mix of displacement and traction on its edges, and point loads inside it.
 
     conditions : edge name -> Condition; edges and components left out are free of traction

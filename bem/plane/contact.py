@@ -1,9 +1,10 @@
 """Frictional contact of two elastic bodies by boundary elements: touch, zone, meshes, condensation, load steps, checks.
 
-One body is fixed, the other moves; loads and motions are those of the moving body's holder. The softer of the two (the moving
-one if they are alike) carries the tractions and has the finer mesh: it is the slave of the pairing. So every wiggle that the
-tractions can make is felt by an elastic body, even if the other is rigid.
+One body is fixed, the other moves; loads and motions are those of the moving body's holder. The softer of the two (the
+moving one if they are alike) carries the tractions and has the finer mesh: it is the slave of the pairing. So every
+wiggle that the tractions can make is felt by an elastic body, even if the other is rigid.
 """
+
 from __future__ import annotations
 
 import time
@@ -12,14 +13,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bem.checks import refuse_unless_positive
 from bem.plane.body import Body, CondensedBody
 from bem.plane.boundary import MEMORY_LIMIT, EquilibriumError, check_memory
 from bem.plane.contact_result import ContactResult, trust_warnings
 from bem.plane.coulomb import FORWARD, OPEN, STICK, ContactState, ContactSystem, Drive, refuse_bad_friction, solve_step
-from bem.checks import refuse_unless_positive
+from bem.plane.first_touch import nearest_places
 from bem.plane.mesh import mesh_outline
 from bem.plane.pairing import Interface, PairingError, pair
-from bem.plane.first_touch import nearest_places
 from bem.plane.zone import NARROWEST, EstimatedPatch, estimate_patches, peak_sharpness, runs, sizing
 
 
@@ -31,8 +32,10 @@ class SettingsError(ValueError):
     """A setting of the solution that is no number or out of its range."""
 
 
-_PULLS = ("load ({0:.4g}, {1:.4g}) N/m on the moving body pulls it away from the fixed one: contact can only press; turn its sign, or "
-          "exchange the bodies")
+_PULLS = (
+    "load ({0:.4g}, {1:.4g}) N/m on the moving body pulls it away from the fixed one: contact can only press; turn its"
+    " sign, or exchange the bodies"
+)
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,8 @@ class Settings:
     """size : element length [m] in the contact on the body that carries the tractions, or None: from `accuracy`
     accuracy : wanted relative error of the largest pressure (see element_size)
     other_ratio : element length of the other body over `size`; coarse : largest element over the body's size
-    growth : of element size per distance from the patch; reach : largest gap considered [m], default half the moving body's size
+    growth : of element size per distance from the patch; reach : largest gap considered [m], default half the moving
+        body's size
     rounds : how often the mesh may be laid anew where contact was found
     """
 
@@ -66,28 +70,34 @@ class Settings:
 
 
 def element_size(half_width: float, accuracy: float) -> float:
-    """Element length [m] for a relative error of the largest pressure: error = (size / half_width)^2 / 2, at most a third of it.
+    """Element length [m] for a relative error of the largest pressure: error = (size / half_width)^2 / 2, at most a
+    third of it.
 
     half_width : of the half ellipse as sharp as the pressure's peak (bem.plane.zone.peak_sharpness)
-    The law bounds what Hertz' contact shows (tests/bem/test_contact_hertz.py), and pins in holes, the case studies and a wheel on a
-    rail keep to it (tests/bem/test_contact_accuracy.py).
+    The law bounds what Hertz' contact shows (tests/bem/test_contact_hertz.py), and pins in holes, the case studies and
+    a wheel on a rail keep to it (tests/bem/test_contact_accuracy.py).
     """
     return half_width * min(np.sqrt(2 * accuracy), 1 / 3)
 
 
 def contact_system(interface: Interface, carrier: CondensedBody, other: CondensedBody, sign: int) -> ContactSystem:
-    """Compliance of two condensed bodies at their interface, in gaps and slips; sign = +1 if the carrier is the one that moves."""
+    """Compliance of two condensed bodies at their interface, in gaps and slips; sign = +1 if the carrier is the one
+    that moves."""
     carrier.condense(interface.on_slave)
     other.condense(interface.on_master)
     own = carrier.displacement(interface.points, interface.nodes) + other.displacement(interface.feet)
     n, (nx, ny), (x, y) = len(interface.nodes), interface.normals.T, interface.points.T
 
     def local_rows(rows: np.ndarray) -> np.ndarray:  # x, y -> along the normal, along the tangent (-ny, nx)
-        return np.vstack([nx[:, None] * rows[:n] + ny[:, None] * rows[n:], -ny[:, None] * rows[:n] + nx[:, None] * rows[n:]])
+        return np.vstack(
+            [nx[:, None] * rows[:n] + ny[:, None] * rows[n:], -ny[:, None] * rows[:n] + nx[:, None] * rows[n:]]
+        )
 
     # tractions on the carrier are -p normal + q tangent, on the other the opposite: the displacements of both add up
     relative = local_rows(own)
-    compliance = np.hstack([-(relative[:, :n] * nx + relative[:, n:] * ny), relative[:, n:] * nx - relative[:, :n] * ny])
+    compliance = np.hstack(
+        [-(relative[:, :n] * nx + relative[:, n:] * ny), relative[:, n:] * nx - relative[:, :n] * ny]
+    )
     compliance[:n] *= -1  # gap = (other - carrier) along the normal
     turn = np.vstack([np.column_stack([-nx, -ny, nx * y - ny * x]), np.column_stack([-ny, nx, ny * y + nx * x])]) * sign
     return ContactSystem(interface.gap, compliance, turn, turn.T * np.r_[interface.mass, interface.mass])
@@ -99,17 +109,23 @@ def _zero(drive: Drive) -> bool:
 
 def _refuse_pull(drive: Drive, system: ContactSystem) -> None:
     load = np.nan_to_num(drive.load)
-    if load[:2].any() and not (load[:2] @ system.forces[:2, :system.nodes]).min() < 0:
+    if load[:2].any() and not (load[:2] @ system.forces[:2, : system.nodes]).min() < 0:
         raise LoadError(_PULLS.format(*load))
 
 
-def _march(system: ContactSystem, drives: Sequence[Drive], friction: float, start: np.ndarray | None) -> list[ContactState]:
+def _march(
+    system: ContactSystem, drives: Sequence[Drive], friction: float, start: np.ndarray | None
+) -> list[ContactState]:
     """All load steps, each from the slips of the one before."""
     n = system.nodes
     steps, before, state = [], np.zeros(n), start
     for drive in drives:
         if _zero(drive):
-            steps.append(ContactState(np.zeros(n), np.zeros(n), system.gap.copy(), before.copy(), np.zeros(n, int), np.zeros(3), 0))
+            steps.append(
+                ContactState(
+                    np.zeros(n), np.zeros(n), system.gap.copy(), before.copy(), np.zeros(n, int), np.zeros(3), 0
+                )
+            )
             continue
         _refuse_pull(drive, system)
         step = solve_step(system, drive, friction, before, state)
@@ -130,14 +146,17 @@ def _load_steps(drive: Drive | Sequence[Drive], steps: int | None, friction: flo
     if isinstance(drive, Drive):
         return ramp(drive, steps or (1 if friction == 0 else 10))
     if not isinstance(drive, Sequence) or not all(isinstance(each, Drive) for each in drive):
-        raise EquilibriumError(f"drive = {drive!r}: give a Drive (Drive.of(force=(None, -1e6)), for one), or a list of them")
+        raise EquilibriumError(
+            f"drive = {drive!r}: give a Drive (Drive.of(force=(None, -1e6)), for one), or a list of them"
+        )
     if not drive:
         raise EquilibriumError("no load step was given")
     return list(drive)
 
 
 def _bring_to_touch(fixed: Body, moving: Body, drives: list[Drive], reach: float):
-    """Translate the moving body until it touches, so that only the deformation remains to be found; motions lose what it took.
+    """Translate the moving body until it touches, so that only the deformation remains to be found; motions lose what
+    it took.
 
     Bodies driven by a motion that overlap as placed are left so: the overlap is part of the motion.
     Returns the body, the drives, the translation and the places (m, 2) [m] where the bodies are nearest.
@@ -166,8 +185,11 @@ def _refuse_apart(fixed: Body, moving: Body, drive: Drive, way: np.ndarray, reac
     """Say why a load never brings the bodies together."""
     if nearest_places(fixed, moving, -way, reach):
         raise LoadError(_PULLS.format(*np.nan_to_num(drive.load)))
-    raise PairingError(f"moved along ({way[0]:.3g}, {way[1]:.3g}) the moving body's face {moving.face!r}, {_span(moving)}, never meets the "
-                       f"fixed body's {fixed.face!r}, {_span(fixed)}, within {reach:g} m: check positions and the direction, or raise reach")
+    raise PairingError(
+        f"moved along ({way[0]:.3g}, {way[1]:.3g}) the moving body's face {moving.face!r}, {_span(moving)}, never meets"
+        f" the fixed body's {fixed.face!r}, {_span(fixed)}, within {reach:g} m: check positions and the direction, or"
+        " raise reach"
+    )
 
 
 def _span(body: Body) -> str:
@@ -176,9 +198,16 @@ def _span(body: Body) -> str:
     return f"x {low_x:.4g} to {high_x:.4g} and y {low_y:.4g} to {high_y:.4g} m"
 
 
-def solve_contact(fixed: Body, moving: Body, drive: Drive | Sequence[Drive], friction: float = 0.0,
-                  settings: Settings = Settings(), steps: int | None = None) -> ContactResult:
-    """Contact of two bodies under one drive (reached in `steps`, default 1 without friction, 10 with) or a sequence of drives.
+def solve_contact(
+    fixed: Body,
+    moving: Body,
+    drive: Drive | Sequence[Drive],
+    friction: float = 0.0,
+    settings: Settings = Settings(),
+    steps: int | None = None,
+) -> ContactResult:
+    """Contact of two bodies under one drive (reached in `steps`, default 1 without friction, 10 with) or a sequence of
+    drives.
 
     Raises PairingError, LoadError, EquilibriumError, ConvergenceError with what is wrong and what to do.
     """
@@ -202,8 +231,11 @@ def solve_contact(fixed: Body, moving: Body, drive: Drive | Sequence[Drive], fri
         result.warnings.append(f"{len(unresolved)} patches are coarser than asked for after {settings.rounds} rounds")
     for patch in patches if settings.size is None else []:
         if patch.sharpness <= NARROWEST * patch.half_width:
-            result.warnings.append(f"the pressure peaks over {patch.sharpness:.3g} m or less of a patch of {2 * patch.half_width:.3g} m, as at an "
-                                   "edge: the largest pressure may miss the accuracy asked for; give a size, and compare with half of it")
+            result.warnings.append(
+                f"the pressure peaks over {patch.sharpness:.3g} m or less of a patch of {2 * patch.half_width:.3g} m,"
+                " as at an edge: the largest pressure may miss the accuracy asked for; give a size, and compare with"
+                " half of it"
+            )
     return result
 
 
@@ -211,18 +243,28 @@ def _solve_on_mesh(fixed, moving, drives, friction, settings, patches, reach, cl
     ticks = [time.perf_counter()]
     carrier = "fixed" if fixed.material.plane_modulus < 0.999 * moving.material.plane_modulus else "moving"
     sizes = [settings.size or element_size(p.sharpness, settings.accuracy) for p in patches]
-    check_memory(2 * int(sum(2 * p.half_width / s for p, s in zip(patches, sizes))), settings.memory_limit)     # of the patches alone
+    # of the patches alone
+    check_memory(2 * int(sum(2 * p.half_width / s for p, s in zip(patches, sizes))), settings.memory_limit)
     meshes = []
     for name, body in (("fixed", fixed), ("moving", moving)):
         ratio = 1.0 if name == carrier else settings.other_ratio
-        wanted = sizing(body.outline, patches, [s * ratio for s in sizes], settings.coarse * body.outline.size, settings.growth)
+        wanted = sizing(
+            body.outline, patches, [s * ratio for s in sizes], settings.coarse * body.outline.size, settings.growth
+        )
         meshes.append(mesh_outline(body.outline, wanted))
     ticks.append(time.perf_counter())
     pillar, mover = (CondensedBody(body, mesh, settings.memory_limit) for body, mesh in zip((fixed, moving), meshes))
     ticks.append(time.perf_counter())
     slave, master = (mover, pillar) if carrier == "moving" else (pillar, mover)
-    interface = pair(slave.mesh, slave.body.face, master.mesh, master.body.face, master.body.outline, reach,
-                     _share(slave.body, master.body))
+    interface = pair(
+        slave.mesh,
+        slave.body.face,
+        master.mesh,
+        master.body.face,
+        master.body.outline,
+        reach,
+        _share(slave.body, master.body),
+    )
     system = contact_system(interface, slave, master, 1 if carrier == "moving" else -1)
     ticks.append(time.perf_counter())
     start = np.full(system.nodes, OPEN)

@@ -1,14 +1,15 @@
 """What a solved contact tells: tractions, patches, forces, fields, warnings."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from bem.checks import point_text
 from bem.plane.body import CondensedBody
 from bem.plane.boundary import BoundarySolution
 from bem.plane.coulomb import STICK, ContactState, ContactSystem, Drive
-from bem.checks import point_text
 from bem.plane.pairing import Interface
 from bem.plane.zone import runs
 
@@ -29,11 +30,14 @@ class Patch:
 
 @dataclass
 class ContactResult:
-    """Load steps of a contact; arrays over the n nodes of `interface`, which lie on the carrier's boundary in its order.
+    """Load steps of a contact; arrays over the n nodes of `interface`, which lie on the carrier's boundary in its
+    order.
 
-    carrier : "moving" or "fixed", the body whose mesh carries the tractions; its normals and tangents are the interface's
+    carrier : "moving" or "fixed", the body whose mesh carries the tractions; its normals and tangents are the
+        interface's
     closing : (2,) [m] translation of the moving body that brought it to touch before loading; coordinates are after it
-    steps   : one ContactState per drive: pressure, shear on the carrier along its tangent, gap, slip of the carrier over the other
+    steps   : one ContactState per drive: pressure, shear on the carrier along its tangent, gap, slip of the carrier
+        over the other
     warnings : what to know before trusting it; seconds : time by stage
     """
 
@@ -90,16 +94,21 @@ class ContactResult:
         return found
 
     def stick_zones(self, step: int = -1) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Ends (2,), (2,) [m] of each run of sticking nodes, where the square of the friction's reserve goes linearly to zero."""
+        """Ends (2,), (2,) [m] of each run of sticking nodes, where the square of the friction's reserve goes linearly
+        to zero."""
         state, points = self.steps[step], self.interface.points
         sticks = (state.state == STICK) & (state.pressure > 0)
         bound = self.friction * state.pressure[sticks] if np.isfinite(self.friction) else np.inf
         reserve = np.zeros(len(points))
         reserve[sticks] = np.minimum(bound - np.abs(state.shear[sticks]), np.finfo(float).max ** 0.25)
-        return [(_edge(points, reserve, run[0], -1, len(run)), _edge(points, reserve, run[-1], 1, len(run))) for run in runs(sticks)]
+        return [
+            (_edge(points, reserve, run[0], -1, len(run)), _edge(points, reserve, run[-1], 1, len(run)))
+            for run in runs(sticks)
+        ]
 
     def solution(self, body: str, step: int = -1) -> BoundarySolution:
-        """Field of the "fixed" or the "moving" body at a step, for bem.plane.internal (without the closing translation)."""
+        """Field of the "fixed" or the "moving" body at a step, for bem.plane.internal (without the closing
+        translation)."""
         if body not in ("fixed", "moving"):
             raise ValueError(f"body {body!r}: there are 'fixed' and 'moving'")
         amplitude = self._on_carrier(step).T.ravel() * (1 if body == self.carrier else -1)
@@ -109,7 +118,8 @@ class ContactResult:
 
 
 def _edge(points: np.ndarray, pressure: np.ndarray, node: int, way: int, count: int) -> np.ndarray:
-    """Where the square of a quantity, linear over the last two nodes of a run, vanishes; at most one element outward."""
+    """Where the square of a quantity, linear over the last two nodes of a run, vanishes; at most one element
+    outward."""
     outside, inside = node + way, node - way
     if not 0 <= outside < len(points) or pressure[outside] > 0:
         return points[node]
@@ -121,7 +131,7 @@ def _edge(points: np.ndarray, pressure: np.ndarray, node: int, way: int, count: 
     return points[node] + fraction * (points[outside] - points[node])
 
 
-_OVERLAP = 1e-8     # of the smaller body, above which an overlap is no round-off
+_OVERLAP = 1e-8  # of the smaller body, above which an overlap is no round-off
 
 
 def trust_warnings(result: ContactResult) -> list[str]:
@@ -131,13 +141,19 @@ def trust_warnings(result: ContactResult) -> list[str]:
         notes.append(f"the bodies do not touch: smallest gap {last.gap.min():.4g} m")
     for patch in result.patches():
         if len(patch.nodes) < 6:
-            notes.append(f"the patch at {point_text(patch.begin)} m has {len(patch.nodes)} nodes: below 6 its pressure is rough; "
-                         "ask for a smaller size")
+            notes.append(
+                f"the patch at {point_text(patch.begin)} m has {len(patch.nodes)} nodes: below 6 its pressure is rough;"
+                " ask for a smaller size"
+            )
     overlap, driven = -result.interface.gap.min(), not result.drives[-1].loaded[:2].any()
     if overlap > _OVERLAP * min(result.fixed.body.outline.size, result.moving.body.outline.size) and driven:
-        notes.append(f"the bodies overlap by {overlap:.4g} m as placed: with a motion prescribed, that presses them too")
+        notes.append(
+            f"the bodies overlap by {overlap:.4g} m as placed: with a motion prescribed, that presses them too"
+        )
     young = min(result.fixed.body.material.young, result.moving.body.material.young)
     if last.pressure.max() > 0.05 * young:
-        notes.append(f"largest pressure {last.pressure.max():.3g} Pa is {last.pressure.max() / young:.2g} of Young's modulus: "
-                     "small strains no longer hold")
+        notes.append(
+            f"largest pressure {last.pressure.max():.3g} Pa is {last.pressure.max() / young:.2g} of Young's modulus: "
+            "small strains no longer hold"
+        )
     return notes

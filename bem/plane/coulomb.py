@@ -6,10 +6,11 @@ At each node: pressure p and shear traction q on the slave, gap g and slip s (sl
     p >= 0, g >= 0, p g = 0;   |q| <= mu p;   q = -mu p sign(s - s_before) where they differ
     forces [p; q] + load = 0 for the components of the motion that are driven by a load
 
-The states (open, stick, slip forward or backward) are found by block principal pivoting: all nodes that contradict their state
-change together; when that no longer makes progress, one at a time (Judice and Pires 1994, for friction without their proof of
-an end). The linear systems are exact, so forces balance to round-off.
+The states (open, stick, slip forward or backward) are found by block principal pivoting: all nodes that contradict
+their state change together; when that no longer makes progress, one at a time (Judice and Pires 1994, for friction
+without their proof of an end). The linear systems are exact, so forces balance to round-off.
 """
+
 from __future__ import annotations
 
 import warnings
@@ -19,8 +20,8 @@ from numbers import Real
 import numpy as np
 from scipy.linalg import LinAlgError, lu_factor, lu_solve
 
-from bem.plane.boundary import EquilibriumError
 from bem.checks import refuse_unless_finite
+from bem.plane.boundary import EquilibriumError
 
 OPEN, STICK, FORWARD, BACKWARD = 0, 2, 1, -1  # FORWARD: q = +mu p, the slave slips backward
 
@@ -60,7 +61,8 @@ class ContactSystem:
 
 @dataclass(frozen=True)
 class Drive:
-    """What drives the slave: for x, y and rotation either a motion [m, m, rad] or a load [N/m, N/m, N]; the other is nan."""
+    """What drives the slave: for x, y and rotation either a motion [m, m, rad] or a load [N/m, N/m, N]; the other is
+    nan."""
 
     motion: np.ndarray
     load: np.ndarray
@@ -68,13 +70,19 @@ class Drive:
     def __post_init__(self) -> None:
         motion, load = np.asarray(self.motion, float), np.asarray(self.load, float)
         if motion.shape != (3,) or load.shape != (3,):
-            raise EquilibriumError(f"motion and load have the shapes {motion.shape} and {load.shape}: give three components each, x, y and "
-                                   "rotation (Drive.of does)")
+            raise EquilibriumError(
+                f"motion and load have the shapes {motion.shape} and {load.shape}: give three components each, x, y and"
+                " rotation (Drive.of does)"
+            )
         if np.any(np.isnan(motion) == np.isnan(load)) or np.isinf([motion, load]).any():
-            raise EquilibriumError(f"motion {motion}, load {load}: in each component one must be a finite number and the other nan")
+            raise EquilibriumError(
+                f"motion {motion}, load {load}: in each component one must be a finite number and the other nan"
+            )
 
     @classmethod
-    def of(cls, force=(None, None), motion=(None, None), rotation: float | None = 0.0, moment: float | None = None) -> Drive:
+    def of(
+        cls, force=(None, None), motion=(None, None), rotation: float | None = 0.0, moment: float | None = None
+    ) -> Drive:
         """Drive from components; what has neither force nor motion is kept from moving."""
         if any(not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 for pair in (force, motion)):
             raise EquilibriumError(f"force {force!r}, motion {motion!r}: give (x, y), each a number or None")
@@ -142,12 +150,14 @@ def _solve_linear(system: ContactSystem, drive: Drive, friction: np.ndarray, bef
     matrix[:a, :a] = columns[rows] / unit
     matrix[:a, a:] = system.motion[np.ix_(rows, loaded)] / arm[loaded]
     matrix[a:, :a] = force[loaded] / (length * arm[loaded])[:, None]
-    right = np.r_[-(np.r_[system.gap, -before] + system.motion @ known)[rows] / unit, -drive.load[loaded] / (length * arm[loaded])]
+    right = np.r_[
+        -(np.r_[system.gap, -before] + system.motion @ known)[rows] / unit, -drive.load[loaded] / (length * arm[loaded])
+    ]
     answer = _solve_regular(matrix, right)
     pressure, shear, motion = np.zeros(n), np.zeros(n), known.copy()
-    pressure[closed] = answer[:len(closed)]
-    shear[closed] = sliding * answer[:len(closed)]
-    shear[stick] = answer[len(closed):a]
+    pressure[closed] = answer[: len(closed)]
+    shear[closed] = sliding * answer[: len(closed)]
+    shear[stick] = answer[len(closed) : a]
     motion[loaded] = answer[a:] * unit / arm[loaded]
     return pressure, shear, motion
 
@@ -161,7 +171,9 @@ def _contradictions(pressure, shear, gap, slipped, state, friction, unit):
     # a sticking node that is pulled first slips: its shear, not its pressure, may be what is wrong
     rough = np.isinf(friction)
     against = np.where(rough, STICK, np.where(slipped > 0, BACKWARD, FORWARD))
-    wanted[pull] = np.where((state == STICK) & (shear != 0) & ~rough, np.where(shear > 0, FORWARD, BACKWARD), OPEN)[pull]
+    wanted[pull] = np.where((state == STICK) & (shear != 0) & ~rough, np.where(shear > 0, FORWARD, BACKWARD), OPEN)[
+        pull
+    ]
     size[pull] = -pressure[pull]
     overlap = (state == OPEN) & (-gap / unit > tolerance)
     wanted[overlap], size[overlap] = against[overlap], -gap[overlap] / unit
@@ -174,11 +186,18 @@ def _contradictions(pressure, shear, gap, slipped, state, friction, unit):
     return wanted, size
 
 
-def solve_step(system: ContactSystem, drive: Drive, friction: float | np.ndarray, before: np.ndarray | None = None,
-               state: np.ndarray | None = None, limit: int = 0) -> ContactState:
+def solve_step(
+    system: ContactSystem,
+    drive: Drive,
+    friction: float | np.ndarray,
+    before: np.ndarray | None = None,
+    state: np.ndarray | None = None,
+    limit: int = 0,
+) -> ContactState:
     """One load step to its exact end.
 
-    friction : coefficient, a number or (n,), inf where nothing slides; before : (n,) slip at the end of the last step [m]
+    friction : coefficient, a number or (n,), inf where nothing slides; before : (n,) slip at the end of the last step
+        [m]
     state    : (n,) states to start from, default all closed; limit : iterations allowed, default 60 + 4 n
     Raises EquilibriumError when no contact can balance the load, ConvergenceError when no consistent states are found.
     """
@@ -189,11 +208,18 @@ def solve_step(system: ContactSystem, drive: Drive, friction: float | np.ndarray
         if not 1 < friction.max() < np.inf:
             raise
         rough = _pivot(system, drive, np.where(friction > 1, np.inf, friction), before, state, limit)
-        return _pivot(system, drive, friction, before, rough.state, limit)     # high friction: from where nothing slides
+        # high friction: from where nothing slides
+        return _pivot(system, drive, friction, before, rough.state, limit)
 
 
-def _pivot(system: ContactSystem, drive: Drive, friction: np.ndarray, before: np.ndarray | None, state: np.ndarray | None,
-           limit: int) -> ContactState:
+def _pivot(
+    system: ContactSystem,
+    drive: Drive,
+    friction: np.ndarray,
+    before: np.ndarray | None,
+    state: np.ndarray | None,
+    limit: int,
+) -> ContactState:
     """Block principal pivoting from given states; friction (n,)."""
     n = system.nodes
     before = np.zeros(n) if before is None else before
@@ -220,20 +246,29 @@ def _pivot(system: ContactSystem, drive: Drive, friction: np.ndarray, before: np
         following = state.copy()
         following[change] = wanted[change]
         state = _keep_hold(following, state, pressure, shear, friction, drive)
-    remedy = f"lower the friction {friction.max():g}" if friction.max() <= 1 else "give the friction of dry bodies, below 1"
-    raise ConvergenceError(f"{len(wrong)} of {n} nodes still change between open, stick and slip after {limit} iterations (worst by "
-                           f"{size.max():.3g} Pa): apply the load in more steps, or {remedy}")
+    remedy = (
+        f"lower the friction {friction.max():g}" if friction.max() <= 1 else "give the friction of dry bodies, below 1"
+    )
+    raise ConvergenceError(
+        f"{len(wrong)} of {n} nodes still change between open, stick and slip after {limit} iterations (worst by "
+        f"{size.max():.3g} Pa): apply the load in more steps, or {remedy}"
+    )
 
 
 def _attempt(system, drive, friction, before, state):
     try:
         return _solve_linear(system, drive, friction, before, state)
     except LinAlgError:
-        loads = ", ".join(f"{name} {value:.4g} {unit}" for name, value, unit, loaded in
-                          zip(("x", "y", "moment"), drive.load, ("N/m", "N/m", "N"), drive.loaded) if loaded)
-        raise EquilibriumError(f"load ({loads}) cannot be balanced: {(state != OPEN).sum()} of {system.nodes} nodes touch and "
-                               f"{(state == STICK).sum()} stick with friction {friction.max():g}; hold the direction that slides (prescribe its "
-                               "motion), or reduce the tangential load or the moment") from None
+        loads = ", ".join(
+            f"{name} {value:.4g} {unit}"
+            for name, value, unit, loaded in zip(("x", "y", "moment"), drive.load, ("N/m", "N/m", "N"), drive.loaded)
+            if loaded
+        )
+        raise EquilibriumError(
+            f"load ({loads}) cannot be balanced: {(state != OPEN).sum()} of {system.nodes} nodes touch and"
+            f" {(state == STICK).sum()} stick with friction {friction.max():g}; hold the direction that slides"
+            " (prescribe its motion), or reduce the tangential load or the moment"
+        ) from None
 
 
 def _keep_hold(state, former, pressure, shear, friction, drive):

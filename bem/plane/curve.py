@@ -1,4 +1,5 @@
 """A smooth plane curve through given points, and its division into elements of a wanted size."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -108,7 +109,7 @@ def split_at_corners(points: np.ndarray, corner: float) -> list[np.ndarray]:
     turn = np.angle((step[1:, 0] + 1j * step[1:, 1]) / (step[:-1, 0] + 1j * step[:-1, 1]))
     cuts = np.flatnonzero(np.abs(turn) > corner) + 1
     ends = np.r_[0, cuts, len(points) - 1]
-    return [points[a:b + 1] for a, b in zip(ends[:-1], ends[1:])]
+    return [points[a : b + 1] for a, b in zip(ends[:-1], ends[1:])]
 
 
 def divide(curve: Curve, size: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
@@ -128,8 +129,10 @@ def divide(curve: Curve, size: Callable[[np.ndarray], np.ndarray]) -> np.ndarray
         fine, density = np.r_[fine, middle][order], np.r_[density, 1 / size(curve.at(middle))][order]
     count = np.r_[0.0, np.cumsum(np.diff(fine) * (density[1:] + density[:-1]) / 2)]
     if count[-1] > MOST_ELEMENTS:
-        raise CurveError(f"elements down to {1 / density.max():.3g} m cut a curve of {curve.length:.3g} m into {count[-1]:.3g}, more than "
-                         f"{MOST_ELEMENTS}: choose a larger size, or keep it to a part of the curve")
+        raise CurveError(
+            f"elements down to {1 / density.max():.3g} m cut a curve of {curve.length:.3g} m into {count[-1]:.3g}, more"
+            f" than {MOST_ELEMENTS}: choose a larger size, or keep it to a part of the curve"
+        )
     elements = max(int(np.ceil(count[-1] - 1e-9)), 1)
     return np.interp(np.linspace(0, count[-1], elements + 1), count, fine)
 

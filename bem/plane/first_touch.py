@@ -1,4 +1,5 @@
 """How far a body may travel before it touches another, and where it is nearest."""
+
 from __future__ import annotations
 
 import numpy as np
@@ -12,7 +13,8 @@ _MOST = 8  # nearest places that are worth a look
 
 
 def _distances(curve: Curve, s: np.ndarray, targets: list[Curve], way: np.ndarray, reach: float) -> np.ndarray:
-    """Distance (m,) [m] along `way` from points of a curve to targets; inf where the curve does not look ahead or nothing is met."""
+    """Distance (m,) [m] along `way` from points of a curve to targets; inf where the curve does not look ahead or
+    nothing is met."""
     along = curve.direction(s)
     looks = along[:, 1] * way[0] - along[:, 0] * way[1] > 0.02  # at grazing points nothing is met first
     gap = np.full(len(s), np.inf)
@@ -20,7 +22,9 @@ def _distances(curve: Curve, s: np.ndarray, targets: list[Curve], way: np.ndarra
     return gap
 
 
-def _nearest_places(curve: Curve, targets: list[Curve], way: np.ndarray, reach: float) -> list[tuple[float, np.ndarray]]:
+def _nearest_places(
+    curve: Curve, targets: list[Curve], way: np.ndarray, reach: float
+) -> list[tuple[float, np.ndarray]]:
     """Local minima of the distance along a curve, refined: (distance [m], point (2,) [m])."""
     coarse = np.linspace(0, curve.length, _SAMPLES)
     gap = _distances(curve, coarse, targets, way, reach)
@@ -33,19 +37,20 @@ def _nearest_places(curve: Curve, targets: list[Curve], way: np.ndarray, reach: 
             s = np.linspace(s[max(place - 1, 0)], s[min(place + 1, len(s) - 1)], 13)
             finer = _distances(curve, s, targets, way, reach)
             place = int(np.argmin(finer))
-        found.append((float(finer[place]), curve.at(s[place:place + 1])[0]))
+        found.append((float(finer[place]), curve.at(s[place : place + 1])[0]))
     return found
 
 
 def nearest_places(fixed: Body, moving: Body, way: np.ndarray, reach: float) -> list[tuple[float, np.ndarray]]:
-    """Where the faces come nearest along the unit vector `way` (2,): (distance [m], point (2,) [m] of the moving body), nearest first.
+    """Where the faces come nearest along the unit vector `way` (2,): (distance [m], point (2,) [m] of the moving body),
+    nearest first.
 
-    Distances are negative if the bodies overlap as placed. Both faces send rays, so that a corner of either is found; nothing is
-    looked for beyond `reach` [m], and the list is empty when the faces never meet.
+    Distances are negative if the bodies overlap as placed. Both faces send rays, so that a corner of either is found;
+    nothing is looked for beyond `reach` [m], and the list is empty when the faces never meet.
     """
     ours, theirs = moving.outline.edge_curves(moving.face), fixed.outline.edge_curves(fixed.face)
     places = [place for curve in ours for place in _nearest_places(curve, theirs, way, reach)]
     for curve in theirs:
         places += [(distance, point - distance * way) for distance, point in _nearest_places(curve, ours, -way, reach)]
     places = [place for place in places if np.isfinite(place[0])]
-    return sorted(places, key=lambda place: place[0])[:2 * _MOST]
+    return sorted(places, key=lambda place: place[0])[: 2 * _MOST]

@@ -1,27 +1,29 @@
 """Displacement and stress inside a solved body, up to its boundary.
 
-The sums over elements are exact for the densities found. But the polygon has a weak (logarithmic) stress peak at its vertices,
-which the smooth body has not. So within half an element of the boundary the stress goes linearly from the sums' value there down
-to a value on the boundary itself, taken from traction and stretch of the elements (`_on_boundary`).
+The sums over elements are exact for the densities found. But the polygon has a weak (logarithmic) stress peak at its
+vertices, which the smooth body has not. So within half an element of the boundary the stress goes linearly from the
+sums' value there down to a value on the boundary itself, taken from traction and stretch of the elements
+(`_on_boundary`).
 Error: second order in element size, up to the boundary (tests/bem/test_boundary.py).
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from bem.plane.boundary import BoundarySolution, resultant_map
 from bem.checks import plane_points, refuse_unless_positive
+from bem.exact.subsurface import von_mises_plane
+from bem.plane.boundary import BoundarySolution, resultant_map
 from bem.plane.kelvin import displacement_sums, resultant_integrals, stress_sums
 from bem.plane.mesh import BoundaryMesh
 from bem.plane.outline import Outline
-from bem.exact.subsurface import von_mises_plane
 from kernel_cache import njit
 
-_NEAR = 0.5      # nearer than this (in element lengths) the stress is interpolated down to the boundary
-_VERTEX = 0.1    # next to a vertex the sum is bridged over this part of both elements
-_KINK = 0.03     # turn [rad] between elements beyond which their own stresses are taken at the boundary
+_NEAR = 0.5  # nearer than this (in element lengths) the stress is interpolated down to the boundary
+_VERTEX = 0.1  # next to a vertex the sum is bridged over this part of both elements
+_KINK = 0.03  # turn [rad] between elements beyond which their own stresses are taken at the boundary
 _OUTSIDE = 0.05  # farther outside than this a point is outside the body: a chord lies h^2/8R within a convex profile
 
 
@@ -34,7 +36,8 @@ class PlaceError(ValueError):
 
 @njit(cache=True)
 def _nearest(x, y, ax, ay, bx, by):
-    """Nearest segment of each point: its index, the foot's fraction along it, and the signed distance (left positive) [m]."""
+    """Nearest segment of each point: its index, the foot's fraction along it, and the signed distance (left positive)
+    [m]."""
     index, fraction, distance = np.zeros(x.size, np.int64), np.zeros(x.size), np.zeros(x.size)
     for i in range(x.size):
         best, best_side = np.inf, 0.0
@@ -113,8 +116,9 @@ def _sum(solution: BoundarySolution, z: np.ndarray) -> np.ndarray:
 def _on_boundary(solution: BoundarySolution, element: np.ndarray, fraction: np.ndarray) -> np.ndarray:
     """Stress (m, 3) [Pa] on elements at fractions of their length.
 
-    Where the boundary turns by _KINK or more from element to element: the elements' own stress, linear between their middles and
-    constant towards corners. Where it is almost straight: the sums' limit, which follows the stress within an element.
+    Where the boundary turns by _KINK or more from element to element: the elements' own stress, linear between their
+    middles and constant towards corners. Where it is almost straight: the sums' limit, which follows the stress within
+    an element.
     """
     mesh = solution.mesh
     before = np.empty(mesh.elements, int)
@@ -149,21 +153,32 @@ def _bridged(solution: BoundarySolution, element: np.ndarray, beside: np.ndarray
 
 
 def boundary_stress(solution: BoundarySolution, element: np.ndarray) -> np.ndarray:
-    """Stress (m, 3) xx, yy, xy [Pa] on elements (m,): traction from the resultant, stress along from the stretch; second order."""
+    """Stress (m, 3) xx, yy, xy [Pa] on elements (m,): traction from the resultant, stress along from the stretch;
+    second order."""
     mesh, material, m = solution.mesh, solution.material, len(element)
     start, step = mesh.start[element], (mesh.end - mesh.start)[element]
     length, along = np.abs(step), step / np.abs(step)
     points = np.r_[start, start + step / 2, start + step]
     path = np.arange(m)
-    parts = resultant_integrals(points, np.r_[path, m + path], np.r_[m + path, 2 * m + path], np.r_[path, path], m, mesh.start, mesh.end,
-                                mesh.first, mesh.last, mesh.densities)
+    parts = resultant_integrals(
+        points,
+        np.r_[path, m + path],
+        np.r_[m + path, 2 * m + path],
+        np.r_[path, path],
+        m,
+        mesh.start,
+        mesh.end,
+        mesh.first,
+        mesh.last,
+        mesh.densities,
+    )
     force = (resultant_map(*parts, material) @ solution.density.T.ravel()).reshape(2, m)
     for load in solution.loads:
         force = force + load.path_force(start, start + step, material)
     ends = np.column_stack([points.real, points.imag])
-    moved = _displacement(solution, ends[2 * m:]) - _displacement(solution, ends[:m])
+    moved = _displacement(solution, ends[2 * m :]) - _displacement(solution, ends[:m])
     stretch = (moved[:, 0] * along.real + moved[:, 1] * along.imag) / length
-    traction = (force[0] + 1j * force[1]) / length * np.conj(-1j * along)      # normal + i tangential
+    traction = (force[0] + 1j * force[1]) / length * np.conj(-1j * along)  # normal + i tangential
     normal, shear = traction.real, traction.imag
     tangential = material.plane_modulus * stretch + material.poisson / (1 - material.poisson) * normal
     total, deviator = normal + tangential, (tangential - normal + 2j * shear) * np.conj(-1j * along) ** 2
@@ -173,7 +188,8 @@ def boundary_stress(solution: BoundarySolution, element: np.ndarray) -> np.ndarr
 
 @dataclass(frozen=True)
 class Field:
-    """points (..., 2) [m]; displacement (..., 2) [m]; stress (..., 3) xx, yy, xy [Pa]; von_mises (...) of plane strain [Pa]."""
+    """points (..., 2) [m]; displacement (..., 2) [m]; stress (..., 3) xx, yy, xy [Pa]; von_mises (...) of plane strain
+    [Pa]."""
 
     points: np.ndarray
     displacement: np.ndarray
@@ -194,19 +210,27 @@ def field_at(solution: BoundarySolution, points: np.ndarray) -> Field:
     flat, shape = plane_points(points.reshape(-1, points.shape[-1]), PlaceError), points.shape[:-1]
     located = _locate(solution.mesh, flat)
     stress, moved = _inside_stress(solution, flat, located), _inside_displacement(solution, flat, located)
-    return Field(points, moved.reshape(*shape, 2), stress.reshape(*shape, 3),
-                 von_mises(stress, solution.material.poisson).reshape(shape))
+    return Field(
+        points,
+        moved.reshape(*shape, 2),
+        stress.reshape(*shape, 3),
+        von_mises(stress, solution.material.poisson).reshape(shape),
+    )
 
 
-def grid_below(outline: Outline, face: str, middle: np.ndarray, half_width: float, depth: float, size: float) -> np.ndarray:
+def grid_below(
+    outline: Outline, face: str, middle: np.ndarray, half_width: float, depth: float, size: float
+) -> np.ndarray:
     """Points (rows, columns, 2) [m] below a face: columns from the face straight inward, the first row on the face.
 
     middle : (2,) [m] a point near the face; half_width : of the grid along the face [m]; depth, size : of the grid [m]
     """
     refuse_unless_positive(PlaceError, half_width=half_width, depth=depth, size=size)
     if 2 * half_width / size * (depth / size) > MOST_POINTS:
-        raise PlaceError(f"a grid of {2 * half_width:g} by {depth:g} m at {size:g} m has {2 * half_width * depth / size**2:.3g} points, more "
-                         f"than {MOST_POINTS:.3g}: choose a larger size")
+        raise PlaceError(
+            f"a grid of {2 * half_width:g} by {depth:g} m at {size:g} m has {2 * half_width * depth / size**2:.3g}"
+            f" points, more than {MOST_POINTS:.3g}: choose a larger size"
+        )
     curves = outline.edge_curves(face)
     samples = [np.linspace(0, curve.length, 2001) for curve in curves]
     away = [np.hypot(*(curve.at(s) - middle).T) for curve, s in zip(curves, samples)]

@@ -1,35 +1,37 @@
 """Kelvin's plane-strain solution integrated over straight elements with linear weights.
 
-A point force W = X + iY at xi acts on the infinite plane. With c = 1 / (2 pi (1 + kappa)), kappa = 3 - 4 nu, at z = x + iy:
+A point force W = X + iY at xi acts on the infinite plane. With c = 1 / (2 pi (1 + kappa)), kappa = 3 - 4 nu, at z = x +
+iy:
 
     2 G u       = -2 c kappa W ln r + c conj(W) e^(2 i theta)                       z - xi = r e^(i theta)
     F           =  c W [(kappa - 1) ln r - i (kappa + 1) theta] - c conj(W) e^(2 i theta)
     sxx + syy   =  4 Re Phi,             Phi = -c W / (z - xi)
     syy - sxx + 2 i sxy = 2 Psi,         Psi =  c W (conj(z) - conj(xi)) / (z - xi)^2 + c kappa conj(W) / (z - xi)
 
-F is the force function: -i (F(b) - F(a)) is the force that the material on the right of any path from a to b exerts on the
-material on its left (Muskhelishvili). So the resultant of the traction over a piece of boundary has kernels no more
+F is the force function: -i (F(b) - F(a)) is the force that the material on the right of any path from a to b exerts on
+the material on its left (Muskhelishvili). So the resultant of the traction over a piece of boundary has kernels no more
 singular than those of the displacement, whatever the curve between its ends.
 
-A hat weight is a rising and a falling linear weight over two neighbouring straight elements. Three integrals, free of the
-material, carry everything: of ln r, of theta, of e^(2 i theta). They are closed forms in Lambda = ln((eta+1)/(eta-1)), where
-eta is z in the frame of the element scaled to (-1, 1); far away they are summed as series in 1/eta^2, where the closed forms
-lose digits.
+A hat weight is a rising and a falling linear weight over two neighbouring straight elements. Three integrals, free of
+the material, carry everything: of ln r, of theta, of e^(2 i theta). They are closed forms in Lambda =
+ln((eta+1)/(eta-1)), where eta is z in the frame of the element scaled to (-1, 1); far away they are summed as series in
+1/eta^2, where the closed forms lose digits.
 
-Source: Kelvin's complex potentials as in the thesis, eq. 5-11 to 5-15; Appendix A1 gives the displacement for one hat of
-equal arms. Its stresses were not used. Error: 1e-12 of the largest value (tests/bem/test_kelvin.py: quadrature).
+Source: Kelvin's complex potentials as in the thesis, eq. 5-11 to 5-15; Appendix A1 gives the displacement for one hat
+of equal arms. Its stresses were not used. Error: 1e-12 of the largest value (tests/bem/test_kelvin.py: quadrature).
 """
+
 from __future__ import annotations
 
 import numpy as np
 
 from kernel_cache import njit
 
-_FAR = 25.0      # |eta|^2 beyond which the series is used: 11 terms give 25^-11 = 4e-16
-_TOUCH = 1e-9    # a point nearer than this (in half lengths) to an element lies on its left side
+_FAR = 25.0  # |eta|^2 beyond which the series is used: 11 terms give 25^-11 = 4e-16
+_TOUCH = 1e-9  # a point nearer than this (in half lengths) to an element lies on its left side
 _K = np.arange(14)
-_ODD = 1 / (2 * _K + 1)                         # series of Lambda
-_PAIR = 1 / ((2 * _K + 1) * (2 * _K + 3))       # series of the rising weight
+_ODD = 1 / (2 * _K + 1)  # series of Lambda
+_PAIR = 1 / ((2 * _K + 1) * (2 * _K + 3))  # series of the rising weight
 _MEAN = 1 / (np.maximum(2 * _K, 1) * (2 * _K + 1))  # series of the mean of ln(eta - t), from k = 1
 
 
@@ -89,7 +91,8 @@ def _lambda_terms(eta, size):
 
 @njit(cache=True, inline="always")
 def _far_series(eta, size):
-    """Series in 1 / eta^2: Lambda, eta Lambda - 2, ln(eta) minus the mean of ln(eta - t), and the integral of t ln(eta - t)."""
+    """Series in 1 / eta^2: Lambda, eta Lambda - 2, ln(eta) minus the mean of ln(eta - t), and the integral of t ln(eta
+    - t)."""
     inverse = _reciprocal(eta, size)
     square = inverse * inverse
     zero, one, two, tail = complex(0.0, 0.0), complex(0.0, 0.0), complex(0.0, 0.0), complex(0.0, 0.0)
@@ -127,15 +130,20 @@ def _local(point, middle, to_local):
 
 @njit(cache=True, inline="always")
 def _weight_integrals(point, middle, to_local, half, twist):
-    """Integrals over an element with the falling (0) and rising (1) weight: ln(z - xi), up to a constant angle, and e^(2 i theta)."""
+    """Integrals over an element with the falling (0) and rising (1) weight: ln(z - xi), up to a constant angle, and
+    e^(2 i theta)."""
     eta = _local(point, middle, to_local)
     log, first, mean, second = _log_integrals(eta, eta.real * eta.real + eta.imag * eta.imag)
     scaled, shift = 0.5 * half, half * np.log(half)
     y = 2.0 * eta.imag
-    plain = complex(2.0 + y * log.imag, y * log.real)        # 2 + 2 i y conj(Lambda)
+    plain = complex(2.0 + y * log.imag, y * log.real)  # 2 + 2 i y conj(Lambda)
     slope = complex(y * first.imag, y * first.real)
-    return (scaled * (mean - second) + shift, scaled * (mean + second) + shift,
-            scaled * twist * (plain - slope), scaled * twist * (plain + slope))
+    return (
+        scaled * (mean - second) + shift,
+        scaled * (mean + second) + shift,
+        scaled * twist * (plain - slope),
+        scaled * twist * (plain + slope),
+    )
 
 
 @njit(cache=True)
@@ -160,7 +168,9 @@ def displacement_integrals(points, start, end, first, last, count):
     middle, to_local, half, along = _frames(start, end)
     for i in range(points.size):
         for e in range(start.size):
-            fall, rise, fall_twist, rise_twist = _weight_integrals(points[i], middle[e], to_local[e], half[e], along[e] * along[e])
+            fall, rise, fall_twist, rise_twist = _weight_integrals(
+                points[i], middle[e], to_local[e], half[e], along[e] * along[e]
+            )
             log_r[i, first[e]] += fall.real
             log_r[i, last[e]] += rise.real
             twist[i, first[e]] += fall_twist
@@ -188,7 +198,8 @@ def resultant_integrals(points, path_from, path_to, cell, cells, start, end, fir
     for e in range(start.size):
         for i in range(m):
             fall[i], rise[i], fall_twist[i], rise_twist[i] = _weight_integrals(
-                points[i], middle[e], to_local[e], half[e], along[e] * along[e])
+                points[i], middle[e], to_local[e], half[e], along[e] * along[e]
+            )
         turn = 2.0 * np.pi * half[e]
         one_over = 1.0 / turn
         for h in range(path_from.size):
@@ -230,7 +241,9 @@ def displacement_sums(points, start, end, at_start, at_end, kappa):
             log, first, mean, second = _real_log_integrals(eta, eta.real * eta.real + eta.imag * eta.imag)
             total -= 2.0 * kappa * ((mean + level[e]) * mean_force[e] + second * slope_force[e])
             y = 2.0 * eta.imag
-            total += turned_mean[e] * complex(2.0 + y * log.imag, y * log.real) + turned_slope[e] * complex(y * first.imag, y * first.real)
+            total += turned_mean[e] * complex(2.0 + y * log.imag, y * log.real) + turned_slope[e] * complex(
+                y * first.imag, y * first.real
+            )
         out[i] = c * total
     return out
 
@@ -239,7 +252,8 @@ def displacement_sums(points, start, end, at_start, at_end, kappa):
 def stress_sums(points, start, end, at_start, at_end, kappa):
     """Stress of hat-weighted forces.
 
-    points : (m,) complex; start, end : (k,) complex; at_start, at_end : (k,) complex force density at the elements' ends [Pa]
+    points : (m,) complex; start, end : (k,) complex; at_start, at_end : (k,) complex force density at the elements'
+        ends [Pa]
     Returns (m, 3): sxx, syy, sxy [Pa]. Points on an element take the limit from its left.
     """
     out = np.empty((points.size, 3))

@@ -1,9 +1,10 @@
 """Boundary mesh: straight elements between points of the outline, and the cells that carry the conditions.
 
-A density (a hat of fictitious force) belongs to each vertex on a smooth piece of boundary; a corner, and the place where one
-edge's name gives way to another's, has two, one for each side. The cell of a density is the half of each of its elements
-next to it: tractions are imposed as resultants over cells, displacements at the cell's middle.
+A density (a hat of fictitious force) belongs to each vertex on a smooth piece of boundary; a corner, and the place
+where one edge's name gives way to another's, has two, one for each side. The cell of a density is the half of each of
+its elements next to it: tractions are imposed as resultants over cells, displacements at the cell's middle.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -12,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
-from bem.plane.curve import divide
 from bem.checks import plane_points, refuse_unless_positive
+from bem.plane.curve import divide
 from bem.plane.outline import CORNER, Outline, OutlineError
 
 
@@ -59,7 +60,8 @@ class BoundaryMesh:
     vertices (k, 2) [m]; element e runs from vertices[e] to vertices[following[e]]; the material is on its left
     first, last (k,) : density that falls from the element's start, that rises to its end
     names (k,)       : name of the element's edge
-    normals (n, 2)   : outward unit normal at each density; cell_length (n,) [m]; middles (n, 2) : middle of the cell [m]
+    normals (n, 2)   : outward unit normal at each density; cell_length (n,) [m]; middles (n, 2) : middle of the cell
+    [m]
     smooth (n,)      : the density sits on a smooth piece (its cell has two halves)
     infinite         : the material is the whole plane around the loops
     """
@@ -117,7 +119,8 @@ class BoundaryMesh:
         return place
 
     def paths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Halves of elements: complex points (2k,), indices of both ends (2k,) each, the cell (2k,) each half belongs to."""
+        """Halves of elements: complex points (2k,), indices of both ends (2k,) each, the cell (2k,) each half belongs
+        to."""
         k = self.elements
         element = np.arange(k)
         points = np.r_[self.start, (self.start + self.end) / 2]
@@ -127,7 +130,7 @@ class BoundaryMesh:
 def _number_densities(double: np.ndarray, following: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Density indices (first, last) of the elements; double (k,) marks vertices that carry two densities."""
     count = np.cumsum(np.where(double, 2, 1))
-    at_start = count - 1            # the later one of a pair belongs to the element that leaves the vertex
+    at_start = count - 1  # the later one of a pair belongs to the element that leaves the vertex
     return at_start, (at_start - double)[following]
 
 

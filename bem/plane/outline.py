@@ -1,4 +1,5 @@
 """The boundary of a body: closed loops of named edges, checked before anything is computed."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from bem.plane.curve import Curve, split_at_corners
 from bem.checks import point_text
+from bem.plane.curve import Curve, split_at_corners
 from kernel_cache import njit
 
 CORNER = np.radians(20.0)
@@ -19,7 +20,8 @@ class OutlineError(ValueError):
 
 @dataclass(frozen=True)
 class Edge:
-    """A named piece of boundary through points (n, 2) [m]; corners inside it are found where it turns by over 20 degrees."""
+    """A named piece of boundary through points (n, 2) [m]; corners inside it are found where it turns by over 20
+    degrees."""
 
     points: np.ndarray
     name: str = "free"
@@ -34,11 +36,18 @@ def _first_crossing(a, b, loop, place):
         low_x, high_x = min(a[i, 0], b[i, 0]), max(a[i, 0], b[i, 0])
         low_y, high_y = min(a[i, 1], b[i, 1]), max(a[i, 1], b[i, 1])
         for j in range(i + 1, n):
-            if (min(a[j, 0], b[j, 0]) > high_x or max(a[j, 0], b[j, 0]) < low_x
-                    or min(a[j, 1], b[j, 1]) > high_y or max(a[j, 1], b[j, 1]) < low_y):
+            if (
+                min(a[j, 0], b[j, 0]) > high_x
+                or max(a[j, 0], b[j, 0]) < low_x
+                or min(a[j, 1], b[j, 1]) > high_y
+                or max(a[j, 1], b[j, 1]) < low_y
+            ):
                 continue
-            if loop[i] == loop[j] and (place[j] - place[i] == 1 or (place[i] == 0 and j + 1 < n and loop[j + 1] != loop[j])
-                                       or (place[i] == 0 and j + 1 == n)):
+            if loop[i] == loop[j] and (
+                place[j] - place[i] == 1
+                or (place[i] == 0 and j + 1 < n and loop[j + 1] != loop[j])
+                or (place[i] == 0 and j + 1 == n)
+            ):
                 continue  # neighbours share an end
             ex, ey = b[j, 0] - a[j, 0], b[j, 1] - a[j, 1]
             side_1 = dx * (a[j, 1] - a[i, 1]) - dy * (a[j, 0] - a[i, 0])
@@ -82,8 +91,10 @@ def _close(edges: list[Edge], number: int) -> np.ndarray:
     for edge, following in zip(edges, edges[1:] + edges[:1]):
         gap = float(np.hypot(*(np.asarray(edge.points[-1]) - np.asarray(following.points[0]))))
         if gap > 1e-9 * size:
-            raise OutlineError(f"loop {number} is open: edge {edge.name!r} ends at {point_text(edge.points[-1])} m and the next, "
-                               f"{following.name!r}, begins {gap:.3g} m away; let edges share their end points")
+            raise OutlineError(
+                f"loop {number} is open: edge {edge.name!r} ends at {point_text(edge.points[-1])} m and the next, "
+                f"{following.name!r}, begins {gap:.3g} m away; let edges share their end points"
+            )
     return np.vstack([np.asarray(edge.points, float)[:-1] for edge in edges])
 
 
@@ -95,7 +106,8 @@ def _turn_round(edges: list[Edge]) -> list[Edge]:
 class Outline:
     """Closed loops of edges with the material on their left.
 
-    loops    : each a list of Edge that share end points; either sense, it is turned as needed: the loop of the largest area
+    loops    : each a list of Edge that share end points; either sense, it is turned as needed: the loop of the largest
+        area
                encloses the body, the others are holes
     infinite : the body is the whole plane around the loops
     """
@@ -104,8 +116,12 @@ class Outline:
     infinite: bool = False
 
     def __post_init__(self) -> None:
-        if not self.loops or not all(isinstance(loop, list) and loop and all(isinstance(e, Edge) for e in loop) for loop in self.loops):
-            raise OutlineError("an outline needs at least one loop of at least one edge: give a list of loops, each a list of Edge")
+        if not self.loops or not all(
+            isinstance(loop, list) and loop and all(isinstance(e, Edge) for e in loop) for loop in self.loops
+        ):
+            raise OutlineError(
+                "an outline needs at least one loop of at least one edge: give a list of loops, each a list of Edge"
+            )
         checked = [[Edge(Curve.through(edge.points).points, edge.name) for edge in loop] for loop in self.loops]
         polygons = [_close(loop, number) for number, loop in enumerate(checked)]
         areas = np.array([_area(polygon) for polygon in polygons])
@@ -128,22 +144,29 @@ class Outline:
         i, j = _first_crossing(begin, end, loop, place)
         if i >= 0:
             place_met = point_text(_meeting(begin[i], end[i], begin[j], end[j]))
-            raise OutlineError(f"the outline crosses or touches itself near {place_met} m (segment {place[i]} of loop {loop[i]} and "
-                               f"segment {place[j]} of loop {loop[j]}): mend the profile or remove its loop")
+            raise OutlineError(
+                f"the outline crosses or touches itself near {place_met} m (segment {place[i]} of loop {loop[i]} and "
+                f"segment {place[j]} of loop {loop[j]}): mend the profile or remove its loop"
+            )
 
     def _refuse_nesting(self, polygons: list[np.ndarray], outer: int) -> None:
-        """Loops that do not cross must be holes side by side within the outer loop (of an infinite body: side by side)."""
+        """Loops that do not cross must be holes side by side within the outer loop (of an infinite body: side by
+        side)."""
         for number, polygon in enumerate(polygons):
             within = [k for k, other in enumerate(polygons) if k != number and _encloses(other, polygon[0])]
             wanted = [] if number == outer or self.infinite else [outer]
             if within != wanted:
                 where = f"lies within loops {within}" if within else f"lies outside loop {outer}, the largest"
-                raise OutlineError(f"loop {number}, which begins at {point_text(polygon[0])} m, {where}: holes lie side by side within the body; "
-                                   "give separate bodies separate outlines")
+                raise OutlineError(
+                    f"loop {number}, which begins at {point_text(polygon[0])} m, {where}: holes lie side by side within"
+                    " the body; give separate bodies separate outlines"
+                )
 
     def moved(self, by: np.ndarray) -> Outline:
         """The outline translated by (2,) [m]."""
-        return Outline([[Edge(edge.points + np.asarray(by), edge.name) for edge in loop] for loop in self.loops], self.infinite)
+        return Outline(
+            [[Edge(edge.points + np.asarray(by), edge.name) for edge in loop] for loop in self.loops], self.infinite
+        )
 
     @property
     def size(self) -> float:
@@ -153,8 +176,10 @@ class Outline:
     @cached_property
     def curves(self) -> list[list[tuple[Curve, str]]]:
         """Smooth curves of each loop in order, each with its edge's name."""
-        return [[(Curve.through(piece), edge.name) for edge in loop for piece in split_at_corners(edge.points, CORNER)]
-                for loop in self.loops]
+        return [
+            [(Curve.through(piece), edge.name) for edge in loop for piece in split_at_corners(edge.points, CORNER)]
+            for loop in self.loops
+        ]
 
     def edge_curves(self, name: str) -> list[Curve]:
         """Smooth curves of the edges called `name`, in the outline's order."""
@@ -176,7 +201,17 @@ def block_behind(profile: np.ndarray, level: float) -> Outline:
         profile = profile[::-1]
     low, high = profile[:, 1].min(), profile[:, 1].max()
     if low <= level <= high:
-        raise OutlineError(f"held edge at {level:g} m lies within the profile's heights {low:g} to {high:g} m: move it away")
+        raise OutlineError(
+            f"held edge at {level:g} m lies within the profile's heights {low:g} to {high:g} m: move it away"
+        )
     first, last = (profile[0, 0], level), (profile[-1, 0], level)
-    return Outline([[Edge(profile, "face"), Edge(np.array([profile[-1], last]), "side"), Edge(np.array([last, first]), "held"),
-                     Edge(np.array([first, profile[0]]), "side")]])
+    return Outline(
+        [
+            [
+                Edge(profile, "face"),
+                Edge(np.array([profile[-1], last]), "side"),
+                Edge(np.array([last, first]), "held"),
+                Edge(np.array([first, profile[0]]), "side"),
+            ]
+        ]
+    )

@@ -1,9 +1,11 @@
 """Which point of the slave faces which of the master: gaps, and the transfer of tractions from one mesh to the other.
 
-The slave's normals decide: the gap at a point is the distance along the slave's outward normal to the master's face, measured
-between the smooth profiles and not between the meshes. Tractions live on the slave's hats; the master receives, cell by cell,
-the very force that the slave gives off, so action equals reaction to round-off on any two meshes.
+The slave's normals decide: the gap at a point is the distance along the slave's outward normal to the master's face,
+measured between the smooth profiles and not between the meshes. Tractions live on the slave's hats; the master
+receives, cell by cell, the very force that the slave gives off, so action equals reaction to round-off on any two
+meshes.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -15,8 +17,8 @@ from bem.plane.mesh import BoundaryMesh
 from bem.plane.outline import Outline
 from kernel_cache import njit
 
-
-BEHIND = 0.1  # deepest overlap over the reach: farther behind a point of the slave, a master's face is beyond the slave's own body
+# deepest overlap over the reach: farther behind a point of the slave, a master's face is beyond the slave's own body
+BEHIND = 0.1
 
 
 class PairingError(ValueError):
@@ -25,7 +27,8 @@ class PairingError(ValueError):
 
 @dataclass(frozen=True)
 class Feet:
-    """Where rays from (m,) points along their normals meet a polyline: found (m,), segment (m,), fraction (m,), gap (m,) [m]."""
+    """Where rays from (m,) points along their normals meet a polyline: found (m,), segment (m,), fraction (m,), gap
+    (m,) [m]."""
 
     found: np.ndarray
     segment: np.ndarray
@@ -33,9 +36,11 @@ class Feet:
     gap: np.ndarray
 
 
-def meet(points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.ndarray, reach: float,
-         behind: float = 1.0) -> Feet:
-    """Nearest meeting, ahead or behind, of lines through points (m, 2) along unit normals with segments (k, 2) that face them.
+def meet(
+    points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.ndarray, reach: float, behind: float = 1.0
+) -> Feet:
+    """Nearest meeting, ahead or behind, of lines through points (m, 2) along unit normals with segments (k, 2) that
+    face them.
 
     A segment faces a normal when its own outward side (the right of begin to end) looks against it.
     Meetings farther than `reach` [m] ahead, or `behind` times that behind, do not count.
@@ -45,13 +50,18 @@ def meet(points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.nda
 
 
 _SLACK = 1e-9  # of a segment's length, by which a meeting may lie beyond its ends
-NEWTON = 4     # steps along a curve
+NEWTON = 4  # steps along a curve
 
 
 @njit(cache=True, nogil=True)
 def _meet(points, normals, begin, end, reach, behind):
     count = len(points)
-    found, segment, fraction, gap = np.zeros(count, np.bool_), np.zeros(count, np.int64), np.zeros(count), np.full(count, np.inf)
+    found, segment, fraction, gap = (
+        np.zeros(count, np.bool_),
+        np.zeros(count, np.int64),
+        np.zeros(count),
+        np.full(count, np.inf),
+    )
     for i in range(count):
         x, y, nx, ny = points[i, 0], points[i, 1], normals[i, 0], normals[i, 1]
         nearest = np.inf
@@ -73,8 +83,9 @@ def _meet(points, normals, begin, end, reach, behind):
 
 @njit(cache=True, nogil=True)
 def _feet_on_curve(start, points, normals, knots, through, tangents):
-    """Gap (m,) and the curve's outward normal (m, 2) where lines through points (m, 2) along normals meet a curve (bem.plane.curve.Curve), from
-    parameters near by: Newton along the curve, whose distance across the normal must vanish."""
+    """Gap (m,) and the curve's outward normal (m, 2) where lines through points (m, 2) along normals meet a curve
+    (bem.plane.curve.Curve), from parameters near by: Newton along the curve, whose distance across the normal must
+    vanish."""
     gap, outward = np.empty(len(start)), np.empty((len(start), 2))
     for k in range(len(start)):
         s, nx, ny = start[k], normals[k, 0], normals[k, 1]
@@ -87,24 +98,32 @@ def _feet_on_curve(start, points, normals, knots, through, tangents):
     return gap, outward
 
 
-def smooth_gap(points: np.ndarray, normals: np.ndarray, curves: list[Curve], reach: float, behind: float = 1.0) -> np.ndarray:
+def smooth_gap(
+    points: np.ndarray, normals: np.ndarray, curves: list[Curve], reach: float, behind: float = 1.0
+) -> np.ndarray:
     """Gap (m,) [m] along the normals to smooth curves; inf where none is met within `reach` [m]."""
     return smooth_feet(points, normals, curves, reach, behind)[0]
 
 
-def smooth_feet(points: np.ndarray, normals: np.ndarray, curves: list[Curve], reach: float,
-                behind: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Gap (m,) [m] along the normals to smooth curves, inf where none is met, and the curves' outward normals there (m, 2)."""
+def smooth_feet(
+    points: np.ndarray, normals: np.ndarray, curves: list[Curve], reach: float, behind: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Gap (m,) [m] along the normals to smooth curves, inf where none is met, and the curves' outward normals there (m,
+    2)."""
     parameter = [np.unique(np.r_[c.knots, np.linspace(0, c.length, 65)]) for c in curves]
     samples = [c.at(s) for c, s in zip(curves, parameter)]
     owner = np.concatenate([np.full(len(s) - 1, k) for k, s in enumerate(parameter)])
-    feet = meet(points, normals, np.vstack([s[:-1] for s in samples]), np.vstack([s[1:] for s in samples]), reach, behind)
+    feet = meet(
+        points, normals, np.vstack([s[:-1] for s in samples]), np.vstack([s[1:] for s in samples]), reach, behind
+    )
     low, high = np.concatenate([s[:-1] for s in parameter]), np.concatenate([s[1:] for s in parameter])
     s = low[feet.segment] + feet.fraction * (high - low)[feet.segment]
     gap, outward = feet.gap.copy(), -normals
     for k, curve in enumerate(curves):
         mine = np.flatnonzero(feet.found & (owner[feet.segment] == k))
-        gap[mine], outward[mine] = _feet_on_curve(s[mine], points[mine], normals[mine], curve.knots, curve.points, curve.tangents)
+        gap[mine], outward[mine] = _feet_on_curve(
+            s[mine], points[mine], normals[mine], curve.knots, curve.points, curve.tangents
+        )
     return gap, outward
 
 
@@ -145,7 +164,8 @@ def _own_cells(mesh: BoundaryMesh, nodes: np.ndarray) -> np.ndarray:
 
 
 class _Chain:
-    """The master's face as one running coordinate: elements in order, `ends` (k + 1,) [m]; separate pieces stay apart."""
+    """The master's face as one running coordinate: elements in order, `ends` (k + 1,) [m]; separate pieces stay
+    apart."""
 
     def __init__(self, mesh: BoundaryMesh, face: str) -> None:
         self.mesh, self.elements = mesh, np.flatnonzero(mesh.names == face)
@@ -167,14 +187,15 @@ class _Chain:
 
 
 def _transfer(slave: BoundaryMesh, nodes: np.ndarray, chain: _Chain, place: np.ndarray) -> np.ndarray:
-    """Forces (Nm, n) on the master's cells of unit tractions at the slave's nodes; place (k, 2) : feet of element ends, nan if none."""
+    """Forces (Nm, n) on the master's cells of unit tractions at the slave's nodes; place (k, 2) : feet of element ends,
+    nan if none."""
     column = np.full(slave.densities, -1)
     column[nodes] = np.arange(len(nodes))
     matrix = np.zeros((chain.mesh.densities, len(nodes)))
     used = np.flatnonzero((column[slave.first] >= 0) | (column[slave.last] >= 0))
     for e in used:
         a, b = place[e]
-        torn = not abs(b - a) < 3 * slave.lengths[e]           # also when an end has no foot
+        torn = not abs(b - a) < 3 * slave.lengths[e]  # also when an end has no foot
         a, b = (b if np.isnan(a) else a), (a if np.isnan(b) else b)
         if torn or a == b:
             cuts, targets = np.array([0.0, 0.5, 1.0]), np.array([a, b])
@@ -191,34 +212,57 @@ def _transfer(slave: BoundaryMesh, nodes: np.ndarray, chain: _Chain, place: np.n
     return matrix
 
 
-def pair(slave: BoundaryMesh, slave_face: str, master: BoundaryMesh, master_face: str, master_outline: Outline,
-         reach: float, share: float = 1.0) -> Interface:
+def pair(
+    slave: BoundaryMesh,
+    slave_face: str,
+    master: BoundaryMesh,
+    master_face: str,
+    master_outline: Outline,
+    reach: float,
+    share: float = 1.0,
+) -> Interface:
     """Pair the slave's densities on its face with the master's face, where their normals meet it within `reach` [m].
 
-    share : weight of the slave's own normal in the interface's; the rest is the master's. The deformed interface lies nearer the
+    share : weight of the slave's own normal in the interface's; the rest is the master's. The deformed interface lies
+        nearer the
             shape of the stiffer body, and a wrong slope x/R turns an approach into a spurious slip of approach * x/R.
     """
     chain = _Chain(master, master_face)
     begin, end = chain.vertices()
     candidates = slave.of_edge(slave_face)
     feet = meet(slave.middles[candidates], slave.normals[candidates], begin, end, reach, BEHIND)
-    gap, facing = smooth_feet(slave.middles[candidates], slave.normals[candidates], master_outline.edge_curves(master_face), reach, BEHIND)
+    gap, facing = smooth_feet(
+        slave.middles[candidates], slave.normals[candidates], master_outline.edge_curves(master_face), reach, BEHIND
+    )
     normals = share * slave.normals[candidates] - (1 - share) * facing
     normals /= np.hypot(*normals.T)[:, None]
     chosen = feet.found & np.isfinite(gap)
     if not chosen.any():
-        raise PairingError(f"no point of the slave's face {slave_face!r} meets the master's {master_face!r} within {reach:g} m along its "
-                           "normal: check positions, and that the faces look at each other")
+        raise PairingError(
+            f"no point of the slave's face {slave_face!r} meets the master's {master_face!r} within {reach:g} m along"
+            " its normal: check positions, and that the faces look at each other"
+        )
     nodes = candidates[chosen]
     opposite = begin[feet.segment] + feet.fraction[:, None] * (end - begin)[feet.segment]
     on_slave = _own_cells(slave, nodes)
     place = _element_feet(slave, nodes, chain, begin, end, reach)
-    return Interface(nodes, slave.middles[nodes], normals[chosen], on_slave.sum(axis=0), gap[chosen], opposite[chosen],
-                     _two_axes(on_slave), _two_axes(_transfer(slave, nodes, chain, place)))
+    return Interface(
+        nodes,
+        slave.middles[nodes],
+        normals[chosen],
+        on_slave.sum(axis=0),
+        gap[chosen],
+        opposite[chosen],
+        _two_axes(on_slave),
+        _two_axes(_transfer(slave, nodes, chain, place)),
+    )
 
 
-def _element_feet(slave: BoundaryMesh, nodes: np.ndarray, chain: _Chain, begin: np.ndarray, end: np.ndarray, reach: float) -> np.ndarray:
-    """Chain coordinate (k, 2) of the feet of both ends of each slave element that carries a node; nan where there is none."""
+def _element_feet(
+    slave: BoundaryMesh, nodes: np.ndarray, chain: _Chain, begin: np.ndarray, end: np.ndarray, reach: float
+) -> np.ndarray:
+    """Chain coordinate (k, 2) of the feet of both ends of each slave element that carries a node; nan where there is
+    none."""
     place = np.full((slave.elements, 2), np.nan)
     carries = np.zeros(slave.densities, bool)
     carries[nodes] = True
@@ -227,7 +271,8 @@ def _element_feet(slave: BoundaryMesh, nodes: np.ndarray, chain: _Chain, begin: 
         feet = meet(slave.vertices[vertex], slave.normals[density], begin, end, reach, BEHIND)
         along = chain.begin[feet.segment] + feet.fraction * (chain.end - chain.begin)[feet.segment]
         place[used, side] = np.where(feet.found, along, np.nan)
-    inner = np.isnan(place[used]).all(axis=1)                  # a node met the master though neither end of its element did
+    # a node met the master though neither end of its element did
+    inner = np.isnan(place[used]).all(axis=1)
     for e in used[inner]:
         both = [slave.first[e], slave.last[e]]
         feet = meet(slave.middles[both], slave.normals[both], begin, end, reach, BEHIND)

@@ -1,4 +1,5 @@
 """A force and a couple at a point inside a body: Kelvin's solution and the rotlet, in the infinite plane."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bem.checks import plane_points, refuse_unless_finite
-from bem.plane.kelvin import point_force_displacement, point_force_resultant, point_force_stress
 from bem.material import Elastic
+from bem.plane.kelvin import point_force_displacement, point_force_resultant, point_force_stress
 from bem.plane.mesh import BoundaryMesh
 
 
@@ -39,7 +40,9 @@ class PointLoad:
     def displacement(self, points: np.ndarray, material: Elastic) -> np.ndarray:
         """Displacement (m, 2) [m] at points (m, 2), up to a constant."""
         z = points[:, 0] + 1j * points[:, 1]
-        u = point_force_displacement(z, self._at, self._force, material.kolosov) + 1j * self.moment / (2 * np.pi * np.conj(z - self._at))
+        u = point_force_displacement(z, self._at, self._force, material.kolosov) + 1j * self.moment / (
+            2 * np.pi * np.conj(z - self._at)
+        )
         return np.column_stack([u.real, u.imag]) / (2 * material.shear)
 
     def refuse_outside(self, mesh: BoundaryMesh) -> None:
@@ -50,16 +53,21 @@ class PointLoad:
         nearest = int(np.argmin(distance))
         place = f"the point ({self._at.real:.6g}, {self._at.imag:.6g}) m of a load or hub"
         if distance[nearest] < 0.5 * mesh.lengths[nearest]:
-            raise PointLoadError(f"{place} lies {distance[nearest]:.3g} m from the boundary, less than half its element of "
-                                 f"{mesh.lengths[nearest]:.3g} m: move it inward, or refine the mesh there")
+            raise PointLoadError(
+                f"{place} lies {distance[nearest]:.3g} m from the boundary, less than half its element of "
+                f"{mesh.lengths[nearest]:.3g} m: move it inward, or refine the mesh there"
+            )
         turns = np.angle((mesh.end - self._at) / (start - self._at)).sum() / (2 * np.pi)
         if round(turns) != (0 if mesh.infinite else 1):
             (low_x, low_y), (high_x, high_y) = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-            raise PointLoadError(f"{place} lies outside the body, whose boundary spans x {low_x:.6g} to {high_x:.6g}, y {low_y:.6g} to "
-                                 f"{high_y:.6g} m: move it inside")
+            raise PointLoadError(
+                f"{place} lies outside the body, whose boundary spans x {low_x:.6g} to {high_x:.6g}, y {low_y:.6g} to "
+                f"{high_y:.6g} m: move it inside"
+            )
 
     def path_force(self, begin: np.ndarray, end: np.ndarray, material: Elastic) -> np.ndarray:
-        """Force (2, h) [N/m] of the field's traction over straight paths between complex points, outward on the right."""
+        """Force (2, h) [N/m] of the field's traction over straight paths between complex points, outward on the
+        right."""
         force = point_force_resultant(begin, end, self._at, self._force, material.kolosov)
         force = force - self.moment / (2 * np.pi) * (1 / np.conj(end - self._at) - 1 / np.conj(begin - self._at))
         return np.vstack([force.real, force.imag])
@@ -74,5 +82,5 @@ class PointLoad:
         """Stress (m, 3) xx, yy, xy [Pa] at points (m, 2)."""
         z = points[:, 0] + 1j * points[:, 1]
         stress = point_force_stress(z, self._at, self._force, material.kolosov)
-        turn = 2 * (-1j * self.moment / (2 * np.pi)) / (z - self._at) ** 2   # yy - xx + 2 i xy = 2 psi'
+        turn = 2 * (-1j * self.moment / (2 * np.pi)) / (z - self._at) ** 2  # yy - xx + 2 i xy = 2 psi'
         return stress + np.column_stack([-turn.real / 2, turn.real / 2, turn.imag / 2])

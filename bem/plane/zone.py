@@ -1,21 +1,23 @@
 """Where two bodies will touch: the contact zone, found before the boundary elements are laid.
 
-The slave's face is sampled; gaps to the master are measured between the smooth profiles; the contact of half-planes (logarithmic
-compliance along the face) is solved under the wanted load; with friction nothing slides in it. The samples are then laid anew,
-fine where that contact is, until each patch holds a dozen of them. The estimate sets only element sizes: the boundary elements
-solve for contact anywhere on the face, and a patch found outside the fine mesh is refined and solved again.
+The slave's face is sampled; gaps to the master are measured between the smooth profiles; the contact of half-planes
+(logarithmic compliance along the face) is solved under the wanted load; with friction nothing slides in it. The samples
+are then laid anew, fine where that contact is, until each patch holds a dozen of them. The estimate sets only element
+sizes: the boundary elements solve for contact anywhere on the face, and a patch found outside the fine mesh is refined
+and solved again.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from bem.material import contact_modulus
 from bem.plane.body import Body
 from bem.plane.boundary import EquilibriumError
 from bem.plane.coulomb import ContactState, ContactSystem, ConvergenceError, Drive, solve_step
 from bem.plane.kelvin import displacement_integrals
-from bem.material import contact_modulus
 from bem.plane.mesh import BoundaryMesh, Sizing, Zone, mesh_outline
 from bem.plane.outline import CORNER, Outline
 from bem.plane.pairing import BEHIND, PairingError, smooth_gap
@@ -23,7 +25,8 @@ from bem.plane.pairing import BEHIND, PairingError, smooth_gap
 
 @dataclass(frozen=True)
 class EstimatedPatch:
-    """Points (m, 2) [m] of both faces along a patch, its half-width [m], and the half-width [m] of a half ellipse as sharp as its peak."""
+    """Points (m, 2) [m] of both faces along a patch, its half-width [m], and the half-width [m] of a half ellipse as
+    sharp as its peak."""
 
     points: np.ndarray
     half_width: float
@@ -34,10 +37,11 @@ NARROWEST = 1 / 16  # of a patch's half-width: sharper peaks are those of edges,
 
 
 def peak_sharpness(points: np.ndarray, pressure: np.ndarray, half_width: float) -> float:
-    """Half-width [m] of the half ellipse that is as sharp as the peak of pressures (n,) at points (n, 2) [m] along a patch.
+    """Half-width [m] of the half ellipse that is as sharp as the peak of pressures (n,) at points (n, 2) [m] along a
+    patch.
 
-    An ellipse of half-width a stays above sqrt(3) / 2 of its peak over a length a. A patch of several curvatures, or of conforming
-    bodies, may peak over a small part of itself. Never less than NARROWEST of half_width, the patch's own.
+    An ellipse of half-width a stays above sqrt(3) / 2 of its peak over a length a. A patch of several curvatures, or of
+    conforming bodies, may peak over a small part of itself. Never less than NARROWEST of half_width, the patch's own.
     """
     peak, level = int(np.argmax(pressure)), np.sqrt(0.75) * pressure.max()
     along = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
@@ -69,8 +73,11 @@ def face_corners(outline: Outline) -> np.ndarray:
     return np.array(found).reshape(-1, 2)
 
 
-def _half_plane_system(mesh: BoundaryMesh, nodes: np.ndarray, gap: np.ndarray, modulus: float, level: float) -> ContactSystem:
-    """Contact of uncoupled half-planes at nodes of a mesh: log(r / level) between them along both axes, whatever the face's shape."""
+def _half_plane_system(
+    mesh: BoundaryMesh, nodes: np.ndarray, gap: np.ndarray, modulus: float, level: float
+) -> ContactSystem:
+    """Contact of uncoupled half-planes at nodes of a mesh: log(r / level) between them along both axes, whatever the
+    face's shape."""
     column = np.full(mesh.densities, -1)
     column[nodes] = np.arange(len(nodes))
     e = np.flatnonzero((column[mesh.first] >= 0) & (column[mesh.last] >= 0))
@@ -85,17 +92,21 @@ def _half_plane_system(mesh: BoundaryMesh, nodes: np.ndarray, gap: np.ndarray, m
     return ContactSystem(gap, np.block([[normal, zero], [zero, normal]]), turn, turn.T * np.r_[mass, mass])
 
 
-def _estimate_once(master: Body, slave: Body, drive: Drive, friction: float, size, reach: float) -> list[EstimatedPatch]:
+def _estimate_once(
+    master: Body, slave: Body, drive: Drive, friction: float, size, reach: float
+) -> list[EstimatedPatch]:
     mesh = mesh_outline(slave.outline, size)
     nodes = mesh.of_edge(slave.face)
     gap = smooth_gap(mesh.middles[nodes], mesh.normals[nodes], master.outline.edge_curves(master.face), reach, BEHIND)
     nodes, gap = nodes[np.isfinite(gap)], gap[np.isfinite(gap)]
     if len(nodes) < 2:
-        raise PairingError(f"the slave's face {slave.face!r} does not look at the master's {master.face!r} within {reach:g} m: "
-                           "check the positions of the bodies, or raise reach")
+        raise PairingError(
+            f"the slave's face {slave.face!r} does not look at the master's {master.face!r} within {reach:g} m: "
+            "check the positions of the bodies, or raise reach"
+        )
     level = 2 * max(master.outline.size, slave.outline.size)
     system = _half_plane_system(mesh, nodes, gap, contact_modulus(master.material, slave.material), level)
-    pressed = (system.forces[:, :len(nodes)] != 0).any(axis=0)  # a node without an element on the face carries nothing
+    pressed = (system.forces[:, : len(nodes)] != 0).any(axis=0)  # a node without an element on the face carries nothing
     state = _estimated_state(_of_nodes(system, pressed), drive, friction)
     points = mesh.middles[nodes][pressed]
     feet = points + gap[pressed, None] * mesh.normals[nodes][pressed]
@@ -104,12 +115,17 @@ def _estimate_once(master: Body, slave: Body, drive: Drive, friction: float, siz
         around = slice(max(run[0] - 1, 0), run[-1] + 2)
         step = np.hypot(*np.diff(points[around], axis=0).T)
         half = max(step.sum() / 2, step.max() / 2)
-        found.append(EstimatedPatch(np.vstack([points[run], feet[run]]), half, peak_sharpness(points[around], state.pressure[around], half)))
+        found.append(
+            EstimatedPatch(
+                np.vstack([points[run], feet[run]]), half, peak_sharpness(points[around], state.pressure[around], half)
+            )
+        )
     return found
 
 
 def _estimated_state(system: ContactSystem, drive: Drive, friction: float) -> ContactState:
-    """With friction nothing slides; where that has no consistent states, as with rough faces, and the load allows it, everything does."""
+    """With friction nothing slides; where that has no consistent states, as with rough faces, and the load allows it,
+    everything does."""
     if friction > 0:
         try:
             return solve_step(system, drive, np.inf)
@@ -117,20 +133,26 @@ def _estimated_state(system: ContactSystem, drive: Drive, friction: float) -> Co
             try:
                 return solve_step(system, drive, 0.0)
             except EquilibriumError:
-                raise ConvergenceError(f"the estimate of the contact zone, in which nothing slides: {failure}") from None
+                raise ConvergenceError(
+                    f"the estimate of the contact zone, in which nothing slides: {failure}"
+                ) from None
     return solve_step(system, drive, 0.0)
 
 
 def _of_nodes(system: ContactSystem, chosen: np.ndarray) -> ContactSystem:
     both = np.r_[chosen, chosen]
-    return ContactSystem(system.gap[chosen], system.compliance[np.ix_(both, both)], system.motion[both], system.forces[:, both])
+    return ContactSystem(
+        system.gap[chosen], system.compliance[np.ix_(both, both)], system.motion[both], system.forces[:, both]
+    )
 
 
-def estimate_patches(master: Body, slave: Body, drive: Drive, friction: float, reach: float, near: np.ndarray,
-                     enough: int = 12) -> list[EstimatedPatch]:
+def estimate_patches(
+    master: Body, slave: Body, drive: Drive, friction: float, reach: float, near: np.ndarray, enough: int = 12
+) -> list[EstimatedPatch]:
     """Patches of half-planes under a drive, each resolved by at least `enough` samples; empty where nothing touches.
 
-    near : (m, 2) [m] places where the faces are nearest, sampled finely from the start so that no narrow patch is missed
+    near : (m, 2) [m] places where the faces are nearest, sampled finely from the start so that no narrow patch is
+        missed
     """
     start = [Zone(near, 1e-4 * slave.outline.size)] if len(near) else []
     size: object = Sizing(slave.outline.size / 60, start, 0.4)
@@ -139,7 +161,9 @@ def estimate_patches(master: Body, slave: Body, drive: Drive, friction: float, r
         patches = _estimate_once(master, slave, drive, friction, size, reach)
         if all(len(patch.points) >= 2 * enough for patch in patches):
             break
-        size = Sizing(slave.outline.size / 30, [Zone(p.points, p.half_width / enough, 2 * p.half_width) for p in patches], 0.3)
+        size = Sizing(
+            slave.outline.size / 30, [Zone(p.points, p.half_width / enough, 2 * p.half_width) for p in patches], 0.3
+        )
     return patches
 
 

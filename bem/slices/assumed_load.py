@@ -1,18 +1,21 @@
 """Contact patch by slices, driven by load: the 2.5D method (a), as in the thesis.
 
-The patch's length is Hertz's. How the load is shared along it is assumed: the load per length of a slice follows an ellipse or a
-parabola over that length. Each slice is then a plane contact of the sections there under its share (bem/plane/contact.py).
+The patch's length is Hertz's. How the load is shared along it is assumed: the load per length of a slice follows an
+ellipse or a parabola over that length. Each slice is then a plane contact of the sections there under its share
+(bem/plane/contact.py).
 
-Three-dimensional: the gap, and the sum of the loads. Not three-dimensional: everything elastic. Slices do not feel each other, so
-each gives way as if its load went on for ever along x; each has an approach of its own, though the bodies have one; and the patch
-is as long as was assumed. For Hertz's ellipse the parabola is the exact line load, and still the largest pressure is
-sqrt(3 P E* / (4 pi a R_y)), which is below Hertz's by 11.4 % for a circle, 1.6 % for a = 5 b and 36 % for b = 5 a: the loss comes
-from the missing coupling, not from the sharing. bem/slices/coupled.py, driven by one approach with coupled slices, has neither.
-The sections' elasticity is that of x = 0; only the gap changes from slice to slice.
+Three-dimensional: the gap, and the sum of the loads. Not three-dimensional: everything elastic. Slices do not feel each
+other, so each gives way as if its load went on for ever along x; each has an approach of its own, though the bodies
+have one; and the patch is as long as was assumed. For Hertz's ellipse the parabola is the exact line load, and still
+the largest pressure is sqrt(3 P E* / (4 pi a R_y)), which is below Hertz's by 11.4 % for a circle, 1.6 % for a = 5 b
+and 36 % for b = 5 a: the loss comes from the missing coupling, not from the sharing. bem/slices/coupled.py, driven by
+one approach with coupled slices, has neither. The sections' elasticity is that of x = 0; only the gap changes from
+slice to slice.
 
 Error against the method's own closed form: tests/bem/test_slice_load.py.
 Source: thesis, 6.2.1 and 6.2.2; equations 6-1 and 6-2 as errata.md reads them (each normalised to the wheel load).
 """
+
 from __future__ import annotations
 
 import time
@@ -22,26 +25,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from bem.plane.contact import Settings, solve_contact
-from bem.plane.contact_result import ContactResult
-from bem.plane.coulomb import Drive, solve_step
 from bem.exact.hertz import point_contact
 from bem.halfspace.coarse import relative_change
 from bem.halfspace.input import check_drive, strain_warning
 from bem.material import contact_modulus
 from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid
+from bem.plane.contact import Settings, solve_contact
+from bem.plane.contact_result import ContactResult
+from bem.plane.coulomb import Drive, solve_step
+from bem.plane.zone import runs
 from bem.slices.coupled import SlicePatch
 from bem.slices.slices import SliceGap, Slices
-from bem.plane.zone import runs
 
 Sharing = str | Callable[[np.ndarray], np.ndarray]
-_MARGIN = 1.5           # cells between patch and grid edge
-_CHORD = 0.1            # of the semi-axes, over which the radii at the touch are taken
+_MARGIN = 1.5  # cells between patch and grid edge
+_CHORD = 0.1  # of the semi-axes, over which the radii at the touch are taken
 
 
 @dataclass
 class LoadedSlicePatch(SlicePatch):
-    """slice_approach : (nx,) approach of each slice [m]; one number in truth, so its spread shows what the sharing gets wrong."""
+    """slice_approach : (nx,) approach of each slice [m]; one number in truth, so its spread shows what the sharing gets
+    wrong."""
 
     slice_approach: np.ndarray | None = None
 
@@ -58,8 +62,15 @@ def parabolic(x: np.ndarray, semi_length: float) -> np.ndarray:
     return 0.5 + (3 * u - u**3) / 4
 
 
-def loaded_slices(slices: Slices, *, load: float, sharing: Sharing = "parabolic", semi_length: float | None = None,
-                  cells: tuple[int, int] = (50, 80), estimate: bool = True) -> LoadedSlicePatch:
+def loaded_slices(
+    slices: Slices,
+    *,
+    load: float,
+    sharing: Sharing = "parabolic",
+    semi_length: float | None = None,
+    cells: tuple[int, int] = (50, 80),
+    estimate: bool = True,
+) -> LoadedSlicePatch:
     """Frictionless contact of the two bodies of `slices`, each slice under an assumed share of the load.
 
     load [N] downwards (slices.way must be (0, -1)); cells : slices along the patch, cells across it
@@ -67,7 +78,8 @@ def loaded_slices(slices: Slices, *, load: float, sharing: Sharing = "parabolic"
     semi_length : half the patch's length [m], default Hertz's for the radii where the bodies touch
     estimate    : also solve with doubled cells, for the error estimate; it knows nothing of the method's own error
 
-    The patch's `approach` is NaN: there is none. Raises ContactInputError and its kinds with what is wrong and what to do.
+    The patch's `approach` is NaN: there is none. Raises ContactInputError and its kinds with what is wrong and what to
+    do.
     """
     started = time.perf_counter()
     check_drive(load, None)
@@ -77,15 +89,19 @@ def loaded_slices(slices: Slices, *, load: float, sharing: Sharing = "parabolic"
     patch = _solve(gap, load, sharing, semi_length, cells)
     if estimate:
         coarse = _solve(gap, load, sharing, semi_length, (max(cells[0] // 2, 1), max(cells[1] // 2, 4)))
-        patch.error = ErrorEstimate(relative_change(coarse.max_pressure, patch.max_pressure), relative_change(coarse.contact_area, patch.contact_area),
-                                    note="change from doubled cells, first order assumed; the sharing of the load is not judged")
+        patch.error = ErrorEstimate(
+            relative_change(coarse.max_pressure, patch.max_pressure),
+            relative_change(coarse.contact_area, patch.contact_area),
+            note="change from doubled cells, first order assumed; the sharing of the load is not judged",
+        )
     patch.warnings += strain_warning(patch.pressure, slices.upper.material, slices.lower.material)
     patch.cost = replace(patch.cost, seconds=time.perf_counter() - started)
     return patch
 
 
 def hertz_of(gap: SliceGap, load: float):
-    """Hertz's contact [bem.exact.hertz.PointContact] of the radii at the touch, from chords of a tenth of the semi-axes."""
+    """Hertz's contact [bem.exact.hertz.PointContact] of the radii at the touch, from chords of a tenth of the
+    semi-axes."""
     modulus = contact_modulus(gap.slices.upper.material, gap.slices.lower.material)
     chord = np.full(2, 1e-3 * (gap.window[1] - gap.window[0]))
     for _ in range(6):
@@ -102,20 +118,30 @@ def _radii(gap: SliceGap, chord: np.ndarray) -> np.ndarray:
     g = gap(x, y)
     rise = np.array([g[0, 1] + g[2, 1], g[1, 0] + g[1, 2]]) / 2 - g[1, 1]
     if not (np.isfinite(rise).all() and (rise > 0).all()):
-        raise ContactInputError(f"half the patch's length cannot be taken from Hertz: within {chord[0]:.3g} x {chord[1]:.3g} m of the touch the gap "
-                                f"rises by {rise[0]:.3g} m along and {rise[1]:.3g} m across, so a radius is infinite or not defined; give semi_length [m]")
+        raise ContactInputError(
+            f"half the patch's length cannot be taken from Hertz: within {chord[0]:.3g} x {chord[1]:.3g} m of the touch"
+            f" the gap rises by {rise[0]:.3g} m along and {rise[1]:.3g} m across, so a radius is infinite or not"
+            " defined; give semi_length [m]"
+        )
     return chord**2 / (2 * rise)
 
 
 def _check(slices: Slices, load: float, sharing: Sharing, semi_length: float | None, cells: tuple[int, int]) -> None:
     if not load > 0:
-        raise ContactInputError(f"load {load!r} N: slices driven by load need a load > 0; for the empty patch of 0 N use slice_contact")
+        raise ContactInputError(
+            f"load {load!r} N: slices driven by load need a load > 0; for the empty patch of 0 N use slice_contact"
+        )
     if not (callable(sharing) or sharing in ("elliptic", "parabolic")):
         raise ContactInputError(f"sharing {sharing!r}: give 'elliptic', 'parabolic' or a function of x [m]")
     if semi_length is not None and not (np.isfinite(semi_length) and semi_length > 0):
-        raise ContactInputError(f"semi_length {semi_length!r} m: give half the patch's length, a finite positive number")
+        raise ContactInputError(
+            f"semi_length {semi_length!r} m: give half the patch's length, a finite positive number"
+        )
     if slices.way != (0.0, -1.0):
-        raise ContactInputError(f"way {slices.way}: slices driven by load press along (0, -1); turn both bodies so that this is their approach")
+        raise ContactInputError(
+            f"way {slices.way}: slices driven by load press along (0, -1); turn both bodies so that this is their"
+            " approach"
+        )
     if cells[0] < 1 or cells[1] < 4:
         raise ContactInputError(f"cells {cells}: give at least 1 slice and 4 cells across")
 
@@ -127,12 +153,16 @@ def _line_loads(load: float, sharing: Sharing, semi_length: float, slices: int) 
     if callable(sharing):
         shares = np.asarray(sharing(middles), float)
         if shares.shape != middles.shape or not np.isfinite(shares).all() or shares.min() < 0 or not shares.sum() > 0:
-            raise ContactInputError(f"sharing gave {shares!r} for {slices} places: give as many finite line loads >= 0, not all zero")
+            raise ContactInputError(
+                f"sharing gave {shares!r} for {slices} places: give as many finite line loads >= 0, not all zero"
+            )
         return middles, load * shares / shares.sum() / step
     return middles, load * np.diff({"elliptic": elliptic, "parabolic": parabolic}[sharing](edges, semi_length)) / step
 
 
-def _solve(gap: SliceGap, load: float, sharing: Sharing, semi_length: float, cells: tuple[int, int]) -> LoadedSlicePatch:
+def _solve(
+    gap: SliceGap, load: float, sharing: Sharing, semi_length: float, cells: tuple[int, int]
+) -> LoadedSlicePatch:
     x, line_load = _line_loads(load, sharing, semi_length, cells[0])
     size, plane = _plane_contact(gap, float(line_load.max()), cells[1])
     y = _coordinates(gap, plane.interface.points)
@@ -142,17 +172,39 @@ def _solve(gap: SliceGap, load: float, sharing: Sharing, semi_length: float, cel
     grid = _grid(semi_length, y[order], squares, cells)
     points, normals = gap.face(grid.y)
     pressure = np.sqrt(np.maximum([np.interp(grid.y, y[order], row) for row in squares], 0.0))
-    pressure *= load / ((pressure @ -(normals @ np.array(gap.slices.way))).sum() * grid.cell_area)      # cells hold what the elements carry
+    # cells hold what the elements carry
+    pressure *= load / ((pressure @ -(normals @ np.array(gap.slices.way))).sum() * grid.cell_area)
     pressed = np.any(squares > 0, axis=0)
     coarsest = np.diff(y[order])[pressed[1:] | pressed[:-1]].max()
-    notes = (f"a slice touches where elements are {coarsest:.2g} m long, {coarsest / size:.1f} times those of the middle slice",) if coarsest > 2 * size else ()
-    return LoadedSlicePatch(grid, gap(*grid.points()), pressure, np.nan, "2.5D slices by load", cost=Cost(np.nan, sum(s.iterations for s in states), 0),
-                            warnings=notes, points=points, normals=normals, way=np.array(gap.slices.way), closing=gap.closing,
-                            slice_approach=np.array([-state.motion[1] for state in states]))
+    notes = (
+        (
+            (
+                f"a slice touches where elements are {coarsest:.2g} m long, {coarsest / size:.1f} times those of the"
+                " middle slice"
+            ),
+        )
+        if coarsest > 2 * size
+        else ()
+    )
+    return LoadedSlicePatch(
+        grid,
+        gap(*grid.points()),
+        pressure,
+        np.nan,
+        "2.5D slices by load",
+        cost=Cost(np.nan, sum(s.iterations for s in states), 0),
+        warnings=notes,
+        points=points,
+        normals=normals,
+        way=np.array(gap.slices.way),
+        closing=gap.closing,
+        slice_approach=np.array([-state.motion[1] for state in states]),
+    )
 
 
 def _plane_contact(gap: SliceGap, line_load: float, across: int) -> tuple[float, ContactResult]:
-    """Element size [m] and contact of the middle slice under the largest line load: first coarse for its width, then at that size."""
+    """Element size [m] and contact of the middle slice under the largest line load: first coarse for its width, then at
+    that size."""
     drive = Drive.of(force=(None, -line_load))
     coarse = solve_contact(gap.slices.lower, gap.upper, drive, settings=Settings(accuracy=0.05))
     size = sum(patch.width for patch in coarse.patches()) / max(across - 2 * _MARGIN, 4)
@@ -194,7 +246,11 @@ def _squares(y: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         for edge, way in ((run[0], -1), (run[-1], 1)):
             outside, inside = edge + way, edge - way
             if 0 <= outside < len(y) and pressure[outside] <= 0:
-                slope = (squares[edge] - squares[inside]) / abs(y[edge] - y[inside]) if len(run) > 1 else -squares[edge] / abs(y[outside] - y[edge])
+                slope = (
+                    (squares[edge] - squares[inside]) / abs(y[edge] - y[inside])
+                    if len(run) > 1
+                    else -squares[edge] / abs(y[outside] - y[edge])
+                )
                 led = squares[edge] + min(slope, 0.0) * abs(y[outside] - y[edge])
                 squares[outside] = min(squares[outside], min(led, -1e-6 * squares[edge]))
     return squares

@@ -1,22 +1,27 @@
 """Contact patch by slices, driven by displacement: the 2.5D method (b).
 
-Each slice has its own gap, measured between the bodies' sections there. All slices share one approach; how the load is shared
-along the patch comes out and is not assumed. Slices feel each other through the elastic bodies:
+Each slice has its own gap, measured between the bodies' sections there. All slices share one approach; how the load is
+shared along the patch comes out and is not assumed. Slices feel each other through the elastic bodies:
 
-    displacement = half-space (three-dimensional, all cells)  +  rest of each body's cross-section (three-dimensional prism)
+    displacement = half-space (three-dimensional, all cells)  +  rest of each body's cross-section (three-dimensional
+    prism)
 
-The rest holds what a half-space has not: the curvature of conforming faces, the nearness of an edge, the depth of the body and
-how it is held. It is found by boundary elements in the section, wavenumber by wavenumber (bem/slices/section_flexibility.py).
+The rest holds what a half-space has not: the curvature of conforming faces, the nearness of an edge, the depth of the
+body and how it is held. It is found by boundary elements in the section, wavenumber by wavenumber
+(bem/slices/section_flexibility.py).
 
-Three-dimensional: the gap in every slice, the elasticity of both bodies as prisms of their section at x = 0, and with it the
-spread of load along the patch. For a large block the method is the half-space's, for a long patch the plane-strain one's
-(bem/plane/contact.py). The gap is that of the undeformed bodies at the approach found, taken anew in turns: on a steep face they slide
-along each other by more than the patch's depth while they close. Not three-dimensional: the bodies' elasticity does not know that their sections change along x (a wheel's
-roundness, a nose that widens), nor their ends; the normal's component along x is neglected (x/R); pressures act along the lower
-face's normals, and developed lengths along it take the place of distances in the half-space's share, which the rest makes up for.
-No friction. Source of the idea: displacement-driven slices are the further work named in the thesis, chapter 6.2.4.
+Three-dimensional: the gap in every slice, the elasticity of both bodies as prisms of their section at x = 0, and with
+it the spread of load along the patch. For a large block the method is the half-space's, for a long patch the
+plane-strain one's (bem/plane/contact.py). The gap is that of the undeformed bodies at the approach found, taken anew in
+turns: on a steep face they slide along each other by more than the patch's depth while they close. Not
+three-dimensional: the bodies' elasticity does not know that their sections change along x (a wheel's roundness, a nose
+that widens), nor their ends; the normal's component along x is neglected (x/R); pressures act along the lower face's
+normals, and developed lengths along it take the place of distances in the half-space's share, which the rest makes up
+for. No friction. Source of the idea: displacement-driven slices are the further work named in the thesis, chapter
+6.2.4.
 Error: half-space: bem/halfspace/pressure.py; rest: second order in the station spacing (tests/bem/test_slices.py).
 """
+
 from __future__ import annotations
 
 import os
@@ -26,22 +31,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import fft
 
-from bem.material import Pair
 from bem.halfspace.coarse import coarse_grid, error_bound
 from bem.halfspace.input import check_cells, check_drive, check_inside, strain_warning
 from bem.halfspace.placing import Window, evaluate_gap, place_grid, widened
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
+from bem.material import Pair
 from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid, NoContactError, Patch
 from bem.slices.section_flexibility import Flexibility, body_flexibility
 from bem.slices.slices import SliceGap, Slices
 
-_STEEPEST = 0.05        # least cosine between face normal and approach: steeper faces are not closed by it
+_STEEPEST = 0.05  # least cosine between face normal and approach: steeper faces are not closed by it
 _STATIONS = 16
-_GAP_KEPT = 1e-3        # of the largest closure, by which the gap may change over the patch when it is taken anew
-_MOST_TURNS = 12        # times the gap is taken anew
-_MOST_STRETCHES = 12    # times the sections are laid anew for a grid that cut the patch
-_SHARES = 1.2, 0.6, 1.1     # of the changes between grids taken for the error of pressure, area, approach (bem/verification/estimates_study.py)
-_ZONE = 0.15            # of the patch's width, by which stations reach beyond it on each side
+_GAP_KEPT = 1e-3  # of the largest closure, by which the gap may change over the patch when it is taken anew
+_MOST_TURNS = 12  # times the gap is taken anew
+_MOST_STRETCHES = 12  # times the sections are laid anew for a grid that cut the patch
+# of the changes between grids taken for the error of pressure, area, approach (bem/verification/estimates_study.py)
+_SHARES = 1.2, 0.6, 1.1
+_ZONE = 0.15  # of the patch's width, by which stations reach beyond it on each side
 
 
 @dataclass
@@ -49,8 +55,10 @@ class SlicePatch(Patch):
     """A patch laid along a curved face.
 
     gap : along the lower face's normals at the approach, and led back from there in a line: closed by approach * cosine
-    points, normals : (ny, 2) [m] where the grid's lateral coordinate lies in the section, and the lower face's outward normals
-    way : (2,) direction of the approach; seconds : time by stage; closing : (2,) [m] move of the upper body to touch at x = 0
+    points, normals : (ny, 2) [m] where the grid's lateral coordinate lies in the section, and the lower face's outward
+        normals
+    way : (2,) direction of the approach; seconds : time by stage; closing : (2,) [m] move of the upper body to touch at
+        x = 0
     """
 
     points: np.ndarray | None = None
@@ -75,9 +83,11 @@ class SlicePatch(Patch):
 
 
 class SliceOperator(NormalOperator):
-    """Displacement along the approach under loads along the approach: half-space and rests, both divided by the cosines.
+    """Displacement along the approach under loads along the approach: half-space and rests, both divided by the
+    cosines.
 
-    With P = cosine * pressure and all displacements over the cosine, contact on a curved face has the form of contact on a plane.
+    With P = cosine * pressure and all displacements over the cosine, contact on a curved face has the form of contact
+    on a plane.
     """
 
     def __init__(self, grid: Grid, pair: Pair, rests: list[Flexibility], cosines: np.ndarray) -> None:
@@ -88,8 +98,8 @@ class SliceOperator(NormalOperator):
         for rest in rests:
             kernel = rest.between_slices(grid)
             wrapped = np.zeros((self._along, *kernel.shape[1:]))
-            wrapped[:grid.nx] = kernel
-            wrapped[self._along - grid.nx + 1:] = kernel[:0:-1]
+            wrapped[: grid.nx] = kernel
+            wrapped[self._along - grid.nx + 1 :] = kernel[:0:-1]
             self._rests.append((rest.interpolation(grid.y), fft.rfft(wrapped, axis=0).real))
 
     def rest(self, pressure: np.ndarray) -> np.ndarray:
@@ -97,7 +107,9 @@ class SliceOperator(NormalOperator):
         total = np.zeros_like(pressure)
         for places, spectrum in self._rests:
             loads = fft.rfft(pressure @ places * self.grid.dy, n=self._along, axis=0)
-            moved = fft.irfft(np.einsum("kij,kj->ki", spectrum, loads, optimize=True), n=self._along, axis=0)[:self.grid.nx]
+            moved = fft.irfft(np.einsum("kij,kj->ki", spectrum, loads, optimize=True), n=self._along, axis=0)[
+                : self.grid.nx
+            ]
             total += moved @ places.T
         return total
 
@@ -109,15 +121,27 @@ class SliceOperator(NormalOperator):
         return super().precondition(residual * self.cosines) * self.cosines
 
 
-def slice_contact(slices: Slices, *, load: float | None = None, approach: float | None = None, cells: tuple[int, int] = (50, 80),
-                  length: tuple[float, float] | None = None, grid: Grid | None = None, stations: int = _STATIONS,
-                  threads: int | None = None, cut: bool = False, estimate: bool = True) -> SlicePatch:
+def slice_contact(
+    slices: Slices,
+    *,
+    load: float | None = None,
+    approach: float | None = None,
+    cells: tuple[int, int] = (50, 80),
+    length: tuple[float, float] | None = None,
+    grid: Grid | None = None,
+    stations: int = _STATIONS,
+    threads: int | None = None,
+    cut: bool = False,
+    estimate: bool = True,
+) -> SlicePatch:
     """Frictionless contact of the two bodies of `slices`.
 
     load [N] along slices.way, or approach [m] of the held edges after touch at x = 0: one of them
     cells    : slices along x, cells across; they are laid over the patch, which is searched for within `length`
-               ((x_min, x_max) [m], default as long as the lower face is wide on both sides) and the lower face; or `grid`
-    stations : across the patch, where the cross-sections' rest is computed; threads : default all processors of this process
+               ((x_min, x_max) [m], default as long as the lower face is wide on both sides) and the lower face; or
+               `grid`
+    stations : across the patch, where the cross-sections' rest is computed; threads : default all processors of this
+        process
     cut      : allow the patch to reach the grid's edge; a patch that reaches the end of a face is always allowed
     estimate : also solve with doubled and fourfold cells and half the stations, for the error estimate
 
@@ -171,7 +195,10 @@ class _Problem:
         zone = self.gap.face(np.arange(max(low, first), min(high, last), size / 4))[0]
         y = np.arange(max(low - 3 * size, first), min(high + 3 * size, last), size / 100)
         along = self.gap.face(y)[0], y
-        return [body_flexibility(body, zone, size, length, along, self.threads) for body in (self.gap.slices.lower, self.gap.upper)]
+        return [
+            body_flexibility(body, zone, size, length, along, self.threads)
+            for body in (self.gap.slices.lower, self.gap.upper)
+        ]
 
 
 class _Clock:
@@ -188,8 +215,10 @@ class _Clock:
 def _check_beside_face(grid: Grid, gap: SliceGap) -> None:
     low, high = gap.window
     if grid.edges[2] >= high or grid.edges[3] <= low:
-        raise ContactInputError(f"grid from y = {grid.edges[2]:.4g} to {grid.edges[3]:.4g} m lies beside the lower face, which reaches from "
-                                f"{low:.4g} to {high:.4g} m: move the grid")
+        raise ContactInputError(
+            f"grid from y = {grid.edges[2]:.4g} to {grid.edges[3]:.4g} m lies beside the lower face, which reaches from"
+            f" {low:.4g} to {high:.4g} m: move the grid"
+        )
 
 
 def _default_length(gap: SliceGap) -> tuple[float, float]:
@@ -197,7 +226,9 @@ def _default_length(gap: SliceGap) -> tuple[float, float]:
     return -width, width
 
 
-def _solve(problem: _Problem, grid: Grid, window: Window, stations: int, clock: _Clock, attempts: int, cut: bool) -> SlicePatch:
+def _solve(
+    problem: _Problem, grid: Grid, window: Window, stations: int, clock: _Clock, attempts: int, cut: bool
+) -> SlicePatch:
     """Solve on a grid that is stretched as long as it cuts the patch and attempts are left."""
     low, high, rests = np.inf, -np.inf, []
     for attempt in range(attempts):
@@ -242,30 +273,60 @@ def _solve_on(problem: _Problem, grid: Grid, rests: list[Flexibility]) -> SliceP
         along = anew
         solution = _pressed(problem, operator, along, solution.pressure)
         iterations += solution.iterations
-    notes = () if solution.converged else (f"pressure not converged: residual {solution.residual:.1e} of the approach after "
-                                           f"{solution.iterations} iterations",)
+    notes = (
+        ()
+        if solution.converged
+        else (
+            (
+                f"pressure not converged: residual {solution.residual:.1e} of the approach after "
+                f"{solution.iterations} iterations"
+            ),
+        )
+    )
     if change > _GAP_KEPT:
-        notes += (f"the gap still changes by {change:.1g} of the deepest closure after it was taken anew {_MOST_TURNS} times: the bodies "
-                  "slide along each other as far as they close; press along a way nearer to the face's normal",)
+        notes += (
+            (
+                f"the gap still changes by {change:.1g} of the deepest closure after it was taken anew {_MOST_TURNS}"
+                " times: the bodies slide along each other as far as they close; press along a way nearer to the"
+                " face's normal"
+            ),
+        )
     points, normals = problem.gap.face(grid.y)
-    return SlicePatch(grid, along * cosines, solution.pressure / cosines, solution.approach, "2.5D slices",
-                      cost=Cost(np.nan, iterations, operator.products), warnings=notes, points=points, normals=normals,
-                      way=np.array(problem.gap.slices.way), closing=problem.gap.closing)
+    return SlicePatch(
+        grid,
+        along * cosines,
+        solution.pressure / cosines,
+        solution.approach,
+        "2.5D slices",
+        cost=Cost(np.nan, iterations, operator.products),
+        warnings=notes,
+        points=points,
+        normals=normals,
+        way=np.array(problem.gap.slices.way),
+        closing=problem.gap.closing,
+    )
 
 
 def _gap_at(problem: _Problem, grid: Grid, approach: float) -> np.ndarray:
     return evaluate_gap(lambda x, y: problem.gap_along(x, y, approach), grid)
 
 
-def _pressed(problem: _Problem, operator: SliceOperator, along: np.ndarray, start: np.ndarray | None) -> PressureSolution:
+def _pressed(
+    problem: _Problem, operator: SliceOperator, along: np.ndarray, start: np.ndarray | None
+) -> PressureSolution:
     if problem.approach is not None and problem.approach <= along.min():
-        raise NoContactError(f"approach {problem.approach:g} m does not close the least gap, {along.min():g} m: no contact; raise the approach")
+        raise NoContactError(
+            f"approach {problem.approach:g} m does not close the least gap, {along.min():g} m: no contact; raise the"
+            " approach"
+        )
     return solve_pressure(operator, along, problem.load, problem.approach, start)
 
 
 def _gap_change(before: np.ndarray, anew: np.ndarray, cosines: np.ndarray, solution: PressureSolution) -> float:
     """Largest change of the gap where the bodies touch, or would touch now, over the deepest closure there [1]."""
-    near = (solution.pressure > 0) | (np.minimum(before, anew) < solution.approach) & np.isfinite(before) & np.isfinite(anew)
+    near = (solution.pressure > 0) | (np.minimum(before, anew) < solution.approach) & np.isfinite(before) & np.isfinite(
+        anew
+    )
     before, anew, share = before[near], anew[near], np.broadcast_to(cosines, near.shape)[near]
     return float((np.abs(anew - before) * share).max() / ((solution.approach - before) * share).max())
 
@@ -276,19 +337,38 @@ def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstima
     try:
         low, high = grid.edges[2:]
         width = fine.grid.ny * fine.grid.dy
-        rests = problem.flexibilities(low - _ZONE * width, high + _ZONE * width, 2 * width / stations, grid.nx * grid.dx)
+        rests = problem.flexibilities(
+            low - _ZONE * width, high + _ZONE * width, 2 * width / stations, grid.nx * grid.dx
+        )
         levels = [fine, _solve_on(problem, grid, rests), _solve_on(problem, coarse_grid(grid), rests)]
     except NoContactError:
         return ErrorEstimate()
     normal = [patch.approach if problem.approach is None else patch.normal_force for patch in levels]
-    bounds = (error_bound(*values) for values in zip(*((patch.max_pressure, patch.contact_area, force) for patch, force in zip(levels, normal))))
-    return ErrorEstimate(*(share * bound for share, bound in zip(_SHARES, bounds)), note=f"changes from {grid.nx} x {grid.ny} cells and {stations // 2} stations, and from doubled cells there")
+    bounds = (
+        error_bound(*values)
+        for values in zip(*((patch.max_pressure, patch.contact_area, force) for patch, force in zip(levels, normal)))
+    )
+    return ErrorEstimate(
+        *(share * bound for share, bound in zip(_SHARES, bounds)),
+        note=f"changes from {grid.nx} x {grid.ny} cells and {stations // 2} stations, and from doubled cells there",
+    )
 
 
 def _untouched(problem: _Problem, grid: Grid, clock: _Clock) -> SlicePatch:
     values = evaluate_gap(problem.gap, grid)
     points, normals = problem.gap.face(grid.y)
     clock.stop("placing")
-    return SlicePatch(grid, values, np.zeros(grid.shape), float(values.min()), "2.5D slices", cost=Cost(clock.seconds["placing"], 0, 0),
-                      warnings=("load 0 N: the bodies touch without pressure, the patch is empty",), points=points, normals=normals,
-                      way=np.array(problem.gap.slices.way), closing=problem.gap.closing, seconds=clock.seconds)
+    return SlicePatch(
+        grid,
+        values,
+        np.zeros(grid.shape),
+        float(values.min()),
+        "2.5D slices",
+        cost=Cost(clock.seconds["placing"], 0, 0),
+        warnings=("load 0 N: the bodies touch without pressure, the patch is empty",),
+        points=points,
+        normals=normals,
+        way=np.array(problem.gap.slices.way),
+        closing=problem.gap.closing,
+        seconds=clock.seconds,
+    )

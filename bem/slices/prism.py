@@ -1,19 +1,21 @@
 """An elastic prism under loads that vary as a wave along it: the 2D boundary elements at a wavenumber.
 
-A prism's response to loads cos(k x) along its axis is again a wave, and each wavenumber k is a problem in the cross-section
-with three displacement components (bem/slices/prism_kernel.py). k -> 0 is plane strain. All wavenumbers together are the prism's exact
-three-dimensional response: `2.5D` in the sense of wave problems. Indirect method, densities, cells and conditions as in
-bem/plane/boundary.py; K0 has a level of its own, so neither shift nor constraint is needed.
+A prism's response to loads cos(k x) along its axis is again a wave, and each wavenumber k is a problem in the
+cross-section with three displacement components (bem/slices/prism_kernel.py). k -> 0 is plane strain. All wavenumbers
+together are the prism's exact three-dimensional response: `2.5D` in the sense of wave problems. Indirect method,
+densities, cells and conditions as in bem/plane/boundary.py; K0 has a level of its own, so neither shift nor constraint
+is needed.
 Error: second order in the element (tests/bem/test_prism.py), as long as k times the element stays below about 1.
 """
+
 from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
+from bem.material import Elastic
 from bem.plane.boundary import MEMORY_LIMIT, check_memory, displacement_matrix, resultant_map
 from bem.plane.kelvin import displacement_integrals, resultant_integrals
-from bem.material import Elastic
 from bem.plane.mesh import BoundaryMesh
 from bem.slices.prism_kernel import add_wave_displacement, add_wave_resultants
 
@@ -24,8 +26,14 @@ class PrismSection:
     held : (n,) bool, densities whose displacement is zero; targets (m, 2) [m] : points whose displacement is wanted
     """
 
-    def __init__(self, mesh: BoundaryMesh, material: Elastic, held: np.ndarray, targets: np.ndarray,
-                 memory_limit: float = MEMORY_LIMIT) -> None:
+    def __init__(
+        self,
+        mesh: BoundaryMesh,
+        material: Elastic,
+        held: np.ndarray,
+        targets: np.ndarray,
+        memory_limit: float = MEMORY_LIMIT,
+    ) -> None:
         check_memory(3 * mesh.densities, memory_limit)
         self.mesh, self.material, self.held, self.targets = mesh, material, held, targets
         self._start = mesh.vertices
@@ -38,12 +46,16 @@ class PrismSection:
 
     def _logarithm(self, points: np.ndarray) -> np.ndarray:
         mesh = self.mesh
-        return displacement_integrals(points[:, 0] + 1j * points[:, 1], mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities)[0]
+        return displacement_integrals(
+            points[:, 0] + 1j * points[:, 1], mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities
+        )[0]
 
     def _plane_resultants(self) -> None:
         mesh = self.mesh
         points, begin, end, cell = mesh.paths()
-        integrals = resultant_integrals(points, begin, end, cell, mesh.densities, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities)
+        integrals = resultant_integrals(
+            points, begin, end, cell, mesh.densities, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities
+        )
         self._in_plane = resultant_map(*integrals, self.material)
         self._along = -integrals[1] / (2 * np.pi)
         self._path_points = np.vstack([self._start + 0.25 * self._step, self._start + 0.75 * self._step])
@@ -59,31 +71,52 @@ class PrismSection:
         """Resultant of the traction's amplitude over each cell (3n, 3n) [m] of the densities."""
         mesh, n, nu = self.mesh, self.mesh.densities, self.material.poisson
         blocks = np.zeros((3, 3, n, n))
-        add_wave_resultants(self._path_points, self._path_normals, self._path_widths, self._path_cells, self._start, self._step,
-                            mesh.first, mesh.last, wavenumber, nu, blocks)
+        add_wave_resultants(
+            self._path_points,
+            self._path_normals,
+            self._path_widths,
+            self._path_cells,
+            self._start,
+            self._step,
+            mesh.first,
+            mesh.last,
+            wavenumber,
+            nu,
+            blocks,
+        )
         logs = wavenumber * (1 - 1 / (2 * (1 - nu))) * self._log_cells
         blocks[2, :2] += logs
         blocks[:2, 2] += logs
         matrix = blocks.transpose(0, 2, 1, 3).reshape(3 * n, 3 * n) / (2 * np.pi)
-        matrix[:2 * n, :2 * n] += self._in_plane
-        matrix[2 * n:, 2 * n:] += self._along
+        matrix[: 2 * n, : 2 * n] += self._in_plane
+        matrix[2 * n :, 2 * n :] += self._along
         return matrix
 
     def _displacements(self, wavenumber: float) -> np.ndarray:
         """Displacement amplitude (3, m, 3n) [m/Pa] of held middles and targets under the densities."""
         mesh, n, m = self.mesh, self.mesh.densities, len(self._plane_points)
         blocks = np.zeros((3, 3, m, n))
-        add_wave_displacement(self._plane_points, self._start, self._step, mesh.first, mesh.last, wavenumber, self.material.poisson, blocks)
+        add_wave_displacement(
+            self._plane_points,
+            self._start,
+            self._step,
+            mesh.first,
+            mesh.last,
+            wavenumber,
+            self.material.poisson,
+            blocks,
+        )
         rows = blocks.transpose(0, 2, 1, 3).reshape(3, m, 3 * n)
-        rows[2, :, 2 * n:] -= self._plane_log
+        rows[2, :, 2 * n :] -= self._plane_log
         rows /= 2 * np.pi * self.material.shear
-        rows[:2, :, :2 * n] += self._plane_rows.reshape(2, m, 2 * n)
+        rows[:2, :, : 2 * n] += self._plane_rows.reshape(2, m, 2 * n)
         return rows
 
     def respond(self, wavenumber: float, forces: np.ndarray, prescribed: np.ndarray | None = None) -> np.ndarray:
         """Displacement amplitude (3, m, p) [m] of the targets under p load patterns.
 
-        wavenumber : k > 0 [1/m]; forces (3n, p) : amplitude of the force on each cell, components one after the other [N/m]
+        wavenumber : k > 0 [1/m]; forces (3n, p) : amplitude of the force on each cell, components one after the other
+            [N/m]
         prescribed : (3, h, p) displacement of the held cells' middles [m], default zero
         """
         n, held = self.mesh.densities, self.held
@@ -96,5 +129,7 @@ class PrismSection:
         matrix[mask] = rows[:, :h].reshape(3 * h, 3 * n) * stiffness
         right = forces / length[:, None]
         right[mask] = 0.0 if prescribed is None else prescribed.reshape(3 * h, prescribed.shape[-1]) * stiffness
-        density = lu_solve(lu_factor(matrix, overwrite_a=True, check_finite=False), right, overwrite_b=True, check_finite=False)
+        density = lu_solve(
+            lu_factor(matrix, overwrite_a=True, check_finite=False), right, overwrite_b=True, check_finite=False
+        )
         return np.einsum("cmq,qp->cmp", rows[:, h:], density, optimize=True)

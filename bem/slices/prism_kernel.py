@@ -1,19 +1,20 @@
 """Kelvin's solution along a straight line whose force varies as a wave, integrated over boundary elements.
 
-Axes: 1, 2 in the cross-section, 3 along the prism. A line force (f1, f2) cos(k x3), f3 sin(k x3) [N/m] at the origin gives
-u = (U1, U2) cos, U3 sin. With r the distance in the section, K0, K1 Bessel's functions of k r, c = 1 / (4 (1 - nu)),
-G = k K1 / r, H = (k^2 K0 + 2 G) / r^2, and xn the distance along the normal n:
+Axes: 1, 2 in the cross-section, 3 along the prism. A line force (f1, f2) cos(k x3), f3 sin(k x3) [N/m] at the origin
+gives u = (U1, U2) cos, U3 sin. With r the distance in the section, K0, K1 Bessel's functions of k r, c = 1 / (4 (1 -
+nu)), G = k K1 / r, H = (k^2 K0 + 2 G) / r^2, and xn the distance along the normal n:
 
     2 pi mu U = (1 - c) K0 d_ab + c G x_a x_b | U_3b = c k K0 x_b | U_a3 = -c k K0 x_a | U_33 = K0 - c k r K1
     2 pi T    = (1 - 2c) G (n_a x_b - x_a n_b - xn d_ab) - 2 c H xn x_a x_b
     2 pi T_3b = -k ((1 - 2c) K0 n_b + 2 c G xn x_b),   2 pi T_a3 = -k ((1 - 2c) K0 n_a - 2 c G xn x_a)
     2 pi T_33 = xn (2 c k^2 K0 - G)
 
-For k -> 0 this is plane strain and, apart from it, shear along the prism. The functions below integrate what k adds to those
-two (regular, or a logarithm times a length), by Gauss' rule; the singular rest is exact (bem/plane/kelvin.py).
-Source: Fourier transform of Kelvin's solution in the form of Papkovich and Neuber; checked against quadrature of Kelvin's
-solution along the line, and T against derivatives of U (tests/bem/test_prism.py).
+For k -> 0 this is plane strain and, apart from it, shear along the prism. The functions below integrate what k adds to
+those two (regular, or a logarithm times a length), by Gauss' rule; the singular rest is exact (bem/plane/kelvin.py).
+Source: Fourier transform of Kelvin's solution in the form of Papkovich and Neuber; checked against quadrature of
+Kelvin's solution along the line, and T against derivatives of U (tests/bem/test_prism.py).
 """
+
 from __future__ import annotations
 
 import numpy as np
@@ -29,9 +30,9 @@ def bessel_rests(z):
     """K0(z) + ln(z/2) and z K1(z) - 1 without cancellation for small z; (K0, K1 of scipy to 2e-7 above z = 2)."""
     if z <= 2.0:
         t, log = 0.25 * z * z, np.log(0.5 * z)
-        term0, term1 = 1.0, 1.0                # t^j / (j!)^2 and t^j / (j! (j+1)!)
-        bessel0, bessel1 = 0.0, 0.0            # I0 - 1, 2 I1 / z
-        harmonic = -_EULER                     # psi(j + 1)
+        term0, term1 = 1.0, 1.0  # t^j / (j!)^2 and t^j / (j! (j+1)!)
+        bessel0, bessel1 = 0.0, 0.0  # I0 - 1, 2 I1 / z
+        harmonic = -_EULER  # psi(j + 1)
         tail0, tail1 = harmonic, 0.0
         for j in range(14):
             if j > 0:
@@ -44,10 +45,16 @@ def bessel_rests(z):
             tail1 += (2 * harmonic + 1.0 / (j + 1)) * term1
         return -log * bessel0 + tail0, 0.5 * z * z * (log * bessel1 - 0.5 * tail1)
     q, root = 2.0 / z, np.exp(-z) / np.sqrt(z)
-    zero = root * (1.25331414 + q * (-0.07832358 + q * (0.02189568 + q * (-0.01062446 + q * (
-        0.00587872 + q * (-0.00251540 + q * 0.00053208))))))
-    one = root * (1.25331414 + q * (0.23498619 + q * (-0.03655620 + q * (0.01504268 + q * (
-        -0.00780353 + q * (0.00325614 - q * 0.00068245))))))
+    zero = root * (
+        1.25331414
+        + q
+        * (-0.07832358 + q * (0.02189568 + q * (-0.01062446 + q * (0.00587872 + q * (-0.00251540 + q * 0.00053208)))))
+    )
+    one = root * (
+        1.25331414
+        + q
+        * (0.23498619 + q * (-0.03655620 + q * (0.01504268 + q * (-0.00780353 + q * (0.00325614 - q * 0.00068245)))))
+    )
     return zero + np.log(0.5 * z), z * one - 1.0
 
 

@@ -1,15 +1,18 @@
 """What a body's real cross-section adds to the half-space: by wavenumber along the prism, and from slice to slice.
 
-The surface of a prism gives way to pressure p as a half-space would (Boussinesq, three-dimensional) plus a rest. The rest is
-smooth: the half-space holds the singularity. So it is computed at few stations across the face and few wavenumbers along the
-prism (bem/slices/prism.py), interpolated, and transformed back:
+The surface of a prism gives way to pressure p as a half-space would (Boussinesq, three-dimensional) plus a rest. The
+rest is smooth: the half-space holds the singularity. So it is computed at few stations across the face and few
+wavenumbers along the prism (bem/slices/prism.py), interpolated, and transformed back:
 
     rest(x, s, s') = 1/pi integral over k > 0 of rest(k, s, s') cos(k x)
 
-Below the least wavenumber the rest is linear in ln k (the half-space's level), which is integrated in closed form; above the
-largest it has died away. The diagonal of the discrete rest carries an error of the mesh alone, the same at every station:
-it is read off from neighbours and taken back. Wavenumbers are independent of each other and go to `threads` in parallel.
+Below the least wavenumber the rest is linear in ln k (the half-space's level), which is integrated in closed form;
+above the largest it has died away. The diagonal of the discrete rest carries an error of the mesh alone, the same at
+every station:
+it is read off from neighbours and taken back. Wavenumbers are independent of each other and go to `threads` in
+parallel.
 """
+
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
@@ -19,20 +22,20 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
+from bem.patch import Grid
 from bem.plane.body import Body
 from bem.plane.kelvin import displacement_integrals
 from bem.plane.mesh import BoundaryMesh, Sizing, Zone, mesh_outline
 from bem.plane.outline import OutlineError
 from bem.plane.pairing import _own_cells
-from bem.patch import Grid
 from bem.slices.prism import PrismSection
 from bem.slices.prism_kernel import bessel_rests_of
 
-_PER_DECADE = 4.5       # wavenumbers
-_COARSE = 0.08          # largest element over the body's size
+_PER_DECADE = 4.5  # wavenumbers
+_COARSE = 0.08  # largest element over the body's size
 _GROWTH = 0.4
-_LEAST = 0.15           # least wavenumber times the body's size or the patch's length
-_LARGEST = 1.2          # largest wavenumber times the element in the contact zone
+_LEAST = 0.15  # least wavenumber times the body's size or the patch's length
+_LARGEST = 1.2  # largest wavenumber times the element in the contact zone
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
@@ -40,8 +43,9 @@ _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 class Flexibility:
     """Rest of one body's flexibility at m stations and q wavenumbers.
 
-    stations (m,) [m] along the lower body's face; wavenumbers (q,) [1/m]; rest (q, m, m) [m^2/N]: amplitude of the displacement
-    into the body under a unit line load with the wavenumber, symmetric; densities : unknowns of the section's mesh
+    stations (m,) [m] along the lower body's face; wavenumbers (q,) [1/m]; rest (q, m, m) [m^2/N]: amplitude of the
+    displacement into the body under a unit line load with the wavenumber, symmetric; densities : unknowns of the
+    section's mesh
     """
 
     stations: np.ndarray
@@ -50,12 +54,14 @@ class Flexibility:
     densities: int
 
     def interpolation(self, places: np.ndarray) -> np.ndarray:
-        """Matrix (n, m): values at the stations -> at places (n,) along the face; constant beyond the outer stations."""
+        """Matrix (n, m): values at the stations -> at places (n,) along the face; constant beyond the outer
+        stations."""
         clipped = np.clip(places, self.stations[0], self.stations[-1])
         return CubicSpline(self.stations, np.eye(len(self.stations)))(clipped)
 
     def between_slices(self, grid: Grid) -> np.ndarray:
-        """(nx, m, m) [1/(N/m)]: displacement in slice j under unit pressure times width on slice 0, by distance j dx."""
+        """(nx, m, m) [1/(N/m)]: displacement in slice j under unit pressure times width on slice 0, by distance j
+        dx."""
         nodes, weights = self._quadrature(grid.nx * grid.dx)
         spline = CubicSpline(np.log(self.wavenumbers), self.rest)
         m = len(self.stations)
@@ -66,7 +72,10 @@ class Flexibility:
 
     def _below_least(self) -> np.ndarray:
         """Integral of the rest over wavenumbers from 0 to the least, for a rest linear in ln k."""
-        low, slope = np.log(self.wavenumbers[0]), (self.rest[1] - self.rest[0]) / np.log(self.wavenumbers[1] / self.wavenumbers[0])
+        low, slope = (
+            np.log(self.wavenumbers[0]),
+            (self.rest[1] - self.rest[0]) / np.log(self.wavenumbers[1] / self.wavenumbers[0]),
+        )
         return self.wavenumbers[0] * (self.rest[0] + slope * (low - 1) - slope * low)
 
     def _quadrature(self, length: float) -> tuple[np.ndarray, np.ndarray]:
@@ -79,20 +88,28 @@ class Flexibility:
         return (middle[:, None] + half[:, None] * _GAUSS).ravel(), (half[:, None] * _WEIGHTS).ravel()
 
 
-def body_flexibility(body: Body, zone: np.ndarray, size: float, length: float, along: tuple[np.ndarray, np.ndarray],
-                     threads: int = 1) -> Flexibility:
+def body_flexibility(
+    body: Body, zone: np.ndarray, size: float, length: float, along: tuple[np.ndarray, np.ndarray], threads: int = 1
+) -> Flexibility:
     """Rest of a body's flexibility in the contact zone.
 
-    zone   : (p, 2) [m] points of the face over the zone; size : station spacing [m]; length : of the patch along the prism [m]
-    along  : points (p, 2) of the lower body's face over the zone and beyond, and their coordinate (p,) [m]: stations are projected on it
+    zone   : (p, 2) [m] points of the face over the zone; size : station spacing [m]; length : of the patch along the
+        prism [m]
+    along  : points (p, 2) of the lower body's face over the zone and beyond, and their coordinate (p,) [m]: stations
+        are projected on it
     """
     if body.held is None and not body.outline.infinite:
-        raise OutlineError("slices need a body with a held edge (or an infinite one): a hub holds no prism; hold an inner ring instead")
+        raise OutlineError(
+            "slices need a body with a held edge (or an infinite one): a hub holds no prism; hold an inner ring instead"
+        )
     mesh = mesh_outline(body.outline, _sizing(body, zone, size))
     nodes = _stations(mesh, body, zone, size)
     if len(nodes) < 2:
-        raise OutlineError(f"{len(nodes)} stations of {size:.3g} m lie on the face {body.face!r} within the contact zone around "
-                           f"({zone[:, 0].mean():.4g}, {zone[:, 1].mean():.4g}) m: the faces do not meet there; move the grid or the bodies")
+        raise OutlineError(
+            f"{len(nodes)} stations of {size:.3g} m lie on the face {body.face!r} within the contact zone around"
+            f" ({zone[:, 0].mean():.4g}, {zone[:, 1].mean():.4g}) m: the faces do not meet there; move the grid or the"
+            " bodies"
+        )
     held = np.zeros(mesh.densities, bool)
     if body.held is not None:
         held[mesh.of_edge(body.held)] = True
@@ -112,7 +129,8 @@ def body_flexibility(body: Body, zone: np.ndarray, size: float, length: float, a
     values = (values + values.transpose(0, 2, 1)) / 2
     places = along[1][cKDTree(along[0]).query(mesh.middles[nodes])[1]]
     order = np.argsort(places, kind="stable")
-    order = order[np.r_[True, np.diff(places[order]) > 0.02 * size]]     # stations beyond the lower face's end fall on that end
+    # stations beyond the lower face's end fall on that end
+    order = order[np.r_[True, np.diff(places[order]) > 0.02 * size]]
     return Flexibility(places[order], wavenumbers, _without_mesh_error(values[:, order][:, :, order]), mesh.densities)
 
 
@@ -144,7 +162,8 @@ def _wavenumbers(depth: float, size: float, length: float) -> np.ndarray:
 
 
 def _without_mesh_error(values: np.ndarray) -> np.ndarray:
-    """Takes from the diagonal what is not in its neighbours across it: (4 rest(s-h, s+h) - rest(s-2h, s+2h)) / 3 is rest(s, s)."""
+    """Takes from the diagonal what is not in its neighbours across it: (4 rest(s-h, s+h) - rest(s-2h, s+2h)) / 3 is
+    rest(s, s)."""
     m = values.shape[1]
     if m < 7:
         return values
@@ -168,14 +187,19 @@ class _Straightened:
         chain = _in_order(mesh, e)
         begin[chain] = np.r_[0.0, np.cumsum(lengths[chain])[:-1]]
         self.start, self.end = begin[e], begin[e] + lengths[e]
-        self.first, self.last = np.where(column[mesh.first[e]] < 0, m, column[mesh.first[e]]), np.where(column[mesh.last[e]] < 0, m, column[mesh.last[e]])
+        self.first, self.last = (
+            np.where(column[mesh.first[e]] < 0, m, column[mesh.first[e]]),
+            np.where(column[mesh.last[e]] < 0, m, column[mesh.last[e]]),
+        )
         self.places = np.empty(m + 1)
         middle = {True: 0.25, False: 0.0}
         for element, at, first, last in zip(e, self.start, self.first, self.last):
             self.places[first] = at + middle[not mesh.smooth[mesh.first[element]]] * lengths[element]
             self.places[last] = at + lengths[element] * (1 - middle[not mesh.smooth[mesh.last[element]]])
         self.places, self.m = self.places[:m], m
-        log_r, _ = displacement_integrals(self.places + 0j, self.start + 0j, self.end + 0j, self.first, self.last, m + 1)
+        log_r, _ = displacement_integrals(
+            self.places + 0j, self.start + 0j, self.end + 0j, self.first, self.last, m + 1
+        )
         self.log_r = log_r[:, :m]
 
     def half_space(self, wavenumber: float, plane_modulus: float) -> np.ndarray:
@@ -188,7 +212,7 @@ class _Straightened:
             share = weight / 2 * (self.end - self.start) * regular
             np.add.at(values.T, self.first, (share * (1 - rise)).T)
             np.add.at(values.T, self.last, (share * rise).T)
-        return 2 / (np.pi * plane_modulus) * (values[:, :self.m] - self.log_r)
+        return 2 / (np.pi * plane_modulus) * (values[:, : self.m] - self.log_r)
 
 
 def _in_order(mesh: BoundaryMesh, elements: np.ndarray) -> np.ndarray:

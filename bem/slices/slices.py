@@ -1,8 +1,11 @@
-"""Slices of two bodies along x: their sections at the patch, how the sections change along it, and the gap between them.
+"""Slices of two bodies along x: their sections at the patch, how the sections change along it, and the gap between
+them.
 
-In the plane of a section the first axis is lateral, the second up. The lower body's face is the line along which everything is
-laid: s [m] runs along it, and the gap in a slice is measured along its normals, from the lower section to the upper.
+In the plane of a section the first axis is lateral, the second up. The lower body's face is the line along which
+everything is laid: s [m] runs along it, and the gap in a slice is measured along its normals, from the lower section to
+the upper.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -11,11 +14,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from bem.patch import ContactInputError, NoContactError
 from bem.plane.body import Body
 from bem.plane.curve import Curve
-from bem.plane.pairing import BEHIND, smooth_gap
-from bem.patch import ContactInputError, NoContactError
 from bem.plane.first_touch import nearest_places
+from bem.plane.pairing import BEHIND, smooth_gap
 
 Section = Callable[[float], list[np.ndarray]]
 _SAMPLES = 4001
@@ -26,7 +29,8 @@ class Slices:
     """Two bodies, and their faces in any slice.
 
     lower, upper : Body, the sections at x = 0; both need a held edge (or be infinite)
-    lower_section, upper_section : x [m] -> smooth pieces [(n, 2), ...] [m] of the face there; None where the body is a prism
+    lower_section, upper_section : x [m] -> smooth pieces [(n, 2), ...] [m] of the face there; None where the body is a
+        prism
     way : (2,) unit vector along which the upper body approaches
     """
 
@@ -39,7 +43,9 @@ class Slices:
     def __post_init__(self) -> None:
         way = np.asarray(self.way, float)
         if way.shape != (2,) or not np.isfinite(way).all() or not np.hypot(*way) > 0:
-            raise ContactInputError(f"way {self.way!r}: give the direction (lateral, up) along which the upper body approaches")
+            raise ContactInputError(
+                f"way {self.way!r}: give the direction (lateral, up) along which the upper body approaches"
+            )
         object.__setattr__(self, "way", tuple(way / np.hypot(*way)))
 
 
@@ -51,8 +57,10 @@ def wheel_on_prism(lower: Body, upper: Body, axis_height: float, way: tuple[floa
     pieces = [curve.points for curve in upper.outline.edge_curves(upper.face)]
     highest = max(piece[:, 1].max() for piece in pieces)
     if not axis_height > highest:
-        raise ContactInputError(f"axis of revolution at {axis_height:g} m is not above the face, which reaches up to {highest:g} m: "
-                                "give the height of the axis in the frame of the section")
+        raise ContactInputError(
+            f"axis of revolution at {axis_height:g} m is not above the face, which reaches up to {highest:g} m: "
+            "give the height of the axis in the frame of the section"
+        )
 
     def section(x: float) -> list[np.ndarray]:
         found = []
@@ -60,22 +68,35 @@ def wheel_on_prism(lower: Body, upper: Body, axis_height: float, way: tuple[floa
             radius = axis_height - piece[:, 1]
             reached = radius > abs(x)
             if reached.sum() >= 2:
-                found.append(np.column_stack([piece[reached, 0], axis_height - np.sqrt(radius[reached]**2 - x**2)]))
+                found.append(np.column_stack([piece[reached, 0], axis_height - np.sqrt(radius[reached] ** 2 - x**2)]))
         return found
 
     return Slices(lower, upper, upper_section=section, way=way)
 
 
-def slices_of_profiles(lower: Body, upper: Body, x: Sequence[float], lower_profiles: Sequence[np.ndarray] | None = None,
-                       upper_profiles: Sequence[np.ndarray] | None = None, way: tuple[float, float] = (0.0, -1.0)) -> Slices:
-    """Slices from measured or cut profiles (n, 2) [m] at places x (m,) [m], cubic in between; None: the body is a prism.
+def slices_of_profiles(
+    lower: Body,
+    upper: Body,
+    x: Sequence[float],
+    lower_profiles: Sequence[np.ndarray] | None = None,
+    upper_profiles: Sequence[np.ndarray] | None = None,
+    way: tuple[float, float] = (0.0, -1.0),
+) -> Slices:
+    """Slices from measured or cut profiles (n, 2) [m] at places x (m,) [m], cubic in between; None: the body is a
+    prism.
 
     Profiles of one body must have the same number of points, each on its own line along x.
     """
     places = np.asarray(x, float)
     if places.ndim != 1 or len(places) < 2 or not (np.diff(places) > 0).all():
         raise ContactInputError("x of the slices: give at least two places in rising order [m]")
-    return Slices(lower, upper, _between(places, lower_profiles, lower, "lower"), _between(places, upper_profiles, upper, "upper"), way)
+    return Slices(
+        lower,
+        upper,
+        _between(places, lower_profiles, lower, "lower"),
+        _between(places, upper_profiles, upper, "upper"),
+        way,
+    )
 
 
 def _between(places: np.ndarray, profiles: Sequence[np.ndarray] | None, body: Body, name: str) -> Section | None:
@@ -83,11 +104,15 @@ def _between(places: np.ndarray, profiles: Sequence[np.ndarray] | None, body: Bo
         return None
     shapes = {np.shape(profile) for profile in profiles}
     if len(profiles) != len(places) or len(shapes) != 1:
-        raise ContactInputError(f"{name} profiles: {len(profiles)} of shapes {sorted(shapes)} for {len(places)} places: give one per place, all "
-                                "with the same number of points")
+        raise ContactInputError(
+            f"{name} profiles: {len(profiles)} of shapes {sorted(shapes)} for {len(places)} places: give one per place,"
+            " all with the same number of points"
+        )
     stack = np.asarray(profiles, float)
     if not np.isfinite(stack).all():
-        raise ContactInputError(f"{name} profile at x = {places[np.argwhere(~np.isfinite(stack))[0][0]]:g} m is not finite")
+        raise ContactInputError(
+            f"{name} profile at x = {places[np.argwhere(~np.isfinite(stack))[0][0]]:g} m is not finite"
+        )
     ends = body.outline.edge_curves(body.face)
     if (ends[-1].points[-1] - ends[0].points[0]) @ (stack[0, -1] - stack[0, 0]) < 0:
         stack = stack[:, ::-1]
@@ -102,9 +127,11 @@ def _between(places: np.ndarray, profiles: Sequence[np.ndarray] | None, body: Bo
 
 @dataclass
 class SliceGap:
-    """Gap function over (x, s) with the upper body brought to touch at x = 0, and from there on by an approach along the way.
+    """Gap function over (x, s) with the upper body brought to touch at x = 0, and from there on by an approach along
+    the way.
 
-    closing : (2,) [m] by which the upper body was moved to touch; upper : Body there; reach : largest gap considered [m]
+    closing : (2,) [m] by which the upper body was moved to touch; upper : Body there; reach : largest gap considered
+        [m]
     """
 
     slices: Slices
@@ -117,8 +144,10 @@ class SliceGap:
         self.reach = self.reach or slices.upper.outline.size / 2
         near = nearest_places(slices.lower, slices.upper, way, self.reach)
         if not near:
-            raise NoContactError(f"moved along ({way[0]:.3g}, {way[1]:.3g}) the sections at x = 0 never meet within {self.reach:g} m: check "
-                                 "their positions, or raise reach")
+            raise NoContactError(
+                f"moved along ({way[0]:.3g}, {way[1]:.3g}) the sections at x = 0 never meet within {self.reach:g} m:"
+                " check their positions, or raise reach"
+            )
         self.closing = near[0][0] * way
         self.upper = slices.upper.moved(self.closing)
         self.touch = near[0][1] + self.closing
@@ -126,7 +155,8 @@ class SliceGap:
         self.begin = np.r_[0.0, np.cumsum([curve.length for curve in self.curves])]
         points = self.points(np.linspace(0, self.begin[-1], _SAMPLES))
         turned = self.curves[-1].points[-1][0] < self.curves[0].points[0][0]
-        self.sense = -1.0 if turned else 1.0                     # s as the grid sees it grows to the left-hand side's lateral axis
+        # s as the grid sees it grows to the left-hand side's lateral axis
+        self.sense = -1.0 if turned else 1.0
         self.origin = float(np.linspace(0, self.begin[-1], _SAMPLES)[np.hypot(*(points - self.touch).T).argmin()])
 
     @property
@@ -163,7 +193,8 @@ class SliceGap:
     def __call__(self, x: np.ndarray, y: np.ndarray, approach: float = 0.0) -> np.ndarray:
         """(nx, ny) gap [m] along the normals at points of a grid (nx, ny); +inf where a body has no surface.
 
-        approach : [m] by which the undeformed upper body is pushed on after the touch; the gap is negative where they overlap
+        approach : [m] by which the undeformed upper body is pushed on after the touch; the gap is negative where they
+            overlap
         """
         place = self.closing + approach * np.array(self.slices.way)
         rows = np.asarray(y)[0]
@@ -175,7 +206,11 @@ class SliceGap:
 
     def _slice(self, x: float, points: np.ndarray, normals: np.ndarray, place: np.ndarray) -> np.ndarray:
         slices = self.slices
-        pieces = [c.points for c in slices.upper.outline.edge_curves(slices.upper.face)] if slices.upper_section is None else slices.upper_section(x)
+        pieces = (
+            [c.points for c in slices.upper.outline.edge_curves(slices.upper.face)]
+            if slices.upper_section is None
+            else slices.upper_section(x)
+        )
         if not pieces:
             return np.full(len(points), np.inf)
         gap = smooth_gap(points, normals, [Curve.through(piece + place) for piece in pieces], self.reach, BEHIND)

@@ -1,21 +1,24 @@
-"""Three pairs of blocks that touch in the three ways of the thesis (chapter 5): non-conformal, conformal, at two points.
+"""Three pairs of blocks that touch in the three ways of the thesis (chapter 5): non-conformal, conformal, at two
+points.
 
-The thesis gives its geometry only as pictures; these are stated here in full. Each block is 30 mm wide; its held edge lies 20 mm
-behind the mean line of contact; E 210 GPa, nu 0.3; plane strain; 10 kN per mm of thickness; no friction.
+The thesis gives its geometry only as pictures; these are stated here in full. Each block is 30 mm wide; its held edge
+lies 20 mm behind the mean line of contact; E 210 GPa, nu 0.3; plane strain; 10 kN per mm of thickness; no friction.
 
 | case | upper face (moves) | lower face (fixed) |
 |---|---|---|
 | non_conformal | convex arc, radius 100 mm | convex arc, radius 400 mm |
 | conformal | convex arc, radius 70 mm | concave arc, radius 80 mm |
-| two_point | convex arc, radius 100 mm | two convex arcs, radius 60 mm, crowns at -8 and 8 mm, a parabola over the middle 2 mm |
+| two_point | convex arc, radius 100 mm | two convex arcs, radius 60 mm, crowns at -8 and 8 mm, a parabola over the
+middle 2 mm |
 """
+
 from __future__ import annotations
 
 import numpy as np
 
+from bem.material import STEEL, Elastic
 from bem.plane.body import Body
 from bem.plane.coulomb import Drive
-from bem.material import STEEL, Elastic
 from bem.plane.outline import block_behind
 
 HALF_WIDTH, HEIGHT = 0.015, 0.020
@@ -23,16 +26,24 @@ LOAD = Drive.of(force=(None, -10e6))
 
 
 def _arc_face(radius: float, points: int = 241) -> np.ndarray:
-    """Profile (n, 2) [m] through the origin: heights of an arc that rises away from it, or falls for a negative radius."""
+    """Profile (n, 2) [m] through the origin: heights of an arc that rises away from it, or falls for a negative
+    radius."""
     x = np.linspace(-HALF_WIDTH, HALF_WIDTH, points)
     return np.column_stack([x, np.sign(radius) * (abs(radius) - np.sqrt(radius**2 - x**2))])
 
 
-def blocks(upper: np.ndarray, lower: np.ndarray, upper_material: Elastic = STEEL, lower_material: Elastic = STEEL,
-           height: float = HEIGHT) -> tuple[Body, Body]:
+def blocks(
+    upper: np.ndarray,
+    lower: np.ndarray,
+    upper_material: Elastic = STEEL,
+    lower_material: Elastic = STEEL,
+    height: float = HEIGHT,
+) -> tuple[Body, Body]:
     """Fixed lower and moving upper block between two profiles (n, 2) [m] and held edges `height` [m] beyond them."""
-    return (Body(block_behind(lower, lower[:, 1].min() - height), lower_material),
-            Body(block_behind(upper, upper[:, 1].max() + height), upper_material))
+    return (
+        Body(block_behind(lower, lower[:, 1].min() - height), lower_material),
+        Body(block_behind(upper, upper[:, 1].max() + height), upper_material),
+    )
 
 
 def non_conformal() -> tuple[Body, Body]:

@@ -1,33 +1,35 @@
 """How far the error estimates of the contact solvers can be trusted: python -m bem.verification.estimates_study.
 
-Seeded cases are solved with their estimate and again with finer cells, which stand for the truth. Per quantity the table
-gives the cases, how many have a true error within the estimate, and the median of estimate over error: wanted are 95 %
-and less than 5. The constants of `error_bound` (bem/halfspace/coarse.py) were chosen on seeds 1 to 9; other seeds hold them.
-Truth: normal contact at a sixth of the cell, tangential at a quarter (with the pressure solved anew there), slices at a third of
-the cell and half the station spacing, plane contact at a twentieth of the accuracy asked for.
+Seeded cases are solved with their estimate and again with finer cells, which stand for the truth. Per quantity the
+table gives the cases, how many have a true error within the estimate, and the median of estimate over error: wanted are
+95 % and less than 5. The constants of `error_bound` (bem/halfspace/coarse.py) were chosen on seeds 1 to 9; other seeds
+hold them. Truth: normal contact at a sixth of the cell, tangential at a quarter (with the pressure solved anew there),
+slices at a third of the cell and half the station spacing, plane contact at a twentieth of the accuracy asked for.
 """
+
 from __future__ import annotations
 
 import argparse
-from typing import Callable, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
+from bem.halfspace.coarse import relative_change
+from bem.halfspace.fastsim import equivalent_ellipse, fastsim, flexibilities
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.tangential import rolling_contact, shift_contact
+from bem.material import STEEL, Pair
+from bem.patch import Creepage, Grid, Patch
 from bem.plane.body import Body
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.coulomb import Drive
-from bem.halfspace.fastsim import equivalent_ellipse, fastsim, flexibilities
-from bem.halfspace.normal import normal_contact
-from bem.halfspace.coarse import relative_change
-from bem.material import STEEL, Pair
-from bem.halfspace.tangential import rolling_contact, shift_contact
 from bem.plane.outline import block_behind
-from bem.patch import Creepage, Grid, Patch
 from bem.slices.coupled import slice_contact
 from bem.slices.slices import Slices, wheel_on_prism
 
 WINDOW = ((-0.03, 0.03), (-0.03, 0.03))
-COVERED, MEDIAN = 0.95, 5.0      # wanted of every quantity: share within the estimate, median of estimate over error
+COVERED, MEDIAN = 0.95, 5.0  # wanted of every quantity: share within the estimate, median of estimate over error
 
 
 class Row(NamedTuple):
@@ -79,29 +81,62 @@ def normal_case(draw: np.random.Generator) -> list[Row]:
 
 
 def _normal_rows(method: str, patch: Patch, fine: Patch, by_load: bool) -> list[Row]:
-    normal = relative_change(patch.approach - patch.gap.min(), fine.approach - fine.gap.min()) if by_load else \
-        relative_change(patch.normal_force, fine.normal_force)
-    return [Row(f"{method}: largest pressure", patch.error.max_pressure, relative_change(patch.max_pressure, fine.max_pressure)),
-            Row(f"{method}: contact area", patch.error.contact_area, relative_change(patch.contact_area, fine.contact_area)),
-            Row(f"{method}: {'approach' if by_load else 'normal force'}", patch.error.normal, normal)]
+    normal = (
+        relative_change(patch.approach - patch.gap.min(), fine.approach - fine.gap.min())
+        if by_load
+        else relative_change(patch.normal_force, fine.normal_force)
+    )
+    return [
+        Row(
+            f"{method}: largest pressure",
+            patch.error.max_pressure,
+            relative_change(patch.max_pressure, fine.max_pressure),
+        ),
+        Row(
+            f"{method}: contact area", patch.error.contact_area, relative_change(patch.contact_area, fine.contact_area)
+        ),
+        Row(f"{method}: {'approach' if by_load else 'normal force'}", patch.error.normal, normal),
+    ]
 
 
 def tangential_case(draw: np.random.Generator, method: str) -> list[Row]:
-    """Tangential force by rolling, shift or FASTSIM, from a tenth to six times the creepages whose linear theory reaches mu N."""
+    """Tangential force by rolling, shift or FASTSIM, from a tenth to six times the creepages whose linear theory
+    reaches mu N."""
     gap, load, patch = _drawn_patch(draw, 20, 48)
     fine = normal_contact(gap, STEEL, STEEL, grid=refined(patch.grid, 4), load=load, estimate=False)
     semi_x, semi_y, _, _ = equivalent_ellipse(patch.grid, patch.pressure)
     friction, way = draw.uniform(0.1, 0.5), draw.normal(size=3) * [1, 1, draw.random() < 0.7]
-    scale = friction * load / (np.pi * semi_x * semi_y) * 2 / semi_x * np.array(flexibilities(semi_x, semi_y, Pair.of(STEEL, STEEL)))
-    parts = np.exp(draw.uniform(np.log(0.1), np.log(6))) * way / np.linalg.norm(way) * scale * [1, 1, 1 / np.sqrt(semi_x * semi_y)]
+    scale = (
+        friction
+        * load
+        / (np.pi * semi_x * semi_y)
+        * 2
+        / semi_x
+        * np.array(flexibilities(semi_x, semi_y, Pair.of(STEEL, STEEL)))
+    )
+    parts = (
+        np.exp(draw.uniform(np.log(0.1), np.log(6)))
+        * way
+        / np.linalg.norm(way)
+        * scale
+        * [1, 1, 1 / np.sqrt(semi_x * semi_y)]
+    )
 
     def force(of: Patch, estimate: bool) -> Patch:
         if method == "shift":
             return shift_contact(of, STEEL, STEEL, friction, Creepage(*(0.3 * semi_x * parts)), estimate=estimate)
-        return {"rolling": rolling_contact, "FASTSIM": fastsim}[method](of, STEEL, STEEL, friction, Creepage(*parts), estimate=estimate)
+        return {"rolling": rolling_contact, "FASTSIM": fastsim}[method](
+            of, STEEL, STEEL, friction, Creepage(*parts), estimate=estimate
+        )
 
     found, true = force(patch, True), force(fine, False)
-    return [Row(f"{method}: tangential force", found.error.tangential_force, relative_change(found.tangential_force, true.tangential_force))]
+    return [
+        Row(
+            f"{method}: tangential force",
+            found.error.tangential_force,
+            relative_change(found.tangential_force, true.tangential_force),
+        )
+    ]
 
 
 def _arc(radius: float, half_width: float) -> np.ndarray:
@@ -110,13 +145,16 @@ def _arc(radius: float, half_width: float) -> np.ndarray:
 
 
 def drawn_slices(draw: np.random.Generator) -> Slices:
-    """A wheel, convex or hollow, on a rail crown; approached along the normal or up to 65 degrees from it, as on a flank."""
+    """A wheel, convex or hollow, on a rail crown; approached along the normal or up to 65 degrees from it, as on a
+    flank."""
     crown, wheel = np.exp(draw.uniform(np.log(0.02), np.log(0.3))), draw.uniform(0.35, 0.5)
     hollow = -1.3 * crown if draw.random() < 0.3 else 0.3
     slant = np.radians(draw.uniform(-65, 65)) * (draw.random() < 0.5)
     width = min(0.02, 0.6 * crown)
     lower, upper = block_behind(_arc(-crown, width), -0.04), block_behind(_arc(hollow, width), 0.04)
-    return wheel_on_prism(Body(lower, STEEL), Body(upper, STEEL), wheel, way=(float(np.sin(slant)), -float(np.cos(slant))))
+    return wheel_on_prism(
+        Body(lower, STEEL), Body(upper, STEEL), wheel, way=(float(np.sin(slant)), -float(np.cos(slant)))
+    )
 
 
 def slice_case(draw: np.random.Generator) -> list[Row]:
@@ -124,9 +162,13 @@ def slice_case(draw: np.random.Generator) -> list[Row]:
     slices, load = drawn_slices(draw), float(np.exp(draw.uniform(np.log(5e3), np.log(6e4))))
     cells = (int(draw.integers(20, 41)), int(draw.integers(20, 41)))
     patch = slice_contact(slices, load=load, cells=cells, threads=1)
-    fine = slice_contact(slices, load=load, grid=refined(patch.grid, 3), stations=32, threads=1, cut=True, estimate=False)
-    return [row._replace(error=relative_change(patch.approach, fine.approach)) if row.quantity.endswith("approach") else row
-            for row in _normal_rows("slices", patch, fine, True)]
+    fine = slice_contact(
+        slices, load=load, grid=refined(patch.grid, 3), stations=32, threads=1, cut=True, estimate=False
+    )
+    return [
+        row._replace(error=relative_change(patch.approach, fine.approach)) if row.quantity.endswith("approach") else row
+        for row in _normal_rows("slices", patch, fine, True)
+    ]
 
 
 def plane_case(draw: np.random.Generator) -> list[Row]:
@@ -134,8 +176,14 @@ def plane_case(draw: np.random.Generator) -> list[Row]:
     first = np.exp(draw.uniform(np.log(0.03), np.log(0.3)))
     second = -1.15 * first if draw.random() < 0.3 else np.exp(draw.uniform(np.log(0.03), np.log(0.3)))
     bodies = Body(block_behind(_arc(-second, 0.015), -0.03), STEEL), Body(block_behind(_arc(first, 0.015), 0.03), STEEL)
-    drive, accuracy = Drive.of(force=(None, -float(np.exp(draw.uniform(np.log(5e5), np.log(5e6)))))), draw.uniform(0.005, 0.03)
-    found, true = (solve_contact(*bodies, drive, settings=Settings(accuracy=asked)).last.pressure.max() for asked in (accuracy, accuracy / 20))
+    drive, accuracy = (
+        Drive.of(force=(None, -float(np.exp(draw.uniform(np.log(5e5), np.log(5e6)))))),
+        draw.uniform(0.005, 0.03),
+    )
+    found, true = (
+        solve_contact(*bodies, drive, settings=Settings(accuracy=asked)).last.pressure.max()
+        for asked in (accuracy, accuracy / 20)
+    )
     return [Row("plane: largest pressure", accuracy, relative_change(found, true))]
 
 
@@ -156,7 +204,8 @@ def rows_of(part: str, seed: int, cases: int) -> list[Row]:
 
 
 def summary(rows: list[Row]) -> dict[str, tuple[int, float, float, float]]:
-    """Per quantity: cases, share whose error is within the estimate (NaN counts as outside), median of estimate over error, median error."""
+    """Per quantity: cases, share whose error is within the estimate (NaN counts as outside), median of estimate over
+    error, median error."""
     found = {}
     for quantity in dict.fromkeys(row.quantity for row in rows):
         estimate, error = np.array([row[1:] for row in rows if row.quantity == quantity]).T
@@ -171,7 +220,10 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--share", type=float, default=1.0, help="of the 200 cases")
     parser.add_argument("--part", choices=list(PARTS), action="append", help="only these (default all)")
     options = parser.parse_args(arguments)
-    print(f"{'quantity':28s} {'cases':>6s} {'within':>7s} {'estimate/error':>15s} {'error':>9s}    (wanted {COVERED:.0%}, below {MEDIAN:g}; medians)")
+    print(
+        f"{'quantity':28s} {'cases':>6s} {'within':>7s} {'estimate/error':>15s} {'error':>9s}    (wanted {COVERED:.0%},"
+        f" below {MEDIAN:g}; medians)"
+    )
     for part in options.part or PARTS:
         count = max(1, round(options.share * PARTS[part][0]))
         for quantity, (cases, covered, ratio, error) in summary(rows_of(part, options.seed, count)).items():

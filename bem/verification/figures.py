@@ -1,4 +1,6 @@
-"""Figures of bem.verification.plane_study: convergence charts, speed against error, scaling, and the fields of a case. Needs matplotlib."""
+"""Figures of bem.verification.plane_study: convergence charts, speed against error, scaling, and the fields of a case.
+Needs matplotlib."""
+
 from __future__ import annotations
 
 import re
@@ -11,7 +13,11 @@ from bem.plane.internal import Field
 
 MM = 1e-3
 _LEAST = 1e-4  # [%] what is smaller is drawn here
-_WORDS = {"pressure": "largest pressure", "displacement": "largest displacement", "von_mises": "largest von Mises stress"}
+_WORDS = {
+    "pressure": "largest pressure",
+    "displacement": "largest displacement",
+    "von_mises": "largest von Mises stress",
+}
 
 
 def _file(folder: Path, title: str, ending: str) -> Path:
@@ -20,14 +26,17 @@ def _file(folder: Path, title: str, ending: str) -> Path:
 
 def _axes(rows: int, columns: int, size: tuple[float, float]):
     import matplotlib
+
     matplotlib.use("Agg")
     from matplotlib import pyplot
+
     figure, axes = pyplot.subplots(rows, columns, figsize=size, constrained_layout=True, squeeze=False)
     return figure, axes.ravel()
 
 
 def _save(figure, path: Path) -> Path:
     from matplotlib import pyplot
+
     figure.savefig(path, dpi=110)
     pyplot.close(figure)
     return path
@@ -36,6 +45,7 @@ def _save(figure, path: Path) -> Path:
 def _plain_numbers(axis, which: str = "both") -> None:
     """Logarithmic axes with 0.2 and 50 written as such instead of as powers of ten."""
     from matplotlib.ticker import FuncFormatter, LogLocator
+
     for name in ("x", "y") if which == "both" else (which,):
         side = getattr(axis, f"{name}axis")
         low, high = axis.get_xlim() if name == "x" else axis.get_ylim()
@@ -78,15 +88,27 @@ def _convergence(title: str, names: list[str], rows: np.ndarray):
     for k, name in enumerate(names):
         if name.endswith("_pct"):
             kind, quantity = name[:-4].split("_", 1)
-            label = f"{_WORDS[quantity]}: " + ("error to the finest" if kind == "error" else "change from the size before")
-            style = {"color": "tab:blue" if quantity == "displacement" else "tab:red", "marker": "o" if kind == "error" else "s",
-                     "linestyle": "-" if kind == "error" else "--", "markerfacecolor": None if kind == "error" else "white"}
+            label = f"{_WORDS[quantity]}: " + (
+                "error to the finest" if kind == "error" else "change from the size before"
+            )
+            style = {
+                "color": "tab:blue" if quantity == "displacement" else "tab:red",
+                "marker": "o" if kind == "error" else "s",
+                "linestyle": "-" if kind == "error" else "--",
+                "markerfacecolor": None if kind == "error" else "white",
+            }
             left.loglog(rows[:, 0], np.maximum(rows[:, k], _LEAST), label=label, **style)
     left.set_ylim(_LEAST / 1.5, None)
     right.loglog(rows[:, 0], rows[:, names.index("seconds")], "k^-")
     for place in (0, -1):
-        right.annotate(f"{rows[place, 1]:.0f} {names[1]}", (rows[place, 0], rows[place, names.index("seconds")]), ha="left" if place == 0 else "right",
-                       textcoords="offset points", xytext=(0, 10) if place == 0 else (-10, 0), fontsize=9)
+        right.annotate(
+            f"{rows[place, 1]:.0f} {names[1]}",
+            (rows[place, 0], rows[place, names.index("seconds")]),
+            ha="left" if place == 0 else "right",
+            textcoords="offset points",
+            xytext=(0, 10) if place == 0 else (-10, 0),
+            fontsize=9,
+        )
     what = "element size in the contact [mm]" if "boundary" in title else "spacing of the internal points [mm]"
     for axis in (left, right):
         axis.invert_xaxis()
@@ -105,7 +127,11 @@ def _speed(title: str, names: list[str], rows: np.ndarray):
         axis.loglog(rows[:, 3], rows[:, k], mark, label=label)
     for row in rows:
         axis.annotate(f"{row[0]:g}", (row[3], row[1]), textcoords="offset points", xytext=(5, 5), fontsize=9)
-    axis.set(title=title, xlabel="processor time [s] (numbers: elements to the half contact)", ylabel="error to the exact solution [%]")
+    axis.set(
+        title=title,
+        xlabel="processor time [s] (numbers: elements to the half contact)",
+        ylabel="error to the exact solution [%]",
+    )
     _plain_numbers(axis)
     axis.legend()
     return figure
@@ -134,20 +160,29 @@ def _mark_patches(axis, result: ContactResult) -> None:
 
 
 def draw_fields(folder: Path, name: str, result: ContactResult, field: Field) -> Path:
-    """Pressure along the face, meshes near the contact, and von Mises stress and displacement in the fixed body below it."""
+    """Pressure along the face, meshes near the contact, and von Mises stress and displacement in the fixed body below
+    it."""
     figure, (top, mesh, stress, moved) = _axes(2, 2, (13.0, 9.0))
     _mark_patches(top, result)
     order = np.argsort(result.interface.points[:, 0])
     y, pressure = result.interface.points[order, 0] / MM, result.last.pressure[order] / 1e6
     width = (y[pressure > 0].min() - 1, y[pressure > 0].max() + 1)
     top.plot(y, pressure, "k.-", linewidth=1)
-    top.set(title=f"contact pressure, largest {pressure.max():.0f} MPa (grey: contact)", xlabel="y [mm]", ylabel="pressure [MPa]", xlim=width,
-            ylim=(0, None))
+    top.set(
+        title=f"contact pressure, largest {pressure.max():.0f} MPa (grey: contact)",
+        xlabel="y [mm]",
+        ylabel="pressure [MPa]",
+        xlim=width,
+        ylim=(0, None),
+    )
     top.grid(alpha=0.3)
     _draw_meshes(mesh, result, width)
     y, z = np.moveaxis(field.points, -1, 0) / MM
     down = field.displacement[..., 1] / MM
-    for axis, values, label in ((stress, field.von_mises / 1e6, "von Mises stress [MPa]"), (moved, down, "displacement along z [mm]")):
+    for axis, values, label in (
+        (stress, field.von_mises / 1e6, "von Mises stress [MPa]"),
+        (moved, down, "displacement along z [mm]"),
+    ):
         drawn = axis.contourf(y, z, values, 24, cmap="turbo")
         figure.colorbar(drawn, ax=axis, label=label)
         axis.set(xlabel="y [mm]", ylabel="z [mm]", aspect="equal")
@@ -160,12 +195,29 @@ def draw_fields(folder: Path, name: str, result: ContactResult, field: Field) ->
 
 
 def _draw_meshes(axis, result: ContactResult, width: tuple[float, float]) -> None:
-    """The boundary elements' ends of both bodies around the contact; the moving body is lifted so that they can be told apart."""
+    """The boundary elements' ends of both bodies around the contact; the moving body is lifted so that they can be told
+    apart."""
     lift = 0.08 * (width[1] - width[0])
-    for body, up, color, label in ((result.fixed, 0.0, "tab:blue", "fixed"), (result.moving, lift, "tab:orange", f"moving, drawn {lift:.1f} mm higher")):
+    for body, up, color, label in (
+        (result.fixed, 0.0, "tab:blue", "fixed"),
+        (result.moving, lift, "tab:orange", f"moving, drawn {lift:.1f} mm higher"),
+    ):
         corners = body.mesh.vertices / MM + [0, up]
-        axis.plot(*np.vstack([corners, corners[:1]]).T, ".-", color=color, markersize=4, linewidth=0.8, label=f"{label}: {body.mesh.elements} elements")
+        axis.plot(
+            *np.vstack([corners, corners[:1]]).T,
+            ".-",
+            color=color,
+            markersize=4,
+            linewidth=0.8,
+            label=f"{label}: {body.mesh.elements} elements",
+        )
     touched = result.interface.points[result.last.pressure > 0, 1] / MM
-    axis.set(title="boundary meshes", xlabel="y [mm]", ylabel="z [mm]", xlim=width, ylim=(touched.min() - lift, touched.max() + 3 * lift))
+    axis.set(
+        title="boundary meshes",
+        xlabel="y [mm]",
+        ylabel="z [mm]",
+        xlim=width,
+        ylim=(touched.min() - lift, touched.max() + 3 * lift),
+    )
     axis.legend(fontsize=8, loc="upper right")
     axis.grid(alpha=0.3)

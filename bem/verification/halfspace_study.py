@@ -1,31 +1,34 @@
-"""Speed against error of the patch solvers on one patch, and creep curves: python -m bem.verification.halfspace_study --out DIR.
+"""Speed against error of the patch solvers on one patch, and creep curves: python -m bem.verification.halfspace_study
+--out DIR.
 
 Patch: 100 kN on a Hertz ellipse (relative radii 460 and 300 mm, steel), friction 0.3. Errors:
   normal    largest pressure against Hertz
   shift     force against the finest grid's, extrapolated with the order that the three finest show
   rolling   the same
   FASTSIM   force against the rolling reference: the simplified theory's own error included
-Seconds are processor time (user and system), the least of several runs, one thread, without import and compilation. The reference rows are Kalker's
-CONTACT (compiled Fortran, one thread, user seconds on a machine of this kind), as given to the project.
+Seconds are processor time (user and system), the least of several runs, one thread, without import and compilation. The
+reference rows are Kalker's CONTACT (compiled Fortran, one thread, user seconds on a machine of this kind), as given to
+the project.
 """
+
 from __future__ import annotations
 
 import argparse
 import csv
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Callable
 
 import numpy as np
 
-from bem.halfspace.fastsim import elliptic_patch, fastsim
-from bem.halfspace.normal import normal_contact
-from bem.halfspace.figures import creep_curves_figure, patch_figure, speed_error_figure
-from bem.material import Pair, STEEL
-from bem.halfspace.tangential import rolling_contact, shift_contact
 from bem.exact.hertz import PointContact, point_contact
 from bem.exact.kalker import linear_creep_forces
 from bem.exact.kalker_table import coefficients
+from bem.halfspace.fastsim import elliptic_patch, fastsim
+from bem.halfspace.figures import creep_curves_figure, patch_figure, speed_error_figure
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.tangential import rolling_contact, shift_contact
+from bem.material import STEEL, Pair
 from bem.patch import Creepage, Grid, Patch
 
 LOAD, FRICTION, RADII = 1e5, 0.3, (0.46, 0.30)
@@ -45,13 +48,20 @@ def study_grid(cells: int) -> Grid:
     """cells x cells over the ellipse and a margin of one and a half cells or 4.5 %, whichever is more."""
     exact = hertz()
     stretch = max(1.09, 1 / (1 - 3 / cells))
-    return Grid.over((-stretch * exact.semi_x, stretch * exact.semi_x), (-stretch * exact.semi_y, stretch * exact.semi_y), cells, cells)
+    return Grid.over(
+        (-stretch * exact.semi_x, stretch * exact.semi_x),
+        (-stretch * exact.semi_y, stretch * exact.semi_y),
+        cells,
+        cells,
+    )
 
 
 def solve_normal(cells: int) -> Patch:
     grid = study_grid(cells)
     x, y = grid.points()
-    return normal_contact(x**2 / (2 * RADII[0]) + y**2 / (2 * RADII[1]), STEEL, STEEL, load=LOAD, grid=grid, estimate=False)
+    return normal_contact(
+        x**2 / (2 * RADII[0]) + y**2 / (2 * RADII[1]), STEEL, STEEL, load=LOAD, grid=grid, estimate=False
+    )
 
 
 def least_seconds(action: Callable[[], object], budget: float = 1.0) -> tuple[float, object]:
@@ -66,9 +76,18 @@ def least_seconds(action: Callable[[], object], budget: float = 1.0) -> tuple[fl
     return least, result
 
 
-def speed_row(method: str, cells: int, seconds: float, error: float, reference: bool = False, problem: str = "normal") -> dict:
+def speed_row(
+    method: str, cells: int, seconds: float, error: float, reference: bool = False, problem: str = "normal"
+) -> dict:
     """One point of the figure of speed against error (bem.halfspace.figures.speed_error_figure)."""
-    return {"problem": problem, "method": method, "cells": cells, "seconds": seconds, "error": error, "reference": reference}
+    return {
+        "problem": problem,
+        "method": method,
+        "cells": cells,
+        "seconds": seconds,
+        "error": error,
+        "reference": reference,
+    }
 
 
 def normal_rows(sizes: tuple[int, ...]) -> list[dict]:
@@ -82,18 +101,25 @@ def normal_rows(sizes: tuple[int, ...]) -> list[dict]:
 
 def tangential_rows(sizes: tuple[int, ...]) -> list[dict]:
     """Rolling, shift and FASTSIM against the extrapolated force; CONTACT's seconds beside the errors of equal cells."""
-    solvers = {"rolling": lambda patch: rolling_contact(patch, STEEL, STEEL, FRICTION, CREEPAGE, estimate=False),
-               "shift": lambda patch: shift_contact(patch, STEEL, STEEL, FRICTION, SHIFT, estimate=False)}
+    solvers = {
+        "rolling": lambda patch: rolling_contact(patch, STEEL, STEEL, FRICTION, CREEPAGE, estimate=False),
+        "shift": lambda patch: shift_contact(patch, STEEL, STEEL, FRICTION, SHIFT, estimate=False),
+    }
     rows, limits = [], {}
     for name, solver in solvers.items():
         timed = {cells: least_seconds(lambda patch=solve_normal(cells): solver(patch)) for cells in sizes}
         forces = np.array([timed[cells][1].tangential_force for cells in sizes])
         limits[name] = extrapolated(forces)
         errors = np.linalg.norm(forces - limits[name], axis=1) / np.linalg.norm(limits[name])
-        rows += [speed_row(name, cells, timed[cells][0], error, problem="tangential") for cells, error in zip(sizes, errors)]
+        rows += [
+            speed_row(name, cells, timed[cells][0], error, problem="tangential") for cells, error in zip(sizes, errors)
+        ]
         known = CONTACT_ROLLING if name == "rolling" else CONTACT_SHIFT
-        rows += [speed_row(f"{name}, CONTACT's seconds at our error", cells, known[cells], error, True, "tangential")
-                 for cells, error in zip(sizes, errors) if cells in known]
+        rows += [
+            speed_row(f"{name}, CONTACT's seconds at our error", cells, known[cells], error, True, "tangential")
+            for cells, error in zip(sizes, errors)
+            if cells in known
+        ]
     for cells in sizes:
         patch = elliptic_patch(hertz().semi_x, hertz().semi_y, LOAD, (cells, cells))
         seconds, result = least_seconds(lambda: fastsim(patch, STEEL, STEEL, FRICTION, CREEPAGE, estimate=False), 0.2)
@@ -114,16 +140,26 @@ def creep_curves(cells: int, points: int) -> dict[str, dict[str, np.ndarray]]:
     patch, exact = solve_normal(cells), hertz()
     pair = Pair.of(STEEL, STEEL)
     linear = coefficients(exact.semi_x / exact.semi_y, pair.poisson)
-    kinds = {"longitudinal": ("creepage", 5e-3, lambda v: Creepage(longitudinal=v), 0),
-             "lateral": ("creepage", 5e-3, lambda v: Creepage(lateral=v), 1), "spin": ("spin [1/m]", 2.0, lambda v: Creepage(spin=v), 1)}
+    kinds = {
+        "longitudinal": ("creepage", 5e-3, lambda v: Creepage(longitudinal=v), 0),
+        "lateral": ("creepage", 5e-3, lambda v: Creepage(lateral=v), 1),
+        "spin": ("spin [1/m]", 2.0, lambda v: Creepage(spin=v), 1),
+    }
     curves = {}
     for kind, (label, largest, creepage, axis) in kinds.items():
         values = largest * np.linspace(0, 1, points) ** 1.5
-        methods = {"full theory": lambda c: rolling_contact(patch, STEEL, STEEL, FRICTION, c, estimate=False).tangential_force[axis],
-                   "FASTSIM, parabolic": lambda c: fastsim(patch, STEEL, STEEL, FRICTION, c, estimate=False).tangential_force[axis],
-                   "FASTSIM, elliptic": lambda c: fastsim(patch, STEEL, STEEL, FRICTION, c, bound="elliptic",
-                                                          estimate=False).tangential_force[axis],
-                   "linear theory": lambda c: linear_creep_forces(exact.semi_x, exact.semi_y, pair, c, linear)[axis]}
+        methods = {
+            "full theory": lambda c: rolling_contact(patch, STEEL, STEEL, FRICTION, c, estimate=False).tangential_force[
+                axis
+            ],
+            "FASTSIM, parabolic": lambda c: fastsim(patch, STEEL, STEEL, FRICTION, c, estimate=False).tangential_force[
+                axis
+            ],
+            "FASTSIM, elliptic": lambda c: fastsim(
+                patch, STEEL, STEEL, FRICTION, c, bound="elliptic", estimate=False
+            ).tangential_force[axis],
+            "linear theory": lambda c: linear_creep_forces(exact.semi_x, exact.semi_y, pair, c, linear)[axis],
+        }
         curves[kind] = {"creepage": values, "label": label}
         for name, method in methods.items():
             curves[kind][name] = np.array([abs(method(creepage(v))) for v in values]) / (FRICTION * LOAD)
@@ -151,7 +187,9 @@ def main(arguments: list[str] | None = None) -> None:
     rows = normal_rows((22, 44) if options.quick else (22, 44, 88, 176, 352, 704))
     rows += tangential_rows((11, 22, 44) if options.quick else (22, 44, 88, 176, 352))
     report_speed_error(rows, options.out)
-    creep_curves_figure(creep_curves(22 if options.quick else 44, 7 if options.quick else 21), str(options.out / "creep_curves.png"))
+    creep_curves_figure(
+        creep_curves(22 if options.quick else 44, 7 if options.quick else 21), str(options.out / "creep_curves.png")
+    )
     patch_figure(rolling_contact(solve_normal(44), STEEL, STEEL, FRICTION, CREEPAGE), str(options.out / "patch.png"))
     print(f"written: {options.out}/speed_error.csv, speed_error.png, creep_curves.png, patch.png")
 

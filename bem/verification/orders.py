@@ -1,13 +1,17 @@
-"""Error and observed order against element size for every plane problem with an exact solution (bem/verification/exact_problems.py).
+"""Error and observed order against element size for every plane problem with an exact solution
+(bem/verification/exact_problems.py).
 
     python -m bem.verification.orders                     a table on the screen
     python -m bem.verification.orders --out orders.md     the same, written as Markdown
     RAIL_FEM_SMOKE=1                         two sizes each, once each: the same paths in seconds
 
-The order is that of the finest pair. In contacts the patch's edge falls anywhere between two nodes, and the error scatters with it:
-there the error is the worst at 1, 1.13 and 1.29 times the fineness, and the order that of a straight line through all (logarithms).
-What the theory leaves out stays as an error: Persson's radii differ by 4e-5 of themselves, Spence's pressure is that of no friction.
+The order is that of the finest pair. In contacts the patch's edge falls anywhere between two nodes, and the error
+scatters with it:
+there the error is the worst at 1, 1.13 and 1.29 times the fineness, and the order that of a straight line through all
+(logarithms). What the theory leaves out stays as an error: Persson's radii differ by 4e-5 of themselves, Spence's
+pressure is that of no friction.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -23,8 +27,8 @@ from bem.verification import exact_problems as exact
 
 @dataclass(frozen=True)
 class Study:
-    """name; quantities whose errors `errors` returns; sizes: element sizes [m], or of a contact elements to its half; phases: factors on
-    each size, of which the worst counts
+    """name; quantities whose errors `errors` returns; sizes: element sizes [m], or of a contact elements to its half;
+    phases: factors on each size, of which the worst counts
     """
 
     name: str
@@ -39,18 +43,55 @@ PHASES = (1.0, 1.13, 1.29)
 
 
 def _pin(degrees: int) -> Study:
-    return Study(f"pin in hole, {degrees} degrees (Persson)", ("largest pressure", "profile L2"),
-                 lambda cells: exact.pin_errors(cells, np.radians(degrees)), (6, 12, 24, 48, 96), phases=PHASES)
+    return Study(
+        f"pin in hole, {degrees} degrees (Persson)",
+        ("largest pressure", "profile L2"),
+        lambda cells: exact.pin_errors(cells, np.radians(degrees)),
+        (6, 12, 24, 48, 96),
+        phases=PHASES,
+    )
 
 
 STUDIES = [
-    Study("pressurised ring (Lame)", ("stress one element off", "displacement"), exact.ring_errors, (0.2, 0.1, 0.05, 0.025), False),
-    Study("hole under tension (Kirsch)", ("stress one element off",), exact.kirsch_error, (0.2, 0.1, 0.05, 0.025), False),
-    Study("point load on a half-plane (Flamant)", ("stress one element off",), exact.flamant_error, (0.2, 0.1, 0.05, 0.025), False),
-    Study("line contact (Hertz)", ("largest pressure", "profile L2"), exact.hertz_errors, (3, 6, 12, 24, 48, 96), phases=PHASES),
+    Study(
+        "pressurised ring (Lame)",
+        ("stress one element off", "displacement"),
+        exact.ring_errors,
+        (0.2, 0.1, 0.05, 0.025),
+        False,
+    ),
+    Study(
+        "hole under tension (Kirsch)", ("stress one element off",), exact.kirsch_error, (0.2, 0.1, 0.05, 0.025), False
+    ),
+    Study(
+        "point load on a half-plane (Flamant)",
+        ("stress one element off",),
+        exact.flamant_error,
+        (0.2, 0.1, 0.05, 0.025),
+        False,
+    ),
+    Study(
+        "line contact (Hertz)",
+        ("largest pressure", "profile L2"),
+        exact.hertz_errors,
+        (3, 6, 12, 24, 48, 96),
+        phases=PHASES,
+    ),
     *(_pin(degrees) for degrees in (30, 45, 60, 75)),
-    Study("partial slip, Q = 0.75 mu P (Cattaneo)", ("stick width", "shear L2"), exact.cattaneo_errors, (6, 12, 24, 48, 96), phases=PHASES),
-    Study("rolling, Q = 0.64 mu P (Carter)", ("force", "stick width"), exact.carter_errors, (6, 12, 25, 50, 100), phases=PHASES),
+    Study(
+        "partial slip, Q = 0.75 mu P (Cattaneo)",
+        ("stick width", "shear L2"),
+        exact.cattaneo_errors,
+        (6, 12, 24, 48, 96),
+        phases=PHASES,
+    ),
+    Study(
+        "rolling, Q = 0.64 mu P (Carter)",
+        ("force", "stick width"),
+        exact.carter_errors,
+        (6, 12, 25, 50, 100),
+        phases=PHASES,
+    ),
     Study("loading of unlike bodies (Spence)", ("stick width",), exact.spence_error, (8, 16, 32, 64)),
 ]
 
@@ -74,13 +115,19 @@ def lines_of(study: Study) -> list[str]:
     """Rows of the table for one problem, one for each quantity."""
     sizes, errors, orders = measure(study)
     unit = "elements to the half contact" if study.contact else "element size [m], body of 1 m"
-    return [f"| {study.name} | {quantity} | {unit} | " + ", ".join(f"{size:g}: {error:.2g}" for size, error in zip(sizes, 100 * column))
-            + f" | {order:.2f} |" for quantity, column, order in zip(study.quantities, errors.T, orders)]
+    return [
+        f"| {study.name} | {quantity} | {unit} | "
+        + ", ".join(f"{size:g}: {error:.2g}" for size, error in zip(sizes, 100 * column))
+        + f" | {order:.2f} |"
+        for quantity, column, order in zip(study.quantities, errors.T, orders)
+    ]
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Print the table; see the module's docstring."""
-    parser = argparse.ArgumentParser(prog="python -m bem.verification.orders", description="error and observed order against exact solutions")
+    parser = argparse.ArgumentParser(
+        prog="python -m bem.verification.orders", description="error and observed order against exact solutions"
+    )
     parser.add_argument("--out", type=Path, help="Markdown file to write")
     options = parser.parse_args(arguments)
     text = ["| problem | error of | fineness | error [%] at each | observed order |", "|---|---|---|---|---|"]

@@ -1,14 +1,16 @@
 """Convergence, speed against error, and scaling of the boundary elements: the numbers, and with --out their figures.
 
     python -m bem.verification.plane_study                              all studies, tables on the screen
-    python -m bem.verification.plane_study --out study                  the same, with a CSV and a PNG each (needs matplotlib)
-    python -m bem.verification.plane_study --profiles LOWER.csv UPPER.csv --load 4e6
-                                                     the case study for two profiles of one's own: y, z in metres, with a comma
-                                                     between, in one frame; the lower is fixed, the upper is pressed down [N/m]
+    python -m bem.verification.plane_study --out study                  the same, with a CSV and a PNG each (needs
+    matplotlib) python -m bem.verification.plane_study --profiles LOWER.csv UPPER.csv --load 4e6
+                                                     the case study for two profiles of one's own: y, z in metres, with
+                                                     a comma between, in one frame; the lower is fixed, the upper is
+                                                     pressed down [N/m]
     RAIL_FEM_SMOKE=1                                 three sizes each: the same paths in seconds
 
 Times are processor time, the least of three runs. The thesis' counterparts: Figs. 5-10, 5-12, 5-14, 5-20 and Table 5-4.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -21,17 +23,17 @@ from pathlib import Path
 
 import numpy as np
 
+from bem.material import STEEL
 from bem.plane.body import Body
 from bem.plane.boundary import Condition, solve_boundary
-from bem.verification.cases import CASES, LOAD
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.contact_result import ContactResult
 from bem.plane.coulomb import Drive
-from bem.verification.exact_problems import hertz_errors, pin_errors, ring
 from bem.plane.internal import Field, field_at, grid_below, stress_at
-from bem.material import STEEL
 from bem.plane.mesh import Sizing, mesh_outline
 from bem.plane.outline import block_behind
+from bem.verification.cases import CASES, LOAD
+from bem.verification.exact_problems import hertz_errors, pin_errors, ring
 
 MM = 1e-3
 Table = tuple[list[str], np.ndarray]
@@ -44,7 +46,8 @@ def _sizes(*values: float) -> list[float]:
 
 
 def _timed(call: Callable, runs: int = 3):
-    """Answer and least processor time [s] of some runs: on one core, with one BLAS thread, what a clock shows when nothing else runs."""
+    """Answer and least processor time [s] of some runs: on one core, with one BLAS thread, what a clock shows when
+    nothing else runs."""
     best = np.inf
     for _ in range(1 if os.environ.get("RAIL_FEM_SMOKE") else runs):
         tick = time.process_time()
@@ -67,13 +70,21 @@ def field_below(result: ContactResult, size: float) -> Field:
 
 
 def boundary_convergence(fixed: Body, moving: Body, drive: Drive) -> Table:
-    """Largest pressure and displacement against the boundary mesh; error against the finest, change against the one before."""
+    """Largest pressure and displacement against the boundary mesh; error against the finest, change against the one
+    before."""
     rows = []
     for size in _sizes(1.0, 0.7, 0.5, 0.35, 0.25, 0.2, 0.14, 0.1, 0.07, 0.05):
         result, seconds = _timed(lambda: solve_case(fixed, moving, drive, size * MM))
         field = field_below(result, 0.5 * MM)
-        rows.append([size, result.fixed.mesh.elements + result.moving.mesh.elements, result.last.pressure.max() / 1e6,
-                     np.nanmin(field.displacement[..., 1]) / MM, seconds])
+        rows.append(
+            [
+                size,
+                result.fixed.mesh.elements + result.moving.mesh.elements,
+                result.last.pressure.max() / 1e6,
+                np.nanmin(field.displacement[..., 1]) / MM,
+                seconds,
+            ]
+        )
     return _with_errors(["size_mm", "elements", "pressure_MPa", "displacement_mm", "seconds"], np.array(rows), (2, 3))
 
 
@@ -82,7 +93,15 @@ def internal_convergence(fixed: Body, moving: Body, drive: Drive) -> Table:
     result, rows = solve_case(fixed, moving, drive, 0.2 * MM), []
     for size in _sizes(1.0, 0.7, 0.5, 0.35, 0.25, 0.2, 0.14, 0.1, 0.07, 0.05):
         field, seconds = _timed(lambda: field_below(result, size * MM))
-        rows.append([size, field.von_mises.size, np.nanmax(field.von_mises) / 1e6, np.nanmin(field.displacement[..., 1]) / MM, seconds])
+        rows.append(
+            [
+                size,
+                field.von_mises.size,
+                np.nanmax(field.von_mises) / 1e6,
+                np.nanmin(field.displacement[..., 1]) / MM,
+                seconds,
+            ]
+        )
     return _with_errors(["size_mm", "points", "von_mises_MPa", "displacement_mm", "seconds"], np.array(rows), (2, 3))
 
 
@@ -93,13 +112,17 @@ def _with_errors(names: list[str], rows: np.ndarray, columns: tuple[int, ...]) -
         change = np.r_[np.nan, np.abs(np.diff(values) / values[:-1])] * 100
         error = np.abs(values / values[-1] - 1) * 100
         error[-1] = np.nan
-        names = names + [f"change_{names[column].rsplit('_', 1)[0]}_pct", f"error_{names[column].rsplit('_', 1)[0]}_pct"]
+        names = names + [
+            f"change_{names[column].rsplit('_', 1)[0]}_pct",
+            f"error_{names[column].rsplit('_', 1)[0]}_pct",
+        ]
         rows = np.column_stack([rows, change, error])
     return names, rows
 
 
 def speed_against_error(errors: Callable[[float], tuple[float, float]]) -> Table:
-    """Time against the error of an exact solution, by elements to the half contact; errors: of the largest pressure and of the profile."""
+    """Time against the error of an exact solution, by elements to the half contact; errors: of the largest pressure and
+    of the profile."""
     rows = []
     for cells in _sizes(3, 6, 12, 24, 48, 96):
         (peak, profile), seconds = _timed(lambda: errors(cells))
@@ -108,7 +131,8 @@ def speed_against_error(errors: Callable[[float], tuple[float, float]]) -> Table
 
 
 def _resident_peak() -> float:
-    """Highest resident memory of this process [bytes] since the last call; nan where the system does not tell (all but Linux)."""
+    """Highest resident memory of this process [bytes] since the last call; nan where the system does not tell (all but
+    Linux)."""
     try:
         highest = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
         Path("/proc/self/clear_refs").write_text("5")
@@ -118,7 +142,8 @@ def _resident_peak() -> float:
 
 
 def ring_cost(size: float) -> list[float]:
-    """Densities, processor time [s], peak memory [MB] and error of the hoop stress at mid-wall [%] of a ring under pressure."""
+    """Densities, processor time [s], peak memory [MB] and error of the hoop stress at mid-wall [%] of a ring under
+    pressure."""
     load = {"inner": Condition(traction=(-1e6, None), local=True)}
     solve_boundary(mesh_outline(ring(), Sizing(0.5)), STEEL, load)  # compiles outside the measurement
     mesh = mesh_outline(ring(), Sizing(size))
@@ -131,8 +156,8 @@ def ring_cost(size: float) -> list[float]:
 
 
 def scaling() -> Table:
-    """Time and peak memory of one boundary value problem against its densities, each in a process of its own, so that no memory freed
-    before hides what it takes."""
+    """Time and peak memory of one boundary value problem against its densities, each in a process of its own, so that
+    no memory freed before hides what it takes."""
     rows = []
     for size in _sizes(0.1, 0.05, 0.025, 0.0125, 0.00625):
         with ProcessPoolExecutor(1, get_context("spawn")) as alone:
@@ -141,7 +166,9 @@ def scaling() -> Table:
 
 
 def one_case(fixed: Body, moving: Body, drive: Drive) -> Table:
-    """The whole of one case at the thesis' 0.2 mm: zone, meshes, contact and internal field (the thesis: 404 to 640 s)."""
+    """The whole of one case at the thesis' 0.2 mm: zone, meshes, contact and internal field (the thesis: 404 to 640
+    s)."""
+
     def whole():
         result = solve_case(fixed, moving, drive, 0.2 * MM)
         return result, field_below(result, 0.2 * MM)
@@ -149,14 +176,24 @@ def one_case(fixed: Body, moving: Body, drive: Drive) -> Table:
     whole()
     (result, field), total = _timed(whole, runs=5)
     _, contact = _timed(lambda: solve_case(fixed, moving, drive, 0.2 * MM), runs=5)
-    row = [contact, total, result.last.pressure.max() / 1e6, np.nanmax(field.von_mises) / 1e6, np.nanmin(field.displacement[..., 1]) / MM,
-           field.von_mises.size]
+    row = [
+        contact,
+        total,
+        result.last.pressure.max() / 1e6,
+        np.nanmax(field.von_mises) / 1e6,
+        np.nanmin(field.displacement[..., 1]) / MM,
+        field.von_mises.size,
+    ]
     return ["contact_s", "with_field_s", "pressure_MPa", "von_mises_MPa", "displacement_mm", "points"], np.array([row])
 
 
-EXACT = {"Hertz line contact: speed against error": lambda: speed_against_error(hertz_errors),
-         "pin in hole, 60 degrees: speed against error": lambda: speed_against_error(lambda cells: pin_errors(cells, np.pi / 3)),
-         "ring: scaling": scaling}
+EXACT = {
+    "Hertz line contact: speed against error": lambda: speed_against_error(hertz_errors),
+    "pin in hole, 60 degrees: speed against error": lambda: speed_against_error(
+        lambda cells: pin_errors(cells, np.pi / 3)
+    ),
+    "ring: scaling": scaling,
+}
 
 
 def read_profile(path: Path) -> np.ndarray:
@@ -173,18 +210,24 @@ def read_profile(path: Path) -> np.ndarray:
 def profile_case(lower: Path, upper: Path) -> tuple[Body, Body]:
     """Blocks behind two profiles, held 60 mm from their lowest and highest points."""
     below, above = read_profile(lower), read_profile(upper)
-    return (Body(block_behind(below, below[:, 1].min() - 0.06), STEEL), Body(block_behind(above, above[:, 1].max() + 0.06), STEEL))
+    return (
+        Body(block_behind(below, below[:, 1].min() - 0.06), STEEL),
+        Body(block_behind(above, above[:, 1].max() + 0.06), STEEL),
+    )
 
 
 def _print(title: str, table: Table) -> None:
     names, rows = table
     print(f"\n{title}\n  " + "  ".join(f"{name:>14}" for name in names))
     for row in rows:
-        print("  " + "  ".join(f"{value:14.5g}".rjust(max(14, len(name))) for value, name in zip(row, names)), flush=True)
+        print(
+            "  " + "  ".join(f"{value:14.5g}".rjust(max(14, len(name))) for value, name in zip(row, names)), flush=True
+        )
 
 
 def study(cases: dict[str, Case], out: Path | None, others: dict[str, Callable[[], Table]]) -> None:
-    """Study cases (name -> fixed body, moving body, drive) and others (title -> table); print all, and write them into the folder `out`."""
+    """Study cases (name -> fixed body, moving body, drive) and others (title -> table); print all, and write them into
+    the folder `out`."""
     work = {}
     for name, case in cases.items():
         work[f"{name}: one case at 0.2 mm"] = lambda case=case: one_case(*case)
@@ -196,6 +239,7 @@ def study(cases: dict[str, Case], out: Path | None, others: dict[str, Callable[[
         _print(title, tables[title])
     if out:
         from bem.verification.figures import draw_fields, draw_tables, write_tables
+
         out.mkdir(parents=True, exist_ok=True)
         files = write_tables(out, tables) + draw_tables(out, tables)
         for name, case in cases.items():
@@ -206,10 +250,17 @@ def study(cases: dict[str, Case], out: Path | None, others: dict[str, Callable[[
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the studies; see the module's docstring."""
-    parser = argparse.ArgumentParser(prog="python -m bem.verification.plane_study", description="convergence, speed against error, scaling")
+    parser = argparse.ArgumentParser(
+        prog="python -m bem.verification.plane_study", description="convergence, speed against error, scaling"
+    )
     parser.add_argument("--out", type=Path, help="folder for CSV and PNG files")
-    parser.add_argument("--profiles", type=Path, nargs=2, metavar=("LOWER", "UPPER"),
-                        help="two profiles (y, z in metres) instead of the three cases")
+    parser.add_argument(
+        "--profiles",
+        type=Path,
+        nargs=2,
+        metavar=("LOWER", "UPPER"),
+        help="two profiles (y, z in metres) instead of the three cases",
+    )
     parser.add_argument("--load", type=float, default=4e6, help="load for --profiles, N per m of thickness")
     options = parser.parse_args(arguments)
     if options.profiles:

@@ -35,7 +35,10 @@ class CaseKeys(MarkdownTable):
     def run(self):
         module, _, name = self.arguments[0].partition(":")
         section = getattr(importlib.import_module(module), name)
-        rows = [[f"`{key.name}`", key.unit, key.allowed, f"**{key.default}**" if key.required else key.default, key.meaning] for key in section_keys(section)]
+        rows = [
+            [f"`{key.name}`", key.unit, key.allowed, f"**{key.default}**" if key.required else key.default, key.meaning]
+            for key in section_keys(section)
+        ]
         return self.table(["key", "unit", "range or choices", "default", "meaning"], rows)
 
 
@@ -43,7 +46,10 @@ class HistoryColumns(MarkdownTable):
     """Columns of a history file."""
 
     def run(self):
-        return self.table(["column", "unit in `history.csv`", "meaning"], [[f"`{name}`", c.unit, c.meaning] for name, c in COLUMNS.items()])
+        return self.table(
+            ["column", "unit in `history.csv`", "meaning"],
+            [[f"`{name}`", c.unit, c.meaning] for name, c in COLUMNS.items()],
+        )
 
 
 def setup(app):

@@ -2,7 +2,8 @@
 Light models of one scene beside each other
 ===========================================
 
-A spring over the rigid wheel's path bounds the force from above; contacts that may press a plastic groove come near the finite elements.
+A spring over the rigid wheel's path bounds the force from above; contacts that may press a plastic groove come near the
+finite elements.
 """
 
 import matplotlib.pyplot as plt

@@ -10,7 +10,9 @@ import numpy as np
 
 import geometry
 
-search = geometry.ContactSearch(geometry.Wheelset(geometry.wheel_profile("S1002"), radius=0.46), geometry.Track(geometry.rail_head("60E1", 1 / 40)))
+search = geometry.ContactSearch(
+    geometry.Wheelset(geometry.wheel_profile("S1002"), radius=0.46), geometry.Track(geometry.rail_head("60E1", 1 / 40))
+)
 shifts = np.linspace(-8e-3, 8e-3, 81)
 states = [search.settle(shift) for shift in shifts]
 points = {side: [search.contacts(state, side).lowest() for state in states] for side in ("left", "right")}
@@ -22,7 +24,10 @@ for side in points:
     above.plot(shifts * 1e3, [point.rail_station[0] * 1e3 for point in points[side]], ".", label=f"{side} rail")
 above.set(ylabel="contact on the rail head y [mm]")
 above.legend()
-difference = [left.rolling_radius[0] - right.rolling_radius[0] for left, right in zip(points["left"], points["right"], strict=True)]
+difference = [
+    left.rolling_radius[0] - right.rolling_radius[0]
+    for left, right in zip(points["left"], points["right"], strict=True)
+]
 below.plot(shifts * 1e3, np.array(difference) * 1e3, color="black")
 below.set(xlabel="lateral shift [mm]", ylabel="rolling radius difference [mm]")
 plt.show()

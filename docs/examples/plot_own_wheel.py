@@ -2,8 +2,8 @@
 One's own wheel profile
 =======================
 
-A measured profile comes as a file of points, here two columns in millimetres as many devices write them. It is read once, judged and repaired by the profile
-doctor, and known by its content from then on.
+A measured profile comes as a file of points, here two columns in millimetres as many devices write them. It is read
+once, judged and repaired by the profile doctor, and known by its content from then on.
 """
 
 import tempfile

@@ -17,8 +17,13 @@ pair = plain_rail_tie(rail="60E1")
 
 # %%
 # The patch: pressure of two elastic half-spaces on the true gap of the two profiles.
-patch = bem.normal_contact(pair.gap, pair.wheel_steel, pair.rail_steel, load=pair.normal_force(100e3), window=pair.window())
-print(f"largest pressure {patch.max_pressure / 1e6:.0f} MPa, approach {patch.approach * 1e6:.1f} um, area {patch.contact_area * 1e6:.1f} mm2")
+patch = bem.normal_contact(
+    pair.gap, pair.wheel_steel, pair.rail_steel, load=pair.normal_force(100e3), window=pair.window()
+)
+print(
+    f"largest pressure {patch.max_pressure / 1e6:.0f} MPa, approach {patch.approach * 1e6:.1f} um, area"
+    f" {patch.contact_area * 1e6:.1f} mm2"
+)
 
 # %%
 # Its map. The lateral axis points to the left as axles look.

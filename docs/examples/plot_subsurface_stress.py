@@ -2,7 +2,8 @@
 Stress below a contact patch
 ============================
 
-Where does steel yield first? Below the surface: von Mises' stress on the axis of the patch, from the pressure of the half-space solution.
+Where does steel yield first? Below the surface: von Mises' stress on the axis of the patch, from the pressure of the
+half-space solution.
 """
 
 import matplotlib.pyplot as plt
@@ -10,7 +11,9 @@ import numpy as np
 
 import bem
 
-patch = bem.normal_contact(lambda x, y: (x**2 + y**2) / 0.6, bem.STEEL, bem.STEEL, load=100e3, window=((-0.02, 0.02), (-0.02, 0.02)))
+patch = bem.normal_contact(
+    lambda x, y: (x**2 + y**2) / 0.6, bem.STEEL, bem.STEEL, load=100e3, window=((-0.02, 0.02), (-0.02, 0.02))
+)
 depths = np.linspace(0.2e-3, 12e-3, 40)
 stress = bem.subsurface_stress(patch, depths, bem.STEEL.poisson)
 middle = tuple(np.array(patch.grid.shape) // 2)

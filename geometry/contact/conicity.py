@@ -1,8 +1,9 @@
 """Rolling radius difference, contact angles and places against lateral shift, and the equivalent conicity of EN 15302.
 
-A free wheelset follows y'' + Dr(y) / (e r0) = 0 along the track (Klingel), e the distance of the rolling circles, r0 the radius, Dr the
-rolling radius difference. A pair of cones has Dr = 2 y tan(gamma) and the wavelength L = 2 pi sqrt(e r0 / (2 tan gamma)); the equivalent
-conicity of any pair is that of the cones with the same wavelength: tan(gamma) = 2 e r0 (pi / L)^2.
+A free wheelset follows y'' + Dr(y) / (e r0) = 0 along the track (Klingel), e the distance of the rolling circles, r0
+the radius, Dr the rolling radius difference. A pair of cones has Dr = 2 y tan(gamma) and the wavelength L = 2 pi sqrt(e
+r0 / (2 tan gamma)); the equivalent conicity of any pair is that of the cones with the same wavelength: tan(gamma) = 2 e
+r0 (pi / L)^2.
 """
 
 from dataclasses import dataclass
@@ -51,25 +52,39 @@ class ShiftCurves:
 
 
 def shift_curves(search: ContactSearch, shift: np.ndarray, yaw: float = 0.0) -> ShiftCurves:
-    """Curves of a wheelset that touches with both wheels at each shift (n,) [m], + to the left, held at the level of the rails."""
+    """Curves of a wheelset that touches with both wheels at each shift (n,) [m], + to the left, held at the level of
+    the rails."""
     shift = np.asarray(shift, float)
     states = [search.settle(y, yaw) for y in shift]
     points = [[search.contacts(state, side).lowest() for state in states] for side in SIDES]
     gather = lambda name: np.array([[getattr(p, name)[0] for p in row] for row in points])
-    return ShiftCurves(shift, np.array([s.roll for s in states]), np.array([s.z for s in states]), gather("rolling_radius"), gather("angle"),
-                       gather("station"), gather("rail_station"))
+    return ShiftCurves(
+        shift,
+        np.array([s.roll for s in states]),
+        np.array([s.z for s in states]),
+        gather("rolling_radius"),
+        gather("angle"),
+        gather("station"),
+        gather("rail_station"),
+    )
 
 
-def wavelength(shift: np.ndarray, difference: np.ndarray, amplitude: float, radius: float, base: float = ROLLING_CIRCLES) -> float:
+def wavelength(
+    shift: np.ndarray, difference: np.ndarray, amplitude: float, radius: float, base: float = ROLLING_CIRCLES
+) -> float:
     """Wavelength [m] of Klingel's motion in a tabulated rolling radius difference.
 
-    shift, difference : (n,)  lateral shifts and left less right rolling radius there [m];  amplitude : half the swing [m]
+    shift, difference : (n,)  lateral shifts and left less right rolling radius there [m];
+    amplitude : half the swing [m]
     radius : mean rolling radius;  base : distance of the rolling circles [m]
 
-    The curve is taken as monotone cubic between its points. Error: 1e-6 relative on cones and on y + y^3, second order in the table's
-    spacing elsewhere (tests/geometry/test_conicity.py). Raises WheelsetError where the wheelset is not driven back.
+    The curve is taken as monotone cubic between its points. Error: 1e-6 relative on cones and on y + y^3, second order
+    in the table's spacing elsewhere (tests/geometry/test_conicity.py). Raises WheelsetError where the wheelset is not
+    driven back.
     """
-    check_range("wavelength", (("amplitude", amplitude, 1e-5, 0.05), ("radius", radius, 0.1, 1.0), ("base", base, 0.5, 2.0)))
+    check_range(
+        "wavelength", (("amplitude", amplitude, 1e-5, 0.05), ("radius", radius, 0.1, 1.0), ("base", base, 0.5, 2.0))
+    )
     curve = PchipInterpolator(shift, difference)
     middle = _middle(shift, curve)
     energy = curve.antiderivative()
@@ -81,12 +96,17 @@ def wavelength(shift: np.ndarray, difference: np.ndarray, amplitude: float, radi
     weight = np.diff(edges)[:, None] / 2 * _WEIGHTS
     speed = 2 / (base * radius) * (top - energy(low + amplitude + amplitude * np.sin(t)))
     if (speed <= 0).any():
-        raise WheelsetError(f"amplitude {amplitude:g} m: the rolling radius difference does not drive the wheelset back everywhere")
+        raise WheelsetError(
+            f"amplitude {amplitude:g} m: the rolling radius difference does not drive the wheelset back everywhere"
+        )
     return float(2 * (weight * amplitude * np.cos(t) / np.sqrt(speed)).sum())
 
 
-def equivalent_conicity(curves: ShiftCurves, amplitude: float = 3e-3, radius: float | None = None, base: float = ROLLING_CIRCLES) -> float:
-    """tan(gamma) of EN 15302 at an amplitude [m], by integrating the wave; 0.003 m is the amplitude that approvals quote.
+def equivalent_conicity(
+    curves: ShiftCurves, amplitude: float = 3e-3, radius: float | None = None, base: float = ROLLING_CIRCLES
+) -> float:
+    """tan(gamma) of EN 15302 at an amplitude [m], by integrating the wave; 0.003 m is the amplitude that approvals
+    quote.
 
     Exact for cones, whose rolling radius difference is 2 y tan(gamma).
     """
@@ -99,10 +119,15 @@ def _middle(shift: np.ndarray, curve: PchipInterpolator) -> float:
     """Shift at which the wheelset runs straight: the rising zero of the radius difference nearest to the middle."""
     zeros = [z for z in curve.roots(extrapolate=False) if np.isfinite(z)]
     if not zeros:
-        raise WheelsetError(f"the rolling radius difference has no zero within {shift[0]:g} to {shift[-1]:g} m: extend the shifts")
+        raise WheelsetError(
+            f"the rolling radius difference has no zero within {shift[0]:g} to {shift[-1]:g} m: extend the shifts"
+        )
     rising = [z for z in zeros if curve(z, 1) >= 0]
     if not rising:
-        raise WheelsetError(f"the rolling radius difference only falls through zero, at {min(zeros, key=abs):g} m: the wheelset is not driven back")
+        raise WheelsetError(
+            f"the rolling radius difference only falls through zero, at {min(zeros, key=abs):g} m: the wheelset is not"
+            " driven back"
+        )
     return float(min(rising, key=abs))
 
 
@@ -111,5 +136,8 @@ def _left_end(shift: np.ndarray, energy, middle: float, amplitude: float) -> flo
     imbalance = lambda left: float(energy(left + 2 * amplitude) - energy(left))
     low, high = max(shift[0], middle - 2 * amplitude), min(middle, shift[-1] - 2 * amplitude)
     if low >= high or imbalance(low) * imbalance(high) > 0:
-        raise WheelsetError(f"amplitude {amplitude:g} m about {middle:g} m leaves the shifts {shift[0]:g} to {shift[-1]:g} m or is not driven back: extend them")
+        raise WheelsetError(
+            f"amplitude {amplitude:g} m about {middle:g} m leaves the shifts {shift[0]:g} to {shift[-1]:g} m or is not"
+            " driven back: extend them"
+        )
     return brentq(imbalance, low, high, xtol=1e-15, rtol=1e-14)

@@ -1,9 +1,10 @@
 """Places where a wheel comes nearest to a rail, and the wheelset set down on two.
 
-The gap is taken as a function of the station s on the wheel alone: at every station at that place of the wheel's circle that is nearest
-to the rail along x (geometry.contact.wheel_outline for prismatic rails, geometry.surfaces.loft_kernel for lofted ones). A lofted rail has a branch of the gap for
-each of its bodies, and more where a wheel can touch one body ahead of and behind the axle. Side axes of geometry.wheelset; pose, wheel
-and prismatic rail as in geometry.contact.wheel_outline. Heights are over the pivot's.
+The gap is taken as a function of the station s on the wheel alone: at every station at that place of the wheel's circle
+that is nearest to the rail along x (geometry.contact.wheel_outline for prismatic rails, geometry.surfaces.loft_kernel
+for lofted ones). A lofted rail has a branch of the gap for each of its bodies, and more where a wheel can touch one
+body ahead of and behind the axle. Side axes of geometry.wheelset; pose, wheel and prismatic rail as in
+geometry.contact.wheel_outline. Heights are over the pivot's.
 """
 
 import numpy as np
@@ -21,9 +22,12 @@ NO_RAIL = 1e3  # gap where there is no rail or no outline [m]
 
 @njit(cache=True, error_model="numpy")
 def gap_at(s, wheel, rail, pose, tip):
-    """Vertical gap and its derivative to the station s; where there is no gap the derivative's sign points to where there is."""
+    """Vertical gap and its derivative to the station s; where there is no gap the derivative's sign points to where
+    there is."""
     tread, slope, bend = cubic(s, wheel)
-    there, away, _, _, z, height, tangent, rail_slope, advance, _, _, _, _, _, _ = meet(s, tread, slope, bend, rail, pose)
+    there, away, _, _, z, height, tangent, rail_slope, advance, _, _, _, _, _, _ = meet(
+        s, tread, slope, bend, rail, pose
+    )
     if not there:
         return NO_RAIL, (away if away != 0 else (-1.0 if s < tip else 1.0))
     return z - height, (tangent - rail_slope) * advance
@@ -31,7 +35,8 @@ def gap_at(s, wheel, rail, pose, tip):
 
 @njit(cache=True, error_model="numpy")
 def gaps_on_prism(stations, wheel, rail, pose, tip):
-    """Gap and its derivative (n,) at all stations (4, n): place and the wheel's height, slope, bend there. As gap_at, but in one walk along the rail."""
+    """Gap and its derivative (n,) at all stations (4, n): place and the wheel's height, slope, bend there. As gap_at,
+    but in one walk along the rail."""
     count, last = stations.shape[1], rail.shape[1] - 1
     gap, tilt = np.empty(count), np.empty(count)
     i = 0
@@ -59,7 +64,9 @@ def gaps_on_loft(stations, wheel, rail, pose, tip):
     gap, tilt = np.empty(count), np.empty(count)
     for k in range(count):
         s = stations[0, k]
-        there, away, _, _, z, height, tangent, rail_slope, advance, _, _, _, _, _, _ = meet(s, stations[1, k], stations[2, k], stations[3, k], rail, pose)
+        there, away, _, _, z, height, tangent, rail_slope, advance, _, _, _, _, _, _ = meet(
+            s, stations[1, k], stations[2, k], stations[3, k], rail, pose
+        )
         if there:
             gap[k], tilt[k] = z - height, (tangent - rail_slope) * advance
         else:
@@ -83,11 +90,16 @@ def _gaps_at(stations, wheel, rail, pose, tip):
 def turning_place(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
     """Station in [low, high] where the gap's derivative changes sign, by Illinois with every fourth step a halving.
 
-    Returns the station, the gap there (NO_RAIL: none found), the derivative. Ends at a width of 1e-13 m, where it stands at a kink.
+    Returns the station, the gap there (NO_RAIL: none found), the derivative. Ends at a width of 1e-13 m, where it
+    stands at a kink.
     """
     side, best, place, least = 0, NO_RAIL, low, 1e300
     for count in range(90):
-        s = 0.5 * (low + high) if count % 4 == 3 or count > 24 else low + tilt_low / (tilt_low - tilt_high) * (high - low)
+        s = (
+            0.5 * (low + high)
+            if count % 4 == 3 or count > 24
+            else low + tilt_low / (tilt_low - tilt_high) * (high - low)
+        )
         gap, tilt = gap_at(s, wheel, rail, pose, tip)
         if gap < NO_RAIL and abs(tilt) < least:
             best, place, least = gap, s, abs(tilt)
@@ -111,7 +123,8 @@ def turning_place(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
 
 @njit(cache=True, error_model="numpy")
 def edge_place(s, tread, low, high, rail, pose):
-    """Gap and slope of a wheel's edge: the circle at s touches with that slope between low and high at which it lies along the rail.
+    """Gap and slope of a wheel's edge: the circle at s touches with that slope between low and high at which it lies
+    along the rail.
 
     NO_RAIL where there is none: the edge is not what touches.
     """
@@ -133,7 +146,8 @@ def edge_place(s, tread, low, high, rail, pose):
 
 @njit(cache=True, error_model="numpy")
 def may_reach(k, gap, tilt, step, level):
-    """False where the gap between stations k - 1 and k stays above the level: it falls no faster than the steeper of its ends."""
+    """False where the gap between stations k - 1 and k stays above the level: it falls no faster than the steeper of
+    its ends."""
     if gap[k - 1] >= NO_RAIL or gap[k] >= NO_RAIL:
         return True
     return min(gap[k - 1], gap[k]) - step * max(abs(tilt[k - 1]), abs(tilt[k])) <= level
@@ -160,11 +174,20 @@ def places_on_branch(stations, wheel, rail, pose, tip, level):
             at, value, rest = stations[0, i], gap[i], 1.0
             steepest = min(10.0, 0.9 / (abs(pose[1]) + 1e-3))
             low, high = (-steepest, stations[2, 0]) if k == 0 else (stations[2, last], steepest)
-        elif tilt[k - 1] <= 0 and tilt[k] > 0 and may_reach(k, gap, tilt, stations[0, k] - stations[0, k - 1], max(level, best)):
-            at, value, rest = turning_place(stations[0, k - 1], stations[0, k], tilt[k - 1], tilt[k], wheel, rail, pose, tip)
+        elif (
+            tilt[k - 1] <= 0
+            and tilt[k] > 0
+            and may_reach(k, gap, tilt, stations[0, k] - stations[0, k - 1], max(level, best))
+        ):
+            at, value, rest = turning_place(
+                stations[0, k - 1], stations[0, k], tilt[k - 1], tilt[k], wheel, rail, pose, tip
+            )
             if value >= NO_RAIL:
                 continue
-            low, high = cubic(max(at - 1e-9, wheel[0, 0]), wheel)[1], cubic(min(at + 1e-9, wheel[0, wheel.shape[1] - 1]), wheel)[1]
+            low, high = (
+                cubic(max(at - 1e-9, wheel[0, 0]), wheel)[1],
+                cubic(min(at + 1e-9, wheel[0, wheel.shape[1] - 1]), wheel)[1],
+            )
         else:
             continue
         tread, slope, _ = cubic(at, wheel)
@@ -176,7 +199,8 @@ def places_on_branch(stations, wheel, rail, pose, tip, level):
                 steep = steepness(rail)
         best = min(best, value)
         count = keep(found, count, at, value, slope, steep)
-    cut = np.isnan(tilt[max(lowest - 1, 0)]) or np.isnan(tilt[min(lowest + 1, last)])  # the branch ends there, not the gap's fall
+    # the branch ends there, not the gap's fall
+    cut = np.isnan(tilt[max(lowest - 1, 0)]) or np.isnan(tilt[min(lowest + 1, last)])
     if count == 0 and not cut:  # between a fold of the outline and the end of the rail
         count = keep(found, count, stations[0, lowest], gap[lowest], stations[2, lowest], steepness(rail))
     return found[:, :count]
@@ -184,9 +208,11 @@ def places_on_branch(stations, wheel, rail, pose, tip, level):
 
 @njit(cache=True, error_model="numpy")
 def nearest_places(stations, wheel, rail, pose, tip, level):
-    """Local minima (PLACE, k) of the gap on all branches, those that may lie below `level` only, each branch in order of station.
+    """Local minima (PLACE, k) of the gap on all branches, those that may lie below `level` only, each branch in order
+    of station.
 
-    level : gap [m]; pass -NO_RAIL for the lowest minimum alone. Places that another body of the rail covers are left out.
+    level : gap [m]; pass -NO_RAIL for the lowest minimum alone. Places that another body of the rail covers are left
+        out.
     """
     if branches(rail) == 1:
         return places_on_branch(stations, wheel, branch(rail, 0, 0.0), pose, tip, level)
@@ -196,7 +222,9 @@ def nearest_places(stations, wheel, rail, pose, tip, level):
         part = places_on_branch(stations, wheel, track, pose, tip, level)
         for k in range(part.shape[1]):
             tread, _, bend = cubic(part[0, k], wheel)
-            there, _, x, y, _, height, _, _, _, _, _, _, _, _, _ = meet(part[0, k], tread, part[2, k], bend, branch(rail, index, part[3, k]), pose)
+            there, _, x, y, _, height, _, _, _, _, _, _, _, _, _ = meet(
+                part[0, k], tread, part[2, k], bend, branch(rail, index, part[3, k]), pose
+            )
             if not there or not covered(rail, index, x, y, height):
                 count = keep(found, count, part[0, k], part[1, k], part[2, k], part[3, k], index)
     return found[:, :count]
@@ -224,9 +252,12 @@ def ready(stations, rail, pose):
 
 @njit(cache=True, error_model="numpy")
 def roll_arm(place, wheel, rail, pose):
-    """d gap / d roll about the pivot at a fixed station of a place (PLACE,) [m/rad]: the rotation's displacement normal to the rail's slope."""
+    """d gap / d roll about the pivot at a fixed station of a place (PLACE,) [m/rad]: the rotation's displacement normal
+    to the rail's slope."""
     tread, _, _ = cubic(place[0], wheel)
-    _, _, x, y, z, _, slope, _, _, _, _, steep, _, _, _ = meet(place[0], tread, place[2], 0.0, branch(rail, int(place[4]), place[3]), pose)
+    _, _, x, y, z, _, slope, _, _, _, _, steep, _, _, _ = meet(
+        place[0], tread, place[2], 0.0, branch(rail, int(place[4]), place[3]), pose
+    )
     return pose[2] * (y - pose[0]) - pose[1] * x + (slope * pose[2] - steep * pose[1]) * z
 
 
@@ -248,7 +279,8 @@ def lowest(stations, wheel, rail, pose, tip):
 
 @njit(cache=True, error_model="numpy")
 def least_gap(side, sign, lateral, yaw, roll, lever, arm, fresh):
-    """As `lowest`, of a side (stations, wheel, rail, tip, radius), sign +1 left, -1 right; `fresh`: the rail is made ready first."""
+    """As `lowest`, of a side (stations, wheel, rail, tip, radius), sign +1 left, -1 right; `fresh`: the rail is made
+    ready first."""
     stations, wheel, rail, tip, radius = side
     pose = side_pose(sign, lateral, yaw, roll, lever, arm, radius)
     if fresh:
@@ -258,13 +290,15 @@ def least_gap(side, sign, lateral, yaw, roll, lever, arm, fresh):
 
 @njit(cache=True, error_model="numpy")
 def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
-    """Roll at which both wheels are equally near to their rails, height of the pivot at which they touch, what is left of the
-    difference [m]. Newton from `roll`: the difference of the least gaps is continuous and grows by about 1.5 m/rad.
+    """Roll at which both wheels are equally near to their rails, height of the pivot at which they touch, what is left
+    of the difference [m]. Newton from `roll`: the difference of the least gaps is continuous and grows by about 1.5
+    m/rad.
     """
     height, difference = 0.0, NO_RAIL
     gap, slope = np.empty(2), np.empty(2)
     for count in range(60):
-        gap[0], slope[0] = least_gap(left, 1.0, lateral, yaw, roll, lever, arm, count == 0)  # the sides may be of two kinds: no loop over them
+        # the sides may be of two kinds: no loop over them
+        gap[0], slope[0] = least_gap(left, 1.0, lateral, yaw, roll, lever, arm, count == 0)
         gap[1], slope[1] = least_gap(right, -1.0, lateral, yaw, roll, lever, arm, count == 0)
         if gap.max() >= NO_RAIL:
             return roll, 0.0, NO_RAIL
@@ -278,15 +312,19 @@ def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
 
 @njit(cache=True, error_model="numpy")
 def contact_row(place, wheel, rail, pose):
-    """At a place (PLACE,), where the wheel's slope is taken as given (at an edge it is any between two): x, y of the wheel's point from the pivot, z,
-    slopes dz/dx and dz/dy, rolling radius, vertical gap, relative curvatures A_xx, A_xt, A_tt.
+    """At a place (PLACE,), where the wheel's slope is taken as given (at an edge it is any between two): x, y of the
+    wheel's point from the pivot, z, slopes dz/dx and dz/dy, rolling radius, vertical gap, relative curvatures A_xx,
+    A_xt, A_tt.
 
-    x and t lie in the tangent plane, along the rail and across it. Curvatures [1/m] of the gap 1/2 A : (x, t)(x, t), both bodies taken together.
+    x and t lie in the tangent plane, along the rail and across it. Curvatures [1/m] of the gap 1/2 A : (x, t)(x, t),
+    both bodies taken together.
     """
     slope = place[2]
     tread, _, bend = cubic(place[0], wheel)
     track = branch(rail, int(place[4]), place[3])
-    _, _, x, y, z, height, tangent, rail_slope, _, sine, cosine, steep, zxx, zxy, zyy = meet(place[0], tread, slope, bend, track, pose)
+    _, _, x, y, z, height, tangent, rail_slope, _, sine, cosine, steep, zxx, zxy, zyy = meet(
+        place[0], tread, slope, bend, track, pose
+    )
     radius, stretch = pose[7] - tread, np.sqrt(1 + slope * slope)
     round_axle, meridian = 1.0 / (radius * stretch), bend / stretch**3
     # the circle's tangent cos f - sin d: its part along x, and the rest across
@@ -298,6 +336,20 @@ def contact_row(place, wheel, rail, pose):
     across = (-steep * tangent * forward + lean * lean * left + tangent * up) / (size * lean)
     size = np.sqrt(lean * lean + rail_slope * rail_slope)
     ex, ey = -steep * rail_slope / (size * lean), lean / size
-    rail_xx, rail_xt, rail_tt = zxx / (lean * lean), (zxx * ex + zxy * ey) / lean, zxx * ex * ex + 2 * zxy * ex * ey + zyy * ey * ey
-    return (x, y, z, steep, tangent, radius, z - height, round_axle * along**2 + meridian * across**2 - rail_xx / size,
-            (round_axle - meridian) * along * across - rail_xt / size, round_axle * across**2 + meridian * along**2 - rail_tt / size)
+    rail_xx, rail_xt, rail_tt = (
+        zxx / (lean * lean),
+        (zxx * ex + zxy * ey) / lean,
+        zxx * ex * ex + 2 * zxy * ex * ey + zyy * ey * ey,
+    )
+    return (
+        x,
+        y,
+        z,
+        steep,
+        tangent,
+        radius,
+        z - height,
+        round_axle * along**2 + meridian * across**2 - rail_xx / size,
+        (round_axle - meridian) * along * across - rail_xt / size,
+        round_axle * across**2 + meridian * along**2 - rail_tt / size,
+    )

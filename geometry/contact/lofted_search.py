@@ -1,13 +1,16 @@
-"""Where the wheels of a wheelset touch a track whose rails change along x: crossings, switches, rails read from sections.
+"""Where the wheels of a wheelset touch a track whose rails change along x: crossings, switches, rails read from
+sections.
 
-    search = SurfaceSearch(Wheelset(wheel_profile("P8")), Track.plain_line(), left=RailSurface.of_crossing(CastCrossing(9.25)))
+    search = SurfaceSearch(Wheelset(wheel_profile("P8")), Track.plain_line(),
+    left=RailSurface.of_crossing(CastCrossing(9.25)))
     state = search.at(0.25).settle(lateral=2e-3, yaw=0.005)     # x of the axle's middle; both wheels just touch
     search.contacts(state, "left", reach=50e-6)                 # Contacts: all points of wing and nose within 50 um
     rail_fem.light.load_sharing.rest(search.at(0.25), (60e3, 60e3))   # stands under its loads; every point's force
     rail_fem.light.load_sharing.pressed(search, state, "left")        # forces at any given state
 
-A side without a surface is the track's plain rail. Surfaces have the axes of geometry.axes (gauge face at y = -35 mm, + to the field side)
-whichever side they lie on; running towards -x (trailing) is the same place of the wheelset, so that only a `Motion` knows of it.
+A side without a surface is the track's plain rail. Surfaces have the axes of geometry.axes (gauge face at y = -35 mm, +
+to the field side) whichever side they lie on; running towards -x (trailing) is the same place of the wheelset, so that
+only a `Motion` knows of it.
 """
 
 import copy
@@ -17,8 +20,8 @@ import numpy as np
 
 from geometry.axes import GAUGE_FACE_Y
 from geometry.contact.prismatic_search import RESOLUTION, ContactSearch
-from geometry.surfaces.loft_kernel import MEMORY, WIDEST
 from geometry.contact.rail_kinds import MOST_WINDOWS
+from geometry.surfaces.loft_kernel import MEMORY, WIDEST
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import SIDES, Track, Wheelset, WheelsetError
 
@@ -26,13 +29,22 @@ from geometry.wheelset import SIDES, Track, Wheelset, WheelsetError
 class SurfaceSearch(ContactSearch):
     """As ContactSearch, on surfaces; `at(x)` sets the axle's middle at x [m], where all further searches are.
 
-    All points are found: on every body, on tread and flange, ahead of and behind the axle. Exact on planes, prisms and all that cubics
-    hold: 1e-9 m (tests/geometry/test_surface_contact.py); elsewhere as exact as the surface (geometry.surfaces.lofted_rail).
+    All points are found: on every body, on tread and flange, ahead of and behind the axle. Exact on planes, prisms and
+    all that cubics hold: 1e-9 m (tests/geometry/test_surface_contact.py); elsewhere as exact as the surface
+    (geometry.surfaces.lofted_rail).
     """
 
-    def __init__(self, wheelset: Wheelset, track: Track, left: RailSurface | None = None, right: RailSurface | None = None, resolution: float = RESOLUTION,
-                 checked: dict[str, tuple[float, float]] | None = None):
-        """checked : where the track's check rails are, or the wing beside the flange, "left" or "right": from x to x [m]; absent: everywhere."""
+    def __init__(
+        self,
+        wheelset: Wheelset,
+        track: Track,
+        left: RailSurface | None = None,
+        right: RailSurface | None = None,
+        resolution: float = RESOLUTION,
+        checked: dict[str, tuple[float, float]] | None = None,
+    ):
+        """checked : where the track's check rails are, or the wing beside the flange, "left" or "right": from x to x
+        [m]; absent: everywhere."""
         self.surfaces, self.checked = {"left": left, "right": right}, checked or {}
         super().__init__(wheelset, track, resolution)
 
@@ -42,15 +54,25 @@ class SurfaceSearch(ContactSearch):
             return plain
         rail, (stations, table, _, tip, radius) = surface.moved(self.track.gauge / 2 - GAUGE_FACE_Y), plain
         ridges = np.concatenate([stations[:1], np.zeros((2 * MOST_WINDOWS, stations.shape[1]))])
-        return stations, table, (*rail.tables(), np.zeros((MOST_WINDOWS, MEMORY)), np.zeros(2), ridges, rail.wavy()), tip, radius
+        return (
+            stations,
+            table,
+            (*rail.tables(), np.zeros((MOST_WINDOWS, MEMORY)), np.zeros(2), ridges, rail.wavy()),
+            tip,
+            radius,
+        )
 
     def at(self, x: float) -> "SurfaceSearch":
-        """The same search with the axle's middle at x [m]. Raises WheelsetError where a surface does not reach as far as the wheel."""
+        """The same search with the axle's middle at x [m]. Raises WheelsetError where a surface does not reach as far
+        as the wheel."""
         reach = WIDEST * self.wheelset.radius
         for side, surface in self.surfaces.items():
             low, high = (-np.inf, np.inf) if surface is None else surface.x_range
             if not (low + reach <= x <= high - reach):
-                raise WheelsetError(f"x = {x:g} m: the {side} rail is known from {low:g} to {high:g} m, and the wheel needs {reach:.3f} m ahead and behind")
+                raise WheelsetError(
+                    f"x = {x:g} m: the {side} rail is known from {low:g} to {high:g} m, and the wheel needs {reach:.3f}"
+                    " m ahead and behind"
+                )
         here = copy.copy(self)
         here.wheelset = replace(self.wheelset, x=float(x))
         gone = [side for side, (low, high) in self.checked.items() if not low <= x <= high]
@@ -71,4 +93,6 @@ class SurfaceSearch(ContactSearch):
         return stations, wheel, (xs, nodes, bodies, windows, np.array([x, place[1]]), ridges, wavy), tip, radius
 
     def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        return super().rail_station(side, y, z) if self.surfaces[side] is None else y - self.track.gauge / 2 + GAUGE_FACE_Y
+        return (
+            super().rail_station(side, y, z) if self.surfaces[side] is None else y - self.track.gauge / 2 + GAUGE_FACE_Y
+        )

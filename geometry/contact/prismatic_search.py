@@ -1,21 +1,22 @@
 """Where the wheels of a wheelset touch two prismatic rails: all points, with angle, radii, penetration and creepages.
 
-The wheels are bodies of revolution, yawed and rolled as they stand, so that contact may lie ahead of or behind the axle. Against a
-prismatic rail the search is one of plane curves (geometry.contact.gap_kernel) and its answers are exact to what the profiles'
-interpolation holds: 1e-9 m (tests/geometry/test_contact_points.py). Axes: geometry.wheelset.
+The wheels are bodies of revolution, yawed and rolled as they stand, so that contact may lie ahead of or behind the
+axle. Against a prismatic rail the search is one of plane curves (geometry.contact.gap_kernel) and its answers are exact
+to what the profiles' interpolation holds: 1e-9 m (tests/geometry/test_contact_points.py). Axes: geometry.wheelset.
 """
 
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from geometry.contact.gap_kernel import NO_RAIL, contact_row, nearest_places, ready, roll_and_height, side_pose
 from geometry.contact.flange_back import within_stops
+from geometry.contact.gap_kernel import NO_RAIL, contact_row, nearest_places, ready, roll_and_height, side_pose
 from geometry.contact.wheel_outline import cubic
 from geometry.wheelset import FLANGE_BACK, SIDES, Track, Wheelset, WheelsetError, check_range, check_side, wheel_table
 
 RESOLUTION = 0.5e-3
-FLANGE_TOP = 2e-3  # of a contact over the tip of the flange; the steep flank, where a wheel is still guided, begins some 5 mm above it [m]
+# of a contact over the tip of the flange; the steep flank, where a wheel is still guided, begins some 5 mm above it [m]
+FLANGE_TOP = 2e-3
 TOUCH = 1e-12  # what settling leaves between the gaps of both sides [m]
 
 
@@ -24,15 +25,19 @@ class Contacts:
     """Points of one side, in order from the flange to the field side; arrays over n points.
 
     side : "left" or "right"
-    position : (n, 3)  of the least gap or deepest penetration (`deepest_point`), in track axes, on the wheel [m];  normal : (n, 3)  into the wheel
+    position : (n, 3)  of the least gap or deepest penetration (`deepest_point`), in track axes, on the wheel [m];
+        normal : (n, 3)  into the wheel
     ahead : (n,)  how far ahead of the wheel's middle plane through the axle, along the wheel's heading [m]
-    station : (n,)  on the wheel profile, from its tread datum [m];  rail_station : (n,)  y on the unmoved rail profile [m]
+    station : (n,)  on the wheel profile, from its tread datum [m];
+    rail_station : (n,)  y on the unmoved rail profile [m]
     angle : (n,)  contact angle, positive where the rail rises towards the field side [rad]
     rolling_radius : (n,)  [m];  gap : (n,)  along the normal, negative where they penetrate [m]
-    curvature : (n, 2)  principal relative curvatures, the smaller first [1/m]; tensor : (n, 3)  A_xx, A_xt, A_tt they come from
+    curvature : (n, 2)  principal relative curvatures, the smaller first [1/m]; tensor : (n, 3)  A_xx, A_xt, A_tt they
+        come from
     derailed : the wheel stands on the tip of its flange (the lowest point lies less than FLANGE_TOP above it)
 
-    Where pressure has its mean, which may be millimetres away: LoadedSide.centre_of_pressure of rail_fem.light.load_sharing.
+    Where pressure has its mean, which may be millimetres away: LoadedSide.centre_of_pressure of
+    rail_fem.light.load_sharing.
     """
 
     side: str
@@ -67,20 +72,24 @@ class Contacts:
         return self.gap / self.normal[:, 2]
 
     def lowest(self) -> "Contacts":
-        """The one point with the least vertical gap: of a wheel in the air the one that touches first when it is lowered."""
+        """The one point with the least vertical gap: of a wheel in the air the one that touches first when it is
+        lowered."""
         return self.where(np.arange(len(self)) == np.argmin(self.vertical_gap))
 
     def where(self, keep: np.ndarray) -> "Contacts":
         """The points that keep (n,) selects."""
-        return replace(self, **{f.name: getattr(self, f.name)[keep] for f in fields(self) if f.name not in ("side", "derailed")})
+        return replace(
+            self, **{f.name: getattr(self, f.name)[keep] for f in fields(self) if f.name not in ("side", "derailed")}
+        )
 
 
 class ContactSearch:
     """Contacts of one wheelset on one track in any position; tables are made once.
 
-    resolution : spacing of the first search along the wheel profile [m]. Points found are exact whatever it is; what it decides is
-    whether two points nearer to each other than this are told apart. Profiles that are rough on this scale are to be smoothed first
-    (geometry.profiles.doctor), or searched more finely.
+    resolution : spacing of the first search along the wheel profile [m]. Points found are exact whatever it is; what it
+        decides is
+    whether two points nearer to each other than this are told apart. Profiles that are rough on this scale are to be
+    smoothed first (geometry.profiles.doctor), or searched more finely.
     """
 
     def __init__(self, wheelset: Wheelset, track: Track, resolution: float = RESOLUTION):
@@ -90,7 +99,8 @@ class ContactSearch:
         self.offsets = {side: track.gauge_offset(side) for side in SIDES}
 
     def _side(self, side: str) -> tuple:
-        """Stations (4, n) of the first search, wheel (4, m) and rail (4, p) tables, station of the flange tip, radius at the datum."""
+        """Stations (4, n) of the first search, wheel (4, m) and rail (4, p) tables, station of the flange tip, radius
+        at the datum."""
         wheel, rail = wheel_table(self.wheelset, side), np.array(self.track.placed(side).hermite_table())
         count = max(int(np.ceil((wheel[0, -1] - wheel[0, 0]) / self.resolution)), 4)
         places = np.linspace(wheel[0, 0], wheel[0, -1], count + 1)
@@ -101,16 +111,21 @@ class ContactSearch:
 
     def pose(self, state: Wheelset, side: str) -> tuple:
         """Pose of one side with the axle's middle as pivot, for geometry.contact.gap_kernel."""
-        return side_pose(SIDES[side], state.y, state.yaw, state.roll, 0.0, self.wheelset.datum_arm, self.wheelset.radius_of(side))
+        return side_pose(
+            SIDES[side], state.y, state.yaw, state.roll, 0.0, self.wheelset.datum_arm, self.wheelset.radius_of(side)
+        )
 
     def settle(self, lateral: float = 0.0, yaw: float = 0.0, held_at: str = "rail", roll: float = 0.0) -> Wheelset:
         """The wheelset set down so that both wheels just touch.
 
-        lateral : of its middle [m], + to the left, held at the level of the wheel's tread ("rail") or of the axle ("axle"): the
-        wheelset rolls about that point. A wheel that climbs on its flange rolls, and its axle then moves by roll times radius. Where the
-        track has check rails the shift ends where a flange back meets one.
-        Shifted far enough, a wheel climbs and stands with its flange on the rail: an answer, of which `derailed` speaks.
-        Raises WheelsetError where a wheel stands over no rail, or the roll is not found, or the flange backs do not fit.
+        lateral : of its middle [m], + to the left, held at the level of the wheel's tread ("rail") or of the axle
+            ("axle"): the
+        wheelset rolls about that point. A wheel that climbs on its flange rolls, and its axle then moves by roll times
+        radius. Where the track has check rails the shift ends where a flange back meets one.
+        Shifted far enough, a wheel climbs and stands with its flange on the rail: an answer, of which `derailed`
+        speaks.
+        Raises WheelsetError where a wheel stands over no rail, or the roll is not found, or the flange backs do not
+        fit.
         """
         self.check_place(lateral, yaw, held_at)
         return self.touching(within_stops(self, lateral, yaw, held_at), yaw, held_at, roll)
@@ -127,15 +142,28 @@ class ContactSearch:
         lever = self.wheelset.radius if held_at == "rail" else 0.0
         roll, height, left = roll_and_height(*self.sides.values(), lateral, yaw, roll, lever, self.wheelset.datum_arm)
         if left >= NO_RAIL:
-            raise WheelsetError(f"lateral {lateral:g} m, yaw {yaw:g} rad: a wheel stands over no rail; check gauge, back_to_back and the sides of the profiles")
+            raise WheelsetError(
+                f"lateral {lateral:g} m, yaw {yaw:g} rad: a wheel stands over no rail; check gauge, back_to_back and"
+                " the sides of the profiles"
+            )
         if abs(left) > TOUCH:
-            raise WheelsetError(f"lateral {lateral:g} m, yaw {yaw:g} rad: no roll brings both wheels down, {left:.3g} m are left at roll {roll:g} rad; "
-                                'hold the wheelset at the level of the rail (held_at="rail") or shift it less')
+            raise WheelsetError(
+                f"lateral {lateral:g} m, yaw {yaw:g} rad: no roll brings both wheels down, {left:.3g} m are left at"
+                f' roll {roll:g} rad; hold the wheelset at the level of the rail (held_at="rail") or shift it less'
+            )
         axle = lateral - lever * np.sin(roll) * np.cos(yaw), height + lever * np.cos(roll)
-        return replace(self.wheelset, x=self.wheelset.x + lever * np.sin(roll) * np.sin(yaw), y=axle[0], z=axle[1], yaw=yaw, roll=roll)
+        return replace(
+            self.wheelset,
+            x=self.wheelset.x + lever * np.sin(roll) * np.sin(yaw),
+            y=axle[0],
+            z=axle[1],
+            yaw=yaw,
+            roll=roll,
+        )
 
     def contacts(self, state: Wheelset, side: str, reach: float = 0.0) -> Contacts:
-        """All points of a side ("left" or "right") whose vertical gap is at most `reach` [m] above the least, and all that touch or penetrate."""
+        """All points of a side ("left" or "right") whose vertical gap is at most `reach` [m] above the least, and all
+        that touch or penetrate."""
         check_side(side)
         pose, (stations, wheel, rail, tip, _) = self.pose(state, side), self.rail_under(state, side)
         ready(stations, rail, pose)
@@ -149,23 +177,41 @@ class ContactSearch:
     def described(self, state: Wheelset, side: str, found: np.ndarray) -> Contacts:
         """Contacts at places (PLACE, n) that geometry.contact.gap_kernel.nearest_places found."""
         pose, sign, (_, wheel, rail, _, _) = self.pose(state, side), SIDES[side], self.rail_under(state, side)
-        x, y, z, steep, slope, radius, gap, along, mixed, across = np.array([contact_row(place, wheel, rail, pose) for place in found.T.copy()]).reshape(-1, 10).T
+        x, y, z, steep, slope, radius, gap, along, mixed, across = (
+            np.array([contact_row(place, wheel, rail, pose) for place in found.T.copy()]).reshape(-1, 10).T
+        )
         position = np.column_stack([x + state.x, sign * y, z + state.z])
         size = np.sqrt(1 + steep**2 + slope**2)
         normal = np.column_stack([-steep / size, -sign * slope / size, 1 / size])
         heading = np.array([np.cos(state.yaw), np.sin(state.yaw), 0.0])
         middle, spread = (along + across) / 2, np.hypot((along - across) / 2, mixed)
-        return Contacts(side, position, normal, (position - [state.x, state.y, state.z]) @ heading, found[0].copy(), self.rail_station(side, y, z - gap),
-                        np.arctan(slope / np.sqrt(1 + steep**2)), radius, (gap + state.z) / size, np.column_stack([middle - spread, middle + spread]),
-                        np.column_stack([along, mixed, across]), bool(len(z) and z[np.argmin(gap)] + state.z - self.flange_tip(state, side) < FLANGE_TOP))
+        return Contacts(
+            side,
+            position,
+            normal,
+            (position - [state.x, state.y, state.z]) @ heading,
+            found[0].copy(),
+            self.rail_station(side, y, z - gap),
+            np.arctan(slope / np.sqrt(1 + steep**2)),
+            radius,
+            (gap + state.z) / size,
+            np.column_stack([middle - spread, middle + spread]),
+            np.column_stack([along, mixed, across]),
+            bool(len(z) and z[np.argmin(gap)] + state.z - self.flange_tip(state, side) < FLANGE_TOP),
+        )
 
     def flange_tip(self, state: Wheelset, side: str) -> float:
         """Height of the lowest point of the flange in track axes [m]."""
         wheel, tip, radius = self.sides[side][1], *self.sides[side][3:]
-        return state.z + (self.wheelset.datum_arm + tip) * np.sin(SIDES[side] * state.roll) - (radius - wheel[1].min()) * np.cos(state.roll)
+        return (
+            state.z
+            + (self.wheelset.datum_arm + tip) * np.sin(SIDES[side] * state.roll)
+            - (radius - wheel[1].min()) * np.cos(state.roll)
+        )
 
     def derailed(self, state: Wheelset) -> tuple[str, ...]:
-        """The sides whose wheel stands, or would when lowered, on the tip of its flange: on top of the rail, or on what lies in the flangeway."""
+        """The sides whose wheel stands, or would when lowered, on the tip of its flange: on top of the rail, or on what
+        lies in the flangeway."""
         return tuple(side for side in SIDES if self.contacts(state, side).derailed)
 
     def rail_under(self, state: Wheelset, side: str) -> tuple:
@@ -175,13 +221,15 @@ class ContactSearch:
     def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         """y (n,) [m] on the unmoved rail profile of points y, z (n,) in side axes."""
         place, sign = getattr(self.track, f"{side}_place"), SIDES[side]
-        return np.cos(place.roll) * (y - self.offsets[side] - sign * place.lateral) + sign * np.sin(place.roll) * (z - place.vertical)
+        return np.cos(place.roll) * (y - self.offsets[side] - sign * place.lateral) + sign * np.sin(place.roll) * (
+            z - place.vertical
+        )
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Velocities of a wheelset: forward speed [m/s], lateral and vertical [m/s], yaw, roll and spin rates [rad/s]; spin None: rolls freely
-    on its tread datum."""
+    """Velocities of a wheelset: forward speed [m/s], lateral and vertical [m/s], yaw, roll and spin rates [rad/s]; spin
+    None: rolls freely on its tread datum."""
 
     speed: float
     lateral: float = 0.0
@@ -192,10 +240,11 @@ class Motion:
 
 
 def creepages(state: Wheelset, contacts: Contacts, motion: Motion) -> np.ndarray:
-    """(n, 3)  longitudinal, lateral [1] and spin creepage [1/m] at the points: the wheel's velocity relative to the rail per speed.
+    """(n, 3)  longitudinal, lateral [1] and spin creepage [1/m] at the points: the wheel's velocity relative to the
+    rail per speed.
 
-    Directions: along the rail and across it to the left, in the tangent plane, about the normal into the wheel (bem.patch has the same).
-    Exact for rigid bodies. Raises WheelsetError for a speed of zero.
+    Directions: along the rail and across it to the left, in the tangent plane, about the normal into the wheel
+    (bem.patch has the same). Exact for rigid bodies. Raises WheelsetError for a speed of zero.
     """
     if not (np.isfinite(motion.speed) and motion.speed != 0):
         raise WheelsetError(f"motion: speed = {motion.speed!r} m/s, creepage needs a finite speed other than zero")
@@ -209,4 +258,6 @@ def creepages(state: Wheelset, contacts: Contacts, motion: Motion) -> np.ndarray
     x, _, z = contacts.normal.T
     along = np.column_stack([z, 0 * z, -x]) / np.hypot(x, z)[:, None]
     across = np.cross(contacts.normal, along)
-    return np.column_stack([(velocity * along).sum(axis=1), (velocity * across).sum(axis=1), contacts.normal @ turning]) / abs(motion.speed)
+    return np.column_stack(
+        [(velocity * along).sum(axis=1), (velocity * across).sum(axis=1), contacts.normal @ turning]
+    ) / abs(motion.speed)

@@ -1,15 +1,16 @@
 """Where a circle of the wheel meets a rail, for both kinds of rail that the contact kernels know.
 
 rail, of one side : a table (4, n) of a prismatic rail, or a tuple of a lofted surface (geometry.surfaces.lofted_rail)
-track, of one branch of the gap : the table itself, or the surface's body with the window of slopes dz/dx that the branch lies in
+track, of one branch of the gap : the table itself, or the surface's body with the window of slopes dz/dx that the
+    branch lies in
 """
 
 import numpy as np
 from numba import types
 from numba.extending import overload
 
-from geometry.surfaces.loft_kernel import WIDEST, loft_at, meet_loft, slope_excess
 from geometry.contact.wheel_outline import cubic, outline_of
+from geometry.surfaces.loft_kernel import WIDEST, loft_at, meet_loft, slope_excess
 from kernel_cache import njit
 
 SCANNED = 49  # slopes dz/dx between -WIDEST and WIDEST at which further branches are looked for
@@ -29,10 +30,12 @@ def meet_prism(s, tread, slope, bend, rail, pose):
 
 
 def meet(s, tread, slope, bend, track, pose):
-    """Where the wheel's circle at station s, its height, slope and second derivative given, is nearest to the rail at fixed y.
+    """Where the wheel's circle at station s, its height, slope and second derivative given, is nearest to the rail at
+    fixed y.
 
-    Returns (there, away, x, y, z of the wheel's point, height of the rail, slopes dz/dy of wheel and rail, dy/ds, sin, cos of theta,
-    dz/dx of both, rail's z_xx, z_xy, z_yy). Not there: away is -1 or 1 on this or that side of the rail, 0 where the wheel has no outline, NaN beyond the end of a branch.
+    Returns (there, away, x, y, z of the wheel's point, height of the rail, slopes dz/dy of wheel and rail, dy/ds, sin,
+    cos of theta, dz/dx of both, rail's z_xx, z_xy, z_yy). Not there: away is -1 or 1 on this or that side of the rail,
+    0 where the wheel has no outline, NaN beyond the end of a branch.
     """
     raise NotImplementedError("compiled code only")
 
@@ -114,7 +117,8 @@ def covered_by_loft(rail, index, x, y, z):
 
 
 def prepare(stations, rail, pose):
-    """Find the branches of the gap: one for every body in reach, two where the gap along x has two minima. A prismatic rail needs none."""
+    """Find the branches of the gap: one for every body in reach, two where the gap along x has two minima. A prismatic
+    rail needs none."""
     raise NotImplementedError("compiled code only")
 
 
@@ -129,7 +133,7 @@ def _prepare(stations, rail, pose):
 def start_branch(rail, count, body, side, seed):
     xs, _, bodies, windows, place, _, _ = rail
     first, sections, n = bodies[body, 0], bodies[body, 1], bodies[body, 2]
-    section = min(max(np.searchsorted(xs[first:first + sections], place[0]) - 1, 0), sections - 2) + first
+    section = min(max(np.searchsorted(xs[first : first + sections], place[0]) - 1, 0), sections - 2) + first
     row = 0.0 if side == 0 else count + 1.0
     windows[count] = np.array([0.0, section, n // 2, row, side, seed, body, 0.0])
 
@@ -160,9 +164,10 @@ def find_branches(stations, rail, pose):
 
 @njit(cache=True, error_model="numpy")
 def find_ridges(stations, track, ridge, ends, pose):
-    """Fill ridge (stations,): p at which the gap along x is highest between two minima; WIDEST or -WIDEST where all lies below or above it; and
-    ends (stations,): where in the interval behind a station the ridge begins or ends. Returns the station where the wheel is nearest among those with a ridge, -1: none. Of several ridges that nearest to the neighbour's; where it has
-    ended, what is left belongs to one side.
+    """Fill ridge (stations,): p at which the gap along x is highest between two minima; WIDEST or -WIDEST where all
+    lies below or above it; and ends (stations,): where in the interval behind a station the ridge begins or ends.
+    Returns the station where the wheel is nearest among those with a ridge, -1: none. Of several ridges that nearest to
+    the neighbour's; where it has ended, what is left belongs to one side.
     """
     n, best, seed = stations.shape[1], 1e300, -1
     ridge[:] = np.inf
@@ -170,7 +175,9 @@ def find_ridges(stations, track, ridge, ends, pose):
         at = ridge_at(stations[0, k], stations[1, k], stations[2, k], 0.0, track, pose)
         if at < np.inf:
             track[3][0] = 0.0
-            there, _, _, _, z, height, _, _, _, _, _, _, _, _, _ = meet_loft(stations[0, k], stations[1, k], stations[2, k], stations[3, k], track, pose)
+            there, _, _, _, z, height, _, _, _, _, _, _, _, _, _ = meet_loft(
+                stations[0, k], stations[1, k], stations[2, k], stations[3, k], track, pose
+            )
             if there and z - height < best:
                 best, seed = z - height, k
                 ridge[k] = at
@@ -186,7 +193,9 @@ def find_ridges(stations, track, ridge, ends, pose):
                 ridge[k] = last = at
             elif abs(ridge[k - way]) < WIDEST:
                 track[3][0] = last
-                there, _, _, _, _, _, _, _, _, _, _, p, _, _, _ = meet_loft(stations[0, k], stations[1, k], stations[2, k], stations[3, k], track, pose)
+                there, _, _, _, _, _, _, _, _, _, _, p, _, _, _ = meet_loft(
+                    stations[0, k], stations[1, k], stations[2, k], stations[3, k], track, pose
+                )
                 ridge[k] = WIDEST if not there or p < last else -WIDEST
                 ends[min(k, k - way)] = ridge_end(stations, k - way, k, last, track, pose)
             else:
@@ -205,7 +214,9 @@ def ridge_end(stations, inside, outside, last, track, pose):
         t = (s - stations[0, a]) / d
         m0, m1, rise = d * stations[2, a], d * stations[2, b], stations[1, b] - stations[1, a]
         c2, c3 = 3 * rise - 2 * m0 - m1, m0 + m1 - 2 * rise
-        at = ridge_at(s, stations[1, a] + t * (m0 + t * (c2 + t * c3)), (m0 + t * (2 * c2 + t * 3 * c3)) / d, last, track, pose)
+        at = ridge_at(
+            s, stations[1, a] + t * (m0 + t * (c2 + t * c3)), (m0 + t * (2 * c2 + t * 3 * c3)) / d, last, track, pose
+        )
         if at < np.inf:
             low = s
         else:

@@ -15,7 +15,8 @@ WIDEST = 1.25  # widest column where the band is widest, in fine sizes
 
 
 def steady_band(x: np.ndarray, band: np.ndarray, top: np.ndarray) -> np.ndarray:
-    """Lateral ranges (n, 2) [m] of the block at stations x (n,) [m]: no narrower than the band, with edges of slope <= SIDEWAYS.
+    """Lateral ranges (n, 2) [m] of the block at stations x (n,) [m]: no narrower than the band, with edges of slope <=
+    SIDEWAYS.
 
     band : (n, 2) where the wheel runs;  top : (n, 2) where the section's top is not steep [m]
     Where the band is narrower than the widest over WIDEST, the range is widened to that as far as the top reaches.
@@ -32,25 +33,31 @@ def steady_band(x: np.ndarray, band: np.ndarray, top: np.ndarray) -> np.ndarray:
 
 
 def column_count(widths: np.ndarray, size: float, sides: int, multiple: int, what: str) -> int:
-    """Columns of a block whose lateral lengths over the sections are widths (n,) [m]; with `sides` a multiple of `multiple`.
+    """Columns of a block whose lateral lengths over the sections are widths (n,) [m]; with `sides` a multiple of
+    `multiple`.
 
     Raises MeshError where the band is under two elements wide; `what` names it.
     """
     if widths.mean() < 2 * size:
-        raise MeshError(f"{what} is {widths.mean() * 1e3:.2f} mm wide, under two elements of {size * 1e3:.2f} mm; widen it or take smaller elements")
+        raise MeshError(
+            f"{what} is {widths.mean() * 1e3:.2f} mm wide, under two elements of {size * 1e3:.2f} mm; widen it or take"
+            " smaller elements"
+        )
     count = round(max(widths.mean(), widths.max() / WIDEST) / size)
     excess = (count + sides) % multiple
     return count - 1 if excess == 1 and count >= 12 else count + -excess % multiple
 
 
 def lateral_columns(curve: SectionCurve, start: float, end: float, count: int) -> np.ndarray:
-    """Arc lengths (count + 1,) [m] that cut [start, end] at equal lateral steps, up to STEEPEST times longer where the outline is steep."""
+    """Arc lengths (count + 1,) [m] that cut [start, end] at equal lateral steps, up to STEEPEST times longer where the
+    outline is steep."""
     along = np.linspace(start, end, 20 * count + 1)
     share = lateral_length(curve, along)
     return np.interp(np.linspace(0, share[-1], count + 1), share, along)
 
 
 def lateral_length(curve: SectionCurve, along: np.ndarray) -> np.ndarray:
-    """Lateral extent [m] of the outline from along[0] to each arc length in `along` (k,), no step counted below its arc / STEEPEST."""
+    """Lateral extent [m] of the outline from along[0] to each arc length in `along` (k,), no step counted below its arc
+    / STEEPEST."""
     share = np.maximum(np.cos(curve.normal_angle(along)), 1 / STEEPEST)
     return np.append(0.0, np.cumsum(np.diff(along) * 0.5 * (share[1:] + share[:-1])))

@@ -2,31 +2,49 @@
 
 import numpy as np
 
-from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces
 from geometry.meshing.axis import graded_line
+from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces
 
 
 def mesh_grid(x: np.ndarray, y: np.ndarray, z: np.ndarray, name: str = "box") -> HexMesh:
-    """Hexahedra between the planes x, y, z (increasing positions [m]); surface is the top face, clamp the bottom nodes."""
+    """Hexahedra between the planes x, y, z (increasing positions [m]); surface is the top face, clamp the bottom
+    nodes."""
     shape = len(x), len(y), len(z)
     points = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(points)).reshape(shape)
     corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    cells = np.stack([number[i:shape[0] - 1 + i, j:shape[1] - 1 + j, k:shape[2] - 1 + k].ravel() for i, j, k in corners], axis=1)
+    cells = np.stack(
+        [number[i : shape[0] - 1 + i, j : shape[1] - 1 + j, k : shape[2] - 1 + k].ravel() for i, j, k in corners],
+        axis=1,
+    )
     faces, _ = boundary_faces(cells)
     surface = faces[(faces % shape[2] == shape[2] - 1).all(axis=1)]
-    return HexMesh(points, cells, np.zeros(len(cells), np.int8), (name,), surface, np.zeros(len(surface), np.int8), number[:, :, 0].ravel())
+    return HexMesh(
+        points,
+        cells,
+        np.zeros(len(cells), np.int8),
+        (name,),
+        surface,
+        np.zeros(len(surface), np.int8),
+        number[:, :, 0].ravel(),
+    )
 
 
-def mesh_box(lengths: tuple[float, float, float], counts: tuple[int, int, int],
-             grading: tuple[float, float, float] = (1.0, 1.0, 1.0), name: str = "box") -> HexMesh:
+def mesh_box(
+    lengths: tuple[float, float, float],
+    counts: tuple[int, int, int],
+    grading: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    name: str = "box",
+) -> HexMesh:
     """A box from the origin to `lengths` [m] in counts[i] cells along axis i.
 
     grading : length of the last cell over that of the first, along each axis (1: equal cells)
     surface is the top (z = lengths[2]), clamp the nodes of the bottom (z = 0). Volume exact.
     """
     if min(lengths) <= 0 or min(counts) < 1 or min(grading) <= 0:
-        raise MeshError(f"box of lengths {lengths} m, counts {counts}, grading {grading}: all must be positive, counts at least 1")
+        raise MeshError(
+            f"box of lengths {lengths} m, counts {counts}, grading {grading}: all must be positive, counts at least 1"
+        )
     axes = []
     for length, count, ratio in zip(lengths, counts, grading):
         steps = ratio ** (np.arange(count) / max(count - 1, 1))
@@ -34,9 +52,18 @@ def mesh_box(lengths: tuple[float, float, float], counts: tuple[int, int, int],
     return mesh_grid(*axes, name=name)
 
 
-def mesh_cap(radius_x: float, radius_y: float, half_lengths: tuple[float, float], height: float, size: float,
-             fine: tuple[float, float, float], growth: float = 1.3, shape: str = "ellipsoid", facing: str = "down",
-             name: str = "cap") -> HexMesh:
+def mesh_cap(
+    radius_x: float,
+    radius_y: float,
+    half_lengths: tuple[float, float],
+    height: float,
+    size: float,
+    fine: tuple[float, float, float],
+    growth: float = 1.3,
+    shape: str = "ellipsoid",
+    facing: str = "down",
+    name: str = "cap",
+) -> HexMesh:
     """A block whose contact face is curved with radii radius_x (in the xz plane) and radius_y; np.inf makes it flat.
 
     half_lengths : the block reaches to +- these in x and y [m];  height : its extent in z at the apex [m]
@@ -44,7 +71,8 @@ def mesh_cap(radius_x: float, radius_y: float, half_lengths: tuple[float, float]
     fine         : half widths in x and y and depth of the fine zone [m]; outside it cells grow by `growth`
     shape        : "ellipsoid": z = c - sqrt of the exact quadric through the principal radii (a sphere for equal radii,
                    a circular cylinder where one is infinite); "paraboloid": x^2 / 2 radius_x + y^2 / 2 radius_y
-    facing       : "down": apex at the origin, body above it, clamp on top; "up": mirrored, body below, clamp at the bottom
+    facing       : "down": apex at the origin, body above it, clamp on top; "up": mirrored, body below, clamp at the
+        bottom
 
     Surface nodes lie on the exact surface; the opposite face is plane; columns are vertical. Raises MeshError where the
     block is wider than the surface or the surface higher than the block.
@@ -58,7 +86,10 @@ def mesh_cap(radius_x: float, radius_y: float, half_lengths: tuple[float, float]
     points = flat.points.copy()
     rise = cap_height(points[:, 0], points[:, 1], radius_x, radius_y, shape)
     if rise.max() > 0.8 * height:
-        raise MeshError(f"the curved face rises {rise.max():.4g} m at the block's edge, over 0.8 of its height {height} m; narrow or raise the block")
+        raise MeshError(
+            f"the curved face rises {rise.max():.4g} m at the block's edge, over 0.8 of its height {height} m; narrow"
+            " or raise the block"
+        )
     points[:, 2] += rise * (1 - points[:, 2] / height)
     bottom, top = flat.clamp, flat.clamp + len(z) - 1
     faces, _ = boundary_faces(flat.cells)
@@ -66,7 +97,15 @@ def mesh_cap(radius_x: float, radius_y: float, half_lengths: tuple[float, float]
     if facing == "down":
         return HexMesh(points, flat.cells, flat.region, (name,), surface, np.zeros(len(surface), np.int8), top)
     points[:, 2] *= -1
-    return HexMesh(points, flat.cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], flat.region, (name,), surface[:, ::-1].copy(), np.zeros(len(surface), np.int8), top)
+    return HexMesh(
+        points,
+        flat.cells[:, [4, 5, 6, 7, 0, 1, 2, 3]],
+        flat.region,
+        (name,),
+        surface[:, ::-1].copy(),
+        np.zeros(len(surface), np.int8),
+        top,
+    )
 
 
 def cap_height(x: np.ndarray, y: np.ndarray, radius_x: float, radius_y: float, shape: str) -> np.ndarray:
@@ -82,15 +121,39 @@ def cap_height(x: np.ndarray, y: np.ndarray, radius_x: float, radius_y: float, s
         raise MeshError(f"shape {shape!r}: choose 'ellipsoid' or 'paraboloid'")
     semi_axis = max(radius for radius in (radius_x, radius_y) if np.isfinite(radius))
     if quadric.max() >= semi_axis:
-        raise MeshError(f"the block's corner lies outside the ellipsoid of radii {radius_x}, {radius_y} m; narrow the block or use the paraboloid")
+        raise MeshError(
+            f"the block's corner lies outside the ellipsoid of radii {radius_x}, {radius_y} m; narrow the block or use"
+            " the paraboloid"
+        )
     return quadric / (1 + np.sqrt(1 - quadric / semi_axis))
 
 
-def mesh_half_cylinder_block(radius: float, half_width: float, length: float, height: float, size: float,
-                             fine_half_width: float, fine_depth: float, growth: float = 1.3, facing: str = "down",
-                             name: str = "cylinder") -> HexMesh:
+def mesh_half_cylinder_block(
+    radius: float,
+    half_width: float,
+    length: float,
+    height: float,
+    size: float,
+    fine_half_width: float,
+    fine_depth: float,
+    growth: float = 1.3,
+    facing: str = "down",
+    name: str = "cylinder",
+) -> HexMesh:
     """A slice of a cylinder about the y axis, for Hertz line contact in plane strain: mesh_cap with radius_y infinite.
 
-    length : extent in y [m], cut in cells of about `size`; one cell where length <= size. Other arguments as mesh_cap, in m.
+    length : extent in y [m], cut in cells of about `size`; one cell where length <= size. Other arguments as mesh_cap,
+        in m.
     """
-    return mesh_cap(radius, np.inf, (half_width, length / 2), height, size, (fine_half_width, length / 2, fine_depth), growth, "ellipsoid", facing, name)
+    return mesh_cap(
+        radius,
+        np.inf,
+        (half_width, length / 2),
+        height,
+        size,
+        (fine_half_width, length / 2, fine_depth),
+        growth,
+        "ellipsoid",
+        facing,
+        name,
+    )

@@ -5,21 +5,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.meshing.gmsh_process import gmsh_process
-from geometry.meshing.hexmesh import HexMesh, MeshError, merge_bodies
 from geometry.meshing.axis import graded_line
 from geometry.meshing.band import column_count, lateral_columns, lateral_length, steady_band
-from geometry.meshing.sweep.carry import carry_section
-from geometry.meshing.section.curve import cut_at_base
-from geometry.meshing.sweep.matching import feature_lengths, outline_arcs
+from geometry.meshing.gmsh_process import gmsh_process
+from geometry.meshing.hexmesh import HexMesh, MeshError, merge_bodies
 from geometry.meshing.quality import check_shapes
+from geometry.meshing.section.curve import cut_at_base
 from geometry.meshing.section.parts import try_sizes
-from geometry.meshing.section.rings import depth_steps, ring_width
 from geometry.meshing.section.quads import FLAT_CORNER, check_room, mesh_section
+from geometry.meshing.section.rings import depth_steps, ring_width
+from geometry.meshing.sweep.carry import carry_section
+from geometry.meshing.sweep.matching import feature_lengths, outline_arcs
 from geometry.meshing.sweep.sweep import sweep
 
 SAMPLES = 25  # sections at which the mesh of one is judged before it is carried to all
-REFERENCES = (0.15, 0.5, 0.85, 0.0, 0.3, 0.7, 1.0)  # places in the design, one of which is meshed: early, as a nose changes most by its tip
+# places in the design, one of which is meshed: early, as a nose changes most by its tip
+REFERENCES = (0.15, 0.5, 0.85, 0.0, 0.3, 0.7, 1.0)
 Band = tuple[float, float] | Callable[[float], tuple[float, float]]
 
 
@@ -30,9 +31,12 @@ class BodyMeshSpec:
     x_range : part of the crossing modelled;  fine_x : where the slabs have the fine length, inside x_range
     band : lateral range (y0, y1) where the wheel runs, constant or a function of x; fine there over fine_x
     fine_depth : depth of the fine block;  coarse : largest element size away from it
-    anchor : a place on the body from which its slabs are counted, so that the mesh under the wheel does not hang on where x_range ends:
-    slabs are then exactly element_size long and fine_x grows by up to three of them at each end; None: they divide fine_x evenly
-    design_x : the sections that decide the block's columns and which section is meshed, around fine_x; None: those of fine_x
+    anchor : a place on the body from which its slabs are counted, so that the mesh under the wheel does not hang on
+        where x_range ends:
+    slabs are then exactly element_size long and fine_x grows by up to three of them at each end; None: they divide
+    fine_x evenly
+    design_x : the sections that decide the block's columns and which section is meshed, around fine_x; None: those of
+        fine_x
     """
 
     x_range: tuple[float, float]
@@ -72,14 +76,19 @@ def mesh_crossing(crossing, spec: CrossingMeshSpec) -> HexMesh:
     stations and nodes the faceting error is second order in the size.
     Raises MeshError where the spec does not fit the crossing, with place and sizes.
     """
-    bodies = [(name, getattr(spec, name), getattr(crossing, f"{name}_section")) for name in ("wing", "nose") if getattr(spec, name) is not None]
+    bodies = [
+        (name, getattr(spec, name), getattr(crossing, f"{name}_section"))
+        for name in ("wing", "nose")
+        if getattr(spec, name) is not None
+    ]
     if not bodies:
         raise MeshError("the crossing's mesh has neither wing nor nose; specify at least one")
     return merge_bodies([_mesh_body(name, body, section, spec) for name, body, section in bodies])
 
 
 def check_bands(crossing, spec: CrossingMeshSpec) -> None:
-    """What can be known before anything is meshed: raises the MeshError of `mesh_crossing` where a band is too narrow or too wide for the element size."""
+    """What can be known before anything is meshed: raises the MeshError of `mesh_crossing` where a band is too narrow
+    or too wide for the element size."""
     for name in ("wing", "nose"):
         body = getattr(spec, name)
         if body is None:
@@ -99,7 +108,10 @@ def check_bands(crossing, spec: CrossingMeshSpec) -> None:
 def _mesh_body(name, body, section_at, spec):
     check_body(name, body, spec)
     stations = body_stations(body, spec)
-    curves = [[_curve(section_at, x, spec.base, name) for x in part] for part in (stations.before, stations.design, stations.after)]
+    curves = [
+        [_curve(section_at, x, spec.base, name) for x in part]
+        for part in (stations.before, stations.design, stations.after)
+    ]
 
     def make(sizes):
         return _loft(name, body, stations, curves, sizes)
@@ -111,7 +123,8 @@ def _mesh_body(name, body, section_at, spec):
 class Stations:
     """Places x of the planes between slabs [m], three slabs to a group.
 
-    design : (n,) fine slabs of the stretch that decides the mesh;  first, last : those of them between which the body is modelled
+    design : (n,) fine slabs of the stretch that decides the mesh;
+    first, last : those of them between which the body is modelled
     before, after : of the longer slabs on both sides of that
     """
 
@@ -131,11 +144,22 @@ def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> Stations:
         return Stations(line[:first], line[first : last + 1], 0, last - first, line[last + 1 :])
     group = 3 * spec.element_size
     wide = body.design_x or body.fine_x
-    ends = [round_away((x - body.anchor) / group) for x, round_away in ((min(wide[0], low), _floor), (low, _floor), (high, _ceil), (max(wide[1], high), _ceil))]
+    ends = [
+        round_away((x - body.anchor) / group)
+        for x, round_away in ((min(wide[0], low), _floor), (low, _floor), (high, _ceil), (max(wide[1], high), _ceil))
+    ]
     design = body.anchor + spec.element_size * np.arange(3 * ends[0], 3 * ends[3] + 1)
     first, last = 3 * (ends[1] - ends[0]), 3 * (ends[2] - ends[0])
     fine = (design[first], design[last])
-    line = graded_line(min(body.x_range[0], fine[0]), max(body.x_range[1], fine[1]), fine, spec.element_size, spec.growth, body.coarse / 3, multiple=3)
+    line = graded_line(
+        min(body.x_range[0], fine[0]),
+        max(body.x_range[1], fine[1]),
+        fine,
+        spec.element_size,
+        spec.growth,
+        body.coarse / 3,
+        multiple=3,
+    )
     return Stations(line[line < fine[0] - 1e-9], design, first, last, line[line > fine[1] + 1e-9])
 
 
@@ -153,24 +177,44 @@ def _loft(name, body, stations, curves, sizes):
     reference, section = _reference_section(design, columns, sizes)
     first, last = stations.first, stations.last
     low, high = min(first, reference), max(last, reference)
-    sides = [[_same_features(design[end], columns[end], curve) for curve in part] for end, part in ((first, before), (last, after))]
+    sides = [
+        [_same_features(design[end], columns[end], curve) for curve in part]
+        for end, part in ((first, before), (last, after))
+    ]
     carried = [*before, *design[low : high + 1], *after]
     chain = _chain(len(before), len(after), first - low, reference - low, last - low, high - low + 1)
-    flat = carry_section(section, carried, np.array([*sides[0], *columns[low : high + 1], *sides[1]]), feature_lengths(design), chain, ring_width(sizes))
+    flat = carry_section(
+        section,
+        carried,
+        np.array([*sides[0], *columns[low : high + 1], *sides[1]]),
+        feature_lengths(design),
+        chain,
+        ring_width(sizes),
+    )
     n = len(before)
     flat = np.concatenate([flat[:n], flat[n + first - low : n + last - low + 1], flat[n + high - low + 1 :]])
     x = np.concatenate([stations.before, stations.design[first : last + 1], stations.after])
     positions = np.concatenate([np.broadcast_to(x[:, None, None], flat.shape[:2] + (1,)), flat], axis=2)
     mesh = sweep(section, positions, name)
-    check_shapes(mesh, "the section changes too much along x_range; shorten it, move the band off a corner, or change the element size")
+    check_shapes(
+        mesh,
+        "the section changes too much along x_range; shorten it, move the band off a corner, or change the element"
+        " size",
+    )
     return mesh
 
 
 def _chain(before, after, first, reference, last, count):
-    """Which station each follows, of `before`, `count` and `after` ones in a row: from the reference outwards, the outer ones from first and last."""
+    """Which station each follows, of `before`, `count` and `after` ones in a row: from the reference outwards, the
+    outer ones from first and last."""
     middle = [i + (i < reference) - (i > reference) for i in range(count)]
-    return [*range(1, before), *([before + first] if before else []), *(before + i for i in middle),
-            *([before + last] if after else []), *range(before + count, before + count + after - 1)]
+    return [
+        *range(1, before),
+        *([before + first] if before else []),
+        *(before + i for i in middle),
+        *([before + last] if after else []),
+        *range(before + count, before + count + after - 1),
+    ]
 
 
 def check_body(name: str, body: BodyMeshSpec, spec: CrossingMeshSpec) -> None:
@@ -185,9 +229,15 @@ def check_body(name: str, body: BodyMeshSpec, spec: CrossingMeshSpec) -> None:
         if not body.x_range[0] <= body.fine_x[0] < body.fine_x[1] <= body.x_range[1]:
             faults.append(f"fine_x {body.fine_x} m must be a range inside x_range {body.x_range} m")
         if body.coarse < spec.element_size:
-            faults.append(f"coarse size {body.coarse * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm: take smaller elements or a larger coarse size")
+            faults.append(
+                f"coarse size {body.coarse * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm:"
+                " take smaller elements or a larger coarse size"
+            )
         if body.fine_depth < spec.element_size:
-            faults.append(f"fine_depth {body.fine_depth * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm: take smaller elements or a deeper fine zone")
+            faults.append(
+                f"fine_depth {body.fine_depth * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm:"
+                " take smaller elements or a deeper fine zone"
+            )
         if not 1.05 <= spec.growth <= 3:
             faults.append(f"growth {spec.growth} is outside [1.05, 3]")
     if faults:
@@ -214,12 +264,15 @@ def _columns(name, body, x, curves, sizes):
 
 
 def _reference_section(curves, columns, sizes):
-    """The station that is meshed and its mesh: the middle of the design, or another one if corners would be flat elsewhere."""
+    """The station that is meshed and its mesh: the middle of the design, or another one if corners would be flat
+    elsewhere."""
     found, faults = [], []
     for share in REFERENCES:
         station = int(share * (len(curves) - 1))
         try:
-            section = mesh_section(curves[station], [columns[station]], sizes, _elsewhere(curves, columns, station, sizes))
+            section = mesh_section(
+                curves[station], [columns[station]], sizes, _elsewhere(curves, columns, station, sizes)
+            )
         except MeshError as fault:
             faults.append(fault)
             continue
@@ -236,11 +289,16 @@ def _elsewhere(curves, columns, reference, sizes):
     features = feature_lengths(curves)
 
     def place(i):
-        return lambda arcs: curves[i].at(outline_arcs(arcs, features, (curves[reference], columns[reference]), (curves[i], columns[i]), ring_width(sizes)))
+        return lambda arcs: curves[i].at(
+            outline_arcs(
+                arcs, features, (curves[reference], columns[reference]), (curves[i], columns[i]), ring_width(sizes)
+            )
+        )
 
     return [place(i) for i in np.unique(np.linspace(0, len(curves) - 1, SAMPLES).round().astype(int))]
 
 
 def _same_features(curve, arcs, other):
-    """Arc lengths on another section of the features at `arcs` (k,) on `curve`: how the block goes on outside the fine range."""
+    """Arc lengths on another section of the features at `arcs` (k,) on `curve`: how the block goes on outside the fine
+    range."""
     return np.interp(np.interp(arcs, curve.arc, curve.index), other.index, other.arc)

@@ -14,25 +14,35 @@ DELAUNAY = 5
 FRONTAL_DELAUNAY = 6
 FRONTAL_QUADS = 8
 BLOSSOM = 1
-ATTEMPTS = [(algorithm, factor) for factor in (1.0, 0.8, 1.25) for algorithm in (FRONTAL_QUADS, FRONTAL_DELAUNAY, DELAUNAY)]
+ATTEMPTS = [
+    (algorithm, factor) for factor in (1.0, 0.8, 1.25) for algorithm in (FRONTAL_QUADS, FRONTAL_DELAUNAY, DELAUNAY)
+]
 
 
-def fill_with_quads(polygon: np.ndarray, largest: float, angles: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+def fill_with_quads(
+    polygon: np.ndarray, largest: float, angles: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Quadrilaterals that fill a simple polygon, sized by its edges and graded between them.
 
     polygon : (n, 2) corners anticlockwise, n even; they become the first n nodes and no other node lies on the boundary
-    largest : largest size inside [same unit as polygon];  angles : (s, n) inner angles [rad] at the corners, where the polygon takes
+    largest : largest size inside [same unit as polygon];  angles : (s, n) inner angles [rad] at the corners, where the
+        polygon takes
     s shapes that the mesh must follow; its own if None
     Returns nodes (m, 2) and quads (k, 4) anticlockwise. Gmsh may leave triangles; so every second corner is tried too,
     with each triangle and quad then cut in three or four quads. The best of all attempts by `badness` is taken.
     Raises MeshError where the polygon crosses itself or nothing succeeds.
     """
     if len(polygon) % 2:
-        raise MeshError(f"a polygon of {len(polygon)} edges cannot be filled with quadrilaterals only; give it an even number")
+        raise MeshError(
+            f"a polygon of {len(polygon)} edges cannot be filled with quadrilaterals only; give it an even number"
+        )
     _check_simple(polygon)
     found = [mesh for mesh in in_gmsh_process(_attempts, polygon, largest) if len(mesh[1])]
     if not found:
-        raise MeshError(f"Gmsh found no quadrilaterals in a polygon of {len(polygon)} edges near {polygon.mean(axis=0) * 1e3} mm; change the element sizes or the band a little")
+        raise MeshError(
+            f"Gmsh found no quadrilaterals in a polygon of {len(polygon)} edges near {polygon.mean(axis=0) * 1e3} mm;"
+            " change the element sizes or the band a little"
+        )
     angles = inner_angles(polygon)[None] if angles is None else angles
     return min(found, key=lambda mesh: badness(*mesh, angles))
 
@@ -48,12 +58,16 @@ def _attempts(polygon, largest):
         for first in (0, 1):
             halved = np.roll(polygon, -first, axis=0)[::2]
             if len(halved) >= 4 and not _crossings(halved).size:
-                found += [_subdivided(polygon, first, *_fill(gmsh, halved, 2 * largest, algorithm)) for algorithm in (FRONTAL_QUADS, FRONTAL_DELAUNAY, DELAUNAY)]
+                found += [
+                    _subdivided(polygon, first, *_fill(gmsh, halved, 2 * largest, algorithm))
+                    for algorithm in (FRONTAL_QUADS, FRONTAL_DELAUNAY, DELAUNAY)
+                ]
     return found
 
 
 def _subdivided(polygon, first, points, triangles, quads):
-    """Quads from a mesh of the polygon through every second corner (from number `first`): each cell cut through its edges' midpoints."""
+    """Quads from a mesh of the polygon through every second corner (from number `first`): each cell cut through its
+    edges' midpoints."""
     half, count = len(polygon) // 2, len(polygon)
     cells = [list(cell) for cell in triangles] + [list(cell) for cell in quads]
     number = np.concatenate([(first + 2 * np.arange(half)) % count, count + np.arange(len(points) - half)]).astype(int)
@@ -68,15 +82,23 @@ def _subdivided(polygon, first, points, triangles, quads):
                 if edge not in midpoint:
                     midpoint[edge] = len(new)
                     new.append((points[edge[0]] + points[edge[1]]) / 2)
-            result.append([number[corner], midpoint[tuple(sorted((corner, after)))], centre, midpoint[tuple(sorted((before, corner)))]])
+            result.append(
+                [
+                    number[corner],
+                    midpoint[tuple(sorted((corner, after)))],
+                    centre,
+                    midpoint[tuple(sorted((before, corner)))],
+                ]
+            )
     return np.array(new), np.array(result, dtype=int).reshape(-1, 4)
 
 
 def badness(points: np.ndarray, quads: np.ndarray, angles: np.ndarray) -> float:
     """How far a quad mesh is from a regular one by its connections alone, which no smoothing can mend.
 
-    Each node's angle (2 pi inside, angles (s, n) [rad] in s shapes of the boundary on its n first nodes) shared among its
-    quads should be a right angle; the sixth powers of the worst deviations are summed: a flat corner (15) outweighs many others.
+    Each node's angle (2 pi inside, angles (s, n) [rad] in s shapes of the boundary on its n first nodes) shared among
+    its quads should be a right angle; the sixth powers of the worst deviations are summed: a flat corner (15) outweighs
+    many others.
     """
     count = np.maximum(np.bincount(quads.ravel(), minlength=len(points)), 1)
     boundary = angles.shape[1]
@@ -96,7 +118,10 @@ def _check_simple(polygon):
     crossing = _crossings(polygon)
     if len(crossing):
         where = ", ".join(f"({y * 1e3:.2f}, {z * 1e3:.2f})" for y, z in polygon[crossing[0]])
-        raise MeshError(f"the region left for coarse quadrilaterals crosses itself near {where} mm; narrow or move the band, or take smaller elements")
+        raise MeshError(
+            f"the region left for coarse quadrilaterals crosses itself near {where} mm; narrow or move the band, or"
+            " take smaller elements"
+        )
 
 
 def _crossings(polygon):
@@ -125,7 +150,8 @@ def gmsh_session():
 
 
 def _fill(gmsh, polygon, largest, algorithm):
-    """Nodes (m, 2), triangles (t, 3) and quads (k, 4), anticlockwise, in a polygon (n, 2) whose corners are the first nodes; empty where Gmsh fails."""
+    """Nodes (m, 2), triangles (t, 3) and quads (k, 4), anticlockwise, in a polygon (n, 2) whose corners are the first
+    nodes; empty where Gmsh fails."""
     scale = 1.0 / np.ptp(polygon, axis=0).max()
     gmsh.model.add("section")
     try:
@@ -148,8 +174,16 @@ def _define(gmsh, polygon, largest, algorithm):
     surface = geo.addPlaneSurface([geo.addCurveLoop(lines)])
     geo.mesh.setRecombine(2, surface)
     geo.synchronize()
-    for option, value in [("Algorithm", algorithm), ("RecombinationAlgorithm", BLOSSOM), ("MeshSizeMax", largest), ("MeshSizeExtendFromBoundary", 1),
-                          ("MeshSizeFromPoints", 0), ("RandomSeed", 1), ("RecombineMinimumQuality", 1e-4), ("Smoothing", 5)]:
+    for option, value in [
+        ("Algorithm", algorithm),
+        ("RecombinationAlgorithm", BLOSSOM),
+        ("MeshSizeMax", largest),
+        ("MeshSizeExtendFromBoundary", 1),
+        ("MeshSizeFromPoints", 0),
+        ("RandomSeed", 1),
+        ("RecombineMinimumQuality", 1e-4),
+        ("Smoothing", 5),
+    ]:
         gmsh.option.setNumber("Mesh." + option, value)
     return corners
 
@@ -167,7 +201,9 @@ def _read(gmsh, corners):
 
 def _cells(gmsh, kind, nodes, number, points):
     """Cells of one Gmsh element type with `nodes` nodes, turned anticlockwise."""
-    cells = np.array([number[tag] for tag in gmsh.model.mesh.getElementsByType(kind)[1].tolist()], dtype=int).reshape(-1, nodes)
+    cells = np.array([number[tag] for tag in gmsh.model.mesh.getElementsByType(kind)[1].tolist()], dtype=int).reshape(
+        -1, nodes
+    )
     p = points[cells]
     clockwise = cross_2d(p[:, 1] - p[:, 0], p[:, -1] - p[:, 0]) < 0
     cells[clockwise] = cells[clockwise][:, ::-1]

@@ -1,8 +1,10 @@
-"""Gmsh in a process of its own, where MPI is not: the library of the Python registry brings an MPI and a PETSc of its own with it.
+"""Gmsh in a process of its own, where MPI is not: the library of the Python registry brings an MPI and a PETSc of its
+own with it.
 
-Loaded beside Open MPI, its PETSc says at every start that the program was linked against two MPI libraries and will not run correctly. The
-child knows neither Open MPI nor the variables by which a launcher speaks to its ranks; it is asked for one mesh after the other and ends with
-`gmsh_process`, or with its parent. A Gmsh that crashes or hangs is then an error of one mesh, not the end of the run.
+Loaded beside Open MPI, its PETSc says at every start that the program was linked against two MPI libraries and will not
+run correctly. The child knows neither Open MPI nor the variables by which a launcher speaks to its ranks; it is asked
+for one mesh after the other and ends with `gmsh_process`, or with its parent. A Gmsh that crashes or hangs is then an
+error of one mesh, not the end of the run.
 """
 
 import os
@@ -31,14 +33,17 @@ def without_mpi(environment: dict[str, str]) -> dict[str, str]:
 
 @contextmanager
 def gmsh_process() -> Iterator[subprocess.Popen]:
-    """A child that runs Gmsh, shared by all that is asked inside; may be entered again. It ends when the outermost one is left."""
+    """A child that runs Gmsh, shared by all that is asked inside; may be entered again. It ends when the outermost one
+    is left."""
     child = getattr(_mine, "child", None)
     if child is not None and child.poll() is None:
         yield child
         return
     path = os.pathsep.join([str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])])
     command = [sys.executable, "-P", "-c", "from geometry.meshing.gmsh_process import serve; serve()"]
-    _mine.child = child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=without_mpi(os.environ) | {"PYTHONPATH": path})
+    _mine.child = child = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=without_mpi(os.environ) | {"PYTHONPATH": path}
+    )
     try:
         yield child
     finally:
@@ -48,7 +53,8 @@ def gmsh_process() -> Iterator[subprocess.Popen]:
 
 
 def in_gmsh_process(function: Callable[..., Answer], *arguments) -> Answer:
-    """function(*arguments), computed in the child. What it raises is raised here; MeshError where the child died or gave no answer.
+    """function(*arguments), computed in the child. What it raises is raised here; MeshError where the child died or
+    gave no answer.
 
     function : of a module's top level;  arguments and answer : what pickle can send
     """
@@ -61,7 +67,10 @@ def in_gmsh_process(function: Callable[..., Answer], *arguments) -> Answer:
             well, answer = pickle.load(child.stdout)
         except (OSError, EOFError, pickle.UnpicklingError):
             child.kill()
-            raise MeshError(f"Gmsh's process ended {_manner(child.wait(), watch)}; change the element sizes a little, or see `doctor`") from None
+            raise MeshError(
+                f"Gmsh's process ended {_manner(child.wait(), watch)}; change the element sizes a little, or see"
+                " `doctor`"
+            ) from None
         finally:
             watch.cancel()
     if not well:

@@ -50,7 +50,10 @@ def boundary_faces(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     order, starts, counts = _group_equal_rows(np.sort(faces, axis=1))
     if counts.max(initial=1) > 2:
         worst = order[starts[counts.argmax()]]
-        raise MeshError(f"face {faces[worst].tolist()} of cell {worst // 6} belongs to {counts.max()} cells; at most 2 may share one")
+        raise MeshError(
+            f"face {faces[worst].tolist()} of cell {worst // 6} belongs to {counts.max()} cells; at most 2 may"
+            " share one"
+        )
     single = np.sort(order[starts[counts == 1]])
     return faces[single], single // 6
 
@@ -66,7 +69,8 @@ def _group_equal_rows(rows):
 
 
 def orient(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Cells (m, 8) with those mirrored whose triple product at the centre is negative, so that all Jacobians are positive."""
+    """Cells (m, 8) with those mirrored whose triple product at the centre is negative, so that all Jacobians are
+    positive."""
     edges = centre_edges(points, cells)
     mirrored = np.linalg.det(edges) < 0
     turned = cells.copy()
@@ -84,7 +88,8 @@ def centre_edges(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 def merge_bodies(meshes: list[HexMesh], region_names: tuple[str, ...] | None = None) -> HexMesh:
     """One mesh of several bodies that share no nodes, in the order given; their names must differ.
 
-    region_names : the names in the order wanted, also of bodies that are not there; None: those that are, in the order given
+    region_names : the names in the order wanted, also of bodies that are not there; None: those that are, in the order
+        given
     """
     names = tuple(name for mesh in meshes for name in mesh.region_names)
     if len(set(names)) != len(names):

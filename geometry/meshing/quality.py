@@ -7,7 +7,9 @@ import numpy as np
 from geometry.meshing.hexmesh import FACES, HexMesh, MeshError
 
 # Corner k of a VTK hexahedron and its three neighbours in right-handed order.
-CORNERS = np.array([[0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7], [4, 7, 5, 0], [5, 4, 6, 1], [6, 5, 7, 2], [7, 6, 4, 3]])
+CORNERS = np.array(
+    [[0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7], [4, 7, 5, 0], [5, 4, 6, 1], [6, 5, 7, 2], [7, 6, 4, 3]]
+)
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
 WAVE_SPEED = 5900.0
 LEAST_JACOBIAN = 0.1
@@ -18,11 +20,13 @@ class MeshQuality:
     """Counts, worst cells and the cost of a mesh; print `report()`.
 
     counts               : dict of str to int: cells of each body, nodes, surface quads, clamped nodes
-    worst_scaled_jacobian, worst_scaled_jacobian_at : least scaled Jacobian of all corners, and that cell's centre (3,) [m]
+    worst_scaled_jacobian, worst_scaled_jacobian_at : least scaled Jacobian of all corners, and that cell's centre (3,)
+        [m]
     shortest_edge, longest_edge : [m]
     worst_length         : least V / A_max of a cell [m]; worst_step = worst_length / wave_speed [s]
     worst_eigen_step     : least step by the eigenvalue bound of the one-point element [s], conservative by up to 0.58
-    slowest              : (10,) cells with the least V / A_max; their centres (10, 3) [m], volumes (10,) [m3], aspects (10,)
+    slowest              : (10,) cells with the least V / A_max; their centres (10, 3) [m], volumes (10,) [m3], aspects
+        (10,)
     cost                 : cells / worst_step [1/s]: cell updates per second of simulated time
     """
 
@@ -46,15 +50,28 @@ class MeshQuality:
         """The quality as text, lengths in mm and times in s."""
         mm = 1e3
         at = ", ".join(f"{v * mm:.1f}" for v in self.worst_scaled_jacobian_at)
-        lines = ["mesh: " + ", ".join(f"{count} {name}" for name, count in self.counts.items()),
-                 f"worst scaled Jacobian {self.worst_scaled_jacobian:.3f} at ({at}) mm",
-                 f"edges {self.shortest_edge * mm:.3f} to {self.longest_edge * mm:.1f} mm",
-                 f"worst step {self.worst_step:.3e} s (V / A_max = {self.worst_length * mm:.3f} mm, wave speed {self.wave_speed:.0f} m/s); "
-                 f"eigenvalue bound {self.worst_eigen_step:.3e} s",
-                 f"cost {self.cost:.3e} cell updates per second of motion",
-                 "slowest cells: number, centre [mm], V / A_max [mm], volume [mm3], longest over shortest edge"]
-        for cell, centre, length, volume, aspect in zip(self.slowest, self.slowest_centre * mm, self.slowest_length * mm, self.slowest_volume * mm**3, self.slowest_aspect):
-            lines.append(f"  {cell:8d}  ({centre[0]:8.1f}, {centre[1]:8.1f}, {centre[2]:8.1f})  {length:7.3f}  {volume:9.3f}  {aspect:6.2f}")
+        lines = [
+            "mesh: " + ", ".join(f"{count} {name}" for name, count in self.counts.items()),
+            f"worst scaled Jacobian {self.worst_scaled_jacobian:.3f} at ({at}) mm",
+            f"edges {self.shortest_edge * mm:.3f} to {self.longest_edge * mm:.1f} mm",
+            (
+                f"worst step {self.worst_step:.3e} s (V / A_max = {self.worst_length * mm:.3f} mm, wave speed"
+                f" {self.wave_speed:.0f} m/s); eigenvalue bound {self.worst_eigen_step:.3e} s"
+            ),
+            f"cost {self.cost:.3e} cell updates per second of motion",
+            "slowest cells: number, centre [mm], V / A_max [mm], volume [mm3], longest over shortest edge",
+        ]
+        for cell, centre, length, volume, aspect in zip(
+            self.slowest,
+            self.slowest_centre * mm,
+            self.slowest_length * mm,
+            self.slowest_volume * mm**3,
+            self.slowest_aspect,
+        ):
+            lines.append(
+                f"  {cell:8d}  ({centre[0]:8.1f}, {centre[1]:8.1f}, {centre[2]:8.1f})  {length:7.3f}  {volume:9.3f} "
+                f" {aspect:6.2f}"
+            )
         return "\n".join(lines)
 
 
@@ -70,9 +87,22 @@ def mesh_quality(mesh: HexMesh, wave_speed: float = WAVE_SPEED) -> MeshQuality:
     counts = {f"cells in {name}": int((mesh.region == i).sum()) for i, name in enumerate(mesh.region_names)}
     counts |= {"nodes": len(mesh.points), "surface quads": len(mesh.surface), "clamped nodes": len(mesh.clamp)}
     return MeshQuality(
-        counts, float(jacobian[worst]), corner[worst].mean(axis=0), float(edge.min()), float(edge.max()), wave_speed,
-        float(length.min()), float(length.min() / wave_speed), float(eigen_length(corner).min() / wave_speed), slowest, corner[slowest].mean(axis=1),
-        length[slowest], volume[slowest], edge[slowest].max(axis=1) / edge[slowest].min(axis=1), len(mesh.cells) * wave_speed / float(length.min()))
+        counts,
+        float(jacobian[worst]),
+        corner[worst].mean(axis=0),
+        float(edge.min()),
+        float(edge.max()),
+        wave_speed,
+        float(length.min()),
+        float(length.min() / wave_speed),
+        float(eigen_length(corner).min() / wave_speed),
+        slowest,
+        corner[slowest].mean(axis=1),
+        length[slowest],
+        volume[slowest],
+        edge[slowest].max(axis=1) / edge[slowest].min(axis=1),
+        len(mesh.cells) * wave_speed / float(length.min()),
+    )
 
 
 def scaled_jacobian(corner: np.ndarray) -> np.ndarray:
@@ -95,13 +125,15 @@ def cell_volume(corner: np.ndarray) -> np.ndarray:
 
 
 def face_area(corner: np.ndarray) -> np.ndarray:
-    """Areas [m2] of the six faces (m, 6) of hexahedra (m, 8, 3), half the cross product of the diagonals (exact for plane faces)."""
+    """Areas [m2] of the six faces (m, 6) of hexahedra (m, 8, 3), half the cross product of the diagonals (exact for
+    plane faces)."""
     face = corner[:, FACES]
     return 0.5 * np.linalg.norm(np.cross(face[:, :, 2] - face[:, :, 0], face[:, :, 3] - face[:, :, 1]), axis=2)
 
 
 def mean_gradient(corner: np.ndarray) -> np.ndarray:
-    """Volume mean of the shape function gradients (m, 8, 3) [1/m] of hexahedra (m, 8, 3): d V / d x_I / V (Flanagan and Belytschko 1981)."""
+    """Volume mean of the shape function gradients (m, 8, 3) [1/m] of hexahedra (m, 8, 3): d V / d x_I / V (Flanagan and
+    Belytschko 1981)."""
     gradient = np.zeros_like(corner)
     for face in FACES:
         p = corner[:, face]
@@ -133,10 +165,14 @@ def eigen_length(corner: np.ndarray, poisson: float = 0.3) -> np.ndarray:
 
 
 def check_shapes(mesh: HexMesh, remedy: str) -> None:
-    """Raise MeshError where a cell's scaled Jacobian is below LEAST_JACOBIAN: which body, how bad, where, and the remedy."""
+    """Raise MeshError where a cell's scaled Jacobian is below LEAST_JACOBIAN: which body, how bad, where, and the
+    remedy."""
     corner = mesh.points[mesh.cells]
     jacobian = scaled_jacobian(corner)
     worst = jacobian.argmin()
     if not jacobian[worst] >= LEAST_JACOBIAN:
         place = ", ".join(f"{v * 1e3:.1f}" for v in corner[worst].mean(axis=0))
-        raise MeshError(f"the {mesh.region_names[mesh.region[worst]]}'s mesh has a folded or flat cell (scaled Jacobian {jacobian[worst]:.3f}) at ({place}) mm: {remedy}")
+        raise MeshError(
+            f"the {mesh.region_names[mesh.region[worst]]}'s mesh has a folded or flat cell (scaled Jacobian"
+            f" {jacobian[worst]:.3f}) at ({place}) mm: {remedy}"
+        )

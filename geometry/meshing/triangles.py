@@ -2,16 +2,19 @@
 
 import numpy as np
 
+from geometry.meshing.gmsh_fill import DELAUNAY, _check_simple, _read, gmsh_session
 from geometry.meshing.gmsh_process import in_gmsh_process
 from geometry.meshing.hexmesh import MeshError
-from geometry.meshing.gmsh_fill import DELAUNAY, _check_simple, _read, gmsh_session
 
 
-def fill_with_triangles(polygon: np.ndarray, places: np.ndarray, size: float, reach: float, coarse: float, growth: float) -> tuple[np.ndarray, np.ndarray]:
+def fill_with_triangles(
+    polygon: np.ndarray, places: np.ndarray, size: float, reach: float, coarse: float, growth: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Triangles that fill a simple polygon whose edges become element edges.
 
     polygon : (n, 2) corners anticlockwise; they become the first n nodes and no other node lies on the boundary
-    places : (k, 2) of them the elements are of `size` up to the distance `reach`, beyond it larger by `growth` per distance up to
+    places : (k, 2) of them the elements are of `size` up to the distance `reach`, beyond it larger by `growth` per
+        distance up to
     `coarse` [all in one unit]
     Returns nodes (m, 2) and triangles (t, 3), anticlockwise. Raises MeshError where Gmsh fails.
     """
@@ -25,11 +28,15 @@ def _fill(polygon, places, size, reach, coarse, growth):
     with gmsh_session() as gmsh:
         gmsh.model.add("plane")
         try:
-            corners = _define(gmsh, polygon * scale, places * scale, (size * scale, reach * scale, coarse * scale, growth))
+            corners = _define(
+                gmsh, polygon * scale, places * scale, (size * scale, reach * scale, coarse * scale, growth)
+            )
             gmsh.model.mesh.generate(2)
             points, triangles, _ = _read(gmsh, corners)
         except Exception as error:  # Gmsh raises plain Exception
-            raise MeshError(f"Gmsh found no triangles in a polygon of {len(polygon)} edges: {error}; change the element sizes") from error
+            raise MeshError(
+                f"Gmsh found no triangles in a polygon of {len(polygon)} edges: {error}; change the element sizes"
+            ) from error
         finally:
             gmsh.model.remove()
     if not len(triangles):
@@ -50,11 +57,25 @@ def _define(gmsh, polygon, places, sizes):
     geo.synchronize()
     distance, threshold = field.add("Distance"), field.add("Threshold")
     field.setNumbers(distance, "PointsList", near)
-    limits = {"InField": distance, "SizeMin": size, "SizeMax": coarse, "DistMin": reach, "DistMax": reach + (coarse - size) / growth}
+    limits = {
+        "InField": distance,
+        "SizeMin": size,
+        "SizeMax": coarse,
+        "DistMin": reach,
+        "DistMax": reach + (coarse - size) / growth,
+    }
     for name, value in limits.items():
         field.setNumber(threshold, name, value)
     field.setAsBackgroundMesh(threshold)
-    options = {"Algorithm": DELAUNAY, "MeshSizeMin": 0, "MeshSizeMax": 1e22, "MeshSizeExtendFromBoundary": 0, "MeshSizeFromPoints": 0, "RandomSeed": 1, "Smoothing": 5}
+    options = {
+        "Algorithm": DELAUNAY,
+        "MeshSizeMin": 0,
+        "MeshSizeMax": 1e22,
+        "MeshSizeExtendFromBoundary": 0,
+        "MeshSizeFromPoints": 0,
+        "RandomSeed": 1,
+        "Smoothing": 5,
+    }
     for option, value in options.items():
         gmsh.option.setNumber("Mesh." + option, value)
     return corners

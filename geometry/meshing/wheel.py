@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.meshing.gmsh_process import gmsh_process
-from geometry.meshing.hexmesh import HexMesh, MeshError
 from geometry.meshing.axis import graded_line
 from geometry.meshing.band import column_count, lateral_columns, lateral_length
+from geometry.meshing.gmsh_process import gmsh_process
+from geometry.meshing.hexmesh import HexMesh, MeshError
+from geometry.meshing.quality import check_shapes
 from geometry.meshing.section.curve import cut_at_base
 from geometry.meshing.section.parts import try_sizes
-from geometry.meshing.quality import check_shapes
-from geometry.meshing.section.rings import depth_steps, ring_width
 from geometry.meshing.section.quads import check_room, mesh_section
+from geometry.meshing.section.rings import depth_steps, ring_width
 from geometry.meshing.sweep.sweep import sweep
 
 
@@ -46,11 +46,12 @@ class WheelMeshSpec:
 def mesh_wheel(profile, radius: float, spec: WheelMeshSpec) -> HexMesh:
     """Mesh the bottom sector of a wheel's rim.
 
-    profile : Profile or (n, 2) array, y from D0 and height z [m] (flange tip below 0), from the flange back to the field side
+    profile : Profile or (n, 2) array, y from D0 and height z [m] (flange tip below 0), from the flange back to the
+        field side
     radius : of the wheel at D0 [m]
-    Points come with x = 0 at the axle, y from D0, z above the lowest point of D0's circle (axle at z = radius). One region
-    "wheel"; surface is the profile's sweep, clamp the inner rim and the two cut faces. Nodes lie on the surface of
-    revolution to round-off; between them the sagitta is size^2 / (8 radius).
+    Points come with x = 0 at the axle, y from D0, z above the lowest point of D0's circle (axle at z = radius). One
+    region "wheel"; surface is the profile's sweep, clamp the inner rim and the two cut faces. Nodes lie on the surface
+    of revolution to round-off; between them the sagitta is size^2 / (8 radius).
     Raises MeshError where the spec does not fit the wheel.
     """
     check_wheel(radius, spec)
@@ -71,7 +72,8 @@ def mesh_wheel(profile, radius: float, spec: WheelMeshSpec) -> HexMesh:
 
 
 def check_wheel_bands(profile, radius: float, spec: WheelMeshSpec) -> None:
-    """What can be known before anything is meshed: raises the MeshError of `mesh_wheel` where a band is too narrow or too wide for the element size."""
+    """What can be known before anything is meshed: raises the MeshError of `mesh_wheel` where a band is too narrow or
+    too wide for the element size."""
     check_wheel(radius, spec)
     curve, _ = _outline(np.asarray(getattr(profile, "points", profile), dtype=float), spec)
 
@@ -85,32 +87,62 @@ def check_wheel_bands(profile, radius: float, spec: WheelMeshSpec) -> None:
 def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:
     """Arc lengths [m] along D0's circle of the planes between slabs: three slabs to a group, fine in the patch."""
     reach = radius * spec.half_angle
-    return graded_line(-reach, reach, (-spec.fine_half_length, spec.fine_half_length), spec.element_size, spec.growth, spec.coarse / 3, multiple=3)
+    return graded_line(
+        -reach,
+        reach,
+        (-spec.fine_half_length, spec.fine_half_length),
+        spec.element_size,
+        spec.growth,
+        spec.coarse / 3,
+        multiple=3,
+    )
 
 
 def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
     """Refuse what cannot be meshed; raises MeshError with every fault."""
     faults = []
-    numbers = [radius, spec.element_size, spec.fine_half_length, spec.half_angle, spec.rim_depth, spec.fine_depth, spec.coarse, spec.growth]
+    numbers = [
+        radius,
+        spec.element_size,
+        spec.fine_half_length,
+        spec.half_angle,
+        spec.rim_depth,
+        spec.fine_depth,
+        spec.coarse,
+        spec.growth,
+    ]
     if not np.isfinite(numbers).all() or min(numbers) <= 0:
         faults.append(f"all sizes must be positive finite numbers, these are {numbers}")
     else:
         if not spec.rim_depth < 0.9 * radius:
-            faults.append(f"rim_depth {spec.rim_depth * 1e3:.1f} mm must be below 0.9 of the radius {radius * 1e3:.1f} mm")
+            faults.append(
+                f"rim_depth {spec.rim_depth * 1e3:.1f} mm must be below 0.9 of the radius {radius * 1e3:.1f} mm"
+            )
         if not spec.fine_half_length <= radius * spec.half_angle or spec.half_angle > np.pi / 2:
-            faults.append(f"fine_half_length {spec.fine_half_length * 1e3:.1f} mm must lie in the sector of +-{np.degrees(spec.half_angle):.1f} degrees, and that within +-90")
+            faults.append(
+                f"fine_half_length {spec.fine_half_length * 1e3:.1f} mm must lie in the sector of"
+                f" +-{np.degrees(spec.half_angle):.1f} degrees, and that within +-90"
+            )
         if spec.coarse < spec.element_size or spec.fine_depth < spec.element_size:
-            faults.append(f"coarse {spec.coarse * 1e3:.2f} mm and fine_depth {spec.fine_depth * 1e3:.2f} mm must not be below the element size {spec.element_size * 1e3:.2f} mm: take smaller elements")
+            faults.append(
+                f"coarse {spec.coarse * 1e3:.2f} mm and fine_depth {spec.fine_depth * 1e3:.2f} mm must not be below the"
+                f" element size {spec.element_size * 1e3:.2f} mm: take smaller elements"
+            )
         if not 1.05 <= spec.growth <= 3:
             faults.append(f"growth {spec.growth} is outside [1.05, 3]")
-    if not spec.bands or any(not start < end for start, end in spec.bands) or any(a[1] >= b[0] for a, b in zip(spec.bands, spec.bands[1:])):
+    if (
+        not spec.bands
+        or any(not start < end for start, end in spec.bands)
+        or any(a[1] >= b[0] for a, b in zip(spec.bands, spec.bands[1:]))
+    ):
         faults.append(f"bands {spec.bands} must be at least one range (y0, y1) with y0 < y1, in order and apart")
     if faults:
         raise MeshError("mesh of the wheel: " + "; ".join(faults))
 
 
 def _outline(points, spec):
-    """The section's outline with the body below (z turned over), and the arc lengths between which it is the profile."""
+    """The section's outline with the body below (z turned over), and the arc lengths between which it is the
+    profile."""
     if spec.y_range is not None:
         points = _cut_sides(points, spec.y_range)
     turned = points * [1.0, -1.0]
@@ -121,7 +153,10 @@ def _outline(points, spec):
 def _cut_sides(points, y_range):
     """The part of a profile (n, 2) between two lateral positions, cut exactly there."""
     if not points[:, 0].min() <= y_range[0] < y_range[1] <= points[:, 0].max():
-        raise MeshError(f"y_range {y_range} m is not inside the profile, which reaches from {points[:, 0].min():.4f} to {points[:, 0].max():.4f} m")
+        raise MeshError(
+            f"y_range {y_range} m is not inside the profile, which reaches from {points[:, 0].min():.4f} to"
+            f" {points[:, 0].max():.4f} m"
+        )
     ends = []
     for y in y_range:
         side = points[:, 0] - y
@@ -129,10 +164,14 @@ def _cut_sides(points, y_range):
         fraction = side[crossing] / (side[crossing] - side[crossing + 1])
         ends.append((crossing, points[crossing] + fraction * (points[crossing + 1] - points[crossing])))
     (first, start), (last, end) = ends
-    return np.concatenate([[start], points[first + 1:last + 1], [end]])
+    return np.concatenate([[start], points[first + 1 : last + 1], [end]])
 
 
 def _columns(curve, band, sizes):
     arcs = curve.band_arcs(band, "the wheel's band")
     width = lateral_length(curve, np.linspace(*arcs, 200))[-1:]
-    return lateral_columns(curve, *arcs, column_count(width, sizes.fine, 2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, "the wheel's band"))
+    return lateral_columns(
+        curve,
+        *arcs,
+        column_count(width, sizes.fine, 2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, "the wheel's band"),
+    )

@@ -1,7 +1,9 @@
-"""Contact band of a rigid wheel on the plan of a crossing, and what its path does there in numbers. Axes: geometry.axes.
+"""Contact band of a rigid wheel on the plan of a crossing, and what its path does there in numbers. Axes:
+geometry.axes.
 
-The band is the part of the surface that comes nearer to the rolling wheel than half of an elastic approach. An approach d flattens a patch of
-half width sqrt(R d) (Hertz), and two bodies pressed together by d / 2 without giving way overlap over just that width.
+The band is the part of the surface that comes nearer to the rolling wheel than half of an elastic approach. An approach
+d flattens a patch of half width sqrt(R d) (Hertz), and two bodies pressed together by d / 2 without giving way overlap
+over just that width.
 """
 
 from dataclasses import dataclass
@@ -9,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.axes import tread_datum_y
-from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.crossing_surface import NO_METAL
 from geometry.path.wheel_path import WheelPath
 from geometry.profiles.profile import Profile
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.crossing_surface import NO_METAL
 from kernel_cache import njit
 
 AWAY = 1.0  # clearance where there is no surface or no wheel [m]
@@ -37,9 +39,18 @@ def nearest(x, y, surface, axle_x, axle, radius, reach):
     return out
 
 
-def clearance(crossing: CastCrossing, wheel: Profile, path: WheelPath, x: np.ndarray, y: np.ndarray, body: str, lateral_shift: float = 0.0,
-              reach: float = 0.05) -> np.ndarray:
-    """How near (n, m) [m] the wheel comes to "wing" or "nose" at x (n,), y (m,) while its axle goes along the path; AWAY where it cannot.
+def clearance(
+    crossing: CastCrossing,
+    wheel: Profile,
+    path: WheelPath,
+    x: np.ndarray,
+    y: np.ndarray,
+    body: str,
+    lateral_shift: float = 0.0,
+    reach: float = 0.05,
+) -> np.ndarray:
+    """How near (n, m) [m] the wheel comes to "wing" or "nose" at x (n,), y (m,) while its axle goes along the path;
+    AWAY where it cannot.
 
     Second order in the path's spacing h: h^2 / (8 radius), 0.3 um at 1 mm. x within the path.
     """
@@ -62,9 +73,11 @@ def band_edges(near: np.ndarray, y: np.ndarray, approach: float) -> np.ndarray:
 class PathNumbers:
     """What a path does, facing; trailing is the same path run backwards: every climb is then a fall.
 
-    ramp_lift : height gained from plain rail to the cast leg [m];  ramp_slope, ramp_x : steepest climb there and where it is
+    ramp_lift : height gained from plain rail to the cast leg [m];
+    ramp_slope, ramp_x : steepest climb there and where it is
     lowest_x, lowest : where the axle stands lowest about the nose, and how far below plain line [m]
-    transfer_x : where the nose takes over [m];  fall, rise : slopes before and after it;  dip : their sum, 0 where the path does not rise [rad]
+    transfer_x : where the nose takes over [m];  fall, rise : slopes before and after it;
+    dip : their sum, 0 where the path does not rise [rad]
     trailing_slope, trailing_x : steepest climb met when run backwards
     """
 
@@ -81,7 +94,8 @@ class PathNumbers:
     trailing_x: float
 
 
-FALL_LENGTH, RISE_LENGTH = 20e-3, 55e-3  # over which the slopes beside the transfer are taken at 1:9.25; they stretch with the crossing [m]
+# over which the slopes beside the transfer are taken at 1:9.25; they stretch with the crossing [m]
+FALL_LENGTH, RISE_LENGTH = 20e-3, 55e-3
 
 
 LEAST_RISE = 0.1e-3  # of the path after the transfer, below which there is no dip [rad]
@@ -96,7 +110,8 @@ def path_numbers(path: WheelPath, crossing: CastCrossing) -> PathNumbers:
     lowest = int(np.argmin(np.where(about_nose, path.height, np.inf)))
     transfer = float(path.transfers[0]) if len(path.transfers) else np.nan
     height = lambda at: float(np.interp(at, x, path.height))
-    before, after = x[x <= transfer].max(initial=-np.inf), x[x >= transfer].min(initial=np.inf)  # the path bends between them
+    # the path bends between them
+    before, after = x[x <= transfer].max(initial=-np.inf), x[x >= transfer].min(initial=np.inf)
     back, on = crossing.stretch * FALL_LENGTH, crossing.stretch * RISE_LENGTH
     fall = (height(before - back) - height(before)) / back
     rise = (height(after + on) - height(after)) / on

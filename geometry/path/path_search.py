@@ -1,14 +1,16 @@
-"""Highest place of a rigid wheel over one body of a crossing: first search on a grid, then refinement on the exact surface."""
+"""Highest place of a rigid wheel over one body of a crossing: first search on a grid, then refinement on the exact
+surface."""
 
 import numpy as np
 
+from geometry.profiles.profile import Profile, hermite, hermite_many
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.crossing_surface import NO_METAL, nose_height, wing_height
-from geometry.profiles.profile import Profile, hermite, hermite_many
 from kernel_cache import njit
 
 PEAKS = 4  # lateral places kept per station of the first search
-STATION_RATIO = 8  # spacing of the stations along x over the lateral spacing: the wheel's curvature is that much smaller
+# spacing of the stations along x over the lateral spacing: the wheel's curvature is that much smaller
+STATION_RATIO = 8
 SEPARATION = 2e-3  # lateral places closer than this are one [m]
 DOUBT = 320.0  # times the resolution squared: places whose first-search heights differ by less are all refined [1/m]
 CLOSE = 2e-8  # width to which a place is closed in [m]
@@ -29,12 +31,16 @@ class BodySearch:
         self.spacing, self.step = resolution, STATION_RATIO * resolution
         low, high = np.min(x) - reach, np.max(x) + reach
         self.stations = np.linspace(low, high, max(int(np.ceil((high - low) / self.step)), 2) + 1)
-        y = self.profile[0][0] + np.arange(int((self.profile[0][-1] - self.profile[0][0]) / resolution) + 1) * resolution
+        y = (
+            self.profile[0][0]
+            + np.arange(int((self.profile[0][-1] - self.profile[0][0]) / resolution) + 1) * resolution
+        )
         tread = hermite_many(y, *self.profile)[0]
         self.peaks = lateral_peaks(self.stations, y + datum, tread, radius, *self.surface)
 
     def contacts(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Axle height less radius (n,) and contact point (n, 3) [m] at axle positions x (n,); NaN where out of reach."""
+        """Axle height less radius (n,) and contact point (n, 3) [m] at axle positions x (n,); NaN where out of
+        reach."""
         wheel = self.radius, self.datum, self.profile
         return refine_all(x, self.stations, self.peaks, self.reach, self.spacing, *wheel, *self.surface)
 
@@ -140,7 +146,8 @@ def refine_all(x, stations, peaks, reach, spacing, radius, datum, profile, nose,
             found[count] = peaks[s, k, 0]
             guess = stations[s] - x[i], peaks[s, k, 0]
             z, ahead, y = climb(x[i], guess, reach, step, spacing, radius, datum, profile, nose, c, loft)
-            if abs(ahead) < reach and (np.isnan(height[i]) or z > height[i]):  # a place at the rim is not where they meet
+            # a place at the rim is not where they meet
+            if abs(ahead) < reach and (np.isnan(height[i]) or z > height[i]):
                 height[i] = z
                 point[i, 0], point[i, 1] = x[i] + ahead, y
                 point[i, 2] = surface_height(x[i] + ahead, y, nose, c, loft)

@@ -1,8 +1,8 @@
 """Path of a rigid wheel over a crossing: axle height, contact points on wing and nose, transfer. Axes: geometry.axes.
 
-The wheel is a body of revolution that rolls straight on at a fixed lateral place. Its axle stands as high as the highest
-of all points where it would touch: H(x) = max over (x', y) of z_rail(x', y) + sqrt(r(y)^2 - (x' - x)^2), so that contact
-ahead of or behind the axle is found as it is. Facing and trailing differ in the direction of travel only.
+The wheel is a body of revolution that rolls straight on at a fixed lateral place. Its axle stands as high as the
+highest of all points where it would touch: H(x) = max over (x', y) of z_rail(x', y) + sqrt(r(y)^2 - (x' - x)^2), so
+that contact ahead of or behind the axle is found as it is. Facing and trailing differ in the direction of travel only.
 """
 
 from dataclasses import dataclass, field
@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from geometry.axes import tread_datum_y
-from geometry.surfaces.crossing import CastCrossing, CrossingError
 from geometry.path.path_search import BodySearch
 from geometry.profiles.profile import Profile
+from geometry.surfaces.crossing import CastCrossing, CrossingError
 
 PLAIN_LINE_X = -5.0  # where the axle's height on plain line is taken [m]
 
@@ -24,7 +24,8 @@ class WheelPath:
     height : (n,)  axle height relative to plain line [m]
     slope : (n,)  d height / dx, exact (from the contact point's place ahead of the axle) [1]
     wing_point, nose_point : (n, 3)  nearest point of wing and nose, where they touch or would touch first [m]
-    wing_gap, nose_gap : (n,)  height by which that body is clear of the wheel [m]; 0 where it carries; NaN: out of reach
+    wing_gap, nose_gap : (n,)  height by which that body is clear of the wheel [m]; 0 where it carries; NaN: out of
+        reach
     on_nose : (n,)  True where the nose carries
     transfers : (k,)  x where wing and nose carry at once, in order of x [m]
     """
@@ -78,7 +79,9 @@ def wheel_path(
     nose_height, nose_point = nose.contacts(x)
     best = np.fmax(wing_height, nose_height)
     if np.isnan(best).any():
-        raise CrossingError(f"the wheel stands over neither wing nor nose at x = {x[np.isnan(best)][0]:g} m, shift {lateral_shift:g} m")
+        raise CrossingError(
+            f"the wheel stands over neither wing nor nose at x = {x[np.isnan(best)][0]:g} m, shift {lateral_shift:g} m"
+        )
     carrier = np.where((nose_height == best)[:, None], nose_point, wing_point)
     ahead = carrier[:, 0] - x
     rolling = rolling_radius(wheel, radius, carrier[:, 1] - datum)
@@ -103,7 +106,9 @@ def rolling_radius(wheel: Profile, radius: float, y: np.ndarray) -> np.ndarray:
     return radius - wheel.height(y)
 
 
-def transfer_places(x: np.ndarray, wing: BodySearch, nose: BodySearch, wing_height: np.ndarray, nose_height: np.ndarray) -> np.ndarray:
+def transfer_places(
+    x: np.ndarray, wing: BodySearch, nose: BodySearch, wing_height: np.ndarray, nose_height: np.ndarray
+) -> np.ndarray:
     """x (k,) where wing and nose carry at once: sign changes of their difference, closed in by bisection to 1e-7 m."""
     difference = wing_height - nose_height
     places = []
@@ -125,9 +130,14 @@ def check_inputs(crossing: CastCrossing, x: np.ndarray, radius: float, resolutio
         raise CrossingError("wheel_path: x must hold at least one finite axle position")
     if x.min() - reach < low or x.max() + reach > high:
         raise CrossingError(
-            f"wheel_path: x {x.min():g} to {x.max():g} m with reach {reach:g} m leaves the modelled crossing, {low:g} to {high:.3f} m"
+            f"wheel_path: x {x.min():g} to {x.max():g} m with reach {reach:g} m leaves the modelled crossing, {low:g}"
+            f" to {high:.3f} m"
         )
-    limits = (("radius", radius, 0.1, 1.0), ("resolution", resolution, 1e-6, 5e-3), ("reach", reach, 0.01, 0.9 * radius))
+    limits = (
+        ("radius", radius, 0.1, 1.0),
+        ("resolution", resolution, 1e-6, 5e-3),
+        ("reach", reach, 0.01, 0.9 * radius),
+    )
     for name, value, least, most in limits:
         if not least <= value <= most:
             raise CrossingError(f"wheel_path: {name} = {value:g} m is outside [{least:g}, {most:g}] m")

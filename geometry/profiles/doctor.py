@@ -1,15 +1,27 @@
-"""Profile doctor: judge a raw profile, mend what can be mended and say so, refuse the rest with file, line and reason."""
+"""Profile doctor: judge a raw profile, mend what can be mended and say so, refuse the rest with file, line and
+reason."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from geometry.profiles.datum import on_crown, on_datum
-from geometry.profiles.faults import first_crossing, gaps, kinks, noise_level, overhang, repeated, reversals, spikes, thinned, without_zigzag
+from geometry.profiles.faults import (
+    first_crossing,
+    gaps,
+    kinks,
+    noise_level,
+    overhang,
+    repeated,
+    reversals,
+    spikes,
+    thinned,
+    without_zigzag,
+)
+from geometry.profiles.formats.raw import RawProfile
+from geometry.profiles.profile import Piece, Profile, ProfileError, line
 from geometry.profiles.shape import find_unit, guess_kind, rail_up, wheel_poses
 from geometry.profiles.smoothing import from_neighbours, smoothed
-from geometry.profiles.profile import Piece, Profile, ProfileError, line
-from geometry.profiles.formats.raw import RawProfile
 
 NOISE = 5e-6  # scatter that is smoothed [m]; finer is the print of a standard
 PRINTED = 1e-8  # scatter below which numbers are printed finely enough for any spacing [m]
@@ -32,7 +44,8 @@ class Finding:
 class Diagnosis:
     """What the doctor found and the profile after mending.
 
-    profile : Profile  in geometry.axes [m];  raw_points : (n, 2) as read, in metres and in the same axes, before mending
+    profile : Profile  in geometry.axes [m];  raw_points : (n, 2) as read, in metres and in the same axes, before
+        mending
     kind, unit_name, noise [m] : what it is
     """
 
@@ -52,18 +65,28 @@ class Diagnosis:
         return "\n".join(f"  {f.weight:<{width}}  {f.text}" for f in self.findings)
 
 
-def examine(raw: RawProfile, smooth: bool = True, *, smoothing: float | None = None, mirror: bool | None = None,
-            flange_back: float | None = None, origin: str | tuple[float, float] = "crown") -> Diagnosis:
-    """Diagnose and mend; the result's profile lies in geometry.axes: a wheel with its datum at (0, 0), a rail with its crown at z = 0.
+def examine(
+    raw: RawProfile,
+    smooth: bool = True,
+    *,
+    smoothing: float | None = None,
+    mirror: bool | None = None,
+    flange_back: float | None = None,
+    origin: str | tuple[float, float] = "crown",
+) -> Diagnosis:
+    """Diagnose and mend; the result's profile lies in geometry.axes: a wheel with its datum at (0, 0), a rail with its
+    crown at z = 0.
 
     smooth : take out scatter above 5 um (kinks stay)
     smoothing : the scatter to take out [m], whatever the points show; None: what they show
-    mirror : of a rail, exchange its sides (True) or keep them (False); None: kept, with a doubt where its shape speaks against it
+    mirror : of a rail, exchange its sides (True) or keep them (False); None: kept, with a doubt where its shape speaks
+        against it
     flange_back : of a wheel, y of its flange back in the file [m]; None: see geometry.profiles.datum
     origin : of a rail, what becomes (0, 0): "crown" in height only, "file" its own zero, or (y, z) in the file [m]
 
-    Raises ProfileError (file, line, reason) for loops, gaps above 25 mm, no possible unit, zig-zag beyond 5 % of points, a wheel whose
-    flange cannot be told or whose flange back nothing says, a line that may be rail or wheel where nobody tells, an option that does not apply.
+    Raises ProfileError (file, line, reason) for loops, gaps above 25 mm, no possible unit, zig-zag beyond 5 % of
+    points, a wheel whose flange cannot be told or whose flange back nothing says, a line that may be rail or wheel
+    where nobody tells, an option that does not apply.
     """
     kind = raw.kind or guess_kind(raw)
     refuse_options(raw, kind, smoothing, mirror, flange_back, origin)
@@ -86,9 +109,17 @@ def examine(raw: RawProfile, smooth: bool = True, *, smoothing: float | None = N
     points, corners = quietened(points, smooth, smoothing, out)
     try:
         if kind == "wheel":
-            points = on_datum(points, out, None if flange_back is None else turned[0] * flange_back, raw.layout in ORIGIN_IS_BACK)
+            points = on_datum(
+                points, out, None if flange_back is None else turned[0] * flange_back, raw.layout in ORIGIN_IS_BACK
+            )
         else:
-            points = on_crown(points, out, origin if isinstance(origin, str) else turned * origin, raw.placed, out.noise if out.noise > NOISE else 0.0)
+            points = on_crown(
+                points,
+                out,
+                origin if isinstance(origin, str) else turned * origin,
+                raw.placed,
+                out.noise if out.noise > NOISE else 0.0,
+            )
     except ProfileError as error:
         raise ProfileError(f"{raw.path}: {error}") from None
     judge_walls(points, kind, out)
@@ -101,15 +132,22 @@ def refuse_options(raw, kind, smoothing, mirror, flange_back, origin) -> None:
     if kind == "rail" and flange_back is not None:
         raise ProfileError(f"{raw.path}: flange_back is given, but this is a rail")
     if kind == "wheel" and (mirror is not None or not (isinstance(origin, str) and origin == "crown")):
-        raise ProfileError(f"{raw.path}: mirror and origin are for rails; a wheel is turned by its flange and set by its flange back (flange_back)")
+        raise ProfileError(
+            f"{raw.path}: mirror and origin are for rails; a wheel is turned by its flange and set by its flange back"
+            " (flange_back)"
+        )
     if isinstance(origin, str) and origin not in ("crown", "file"):
         raise ProfileError(f"{raw.path}: origin {origin!r} is none of 'crown', 'file', (y, z) in m")
     if smoothing is not None and not 0 < smoothing < 1e-3:
         raise ProfileError(f"{raw.path}: smoothing = {smoothing!r} m: the scatter to take out lies between 0 and 1 mm")
     numbers = [] if flange_back is None else [flange_back]
     numbers += [] if isinstance(origin, str) else list(np.ravel(origin))
-    if (not isinstance(origin, str) and np.shape(origin) != (2,)) or not all(np.isfinite(v) and abs(v) < 10.0 for v in numbers):
-        raise ProfileError(f"{raw.path}: flange_back = {flange_back!r}, origin = {origin!r}: lengths in m are asked for")
+    if (not isinstance(origin, str) and np.shape(origin) != (2,)) or not all(
+        np.isfinite(v) and abs(v) < 10.0 for v in numbers
+    ):
+        raise ProfileError(
+            f"{raw.path}: flange_back = {flange_back!r}, origin = {origin!r}: lengths in m are asked for"
+        )
 
 
 def with_corners(points: np.ndarray, corners: np.ndarray, name: str) -> Profile:
@@ -138,13 +176,21 @@ def without_repeats(points, lines, out):
 
 
 def upright(points, lines, raw, kind, mirror, out):
-    """z up, y towards the field side, order from the gauge side (wheel: flange back) to the field side; and the signs of y and z that were taken."""
+    """z up, y towards the field side, order from the gauge side (wheel: flange back) to the field side; and the signs
+    of y and z that were taken."""
     up, side = wheel_turn(points, raw, out) if kind == "wheel" else (rail_turn(points, raw, out), -1 if mirror else 1)
     points = points * [side, up]
     if up < 0:
         out.say("found", f"vertical axis points down {'by its format' if raw.up == up else 'by its shape'}: turned up")
     if side < 0:
-        out.say("mended", "mirrored: the flange lay on the side of +y" if kind == "wheel" else "mirrored as told: its gauge side lay at +y")
+        out.say(
+            "mended",
+            (
+                "mirrored: the flange lay on the side of +y"
+                if kind == "wheel"
+                else "mirrored as told: its gauge side lay at +y"
+            ),
+        )
     if points[0, 0] > points[-1, 0]:
         points, lines = points[::-1], lines[::-1]
         out.say("mended" if raw.layout != "Simpack" else "found", "order reversed: it ran from the field side")
@@ -163,7 +209,11 @@ def wheel_turn(points, raw, out) -> tuple[int, int]:
     if len(declared or poses) > 1:
         raise ProfileError(f"{raw.path}: both ends look like a flange: cut the line behind the rim")
     if not declared:
-        out.say("doubt", f"by its format the vertical axis points {'up' if raw.up > 0 else 'down'}, by its flange the other way: taken by its flange")
+        out.say(
+            "doubt",
+            f"by its format the vertical axis points {'up' if raw.up > 0 else 'down'}, by its flange the other way:"
+            " taken by its flange",
+        )
     return (declared or poses)[0]
 
 
@@ -173,7 +223,11 @@ def rail_turn(points, raw, out) -> int:
     if raw.up is None:
         return shape
     if certain and shape != raw.up and not raw.placed:
-        out.say("doubt", f"by its format the vertical axis points {'up' if raw.up > 0 else 'down'}, by its head the other way: taken by its head")
+        out.say(
+            "doubt",
+            f"by its format the vertical axis points {'up' if raw.up > 0 else 'down'}, by its head the other way: taken"
+            " by its head",
+        )
         return shape
     return raw.up
 
@@ -196,7 +250,10 @@ def untangled(points, lines, raw, out):
         at = lines[before[0]]
         raise ProfileError(f"{raw.path}: line {at}: the line turns back on itself here and at {len(before) - 1} more place(s); "
                            "more than 5 % of its points would have to go: measure again, or smooth it first")  # fmt: skip
-    out.say("mended", f"zig-zag: {len(points) - len(keep)} point(s) that turned back taken out, the first on line {lines[before[0]]}")
+    out.say(
+        "mended",
+        f"zig-zag: {len(points) - len(keep)} point(s) that turned back taken out, the first on line {lines[before[0]]}",
+    )
     return points[keep], lines[keep]
 
 
@@ -218,7 +275,8 @@ def judge_gaps(points, lines, raw, out):
 
 
 def without_crowd(points, lines, out):
-    """Points so near to each other that their tangent is the print's rounding left out: their scatter is small, what it makes of a curve is not."""
+    """Points so near to each other that their tangent is the print's rounding left out: their scatter is small, what it
+    makes of a curve is not."""
     noise = noise_level(points)
     if len(points) < 30 or not PRINTED < noise <= NOISE:
         return points, lines
@@ -240,7 +298,11 @@ def without_spikes(points, lines, out):
             quiet[k] = from_neighbours(quiet, k)
         far = np.hypot(*(quiet - points).T)
         first = int(np.argmax(far))
-        out.say("mended", f"{len(found)} point(s) stood out of the line by up to {1e6 * far.max():.2g} um (line {lines[first]}, y = {1e3 * points[first, 0]:.1f} mm): put back in line")
+        out.say(
+            "mended",
+            f"{len(found)} point(s) stood out of the line by up to {1e6 * far.max():.2g} um (line {lines[first]}, y ="
+            f" {1e3 * points[first, 0]:.1f} mm): put back in line",
+        )
         points = quiet
     return points, lines
 
@@ -252,16 +314,26 @@ def quietened(points, smooth, smoothing, out):
         where = ", ".join(f"{1e3 * points[k, 0]:.1f}" for k in corners[:5])
         out.say("found", f"{len(corners)} kink(s), kept: y = {where}{' ...' if len(corners) > 5 else ''} mm")
     if not smooth or smoothing is None and out.noise <= NOISE:
-        out.say("doubt" if out.noise > NOISE else "found", f"scatter {1e6 * out.noise:.2g} um: " + ("left as it is" if out.noise > NOISE else "not smoothed"))
+        out.say(
+            "doubt" if out.noise > NOISE else "found",
+            f"scatter {1e6 * out.noise:.2g} um: " + ("left as it is" if out.noise > NOISE else "not smoothed"),
+        )
         return points, corners
     amount = "smoothed" if smoothing is None else f"and {1e6 * smoothing:.3g} um taken out as told"
     quiet, all_corners = smoothed(points, corners, out.noise if smoothing is None else smoothing, smoothing)
     if len(all_corners) > len(corners):
         new = ", ".join(f"{1e3 * points[k, 0]:.1f}" for k in np.setdiff1d(all_corners, corners)[:5])
-        out.say("found", f"{len(all_corners) - len(corners)} corner(s) that smoothing would have rounded off, kept: y = {new} mm")
+        out.say(
+            "found",
+            f"{len(all_corners) - len(corners)} corner(s) that smoothing would have rounded off, kept: y = {new} mm",
+        )
     moved = np.hypot(*(quiet - points).T)
     rms = np.sqrt(np.mean(moved**2))
-    out.say("mended", f"scatter {1e6 * out.noise:.2g} um {amount}: points moved by {1e6 * moved.max():.2g} um at most, {1e6 * rms:.2g} um rms")
+    out.say(
+        "mended",
+        f"scatter {1e6 * out.noise:.2g} um {amount}: points moved by {1e6 * moved.max():.2g} um at most,"
+        f" {1e6 * rms:.2g} um rms",
+    )
     return quiet, all_corners
 
 
@@ -275,4 +347,8 @@ def judge_walls(points, kind, out):
             out.say("found", f"{name} over {where.sum()} step(s), y {y.min():.2f} to {y.max():.2f} mm")
     lean, depth = overhang(points)
     if kind == "rail" and lean > LEANING:
-        out.say("doubt", f"the gauge face leans over by {1e3 * lean:.2f} mm, {1e3 * depth:.1f} mm below the crown: a wheel that comes from above cannot reach what lies beneath")
+        out.say(
+            "doubt",
+            f"the gauge face leans over by {1e3 * lean:.2f} mm, {1e3 * depth:.1f} mm below the crown: a wheel that"
+            " comes from above cannot reach what lies beneath",
+        )

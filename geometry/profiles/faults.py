@@ -1,4 +1,5 @@
-"""What can be wrong with a line of points: duplicates, gaps, reversals, loops, noise, kinks, vertical walls. Pure kernels."""
+"""What can be wrong with a line of points: duplicates, gaps, reversals, loops, noise, kinks, vertical walls. Pure
+kernels."""
 
 import numpy as np
 
@@ -50,7 +51,9 @@ def first_crossing(points):
         ax, ay = points[i]
         bx, by = points[i + 1, 0] - ax, points[i + 1, 1] - ay
         for j in range(i + 2, n):
-            if min(points[j, 0], points[j + 1, 0]) > max(ax, ax + bx) or max(points[j, 0], points[j + 1, 0]) < min(ax, ax + bx):
+            if min(points[j, 0], points[j + 1, 0]) > max(ax, ax + bx) or max(points[j, 0], points[j + 1, 0]) < min(
+                ax, ax + bx
+            ):
                 continue
             cx, cy = points[j, 0] - ax, points[j, 1] - ay
             dx, dy = points[j + 1, 0] - points[j, 0], points[j + 1, 1] - points[j, 1]
@@ -72,9 +75,11 @@ def noise_level(points: np.ndarray) -> float:
         return 0.0
     length = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     miss = []
-    for i in range(0, len(points) - 3):  # the fourth point against the parabola through the three before it
+    for i in range(len(points) - 3):  # the fourth point against the parabola through the three before it
         s = length[i : i + 4]
-        weight = np.array([-np.prod([(s[3] - s[k]) / (s[j] - s[k]) for k in range(3) if k != j]) for j in range(3)] + [1.0])
+        weight = np.array(
+            [-np.prod([(s[3] - s[k]) / (s[j] - s[k]) for k in range(3) if k != j]) for j in range(3)] + [1.0]
+        )
         step = points[i + 3] - points[i]
         normal = np.array([-step[1], step[0]]) / max(np.hypot(*step), SAME)
         miss.append(abs(weight @ points[i : i + 4] @ normal) / np.sqrt(weight @ weight))
@@ -100,7 +105,8 @@ def gaps(points: np.ndarray, least: float = 3e-3) -> np.ndarray:
 
 
 def thinned(points: np.ndarray, corners: np.ndarray, least: float) -> np.ndarray:
-    """Indices of the points left when each but the corners (indices) and both ends lies at least `least` [m] from the one before."""
+    """Indices of the points left when each but the corners (indices) and both ends lies at least `least` [m] from the
+    one before."""
     fixed = np.zeros(len(points), bool)
     fixed[[0, *np.asarray(corners, int).tolist(), -1]] = True
     keep = [0]
@@ -114,9 +120,11 @@ def thinned(points: np.ndarray, corners: np.ndarray, least: float) -> np.ndarray
 
 
 def spikes(points: np.ndarray, least: float, most: int) -> list[int]:
-    """Indices of single points that lie more than `least` [m] off the cubic through two neighbours on either side, the largest first, `most` at most.
+    """Indices of single points that lie more than `least` [m] off the cubic through two neighbours on either side, the
+    largest first, `most` at most.
 
-    A spike turns the line to and fro: with the point put on that cubic the line turns by less than a third as much. At a corner it turns on.
+    A spike turns the line to and fro: with the point put on that cubic the line turns by less than a third as much. At
+    a corner it turns on.
     """
     points, found = points.copy(), []
     for _ in range(most):
@@ -141,18 +149,24 @@ def spikes(points: np.ndarray, least: float, most: int) -> list[int]:
 
 
 def between_neighbours(points: np.ndarray) -> np.ndarray:
-    """(n - 4, 2)  for each point but two at either end, the cubic through two neighbours on either side where it passes beside the point."""
+    """(n - 4, 2)  for each point but two at either end, the cubic through two neighbours on either side where it passes
+    beside the point."""
     near = np.stack([points[:-4], points[1:-3], points[3:-1], points[4:]])
     chord = near[2] - near[1]
-    share = np.clip(((points[2:-2] - near[1]) * chord).sum(axis=1) / np.maximum((chord**2).sum(axis=1), SAME**2), 0.0, 1.0)
-    s = np.concatenate([np.zeros((1, len(chord))), np.cumsum(np.hypot(*np.moveaxis(np.diff(near, axis=0), -1, 0)), axis=0)])
+    share = np.clip(
+        ((points[2:-2] - near[1]) * chord).sum(axis=1) / np.maximum((chord**2).sum(axis=1), SAME**2), 0.0, 1.0
+    )
+    s = np.concatenate(
+        [np.zeros((1, len(chord))), np.cumsum(np.hypot(*np.moveaxis(np.diff(near, axis=0), -1, 0)), axis=0)]
+    )
     at = s[1] + share * (s[2] - s[1])
     weight = [np.prod([(at - s[j]) / (s[i] - s[j]) for j in range(4) if j != i], axis=0) for i in range(4)]
     return sum(w[:, None] * p for w, p in zip(weight, near))
 
 
 def overhang(points: np.ndarray) -> tuple[float, float]:
-    """How far the rising side of a line leans over its own foot at most, and how far below its top that begins [m]; (0, 0) where it does not."""
+    """How far the rising side of a line leans over its own foot at most, and how far below its top that begins [m]; (0,
+    0) where it does not."""
     rising = points[: int(np.argmax(points[:, 1])) + 1][::-1]  # from the top down
     beyond = rising[:, 0] - np.minimum.accumulate(rising[:, 0])
     at = int(np.argmax(beyond))

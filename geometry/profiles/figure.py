@@ -21,14 +21,18 @@ def draw_diagnosis(found: Diagnosis, path: Path) -> Path:
     y, z = profile.points.T / MM
     axes[0].plot(*best_match(found).T / MM, ".", ms=3, color="tab:orange", label="points as read, moved onto it")
     axes[0].plot(y, z, "-", color="black", lw=0.8, label="as used")
-    axes[0].set(xlabel="y, + to the field side [mm]", ylabel="z up [mm]", title=f"{profile.label}: {found.kind}", aspect="equal")
+    axes[0].set(
+        xlabel="y, + to the field side [mm]", ylabel="z up [mm]", title=f"{profile.label}: {found.kind}", aspect="equal"
+    )
     axes[0].legend(loc="best")
     s = profile.arc_length / MM
     axes[1].plot(s, np.degrees(profile.angle_after), color="black", lw=1)
     axes[1].set(xlabel="length along the line [mm]", ylabel="tangent angle [deg]")
     axes[2].plot(s, np.clip(profile.curvature, -400, 400), color="black", lw=1)
     axes[2].set(xlabel="length along the line [mm]", ylabel="curvature, cut at 400 [1/m]")
-    figure.supxlabel("\n".join(f"{f.weight}: {f.text}" for f in found.findings), fontsize=7, ha="left", x=0.02, wrap=True)
+    figure.supxlabel(
+        "\n".join(f"{f.weight}: {f.text}" for f in found.findings), fontsize=7, ha="left", x=0.02, wrap=True
+    )
     for ax in axes:
         ax.grid(alpha=0.3)
     figure.savefig(path, dpi=110)

@@ -52,7 +52,9 @@ def arc(start: Sequence[float], end: Sequence[float], radius: float, spacing: fl
     a, b = np.asarray(start, float), np.asarray(end, float)
     chord = np.hypot(*(b - a))
     if not 0 < chord <= 2 * abs(radius):
-        raise ProfileError(f"arc of radius {radius:g} m cannot join {tuple(a)} and {tuple(b)}: their distance is {chord:g} m")
+        raise ProfileError(
+            f"arc of radius {radius:g} m cannot join {tuple(a)} and {tuple(b)}: their distance is {chord:g} m"
+        )
     direction = (b - a) / chord
     left = np.array([-direction[1], direction[0]])
     turn = np.sign(radius)
@@ -82,7 +84,8 @@ def spline(y: np.ndarray, z: np.ndarray, first_slope: float, last_slope: float, 
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """An ordered line in the (y, z) plane; immutable. Two are equal, and one key of a cache, when their lines are the same to the last bit.
+    """An ordered line in the (y, z) plane; immutable. Two are equal, and one key of a cache, when their lines are the
+    same to the last bit.
 
     points : (n, 2)  y, z [m], all different
     angle_before, angle_after : (n,)  tangent angle on either side of each point [rad]; they differ at kinks only
@@ -114,15 +117,20 @@ class Profile:
         return hash(self._content())
 
     @classmethod
-    def from_pieces(cls, pieces: Sequence[Piece], label: str = "", provenance: str = "", tolerance: float = 2e-6) -> "Profile":
-        """Join pieces end to start. Raises ProfileError where two do not meet within tolerance [m] (2 um: twice the print)."""
+    def from_pieces(
+        cls, pieces: Sequence[Piece], label: str = "", provenance: str = "", tolerance: float = 2e-6
+    ) -> "Profile":
+        """Join pieces end to start. Raises ProfileError where two do not meet within tolerance [m] (2 um: twice the
+        print)."""
         first = pieces[0]
         angle = unwrap_to(first.angle, 0.0)
         points, before, after, curvature = (list(v) for v in (first.points, angle, angle, first.curvature))
         for piece in pieces[1:]:
             gap = np.hypot(*(piece.points[0] - points[-1]))
             if gap > tolerance:
-                raise ProfileError(f"{label}: pieces do not meet at y={points[-1][0]:.6f} z={points[-1][1]:.6f} m, gap {gap:.3g} m")
+                raise ProfileError(
+                    f"{label}: pieces do not meet at y={points[-1][0]:.6f} z={points[-1][1]:.6f} m, gap {gap:.3g} m"
+                )
             angle = unwrap_to(piece.angle, before[-1])
             smooth = abs(angle[0] - before[-1]) < KINK
             joint = (angle[0] + before[-1]) / 2
@@ -174,8 +182,9 @@ class Profile:
     def from_above(self) -> "Profile":
         """What can be seen from above of a line with its metal beneath, such as a rail: z is a function of y.
 
-        Where a side leans over its own foot, what lies beneath the lean is left out and a wall over 1e-9 m joins the lean to the foot, which
-        is kept; where a side turns under and stays there, the line ends. Source of the wall: as section_loft.upper_line.
+        Where a side leans over its own foot, what lies beneath the lean is left out and a wall over 1e-9 m joins the
+        lean to the foot, which is kept; where a side turns under and stays there, the line ends. Source of the wall: as
+        section_loft.upper_line.
         """
         if self.is_graph:
             return self
@@ -192,7 +201,9 @@ class Profile:
 
     def shifted(self, y: float, z: float) -> "Profile":
         """The same line moved by (y, z) [m]."""
-        return Profile(self.points + [y, z], self.angle_before, self.angle_after, self.curvature, self.label, self.provenance)
+        return Profile(
+            self.points + [y, z], self.angle_before, self.angle_after, self.curvature, self.label, self.provenance
+        )
 
     def height(self, y: np.ndarray) -> np.ndarray:
         """z(y) [m] by cubic Hermite interpolation, NaN outside the profile. Error: O(spacing^4) on smooth pieces."""
@@ -209,10 +220,14 @@ class Profile:
         """
         if not self.is_graph:
             where = self.points[np.argmax(np.diff(self.points[:, 0]) <= 0)]
-            raise ProfileError(f"{self.label}: z is no function of y, the line turns back at y={where[0]:.6f} z={where[1]:.6f} m")
+            raise ProfileError(
+                f"{self.label}: z is no function of y, the line turns back at y={where[0]:.6f} z={where[1]:.6f} m"
+            )
         y, z = self.points.T
         secant = np.append(np.diff(z) / np.diff(y), 0.0)
-        steep = (np.abs(np.tan(self.angle_after)) > STEEP) | (np.abs(np.tan(np.append(self.angle_before[1:], 0))) > STEEP)
+        steep = (np.abs(np.tan(self.angle_after)) > STEEP) | (
+            np.abs(np.tan(np.append(self.angle_before[1:], 0))) > STEEP
+        )
         after = np.where(steep, secant, np.tan(self.angle_after))
         before = np.tan(self.angle_before)
         before[1:] = np.where(steep[:-1], secant[:-1], before[1:])
@@ -225,10 +240,14 @@ class Profile:
         return height.reshape(y.shape), slope.reshape(y.shape)
 
 
-def seen_outwards(points: np.ndarray, leaving: np.ndarray, reaching: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points of one side, from its top towards +y, that no earlier one hides from above; angles on leaving and on reaching them.
+def seen_outwards(
+    points: np.ndarray, leaving: np.ndarray, reaching: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of one side, from its top towards +y, that no earlier one hides from above; angles on leaving and on
+    reaching them.
 
-    points (n, 2), angles (n,) [rad]. A hidden stretch is bridged by a wall: (y0, z0), then (y0 + APART, z) on the line where it comes out again.
+    points (n, 2), angles (n,) [rad]. A hidden stretch is bridged by a wall: (y0, z0), then (y0 + APART, z) on the line
+    where it comes out again.
     """
     seen, first, last, edge = [points[0]], [leaving[0]], [reaching[0]], points[0, 0]
     for i in range(1, len(points)):
@@ -257,7 +276,9 @@ def check_points(points: np.ndarray, label: str) -> None:
     same = np.hypot(*np.diff(points, axis=0).T) < 1e-12
     if same.any():
         at = int(np.argmax(same))
-        raise ProfileError(f"{label}: point {at + 1} repeats point {at} at y={points[at, 0]:.6f} z={points[at, 1]:.6f} m; remove it")
+        raise ProfileError(
+            f"{label}: point {at + 1} repeats point {at} at y={points[at, 0]:.6f} z={points[at, 1]:.6f} m; remove it"
+        )
 
 
 def unwrap_to(angle: np.ndarray, previous: float) -> np.ndarray:

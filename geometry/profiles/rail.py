@@ -26,7 +26,8 @@ class HeadArcs:
 
 
 def tangent_arcs(radii: tuple[float, ...], ends: tuple[float, ...], bottom: float) -> HeadArcs:
-    """Head whose arcs follow each other tangentially from the crown (0, 0), so that the depths follow from radii and ends."""
+    """Head whose arcs follow each other tangentially from the crown (0, 0), so that the depths follow from radii and
+    ends."""
     centre, depths = np.array([0.0, radii[0]]), []
     for i, (radius, end) in enumerate(zip(radii, ends)):
         depth = centre[1] - np.sqrt(radius**2 - (end - centre[0]) ** 2)
@@ -87,7 +88,9 @@ def inclined(upright: Profile, inclination: float) -> Profile:
     points[:, 1] -= points[top, 1]
     points[:, 0] += gauge_face(upright.points) - gauge_face(points)
     label = upright.label.replace("upright", f"inclined {inclination:g}")
-    return Profile(points, upright.angle_before + angle, upright.angle_after + angle, upright.curvature, label, upright.provenance)
+    return Profile(
+        points, upright.angle_before + angle, upright.angle_after + angle, upright.curvature, label, upright.provenance
+    )
 
 
 def gauge_face(points: np.ndarray, depth: float = 14 * MM) -> float:

@@ -9,8 +9,11 @@ from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.profile import Profile
 
 
-def read_profile(path: Path | str, kind: str | None = None, unit: float | None = None, number: int = 1, **options: Any) -> Profile:
-    """Read a wheel or rail profile of any format, mend it and judge it (geometry.profiles.doctor); the part that is a line z(y).
+def read_profile(
+    path: Path | str, kind: str | None = None, unit: float | None = None, number: int = 1, **options: Any
+) -> Profile:
+    """Read a wheel or rail profile of any format, mend it and judge it (geometry.profiles.doctor); the part that is a
+    line z(y).
 
     kind, unit, number : as of `read_raw`;  options : as of `examine` (smoothing, mirror, flange_back, origin)
 

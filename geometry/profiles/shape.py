@@ -1,23 +1,28 @@
-"""What a line of points is by its shape: its unit, rail or wheel, which way up, at which end its flange. Nothing is mended here."""
+"""What a line of points is by its shape: its unit, rail or wheel, which way up, at which end its flange. Nothing is
+mended here."""
 
 import numpy as np
 
-from geometry.profiles.profile import ProfileError
 from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.formats.units import GUESSED, UNITS, WIDTHS, fitting_units
+from geometry.profiles.profile import ProfileError
 
 WIDEST_HEAD = 0.100  # of a line whose kind nobody told, to pass for a rail head [m]
 FLANGE = (0.020, 0.045)  # height of a flange over its tread [m]
-FLANGE_SPAN = (0.008, 0.045)  # of the flange at FLANGE_AT beyond the tread; a rim face, vertical, spans 1 to 5 mm there [m]
+# of the flange at FLANGE_AT beyond the tread; a rim face, vertical, spans 1 to 5 mm there [m]
+FLANGE_SPAN = (0.008, 0.045)
 FLANGE_AT = 0.010
 TREAD_BAND = 0.010  # within which the middle of a tread lies [m]
-STRAIGHT, TURNED = np.radians(30.0), np.radians(60.0)  # turn that a head may make the wrong way; turn that a head makes at least
+# turn that a head may make the wrong way; turn that a head makes at least
+STRAIGHT, TURNED = np.radians(30.0), np.radians(60.0)
 
 
 def find_unit(raw: RawProfile, kind: str) -> tuple[float, str, str, str]:
-    """Length of the unit [m], its name, a remark, a doubt. What the caller told holds; what the file declares, unless another unit fits better.
+    """Length of the unit [m], its name, a remark, a doubt. What the caller told holds; what the file declares, unless
+    another unit fits better.
 
-    Where neither says, the one unit that makes the width fit. Raises ProfileError where there is none, or the file's cannot be.
+    Where neither says, the one unit that makes the width fit. Raises ProfileError where there is none, or the file's
+    cannot be.
     """
     low, high = (1e3 * limit for limit in WIDTHS[kind])
     width = np.ptp(raw.points[:, 0])
@@ -25,28 +30,45 @@ def find_unit(raw: RawProfile, kind: str) -> tuple[float, str, str, str]:
     if raw.unit is None:
         if len(fitting) != 1:
             which = "neither mm, m nor inch" if not fitting else " and ".join(fitting)
-            raise ProfileError(f"{raw.path}: the points span {width:.4g}; a {kind} is {low:g} to {high:g} mm wide, which fits {which}: state the unit")
+            raise ProfileError(
+                f"{raw.path}: the points span {width:.4g}; a {kind} is {low:g} to {high:g} mm wide, which fits {which}:"
+                " state the unit"
+            )
         return UNITS[fitting[0]], fitting[0], f" (by its width of {1e3 * width * UNITS[fitting[0]]:.4g} mm)", ""
     name = next((n for n, u in UNITS.items() if np.isclose(u, raw.unit)), f"units of {raw.unit:g} m")
     if low <= 1e3 * width * raw.unit <= high:
         return raw.unit, name, "", ""
-    said = f"in {name} as {'told' if raw.unit_told else 'declared'} the {kind} is {1e3 * width * raw.unit:.4g} mm wide, one is {low:g} to {high:g} mm"
+    said = (
+        f"in {name} as {'told' if raw.unit_told else 'declared'} the {kind} is {1e3 * width * raw.unit:.4g} mm wide,"
+        f" one is {low:g} to {high:g} mm"
+    )
     if fitting and not raw.unit_told:
         raise ProfileError(f"{raw.path}: {said}; it would fit in {fitting[0]}: state the unit")
     return raw.unit, name, "", f"{said}: a part of one, or the wrong unit"
 
 
 def guess_kind(raw: RawProfile) -> str:
-    """Wheel or rail by shape. Raises ProfileError where the line has neither a flange and a tread nor one convex head."""
+    """Wheel or rail by shape. Raises ProfileError where the line has neither a flange and a tread nor one convex
+    head."""
     width = np.ptp(raw.points[:, 0])
     units = {unit: UNITS[unit] for unit in GUESSED} if raw.unit is None else {"": raw.unit}
     ups = (raw.up,) if raw.up else (1, -1)
-    if any(WIDTHS["wheel"][0] <= width * u <= WIDTHS["wheel"][1] and wheel_poses(raw.points * u, ups) for u in units.values()):
+    if any(
+        WIDTHS["wheel"][0] <= width * u <= WIDTHS["wheel"][1] and wheel_poses(raw.points * u, ups)
+        for u in units.values()
+    ):
         return "wheel"
     right, left = turning(raw.points)
-    if min(right, left) < STRAIGHT and max(right, left) > TURNED and any(WIDTHS["rail"][0] <= width * u <= WIDEST_HEAD for u in units.values()):
+    if (
+        min(right, left) < STRAIGHT
+        and max(right, left) > TURNED
+        and any(WIDTHS["rail"][0] <= width * u <= WIDEST_HEAD for u in units.values())
+    ):
         return "rail"
-    raise ProfileError(f"{raw.path}: neither a whole wheel (flange and tread) nor one rail head by its shape: name the kind, rail or wheel")
+    raise ProfileError(
+        f"{raw.path}: neither a whole wheel (flange and tread) nor one rail head by its shape: name the kind, rail or"
+        " wheel"
+    )
 
 
 def evenly(points: np.ndarray, count: int) -> np.ndarray:
@@ -58,9 +80,11 @@ def evenly(points: np.ndarray, count: int) -> np.ndarray:
 
 
 def turning(points: np.ndarray) -> tuple[float, float]:
-    """How far the line, from smaller to larger y, turns to the right and to the left at most, scatter averaged away [rad].
+    """How far the line, from smaller to larger y, turns to the right and to the left at most, scatter averaged away
+    [rad].
 
-    A rail head upright turns to the right alone, upside down to the left alone; a wheel turns both ways, at its flange and at its root.
+    A rail head upright turns to the right alone, upside down to the left alone; a wheel turns both ways, at its flange
+    and at its root.
     """
     smooth = evenly(points, 600).reshape(60, 10, 2).mean(axis=1)
     angle = np.unwrap(np.arctan2(*np.diff(smooth, axis=0).T[::-1]))
@@ -70,17 +94,19 @@ def turning(points: np.ndarray) -> tuple[float, float]:
 
 
 def wheel_poses(points: np.ndarray, ups: tuple[int, ...] = (1, -1)) -> list[tuple[int, int]]:
-    """All (up, side) with which points (n, 2) [m] * [side, up] are a wheel: flange at -y pointing down, then root and tread.
+    """All (up, side) with which points (n, 2) [m] * [side, up] are a wheel: flange at -y pointing down, then root and
+    tread.
 
-    The flange is told from the rim face, which may reach farther from the tread: where both stand 10 mm beyond it the flange is 8 to 45 mm
-    wide, the rim face, being vertical, 1 to 5 mm.
+    The flange is told from the rim face, which may reach farther from the tread: where both stand 10 mm beyond it the
+    flange is 8 to 45 mm wide, the rim face, being vertical, 1 to 5 mm.
     """
     line = evenly(points, 1500)
     return [(up, side) for up in ups for side in (1, -1) if is_wheel(line * [side, up])]
 
 
 def is_wheel(line: np.ndarray) -> bool:
-    """Whether a line (n, 2) [m], evenly sampled, has a flange at its smaller y that points down and a tread beside it."""
+    """Whether a line (n, 2) [m], evenly sampled, has a flange at its smaller y that points down and a tread beside
+    it."""
     y, z = line.T
     y = y - y.min()
     width = y.max()

@@ -1,4 +1,5 @@
-"""Scatter taken out of a line of points by smoothing splines that leave corners sharp and put outliers back in line. Pure kernels."""
+"""Scatter taken out of a line of points by smoothing splines that leave corners sharp and put outliers back in line.
+Pure kernels."""
 
 import numpy as np
 
@@ -7,13 +8,16 @@ from geometry.profiles.faults import SHARP, turns
 FARTHEST = 4.0  # times the noise: a point that a smoothing spline would move farther is a corner that it cannot follow
 
 
-def smoothed(points: np.ndarray, corners: np.ndarray, noise: float, amount: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+def smoothed(
+    points: np.ndarray, corners: np.ndarray, noise: float, amount: float | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Points moved onto smoothing splines of its length, and corners (indices): those given and those found.
 
-    The amount follows from the points themselves (generalised cross-validation); or the splines move points by `amount` [m] rms. Where a spline would move a point by more than FARTHEST
-    times the noise [m] it rounds what it cannot follow: the stretch is cut at that point, and the splines are fitted anew. A cut where the
-    smoothed line turns more sharply than its noise explains is a corner that lay between points; at any other the point was an outlier,
-    and the cubic through its neighbours takes its place.
+    The amount follows from the points themselves (generalised cross-validation); or the splines move points by `amount`
+    [m] rms. Where a spline would move a point by more than FARTHEST times the noise [m] it rounds what it cannot
+    follow: the stretch is cut at that point, and the splines are fitted anew. A cut where the smoothed line turns more
+    sharply than its noise explains is a corner that lay between points; at any other the point was an outlier, and the
+    cubic through its neighbours takes its place.
     """
     corners = np.asarray(corners, int)
     cuts, known = corners, {}
@@ -38,7 +42,8 @@ def corner_turns(points: np.ndarray, noise: float) -> np.ndarray:
 
 
 def from_neighbours(points: np.ndarray, k: int) -> np.ndarray:
-    """(2,)  the place of point k on the cubic through two neighbours on either side; at the rims as many as there are."""
+    """(2,)  the place of point k on the cubic through two neighbours on either side; at the rims as many as there
+    are."""
     near = np.array([i for i in (k - 2, k - 1, k + 1, k + 2) if 0 <= i < len(points)])
     s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points[near[0] : near[-1] + 1], axis=0).T))])
     own = near - near[0]
@@ -46,7 +51,9 @@ def from_neighbours(points: np.ndarray, k: int) -> np.ndarray:
     return np.array(weight) @ points[near]
 
 
-def ways(points: np.ndarray, cuts: np.ndarray, known: dict[tuple[int, int], np.ndarray], amount: float | None = None) -> np.ndarray:
+def ways(
+    points: np.ndarray, cuts: np.ndarray, known: dict[tuple[int, int], np.ndarray], amount: float | None = None
+) -> np.ndarray:
     """(n, 2)  way of each point to the smoothing spline of its stretch between cuts; 0 at both ends of a stretch.
 
     known : ways of stretches found before, by their ends; it grows
@@ -76,9 +83,11 @@ HALVINGS = 60  # of the interval of amounts, e^-70 to e^10
 
 
 def way_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.ndarray:
-    """(n, 2)  way to the smoothing splines that move points (n, 2) by `amount` rms across their line (a straight line where even that moves less).
+    """(n, 2)  way to the smoothing splines that move points (n, 2) by `amount` rms across their line (a straight line
+    where even that moves less).
 
-    The way grows with the splines' stiffness, which is found by halving. Source: the discrepancy principle (Reinsch, Numer. Math. 10 (1967) 177).
+    The way grows with the splines' stiffness, which is found by halving. Source: the discrepancy principle (Reinsch,
+    Numer. Math. 10 (1967) 177).
     """
     from scipy.interpolate import make_smoothing_spline
 
@@ -94,15 +103,18 @@ def way_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.ndarray:
 
 DENSE = 600  # points up to which all eigenvalues of the spline's roughness are found at once
 LEAST_SHARE, FREE = 0.4, 40  # of the points beyond the first FREE: freedom that smoothing must take away
-UNEVEN = 0.1  # of the mean step: with a smaller one the small eigenvalues drown in the round-off of the largest, n^4 / UNEVEN^3
+# of the mean step: with a smaller one the small eigenvalues drown in the round-off of the largest, n^4 / UNEVEN^3
+UNEVEN = 0.1
 
 
 def smoothing_spline(s: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """(n,)  natural cubic smoothing spline at its own points s (n,), growing, its amount by generalised cross-validation.
+    """(n,)  natural cubic smoothing spline at its own points s (n,), growing, its amount by generalised
+    cross-validation.
 
-    In the eigenvectors of the roughness K = Q R^-1 Q' the spline is value / (1 + amount * eigenvalue): every amount costs n operations.
-    Source: Green and Silverman, Nonparametric Regression (1994), ch. 2 and 3. scipy's make_smoothing_spline, which stops at the
-    first amount it finds, serves where there are too many points or steps of very unlike length.
+    In the eigenvectors of the roughness K = Q R^-1 Q' the spline is value / (1 + amount * eigenvalue): every amount
+    costs n operations.
+    Source: Green and Silverman, Nonparametric Regression (1994), ch. 2 and 3. scipy's make_smoothing_spline, which
+    stops at the first amount it finds, serves where there are too many points or steps of very unlike length.
     """
     from scipy.interpolate import make_smoothing_spline
     from scipy.linalg import eigh, solveh_banded
@@ -122,7 +134,10 @@ def smoothing_spline(s: np.ndarray, value: np.ndarray) -> np.ndarray:
     share = lambda log_amount: 1 - 1 / (1 + np.exp(log_amount) * rough)
     score = lambda log_amount: np.sum((share(log_amount) * part) ** 2) / np.sum(share(log_amount)) ** 2
     amounts = -np.log(rough[-1]) + np.linspace(-5, np.log(rough[-1] / rough[2]) + 5, 40)
-    smooths = np.array([share(a).sum() > LEAST_SHARE * (n - FREE) for a in amounts])  # a spline through every point scores well by chance
+    # a spline through every point scores well by chance
+    smooths = np.array([share(a).sum() > LEAST_SHARE * (n - FREE) for a in amounts])
     best = int(np.argmin(np.where(smooths, [score(a) for a in amounts], np.inf)))
-    found = minimize_scalar(score, bounds=(amounts[max(best - 1, 0)], amounts[min(best + 1, 39)]), method="bounded", options={"xatol": 1e-4})
+    found = minimize_scalar(
+        score, bounds=(amounts[max(best - 1, 0)], amounts[min(best + 1, 39)]), method="bounded", options={"xatol": 1e-4}
+    )
     return value - basis @ (share(found.x) * part)

@@ -34,7 +34,8 @@ S1002_ROOT = (
 def wheel_profile(name: str, outer_slope: float = 0.067) -> Profile:
     """The wheel profile of this name, from flange back to field side.
 
-    name : "P8" (or "EPS"), "P8-worn", "P8-hollow", "P1" or "S1002"; all but P8 and S1002 are stand-ins and say so in their label
+    name : "P8" (or "EPS"), "P8-worn", "P8-hollow", "P1" or "S1002"; all but P8 and S1002 are stand-ins and say so in
+        their label
     outer_slope : slope of the far tread of the P8 family beyond y = 29 mm, 0.05 to 0.15 [1]
 
     Raises ProfileError for an unknown name or a slope out of range.
@@ -65,7 +66,9 @@ def _build(name: str, outer_slope: float) -> Profile:
 def eps_p8(outer_slope: float = 0.067) -> Profile:
     """EN 13715 EPS, h 30, e 28.5, width 135 mm: the stand-in for P8."""
     pieces = [
-        *flange(flange_height=30, root_start=(-42.427, 12.000), face_start=(-44.530, 17.779), tip_end=(-51.758, 27.568)),
+        *flange(
+            flange_height=30, root_start=(-42.427, 12.000), face_start=(-44.530, 17.779), tip_end=(-51.758, 27.568)
+        ),
         _arc((-42.427, 12.000), (-39.000, 6.867), 13),
     ]
     y = np.linspace(-39.0, -26.0, len(EPS_TRANSITION)) * MM
@@ -120,7 +123,10 @@ def worn(new: Profile, depth: float, width: float, label: str, centre: float = -
     keep = np.abs(t) > 2  # the back of the flange may stand vertical, and exp(-16) is no wear
     before, after = np.where(keep, new.angle_before, before), np.where(keep, new.angle_after, after)
     curvature = np.where(loss > 0, np.nan, new.curvature)
-    source = f"SYNTHETIC stand-in, not a measurement: {new.provenance}, less {depth / MM:g} mm * exp(-|(y + 2 mm) / {width / MM:g} mm|^4)"
+    source = (
+        f"SYNTHETIC stand-in, not a measurement: {new.provenance}, less {depth / MM:g} mm * exp(-|(y + 2 mm) /"
+        f" {width / MM:g} mm|^4)"
+    )
     return Profile(np.column_stack([y, z + loss]), before, after, curvature, label, source)
 
 
@@ -154,7 +160,11 @@ def s1002() -> Profile:
     """S1002 of EN 13715 / UIC 510-2: flange height 28, thickness 32.5, far tread 6.7 %, width 130 mm."""
     pieces = [
         _arc((-70.0, 9.519259302), (-62.764706, s1002_flange(-62.764706, -49.5, 9.519259302, 20.5)), -20.5),
-        _arc((-62.764706, s1002_flange(-62.764706, -55, 16, 12)), (-49.662510, s1002_flange(-49.662510, -55, 16, 12)), -12),
+        _arc(
+            (-62.764706, s1002_flange(-62.764706, -55, 16, 12)),
+            (-49.662510, s1002_flange(-49.662510, -55, 16, 12)),
+            -12,
+        ),
         _arc((-49.662510, s1002_flange(-49.662510, -55, 16, 12)), (-39.764474, s1002_face(-39.764474)), -20),
         _line((-39.764474, s1002_face(-39.764474)), (-38.426669, s1002_face(-38.426669))),
         _arc((-38.426669, s1002_face(-38.426669)), (-35.0, s1002_root(-35.0)), 13),
@@ -162,7 +172,9 @@ def s1002() -> Profile:
         polynomial(S1002_TREAD, -26.0, 32.157964),
         _line((32.157964, 1.364323640 - 0.066666667 * 32.157964), (60.0, 1.364323640 - 0.066666667 * 60.0)),
     ]
-    return Profile.from_pieces(pieces, "S1002 (h28 e32.5, far tread 6.7 %)", "EN 13715 / UIC 510-2, section polynomials")
+    return Profile.from_pieces(
+        pieces, "S1002 (h28 e32.5, far tread 6.7 %)", "EN 13715 / UIC 510-2, section polynomials"
+    )
 
 
 def s1002_flange(y: float, centre_y: float, centre_z: float, radius: float) -> float:

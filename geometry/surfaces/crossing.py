@@ -49,7 +49,8 @@ class CastCrossing:
     wing: plain rail, leg, knuckle and wing rail in one body; nose: begins at nose_x with a blunt ramp.
     Not modelled: floor fillets, rail foot and web (the bodies go straight down to the floor), the heel ends.
     Error: see tests/geometry/test_crossing_benchmark.py (deviation from the benchmark's sections).
-    Source: design rules fitted to the sections of the S&C benchmark (Bezin, Palsson et al., Vehicle Syst. Dyn. 61, 2023).
+    Source: design rules fitted to the sections of the S&C benchmark (Bezin, Palsson et al., Vehicle Syst. Dyn. 61,
+    2023).
     """
 
     ratio: float = 10.75
@@ -157,7 +158,8 @@ class CastCrossing:
         return [foot, start, end, self._plane_end(x), field_edge_y(x, c)]
 
     def _plane_end(self, x: float) -> float:
-        """y where the wing's cast plane ends: at the fall to the pocket, at the pocket, at the cap, before the field edge."""
+        """y where the wing's cast plane ends: at the fall to the pocket, at the pocket, at the cap, before the field
+        edge."""
         c = self.shape
         top_z, slope = wing_plane(c)
         rib = rib_height(x, c)
@@ -176,7 +178,8 @@ class CastCrossing:
         return [foot, start, end, centre_line_y(x, c), *mirrored]
 
     def _sample(self, x: float, body: str, ends: list[float], segments: dict[str, int]) -> np.ndarray:
-        """Points on the exact surface between the segments' end positions, evenly spaced along each segment's length."""
+        """Points on the exact surface between the segments' end positions, evenly spaced along each segment's
+        length."""
         points = [np.array([[ends[0], FLOOR]])]
         for (a, b), (segment, count) in zip(zip(ends[:-1], ends[1:]), segments.items()):
             dense = a + (b - a) * (1 - np.cos(np.linspace(0, np.pi, DENSE))) / 2
@@ -200,7 +203,9 @@ class CastCrossing:
         x = np.asarray(x, float)
         if not np.all((x >= low) & (x <= high)):
             bad = x[~((x >= low) & (x <= high))].flat[0]
-            raise CrossingError(f"x = {bad:g} m is outside the modelled crossing 1:{self.ratio:g}, {low:g} to {high:.3f} m")
+            raise CrossingError(
+                f"x = {bad:g} m is outside the modelled crossing 1:{self.ratio:g}, {low:g} to {high:.3f} m"
+            )
 
 
 def feature_indices(segments: dict[str, int]) -> dict[str, int]:

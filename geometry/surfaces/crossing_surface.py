@@ -1,7 +1,8 @@
 """Running surface of a cast crossing as compiled closed forms: height z (up) of wing and nose at (x, y) [m].
 
 Every body is the common part of simple cuts, as it is machined: a height is the lowest of their heights.
-The wing's leg transition is a loft between two tabulated lines. The numbers are in CrossingShape, built by geometry.surfaces.crossing.
+The wing's leg transition is a loft between two tabulated lines. The numbers are in CrossingShape, built by
+geometry.surfaces.crossing.
 """
 
 from typing import NamedTuple
@@ -89,7 +90,8 @@ def corner(y, face, radius, centre_y, centre_z, slope):
 
 @njit(cache=True)
 def corner_centre(face_y, face_z, face, radius, top_z, slope):
-    """Centre (y, z) of the arc tangent to the face through (face_y, face_z) and to the top z = top_z + slope * (y - face_y)."""
+    """Centre (y, z) of the arc tangent to the face through (face_y, face_z) and to the top z = top_z + slope * (y -
+    face_y)."""
     steep = 1.0 / face
     offset_face = radius * np.sqrt(1.0 + steep * steep)  # the centre lies this far below the face's line, vertically
     offset_top = radius * np.sqrt(1.0 + slope * slope)
@@ -123,7 +125,8 @@ def knuckle_centre(x, c):
 
 @njit(cache=True)
 def wing_plane(c):
-    """Height at the wing's gauge line and slope of the top plane that travels with the wing (below the fixed one further on)."""
+    """Height at the wing's gauge line and slope of the top plane that travels with the wing (below the fixed one
+    further on)."""
     slope = c.cast_slope * c.cos_angle
     return c.wing_reference_height - slope * c.wing_reference, slope
 
@@ -172,7 +175,8 @@ def fall_start_y(x, c):
 
 @njit(cache=True)
 def fall_height(x, y, c):
-    """Height of the fall above the pocket: arc from the cast plane, straight line, arc into the pocket; NO_METAL beyond it."""
+    """Height of the fall above the pocket: arc from the cast plane, straight line, arc into the pocket; NO_METAL beyond
+    it."""
     edge_y, angle, radius, foot_radius = fall_shape(x, c)
     lean, sine, cosine = np.arctan(c.cast_slope), np.sin(angle), np.cos(angle)
     start_y = fall_start_y(x, c)
@@ -279,13 +283,15 @@ def centre_line_x(x, y, c):
 
 @njit(cache=True)
 def through_side_y(x, y, c):
-    """y at the same distance from the through route's gauge line as (x, y) is from the nearer gauge line of the nose."""
+    """y at the same distance from the through route's gauge line as (x, y) is from the nearer gauge line of the
+    nose."""
     return min(y, c.gauge_line + c.cos_angle * (nose_gauge_y(x, c) - y))
 
 
 @njit(cache=True)
 def topping_height(x, c):
-    """Height and fall (-dz/dX) of the topping line and, ahead of it, of the blunt ramp, along the nose's centre line."""
+    """Height and fall (-dz/dX) of the topping line and, ahead of it, of the blunt ramp, along the nose's centre
+    line."""
     ahead = c.topping_x - x / c.stretch
     start = c.topping_slope / np.sqrt(1.0 + c.topping_slope**2)  # sine of the slope angle
     end = c.blunt_slope / np.sqrt(1.0 + c.blunt_slope**2)
@@ -302,14 +308,16 @@ def topping_height(x, c):
 
 @njit(cache=True)
 def topped_corner_arc(top, fall, c):
-    """Corner arc between the through side of the nose and its flat top: y where it touches the side, centre y, z, height.
+    """Corner arc between the through side of the nose and its flat top: y where it touches the side, centre y, z,
+    height.
 
     Its radius holds across the edge it rounds: on the blunt ramp, which falls steeply, the cross-section is an ellipse,
     higher than wide. That is drawn where the arc touches the straight face and fades above, where the ramp is gentle.
     """
     radius, steep = c.nose_radius, 1.0 / c.leg_face
     inner, root = c.leg_radius - radius, np.sqrt(1.0 + steep * steep)
-    face_z = c.leg_centre_z + c.leg_radius / root - radius / root  # the arc touches the face where its centre lies lower
+    # the arc touches the face where its centre lies lower
+    face_z = c.leg_centre_z + c.leg_radius / root - radius / root
     fade = smoothstep((face_z - (top - radius)) / radius)
     height = radius * (1.0 + fade * (np.sqrt(1.0 + (fall / c.stretch) ** 2) - 1.0))
     depth = top - height

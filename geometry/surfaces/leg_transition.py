@@ -1,15 +1,15 @@
 """Machined change from the 56E1 rail to the cast crossing's section: a loft between two lines with matching features.
 
-Fitted to the nine sections of the benchmark crossing inside its transition (rms 0.005 to 0.036 mm): straight paths between
-matching points, walked with a cubic smoothstep of x.
+Fitted to the nine sections of the benchmark crossing inside its transition (rms 0.005 to 0.036 mm): straight paths
+between matching points, walked with a cubic smoothstep of x.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from geometry.surfaces.crossing_surface import FLOOR, CrossingShape, leg_height
 from geometry.profiles.rail import gauge_face, rail_head
+from geometry.surfaces.crossing_surface import FLOOR, CrossingShape, leg_height
 
 MM = 1e-3
 FACE_TANGENT = -14.5287 * MM  # depth where the corner arc of 56E1 meets its side
@@ -67,11 +67,14 @@ def cast_line(c: CrossingShape, floor: float = FLOOR) -> np.ndarray:
     foot = c.gauge_line + (floor + c.gauge_depth) * c.leg_face
     face_end = c.leg_centre_y - c.leg_radius / root
     corner_end = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
-    y = np.concatenate([
-        np.linspace(foot, face_end, 100),
-        c.leg_centre_y - c.leg_radius * np.cos(np.linspace(np.arctan(c.leg_face), np.pi / 2 - np.arctan(c.cast_slope), 800)),
-        np.linspace(corner_end, c.side_start, 300)[1:],
-    ])
+    y = np.concatenate(
+        [
+            np.linspace(foot, face_end, 100),
+            c.leg_centre_y
+            - c.leg_radius * np.cos(np.linspace(np.arctan(c.leg_face), np.pi / 2 - np.arctan(c.cast_slope), 800)),
+            np.linspace(corner_end, c.side_start, 300)[1:],
+        ]
+    )
     z = np.array([leg_height(v, c) for v in y])
     lean = np.arctan(c.cast_slope)
     centre = c.side_start + c.side_radius * np.sin(lean), c.cast_slope * c.side_start - c.side_radius * np.cos(lean)
@@ -98,14 +101,26 @@ def feature_lengths(c: CrossingShape) -> tuple[np.ndarray, np.ndarray, np.ndarra
     on_rail, on_cast = lengths(rail), lengths(cast)
     tops = rail[:, 1] > FACE_TANGENT - 1e-9
     sides = [rail[tops][0, 0], rail[tops][-1, 0]]
-    marks = [sides[0], shift - RAIL_CORNER, shift - RAIL_CROWN_LEFT, shift + RAIL_CROWN_RIGHT, shift + RAIL_CORNER, sides[1]]
+    marks = [
+        sides[0],
+        shift - RAIL_CORNER,
+        shift - RAIL_CROWN_LEFT,
+        shift + RAIL_CROWN_RIGHT,
+        shift + RAIL_CORNER,
+        sides[1],
+    ]
     rail_lengths = np.interp(marks, rail[:, 0], on_rail)
     corner_end = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
     face_end = c.leg_centre_y - c.leg_radius / np.sqrt(1 + c.leg_face**2)
     plane_end = np.interp(c.side_start, cast[:, 0], on_cast)
     shoulder_end = on_cast[-1] - (SHOULDER_DEPTH - cast[-1, 1])
     shoulder = plane_end + SHOULDER_SHARE * (shoulder_end - plane_end)
-    cast_lengths = [*np.interp([face_end, corner_end, CAST_CROWN_LEFT], cast[:, 0], on_cast), plane_end, shoulder, shoulder_end]
+    cast_lengths = [
+        *np.interp([face_end, corner_end, CAST_CROWN_LEFT], cast[:, 0], on_cast),
+        plane_end,
+        shoulder,
+        shoulder_end,
+    ]
     return rail, cast, np.array([0.0, *rail_lengths, on_rail[-1]]), np.array([0.0, *cast_lengths, on_cast[-1]])
 
 
@@ -124,7 +139,8 @@ def progress(points: np.ndarray, line: np.ndarray) -> np.ndarray:
 
 
 def leg_loft(c: CrossingShape, nodes: int = 240) -> np.ndarray:
-    """(8, n)  both lines at matching points, `nodes` per feature: y, z, slope after, slope before of rail, then of cast.
+    """(8, n)  both lines at matching points, `nodes` per feature: y, z, slope after, slope before of rail, then of
+    cast.
 
     Slopes are differences within a feature, so that joints between features may be kinks. Table of loft_height.
     """

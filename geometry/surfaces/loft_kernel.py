@@ -1,18 +1,22 @@
 """Height of a lofted rail body with its derivatives, and where a wheel's circle comes nearest to it along x.
 
-A circle of the wheel (station s, geometry.contact.wheel_outline) and a surface z(x, y) are nearest to each other, at fixed y, where both have the same
-slope p = dz/dx. With p given the place on the circle is closed:
+A circle of the wheel (station s, geometry.contact.wheel_outline) and a surface z(x, y) are nearest to each other, at
+fixed y, where both have the same slope p = dz/dx. With p given the place on the circle is closed:
 
-    C sin(theta - theta0) = -r' b,  b = cos(roll) sin(yaw) - p sin(roll),  q = sin(roll) sin(yaw) + p cos(roll),  C^2 = cos^2 yaw + q^2,
-    tan theta0 = q / cos(yaw),
+    C sin(theta - theta0) = -r' b,  b = cos(roll) sin(yaw) - p sin(roll),  q = sin(roll) sin(yaw) + p cos(roll),  C^2 =
+    cos^2 yaw + q^2, tan theta0 = q / cos(yaw),
 
-so that p is all there is to find: p = dz/dx at the place that p leads to. For p = 0 this is the outline on a prismatic rail.
+so that p is all there is to find: p = dz/dx at the place that p leads to. For p = 0 this is the outline on a prismatic
+rail.
 
-track : (x (S,), nodes (N, 8), body (4,), memory (MEMORY,), place (2,), ridges (1 + 2 windows, stations)), see geometry.surfaces.lofted_rail
+track : (x (S,), nodes (N, 8), body (4,), memory (MEMORY,), place (2,), ridges (1 + 2 windows, stations)), see
+    geometry.surfaces.lofted_rail
 body : first section, number of sections, nodes of each, first node
-memory : slope p, section and node of the last evaluation, row of `ridges` (0: none), -1 or 1 below or above that ridge, station of the branch, body
+memory : slope p, section and node of the last evaluation, row of `ridges` (0: none), -1 or 1 below or above that ridge,
+    station of the branch, body
 place : x of the axle's middle [m], number of branches
-ridges : stations; for each branch, p at which the gap along x is highest between it and its neighbour; for each, where that ridge ends
+ridges : stations; for each branch, p at which the gap along x is highest between it and its neighbour; for each, where
+    that ridge ends
 """
 
 import numpy as np
@@ -27,8 +31,8 @@ CLOSE = 1e-12  # of the slope p: moves the place by radius times that [m]
 
 @njit(cache=True, error_model="numpy")
 def loft_at(x, y, track):
-    """Height and derivatives at (x, y): (beyond, aside, z, z_x, z_y, z_xx, z_xy, z_yy); beyond or aside: -1 before, 1 behind its ends;
-    aside it is level, at NO_METAL.
+    """Height and derivatives at (x, y): (beyond, aside, z, z_x, z_y, z_xx, z_xy, z_yy); beyond or aside: -1 before, 1
+    behind its ends; aside it is level, at NO_METAL.
 
     Between two sections every node's y, z and chord slopes run along a cubic in x; between two nodes z is a cubic in y.
     """
@@ -102,7 +106,8 @@ def loft_at(x, y, track):
 
 @njit(cache=True, error_model="numpy")
 def circle_place(p, s, tread, slope, pose):
-    """Place on the circle at station s where the wheel has the slope dz/dx = p: (there is one, x, y, z, n_y, n_z, sin, cos, C cos(theta - theta0), b)."""
+    """Place on the circle at station s where the wheel has the slope dz/dx = p: (there is one, x, y, z, n_y, n_z, sin,
+    cos, C cos(theta - theta0), b)."""
     place, sy, cy, sr, cr, lever, arm, datum_radius = pose
     radius, tilt, along = datum_radius - tread, -slope, arm + s
     q, b = sr * sy + p * cr, cr * sy - p * sr
@@ -121,9 +126,11 @@ def circle_place(p, s, tread, slope, pose):
 
 @njit(cache=True, error_model="numpy")
 def meet_loft(s, tread, slope, bend, track, pose):
-    """As geometry.contact.rail_kinds.meet, on a lofted body: Newton on p, kept between a place where the gap falls with p and one where it rises.
+    """As geometry.contact.rail_kinds.meet, on a lofted body: Newton on p, kept between a place where the gap falls with
+    p and one where it rises.
 
-    On an edge that runs across, dz/dx jumps past p: there the surface's slope is that mean of both sides' with dz/dx = p.
+    On an edge that runs across, dz/dx jumps past p: there the surface's slope is that mean of both sides' with dz/dx =
+    p.
     """
     memory, radius, tilt = track[3], pose[7] - tread, -slope
     sy, cy, sr, cr = pose[1], pose[2], pose[3], pose[4]
@@ -133,7 +140,8 @@ def meet_loft(s, tread, slope, bend, track, pose):
         return nowhere(np.nan)
     p = min(max(memory[0], low), high)
     tried_low, tried_high, at_edge = False, False, False
-    low_x, low_y, high_x, high_y = np.inf, 0.0, -np.inf, 0.0  # surface's slopes at both ends of the bracket, where there is a surface
+    # surface's slopes at both ends of the bracket, where there is a surface
+    low_x, low_y, high_x, high_y = np.inf, 0.0, -np.inf, 0.0
     while True:
         there, x, y, z, ny, nz, sine, cosine, steer, b = circle_place(p, s, tread, slope, pose)
         if not there:
@@ -145,7 +153,8 @@ def meet_loft(s, tread, slope, bend, track, pose):
         miss = p - zx if beyond == 0 else float(beyond)
         if abs(miss) < CLOSE and rate > 0 or at_edge:
             break
-        if miss < 0 or abs(miss) < CLOSE and p <= first:  # on the ridge that bounds the branch from below the gap falls too
+        # on the ridge that bounds the branch from below the gap falls too
+        if miss < 0 or abs(miss) < CLOSE and p <= first:
             low, low_x, low_y = p, (zx if beyond == 0 else np.inf), zy
         else:
             high, high_x, high_y = p, (zx if beyond == 0 else -np.inf), zy
@@ -210,7 +219,8 @@ def nowhere(away):
 
 @njit(cache=True, error_model="numpy")
 def slope_excess(p, s, tread, slope, track, pose):
-    """p less the surface's slope at the place that p leads to, and whether there is such a place: the gap along x falls where it is negative."""
+    """p less the surface's slope at the place that p leads to, and whether there is such a place: the gap along x falls
+    where it is negative."""
     there, x, y, _, _, nz, _, _, _, _ = circle_place(p, s, tread, slope, pose)
     if not there or nz > -1e-3:
         return 0.0, False

@@ -1,8 +1,10 @@
-"""A rail whose shape changes along the track, as bodies lofted through sections: crossings, switch rails beside stock rails. Axes: geometry.axes.
+"""A rail whose shape changes along the track, as bodies lofted through sections: crossings, switch rails beside stock
+rails. Axes: geometry.axes.
 
-Sections of one body have the same number of nodes and the same feature at the same node. Between sections every node's place, height
-and slopes follow a cubic spline in x (continuous curvature); between nodes the height is a cubic in y. So planes are exact, however
-they lie, and so are prisms; elsewhere the error is of fourth order in the spacing of the sections and of the nodes.
+Sections of one body have the same number of nodes and the same feature at the same node. Between sections every node's
+place, height and slopes follow a cubic spline in x (continuous curvature); between nodes the height is a cubic in y. So
+planes are exact, however they lie, and so are prisms; elsewhere the error is of fourth order in the spacing of the
+sections and of the nodes.
 """
 
 from collections.abc import Sequence
@@ -11,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.loft_kernel import MEMORY, loft_at
 from geometry.profiles.doctor import with_corners
 from geometry.profiles.faults import kinks, noise_level
 from geometry.profiles.profile import STEEP, Profile, ProfileError
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.loft_kernel import MEMORY, loft_at
 from geometry.surfaces.sections import SectionCrossing
 
 MM = 1e-3
@@ -30,9 +32,11 @@ REFINED = 3  # nodes for each of the crossing's own
 
 @dataclass(frozen=True, eq=False)
 class LoftedBody:
-    """Sections at x (m,), growing; nodes y, z (m, n) [m], y growing; slopes dz/dy on leaving and reaching each node (m, n).
+    """Sections at x (m,), growing; nodes y, z (m, n) [m], y growing; slopes dz/dy on leaving and reaching each node (m,
+    n).
 
-    limited : the cubics in x are those of Fritsch and Carlson, which do not swing where unlike sections follow each other, but whose
+    limited : the cubics in x are those of Fritsch and Carlson, which do not swing where unlike sections follow each
+        other, but whose
     curvature jumps at sections; otherwise a spline's with continuous curvature
     """
 
@@ -46,14 +50,20 @@ class LoftedBody:
 
     def __post_init__(self):
         if len(self.x) < 2 or np.any(np.diff(self.x) <= 0) or self.y.shape[1] < 3:
-            raise ProfileError(f"{self.label}: {len(self.x)} section(s) of {self.y.shape[1]} nodes: needs at least 2 at growing x, of 3 nodes")
+            raise ProfileError(
+                f"{self.label}: {len(self.x)} section(s) of {self.y.shape[1]} nodes: needs at least 2 at growing x, of"
+                " 3 nodes"
+            )
         values = np.concatenate([np.ravel(v) for v in (self.x, self.y, self.z, self.after[:, :-1], self.before[:, 1:])])
         if not np.isfinite(values).all():
             raise ProfileError(f"{self.label}: {np.sum(~np.isfinite(values))} value(s) of its sections are not finite")
         falls = np.diff(self.y, axis=1) <= 0
         if falls.any():
             section, node = np.argwhere(falls)[0]
-            raise ProfileError(f"{self.label}: section at x = {self.x[section]:g} m turns back at y = {self.y[section, node]:.6f} m: y must grow from node to node")
+            raise ProfileError(
+                f"{self.label}: section at x = {self.x[section]:g} m turns back at y = {self.y[section, node]:.6f} m: y"
+                " must grow from node to node"
+            )
 
     @classmethod
     def prism(cls, profile: Profile, x: Sequence[float] = (-1e3, 1e3)) -> "LoftedBody":
@@ -63,18 +73,32 @@ class LoftedBody:
         return cls(np.asarray(x, float), repeat(y), repeat(z), repeat(after), repeat(before), profile.label)
 
     @classmethod
-    def through(cls, x: Sequence[float], sections: Sequence[Profile | np.ndarray], datum: Sequence[float] | float = 0.0, spacing: float = NODE,
-                label: str = "body", limited: bool = False) -> "LoftedBody":
-        """Body through sections whose points match at equal distances y - datum, for each section where its gauge face is, or 0 [m].
+    def through(
+        cls,
+        x: Sequence[float],
+        sections: Sequence[Profile | np.ndarray],
+        datum: Sequence[float] | float = 0.0,
+        spacing: float = NODE,
+        label: str = "body",
+        limited: bool = False,
+    ) -> "LoftedBody":
+        """Body through sections whose points match at equal distances y - datum, for each section where its gauge face
+        is, or 0 [m].
 
-        sections : profiles, or points (k, 2) of y, z with y growing. Where one is narrower than others it falls away steeply.
+        sections : profiles, or points (k, 2) of y, z with y growing. Where one is narrower than others it falls away
+            steeply.
         """
         for at, section in zip(x, sections):
             y, z = (section.points if isinstance(section, Profile) else np.asarray(section, float)).T
             if not np.isfinite(y + z).all():
-                raise ProfileError(f"{label}: section at x = {at:g} m: {np.sum(~np.isfinite(y + z))} point(s) not finite")
+                raise ProfileError(
+                    f"{label}: section at x = {at:g} m: {np.sum(~np.isfinite(y + z))} point(s) not finite"
+                )
             if np.any(np.diff(y) <= 0):
-                raise ProfileError(f"{label}: section at x = {at:g} m turns back at y = {y[int(np.argmax(np.diff(y) <= 0))]:.6f} m: y must grow from point to point")
+                raise ProfileError(
+                    f"{label}: section at x = {at:g} m turns back at y = {y[int(np.argmax(np.diff(y) <= 0))]:.6f} m: y"
+                    " must grow from point to point"
+                )
         datum = np.broadcast_to(np.asarray(datum, float), len(x))
         points = [s.points if isinstance(s, Profile) else np.asarray(s, float) for s in sections]
         low, high = (f([p[i, 0] - d for p, d in zip(points, datum)]) for f, i in ((min, 0), (max, -1)))
@@ -89,7 +113,9 @@ class LoftedBody:
 
     def turned(self) -> "LoftedBody":
         """The body mirrored in x: what was facing is trailing."""
-        return LoftedBody(-self.x[::-1], self.y[::-1], self.z[::-1], self.after[::-1], self.before[::-1], self.label, self.limited)
+        return LoftedBody(
+            -self.x[::-1], self.y[::-1], self.z[::-1], self.after[::-1], self.before[::-1], self.label, self.limited
+        )
 
     def wavy(self) -> np.ndarray:
         """(m,)  whether dz/dx at one y grows by more than HOLLOW per length between the strips beside a section."""
@@ -104,12 +130,18 @@ class LoftedBody:
         return flags
 
     def nodes(self) -> np.ndarray:
-        """(m, n, 8)  y, z, chord times slope on leaving a node and on reaching the next, and the x-derivatives of all four."""
+        """(m, n, 8)  y, z, chord times slope on leaving a node and on reaching the next, and the x-derivatives of all
+        four."""
         chord = np.diff(self.y, axis=1, append=self.y[:, -1:])
-        secant = np.divide(np.diff(self.z, axis=1, append=self.z[:, -1:]), chord, out=np.zeros_like(chord), where=chord > 0)
+        secant = np.divide(
+            np.diff(self.z, axis=1, append=self.z[:, -1:]), chord, out=np.zeros_like(chord), where=chord > 0
+        )
         reach = np.concatenate([self.before[:, 1:], self.before[:, -1:]], axis=1)
         steep = (np.abs(self.after) > STEEP) | (np.abs(reach) > STEEP)
-        values = np.stack([self.y, self.z, chord * np.where(steep, secant, self.after), chord * np.where(steep, secant, reach)], axis=2)
+        values = np.stack(
+            [self.y, self.z, chord * np.where(steep, secant, self.after), chord * np.where(steep, secant, reach)],
+            axis=2,
+        )
         if len(self.x) == 2:
             rate = np.repeat(np.diff(values, axis=0) / np.diff(self.x)[0], 2, axis=0)
         else:
@@ -119,12 +151,20 @@ class LoftedBody:
 
 @dataclass(frozen=True, eq=False)
 class RailSurface:
-    """The bodies of one rail (wing and nose, switch rail and stock rail); where they overlap in plan the higher one is the surface."""
+    """The bodies of one rail (wing and nose, switch rail and stock rail); where they overlap in plan the higher one is
+    the surface."""
 
     bodies: tuple[LoftedBody, ...]
 
     @classmethod
-    def of_crossing(cls, crossing: CastCrossing, first: float = -1.0, last: float | None = None, spacing: float = SPACING, refined: int = REFINED) -> "RailSurface":
+    def of_crossing(
+        cls,
+        crossing: CastCrossing,
+        first: float = -1.0,
+        last: float | None = None,
+        spacing: float = SPACING,
+        refined: int = REFINED,
+    ) -> "RailSurface":
         """Wing and nose of a parametric crossing from x = first to last [m], through sections `spacing` apart.
 
         Error against the crossing's own surface: tests/geometry/test_rail_surface.py.
@@ -138,14 +178,18 @@ class RailSurface:
 
     @classmethod
     def of_sections(cls, sections: SectionCrossing, first: float = -np.inf, last: float = np.inf) -> "RailSurface":
-        """Wing and nose through measured sections between x = first and last [m]; points match at equal distances from the gauge faces."""
+        """Wing and nose through measured sections between x = first and last [m]; points match at equal distances from
+        the gauge faces."""
         made = []
         for label, bodies in (("wing", sections.wings), ("nose", sections.noses)):
             keep = [i for i, b in enumerate(bodies) if b is not None and first <= sections.x[i] <= last]
             if len(keep) < 2:
                 continue
             if np.any(np.diff(keep) > 1):
-                raise ProfileError(f"{label}: missing in the section at x = {sections.x[keep[int(np.argmax(np.diff(keep) > 1))] + 1]:g} m between others that have it")
+                raise ProfileError(
+                    f"{label}: missing in the section at x ="
+                    f" {sections.x[keep[int(np.argmax(np.diff(keep) > 1))] + 1]:g} m between others that have it"
+                )
             x, faces = sections.x[keep], np.array([bodies[i].face for i in keep])
             lines = [_smooth(np.column_stack([bodies[i].u + bodies[i].face, bodies[i].z]), label) for i in keep]
             made.append(LoftedBody.through(x, lines, faces, label=label, limited=True))
@@ -171,10 +215,15 @@ class RailSurface:
         nodes = [b.nodes().reshape(-1, 8) for b in self.bodies]
         firsts, origins = (np.cumsum([0] + [len(v) for v in part[:-1]]) for part in ([b.x for b in self.bodies], nodes))
         rows = [[first, len(b.x), b.y.shape[1], origin] for b, first, origin in zip(self.bodies, firsts, origins)]
-        return np.concatenate([b.x for b in self.bodies]), np.ascontiguousarray(np.concatenate(nodes)), np.array(rows, np.int64)
+        return (
+            np.concatenate([b.x for b in self.bodies]),
+            np.ascontiguousarray(np.concatenate(nodes)),
+            np.array(rows, np.int64),
+        )
 
     def wavy(self) -> np.ndarray:
-        """(S,)  whether the surface about a section is so hollow along x that a wheel may touch it ahead and behind at once."""
+        """(S,)  whether the surface about a section is so hollow along x that a wheel may touch it ahead and behind at
+        once."""
         return np.concatenate([b.wavy() for b in self.bodies])
 
     def height(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -184,8 +233,13 @@ class RailSurface:
         height = np.full(x.shape, np.nan)
         for body in bodies:
             memory = np.array([0.0, body[0], 0.0] + [0.0] * (MEMORY - 3))
-            found = [loft_at(a, b, (xs, nodes, body, memory, np.zeros(2), np.zeros((1, 2))))[:3] for a, b in zip(x.ravel(), y.ravel())]
-            height = np.fmax(height, np.reshape([z if beyond == aside == 0 else np.nan for beyond, aside, z in found], x.shape))
+            found = [
+                loft_at(a, b, (xs, nodes, body, memory, np.zeros(2), np.zeros((1, 2))))[:3]
+                for a, b in zip(x.ravel(), y.ravel())
+            ]
+            height = np.fmax(
+                height, np.reshape([z if beyond == aside == 0 else np.nan for beyond, aside, z in found], x.shape)
+            )
         return height
 
 
@@ -202,15 +256,34 @@ def _height(section: Profile | np.ndarray, points: np.ndarray, y: np.ndarray) ->
 
 
 def _cast_body(crossing: CastCrossing, body: str, x: np.ndarray, refined: int) -> LoftedBody:
-    """Sections of a parametric crossing with nodes at the places of its own sections, `refined` times as dense, on the exact surface."""
-    section, features = (crossing.wing_section, crossing.wing_features) if body == "wing" else (crossing.nose_section, crossing.nose_features)
+    """Sections of a parametric crossing with nodes at the places of its own sections, `refined` times as dense, on the
+    exact surface."""
+    section, features = (
+        (crossing.wing_section, crossing.wing_features)
+        if body == "wing"
+        else (crossing.nose_section, crossing.nose_features)
+    )
     count = features["shoulder" if body == "wing" else "field face"]
-    y = np.array([np.interp(np.arange(count * refined + 1) / refined, np.arange(count + 1), section(at)[:count + 1, 0]) for at in x])
+    y = np.array(
+        [
+            np.interp(np.arange(count * refined + 1) / refined, np.arange(count + 1), section(at)[: count + 1, 0])
+            for at in x
+        ]
+    )
     y = np.maximum.accumulate(y, axis=1) + 1e-9 * np.arange(y.shape[1])
     height = lambda shift: crossing.top_height(x[:, None], y + shift, body)
     at = height(0.0)
     at = np.where(np.isfinite(at), at, np.fmax(height(-STEP), height(STEP)))  # the feet lie on the very edges
-    after, before = (sign * (-3 * at + 4 * height(sign * STEP) - height(2 * sign * STEP)) / (2 * STEP) for sign in (1.0, -1.0))
+    after, before = (
+        sign * (-3 * at + 4 * height(sign * STEP) - height(2 * sign * STEP)) / (2 * STEP) for sign in (1.0, -1.0)
+    )
     secant = np.diff(at, axis=1) / np.diff(y, axis=1)
     wild = lambda slope, near: np.where(np.isfinite(slope), slope, near)
-    return LoftedBody(x, y, at, wild(after, np.append(secant, secant[:, -1:], 1)), wild(before, np.append(secant[:, :1], secant, 1)), body)
+    return LoftedBody(
+        x,
+        y,
+        at,
+        wild(after, np.append(secant, secant[:, -1:], 1)),
+        wild(before, np.append(secant[:, :1], secant, 1)),
+        body,
+    )

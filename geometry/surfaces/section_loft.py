@@ -1,8 +1,9 @@
-"""Sections between sections: lines of unlike shape joined feature by feature, and the upper line of two bodies side by side.
+"""Sections between sections: lines of unlike shape joined feature by feature, and the upper line of two bodies side by
+side.
 
-Two sections are matched where their tangents pass the same angles (gauge face, gauge corner, crown, field corner) and by length between such
-places. Points that match move on straight lines. A corner of 12.7 mm radius beside one of 5 mm then becomes one of 9 mm, where
-interpolation at equal y would lay two half corners over each other (zig-zag).
+Two sections are matched where their tangents pass the same angles (gauge face, gauge corner, crown, field corner) and
+by length between such places. Points that match move on straight lines. A corner of 12.7 mm radius beside one of 5 mm
+then becomes one of 9 mm, where interpolation at equal y would lay two half corners over each other (zig-zag).
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,8 @@ POINTS = 240  # a feature interval
 
 
 def marks(profile: Profile, angles: np.ndarray = ANGLES) -> np.ndarray:
-    """(len(angles) + 2,)  lengths along the profile of its start, of the first places where the tangent has turned down to each angle, of its end [m].
+    """(len(angles) + 2,)  lengths along the profile of its start, of the first places where the tangent has turned down
+    to each angle, of its end [m].
 
     The tangent's least value so far is what is looked at, so that a hollow does not count as a feature twice.
     """
@@ -38,7 +40,8 @@ def marks(profile: Profile, angles: np.ndarray = ANGLES) -> np.ndarray:
 
 
 def curve_at(profile: Profile, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points (m, 2) and unit tangents (m, 2) at growing lengths (m,) along a profile: cubic between its points, third order in tangent.
+    """Points (m, 2) and unit tangents (m, 2) at growing lengths (m,) along a profile: cubic between its points, third
+    order in tangent.
 
     At a kink the tangent is the one on leaving it; at the last length the one on reaching it.
     """
@@ -59,8 +62,9 @@ def curve_at(profile: Profile, length: np.ndarray) -> tuple[np.ndarray, np.ndarr
 def between(first: Profile, second: Profile, share: float, count: int = POINTS) -> Profile:
     """The section at `share` of the way from first (0) to second (1).
 
-    Exact at both ends' feature points; for arcs over the same angle an arc whose radius and centre are linear in the share. Where a feature
-    has no length in one of both (a kink) it opens into a rounding. Raises ProfileError for a share outside [0, 1].
+    Exact at both ends' feature points; for arcs over the same angle an arc whose radius and centre are linear in the
+    share. Where a feature has no length in one of both (a kink) it opens into a rounding. Raises ProfileError for a
+    share outside [0, 1].
     """
     if not 0 <= share <= 1:
         raise ProfileError(f"between {first.label} and {second.label}: share {share:g} is outside [0, 1]")
@@ -71,11 +75,15 @@ def between(first: Profile, second: Profile, share: float, count: int = POINTS) 
         if (1 - share) * spans[0] + share * spans[1] < 1e-9:
             continue
         way = np.linspace(0, 1, count)
-        (a, along_a), (b, along_b) = (curve_at(p, e[k] + way * span) for p, e, span in zip((first, second), ends, spans))
+        (a, along_a), (b, along_b) = (
+            curve_at(p, e[k] + way * span) for p, e, span in zip((first, second), ends, spans)
+        )
         rate = (1 - share) * spans[0] * along_a + share * spans[1] * along_b
         angle = np.unwrap(np.arctan2(rate[:, 1], rate[:, 0]))
         pieces.append(Piece((1 - share) * a + share * b, angle, np.full(count, np.nan)))
-    return Profile.from_pieces(pieces, f"{first.label} to {second.label}, {share:.3g}", "interpolated between sections by features")
+    return Profile.from_pieces(
+        pieces, f"{first.label} to {second.label}, {share:.3g}", "interpolated between sections by features"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +95,10 @@ class SectionLoft:
 
     def __post_init__(self):
         if len(self.x) != len(self.sections) or len(self.x) < 2 or not np.all(np.diff(self.x) > 0):
-            raise ProfileError(f"loft: {len(self.sections)} sections at {len(self.x)} stations; it needs at least 2, one a station, stations growing")
+            raise ProfileError(
+                f"loft: {len(self.sections)} sections at {len(self.x)} stations; it needs at least 2, one a station,"
+                " stations growing"
+            )
 
     def section(self, x: float) -> Profile:
         """The section at x [m]. Error: second order in the stations' distance (tests/geometry/test_section_loft.py)."""
@@ -98,19 +109,27 @@ class SectionLoft:
 
 
 def matched_body(x: np.ndarray, sections: Sequence[Profile], count: int = 24, label: str = "body") -> LoftedBody:
-    """Body lofted through sections at x (m,) [m] with `count` nodes between each two of their marks: what SectionLoft is, with cubics in x.
+    """Body lofted through sections at x (m,) [m] with `count` nodes between each two of their marks: what SectionLoft
+    is, with cubics in x.
 
-    Features that have no length in any section are left out; one that has in some only is refused, as its nodes would coincide.
+    Features that have no length in any section are left out; one that has in some only is refused, as its nodes would
+    coincide.
     """
-    lines = [[curve_at(p, np.linspace(a, b, count)) for a, b in zip(ends[:-1], ends[1:])] for p, ends in ((p, marks(p)) for p in sections)]
+    lines = [
+        [curve_at(p, np.linspace(a, b, count)) for a, b in zip(ends[:-1], ends[1:])]
+        for p, ends in ((p, marks(p)) for p in sections)
+    ]
     spans = np.array([[np.abs(points[-1] - points[0]).max() for points, _ in line] for line in lines])
     kept = [k for k in range(spans.shape[1]) if spans[:, k].max() > 1e-6]
     for k in kept:
         if spans[:, k].min() <= 1e-6:
-            raise ProfileError(f"{label}: section at x = {x[int(np.argmin(spans[:, k]))]:g} m has no length in feature {k}, others have: give it a rounding")
+            raise ProfileError(
+                f"{label}: section at x = {x[int(np.argmin(spans[:, k]))]:g} m has no length in feature {k}, others"
+                " have: give it a rounding"
+            )
     bodies = []
     for line in lines:
-        points = np.vstack([line[k][0][min(i, 1):] for i, k in enumerate(kept)])
+        points = np.vstack([line[k][0][min(i, 1) :] for i, k in enumerate(kept)])
         slope = [line[k][1][:, 1] / line[k][1][:, 0] for k in kept]
         after = np.concatenate([v[:-1] for v in slope] + [slope[-1][-1:]])
         before = np.concatenate([slope[0][:1]] + [v[1:] for v in slope])
@@ -119,7 +138,8 @@ def matched_body(x: np.ndarray, sections: Sequence[Profile], count: int = 24, la
 
 
 def upper_line(first: Profile, second: Profile, label: str = "") -> Profile:
-    """The higher of two lines z(y) at each y, with a kink where they cross: what a wheel meets of two bodies side by side.
+    """The higher of two lines z(y) at each y, with a kink where they cross: what a wheel meets of two bodies side by
+    side.
 
     Where only one of them is, that one; a step from one to the other becomes a line over 1e-9 m.
     Raises ProfileError where one of them turns back in y or they lie apart.

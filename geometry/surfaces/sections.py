@@ -1,7 +1,8 @@
 """A crossing from its own measured or drawn sections, and the rigid wheel's path over it. Axes: geometry.axes.
 
-Between two sections each body (wing, nose) keeps its shape beside its gauge face: the face's place and the heights at equal distances from
-it are linear in x. So a face that runs aslant stays sharp, where interpolation at equal y would smear it over its shift between sections.
+Between two sections each body (wing, nose) keeps its shape beside its gauge face: the face's place and the heights at
+equal distances from it are linear in x. So a face that runs aslant stays sharp, where interpolation at equal y would
+smear it over its shift between sections.
 """
 
 from dataclasses import dataclass
@@ -20,7 +21,8 @@ NO_METAL = -1.0
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """One body of one section: distances u (n,) from its gauge face, growing, and heights z (n,) [m]; face : y of the face [m]."""
+    """One body of one section: distances u (n,) from its gauge face, growing, and heights z (n,) [m]; face : y of the
+    face [m]."""
 
     face: float
     u: np.ndarray
@@ -42,7 +44,8 @@ class SectionCrossing:
 
     @classmethod
     def from_points(cls, x: np.ndarray, sections: list[np.ndarray]) -> "SectionCrossing":
-        """Sections (n, 2) of y, z up [m], y growing. Raises ProfileError where a section turns back or holds no body."""
+        """Sections (n, 2) of y, z up [m], y growing. Raises ProfileError where a section turns back or holds no
+        body."""
         pairs = [split(points, float(at)) for at, points in zip(x, sections)]
         return cls(np.asarray(x, float), tuple(wing for wing, _ in pairs), tuple(nose for _, nose in pairs))
 
@@ -64,20 +67,31 @@ def split(points: np.ndarray, x: float) -> tuple[Body | None, Body | None]:
     y, z = points.T
     if np.any(np.diff(y) <= 0):
         at = int(np.argmax(np.diff(y) <= 0))
-        raise ProfileError(f"section at x = {x:g} m: turns back at y = {y[at]:.5f} m: it must run from the gauge side to the field side")
+        raise ProfileError(
+            f"section at x = {x:g} m: turns back at y = {y[at]:.5f} m: it must run from the gauge side to the field"
+            " side"
+        )
     metal = np.concatenate([[False], z > -FLOOR, [False]])
     starts, ends = np.flatnonzero(~metal[:-1] & metal[1:]), np.flatnonzero(metal[:-1] & ~metal[1:])
     found = [body_of(y, z, a, b) for a, b in zip(starts, ends) if y[b - 1] - y[a] > NARROWEST]
     if not found:
-        raise ProfileError(f"section at x = {x:g} m: nothing is wider than {NARROWEST * 1e3:g} mm within {FLOOR * 1e3:g} mm of rail level: is its vertical axis up?")
+        raise ProfileError(
+            f"section at x = {x:g} m: nothing is wider than {NARROWEST * 1e3:g} mm within {FLOOR * 1e3:g} mm of rail"
+            " level: is its vertical axis up?"
+        )
     return found[-1], (found[-2] if len(found) > 1 else None)
 
 
 def body_of(y: np.ndarray, z: np.ndarray, start: int, end: int) -> Body:
-    """The body of the points start..end with its flank down to the flangeway, seen from where its gauge face passes FACE_DEPTH."""
+    """The body of the points start..end with its flank down to the flangeway, seen from where its gauge face passes
+    FACE_DEPTH."""
     low = max(start - 1, 0)
     top = start + int(np.argmax(z[start:end]))
-    face = float(np.interp(-FACE_DEPTH, np.maximum.accumulate(z[low:top + 1]), y[low:top + 1])) if z[low] < -FACE_DEPTH else float(y[start])
+    face = (
+        float(np.interp(-FACE_DEPTH, np.maximum.accumulate(z[low : top + 1]), y[low : top + 1]))
+        if z[low] < -FACE_DEPTH
+        else float(y[start])
+    )
     return Body(face, y[low:end] - face, z[low:end])
 
 
@@ -91,22 +105,47 @@ class SectionPath:
     point: np.ndarray
 
 
-def section_path(crossing: SectionCrossing, wheel: Profile, x: np.ndarray, datum: float, radius: float = 0.425, plain: float = -0.9,
-                 spacing: float = 2e-3, lateral: float = 0.05e-3, reach: float = 0.1) -> SectionPath:
+def section_path(
+    crossing: SectionCrossing,
+    wheel: Profile,
+    x: np.ndarray,
+    datum: float,
+    radius: float = 0.425,
+    plain: float = -0.9,
+    spacing: float = 2e-3,
+    lateral: float = 0.05e-3,
+    reach: float = 0.1,
+) -> SectionPath:
     """Path of a rigid wheel, not yawed, with its tread datum at y = datum [m], over axle positions x (n,) [m].
 
     spacing : of the cuts between which contact ahead and behind is looked for;  lateral : of the places across [m]
-    Error: spacing^2 / (8 radius), 1.2 um, and slope times half of `lateral` at edges, on surfaces as interpolated between the sections.
+    Error: spacing^2 / (8 radius), 1.2 um, and slope times half of `lateral` at edges, on surfaces as interpolated
+    between the sections.
     Raises ProfileError where x leaves the sections.
     """
-    check_range("section_path", (("radius", radius, 0.1, 1.0), ("spacing", spacing, 1e-4, 0.02), ("lateral", lateral, 1e-6, 1e-3)))
+    check_range(
+        "section_path",
+        (("radius", radius, 0.1, 1.0), ("spacing", spacing, 1e-4, 0.02), ("lateral", lateral, 1e-6, 1e-3)),
+    )
     x = np.asarray(x, float)
     if x.min() - reach < crossing.x[0] or x.max() + reach > crossing.x[-1]:
-        raise ProfileError(f"path from x = {x.min():g} to {x.max():g} m with reach {reach:g} m leaves the sections, {crossing.x[0]:g} to {crossing.x[-1]:g} m")
+        raise ProfileError(
+            f"path from x = {x.min():g} to {x.max():g} m with reach {reach:g} m leaves the sections, {crossing.x[0]:g}"
+            f" to {crossing.x[-1]:g} m"
+        )
     s = np.arange(wheel.points[0, 0], wheel.points[-1, 0], lateral)
     tread, y = wheel.height(s), s + datum
-    cuts = np.unique(np.concatenate([np.arange(x.min() - reach, x.max() + reach + spacing, spacing), crossing.x[np.abs(crossing.x - x.mean()) < np.ptp(x) / 2 + reach]]))
-    tops = np.array([[_top(crossing.height(c, y, body), tread) for body in ("wing", "nose")] for c in np.append(cuts, plain)])
+    cuts = np.unique(
+        np.concatenate(
+            [
+                np.arange(x.min() - reach, x.max() + reach + spacing, spacing),
+                crossing.x[np.abs(crossing.x - x.mean()) < np.ptp(x) / 2 + reach],
+            ]
+        )
+    )
+    tops = np.array(
+        [[_top(crossing.height(c, y, body), tread) for body in ("wing", "nose")] for c in np.append(cuts, plain)]
+    )
     height, which, at = np.empty(len(x)), np.empty(len(x), int), np.empty(len(x), int)
     for k, here in enumerate(x):
         near = np.flatnonzero(np.abs(cuts - here) <= reach)

@@ -1,8 +1,10 @@
-"""A switch: a planed tongue that closes to a stock rail. PARAMETRIC, our own shape, not a drawing. Axes: geometry.axes, left rails.
+"""A switch: a planed tongue that closes to a stock rail. PARAMETRIC, our own shape, not a drawing. Axes: geometry.axes,
+left rails.
 
-x runs from the tongue's toe towards the heel (facing). The stock rail lies straight with its own axes at y = 0; the tongue's gauge face leaves the
-stock rail's by width(x) = entry * x + x^2 / (2 R) towards the track. Its top begins below the gauge corner of the stock rail and rises
-with its width. It is planed to fit the stock rail's head, so that its back stands at one y.
+x runs from the tongue's toe towards the heel (facing). The stock rail lies straight with its own axes at y = 0; the
+tongue's gauge face leaves the stock rail's by width(x) = entry * x + x^2 / (2 R) towards the track. Its top begins
+below the gauge corner of the stock rail and rises with its width. It is planed to fit the stock rail's head, so that
+its back stands at one y.
 """
 
 from dataclasses import dataclass
@@ -36,7 +38,13 @@ class Switch:
     rail: str = "56E1"
     radius: float = 290.0
     entry: float = 1 / 150
-    heights: tuple[tuple[float, float], ...] = ((0.0, -16e-3), (6e-3, -10e-3), (14e-3, -6e-3), (28e-3, -3e-3), (50e-3, 0.0))
+    heights: tuple[tuple[float, float], ...] = (
+        (0.0, -16e-3),
+        (6e-3, -10e-3),
+        (14e-3, -6e-3),
+        (28e-3, -3e-3),
+        (50e-3, 0.0),
+    )
     corner: float = 12.7e-3
     face: float = 0.1
     length: float = 6.0
@@ -47,7 +55,9 @@ class Switch:
                                ("length", self.length, 1.0, 50.0), ("spacing", self.spacing, 0.01, 2.0)))  # fmt: skip
         widths, tops = np.array(self.heights).T
         if np.any(np.diff(widths) <= 0) or np.any(np.diff(tops) < 0) or tops.max() > 2 * MM or tops.min() < -25 * MM:
-            raise ProfileError(f"switch: heights {self.heights} must grow in width, not fall, and lie within -25 and +2 mm")
+            raise ProfileError(
+                f"switch: heights {self.heights} must grow in width, not fall, and lie within -25 and +2 mm"
+            )
 
     @cached_property
     def stock(self) -> Profile:
@@ -100,7 +110,8 @@ class Switch:
         return upper_line(self.stock, self.tongue(x), f"switch at {x:g} m")
 
     def track(self, x: float, gauge: float = 1.435) -> Track:
-        """Left rail: the switch; right rail: a plain head. y = 0 is the middle of the turnout's curve: half a gauge from the tongue's gauge line.
+        """Left rail: the switch; right rail: a plain head. y = 0 is the middle of the turnout's curve: half a gauge
+        from the tongue's gauge line.
 
         So the stock rail moves outwards by width(x), and both rails of the curve stay where they are.
         """
@@ -110,9 +121,11 @@ class Switch:
         return Track(section, self.stock, gauge=gauge, left_place=RailPlace(lateral=wanted - own.gauge_offset("left")))
 
     def surfaces(self, spacing: float = 0.05) -> tuple[RailSurface, RailSurface]:
-        """Left rail (stock rail and tongue from 20 mm behind the toe) and right rail (a plain head along the turnout's curve) as surfaces.
+        """Left rail (stock rail and tongue from 20 mm behind the toe) and right rail (a plain head along the turnout's
+        curve) as surfaces.
 
-        In the axes of the straight track, for geometry.contact.lofted_search; `track` gives the same section by section in those of the curve.
+        In the axes of the straight track, for geometry.contact.lofted_search; `track` gives the same section by section
+        in those of the curve.
         """
         x = np.linspace(20 * MM, self.length, int(np.ceil(self.length / spacing)) + 1)
         tongue = matched_body(x, [self.drawn_tongue(float(at)) for at in x], label="tongue")

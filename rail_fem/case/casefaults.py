@@ -106,7 +106,10 @@ def quantity_of(entry: FieldInfo) -> Quantity | None:
 
 
 def _extras(annotation: Any) -> list[Any]:
-    return [*getattr(annotation, "__metadata__", ()), *(extra for member in get_args(annotation) for extra in _extras(member))]
+    return [
+        *getattr(annotation, "__metadata__", ()),
+        *(extra for member in get_args(annotation) for extra in _extras(member)),
+    ]
 
 
 def meaning(entry: FieldInfo) -> str:

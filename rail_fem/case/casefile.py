@@ -10,9 +10,9 @@ from pydantic import ValidationError
 from rail_fem.case.casefaults import describe_faults, plain, quoted, suggest
 from rail_fem.case.casetext import CaseTextError, read_table
 from rail_fem.ladder import LADDER
-from rail_fem.settings.light import PassSettings
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.units import typed
+from rail_fem.settings.light import PassSettings
 
 CASE_VERSION = 1
 LONGEST_TITLE = 200
@@ -53,19 +53,30 @@ def load_case(path: Path, changes: Mapping[str, Any] | None = None) -> Case:
         _change(table, key, value, path)
     version = table.get("version", CASE_VERSION)
     if version != CASE_VERSION or isinstance(version, bool):
-        raise CaseError(path, [f"version: the file is of case version {quoted(version)}, this program reads version {CASE_VERSION}: "
-                               "use the program that the file was written for, or rewrite it after cases/nose_transfer.toml"])
+        raise CaseError(
+            path,
+            [
+                f"version: the file is of case version {quoted(version)}, this program reads version {CASE_VERSION}: "
+                "use the program that the file was written for, or rewrite it after cases/nose_transfer.toml"
+            ],
+        )
     faults = [f"{plain(key)}: unknown key{suggest(key, TOP_KEYS)}" for key in table if key not in TOP_KEYS]
     title = table.get("title", path.stem)
     if not isinstance(title, str) or not title.isprintable() or len(title) > LONGEST_TITLE:
-        faults.append(f'title: {typed(title)} is not a line of text of at most {LONGEST_TITLE} characters, write e.g. "nose transfer, facing"')
+        faults.append(
+            f'title: {typed(title)} is not a line of text of at most {LONGEST_TITLE} characters, write e.g. "nose'
+            ' transfer, facing"'
+        )
     context = {"units_required": True, "folder": path.resolve().parent}
     scene = _read_section(Scene, table.get("scene"), "scene", context, faults)
     runs = _read_runs(table.get("run"), context, faults)
     if scene is not None:
         faults += [fault for name, run in runs.items() for fault in _disagreements(scene, name, run)]
     if faults:
-        raise CaseError(path, faults[:MOST_FAULTS] + ([f"and {len(faults) - MOST_FAULTS} more"] if len(faults) > MOST_FAULTS else []))
+        raise CaseError(
+            path,
+            faults[:MOST_FAULTS] + ([f"and {len(faults) - MOST_FAULTS} more"] if len(faults) > MOST_FAULTS else []),
+        )
     return Case(path, title, scene, runs)
 
 
@@ -113,13 +124,21 @@ def _read_runs(value: Any, context: dict, faults: list[str]) -> dict[str, Frozen
 
 def _disagreements(scene: Scene, name: str, run: Frozen) -> list[str]:
     """Faults that only scene and numerics together show."""
-    start, end = run.window(scene) if isinstance(run, PassSettings) else (getattr(run, "start", None), getattr(run, "end", None))
+    start, end = (
+        run.window(scene) if isinstance(run, PassSettings) else (getattr(run, "start", None), getattr(run, "end", None))
+    )
     if start is None or end is None:
         return []
     if (end - start) * scene.direction_sign <= 0:
         side = "above" if scene.direction_sign > 0 else "below"
-        return [f"run.{name}.end: {end * 1e3:g} mm must lie {side} start {start * 1e3:g} mm for a {scene.direction} pass: exchange the two"]
-    return [f"run.{name}.{fault}" for fault in (*_too_long(abs(end - start) / scene.speed, run), *_late_approach(scene, start, run))]
+        return [
+            f"run.{name}.end: {end * 1e3:g} mm must lie {side} start {start * 1e3:g} mm for a {scene.direction} pass:"
+            " exchange the two"
+        ]
+    return [
+        f"run.{name}.{fault}"
+        for fault in (*_too_long(abs(end - start) / scene.speed, run), *_late_approach(scene, start, run))
+    ]
 
 
 def _too_long(duration: float, run: Frozen) -> list[str]:
@@ -127,10 +146,15 @@ def _too_long(duration: float, run: Frozen) -> list[str]:
     whole = f"the pass takes {duration * 1e3:.4g} ms"
     faults = []
     if getattr(run, "settle_time", 0.0) >= duration:
-        faults.append(f"settle_time: {run.settle_time * 1e3:g} ms, but {whole}: the wheel would never be let go; settle for less, or run farther")
+        faults.append(
+            f"settle_time: {run.settle_time * 1e3:g} ms, but {whole}: the wheel would never be let go; settle for less,"
+            " or run farther"
+        )
     if duration < FEWEST_ROWS * run.history_interval:
-        faults.append(f"history_interval: {run.history_interval * 1e6:g} us gives {duration / run.history_interval:.2g} rows, {whole}; "
-                      f"at most {duration / FEWEST_ROWS * 1e6:.3g} us gives {FEWEST_ROWS}")
+        faults.append(
+            f"history_interval: {run.history_interval * 1e6:g} us gives {duration / run.history_interval:.2g} rows,"
+            f" {whole}; at most {duration / FEWEST_ROWS * 1e6:.3g} us gives {FEWEST_ROWS}"
+        )
     return faults
 
 
@@ -138,4 +162,7 @@ def _late_approach(scene: Scene, start: float, run: Frozen) -> list[str]:
     approach = getattr(run, "approach_start", None)
     if approach is None or (start - approach) * scene.direction_sign > 0:
         return []
-    return [f"approach_start: {approach * 1e3:g} mm lies behind start {start * 1e3:g} mm of a {scene.direction} pass: begin the approach ahead of it"]
+    return [
+        f"approach_start: {approach * 1e3:g} mm lies behind start {start * 1e3:g} mm of a {scene.direction} pass: begin"
+        " the approach ahead of it"
+    ]

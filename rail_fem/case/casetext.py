@@ -1,4 +1,5 @@
-"""The text of a case file, read within bounds: what is too large or too deep to be a case is refused before it is parsed.
+"""The text of a case file, read within bounds: what is too large or too deep to be a case is refused before it is
+parsed.
 
 A reader of TOML takes time that grows with the square of a key's parts, recurses into nested arrays, and works out
 integers of any length.
@@ -11,17 +12,20 @@ from stat import S_ISREG
 from typing import Any
 
 LARGEST_FILE = 20_000_000  # bytes, comments included
-LARGEST_TEXT = 200_000     # characters without comments; the largest case of the thesis has 2000
+LARGEST_TEXT = 200_000  # characters without comments; the largest case of the thesis has 2000
 LONGEST_STRING = 2000
-DEEPEST = 12               # brackets in brackets
+DEEPEST = 12  # brackets in brackets
 MOST_KEYS = 2000
-MOST_PARTS = 12            # of a key: [run.fe_full] has 2
-LONGEST_WORD = 100         # of a number or a key's part
+MOST_PARTS = 12  # of a key: [run.fe_full] has 2
+LONGEST_WORD = 100  # of a number or a key's part
 # Every alternative matches in one pass, an unclosed text to the end of the file: no part of it is looked at twice.
-STRINGS_AND_COMMENTS = re.compile(r"""
+STRINGS_AND_COMMENTS = re.compile(
+    r"""
     \"\"\"(?:[^"\\]++|\\.|"(?!""))*+(?:"{3,5}|\\?\Z) | \'\'\'(?:[^']++|'(?!''))*+(?:'{3,5}|\Z)
     | "(?:[^"\\\n]++|\\.)*+"? | '[^'\n]*+'? | \#[^\n]*+
-""", re.DOTALL | re.VERBOSE)
+""",
+    re.DOTALL | re.VERBOSE,
+)
 
 
 class CaseTextError(ValueError):
@@ -36,7 +40,9 @@ def read_table(path: Path) -> dict[str, Any]:
             raise CaseTextError("cannot be read: it is no file, give the path of a case file")
         if about.st_size > LARGEST_FILE:
             megabytes = about.st_size / 1e6
-            raise CaseTextError(f"{megabytes:.0f} MB is no case file, the largest allowed is {LARGEST_FILE / 1e6:.0f} MB")
+            raise CaseTextError(
+                f"{megabytes:.0f} MB is no case file, the largest allowed is {LARGEST_FILE / 1e6:.0f} MB"
+            )
         text = path.read_bytes().decode("utf-8-sig")
         check_size(text)
         return tomllib.loads(text)
@@ -51,7 +57,8 @@ def read_table(path: Path) -> dict[str, Any]:
 
 
 def check_size(text: str) -> None:
-    """Refuse what no case needs, in time that grows as the text does. Errors: CaseTextError with line, size and bound."""
+    """Refuse what no case needs, in time that grows as the text does. Errors: CaseTextError with line, size and
+    bound."""
     bare = STRINGS_AND_COMMENTS.sub(_blank, text)
     written = len(bare) - bare.count("\n")
     if written > LARGEST_TEXT:
@@ -82,5 +89,7 @@ def _blank(found: re.Match) -> str:
     if text.startswith("#"):
         return ""
     if len(text) > LONGEST_STRING:
-        raise CaseTextError(f"line {_line(found)}: a text of {len(text)} characters, the longest allowed is {LONGEST_STRING}")
+        raise CaseTextError(
+            f"line {_line(found)}: a text of {len(text)} characters, the longest allowed is {LONGEST_STRING}"
+        )
     return '""' + "\n" * text.count("\n")

@@ -5,19 +5,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.explicit import FeSettings
 from rail_fem.scene.steel import Steel
+from rail_fem.settings.explicit import FeSettings
 
-BYTES_PER_CELL = 1000.0       # the explicit run's gate
-BYTES_PER_RANK = 350e6        # Python with dolfinx, numba and gmsh loaded, before any mesh
-UPDATES_PER_SECOND = 8e6      # per core, everything in a step included
-SHORTEST_EDGE = 0.5           # shortest cell edge over element_size, in graded and slanted cells
+BYTES_PER_CELL = 1000.0  # the explicit run's gate
+BYTES_PER_RANK = 350e6  # Python with dolfinx, numba and gmsh loaded, before any mesh
+UPDATES_PER_SECOND = 8e6  # per core, everything in a step included
+SHORTEST_EDGE = 0.5  # shortest cell edge over element_size, in graded and slanted cells
 
-# Cells, fitted to meshes of 6, 3 and 1.5 mm: the rail's columns hold a fine block some layers deep and coarser rings below it, so a
-# column of length h holds RAIL_AREA / h^2 + RAIL_LINE / h cells; the wheel's fine patch has one extent whatever the window.
+# Cells, fitted to meshes of 6, 3 and 1.5 mm: the rail's columns hold a fine block some layers deep and coarser rings
+# below it, so a column of length h holds RAIL_AREA / h^2 + RAIL_LINE / h cells; the wheel's fine patch has one extent
+# whatever the window.
 RAIL_AREA, RAIL_LINE = 30e-6, 213e-3
 WHEEL_AREA, WHEEL_LINE = 28.5e-3, 9.8
-END_MARGIN = 0.024            # of the rail beyond start and end
+END_MARGIN = 0.024  # of the rail beyond start and end
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,8 @@ class Estimate:
 
 
 def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate:
-    """Estimate without meshing. Error: within a factor of two of the mesher's count (tests/rail_fem/test_estimate.py)."""
+    """Estimate without meshing. Error: within a factor of two of the mesher's count
+    (tests/rail_fem/test_estimate.py)."""
     cells = _crossing_cells(settings) + _wheel_cells(settings)
     step = critical_step(scene, settings)
     duration = settings.settle_time + abs(settings.end - settings.start) / scene.speed
@@ -62,7 +64,8 @@ def _wheel_cells(settings: FeSettings) -> float:
 
 
 def available_memory() -> float:
-    """Memory that this machine can still give [B]: what the kernel calls available, or the control group's limit if that is less."""
+    """Memory that this machine can still give [B]: what the kernel calls available, or the control group's limit if
+    that is less."""
     lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines() if Path("/proc/meminfo").exists() else []
     found = [1024.0 * float(line.split()[1]) for line in lines if line.startswith("MemAvailable")]
     free = found[0] if found else float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
@@ -77,8 +80,11 @@ def impossible(scene: Scene, settings: FeSettings, ranks: int = 1, model: str = 
     size = f"{settings.element_size * 1e3:g} mm"
     faults = []
     if estimate.memory > free:
-        faults.append(f"run.{model}.element_size: {size} makes about {estimate.cells:.2g} cells on {ranks} rank(s), which need {estimate.memory / 1e9:.3g} GB; "
-                      f"{free / 1e9:.3g} GB are free: {_size_that_fits(scene, settings, ranks, free)}")
+        faults.append(
+            f"run.{model}.element_size: {size} makes about {estimate.cells:.2g} cells on {ranks} rank(s), which need"
+            f" {estimate.memory / 1e9:.3g} GB; {free / 1e9:.3g} GB are free:"
+            f" {_size_that_fits(scene, settings, ranks, free)}"
+        )
     if ranks > estimate.cells:
         faults.append(f"run.{model}: {ranks} ranks for about {estimate.cells:.0f} cells of {size}: start fewer ranks")
     return faults

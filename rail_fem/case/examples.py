@@ -8,7 +8,9 @@ FOLDERS = Path(__file__).resolve().parents[2] / "cases", Path(sys.prefix) / "sha
 
 def examples() -> dict[str, Path]:
     """Name -> case file."""
-    return {path.stem: path for folder in reversed(FOLDERS) if folder.is_dir() for path in sorted(folder.glob("*.toml"))}
+    return {
+        path.stem: path for folder in reversed(FOLDERS) if folder.is_dir() for path in sorted(folder.glob("*.toml"))
+    }
 
 
 def example(name: str) -> Path:

@@ -13,7 +13,8 @@ WRITTEN = ("digest",)  # by runs into their own case.json
 
 @dataclass(frozen=True)
 class Key:
-    """One key: unit ("" for none), range or choices in words, default in words ("required", "none"), meaning; section : its class where it is a table,
+    """One key: unit ("" for none), range or choices in words, default in words ("required", "none"), meaning; section :
+    its class where it is a table,
     table : what that holds by default, None where it must be written."""
 
     name: str

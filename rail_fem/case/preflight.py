@@ -9,8 +9,8 @@ from rail_fem.settings.explicit import FeSettings
 
 
 def run_faults(scene: Scene, settings: Frozen, ranks: int, model: str) -> list[str]:
-    """Too little memory, more ranks than cells, a window that leaves the crossing or settles across a transfer, elements too large for it; one line each
-    with the remedy."""
+    """Too little memory, more ranks than cells, a window that leaves the crossing or settles across a transfer,
+    elements too large for it; one line each with the remedy."""
     if not isinstance(settings, FeSettings):
         return []
     try:

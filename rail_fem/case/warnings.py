@@ -1,4 +1,5 @@
-"""What is allowed in a case but doubtful: one warning each, with both numbers. `check` says it, and every result and trust report repeats it."""
+"""What is allowed in a case but doubtful: one warning each, with both numbers. `check` says it, and every result and
+trust report repeats it."""
 
 from bem.exact.hertz import PointContact, point_contact
 from bem.material import Elastic, contact_modulus
@@ -7,39 +8,57 @@ from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
 
 COMPARED_RATIOS = 9.25, 10.75  # between which the parametric crossing was held against anything
-TREAD_RADIUS = 0.330          # transverse radius of an EPS (P8) tread at the datum; the casting's top is a plane there
+TREAD_RADIUS = 0.330  # transverse radius of an EPS (P8) tread at the datum; the casting's top is a plane there
 ELEMENTS_ACROSS_PATCH = 6
-LEAST_TRACK_MASS = 50.0       # [kg]
+LEAST_TRACK_MASS = 50.0  # [kg]
 MANY_FRAMES = 500
-SHORT_INTERVAL = 1e-6         # of a history [s]
-STAND_INS = {"P8-worn": "nominal P8 with 0.8 mm of assumed tread wear", "P8-hollow": "nominal P8 with 3 mm of assumed hollow wear",
-             "P1": "a 1:20 cone built from recalled dimensions"}
+SHORT_INTERVAL = 1e-6  # of a history [s]
+STAND_INS = {
+    "P8-worn": "nominal P8 with 0.8 mm of assumed tread wear",
+    "P8-hollow": "nominal P8 with 3 mm of assumed hollow wear",
+    "P1": "a 1:20 cone built from recalled dimensions",
+}
 
 
 def static_patch(scene: Scene) -> PointContact:
-    """Hertz patch of the static load on the planar top of the casting; a first guess, before geometry and plastic flow."""
+    """Hertz patch of the static load on the planar top of the casting; a first guess, before geometry and plastic
+    flow."""
     wheel, wing = scene.materials.wheel.steel(), scene.materials.wing.steel()
     modulus = contact_modulus(*(Elastic(steel.youngs_modulus, steel.poisson) for steel in (wheel, wing)))
     return point_contact(scene.static_wheel_load, scene.wheel.radius, TREAD_RADIUS, modulus)
 
 
 def case_doubts(scene: Scene, settings: Frozen) -> list[str]:
-    """All doubts about a case run by one model. settings : of the model, placed. Errors: as rail_fem.light.rigid.window_path."""
+    """All doubts about a case run by one model. settings : of the model, placed. Errors: as
+    rail_fem.light.rigid.window_path."""
     doubts = scene_doubts(scene)
-    return doubts + fe_doubts(scene, settings) + placement_doubts(scene, settings) if isinstance(settings, FeSettings) else doubts
+    return (
+        doubts + fe_doubts(scene, settings) + placement_doubts(scene, settings)
+        if isinstance(settings, FeSettings)
+        else doubts
+    )
 
 
 def scene_doubts(scene: Scene) -> list[str]:
     """Doubts about the physics."""
     doubts = [] if scene.wheel.measured is None else scene.wheel.measured.doubts
     if scene.wheel.profile in STAND_INS:
-        doubts.append(f"wheel profile {scene.wheel.profile} is a stand-in ({STAND_INS[scene.wheel.profile]}), not a measured wheel")
+        doubts.append(
+            f"wheel profile {scene.wheel.profile} is a stand-in ({STAND_INS[scene.wheel.profile]}), not a measured"
+            " wheel"
+        )
     if not COMPARED_RATIOS[0] <= scene.crossing.ratio <= COMPARED_RATIOS[1]:
-        doubts.append(f"crossing 1:{scene.crossing.ratio:g}: the parametric crossing was compared at 1:{COMPARED_RATIOS[0]:g} and 1:{COMPARED_RATIOS[1]:g} only")
+        doubts.append(
+            f"crossing 1:{scene.crossing.ratio:g}: the parametric crossing was compared at 1:{COMPARED_RATIOS[0]:g} and"
+            f" 1:{COMPARED_RATIOS[1]:g} only"
+        )
     if scene.friction > 0.7:
         doubts.append(f"friction {scene.friction:g} > 0.7: steel on steel, dry, has 0.2 to 0.6")
     if 0 < scene.foundation.track_mass < LEAST_TRACK_MASS:
-        doubts.append(f"track mass {scene.foundation.track_mass:g} kg < {LEAST_TRACK_MASS:g} kg: rail and half a sleeper weigh some hundred kg; is its unit right?")
+        doubts.append(
+            f"track mass {scene.foundation.track_mass:g} kg < {LEAST_TRACK_MASS:g} kg: rail and half a sleeper weigh"
+            " some hundred kg; is its unit right?"
+        )
     if any(not 0 <= material.steel().poisson < 0.45 for material in (scene.materials.wing, scene.materials.nose)):
         doubts.append("Poisson's ratio >= 0.45: the critical step falls with the bulk modulus")
     return doubts
@@ -51,16 +70,32 @@ def fe_doubts(scene: Scene, settings: FeSettings) -> list[str]:
     patch = static_patch(scene)
     across, needed = 2 * min(patch.semi_x, patch.semi_y), ELEMENTS_ACROSS_PATCH * settings.element_size
     if across < needed:
-        doubts.append(f"patch {across * 1e3:.1f} mm < {ELEMENTS_ACROSS_PATCH} elements of {settings.element_size * 1e3:g} mm: pressure and plastic strain will be coarse")
+        doubts.append(
+            f"patch {across * 1e3:.1f} mm < {ELEMENTS_ACROSS_PATCH} elements of {settings.element_size * 1e3:g} mm:"
+            " pressure and plastic strain will be coarse"
+        )
     if settings.courant > 0.95:
-        doubts.append(f"courant {settings.courant:g} > 0.95: contact stiffens the surface, the step may become unstable")
+        doubts.append(
+            f"courant {settings.courant:g} > 0.95: contact stiffens the surface, the step may become unstable"
+        )
     settling, way = settings.settle_time * scene.speed, abs(settings.end - settings.start)
     if settling > way / 2:
-        doubts.append(f"the wheel rolls {settling * 1e3:.4g} of {way * 1e3:.4g} mm while it settles: less than half of the window is a pass")
+        doubts.append(
+            f"the wheel rolls {settling * 1e3:.4g} of {way * 1e3:.4g} mm while it settles: less than half of the window"
+            " is a pass"
+        )
     if settings.field_frames > MANY_FRAMES:
-        doubts.append(f"{settings.field_frames} field outputs > {MANY_FRAMES}: they will fill the disk and take most of the time")
+        doubts.append(
+            f"{settings.field_frames} field outputs > {MANY_FRAMES}: they will fill the disk and take most of the time"
+        )
     if settings.history_interval < SHORT_INTERVAL:
-        doubts.append(f"history interval {settings.history_interval * 1e6:g} us < {SHORT_INTERVAL * 1e6:g} us: energies are summed nearly every step")
+        doubts.append(
+            f"history interval {settings.history_interval * 1e6:g} us < {SHORT_INTERVAL * 1e6:g} us: energies are"
+            " summed nearly every step"
+        )
     if not 0.1 <= settings.penalty <= 10:
-        doubts.append(f"penalty {settings.penalty:g} is outside [0.1, 10]: soft contact overlaps, stiff contact chatters and needs a shorter step")
+        doubts.append(
+            f"penalty {settings.penalty:g} is outside [0.1, 10]: soft contact overlaps, stiff contact chatters and"
+            " needs a shorter step"
+        )
     return doubts

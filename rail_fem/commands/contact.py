@@ -24,7 +24,9 @@ from rail_fem.light.contact_pairs import bring_together, plain_rail
 from rail_fem.scene.units import QuantityError, parse
 
 WheelArgument = Annotated[str, typer.Argument(metavar="WHEEL", help=f"{', '.join(WHEEL_NAMES)}, or a profile file")]
-RailArgument = Annotated[str, typer.Argument(metavar="RAIL", help=f"{', '.join(HEADS)}, or the profile file of a rail as it lies")]
+RailArgument = Annotated[
+    str, typer.Argument(metavar="RAIL", help=f"{', '.join(HEADS)}, or the profile file of a rail as it lies")
+]
 Inclination = Annotated[str, typer.Option(help="of a rail known by name: 1:20, 1:40, 0")]
 Length = Annotated[str, typer.Option(help="with its unit")]
 COLUMNS = ("shift [mm]", "yaw [mrad]", "side", "height [mm]", "roll [mrad]", "lateral position [mm]", "on the wheel from its flange back [mm]",
@@ -75,19 +77,21 @@ def profile_of(text: str, kind: str, inclination: float = 0.0) -> Profile:
 
 
 def series(text: str, unit: str) -> np.ndarray:
-    """"3 mm", or "-6 mm:6 mm:13" for so many values evenly from one to the other."""
+    """ "3 mm", or "-6 mm:6 mm:13" for so many values evenly from one to the other."""
     parts = text.split(":")
     if len(parts) == 1:
         return np.array([length(text, unit)])
     if len(parts) != 3 or not parts[2].strip().isdigit() or not 2 <= int(parts[2]) <= 100_000:
-        stop(f"{text!r} is no series: write e.g. \"-6 {unit}:6 {unit}:13\" for 13 values from one to the other")
+        stop(f'{text!r} is no series: write e.g. "-6 {unit}:6 {unit}:13" for 13 values from one to the other')
     return np.linspace(length(parts[0], unit), length(parts[1], unit), int(parts[2]))
 
 
 def contact(
     wheel: WheelArgument,
     rail: RailArgument,
-    shift: Annotated[str, typer.Option(help='lateral shift of the wheelset, "3 mm", or a series "-6 mm:6 mm:13"')] = "0 mm",
+    shift: Annotated[
+        str, typer.Option(help='lateral shift of the wheelset, "3 mm", or a series "-6 mm:6 mm:13"')
+    ] = "0 mm",
     yaw: Annotated[str, typer.Option(help='"2 mrad", or a series')] = "0 mrad",
     inclination: Inclination = "1:20",
     gauge: Length = "1435 mm",
@@ -96,12 +100,18 @@ def contact(
     table: Annotated[Path | None, typer.Option(help="write the points as CSV, e.g. for a multibody program")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
-    """Contact points of an unloaded wheelset with this wheel on both sides, on plain line of this rail: every local minimum of the gap that touches."""
+    """Contact points of an unloaded wheelset with this wheel on both sides, on plain line of this rail: every local
+    minimum of the gap that touches."""
     search = ContactSearch(
         Wheelset(profile_of(wheel, "wheel"), radius=length(radius), back_to_back=length(back_to_back)),
         Track(profile_of(rail, "rail", slope(inclination)), gauge=length(gauge)),
     )  # fmt: skip
-    rows = [row for y in series(shift, "mm") for psi in series(yaw, "mrad") for row in contact_rows(search, float(y), float(psi))]
+    rows = [
+        row
+        for y in series(shift, "mm")
+        for psi in series(yaw, "mrad")
+        for row in contact_rows(search, float(y), float(psi))
+    ]
     if table is not None:
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerows([COLUMNS, *rows])
@@ -112,11 +122,17 @@ def contact(
     else:
         typer.echo("  ".join(COLUMNS))
         for row in rows:
-            typer.echo("  ".join(f"{value:>{len(name)}}" if isinstance(value, str) else f"{value:{len(name)}.4f}" for name, value in zip(COLUMNS, row, strict=True)))
+            typer.echo(
+                "  ".join(
+                    f"{value:>{len(name)}}" if isinstance(value, str) else f"{value:{len(name)}.4f}"
+                    for name, value in zip(COLUMNS, row, strict=True)
+                )
+            )
 
 
 def contact_rows(search: ContactSearch, shift: float, yaw: float) -> list[tuple]:
-    """Values of COLUMNS for each touching point of both sides; the deepest of each side where the wheelset only just rests."""
+    """Values of COLUMNS for each touching point of both sides; the deepest of each side where the wheelset only just
+    rests."""
     try:
         state = search.settle(shift, yaw)
         found = [(side, search.contacts(state, side).lowest()) for side in SIDES]
@@ -142,14 +158,17 @@ def patch(
     figure: Annotated[Path | None, typer.Option(help="draw the patch into this PNG")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
-    """The patch of one wheel pressed on a rail by a vertical force: two elastic half-spaces on the true gap of the profiles."""
+    """The patch of one wheel pressed on a rail by a vertical force: two elastic half-spaces on the true gap of the
+    profiles."""
     force, y = length(load, "kN"), length(shift)
     if not 0 < force < 1e7:
         stop(f"load {load}: give a vertical force between 0 and 10 MN")
     profiles = profile_of(wheel, "wheel"), profile_of(rail, "rail", slope(inclination))
     try:
         datum = 0.0, tread_datum_y(length(gauge), length(back_to_back)) + y
-        pair = bring_together(profiles[0], plain_rail(profiles[1]), datum, length(radius), (STEEL, STEEL), label=f"{wheel} on {rail}")
+        pair = bring_together(
+            profiles[0], plain_rail(profiles[1]), datum, length(radius), (STEEL, STEEL), label=f"{wheel} on {rail}"
+        )
         found = normal_contact(pair.gap, STEEL, STEEL, load=pair.normal_force(force), window=pair.window(), cells=cells)
     except ValueError as error:
         stop(str(error))

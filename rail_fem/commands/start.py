@@ -40,9 +40,12 @@ def names() -> None:
 
 def init(
     file: Annotated[Path, typer.Argument(help="case file to write")] = Path("case.toml"),
-    model: Annotated[list[str], typer.Option("--model", help="models to write sections for; may be given several times")] = ["rigid_hertz", "fe_full"],  # noqa: B006
+    model: Annotated[
+        list[str], typer.Option("--model", help="models to write sections for; may be given several times")
+    ] = ["rigid_hertz", "fe_full"],  # noqa: B006
 ) -> None:
-    """Write a case file to begin with: every key with unit, range, default and meaning; what has a default is commented out."""
+    """Write a case file to begin with: every key with unit, range, default and meaning; what has a default is commented
+    out."""
     unknown = [name for name in model if name not in LADDER]
     if unknown:
         typer.echo(f"no model {', '.join(unknown)}: choose from {', '.join(LADDER)}", err=True)
@@ -55,7 +58,10 @@ def init(
     except OSError as error:
         typer.echo(f"{file}: cannot be written: {error.strerror}", err=True)
         raise typer.Exit(2) from None
-    typer.echo(f"{file}: change it, then 'rail-fem check {file}' and 'rail-fem run {file} --model {model[0]} --out runs/{file.stem}'")
+    typer.echo(
+        f"{file}: change it, then 'rail-fem check {file}' and 'rail-fem run {file} --model {model[0]} --out"
+        f" runs/{file.stem}'"
+    )
 
 
 def template(models: list[str]) -> Iterator[str]:

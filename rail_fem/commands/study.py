@@ -11,7 +11,8 @@ import typer
 
 @dataclass(frozen=True)
 class Study:
-    """Where a study lives and what it shows. quick : the options that make it a matter of seconds or a few minutes; () where there are none"""
+    """Where a study lives and what it shows. quick : the options that make it a matter of seconds or a few minutes; ()
+    where there are none"""
 
     module: str
     meaning: str
@@ -19,23 +20,39 @@ class Study:
 
 
 STUDIES = {
-    "plain-line": Study("rail_fem.studies.plain_line", "contact points, rolling radius difference and conicity of a wheelset on plain line"),
-    "crossing-path": Study("rail_fem.studies.crossing_path", "five wheels over the cast crossing: contact bands, axle height, transfer, dip angle"),
-    "crossing-contact": Study("rail_fem.studies.crossing_contact", "time against error of a loaded wheelset state on a crossing"),
+    "plain-line": Study(
+        "rail_fem.studies.plain_line",
+        "contact points, rolling radius difference and conicity of a wheelset on plain line",
+    ),
+    "crossing-path": Study(
+        "rail_fem.studies.crossing_path",
+        "five wheels over the cast crossing: contact bands, axle height, transfer, dip angle",
+    ),
+    "crossing-contact": Study(
+        "rail_fem.studies.crossing_contact", "time against error of a loaded wheelset state on a crossing"
+    ),
     "switch": Study("rail_fem.studies.switch", "a wheelset through a switch"),
     "sites": Study("rail_fem.studies.thesis_sites", "the six measured sites of the thesis"),
     "sections": Study("rail_fem.studies.sections", "the plane case studies of the thesis by boundary elements"),
     "plane-contact": Study("rail_fem.studies.plane_contact", "boundary elements against finite elements in the plane"),
-    "patch-methods": Study("rail_fem.studies.patch_methods", "one patch by every method, static finite elements as judge"),
+    "patch-methods": Study(
+        "rail_fem.studies.patch_methods", "one patch by every method, static finite elements as judge"
+    ),
     "patch-limits": Study("rail_fem.studies.patch_limits", "where the half-space is wrong and the slices are right"),
     "patch-speed": Study("rail_fem.studies.patch_speed", "speed against error of all patch solvers on one patch"),
     "impact": Study("rail_fem.studies.impact", "explicit contact held to Hertz at several element sizes"),
     "passage-size": Study("rail_fem.studies.passage_size", "one pass at several element sizes"),
     "kernel-speed": Study("rail_fem.studies.kernel_speed", "element kernels against dolfinx's own assembly"),
-    "plane-orders": Study("bem.verification.orders", "plane boundary elements against exact solutions, with their orders"),
-    "estimates": Study("bem.verification.estimates_study", "are the error estimates of the contact solvers bounds? 200 seeded cases"),
+    "plane-orders": Study(
+        "bem.verification.orders", "plane boundary elements against exact solutions, with their orders"
+    ),
+    "estimates": Study(
+        "bem.verification.estimates_study", "are the error estimates of the contact solvers bounds? 200 seeded cases"
+    ),
     "plane-speed": Study("bem.verification.plane_study", "plane boundary elements: convergence, speed, memory"),
-    "halfspace": Study("bem.verification.halfspace_study", "half-space solvers: speed against error, creep curves", ("--quick",)),
+    "halfspace": Study(
+        "bem.verification.halfspace_study", "half-space solvers: speed against error, creep curves", ("--quick",)
+    ),
     "halfspace-speed": Study("bem.verification.halfspace_speed", "half-space solvers in full, beside CONTACT"),
 }
 
@@ -47,11 +64,17 @@ def study(
 ) -> None:
     """Run a study; further options go to it ('rail-fem study NAME --help' lists them)."""
     if name not in STUDIES:
-        typer.echo(f"no study '{name}'; there are:\n" + "\n".join(f"  {key:18s} {entry.meaning}" for key, entry in STUDIES.items()), err=True)
+        typer.echo(
+            f"no study '{name}'; there are:\n"
+            + "\n".join(f"  {key:18s} {entry.meaning}" for key, entry in STUDIES.items()),
+            err=True,
+        )
         raise typer.Exit(2)
     entry = STUDIES[name]
     if quick and not entry.quick:
-        typer.echo(f"study {name} has no short form: see 'rail-fem study {name} --help' for what can be made smaller", err=True)
+        typer.echo(
+            f"study {name} has no short form: see 'rail-fem study {name} --help' for what can be made smaller", err=True
+        )
         raise typer.Exit(2)
     importlib.import_module(entry.module.rpartition(".")[0])
     sys.argv = [f"rail-fem study {name}", *(entry.quick if quick else ()), *context.args]

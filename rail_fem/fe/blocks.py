@@ -14,8 +14,8 @@ from rail_fem.scene.steel import Steel
 class ElementSettings:
     """Numerics of the element: hourglass stiffness as a fraction of 3.5 shear moduli, bulk viscosity coefficients [1].
 
-    3.5 shear moduli are lame + 2 shear at a Poisson's ratio of 0.3. That modulus itself would make the hourglass modes of a
-    nearly incompressible body as stiff as its volume, and lock it in bending (tests/fe/test_locking.py).
+    3.5 shear moduli are lame + 2 shear at a Poisson's ratio of 0.3. That modulus itself would make the hourglass modes
+    of a nearly incompressible body as stiff as its volume, and lock it in bending (tests/fe/test_locking.py).
     """
 
     hourglass: float = 0.06
@@ -25,7 +25,8 @@ class ElementSettings:
 
 @dataclass(frozen=True)
 class MaterialTable:
-    """Steels as the kernels read them: rows (n, N_MATERIAL), and all yield curves end to end with their start (n+1,)."""
+    """Steels as the kernels read them: rows (n, N_MATERIAL), and all yield curves end to end with their start
+    (n+1,)."""
 
     rows: np.ndarray
     curve_start: np.ndarray
@@ -40,7 +41,16 @@ def material_table(steels: list[Steel], settings: ElementSettings) -> MaterialTa
         shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
         lame = 2 * shear * steel.poisson / (1 - 2 * steel.poisson)
         wave = lame + 2 * shear
-        rows[i] = lame, shear, steel.density, np.sqrt(wave / steel.density), settings.linear_viscosity, settings.quadratic_viscosity, settings.hourglass * 3.5 * shear, steel.hardening == "kinematic"
+        rows[i] = (
+            lame,
+            shear,
+            steel.density,
+            np.sqrt(wave / steel.density),
+            settings.linear_viscosity,
+            settings.quadratic_viscosity,
+            settings.hourglass * 3.5 * shear,
+            steel.hardening == "kinematic",
+        )
         strain.append([0.0] if steel.is_elastic else steel.hardening_strain)
         stress.append([np.inf] if steel.is_elastic else steel.hardening_stress)
         start.append(start[-1] + len(strain[-1]))
@@ -50,8 +60,10 @@ def material_table(steels: list[Steel], settings: ElementSettings) -> MaterialTa
 class ElementBlocks:
     """Blocks of LANES elements.
 
-    cells : (m, 8) local nodes, VTK order;  material : (m,) row of the table;  cell_of : (n_blocks*LANES,) index into `cells`, -1 in padding
-    nodes, filled, material_of, state, back : as `hexahedron.update_elements` wants them; no state is kept when `stateless`. Rank-local.
+    cells : (m, 8) local nodes, VTK order;  material : (m,) row of the table;
+    cell_of : (n_blocks*LANES,) index into `cells`, -1 in padding
+    nodes, filled, material_of, state, back : as `hexahedron.update_elements` wants them; no state is kept when
+        `stateless`. Rank-local.
     """
 
     def __init__(self, cells: np.ndarray, material: np.ndarray, table: MaterialTable, stateless: bool = False):
@@ -69,7 +81,8 @@ class ElementBlocks:
         self.n_cells = len(cells)
         padded = self.cell_of.reshape(-1, LANES).copy()
         if len(order):
-            padded = np.where(padded < 0, padded[:, :1], padded)  # padding repeats an element of the block: finite numbers, never scattered
+            # padding repeats an element of the block: finite numbers, never scattered
+            padded = np.where(padded < 0, padded[:, :1], padded)
         self.nodes = np.ascontiguousarray(cells[padded].transpose(0, 2, 1), dtype=np.uint32).ravel()
         self.state = np.zeros(0 if stateless else len(order) * N_STATE * LANES)
         self.entries = self.state.reshape(-1, N_STATE, LANES)

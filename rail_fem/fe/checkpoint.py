@@ -1,7 +1,8 @@
-"""Full state of a run in one file, in global numbering: a restart on the same number of ranks is bitwise the same, on another it is possible.
+"""Full state of a run in one file, in global numbering: a restart on the same number of ranks is bitwise the same, on
+another it is possible.
 
-What is saved is declared by the classes themselves (rail_fem.fe.saved_state). Root gathers and writes; the file appears whole or not at
-all, and the one before it is kept until then.
+What is saved is declared by the classes themselves (rail_fem.fe.saved_state). Root gathers and writes; the file appears
+whole or not at all, and the one before it is kept until then.
 """
 
 from __future__ import annotations
@@ -59,7 +60,8 @@ def _restore_elements(blocks: ElementBlocks, rows: np.ndarray) -> None:
 
 
 def _block_works(structure: Structure) -> np.ndarray:
-    """For each finite-strain cell (m, 2 + N_WORK): its block by number over all ranks, how many cells that has, its works [J]. Collective."""
+    """For each finite-strain cell (m, 2 + N_WORK): its block by number over all ranks, how many cells that has, its
+    works [J]. Collective."""
     blocks, comm = structure.finite, structure.domain.comm
     number = np.repeat(comm.scan(len(blocks.filled)) - len(blocks.filled) + np.arange(len(blocks.filled)), LANES)
     each = np.column_stack([number, np.repeat(blocks.filled, LANES), np.repeat(structure.block_work, LANES, axis=0)])
@@ -69,7 +71,8 @@ def _block_works(structure: Structure) -> np.ndarray:
 
 
 def _restore_block_works(structure: Structure, rows: np.ndarray) -> None:
-    """Works of blocks from those of the blocks that their cells were in: unchanged where these are the same cells, else each cell's even share."""
+    """Works of blocks from those of the blocks that their cells were in: unchanged where these are the same cells, else
+    each cell's even share."""
     blocks = structure.finite
     real = (blocks.cell_of >= 0).reshape(-1, LANES)
     stored = np.where(real[:, :, None], blocks.in_blocks(rows).transpose(0, 2, 1), np.nan)
@@ -82,7 +85,8 @@ def _restore_block_works(structure: Structure, rows: np.ndarray) -> None:
 def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, ties: Mapping[str, str]) -> None:
     """Write everything that the next step needs.
 
-    owner : what holds the STATE, `dynamics` within it;  ties : what the file belongs to, such as case and mesh (root only)
+    owner : what holds the STATE, `dynamics` within it;  ties : what the file belongs to, such as case and mesh (root
+        only)
     Collective. Errors: ValueError on all ranks where it cannot be written.
     """
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
@@ -98,7 +102,11 @@ def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, ties: Mapping[st
     fault = None
     if comm.rank == 0:
         try:
-            write_sealed(path, arrays | {"plain": np.frombuffer(json.dumps(plain).encode(), np.uint8)}, {"format": FORMAT, **ties})
+            write_sealed(
+                path,
+                arrays | {"plain": np.frombuffer(json.dumps(plain).encode(), np.uint8)},
+                {"format": FORMAT, **ties},
+            )
         except OSError as error:
             fault = f"cannot write the restart file {path}: {error}"
     raise_together(comm, fault)
@@ -115,7 +123,8 @@ def _restore_summed(summed: np.ndarray, dynamics: Dynamics) -> None:
 
 
 def load_checkpoint(path: Path, owner: Any, dynamics: Dynamics, ties: Mapping[str, str]) -> None:
-    """Restore a state saved by `save_checkpoint` with the same ties (root only). Collective. Errors: ValueError on all ranks."""
+    """Restore a state saved by `save_checkpoint` with the same ties (root only). Collective. Errors: ValueError on all
+    ranks."""
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
     arrays, fault = None, None
     if comm.rank == 0:

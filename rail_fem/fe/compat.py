@@ -1,4 +1,5 @@
-"""The only file that knows which dolfinx is installed (0.5 on Debian 12, 0.9 on Debian 13): by feature, not by version."""
+"""The only file that knows which dolfinx is installed (0.5 on Debian 12, 0.9 on Debian 13): by feature, not by
+version."""
 
 from __future__ import annotations
 
@@ -23,11 +24,15 @@ def hexahedral_domain():
 
 
 def create_hexahedral_mesh(comm, cells: np.ndarray, points: np.ndarray, destination: np.ndarray):
-    """A dolfinx mesh without ghost cells from arrays on root; cells (m, 8) in dolfinx order, destination (m,) rank of each cell."""
+    """A dolfinx mesh without ghost cells from arrays on root; cells (m, 8) in dolfinx order, destination (m,) rank of
+    each cell."""
     domain = hexahedral_domain()
-    ghosts_first = hasattr(domain, "ufl_coordinate_element")  # 0.5 finds shared nodes through ghost cells, then drops those
+    # 0.5 finds shared nodes through ghost cells, then drops those
+    ghosts_first = hasattr(domain, "ufl_coordinate_element")
     make_list = getattr(graph, "adjacencylist", None) or graph.create_adjacencylist
-    ranks, offsets = with_neighbours(cells, destination) if ghosts_first else (destination, np.arange(len(destination) + 1))
+    ranks, offsets = (
+        with_neighbours(cells, destination) if ghosts_first else (destination, np.arange(len(destination) + 1))
+    )
 
     def partitioner(*_):
         dest = make_list(np.asarray(ranks, dtype=np.int32), np.asarray(offsets, dtype=np.int32))
@@ -39,7 +44,8 @@ def create_hexahedral_mesh(comm, cells: np.ndarray, points: np.ndarray, destinat
 
 
 def with_neighbours(cells: np.ndarray, destination: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ranks of each cell: its owner first, then every rank that owns a cell with a common node; as data and offsets of a list."""
+    """Ranks of each cell: its owner first, then every rank that owns a cell with a common node; as data and offsets of
+    a list."""
     if len(cells) == 0:
         return np.empty(0, np.int32), np.zeros(1, np.int32)
     rows, nodes = np.repeat(np.arange(len(cells)), 8), cells.ravel()

@@ -22,13 +22,14 @@ BOX_PASSES = 3  # that narrow down where the surfaces may meet
 
 @dataclass(frozen=True)
 class Surface:
-    """Bilinear facets of a body. nodes : (n,) input nodes;  quads : (q, 4) positions in `nodes`, outward normal by the right-hand rule."""
+    """Bilinear facets of a body. nodes : (n,) input nodes;  quads : (q, 4) positions in `nodes`, outward normal by the
+    right-hand rule."""
 
     nodes: np.ndarray
     quads: np.ndarray
 
     @staticmethod
-    def from_quads(quads: np.ndarray) -> "Surface":
+    def from_quads(quads: np.ndarray) -> Surface:
         """From facets in input node numbers (q, 4)."""
         nodes, local = np.unique(quads, return_inverse=True)
         return Surface(nodes, local.reshape(quads.shape))
@@ -74,18 +75,45 @@ class ContactSettings:
 
 
 class Contact:
-    """Contact of surface `rail` (Lagrangian nodes, carry friction) and surface `wheel`, whose mesh moves along x at `speed` and whose
-    material flows through it at angular velocity `spin` about the y axis through `axle` (reference coordinates) [rad/s].
+    """Contact of surface `rail` (Lagrangian nodes, carry friction) and surface `wheel`, whose mesh moves along x at
+    `speed` and whose material flows through it at angular velocity `spin` about the y axis through `axle` (reference
+    coordinates) [rad/s].
     inertia : about the axle, of all that turns with the wheel [kg m2]; None: the spin is held
 
-    After `add_forces`: pressure on the rail's nodes and wheel's nodes, `force` (n, 3) on all surface nodes (rail first), replicated;
+    After `add_forces`: pressure on the rail's nodes and wheel's nodes, `force` (n, 3) on all surface nodes (rail
+    first), replicated;
     sums : (kernel.N_SUMS,) of the step.
     """
 
-    STATE = ("offset", "spin", "steps_to_search", "started", "pairs", "position", "before", "slip", "force", "carried", "share", "pressure_at", "sums")
+    STATE = (
+        "offset",
+        "spin",
+        "steps_to_search",
+        "started",
+        "pairs",
+        "position",
+        "before",
+        "slip",
+        "force",
+        "carried",
+        "share",
+        "pressure_at",
+        "sums",
+    )
     SCRATCH = ("buffer", "sticking", "moved", "drag")
 
-    def __init__(self, structure: Structure, rail: Surface, wheel: Surface, settings: ContactSettings, speed=0.0, spin=0.0, axle=(0.0, 0.0, 0.0), fixed=None, inertia=None):
+    def __init__(
+        self,
+        structure: Structure,
+        rail: Surface,
+        wheel: Surface,
+        settings: ContactSettings,
+        speed=0.0,
+        spin=0.0,
+        axle=(0.0, 0.0, 0.0),
+        fixed=None,
+        inertia=None,
+    ):
         self.structure, self.settings, self.speed, self.spin, self.inertia = structure, settings, speed, spin, inertia
         domain = structure.domain
         self.comm = domain.comm
@@ -110,11 +138,16 @@ class Contact:
         self.pressure_at = np.zeros(n)
         self.sums = np.zeros(kernel.N_SUMS)
         self.steps_to_search, self.started = 0, False
-        self.pairs = [self._pairs(side, np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2))) for side in (0, 1)]
+        self.pairs = [
+            self._pairs(side, np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2))) for side in (0, 1)
+        ]
         self._prepare()
 
-    def _pairs(self, side: int, slaves: np.ndarray, facets: np.ndarray, where: np.ndarray, usable: np.ndarray | None = None) -> kernel.Pairs:
-        """Nodes of the rail (side 0) or of the wheel (side 1) over facets of the other; usable : None for none of them."""
+    def _pairs(
+        self, side: int, slaves: np.ndarray, facets: np.ndarray, where: np.ndarray, usable: np.ndarray | None = None
+    ) -> kernel.Pairs:
+        """Nodes of the rail (side 0) or of the wheel (side 1) over facets of the other; usable : None for none of
+        them."""
         usable = np.zeros(len(self.quads[1 - side]), np.bool_) if usable is None else usable
         return kernel.Pairs.over(self.quads[1 - side], self.neighbours[1 - side], usable, slaves, facets, where)
 
@@ -127,7 +160,8 @@ class Contact:
         return out
 
     def search(self) -> None:
-        """Choose the nodes and facets that may touch before the next search, and where their projections start. Collective."""
+        """Choose the nodes and facets that may touch before the next search, and where their projections start.
+        Collective."""
         position = self._gather_all(self.structure.x)
         position[self.is_wheel, 0] += self.offset
         candidates = self._candidates(position)
@@ -142,7 +176,8 @@ class Contact:
         self._prepare()
 
     def _close_pairs(self, side: int, position: np.ndarray, near: np.ndarray, opposite: np.ndarray) -> kernel.Pairs:
-        """Pairs of the nodes `near` with a gap within the margin, over those of the facets `opposite` that lie below them. Replicated."""
+        """Pairs of the nodes `near` with a gap within the margin, over those of the facets `opposite` that lie below
+        them. Replicated."""
         quads, neighbours = self.quads[1 - side], self.neighbours[1 - side]
         facets, where = np.empty(0, np.int64), np.empty((0, 2))
         if len(near):
@@ -161,26 +196,42 @@ class Contact:
         return self._pairs(side, near, facets, where, usable)
 
     def _candidates(self, position: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """For each side its nodes and the opposite facets within reach of the box that both surfaces share; none where they share no box. Replicated."""
+        """For each side its nodes and the opposite facets within reach of the box that both surfaces share; none where
+        they share no box. Replicated."""
         reach = self.settings.margin if self.started else START_REACH
-        (low, high), kept = zip(*(kernel.facet_boxes(position, q, reach) for q in self.quads)), [np.arange(len(q)) for q in self.quads]
+        (low, high), kept = (
+            zip(*(kernel.facet_boxes(position, q, reach) for q in self.quads)),
+            [np.arange(len(q)) for q in self.quads],
+        )
         for _ in range(BOX_PASSES):
-            boxes = [(low[k][kept[k]].min(axis=0, initial=np.inf), high[k][kept[k]].max(axis=0, initial=-np.inf)) for k in (0, 1)]
-            kept = [kept[k][((high[k][kept[k]] > boxes[1 - k][0]) & (low[k][kept[k]] < boxes[1 - k][1])).all(axis=1)] for k in (0, 1)]
+            boxes = [
+                (low[k][kept[k]].min(axis=0, initial=np.inf), high[k][kept[k]].max(axis=0, initial=-np.inf))
+                for k in (0, 1)
+            ]
+            kept = [
+                kept[k][((high[k][kept[k]] > boxes[1 - k][0]) & (low[k][kept[k]] < boxes[1 - k][1])).all(axis=1)]
+                for k in (0, 1)
+            ]
         nodes = [np.unique(self.quads[k][kept[k]]) for k in (0, 1)]
         return [(nodes[k], kept[1 - k]) if len(kept[1 - k]) else (nodes[k][:0], kept[1 - k]) for k in (0, 1)]
 
     def _refuse_deep_start(self, position: np.ndarray, pairs: kernel.Pairs, side: int) -> None:
-        """Raise ValueError where a surface starts deeper in the other than contact would believe: such nodes would never be pushed out. Replicated."""
+        """Raise ValueError where a surface starts deeper in the other than contact would believe: such nodes would
+        never be pushed out. Replicated."""
         nodes, gap = pairs.slaves, pairs.gap
         outward = node_normals(position, self.quads[side])
-        inside = (pairs.facets >= 0) & (gap <= -self.settings.deepest) & (np.einsum("ij,ij->i", outward[nodes], pairs.normal) < OPPOSED)
+        inside = (
+            (pairs.facets >= 0)
+            & (gap <= -self.settings.deepest)
+            & (np.einsum("ij,ij->i", outward[nodes], pairs.normal) < OPPOSED)
+        )
         if inside.any():
             worst = np.flatnonzero(inside)[np.argmin(gap[inside])]
             x, y, z = 1e3 * position[nodes[worst]]
             raise ValueError(
-                f"the wheel starts inside the rail: {inside.sum()} surface node(s) are deeper than {self.settings.deepest * 1e3:g} mm, the worst by "
-                f"{-gap[worst] * 1e3:.3f} mm at ({x:.2f}, {y:.2f}, {z:.2f}) mm: start with a gap or exact touch"
+                f"the wheel starts inside the rail: {inside.sum()} surface node(s) are deeper than"
+                f" {self.settings.deepest * 1e3:g} mm, the worst by {-gap[worst] * 1e3:.3f} mm at ({x:.2f}, {y:.2f},"
+                f" {z:.2f}) mm: start with a gap or exact touch"
             )
 
     def _prepare(self) -> None:
@@ -193,7 +244,8 @@ class Contact:
         slot = np.full(self.n, -1)
         slot[self.watched] = np.arange(len(self.watched))
         mine = watched[self.here]
-        self.own_local, self.own_at = self.local[mine], self.here[mine]  # watched nodes of this rank: local number, place in the surface arrays
+        # watched nodes of this rank: local number, place in the surface arrays
+        self.own_local, self.own_at = self.local[mine], self.here[mine]
         self.own_slot = slot[self.own_at]
         self.buffer = np.zeros((len(self.watched), 6))
         k = len(self.pairs[0].slaves)
@@ -204,7 +256,8 @@ class Contact:
         self._prepare()
 
     def add_forces(self, dt: float) -> None:
-        """Contact forces of the step that `structure.v` (velocity without contact) would make from `structure.x` -> `force`. Collective."""
+        """Contact forces of the step that `structure.v` (velocity without contact) would make from `structure.x` ->
+        `force`. Collective."""
         if self.steps_to_search <= 0:
             self.search()
         self.steps_to_search -= 1
@@ -222,23 +275,34 @@ class Contact:
         )  # fmt: skip
 
     def overlap(self) -> list[float]:
-        """How deep the surfaces lie in one another after the step before the last, at the pairs that carry: largest [m], force times overlap
-        summed up [N m], force [N]. Measured on the geometry; what the penalty would allow is less, the step's own inertia adds to it. Replicated."""
+        """How deep the surfaces lie in one another after the step before the last, at the pairs that carry: largest
+        [m], force times overlap summed up [N m], force [N]. Measured on the geometry; what the penalty would allow is
+        less, the step's own inertia adds to it. Replicated."""
         deepest = work = force = 0.0
         for pairs in self.pairs:
-            there = pairs._replace(facets=pairs.facets.copy(), where=pairs.where.copy(), gap=np.zeros_like(pairs.gap),
-                                   normal=np.zeros_like(pairs.normal), weight=np.zeros_like(pairs.weight))
+            there = pairs._replace(
+                facets=pairs.facets.copy(),
+                where=pairs.where.copy(),
+                gap=np.zeros_like(pairs.gap),
+                normal=np.zeros_like(pairs.normal),
+                weight=np.zeros_like(pairs.weight),
+            )
             kernel.project_pairs(self.before, there)
             carries = pairs.active & (there.facets >= 0) & (pairs.pressure > 0)
-            depth, carried = np.maximum(-there.gap[carries], 0.0), pairs.pressure[carries] * self.area[pairs.slaves[carries]]
+            depth, carried = (
+                np.maximum(-there.gap[carries], 0.0),
+                pairs.pressure[carries] * self.area[pairs.slaves[carries]],
+            )
             deepest = max(deepest, float(depth.max(initial=0.0)))
             work, force = work + float(carried @ depth), force + float(carried.sum())
         return [deepest, work, force]
 
     def turn(self, dt: float) -> float:
-        """Spin after the step, where it is free, from the moment of its forces; returns the work of that moment on the turning wheel [J].
+        """Spin after the step, where it is free, from the moment of its forces; returns the work of that moment on the
+        turning wheel [J].
 
-        The step's forces went with the spin at its start; the work goes with the mean, so it is the change of the rotation's energy exactly.
+        The step's forces went with the spin at its start; the work goes with the mean, so it is the change of the
+        rotation's energy exactly.
         """
         moment, before = float(self.sums[kernel.AXLE_MOMENT]), self.spin
         if self.inertia is not None:

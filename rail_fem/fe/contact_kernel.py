@@ -1,15 +1,17 @@
-"""Contact of nodes against bilinear facets: projection, normal pressure and Coulomb friction. Compiled, allocation-free, no mesh.
+"""Contact of nodes against bilinear facets: projection, normal pressure and Coulomb friction. Compiled,
+allocation-free, no mesh.
 
 A pair is one slave node and the facet that it lies over. The gap is taken where the nodes would be at the end of the
 step without contact. The pressure that closes it is
     p = -gap / (1/k + dt^2 D),     D = sum over the nodes of the pair |coefficient| S / mass,
 where k [Pa/m] is the penalty stiffness per area and S the area that all active pairs put on a node. The second term is
 the row sum of the contact operator, so the step is stable for any k and needs no reduction; for k to infinity it is the
-forward increment Lagrange multiplier method of Carpenter, Taylor and Katona (IJNME 32 (1991) 103) with a lumped operator.
-Without it (explicit penalty, k up to 1 / (dt^2 D)) the same pressure leaves a penetration p / k_stable at any load.
+forward increment Lagrange multiplier method of Carpenter, Taylor and Katona (IJNME 32 (1991) 103) with a lumped
+operator. Without it (explicit penalty, k up to 1 / (dt^2 D)) the same pressure leaves a penetration p / k_stable at any
+load.
 
-Both surfaces are slave once, each with half the pressure (balanced). Friction acts in the pass of the rail's nodes, which
-move with their material; the wheel's material flows through its mesh, and its velocity has the term omega x r.
+Both surfaces are slave once, each with half the pressure (balanced). Friction acts in the pass of the rail's nodes,
+which move with their material; the wheel's material flows through its mesh, and its velocity has the term omega x r.
 """
 
 from __future__ import annotations
@@ -22,11 +24,12 @@ import numpy as np
 from kernel_cache import njit
 
 _compiled = njit(cache=True, error_model="numpy")
-_part = njit(forceinline=True, error_model="numpy")  # self-contained kernels: the same bits from the compiler and from the cache
+# self-contained kernels: the same bits from the compiler and from the cache
+_part = njit(forceinline=True, error_model="numpy")
 OUTSIDE = 1.02  # local coordinate beyond which a projection belongs to the neighbour
 NEWTON_STEPS = 12
-# entries of the sums that `contact_forces` adds up: energies of the step [J], moment on the wheel about its axle (y) [N m], force on it
-# along x [N], active pairs
+# entries of the sums that `contact_forces` adds up: energies of the step [J], moment on the wheel about its axle (y) [N
+# m], force on it along x [N], active pairs
 NORMAL_ENERGY, FRICTION_WORK, AXLE_MOMENT, TOWED, N_ACTIVE = range(5)
 N_SUMS = 5
 
@@ -35,8 +38,9 @@ class Pairs(NamedTuple):
     """Nodes of one surface over facets of the other, and what a step finds for them.
 
     slaves : (k,) nodes;  facets : (k,) facet under each, -1 none;  where : (k, 2) its place xi, eta there
-    quads, neighbours : (q, 4) nodes of the facets, facets across the edges 01, 12, 23, 30;  usable : (q,) facets whose nodes are up to date
-    gap [m], normal, weight of the facet's nodes, pressure [Pa], active : (k,), (k, 3), (k, 4), (k,), (k,)
+    quads, neighbours : (q, 4) nodes of the facets, facets across the edges 01, 12, 23, 30;
+    usable : (q,) facets whose nodes are up to date gap [m], normal, weight of the facet's nodes, pressure [Pa], active
+        : (k,), (k, 3), (k, 4), (k,), (k,)
     """
 
     slaves: np.ndarray
@@ -54,15 +58,28 @@ class Pairs(NamedTuple):
     STATE = "slaves", "facets", "where", "usable", "gap", "normal", "weight", "pressure", "active"
 
     @staticmethod
-    def over(quads, neighbours, usable, slaves, facets, where) -> "Pairs":
+    def over(quads, neighbours, usable, slaves, facets, where) -> Pairs:
         """With room for the results of a step."""
         k = len(slaves)
-        return Pairs(slaves, facets, where, quads, neighbours, usable, np.zeros(k), np.zeros((k, 3)), np.zeros((k, 4)), np.zeros(k), np.zeros(k, np.bool_))
+        return Pairs(
+            slaves,
+            facets,
+            where,
+            quads,
+            neighbours,
+            usable,
+            np.zeros(k),
+            np.zeros((k, 3)),
+            np.zeros((k, 4)),
+            np.zeros(k),
+            np.zeros(k, np.bool_),
+        )
 
 
 @_compiled
 def pack(x, v, dt, local, slot, buffer):
-    """Positions now and, without contact, after the step, of the nodes `local` of this rank -> rows `slot` of buffer (m, 6); 0 elsewhere."""
+    """Positions now and, without contact, after the step, of the nodes `local` of this rank -> rows `slot` of buffer
+    (m, 6); 0 elsewhere."""
     buffer[:] = 0.0
     for i in range(local.size):
         for c in range(3):
@@ -73,7 +90,8 @@ def pack(x, v, dt, local, slot, buffer):
 
 @_compiled
 def unpack(buffer, watched, n_rail, offset, way, before, position):
-    """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) moved by offset and `way` of the step."""
+    """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) moved by offset and `way` of the
+    step."""
     for i in range(watched.size):
         n = watched[i]
         for c in range(3):
@@ -112,7 +130,8 @@ def facet_point(position, quad, xi, eta, point, t1, t2):
 
 @_part
 def project(position, node, facet, xi, eta, quads, neighbours, usable, point, t1, t2):
-    """Closest point of `node` on the surface, walking from facet to facet; returns facet (-1: off the surface), xi, eta."""
+    """Closest point of `node` on the surface, walking from facet to facet; returns facet (-1: off the surface), xi,
+    eta."""
     walked = 0
     for _ in range(4 * NEWTON_STEPS):
         facet_point(position, quads[facet], xi, eta, point, t1, t2)
@@ -149,19 +168,29 @@ def project(position, node, facet, xi, eta, quads, neighbours, usable, point, t1
 
 @_compiled
 def project_pairs(position, pairs):
-    """Projection of all pairs at positions (n, 3), from where `facets` and `where` say: these, `gap`, `normal` and `weight` are changed."""
+    """Projection of all pairs at positions (n, 3), from where `facets` and `where` say: these, `gap`, `normal` and
+    `weight` are changed."""
     project_all(position, pairs, np.empty(3), np.empty(3), np.empty(3))
 
 
 @_part
 def project_all(position, pairs, point, t1, t2):
     """As `project_pairs`, with scratch vectors."""
-    slaves, facets, local, quads, neighbours, usable = pairs.slaves, pairs.facets, pairs.where, pairs.quads, pairs.neighbours, pairs.usable
+    slaves, facets, local, quads, neighbours, usable = (
+        pairs.slaves,
+        pairs.facets,
+        pairs.where,
+        pairs.quads,
+        pairs.neighbours,
+        pairs.usable,
+    )
     gap, normal, weight = pairs.gap, pairs.normal, pairs.weight
     for i in range(slaves.size):
         if facets[i] < 0:
             continue
-        f, xi, eta = project(position, slaves[i], facets[i], local[i, 0], local[i, 1], quads, neighbours, usable, point, t1, t2)
+        f, xi, eta = project(
+            position, slaves[i], facets[i], local[i, 0], local[i, 1], quads, neighbours, usable, point, t1, t2
+        )
         facets[i] = f
         if f < 0:
             continue
@@ -200,10 +229,13 @@ def pair_share(pairs, i, share, inverse_mass):
 
 
 @_part
-def normal_forces(pairs, area, factor, compliance, dt, share, inverse_mass, from_axle, of_wheel, carried, force, pressure_at, sums):
+def normal_forces(
+    pairs, area, factor, compliance, dt, share, inverse_mass, from_axle, of_wheel, carried, force, pressure_at, sums
+):
     """Pressures of one pass, their forces on the nodes, and the scalar normal force that each node carries.
 
-    of_wheel : 1 in the pass of the wheel's nodes, 0 in that of the rail's: there the wheel's material flows along the facets
+    of_wheel : 1 in the pass of the wheel's nodes, 0 in that of the rail's: there the wheel's material flows along the
+        facets
     """
     normal, weight = pairs.normal, pairs.weight
     for i in range(pairs.slaves.size):
@@ -229,7 +261,8 @@ def normal_forces(pairs, area, factor, compliance, dt, share, inverse_mass, from
 
 @_part
 def material_flow(reference, position, quad, weight, flow, t1, t2, r1, r2, point):
-    """Velocity of the wheel's material through its mesh at a point of a facet, for 1 rad/s: e_y x r carried along the deformed facet."""
+    """Velocity of the wheel's material through its mesh at a point of a facet, for 1 rad/s: e_y x r carried along the
+    deformed facet."""
     xi = weight[1] + weight[2] - weight[0] - weight[3]
     eta = weight[2] + weight[3] - weight[0] - weight[1]
     facet_point(reference, quad, xi, eta, point, r1, r2)
@@ -246,10 +279,31 @@ def material_flow(reference, position, quad, weight, flow, t1, t2, r1, r2, point
 
 
 @_part
-def friction_forces(pairs, area, share, inverse_mass, position, before, from_axle, spin, friction, compliance, dt, carried, slip, sticking, moved, drag, force, sums):
-    """Coulomb friction of the rail's nodes: elastic slip (n, 3) per node with the same implicit stiffness, returned to the cone mu * carried.
+def friction_forces(
+    pairs,
+    area,
+    share,
+    inverse_mass,
+    position,
+    before,
+    from_axle,
+    spin,
+    friction,
+    compliance,
+    dt,
+    carried,
+    slip,
+    sticking,
+    moved,
+    drag,
+    force,
+    sums,
+):
+    """Coulomb friction of the rail's nodes: elastic slip (n, 3) per node with the same implicit stiffness, returned to
+    the cone mu * carried.
 
-    moved, drag : (k, 3) out, way of the node over the wheel's material without contact [m] and friction force on the wheel [N]
+    moved, drag : (k, 3) out, way of the node over the wheel's material without contact [m] and friction force on the
+        wheel [N]
     """
     flow, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
     r1, r2, point, trial = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -293,7 +347,8 @@ def friction_forces(pairs, area, share, inverse_mass, position, before, from_axl
 
 @_part
 def finish_slip(pairs, sticking, inverse_mass, force, dt, moved, drag, slip, sums):
-    """After all forces: elastic slip of sticking nodes with what the contact forces move within the step, and the work of friction."""
+    """After all forces: elastic slip of sticking nodes with what the contact forces move within the step, and the work
+    of friction."""
     for i in range(pairs.slaves.size):
         if not pairs.active[i]:
             continue
@@ -320,12 +375,15 @@ def contact_forces(
 ):  # fmt: skip
     """All contact forces of a step.
 
-    on_rail, on_wheel : Pairs of the rail's nodes over the wheel's facets and the reverse;  watched : (w,) surface nodes in question, the
-    wheel's from number n_rail on;  area [m2], inverse_mass [1/kg] : (n,);  position, before : (n, 3) at the end of the step without
-    contact and at its start;  from_axle : (n, 3) reference place of the wheel's nodes [m];  compliance : 1 / penalty per area [m/Pa]
+    on_rail, on_wheel : Pairs of the rail's nodes over the wheel's facets and the reverse;
+    watched : (w,) surface nodes in question, the wheel's from number n_rail on;
+    area [m2], inverse_mass [1/kg] : (n,);  position, before : (n, 3) at the end of the step without
+    contact and at its start;  from_axle : (n, 3) reference place of the wheel's nodes [m];  compliance : 1 / penalty
+    per area [m/Pa]
     share, carried, force, pressure_at, slip : (n,), (n,), (n, 3), (n,), (n, 3), the first four overwritten on `watched`
     sticking, moved, drag : of the rail's pairs, see `friction_forces`;  sums : (N_SUMS,) overwritten
-    With friction the rail's pairs are left active where their node carries normal force, its own or of the wheel's nodes.
+    With friction the rail's pairs are left active where their node carries normal force, its own or of the wheel's
+    nodes.
     """
     point, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
     sums[:] = 0.0
@@ -340,15 +398,47 @@ def contact_forces(
         add_shares(pairs, area, 0.5, share)
     for side in range(2):
         normal_forces(
-            on_wheel if side else on_rail, area, 0.5, compliance, dt, share, inverse_mass, from_axle, side, carried, force, pressure_at, sums
+            on_wheel if side else on_rail,
+            area,
+            0.5,
+            compliance,
+            dt,
+            share,
+            inverse_mass,
+            from_axle,
+            side,
+            carried,
+            force,
+            pressure_at,
+            sums,
         )
     if friction > 0.0:
         for n in watched:
             share[n] = 0.0
-        for i in range(on_rail.slaves.size):  # a node that only the wheel's nodes press rubs as well: at the rim of the patch there are some
+        # a node that only the wheel's nodes press rubs as well: at the rim of the patch there are some
+        for i in range(on_rail.slaves.size):
             on_rail.active[i] = on_rail.facets[i] >= 0 and carried[on_rail.slaves[i]] > 0.0
         add_shares(on_rail, area, 1.0, share)
-        friction_forces(on_rail, area, share, inverse_mass, position, before, from_axle, spin, friction, compliance, dt, carried, slip, sticking, moved, drag, force, sums)
+        friction_forces(
+            on_rail,
+            area,
+            share,
+            inverse_mass,
+            position,
+            before,
+            from_axle,
+            spin,
+            friction,
+            compliance,
+            dt,
+            carried,
+            slip,
+            sticking,
+            moved,
+            drag,
+            force,
+            sums,
+        )
         finish_slip(on_rail, sticking, inverse_mass, force, dt, moved, drag, slip, sums)
     for n in watched:
         if n >= n_rail:

@@ -1,4 +1,5 @@
-"""The distributed hexahedra: dolfinx carries the mesh, the ownership of nodes and the halo exchange; arrays carry the state.
+"""The distributed hexahedra: dolfinx carries the mesh, the ownership of nodes and the halo exchange; arrays carry the
+state.
 
 Nodes of a rank: first those it owns, then the ghosts, as in the geometry's index map. Cells: only owned ones exist (no
 ghost cells), so each element is counted once; forces on ghosts travel to their owner and add up.
@@ -43,8 +44,10 @@ class Domain:
 
     Attributes (rank-local unless said)
     ----------
-    mesh : dolfinx mesh;  cells : (m_local, 8) local nodes in VTK order;  region : (m_local,);  cell_input : (m_local,) index in the input
-    n_owned, n_nodes : owned nodes, and with ghosts;  node_input : (n_nodes,) index in the input;  reference : (3 n_nodes,) [m]
+    mesh : dolfinx mesh;  cells : (m_local, 8) local nodes in VTK order;  region : (m_local,);
+    cell_input : (m_local,) index in the input
+    n_owned, n_nodes : owned nodes, and with ghosts;  node_input : (n_nodes,) index in the input;
+    reference : (3 n_nodes,) [m]
     n_global, m_global : replicated totals
     """
 
@@ -85,7 +88,8 @@ class Domain:
         return np.zeros(3 * self.n_nodes)
 
     def shared_vector(self) -> np.ndarray:
-        """A nodal vector (3 n_nodes,) of zeros in the memory of a dolfinx vector: exchanged without a copy, for fields that travel every step."""
+        """A nodal vector (3 n_nodes,) of zeros in the memory of a dolfinx vector: exchanged without a copy, for fields
+        that travel every step."""
         vector = la.vector(self.mesh.geometry.index_map(), 3)
         field = vector.array
         field[:] = 0.0
@@ -120,7 +124,9 @@ class Domain:
 
     def local_nodes(self, input_nodes: np.ndarray, owned_only: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Local nodes among `input_nodes` (indices of the input mesh), and their positions in that list. Rank-local."""
-        lookup = np.full(max(int(self.node_input.max(initial=-1)), int(np.max(input_nodes, initial=-1))) + 1, -1, dtype=np.int64)
+        lookup = np.full(
+            max(int(self.node_input.max(initial=-1)), int(np.max(input_nodes, initial=-1))) + 1, -1, dtype=np.int64
+        )
         limit = self.n_owned if owned_only else self.n_nodes
         lookup[self.node_input[:limit]] = np.arange(limit)
         local = lookup[np.asarray(input_nodes, dtype=np.int64)]

@@ -1,7 +1,7 @@
 """One step of explicit dynamics: central differences with lumped mass, supports, contact; and the energies of it all.
 
-A step is kick (velocities from the forces at hand, then contact), drift (positions), forces (stresses and internal forces
-at the new positions). Between steps the state is x and forces at one time, v half a step earlier.
+A step is kick (velocities from the forces at hand, then contact), drift (positions), forces (stresses and internal
+forces at the new positions). Between steps the state is x and forces at one time, v half a step earlier.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from rail_fem.fe.supports import Supports
 
 WHEEL_DAMPING = 0.06  # share of critical damping that the small-displacement kernel gives the highest frequency
 
-STOP_BALANCE = 0.5  # change of the energy balance between two checks, over what the bodies hold or lost, that stops a run
+# change of the energy balance between two checks, over what the bodies hold or lost, that stops a run
+STOP_BALANCE = 0.5
 ROUND_OFF, LEAST_ENERGY = 1e-9, 1e-12  # of the springs energy; [J]
 
 
@@ -30,9 +31,10 @@ ROUND_OFF, LEAST_ENERGY = 1e-9, 1e-12  # of the springs energy; [J]
 def kick(v, force, inverse_mass, mass_damping, dt, small, works):
     """Velocities of owned nodes from internal forces; sums up the internal work.
 
-    v, force, inverse_mass, small : (3 n,), inverse_mass 0 where a direction is held or a rigid group moves it, small 1 on the small-
-    displacement bodies;  mass_damping [1/s];  works : (3,) internal work of finite-strain nodes, of small-displacement nodes, damping
-    work, added to [J]
+    v, force, inverse_mass, small : (3 n,), inverse_mass 0 where a direction is held or a rigid group moves it, small 1
+        on the small-
+    displacement bodies;  mass_damping [1/s];  works : (3,) internal work of finite-strain nodes, of small-displacement
+    nodes, damping work, added to [J]
     """
     all_power, small_power, damping_work = 0.0, 0.0, 0.0
     for i in range(v.size):
@@ -60,7 +62,8 @@ def kick(v, force, inverse_mass, mass_damping, dt, small, works):
 
 @njit(cache=True, error_model="numpy")
 def group_reactions(force, members, first, out):
-    """Element forces on groups: members[first[g]:first[g+1]] are the owned nodes of group g; out (n_groups, 3) [N], overwritten."""
+    """Element forces on groups: members[first[g]:first[g+1]] are the owned nodes of group g; out (n_groups, 3) [N],
+    overwritten."""
     out[:] = 0.0
     for g in range(out.shape[0]):
         for k in range(first[g], first[g + 1]):
@@ -88,8 +91,10 @@ def drift(x, v, dt, force):
 def apply_contact(v, internal, force, inverse_mass, local, at, small, dt, works):
     """Contact forces onto the velocities of owned nodes; returns their work on the bodies [J].
 
-    v, internal : (3 n,) velocities after the kick without contact, internal forces;  force : (m, 3), inverse_mass : (m,) of surface nodes
-    local, at : (k,) node and surface number of the nodes in question. All works go with the mean of the velocities before and after
+    v, internal : (3 n,) velocities after the kick without contact, internal forces;
+    force : (m, 3), inverse_mass : (m,) of surface nodes
+    local, at : (k,) node and surface number of the nodes in question. All works go with the mean of the velocities
+        before and after
     the whole kick; `works` (see `kick`) gets what contact changes of the internal work.
     """
     work = 0.0
@@ -107,14 +112,35 @@ def apply_contact(v, internal, force, inverse_mass, local, at, small, dt, works)
 class Dynamics:
     """A structure with its supports and, by choice, a contact, moving in time.
 
-    fixed : (n_nodes, 3) bool of local nodes, directions held (symmetry planes);  mass_damping : alpha [1/s], for relaxation to rest
+    fixed : (n_nodes, 3) bool of local nodes, directions held (symmetry planes);
+    mass_damping : alpha [1/s], for relaxation to rest
     """
 
-    STATE = ("structure", "supports", "contact", "mass_damping", "contact_normal", "friction_work", "drive_work", "rotation", "time", "step_count", "dt", "balance_mark")
+    STATE = (
+        "structure",
+        "supports",
+        "contact",
+        "mass_damping",
+        "contact_normal",
+        "friction_work",
+        "drive_work",
+        "rotation",
+        "time",
+        "step_count",
+        "dt",
+        "balance_mark",
+    )
     SUMMED = ("works", "contact_work", "kernel_time")  # each rank's part of a sum
     SCRATCH = ("reactions",)
 
-    def __init__(self, structure: Structure, supports: Supports = None, contact: Contact = None, fixed: np.ndarray | None = None, mass_damping: float = 0.0):
+    def __init__(
+        self,
+        structure: Structure,
+        supports: Supports = None,
+        contact: Contact = None,
+        fixed: np.ndarray | None = None,
+        mass_damping: float = 0.0,
+    ):
         self.structure, self.supports, self.contact = structure, supports or Supports([]), contact
         self.domain, self.comm = structure.domain, structure.domain.comm
         self.mass_damping = mass_damping
@@ -140,14 +166,16 @@ class Dynamics:
         self.contact_work, self.contact_normal, self.friction_work, self.drive_work = 0.0, 0.0, 0.0, 0.0
         self.rotation = 0.0  # energy that a free wheel's rotation has gained since the start [J]
         self.time, self.step_count, self.dt = 0.0, 0, 0.0
-        self.balance_mark: float | None = None  # energy balance at the last check, None: taken afresh at the next step [J]
+        # energy balance at the last check, None: taken afresh at the next step [J]
+        self.balance_mark: float | None = None
         self.kernel_time = 0.0  # wall time in the element kernels on this rank [s]
         self._give_group_velocities()
 
     # ---- step size
 
     def stable_step(self, courant: float = 0.9) -> float:
-        """courant times the stable step of the bodies as they are now, few digits [s]; sets the wheel's damping to match. Collective."""
+        """courant times the stable step of the bodies as they are now, few digits [s]; sets the wheel's damping to
+        match. Collective."""
         s = self.structure
         frequency = 1 / round_down(1 / largest_frequency(s, self.moving), 4)
         s.damping = 2 * WHEEL_DAMPING / frequency
@@ -189,7 +217,9 @@ class Dynamics:
     def _contact(self, dt: float) -> None:
         c, s = self.contact, self.structure
         c.add_forces(dt)
-        self.contact_work += apply_contact(s.v, s.force, c.force, c.inverse_mass, c.own_local, c.own_at, self.small, dt, self.works)
+        self.contact_work += apply_contact(
+            s.v, s.force, c.force, c.inverse_mass, c.own_local, c.own_at, self.small, dt, self.works
+        )
         self.friction_work += c.sums[FRICTION_WORK]
         self.drive_work += dt * c.speed * c.sums[TOWED]
         turning = c.turn(dt)
@@ -215,8 +245,9 @@ class Dynamics:
     # ---- what is known of it
 
     def check(self) -> None:
-        """Raise ArithmeticError on all ranks when an element is inside out, a number is not finite or the energy balance has broken since the
-        last check: by more than STOP_BALANCE of what the bodies hold or lost. A step 1 % too long is found within 50 steps. Collective."""
+        """Raise ArithmeticError on all ranks when an element is inside out, a number is not finite or the energy
+        balance has broken since the last check: by more than STOP_BALANCE of what the bodies hold or lost. A step 1 %
+        too long is found within 50 steps. Collective."""
         s = self.structure
         fault = None
         if not s.smallest_volume > 0 or not np.isfinite(s.v).all():
@@ -232,22 +263,32 @@ class Dynamics:
         before, self.balance_mark = self.balance_mark, self._lagging_balance(e)
         if before is None:
             return
-        change, held = abs(self.balance_mark - before), sum(abs(e[name]) for name in ("kinetic", "elastic", "plastic", "hourglass", "viscous", "contact"))
+        change, held = (
+            abs(self.balance_mark - before),
+            sum(abs(e[name]) for name in ("kinetic", "elastic", "plastic", "hourglass", "viscous", "contact")),
+        )
         if not change <= STOP_BALANCE * held + ROUND_OFF * abs(e["springs"]) + LEAST_ENERGY:
-            raise ValueError(f"the energy balance changed by {change:.3g} J since the last check, of {held:.3g} J that the bodies hold or lost: the run is unstable, take a smaller courant number")
+            raise ValueError(
+                f"the energy balance changed by {change:.3g} J since the last check, of {held:.3g} J that the bodies"
+                " hold or lost: the run is unstable, take a smaller courant number"
+            )
 
     def _lagging_balance(self, energies: dict[str, float]) -> float:
-        """The balance with velocities half a step behind [J]. Beyond the critical step a linear body grows while the balance at one time holds: it is
-        the scheme's invariant, with ever more negative kinetic energy; this one grows with it. Collective."""
+        """The balance with velocities half a step behind [J]. Beyond the critical step a linear body grows while the
+        balance at one time holds: it is the scheme's invariant, with ever more negative kinetic energy; this one grows
+        with it. Collective."""
         n = 3 * self.domain.n_owned
-        return energies["balance"] - 0.5 * self.dt * self.comm.allreduce(float(self.structure.force[:n] @ self.structure.v[:n]))
+        return energies["balance"] - 0.5 * self.dt * self.comm.allreduce(
+            float(self.structure.force[:n] @ self.structure.v[:n])
+        )
 
     def energies(self) -> dict[str, float]:
         """All energies and works so far [J], replicated. Collective.
 
-        balance = everything stored and lost minus everything put in; its change over time is the error of the integration.
-        Velocities stand half a step before positions and stresses: kinetic energy and internal works get half the kick of the forces at hand.
-        contact_loss = what the contact forces take from the bodies beyond penalty energy, friction, drive and rotation: the error of the contact.
+        balance = everything stored and lost minus everything put in; its change over time is the error of the
+        integration. Velocities stand half a step before positions and stresses: kinetic energy and internal works get
+        half the kick of the forces at hand. contact_loss = what the contact forces take from the bodies beyond penalty
+        energy, friction, drive and rotation: the error of the contact.
         """
         s = self.structure
         finite, small = s.elastic_energy()

@@ -1,8 +1,9 @@
 """The cheaper element kernel: small displacement, linear elastic, for bodies that stay so (the wheel).
 
-Total form: forces follow from the displacement on the reference geometry, so nothing drifts, nothing is integrated and no state is
-kept; stresses are worked out when somebody asks for them. The geometry of each block is worked out once (`fixed_geometry`) in the
-rows that `hexahedron.internal_force` reads. Damping is proportional to stiffness (Kelvin-Voigt): forces are taken at u + beta v.
+Total form: forces follow from the displacement on the reference geometry, so nothing drifts, nothing is integrated and
+no state is kept; stresses are worked out when somebody asks for them. The geometry of each block is worked out once
+(`fixed_geometry`) in the rows that `hexahedron.internal_force` reads. Damping is proportional to stiffness
+(Kelvin-Voigt): forces are taken at u + beta v.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ from rail_fem.fe.hexahedron import (
 from rail_fem.fe.state import HOURGLASS, LANES
 
 _W = LANES
-N_FIXED = 33  # rows of a block's geometry: b (18), hourglass coordinates (12), volume, 0 for the viscous pressure, hourglass stiffness
+# rows of a block's geometry: b (18), hourglass coordinates (12), volume, 0 for the viscous pressure, hourglass
+# stiffness
+N_FIXED = 33
 N_FORCES = HOURGLASS + 12  # rows of stress and hourglass forces as `hexahedron.internal_force` reads them
 _compiled = njit(cache=True, **FAST)
 _part = njit(forceinline=True, **FAST)  # one copy, inside its caller
@@ -127,7 +130,13 @@ def elastic_stress(u, nodes, filled, material_of, materials, geometry):
     for block in range(filled.size):
         row = material_of[block]
         gather_one(u, nodes, block * 8 * _W, nodal)
-        elastic_forces(nodal, materials[row, 0], materials[row, 1], geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W], own)
+        elastic_forces(
+            nodal,
+            materials[row, 0],
+            materials[row, 1],
+            geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W],
+            own,
+        )
         for k in range(6):
             for e in range(_W):
                 out[block, k, e] = own[k * _W + e]

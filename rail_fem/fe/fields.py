@@ -1,7 +1,8 @@
 """Fields of a run as VTU files: plastic strain, von Mises stress, stress, region and displacement on the hexahedra.
 
-Root gathers in the numbering of the input mesh and writes through meshio; a ParaView collection (.pvd) lists the frames. Six components
-mean XX YY ZZ XY YZ XZ to VTK, which is not the order of geometry.axes: they are written in VTK's, and named in the file.
+Root gathers in the numbering of the input mesh and writes through meshio; a ParaView collection (.pvd) lists the
+frames. Six components mean XX YY ZZ XY YZ XZ to VTK, which is not the order of geometry.axes: they are written in
+VTK's, and named in the file.
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ from rail_fem.fe.checkpoint import gather_nodes, gather_rows
 from rail_fem.fe.dynamics import Dynamics
 
 VTK_COMPONENTS = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
-TIME_VALUE = '<FieldData><DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{!r}</DataArray></FieldData>'
+TIME_VALUE = (
+    '<FieldData><DataArray type="Float64" Name="TimeValue" NumberOfTuples="1"'
+    ' format="ascii">{!r}</DataArray></FieldData>'
+)
 VTK_ORDER = [VOIGT.index(name.lower()) for name in VTK_COMPONENTS]
 
 
@@ -33,7 +37,9 @@ def gather_cells(dynamics: Dynamics) -> np.ndarray | None:
     return gather_rows(domain.comm, domain.cell_input, rows, domain.m_global)
 
 
-def write_frame(path: Path, dynamics: Dynamics, points: np.ndarray, cells: np.ndarray, region: np.ndarray, wheel_offset: float) -> None:
+def write_frame(
+    path: Path, dynamics: Dynamics, points: np.ndarray, cells: np.ndarray, region: np.ndarray, wheel_offset: float
+) -> None:
     """One VTU file [SI]. points, cells, region: the input mesh, root only. Collective. Errors: OSError on root."""
     domain = dynamics.domain
     state, x = gather_cells(dynamics), gather_nodes(domain, dynamics.structure.x)
@@ -57,13 +63,17 @@ def write_frame(path: Path, dynamics: Dynamics, points: np.ndarray, cells: np.nd
 
 
 def _write_vtu(path: Path, frame: meshio.Mesh, time: float) -> None:
-    """The file by meshio, and what meshio does not write: names of the stress components, and the time [s]. (Texts it could not read back.)"""
+    """The file by meshio, and what meshio does not write: names of the stress components, and the time [s]. (Texts it
+    could not read back.)"""
     meshio.write(path, frame, file_format="vtu", compression="zlib")
     names = "".join(f' ComponentName{i}="{name}"' for i, name in enumerate(VTK_COMPONENTS))
     text = path.read_bytes()
     for mark, more in (('Name="stress"', names), ("<UnstructuredGrid>", TIME_VALUE.format(float(time)))):
         if text.count(mark.encode()) != 1:
-            raise RuntimeError(f"{path}: meshio has written {mark} {text.count(mark.encode())} times, once was expected: this version of it is not known")
+            raise RuntimeError(
+                f"{path}: meshio has written {mark} {text.count(mark.encode())} times, once was expected: this version"
+                " of it is not known"
+            )
         text = text.replace(mark.encode(), (mark + more).encode())
     path.write_bytes(text)
 
@@ -71,4 +81,8 @@ def _write_vtu(path: Path, frame: meshio.Mesh, time: float) -> None:
 def write_collection(path: Path, frames: list[list]) -> None:
     """The .pvd list of frames (time [s], file name). Root only."""
     rows = "\n".join(f'<DataSet timestep="{time:.9g}" file="{name}"/>' for time, name in frames)
-    write_text_atomically(path, f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n{rows}\n</Collection>\n</VTKFile>\n')
+    write_text_atomically(
+        path,
+        '<?xml version="1.0"?>\n<VTKFile type="Collection"'
+        f' version="0.1">\n<Collection>\n{rows}\n</Collection>\n</VTKFile>\n',
+    )

@@ -1,4 +1,5 @@
-"""What a finished pass found: the facts of its trust report, the peaks and where, the transfer, how well it met the static load."""
+"""What a finished pass found: the facts of its trust report, the peaks and where, the transfer, how well it met the
+static load."""
 
 from __future__ import annotations
 
@@ -7,9 +8,9 @@ import numpy as np
 from geometry.meshing.quality import MeshQuality
 from rail_fem.fe import trust
 from rail_fem.fe.fields import gather_cells
-from rail_fem.light.fine_zone import PATCH_REACH
 from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
+from rail_fem.light.fine_zone import PATCH_REACH
 from rail_fem.output.history import complete_history
 from rail_fem.output.result import Peak
 from rail_fem.output.shares import largest_internal, numerical_shares
@@ -47,7 +48,8 @@ def trust_facts(run: Run, history: dict[str, np.ndarray], quality: MeshQuality |
 
 
 def penetration(rows: np.ndarray) -> tuple[float, float]:
-    """Largest overlap, and its mean weighted by the force, over rows (n, 3) of fe.contact.Contact.overlap [m]; NaN without contact."""
+    """Largest overlap, and its mean weighted by the force, over rows (n, 3) of fe.contact.Contact.overlap [m]; NaN
+    without contact."""
     force = rows[:, 2].sum()
     return (float(rows[:, 0].max()), float(rows[:, 1].sum() / force)) if force > 0 else (float("nan"), float("nan"))
 
@@ -68,7 +70,9 @@ def strain_peaks(run: Run) -> dict[str, Peak]:
         mine = np.flatnonzero(mesh.region == region)
         if len(mine):
             worst = mine[np.argmax(cells[mine, 6])]
-            found[f"plastic_strain_{name}"] = Peak(float(cells[worst, 6]), "1", *map(float, mesh.points[mesh.cells[worst]].mean(axis=0)))
+            found[f"plastic_strain_{name}"] = Peak(
+                float(cells[worst, 6]), "1", *map(float, mesh.points[mesh.cells[worst]].mean(axis=0))
+            )
     return run.comm.bcast(found, root=0)
 
 
@@ -81,7 +85,8 @@ def slowest_elements(quality: MeshQuality) -> list[str]:
 
 
 def static_error(history: dict[str, np.ndarray], static_load: float, settled: float, running: Running) -> float:
-    """Mean force between the end of settling and the first bend of the rigid path, against the static load; NaN when there is no such stretch."""
+    """Mean force between the end of settling and the first bend of the rigid path, against the static load; NaN when
+    there is no such stretch."""
     if not len(history["time"]):
         return float("nan")
     slope = running.slope(history["x"])

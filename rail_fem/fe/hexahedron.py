@@ -10,8 +10,8 @@ operations; tests/fe/test_hexahedron.py compares it with Gauss quadrature.
 
 Stress: velocity gradient on the mid-step configuration, rotation by Hughes and Winget (IJNME 15 (1980) 1862), so that a
 rigid rotation of any size strains nothing; half of the increment turns with the old stress, without which the update is
-only first order where a body strains and turns at once; then radial return (rail_fem.fe.plasticity). Forces are taken on the
-end-of-step configuration, so linear and angular momentum are kept to round-off.
+only first order where a body strains and turns at once; then radial return (rail_fem.fe.plasticity). Forces are taken
+on the end-of-step configuration, so linear and angular momentum are kept to round-off.
 
 Elements are stored in blocks of LANES of one material; inside a block the fastest index is the element. The functions
 on tuples below are the mathematics of one element; `elastic_trial` and `internal_force` run them over the lanes of a
@@ -59,7 +59,8 @@ def times(m, u):
 
 @_inlined
 def scalar_modes(n, k, e):
-    """Component k of the nodal values n (24*W,) of lane e -> its 7 modes (xi, eta, zeta, eta zeta, zeta xi, xi eta, xi eta zeta)."""
+    """Component k of the nodal values n (24*W,) of lane e -> its 7 modes (xi, eta, zeta, eta zeta, zeta xi, xi eta, xi
+    eta zeta)."""
     n0, n1, n2, n3 = n[k * _W + e], n[(3 + k) * _W + e], n[(6 + k) * _W + e], n[(9 + k) * _W + e]
     n4, n5, n6, n7 = n[(12 + k) * _W + e], n[(15 + k) * _W + e], n[(18 + k) * _W + e], n[(21 + k) * _W + e]
     s10, d10, s23, d23 = n1 + n0, n1 - n0, n2 + n3, n2 - n3
@@ -110,7 +111,14 @@ def mean_gradient(m):
 @_inlined
 def gradient_row(m, b, i, scale):
     """Row i of the mean gradient of a field with modes m."""
-    k0, k1, k2, k3, k4, k5 = scale * m[0][i], scale * m[1][i], scale * m[2][i], scale * m[3][i], scale * m[4][i], scale * m[5][i]
+    k0, k1, k2, k3, k4, k5 = (
+        scale * m[0][i],
+        scale * m[1][i],
+        scale * m[2][i],
+        scale * m[3][i],
+        scale * m[4][i],
+        scale * m[5][i],
+    )
     return (
         k0 * b[0][0] + k1 * b[1][0] + k2 * b[2][0] + k3 * b[3][0] + k4 * b[4][0] + k5 * b[5][0],
         k0 * b[0][1] + k1 * b[1][1] + k2 * b[2][1] + k3 * b[3][1] + k4 * b[4][1] + k5 * b[5][1],
@@ -127,7 +135,8 @@ def field_gradient(m, b, volume):
 
 @_inlined
 def to_mid_step(g, dt):
-    """Velocity gradient on the end configuration -> on the mid-step one: L = G (I - dt/2 G)^-1, exact for affine motion."""
+    """Velocity gradient on the end configuration -> on the mid-step one: L = G (I - dt/2 G)^-1, exact for affine
+    motion."""
     h = -0.5 * dt
     r0 = (1.0 + h * g[0][0], h * g[0][1], h * g[0][2])
     r1 = (h * g[1][0], 1.0 + h * g[1][1], h * g[1][2])
@@ -209,7 +218,8 @@ def elastic_trial(nodal, dt, material, state, kept):
     """Everything of a block up to the elastic trial stress, and what the force needs of it.
 
     nodal : (48*W,) coordinates and velocities;  state : (N_STATE*W,), trial stress and hourglass forces are written
-    kept  : (N_KEPT*W,) b (18), hourglass coordinates g1..g4 (12), volume, viscous pressure, hourglass work, viscous work,
+    kept  : (N_KEPT*W,) b (18), hourglass coordinates g1..g4 (12), volume, viscous pressure, hourglass work, viscous
+        work,
             von Mises stress minus yield stress
     """
     lame, shear, density, speed = material[0], material[1], material[2], material[3]
@@ -221,7 +231,8 @@ def elastic_trial(nodal, dt, material, state, kept):
         l = to_mid_step(end, dt)
         r = step_rotation(l, dt)
         old = load(state, 0, 0, e) + load(state, 0, 3, e)
-        half = add_elastic(old, l, 0.5 * dt, lame, shear)  # half the increment turns with the old stress: second order in dt
+        # half the increment turns with the old stress: second order in dt
+        half = add_elastic(old, l, 0.5 * dt, lame, shear)
         stress = add_elastic(rotate_stress(r, half), l, 0.5 * dt, lame, shear)
         store(state, 0, 0, e, stress[:3])
         store(state, 0, 3, e, stress[3:])
@@ -258,8 +269,8 @@ def elastic_trial(nodal, dt, material, state, kept):
 
 @_inlined
 def hourglass_step(old, r, end, g, gv, k):
-    """One mode: q = g(v) - G g(x), x and G on the end configuration, so an affine motion of any size makes none; Q turns with
-    the element and grows by k q. Returns Q and its mean power (without the factor 8)."""
+    """One mode: q = g(v) - G g(x), x and G on the end configuration, so an affine motion of any size makes none; Q
+    turns with the element and grows by k q. Returns Q and its mean power (without the factor 8)."""
     lg, turned = times(end, g), times(r, old)
     q = (gv[0] - lg[0], gv[1] - lg[1], gv[2] - lg[2])
     new = combine(1.0, turned, k, q)
@@ -268,7 +279,8 @@ def hourglass_step(old, r, end, g, gv, k):
 
 @_part
 def internal_force(state, kept, f):
-    """Nodal internal forces of a block -> f (24*W,): P b_I + hourglass, P = stress + viscous pressure - 8/V sum of Q (x) g."""
+    """Nodal internal forces of a block -> f (24*W,): P b_I + hourglass, P = stress + viscous pressure - 8/V sum of Q
+    (x) g."""
     for e in range(_W):
         t, u = load(state, 0, 0, e), load(state, 0, 3, e)
         q1, q2 = load(state, 0, HOURGLASS, e), load(state, 0, HOURGLASS + 3, e)
@@ -311,7 +323,9 @@ def turn_back_stress(nodal, dt, back):
 
 
 @_compiled
-def update_elements(x, v, dt, nodes, filled, material_of, materials, curve_start, curve_strain, curve_stress, state, back, force, work):
+def update_elements(
+    x, v, dt, nodes, filled, material_of, materials, curve_start, curve_strain, curve_stress, state, back, force, work
+):
     """One step of every block: stresses from v on the geometry x, minus the internal force added to `force`.
 
     Parameters
@@ -319,7 +333,8 @@ def update_elements(x, v, dt, nodes, filled, material_of, materials, curve_start
     x, v      : (3*n,)  coordinates at the end of the step [m], velocities over it [m/s]
     nodes     : (n_blocks*8*LANES,) block, node, lane; uint32, because a signed index costs a test at every access
     filled    : (n_blocks,) real lanes of each block
-    material_of : (n_blocks,) row of `materials` (n_materials, N_MATERIAL);  curve_start (n_materials+1,) slices the yield curves
+    material_of : (n_blocks,) row of `materials` (n_materials, N_MATERIAL);
+    curve_start (n_materials+1,) slices the yield curves
     state     : (n_blocks*N_STATE*LANES,) changed in place
     back      : (n_blocks*6*LANES,) back stresses, changed in place; empty when no material hardens kinematically
     force     : (3*n,)  [N], changed in place
@@ -341,7 +356,9 @@ def update_elements(x, v, dt, nodes, filled, material_of, materials, curve_start
                 own[k] -= centre[k]
             turn_back_stress(nodal, dt, centre)
             elastic_trial(nodal, dt, materials[row], own, kept)
-            return_kinematic(own, centre, kept, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], drop)
+            return_kinematic(
+                own, centre, kept, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], drop
+            )
             for k in range(6 * _W):
                 own[k] += centre[k]
         else:

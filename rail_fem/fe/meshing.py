@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.surfaces.crossing import CastCrossing
-from geometry.meshing.hexmesh import HexMesh
-from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.crossing import mesh_crossing
+from geometry.meshing.gmsh_process import gmsh_process
+from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.wheel import mesh_wheel
 from geometry.path.wheel_path import rolling_radius
+from geometry.surfaces.crossing import CastCrossing
 from rail_fem.fe.passage import Running
 from rail_fem.fe.placing import place_wheel
 from rail_fem.light.fine_zone import crossing_spec, wheel_spec
@@ -18,7 +18,8 @@ from rail_fem.settings.explicit import FeSettings
 
 
 def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[HexMesh, float, float]:
-    """Crossing and wheel, the wheel set down at the start; the gap it had on the rigid path [m]; the height of its D0 [m]. Root only.
+    """Crossing and wheel, the wheel set down at the start; the gap it had on the rigid path [m]; the height of its D0
+    [m]. Root only.
 
     Errors: MeshError, CrossingError, ProfileError.
     """
@@ -26,7 +27,9 @@ def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[Hex
     low, high = sorted((running.start, running.end))
     with gmsh_process():
         rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings.element_size))
-        wheel = mesh_wheel(scene.wheel.shape, scene.wheel.radius, wheel_spec(path, running.datum_y, settings.element_size))
+        wheel = mesh_wheel(
+            scene.wheel.shape, scene.wheel.radius, wheel_spec(path, running.datum_y, settings.element_size)
+        )
     height = datum_height(running, scene)
     mesh, gap = place_wheel(rail, wheel, running.start, running.datum_y, height)
     return mesh, gap, height - gap

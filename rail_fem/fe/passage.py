@@ -2,8 +2,9 @@
 
 The wheel is the elastic bottom of a rim on a rigid axle. Its mesh travels with the axle and does not spin: a body of
 revolution that stays elastic looks the same however far it has turned, so its fine patch stays at the bottom and the
-material flows through it. What that leaves out is of order (V/c)^2 = 1e-4 (inertia of the flow). How fast it flows is the spin of
-half a wheelset: its speed along x is given, its rotation free against its inertia. What the other wheel's rail does is left out.
+material flows through it. What that leaves out is of order (V/c)^2 = 1e-4 (inertia of the flow). How fast it flows is
+the spin of half a wheelset: its speed along x is given, its rotation free against its inertia. What the other wheel's
+rail does is left out.
 """
 
 from __future__ import annotations
@@ -29,17 +30,21 @@ from rail_fem.light.rigid import anchored_path
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.explicit import FeSettings
 
-SETTLING_MASS = 10.0  # lumped mass on the wheel while it settles [kg]: little inertia, so it finds rest within a millisecond
+# lumped mass on the wheel while it settles [kg]: little inertia, so it finds rest within a millisecond
+SETTLING_MASS = 10.0
 MESH_MASS = 10.0  # about that of the wheel's mesh, which settles with it [kg]
-MARGIN, SEARCH_EVERY = 0.15e-3, 100  # gap below which nodes are watched [m], and for how many steps: in 100 of 0.15 us a wheel at 40 m/s
+# gap below which nodes are watched [m], and for how many steps: in 100 of 0.15 us a wheel at 40 m/s
+MARGIN, SEARCH_EVERY = 0.15e-3, 100
 # moves 0.6 mm, and surfaces a tenth apart in slope close by 0.06 mm
 NEXT_PLACE = 2.5e-3  # where the contact at the start is looked at once more [m]
-ELASTIC_COST = 0.75  # an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.studies.kernel_speed)
+# an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.studies.kernel_speed)
+ELASTIC_COST = 0.75
 
 
 @dataclass(frozen=True)
 class Running:
-    """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y at the start [rad/s]:
+    """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y at the
+    start [rad/s]:
     that of pure rolling there, the rigid path around its way, lateral place of the wheel's D0 [m], its profile."""
 
     sign: float
@@ -56,8 +61,12 @@ class Running:
         return (self.end - self.start) / self.speed
 
     def creep(self, spin: float, y: float) -> float:
-        """Longitudinal creep of a contact at lateral place y [m]: (speed - spin * rolling radius) / speed, + where the wheel is braked."""
-        return 1.0 - spin * float(rolling_radius(self.profile, self.path.radius, np.array([y - self.datum_y]))[0]) / self.speed
+        """Longitudinal creep of a contact at lateral place y [m]: (speed - spin * rolling radius) / speed, + where the
+        wheel is braked."""
+        return (
+            1.0
+            - spin * float(rolling_radius(self.profile, self.path.radius, np.array([y - self.datum_y]))[0]) / self.speed
+        )
 
     @property
     def transfers(self) -> np.ndarray:
@@ -86,7 +95,8 @@ def running_of(scene: Scene, settings: FeSettings) -> Running:
 
 @dataclass(frozen=True)
 class Passage:
-    """The moving scene. crossing, axle, sprung : rigid groups;  settling : the damper that is on before the pass (None without)."""
+    """The moving scene. crossing, axle, sprung : rigid groups;  settling : the damper that is on before the pass (None
+    without)."""
 
     dynamics: Dynamics
     running: Running
@@ -102,10 +112,19 @@ class Passage:
     static_deflection: float  # of the foundation at the start [m]
 
 
-def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, mesh: HexMesh | None, datum_height: float, start: StartState | None = None) -> Passage:
+def build_passage(
+    comm,
+    scene: Scene,
+    settings: FeSettings,
+    running: Running,
+    mesh: HexMesh | None,
+    datum_height: float,
+    start: StartState | None = None,
+) -> Passage:
     """Bodies, supports and contact. Collective.
 
-    mesh : wing, nose and wheel in place (root only, see rail_fem.fe.placing);  datum_height : of the wheel's D0 at the start [m]
+    mesh : wing, nose and wheel in place (root only, see rail_fem.fe.placing);
+    datum_height : of the wheel's D0 at the start [m]
     start : where settling ends; None: at rest under the static load
     """
     start = start or resting(scene, running.speed * float(running.slope(running.start)))
@@ -117,7 +136,9 @@ def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, me
     steels = [materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()]
     structure = Structure(domain, steels, small=(2,), settings=ElementSettings(hourglass=settings.hourglass))
     is_wheel = comm.bcast(None if mesh is None else _wheel_nodes(mesh)[mesh.clamp], root=0)
-    crossing, axle, sprung, supports, settling = build_supports(scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel])
+    crossing, axle, sprung, supports, settling = build_supports(
+        scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel]
+    )
     rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
     contact = Contact(
         structure, rail, wheel, contact_settings(scene, settings, steels[0]), speed=running.speed, spin=running.spin,
@@ -133,7 +154,20 @@ def build_passage(comm, scene: Scene, settings: FeSettings, running: Running, me
     static = scene.static_wheel_load / scene.foundation.stiffness
     deflection, lifted = (start.foundation, static - start.foundation) if settings.foundation else (0.0, 0.0)
     load = scene.static_wheel_load if start.resting else np.nan
-    return Passage(dynamics, running, crossing, axle, sprung, settling, mesh, region, start, load, datum_height + lifted, deflection)
+    return Passage(
+        dynamics,
+        running,
+        crossing,
+        axle,
+        sprung,
+        settling,
+        mesh,
+        region,
+        start,
+        load,
+        datum_height + lifted,
+        deflection,
+    )
 
 
 def _wheel_nodes(mesh: HexMesh) -> np.ndarray:
@@ -146,13 +180,27 @@ def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettin
     """Penalty stiffness per area: 10 times the modulus of one element layer, times the case's factor."""
     shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
     wave = 2 * shear * (1 - steel.poisson) / (1 - 2 * steel.poisson)
-    return ContactSettings(10 * settings.penalty * wave / settings.element_size, friction=scene.friction, margin=MARGIN, refresh=SEARCH_EVERY)
+    return ContactSettings(
+        10 * settings.penalty * wave / settings.element_size,
+        friction=scene.friction,
+        margin=MARGIN,
+        refresh=SEARCH_EVERY,
+    )
 
 
-def build_supports(scene: Scene, settings: FeSettings, running: Running, start: StartState, base_nodes: np.ndarray, rim_nodes: np.ndarray):
-    """Crossing on its foundation, axle with half a wheelset, sprung mass on the primary suspension; springs as the start wants them.
+def build_supports(
+    scene: Scene,
+    settings: FeSettings,
+    running: Running,
+    start: StartState,
+    base_nodes: np.ndarray,
+    rim_nodes: np.ndarray,
+):
+    """Crossing on its foundation, axle with half a wheelset, sprung mass on the primary suspension; springs as the
+    start wants them.
 
-    While it settles the axle is pressed down so that the contact comes to carry the start's force. Vertical only: the lateral place and the speed of the wheel are given (thesis assumption 1).
+    While it settles the axle is pressed down so that the contact comes to carry the start's force. Vertical only: the
+    lateral place and the speed of the wheel are given (thesis assumption 1).
     """
     vertical = (False, False, True)
     crossing = RigidGroup("crossing", base_nodes, free=vertical)
@@ -173,39 +221,59 @@ def build_supports(scene: Scene, settings: FeSettings, running: Running, start: 
     settling = None
     if settings.settle_time > 0:
         rate = running.speed * float(running.slope(running.start))
-        settling = Link("settling", axle, None, 0.0, 2 * np.sqrt(contact_stiffness(scene, running) * (SETTLING_MASS + MESH_MASS)), rate=rate)
+        settling = Link(
+            "settling",
+            axle,
+            None,
+            0.0,
+            2 * np.sqrt(contact_stiffness(scene, running) * (SETTLING_MASS + MESH_MASS)),
+            rate=rate,
+        )
         links.append(settling)
     return crossing, axle, sprung, Supports(groups, links), settling
 
 
 def contact_stiffness(scene: Scene, running: Running) -> float:
-    """Of the wheel on the body below it at the start, under the static load [N/m]: Hertz' contact in series with the groove that it presses.
+    """Of the wheel on the body below it at the start, under the static load [N/m]: Hertz' contact in series with the
+    groove that it presses.
 
     For the settling damper, which this makes critical: a narrow nose that yields is four times softer than the wing.
     """
     load, materials = scene.static_wheel_load, scene.materials
     table = contact_table(scene, running.start, running.start + running.sign * NEXT_PLACE, NEXT_PLACE)
     body, here = table.carrier(running.start)
-    limit, give = (values[body, here] for values in grooves(table, (materials.wing.steel(), materials.nose.steel()), load))
+    limit, give = (
+        values[body, here] for values in grooves(table, (materials.wing.steel(), materials.nose.steel()), load)
+    )
     elastic = tangent_stiffness(table.stiffness[body, here], load)
     return float(1 / (1 / elastic + (give if load > limit else 0.0)))
 
 
-def _set_lumped_masses(scene: Scene, settings: FeSettings, crossing: RigidGroup, axle: RigidGroup, settled: bool) -> None:
-    """Masses that make each body, its mesh included, as heavy as the case says; while it settles the wheel carries SETTLING_MASS instead.
+def _set_lumped_masses(
+    scene: Scene, settings: FeSettings, crossing: RigidGroup, axle: RigidGroup, settled: bool
+) -> None:
+    """Masses that make each body, its mesh included, as heavy as the case says; while it settles the wheel carries
+    SETTLING_MASS instead.
 
-    Errors: ValueError where a mesh is heavier than its body: the case's mass is of a shorter piece of track, or of a lighter wheel.
+    Errors: ValueError where a mesh is heavier than its body: the case's mass is of a shorter piece of track, or of a
+    lighter wheel.
     """
     axle.add_mass_up_to(scene.vehicle.wheel_unsprung_mass, "give a larger wheelset_unsprung_mass")
     if settings.track_mass and settings.foundation:
-        crossing.add_mass_up_to(scene.foundation.track_mass, "give a larger track_mass, a shorter window, or track_mass = false in the run for the mesh alone")
+        crossing.add_mass_up_to(
+            scene.foundation.track_mass,
+            "give a larger track_mass, a shorter window, or track_mass = false in the run for the mesh alone",
+        )
     if not settled:
         axle.added_mass = SETTLING_MASS
         crossing.free = (False, False, False)
 
 
-def _start_velocities(dynamics: Dynamics, domain: Domain, running: Running, axle: RigidGroup, sprung: RigidGroup | None) -> None:
-    """Wheel and vehicle start along the slope of the rigid path, so that steady running needs no force beyond the weight."""
+def _start_velocities(
+    dynamics: Dynamics, domain: Domain, running: Running, axle: RigidGroup, sprung: RigidGroup | None
+) -> None:
+    """Wheel and vehicle start along the slope of the rigid path, so that steady running needs no force beyond the
+    weight."""
     vertical = running.speed * float(running.slope(running.start))
     wheel = np.unique(domain.cells[domain.region == 2])
     dynamics.structure.v.reshape(-1, 3)[wheel, 2] = vertical
@@ -216,7 +284,8 @@ def _start_velocities(dynamics: Dynamics, domain: Domain, running: Running, axle
 
 
 def end_settling(passage: Passage, scene: Scene, settings: FeSettings) -> None:
-    """Damper off, true masses on, foundation free. Energies of the lumped masses change here; the balance starts afresh."""
+    """Damper off, true masses on, foundation free. Energies of the lumped masses change here; the balance starts
+    afresh."""
     passage.settling.damping, passage.dynamics.balance_mark = 0.0, None
     _set_lumped_masses(scene, settings, passage.crossing, passage.axle, settled=True)
     passage.crossing.free = (False, False, settings.foundation)
@@ -225,7 +294,8 @@ def end_settling(passage: Passage, scene: Scene, settings: FeSettings) -> None:
 
 
 def _take_up(passage: Passage, scene: Scene, settings: FeSettings) -> None:
-    """The motion of a pass that does not begin at rest: each body gets what its group's velocity changes by, all of it alike."""
+    """The motion of a pass that does not begin at rest: each body gets what its group's velocity changes by, all of it
+    alike."""
     start, domain, v = passage.start, passage.dynamics.domain, passage.dynamics.structure.v.reshape(-1, 3)
     wheel, rail = (np.unique(domain.cells[(domain.region == 2) == moves]) for moves in (True, False))
     v[wheel, 2] += start.axle - passage.axle.velocity[2]

@@ -1,4 +1,5 @@
-"""The wheel's mesh set down on the crossing's: along the rigid path first, then by the gap between the meshes themselves."""
+"""The wheel's mesh set down on the crossing's: along the rigid path first, then by the gap between the meshes
+themselves."""
 
 from __future__ import annotations
 
@@ -11,15 +12,18 @@ from geometry.meshing.hexmesh import HexMesh, merge_bodies
 from rail_fem.fe import contact_kernel as kernel
 from rail_fem.fe.contact import Surface, edge_neighbours
 
-REGIONS = ("wing", "nose", "wheel")  # in the order of their numbers in every mesh of a pass; a short window may hold no nose
+# in the order of their numbers in every mesh of a pass; a short window may hold no nose
+REGIONS = ("wing", "nose", "wheel")
 FARTHEST = 20e-3  # surface nodes farther apart than this are not compared [m]
 
 
 def place_wheel(rail: HexMesh, wheel: HexMesh, x: float, y: float, height: float) -> tuple[HexMesh, float]:
-    """Both meshes in one, the wheel at x, y so that the smallest gap between the meshes is zero; and the gap it had on the rigid path [m].
+    """Both meshes in one, the wheel at x, y so that the smallest gap between the meshes is zero; and the gap it had on
+    the rigid path [m].
 
-    rail, wheel : wheel coordinates are x = 0 under the axle, y from D0, z = 0 at D0;  y, height : of D0 on the rigid path [m]
-    A gap far from zero means that a mesh is not where the profile is: the caller reports it.
+    rail, wheel : wheel coordinates are x = 0 under the axle, y from D0, z = 0 at D0;
+    y, height : of D0 on the rigid path [m] A gap far from zero means that a mesh is not where the profile is: the
+        caller reports it.
     """
     shift = np.array([x, y, height])
     placed = replace(wheel, points=wheel.points + shift)
@@ -29,7 +33,8 @@ def place_wheel(rail: HexMesh, wheel: HexMesh, x: float, y: float, height: float
 
 
 def smallest_gap(rail: HexMesh, wheel: HexMesh) -> float:
-    """Smallest vertical way between the surfaces, rail nodes against wheel facets and the reverse [m]; negative: they overlap."""
+    """Smallest vertical way between the surfaces, rail nodes against wheel facets and the reverse [m]; negative: they
+    overlap."""
     return min(_vertical_gap(rail, wheel), _vertical_gap(wheel, rail))
 
 
@@ -43,7 +48,14 @@ def _vertical_gap(slave: HexMesh, master: HexMesh) -> float:
     near = np.flatnonzero(away < FARTHEST)
     if not len(near):
         return np.inf
-    pairs = kernel.Pairs.over(quads, edge_neighbours(facets.quads), np.ones(len(quads), np.bool_), near, nearest[near].astype(np.int64), np.zeros((len(near), 2)))
+    pairs = kernel.Pairs.over(
+        quads,
+        edge_neighbours(facets.quads),
+        np.ones(len(quads), np.bool_),
+        near,
+        nearest[near].astype(np.int64),
+        np.zeros((len(near), 2)),
+    )
     kernel.project_pairs(points, pairs)
     gap, normal = pairs.gap, pairs.normal
     upright = (pairs.facets >= 0) & (np.abs(normal[:, 2]) > 0.3)

@@ -1,17 +1,17 @@
 """J2 plasticity with a tabulated hardening curve, isotropic or kinematic, for the lanes of a block.
 
-What differs from lane to lane (has it yielded, which segment of the curve) is a scalar loop that leaves one number a lane; what
-that number does to the eighteen stresses of the lane is vector code.
+What differs from lane to lane (has it yielded, which segment of the curve) is a scalar loop that leaves one number a
+lane; what that number does to the eighteen stresses of the lane is vector code.
 
 Source: Simo & Hughes, Computational Inelasticity (1998), section 3.3, backward Euler.
 """
-
 
 from kernel_cache import njit
 from rail_fem.fe.state import HOURGLASS, LANES, PLASTIC_STRAIN, YIELD
 
 _W = LANES
-EXCESS = 34  # row of `kept`: von Mises minus yield stress of the trial state [Pa]; after the return the plastic work density [J/m3]
+# row of `kept`: von Mises minus yield stress of the trial state [Pa]; after the return the plastic work density [J/m3]
+EXCESS = 34
 _FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 _part = njit(forceinline=True, **_FAST)  # one copy, inside its caller
 
@@ -52,10 +52,11 @@ def curve_at(p, strain, stress):
 
 @_part
 def shrink(state, drop):
-    """Take the share drop[e] off the deviator and the hourglass forces of each lane; nothing, to the last bit, where it is 0.
+    """Take the share drop[e] off the deviator and the hourglass forces of each lane; nothing, to the last bit, where it
+    is 0.
 
-    The hourglass forces stand for stresses in the element's corners: left elastic they would grow with the plastic strain and
-    stiffen the flow (Taylor's bar spread 4 % less; tests/fe/test_taylor_bar.py).
+    The hourglass forces stand for stresses in the element's corners: left elastic they would grow with the plastic
+    strain and stiffen the flow (Taylor's bar spread 4 % less; tests/fe/test_taylor_bar.py).
     """
     for e in range(_W):
         d = drop[e]
@@ -71,7 +72,8 @@ def shrink(state, drop):
 
 @_part
 def return_isotropic(state, kept, count, shear, curve_strain, curve_stress, drop):
-    """Bring the first `count` lanes of a block back to the yield surface; kept[EXCESS] becomes the plastic work density of the step.
+    """Bring the first `count` lanes of a block back to the yield surface; kept[EXCESS] becomes the plastic work density
+    of the step.
 
     state : trial stress, changed in place;  drop : (LANES,) buffer
     """

@@ -14,7 +14,8 @@ FORCES = ("force", "force_wing", "force_nose", "force_longitudinal", "force_late
 def add_step(force, carried, position, watched, n_rail, on_nose, total, moment):
     """Contact forces of a step added up over the rail's nodes `watched` (those below n_rail).
 
-    force : (n, 3) [N];  carried : (n,) normal force [N];  position : (n, 3) [m];  on_nose : (n_rail,) 1 on the nose, 0 on the wing
+    force : (n, 3) [N];  carried : (n,) normal force [N];  position : (n, 3) [m];
+    on_nose : (n_rail,) 1 on the nose, 0 on the wing
     total : (5,) in the order of FORCES [N];  moment : (3,) carried force and its moments of x and y [N, N m]
     """
     for n in watched:
@@ -90,5 +91,6 @@ class Recorder:
         if not self.rows:
             return {"time": np.empty(0), "x": np.empty(0)}
         columns = {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}
-        columns["energy_balance"] -= columns["energy_balance"][0]  # springs hold energy from the start, which nobody has put in
+        # springs hold energy from the start, which nobody has put in
+        columns["energy_balance"] -= columns["energy_balance"][0]
         return columns

@@ -1,4 +1,5 @@
-"""The time loop of a pass: settle, let go, run to the end; records, frames, restart files, and a stop when the energies part."""
+"""The time loop of a pass: settle, let go, run to the end; records, frames, restart files, and a stop when the energies
+part."""
 
 from __future__ import annotations
 
@@ -29,8 +30,18 @@ class Run:
     )  # fmt: skip
     SCRATCH = ("started", "last_checkpoint")
 
-    def __init__(self, comm, scene: Scene, settings: FeSettings, passage: Passage, folder: Path | None, progress, ties: Mapping[str, str] | None = None):
-        """folder : takes fields and restart files, None for none;  ties : what a restart file belongs to, root only (rail_fem.output.sealed)"""
+    def __init__(
+        self,
+        comm,
+        scene: Scene,
+        settings: FeSettings,
+        passage: Passage,
+        folder: Path | None,
+        progress,
+        ties: Mapping[str, str] | None = None,
+    ):
+        """folder : takes fields and restart files, None for none;  ties : what a restart file belongs to, root only
+        (rail_fem.output.sealed)"""
         self.ties, self.started = ties or {}, time.perf_counter()
         self.comm, self.scene, self.settings, self.passage = comm, scene, settings, passage
         self.folder, self.progress = folder, progress
@@ -66,8 +77,8 @@ class Run:
     # ---- the loop
 
     def go(self) -> None:
-        """Run to the end of the window or to max_steps. The last restart file holds the state before the end is recorded, so that a restart after it
-        records it once more, and the same. Collective."""
+        """Run to the end of the window or to max_steps. The last restart file holds the state before the end is
+        recorded, so that a restart after it records it once more, and the same. Collective."""
         while not self._over():
             self._step()
         self.save()
@@ -77,7 +88,9 @@ class Run:
 
     def _over(self) -> bool:
         d = self.dynamics
-        return d.time >= self.passage.running.duration * (1 - 1e-12) or d.step_count >= (self.settings.max_steps or np.inf)
+        return d.time >= self.passage.running.duration * (1 - 1e-12) or d.step_count >= (
+            self.settings.max_steps or np.inf
+        )
 
     @property
     def cut_off(self) -> str:
@@ -86,7 +99,10 @@ class Run:
         if d.time >= running.duration * (1 - 1e-12):
             return ""
         x = running.start + d.contact.offset
-        return f"max_steps = {self.settings.max_steps} ended it at x = {x * 1e3:.1f} mm, {d.time / running.duration:.1%} of the pass"
+        return (
+            f"max_steps = {self.settings.max_steps} ended it at x = {x * 1e3:.1f} mm, {d.time / running.duration:.1%}"
+            " of the pass"
+        )
 
     def _step(self) -> None:
         d, clock = self.dynamics, time.perf_counter()
@@ -123,16 +139,19 @@ class Run:
         self.next_row += self.settings.history_interval
         balance = self._balance_share(energies)
         if self.progress:
-            self.progress.update(step=d.step_count, time=d.time, end_time=self.passage.running.duration, energy_balance=balance)
+            self.progress.update(
+                step=d.step_count, time=d.time, end_time=self.passage.running.duration, energy_balance=balance
+            )
         if balance > trust.STOP_BALANCE:
             raise ArithmeticError(
-                f"energy balance error {balance:.1%} of the work of contact at step {d.step_count}, t = {d.time * 1e3:.4f} ms, "
-                f"x = {self.passage.running.start * 1e3 + d.contact.offset * 1e3:.1f} mm: the run is unstable; take courant below {self.settings.courant:g}; "
-                "the last restart file is kept"
+                f"energy balance error {balance:.1%} of the work of contact at step {d.step_count}, t ="
+                f" {d.time * 1e3:.4f} ms, x = {self.passage.running.start * 1e3 + d.contact.offset * 1e3:.1f} mm: the"
+                f" run is unstable; take courant below {self.settings.courant:g}; the last restart file is kept"
             )
 
     def _balance_share(self, energies: dict[str, float]) -> float:
-        """Balance error of the bodies over the work of contact so far (at least 5 J, so that the first steps are not judged)."""
+        """Balance error of the bodies over the work of contact so far (at least 5 J, so that the first steps are not
+        judged)."""
         if self.start_energies is None:
             return 0.0
         work = trust.impact_work(np.array(self.recorder.contact_work))

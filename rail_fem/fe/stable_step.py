@@ -7,16 +7,17 @@ from mpi4py import MPI
 
 from rail_fem.fe.structure import Structure
 
-
-START_WAVE = np.array([1.7e3, 2.3e3, 2.9e3])  # of Lanczos' start vector: a few nodes a wave, oblique to every mesh line [1/m]
+# of Lanczos' start vector: a few nodes a wave, oblique to every mesh line [1/m]
+START_WAVE = np.array([1.7e3, 2.3e3, 2.9e3])
 
 
 def largest_frequency(structure: Structure, free: np.ndarray, iterations: int = 24) -> float:
-    """Largest angular frequency sqrt(lambda_max(M^-1 K)) [rad/s] of the bodies with the unknowns `free` (3 n_nodes, bool).
+    """Largest angular frequency sqrt(lambda_max(M^-1 K)) [rad/s] of the bodies with the unknowns `free` (3 n_nodes,
+    bool).
 
     Lanczos without reorthogonalisation in the mass inner product: a lower bound that is within 1 % after 24 iterations
-    (tests/fe/test_stable_step.py). The start vector depends on the places of nodes only, so it is the same on any number of
-    ranks, and on meshes that differ far from their smallest elements. Collective.
+    (tests/fe/test_stable_step.py). The start vector depends on the places of nodes only, so it is the same on any
+    number of ranks, and on meshes that differ far from their smallest elements. Collective.
     """
     domain, comm = structure.domain, structure.domain.comm
     owned = 3 * domain.n_owned
@@ -46,10 +47,12 @@ def largest_frequency(structure: Structure, free: np.ndarray, iterations: int = 
 
 
 def damped_limit(frequency: float, damping_ratio: float) -> float:
-    """Stable step [s] of central differences with lagged velocity damping: 2/w (sqrt(1 + z^2) - z) (Belytschko et al., 2014, eq. 6.2.9).
+    """Stable step [s] of central differences with lagged velocity damping: 2/w (sqrt(1 + z^2) - z) (Belytschko et al.,
+    2014, eq. 6.2.9).
 
-    Bulk viscosity of coefficient z damps a mode that also widens by up to M / K more than z: the true limit was 1 to 2 %
-    below this one at z = 0.06, 5 % at 0.2 (tests/fe/test_stable_step.py keeps 3 % distance); quadratic viscosity adds to that.
+    Bulk viscosity of coefficient z damps a mode that also widens by up to M / K more than z: the true limit was 1 to 2
+    % below this one at z = 0.06, 5 % at 0.2 (tests/fe/test_stable_step.py keeps 3 % distance); quadratic viscosity adds
+    to that.
     """
     return 2.0 / frequency * (np.sqrt(1.0 + damping_ratio**2) - damping_ratio)
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.output.events import OPEN
 from rail_fem.light.contact_table import contact_table
-from rail_fem.light.vertical_pass import TRACK, WHEEL, run_pass
-from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.light.groove import contacts_of
+from rail_fem.light.vertical_pass import TRACK, WHEEL, run_pass
+from rail_fem.output.events import OPEN
 from rail_fem.scene.scene import GRAVITY, Scene
+from rail_fem.settings.light import RigidHertzSettings
 
 SPRUNG = 0  # place of the sprung mass in a light pass
 
@@ -20,7 +20,8 @@ SPRUNG = 0  # place of the sprung mass in a light pass
 class StartState:
     """The scene where settling ends. Upwards positive.
 
-    force : of contact [N];  suspension, foundation : compression of the springs [m];  axle, sprung, crossing : velocities [m/s];  resting :
+    force : of contact [N];  suspension, foundation : compression of the springs [m];
+    axle, sprung, crossing : velocities [m/s];  resting :
     under the static load along a straight path
     """
 
@@ -36,16 +37,40 @@ class StartState:
 def resting(scene: Scene, vertical_speed: float) -> StartState:
     """Static load, all of the vehicle along the path at its vertical speed [m/s], the crossing at rest."""
     weight, mass = scene.static_wheel_load, scene.vehicle.wheel_sprung_mass
-    return StartState(weight, mass * GRAVITY / scene.vehicle.primary_stiffness, weight / scene.foundation.stiffness, vertical_speed, vertical_speed, 0.0, True)
+    return StartState(
+        weight,
+        mass * GRAVITY / scene.vehicle.primary_stiffness,
+        weight / scene.foundation.stiffness,
+        vertical_speed,
+        vertical_speed,
+        0.0,
+        True,
+    )
 
 
 def from_rigid_hertz(scene: Scene, settings: RigidHertzSettings, x: float) -> StartState:
-    """The state of a rigid_hertz pass when the wheel is at x [m]. Errors: ValueError where it is in the air there, or never comes there."""
-    run = run_pass(scene, settings, contacts_of(scene, settings, contact_table(scene, *settings.window(scene), settings.path_spacing)))
+    """The state of a rigid_hertz pass when the wheel is at x [m]. Errors: ValueError where it is in the air there, or
+    never comes there."""
+    run = run_pass(
+        scene,
+        settings,
+        contacts_of(scene, settings, contact_table(scene, *settings.window(scene), settings.path_spacing)),
+    )
     if not min(run.x) <= x <= max(run.x):
-        raise ValueError(f"x = {x * 1e3:g} mm lies outside the approach by rigid_hertz from {run.x[0] * 1e3:g} to {run.x[-1] * 1e3:g} mm: give an earlier approach_start")
+        raise ValueError(
+            f"x = {x * 1e3:g} mm lies outside the approach by rigid_hertz from {run.x[0] * 1e3:g} to"
+            f" {run.x[-1] * 1e3:g} mm: give an earlier approach_start"
+        )
     step = int(np.argmin(np.abs(run.x - x)))
     position, velocity, force = run.motion.position[step], run.motion.velocity[step], float(run.force[:, step].sum())
     if force < OPEN * scene.static_wheel_load:
-        raise ValueError(f"rigid_hertz finds the wheel in the air at x = {x * 1e3:.0f} mm: begin where it is in contact")
-    return StartState(force, float(position[WHEEL] - position[SPRUNG]), float(-position[TRACK]), *(float(velocity[k]) for k in (WHEEL, SPRUNG, TRACK)), False)
+        raise ValueError(
+            f"rigid_hertz finds the wheel in the air at x = {x * 1e3:.0f} mm: begin where it is in contact"
+        )
+    return StartState(
+        force,
+        float(position[WHEEL] - position[SPRUNG]),
+        float(-position[TRACK]),
+        *(float(velocity[k]) for k in (WHEEL, SPRUNG, TRACK)),
+        False,
+    )

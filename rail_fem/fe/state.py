@@ -1,6 +1,7 @@
 """How element state and materials lie in memory, shared by the kernels, the solver and the output.
 
-Elements of one material stand in blocks of LANES. A state array is flat, (n_blocks * N_STATE * LANES,): block, entry, lane.
+Elements of one material stand in blocks of LANES. A state array is flat, (n_blocks * N_STATE * LANES,): block, entry,
+lane.
 """
 
 LANES = 32

@@ -1,4 +1,5 @@
-"""Bodies ready to move: nodes with mass, position and velocity, and elements of both kernels on one distributed mesh."""
+"""Bodies ready to move: nodes with mass, position and velocity, and elements of both kernels on one distributed
+mesh."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ BLOCKS_AT_A_TIME = 64  # scratch state of a product with the stiffness
 class Structure:
     """Elements, masses and nodal state of a rank.
 
-    steels : one for each region of the domain;  small : regions on the small-displacement elastic kernel (the others: finite strain, J2)
+    steels : one for each region of the domain;  small : regions on the small-displacement elastic kernel (the others:
+        finite strain, J2)
     damping : beta of the small-displacement kernel [s], set by Dynamics.stable_step
 
     Attributes (rank-local): x, v, force (3 n_nodes,);  mass (n_nodes,) of whole nodes also on ghosts;
@@ -28,17 +30,27 @@ class Structure:
     NODAL = ("x", "v", "force")  # (3 n_nodes,), and the elements' state and works: rail_fem.fe.checkpoint
     SCRATCH = ("u", "smallest_volume")
 
-    def __init__(self, domain: Domain, steels: list[Steel], small: tuple[int, ...] = (), settings: ElementSettings = ElementSettings()):
+    def __init__(
+        self,
+        domain: Domain,
+        steels: list[Steel],
+        small: tuple[int, ...] = (),
+        settings: ElementSettings = ElementSettings(),
+    ):
         self.domain, self.settings, self.steels = domain, settings, steels
         self.table = material_table(steels, settings)
         is_small = np.isin(domain.region, small)
         self.finite_cells, self.small_cells = np.flatnonzero(~is_small), np.flatnonzero(is_small)
         self.finite = ElementBlocks(domain.cells[self.finite_cells], domain.region[self.finite_cells], self.table)
-        self.small = ElementBlocks(domain.cells[self.small_cells], domain.region[self.small_cells], self.table, stateless=True)
+        self.small = ElementBlocks(
+            domain.cells[self.small_cells], domain.region[self.small_cells], self.table, stateless=True
+        )
         self.x, self.v, self.force = domain.reference.copy(), domain.shared_vector(), domain.shared_vector()
         self.u = domain.nodal_vector()  # displacement and damping of the small-displacement nodes, 0 elsewhere
         self.small_nodes = np.unique(domain.cells[self.small_cells])
-        self.geometry, smallest = fixed_geometry(domain.reference, self.small.nodes, self.small.filled, self.small.material_of, self.table.rows)
+        self.geometry, smallest = fixed_geometry(
+            domain.reference, self.small.nodes, self.small.filled, self.small.material_of, self.table.rows
+        )
         self.damping = 0.0
         self.block_work = np.zeros((len(self.finite.filled), N_WORK))
         self.smallest_volume = smallest
@@ -67,7 +79,9 @@ class Structure:
 
     def region_masses(self) -> np.ndarray:
         """Mass of each region, in the order of the steels [kg]; replicated. Collective."""
-        return self.domain.comm.allreduce(np.bincount(self.domain.region, self._cell_mass(), minlength=len(self.steels)))
+        return self.domain.comm.allreduce(
+            np.bincount(self.domain.region, self._cell_mass(), minlength=len(self.steels))
+        )
 
     def _lumped_mass(self) -> np.ndarray:
         vector = self.domain.nodal_vector()
@@ -78,11 +92,25 @@ class Structure:
         return vector[::3].copy()
 
     def add_internal_force(self, dt: float) -> None:
-        """Minus the internal force at the present x and v, added to `force` of owned and ghost nodes; updates stresses. Rank-local."""
+        """Minus the internal force at the present x and v, added to `force` of owned and ghost nodes; updates stresses.
+        Rank-local."""
         t = self.table
         b = self.finite
         self.smallest_volume = update_elements(
-            self.x, self.v, dt, b.nodes, b.filled, b.material_of, t.rows, t.curve_start, t.curve_strain, t.curve_stress, b.state, b.back, self.force, self.block_work.ravel()
+            self.x,
+            self.v,
+            dt,
+            b.nodes,
+            b.filled,
+            b.material_of,
+            t.rows,
+            t.curve_start,
+            t.curve_strain,
+            t.curve_stress,
+            b.state,
+            b.back,
+            self.force,
+            self.block_work.ravel(),
         )
         b = self.small
         if b.n_cells:
@@ -103,7 +131,11 @@ class Structure:
     def small_stress(self) -> np.ndarray:
         """Stress of the small-displacement elements (m, 6), order VOIGT [Pa], without damping. Rank-local."""
         b = self.small
-        return b.in_cells(elastic_stress(self.x - self.domain.reference, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry))
+        return b.in_cells(
+            elastic_stress(
+                self.x - self.domain.reference, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry
+            )
+        )
 
     def kinetic_energy(self) -> float:
         """Of the owned nodes [J]. Rank-local."""
@@ -111,7 +143,8 @@ class Structure:
         return 0.5 * float(np.repeat(self.mass[:n], 3) @ self.v[: 3 * n] ** 2)
 
     def stiffness_times(self, direction: np.ndarray) -> np.ndarray:
-        """Elastic stiffness (with hourglass stiffness, on the present geometry) times a nodal vector (3 n_nodes,). Collective."""
+        """Elastic stiffness (with hourglass stiffness, on the present geometry) times a nodal vector (3 n_nodes,).
+        Collective."""
         out, t, b = self.domain.nodal_vector(), self.table, self.finite
         rows, scale = t.rows.copy(), 1e-9
         rows[:, [LINEAR_VISCOSITY, QUADRATIC_VISCOSITY, KINEMATIC]] = 0.0
@@ -121,7 +154,22 @@ class Structure:
             state = np.zeros((len(filled), N_STATE, LANES))
             state[:, YIELD, :] = np.inf
             nodes, work = b.nodes.reshape(-1, 8 * LANES)[part].ravel(), np.zeros(N_WORK * len(filled))
-            update_elements(self.x, direction, scale, nodes, filled, b.material_of[part], rows, t.curve_start, t.curve_strain, t.curve_stress, state.ravel(), np.empty(0), out, work)
+            update_elements(
+                self.x,
+                direction,
+                scale,
+                nodes,
+                filled,
+                b.material_of[part],
+                rows,
+                t.curve_start,
+                t.curve_strain,
+                t.curve_stress,
+                state.ravel(),
+                np.empty(0),
+                out,
+                work,
+            )
         out /= scale
         b = self.small
         if b.n_cells:

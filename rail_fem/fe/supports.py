@@ -14,7 +14,8 @@ import numpy as np
 class RigidGroup:
     """Nodes that move as one body without rotation.
 
-    input_nodes : (k,) nodes of the input mesh (may be empty: a lumped mass);  added_mass [kg];  free : directions that may move
+    input_nodes : (k,) nodes of the input mesh (may be empty: a lumped mass);  added_mass [kg];
+    free : directions that may move
     mesh_mass : of the whole mesh that the group holds [kg]: what its nodes and those that hang on them weigh
     load : (3,) constant force [N];  velocity, displacement : (3,), change in place with time
     """
@@ -29,7 +30,8 @@ class RigidGroup:
     node_mass: float = 0.0
     mesh_mass: float = 0.0
     load_work: float = 0.0
-    reaction: np.ndarray = field(default_factory=lambda: np.zeros(3))  # force of the elements on the group in the last step [N]
+    # force of the elements on the group in the last step [N]
+    reaction: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     STATE = ("added_mass", "free", "load", "velocity", "displacement", "load_work", "reaction")
 
@@ -38,11 +40,12 @@ class RigidGroup:
         return self.node_mass + self.added_mass
 
     def add_mass_up_to(self, total: float, remedy: str) -> None:
-        """Added mass such that group and mesh together weigh `total` [kg]. Errors: ValueError where the mesh alone weighs more."""
+        """Added mass such that group and mesh together weigh `total` [kg]. Errors: ValueError where the mesh alone
+        weighs more."""
         if self.mesh_mass > total:
             raise ValueError(
-                f"the mesh of the {self.name} weighs {self.mesh_mass:.1f} kg, more than the {total:.1f} kg that the case gives it: "
-                f"steel that is modelled cannot be taken away again; {remedy}"
+                f"the mesh of the {self.name} weighs {self.mesh_mass:.1f} kg, more than the {total:.1f} kg that the"
+                f" case gives it: steel that is modelled cannot be taken away again; {remedy}"
             )
         self.added_mass = total - self.mesh_mass
 
@@ -72,7 +75,8 @@ class RigidGroup:
 class Link:
     """Vertical spring and damper between two groups (b None: the ground).
 
-    Force on a: -stiffness * (za - zb - rest) - damping * (va - vb - rate). Energies: `spring_energy` stored, `dissipated` so far [J].
+    Force on a: -stiffness * (za - zb - rest) - damping * (va - vb - rate). Energies: `spring_energy` stored,
+    `dissipated` so far [J].
     """
 
     name: str
@@ -92,7 +96,9 @@ class Link:
 
     def stretch(self) -> float:
         """za - zb - rest [m]."""
-        return float(self.a.displacement[2]) - (float(self.b.displacement[2]) if self.b is not None else 0.0) - self.rest
+        return (
+            float(self.a.displacement[2]) - (float(self.b.displacement[2]) if self.b is not None else 0.0) - self.rest
+        )
 
     def closing(self) -> float:
         """va - vb [m/s]."""
@@ -129,7 +135,9 @@ class Supports:
         before = [link.closing() for link in self.links]
         for g, reaction in zip(self.groups, reactions):
             g.reaction[:] = reaction
-            on_group = sum(link.sign(g) * (spring + damper) for link, spring, damper in zip(self.links, springs, dampers))
+            on_group = sum(
+                link.sign(g) * (spring + damper) for link, spring, damper in zip(self.links, springs, dampers)
+            )
             g.kick(on_group, dt)
         for link, damper, old in zip(self.links, dampers, before):
             link.dissipated -= dt * damper * 0.5 * (old + link.closing())

@@ -43,8 +43,8 @@ STOP_BALANCE = LIMITS["energy balance of the bodies"].bad  # of the impact's wor
 
 @dataclass(frozen=True)
 class Row:
-    """One row: what was looked at, the number, the number in words, the rule it is held to, the verdict, the number for a table, the limit up to
-    which it is good."""
+    """One row: what was looked at, the number, the number in words, the rule it is held to, the verdict, the number for
+    a table, the limit up to which it is good."""
 
     name: str
     value: float
@@ -68,15 +68,16 @@ def judged(name: str, value: float, shown: str) -> Row:
 def impact_work(contact_work: np.ndarray) -> float:
     """The work of the impact [J]: the range of the work that the contact forces do on the bodies, after settling.
 
-    contact_work : (n,) work so far, in frames that travel with each body, so the train's kinetic energy has no part in it.
+    contact_work : (n,) work so far, in frames that travel with each body, so the train's kinetic energy has no part in
+        it.
     """
     return float(np.ptp(contact_work)) if len(contact_work) > 2 else float("nan")
 
 
 def chatter(history: dict[str, np.ndarray], speed: float, element_size: float, settled: float) -> tuple[float, float]:
-    """What the contact force does above half the frequency at which elements pass under the wheel: its share of the force's variance,
-    and its root mean square over the mean force. The share alone would condemn steady running, where there is no other variance.
-    NaN, NaN when not sampled so finely."""
+    """What the contact force does above half the frequency at which elements pass under the wheel: its share of the
+    force's variance, and its root mean square over the mean force. The share alone would condemn steady running, where
+    there is no other variance. NaN, NaN when not sampled so finely."""
     after = history["time"] > settled
     if after.sum() < 16:
         return float("nan"), float("nan")
@@ -93,10 +94,12 @@ def chatter(history: dict[str, np.ndarray], speed: float, element_size: float, s
 
 
 def mesh_noise(history: dict[str, np.ndarray], speed: float, element_size: float, settled: float) -> float:
-    """How far the largest force stands above its mean over the passage of one element, relative; NaN when not sampled so finely.
+    """How far the largest force stands above its mean over the passage of one element, relative; NaN when not sampled
+    so finely.
 
-    That mean takes out exactly what repeats with the mesh as the wheel rolls from element to element, and of a smooth peak of
-    duration T only (h / V T)^2. It says nothing about what the mesh gets wrong steadily: a patch too stiff, a blunted peak.
+    That mean takes out exactly what repeats with the mesh as the wheel rolls from element to element, and of a smooth
+    peak of duration T only (h / V T)^2. It says nothing about what the mesh gets wrong steadily: a patch too stiff, a
+    blunted peak.
     """
     after = history["time"] > settled
     time, force = history["time"][after], history["force"][after]
@@ -111,7 +114,12 @@ def mesh_noise(history: dict[str, np.ndarray], speed: float, element_size: float
 
 def report_rows(facts: dict) -> list[Row]:
     """The trust report from the facts of a run (see rail_fem.fe.findings.trust_facts)."""
-    shares, work, internal, approach = facts["shares"], facts["impact_work"], facts["internal_energy"], facts["approach"]
+    shares, work, internal, approach = (
+        facts["shares"],
+        facts["impact_work"],
+        facts["internal_energy"],
+        facts["approach"],
+    )
     hourglass, penalty = last_known(shares["energy_hourglass"]), float(np.nanmax(shares["energy_contact"], initial=0.0))
     balance, loss = (last_known(shares[name]) for name in OF_IMPACT)
     largest, mean = facts["penetration"]
@@ -133,15 +141,33 @@ def report_rows(facts: dict) -> list[Row]:
 
 
 def _static_row(error: float, resting: bool, transfers: bool) -> Row:
-    """A pass that begins in motion has no stretch under the static load, nor has one whose path bends right behind the settling."""
+    """A pass that begins in motion has no stretch under the static load, nor has one whose path bends right behind the
+    settling."""
     name = "static load before the transfer"
     absent = "" if transfers else "; there is no transfer in this window"
     rule = LIMITS[name].rule
     if not resting:
-        return Row(name, float("nan"), f"the pass begins in motion, as rigid_hertz found it: its start is as wrong as that rung{absent}", rule, GOOD)
+        return Row(
+            name,
+            float("nan"),
+            f"the pass begins in motion, as rigid_hertz found it: its start is as wrong as that rung{absent}",
+            rule,
+            GOOD,
+        )
     if np.isnan(error):
-        return Row(name, error, f"not known: the rigid path bends within a patch's reach of where the wheel is let go{absent}", rule, WARN, "not known")
-    return judged(name, abs(error), f"mean force up to the first bend of the rigid path is {error:+.2%} off the static load{absent}")
+        return Row(
+            name,
+            error,
+            f"not known: the rigid path bends within a patch's reach of where the wheel is let go{absent}",
+            rule,
+            WARN,
+            "not known",
+        )
+    return judged(
+        name,
+        abs(error),
+        f"mean force up to the first bend of the rigid path is {error:+.2%} off the static load{absent}",
+    )
 
 
 def _chatter_row(share: float, force: float, penalty: float) -> Row:

@@ -1,11 +1,14 @@
-"""A wheel brought to touch a rail or a crossing, seen from the contact patch: gaps and slices for the contact solvers of `bem`.
+"""A wheel brought to touch a rail or a crossing, seen from the contact patch: gaps and slices for the contact solvers
+of `bem`.
 
-The wheel is lowered along z at a given lateral place until it touches. The patch's frame stands at that point: x' forward and s
-lateral lie in the common tangent plane, h along its normal into the wheel. Both surfaces become heights h(x', s), exact on the
-profiles; the gap is their difference and knows nothing of rails any more. It is what the half-space and the slices of `bem` take.
+The wheel is lowered along z at a given lateral place until it touches. The patch's frame stands at that point: x'
+forward and s lateral lie in the common tangent plane, h along its normal into the wheel. Both surfaces become heights
+h(x', s), exact on the profiles; the gap is their difference and knows nothing of rails any more. It is what the
+half-space and the slices of `bem` take.
 
-    tie = plain_rail_tie()                                        # P8 on BS113A, gauge 1435, back-to-back 1360, rail 1:20
-    patch = normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(49505.0), window=tie.window())
+    tie = plain_rail_tie()                                        # P8 on BS113A, gauge 1435, back-to-back 1360, rail
+    1:20 patch = normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(49505.0),
+    window=tie.window())
     rail, wheel = tie.slice_profiles(0.0)                         # (n, 2) s, h at x' = 0, for a slice
 
 Axes: geometry.axes. Error of the heights: 1e-12 m against the profiles (tests/rail_fem/test_patch_ties.py).
@@ -18,21 +21,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bem.plane.body import Body
 from bem.exact.hertz import PointContact, point_contact
 from bem.material import STEEL, Elastic, contact_modulus
+from bem.plane.body import Body
 from bem.plane.outline import block_behind
 from geometry.axes import tread_datum_y
-from geometry.surfaces.crossing import CastCrossing
 from geometry.profiles.profile import Profile
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing
 
 Surface = Callable[[np.ndarray, np.ndarray], np.ndarray]  # z(x, y) [m], NaN where the body is not
 
-ROLLING_RADIUS = 0.425    # of the thesis' wheel, 850 mm diameter, at the tread datum
-_EXACT = 1e-11            # heights are iterated to this [m]
-_BEND = 0.5e-3            # half the chord over which curvatures are taken [m]
+ROLLING_RADIUS = 0.425  # of the thesis' wheel, 850 mm diameter, at the tread datum
+_EXACT = 1e-11  # heights are iterated to this [m]
+_BEND = 0.5e-3  # half the chord over which curvatures are taken [m]
 
 
 class TieError(ValueError):
@@ -83,7 +86,8 @@ class Tie:
 
     @property
     def angle(self) -> float:
-        """Contact angle [rad]: slope of the tangent plane across the track, positive where the rail rises to the field side."""
+        """Contact angle [rad]: slope of the tangent plane across the track, positive where the rail rises to the field
+        side."""
         return float(np.arctan2(self.frame[1, 2], self.frame[1, 1]))
 
     def rail_height(self, x: np.ndarray, s: np.ndarray) -> np.ndarray:
@@ -99,10 +103,15 @@ class Tie:
         gap = self.wheel_height(x, s) - self.rail_height(x, s)
         return np.where(np.isfinite(gap), gap, np.inf)
 
-    def slice_profiles(self, x: float, half_width: float = 0.02, spacing: float = 0.1e-3) -> tuple[np.ndarray, np.ndarray]:
+    def slice_profiles(
+        self, x: float, half_width: float = 0.02, spacing: float = 0.1e-3
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Rail and wheel (n, 2) s, h [m] of the section x' [m], by growing s, where each has a surface."""
         s = np.linspace(-half_width, half_width, 2 * int(np.ceil(half_width / spacing)) + 1)
-        lines = (np.column_stack([s, height(np.full(s.shape, float(x)), s)]) for height in (self.rail_height, self.wheel_height))
+        lines = (
+            np.column_stack([s, height(np.full(s.shape, float(x)), s)])
+            for height in (self.rail_height, self.wheel_height)
+        )
         rail, wheel = (line[np.isfinite(line[:, 1])] for line in lines)
         return rail, wheel
 
@@ -111,7 +120,8 @@ class Tie:
         return wheel_load / float(self.frame[2, 2])
 
     def window(self, length: float = 0.012, width: float = 0.02) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Search window of +- length, +- width [m] about the first touch, as bem.halfspace.normal.normal_contact takes it."""
+        """Search window of +- length, +- width [m] about the first touch, as bem.halfspace.normal.normal_contact takes
+        it."""
         return (-length, length), (-width, width)
 
     def radii(self) -> tuple[float, float]:
@@ -122,11 +132,20 @@ class Tie:
 
     def hertz(self, wheel_load: float) -> PointContact:
         """Hertz' contact of the radii at the first touch; blind to all that changes within the patch."""
-        return point_contact(self.normal_force(wheel_load), *self.radii(), contact_modulus(self.wheel_steel, self.rail_steel))
+        return point_contact(
+            self.normal_force(wheel_load), *self.radii(), contact_modulus(self.wheel_steel, self.rail_steel)
+        )
 
 
-def bring_together(profile: Profile, rail: Surface, datum: tuple[float, float], rolling_radius: float = ROLLING_RADIUS,
-                   steels: tuple[Elastic, Elastic] = (STEEL, STEEL), reach: float = 0.0, label: str = "") -> Tie:
+def bring_together(
+    profile: Profile,
+    rail: Surface,
+    datum: tuple[float, float],
+    rolling_radius: float = ROLLING_RADIUS,
+    steels: tuple[Elastic, Elastic] = (STEEL, STEEL),
+    reach: float = 0.0,
+    label: str = "",
+) -> Tie:
     """Lower a wheel whose tread datum is at (x, y) [m] onto a rail.
 
     reach : how far ahead and behind the axle it may touch [m], 0 for a straight rail, where it touches below the axle
@@ -140,7 +159,10 @@ def bring_together(profile: Profile, rail: Surface, datum: tuple[float, float], 
         x, y = np.meshgrid(*(np.linspace(a, b, n) for a, b, n in zip(low, high, counts)), indexing="ij")
         opening = hanging(x, y) - rail(x, y)
         if not np.isfinite(opening).any():
-            raise TieError(f"{label or profile.label}: no rail lies below the wheel with its datum at x = {datum[0]:g}, y = {datum[1]:g} m")
+            raise TieError(
+                f"{label or profile.label}: no rail lies below the wheel with its datum at x = {datum[0]:g}, y ="
+                f" {datum[1]:g} m"
+            )
         i, j = np.unravel_index(np.nanargmin(opening), opening.shape)
         best = np.array([x[i, j], y[i, j]])
         step = 2 * (high - low) / np.maximum(np.array(counts) - 1, 1)
@@ -148,9 +170,18 @@ def bring_together(profile: Profile, rail: Surface, datum: tuple[float, float], 
     return tie_at(profile, rail, datum, best, rolling_radius, *steels, label=label)
 
 
-def tie_at(profile: Profile, rail: Surface, datum: tuple[float, float], touch: np.ndarray, rolling_radius: float = ROLLING_RADIUS,
-           wheel_steel: Elastic = STEEL, rail_steel: Elastic = STEEL, label: str = "") -> Tie:
-    """A wheel with its tread datum at (x, y) [m] that touches the rail first at `touch` (2,) x, y [m], as a search has found.
+def tie_at(
+    profile: Profile,
+    rail: Surface,
+    datum: tuple[float, float],
+    touch: np.ndarray,
+    rolling_radius: float = ROLLING_RADIUS,
+    wheel_steel: Elastic = STEEL,
+    rail_steel: Elastic = STEEL,
+    label: str = "",
+) -> Tie:
+    """A wheel with its tread datum at (x, y) [m] that touches the rail first at `touch` (2,) x, y [m], as a search has
+    found.
 
     Raises TieError where one of the two has no surface there.
     """
@@ -164,7 +195,8 @@ def tie_at(profile: Profile, rail: Surface, datum: tuple[float, float], touch: n
 
 
 def _frame(wheel: Surface, rail: Surface, point: np.ndarray) -> np.ndarray:
-    """Rows: x' forward, s lateral, normal up, of the mean tangent plane of both surfaces; of one, where the other has an edge there."""
+    """Rows: x' forward, s lateral, normal up, of the mean tangent plane of both surfaces; of one, where the other has
+    an edge there."""
     step, slopes = 1e-6, []
     for surface in (wheel, rail):
         x, y = point[0] + step * np.array([-1, 1, 0, 0]), point[1] + step * np.array([0, 0, -1, 1])
@@ -191,34 +223,68 @@ def _heights(surface: Surface, point: np.ndarray, frame: np.ndarray, x: np.ndarr
             break
         rise = (surface(at[..., 0] + step * normal[0], at[..., 1] + step * normal[1]) - z) / step
         rise = np.where(np.isfinite(rise), rise, 0.0)
-        height = height - np.where(np.isfinite(miss), miss, 0.0) / (normal[2] - rise)  # beside the body it stays where it is
+        # beside the body it stays where it is
+        height = height - np.where(np.isfinite(miss), miss, 0.0) / (normal[2] - rise)
     return np.where(np.abs(miss) <= 1e-9, height, np.nan)
 
 
-def plain_rail_tie(wheel: str = "P8", rail: str = "56E1", lateral: float = 0.0, inclination: float = 1 / 20, gauge: float = 1.435,
-                   back_to_back: float = 1.360, rolling_radius: float = ROLLING_RADIUS, wheel_steel: Elastic = STEEL,
-                   rail_steel: Elastic = STEEL) -> Tie:
+def plain_rail_tie(
+    wheel: str = "P8",
+    rail: str = "56E1",
+    lateral: float = 0.0,
+    inclination: float = 1 / 20,
+    gauge: float = 1.435,
+    back_to_back: float = 1.360,
+    rolling_radius: float = ROLLING_RADIUS,
+    wheel_steel: Elastic = STEEL,
+    rail_steel: Elastic = STEEL,
+) -> Tie:
     """A wheel on plain line, the wheelset shifted by `lateral` [m] towards the field side; lengths in m."""
     datum = 0.0, tread_datum_y(gauge, back_to_back) + lateral
     profile = wheel_profile(wheel)
-    return bring_together(profile, plain_rail(rail_head(rail, inclination)), datum, rolling_radius, (wheel_steel, rail_steel),
-                          label=f"{wheel} on {rail}, lateral {lateral * 1e3:g} mm")
+    return bring_together(
+        profile,
+        plain_rail(rail_head(rail, inclination)),
+        datum,
+        rolling_radius,
+        (wheel_steel, rail_steel),
+        label=f"{wheel} on {rail}, lateral {lateral * 1e3:g} mm",
+    )
 
 
-def plain_rail_section(tie: Tie, rail: str = "56E1", inclination: float = 1 / 20, below: float = 0.100, above: float = 0.150) -> tuple[Body, Body]:
+def plain_rail_section(
+    tie: Tie, rail: str = "56E1", inclination: float = 1 / 20, below: float = 0.100, above: float = 0.150
+) -> tuple[Body, Body]:
     """Rail and wheel of `plain_rail_tie` as plane bodies y, z in place: the thesis' fourth case of chapter 5.
 
     The whole profiles, closed by straight sides to held edges `below` the crown and `above` the tread datum [m].
     """
     _, y, z = tie.wheel.place
     wheel = tie.wheel.profile.points + [y, z]
-    return (Body(block_behind(rail_head(rail, inclination).points, -below), tie.rail_steel),
-            Body(block_behind(wheel, z + above), tie.wheel_steel))
+    return (
+        Body(block_behind(rail_head(rail, inclination).points, -below), tie.rail_steel),
+        Body(block_behind(wheel, z + above), tie.wheel_steel),
+    )
 
 
-def crossing_tie(crossing: CastCrossing, x: float, body: str | None = None, wheel: str = "P8", lateral: float = 0.0,
-                 rolling_radius: float = ROLLING_RADIUS, wheel_steel: Elastic = STEEL, rail_steel: Elastic = STEEL) -> Tie:
+def crossing_tie(
+    crossing: CastCrossing,
+    x: float,
+    body: str | None = None,
+    wheel: str = "P8",
+    lateral: float = 0.0,
+    rolling_radius: float = ROLLING_RADIUS,
+    wheel_steel: Elastic = STEEL,
+    rail_steel: Elastic = STEEL,
+) -> Tie:
     """A wheel with its axle over x [m] of a crossing, on its "wing", its "nose", or whichever it meets first."""
     datum = x, tread_datum_y() + lateral
-    return bring_together(wheel_profile(wheel), crossing_surface(crossing, body), datum, rolling_radius, (wheel_steel, rail_steel), 0.05,
-                          f"{wheel} on {body or 'wing and nose'} at x = {x:g} m, lateral {lateral * 1e3:g} mm")
+    return bring_together(
+        wheel_profile(wheel),
+        crossing_surface(crossing, body),
+        datum,
+        rolling_radius,
+        (wheel_steel, rail_steel),
+        0.05,
+        f"{wheel} on {body or 'wing and nose'} at x = {x:g} m, lateral {lateral * 1e3:g} mm",
+    )

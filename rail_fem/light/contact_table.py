@@ -1,8 +1,10 @@
-"""What the surfaces say about contact along a crossing: for wing and nose, how high a wheel stands on it, where it touches, how stiff it is.
+"""What the surfaces say about contact along a crossing: for wing and nose, how high a wheel stands on it, where it
+touches, how stiff it is.
 
-Each contact is the paraboloid whose intersection with a plane, as deep as the virtual penetration of Kik and Piotrowski (0.55 of the
-approach under the static load), has the length, width and area of the intersection of the true surfaces there. So edges and corners count
-by what they carry. Where the intersection is no ellipse about the contact point, Hertz' theory is a guess: `lopsided`.
+Each contact is the paraboloid whose intersection with a plane, as deep as the virtual penetration of Kik and Piotrowski
+(0.55 of the approach under the static load), has the length, width and area of the intersection of the true surfaces
+there. So edges and corners count by what they carry. Where the intersection is no ellipse about the contact point,
+Hertz' theory is a guess: `lopsided`.
 Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual penetration).
 """
 
@@ -17,28 +19,29 @@ from scipy.integrate import trapezoid
 from bem.exact.hertz import contact_stiffness, point_contact
 from bem.material import Elastic, contact_modulus
 from geometry.axes import tread_datum_y
-from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.crossing_surface import body_heights
 from geometry.path.wheel_path import WheelPath, rolling_radius, wheel_path
 from geometry.profiles.profile import Profile, hermite_many
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.crossing_surface import body_heights
 from rail_fem.scene.scene import Scene
 
 BODIES = ("wing", "nose")
-VIRTUAL = 0.55               # virtual penetration over approach
-FIRST_DEPTH = 50e-6          # of the first intersection [m]
-DEPTHS = (5e-6, 300e-6)      # at least and at most [m]
-ROUNDS = 4                   # of intersection and depth
-REACH = (14e-3, 18e-3)       # half length and half width of the place that is looked at [m]
-SAMPLES = (25, 49)           # along and across, denser in the middle
-NO_METAL = -0.5              # heights below: no surface there [m]
-FAR = 1.0                    # gap where there is no surface [m]
+VIRTUAL = 0.55  # virtual penetration over approach
+FIRST_DEPTH = 50e-6  # of the first intersection [m]
+DEPTHS = (5e-6, 300e-6)  # at least and at most [m]
+ROUNDS = 4  # of intersection and depth
+REACH = (14e-3, 18e-3)  # half length and half width of the place that is looked at [m]
+SAMPLES = (25, 49)  # along and across, denser in the middle
+NO_METAL = -0.5  # heights below: no surface there [m]
+FAR = 1.0  # gap where there is no surface [m]
 
 
 @dataclass(frozen=True)
 class ContactTable:
     """Contacts of a scene's wheel with wing and nose (b = 0, 1) at axle positions x (n,) [m].
 
-    height    : (2, n)    axle height, relative to plain line, at which the wheel touches the body [m]; -inf out of reach
+    height    : (2, n)    axle height, relative to plain line, at which the wheel touches the body [m]; -inf out of
+        reach
     slope     : (2, n)    its derivative to x [1]
     point     : (2, n, 3) where they touch [m]
     stiffness : (2, n)    K of F = K d^1.5, vertical force over vertical approach [N/m^1.5]; 0 out of reach
@@ -63,7 +66,8 @@ class ContactTable:
     search_time: float = 0.0
 
     def height_at(self, x: np.ndarray) -> np.ndarray:
-        """(2, m) heights at x (m,) [m]: cubic Hermite between the table's places, -inf where one of the two is out of reach."""
+        """(2, m) heights at x (m,) [m]: cubic Hermite between the table's places, -inf where one of the two is out of
+        reach."""
         return np.stack([_hermite(x, self.x, h, s) for h, s in zip(self.height, self.slope)])
 
     def between(self, x: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -91,7 +95,8 @@ def _hermite(at: np.ndarray, x: np.ndarray, height: np.ndarray, slope: np.ndarra
 
 
 class TableKey(NamedTuple):
-    """All that a table depends on. steels : Young's modulus [Pa] and Poisson's ratio of wing, nose and wheel;  datum : y of the wheel's tread datum [m]"""
+    """All that a table depends on. steels : Young's modulus [Pa] and Poisson's ratio of wing, nose and wheel;  datum :
+    y of the wheel's tread datum [m]"""
 
     ratio: float
     wheel: Profile
@@ -107,14 +112,27 @@ class TableKey(NamedTuple):
 def table_key(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> TableKey:
     """What the table of a scene depends on; arguments as of contact_table."""
     low, high = sorted((start, end))
-    steels = tuple((s.youngs_modulus, s.poisson) for s in (scene.materials.wing.steel(), scene.materials.nose.steel(), scene.materials.wheel.steel()))
+    steels = tuple(
+        (s.youngs_modulus, s.poisson)
+        for s in (scene.materials.wing.steel(), scene.materials.nose.steel(), scene.materials.wheel.steel())
+    )
     wheel = scene.wheel
-    return TableKey(scene.crossing.ratio, wheel.shape, wheel.radius, scene.wheel_datum_y + shift, low, high, spacing, steels, scene.static_wheel_load)
+    return TableKey(
+        scene.crossing.ratio,
+        wheel.shape,
+        wheel.radius,
+        scene.wheel_datum_y + shift,
+        low,
+        high,
+        spacing,
+        steels,
+        scene.static_wheel_load,
+    )
 
 
 def contact_table(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> ContactTable:
-    """The table between start and end [m], in either order, every `spacing` [m] or a little less, for a wheel that is moved by `shift` towards
-    its field side [m]; heights are relative to plain line with the same shift.
+    """The table between start and end [m], in either order, every `spacing` [m] or a little less, for a wheel that is
+    moved by `shift` towards its field side [m]; heights are relative to plain line with the same shift.
 
     Kept for scenes that differ in speed or foundation only: the search takes a second or more.
     Errors: CrossingError where the modelled crossing ends.
@@ -143,15 +161,39 @@ def table_of(key: TableKey) -> ContactTable:
     heights = path.height - np.stack([path.wing_gap, path.nose_gap])
     parts = [_contacts(crossing, wheel, b, path, points[b], radius, datum, moduli[b], load) for b in (0, 1)]
     gather = lambda name: np.stack([part[name] for part in parts])
-    return ContactTable(path.x, np.where(np.isfinite(heights), heights, -np.inf), gather("slope"), points, gather("stiffness"),
-                        gather("radii"), gather("angle"), gather("lopsided"), path.transfers, moduli, search_time + time.perf_counter() - started)
+    return ContactTable(
+        path.x,
+        np.where(np.isfinite(heights), heights, -np.inf),
+        gather("slope"),
+        points,
+        gather("stiffness"),
+        gather("radii"),
+        gather("angle"),
+        gather("lopsided"),
+        path.transfers,
+        moduli,
+        search_time + time.perf_counter() - started,
+    )
 
 
-def _contacts(crossing, wheel: Profile, body: int, path: WheelPath, point: np.ndarray, radius: float, datum: float, modulus: float, load: float) -> dict:
+def _contacts(
+    crossing,
+    wheel: Profile,
+    body: int,
+    path: WheelPath,
+    point: np.ndarray,
+    radius: float,
+    datum: float,
+    modulus: float,
+    load: float,
+) -> dict:
     """Slope, curvatures and stiffness at the contact points (n, 3) of one body."""
     near = np.isfinite(point[:, 0])
     x, at = path.x[near], point[near]
-    rolling, tread_slope = rolling_radius(wheel, radius, at[:, 1] - datum), hermite_many(at[:, 1] - datum, *wheel.hermite_table())[1]
+    rolling, tread_slope = (
+        rolling_radius(wheel, radius, at[:, 1] - datum),
+        hermite_many(at[:, 1] - datum, *wheel.hermite_table())[1],
+    )
     ahead, angle = at[:, 0] - x, np.arctan(tread_slope)
     gap, along, across = _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle)
     depth = np.full(len(x), FIRST_DEPTH)
@@ -159,7 +201,13 @@ def _contacts(crossing, wheel: Profile, body: int, path: WheelPath, point: np.nd
         radii, lopsided = equivalent_paraboloid(gap, along, across, depth)
         constant = hertz_constants(radii, modulus)
         depth = np.clip(VIRTUAL * (load / np.cos(angle) / constant) ** (2 / 3), *DEPTHS)
-    found = {"slope": ahead / np.sqrt(rolling**2 - ahead**2), "angle": angle, "stiffness": constant * np.cos(angle) ** 2.5, "radii": radii, "lopsided": lopsided}
+    found = {
+        "slope": ahead / np.sqrt(rolling**2 - ahead**2),
+        "angle": angle,
+        "stiffness": constant * np.cos(angle) ** 2.5,
+        "radii": radii,
+        "lopsided": lopsided,
+    }
     shape = lambda values: np.full((len(near), *values.shape[1:]), 0.0)
     return {name: _placed(shape(values), near, values) for name, values in found.items()}
 
@@ -170,8 +218,11 @@ def _placed(into: np.ndarray, where: np.ndarray, values: np.ndarray) -> np.ndarr
 
 
 def _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gap along the contact's normal (n, p, q) [m] around the contact points (n, 3), and distances along (p,) and across (q,) [m]."""
-    along, across = (reach * np.sign(u) * np.abs(u) ** 1.5 for reach, u in zip(REACH, (np.linspace(-1, 1, k) for k in SAMPLES)))
+    """Gap along the contact's normal (n, p, q) [m] around the contact points (n, 3), and distances along (p,) and
+    across (q,) [m]."""
+    along, across = (
+        reach * np.sign(u) * np.abs(u) ** 1.5 for reach, u in zip(REACH, (np.linspace(-1, 1, k) for k in SAMPLES))
+    )
     cosine = np.cos(angle)[:, None, None]
     at_x, at_y = at[:, 0, None, None] + along[None, :, None], at[:, 1, None, None] + across[None, None, :] * cosine
     gap = surface_gap(crossing, wheel, body, x[:, None, None], at_x, at_y, radius, datum)
@@ -179,8 +230,11 @@ def _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle) -> tuple[np
     return np.minimum((gap - least[:, None, None]) * cosine, FAR), along, across
 
 
-def equivalent_paraboloid(gap: np.ndarray, along: np.ndarray, across: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Radii (n, 2) [m] of the paraboloid that intersects to `depth` (n,) as the gap (n, p, q) does, and how lopsided that is (n,).
+def equivalent_paraboloid(
+    gap: np.ndarray, along: np.ndarray, across: np.ndarray, depth: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Radii (n, 2) [m] of the paraboloid that intersects to `depth` (n,) as the gap (n, p, q) does, and how lopsided
+    that is (n,).
 
     Length, width and area are those of the place where the gap, linear between its samples, is below the depth.
     """
@@ -203,10 +257,15 @@ def _below(gap: np.ndarray, places: np.ndarray, depth: np.ndarray) -> tuple[np.n
     return length, (share * (places[1:] + places[:-1]) / 2).sum(axis=-1) / np.maximum(length, 1e-15)
 
 
-def surface_gap(crossing: CastCrossing, wheel: Profile, body: int, x, at_x, at_y, radius: float, datum: float) -> np.ndarray:
-    """How far the wheel with its axle over x is above a body's surface at places (at_x, at_y), up to a constant [m]; inf without metal."""
+def surface_gap(
+    crossing: CastCrossing, wheel: Profile, body: int, x, at_x, at_y, radius: float, datum: float
+) -> np.ndarray:
+    """How far the wheel with its axle over x is above a body's surface at places (at_x, at_y), up to a constant [m];
+    inf without metal."""
     x, at_x, at_y = np.broadcast_arrays(x, at_x, at_y)
-    rail = body_heights(at_x.ravel().copy(), at_y.ravel().copy(), body == 1, crossing.shape, crossing.loft).reshape(x.shape)
+    rail = body_heights(at_x.ravel().copy(), at_y.ravel().copy(), body == 1, crossing.shape, crossing.loft).reshape(
+        x.shape
+    )
     tread = hermite_many((at_y - datum).ravel(), *wheel.hermite_table())[0].reshape(x.shape)
     rolling, ahead = radius - tread, at_x - x
     with np.errstate(invalid="ignore"):
@@ -216,15 +275,22 @@ def surface_gap(crossing: CastCrossing, wheel: Profile, body: int, x, at_x, at_y
 
 @functools.lru_cache(maxsize=1)
 def _unit_ellipses() -> tuple[np.ndarray, ...]:
-    """Over the logarithm of the radii's ratio: K, long and short semi-axis for modulus 1, geometric mean radius 1, force 1."""
+    """Over the logarithm of the radii's ratio: K, long and short semi-axis for modulus 1, geometric mean radius 1,
+    force 1."""
     log_ratio = np.linspace(0, np.log(1e5), 240)
     radii = [(np.exp(r / 2), np.exp(-r / 2)) for r in log_ratio]
     patches = [point_contact(1.0, *pair, 1.0) for pair in radii]
-    return log_ratio, np.array([contact_stiffness(*pair, 1.0) for pair in radii]), np.array([p.semi_x for p in patches]), np.array([p.semi_y for p in patches])
+    return (
+        log_ratio,
+        np.array([contact_stiffness(*pair, 1.0) for pair in radii]),
+        np.array([p.semi_x for p in patches]),
+        np.array([p.semi_y for p in patches]),
+    )
 
 
 def hertz_constants(radii: np.ndarray, modulus: float) -> np.ndarray:
-    """K (n,) [N/m^1.5] of relative radii (n, 2) [m]; bem.exact.hertz tabulated, error 1e-5 (tests/rail_fem/test_contact_table.py)."""
+    """K (n,) [N/m^1.5] of relative radii (n, 2) [m]; bem.exact.hertz tabulated, error 1e-5
+    (tests/rail_fem/test_contact_table.py)."""
     mean, ratio = np.sqrt(radii.prod(axis=1)), np.abs(np.log(radii[:, 0] / radii[:, 1]))
     table = _unit_ellipses()
     return modulus * np.sqrt(mean) * np.interp(ratio, table[0], table[1])
@@ -235,5 +301,8 @@ def patch_sizes(force: np.ndarray, radii: np.ndarray, modulus: float) -> np.ndar
     mean, ratio = np.sqrt(radii.prod(axis=1)), np.log(radii[:, 0] / radii[:, 1])
     log_ratio, _, long, short = _unit_ellipses()
     scale = np.cbrt(force * mean / modulus)
-    axes = np.stack([np.interp(np.abs(ratio), log_ratio, long), np.interp(np.abs(ratio), log_ratio, short)], axis=1) * scale[:, None]
+    axes = (
+        np.stack([np.interp(np.abs(ratio), log_ratio, long), np.interp(np.abs(ratio), log_ratio, short)], axis=1)
+        * scale[:, None]
+    )
     return np.where(ratio[:, None] >= 0, axes, axes[:, ::-1])

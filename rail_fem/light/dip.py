@@ -1,7 +1,8 @@
-"""Dip angle of a wheel's own path in a pass: between its steepest fall before and its steepest rise after its lowest place at the transfer.
+"""Dip angle of a wheel's own path in a pass: between its steepest fall before and its steepest rise after its lowest
+place at the transfer.
 
-The standard takes the angle from the simulated trajectory, and the P2 column of the thesis' table 7-5 from that of its dynamic model. The
-rigid path's angle (p2_formula) is that of the surfaces alone.
+The standard takes the angle from the simulated trajectory, and the P2 column of the thesis' table 7-5 from that of its
+dynamic model. The rigid path's angle (p2_formula) is that of the surfaces alone.
 """
 
 from dataclasses import dataclass
@@ -10,8 +11,8 @@ import numpy as np
 
 from rail_fem.output.result import NAN, PassResult
 
-BEFORE, AFTER = 0.10, 0.12   # way before the transfer and after it that is looked at [m]
-CHORD = 10e-3                # over which slopes are taken [m]
+BEFORE, AFTER = 0.10, 0.12  # way before the transfer and after it that is looked at [m]
+CHORD = 10e-3  # over which slopes are taken [m]
 
 
 @dataclass(frozen=True)
@@ -43,5 +44,9 @@ def trajectory_dip(result: PassResult) -> Dip:
     if lowest in (0, len(places) - 1):
         return NO_DIP
     fall, rise = int(np.argmin(slope[:lowest])), lowest + int(np.argmax(slope[lowest:]))
-    tangent = lambda i: (float(places[i] * result.scene.direction_sign), float(heights(places[i])), float(slope[i] * result.scene.direction_sign))
+    tangent = lambda i: (
+        float(places[i] * result.scene.direction_sign),
+        float(heights(places[i])),
+        float(slope[i] * result.scene.direction_sign),
+    )
     return Dip(float(np.arctan(slope[rise]) - np.arctan(slope[fall])), tangent(fall), tangent(rise))

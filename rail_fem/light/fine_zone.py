@@ -1,4 +1,5 @@
-"""What of a scene is meshed, and where finely: the rigid wheel's path says where a fine mesh must lie, before anything is meshed."""
+"""What of a scene is meshed, and where finely: the rigid wheel's path says where a fine mesh must lie, before anything
+is meshed."""
 
 import numpy as np
 
@@ -21,7 +22,8 @@ ALWAYS_FITS = 3.5e-3  # element size up to which every band is more than two ele
 
 
 def mesh_faults(scene: Scene, settings: FeSettings, model: str) -> list[str]:
-    """Why the mesher must refuse this element size, if it must: bands that are too narrow for it. Takes a second for coarse elements."""
+    """Why the mesher must refuse this element size, if it must: bands that are too narrow for it. Takes a second for
+    coarse elements."""
     size = settings.element_size
     if size <= ALWAYS_FITS:
         return []
@@ -36,18 +38,23 @@ def mesh_faults(scene: Scene, settings: FeSettings, model: str) -> list[str]:
 
 
 def wheel_spec(path: WheelPath, datum_y: float, size: float) -> WheelMeshSpec:
-    """The wheel's mesh, fine where the wheel touches on its path; datum_y : where D0 is [m];  size : of an element [m]"""
+    """The wheel's mesh, fine where the wheel touches on its path; datum_y : where D0 is [m];  size : of an element
+    [m]"""
     return WheelMeshSpec(size, bands=wheel_bands(path, datum_y), fine_half_length=PATCH_REACH + 4e-3)
 
 
 def crossing_spec(crossing: CastCrossing, path: WheelPath, low: float, high: float, size: float) -> CrossingMeshSpec:
     """Fine where the rigid wheel comes near: the cheaper model says where the fine mesh must lie.
 
-    path : over the stretch that decides the mesh (rail_fem.light.rigid.anchored_path);  low, high : the wheel's way [m];  size : of an element [m]
-    Slabs are counted from x = 0 on the wing and from the tip on the nose.
+    path : over the stretch that decides the mesh (rail_fem.light.rigid.anchored_path);
+    low, high : the wheel's way [m];  size : of an element [m] Slabs are counted from x = 0 on the wing and from the tip
+        on the nose.
     """
     bodies = {}
-    for name, gap, point, anchor in (("wing", path.wing_gap, path.wing_point, 0.0), ("nose", path.nose_gap, path.nose_point, crossing.nose_x)):
+    for name, gap, point, anchor in (
+        ("wing", path.wing_gap, path.wing_point, 0.0),
+        ("nose", path.nose_gap, path.nose_point, crossing.nose_x),
+    ):
         near = gap < NEAR
         close, design = path.x[near & (path.x >= low) & (path.x <= high)], path.x[near]
         if not len(close):
@@ -75,7 +82,8 @@ def _band(section, x: np.ndarray, y: np.ndarray):
 
 
 def wheel_bands(path: WheelPath, datum_y: float) -> tuple[tuple[float, float], ...]:
-    """Lateral ranges from D0 where the wheel may touch wing or nose on a path, merged where they meet [m]; datum_y : where D0 is [m]."""
+    """Lateral ranges from D0 where the wheel may touch wing or nose on a path, merged where they meet [m]; datum_y :
+    where D0 is [m]."""
     ranges = []
     for gap, point in ((path.wing_gap, path.wing_point), (path.nose_gap, path.nose_point)):
         y = point[gap < NEAR, 1] - datum_y

@@ -1,11 +1,13 @@
-"""How deep a rolling wheel presses a plastic groove: the limit and the give of a contact whose mean pressure cannot exceed 3 yield stresses.
+"""How deep a rolling wheel presses a plastic groove: the limit and the give of a contact whose mean pressure cannot
+exceed 3 yield stresses.
 
-A fully plastic contact of a paraboloid with relative radii R_x, R_y has the area of their intersection, 2 pi sqrt(R_x R_y) times the depth,
-and the mean pressure 3 Y(strain) with the representative strain 0.2 b / R_b of the narrower direction. The groove lies in series with the
-elastic approach and begins where Hertz' mean pressure reaches 3 Y. As the wheel always meets fresh material, the depth follows the force
-up and down.
+A fully plastic contact of a paraboloid with relative radii R_x, R_y has the area of their intersection, 2 pi sqrt(R_x
+R_y) times the depth, and the mean pressure 3 Y(strain) with the representative strain 0.2 b / R_b of the narrower
+direction. The groove lies in series with the elastic approach and begins where Hertz' mean pressure reaches 3 Y. As the
+wheel always meets fresh material, the depth follows the force up and down.
 Source: Tabor, The Hardness of Metals (1951); K. L. Johnson, Contact Mechanics (1985), sections 6.2 and 6.3.
-Error: an order-of-magnitude theory. At the nose of the reference pass, 200 kN: approach 0.64 mm against 0.63 mm of fe_full at 2 mm.
+Error: an order-of-magnitude theory. At the nose of the reference pass, 200 kN: approach 0.64 mm against 0.63 mm of
+fe_full at 2 mm.
 """
 
 import numpy as np
@@ -17,10 +19,10 @@ from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.light import GrooveSettings
 
-FULL = 3.0             # mean pressure over yield stress of a fully plastic contact
-STRAIN = 0.2           # representative strain over contact half-width / radius
-NEVER = 1e15             # force of a groove that does not begin [N]
-ROUNDS = 20            # of strain and depth; each round shrinks the error at least by half
+FULL = 3.0  # mean pressure over yield stress of a fully plastic contact
+STRAIN = 0.2  # representative strain over contact half-width / radius
+NEVER = 1e15  # force of a groove that does not begin [N]
+ROUNDS = 20  # of strain and depth; each round shrinks the error at least by half
 
 
 def contacts_of(scene: Scene, settings: GrooveSettings, table: ContactTable) -> Contacts:
@@ -28,11 +30,14 @@ def contacts_of(scene: Scene, settings: GrooveSettings, table: ContactTable) -> 
     if not settings.grooves:
         return lambda x: ContactLaw(table.height_at(x), table.between(x, table.stiffness))
     limit, give = grooves(table, (scene.materials.wing.steel(), scene.materials.nose.steel()), scene.static_wheel_load)
-    return lambda x: ContactLaw(*(table.height_at(x), *(table.between(x, values) for values in (table.stiffness, limit, give))))
+    return lambda x: ContactLaw(
+        *(table.height_at(x), *(table.between(x, values) for values in (table.stiffness, limit, give)))
+    )
 
 
 def grooves(table: ContactTable, steels: tuple[Steel, Steel], load: float) -> tuple[np.ndarray, np.ndarray]:
-    """Force at which the groove begins (2, n) [N] and its depth per force above (2, n) [m/N]; 0 give where the steel is elastic.
+    """Force at which the groove begins (2, n) [N] and its depth per force above (2, n) [m/N]; 0 give where the steel is
+    elastic.
 
     load : vertical force at which the strain is taken [N]; hardening is weak enough for one
     """

@@ -1,11 +1,12 @@
-"""Overlap of wheel and rail along x: a parabola on prismatic rails, on others a cut through the lofted body up to the ridge before another place."""
+"""Overlap of wheel and rail along x: a parabola on prismatic rails, on others a cut through the lofted body up to the
+ridge before another place."""
 
 import numpy as np
 from numba import types
 from numba.extending import overload
 
-from geometry.surfaces.loft_kernel import loft_at
 from geometry.contact.rail_kinds import branch, branches
+from geometry.surfaces.loft_kernel import loft_at
 from kernel_cache import njit
 from rail_fem.light.load_pressure import BEND, DEPTH, NZ, SLOPE, X, Y
 
@@ -21,7 +22,10 @@ def reach_along(strip, index, rail):
 @overload(reach_along)
 def _reach_along(strip, index, rail):
     if isinstance(rail, types.Array):
-        return lambda strip, index, rail: (np.sqrt(2 * strip[DEPTH] / strip[BEND]), np.sqrt(2 * strip[DEPTH] / strip[BEND]))
+        return lambda strip, index, rail: (
+            np.sqrt(2 * strip[DEPTH] / strip[BEND]),
+            np.sqrt(2 * strip[DEPTH] / strip[BEND]),
+        )
     return lambda strip, index, rail: (reach_on_loft(strip, index, -1.0, rail), reach_on_loft(strip, index, 1.0, rail))
 
 
@@ -52,7 +56,8 @@ def depth_on_loft(strip, index, away, rail):
 
 @njit(cache=True, error_model="numpy")
 def reach_on_loft(strip, index, way, rail):
-    """To where the overlap ends, or to the ridge where it grows again if another branch of the body takes over there."""
+    """To where the overlap ends, or to the ridge where it grows again if another branch of the body takes over
+    there."""
     shared = False
     for other in range(branches(rail)):
         shared = shared or (other != index and rail[3][other, 6] == rail[3][index, 6])

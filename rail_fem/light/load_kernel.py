@@ -1,8 +1,9 @@
 """Forces between a wheel and a rail that overlap each other by a little, shared between all places where they do.
 
-Every minimum of the gap owns the part of the profile up to the saddles beside it. All that overlaps is cut into strips across, whose edges lie at equal
-shares of the width and of the way up and down that the depth makes: both change continuously as places meet, begin and vanish, and with them the
-strips and the forces (rail_fem.light.load_pressure), whatever minima the search has told apart. A strip over a saddle gives each side its share.
+Every minimum of the gap owns the part of the profile up to the saddles beside it. All that overlaps is cut into strips
+across, whose edges lie at equal shares of the width and of the way up and down that the depth makes: both change
+continuously as places meet, begin and vanish, and with them the strips and the forces (rail_fem.light.load_pressure),
+whatever minima the search has told apart. A strip over a saddle gives each side its share.
 
 Error: tests/rail_fem/test_load_merge.py, test_load_sharing.py; on rails that change along x test_load_continuity.py.
 """
@@ -14,12 +15,33 @@ from geometry.contact.rail_kinds import branch, meet
 from geometry.contact.wheel_outline import cubic
 from kernel_cache import njit
 from rail_fem.light.load_along import depth_along, reach_along
-from rail_fem.light.load_pressure import (AHEAD, BEHIND, BEND, DEPTH, HIGH, LOW, NX, NY, NZ, PART, ROWS, SLOPE, STRIP, WIDTH, X, Y, Z, influence,
-                                          solve_forces)
+from rail_fem.light.load_pressure import (
+    AHEAD,
+    BEHIND,
+    BEND,
+    DEPTH,
+    HIGH,
+    LOW,
+    NX,
+    NY,
+    NZ,
+    PART,
+    ROWS,
+    SLOPE,
+    STRIP,
+    WIDTH,
+    X,
+    Y,
+    Z,
+    influence,
+    solve_forces,
+)
 
 STRIPS = 32  # across, on all places together
 POINTS = np.array([-1.0, 1.0]) / np.sqrt(3)  # of a strip, where the gap is taken
-CARRIED = 13  # of a place: normal force, its parts across, up and forward; the same times x, y, z, station; times x x, times (y y + z z); largest and least tilt;
+# of a place: normal force, its parts across, up and forward; the same times x, y, z, station; times x x, times (y y + z
+# z); largest and least tilt;
+CARRIED = 13
 # overlap left where a profile ends [m]
 MOST_ADVANCE = 1.5  # dy/ds; more of it is a narrow place where the points run along an edge
 ROUNDS = 60
@@ -43,7 +65,8 @@ def saddle(low, high, wheel, rail, pose, tip):
 
 @njit(cache=True, error_model="numpy")
 def level_station(bottom, bound, level, wheel, rail, pose, tip):
-    """Station between a minimum and the bound of its strip where the gap reaches the level; the bound where it does not."""
+    """Station between a minimum and the bound of its strip where the gap reaches the level; the bound where it does
+    not."""
     gap, _ = gap_at(bound, wheel, rail, pose, tip)
     if gap <= level:
         return bound
@@ -73,7 +96,8 @@ def outer_bound(start, way, height, wheel, rail, pose, tip):
 
 @njit(cache=True, error_model="numpy")
 def parts_of(found, height, wheel, rail, pose, tip):
-    """Where the part of each minimum begins, its bottom, where it ends: stations (3, n), and the overlap there (3, n), vertical.
+    """Where the part of each minimum begins, its bottom, where it ends: stations (3, n), and the overlap there (3, n),
+    vertical.
 
     found : (PLACE, n) minima with negative gap + height, each branch in order
     """
@@ -94,7 +118,8 @@ def parts_of(found, height, wheel, rail, pose, tip):
     for k in range(n):
         track = branch(rail, int(found[4, k]), found[3, k])
         for c in (0, 2):
-            just_inside = ends[c, k] + 1e-6 * (found[0, k] - ends[c, k])  # where a profile ends the bound itself may lie beyond it
+            # where a profile ends the bound itself may lie beyond it
+            just_inside = ends[c, k] + 1e-6 * (found[0, k] - ends[c, k])
             depths[c, k] = max(-(gap_at(just_inside, wheel, track, pose, tip)[0] + height), 0.0)
         depths[1, k] = -(found[1, k] + height)
     return ends, depths
@@ -102,7 +127,8 @@ def parts_of(found, height, wheel, rail, pose, tip):
 
 @njit(cache=True, error_model="numpy")
 def edge_at(share, low, high, depth, width, way, height, wheel, rail, pose, tip):
-    """Station between low and high up to which the shares of width and way make `share`; depth is that at low. By Illinois with halvings."""
+    """Station between low and high up to which the shares of width and way make `share`; depth is that at low. By
+    Illinois with halvings."""
     start, below, above, side = low, -share, 1.0, 0
     for count in range(40):
         station = 0.5 * (low + high) if count % 3 == 0 else (low * above - high * below) / (above - below)
@@ -130,7 +156,19 @@ def strip_edges(found, ends, depths, height, wheel, rail, pose, tip):
         for c in range(2):
             share = 0.5 * (ends[c + 1, k] - ends[c, k]) / width + 0.5 * abs(depths[c + 1, k] - depths[c, k]) / way
             while line < STRIPS and line / STRIPS < behind + share:
-                edges[count] = edge_at(line / STRIPS - behind, ends[c, k], ends[c + 1, k], depths[c, k], width, way, height, wheel, track, pose, tip)
+                edges[count] = edge_at(
+                    line / STRIPS - behind,
+                    ends[c, k],
+                    ends[c + 1, k],
+                    depths[c, k],
+                    width,
+                    way,
+                    height,
+                    wheel,
+                    track,
+                    pose,
+                    tip,
+                )
                 part[count], count, line = k, count + 1, line + 1
             behind += share
         if k == n - 1 or found[4, k] != found[4, k + 1] or ends[0, k + 1] > ends[2, k] + 1e-12:
@@ -145,17 +183,36 @@ def strip_row(low, high, height, wheel, rail, pose):
     for point in POINTS:
         s = 0.5 * (low + high) + 0.5 * (high - low) * point
         tread, slope, bend = cubic(s, wheel)
-        there, _, x, y, z, rail_height, tangent, rail_slope, advance, sine, cosine, steep, _, _, _ = meet(s, tread, slope, bend, rail, pose)
+        there, _, x, y, z, rail_height, tangent, rail_slope, advance, sine, cosine, steep, _, _, _ = meet(
+            s, tread, slope, bend, rail, pose
+        )
         if not there:
             continue
         tilt, lean = 0.5 * (tangent + rail_slope), np.sqrt(1 + steep * steep)
         size = np.sqrt(lean * lean + tilt * tilt)
-        forward, left, up = cosine * pose[2] + sine * pose[3] * pose[1], cosine * pose[1] - sine * pose[3] * pose[2], sine * pose[4]
-        along, side = (forward + up * steep) / lean, (lean * lean * left + tilt * up - steep * tilt * forward) / (size * lean)
+        forward, left, up = (
+            cosine * pose[2] + sine * pose[3] * pose[1],
+            cosine * pose[1] - sine * pose[3] * pose[2],
+            sine * pose[4],
+        )
+        along, side = (
+            (forward + up * steep) / lean,
+            (lean * lean * left + tilt * up - steep * tilt * forward) / (size * lean),
+        )
         stretch = np.sqrt(1 + slope * slope)
         about, meridian = 1 / ((pose[7] - tread) * stretch), bend / stretch**3
-        sums += np.array([x, y, z, steep, tilt, (rail_height - z - height) / size, (about * along**2 + meridian * side**2) * lean * lean,
-                          min(max(advance, 0.0), MOST_ADVANCE)])
+        sums += np.array(
+            [
+                x,
+                y,
+                z,
+                steep,
+                tilt,
+                (rail_height - z - height) / size,
+                (about * along**2 + meridian * side**2) * lean * lean,
+                min(max(advance, 0.0), MOST_ADVANCE),
+            ]
+        )
         total += 1
     if total == 0:
         return row
@@ -186,10 +243,17 @@ def strips_of(edges, part, found, height, wheel, rail, pose):
 
 @njit(cache=True, error_model="numpy")
 def cells_of(strips, found, rail):
-    """Strip and row (c,) of every cell, its distance from the strip's lowest place (c,), depth (c,), and the length of all [m]."""
+    """Strip and row (c,) of every cell, its distance from the strip's lowest place (c,), depth (c,), and the length of
+    all [m]."""
     m = strips.shape[1]
     length = 2 * max(strips[BEHIND].max(), strips[AHEAD].max()) / ROWS
-    strip, row, away, depth, count = np.empty(m * ROWS, np.int64), np.empty(m * ROWS, np.int64), np.empty(m * ROWS), np.empty(m * ROWS), 0
+    strip, row, away, depth, count = (
+        np.empty(m * ROWS, np.int64),
+        np.empty(m * ROWS, np.int64),
+        np.empty(m * ROWS),
+        np.empty(m * ROWS),
+        0,
+    )
     for i in range(m):
         for k in range(ROWS):
             x = (k + 0.5 - 0.5 * ROWS) * length
@@ -216,14 +280,27 @@ def add_carried(force, strip, away, length, strips, found, ends, carried):
             if share <= 0:
                 continue
             f = share * force[c]
-            carried[:10, k] += f * np.array([1.0, of[NY], of[NZ], of[NX], x, of[Y], of[Z], station, x * x + length**2 / 12,
-                                             of[Y] ** 2 + of[Z] ** 2 + of[WIDTH] ** 2 / 12])
+            carried[:10, k] += f * np.array(
+                [
+                    1.0,
+                    of[NY],
+                    of[NZ],
+                    of[NX],
+                    x,
+                    of[Y],
+                    of[Z],
+                    station,
+                    x * x + length**2 / 12,
+                    of[Y] ** 2 + of[Z] ** 2 + of[WIDTH] ** 2 / 12,
+                ]
+            )
             carried[10, k], carried[11, k] = max(carried[10, k], tilt), min(carried[11, k], tilt)
 
 
 @njit(cache=True, error_model="numpy")
 def side_forces(found, height, wheel, rail, pose, tip, modulus):
-    """What every minimum of a side that overlaps carries (CARRIED, n), in side axes [N, m], and the error left over the largest depth.
+    """What every minimum of a side that overlaps carries (CARRIED, n), in side axes [N, m], and the error left over the
+    largest depth.
 
     found : (PLACE, n) minima with negative gap + height, each branch in order
     """
@@ -265,9 +342,12 @@ def loaded_side(stations, wheel, rail, tip, pose, height, modulus):
 
 @njit(cache=True, error_model="numpy")
 def carried_by(side, sign, lateral, yaw, roll, lever, arm, height, modulus):
-    """Vertical force [N] that a side (stations, wheel, rail, tip, radius) carries at this roll and height of the pivot; sign +1 left, -1 right."""
+    """Vertical force [N] that a side (stations, wheel, rail, tip, radius) carries at this roll and height of the pivot;
+    sign +1 left, -1 right."""
     stations, wheel, rail, tip, radius = side
-    _, force, _ = loaded_side(stations, wheel, rail, tip, side_pose(sign, lateral, yaw, roll, lever, arm, radius), height, modulus)
+    _, force, _ = loaded_side(
+        stations, wheel, rail, tip, side_pose(sign, lateral, yaw, roll, lever, arm, radius), height, modulus
+    )
     return force[2].sum()
 
 
@@ -275,8 +355,8 @@ def carried_by(side, sign, lateral, yaw, roll, lever, arm, height, modulus):
 def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
     """Roll and pivot height at which both sides carry their vertical loads (2,) [N]; sides as in roll_and_height.
 
-    Returns roll, height, worst relative imbalance (NO_RAIL: no rail), rounds. Each side is driven by its own lowering, along the
-    secant of force^(2/3), which is straight for one Hertz contact.
+    Returns roll, height, worst relative imbalance (NO_RAIL: no rail), rounds. Each side is driven by its own lowering,
+    along the secant of force^(2/3), which is straight for one Hertz contact.
     """
     roll, height, miss = roll_and_height(left, right, lateral, yaw, 0.0, lever, arm)
     if miss >= NO_RAIL:

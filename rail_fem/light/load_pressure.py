@@ -1,15 +1,19 @@
 """Forces between two bodies that overlap by a little: the half-space on cells that follow the patch.
 
-The places that overlap come as strips across, each cut into cells along its lowest line. In every cell with a force F >= 0
+The places that overlap come as strips across, each cut into cells along its lowest line. In every cell with a force F
+>= 0
 
     e = sum_j G_ij F_j - depth_i >= 0,   e F = 0,   G_ij = n_i . n_j <1 / r> / (pi E*),
 
-depth and displacement along the cell's own normal n, <1 / r> the mean over a cell (Love's integral where near). On one plane this is the half-space of
-Boussinesq; places that face each other at an angle press each other down by its cosine. G is the product, entry by entry, of two positive matrices and
-so positive itself (Schur): there is one answer, and it changes continuously with the depths.
+depth and displacement along the cell's own normal n, <1 / r> the mean over a cell (Love's integral where near). On one
+plane this is the half-space of Boussinesq; places that face each other at an angle press each other down by its cosine.
+G is the product, entry by entry, of two positive matrices and so positive itself (Schur): there is one answer, and it
+changes continuously with the depths.
 
-Error against Hertz: 0.3 % of the force (tests/rail_fem/test_load_sharing.py); against bem.halfspace.normal: tests/rail_fem/test_load_merge.py.
-Source: Johnson, Contact Mechanics (1985), sections 3.2 and 3.3 (displacement under pressure); Polonsky and Keer, Wear 231 (1999) 206 (solution).
+Error against Hertz: 0.3 % of the force (tests/rail_fem/test_load_sharing.py); against bem.halfspace.normal:
+tests/rail_fem/test_load_merge.py.
+Source: Johnson, Contact Mechanics (1985), sections 3.2 and 3.3 (displacement under pressure); Polonsky and Keer, Wear
+231 (1999) 206 (solution).
 """
 
 import numpy as np
@@ -18,8 +22,9 @@ from kernel_cache import njit
 
 ROWS = 14  # of cells, along the longest strip
 LOW, HIGH, X, Y, Z, NX, NY, NZ, WIDTH, DEPTH, BEND, BEHIND, AHEAD, SLOPE, PART, STRIP = range(16)
-# of a strip: stations of its edges; place and unit normal; width along the surface; depth along the normal and what the wheel takes from it along x,
-# 1/2 BEND x^2; reach of the overlap behind and ahead; dz/dx; part of the profile it lies on; STRIP: their number
+# of a strip: stations of its edges; place and unit normal; width along the surface; depth along the normal and what the
+# wheel takes from it along x, 1/2 BEND x^2; reach of the overlap behind and ahead; dz/dx; part of the profile it lies
+# on; STRIP: their number
 ITERATIONS = 300
 RESIDUAL = 1e-9  # of the largest depth
 NEAR = 1.6  # cells from which the first two terms of the series are good to 0.3 %
@@ -42,7 +47,9 @@ def mean_inverse(x, y, length, width):
     """Mean of 1 / r over a rectangle about (x, y) [1/m]; from NEAR cells away by 1 / r and its second derivatives."""
     square, near = x * x + y * y, NEAR * max(length, width)
     if square > near * near:
-        return (1 + ((3 * x * x / square - 1) * length**2 + (3 * y * y / square - 1) * width**2) / (24 * square)) / np.sqrt(square)
+        return (
+            1 + ((3 * x * x / square - 1) * length**2 + (3 * y * y / square - 1) * width**2) / (24 * square)
+        ) / np.sqrt(square)
     a, b, c, d = x - 0.5 * length, x + 0.5 * length, y - 0.5 * width, y + 0.5 * width
     return (corner(b, d) - corner(a, d) - corner(b, c) + corner(a, c)) / (length * width)
 
@@ -68,11 +75,23 @@ def influence(strips, strip, row, length, modulus):
     first, matrix, table = first_cells(strip, m), np.empty((c, c)), np.empty(2 * ROWS - 1)
     for i in range(m):
         for j in range(i, m):
-            facing = (strips[NX, i] * strips[NX, j] + strips[NY, i] * strips[NY, j] + strips[NZ, i] * strips[NZ, j]) / (np.pi * modulus)
-            apart, shift = np.hypot(strips[Y, i] - strips[Y, j], strips[Z, i] - strips[Z, j]), strips[X, i] - strips[X, j]
+            facing = (strips[NX, i] * strips[NX, j] + strips[NY, i] * strips[NY, j] + strips[NZ, i] * strips[NZ, j]) / (
+                np.pi * modulus
+            )
+            apart, shift = (
+                np.hypot(strips[Y, i] - strips[Y, j], strips[Z, i] - strips[Z, j]),
+                strips[X, i] - strips[X, j],
+            )
             for k in range(2 * ROWS - 1):
                 x = (k - ROWS + 1) * length + shift
-                table[k] = 0.5 * facing * (mean_inverse(x, apart, length, strips[WIDTH, i]) + mean_inverse(x, apart, length, strips[WIDTH, j]))
+                table[k] = (
+                    0.5
+                    * facing
+                    * (
+                        mean_inverse(x, apart, length, strips[WIDTH, i])
+                        + mean_inverse(x, apart, length, strips[WIDTH, j])
+                    )
+                )
             for a in range(first[i], first[i + 1]):
                 for b in range(first[j], first[j + 1]):
                     matrix[a, b] = matrix[b, a] = table[row[a] - row[b] + ROWS - 1]
@@ -101,7 +120,8 @@ def first_forces(matrix, depth):
 
 @njit(cache=True, error_model="numpy")
 def solve_forces(matrix, depth):
-    """Forces (c,) [N] and the largest error left over the largest depth, which is below RESIDUAL unless ITERATIONS were too few.
+    """Forces (c,) [N] and the largest error left over the largest depth, which is below RESIDUAL unless ITERATIONS were
+    too few.
 
     matrix : (c, c) [m/N], symmetric and positive;  depth : (c,) > 0 [m]
     Conjugate gradients on the cells that carry; negative ones leave, those that overlap join.

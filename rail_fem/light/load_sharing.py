@@ -1,13 +1,14 @@
-"""A wheelset that stands under its loads: where it rests, all points that carry and what each carries. Axes: geometry.wheelset."""
+"""A wheelset that stands under its loads: where it rests, all points that carry and what each carries. Axes:
+geometry.wheelset."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
 
+from geometry.contact.flange_back import within_stops
 from geometry.contact.gap_kernel import NO_RAIL, least_gap, ready, side_pose
 from geometry.contact.prismatic_search import Contacts, ContactSearch
-from geometry.contact.flange_back import within_stops
 from geometry.wheelset import SIDES, Wheelset, WheelsetError, check_range, check_side
 from rail_fem.light.load_kernel import carried_by, loaded_side, settle_loaded
 
@@ -24,14 +25,18 @@ LARGEST_LATERAL = 15e-3
 class LoadedSide:
     """What carries on one side; arrays over its n places, in the order of contacts.
 
-    contacts : at the points of deepest penetration;  normal_force (n,) [N];  force (n, 3) on the wheel in track axes [N]
-    centre_of_pressure (n, 3) : mean of the place by pressure, in track axes [m];  pressure_station (n,) : the same on the wheel profile [m]
-    patch (n, 2) : semi-axes along the rail and across it of the ellipse with the same second moments of pressure as the patch [m]: Hertz' ellipse where
+    contacts : at the points of deepest penetration;  normal_force (n,) [N];
+    force (n, 3) on the wheel in track axes [N]
+    centre_of_pressure (n, 3) : mean of the place by pressure, in track axes [m];
+    pressure_station (n,) : the same on the wheel profile [m]
+    patch (n, 2) : semi-axes along the rail and across it of the ellipse with the same second moments of pressure as the
+    patch [m]: Hertz' ellipse where
         there is one, and about the half width of patches that are none
     warnings : what is doubtful
 
-    Two places that merge are told apart at the saddle of the gap between them, where pressure may run through: there the sum is sure, the shares are
-    a matter of that border. A place that the others have pressed away carries nothing; its patch is 0 and its centre the deepest point.
+    Two places that merge are told apart at the saddle of the gap between them, where pressure may run through: there
+    the sum is sure, the shares are a matter of that border. A place that the others have pressed away carries nothing;
+    its patch is 0 and its centre the deepest point.
     """
 
     contacts: Contacts
@@ -63,29 +68,44 @@ class LoadedWheelset:
         return float(self.left.force[:, 1].sum() + self.right.force[:, 1].sum())
 
 
-def rest(search: ContactSearch, loads: tuple[float, float], lateral: float = 0.0, yaw: float = 0.0, held_at: str = "rail",
-         modulus: float = STEEL_MODULUS) -> LoadedWheelset:
-    """Where the wheelset rests, with its middle held at `lateral` [m], when each side carries its load (left, right) [N], at right
-    angles to the track plane.
+def rest(
+    search: ContactSearch,
+    loads: tuple[float, float],
+    lateral: float = 0.0,
+    yaw: float = 0.0,
+    held_at: str = "rail",
+    modulus: float = STEEL_MODULUS,
+) -> LoadedWheelset:
+    """Where the wheelset rests, with its middle held at `lateral` [m], when each side carries its load (left, right)
+    [N], at right angles to the track plane.
 
     held_at, check rails : as in ContactSearch.settle;  modulus : E* of wheel and rail [Pa]
     A load of 0 lets that wheel just touch. Forces are normal ones; friction carries nothing.
-    Error: vertical loads are met to 1e-6, mostly 1e-7; forces against Hertz and the half-space: tests/rail_fem/test_load_sharing.py, test_load_merge.py.
-    Raises WheelsetError for loads that are negative, not finite or so large that bodies would penetrate by more than 1 mm along the normal.
+    Error: vertical loads are met to 1e-6, mostly 1e-7; forces against Hertz and the half-space:
+    tests/rail_fem/test_load_sharing.py, test_load_merge.py.
+    Raises WheelsetError for loads that are negative, not finite or so large that bodies would penetrate by more than 1
+    mm along the normal.
     """
     search.check_place(lateral, yaw, held_at)
     _check(loads, modulus)
     lateral = within_stops(search, lateral, yaw, held_at)
     lever = search.wheelset.radius if held_at == "rail" else 0.0
-    roll, height, worst, _ = settle_loaded(*search.sides.values(), lateral, yaw, lever, search.wheelset.datum_arm, np.array(loads, float), modulus)
+    roll, height, worst, _ = settle_loaded(
+        *search.sides.values(), lateral, yaw, lever, search.wheelset.datum_arm, np.array(loads, float), modulus
+    )
     if worst >= NO_RAIL:
-        raise WheelsetError(f"lateral {lateral:g} m, yaw {yaw:g} rad: a wheel stands over no rail; check gauge and back_to_back")
+        raise WheelsetError(
+            f"lateral {lateral:g} m, yaw {yaw:g} rad: a wheel stands over no rail; check gauge and back_to_back"
+        )
     if not worst <= MISSED:
         roll, height, worst = _between_bounds(search, loads, lateral, yaw, lever, roll, modulus)
     if not worst <= MISSED:
-        raise WheelsetError(f"loads {loads[0]:g} and {loads[1]:g} N at lateral {lateral:g} m, yaw {yaw:g} rad: no equilibrium. With the left load met the right wheel's "
-                            f"force jumps past its own at roll {roll:.9g} rad, by {worst:.2g} of it or more; hold the wheelset at the level of the rail "
-                            '(held_at="rail"), smooth profiles that are rough on the scale of the patch, search finer, or give more of profiles that end in the contact')
+        raise WheelsetError(
+            f"loads {loads[0]:g} and {loads[1]:g} N at lateral {lateral:g} m, yaw {yaw:g} rad: no equilibrium. With the"
+            f" left load met the right wheel's force jumps past its own at roll {roll:.9g} rad, by {worst:.2g} of it"
+            ' or more; hold the wheelset at the level of the rail (held_at="rail"), smooth profiles that are rough on'
+            " the scale of the patch, search finer, or give more of profiles that end in the contact"
+        )
     x, y = search.wheelset.x + lever * np.sin(roll) * np.sin(yaw), lateral - lever * np.sin(roll) * np.cos(yaw)
     state = replace(search.wheelset, x=x, y=y, z=height + lever * np.cos(roll), yaw=yaw, roll=roll)
     pivot = lateral, yaw, roll, lever, height
@@ -93,12 +113,22 @@ def rest(search: ContactSearch, loads: tuple[float, float], lateral: float = 0.0
     return LoadedWheelset(state, left, right, float(worst))
 
 
-def _between_bounds(search: ContactSearch, loads: tuple[float, float], lateral: float, yaw: float, lever: float, roll: float,
-                    modulus: float) -> tuple[float, float, float]:
-    """Roll, height of the pivot and worst relative imbalance, by bounds that close: for every roll the height at which the left wheel carries its load,
-    and the roll at which the right one then does. A hundred times dearer than load_kernel.settle_loaded, and never led astray."""
+def _between_bounds(
+    search: ContactSearch,
+    loads: tuple[float, float],
+    lateral: float,
+    yaw: float,
+    lever: float,
+    roll: float,
+    modulus: float,
+) -> tuple[float, float, float]:
+    """Roll, height of the pivot and worst relative imbalance, by bounds that close: for every roll the height at which
+    the left wheel carries its load, and the roll at which the right one then does. A hundred times dearer than
+    load_kernel.settle_loaded, and never led astray."""
     arm, sides = search.wheelset.datum_arm, search.sides
-    carried = lambda side, roll, height: carried_by(sides[side], SIDES[side], lateral, yaw, roll, lever, arm, height, modulus)
+    carried = lambda side, roll, height: carried_by(
+        sides[side], SIDES[side], lateral, yaw, roll, lever, arm, height, modulus
+    )
 
     def excess(roll: float) -> tuple[float, float]:
         height = height_under("left", roll, loads[0])
@@ -111,7 +141,13 @@ def _between_bounds(search: ContactSearch, loads: tuple[float, float], lateral: 
         deep = (load / (0.7 * modulus)) ** (2 / 3)
         while load > 0 and carried(side, roll, touching - deep) < load:
             deep *= 2
-        return touching if load == 0 else brentq(lambda height: carried(side, roll, height) / load - 1, touching - deep, touching, xtol=1e-17, rtol=1e-15)
+        return (
+            touching
+            if load == 0
+            else brentq(
+                lambda height: carried(side, roll, height) / load - 1, touching - deep, touching, xtol=1e-17, rtol=1e-15
+            )
+        )
 
     low, high, reach = roll, roll, 1e-4
     while excess(low)[1] > 0 and reach < 0.2:
@@ -127,12 +163,21 @@ def _between_bounds(search: ContactSearch, loads: tuple[float, float], lateral: 
     return roll, height, max(before, abs(left_over))
 
 
-def rest_under(search: ContactSearch, loads: tuple[float, float], lateral_load: float = 0.0, yaw: float = 0.0, modulus: float = STEEL_MODULUS) -> LoadedWheelset:
-    """Where the wheelset rests when it is free to shift and a lateral load [N], + to the left, acts on it: 1e-6 of the vertical loads.
+def rest_under(
+    search: ContactSearch,
+    loads: tuple[float, float],
+    lateral_load: float = 0.0,
+    yaw: float = 0.0,
+    modulus: float = STEEL_MODULUS,
+) -> LoadedWheelset:
+    """Where the wheelset rests when it is free to shift and a lateral load [N], + to the left, acts on it: 1e-6 of the
+    vertical loads.
 
-    loads : weight over each side [N], along the vertical. On canted track its part along the track plane pulls towards the lower rail; what a
+    loads : weight over each side [N], along the vertical. On canted track its part along the track plane pulls towards
+        the lower rail; what a
     vehicle's height moves from side to side is the caller's.
-    Without friction, so that the inclined contacts alone hold it. Raises WheelsetError where they cannot hold the load within 15 mm.
+    Without friction, so that the inclined contacts alone hold it. Raises WheelsetError where they cannot hold the load
+    within 15 mm.
     """
     total, cant = sum(loads), search.track.cant
     check_range("rest_under", (("lateral_load", lateral_load, -10 * total, 10 * total),))
@@ -142,18 +187,25 @@ def rest_under(search: ContactSearch, loads: tuple[float, float], lateral_load: 
     low, high = -LARGEST_LATERAL, LARGEST_LATERAL
     if not left_over(low) > 0 > left_over(high):
         canted = f" and cant {cant:g} rad" if cant else ""
-        raise WheelsetError(f"lateral load {lateral_load:g} N{canted} is not held within +-{LARGEST_LATERAL:g} m: it climbs the rail; lessen it")
+        raise WheelsetError(
+            f"lateral load {lateral_load:g} N{canted} is not held within +-{LARGEST_LATERAL:g} m: it climbs the rail;"
+            " lessen it"
+        )
     return rest(search, onto, brentq(left_over, low, high, xtol=1e-14, rtol=1e-13), yaw, modulus=modulus)
 
 
-def rest_wheel(search: ContactSearch, side: str, load: float, state: Wheelset | None = None, modulus: float = STEEL_MODULUS) -> tuple[Wheelset, LoadedSide]:
-    """One wheel under a vertical load [N] on it, the axle's place, yaw and roll held: how high the axle then is, and what the wheel carries.
+def rest_wheel(
+    search: ContactSearch, side: str, load: float, state: Wheelset | None = None, modulus: float = STEEL_MODULUS
+) -> tuple[Wheelset, LoadedSide]:
+    """One wheel under a vertical load [N] on it, the axle's place, yaw and roll held: how high the axle then is, and
+    what the wheel carries.
 
     state : place, yaw and roll; its height does not count; None: the search's wheelset. The other wheel is left out.
 
         state, found = rest_wheel(ContactSearch(Wheelset(wheel), Track(rail)), "left", 100e3)
 
-    Error: the load is met to 1e-9. Raises WheelsetError for a load that is not positive or would need a penetration of more than 1 mm.
+    Error: the load is met to 1e-9. Raises WheelsetError for a load that is not positive or would need a penetration of
+    more than 1 mm.
     """
     check_side(side)
     most = _largest_load(modulus)
@@ -161,7 +213,9 @@ def rest_wheel(search: ContactSearch, side: str, load: float, state: Wheelset | 
     state = search.wheelset if state is None else state
     touching = replace(state, z=state.z - float(search.contacts(state, side).vertical_gap.min()))
     low, high = 0.0, (load / (0.7 * modulus)) ** (2 / 3)
-    excess = lambda depth: pressed(search, replace(touching, z=touching.z - depth), side, modulus).force[:, 2].sum() / load - 1
+    excess = lambda depth: (
+        pressed(search, replace(touching, z=touching.z - depth), side, modulus).force[:, 2].sum() / load - 1
+    )
     while excess(high) < 0:  # ends: beyond DEEPEST `pressed` refuses
         low, high = high, 2 * high
     resting = replace(touching, z=touching.z - brentq(excess, low, high, xtol=1e-18, rtol=1e-10))
@@ -171,50 +225,75 @@ def rest_wheel(search: ContactSearch, side: str, load: float, state: Wheelset | 
 def pressed(search: ContactSearch, state: Wheelset, side: str, modulus: float = STEEL_MODULUS) -> LoadedSide:
     """What a side carries with the wheelset held where it is, wherever that is; no points where it penetrates nowhere.
 
-    Continuous in the state: tests/rail_fem/test_load_merge.py on prismatic rails, test_load_continuity.py on others. Raises WheelsetError where it
-    penetrates by more than 1 mm along the normal.
+    Continuous in the state: tests/rail_fem/test_load_merge.py on prismatic rails, test_load_continuity.py on others.
+    Raises WheelsetError where it penetrates by more than 1 mm along the normal.
     """
     check_side(side)
     pose, (stations, wheel, rail, tip, _) = search.pose(state, side), search.rail_under(state, side)
     ready(stations, rail, pose)
-    return _described(search, state, side, loaded_side(stations, wheel, rail, tip, pose, state.z, modulus), (state.x, state.z))
+    return _described(
+        search, state, side, loaded_side(stations, wheel, rail, tip, pose, state.z, modulus), (state.x, state.z)
+    )
 
 
 def _side(search: ContactSearch, state: Wheelset, side: str, pivot: tuple, modulus: float) -> LoadedSide:
-    """What a side carries, found with the pivot that was settled with: another one rounds otherwise, and rough profiles feel that."""
+    """What a side carries, found with the pivot that was settled with: another one rounds otherwise, and rough profiles
+    feel that."""
     (stations, wheel, rail, tip, radius), sign = search.sides[side], SIDES[side]
     lateral, yaw, roll, lever, height = pivot
     pose = side_pose(sign, lateral, yaw, roll, lever, search.wheelset.datum_arm, radius)
-    return _described(search, state, side, loaded_side(stations, wheel, rail, tip, pose, height, modulus), (search.wheelset.x, height))
+    return _described(
+        search, state, side, loaded_side(stations, wheel, rail, tip, pose, height, modulus), (search.wheelset.x, height)
+    )
 
 
-def _described(search: ContactSearch, state: Wheelset, side: str, loaded: tuple, pivot: tuple[float, float]) -> LoadedSide:
+def _described(
+    search: ContactSearch, state: Wheelset, side: str, loaded: tuple, pivot: tuple[float, float]
+) -> LoadedSide:
     """What load_kernel.loaded_side found, in track axes; pivot : its x and z [m]."""
     found, carried, left_over = loaded
     contacts = search.described(state, side, found)
     if len(contacts) and -contacts.gap.min() > DEEPEST:
-        raise WheelsetError(f"{side} wheel penetrates its rail by {-contacts.gap.min():.3g} m along the normal: no elastic contact is meant beyond "
-                            f"{DEEPEST:g} m; lift it or lessen the load")
+        raise WheelsetError(
+            f"{side} wheel penetrates its rail by {-contacts.gap.min():.3g} m along the normal: no elastic contact is"
+            f" meant beyond {DEEPEST:g} m; lift it or lessen the load"
+        )
     force, bears = carried[0], carried[0] > 0
     x, y, z, station, xx, across = carried[4:10] / np.where(bears, force, 1.0)
     centre = np.where(bears[:, None], np.column_stack([x + pivot[0], SIDES[side] * y, z + pivot[1]]), contacts.position)
-    patch = np.sqrt(5 * np.maximum(np.where(bears, [xx - x * x, across - y * y - z * z], 0.0), 0.0)).T  # of a semi-ellipsoid the mean square is a fifth
+    # of a semi-ellipsoid the mean square is a fifth
+    patch = np.sqrt(5 * np.maximum(np.where(bears, [xx - x * x, across - y * y - z * z], 0.0), 0.0)).T
     vector = np.column_stack([carried[3], SIDES[side] * carried[1], carried[2]])
-    return LoadedSide(contacts, force, vector, centre, np.where(bears, station, contacts.station), patch, _doubts(contacts, carried, left_over))
+    return LoadedSide(
+        contacts,
+        force,
+        vector,
+        centre,
+        np.where(bears, station, contacts.station),
+        patch,
+        _doubts(contacts, carried, left_over),
+    )
 
 
 def _doubts(contacts: Contacts, carried: np.ndarray, left_over: float) -> tuple[str, ...]:
-    """Where the forces are not the half-space's, the half-space not what the bodies are, or the wheel not on its rail."""
+    """Where the forces are not the half-space's, the half-space not what the bodies are, or the wheel not on its
+    rail."""
     side, doubts = contacts.side, []
     if contacts.derailed:
         doubts.append(f"{side}: derailed, the wheel stands on the tip of its flange")
     if left_over > LEFT_OVER:
         doubts.append(f"{side}: the pressure is not converged, {left_over:.1g} of the depth is left")
     if (carried[12] > CUT * -contacts.gap)[carried[0] > 0].any():
-        doubts.append(f"{side}: a profile ends within the contact, {carried[12].max():.2g} m under the other body's surface; give more of it")
+        doubts.append(
+            f"{side}: a profile ends within the contact, {carried[12].max():.2g} m under the other body's surface; give"
+            " more of it"
+        )
     turn = (carried[10] - carried[11]).max(initial=0.0)
     if turn > MOST_TURN:
-        doubts.append(f"{side}: the contact angle changes by {np.degrees(turn):.0f} degrees over one patch, which is no half-space any more")
+        doubts.append(
+            f"{side}: the contact angle changes by {np.degrees(turn):.0f} degrees over one patch, which is no"
+            " half-space any more"
+        )
     return tuple(doubts)
 
 

@@ -1,9 +1,10 @@
 """Forces of a wheel over a dip by formula: P2 and P1 of the UK standards. SI.
 
-Source: Coleman's thesis, eq. 7-1 and tables 7-4, 7-5 (after NR/SP/TRK/012); Jenkins et al., Railway Eng. J. 3 (1974) 2 for P1.
-The thesis prints P2 = (P0 + increment) * 1.2; its own table 7-5 holds on all 16 rows for P2 = P0 + 1.2 * increment only. Both are here.
-What P2 is: the largest force of the track on its spring after a wheel has struck a track mass and moves on with it, without damping
-(tests/rail_fem/test_dip_joint.py). The contact force of that motion is less, by unsprung / (unsprung + track mass) of the increment.
+Source: Coleman's thesis, eq. 7-1 and tables 7-4, 7-5 (after NR/SP/TRK/012); Jenkins et al., Railway Eng. J. 3 (1974) 2
+for P1. The thesis prints P2 = (P0 + increment) * 1.2; its own table 7-5 holds on all 16 rows for P2 = P0 + 1.2 *
+increment only. Both are here. What P2 is: the largest force of the track on its spring after a wheel has struck a track
+mass and moves on with it, without damping (tests/rail_fem/test_dip_joint.py). The contact force of that motion is less,
+by unsprung / (unsprung + track mass) of the increment.
 """
 
 import numpy as np
@@ -29,11 +30,15 @@ def p2_force(static_load: float, increment: float, reading: str = "increment") -
     raise ValueError(f'reading {reading!r} of the P2 formula is not known: "increment" or "all"')
 
 
-def p1_force(static_load: float, dip_angle: float, speed: float, contact_stiffness: float, unsprung: float, track_mass: float) -> float:
-    """P1 = P0 + 2 alpha V sqrt(KH me / (1 + me / Mu)) [N]: wheel and track mass on the contact spring KH [N/m] alone."""
+def p1_force(
+    static_load: float, dip_angle: float, speed: float, contact_stiffness: float, unsprung: float, track_mass: float
+) -> float:
+    """P1 = P0 + 2 alpha V sqrt(KH me / (1 + me / Mu)) [N]: wheel and track mass on the contact spring KH [N/m]
+    alone."""
     return static_load + dip_angle * speed * np.sqrt(contact_stiffness * track_mass / (1 + track_mass / unsprung))
 
 
 def unsprung_mass(scene: Scene, reading: str) -> float:
-    """Mass Mu [kg]: "wheelset" as table 7-5 takes it, "half wheelset" as the static load and the dynamic models take it."""
+    """Mass Mu [kg]: "wheelset" as table 7-5 takes it, "half wheelset" as the static load and the dynamic models take
+    it."""
     return scene.vehicle.wheelset_unsprung_mass if reading == "wheelset" else scene.vehicle.wheel_unsprung_mass

@@ -2,15 +2,17 @@
 
     table = method_rows(thesis_tie("56E1"), "56E1")
 
-The thesis gives its profiles only as pictures and names its rail a generic BS113A. Two heads are compared here. On the BS113A of the
-standard (56E1) the crown's arc of 305 mm ends 5.9 mm from the middle, and no lateral shift makes the patch wider than 14.9 mm. With
-the crown's arc out to 10.2 mm, as on a 60E1 head, the same wheel on a centred wheelset meets the thesis' contact angle (0.083
-against 0.086), its place (10.8 against 10.6 mm from the middle of the head), its FE pressure (926 against 921 MPa) and nearly its
-patch. So the thesis' figures are read here as those of such a head; it is an inference from its numbers, not something it says.
+The thesis gives its profiles only as pictures and names its rail a generic BS113A. Two heads are compared here. On the
+BS113A of the standard (56E1) the crown's arc of 305 mm ends 5.9 mm from the middle, and no lateral shift makes the
+patch wider than 14.9 mm. With the crown's arc out to 10.2 mm, as on a 60E1 head, the same wheel on a centred wheelset
+meets the thesis' contact angle (0.083 against 0.086), its place (10.8 against 10.6 mm from the middle of the head), its
+FE pressure (926 against 921 MPa) and nearly its patch. So the thesis' figures are read here as those of such a head; it
+is an inference from its numbers, not something it says.
 
-Static finite elements of the thesis' sizes, 0.2 x 0.38 mm, on that head give 918 MPa, and 9.60 x 17.77 mm read to the next node without
-pressure, as a contour plot shows it: the thesis' 9.59 mm in length is its element on each side of 9.24 mm. Its width, 18.88 mm, is 1.1 mm
-more, which the mesh does not explain. The lateral place might: 0.25 mm of it change the width by 1.6 mm, pressure by 8 %.
+Static finite elements of the thesis' sizes, 0.2 x 0.38 mm, on that head give 918 MPa, and 9.60 x 17.77 mm read to the
+next node without pressure, as a contour plot shows it: the thesis' 9.59 mm in length is its element on each side of
+9.24 mm. Its width, 18.88 mm, is 1.1 mm more, which the mesh does not explain. The lateral place might: 0.25 mm of it
+change the width by 1.6 mm, pressure by 8 %.
 """
 
 from __future__ import annotations
@@ -19,12 +21,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.halfspace.normal import normal_contact
 from bem.exact.hertz import PointContact
+from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
 from bem.patch import Patch
-from bem.slices.coupled import slice_contact
 from bem.slices.assumed_load import hertz_of, loaded_slices
+from bem.slices.coupled import slice_contact
 from bem.slices.slices import SliceGap, Slices, wheel_on_prism
 from rail_fem.light.contact_pairs import Tie, plain_rail_section, plain_rail_tie
 
@@ -36,8 +38,8 @@ THESIS_HALF_LENGTH = 11.32e-3 / 2  # Hertz' in the thesis, which its slices take
 
 @dataclass(frozen=True)
 class MethodRow:
-    """max_pressure [Pa], length and width of the patch, area [m, m^2], seconds; effective_area [m^2] : see below; patch is None where there is
-    only a closed form."""
+    """max_pressure [Pa], length and width of the patch, area [m, m^2], seconds; effective_area [m^2] : see below; patch
+    is None where there is only a closed form."""
 
     method: str
     max_pressure: float
@@ -50,11 +52,20 @@ class MethodRow:
 
     @classmethod
     def of(cls, method: str, patch: Patch) -> MethodRow:
-        return cls(method, patch.max_pressure, *patch.extent, patch.contact_area, patch.cost.seconds, patch, effective_area(patch))
+        return cls(
+            method,
+            patch.max_pressure,
+            *patch.extent,
+            patch.contact_area,
+            patch.cost.seconds,
+            patch,
+            effective_area(patch),
+        )
 
 
 def effective_area(patch: Patch) -> float:
-    """9/8 (integral of p)^2 / integral of p^2 [m^2]: the area of the Hertz patch that would press as evenly; blind to where the edge lies between cells."""
+    """9/8 (integral of p)^2 / integral of p^2 [m^2]: the area of the Hertz patch that would press as evenly; blind to
+    where the edge lies between cells."""
     return 9 / 8 * float(patch.pressure.sum() ** 2 / (patch.pressure**2).sum()) * patch.grid.cell_area
 
 
@@ -76,17 +87,43 @@ def section_slices(tie: Tie, rail: str) -> Slices:
     return wheel_on_prism(lower, upper, tie.wheel.place[2] + tie.wheel.rolling_radius)
 
 
-def method_rows(tie: Tie, rail: str, wheel_load: float = WHEEL_LOAD, cells: tuple[int, int] = (50, 80), threads: int | None = None) -> list[MethodRow]:
+def method_rows(
+    tie: Tie, rail: str, wheel_load: float = WHEEL_LOAD, cells: tuple[int, int] = (50, 80), threads: int | None = None
+) -> list[MethodRow]:
     """Hertz, 2.5D by load, 2.5D by displacement and the half-space on one tie, for a wheel load [N]."""
     slices = section_slices(tie, rail)
     exact: PointContact = hertz_of(SliceGap(slices), wheel_load)
-    rows = [MethodRow("Hertz, radii at the touch", exact.max_pressure, 2 * exact.semi_x, 2 * exact.semi_y, exact.area, effective_area=exact.area)]
+    rows = [
+        MethodRow(
+            "Hertz, radii at the touch",
+            exact.max_pressure,
+            2 * exact.semi_x,
+            2 * exact.semi_y,
+            exact.area,
+            effective_area=exact.area,
+        )
+    ]
     for sharing in ("elliptic", "parabolic"):
         for name, half in (("Hertz' length", None), ("2a = 11.32 mm", THESIS_HALF_LENGTH)):
-            patch = loaded_slices(slices, load=wheel_load, sharing=sharing, semi_length=half, cells=cells, estimate=False)
+            patch = loaded_slices(
+                slices, load=wheel_load, sharing=sharing, semi_length=half, cells=cells, estimate=False
+            )
             rows.append(MethodRow.of(f"2.5D (a) {sharing}, {name}", patch))
-    rows.append(MethodRow.of("2.5D (b), coupled slices", slice_contact(slices, load=wheel_load, cells=cells, threads=threads, estimate=False)))
-    patch = normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(wheel_load), window=tie.window(), cells=88, estimate=False)
+    rows.append(
+        MethodRow.of(
+            "2.5D (b), coupled slices",
+            slice_contact(slices, load=wheel_load, cells=cells, threads=threads, estimate=False),
+        )
+    )
+    patch = normal_contact(
+        tie.gap,
+        tie.wheel_steel,
+        tie.rail_steel,
+        load=tie.normal_force(wheel_load),
+        window=tie.window(),
+        cells=88,
+        estimate=False,
+    )
     return [*rows, MethodRow.of("half-space", patch)]
 
 
@@ -95,9 +132,17 @@ def table(rows: list[MethodRow], judge: MethodRow) -> str:
     names = ("p_max [MPa]", "2a [mm]", "2b [mm]", "area [mm2]", "effective area [mm2]")
     lines = ["| method | " + " | ".join(names) + " | seconds |", "|---" * (len(names) + 2) + "|"]
     for row in rows:
-        cells = [_cell(value / unit, digits, None if row is judge else value / right - 1)
-                 for value, right, unit, digits in zip(_numbers(row), _numbers(judge), (1e6, 1e-3, 1e-3, 1e-6, 1e-6), (1, 2, 2, 1, 1))]
-        lines.append(f"| {row.method} | " + " | ".join(cells) + f" | {'' if np.isnan(row.seconds) else format(row.seconds, '.3g')} |")
+        cells = [
+            _cell(value / unit, digits, None if row is judge else value / right - 1)
+            for value, right, unit, digits in zip(
+                _numbers(row), _numbers(judge), (1e6, 1e-3, 1e-3, 1e-6, 1e-6), (1, 2, 2, 1, 1)
+            )
+        ]
+        lines.append(
+            f"| {row.method} | "
+            + " | ".join(cells)
+            + f" | {'' if np.isnan(row.seconds) else format(row.seconds, '.3g')} |"
+        )
     return "\n".join(lines) + "\n"
 
 
@@ -108,7 +153,11 @@ def _numbers(row: MethodRow) -> tuple[float, ...]:
 def _cell(value: float, digits: int, difference: float | None) -> str:
     if np.isnan(value):
         return ""
-    return f"{value:.{digits}f}" if difference is None or np.isnan(difference) else f"{value:.{digits}f} ({difference:+.1%})"
+    return (
+        f"{value:.{digits}f}"
+        if difference is None or np.isnan(difference)
+        else f"{value:.{digits}f} ({difference:+.1%})"
+    )
 
 
 def touch_of(patch: Patch) -> float:

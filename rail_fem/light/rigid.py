@@ -3,8 +3,8 @@
 import numpy as np
 
 from geometry.axes import tread_datum_y
-from geometry.surfaces.crossing import CastCrossing, CrossingError
 from geometry.path.wheel_path import WheelPath, wheel_path
+from geometry.surfaces.crossing import CastCrossing, CrossingError
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import WAY, FeSettings
 
@@ -15,7 +15,8 @@ PLAIN_BEFORE_LEG = 0.2  # plain rail before the leg's transition that is still o
 FULL_NOSE = 0.69  # where the nose of the 1:9.25 crossing has long been a full rail; stretches with the ratio [m]
 BEYOND_PATH = 0.11  # of the modelled crossing that a wheel needs ahead of its last place [m]
 CLEAR = 20e-3  # at least between the end of settling and a transfer: a patch's length [m]
-LEAD, FOLLOW = 35e-3, 160e-3  # of a window that is placed: released before the transfer, and run on behind the first impact [m]
+# of a window that is placed: released before the transfer, and run on behind the first impact [m]
+LEAD, FOLLOW = 35e-3, 160e-3
 
 
 def rigid_path(scene: Scene, x: np.ndarray) -> WheelPath:
@@ -25,16 +26,20 @@ def rigid_path(scene: Scene, x: np.ndarray) -> WheelPath:
 
 
 def anchored_path(scene: Scene, low: float, high: float) -> WheelPath:
-    """The path around the way from `low` to `high` [m], over a stretch that does not hang on where exactly the way ends. Errors: CrossingError.
+    """The path around the way from `low` to `high` [m], over a stretch that does not hang on where exactly the way
+    ends. Errors: CrossingError.
 
-    The stretch ends at places on the crossing: the last before `low` of the theoretical intersection, the end of the leg and the
-    plain rail before it; the first behind `high` of where the nose is a full rail and as far as the crossing goes.
+    The stretch ends at places on the crossing: the last before `low` of the theoretical intersection, the end of the
+    leg and the plain rail before it; the first behind `high` of where the nose is a full rail and as far as the
+    crossing goes.
     """
     crossing = CastCrossing(scene.crossing.ratio)
     low, high, shape = low - AROUND, high + AROUND, crossing.shape
     begin = next(x for x in (0.0, shape.leg_end, shape.leg_start - PLAIN_BEFORE_LEG, low) if x <= low)
     end = next(x for x in (FULL_NOSE * crossing.stretch, crossing.x_range[1] - BEYOND_PATH, high) if x >= high)
-    return rigid_path(scene, np.arange(np.floor(begin / ANCHORED_SPACING), np.ceil(end / ANCHORED_SPACING) + 1) * ANCHORED_SPACING)
+    return rigid_path(
+        scene, np.arange(np.floor(begin / ANCHORED_SPACING), np.ceil(end / ANCHORED_SPACING) + 1) * ANCHORED_SPACING
+    )
 
 
 def window_path(scene: Scene, settings: FeSettings) -> WheelPath:
@@ -44,8 +49,8 @@ def window_path(scene: Scene, settings: FeSettings) -> WheelPath:
 
 
 def placed(scene: Scene, settings: Frozen) -> Frozen:
-    """The settings of any model, with start and end where fe_window's leave them open: so that the wheel has settled LEAD before the place where a rigid
-    wheel changes body, and runs on for FOLLOW behind it.
+    """The settings of any model, with start and end where fe_window's leave them open: so that the wheel has settled
+    LEAD before the place where a rigid wheel changes body, and runs on for FOLLOW behind it.
 
     Errors: CrossingError, ValueError where a rigid wheel changes body nowhere on the common way.
     """
@@ -53,7 +58,9 @@ def placed(scene: Scene, settings: Frozen) -> Frozen:
         return settings
     transfers = scene.direction_sign * rigid_path(scene, np.arange(*WAY, SPACING)).transfers
     if not len(transfers):
-        raise ValueError(f"a rigid wheel never changes body between x = {WAY[0] * 1e3:g} and {WAY[1] * 1e3:g} mm: give start and end")
+        raise ValueError(
+            f"a rigid wheel never changes body between x = {WAY[0] * 1e3:g} and {WAY[1] * 1e3:g} mm: give start and end"
+        )
     start = transfers.min() - LEAD - scene.speed * settings.settle_time
     chosen = {"start": start, "end": transfers.max() + FOLLOW}
     chosen = {name: round(scene.direction_sign * x, 4) for name, x in chosen.items() if getattr(settings, name) is None}
@@ -61,16 +68,21 @@ def placed(scene: Scene, settings: Frozen) -> Frozen:
 
 
 def placement_faults(scene: Scene, settings: FeSettings, model: str) -> list[str]:
-    """Why the wheel cannot run over this window, if it cannot; and where it would settle across a transfer. settings : placed"""
+    """Why the wheel cannot run over this window, if it cannot; and where it would settle across a transfer. settings :
+    placed"""
     try:
         path = window_path(scene, settings)
     except (CrossingError, ValueError) as error:
         return [f"run.{model}.start, end: {error}"]
     start, sign, settling = running_start(scene, settings), scene.direction_sign, scene.speed * settings.settle_time
     hit = [x for x in path.transfers if sign * (x - start) <= settling + CLEAR] if settling > 0 else []
-    return [f"run.{model}.start: the wheel settles from x = {start * 1e3:.0f} to {(start + sign * settling) * 1e3:.0f} mm, and a rigid wheel changes body at "
-            f"{x * 1e3:.0f} mm, less than {CLEAR * 1e3:g} mm behind that: begin {'before' if sign > 0 else 'behind'} x = {(x - sign * (settling + CLEAR)) * 1e3:.0f} mm, "
-            "or take a shorter settle_time" for x in hit[:1]]
+    return [
+        f"run.{model}.start: the wheel settles from x = {start * 1e3:.0f} to {(start + sign * settling) * 1e3:.0f} mm,"
+        f" and a rigid wheel changes body at {x * 1e3:.0f} mm, less than {CLEAR * 1e3:g} mm behind that: begin"
+        f" {'before' if sign > 0 else 'behind'} x = {(x - sign * (settling + CLEAR)) * 1e3:.0f} mm, or take a shorter"
+        " settle_time"
+        for x in hit[:1]
+    ]
 
 
 def running_start(scene: Scene, settings: FeSettings) -> float:
@@ -84,7 +96,13 @@ def placement_doubts(scene: Scene, settings: FeSettings) -> list[str]:
     path = window_path(scene, settings)
     if len(path.transfers) == 0:
         carrier = "nose" if path.on_nose[0] else "wing"
-        return [f"between start {settings.start * 1e3:g} mm and end {settings.end * 1e3:g} mm a rigid wheel stays on the {carrier}: no load transfer will be seen"]
+        return [
+            f"between start {settings.start * 1e3:g} mm and end {settings.end * 1e3:g} mm a rigid wheel stays on the"
+            f" {carrier}: no load transfer will be seen"
+        ]
     margin = 0.05
     near = [x for x in path.transfers if min(abs(x - settings.start), abs(x - settings.end)) < margin]
-    return [f"a rigid wheel changes body at x = {x * 1e3:.0f} mm, less than {margin * 1e3:g} mm from an end of the window" for x in near]
+    return [
+        f"a rigid wheel changes body at x = {x * 1e3:.0f} mm, less than {margin * 1e3:g} mm from an end of the window"
+        for x in near
+    ]

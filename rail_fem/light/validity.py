@@ -1,4 +1,5 @@
-"""Where a light rung leaves the ground it stands on: flags with the reason and the number, from what the rung itself found.
+"""Where a light rung leaves the ground it stands on: flags with the reason and the number, from what the rung itself
+found.
 
 A flag is {"what", "reason", "where"}: plain values, so that a result file carries them.
 """
@@ -10,10 +11,12 @@ from rail_fem.light.vertical_pass import LightPass
 from rail_fem.output.result import Patch
 from rail_fem.scene.scene import Scene
 
-FIRST_YIELD = 1.6        # largest Hertz pressure over yield stress at first yield below a point contact (Johnson 1985, section 6.1)
-LOPSIDED = 0.25          # middle of the intersection off the contact point, over its half-width, beyond which Hertz' patch is a guess
-LARGEST_SHARE = 0.3      # of a patch's semi-axis in the smallest radius, beyond which a half-space is none
-SUDDEN = 0.5             # share of the lumped constant that the true one may differ by
+# largest Hertz pressure over yield stress at first yield below a point contact (Johnson 1985, section 6.1)
+FIRST_YIELD = 1.6
+# middle of the intersection off the contact point, over its half-width, beyond which Hertz' patch is a guess
+LOPSIDED = 0.25
+LARGEST_SHARE = 0.3  # of a patch's semi-axis in the smallest radius, beyond which a half-space is none
+SUDDEN = 0.5  # share of the lumped constant that the true one may differ by
 
 Flag = dict[str, str]
 
@@ -30,21 +33,48 @@ def p2_flags(scene: Scene, dip: float) -> list[Flag]:
     """What the standard's formula leaves out in this scene."""
     flags = []
     if scene.direction == "trailing":
-        flags.append(flag("trailing", "the formula is for the wheel that meets the nose; it knows no direction of travel"))
+        flags.append(
+            flag("trailing", "the formula is for the wheel that meets the nose; it knows no direction of travel")
+        )
     if not dip > 0:
-        flags.append(flag("no dip", f"dip angle {dip * 1e3:.3g} mrad: the path does not rise at the transfer, the formula has no impact there"))
+        flags.append(
+            flag(
+                "no dip",
+                f"dip angle {dip * 1e3:.3g} mrad: the path does not rise at the transfer, the formula has no impact"
+                " there",
+            )
+        )
     if dip > 10e-3:
-        flags.append(flag("dip limit", f"dip angle {dip * 1e3:.3g} mrad is above the standard's 10 mrad for a P8 wheel"))
-    flags.append(flag("one impact", "the formula sees the nose only: not the leg transition, where the thesis' FE has its largest force"))
+        flags.append(
+            flag("dip limit", f"dip angle {dip * 1e3:.3g} mrad is above the standard's 10 mrad for a P8 wheel")
+        )
+    flags.append(
+        flag(
+            "one impact",
+            "the formula sees the nose only: not the leg transition, where the thesis' FE has its largest force",
+        )
+    )
     return flags
 
 
 def lift_flags(lifts: tuple[int, float]) -> list[Flag]:
     count, duration = lifts
-    return [flag("lift-off", f"the wheel lifts off {count} time(s), {duration * 1e3:.3g} ms in all: where it lands depends on all that went before")] if count else []
+    return (
+        [
+            flag(
+                "lift-off",
+                f"the wheel lifts off {count} time(s), {duration * 1e3:.3g} ms in all: where it lands depends on all"
+                " that went before",
+            )
+        ]
+        if count
+        else []
+    )
 
 
-def lumped_flags(scene: Scene, table: ContactTable, run: LightPass, constant: float, lifts: tuple[int, float]) -> list[Flag]:
+def lumped_flags(
+    scene: Scene, table: ContactTable, run: LightPass, constant: float, lifts: tuple[int, float]
+) -> list[Flag]:
     """One contact of one stiffness for a passage over two bodies."""
     flags = lift_flags(lifts)
     near = table.nearest(run.x)
@@ -54,13 +84,27 @@ def lumped_flags(scene: Scene, table: ContactTable, run: LightPass, constant: fl
     off = np.where(loaded, np.abs(true / constant - 1), 0.0)
     if off.max() > SUDDEN:
         i = int(np.argmax(off))
-        flags.append(flag("contact stiffness", f"Hertz constant {true[i]:.3g} N/m^1.5 of the true surfaces against {constant:.3g} taken", f"x = {run.x[i] * 1e3:.0f} mm"))
+        flags.append(
+            flag(
+                "contact stiffness",
+                f"Hertz constant {true[i]:.3g} N/m^1.5 of the true surfaces against {constant:.3g} taken",
+                f"x = {run.x[i] * 1e3:.0f} mm",
+            )
+        )
     if len(table.transfers):
-        flags.append(flag("two bodies", "wing and nose are one path here: no sharing of the load", f"x = {table.transfers[0] * 1e3:.0f} mm"))
+        flags.append(
+            flag(
+                "two bodies",
+                "wing and nose are one path here: no sharing of the load",
+                f"x = {table.transfers[0] * 1e3:.0f} mm",
+            )
+        )
     return flags
 
 
-def hertz_flags(scene: Scene, table: ContactTable, run: LightPass, patches: tuple[Patch, ...], lifts: tuple[int, float]) -> list[Flag]:
+def hertz_flags(
+    scene: Scene, table: ContactTable, run: LightPass, patches: tuple[Patch, ...], lifts: tuple[int, float]
+) -> list[Flag]:
     """Plastic flow, edges and conforming patches where a contact carries."""
     flags = lift_flags(lifts)
     near = table.nearest(run.x)
@@ -73,8 +117,14 @@ def hertz_flags(scene: Scene, table: ContactTable, run: LightPass, patches: tupl
         if lopsided.max() > LOPSIDED:
             i = int(np.argmax(lopsided))
             share = float((lopsided > LOPSIDED).sum() / loaded.sum())
-            flags.append(flag("edge", f"{body}: the contact lies beside the middle of its patch on {share:.0%} of the loaded way, by up to {lopsided[i]:.0%} "
-                                      "of the half-width: Hertz' patch and pressure are a guess", f"x = {run.x[i] * 1e3:.0f} mm"))
+            flags.append(
+                flag(
+                    "edge",
+                    f"{body}: the contact lies beside the middle of its patch on {share:.0%} of the loaded way, by up"
+                    f" to {lopsided[i]:.0%} of the half-width: Hertz' patch and pressure are a guess",
+                    f"x = {run.x[i] * 1e3:.0f} mm",
+                )
+            )
         flags += _plastic(body, steels[body], patches)
         flags += _conformal(body, table, patches)
     return flags
@@ -86,7 +136,13 @@ def bem_flags(scene: Scene, run: LightPass, patches: tuple[Patch, ...], lifts: t
     for body, steel in (("wing", scene.materials.wing.steel()), ("nose", scene.materials.nose.steel())):
         if any(p.region == body for p in patches):
             flags += _plastic(body, steel, patches)
-    flags.append(flag("edges", "the half-space goes on beyond the running edges of wing and nose: near them true contacts are softer and pressures higher"))
+    flags.append(
+        flag(
+            "edges",
+            "the half-space goes on beyond the running edges of wing and nose: near them true contacts are softer and"
+            " pressures higher",
+        )
+    )
     return flags
 
 
@@ -96,15 +152,31 @@ def _plastic(body: str, steel, patches: tuple[Patch, ...]) -> list[Flag]:
     limit = FIRST_YIELD * float(steel.yield_stress(np.array(0.0)))
     if worst.max_pressure <= limit:
         return []
-    return [flag("plastic", f"{body}: elastic pressure {worst.max_pressure / 1e6:.0f} MPa is {worst.max_pressure / limit:.2g} times that of first yield: "
-                            "true pressure is less, true patch larger, the contact softer", f"x = {worst.x * 1e3:.0f} mm")]
+    return [
+        flag(
+            "plastic",
+            f"{body}: elastic pressure {worst.max_pressure / 1e6:.0f} MPa is {worst.max_pressure / limit:.2g} times"
+            " that of first yield: true pressure is less, true patch larger, the contact softer",
+            f"x = {worst.x * 1e3:.0f} mm",
+        )
+    ]
 
 
 def _conformal(body: str, table: ContactTable, patches: tuple[Patch, ...]) -> list[Flag]:
     b = BODIES.index(body)
     mine = [p for p in patches if p.region == body]
-    shares = [(max(p.length / 2 / table.radii[b, i, 0], p.width / 2 / table.radii[b, i, 1]), p) for p in mine for i in table.nearest([p.x])]
+    shares = [
+        (max(p.length / 2 / table.radii[b, i, 0], p.width / 2 / table.radii[b, i, 1]), p)
+        for p in mine
+        for i in table.nearest([p.x])
+    ]
     share, patch = max(shares, key=lambda pair: pair[0])
     if share <= LARGEST_SHARE:
         return []
-    return [flag("not a half-space", f"{body}: the patch's semi-axis is {share:.0%} of the relative radius: its surroundings are no half-space", f"x = {patch.x * 1e3:.0f} mm")]
+    return [
+        flag(
+            "not a half-space",
+            f"{body}: the patch's semi-axis is {share:.0%} of the relative radius: its surroundings are no half-space",
+            f"x = {patch.x * 1e3:.0f} mm",
+        )
+    ]

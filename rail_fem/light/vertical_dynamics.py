@@ -1,9 +1,9 @@
 """Few masses on springs and dampers, pressed by one wheel on several contacts: the time step of the light rungs.
 
-All contacts act along one coordinate, s = coupling . q (wheel less track). A body at distance s is approached by d = height - s and
-pushes with the force F that solves d = (F / stiffness)^(1 / exponent) + give * max(F - limit, 0): Hertz' law, and a plastic groove above
-the limit. F only grows with d, so each step closes with one equation for s that has exactly one root.
-Scheme: implicit midpoint rule, second order, symplectic where nothing damps, unconditionally stable.
+All contacts act along one coordinate, s = coupling . q (wheel less track). A body at distance s is approached by d =
+height - s and pushes with the force F that solves d = (F / stiffness)^(1 / exponent) + give * max(F - limit, 0): Hertz'
+law, and a plastic groove above the limit. F only grows with d, so each step closes with one equation for s that has
+exactly one root. Scheme: implicit midpoint rule, second order, symplectic where nothing damps, unconditionally stable.
 Source: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), section II.1.
 """
 
@@ -19,7 +19,8 @@ CLOSED = 1e-15  # to which s is found [m]
 
 @dataclass(frozen=True)
 class Masses:
-    """Linear part of the system of n masses: mass (n,) [kg], stiffness (n, n) [N/m], damping (n, n) [N s/m], load (n,) [N].
+    """Linear part of the system of n masses: mass (n,) [kg], stiffness (n, n) [N/m], damping (n, n) [N s/m], load (n,)
+    [N].
 
     coupling : (n,)  +1 for the wheel, -1 for the body under it, 0 else; a positive contact force F acts as coupling * F
     """
@@ -36,7 +37,8 @@ class Motion:
     """What came out, at the m + 1 ends of the steps but for `force`.
 
     position, velocity : (m + 1, n) [m, m/s];  force : (bodies, m) mean over each step [N]
-    drive : (m,) work of each step done by moving the path under the wheel [J];  loss : (m,) work of each step in the dampers [J]
+    drive : (m,) work of each step done by moving the path under the wheel [J];
+    loss : (m,) work of each step in the dampers [J]
     """
 
     position: np.ndarray
@@ -52,7 +54,8 @@ class ContactLaw:
 
     height : (bodies, 2 m + 1) axle height at which the wheel touches [m]; -inf out of reach
     stiffness : (bodies, 2 m + 1) [N/m^exponent]
-    limit, give : (bodies, 2 m + 1) force at which a groove begins [N] and its depth per force above [m/N]; None: elastic
+    limit, give : (bodies, 2 m + 1) force at which a groove begins [N] and its depth per force above [m/N]; None:
+        elastic
     exponent : 1.5 (Hertz) or 1 (linear)
     """
 
@@ -78,15 +81,31 @@ def integrate(masses: Masses, position: np.ndarray, velocity: np.ndarray, step: 
     """
     times = law.height.shape[1]
     if law.height.shape != law.stiffness.shape or times % 2 == 0 or times < 3:
-        raise ValueError(f"vertical dynamics: heights {law.height.shape} and stiffnesses {law.stiffness.shape} must agree and hold an odd number >= 3 of times")
+        raise ValueError(
+            f"vertical dynamics: heights {law.height.shape} and stiffnesses {law.stiffness.shape} must agree and hold"
+            " an odd number >= 3 of times"
+        )
     if not (np.isfinite(step) and step > 0):
         raise ValueError(f"vertical dynamics: step {step!r} s must be positive")
     inverse = np.linalg.inv(2 / step * np.diag(masses.mass) + masses.damping + step / 2 * masses.stiffness)
-    found = _march(masses.mass, masses.stiffness, masses.damping, masses.load, masses.coupling, inverse, np.array(position, float),
-                   np.array(velocity, float), step, *law.arrays)
+    found = _march(
+        masses.mass,
+        masses.stiffness,
+        masses.damping,
+        masses.load,
+        masses.coupling,
+        inverse,
+        np.array(position, float),
+        np.array(velocity, float),
+        step,
+        *law.arrays,
+    )
     if not np.isfinite(found[0]).all():
         bad = int(np.argmin(np.isfinite(found[0]).all(axis=1)))
-        raise FloatingPointError(f"vertical dynamics: the motion is not finite from step {bad} of {len(found[0]) - 1} on, t = {bad * step:.4g} s")
+        raise FloatingPointError(
+            f"vertical dynamics: the motion is not finite from step {bad} of {len(found[0]) - 1} on, t ="
+            f" {bad * step:.4g} s"
+        )
     return Motion(*found)
 
 
@@ -94,7 +113,8 @@ def integrate(masses: Masses, position: np.ndarray, velocity: np.ndarray, step: 
 def contact_force(depth, law, exponent):
     """Force [N] at an approach [m] and its derivative; law: (stiffness, limit, give).
 
-    Beyond the limit by Newton's method from the limit up: the depth is a concave function of the force, so no iterate overshoots.
+    Beyond the limit by Newton's method from the limit up: the depth is a concave function of the force, so no iterate
+    overshoots.
     """
     stiffness, limit, give = law
     if depth <= 0:

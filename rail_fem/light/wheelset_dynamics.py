@@ -1,14 +1,18 @@
-"""A wheelset on two rails, free up and down, in roll, laterally and in yaw: the time step of rigid_hertz with that freedom.
+"""A wheelset on two rails, free up and down, in roll, laterally and in yaw: the time step of rigid_hertz with that
+freedom.
 
-q = (sprung mass left and right, wheelset height z, roll phi, lateral y, yaw psi, track left and right); senses of geometry.wheelset: y to
-the left, phi > 0 lifts the left wheel, psi > 0 heads to the left. A contact's potential is the work of its approach
+q = (sprung mass left and right, wheelset height z, roll phi, lateral y, yaw psi, track left and right); senses of
+geometry.wheelset: y to the left, phi > 0 lifts the left wheel, psi > 0 heads to the left. A contact's potential is the
+work of its approach
     d = H(x, u) - z - phi (Y - y) + r phi^2 / 2 + track,   u = side * (y + r phi),
-H the height at which a wheel shifted by u towards its field side touches the rail, Y the contact's place across the track. Its
-gradient gives every force: of the normal, of the contact angle (dH/du), and the lever in roll. So lateral and roll motion exchange
-energy with the vertical one exactly; what it leaves out is of second order in the slopes and of third in y and phi.
-Creep forces: Kalker's linear theory, bounded by friction as Vermeulen and Johnson do; spin creepage left out. The axle turns so that
-its longitudinal creep forces cancel. Scheme: implicit midpoint as in vertical_dynamics, Newton's method for the middle velocity.
-Source: Wickens, Fundamentals of Rail Vehicle Dynamics (2003), chapters 2, 3; Vermeulen and Johnson, J. Appl. Mech. 31 (1964) 338.
+H the height at which a wheel shifted by u towards its field side touches the rail, Y the contact's place across the
+track. Its gradient gives every force: of the normal, of the contact angle (dH/du), and the lever in roll. So lateral
+and roll motion exchange energy with the vertical one exactly; what it leaves out is of second order in the slopes and
+of third in y and phi. Creep forces: Kalker's linear theory, bounded by friction as Vermeulen and Johnson do; spin
+creepage left out. The axle turns so that its longitudinal creep forces cancel. Scheme: implicit midpoint as in
+vertical_dynamics, Newton's method for the middle velocity.
+Source: Wickens, Fundamentals of Rail Vehicle Dynamics (2003), chapters 2, 3; Vermeulen and Johnson, J. Appl. Mech. 31
+(1964) 338.
 """
 
 from dataclasses import dataclass
@@ -25,12 +29,15 @@ CLOSED = 1e-14  # to which heights [m] and angles [rad] are found at the middle 
 
 @dataclass(frozen=True)
 class WheelsetContacts:
-    """c contacts at the ends and middles of m steps, t = 2 m + 1, on a grid of k evenly spaced lateral places of the wheel.
+    """c contacts at the ends and middles of m steps, t = 2 m + 1, on a grid of k evenly spaced lateral places of the
+    wheel.
 
     side   : (c,) +1 left, -1 right;  place : (c, t) Y, across the track from its middle, + to the left [m]
-    shift  : (k,) u [m];  height, slope : (c, t, k) H [m] (-inf out of reach) and dH/du [1];  radius : (c, t, k) of the wheel there [m]
+    shift  : (k,) u [m];  height, slope : (c, t, k) H [m] (-inf out of reach) and dH/du [1];
+    radius : (c, t, k) of the wheel there [m]
     law    : (c, t, 3) Hertz constant [N/m^1.5], groove's limit [N] and give [m/N]
-    creep  : (c, t, 2) longitudinal and lateral creep coefficient [N] at the normal force `reference` [N]; they grow with its 2/3 power
+    creep  : (c, t, 2) longitudinal and lateral creep coefficient [N] at the normal force `reference` [N]; they grow
+        with its 2/3 power
     """
 
     side: np.ndarray
@@ -47,7 +54,8 @@ class WheelsetContacts:
 
 @dataclass(frozen=True)
 class WheelsetSystem:
-    """Linear part: mass (8,), stiffness, damping (8, 8), load (8,); free (8,) 1 where the motion is let go, 0 where it is held.
+    """Linear part: mass (8,), stiffness, damping (8, 8), load (8,); free (8,) 1 where the motion is let go, 0 where it
+    is held.
 
     rolling_radius [m];  speed V > 0 along the way [m/s];  stop : clearance [m] and stiffness [N/m] of the check rail
     """
@@ -64,7 +72,8 @@ class WheelsetSystem:
 
 @dataclass(frozen=True)
 class WheelsetMotion:
-    """position, velocity (m + 1, 8); force (c, m) in each step's middle [N]; works of each step (m,) [J]: drive on the contacts, dampers, creep."""
+    """position, velocity (m + 1, 8); force (c, m) in each step's middle [N]; works of each step (m,) [J]: drive on the
+    contacts, dampers, creep."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -74,34 +83,75 @@ class WheelsetMotion:
     friction: np.ndarray
 
 
-def march(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray, velocity: np.ndarray, step: float) -> WheelsetMotion:
-    """From the start (8,), (8,) over all steps of `step` [s]. Error: second order in the step (tests/rail_fem/test_wheelset_dynamics.py).
+def march(
+    system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray, velocity: np.ndarray, step: float
+) -> WheelsetMotion:
+    """From the start (8,), (8,) over all steps of `step` [s]. Error: second order in the step
+    (tests/rail_fem/test_wheelset_dynamics.py).
 
-    Errors: ValueError when the wheelset leaves the lateral places of the contacts, FloatingPointError when a step does not close.
+    Errors: ValueError when the wheelset leaves the lateral places of the contacts, FloatingPointError when a step does
+    not close.
     """
     c = contacts
-    found = _march(system.mass, system.stiffness, system.damping, system.load, system.free, system.rolling_radius, system.speed, *system.stop,
-                   c.side, c.place, c.shift, c.height, c.slope, c.radius, c.law, c.creep, c.reference, c.friction,
-                   np.array(position, float), np.array(velocity, float), step)
+    found = _march(
+        system.mass,
+        system.stiffness,
+        system.damping,
+        system.load,
+        system.free,
+        system.rolling_radius,
+        system.speed,
+        *system.stop,
+        c.side,
+        c.place,
+        c.shift,
+        c.height,
+        c.slope,
+        c.radius,
+        c.law,
+        c.creep,
+        c.reference,
+        c.friction,
+        np.array(position, float),
+        np.array(velocity, float),
+        step,
+    )
     bad, motion = found[-1], WheelsetMotion(*found[:-1])
     if bad >= 0:
-        raise FloatingPointError(f"wheelset dynamics: step {bad} of {len(motion.drive)} does not close, t = {bad * step:.4g} s: take a shorter time_step")
+        raise FloatingPointError(
+            f"wheelset dynamics: step {bad} of {len(motion.drive)} does not close, t = {bad * step:.4g} s: take a"
+            " shorter time_step"
+        )
     across = motion.position[:, LATERAL] + system.rolling_radius * motion.position[:, ROLL]
     if np.abs(across).max() > np.abs(c.shift).max():
         i = int(np.argmax(np.abs(across) > np.abs(c.shift).max()))
-        raise ValueError(f"wheelset dynamics: lateral place {across[i] * 1e3:.2f} mm at step {i} is beyond the {np.abs(c.shift).max() * 1e3:.1f} mm that were looked at: widen lateral_range")
+        raise ValueError(
+            f"wheelset dynamics: lateral place {across[i] * 1e3:.2f} mm at step {i} is beyond the"
+            f" {np.abs(c.shift).max() * 1e3:.1f} mm that were looked at: widen lateral_range"
+        )
     return motion
 
 
 def potential(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray) -> np.ndarray:
     """Energy (m + 1,) [J] in contacts and check rail at the ends of the steps, for positions (m + 1, 8)."""
     c = contacts
-    return _potentials(position, c.side, c.place[:, ::2], c.shift, c.height[:, ::2], c.slope[:, ::2], c.law[:, ::2], system.rolling_radius, *system.stop)
+    return _potentials(
+        position,
+        c.side,
+        c.place[:, ::2],
+        c.shift,
+        c.height[:, ::2],
+        c.slope[:, ::2],
+        c.law[:, ::2],
+        system.rolling_radius,
+        *system.stop,
+    )
 
 
 @njit(cache=True)
 def surface(u, shift, height, slope):
-    """H, dH/du and d2H/du2 at u: cubic Hermite on the grid, its ends going on straight; -inf beside a place out of reach."""
+    """H, dH/du and d2H/du2 at u: cubic Hermite on the grid, its ends going on straight; -inf beside a place out of
+    reach."""
     step = shift[1] - shift[0]
     i = int(min(max((u - shift[0]) // step, 0), len(shift) - 2))
     if not (np.isfinite(height[i]) and np.isfinite(height[i + 1])):
@@ -179,7 +229,8 @@ def _normal(q, t, side, place, shift, height, slope, law, rolling, clearance, ch
 
 @njit(cache=True)
 def _creep(q, v, t, side, place, shift, radius, creep, reference, friction, rolling, speed, force, into, stiff):
-    """Generalised creep force (8,); stiff[0], stiff[1] (8, 8): minus its derivative to v and to q, with the share that friction leaves held."""
+    """Generalised creep force (8,); stiff[0], stiff[1] (8, 8): minus its derivative to v and to q, with the share that
+    friction leaves held."""
     into[:], stiff[:] = 0.0, 0.0
     total = force.sum()
     if total <= 0 or friction <= 0:
@@ -211,20 +262,64 @@ def _creep(q, v, t, side, place, shift, radius, creep, reference, friction, roll
 
 
 @njit(cache=True)
-def _march(mass, spring, damper, load, free, rolling, speed, clearance, check, side, place, shift, height, slope, radius, law, creep, reference,
-           friction, q, v, step):
+def _march(
+    mass,
+    spring,
+    damper,
+    load,
+    free,
+    rolling,
+    speed,
+    clearance,
+    check,
+    side,
+    place,
+    shift,
+    height,
+    slope,
+    radius,
+    law,
+    creep,
+    reference,
+    friction,
+    q,
+    v,
+    step,
+):
     steps = (place.shape[1] - 1) // 2
     position, velocity = np.zeros((steps + 1, 8)), np.zeros((steps + 1, 8))
     force, drive, loss, rubbed = np.zeros((len(side), steps)), np.zeros(steps), np.zeros(steps), np.zeros(steps)
     position[0], velocity[0] = q, v
-    now, pressed, stiff, dragged, slip = np.zeros(len(side)), np.zeros(8), np.zeros((8, 8)), np.zeros(8), np.zeros((2, 8, 8))
+    now, pressed, stiff, dragged, slip = (
+        np.zeros(len(side)),
+        np.zeros(8),
+        np.zeros((8, 8)),
+        np.zeros(8),
+        np.zeros((2, 8, 8)),
+    )
     held = np.diag(1.0 - free)
     for i in range(steps):
         t, middle, closed = 2 * i + 1, v.copy(), False
         for _ in range(MOST_ITERATIONS):
             at = q + step / 2 * middle
             _normal(at, t, side, place, shift, height, slope, law, rolling, clearance, check, now, pressed, stiff)
-            _creep(at, middle, t, side, place, shift, radius, creep, reference, friction, rolling, speed, now, dragged, slip)
+            _creep(
+                at,
+                middle,
+                t,
+                side,
+                place,
+                shift,
+                radius,
+                creep,
+                reference,
+                friction,
+                rolling,
+                speed,
+                now,
+                dragged,
+                slip,
+            )
             rest = 2 / step * mass * (middle - v) + spring @ at + damper @ middle - load - pressed - dragged
             tangent = np.diag(2 / step * mass) + damper + step / 2 * (spring + stiff + slip[1]) + slip[0]
             for k in range(8):
@@ -238,8 +333,9 @@ def _march(mass, spring, damper, load, free, rolling, speed, clearance, check, s
         if not closed:
             return position, velocity, force, drive, loss, rubbed, i
         at = q + step / 2 * middle
-        drive[i] = (_energy(at, t + 1, side, place, shift, height, slope, law, rolling, clearance, check)
-                    - _energy(at, t - 1, side, place, shift, height, slope, law, rolling, clearance, check))
+        drive[i] = _energy(at, t + 1, side, place, shift, height, slope, law, rolling, clearance, check) - _energy(
+            at, t - 1, side, place, shift, height, slope, law, rolling, clearance, check
+        )
         loss[i], rubbed[i], force[:, i] = step * (middle @ (damper @ middle)), -step * (middle @ dragged), now
         q, v = q + step * middle, 2 * middle - v
         position[i + 1], velocity[i + 1] = q, v

@@ -1,9 +1,11 @@
-"""A pass of a wheelset: the scene's wheel over the crossing, the other wheel on its stock rail, from a scene to a LightPass.
+"""A pass of a wheelset: the scene's wheel over the crossing, the other wheel on its stock rail, from a scene to a
+LightPass.
 
-The surfaces are searched for the wheel at several lateral places (contact_table), the stock rail is the crossing's own rail ahead of the
-leg, mirrored. Each rail stands on a foundation and track mass of its own, each side of the wheelset under a sprung mass above its tread
-datum. Starts centred and parallel to the track. Left out: lateral and yaw springs of the suspension (they act over metres), lateral
-motion of the rails, the change of a contact's stiffness with the lateral place, plastic grooves in the stock rail.
+The surfaces are searched for the wheel at several lateral places (contact_table), the stock rail is the crossing's own
+rail ahead of the leg, mirrored. Each rail stands on a foundation and track mass of its own, each side of the wheelset
+under a sprung mass above its tread datum. Starts centred and parallel to the track. Left out: lateral and yaw springs
+of the suspension (they act over metres), lateral motion of the rails, the change of a contact's stiffness with the
+lateral place, plastic grooves in the stock rail.
 """
 
 from dataclasses import dataclass
@@ -12,26 +14,41 @@ import numpy as np
 
 from bem.exact.kalker_table import coefficients
 from geometry.axes import GAUGE_FACE_Y
-from geometry.surfaces.crossing import CastCrossing
-from geometry.path.wheel_path import PLAIN_LINE_X, rolling_radius
 from geometry.path.path_search import BodySearch
+from geometry.path.wheel_path import PLAIN_LINE_X, rolling_radius
+from geometry.surfaces.crossing import CastCrossing
 from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
-from rail_fem.light.vertical_pass import Contacts, LightPass, half_steps, scene_masses
-from rail_fem.settings.light import RigidHertzSettings
-from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.light.vertical_dynamics import ContactLaw, Motion, rest_distance
-from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, SPRUNG_LEFT, SPRUNG_RIGHT, TRACK_LEFT, TRACK_RIGHT, YAW, WheelsetContacts, WheelsetMotion, WheelsetSystem, march, potential
+from rail_fem.light.vertical_pass import Contacts, LightPass, half_steps, scene_masses
+from rail_fem.light.wheelset_dynamics import (
+    HEIGHT,
+    LATERAL,
+    ROLL,
+    SPRUNG_LEFT,
+    SPRUNG_RIGHT,
+    TRACK_LEFT,
+    TRACK_RIGHT,
+    YAW,
+    WheelsetContacts,
+    WheelsetMotion,
+    WheelsetSystem,
+    march,
+    potential,
+)
+from rail_fem.scene.scene import GRAVITY, Scene
+from rail_fem.settings.light import RigidHertzSettings
 
-LATERAL_SPACING = 0.5e-3   # between the lateral places that are searched [m]
+LATERAL_SPACING = 0.5e-3  # between the lateral places that are searched [m]
 SEARCH, REACH = 0.25e-3, 0.1  # of the plain rail, as geometry.path.wheel_path does
-CHECK_STIFFNESS = 50e6     # of the check rail [N/m]
-ROUNDS = 6                 # of the levers at the start; each round gains three digits
+CHECK_STIFFNESS = 50e6  # of the check rail [N/m]
+ROUNDS = 6  # of the levers at the start; each round gains three digits
 LEAST_RATIO, MOST_RATIO = 0.05, 20.0  # of a patch's semi-axes for which Kalker's coefficients are tabulated
 
 
 @dataclass(frozen=True)
 class WheelsetPass:
-    """The pass as the light rungs know it, of the wheel over the crossing, and what the wheelset adds to its histories (m,)."""
+    """The pass as the light rungs know it, of the wheel over the crossing, and what the wheelset adds to its histories
+    (m,)."""
 
     light: LightPass
     columns: dict[str, np.ndarray]
@@ -39,7 +56,8 @@ class WheelsetPass:
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Tables of the wheel at lateral places shift (k,) [m] over the crossing, the same on plain line, and plain line's height there (k,) [m]."""
+    """Tables of the wheel at lateral places shift (k,) [m] over the crossing, the same on plain line, and plain line's
+    height there (k,) [m]."""
 
     shift: np.ndarray
     over: tuple[ContactTable, ...]
@@ -54,14 +72,25 @@ def surfaces_of(scene: Scene, settings: RigidHertzSettings) -> Surfaces:
     shift = LATERAL_SPACING * np.arange(-count, count + 1)
     start, end = settings.window(scene)
     over = tuple(contact_table(scene, start, end, settings.path_spacing, s) for s in shift)
-    plain = tuple(contact_table(scene, PLAIN_LINE_X, PLAIN_LINE_X + 2 * settings.path_spacing, settings.path_spacing, s) for s in shift)
+    plain = tuple(
+        contact_table(scene, PLAIN_LINE_X, PLAIN_LINE_X + 2 * settings.path_spacing, settings.path_spacing, s)
+        for s in shift
+    )
     crossing, x = CastCrossing(ratio=scene.crossing.ratio), np.array([PLAIN_LINE_X])
-    height = [BodySearch(crossing, scene.wheel.shape, "wing", x, scene.wheel.radius, scene.wheel_datum_y + s, SEARCH, REACH).contacts(x)[0][0] for s in shift]
+    height = [
+        BodySearch(
+            crossing, scene.wheel.shape, "wing", x, scene.wheel.radius, scene.wheel_datum_y + s, SEARCH, REACH
+        ).contacts(x)[0][0]
+        for s in shift
+    ]
     return Surfaces(shift, over, plain, np.array(height) - height[count])
 
 
-def run_wheelset(scene: Scene, settings: RigidHertzSettings, contacts: Contacts, surfaces: Surfaces, step: float | None = None) -> WheelsetPass:
-    """March over the window. contacts : law of wing and nose for the centred wheel. Errors: ValueError, FloatingPointError."""
+def run_wheelset(
+    scene: Scene, settings: RigidHertzSettings, contacts: Contacts, surfaces: Surfaces, step: float | None = None
+) -> WheelsetPass:
+    """March over the window. contacts : law of wing and nose for the centred wheel. Errors: ValueError,
+    FloatingPointError."""
     step, x = half_steps(scene, settings, step)
     found, system = wheelset_contacts(scene, contacts(x), surfaces, x), wheelset_system(scene, settings)
     motion = march(system, found, *start_of(scene, system, found, step), step)
@@ -87,7 +116,9 @@ def wheelset_system(scene: Scene, settings: RigidHertzSettings) -> WheelsetSyste
     if settings.freedom == "roll":
         free[[LATERAL, YAW]] = 0.0
     clearance = np.inf if settings.check_rail is None else settings.check_rail - (scene.gauge - scene.back_to_back) / 2
-    return WheelsetSystem(mass, stiffness, damping, load, free, scene.wheel.radius, scene.speed, (clearance, CHECK_STIFFNESS))
+    return WheelsetSystem(
+        mass, stiffness, damping, load, free, scene.wheel.radius, scene.speed, (clearance, CHECK_STIFFNESS)
+    )
 
 
 def datum_arm(scene: Scene) -> float:
@@ -106,10 +137,14 @@ def wheelset_contacts(scene: Scene, law: ContactLaw, surfaces: Surfaces, x: np.n
     table = surfaces.over[middle]
     heights = np.stack([t.height_at(x) for t in surfaces.over], axis=-1) + surfaces.level
     slopes = np.stack([t.between(x, np.tan(t.angle)) for t in surfaces.over], axis=-1)
-    radii = np.stack([t.between(x, wheel_radii(scene, t, shift)) for t, shift in zip(surfaces.over, surfaces.shift)], axis=-1)
+    radii = np.stack(
+        [t.between(x, wheel_radii(scene, t, shift)) for t, shift in zip(surfaces.over, surfaces.shift)], axis=-1
+    )
     plain, none = surfaces.plain, np.zeros_like(law.stiffness)
     places = np.stack([known(table.point[b, :, 1], scene.wheel_datum_y) for b in range(len(BODIES))]) - centre
-    laws = np.stack([law.stiffness, none if law.limit is None else law.limit, none if law.give is None else law.give], axis=-1)
+    laws = np.stack(
+        [law.stiffness, none if law.limit is None else law.limit, none if law.give is None else law.give], axis=-1
+    )
     repeat = lambda row: np.broadcast_to(row, (1, len(x), *np.shape(row)))
     stock = plain[middle]
     creep = np.stack([creep_coefficients(scene, table, b) for b in range(len(BODIES))])
@@ -120,22 +155,30 @@ def wheelset_contacts(scene: Scene, law: ContactLaw, surfaces: Surfaces, x: np.n
         shift=surfaces.shift,
         height=np.concatenate([heights, repeat(surfaces.level)]),
         slope=np.concatenate([slopes, repeat(np.array([np.tan(t.angle[0, 0]) for t in plain]))]),
-        radius=np.concatenate([radii, repeat(np.array([wheel_radii(scene, t, s)[0, 0] for t, s in zip(plain, surfaces.shift)]))]),
+        radius=np.concatenate(
+            [radii, repeat(np.array([wheel_radii(scene, t, s)[0, 0] for t, s in zip(plain, surfaces.shift)]))]
+        ),
         law=np.concatenate([laws, repeat(np.array([stock.stiffness[0, 0], 0.0, 0.0]))]),
         creep=np.concatenate([creeps, repeat(creep_coefficients(scene, stock, 0)[0])]),
-        reference=scene.static_wheel_load, friction=scene.friction)
+        reference=scene.static_wheel_load,
+        friction=scene.friction,
+    )
 
 
 def known(values: np.ndarray, otherwise: float) -> np.ndarray:
     """Values (n,) with those of the nearest known place where there is none."""
     there = np.flatnonzero(np.isfinite(values))
-    return np.full(len(values), otherwise) if not len(there) else np.interp(np.arange(len(values)), there, values[there])
+    return (
+        np.full(len(values), otherwise) if not len(there) else np.interp(np.arange(len(values)), there, values[there])
+    )
 
 
 def wheel_radii(scene: Scene, table: ContactTable, shift: float) -> np.ndarray:
     """(2, n) radius of the wheel where it touches [m]."""
     datum = scene.wheel_datum_y + shift
-    return np.stack([rolling_radius(scene.wheel.shape, scene.wheel.radius, known(row[:, 1], datum) - datum) for row in table.point])
+    return np.stack(
+        [rolling_radius(scene.wheel.shape, scene.wheel.radius, known(row[:, 1], datum) - datum) for row in table.point]
+    )
 
 
 def creep_coefficients(scene: Scene, table: ContactTable, body: int) -> np.ndarray:
@@ -145,53 +188,92 @@ def creep_coefficients(scene: Scene, table: ContactTable, body: int) -> np.ndarr
     shear = 2 / sum(2 * (1 + steel.poisson) / steel.youngs_modulus for steel in (rail, wheel))
     found = np.zeros((len(table.x), 2))
     for i in np.flatnonzero(table.stiffness[body] > 0):
-        along, across = patch_sizes(np.array([scene.static_wheel_load]), table.radii[body, i : i + 1], table.modulus[body])[0]
+        along, across = patch_sizes(
+            np.array([scene.static_wheel_load]), table.radii[body, i : i + 1], table.modulus[body]
+        )[0]
         kalker = coefficients(float(np.clip(along / across, LEAST_RATIO, MOST_RATIO)), poisson)
         found[i] = shear * along * across * np.array([kalker.c11, kalker.c22])
     return found
 
 
-def start_of(scene: Scene, system: WheelsetSystem, contacts: WheelsetContacts, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities (8,) of steady running: centred at rail level, each rail under its part of the weight, the left wheel along the path's first slope."""
+def start_of(
+    scene: Scene, system: WheelsetSystem, contacts: WheelsetContacts, step: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities (8,) of steady running: centred at rail level, each rail under its part of the weight,
+    the left wheel along the path's first slope."""
     centred, arm = len(contacts.shift) // 2, datum_arm(scene)
     left = contacts.side > 0
     height = contacts.height[:, :2, centred]
     carrier = int(np.argmax(np.where(left, height[:, 0], -np.inf)))
     arms = np.array([contacts.place[carrier, 0], -contacts.place[~left, 0][0]])
     loads = 2 * scene.static_wheel_load * arms[::-1] / arms.sum()
-    rest = [rest_distance(load, ContactLaw(np.repeat(height[rows, :1], 3, axis=1), *(np.repeat(contacts.law[rows, :1, k], 3, axis=1) for k in range(3))))
-            for load, rows in zip(loads, (left, ~left))]
+    rest = [
+        rest_distance(
+            load,
+            ContactLaw(
+                np.repeat(height[rows, :1], 3, axis=1),
+                *(np.repeat(contacts.law[rows, :1, k], 3, axis=1) for k in range(3)),
+            ),
+        )
+        for load, rows in zip(loads, (left, ~left))
+    ]
     track = -loads / scene.foundation.stiffness
     wheels, position, velocity = np.array(rest) + track, np.zeros(8), np.zeros(8)
-    for _ in range(ROUNDS):  # levers are taken from the middle of the axle, which lies to the side of the track's when the wheels are centred
+    # levers are taken from the middle of the axle, which lies to the side of the track's when the wheels are centred
+    for _ in range(ROUNDS):
         both = np.array([[1.0, arms[0] - position[LATERAL]], [1.0, -arms[1] - position[LATERAL]]])
         position[[HEIGHT, ROLL]] = np.linalg.solve(both, wheels + system.rolling_radius * position[ROLL] ** 2 / 2)
         position[LATERAL] = -system.rolling_radius * position[ROLL]
     position[[TRACK_LEFT, TRACK_RIGHT]] = track
-    position[[SPRUNG_LEFT, SPRUNG_RIGHT]] = position[HEIGHT] + arm * np.array([1, -1]) * position[ROLL] - system.mass[0] * GRAVITY / scene.vehicle.primary_stiffness
+    position[[SPRUNG_LEFT, SPRUNG_RIGHT]] = (
+        position[HEIGHT]
+        + arm * np.array([1, -1]) * position[ROLL]
+        - system.mass[0] * GRAVITY / scene.vehicle.primary_stiffness
+    )
     rate = (height[left, 1].max() - height[left, 0].max()) / (step / 2)
     velocity[[HEIGHT, ROLL]] = np.linalg.solve(both, [rate, 0.0])
     velocity[[SPRUNG_LEFT, SPRUNG_RIGHT]] = velocity[HEIGHT] + arm * np.array([1, -1]) * velocity[ROLL]
     return position, velocity
 
 
-def as_light(scene: Scene, system: WheelsetSystem, contacts: WheelsetContacts, motion: WheelsetMotion, x: np.ndarray, step: float) -> WheelsetPass:
+def as_light(
+    scene: Scene, system: WheelsetSystem, contacts: WheelsetContacts, motion: WheelsetMotion, x: np.ndarray, step: float
+) -> WheelsetPass:
     """The left wheel's pass, and the wheelset's own columns."""
     arm, q, v = datum_arm(scene), motion.position, motion.velocity
     of_left = lambda a: np.stack([a[:, SPRUNG_LEFT], a[:, HEIGHT] + arm * a[:, ROLL], a[:, TRACK_LEFT]], axis=1)
     energy = potential(system, contacts, q)
-    light = LightPass((np.arange(len(motion.drive)) + 0.5) * step, x[1::2], motion.force[:2], Motion(of_left(q), of_left(v), motion.force[:2], motion.drive, motion.loss),
-                      scene_masses(scene), step, energy)
+    light = LightPass(
+        (np.arange(len(motion.drive)) + 0.5) * step,
+        x[1::2],
+        motion.force[:2],
+        Motion(of_left(q), of_left(v), motion.force[:2], motion.drive, motion.loss),
+        scene_masses(scene),
+        step,
+        energy,
+    )
     middle = (q[1:] + q[:-1]) / 2
-    columns = {"force_other": motion.force[2], "wheel_lateral": middle[:, LATERAL] + system.rolling_radius * middle[:, ROLL],
-               "wheel_roll": middle[:, ROLL], "wheel_yaw": middle[:, YAW], **energy_columns(system, motion, energy)}
+    columns = {
+        "force_other": motion.force[2],
+        "wheel_lateral": middle[:, LATERAL] + system.rolling_radius * middle[:, ROLL],
+        "wheel_roll": middle[:, ROLL],
+        "wheel_yaw": middle[:, YAW],
+        **energy_columns(system, motion, energy),
+    }
     return WheelsetPass(light, columns)
 
 
 def energy_columns(system: WheelsetSystem, motion: WheelsetMotion, contact: np.ndarray) -> dict[str, np.ndarray]:
-    """Energies (m,) [J] of the whole wheelset after each step, as light_pass.energy_columns; friction: work taken by creep forces (< 0: given)."""
+    """Energies (m,) [J] of the whole wheelset after each step, as light_pass.energy_columns; friction: work taken by
+    creep forces (< 0: given)."""
     q, v, summed = motion.position, motion.velocity, lambda work: np.r_[0.0, np.cumsum(work)]
-    parts = {"kinetic": 0.5 * v**2 @ system.mass, "springs": 0.5 * np.einsum("mi,ij,mj->m", q, system.stiffness, q), "contact": contact,
-             "damping": summed(motion.loss), "friction": summed(motion.friction), "external": summed(motion.drive) + (q - q[0]) @ system.load}
+    parts = {
+        "kinetic": 0.5 * v**2 @ system.mass,
+        "springs": 0.5 * np.einsum("mi,ij,mj->m", q, system.stiffness, q),
+        "contact": contact,
+        "damping": summed(motion.loss),
+        "friction": summed(motion.friction),
+        "external": summed(motion.drive) + (q - q[0]) @ system.load,
+    }
     balance = sum(values for name, values in parts.items() if name != "external") - parts["external"]
     return {f"energy_{name}": values[1:] for name, values in (parts | {"balance": balance - balance[0]}).items()}

@@ -1,10 +1,12 @@
-"""Rung bem_passage: as rigid_hertz, but stiffness and patches of the contacts come from the half-space solver of `bem` on the true gaps.
+"""Rung bem_passage: as rigid_hertz, but stiffness and patches of the contacts come from the half-space solver of `bem`
+on the true gaps.
 
-At places along the way, on each body that the wheel can reach there, the gap of the true surfaces is solved under the static load; its
-force over approach^1.5 is the contact's law, in place of the Hertz constant of a fitted paraboloid. At the moments that matter (start,
-largest forces, most even sharing, end) the patches are solved under the forces that the pass found. Resolves what rigid_hertz does, and
-the shape and pressure of patches that are no ellipses. Blind to edges (the half-space goes on beyond them), plastic flow within a patch
-and waves, which it flags. Source of the law: F = K d^1.5 holds exactly for Hertz, and secantly at the static load for other gaps.
+At places along the way, on each body that the wheel can reach there, the gap of the true surfaces is solved under the
+static load; its force over approach^1.5 is the contact's law, in place of the Hertz constant of a fitted paraboloid. At
+the moments that matter (start, largest forces, most even sharing, end) the patches are solved under the forces that the
+pass found. Resolves what rigid_hertz does, and the shape and pressure of patches that are no ellipses. Blind to edges
+(the half-space goes on beyond them), plastic flow within a patch and waves, which it flags. Source of the law: F = K
+d^1.5 holds exactly for Hertz, and secantly at the static load for other gaps.
 """
 
 import functools
@@ -16,27 +18,31 @@ import numpy as np
 
 from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
-from bem.patch import Patch as SolvedPatch, PatchCutError
+from bem.patch import Patch as SolvedPatch
+from bem.patch import PatchCutError
 from geometry.surfaces.crossing import CastCrossing
-from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
-from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
-from rail_fem.settings.light import BemPassageSettings
-from rail_fem.light.groove import contacts_of
-from rail_fem.models.rigid_hertz import moments, pass_result
 from rail_fem.light.contact_pairs import Tie, crossing_surface, tie_at
+from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
+from rail_fem.light.groove import contacts_of
+from rail_fem.light.validity import bem_flags
+from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
+from rail_fem.models.rigid_hertz import moments, pass_result
 from rail_fem.output.result import PassResult, Patch
 from rail_fem.scene.scene import Scene
-from rail_fem.light.validity import bem_flags
+from rail_fem.settings.light import BemPassageSettings
 
 WINDOW = 0.025, 0.025  # half length and half width in which a patch is looked for at first [m]
-WIDEST = 0.1           # half width at most: wider than wing and tread together [m]
+WIDEST = 0.1  # half width at most: wider than wing and tread together [m]
 HIDDEN = 1.5e-3  # a body this far below the wheel's rigid path carries nothing [m]
 
 
-def solve(scene: Scene, settings: BemPassageSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
+def solve(
+    scene: Scene, settings: BemPassageSettings, folder: Path | None = None, restart: bool = False, progress=None
+) -> PassResult:
     """One pass. Error: second order in the step, by twice the step; of the patches, by twice the cells' sides.
 
-    Errors: CrossingError where the window leaves the crossing, bem.patch.ContactInputError for a gap that cannot be solved.
+    Errors: CrossingError where the window leaves the crossing, bem.patch.ContactInputError for a gap that cannot be
+    solved.
     """
     key = table_key(scene, *settings.window(scene), settings.path_spacing)
     table = solved_table(key, settings.patch_spacing, settings.cells)
@@ -53,9 +59,11 @@ def solve(scene: Scene, settings: BemPassageSettings, folder: Path | None = None
 
 @functools.lru_cache(maxsize=32)
 def solved_table(key: TableKey, patch_spacing: float, cells: int) -> ContactTable:
-    """The table with stiffness from solved gaps every `patch_spacing`, carried on between them as a factor on the Hertz constant.
+    """The table with stiffness from solved gaps every `patch_spacing`, carried on between them as a factor on the Hertz
+    constant.
 
-    Kept, as the table itself, for scenes that differ in speed, foundation or yield curve only; search_time holds what solving took.
+    Kept, as the table itself, for scenes that differ in speed, foundation or yield curve only; search_time holds what
+    solving took.
     """
     hertz, started = table_of(key), time.perf_counter()
     stiffness = hertz.stiffness.copy()
@@ -80,15 +88,32 @@ def tie_of(key: TableKey, table: ContactTable, body: int, index: int, x: float |
     x = float(table.x[index]) if x is None else x
     point = table.point[body, index, :2] + [x - table.x[index], 0.0]
     steels = (Elastic(*key.steels[k]) for k in (2, body))
-    return tie_at(key.wheel, crossing_surface(_crossing(key.ratio), BODIES[body]), (x, key.datum), point, key.radius, *steels, label=BODIES[body])
+    return tie_at(
+        key.wheel,
+        crossing_surface(_crossing(key.ratio), BODIES[body]),
+        (x, key.datum),
+        point,
+        key.radius,
+        *steels,
+        label=BODIES[body],
+    )
 
 
 def solved_patch(tie: Tie, load: float, cells: int, estimate: bool) -> SolvedPatch:
-    """Patch under a vertical load [N]. A cone on the wing's plane touches over its whole width: where a window cuts the patch, it is widened."""
+    """Patch under a vertical load [N]. A cone on the wing's plane touches over its whole width: where a window cuts the
+    patch, it is widened."""
     length, width = WINDOW
     while True:
         try:
-            return normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(load), window=tie.window(length, width), cells=cells, estimate=estimate)
+            return normal_contact(
+                tie.gap,
+                tie.wheel_steel,
+                tie.rail_steel,
+                load=tie.normal_force(load),
+                window=tie.window(length, width),
+                cells=cells,
+                estimate=estimate,
+            )
         except PatchCutError:
             if width >= WIDEST:
                 raise
@@ -101,7 +126,9 @@ def approach_stiffness(tie: Tie, load: float, cells: int) -> float:
     return load / vertical**1.5
 
 
-def solved_patches(key: TableKey, settings: BemPassageSettings, table: ContactTable, run: LightPass, steps: list[int]) -> list[tuple[Patch, SolvedPatch]]:
+def solved_patches(
+    key: TableKey, settings: BemPassageSettings, table: ContactTable, run: LightPass, steps: list[int]
+) -> list[tuple[Patch, SolvedPatch]]:
     """Patches of the bodies that carry at these steps, each with its solution."""
     found = []
     for i in steps:
@@ -112,6 +139,24 @@ def solved_patches(key: TableKey, settings: BemPassageSettings, table: ContactTa
             near = int(touched[np.argmin(np.abs(table.x[touched] - run.x[i]))])
             tie = tie_of(key, table, b, near, float(run.x[i]))
             patch = solved_patch(tie, float(run.force[b, i]), settings.cells, estimate=True)
-            length, width = (float(np.ptp(np.flatnonzero((patch.pressure > 0).any(axis=1 - k))) + 1) * side for k, side in enumerate((patch.grid.dx, patch.grid.dy)))
-            found.append((Patch(float(run.time[i]), float(tie.point[0]), float(tie.point[1]), body, length, width, patch.contact_area, patch.normal_force, patch.max_pressure), patch))
+            length, width = (
+                float(np.ptp(np.flatnonzero((patch.pressure > 0).any(axis=1 - k))) + 1) * side
+                for k, side in enumerate((patch.grid.dx, patch.grid.dy))
+            )
+            found.append(
+                (
+                    Patch(
+                        float(run.time[i]),
+                        float(tie.point[0]),
+                        float(tie.point[1]),
+                        body,
+                        length,
+                        width,
+                        patch.contact_area,
+                        patch.normal_force,
+                        patch.max_pressure,
+                    ),
+                    patch,
+                )
+            )
     return found

@@ -14,7 +14,6 @@ from mpi4py import MPI
 
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import mesh_quality
-from rail_fem.output.events import end_doubts, force_peaks, transfer_place
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe import trust
 from rail_fem.fe.findings import slowest_elements, strain_peaks, trust_facts
@@ -24,34 +23,59 @@ from rail_fem.fe.placing import REGIONS
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
+from rail_fem.output.events import end_doubts, force_peaks, transfer_place
 from rail_fem.output.result import Cost, PassResult
 from rail_fem.output.runfolder import digest, fingerprint
-from rail_fem.scene.scene import Scene
 from rail_fem.output.sealed import read_sealed, write_sealed
+from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
 MESH, MESH_ARRAYS = "mesh.npz", ("points", "cells", "region", "surface", "surface_region", "clamp")
 MESH_REMEDY = "remove it: --restart makes the mesh again, and goes on with the run if it comes out the same"
 
 
-def solve(scene: Scene, settings: FeSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
+def solve(
+    scene: Scene, settings: FeSettings, folder: Path | None = None, restart: bool = False, progress=None
+) -> PassResult:
     """One pass. Collective on MPI.COMM_WORLD.
 
-    folder : for mesh.npz, checkpoint.npz, fields/, figures/; None writes nothing.  restart : go on from folder/checkpoint.npz
-    Errors: ValueError for what cannot be meshed or placed; ArithmeticError when the run becomes unstable (the last restart file stays).
+    folder : for mesh.npz, checkpoint.npz, fields/, figures/; None writes nothing.  restart : go on from
+        folder/checkpoint.npz
+    Errors: ValueError for what cannot be meshed or placed; ArithmeticError when the run becomes unstable (the last
+    restart file stays).
     """
     return solve_from(scene, settings, None, "fe_full", folder, restart, progress)
 
 
-def solve_from(scene: Scene, settings: FeSettings, start: StartState | None, model: str, folder: Path | None, restart: bool, progress) -> PassResult:
-    """One pass from a state where settling ends (None: at rest), its result under the name of a rung. Collective. Errors: as `solve`."""
+def solve_from(
+    scene: Scene,
+    settings: FeSettings,
+    start: StartState | None,
+    model: str,
+    folder: Path | None,
+    restart: bool,
+    progress,
+) -> PassResult:
+    """One pass from a state where settling ends (None: at rest), its result under the name of a rung. Collective.
+    Errors: as `solve`."""
     comm, started = MPI.COMM_WORLD, time.perf_counter()
     running = on_root(lambda: running_of(scene, settings))
     ties = {"case": digest(fingerprint(model, scene, settings))}
     mesh, first_gap, datum, seal = placed_mesh(scene, settings, running, folder, restart, ties)
     if progress and mesh is not None:
-        progress.note(f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes; kernels are compiled now where they are not yet (once, some minutes)")
-    run = Run(comm, scene, settings, build_passage(comm, scene, settings, running, mesh, datum, start), folder, progress, ties | {"mesh": seal})
+        progress.note(
+            f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes; kernels are compiled now where they are not"
+            " yet (once, some minutes)"
+        )
+    run = Run(
+        comm,
+        scene,
+        settings,
+        build_passage(comm, scene, settings, running, mesh, datum, start),
+        folder,
+        progress,
+        ties | {"mesh": seal},
+    )
     run.started = started
     if restart and folder is not None and on_root(lambda: (folder / CHECKPOINT).is_file()):
         run.resume()
@@ -62,9 +86,11 @@ def solve_from(scene: Scene, settings: FeSettings, start: StartState | None, mod
 def placed_mesh(
     scene: Scene, settings: FeSettings, running: Running, folder: Path | None, restart: bool, ties: Mapping[str, str]
 ) -> tuple[HexMesh | None, float, float, str]:
-    """Mesh in place (root only), gap before placing [m], height of D0 at the start [m], seal of the mesh's file ("" without a folder).
+    """Mesh in place (root only), gap before placing [m], height of D0 at the start [m], seal of the mesh's file (""
+    without a folder).
 
-    A restart reads the mesh of the run; ties : what its file belongs to. Collective. Errors: SealError for a file that is damaged or another's.
+    A restart reads the mesh of the run; ties : what its file belongs to. Collective. Errors: SealError for a file that
+    is damaged or another's.
     """
     kept = []  # the mesh stays on root: too large to send
 
@@ -90,16 +116,22 @@ def _write_mesh(path: Path, mesh: HexMesh, gap: float, datum: float, ties: Mappi
 
 def _read_mesh(path: Path, ties: Mapping[str, str]) -> tuple[HexMesh, float, float, str]:
     stored, seal = read_sealed(path, ties, MESH_REMEDY)
-    return HexMesh(region_names=REGIONS, **{name: stored[name] for name in MESH_ARRAYS}), float(stored["gap"]), float(stored["datum"]), seal
+    return (
+        HexMesh(region_names=REGIONS, **{name: stored[name] for name in MESH_ARRAYS}),
+        float(stored["gap"]),
+        float(stored["datum"]),
+        seal,
+    )
 
 
 def result_of(run: Run, model: str, first_gap: float) -> PassResult:
     """What the run found, replicated. Collective.
 
     first_gap : of the meshes before placing [m]
-    error_estimate holds what one run can know: the energy balance, the static load it should carry before the nose, and how much of
-    the largest force comes and goes with each element (trust.mesh_noise). What the element size does to peaks and strains beyond
-    that, no single run knows; "discretisation" is therefore NaN. rail_fem.studies.passage_size measures it by runs at several sizes.
+    error_estimate holds what one run can know: the energy balance, the static load it should carry before the nose, and
+    how much of the largest force comes and goes with each element (trust.mesh_noise). What the element size does to
+    peaks and strains beyond that, no single run knows; "discretisation" is therefore NaN. rail_fem.studies.passage_size
+    measures it by runs at several sizes.
     """
     history, energies = run.recorder.history(), run.dynamics.energies()
     quality = mesh_quality(run.passage.mesh) if run.passage.mesh is not None else None
@@ -120,10 +152,16 @@ def result_of(run: Run, model: str, first_gap: float) -> PassResult:
         error_estimate={
             "energy_balance": rows[0].value,
             "static_load": abs(facts["static_error"]),
-            "force_mesh_noise": trust.mesh_noise(history, run.scene.speed, run.settings.element_size, run.settings.settle_time),
+            "force_mesh_noise": trust.mesh_noise(
+                history, run.scene.speed, run.settings.element_size, run.settings.settle_time
+            ),
             "discretisation": float("nan"),
         },
-        trust={"rows": [row.plain() for row in rows], "slowest": slowest, "rigid_transfers": run.passage.running.transfers.tolist()},
+        trust={
+            "rows": [row.plain() for row in rows],
+            "slowest": slowest,
+            "rigid_transfers": run.passage.running.transfers.tolist(),
+        },
         warnings=tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != trust.GOOD)
         + end_doubts(history, peaks, run.scene.static_wheel_load, settled),
         cut_off=run.cut_off,

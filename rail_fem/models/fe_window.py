@@ -1,8 +1,9 @@
-"""Rung fe_window: the explicit FE of fe_full over the nose alone, begun in the middle of the pass as rigid_hertz has found it.
+"""Rung fe_window: the explicit FE of fe_full over the nose alone, begun in the middle of the pass as rigid_hertz has
+found it.
 
-rigid_hertz runs from the approach to where the FE's settling ends: its contact force, spring compressions and velocities of wheel, sprung
-mass and crossing are the FE's there. Resolves what fe_full does, in the window. Blind to plastic strain and waves from before it, and as
-wrong at its start as rigid_hertz is.
+rigid_hertz runs from the approach to where the FE's settling ends: its contact force, spring compressions and
+velocities of wheel, sprung mass and crossing are the FE's there. Resolves what fe_full does, in the window. Blind to
+plastic strain and waves from before it, and as wrong at its start as rigid_hertz is.
 """
 
 from pathlib import Path
@@ -10,15 +11,18 @@ from pathlib import Path
 from rail_fem.fe.start_state import from_rigid_hertz
 from rail_fem.launcher import on_root
 from rail_fem.light.rigid import placed, running_start
-from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.models.fe_full import solve_from
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeWindowSettings
+from rail_fem.settings.light import RigidHertzSettings
 
 
-def solve(scene: Scene, settings: FeWindowSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
-    """One window. Collective on MPI.COMM_WORLD. Errors: as fe_full, and ValueError where rigid_hertz finds the wheel in the air at the start."""
+def solve(
+    scene: Scene, settings: FeWindowSettings, folder: Path | None = None, restart: bool = False, progress=None
+) -> PassResult:
+    """One window. Collective on MPI.COMM_WORLD. Errors: as fe_full, and ValueError where rigid_hertz finds the wheel in
+    the air at the start."""
     settings = on_root(lambda given=settings: placed(scene, given))
     released = running_start(scene, settings) + scene.direction_sign * scene.speed * settings.settle_time
     approach = RigidHertzSettings(start=settings.approach_start, end=settings.end)

@@ -1,6 +1,7 @@
 """Rung lumped: sprung mass, wheel and track mass with one contact spring over the rigid wheel path.
 
-Resolves the force history of one contact. Blind to how wing and nose share the load, to the patch, to plastic flow and waves.
+Resolves the force history of one contact. Blind to how wing and nose share the load, to the patch, to plastic flow and
+waves.
 """
 
 import time
@@ -9,21 +10,32 @@ from pathlib import Path
 import numpy as np
 
 from bem.exact.hertz import tangent_stiffness
-from rail_fem.output.events import end_doubts, force_peaks
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.validity import flag_warnings, lumped_flags
 from rail_fem.light.vertical_dynamics import ContactLaw
-from rail_fem.light.vertical_pass import Contacts, common_history, force_change, foundation_peak, history_rows, lift_offs, run_pass, step_error
-from rail_fem.settings.light import LumpedSettings
+from rail_fem.light.vertical_pass import (
+    Contacts,
+    common_history,
+    force_change,
+    foundation_peak,
+    history_rows,
+    lift_offs,
+    run_pass,
+    step_error,
+)
+from rail_fem.output.events import end_doubts, force_peaks
 from rail_fem.output.result import Cost, PassResult
 from rail_fem.scene.scene import Scene
+from rail_fem.settings.light import LumpedSettings
 
 
-def solve(scene: Scene, settings: LumpedSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
+def solve(
+    scene: Scene, settings: LumpedSettings, folder: Path | None = None, restart: bool = False, progress=None
+) -> PassResult:
     """One pass. Nothing is written, nothing is restarted: it takes a second, most of it for the rigid path.
 
-    Error: second order in the step, measured by twice the step; `contact_stiffness` is the force's change when the contact is
-    half as stiff. Errors: CrossingError where the window leaves the crossing, ValueError.
+    Error: second order in the step, measured by twice the step; `contact_stiffness` is the force's change when the
+    contact is half as stiff. Errors: CrossingError where the window leaves the crossing, ValueError.
     """
     table = contact_table(scene, *settings.window(scene), settings.path_spacing)
     started = time.perf_counter()
@@ -38,12 +50,16 @@ def solve(scene: Scene, settings: LumpedSettings, folder: Path | None = None, re
     peaks = force_peaks(columns, scene.direction_sign, load)
     flags = lumped_flags(scene, table, run, constant, lift_offs(run, scene.static_wheel_load))
     return PassResult(
-        model="lumped", scene=scene, settings=settings.model_dump(mode="json"), history=history,
+        model="lumped",
+        scene=scene,
+        settings=settings.model_dump(mode="json"),
+        history=history,
         peaks=peaks | {"force_foundation": foundation_peak(run)},
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
         cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
         error_estimate={"time_step": step_error(run, coarse), "contact_stiffness": force_change(run, softer)},
-        trust={"validity": flags, "contact_constant": constant}, warnings=flag_warnings(flags) + end_doubts(columns, peaks, load),
+        trust={"validity": flags, "contact_constant": constant},
+        warnings=flag_warnings(flags) + end_doubts(columns, peaks, load),
     )
 
 
@@ -54,7 +70,8 @@ def static_constant(table, start: float) -> float:
 
 
 def one_contact(table, constant: float, law: str, load: float) -> Contacts:
-    """One contact on the higher of both bodies; linear: with Hertz' stiffness at the static load and the same rest height there."""
+    """One contact on the higher of both bodies; linear: with Hertz' stiffness at the static load and the same rest
+    height there."""
     approach = (load / constant) ** (2 / 3)
     linear = tangent_stiffness(constant, load)
     stiffness, exponent, lowered = (constant, 1.5, 0.0) if law == "hertz" else (linear, 1.0, approach - load / linear)

@@ -1,6 +1,7 @@
 """Rung p2_formula: the standard's force at the nose, from the dip angle of the rigid wheel path.
 
-Resolves the sustained peak P2 and the high-frequency peak P1. Blind to the history, the patch, plastic flow, and impacts elsewhere.
+Resolves the sustained peak P2 and the high-frequency peak P1. Blind to the history, the patch, plastic flow, and
+impacts elsewhere.
 """
 
 import time
@@ -12,17 +13,20 @@ from bem.exact.hertz import tangent_stiffness
 from rail_fem.light.contact_table import ContactTable, contact_table
 from rail_fem.light.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unsprung_mass
 from rail_fem.light.validity import Flag, flag, flag_warnings, p2_flags
-from rail_fem.settings.light import P2Settings
 from rail_fem.output.result import NAN, Cost, PassResult, Peak
 from rail_fem.scene.scene import Scene
+from rail_fem.settings.light import P2Settings
 
-LOOKED_AT = (0.0, 0.9)     # where a transfer is looked for [m]
+LOOKED_AT = (0.0, 0.9)  # where a transfer is looked for [m]
 SPACING = 2.5e-3
-BESIDE = 10e-3             # stretch on both sides of the transfer over which the path's slope is taken [m]
+BESIDE = 10e-3  # stretch on both sides of the transfer over which the path's slope is taken [m]
 
 
-def solve(scene: Scene, settings: P2Settings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
-    """P2 by both readings, P1, and the limits of the standard. Error: not claimed; the formula's assumptions are flagged.
+def solve(
+    scene: Scene, settings: P2Settings, folder: Path | None = None, restart: bool = False, progress=None
+) -> PassResult:
+    """P2 by both readings, P1, and the limits of the standard. Error: not claimed; the formula's assumptions are
+    flagged.
 
     The formula takes microseconds; the dip angle of the rigid path, unless given, a second.
     Errors: ValueError when a rigid wheel never changes body and no dip angle is given.
@@ -34,24 +38,40 @@ def solve(scene: Scene, settings: P2Settings, folder: Path | None = None, restar
     foundation = scene.foundation
     increment = p2_increment(dip, scene.speed, mass, foundation.track_mass, foundation.stiffness)
     chosen = p2_force(load, increment, settings.reading)
-    peaks = {"p2": Peak(chosen, "N", x=place), "p2_increment_times_1.2": Peak(p2_force(load, increment), "N", x=place),
-             "p2_all_times_1.2": Peak(p2_force(load, increment, "all"), "N", x=place), "force_foundation": Peak(load + increment, "N", x=place)}
+    peaks = {
+        "p2": Peak(chosen, "N", x=place),
+        "p2_increment_times_1.2": Peak(p2_force(load, increment), "N", x=place),
+        "p2_all_times_1.2": Peak(p2_force(load, increment, "all"), "N", x=place),
+        "force_foundation": Peak(load + increment, "N", x=place),
+    }
     if constant:
         linear = tangent_stiffness(constant, load)
-        peaks["p1"] = Peak(p1_force(load, dip, scene.speed, linear, scene.vehicle.wheel_unsprung_mass, foundation.track_mass), "N", x=place)
+        peaks["p1"] = Peak(
+            p1_force(load, dip, scene.speed, linear, scene.vehicle.wheel_unsprung_mass, foundation.track_mass),
+            "N",
+            x=place,
+        )
     flags = p2_flags(scene, dip) + limit_flags(chosen)
     return PassResult(
-        model="p2_formula", scene=scene, settings=settings.model_dump(mode="json"), history={"time": np.empty(0), "x": np.empty(0)},
-        peaks=peaks, transfer_x=place, cost=Cost((table.search_time if table else 0.0) + time.perf_counter() - started, 0, 1), error_estimate={"force": NAN},
-        trust={"validity": flags, "dip_angle": dip, "unsprung_mass": mass}, warnings=flag_warnings(flags),
+        model="p2_formula",
+        scene=scene,
+        settings=settings.model_dump(mode="json"),
+        history={"time": np.empty(0), "x": np.empty(0)},
+        peaks=peaks,
+        transfer_x=place,
+        cost=Cost((table.search_time if table else 0.0) + time.perf_counter() - started, 0, 1),
+        error_estimate={"force": NAN},
+        trust={"validity": flags, "dip_angle": dip, "unsprung_mass": mass},
+        warnings=flag_warnings(flags),
     )
 
 
 def rigid_dip(table: ContactTable) -> tuple[float, float, float]:
     """Dip angle [rad] of the rigid path at the transfer, its x [m], and the nose's Hertz constant there.
 
-    The angle between the steepest fall and the steepest rise within BESIDE of the place where the path bends (the standard's "acute
-    angle between the tangents to the wheel trajectory at the point where it abruptly changes direction").
+    The angle between the steepest fall and the steepest rise within BESIDE of the place where the path bends (the
+    standard's "acute angle between the tangents to the wheel trajectory at the point where it abruptly changes
+    direction").
     """
     if not len(table.transfers):
         raise ValueError("p2_formula: a rigid wheel never changes from wing to nose in this scene: give dip_angle")
@@ -63,4 +83,8 @@ def rigid_dip(table: ContactTable) -> tuple[float, float, float]:
 
 def limit_flags(force: float) -> list[Flag]:
     """Limits of the standard that the force exceeds."""
-    return [flag("P2 limit", f"{force / 1e3:.1f} kN is above the standard's {limit / 1e3:.0f} kN for a {vehicle}") for vehicle, limit in P2_LIMITS.items() if force > limit]
+    return [
+        flag("P2 limit", f"{force / 1e3:.1f} kN is above the standard's {limit / 1e3:.0f} kN for a {vehicle}")
+        for vehicle, limit in P2_LIMITS.items()
+        if force > limit
+    ]

@@ -1,8 +1,10 @@
-"""Rung rigid_hertz: the wheel rolls over the true surfaces of wing and nose, each contact with the Hertz law of its own curvatures.
+"""Rung rigid_hertz: the wheel rolls over the true surfaces of wing and nose, each contact with the Hertz law of its own
+curvatures.
 
-Both bodies may carry at once, or none. Resolves the force on wing and nose, where it acts, and the size and pressure of the patches as
-far as they are ellipses. One contact on each body (its nearest place). Blind to conformity, edges, plastic flow and waves, which it flags.
-The wheel moves up and down; with `freedom` it is one of a wheelset that rolls, and moves laterally and in yaw, on crossing and stock rail.
+Both bodies may carry at once, or none. Resolves the force on wing and nose, where it acts, and the size and pressure of
+the patches as far as they are ellipses. One contact on each body (its nearest place). Blind to conformity, edges,
+plastic flow and waves, which it flags. The wheel moves up and down; with `freedom` it is one of a wheelset that rolls,
+and moves laterally and in yaw, on crossing and stock rail.
 """
 
 import time
@@ -10,19 +12,31 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.output.events import end_doubts, force_peaks, transfer_place
 from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
-from rail_fem.light.vertical_pass import LightPass, common_history, force_change, foundation_peak, history_rows, lift_offs, run_pass, step_error
-from rail_fem.settings.light import GrooveSettings, RigidHertzSettings
-from rail_fem.output.result import Cost, PassResult, Patch, Peak
 from rail_fem.light.groove import contacts_of
-from rail_fem.scene.scene import Scene
 from rail_fem.light.validity import Flag, flag_warnings, hertz_flags
+from rail_fem.light.vertical_pass import (
+    LightPass,
+    common_history,
+    force_change,
+    foundation_peak,
+    history_rows,
+    lift_offs,
+    run_pass,
+    step_error,
+)
 from rail_fem.light.wheelset_pass import run_wheelset, surfaces_of
+from rail_fem.output.events import end_doubts, force_peaks, transfer_place
+from rail_fem.output.result import Cost, PassResult, Patch, Peak
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.light import GrooveSettings, RigidHertzSettings
 
 
-def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None, restart: bool = False, progress=None) -> PassResult:
-    """One pass. Error: second order in the step, measured by twice the step, and by twice the spacing of the surface search.
+def solve(
+    scene: Scene, settings: RigidHertzSettings, folder: Path | None = None, restart: bool = False, progress=None
+) -> PassResult:
+    """One pass. Error: second order in the step, measured by twice the step, and by twice the spacing of the surface
+    search.
 
     Errors: CrossingError where the window leaves the crossing, ValueError.
     """
@@ -41,41 +55,78 @@ def solve(scene: Scene, settings: RigidHertzSettings, folder: Path | None = None
 
 
 def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
-    """One pass of a wheelset that may roll, and by choice move laterally and in yaw. Errors: also ValueError where it leaves lateral_range."""
+    """One pass of a wheelset that may roll, and by choice move laterally and in yaw. Errors: also ValueError where it
+    leaves lateral_range."""
     surfaces = surfaces_of(scene, settings)
-    started = time.perf_counter() - sum(t.search_time for t in surfaces.over + surfaces.plain)  # kept from another scene or not, the search counts
+    # kept from another scene or not, the search counts
+    started = time.perf_counter() - sum(t.search_time for t in surfaces.over + surfaces.plain)
     table = surfaces.over[len(surfaces.over) // 2]
     contacts = contacts_of(scene, settings, table)
     found = run_wheelset(scene, settings, contacts, surfaces)
     run, coarse = found.light, run_wheelset(scene, settings, contacts, surfaces, 2 * found.light.step).light
     patches = patches_at(table, run, moments(run))
     flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
-    return pass_result("rigid_hertz", scene, settings, table, run, patches, flags, {"time_step": step_error(run, coarse)}, started + table.search_time, found.columns)
+    return pass_result(
+        "rigid_hertz",
+        scene,
+        settings,
+        table,
+        run,
+        patches,
+        flags,
+        {"time_step": step_error(run, coarse)},
+        started + table.search_time,
+        found.columns,
+    )
 
 
-def pass_result(model: str, scene: Scene, settings: GrooveSettings, table: ContactTable, run: LightPass, patches: tuple[Patch, ...], flags: list[Flag],
-                errors: dict[str, float], started: float, more: dict[str, np.ndarray] | None = None) -> PassResult:
-    """The result of a pass over wing and nose. started : clock when the table was at hand [s];  more : columns (m,) beside or instead of the common ones"""
+def pass_result(
+    model: str,
+    scene: Scene,
+    settings: GrooveSettings,
+    table: ContactTable,
+    run: LightPass,
+    patches: tuple[Patch, ...],
+    flags: list[Flag],
+    errors: dict[str, float],
+    started: float,
+    more: dict[str, np.ndarray] | None = None,
+) -> PassResult:
+    """The result of a pass over wing and nose. started : clock when the table was at hand [s];  more : columns (m,)
+    beside or instead of the common ones"""
     point, rows = points_at(table, run.x), history_rows(run, settings.history_interval)
     columns = common_history(run) | body_columns(run, table, point) | (more or {})
     history = {name: values[rows] for name, values in columns.items()}
     side = scene.direction_sign, scene.static_wheel_load
     peaks = force_peaks(columns, *side)
     return PassResult(
-        model=model, scene=scene, settings=settings.model_dump(mode="json"), history=history, patches=patches,
-        peaks=peaks | {"force_foundation": foundation_peak(run)} | pressure_peaks(patches), transfer_x=transfer_place(columns, *side),
+        model=model,
+        scene=scene,
+        settings=settings.model_dump(mode="json"),
+        history=history,
+        patches=patches,
+        peaks=peaks | {"force_foundation": foundation_peak(run)} | pressure_peaks(patches),
+        transfer_x=transfer_place(columns, *side),
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
         cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
         error_estimate=errors,
-        trust={"validity": flags, "rigid_transfers": table.transfers.tolist()}, warnings=flag_warnings(flags) + end_doubts(columns, peaks, scene.static_wheel_load),
+        trust={"validity": flags, "rigid_transfers": table.transfers.tolist()},
+        warnings=flag_warnings(flags) + end_doubts(columns, peaks, scene.static_wheel_load),
     )
 
 
 def every_second(table: ContactTable) -> ContactTable:
     """The same table at twice the spacing (both ends kept when their number is odd)."""
     keep = np.unique(np.r_[np.arange(0, len(table.x), 2), len(table.x) - 1])
-    return ContactTable(table.x[keep], *(getattr(table, name)[:, keep] for name in ("height", "slope", "point", "stiffness", "radii", "angle", "lopsided")),
-                        table.transfers, table.modulus)
+    return ContactTable(
+        table.x[keep],
+        *(
+            getattr(table, name)[:, keep]
+            for name in ("height", "slope", "point", "stiffness", "radii", "angle", "lopsided")
+        ),
+        table.transfers,
+        table.modulus,
+    )
 
 
 def points_at(table: ContactTable, x: np.ndarray) -> np.ndarray:
@@ -89,9 +140,14 @@ def body_columns(run: LightPass, table: ContactTable, point: np.ndarray) -> dict
     near, total = table.nearest(run.x), run.force.sum(axis=0)
     share = np.divide(run.force, total, out=np.zeros_like(run.force), where=total > 0)
     centre = np.where(total > 0, np.einsum("bm,bmk->km", share, np.nan_to_num(point)), np.nan)
-    return {"force_wing": run.force[0], "force_nose": run.force[1], "contact_x": centre[0], "contact_y": centre[1],
-            "force_longitudinal": -(run.force * table.slope[:, near]).sum(axis=0),
-            "force_lateral": -(run.force * np.tan(table.angle[:, near])).sum(axis=0)}
+    return {
+        "force_wing": run.force[0],
+        "force_nose": run.force[1],
+        "contact_x": centre[0],
+        "contact_y": centre[1],
+        "force_longitudinal": -(run.force * table.slope[:, near]).sum(axis=0),
+        "force_lateral": -(run.force * np.tan(table.angle[:, near])).sum(axis=0),
+    }
 
 
 def moments(run: LightPass) -> list[int]:
@@ -113,8 +169,19 @@ def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[P
             along, across = patch_sizes(np.array([normal]), table.radii[b, near : near + 1], table.modulus[b])[0]
             area = np.pi * along * across
             x = table.point[b, near, 0] + run.x[i] - table.x[near]
-            patches.append(Patch(float(run.time[i]), float(x), float(table.point[b, near, 1]), body, float(2 * along), float(2 * across),
-                                 float(area), float(normal), float(1.5 * normal / area)))
+            patches.append(
+                Patch(
+                    float(run.time[i]),
+                    float(x),
+                    float(table.point[b, near, 1]),
+                    body,
+                    float(2 * along),
+                    float(2 * across),
+                    float(area),
+                    float(normal),
+                    float(1.5 * normal / area),
+                )
+            )
     return tuple(patches)
 
 

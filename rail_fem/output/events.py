@@ -1,13 +1,18 @@
-"""What happens on a pass: the one definition, for all models, of settling, transfer, first impact, largest forces and lost contact.
+"""What happens on a pass: the one definition, for all models, of settling, transfer, first impact, largest forces and
+lost contact.
 
-Histories in, numbers out. A history's rows are (n,) arrays [s, m, N] in the order of time, whichever way the wheel runs.
+Histories in, numbers out. A history's rows are (n,) arrays [s, m, N] in the order of time, whichever way the wheel
+runs.
 
 - *In contact*: the force on the wheel is above OPEN of the static load. All models share this threshold.
-- *Transfer*: where the body that the wheel comes to (facing: the nose; trailing: the wing) takes over half of the force for good; a
-  wheel that bounces nose, wing, nose, wing has transferred at the last change. Between two rows in contact the place is interpolated;
-  after a flight it is the row of the landing.
-- *First impact*: the first maximum of the force on that body from the transfer on, that is the largest value before the force falls by
-  more than FALL of the static load below it. What shakes with the mesh falls by less; what comes after a flight is another impact.
+- *Transfer*: where the body that the wheel comes to (facing: the nose; trailing: the wing) takes over half of the force
+for good; a
+  wheel that bounces nose, wing, nose, wing has transferred at the last change. Between two rows in contact the place is
+  interpolated; after a flight it is the row of the landing.
+- *First impact*: the first maximum of the force on that body from the transfer on, that is the largest value before the
+force falls by
+  more than FALL of the static load below it. What shakes with the mesh falls by less; what comes after a flight is
+  another impact.
 - *Largest force*: over all the way after the settling, of the wheel and of each body.
 """
 
@@ -22,7 +27,8 @@ from rail_fem.output.result import NAN, PassResult, Peak
 
 OPEN = 1e-3  # of the static load: less is no contact
 FALL = 0.25  # of the static load: a maximum stands so much above what follows it
-LARGEST = {"force": "largest_force", "force_wing": "largest_force_wing", "force_nose": "largest_force_nose"}  # column -> name of its peak
+# column -> name of its peak
+LARGEST = {"force": "largest_force", "force_wing": "largest_force_wing", "force_nose": "largest_force_nose"}
 HIGH_END = 1.2  # of the static load: a run that ends above has not come to rest
 END_STRETCH = 5e-3  # over which the force at the end is averaged [m]
 NEAR_END = 10e-3  # a peak closer to an end of the way may be an accident of the window [m]
@@ -45,7 +51,8 @@ def receiving_body(sign: float) -> str:
 
 
 def transfer_row(force: np.ndarray, nose: np.ndarray, sign: float, static_load: float) -> int | None:
-    """The first row from which on the receiving body carries more than half whenever the wheel is in contact; None if it never takes over.
+    """The first row from which on the receiving body carries more than half whenever the wheel is in contact; None if
+    it never takes over.
 
     force, nose : (n,) on the wheel, and its share from the nose [N]
     """
@@ -57,8 +64,11 @@ def transfer_row(force: np.ndarray, nose: np.ndarray, sign: float, static_load: 
     return int(after[0]) if len(after) else None
 
 
-def transfer_place(history: Mapping[str, np.ndarray], sign: float, static_load: float, settled: float = -np.inf) -> float:
-    """x [m] of the transfer among the rows after `settled` [s]; NaN where there is none, or where the model knows one body only."""
+def transfer_place(
+    history: Mapping[str, np.ndarray], sign: float, static_load: float, settled: float = -np.inf
+) -> float:
+    """x [m] of the transfer among the rows after `settled` [s]; NaN where there is none, or where the model knows one
+    body only."""
     rows = after_settling(history, settled)
     x, force, nose = (rows.get(name, np.empty(0)) for name in ("x", "force", "force_nose"))
     if len(nose) != len(force):
@@ -78,8 +88,11 @@ def after_settling(history: Mapping[str, np.ndarray], settled: float) -> dict[st
     return {name: values[after] for name, values in history.items()}
 
 
-def force_peaks(history: Mapping[str, np.ndarray], sign: float, static_load: float, settled: float = -np.inf) -> dict[str, Peak]:
-    """`first_impact` and the largest forces; none for a body that is never touched or not resolved, no first impact without a transfer."""
+def force_peaks(
+    history: Mapping[str, np.ndarray], sign: float, static_load: float, settled: float = -np.inf
+) -> dict[str, Peak]:
+    """`first_impact` and the largest forces; none for a body that is never touched or not resolved, no first impact
+    without a transfer."""
     rows, found = after_settling(history, settled), {}
     if "force_nose" in rows:
         row = transfer_row(rows["force"], rows["force_nose"], sign, static_load)
@@ -93,7 +106,8 @@ def force_peaks(history: Mapping[str, np.ndarray], sign: float, static_load: flo
 
 
 def first_maximum(values: np.ndarray, fall: float) -> int:
-    """Index of the largest of values (n,) up to where they have first fallen by more than `fall` below their largest so far."""
+    """Index of the largest of values (n,) up to where they have first fallen by more than `fall` below their largest so
+    far."""
     fallen = np.flatnonzero(np.maximum.accumulate(values) - values > fall)
     return int(np.argmax(values[: fallen[0]] if len(fallen) else values))
 
@@ -101,11 +115,16 @@ def first_maximum(values: np.ndarray, fall: float) -> int:
 def peak_at(history: Mapping[str, np.ndarray], column: str, row: int) -> Peak:
     """A force of the history as a peak: x of the wheel's centre, y of contact where known."""
     y = history["contact_y"][row] if "contact_y" in history else NAN
-    return Peak(float(history[column][row]), "N", x=float(history["x"][row]), y=float(y), time=float(history["time"][row]))
+    return Peak(
+        float(history[column][row]), "N", x=float(history["x"][row]), y=float(y), time=float(history["time"][row])
+    )
 
 
-def end_doubts(history: Mapping[str, np.ndarray], peaks: Mapping[str, Peak], static_load: float, settled: float = -np.inf) -> tuple[str, ...]:
-    """What may be an accident of the window: a force that has not settled at its end, peaks close to one of its ends."""
+def end_doubts(
+    history: Mapping[str, np.ndarray], peaks: Mapping[str, Peak], static_load: float, settled: float = -np.inf
+) -> tuple[str, ...]:
+    """What may be an accident of the window: a force that has not settled at its end, peaks close to one of its
+    ends."""
     rows = after_settling(history, settled)
     x, force = rows["x"], rows.get("force", np.empty(0))
     if not len(force):
@@ -114,12 +133,18 @@ def end_doubts(history: Mapping[str, np.ndarray], peaks: Mapping[str, Peak], sta
     at_end, before = force[left <= END_STRETCH].mean(), force[(left > END_STRETCH) & (left <= 2 * END_STRETCH)]
     if at_end > HIGH_END * static_load:
         trend = " and rising" if len(before) and at_end > before.mean() else ""
-        doubts.append(f"the run ends at x = {x[-1] * 1e3:.0f} mm with {at_end / static_load:.2f} times the static load{trend}: a larger force may follow, let it go on")
+        doubts.append(
+            f"the run ends at x = {x[-1] * 1e3:.0f} mm with {at_end / static_load:.2f} times the static load{trend}: a"
+            " larger force may follow, let it go on"
+        )
     for name, peak in peaks.items():
         near = min(abs(peak.x - x[0]), abs(peak.x - x[-1]))
         if name in ("first_impact", *LARGEST.values()) and peak.value > NOTABLE * static_load and near < NEAR_END:
             end = "begins" if abs(peak.x - x[0]) < abs(peak.x - x[-1]) else "ends"
-            doubts.append(f"{name.replace('_', ' ')} {peak.value / 1e3:.1f} kN lies {near * 1e3:.1f} mm from where the way {end} (x = {peak.x * 1e3:.1f} mm): it may be an accident of the window")
+            doubts.append(
+                f"{name.replace('_', ' ')} {peak.value / 1e3:.1f} kN lies {near * 1e3:.1f} mm from where the way {end}"
+                f" (x = {peak.x * 1e3:.1f} mm): it may be an accident of the window"
+            )
     return tuple(doubts)
 
 

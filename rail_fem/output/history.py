@@ -24,17 +24,24 @@ COLUMNS: dict[str, Column] = {
     "force_nose": Column("kN", "its share from the nose"),
     "force_longitudinal": Column("kN", "contact force on the wheel along x"),
     "force_lateral": Column("kN", "contact force on the wheel along y"),
-    "creep_longitudinal": Column("%", "longitudinal creep: forward speed less spin times rolling radius, over the speed; + where the wheel is braked"),
+    "creep_longitudinal": Column(
+        "%",
+        "longitudinal creep: forward speed less spin times rolling radius, over the speed; + where the wheel is braked",
+    ),
     "wheel_spin": Column("rad/s", "angular velocity of the wheel about its axle, + where it rolls towards +x"),
     "wheel_height": Column("mm", "height of the wheel's centre less the rolling radius"),
     "crossing_height": Column("mm", "height of the crossing's base against its place at rest without load"),
     "force_other": Column("kN", "vertical contact force on the other wheel of the wheelset"),
-    "wheel_lateral": Column("mm", "lateral place of the wheel at rail level against its centred place, + towards the field side"),
+    "wheel_lateral": Column(
+        "mm", "lateral place of the wheel at rail level against its centred place, + towards the field side"
+    ),
     "wheel_roll": Column("mrad", "roll of the wheelset, + lifts this wheel"),
     "wheel_yaw": Column("mrad", "yaw of the wheelset, + heads towards the field side"),
     "contact_x": Column("mm", "force-weighted centre of contact along x"),
     "contact_y": Column("mm", "force-weighted centre of contact along y"),
-    "energy_kinetic": Column("J", "kinetic energy less the train's rigid forward motion and the wheel's rotation at the start"),
+    "energy_kinetic": Column(
+        "J", "kinetic energy less the train's rigid forward motion and the wheel's rotation at the start"
+    ),
     "energy_elastic": Column("J", "elastic strain energy"),
     "energy_plastic": Column("J", "plastic work"),
     "energy_hourglass": Column("J", "work of the hourglass control"),
@@ -44,7 +51,11 @@ COLUMNS: dict[str, Column] = {
     "energy_contact": Column("J", "energy in the contact penalty"),
     "energy_friction": Column("J", "work of friction"),
     "energy_external": Column("J", "work of weight and drive"),
-    "energy_contact_loss": Column("J", "what the contact takes from the bodies beyond penalty, friction and drive: the error of the contact; no part of the sum below"),
+    "energy_contact_loss": Column(
+        "J",
+        "what the contact takes from the bodies beyond penalty, friction and drive: the error of the contact; no part"
+        " of the sum below",
+    ),
     "energy_balance": Column("J", "sum of the above against the work done from outside: 0 when nothing is lost"),
 }
 
@@ -81,7 +92,8 @@ def shown_table(history: Mapping[str, np.ndarray]) -> tuple[list[str], np.ndarra
 
 
 def from_shown_table(header: list[str], table: np.ndarray) -> dict[str, np.ndarray]:
-    """The inverse of `shown_table`: columns in SI by name. Errors: ValueError when a header's unit is not the column's."""
+    """The inverse of `shown_table`: columns in SI by name. Errors: ValueError when a header's unit is not the
+    column's."""
     history = {}
     for title, values in zip(header, table.T):
         name, _, unit = title.rstrip("]").partition(" [")

@@ -1,7 +1,9 @@
-"""Who runs in a folder: a file that names host and process, so that no second run writes there, and a dead one is known as dead.
+"""Who runs in a folder: a file that names host and process, so that no second run writes there, and a dead one is known
+as dead.
 
-The file is taken under the system's own file lock, where the file system has one, so that of two runs started at once one is refused. It
-stays after a kill; the next run on this host sees that the process is gone. Of another host nobody here can know.
+The file is taken under the system's own file lock, where the file system has one, so that of two runs started at once
+one is refused. It stays after a kill; the next run on this host sees that the process is gone. Of another host nobody
+here can know.
 """
 
 import contextlib
@@ -37,7 +39,8 @@ def is_dead(owner: Mapping[str, Any]) -> bool:
 
 
 def _began(pid: int) -> str | None:
-    """Start of a living process, of Linux's clock ticks since the machine's start; None where that is not told, "dead" for one only waited for."""
+    """Start of a living process, of Linux's clock ticks since the machine's start; None where that is not told, "dead"
+    for one only waited for."""
     try:
         words = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
     except OSError:

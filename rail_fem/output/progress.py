@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
-from rail_fem.output import lock
 from rail_fem.atomic import write_text_atomically
+from rail_fem.output import lock
 from rail_fem.stopping import last_words
 
 STATUS_FILE = "status.json"
@@ -27,17 +27,33 @@ class Progress:
         progress.update(step=120, time=1e-3, end_time=10e-3, energy_balance=1e-4)
 
     status.json is replaced at most every `interval` seconds, and always at the end, with
-    state (running, finished, cut off, failed, stopped), percent, eta [s], step, time [s], end_time [s], energy_balance [1], message, updated
-    (clock time), and of the process: host, pid, began.
+    state (running, finished, cut off, failed, stopped), percent, eta [s], step, time [s], end_time [s], energy_balance
+    [1], message, updated (clock time), and of the process: host, pid, began.
     """
 
-    def __init__(self, folder: Path | None, title: str = "", active: bool = True, interval: float = 2.0,
-                 line_interval: float = 30.0, stream: TextIO | None = None):
+    def __init__(
+        self,
+        folder: Path | None,
+        title: str = "",
+        active: bool = True,
+        interval: float = 2.0,
+        line_interval: float = 30.0,
+        stream: TextIO | None = None,
+    ):
         self.path = None if folder is None else Path(folder) / STATUS_FILE
         self.title, self.active, self.interval, self.line_interval = title, active, interval, line_interval
         self.stream = sys.stdout if stream is None else stream
-        self.status: dict[str, Any] = {"state": "running", "percent": 0.0, "eta": None, "step": 0, "time": 0.0,
-                                       "end_time": None, "energy_balance": None, "message": "", **lock.this_process()}
+        self.status: dict[str, Any] = {
+            "state": "running",
+            "percent": 0.0,
+            "eta": None,
+            "step": 0,
+            "time": 0.0,
+            "end_time": None,
+            "energy_balance": None,
+            "message": "",
+            **lock.this_process(),
+        }
         self._bar, self._cut_off = None, ""
         self._writing, self._words = threading.Lock(), contextlib.ExitStack()
         self._started = self._written = self._lined = None
@@ -48,7 +64,8 @@ class Progress:
         if self.active:
             self._words.enter_context(last_words(self._stopped))
             self._write()
-            if self.stream.isatty() and "OMPI_COMM_WORLD_RANK" not in os.environ:  # mpirun gives its ranks a terminal of its own
+            # mpirun gives its ranks a terminal of its own
+            if self.stream.isatty() and "OMPI_COMM_WORLD_RANK" not in os.environ:
                 self._open_bar()
         return self
 
@@ -62,7 +79,8 @@ class Progress:
         self._words.close()
 
     def _stopped(self) -> str:
-        """Last words of a run that is stopped, in another thread: what the run itself writes at this moment comes before, and nothing after."""
+        """Last words of a run that is stopped, in another thread: what the run itself writes at this moment comes
+        before, and nothing after."""
         self._writing.acquire(timeout=WAIT)  # never given back
         if self.status["state"] == "running":
             self.status.update(state="stopped", message=GO_ON, eta=None)
@@ -71,7 +89,9 @@ class Progress:
             self._bar.console.show_cursor()
         return GO_ON
 
-    def update(self, step: int, time: float, end_time: float, energy_balance: float = math.nan, message: str = "") -> None:
+    def update(
+        self, step: int, time: float, end_time: float, energy_balance: float = math.nan, message: str = ""
+    ) -> None:
         """Tell how far the run is. Cheap when nothing is due; rank-local.
 
         time, end_time : simulation time [s];  energy_balance : relative balance error [1]
@@ -82,8 +102,15 @@ class Progress:
         fraction = min(max(time / end_time, 0.0), 1.0) if end_time > 0 else 0.0
         if self._written is None or self.status["end_time"] is None:
             self._first_fraction = fraction  # a restart begins part of the way
-        self.status.update(percent=round(100 * fraction, 2), eta=self._eta(fraction, now), step=int(step), time=float(time),
-                           end_time=float(end_time), energy_balance=_finite(energy_balance), message=message)
+        self.status.update(
+            percent=round(100 * fraction, 2),
+            eta=self._eta(fraction, now),
+            step=int(step),
+            time=float(time),
+            end_time=float(end_time),
+            energy_balance=_finite(energy_balance),
+            message=message,
+        )
         if now - self._written >= self.interval:
             self._write()
         self._show(now)
@@ -119,7 +146,12 @@ class Progress:
 
     def _show(self, now: float) -> None:
         if self._bar:
-            self._bar.update(self._task, completed=self.status["percent"], step=self.status["step"], balance=_percent(self.status["energy_balance"]))
+            self._bar.update(
+                self._task,
+                completed=self.status["percent"],
+                step=self.status["step"],
+                balance=_percent(self.status["energy_balance"]),
+            )
         elif self._lined is None or now - self._lined >= self.line_interval:
             self._lined = now
             print(self.line(), file=self.stream, flush=True)
@@ -128,15 +160,24 @@ class Progress:
         """The status as one plain line."""
         status = self.status
         eta = "unknown" if status["eta"] is None else duration(status["eta"])
-        return (f"{status['percent']:5.1f} %  step {status['step']}  t {status['time'] * 1e3:.3f} ms"
-                f"  energy balance {_percent(status['energy_balance'])}  eta {eta}")
+        return (
+            f"{status['percent']:5.1f} %  step {status['step']}  t {status['time'] * 1e3:.3f} ms"
+            f"  energy balance {_percent(status['energy_balance'])}  eta {eta}"
+        )
 
     def _open_bar(self) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress as Bar, TextColumn, TimeRemainingColumn
+        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bar
 
-        self._bar = Bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:5.1f} %"), TimeRemainingColumn(),
-                        TextColumn("step {task.fields[step]}  energy balance {task.fields[balance]}"), console=Console(file=self.stream))
+        self._bar = Bar(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:5.1f} %"),
+            TimeRemainingColumn(),
+            TextColumn("step {task.fields[step]}  energy balance {task.fields[balance]}"),
+            console=Console(file=self.stream),
+        )
         self._task = self._bar.add_task(self.title or "run", total=100.0, step=0, balance="unknown")
         self._bar.start()
 
@@ -159,15 +200,22 @@ def duration(seconds: float) -> str:
 
 
 def read_status(folder: Path) -> dict[str, Any]:
-    """What status.json says; "died" for a run whose process is gone without a word. Errors: FileNotFoundError, ValueError for a damaged file."""
+    """What status.json says; "died" for a run whose process is gone without a word. Errors: FileNotFoundError,
+    ValueError for a damaged file."""
     path = Path(folder) / STATUS_FILE
     try:
         status = json.loads(path.read_text(encoding="utf-8"))
         if status["state"] == "running" and "pid" in status and lock.is_dead(status):
-            status |= {"state": "died", "eta": None, "message": f"process {status['pid']} ended without a word; go on with --restart"}
+            status |= {
+                "state": "died",
+                "eta": None,
+                "message": f"process {status['pid']} ended without a word; go on with --restart",
+            }
         return {"percent": 0.0, "step": 0, "eta": None, "updated": "unknown", "message": ""} | status
     except (ValueError, KeyError, TypeError) as error:
-        raise ValueError(f"{path}: damaged ({type(error).__name__}: {error}); the run itself can be gone on with by --restart") from error
+        raise ValueError(
+            f"{path}: damaged ({type(error).__name__}: {error}); the run itself can be gone on with by --restart"
+        ) from error
 
 
 def write_status(folder: Path, status: Mapping[str, Any]) -> None:
@@ -182,7 +230,8 @@ def write_status(folder: Path, status: Mapping[str, Any]) -> None:
 
 
 def mark_ended(folder: Path, state: str, message: str) -> None:
-    """Set the state in a status file, for a root that cannot or no longer runs. Nothing happens when there is none or it cannot be written."""
+    """Set the state in a status file, for a root that cannot or no longer runs. Nothing happens when there is none or
+    it cannot be written."""
     try:
         write_status(folder, read_status(folder) | {"state": state, "message": message, "eta": None})
     except (OSError, ValueError):

@@ -17,10 +17,10 @@ from pydantic import ValidationError
 
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.output.history import complete_history, from_shown_table, shown_table
+from rail_fem.output.trust_text import trust_text
 from rail_fem.output.versions import versions
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering
-from rail_fem.output.trust_text import trust_text
 
 NAN = float("nan")
 RESULT_VERSION = 2
@@ -55,7 +55,8 @@ class Patch:
 
 @dataclass(frozen=True)
 class Cost:
-    """What the answer cost: wall time [s], elements, steps, ranks, element updates per second of all ranks, peak memory [B] of all ranks."""
+    """What the answer cost: wall time [s], elements, steps, ranks, element updates per second of all ranks, peak memory
+    [B] of all ranks."""
 
     wall_time: float = NAN
     elements: int = 0
@@ -73,9 +74,11 @@ class PassResult:
     scene          : the scene that was solved
     settings       : the rung's numerics as plain values [SI]
     history        : name -> (n,) [SI], the columns of rail_fem.output.history.COLUMNS; columns left out become NaN
-    peaks          : name -> Peak: "first_impact", "largest_force", "largest_force_wing", "largest_force_nose" (rail_fem.output.events), "plastic_strain_wing", ...
+    peaks          : name -> Peak: "first_impact", "largest_force", "largest_force_wing", "largest_force_nose"
+        (rail_fem.output.events), "plastic_strain_wing", ...
     patches        : contact patches at chosen moments
-    transfer_x     : x [m] where the body that the wheel comes to takes over half of the force for good (rail_fem.output.events); NaN if it never does
+    transfer_x     : x [m] where the body that the wheel comes to takes over half of the force for good
+        (rail_fem.output.events); NaN if it never does
     energies       : final energies [J] and their balance error
     error_estimate : quantity -> relative error that the run claims; NaN where it makes no claim
     trust          : row -> what the trust report found (plain values)
@@ -107,20 +110,34 @@ class PassResult:
         return f"<PassResult {self.model}: {shown}>"
 
     def _repr_html_(self) -> str:
-        rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in self.summary_rows())
+        rows = "".join(
+            f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in self.summary_rows()
+        )
         return f"<table><caption>{html.escape(self.model)}</caption>{rows}</table>"
 
     def summary_rows(self) -> list[tuple[str, str]]:
         """What was found in engineers' units: peaks with their places, transfer, steps and time; a fault first."""
         rows = [("fault", self.fault)] if self.fault else []
         for name, peak in self.peaks.items():
-            rows.append((name.replace("_", " "), engineering(peak.value, peak.unit, 4) + (f" at x = {peak.x * 1e3:.1f} mm" if math.isfinite(peak.x) else "")))
+            rows.append(
+                (
+                    name.replace("_", " "),
+                    engineering(peak.value, peak.unit, 4)
+                    + (f" at x = {peak.x * 1e3:.1f} mm" if math.isfinite(peak.x) else ""),
+                )
+            )
         if math.isfinite(self.transfer_x):
             rows.append(("transfer", f"x = {self.transfer_x * 1e3:.1f} mm"))
-        return [*rows, ("rows of history", str(len(self.history["x"]))), ("wall time", f"{self.cost.wall_time:.3g} s"), ("warnings", str(len(self.warnings)))]
+        return [
+            *rows,
+            ("rows of history", str(len(self.history["x"]))),
+            ("wall time", f"{self.cost.wall_time:.3g} s"),
+            ("warnings", str(len(self.warnings))),
+        ]
 
     def to_dataframe(self, si: bool = False):
-        """The history as a pandas.DataFrame: columns with their units in their names as in history.csv, or bare names in SI.
+        """The history as a pandas.DataFrame: columns with their units in their names as in history.csv, or bare names
+        in SI.
 
         Errors: ModuleNotFoundError where pandas is not installed.
         """
@@ -138,8 +155,8 @@ class PassResult:
         return import_module("rail_fem.show.force").force_figure(self, title or self.model)
 
     def save(self, folder: Path) -> None:
-        """Write history.csv (units in its header), history.npz (SI), trust.txt, result.json and the profile of a measured wheel; each appears whole or not
-        at all.
+        """Write history.csv (units in its header), history.npz (SI), trust.txt, result.json and the profile of a
+        measured wheel; each appears whole or not at all.
 
         Root only under MPI. Errors: OSError (read-only folder, full disk).
         """
@@ -149,7 +166,9 @@ class PassResult:
         write_atomically(folder / "history.npz", self._write_npz)
         write_atomically(folder / "history.csv", self._write_csv)
         write_text_atomically(folder / "trust.txt", trust_text(self.trust, self.warnings))
-        write_text_atomically(folder / "result.json", json.dumps(_to_json(self._summary()), indent=1, allow_nan=False) + "\n")
+        write_text_atomically(
+            folder / "result.json", json.dumps(_to_json(self._summary()), indent=1, allow_nan=False) + "\n"
+        )
 
     def _write_npz(self, path: Path) -> None:
         with path.open("wb") as stream:
@@ -167,9 +186,12 @@ class PassResult:
         for entry in fields(self):
             if entry.name != "history":
                 summary[entry.name] = getattr(self, entry.name)
-        return summary | {"scene": self.scene.model_dump(mode="json"), "cost": asdict(self.cost),
-                          "peaks": {name: asdict(peak) for name, peak in self.peaks.items()},
-                          "patches": [asdict(patch) for patch in self.patches]}
+        return summary | {
+            "scene": self.scene.model_dump(mode="json"),
+            "cost": asdict(self.cost),
+            "peaks": {name: asdict(peak) for name, peak in self.peaks.items()},
+            "patches": [asdict(patch) for patch in self.patches],
+        }
 
 
 class ResultError(ValueError):
@@ -177,7 +199,8 @@ class ResultError(ValueError):
 
 
 def load(folder: Path) -> PassResult:
-    """Read back what `PassResult.save` wrote. Errors: FileNotFoundError, ValueError for a damaged file or another version of it."""
+    """Read back what `PassResult.save` wrote. Errors: FileNotFoundError, ValueError for a damaged file or another
+    version of it."""
     folder = Path(folder)
     if not (folder / "result.json").is_file():
         raise FileNotFoundError(f"{folder}: no result.json there; is it the folder of a finished run (--out)?")
@@ -186,20 +209,28 @@ def load(folder: Path) -> PassResult:
     except ResultError:
         raise
     except Exception as error:  # what is cut or altered fails anywhere in json, zip or the classes
-        raise ValueError(f"{folder}: result.json or history.npz is damaged ({type(error).__name__}: {error}): --restart writes them again") from error
+        raise ValueError(
+            f"{folder}: result.json or history.npz is damaged ({type(error).__name__}: {error}): --restart writes them"
+            " again"
+        ) from error
 
 
 def _read(folder: Path) -> PassResult:
     summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     version = summary.pop("result_version", None)
     if version != RESULT_VERSION:
-        raise ResultError(f"{folder / 'result.json'}: written as result version {version}, this program reads version {RESULT_VERSION}")
+        raise ResultError(
+            f"{folder / 'result.json'}: written as result version {version}, this program reads version"
+            f" {RESULT_VERSION}"
+        )
     summary = _nan_for_none(summary, keep=("scene", "settings", "trust"))
     try:
         summary["scene"] = Scene.model_validate(summary["scene"], context={"run_folder": folder})
     except ValidationError as error:
         fault = error.errors()[0]
-        raise ResultError(f"{folder / 'result.json'}: scene.{'.'.join(map(str, fault['loc']))}: {fault['msg']}") from error
+        raise ResultError(
+            f"{folder / 'result.json'}: scene.{'.'.join(map(str, fault['loc']))}: {fault['msg']}"
+        ) from error
     summary["cost"] = Cost(**summary["cost"])
     summary["peaks"] = {name: Peak(**peak) for name, peak in summary["peaks"].items()}
     summary["patches"] = tuple(Patch(**patch) for patch in summary["patches"])
@@ -233,4 +264,8 @@ def _nan_for_none(value: Any, keep: tuple[str, ...] = ()) -> Any:
         return {key: entry if key in keep else _nan_for_none(entry) for key, entry in value.items()}
     if isinstance(value, list):
         return [_nan_for_none(entry) for entry in value]
-    return {None: NAN, "inf": math.inf, "-inf": -math.inf}.get(value, value) if isinstance(value, (str, type(None))) else value
+    return (
+        {None: NAN, "inf": math.inf, "-inf": -math.inf}.get(value, value)
+        if isinstance(value, (str, type(None)))
+        else value
+    )

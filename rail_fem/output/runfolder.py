@@ -28,7 +28,8 @@ class RunFolderError(ValueError):
 
 
 def fingerprint(model: str, scene: Scene, settings: Frozen) -> dict[str, Any]:
-    """What must agree for a restart: model, scene and numerics as plain values, less what may change between two starts."""
+    """What must agree for a restart: model, scene and numerics as plain values, less what may change between two
+    starts."""
     numerics = settings.model_dump(mode="json")
     for name in getattr(settings, "free_on_restart", ()):
         numerics.pop(name)
@@ -42,16 +43,23 @@ def digest(mark: Mapping[str, Any]) -> str:
 
 @contextlib.contextmanager
 def held(folder: Path) -> Iterator[None]:
-    """The folder is this process's alone, and made if need be. Root only under MPI. Errors: RunFolderError, naming who else runs there."""
+    """The folder is this process's alone, and made if need be. Root only under MPI. Errors: RunFolderError, naming who
+    else runs there."""
     folder = Path(folder)
     _entries(folder)
     try:
         owner = lock.take(folder)
     except OSError as error:
-        raise RunFolderError(f"--out {folder}: {error.strerror or error}, choose a folder that can be written") from error
+        raise RunFolderError(
+            f"--out {folder}: {error.strerror or error}, choose a folder that can be written"
+        ) from error
     if owner is not None:
         here = owner["host"] == lock.this_process()["host"]
-        what = "wait until it ends, or choose another folder" if here else f"if it has ended there, remove {folder / lock.LOCK}"
+        what = (
+            "wait until it ends, or choose another folder"
+            if here
+            else f"if it has ended there, remove {folder / lock.LOCK}"
+        )
         raise RunFolderError(f"--out {folder}: process {owner['pid']} on {owner['host']} runs there: {what}")
 
     def leave() -> str:
@@ -79,8 +87,8 @@ def _entries(folder: Path) -> list[str]:
 def prepare_folder(folder: Path, case: Mapping[str, Any], restart: bool = False, overwrite: bool = False) -> bool:
     """Make `folder` ready for the case with this fingerprint; True when it holds a run to go on with.
 
-    Root only under MPI, while the folder is `held`. What killed writers left is removed. An empty or absent folder starts afresh, also with
-    `restart` (a queue may start the same line again).
+    Root only under MPI, while the folder is `held`. What killed writers left is removed. An empty or absent folder
+    starts afresh, also with `restart` (a queue may start the same line again).
     Errors: RunFolderError when the folder holds something else, or cannot be written.
     """
     folder = Path(folder)
@@ -100,14 +108,28 @@ def _may_go_on(folder: Path, there: list[str], case: Mapping[str, Any], restart:
     if restart and overwrite:
         raise RunFolderError("--restart goes on with what is there, --overwrite removes it: give one of the two")
     if MARK not in there:
-        raise RunFolderError(f"--out {folder}: holds {len(there)} file(s) that no run wrote, the first is {there[0]}: choose another folder")
+        raise RunFolderError(
+            f"--out {folder}: holds {len(there)} file(s) that no run wrote, the first is {there[0]}: choose another"
+            " folder"
+        )
     if overwrite:
         return False
     if not restart:
-        raise RunFolderError(f"--out {folder}: holds a run already; --restart goes on with it, --overwrite begins again, or choose another folder")
+        raise RunFolderError(
+            f"--out {folder}: holds a run already; --restart goes on with it, --overwrite begins again, or choose"
+            " another folder"
+        )
     different = differences(_read_mark(folder), case)
     if different:
-        raise RunFolderError("\n  ".join([f"--out {folder}: holds another case, {len(different)} difference(s); choose another folder", *different, *_other_profile(folder, different)]))
+        raise RunFolderError(
+            "\n  ".join(
+                [
+                    f"--out {folder}: holds another case, {len(different)} difference(s); choose another folder",
+                    *different,
+                    *_other_profile(folder, different),
+                ]
+            )
+        )
     return True
 
 
@@ -115,7 +137,10 @@ def _other_profile(folder: Path, different: list[str]) -> list[str]:
     """What to do when a restart finds another wheel than its run began with."""
     if not (any(line.startswith(PROFILE_KEY) for line in different) and (folder / KEPT).is_file()):
         return []
-    return [f"the profile file has changed since the run began: put it back, or name {folder / KEPT}, the profile that the run used"]
+    return [
+        f"the profile file has changed since the run began: put it back, or name {folder / KEPT}, the profile that the"
+        " run used"
+    ]
 
 
 def only_profile_differs(different: list[str]) -> bool:
@@ -134,7 +159,9 @@ def differences(there: Any, here: Any, key: str = "") -> list[str]:
     """Keys whose plain values differ, with both, one line each."""
     if isinstance(there, dict) and isinstance(here, dict):
         names = [*there, *(name for name in here if name not in there)]
-        return [line for name in names for line in differences(there.get(name), here.get(name), f"{key}.{name}".lstrip("."))]
+        return [
+            line for name in names for line in differences(there.get(name), here.get(name), f"{key}.{name}".lstrip("."))
+        ]
     return [] if there == here else [f"{key}: {there} there, {here} in this case (SI)"]
 
 

@@ -1,7 +1,7 @@
 """Arrays in a file that knows whether it is whole and unchanged, and what it belongs to.
 
-Beside its arrays a file holds its ties (plain words, such as the digest of its case) and its seal: a digest of both. Restart files and
-meshes are such files: what is cut, altered or another run's is refused before a number of it is used.
+Beside its arrays a file holds its ties (plain words, such as the digest of its case) and its seal: a digest of both.
+Restart files and meshes are such files: what is cut, altered or another run's is refused before a number of it is used.
 """
 
 import hashlib
@@ -45,14 +45,18 @@ def write_sealed(path: Path, arrays: Mapping[str, np.ndarray], ties: Mapping[str
 
 
 def read_sealed(path: Path, ties: Mapping[str, str], remedy: str) -> tuple[dict[str, np.ndarray], str]:
-    """Arrays and seal of a file that holds exactly what was written, with these ties. Errors: SealError, with the remedy."""
+    """Arrays and seal of a file that holds exactly what was written, with these ties. Errors: SealError, with the
+    remedy."""
     try:
         with np.load(path) as stored:
             arrays = dict(stored)
         label = json.loads(bytes(arrays.pop(LABEL)).decode())
         sound = label["seal"] == seal_of(arrays, label["ties"])
     except Exception as error:  # a damaged file fails anywhere in zip, zlib, numpy or json
-        raise SealError(f"{path}: damaged, or not written by this version of the program ({type(error).__name__}: {error}): {remedy}") from error
+        raise SealError(
+            f"{path}: damaged, or not written by this version of the program ({type(error).__name__}: {error}):"
+            f" {remedy}"
+        ) from error
     if not sound:
         raise SealError(f"{path}: its contents were changed after it was written: {remedy}")
     other = [name for name, value in ties.items() if label["ties"].get(name) != value]

@@ -1,4 +1,5 @@
-"""Numerical energies of an explicit run against what they are measured by: one definition for the trust report and the figure."""
+"""Numerical energies of an explicit run against what they are measured by: one definition for the trust report and the
+figure."""
 
 from collections.abc import Mapping
 
@@ -9,7 +10,8 @@ OF_IMPACT = ("balance_bodies", "balance_contact")
 
 
 def largest_internal(history: Mapping[str, np.ndarray]) -> np.ndarray:
-    """The largest elastic and plastic energy so far (n,) [J]; NaN until the first is known. So far, because what a wheel presses elastically it also lets go."""
+    """The largest elastic and plastic energy so far (n,) [J]; NaN until the first is known. So far, because what a
+    wheel presses elastically it also lets go."""
     known = [history[name] for name in ("energy_elastic", "energy_plastic") if np.isfinite(history[name]).any()]
     return np.fmax.accumulate(np.sum(known, axis=0)) if known else np.full(len(history["time"]), np.nan)
 
@@ -18,7 +20,8 @@ def numerical_shares(history: Mapping[str, np.ndarray], settled: float, impact_w
     """Shares (n,) after the settling, which ends at `settled` [s]; NaN before it and where an energy is not resolved.
 
     OF_INTERNAL : energy over the largest internal energy so far
-    OF_IMPACT   : what the balance of the bodies, and of the contact, has changed by since the first row after the settling, over impact_work [J]
+    OF_IMPACT   : what the balance of the bodies, and of the contact, has changed by since the first row after the
+        settling, over impact_work [J]
     """
     after = history["time"] > settled
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,5 @@
-"""The trust report as text, from what a result holds: the rows of an explicit run, and for every model what it warns of."""
+"""The trust report as text, from what a result holds: the rows of an explicit run, and for every model what it warns
+of."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,7 +8,8 @@ GOOD = "good"
 
 
 def trust_text(trust: Mapping[str, Any], warnings: Sequence[str]) -> str:
-    """The report. trust : "rows" of name, value, shown, rule, verdict, and "slowest" elements in words, both by choice"""
+    """The report. trust : "rows" of name, value, shown, rule, verdict, and "slowest" elements in words, both by
+    choice"""
     lines, rows = ["how far to trust this run"], trust.get("rows", ())
     width = max((len(row["name"]) for row in rows), default=0)
     lines += [f"  {row['verdict']:8s} {row['name']:{width}s}  {row['shown']}  (rule: {row['rule']})" for row in rows]

@@ -6,9 +6,20 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
-PACKAGES = {"rail-fem": "rail-fem", "numpy": "numpy", "scipy": "scipy", "numba": "numba", "dolfinx": "fenics-dolfinx",
-            "mpi4py": "mpi4py", "petsc4py": "petsc4py", "gmsh": "gmsh", "pyvista": "pyvista", "vtk": "vtk",
-            "pydantic": "pydantic", "pint": "pint"}
+PACKAGES = {
+    "rail-fem": "rail-fem",
+    "numpy": "numpy",
+    "scipy": "scipy",
+    "numba": "numba",
+    "dolfinx": "fenics-dolfinx",
+    "mpi4py": "mpi4py",
+    "petsc4py": "petsc4py",
+    "gmsh": "gmsh",
+    "pyvista": "pyvista",
+    "vtk": "vtk",
+    "pydantic": "pydantic",
+    "pint": "pint",
+}
 
 
 @functools.cache
@@ -40,8 +51,13 @@ def git_revision() -> str:
     if not (root / ".git").exists():
         return ""
     try:
-        answer = subprocess.run(["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"],
-                                capture_output=True, text=True, timeout=10, check=True)
+        answer = subprocess.run(
+            ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"],
+            capture_output=True,
+            text=True,
+            timeout=10,
+            check=True,
+        )
     except (OSError, subprocess.SubprocessError):
         return ""
     return answer.stdout.strip()

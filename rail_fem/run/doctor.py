@@ -1,4 +1,5 @@
-"""What is installed, whether it works, and how to mend it. Each probe runs in a process of its own: a crash is a finding."""
+"""What is installed, whether it works, and how to mend it. Each probe runs in a process of its own: a crash is a
+finding."""
 
 import subprocess
 import sys
@@ -24,19 +25,25 @@ class Finding:
     remedy: str = ""
 
     def line(self) -> str:
-        return f"{'ok   ' if self.well else 'FAULT'} {self.subject:<12}{self.found}" + ("" if self.well else f"\n      -> {self.remedy}")
+        return f"{'ok   ' if self.well else 'FAULT'} {self.subject:<12}{self.found}" + (
+            "" if self.well else f"\n      -> {self.remedy}"
+        )
 
 
 PROBES: dict[str, tuple[str, str]] = {
-    "dolfinx": ("""
+    "dolfinx": (
+        """
 from mpi4py import MPI
 import dolfinx, dolfinx.mesh
 box = dolfinx.mesh.create_unit_cube(MPI.COMM_SELF, 2, 2, 2, dolfinx.mesh.CellType.hexahedron)
 cells = box.topology.index_map(3).size_local
 print(dolfinx.__version__, f"makes a mesh of {cells} cells")
 raise SystemExit(cells != 8)
-""", "sudo apt-get install python3-dolfinx, then ./setup.sh"),
-    "numba": ("""
+""",
+        "sudo apt-get install python3-dolfinx, then ./setup.sh",
+    ),
+    "numba": (
+        """
 import numba
 @numba.njit
 def total(n):
@@ -46,8 +53,11 @@ def total(n):
     return s
 print(numba.__version__, "compiles")
 raise SystemExit(total(10) != 45.0)
-""", "./setup.sh"),
-    "gmsh": ("""
+""",
+        "./setup.sh",
+    ),
+    "gmsh": (
+        """
 import gmsh
 gmsh.initialize(interruptible=False)
 gmsh.option.setNumber("General.Terminal", 0)
@@ -57,15 +67,20 @@ gmsh.model.mesh.generate(3)
 nodes = len(gmsh.model.mesh.getNodes()[0])
 print(gmsh.__version__, f"makes a mesh of {nodes} nodes")
 raise SystemExit(nodes < 8)
-""", "sudo apt-get install libglu1-mesa libxcursor1 libxinerama1 libxft2, then ./setup.sh"),
-    "rendering": ("""
+""",
+        "sudo apt-get install libglu1-mesa libxcursor1 libxinerama1 libxft2, then ./setup.sh",
+    ),
+    "rendering": (
+        """
 import sys, numpy, pyvista
 plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
 plotter.add_mesh(pyvista.Sphere(), color="white")
 image = plotter.screenshot(sys.argv[1], return_img=True)
 print("pyvista", pyvista.__version__, f"renders without a display, {len(numpy.unique(image))} grey levels")
 raise SystemExit(len(numpy.unique(image)) < 8)
-""", "sudo apt-get install libgl1 libegl1, then ./setup.sh"),
+""",
+        "sudo apt-get install libgl1 libegl1, then ./setup.sh",
+    ),
 }
 
 RANKS_PROBE = """
@@ -91,9 +106,16 @@ def examine() -> Iterator[Finding]:
     """Look at one thing after the other."""
     found = versions()
     well = sys.version_info >= (3, 11)
-    yield Finding("python", well, f"{found['python']} at {sys.executable}", "use Debian 12 or 13, whose python3 is 3.11 or newer")
+    yield Finding(
+        "python", well, f"{found['python']} at {sys.executable}", "use Debian 12 or 13, whose python3 is 3.11 or newer"
+    )
     fault = numpy_fault()
-    yield Finding("numpy", not fault, fault or found["numpy"], "./setup.sh, which puts the distribution's back; the rest can only be looked at then")
+    yield Finding(
+        "numpy",
+        not fault,
+        fault or found["numpy"],
+        "./setup.sh, which puts the distribution's back; the rest can only be looked at then",
+    )
     if fault:
         return
     gone = missing([*NEEDED])
@@ -108,7 +130,9 @@ def _probe(subject: str, code: str, remedy: str, before: tuple[str, ...] = ()) -
     with tempfile.TemporaryDirectory() as folder:
         command = [*before, sys.executable, "-c", code, str(Path(folder) / "probe.png")]
         try:
-            answer = subprocess.run(command, capture_output=True, text=True, timeout=PROBE_SECONDS, stdin=subprocess.DEVNULL)
+            answer = subprocess.run(
+                command, capture_output=True, text=True, timeout=PROBE_SECONDS, stdin=subprocess.DEVNULL
+            )
         except subprocess.TimeoutExpired:
             return Finding(subject, False, f"no answer in {PROBE_SECONDS} s", remedy)
     said = (answer.stdout.strip() or answer.stderr.strip()).splitlines()[-1:] or ["no output"]
@@ -120,6 +144,8 @@ def _probe(subject: str, code: str, remedy: str, before: tuple[str, ...] = ()) -
 
 def _ranks() -> Finding:
     try:
-        return _probe("mpi", RANKS_PROBE, "sudo apt-get install openmpi-bin python3-mpi4py", tuple(launcher.mpi_command(2)))
+        return _probe(
+            "mpi", RANKS_PROBE, "sudo apt-get install openmpi-bin python3-mpi4py", tuple(launcher.mpi_command(2))
+        )
     except FileNotFoundError as error:
         return Finding("mpi", False, "no mpirun", str(error))

@@ -1,7 +1,8 @@
-"""Whether the environment still holds what setup.sh put there: looked up among the files, nothing is imported, so it takes no time.
+"""Whether the environment still holds what setup.sh put there: looked up among the files, nothing is imported, so it
+takes no time.
 
-`python -m rail_fem.run.installation` prints a line for each fault and ends with 1; setup.sh calls it every time. What a package that is there
-does when it is used, only `doctor` tries.
+`python -m rail_fem.run.installation` prints a line for each fault and ends with 1; setup.sh calls it every time. What a
+package that is there does when it is used, only `doctor` tries.
 """
 
 import importlib.metadata
@@ -21,7 +22,8 @@ def missing(names: list[str]) -> list[str]:
 
 
 def numpy_fault() -> str:
-    """What is wrong with NumPy's series; empty where it is the one that setup.sh wrote down: that of the distribution, which dolfinx was built with."""
+    """What is wrong with NumPy's series; empty where it is the one that setup.sh wrote down: that of the distribution,
+    which dolfinx was built with."""
     written = Path(sys.prefix) / "constraints.txt"
     if not written.is_file() or not written.read_text().startswith("numpy=="):
         return ""
@@ -32,21 +34,34 @@ def numpy_fault() -> str:
         return f"NumPy is missing, {series} is needed"
     if version.startswith(f"{series}."):
         return ""
-    return f"NumPy {version} has taken the place of the distribution's {series}, which dolfinx, SciPy and others were built with"
+    return (
+        f"NumPy {version} has taken the place of the distribution's {series}, which dolfinx, SciPy and others were"
+        " built with"
+    )
 
 
 def faults() -> list[str]:
     """A line for each fault of the environment."""
     series = numpy_fault()
-    return [*filter(None, [series]), *(f"the package {name} is missing" for name in missing([*NEEDED]) if not (series and name == "numpy"))]
+    return [
+        *filter(None, [series]),
+        *(f"the package {name} is missing" for name in missing([*NEEDED]) if not (series and name == "numpy")),
+    ]
 
 
 def explain(error: Exception) -> str:
     """A sentence for an import that failed, with its remedy; empty where no package of the environment is at fault."""
     if gone := missing([*NEEDED]):
-        return f"not installed in this Python ({sys.executable}): {', '.join(gone)} ({error}): run ./setup.sh, or use .venv/bin/python"
+        return (
+            f"not installed in this Python ({sys.executable}): {', '.join(gone)} ({error}): run ./setup.sh, or use"
+            " .venv/bin/python"
+        )
     name = (getattr(error, "name", None) or "").partition(".")[0]
-    return f"the package {name} is broken ({error}): remove .venv and call ./setup.sh" if isinstance(error, ImportError) and name in NEEDED else ""
+    return (
+        f"the package {name} is broken ({error}): remove .venv and call ./setup.sh"
+        if isinstance(error, ImportError) and name in NEEDED
+        else ""
+    )
 
 
 def main() -> int:

@@ -27,12 +27,14 @@ class RunFailed(RuntimeError):
     """Carries a result's fault to the status file."""
 
 
-# What a run may meet: bad input found late, an unstable step, a full disk, too little memory. All else is a bug and keeps its traceback.
+# What a run may meet: bad input found late, an unstable step, a full disk, too little memory. All else is a bug and
+# keeps its traceback.
 EXPECTED = (ValueError, ArithmeticError, OSError, MemoryError)
 
 
 def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: bool, say: Callable[[str], None]) -> str:
-    """Run one model of a case and save its result in `folder`; returns why it failed, or "". Collective for parallel models.
+    """Run one model of a case and save its result in `folder`; returns why it failed, or "". Collective for parallel
+    models.
 
     Nothing is meshed or written before everything that can be known has been checked.
     Errors: JobFault when the run cannot start.
@@ -66,8 +68,8 @@ def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: boo
 
 
 def ended(folder: Path, settings: Frozen) -> str:
-    """How the run in a folder of this very case has ended: "finished", "cut off" by the same number of steps as now, "" where there is something to
-    do. Its status then says so too."""
+    """How the run in a folder of this very case has ended: "finished", "cut off" by the same number of steps as now, ""
+    where there is something to do. Its status then says so too."""
     try:
         result = load(folder)
     except (OSError, ValueError):
@@ -84,7 +86,9 @@ def ended(folder: Path, settings: Frozen) -> str:
 def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: bool, say: Callable[[str], None]) -> str:
     try:
         with Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
-            result: PassResult = ladder.solve(model, case.scene, settings, folder=folder, restart=goes_on, progress=progress)
+            result: PassResult = ladder.solve(
+                model, case.scene, settings, folder=folder, restart=goes_on, progress=progress
+            )
             if ladder.smoke_requested():
                 result = replace(result, cut_off="")  # it is all that was asked for
             if result.cut_off:
@@ -111,11 +115,15 @@ def _draw(folder: Path, say: Callable[[str], None], missing_only: bool = False) 
     try:
         draw_run(folder, missing_only)
     except Exception as fault:
-        say(f"no figures: {type(fault).__name__}: {fault} ({_keep_trace(folder)}); the result is saved, 'rail_fem show {folder}' draws again")
+        say(
+            f"no figures: {type(fault).__name__}: {fault} ({_keep_trace(folder)}); the result is saved, 'rail_fem show"
+            f" {folder}' draws again"
+        )
 
 
 def _let_root_speak(folder: Path, message: str) -> None:
-    """Mostly all ranks meet a fault and the root ends the job. A rank that outlives it met the fault alone, while the root waits for it in MPI."""
+    """Mostly all ranks meet a fault and the root ends the job. A rank that outlives it met the fault alone, while the
+    root waits for it in MPI."""
     launcher.let_root_end_first()
     if launcher.rank() != 0:
         mark_ended(folder, "failed", f"rank {launcher.rank()}: {message}")

@@ -2,7 +2,8 @@
 
 Values are SI. Every field carries its unit, range and meaning once, in its `Quantity`.
 
-Files that a scene names are read once, when it is made: the scene carries what they held, and everything after works on that.
+Files that a scene names are read once, when it is made: the scene carries what they held, and everything after works on
+that.
 """
 
 import os
@@ -37,7 +38,8 @@ class Frozen(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     def replace(self, **changes: Any) -> Self:
-        """The same section with other values, each checked as a case file's: text with its unit, or a number in SI; a dict changes a part.
+        """The same section with other values, each checked as a case file's: text with its unit, or a number in SI; a
+        dict changes a part.
 
             scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"})
 
@@ -49,7 +51,9 @@ class Frozen(BaseModel):
         values = {name: getattr(self, name) for name, field in type(self).model_fields.items() if not field.exclude}
         for name, change in changes.items():
             part = values.get(name)
-            values[name] = part.replace(**change) if isinstance(part, Frozen) and isinstance(change, Mapping) else change
+            values[name] = (
+                part.replace(**change) if isinstance(part, Frozen) and isinstance(change, Mapping) else change
+            )
         return type(self).model_validate(values, context=context)
 
 
@@ -63,17 +67,40 @@ class Crossing(Frozen):
 class Wheel(Frozen):
     """One wheel: a profile that geometry knows by name, or the path of a profile file beside the case file.
 
-    digest : of what the profile file held; a run writes it, and a scene that states it takes no other content. measured : what was read.
+    digest : of what the profile file held; a run writes it, and a scene that states it takes no other content. measured
+        : what was read.
     """
 
-    profile: str = Field(max_length=400, pattern=PRINTABLE, description="name of a wheel profile, or the path of a profile file")
+    profile: str = Field(
+        max_length=400, pattern=PRINTABLE, description="name of a wheel profile, or the path of a profile file"
+    )
     far_tread_slope: Annotated[float, Quantity("%", 5, 15, "slope of the far tread of the P8 family")] = 0.067
     radius: Annotated[float, Quantity("mm", 250, 700, "rolling radius at the tread datum")] = 0.425
     label: str = Field("", max_length=100, pattern=PRINTABLE, description="free text that tables and plots show")
-    unit: Literal["mm", "cm", "m", "inch"] | None = Field(None, description="unit of the profile file; none: as it says, or by its width")
-    number: Annotated[Count, Field(ge=1)] | None = Field(None, description="which profile of an .mpt file; none: the first")
-    flange_back: Annotated[float, Quantity("mm", -1000, 1000, "y of the flange back in the profile file; none: by its datum, its format or its shape")] | None = None
-    smoothing: Annotated[float, Quantity("um", 0.1, 999, "scatter to take out of the profile file; none: what its points show")] | None = None
+    unit: Literal["mm", "cm", "m", "inch"] | None = Field(
+        None, description="unit of the profile file; none: as it says, or by its width"
+    )
+    number: Annotated[Count, Field(ge=1)] | None = Field(
+        None, description="which profile of an .mpt file; none: the first"
+    )
+    flange_back: (
+        Annotated[
+            float,
+            Quantity(
+                "mm",
+                -1000,
+                1000,
+                "y of the flange back in the profile file; none: by its datum, its format or its shape",
+            ),
+        ]
+        | None
+    ) = None
+    smoothing: (
+        Annotated[
+            float, Quantity("um", 0.1, 999, "scatter to take out of the profile file; none: what its points show")
+        ]
+        | None
+    ) = None
     measured: SkipJsonSchema[Any] = Field(None, exclude=True, repr=False, validate_default=True)
     digest: str = Field("", validate_default=True, description="digest of the profile file's content")
 
@@ -85,9 +112,16 @@ class Wheel(Frozen):
             return profile
         if not Path(profile).suffix:
             raise PydanticCustomError("choice", "unknown", {"choices": WHEEL_NAMES})
-        path = Path(context["run_folder"]) / KEPT if "run_folder" in context else Path(context.get("folder", ".")) / profile
+        path = (
+            Path(context["run_folder"]) / KEPT
+            if "run_folder" in context
+            else Path(context.get("folder", ".")) / profile
+        )
         if not os.path.exists(path):
-            remedy = f"give a path relative to the case file, one of {', '.join(WHEEL_NAMES)}, or the {KEPT} of a run that has used it"
+            remedy = (
+                f"give a path relative to the case file, one of {', '.join(WHEEL_NAMES)}, or the {KEPT} of a run that"
+                " has used it"
+            )
             raise _fault("absent_file", f'no file "{path.name}" in {path.parent}: {remedy}')
         return str(path)
 
@@ -113,7 +147,9 @@ class Wheel(Frozen):
         measured = info.data.get("measured")
         found = measured.digest if measured else ""
         if digest and measured and digest != found:
-            raise _fault("changed_file", f"{measured.source} has other content ({found[:12]}) than is stated ({digest[:12]})")
+            raise _fault(
+                "changed_file", f"{measured.source} has other content ({found[:12]}) than is stated ({digest[:12]})"
+            )
         return found
 
     def replace(self, **changes: Any) -> Self:
@@ -140,7 +176,9 @@ class Wheel(Frozen):
 def _refuse_reading(profile: str, told: dict[str, Any]) -> None:
     for name, value in told.items():
         if profile and value is not None:
-            raise _fault("not_of_a_name", f"is told of a profile file, {profile} is known by its name: leave it out", key=name)
+            raise _fault(
+                "not_of_a_name", f"is told of a profile file, {profile} is known by its name: leave it out", key=name
+            )
 
 
 def _kept(profile: str, info: ValidationInfo) -> MeasuredWheel | None:
@@ -160,9 +198,18 @@ class Vehicle(Frozen):
     vehicle_sprung_mass: Annotated[float, Quantity("t", 1, 300, "sprung mass of the whole vehicle")]
     wheelset_unsprung_mass: Annotated[float, Quantity("t", 0.1, 6, "unsprung mass of one wheelset")]
     wheel_count: Count = Field(8, ge=2, le=64, multiple_of=2, description="number of wheels that carry the vehicle")
-    wheelset_spin_inertia: Annotated[
-        float, Quantity("kg m^2", 1, 2000, "moment of inertia of one wheelset about its axle; none: unsprung mass times (0.25 m)^2")
-    ] | None = None
+    wheelset_spin_inertia: (
+        Annotated[
+            float,
+            Quantity(
+                "kg m^2",
+                1,
+                2000,
+                "moment of inertia of one wheelset about its axle; none: unsprung mass times (0.25 m)^2",
+            ),
+        ]
+        | None
+    ) = None
     primary_stiffness: Annotated[float, Quantity("MN/m", 0.01, 50, "primary suspension stiffness per wheel")] = 1.2e6
     primary_damping: Annotated[float, Quantity("kN s/m", 0, 1000, "primary suspension damping per wheel")] = 10.0e3
 
@@ -178,14 +225,16 @@ class Vehicle(Frozen):
 
     @property
     def wheel_spin_inertia(self) -> float:
-        """About the axle, of one wheel [kg m2]: half a wheelset. Radius of gyration, where nothing is given: that of the passenger vehicle of
-        the Manchester benchmarks, 112 kg m2 of 1813 kg (Iwnicki, 1998; recalled, not looked up)."""
+        """About the axle, of one wheel [kg m2]: half a wheelset. Radius of gyration, where nothing is given: that of
+        the passenger vehicle of the Manchester benchmarks, 112 kg m2 of 1813 kg (Iwnicki, 1998; recalled, not looked
+        up)."""
         given = self.wheelset_spin_inertia
         return (self.wheelset_unsprung_mass * SPIN_GYRATION**2 if given is None else given) / 2
 
 
 class Foundation(Frozen):
-    """Spring, damper and added mass under the crossing, one rail. Damping: GM/TT0088; mass: the P2 formula's lumped track mass."""
+    """Spring, damper and added mass under the crossing, one rail. Damping: GM/TT0088; mass: the P2 formula's lumped
+    track mass."""
 
     stiffness: Annotated[float, Quantity("kN/mm", 1, 5000, "foundation stiffness of one rail")]
     damping: Annotated[float, Quantity("kN s/m", 0, 5000, "foundation damping of one rail")] = 55.4e3
@@ -201,8 +250,12 @@ class Material(Frozen):
     poisson: Annotated[float, Quantity("", 0, 0.4999, "Poisson's ratio")] | None = None
     density: Annotated[float, Quantity("kg/m^3", 100, 30000, "density")] | None = None
     hardening_strain: tuple[Annotated[float, Quantity("", 0, 10, "plastic strain of a curve point")], ...] | None = None
-    hardening_stress: tuple[Annotated[float, Quantity("MPa", 1, 20000, "true yield stress of a curve point")], ...] | None = None
-    hardening: Literal["isotropic", "kinematic"] | None = Field(None, description="how the curve is meant: the yield surface grows, or moves")
+    hardening_stress: (
+        tuple[Annotated[float, Quantity("MPa", 1, 20000, "true yield stress of a curve point")], ...] | None
+    ) = None
+    hardening: Literal["isotropic", "kinematic"] | None = Field(
+        None, description="how the curve is meant: the yield surface grows, or moves"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -223,7 +276,16 @@ class Material(Frozen):
         except ValueError as error:
             raise PydanticCustomError("steel", "{fault}", {"fault": str(error)}) from error
         if steel.is_elastic and self.strength != 1.0:
-            raise PydanticCustomError("steel", "{fault}", {"fault": f"{self.grade} is elastic, strength has nothing to scale: leave it out, or give a hardening curve"})
+            raise PydanticCustomError(
+                "steel",
+                "{fault}",
+                {
+                    "fault": (
+                        f"{self.grade} is elastic, strength has nothing to scale: leave it out, or give a hardening"
+                        " curve"
+                    )
+                },
+            )
         return self
 
     def steel(self) -> Steel:
@@ -260,7 +322,16 @@ class Scene(Frozen):
     def _wheelset_fits_the_gauge(self) -> "Scene":
         clearance = self.gauge - self.back_to_back
         if not 0.02 < clearance < 0.2:
-            raise PydanticCustomError("geometry", "{fault}", {"fault": f"gauge {self.gauge * 1e3:g} mm less back_to_back {self.back_to_back * 1e3:g} mm is {clearance * 1e3:g} mm, must lie between 20 and 200 mm"})
+            raise PydanticCustomError(
+                "geometry",
+                "{fault}",
+                {
+                    "fault": (
+                        f"gauge {self.gauge * 1e3:g} mm less back_to_back {self.back_to_back * 1e3:g} mm is"
+                        f" {clearance * 1e3:g} mm, must lie between 20 and 200 mm"
+                    )
+                },
+            )
         return self
 
     def plain(self) -> dict[str, Any]:
@@ -274,7 +345,8 @@ class Scene(Frozen):
         return plain
 
     def keep_files(self, folder: Path) -> None:
-        """Write what was read from files into a run's folder, so that the run can be gone on with and repeated. Errors: OSError."""
+        """Write what was read from files into a run's folder, so that the run can be gone on with and repeated. Errors:
+        OSError."""
         if self.wheel.measured is not None:
             self.wheel.measured.keep(folder)
 

@@ -47,7 +47,10 @@ class Steel:
         if self.hardening not in ("isotropic", "kinematic"):
             raise ValueError(f"steel: hardening is {self.hardening!r}, must be 'isotropic' or 'kinematic'")
         if strain.ndim != 1 or strain.shape != stress.shape:
-            raise ValueError(f"steel: hardening_strain has shape {strain.shape}, hardening_stress {stress.shape}: give two lists of equal length")
+            raise ValueError(
+                f"steel: hardening_strain has shape {strain.shape}, hardening_stress {stress.shape}: give two lists of"
+                " equal length"
+            )
         if strain.size == 0:
             return
         if not (np.isfinite(strain).all() and np.isfinite(stress).all()):
@@ -55,7 +58,9 @@ class Steel:
         if strain[0] != 0 or (np.diff(strain) <= 0).any():
             raise ValueError("steel: hardening_strain must start at 0 and increase strictly")
         if stress[0] <= 0 or (np.diff(stress) < 0).any():
-            raise ValueError("steel: hardening_stress must be positive and must not fall (softening has no mesh-independent answer)")
+            raise ValueError(
+                "steel: hardening_stress must be positive and must not fall (softening has no mesh-independent answer)"
+            )
 
     @property
     def is_elastic(self) -> bool:
@@ -75,20 +80,31 @@ class Steel:
         return float(np.sqrt((self.bulk_modulus + 4 / 3 * self.shear_modulus) / self.density))
 
     def yield_stress(self, plastic_strain: np.ndarray) -> np.ndarray:
-        """Yield stress [Pa] at the equivalent plastic strain, linear between the points, constant behind the last; inf when elastic."""
+        """Yield stress [Pa] at the equivalent plastic strain, linear between the points, constant behind the last; inf
+        when elastic."""
         if self.is_elastic:
             return np.full(np.shape(plastic_strain), np.inf)
         return np.interp(plastic_strain, self.hardening_strain, self.hardening_stress)
 
     def scaled(self, factor: float) -> "Steel":
         """The same steel with all stresses of its curve times `factor` (400 % of Mn13 yields at 4 * 310 MPa)."""
-        return Steel(self.youngs_modulus, self.poisson, self.density, self.hardening_strain, factor * self.hardening_stress, self.hardening)
+        return Steel(
+            self.youngs_modulus,
+            self.poisson,
+            self.density,
+            self.hardening_strain,
+            factor * self.hardening_stress,
+            self.hardening,
+        )
 
 
 # Cast austenitic manganese steel, 11 to 14 % Mn. Elasticity, density and first yield: Coleman's thesis, table 7-3.
-# True stress over plastic strain: a typical monotonic curve of as-cast Hadfield steel anchored at that yield; castings scatter by 15 %.
+# True stress over plastic strain: a typical monotonic curve of as-cast Hadfield steel anchored at that yield; castings
+# scatter by 15 %.
 MN13 = Steel(
-    190.772e9, 0.3, 7433.0,
+    190.772e9,
+    0.3,
+    7433.0,
     np.array([0, 0.002, 0.005, 0.01, 0.02, 0.05, 0.10, 0.15, 0.20, 0.30, 0.40, 0.50]),
     1e6 * np.array([310, 345, 370, 400, 445, 550, 700, 835, 960, 1185, 1380, 1550]),
 )

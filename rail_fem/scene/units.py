@@ -12,16 +12,21 @@ from typing import Any
 from pydantic_core import PydanticCustomError, core_schema
 
 LARGEST = 1e300
-LONGEST = 100      # characters of a quantity; "66.25 t" has 7
+LONGEST = 100  # characters of a quantity; "66.25 t" has 7
 MOST_FACTORS, LARGEST_EXPONENT = 8, 4
-NUMBER_THEN_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)(?![a-z]))\s*(.*?)\s*", re.IGNORECASE)
+NUMBER_THEN_UNIT = re.compile(
+    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)(?![a-z]))\s*(.*?)\s*", re.IGNORECASE
+)
 NAME = re.compile(r"[^\W\d]+|[%\u00b0]")
-FACTOR = re.compile(rf"\s*(?P<sign>[*/\u00b7]?)\s*(?P<name>(?:{NAME.pattern}))(?:\s*(?:\^|\*\*)\s*(?P<power>[+-]?\d(?:\.5)?)|(?P<raised>[\u00b2\u00b3]))?(?![\w.^])\s*")
+FACTOR = re.compile(
+    rf"\s*(?P<sign>[*/\u00b7]?)\s*(?P<name>(?:{NAME.pattern}))(?:\s*(?:\^|\*\*)\s*(?P<power>[+-]?\d(?:\.5)?)|(?P<raised>[\u00b2\u00b3]))?(?![\w.^])\s*"
+)
 TONS = {"ton", "tons", "uston"}  # which of three tons? pint's is the short one of 907 kg
-ROUNDING = 1e-12   # relative slack at the ends of a range: conversion between units rounds
+ROUNDING = 1e-12  # relative slack at the ends of a range: conversion between units rounds
 
 
-SHOWN = {"N": ("kN", 1e-3), "Pa": ("MPa", 1e-6), "m": ("mm", 1e3), "m^2": ("mm^2", 1e6), "1": ("%", 100.0)}  # SI unit of a result -> what is shown
+# SI unit of a result -> what is shown
+SHOWN = {"N": ("kN", 1e-3), "Pa": ("MPa", 1e-6), "m": ("mm", 1e3), "m^2": ("mm^2", 1e6), "1": ("%", 100.0)}
 
 
 class QuantityError(ValueError):
@@ -30,7 +35,8 @@ class QuantityError(ValueError):
 
 @functools.cache
 def registry():
-    """The one unit registry of the program (pint is imported only when a unit is read or shown). It knows names; expressions are read here."""
+    """The one unit registry of the program (pint is imported only when a unit is read or shown). It knows names;
+    expressions are read here."""
     import pint
 
     return pint.UnitRegistry()
@@ -38,9 +44,11 @@ def registry():
 
 @functools.cache
 def root_units(unit: str) -> tuple[float, dict[str, float]]:
-    """How many root units are in one `unit`, and which: {"gram": 1, "second": -2}. An angle is a root unit of its own, and so no plain number.
+    """How many root units are in one `unit`, and which: {"gram": 1, "second": -2}. An angle is a root unit of its own,
+    and so no plain number.
 
-    unit : a product or quotient of at most 8 units with exponents up to 4 in size, whole or half: "kN s/m", "kg/m^3", "m s^-1"; "" is a plain number
+    unit : a product or quotient of at most 8 units with exponents up to 4 in size, whole or half: "kN s/m", "kg/m^3",
+        "m s^-1"; "" is a plain number
     Errors: QuantityError, which names the part that is not understood.
     """
     factor, dimension, at, divided = 1.0, {}, 0, False
@@ -89,7 +97,8 @@ def show(value: float, unit: str, digits: int = 6) -> str:
 
 
 def engineering(value: float, unit: str, digits: int = 5) -> str:
-    """A result in SI (N, Pa, m, m^2, 1) as engineers read it, e.g. engineering(1.2e5, "N") -> "120 kN"; in other units as it is."""
+    """A result in SI (N, Pa, m, m^2, 1) as engineers read it, e.g. engineering(1.2e5, "N") -> "120 kN"; in other units
+    as it is."""
     shown, factor = SHOWN.get(unit, (unit, 1.0))
     return f"{value * factor:.{digits}g} {shown}"
 
@@ -101,7 +110,10 @@ def parse(text: str, unit: str) -> tuple[float, float]:
     """
     found = NUMBER_THEN_UNIT.fullmatch(text) if len(text) <= LONGEST and text.isprintable() else None
     if found is None:
-        raise QuantityError(f"{typed(text)} is not a number with a unit, write e.g. {_example(unit)}" + (" (decimal point, not comma)" if "," in text else ""))
+        raise QuantityError(
+            f"{typed(text)} is not a number with a unit, write e.g. {_example(unit)}"
+            + (" (decimal point, not comma)" if "," in text else "")
+        )
     number, written = float(found[1]), found[2]
     if not written and unit:
         raise QuantityError(f'{typed(text)} has no unit, write e.g. "{found[1]} {unit}"')
@@ -113,7 +125,10 @@ def parse(text: str, unit: str) -> tuple[float, float]:
         comma = " (decimal point, not comma)" if "," in text else ""
         raise QuantityError(f"{typed(text)}: {error}, write e.g. {_example(unit)}{comma}") from error
     if roots != root_units(unit)[1]:
-        raise QuantityError(f"{typed(text)} has the dimension {_dimension(roots)}, not that of {unit or 'a plain number'}, write e.g. {_example(unit)}")
+        raise QuantityError(
+            f"{typed(text)} has the dimension {_dimension(roots)}, not that of {unit or 'a plain number'}, write e.g."
+            f" {_example(unit)}"
+        )
     in_si = number * si_factor(written)
     return in_si, in_si / si_factor(unit)
 
@@ -123,7 +138,7 @@ def typed(value: Any) -> str:
     if isinstance(value, int) and not isinstance(value, bool) and abs(value) > 10**LONGEST:
         return f"a whole number of more than {LONGEST} digits"
     shown = (value if value.isprintable() else repr(value)[1:-1]) if isinstance(value, str) else repr(value)
-    shown = shown if len(shown) <= LONGEST else f"{shown[:LONGEST - 20]}... ({len(shown)} characters)"
+    shown = shown if len(shown) <= LONGEST else f"{shown[: LONGEST - 20]}... ({len(shown)} characters)"
     return f'"{shown}"' if isinstance(value, str) else shown
 
 
@@ -134,7 +149,9 @@ def _example(unit: str) -> str:
 def _dimension(roots: dict[str, float]) -> str:
     """Root units as a dimension: "[mass] [time]^-2"."""
     words = {"gram": "mass", "meter": "length", "second": "time", "radian": "angle", "kelvin": "temperature"}
-    parts = [f"[{words.get(name, name)}]" + (f"^{power:g}" if power != 1 else "") for name, power in sorted(roots.items())]
+    parts = [
+        f"[{words.get(name, name)}]" + (f"^{power:g}" if power != 1 else "") for name, power in sorted(roots.items())
+    ]
     return " ".join(parts) or "of a plain number"
 
 
@@ -196,4 +213,8 @@ class Quantity:
         """A case file's: text with a unit where the field has one, else a number, too."""
         text = {"type": "string", "examples": [f"{self.low:g} {self.unit}".strip()]}
         about = {"description": f"{self.meaning}, {self.range()}"}
-        return text | about if self.unit else {"anyOf": [{"type": "number", "minimum": self.low, "maximum": self.high}, text]} | about
+        return (
+            text | about
+            if self.unit
+            else {"anyOf": [{"type": "number", "minimum": self.low, "maximum": self.high}, text]} | about
+        )

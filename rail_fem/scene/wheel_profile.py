@@ -13,12 +13,12 @@ from stat import S_ISREG
 
 import numpy as np
 
-from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.doctor import examine
-from geometry.profiles.shape import FLANGE
-from geometry.profiles.profile import Profile, ProfileError
+from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.formats.units import UNITS
+from geometry.profiles.profile import Profile, ProfileError
+from geometry.profiles.shape import FLANGE
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from rail_fem.atomic import write_text_atomically
 
@@ -26,8 +26,8 @@ KEPT = "wheel_profile.csv"
 KEPT_HEAD = "# rail-fem wheel profile as a run used it"
 COLUMNS = ("points", "angle_before", "angle_after", "curvature")
 FEWEST_POINTS = 20
-LEAST_TREAD = 0.02          # that a profile must reach beyond the tread datum on the field side [m]
-LARGEST_FILE = 20_000_000   # bytes
+LEAST_TREAD = 0.02  # that a profile must reach beyond the tread datum on the field side [m]
+LARGEST_FILE = 20_000_000  # bytes
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,9 @@ class MeasuredWheel:
     @property
     def doubts(self) -> list[str]:
         """What was mended or is doubtful in the file, one line each."""
-        return [f"wheel profile {Path(self.source).name}: {text}" for weight, text in self.findings if weight != "found"]
+        return [
+            f"wheel profile {Path(self.source).name}: {text}" for weight, text in self.findings if weight != "found"
+        ]
 
     def keep(self, folder: Path) -> None:
         """Write wheel_profile.csv into a run's folder. Errors: OSError."""
@@ -88,7 +90,8 @@ class Reading:
 
 
 def read_wheel(path: Path, reading: Reading = Reading()) -> MeasuredWheel:
-    """Read a wheel profile file of any format, mend it and judge it. Errors: ProfileError that says where and what is wrong, OSError."""
+    """Read a wheel profile file of any format, mend it and judge it. Errors: ProfileError that says where and what is
+    wrong, OSError."""
     about = Path(path).stat()
     if not S_ISREG(about.st_mode):
         raise ProfileError(f"{path}: is no file; give the file of a wheel profile")
@@ -130,10 +133,14 @@ def _read_kept(path: Path) -> MeasuredWheel | None:
                            "take out its first line to use it as a profile of its own")  # fmt: skip
     lines = body.decode("utf-8").splitlines()
     notes = [line[2:].split(": ", 1) for line in lines if line.startswith("# ")]
-    table = np.loadtxt(io.StringIO("\n".join(line for line in lines if not line.startswith(("#", "y")))), delimiter=",", ndmin=2)
+    table = np.loadtxt(
+        io.StringIO("\n".join(line for line in lines if not line.startswith(("#", "y")))), delimiter=",", ndmin=2
+    )
     label = next(text for key, text in notes if key == "label")
     findings = tuple((key, text) for key, text in notes if key in ("found", "mended", "doubt"))
-    return MeasuredWheel(str(path), words["read"], findings, Profile(table[:, :2], *table[:, 2:].T, label, f"file {path}"))
+    return MeasuredWheel(
+        str(path), words["read"], findings, Profile(table[:, :2], *table[:, 2:].T, label, f"file {path}")
+    )
 
 
 def _check(path: Path, points: np.ndarray) -> None:
@@ -142,5 +149,8 @@ def _check(path: Path, points: np.ndarray) -> None:
         raise ProfileError(f"{path}: {len(points)} point(s), a wheel profile needs at least {FEWEST_POINTS}")
     flange, reach = -points[:, 1].min(), points[-1, 0]
     if not FLANGE[0] <= flange <= FLANGE[1] or reach < LEAST_TREAD:
-        raise ProfileError(f"{path}: where its height is a function of its width, the line reaches {flange * 1e3:.4g} mm below the tread datum and {reach * 1e3:.4g} mm "
-                           f"beyond it; a wheel reaches {FLANGE[0] * 1e3:g} to {FLANGE[1] * 1e3:g} mm below and at least {LEAST_TREAD * 1e3:g} mm beyond")
+        raise ProfileError(
+            f"{path}: where its height is a function of its width, the line reaches {flange * 1e3:.4g} mm below the"
+            f" tread datum and {reach * 1e3:.4g} mm beyond it; a wheel reaches {FLANGE[0] * 1e3:g} to"
+            f" {FLANGE[1] * 1e3:g} mm below and at least {LEAST_TREAD * 1e3:g} mm beyond"
+        )

@@ -8,7 +8,9 @@ from pydantic_core import PydanticCustomError
 from rail_fem.scene.scene import Count, Frozen
 from rail_fem.scene.units import Quantity
 
-WAY = 0.095, 0.700  # every model's way unless a case gives another: from the wing ahead of its bend to behind the landing after the nose's first impact [m]
+# every model's way unless a case gives another: from the wing ahead of its bend to behind the landing after the nose's
+# first impact [m]
+WAY = 0.095, 0.700
 SMOKE_ELEMENT_SIZE = 6e-3
 SMOKE_STEPS = 50
 
@@ -16,16 +18,21 @@ SMOKE_STEPS = 50
 class FeSettings(Frozen):
     """Explicit FE of the pass. To add a setting, add a field: unit, range, meaning, default."""
 
-    free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps")  # may differ from the run that is gone on with
+    # may differ from the run that is gone on with
+    free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps")
 
     element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 2.0e-3
     start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = WAY[0]
     end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the end")] = WAY[1]
     courant: Annotated[float, Quantity("", 0.05, 0.97, "time step over the critical step")] = 0.9
-    penalty: Annotated[float, Quantity("", 1e-3, 1e3, "factor on the contact penalty stiffness (10 times an element layer's)")] = 1.0
+    penalty: Annotated[
+        float, Quantity("", 1e-3, 1e3, "factor on the contact penalty stiffness (10 times an element layer's)")
+    ] = 1.0
     hourglass: Annotated[float, Quantity("", 0, 1, "hourglass stiffness over 3.5 shear moduli")] = 0.01
     settle_time: Annotated[float, Quantity("ms", 0, 1000, "settling phase before the pass")] = 1.2e-3
-    spin: Literal["free", "held"] = Field("free", description="the wheel's rotation: free against its inertia, or held at pure rolling at the start")
+    spin: Literal["free", "held"] = Field(
+        "free", description="the wheel's rotation: free against its inertia, or held at pure rolling at the start"
+    )
     suspension: bool = Field(True, description="sprung mass and primary suspension")
     foundation: bool = Field(True, description="foundation spring and damper; off: fixed base")
     track_mass: bool = Field(True, description="added mass of the track under the crossing")
@@ -37,18 +44,54 @@ class FeSettings(Frozen):
     @model_validator(mode="after")
     def _has_a_length(self) -> "FeSettings":
         if None not in (self.start, self.end) and abs(self.end - self.start) < 4 * self.element_size:
-            raise PydanticCustomError("window", "{fault}", {"fault": f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than 4 elements of {self.element_size * 1e3:g} mm apart"})
+            raise PydanticCustomError(
+                "window",
+                "{fault}",
+                {
+                    "fault": (
+                        f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than 4 elements of"
+                        f" {self.element_size * 1e3:g} mm apart"
+                    )
+                },
+            )
         return self
 
     def smoke(self) -> "FeSettings":
         """The same path through the program in a few coarse steps (RAIL_FEM_SMOKE=1)."""
-        return self.model_copy(update={"element_size": max(self.element_size, SMOKE_ELEMENT_SIZE),
-                                       "max_steps": min(self.max_steps or SMOKE_STEPS, SMOKE_STEPS), "field_frames": 1})
+        return self.model_copy(
+            update={
+                "element_size": max(self.element_size, SMOKE_ELEMENT_SIZE),
+                "max_steps": min(self.max_steps or SMOKE_STEPS, SMOKE_STEPS),
+                "field_frames": 1,
+            }
+        )
 
 
 class FeWindowSettings(FeSettings):
     """Explicit FE of a part of the pass that begins in the middle of it, in the state that rigid_hertz has found."""
 
-    start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start of the window; none: ahead of the rigid wheel's transfer")] | None = None
-    end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at its end; none: behind that transfer")] | None = None
-    approach_start: Annotated[float, Quantity("mm", -9000, 3000, "where rigid_hertz begins its approach, at rest; none: where the other models begin")] | None = None
+    start: (
+        Annotated[
+            float,
+            Quantity(
+                "mm",
+                -2000,
+                3000,
+                "position x of the wheel at the start of the window; none: ahead of the rigid wheel's transfer",
+            ),
+        ]
+        | None
+    ) = None
+    end: (
+        Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at its end; none: behind that transfer")]
+        | None
+    ) = None
+    approach_start: (
+        Annotated[
+            float,
+            Quantity(
+                "mm", -9000, 3000, "where rigid_hertz begins its approach, at rest; none: where the other models begin"
+            ),
+        ]
+        | None
+    ) = None

@@ -23,24 +23,55 @@ class LightSettings(Frozen):
 class P2Settings(LightSettings):
     """The standard's formula."""
 
-    dip_angle: Annotated[float, Quantity("mrad", 0, 100, "dip angle 2 alpha; none: from the rigid wheel path")] | None = None
-    reading: Literal["increment", "all"] = Field("increment", description="what the dynamic factor 1.2 acts on: the increment (Table 7-5), or all (as printed)")
-    unsprung: Literal["wheelset", "half wheelset"] = Field("wheelset", description="unsprung mass per wheel in the formula: Table 7-5 takes the wheelset's")
+    dip_angle: (
+        Annotated[float, Quantity("mrad", 0, 100, "dip angle 2 alpha; none: from the rigid wheel path")] | None
+    ) = None
+    reading: Literal["increment", "all"] = Field(
+        "increment", description="what the dynamic factor 1.2 acts on: the increment (Table 7-5), or all (as printed)"
+    )
+    unsprung: Literal["wheelset", "half wheelset"] = Field(
+        "wheelset", description="unsprung mass per wheel in the formula: Table 7-5 takes the wheelset's"
+    )
 
 
 class PassSettings(LightSettings):
     """The stretch that is run over and the steps in time and along the path."""
 
-    start: Annotated[float, Quantity("mm", -9000, 3000, "position x of the wheel at the start; none: from wing to nose, as every model")] | None = None
-    end: Annotated[float, Quantity("mm", -9000, 3000, "position x of the wheel at the end; none: from wing to nose, as every model")] | None = None
+    start: (
+        Annotated[
+            float,
+            Quantity(
+                "mm", -9000, 3000, "position x of the wheel at the start; none: from wing to nose, as every model"
+            ),
+        ]
+        | None
+    ) = None
+    end: (
+        Annotated[
+            float,
+            Quantity("mm", -9000, 3000, "position x of the wheel at the end; none: from wing to nose, as every model"),
+        ]
+        | None
+    ) = None
     time_step: Annotated[float, Quantity("us", 0.01, 1000, "time step")] = 10e-6
-    path_spacing: Annotated[float, Quantity("mm", 0.1, 20, "distance between places where the surfaces are searched for contact")] = 2.5e-3
+    path_spacing: Annotated[
+        float, Quantity("mm", 0.1, 20, "distance between places where the surfaces are searched for contact")
+    ] = 2.5e-3
     history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
 
     @model_validator(mode="after")
     def _has_a_length(self) -> "PassSettings":
         if self.start is not None and self.end is not None and abs(self.end - self.start) < SHORTEST_WINDOW:
-            raise PydanticCustomError("window", "{fault}", {"fault": f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than {SHORTEST_WINDOW * 1e3:g} mm apart"})
+            raise PydanticCustomError(
+                "window",
+                "{fault}",
+                {
+                    "fault": (
+                        f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than"
+                        f" {SHORTEST_WINDOW * 1e3:g} mm apart"
+                    )
+                },
+            )
         return self
 
     def window(self, scene: Scene) -> tuple[float, float]:
@@ -52,27 +83,62 @@ class PassSettings(LightSettings):
 class LumpedSettings(PassSettings):
     """Masses, springs, dampers and one contact spring over the rigid wheel path."""
 
-    contact: Literal["hertz", "linear"] = Field("hertz", description="contact spring: Hertz' law, or linear with its stiffness at the static load")
-    contact_stiffness: Annotated[float, Quantity("GN/m^1.5", 1, 1e5, "Hertz constant of the contact; none: of the static load at the start")] | None = None
+    contact: Literal["hertz", "linear"] = Field(
+        "hertz", description="contact spring: Hertz' law, or linear with its stiffness at the static load"
+    )
+    contact_stiffness: (
+        Annotated[
+            float, Quantity("GN/m^1.5", 1, 1e5, "Hertz constant of the contact; none: of the static load at the start")
+        ]
+        | None
+    ) = None
 
 
 class GrooveSettings(PassSettings):
     """Contacts on wing and nose that may press plastic grooves."""
 
-    grooves: bool = Field(True, description="a contact whose mean pressure reaches the steel's limit presses a plastic groove; off: elastic")
+    grooves: bool = Field(
+        True,
+        description="a contact whose mean pressure reaches the steel's limit presses a plastic groove; off: elastic",
+    )
 
 
 class RigidHertzSettings(GrooveSettings):
     """Contacts found on the true surfaces of wing and nose, each with its own Hertz law."""
 
-    freedom: Literal["vertical", "roll", "lateral_roll"] = Field("vertical", description="of the wheel, or of a wheelset whose other wheel runs on its stock rail: roll, or roll, lateral and yaw")
-    lateral_range: Annotated[float, Quantity("mm", 0.5, 12, "how far to each side contacts are looked for; freedom lateral_roll")] = 4e-3
-    gyration: Annotated[float, Quantity("mm", 100, 2000, "radius of gyration of the wheelset in roll and yaw; none: half of it at each tread datum")] | None = None
-    check_rail: Annotated[float, Quantity("mm", 0, 200, "flangeway of the check rail beside the other rail; none: no check rail")] | None = None
+    freedom: Literal["vertical", "roll", "lateral_roll"] = Field(
+        "vertical",
+        description=(
+            "of the wheel, or of a wheelset whose other wheel runs on its stock rail: roll, or roll, lateral and yaw"
+        ),
+    )
+    lateral_range: Annotated[
+        float, Quantity("mm", 0.5, 12, "how far to each side contacts are looked for; freedom lateral_roll")
+    ] = 4e-3
+    gyration: (
+        Annotated[
+            float,
+            Quantity(
+                "mm",
+                100,
+                2000,
+                "radius of gyration of the wheelset in roll and yaw; none: half of it at each tread datum",
+            ),
+        ]
+        | None
+    ) = None
+    check_rail: (
+        Annotated[
+            float, Quantity("mm", 0, 200, "flangeway of the check rail beside the other rail; none: no check rail")
+        ]
+        | None
+    ) = None
 
 
 class BemPassageSettings(GrooveSettings):
     """As rigid_hertz, with contacts solved on the true gaps."""
 
-    patch_spacing: Annotated[float, Quantity("mm", 0.5, 100, "distance between places where the gap is solved for the contact's stiffness")] = 10e-3
+    patch_spacing: Annotated[
+        float, Quantity("mm", 0.5, 100, "distance between places where the gap is solved for the contact's stiffness")
+    ] = 10e-3
     cells: Count = Field(32, ge=8, le=512, description="cells across a patch, each way")

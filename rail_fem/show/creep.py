@@ -17,7 +17,9 @@ def creep_figure(result: PassResult, name: str) -> Figure:
     """Longitudinal force between the bounds that friction sets, above; creep beneath."""
     history = result.history
     if not np.isfinite(history["force_longitudinal"]).any():
-        return words_instead(f"{name}: the history holds no longitudinal force, so there is no creep to draw. {result.fault}")
+        return words_instead(
+            f"{name}: the history holds no longitudinal force, so there is no creep to draw. {result.fault}"
+        )
     figure = new_figure(9.0)
     above, below = figure.subplots(2, 1, sharex=True)
     draw_force(above, result)
@@ -30,10 +32,22 @@ def creep_figure(result: PassResult, name: str) -> Figure:
 
 def draw_force(axes, result: PassResult) -> None:
     """Force on the wheel along x, between plus and minus friction times the vertical force."""
-    x, force, bound = result.history["x"], result.history["force_longitudinal"], result.scene.friction * result.history["force"]
+    x, force, bound = (
+        result.history["x"],
+        result.history["force_longitudinal"],
+        result.scene.friction * result.history["force"],
+    )
     worst = int(np.nanargmax(np.abs(force)))
     words = f"on the wheel along x: largest {force[worst] / 1e3:+.1f} kN at x = {x[worst] * 1e3:.1f} mm"
-    axes.fill_between(1e3 * x, -bound / 1e3, bound / 1e3, color=GREY, alpha=0.15, lw=0, label=f"friction {result.scene.friction:g} times the vertical force")
+    axes.fill_between(
+        1e3 * x,
+        -bound / 1e3,
+        bound / 1e3,
+        color=GREY,
+        alpha=0.15,
+        lw=0,
+        label=f"friction {result.scene.friction:g} times the vertical force",
+    )
     axes.plot(1e3 * x, force / 1e3, color=TOTAL, lw=2, label=words)
     mark_places(axes, result)
     axes.set_ylabel("longitudinal force [kN]")

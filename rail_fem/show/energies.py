@@ -9,7 +9,19 @@ from rail_fem.output.history import COLUMNS
 from rail_fem.output.result import PassResult
 from rail_fem.output.shares import largest_internal, last_known, numerical_shares
 from rail_fem.show.places import label_distance, legend_above, mark_places
-from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, give_title, new_figure, words_instead
+from rail_fem.show.style import (
+    GREEN,
+    GREY,
+    NOSE,
+    ORANGE,
+    PURPLE,
+    SKY,
+    TOTAL,
+    WING,
+    give_title,
+    new_figure,
+    words_instead,
+)
 
 LINES = {
     "energy_elastic": (WING, "-"),
@@ -31,9 +43,12 @@ SHARES = {  # of rail_fem.output.shares: words, colour, line, which limit of the
     "balance_bodies": ("balance of the bodies, of the impact's work", TOTAL, ":"),
     "balance_contact": ("balance of the contact, of the impact's work", ORANGE, ":"),
 }
-ROWS = {"hourglass energy, all bodies": "energy_hourglass", "penalty energy": "energy_contact"}  # rows of the trust report whose limits are drawn
-CHANGES, CHANGED = ("energy_springs", "energy_kinetic", "energy_external"), ", since the start"  # their size says nothing
-WORDS = {"energy_balance": "balance: what is not accounted for", "energy_kinetic": "kinetic energy"}  # where a column's meaning is no name for its curve
+# rows of the trust report whose limits are drawn
+ROWS = {"hourglass energy, all bodies": "energy_hourglass", "penalty energy": "energy_contact"}
+# their size says nothing
+CHANGES, CHANGED = ("energy_springs", "energy_kinetic", "energy_external"), ", since the start"
+# where a column's meaning is no name for its curve
+WORDS = {"energy_balance": "balance: what is not accounted for", "energy_kinetic": "kinetic energy"}
 
 
 def energies_figure(result: PassResult, name: str) -> Figure:
@@ -62,42 +77,58 @@ def energies_figure(result: PassResult, name: str) -> Figure:
 
 
 def curve(result: PassResult, column: str) -> tuple[str, np.ndarray]:
-    """Words and values (n,) [J] of a column's curve. What drives the train on and what its speed and spin hold nearly cancel: drawn as their difference."""
+    """Words and values (n,) [J] of a column's curve. What drives the train on and what its speed and spin hold nearly
+    cancel: drawn as their difference."""
     values = result.history[column]
     if column not in CHANGES:
         return WORDS.get(column, COLUMNS[column].meaning), values
     values = values - start_value(result, column)
     if column == "energy_kinetic" and np.isfinite(result.history["energy_external"]).any():
-        return f"kinetic energy less work of weight and drive{CHANGED}", values - result.history["energy_external"] + start_value(result, "energy_external")
+        return f"kinetic energy less work of weight and drive{CHANGED}", values - result.history[
+            "energy_external"
+        ] + start_value(result, "energy_external")
     return WORDS.get(column, COLUMNS[column].meaning) + CHANGED, values
 
 
 def start_value(result: PassResult, column: str) -> float:
-    """The value where the wheel has been let go: of the second row after the settling, the first may still end in it; of the first known row where
-    there is none."""
+    """The value where the wheel has been let go: of the second row after the settling, the first may still end in it;
+    of the first known row where there is none."""
     known = np.isfinite(result.history[column])
     after = known & (result.history["time"] > (result.settings.get("settle_time") or 0.0))
     return float(result.history[column][np.flatnonzero(after)[1] if after.sum() > 1 else np.flatnonzero(known)[0]])
 
 
 def resolved_shares(result: PassResult) -> dict[str, np.ndarray]:
-    """Numerical energies after the settling [1], where they and what they are measured by are known; none for a model without elastic energy."""
+    """Numerical energies after the settling [1], where they and what they are measured by are known; none for a model
+    without elastic energy."""
     if not np.nanmax(largest_internal(result.history), initial=0.0) > 0:
         return {}
-    shares = numerical_shares(result.history, result.settings.get("settle_time") or 0.0, result.energies.get("impact_work", np.nan))
+    shares = numerical_shares(
+        result.history, result.settings.get("settle_time") or 0.0, result.energies.get("impact_work", np.nan)
+    )
     return {name: shares[name] for name in SHARES if np.isfinite(shares[name]).any()}
 
 
 def draw_shares(axes, result: PassResult, shares: dict[str, np.ndarray]) -> None:
-    """Numerical energies in percent, with the limits that the run's trust report holds them to; their last values are its numbers."""
+    """Numerical energies in percent, with the limits that the run's trust report holds them to; their last values are
+    its numbers."""
     for name, values in shares.items():
         words, colour, line = SHARES[name]
-        axes.plot(1e3 * result.history["x"], 100 * values, color=colour, ls=line, lw=2, label=f"{words}: {100 * last_known(values):.2g} % at the end")
+        axes.plot(
+            1e3 * result.history["x"],
+            100 * values,
+            color=colour,
+            ls=line,
+            lw=2,
+            label=f"{words}: {100 * last_known(values):.2g} % at the end",
+        )
     for row in result.trust.get("rows", ()):
         name = ROWS.get(row["name"])
         if name in shares:
             limit = 100 * row["limit"]
-            axes.axhline(limit, color=SHARES[name][1], ls=(0, (5, 4)), lw=1.2, label=f"{row['name']}, limit: {limit:g} %")
+            axes.axhline(
+                limit, color=SHARES[name][1], ls=(0, (5, 4)), lw=1.2, label=f"{row['name']}, limit: {limit:g} %"
+            )
     mark_places(axes, result, label=False)
     axes.set_ylabel("numerical energy\nafter settling [%]")
     low, high = share_range(shares)

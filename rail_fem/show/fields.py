@@ -1,4 +1,5 @@
-"""The fields of a run as figures need them: read from its VTU file, and cut to what is seen from above or in a section."""
+"""The fields of a run as figures need them: read from its VTU file, and cut to what is seen from above or in a
+section."""
 
 from __future__ import annotations
 
@@ -51,7 +52,9 @@ def field_file(folder: Path) -> Path:
     final = fields / "final.vtu"
     frames = [final] if final.is_file() else sorted(fields.glob("frame_*.vtu"))
     if not frames:
-        raise FieldsError(f"{fields}: no final.vtu and no frame_*.vtu there; the run wrote no fields, or they were moved")
+        raise FieldsError(
+            f"{fields}: no final.vtu and no frame_*.vtu there; the run wrote no fields, or they were moved"
+        )
     return frames[-1]
 
 
@@ -63,16 +66,30 @@ def read_crossing(folder: Path) -> CrossingFields:
     try:
         mesh = meshio.read(path)
         cells = mesh.cells_dict["hexahedron"]
-        region, strain = (np.asarray(mesh.cell_data_dict[name]["hexahedron"]).ravel() for name in ("region", "plastic_strain"))
+        region, strain = (
+            np.asarray(mesh.cell_data_dict[name]["hexahedron"]).ravel() for name in ("region", "plastic_strain")
+        )
     except KeyError as error:
-        raise FieldsError(f"{path}: holds no {error.args[0]} on hexahedra; is it a field file of this program?") from None
-    except (meshio.ReadError, OSError, ValueError, SystemExit, SyntaxError, zlib.error) as error:  # a cut-off file fails in the XML reader
+        raise FieldsError(
+            f"{path}: holds no {error.args[0]} on hexahedra; is it a field file of this program?"
+        ) from None
+    except (
+        meshio.ReadError,
+        OSError,
+        ValueError,
+        SystemExit,
+        SyntaxError,
+        zlib.error,
+    ) as error:  # a cut-off file fails in the XML reader
         raise FieldsError(f"{path}: cannot be read ({type(error).__name__}: {error}); run the case again") from None
     crossing = region < REGIONS.index("wheel")
     if not crossing.any():
         raise FieldsError(f"{path}: none of its {len(region)} cells belongs to wing (region 0) or nose (region 1)")
     if not np.isfinite(strain[crossing]).all():
-        raise FieldsError(f"{path}: plastic strain is not a number in {int((~np.isfinite(strain[crossing])).sum())} cells; the run was unstable")
+        raise FieldsError(
+            f"{path}: plastic strain is not a number in {int((~np.isfinite(strain[crossing])).sum())} cells; the run"
+            " was unstable"
+        )
     return CrossingFields(mesh.points, cells[crossing], region[crossing].astype(int), strain[crossing], path.name)
 
 
@@ -113,7 +130,10 @@ def _round_polygon(corners: np.ndarray) -> np.ndarray:
 
 def depth_below(polygons: list[np.ndarray], place: np.ndarray) -> float:
     """How far the section's upper outline stands above a point (2,) y, z [m]."""
-    return max((upper_height(polygon, place[0]) for polygon in polygons if np.ptp(polygon[:, 0]) > 0), default=place[1]) - place[1]
+    return (
+        max((upper_height(polygon, place[0]) for polygon in polygons if np.ptp(polygon[:, 0]) > 0), default=place[1])
+        - place[1]
+    )
 
 
 def upper_height(polygon: np.ndarray, y: float) -> float:

@@ -1,7 +1,7 @@
 """All figures of a run's folder.
 
-    from rail_fem.show.figures import draw_run
-    draw_run("runs/nose_transfer")
+from rail_fem.show.figures import draw_run
+draw_run("runs/nose_transfer")
 """
 
 from __future__ import annotations
@@ -22,23 +22,31 @@ from rail_fem.show.plan import plan_figure
 from rail_fem.show.section import section_figure
 from rail_fem.show.style import lettering, save, words_instead
 
-STRAIN: dict[str, Callable[[PassResult, CrossingFields, str], Figure]] = {"plastic_strain_plan": plan_figure, "plastic_strain_section": section_figure}
+STRAIN: dict[str, Callable[[PassResult, CrossingFields, str], Figure]] = {
+    "plastic_strain_plan": plan_figure,
+    "plastic_strain_section": section_figure,
+}
 
 
 def draw_run(folder: Path, missing_only: bool = False) -> list[Path]:
-    """Draw force, energies and plastic strain of the run in `folder` into folder/figures; returns the PNG files that were drawn.
+    """Draw force, energies and plastic strain of the run in `folder` into folder/figures; returns the PNG files that
+    were drawn.
 
-    What a model does not resolve is not drawn; what a run lacks though its model resolves it (lost fields, nothing yielded, a failure) gives
-    a figure that says so in words.
-    Root only under MPI. Needs no display. Errors: FileNotFoundError without a result, ValueError for another version of it,
-    OSError where the folder cannot be written.
+    What a model does not resolve is not drawn; what a run lacks though its model resolves it (lost fields, nothing
+    yielded, a failure) gives a figure that says so in words.
+    Root only under MPI. Needs no display. Errors: FileNotFoundError without a result, ValueError for another version of
+    it, OSError where the folder cannot be written.
     """
     folder = Path(folder)
     result, name = load(folder), folder.resolve().name
     paths = {title: folder / "figures" / f"{title}.png" for title in titles(result)}
     wanted = {title: path for title, path in paths.items() if not (missing_only and path.is_file())}
     with lettering():
-        drawn = {title: draw(result, name) for title, draw in {"force": force_figure, "creep": creep_figure, "energies": energies_figure}.items() if title in wanted}
+        drawn = {
+            title: draw(result, name)
+            for title, draw in {"force": force_figure, "creep": creep_figure, "energies": energies_figure}.items()
+            if title in wanted
+        }
         if set(STRAIN) & set(wanted):
             drawn |= strain_figures(folder, result, name)
         return [save(drawn[title], path) for title, path in wanted.items()]

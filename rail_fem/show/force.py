@@ -6,14 +6,18 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from geometry.surfaces.crossing import CrossingError
-from rail_fem.output.result import PassResult, Peak
 from rail_fem.light.rigid import rigid_path
-from rail_fem.show.places import label_distance, legend_above, mark_places
 from rail_fem.output.events import LARGEST, receiving_body, settling_end, stated_peaks
+from rail_fem.output.result import PassResult, Peak
+from rail_fem.show.places import label_distance, legend_above, mark_places
 from rail_fem.show.style import BODY, GREY, HALO, PURPLE, TOTAL, give_title, new_figure, words_instead
 
 PATH_POINTS = 150  # of the rigid wheel path
-FORCES = (("force", "whole wheel", TOTAL, 3.0, 2.0), ("force_wing", "on the wing rail", BODY["wing"], 1.4, 2.2), ("force_nose", "on the nose", BODY["nose"], 1.4, 2.3))
+FORCES = (
+    ("force", "whole wheel", TOTAL, 3.0, 2.0),
+    ("force_wing", "on the wing rail", BODY["wing"], 1.4, 2.2),
+    ("force_nose", "on the nose", BODY["nose"], 1.4, 2.3),
+)
 
 
 def force_figure(result: PassResult, name: str) -> Figure:
@@ -47,7 +51,10 @@ def draw_forces(axes, result: PassResult) -> None:
     first = peaks.get("first_impact")
     if first:
         body = receiving_body(result.scene.direction_sign)
-        words = f"first impact, on the {'nose' if body == 'force_nose' else 'wing rail'}: {first.value / 1e3:.1f} kN at x = {first.x * 1e3:.1f} mm"
+        words = (
+            f"first impact, on the {'nose' if body == 'force_nose' else 'wing rail'}: {first.value / 1e3:.1f} kN at x ="
+            f" {first.x * 1e3:.1f} mm"
+        )
         ring(axes, first, "D", PURPLE, words)
     load = result.scene.static_wheel_load
     axes.axhline(load / 1e3, color=GREY, ls="--", lw=1.6, zorder=1.5, label=f"static wheel load: {load / 1e3:.1f} kN")
@@ -64,7 +71,16 @@ def ring(axes, peak: Peak, marker: str, colour: str, label: str = "_nolegend_") 
     axes.plot(*place, marker, ms=9, mfc="none", mec=colour, mew=2, ls="none", zorder=3, label=label)
     near_the_right = place[0] > 0.93 * axes.get_xlim()[1] + 0.07 * axes.get_xlim()[0]
     offset, side = ((-8, 8), "right") if near_the_right else ((8, 6), "left")
-    axes.annotate(f"{place[1]:.0f} kN", place, offset, textcoords="offset points", ha=side, color=colour, weight="bold", path_effects=HALO)
+    axes.annotate(
+        f"{place[1]:.0f} kN",
+        place,
+        offset,
+        textcoords="offset points",
+        ha=side,
+        color=colour,
+        weight="bold",
+        path_effects=HALO,
+    )
 
 
 def draw_wheel(axes, result: PassResult) -> None:
@@ -76,7 +92,14 @@ def draw_wheel(axes, result: PassResult) -> None:
         axes.plot(1e3 * x, 1e3 * height, color=TOTAL, lw=2, label="wheel in this run")
     if rigid is not None:
         shift = meeting_shift(result, *rigid) if known.any() else 0.0
-        axes.plot(1e3 * rigid[0], 1e3 * (rigid[1] + shift), color=GREY, lw=1.6, ls="--", label=f"rigid wheel on a rigid crossing, shifted by {shift * 1e3:+.2f} mm to meet it")
+        axes.plot(
+            1e3 * rigid[0],
+            1e3 * (rigid[1] + shift),
+            color=GREY,
+            lw=1.6,
+            ls="--",
+            label=f"rigid wheel on a rigid crossing, shifted by {shift * 1e3:+.2f} mm to meet it",
+        )
     if known.any() or rigid is not None:
         legend_above(axes)
     else:

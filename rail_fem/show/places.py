@@ -1,16 +1,18 @@
-"""What the figures over the running distance have in common: the axis, the direction of travel, the places that are marked."""
+"""What the figures over the running distance have in common: the axis, the direction of travel, the places that are
+marked."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from rail_fem.output.result import PassResult
 from rail_fem.output.events import lost_contact, settling_end
+from rail_fem.output.result import PassResult
 from rail_fem.show.style import GREEN, ORANGE, PURPLE
 
 
 def mark_places(axes, result: PassResult, label: bool = True) -> None:
-    """A line at the transfer, shades while it settles and where contact is lost; `label`: with their words for the legend."""
+    """A line at the transfer, shades while it settles and where contact is lost; `label`: with their words for the
+    legend."""
     words = lambda text: text if label else "_nolegend_"
     history = result.history
     losses = lost_contact(history["time"], history["x"], history["force"], result.scene.static_wheel_load)
@@ -23,15 +25,32 @@ def mark_places(axes, result: PassResult, label: bool = True) -> None:
         text = f"settling, until t = {time * 1e3:.3g} ms: peaks and shares are those after it"
         axes.axvspan(1e3 * history["x"][0], 1e3 * x, color=PURPLE, alpha=0.12, lw=0, zorder=0.4, label=words(text))
     if np.isfinite(result.transfer_x):
-        axes.axvline(1e3 * result.transfer_x, color=GREEN, ls=(0, (6, 2)), lw=2, label=words(f"load changes between wing and nose, x = {result.transfer_x * 1e3:.1f} mm"))
+        axes.axvline(
+            1e3 * result.transfer_x,
+            color=GREEN,
+            ls=(0, (6, 2)),
+            lw=2,
+            label=words(f"load changes between wing and nose, x = {result.transfer_x * 1e3:.1f} mm"),
+        )
 
 
 def label_distance(axes, result: PassResult) -> None:
     """The axis of the running distance, with the direction of travel."""
-    way = "the wheel runs to the right \u2192" if result.scene.direction == "facing" else "\u2190 the wheel runs to the left"
+    way = (
+        "the wheel runs to the right \u2192"
+        if result.scene.direction == "facing"
+        else "\u2190 the wheel runs to the left"
+    )
     axes.set_xlabel(f"position x of the wheel's centre [mm]   ({way}; x = 0: gauge lines intersect)")
 
 
 def legend_above(axes, columns: int = 2) -> None:
     """The legend over the axes, where it hides no curve."""
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=columns, mode="expand", frameon=False, borderaxespad=0.2)
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0, 1.0, 0.1),
+        ncols=columns,
+        mode="expand",
+        frameon=False,
+        borderaxespad=0.2,
+    )

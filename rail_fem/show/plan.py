@@ -31,20 +31,38 @@ def plan_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure
     painted = np.where((strain > 0)[:, None], colours.to_rgba(100 * strain), mpl_colour(NEVER_YIELDED))
     for axes, (low, high, bottom, top) in zip(panels, strips):
         seen = (corners[:, :, 0].max(axis=1) >= low) & (corners[:, :, 0].min(axis=1) <= high)
-        axes.add_collection(PolyCollection(corners[seen], facecolors=painted[seen], edgecolors=painted[seen], linewidths=0.3))
-        axes.plot(*path, color="black", lw=1.0, path_effects=[withStroke(linewidth=2.2, foreground="white")], label="path of contact")
+        axes.add_collection(
+            PolyCollection(corners[seen], facecolors=painted[seen], edgecolors=painted[seen], linewidths=0.3)
+        )
+        axes.plot(
+            *path,
+            color="black",
+            lw=1.0,
+            path_effects=[withStroke(linewidth=2.2, foreground="white")],
+            label="path of contact",
+        )
         mark_worst(axes, fields, owner, corners)
         name_bodies(axes, fields, (low, high, bottom, top), path)
         axes.set(xlim=(low, high), ylim=(bottom, top), aspect="equal", ylabel="y [mm]")
         axes.grid(False)
     way = "runs to the right \u2192" if result.scene.direction == "facing" else "runs to the left \u2190"
     panels[-1].set_xlabel(f"x [mm]   (the wheel {way}; y is positive towards the field side)")
-    panels[0].legend(loc="lower left", bbox_to_anchor=(0, 1, 1, 0.1), ncols=3, mode="expand", frameon=False, borderaxespad=0.2)
+    panels[0].legend(
+        loc="lower left", bbox_to_anchor=(0, 1, 1, 0.1), ncols=3, mode="expand", frameon=False, borderaxespad=0.2
+    )
     if most > 0:
         bar = figure.colorbar(colours, ax=list(panels), orientation="horizontal", aspect=60, shrink=0.9, fraction=0.05)
         bar.set_label("equivalent plastic strain (PEEQ) of the surface elements [%]; grey: never yielded")
     else:
-        panels[0].text(0.5, 0.9, "nothing has yielded at the surface", transform=panels[0].transAxes, ha="center", weight="bold", path_effects=HALO)
+        panels[0].text(
+            0.5,
+            0.9,
+            "nothing has yielded at the surface",
+            transform=panels[0].transAxes,
+            ha="center",
+            weight="bold",
+            path_effects=HALO,
+        )
     give_title(figure, f"Plastic strain seen from above ({fields.source})", name, result)
     return figure
 
@@ -61,8 +79,11 @@ def contact_path(result: PassResult) -> tuple[np.ndarray, np.ndarray]:
     return np.where(lost, np.nan, 1e3 * x), np.where(lost, np.nan, 1e3 * y)
 
 
-def view_box(corners: np.ndarray, yielded: np.ndarray, path: tuple[np.ndarray, np.ndarray]) -> tuple[float, float, float, float]:
-    """x and y range [mm] of what has yielded and of the path with a margin, within the mesh; all of the mesh where there is neither.
+def view_box(
+    corners: np.ndarray, yielded: np.ndarray, path: tuple[np.ndarray, np.ndarray]
+) -> tuple[float, float, float, float]:
+    """x and y range [mm] of what has yielded and of the path with a margin, within the mesh; all of the mesh where
+    there is neither.
 
     corners : (k, 4, 2) of the faces [mm];  yielded : (k,) bool
     """
@@ -72,7 +93,10 @@ def view_box(corners: np.ndarray, yielded: np.ndarray, path: tuple[np.ndarray, n
     low, high = everything.min(axis=0), everything.max(axis=0)
     if len(of_interest):
         margin = 1e3 * MARGIN
-        nearer_low, nearer_high = np.maximum(low, of_interest.min(axis=0) - margin), np.minimum(high, of_interest.max(axis=0) + margin)
+        nearer_low, nearer_high = (
+            np.maximum(low, of_interest.min(axis=0) - margin),
+            np.minimum(high, of_interest.max(axis=0) + margin),
+        )
         if (nearer_low < nearer_high).all():
             low, high = nearer_low, nearer_high
     return low[0], high[0], low[1], high[1]
@@ -97,7 +121,9 @@ def mark_worst(axes, fields: CrossingFields, owner: np.ndarray, corners: np.ndar
         axes.plot(x, y, marker, ms=13, mfc="none", mec=BODY[body], mew=2.2, ls="none", label=words)
 
 
-def name_bodies(axes, fields: CrossingFields, box: tuple[float, float, float, float], path: tuple[np.ndarray, np.ndarray]) -> None:
+def name_bodies(
+    axes, fields: CrossingFields, box: tuple[float, float, float, float], path: tuple[np.ndarray, np.ndarray]
+) -> None:
     """The words wing and nose near an end of the body's visible part, off the path of contact."""
     low, high, bottom, top = box
     reach = 0.05 * (high - low)

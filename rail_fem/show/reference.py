@@ -1,4 +1,5 @@
-"""Figures of one case by several rungs: their contact forces beneath one another, and the wheel's path with its dip angle."""
+"""Figures of one case by several rungs: their contact forces beneath one another, and the wheel's path with its dip
+angle."""
 
 from __future__ import annotations
 
@@ -20,7 +21,11 @@ def forces_figure(results: Mapping[str, PassResult]) -> Figure:
     panels = np.atleast_1d(figure.subplots(len(results), 1, sharex=True, sharey=True))
     for axes, (model, result) in zip(panels, results.items()):
         x = 1e3 * result.history["x"]
-        for column, words, colour, width in (("force", "wheel", TOTAL, 2.6), ("force_wing", "wing rail", BODY["wing"], 1.5), ("force_nose", "nose", BODY["nose"], 1.5)):
+        for column, words, colour, width in (
+            ("force", "wheel", TOTAL, 2.6),
+            ("force_wing", "wing rail", BODY["wing"], 1.5),
+            ("force_nose", "nose", BODY["nose"], 1.5),
+        ):
             if np.isfinite(result.history[column]).any():
                 axes.plot(x, result.history[column] / 1e3, color=colour, lw=width, label=words)
         axes.axhline(result.scene.static_wheel_load / 1e3, color=GREY, ls="--", lw=1.4, label="static wheel load")
@@ -45,8 +50,16 @@ def dip_figure(result: PassResult) -> Figure:
         reach = np.array([-TANGENT, TANGENT])
         axes.plot(1e3 * place + reach, 1e3 * height + slope * reach, color=ORANGE, lw=2.0)
     if np.isfinite(dip.angle):
-        axes.plot([], [], color=ORANGE, lw=2.0, label=f"tangents of the steepest fall and rise: dip angle {1e3 * dip.angle:.2f} mrad")
+        axes.plot(
+            [],
+            [],
+            color=ORANGE,
+            lw=2.0,
+            label=f"tangents of the steepest fall and rise: dip angle {1e3 * dip.angle:.2f} mrad",
+        )
     axes.set(xlabel="position x of the wheel's centre [mm]   (x = 0: gauge lines intersect)", ylabel="height [mm]")
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=3, mode="expand", frameon=False)
-    figure.suptitle(f"Vertical displacements and dip angle, model {result.model}\n{scene_words(result.scene)}", fontsize=14)
+    figure.suptitle(
+        f"Vertical displacements and dip angle, model {result.model}\n{scene_words(result.scene)}", fontsize=14
+    )
     return figure

@@ -20,7 +20,8 @@ from rail_fem.settings.explicit import FeSettings
 
 
 def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
-    """The scene and numerics in engineers' units, derived numbers, cost and doubts; and the faults that forbid the run."""
+    """The scene and numerics in engineers' units, derived numbers, cost and doubts; and the faults that forbid the
+    run."""
     scene, settings = case.scene, case.runs[model]
     faults = run_faults(scene, settings, ranks, model)
     explicit = isinstance(settings, FeSettings)
@@ -63,31 +64,50 @@ def _shown(value, quantity) -> str:
 def _measured(scene: Scene) -> list[str]:
     """What the profile doctor found in a profile file."""
     measured = scene.wheel.measured
-    return [] if measured is None else ["", "wheel profile as read", *(_row(weight, text) for weight, text in measured.findings)]
+    return (
+        []
+        if measured is None
+        else ["", "wheel profile as read", *(_row(weight, text) for weight, text in measured.findings)]
+    )
 
 
 def _derived(scene: Scene) -> list[str]:
     patch = static_patch(scene)
-    return [_row("static wheel load", show(scene.static_wheel_load, "kN", 5), "(sprung mass / wheels + half a wheelset) g"),
-            _row("sprung mass per wheel", show(scene.vehicle.wheel_sprung_mass, "kg")),
-            _row("unsprung mass per wheel", show(scene.vehicle.wheel_unsprung_mass, "kg")),
-            _row("tread datum y", show(scene.wheel_datum_y, "mm", 4), "wheelset centred in the gauge"),
-            _row("static patch (Hertz)", f"{2e3 * patch.semi_x:.1f} x {2e3 * patch.semi_y:.1f} mm", f"on the planar top, {show(patch.max_pressure, 'MPa', 4)} elastic")]
+    return [
+        _row("static wheel load", show(scene.static_wheel_load, "kN", 5), "(sprung mass / wheels + half a wheelset) g"),
+        _row("sprung mass per wheel", show(scene.vehicle.wheel_sprung_mass, "kg")),
+        _row("unsprung mass per wheel", show(scene.vehicle.wheel_unsprung_mass, "kg")),
+        _row("tread datum y", show(scene.wheel_datum_y, "mm", 4), "wheelset centred in the gauge"),
+        _row(
+            "static patch (Hertz)",
+            f"{2e3 * patch.semi_x:.1f} x {2e3 * patch.semi_y:.1f} mm",
+            f"on the planar top, {show(patch.max_pressure, 'MPa', 4)} elastic",
+        ),
+    ]
 
 
 def _rigid(scene: Scene, settings) -> list[str]:
     path = window_path(scene, settings)
     places = ", ".join(show(x, "mm", 4) for x in path.transfers) or "nowhere in the window"
     steepest = np.abs(path.slope).argmax()
-    return [_row("rigid wheel changes body at", places, "wing and nose carry at once there"),
-            _row("steepest rigid wheel path", f"{path.slope[steepest] * 1e3:.3g} mrad", f"at x = {show(path.x[steepest], 'mm', 4)}")]
+    return [
+        _row("rigid wheel changes body at", places, "wing and nose carry at once there"),
+        _row(
+            "steepest rigid wheel path",
+            f"{path.slope[steepest] * 1e3:.3g} mrad",
+            f"at x = {show(path.x[steepest], 'mm', 4)}",
+        ),
+    ]
 
 
 def _cost(scene: Scene, settings, ranks: int) -> list[str]:
     estimate = estimate_run(scene, settings, ranks)
-    return [_row("cells", f"{estimate.cells:.2g}"), _row("steps", f"{estimate.steps:.2g}", f"of {estimate.step * 1e9:.0f} ns"),
-            _row("memory", f"{estimate.memory / 1e9:.2g} GB", f"{available_memory() / 1e9:.3g} GB are free"),
-            _row("wall time", duration(estimate.wall_time))]
+    return [
+        _row("cells", f"{estimate.cells:.2g}"),
+        _row("steps", f"{estimate.steps:.2g}", f"of {estimate.step * 1e9:.0f} ns"),
+        _row("memory", f"{estimate.memory / 1e9:.2g} GB", f"{available_memory() / 1e9:.3g} GB are free"),
+        _row("wall time", duration(estimate.wall_time)),
+    ]
 
 
 def _state(result: PassResult) -> str:
@@ -101,30 +121,64 @@ def result_report(result: PassResult) -> str:
     shown = COLUMNS["x"].unit
     lines = [f"{result.model}: " + _state(result), "", "peaks"]
     for name, peak in result.peaks.items():
-        lines.append(_row(name, engineering(peak.value, peak.unit), f"at x = {show(peak.x, shown, 5)}, y = {show(peak.y, shown, 4)}"))
-    lines += ["", _row("transfer from wing to nose", "none" if np.isnan(result.transfer_x) else f"x = {show(result.transfer_x, shown, 5)}"), "", "error estimate"]
-    lines += [_row(name, "not known" if np.isnan(error) else f"{100 * error:.2g} %") for name, error in result.error_estimate.items()] or ["  none claimed"]
+        lines.append(
+            _row(
+                name,
+                engineering(peak.value, peak.unit),
+                f"at x = {show(peak.x, shown, 5)}, y = {show(peak.y, shown, 4)}",
+            )
+        )
+    lines += [
+        "",
+        _row(
+            "transfer from wing to nose",
+            "none" if np.isnan(result.transfer_x) else f"x = {show(result.transfer_x, shown, 5)}",
+        ),
+        "",
+        "error estimate",
+    ]
+    lines += [
+        _row(name, "not known" if np.isnan(error) else f"{100 * error:.2g} %")
+        for name, error in result.error_estimate.items()
+    ] or ["  none claimed"]
     cost = result.cost
-    lines += ["", "cost", _row("wall time", duration(cost.wall_time), f"{cost.ranks} rank(s)"), _row("elements, steps", f"{cost.elements}, {cost.steps}"),
-              _row("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s")]
-    return "\n".join([*lines, "", f"{len(result.warnings)} warning(s)", *(f"  {warning}" for warning in result.warnings)])
+    lines += [
+        "",
+        "cost",
+        _row("wall time", duration(cost.wall_time), f"{cost.ranks} rank(s)"),
+        _row("elements, steps", f"{cost.elements}, {cost.steps}"),
+        _row("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s"),
+    ]
+    return "\n".join(
+        [*lines, "", f"{len(result.warnings)} warning(s)", *(f"  {warning}" for warning in result.warnings)]
+    )
 
 
 def folder_report(folder: Path) -> str:
-    """The result in a folder, or else how far its run is, or which runs lie below. Errors: FileNotFoundError when it holds none of them."""
+    """The result in a folder, or else how far its run is, or which runs lie below. Errors: FileNotFoundError when it
+    holds none of them."""
     folder = Path(folder)
     if (folder / "result.json").is_file():
         figures = sorted(path for path in (folder / "figures").glob("*.png")) if (folder / "figures").is_dir() else []
-        return "\n".join([result_report(load(folder)), *(["", "figures", *(f"  {path}" for path in figures)] if figures else [])])
+        return "\n".join(
+            [result_report(load(folder)), *(["", "figures", *(f"  {path}" for path in figures)] if figures else [])]
+        )
     below = sorted({path.parent for name in ("result.json", "status.json") for path in folder.glob(f"*/{name}")})
     if not (folder / "status.json").is_file() and below:
         return "\n".join([f"{folder}: {len(below)} run(s) below", *(f"  {_one_line(path)}" for path in below)])
     if not (folder / "status.json").is_file():
         raise FileNotFoundError(f"{folder}: holds neither a result nor a run; give the folder that run --out named")
     status = read_status(folder)
-    left = "" if status["state"] != "running" else f", eta {'unknown' if status['eta'] is None else duration(status['eta'])}"
+    left = (
+        ""
+        if status["state"] != "running"
+        else f", eta {'unknown' if status['eta'] is None else duration(status['eta'])}"
+    )
     where = f", process {status['pid']} on {status['host']}" if status["state"] == "running" and "pid" in status else ""
-    return f"{folder}: {status['state']}, {status['percent']:.1f} %, step {status['step']}{left}, written {status['updated']}{where}\n{status['message']}".rstrip()
+    return (
+        f"{folder}: {status['state']}, {status['percent']:.1f} %, step {status['step']}{left}, written"
+        f" {status['updated']}{where}\n{status['message']}".rstrip()
+    )
 
 
 def _one_line(folder: Path) -> str:

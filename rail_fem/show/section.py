@@ -19,10 +19,13 @@ SMALLEST, LARGEST = 6.0, 30.0  # half width of the close view [mm]
 
 
 def section_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure:
-    """One column for each body that has yielded: the whole section above, the neighbourhood of its worst element beneath."""
+    """One column for each body that has yielded: the whole section above, the neighbourhood of its worst element
+    beneath."""
     worst = {body: cell for body in ("wing", "nose") if (cell := fields.worst(body)) is not None}
     if not worst:
-        return words_instead(f"{name}: no element of the crossing has yielded, so there is no section to draw ({fields.source})")
+        return words_instead(
+            f"{name}: no element of the crossing has yielded, so there is no section to draw ({fields.source})"
+        )
     figure = new_figure(10.5)
     panels = figure.subplots(2, len(worst), squeeze=False, gridspec_kw={"height_ratios": [1, 2.4]})
     most = 100 * max(fields.plastic_strain[cell] for cell in worst.values())
@@ -50,13 +53,24 @@ def draw_section(column, fields: CrossingFields, body: str, worst: int, colours:
     whole.add_patch(Rectangle((y - half, z - half), 2 * half, 2 * half, fill=False, ec="black", lw=1.5))
     corners = np.concatenate(shown)
     (low_y, low_z), (high_y, high_z) = corners.min(axis=0), corners.max(axis=0)
-    whole.set(xlim=(min(low_y, y - half) - 2, max(high_y, y + half) + 2), ylim=(min(low_z, z - half) - 2, max(high_z, z + half) + 2), aspect="equal", ylabel="z [mm]")
+    whole.set(
+        xlim=(min(low_y, y - half) - 2, max(high_y, y + half) + 2),
+        ylim=(min(low_z, z - half) - 2, max(high_z, z + half) + 2),
+        aspect="equal",
+        ylabel="z [mm]",
+    )
     whole.set_title(f"{body}: section at x = {1e3 * place[0]:.1f} mm", color=BODY[body], weight="bold")
     close.add_collection(PolyCollection(shown, facecolors=painted, edgecolors="#555555", linewidths=0.5))
     words = f"at most {100 * fields.plastic_strain[worst]:.2f} %\n{1e3 * depth:.2f} mm below the surface"
     close.plot(1e3 * place[1], 1e3 * place[2], "o", ms=12, mfc="none", mec=BODY[body], mew=2.5, label=words)
     close.legend(loc="lower left")
-    close.set(xlim=(y - half, y + half), ylim=(z - half, z + half), aspect="equal", xlabel="y [mm], positive towards the field side", ylabel="z [mm]")
+    close.set(
+        xlim=(y - half, y + half),
+        ylim=(z - half, z + half),
+        aspect="equal",
+        xlabel="y [mm], positive towards the field side",
+        ylabel="z [mm]",
+    )
     for axes in column:
         axes.grid(False)
 

@@ -1,4 +1,5 @@
-"""How every figure looks: colours that colour-blind readers tell apart (Okabe and Ito), letters readable at 1200 pixels, the title."""
+"""How every figure looks: colours that colour-blind readers tell apart (Okabe and Ito), letters readable at 1200
+pixels, the title."""
 
 from __future__ import annotations
 
@@ -58,7 +59,10 @@ def scene_words(scene: Scene) -> str:
     """Crossing, wheel, speed, direction and load in one line."""
     wheel = scene.wheel.name
     speed = f"{show(scene.speed, 'mph', 3)} ({show(scene.speed, 'km/h', 3)})"
-    return f"{scene.crossing.family} crossing 1:{scene.crossing.ratio:g}, wheel {wheel}, {speed} {scene.direction}, wheel load {show(scene.static_wheel_load, 'kN', 3)}"
+    return (
+        f"{scene.crossing.family} crossing 1:{scene.crossing.ratio:g}, wheel {wheel}, {speed} {scene.direction}, wheel"
+        f" load {show(scene.static_wheel_load, 'kN', 3)}"
+    )
 
 
 def give_title(figure: Figure, what: str, name: str, result: PassResult) -> None:

@@ -1,9 +1,11 @@
 """Fast approximate inverse of the elastic stiffness of a block whose elements lie in lines: a preconditioner.
 
-On a box whose elements are a product of three lines the stiffness without the coupling of the three displacement components is a sum of
-products of one-dimensional matrices, and is inverted exactly through their eigenvectors, however unequal the elements' sides are. By
-Korn's inequality it stays within a fixed factor of the true stiffness, so the steps of conjugate gradients do not grow with the mesh.
-Source: R. E. Lynch, J. R. Rice, D. H. Thomas, Direct solution of partial difference equations by tensor product methods (1964).
+On a box whose elements are a product of three lines the stiffness without the coupling of the three displacement
+components is a sum of products of one-dimensional matrices, and is inverted exactly through their eigenvectors, however
+unequal the elements' sides are. By Korn's inequality it stays within a fixed factor of the true stiffness, so the steps
+of conjugate gradients do not grow with the mesh.
+Source: R. E. Lynch, J. R. Rice, D. H. Thomas, Direct solution of partial difference equations by tensor product methods
+(1964).
 """
 
 from __future__ import annotations
@@ -35,7 +37,8 @@ def line_modes(line: np.ndarray, held: slice) -> tuple[np.ndarray, np.ndarray]:
 
 
 class BoxInverse:
-    """Block with nodes at the product of lines x (a,), s (b,), z (c,) [m], z from the face, held at its end; x displacement held at x[0].
+    """Block with nodes at the product of lines x (a,), s (b,), z (c,) [m], z from the face, held at its end; x
+    displacement held at x[0].
 
     Nodes as in rail_fem.static_fe.solid_blocks.block: z fastest.
     """
@@ -46,9 +49,13 @@ class BoxInverse:
         self.shape, nothing, last = (len(x), len(s), len(z)), slice(0, 0), slice(-1, None)
         self._parts = []
         for component in range(3):
-            lines = [line_modes(x, slice(0, 1) if component == 0 else nothing), line_modes(s, nothing), line_modes(z, last)]
+            lines = [
+                line_modes(x, slice(0, 1) if component == 0 else nothing),
+                line_modes(s, nothing),
+                line_modes(z, last),
+            ]
             factor = [along if axis == component else shear for axis in range(3)]
-            value = (factor[0] * lines[0][0][:, None, None] + factor[1] * lines[1][0][:, None] + factor[2] * lines[2][0])
+            value = factor[0] * lines[0][0][:, None, None] + factor[1] * lines[1][0][:, None] + factor[2] * lines[2][0]
             self._parts.append(([modes for _, modes in lines], 1 / value))
 
     def __call__(self, force: np.ndarray) -> np.ndarray:

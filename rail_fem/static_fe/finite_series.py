@@ -9,30 +9,42 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from bem.patch import Patch
-from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
-from rail_fem.static_fe.solid_contact import FinitePatch, Report, finite_patch
 from rail_fem.light.patch_methods import MethodRow
 from rail_fem.output.progress import duration
+from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
+from rail_fem.static_fe.solid_contact import FinitePatch, Report, finite_patch
 
-WIDTH = 0.6        # of an element along s to that along x: patches end more bluntly across
-_GROWTH = 2.0       # growth of outer elements beyond 1, over the element's share of the half length
-_COST = 3.3        # seconds grow with this power of the number of elements along a side
-ORDERS = {"max_pressure": 2.0, "area": 1.0, "effective_area": 1.5}  # as on Hertz' ellipse, tests/versus/test_solid_contact.py
-_EDGE = 2 / 7      # of an element, by which length and width scatter there, to both sides
+WIDTH = 0.6  # of an element along s to that along x: patches end more bluntly across
+_GROWTH = 2.0  # growth of outer elements beyond 1, over the element's share of the half length
+_COST = 3.3  # seconds grow with this power of the number of elements along a side
+# as on Hertz' ellipse, tests/versus/test_solid_contact.py
+ORDERS = {"max_pressure": 2.0, "area": 1.0, "effective_area": 1.5}
+_EDGE = 2 / 7  # of an element, by which length and width scatter there, to both sides
 
 
 def zone_about(expected: Patch, size: float, width: float | None = None) -> FineZone:
-    """Fine elements of a size [m] along x and down, of a width [m] along s, over a patch and a tenth more; outside they grow the slower the finer they are."""
+    """Fine elements of a size [m] along x and down, of a width [m] along s, over a patch and a tenth more; outside they
+    grow the slower the finer they are."""
     pressed = expected.grid.y[expected.pressure.any(axis=0)]
     half, margin = expected.extent[0] / 2, 0.06 * np.ptp(pressed) + size
     along, down = (np.ceil(share * half / size) * size for share in (1.1, 0.6))
-    return FineZone(along, (pressed[0] - margin, pressed[-1] + margin), down, size, width or WIDTH * size, 1 + min(0.4, _GROWTH * size / half))
+    return FineZone(
+        along,
+        (pressed[0] - margin, pressed[-1] + margin),
+        down,
+        size,
+        width or WIDTH * size,
+        1 + min(0.4, _GROWTH * size / half),
+    )
 
 
-def finite_series(pair: BlockPair, load: float, expected: Patch, sizes: list[float], report: Report | None = None) -> list[FinitePatch]:
+def finite_series(
+    pair: BlockPair, load: float, expected: Patch, sizes: list[float], report: Report | None = None
+) -> list[FinitePatch]:
     """Patches of these element sizes [m], the coarsest first, each beginning from the one before.
 
-    expected : a solution of any method about which the elements are made fine, nothing else; report : told how far the series is and when it ends
+    expected : a solution of any method about which the elements are made fine, nothing else; report : told how far the
+        series is and when it ends
     """
     sizes, found, began = sorted(sizes, reverse=True), [], time.perf_counter()
     share = np.cumsum([size**-_COST for size in sizes])
@@ -40,8 +52,11 @@ def finite_series(pair: BlockPair, load: float, expected: Patch, sizes: list[flo
         found.append(finite_patch(pair, load, zone_about(expected, size), found[-1] if found else None))
         spent = time.perf_counter() - began
         if report is not None:
-            report(f"finite elements of {size * 1e3:g} mm: {found[-1].nodes} nodes, {found[-1].sets} sets, {found[-1].max_pressure / 1e6:.1f} MPa, "
-                   f"{duration(spent)} gone, {duration(spent * (share[-1] / done - 1))} to go")
+            report(
+                f"finite elements of {size * 1e3:g} mm: {found[-1].nodes} nodes, {found[-1].sets} sets,"
+                f" {found[-1].max_pressure / 1e6:.1f} MPa, {duration(spent)} gone,"
+                f" {duration(spent * (share[-1] / done - 1))} to go"
+            )
     return found
 
 
@@ -50,7 +65,8 @@ def to_stderr(line: str) -> None:
 
 
 def extrapolated(sizes: np.ndarray, values: np.ndarray, order: float) -> tuple[float, float]:
-    """Limit for size 0 of value = limit + c size^order by least squares through all, and the largest miss of a point, or half the last step, whichever is more."""
+    """Limit for size 0 of value = limit + c size^order by least squares through all, and the largest miss of a point,
+    or half the last step, whichever is more."""
     sizes, values = np.asarray(sizes, float), np.asarray(values, float)
     if len(values) < 2:
         return float(values[-1]), float("nan")
@@ -60,20 +76,30 @@ def extrapolated(sizes: np.ndarray, values: np.ndarray, order: float) -> tuple[f
 
 
 def limit_row(series: list[FinitePatch], last: int = 3) -> tuple[MethodRow, dict[str, float]]:
-    """The limit of the last patches of a series as a row, with the finest patch; and the relative uncertainty of each quantity.
+    """The limit of the last patches of a series as a row, with the finest patch; and the relative uncertainty of each
+    quantity.
 
     Length and width scatter by where the edge falls between two nodes and show no order: they are the finest elements'.
     """
-    rows, sizes = [MethodRow.of(patch.method, patch) for patch in series[-last:]], [patch.size for patch in series[-last:]]
+    rows, sizes = (
+        [MethodRow.of(patch.method, patch) for patch in series[-last:]],
+        [patch.size for patch in series[-last:]],
+    )
     limits = {name: extrapolated(sizes, [getattr(row, name) for row in rows], order) for name, order in ORDERS.items()}
     limits |= {"length": (rows[-1].length, _EDGE * sizes[-1]), "width": (rows[-1].width, _EDGE * series[-1].width)}
     name = f"finite elements, limit of {', '.join(format(size * 1e3, '.3g') for size in sizes)} mm"
-    row = MethodRow(name, seconds=sum(patch.cost.seconds for patch in series), patch=series[-1], **{name: value for name, (value, _) in limits.items()})
+    row = MethodRow(
+        name,
+        seconds=sum(patch.cost.seconds for patch in series),
+        patch=series[-1],
+        **{name: value for name, (value, _) in limits.items()},
+    )
     return row, {name: miss / value for name, (value, miss) in limits.items()}
 
 
 def map_difference(finite: Patch, other: Patch) -> float:
-    """L2 norm of the difference of two pressure maps over the norm of the other's, which is averaged over the cells of the first."""
+    """L2 norm of the difference of two pressure maps over the norm of the other's, which is averaged over the cells of
+    the first."""
     inside = RegularGridInterpolator((other.grid.x, other.grid.y), other.pressure, bounds_error=False, fill_value=0.0)
     grid, fifths = finite.grid, (np.arange(5) - 2) / 5
     x, y = (grid.x[:, None] + grid.dx * fifths).ravel(), (grid.y[:, None] + grid.dy * fifths).ravel()

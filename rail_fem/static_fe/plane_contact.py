@@ -1,10 +1,10 @@
 """Frictionless contact of two plane bodies by static finite elements: the judge of bem/plane/contact.py.
 
-The pressure has a value, none negative, at each node of the upper face and is linear between them; the gap is closed in the
-mean, weighted with the same hats (a mortar method). Points of the two faces with the same x face each other; the pressure
-acts along the upper face's normal. Small displacements.
-Error: second order in the element inside the patch; over the whole profile first order, since its edge, where the pressure
-rises as a square root, lies anywhere between two nodes (tests/versus/test_plane_strain.py).
+The pressure has a value, none negative, at each node of the upper face and is linear between them; the gap is closed in
+the mean, weighted with the same hats (a mortar method). Points of the two faces with the same x face each other; the
+pressure acts along the upper face's normal. Small displacements.
+Error: second order in the element inside the patch; over the whole profile first order, since its edge, where the
+pressure rises as a square root, lies anywhere between two nodes (tests/versus/test_plane_strain.py).
 Source: P. Wriggers, Computational Contact Mechanics (2006), chapter 8; the active set is that of a quadratic programme.
 """
 
@@ -64,7 +64,8 @@ def place_on(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 
 def face_within(body: PlaneBody, window: tuple[float, float]) -> np.ndarray:
-    """The face's edges (e, 3), by growing x, that lie in window (x_min, x_max) [m]; refuses a face that is no function of x there."""
+    """The face's edges (e, 3), by growing x, that lie in window (x_min, x_max) [m]; refuses a face that is no function
+    of x there."""
     x = body.nodes[:, 0]
     edges = body.edges[(x[body.edges].min(axis=1) >= window[0]) & (x[body.edges].max(axis=1) <= window[1])]
     if not len(edges):
@@ -79,8 +80,8 @@ def face_within(body: PlaneBody, window: tuple[float, float]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Mortar:
-    """Coupling of c pressure hats: on_moving, on_fixed (2m, c) nodal forces of unit pressures [m]; gap (c,) [m^2] weighted; push (c,) [m] of the
-    upward force on the moving body."""
+    """Coupling of c pressure hats: on_moving, on_fixed (2m, c) nodal forces of unit pressures [m]; gap (c,) [m^2]
+    weighted; push (c,) [m] of the upward force on the moving body."""
 
     on_moving: np.ndarray
     on_fixed: np.ndarray
@@ -91,7 +92,12 @@ class Mortar:
 def couple(moving: PlaneBody, fixed: PlaneBody, upper: np.ndarray, lower: np.ndarray) -> Mortar:
     """Integrate over the upper edges (e, 3), cut at their middles and where corners of the lower edges (f, 3) lie."""
     count = 2 * len(upper) + 1
-    mortar = Mortar(np.zeros((2 * len(moving.nodes), count)), np.zeros((2 * len(fixed.nodes), count)), np.zeros(count), np.zeros(count))
+    mortar = Mortar(
+        np.zeros((2 * len(moving.nodes), count)),
+        np.zeros((2 * len(fixed.nodes), count)),
+        np.zeros(count),
+        np.zeros(count),
+    )
     cuts = fixed.nodes[np.r_[lower[:, 0], lower[-1, 2]], 0]
     for e, edge in enumerate(upper):
         nodes = moving.nodes[edge]
@@ -103,7 +109,8 @@ def couple(moving: PlaneBody, fixed: PlaneBody, upper: np.ndarray, lower: np.nda
         facing = lower[np.clip(np.searchsorted(cuts, point[:, 0], side="right") - 1, 0, len(lower) - 1)]
         other, _ = shapes(place_on(fixed.nodes[facing, 0], point[:, 0]))
         opening = point[:, 1] - (other * fixed.nodes[facing, 1]).sum(axis=1)
-        area = np.column_stack([along[:, 1], -along[:, 0]]) * weight[:, None]  # outward normal of the upper body times length
+        # outward normal of the upper body times length
+        area = np.column_stack([along[:, 1], -along[:, 0]]) * weight[:, None]
         hats = np.maximum(1 - 2 * t, 0), 1 - np.abs(2 * t - 1), np.maximum(2 * t - 1, 0)
         for column, hat in enumerate(hats, 2 * e):
             force = hat[:, None] * area
@@ -123,8 +130,11 @@ def _integration_points(x: np.ndarray, cuts: np.ndarray) -> tuple[np.ndarray, np
     return (ends[:-1, None] + step * (GAUSS[0] + 1) / 2).ravel(), (step * GAUSS[1] / 2).ravel()
 
 
-def solve_active_set(compliance: np.ndarray, gap: np.ndarray, push: np.ndarray, load: float, start: np.ndarray) -> tuple[np.ndarray, float]:
-    """Pressures (n,) >= 0 and approach so that gaps gap + compliance p - push * approach >= 0, p gap = 0, push p = load."""
+def solve_active_set(
+    compliance: np.ndarray, gap: np.ndarray, push: np.ndarray, load: float, start: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Pressures (n,) >= 0 and approach so that gaps gap + compliance p - push * approach >= 0, p gap = 0, push p =
+    load."""
     active = start.copy()
     for _ in range(200):
         a = np.flatnonzero(active)
@@ -142,8 +152,11 @@ def solve_active_set(compliance: np.ndarray, gap: np.ndarray, push: np.ndarray, 
     raise ArithmeticError("the active set did not settle in 200 rounds: take another element size")
 
 
-def solve_plane_contact(fixed: Body, moving: Body, load: float, fineness: Fineness, window: tuple[float, float]) -> PlaneContact:
-    """Two bodies with held edges, the upper pressed down by load [N/m], its holder neither shifting sideways nor turning.
+def solve_plane_contact(
+    fixed: Body, moving: Body, load: float, fineness: Fineness, window: tuple[float, float]
+) -> PlaneContact:
+    """Two bodies with held edges, the upper pressed down by load [N/m], its holder neither shifting sideways nor
+    turning.
 
     window : (x_min, x_max) [m] where they may touch; the bodies may be apart or overlap there, the approach takes it up
     """

@@ -1,7 +1,7 @@
 """Static plane-strain elasticity of one body by dolfinx: 6-node triangles that follow the body's smooth outline.
 
-The judge of the boundary elements: another discretisation, another library, another solver. It shares with them only the
-outline's curve. A held edge moves with the holder; the rest is free or under contact pressure.
+The judge of the boundary elements: another discretisation, another library, another solver. It shares with them only
+the outline's curve. A held edge moves with the holder; the rest is free or under contact pressure.
 Error: second order in stress, third in displacement where the solution is smooth (tests/versus/test_plane_strain.py).
 """
 
@@ -25,7 +25,8 @@ from bem.plane.mesh import Sizing, Zone
 from geometry.meshing.triangles import fill_with_triangles
 from rail_fem.fe.compat import evaluate, lagrange_vectors, quadratic_triangle_mesh
 
-INNER = np.array([[1, 1], [4, 1], [1, 4]]) / 6  # Gauss points of a triangle, where stresses of quadratic displacements are best
+# Gauss points of a triangle, where stresses of quadratic displacements are best
+INNER = np.array([[1, 1], [4, 1], [1, 4]]) / 6
 
 
 class PlaneStrainError(ValueError):
@@ -34,7 +35,8 @@ class PlaneStrainError(ValueError):
 
 @dataclass(frozen=True)
 class Fineness:
-    """size [m] of the elements up to `reach` [m] from the places (k, 2) [m]; beyond it they grow by `growth` per distance up to `coarse` [m]."""
+    """size [m] of the elements up to `reach` [m] from the places (k, 2) [m]; beyond it they grow by `growth` per
+    distance up to `coarse` [m]."""
 
     places: np.ndarray
     size: float
@@ -49,7 +51,9 @@ class Fineness:
 def boundary_nodes(body: Body, fineness: Fineness) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corners (n, 2) and middles (n, 2) [m] of the boundary's edges in order, and the name (n,) of each edge."""
     if len(body.outline.curves) != 1 or body.outline.infinite or body.held is None:
-        raise PlaneStrainError("the plane-strain solver takes one closed loop with a held edge: no holes, hubs or infinite bodies")
+        raise PlaneStrainError(
+            "the plane-strain solver takes one closed loop with a held edge: no holes, hubs or infinite bodies"
+        )
     sizing, corners, middles, names = fineness.along_boundary(), [], [], []
     for curve, name in body.outline.curves[0]:
         s = divide(curve, sizing)
@@ -60,8 +64,11 @@ def boundary_nodes(body: Body, fineness: Fineness) -> tuple[np.ndarray, np.ndarr
 
 
 def quadratic_triangles(corners: np.ndarray, middles: np.ndarray, fineness: Fineness) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes (m, 2) and 6-node triangles (t, 6) in dolfinx order. The first 2n nodes are the boundary's corners and middles."""
-    points, triangles = fill_with_triangles(corners, fineness.places, fineness.size, fineness.reach, fineness.coarse, fineness.growth)
+    """Nodes (m, 2) and 6-node triangles (t, 6) in dolfinx order. The first 2n nodes are the boundary's corners and
+    middles."""
+    points, triangles = fill_with_triangles(
+        corners, fineness.places, fineness.size, fineness.reach, fineness.coarse, fineness.growth
+    )
     n = len(corners)
     edges = np.sort(triangles[:, [[1, 2], [0, 2], [0, 1]]], axis=2)  # dolfinx: edge i lies opposite vertex i
     unique, number = np.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)
@@ -82,7 +89,8 @@ def quadratic_triangles(corners: np.ndarray, middles: np.ndarray, fineness: Fine
 
 
 class PlaneBody:
-    """A meshed and factorised body; nodes (m, 2) [m], displacements (m, 2) [m] are in the order of `quadratic_triangles`.
+    """A meshed and factorised body; nodes (m, 2) [m], displacements (m, 2) [m] are in the order of
+    `quadratic_triangles`.
 
     edges : (e, 3) nodes of the face's edges in order (first, middle, last), the body on their left
     """
@@ -94,11 +102,15 @@ class PlaneBody:
         ring = np.column_stack([np.arange(n), n + np.arange(n), (np.arange(n) + 1) % n])
         self.edges = ring[names == body.face]
         self.held = np.unique(ring[names == body.held])
-        self.mesh = quadratic_triangle_mesh(MPI.COMM_SELF, self.triangles.astype(np.int64), np.ascontiguousarray(self.nodes))
+        self.mesh = quadratic_triangle_mesh(
+            MPI.COMM_SELF, self.triangles.astype(np.int64), np.ascontiguousarray(self.nodes)
+        )
         self.space = lagrange_vectors(self.mesh, 2)
         away, self.dof_of = cKDTree(self.space.tabulate_dof_coordinates()[:, :2]).query(self.nodes)
         if away.max() > 1e-9 * fineness.size:
-            raise PlaneStrainError(f"node {int(away.argmax())} has no place in the function space ({away.max():.3g} m off)")
+            raise PlaneStrainError(
+                f"node {int(away.argmax())} has no place in the function space ({away.max():.3g} m off)"
+            )
         self._factorise()
 
     def _stress(self, u):
@@ -118,7 +130,9 @@ class PlaneBody:
         order = (2 * self.dof_of[:, None] + [0, 1]).ravel()
         stiffness = stiffness[order][:, order].tocsc()
         self.free = np.setdiff1d(np.arange(len(order)), (2 * self.held[:, None] + [0, 1]).ravel())
-        self._factor = splu(stiffness[self.free][:, self.free], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        self._factor = splu(
+            stiffness[self.free][:, self.free], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
+        )
 
     def displacement(self, force: np.ndarray) -> np.ndarray:
         """Displacement (2m, k) [m] under nodal forces (2m, k) [N/m], x and y in turn, the held edge at rest."""
@@ -133,7 +147,8 @@ class PlaneBody:
         return fem.Expression(ufl.as_vector((x[0], x[1], stress[0, 0], stress[1, 1], stress[0, 1])), INNER)
 
     def stress(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points (p, 2) [m] and stress (p, 3) xx, yy, xy [Pa] there, of displacements (2m,) [m]: three points in each triangle."""
+        """Points (p, 2) [m] and stress (p, 3) xx, yy, xy [Pa] there, of displacements (2m,) [m]: three points in each
+        triangle."""
         expression = self._sampled
         values = np.empty(displacement.size)
         values[(2 * self.dof_of[:, None] + [0, 1]).ravel()] = displacement

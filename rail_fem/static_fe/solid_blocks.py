@@ -1,8 +1,9 @@
-"""Two blocks of hexahedra that face each other node by node: what the static contact solver takes (rail_fem/static_fe/solid_contact.py).
+"""Two blocks of hexahedra that face each other node by node: what the static contact solver takes
+(rail_fem/static_fe/solid_contact.py).
 
-The faces are heights h(x, s) [m] over a common tangent plane, both touching it at the origin; x forward, s lateral, h up. The pair is
-symmetric about x = 0, so that half of it is meshed. Both blocks share the same lines of nodes along x and s; a block that ends earlier
-along s has a free side there, an edge.
+The faces are heights h(x, s) [m] over a common tangent plane, both touching it at the origin; x forward, s lateral, h
+up. The pair is symmetric about x = 0, so that half of it is meshed. Both blocks share the same lines of nodes along x
+and s; a block that ends earlier along s has a free side there, an edge.
 """
 
 from __future__ import annotations
@@ -12,13 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.plane.body import Body
 from bem.material import STEEL, Elastic
+from bem.plane.body import Body
 from bem.plane.outline import block_behind
 from bem.slices.slices import Slices, slices_of_profiles
-from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces
 from geometry.meshing.axis import graded_line, growing_steps
 from geometry.meshing.blocks import mesh_grid
+from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces
 
 Height = Callable[[np.ndarray, np.ndarray], np.ndarray]  # h(x, s) [m]
 _SAME = 1e-9  # lines nearer than this are one line [m]
@@ -53,19 +54,26 @@ class BlockPair:
         return np.where(there, self.upper(x, np.clip(s, low, high)) - self.lower(x, np.clip(s, low, high)), np.inf)
 
     def slices(self, places: int = 41, points: int = 481) -> Slices:
-        """The same blocks for the slices of `bem`, prisms of their sections at x = 0 with the true gap. The lower face must not change along x."""
+        """The same blocks for the slices of `bem`, prisms of their sections at x = 0 with the true gap. The lower face
+        must not change along x."""
         lines = [np.linspace(*across, points) for across in (self.lower_across, self.upper_across)]
         faces = [np.column_stack([s, height(0 * s, s)]) for s, height in zip(lines, (self.lower, self.upper))]
-        bodies = Body(block_behind(faces[0], -self.depth), self.lower_steel), Body(block_behind(faces[1], self.depth), self.upper_steel)
+        bodies = (
+            Body(block_behind(faces[0], -self.depth), self.lower_steel),
+            Body(block_behind(faces[1], self.depth), self.upper_steel),
+        )
         x, s = np.linspace(-self.length, self.length, places) / 2, lines[1]
-        return slices_of_profiles(*bodies, x, upper_profiles=[np.column_stack([s, self.upper(0 * s + place, s)]) for place in x])
+        return slices_of_profiles(
+            *bodies, x, upper_profiles=[np.column_stack([s, self.upper(0 * s + place, s)]) for place in x]
+        )
 
 
 @dataclass(frozen=True)
 class FineZone:
     """Where elements have their size: 0 to `along` in x, `across` (2,) in s, `down` from the face [m].
 
-    size, width : of elements along x and down, along s [m];  growth : of neighbouring elements outside, to be brought towards 1 with the size
+    size, width : of elements along x and down, along s [m];  growth : of neighbouring elements outside, to be brought
+        towards 1 with the size
     """
 
     along: float
@@ -78,8 +86,8 @@ class FineZone:
 
 @dataclass(frozen=True)
 class LinedBlock:
-    """A mesh whose nodes are numbered along lines x (a,), s (b,) and z (c,) [m] from the face, z fastest, then s; s counts from its node `first`
-    where both blocks' faces begin."""
+    """A mesh whose nodes are numbered along lines x (a,), s (b,) and z (c,) [m] from the face, z fastest, then s; s
+    counts from its node `first` where both blocks' faces begin."""
 
     mesh: HexMesh
     x: np.ndarray
@@ -97,7 +105,9 @@ def facing_blocks(pair: BlockPair, zone: FineZone) -> tuple[LinedBlock, LinedBlo
     low, high = pair.common
     fine = max(zone.across[0], low), min(zone.across[1], high)
     if not fine[1] > fine[0]:
-        raise MeshError(f"the fine zone {zone.across} m along s lies beside the faces' common range {pair.common} m: move it")
+        raise MeshError(
+            f"the fine zone {zone.across} m along s lies beside the faces' common range {pair.common} m: move it"
+        )
     x = graded_line(0.0, pair.length, (0.0, min(zone.along, pair.length)), zone.size, zone.growth)
     z = graded_line(0.0, pair.depth, (0.0, min(zone.down, pair.depth)), zone.size, zone.growth)
     s = graded_line(low, high, fine, zone.width, zone.growth)
@@ -116,18 +126,25 @@ def _led_on(s: np.ndarray, across: tuple[float, float], growth: float) -> np.nda
 
 
 def block(height: Height, x: np.ndarray, s: np.ndarray, z: np.ndarray, facing: str) -> HexMesh:
-    """Hexahedra between the face height(x, s) [m] and a plane z[-1] behind it; z counts from the face, facing "up" or "down".
+    """Hexahedra between the face height(x, s) [m] and a plane z[-1] behind it; z counts from the face, facing "up" or
+    "down".
 
-    Nodes are numbered with z fastest, then s, then x; the face's are every len(z)-th. `clamp` are those of the plane behind.
+    Nodes are numbered with z fastest, then s, then x; the face's are every len(z)-th. `clamp` are those of the plane
+    behind.
     """
     flat = mesh_grid(x, s, z, facing)
     points, cells = flat.points.copy(), flat.cells
     rise = height(points[:, 0], points[:, 1])
     if not np.isfinite(rise).all():
         at = points[np.argmin(np.isfinite(rise))]
-        raise MeshError(f"the face that looks {facing} has no height at x = {at[0]:g}, s = {at[1]:g} m: let the block end before")
+        raise MeshError(
+            f"the face that looks {facing} has no height at x = {at[0]:g}, s = {at[1]:g} m: let the block end before"
+        )
     if np.abs(rise).max() > 0.8 * z[-1]:
-        raise MeshError(f"the face that looks {facing} rises {np.abs(rise).max():.3g} m, over 0.8 of the block's depth {z[-1]:g} m: narrow or deepen the block")
+        raise MeshError(
+            f"the face that looks {facing} rises {np.abs(rise).max():.3g} m, over 0.8 of the block's depth {z[-1]:g} m:"
+            " narrow or deepen the block"
+        )
     bottom = flat.clamp
     faces, _ = boundary_faces(cells)
     surface = faces[np.isin(faces, bottom).all(axis=1)]
@@ -135,4 +152,12 @@ def block(height: Height, x: np.ndarray, s: np.ndarray, z: np.ndarray, facing: s
     points[:, 2] = away * points[:, 2] + rise * (1 - points[:, 2] / z[-1])
     if facing == "up":
         cells, surface = cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], surface[:, ::-1].copy()
-    return HexMesh(points, cells, np.zeros(len(cells), np.int8), (facing,), surface, np.zeros(len(surface), np.int8), bottom + len(z) - 1)
+    return HexMesh(
+        points,
+        cells,
+        np.zeros(len(cells), np.int8),
+        (facing,),
+        surface,
+        np.zeros(len(surface), np.int8),
+        bottom + len(z) - 1,
+    )

@@ -17,12 +17,16 @@ from rail_fem.fe.domain import VTK_TO_DOLFINX
 
 
 def stiffness(mesh: HexMesh, material: Elastic) -> sparse.csr_matrix:
-    """Stiffness (3n, 3n) [N/m] of trilinear hexahedra, 2 x 2 x 2 Gauss points; x, y, z of node 0, then of node 1, and so on.
+    """Stiffness (3n, 3n) [N/m] of trilinear hexahedra, 2 x 2 x 2 Gauss points; x, y, z of node 0, then of node 1, and
+    so on.
 
-    Error: second order in stress-free shapes' displacement; exact for constant strain (tests/versus/test_solid_contact.py).
+    Error: second order in stress-free shapes' displacement; exact for constant strain
+    (tests/versus/test_solid_contact.py).
     """
     cells = mesh.cells[:, VTK_TO_DOLFINX].astype(np.int64)
-    solid = create_hexahedral_mesh(MPI.COMM_SELF, cells, np.ascontiguousarray(mesh.points), np.zeros(len(cells), np.int32))
+    solid = create_hexahedral_mesh(
+        MPI.COMM_SELF, cells, np.ascontiguousarray(mesh.points), np.zeros(len(cells), np.int32)
+    )
     space = lagrange_vectors(solid, 1)
     away, dof_of = cKDTree(space.tabulate_dof_coordinates()).query(mesh.points)
     if len(np.unique(dof_of)) < len(mesh.points):
@@ -38,5 +42,3 @@ def stiffness(mesh: HexMesh, material: Elastic) -> sparse.csr_matrix:
     start, column, value = matrix.getValuesCSR()
     order = (3 * dof_of[:, None] + [0, 1, 2]).ravel()
     return sparse.csr_matrix((value, column, start), shape=matrix.getSize())[order][:, order]
-
-

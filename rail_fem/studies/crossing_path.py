@@ -1,8 +1,11 @@
-"""Study: five wheels, or any others, over the cast crossing: contact bands on its plan, height of the axle, entry ramp, lowest point, transfer, dip angle.
+"""Study: five wheels, or any others, over the cast crossing: contact bands on its plan, height of the axle, entry ramp,
+lowest point, transfer, dip angle.
 
-python -m rail_fem.studies.crossing_path --out DIR [--ratio 9.25] [--wheels P8 my.whl] [--sections uk_crossing.slcs]   draws contact_bands.png, writes the table
+python -m rail_fem.studies.crossing_path --out DIR [--ratio 9.25] [--wheels P8 my.whl] [--sections uk_crossing.slcs]
+draws contact_bands.png, writes the table
 
-The paths are rigid and quasi-static: run backwards (trailing) a wheel touches the same places, and every climb becomes a fall.
+The paths are rigid and quasi-static: run backwards (trailing) a wheel touches the same places, and every climb becomes
+a fall.
 """
 
 import argparse
@@ -15,28 +18,29 @@ import numpy as np
 
 from geometry.axes import tread_datum_y
 from geometry.path.contact_band import PathNumbers, band_edges, clearance, path_numbers
-from geometry.surfaces.crossing import CastCrossing
-from geometry.profiles.formats.slices import read_slices
 from geometry.path.wheel_path import WheelPath, wheel_path
-from geometry.surfaces.sections import SectionCrossing, section_path
+from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.wheel import WHEEL_NAMES
-from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.sections import SectionCrossing, section_path
 from rail_fem.scene.wheel_profile import wheel_shape
+from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
 
 MM = 1e-3
 GAUGE_DEPTH = 14 * MM
 LINE_CONTACT = 20 * MM  # a band wider than this is a line contact, whose deepest point is undetermined
 APPROACH = 0.1 * MM  # elastic approach of a wheel under 80 to 100 kN, whose patch's width the bands show
 RADIUS = 0.46
-# geometry_and_materials.md 3.7, on the benchmark's sections at 1:9.25, radius 460 mm, found by others with cuts of the sections:
-# lift [mm], steepest climb [mrad], lowest x [mm], fall, rise, dip [mrad]
+# geometry_and_materials.md 3.7, on the benchmark's sections at 1:9.25, radius 460 mm, found by others with cuts of the
+# sections: lift [mm], steepest climb [mrad], lowest x [mm], fall, rise, dip [mrad]
 REFERENCE = {"P8": (0.49, 21.6, 272, 7.3, 11.0, 18.3), "P8-worn": (1.10, 34.6, 304, 7.1, 7.9, 15.0), "P8-hollow": (2.70, 62, np.nan, np.nan, np.nan, 0.0),
              "P1": (-0.28, 0.0, 298, 5.4, 13.4, 18.8), "S1002": (0.61, 16.8, 276, 7.2, 10.3, 17.6)}  # fmt: skip
-REASONS = """Differences to the reference (1:9.25): lift, lowest point, fall, rise and dip agree to 0.01 mm, 1 mm, 0.1, 0.2 and 0.2 mrad. The steepest climb
-is here the slope of the path over the fitted surface, exact; there it was taken over the sections, 11 mm apart on the ramp, between which
-straight lines make it up to a fifth steeper (hollow wheel: 60 here, 62 there, 68 over the sections by our own route). The hollow wheel
-has no dip in both; that it is carried on the wing to x = 518 mm is not found here: over the surface and over the sections alike the nose
-takes it at 447 mm, and at 500 mm the wing is 3.9 mm clear of it."""
+REASONS = """Differences to the reference (1:9.25): lift, lowest point, fall, rise and dip agree to 0.01 mm, 1 mm, 0.1,
+0.2 and 0.2 mrad. The steepest climb is here the slope of the path over the fitted surface, exact; there it was taken
+over the sections, 11 mm apart on the ramp, between which straight lines make it up to a fifth steeper (hollow wheel: 60
+here, 62 there, 68 over the sections by our own route). The hollow wheel has no dip in both; that it is carried on the
+wing to x = 518 mm is not found here: over the surface and over the sections alike the nose takes it at 447 mm, and at
+500 mm the wing is 3.9 mm clear of it."""
 COLUMNS = (("ramp_lift", "lift mm", 1e3, 2), ("ramp_slope", "climb mrad", 1e3, 1), ("ramp_x", "at x mm", 1e3, 0), ("lowest_x", "lowest x mm", 1e3, 0),
            ("transfer_x", "transfer x mm", 1e3, 0), ("fall", "fall mrad", 1e3, 1), ("rise", "rise mrad", 1e3, 1), ("dip", "dip mrad", 1e3, 1),
            ("trailing_slope", "trailing climb mrad", 1e3, 1), ("trailing_x", "at x mm", 1e3, 0))  # fmt: skip
@@ -45,18 +49,33 @@ COLUMNS = (("ramp_lift", "lift mm", 1e3, 2), ("ramp_slope", "climb mrad", 1e3, 1
 def run_over(crossing: CastCrossing, name: str, spacing: float = 1 * MM, radius: float = RADIUS) -> WheelPath:
     """Path of one wheel (name or file) from plain rail to beyond the nose's topping."""
     end = min(0.9 * crossing.stretch, crossing.x_range[1] - 0.1)
-    return wheel_path(crossing, wheel_shape(name), np.arange(crossing.shape.leg_start - 0.2, end, spacing), radius=radius)
+    return wheel_path(
+        crossing, wheel_shape(name), np.arange(crossing.shape.leg_start - 0.2, end, spacing), radius=radius
+    )
 
 
 def table(numbers: dict[str, PathNumbers], ratio: float) -> str:
     """All numbers as text, with the reference's below each wheel where there is one."""
-    rows = [f"crossing 1:{ratio:g}; trailing: the same path run backwards", "wheel      " + "".join(f"{head:>{width(head)}}" for _, head, *_ in COLUMNS)]
+    rows = [
+        f"crossing 1:{ratio:g}; trailing: the same path run backwards",
+        "wheel      " + "".join(f"{head:>{width(head)}}" for _, head, *_ in COLUMNS),
+    ]
     for name, n in numbers.items():
-        rows.append(f"{shown_name(name):<11}" + "".join(f"{factor * getattr(n, key):{width(head)}.{digits}f}" for key, head, factor, digits in COLUMNS))
+        rows.append(
+            f"{shown_name(name):<11}"
+            + "".join(f"{factor * getattr(n, key):{width(head)}.{digits}f}" for key, head, factor, digits in COLUMNS)
+        )
         if ratio == 9.25 and name in REFERENCE:
             lift, climb, low, fall, rise, dip = REFERENCE[name]
             shown = {0: (lift, 2), 1: (climb, 1), 3: (low, 0), 5: (fall, 1), 6: (rise, 1), 7: (dip, 1)}
-            cells = [f"{shown[k][0]:{width(c[1])}.{shown[k][1]}f}" if k in shown and np.isfinite(shown[k][0]) else " " * width(c[1]) for k, c in enumerate(COLUMNS)]
+            cells = [
+                (
+                    f"{shown[k][0]:{width(c[1])}.{shown[k][1]}f}"
+                    if k in shown and np.isfinite(shown[k][0])
+                    else " " * width(c[1])
+                )
+                for k, c in enumerate(COLUMNS)
+            ]
             rows.append("  reference" + "".join(cells))
     return "\n".join(rows + ([REASONS] if ratio == 9.25 and set(REFERENCE) <= set(numbers) else []))
 
@@ -74,19 +93,25 @@ def write_table(path: Path, numbers: dict[str, PathNumbers]) -> None:
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, ["wheel", *asdict(next(iter(numbers.values())))])
         writer.writeheader()
-        writer.writerows({"wheel": name, **{k: f"{v:.7g}" for k, v in asdict(n).items()}} for name, n in numbers.items())
+        writer.writerows(
+            {"wheel": name, **{k: f"{v:.7g}" for k, v in asdict(n).items()}} for name, n in numbers.items()
+        )
 
 
 def against_sections(file: Path, paths: dict[str, WheelPath], radius: float) -> str:
-    """Largest difference of the axle's height between a crossing's own sections and the parametric one, and both transfers."""
+    """Largest difference of the axle's height between a crossing's own sections and the parametric one, and both
+    transfers."""
     sections, rows = SectionCrossing.from_slices(read_slices(file)), [f"against the sections of {file.name}:"]
     for name, path in paths.items():
         inside = (path.x > sections.x[0] + 0.1) & (path.x < min(sections.x[-1] - 0.1, 0.75))
         x = path.x[inside][::4]
         own = section_path(sections, wheel_shape(name), x, tread_datum_y(), radius)
         nose = x[np.argmax(own.on_nose)] if own.on_nose.any() else np.nan
-        rows.append(f"  {shown_name(name):<10} largest difference in height {np.abs(own.height - path.height[inside][::4]).max() / MM:.3f} mm, "
-                    f"nose carries from {nose / MM:.0f} mm ({path.transfers[0] / MM:.0f} mm)")
+        rows.append(
+            f"  {shown_name(name):<10} largest difference in height"
+            f" {np.abs(own.height - path.height[inside][::4]).max() / MM:.3f} mm, nose carries from {nose / MM:.0f} mm"
+            f" ({path.transfers[0] / MM:.0f} mm)"
+        )
     return "\n".join(rows)
 
 
@@ -100,7 +125,9 @@ def draw(path: Path, crossing: CastCrossing, paths: dict[str, WheelPath], number
     """One plan a wheel with its band, and the heights of all axles below. Returns the file."""
     with lettering():
         figure = new_figure(3.0 * len(paths) + 4.2)
-        axes = figure.subplots(len(paths) + 1, 1, sharex=True, gridspec_kw={"height_ratios": [1.0] * len(paths) + [1.25]})
+        axes = figure.subplots(
+            len(paths) + 1, 1, sharex=True, gridspec_kw={"height_ratios": [1.0] * len(paths) + [1.25]}
+        )
         x = np.arange(crossing.shape.leg_start - 0.15, next(iter(paths.values())).x[-1] - 0.05, 2 * MM)
         y = np.arange(-60, 130.1, 0.25) * MM
         for axis, (name, run) in zip(axes, paths.items()):
@@ -108,12 +135,18 @@ def draw(path: Path, crossing: CastCrossing, paths: dict[str, WheelPath], number
         name_places(axes[0], crossing)
         draw_heights(axes[-1], paths, numbers)
         axes[-1].set_xlim(x[0] / MM, x[-1] / MM)
-        figure.suptitle(f"Contact bands on the cast crossing 1:{crossing.ratio:g}, wheel of radius {1e3 * next(iter(paths.values())).radius:.0f} mm, centred, not yawed\n"
-                        "facing runs to the right \u2192, trailing to the left \u2190 over the same bands; lateral scale enlarged", fontsize=15)
+        figure.suptitle(
+            f"Contact bands on the cast crossing 1:{crossing.ratio:g}, wheel of radius"
+            f" {1e3 * next(iter(paths.values())).radius:.0f} mm, centred, not yawed\nfacing runs to the right \u2192,"
+            " trailing to the left \u2190 over the same bands; lateral scale enlarged",
+            fontsize=15,
+        )
         return save(figure, path)
 
 
-def draw_plan(axis, crossing: CastCrossing, run: WheelPath, n: PathNumbers, name: str, x: np.ndarray, y: np.ndarray) -> None:
+def draw_plan(
+    axis, crossing: CastCrossing, run: WheelPath, n: PathNumbers, name: str, x: np.ndarray, y: np.ndarray
+) -> None:
     """Metal above the gauge depth in grey, the band of contact on wing and nose in colour."""
     fine = np.arange(y[0], y[-1], 0.25 * MM)
     bands = []
@@ -124,14 +157,19 @@ def draw_plan(axis, crossing: CastCrossing, run: WheelPath, n: PathNumbers, name
         near = clearance(crossing, wheel_shape(name), run, x, y, body)
         bands.append(band_edges(near, y, APPROACH))
         axis.contourf(x / MM, y / MM, (near < APPROACH / 2).T.astype(float), levels=[0.5, 1.5], colors=[colour])
-    carried = np.where(run.on_nose, np.nan, run.contact_point[:, 1]), np.where(run.on_nose, run.contact_point[:, 1], np.nan)
+    carried = (
+        np.where(run.on_nose, np.nan, run.contact_point[:, 1]),
+        np.where(run.on_nose, run.contact_point[:, 1], np.nan),
+    )
     for places, edges in zip(carried, bands):
         width = np.interp(run.contact_point[:, 0], x, np.nan_to_num(edges[:, 1] - edges[:, 0]))
         known = (width < LINE_CONTACT) & (np.abs(np.gradient(places)) < 0.5 * MM)
         axis.plot(run.contact_point[:, 0] / MM, np.where(known, places, np.nan) / MM, color="white", lw=0.8)
     axis.axvline(n.transfer_x / MM, color="black", lw=1.0, ls="--")
     axis.text(n.transfer_x / MM + 6, 112, f"transfer {n.transfer_x / MM:.0f}", va="center", path_effects=HALO)
-    climbs = f"ramp {n.ramp_lift / MM:+.2f} mm" + (f", {n.ramp_slope / MM:.1f} mrad at {n.ramp_x / MM:.0f}" if n.ramp_slope > 1e-3 else "")
+    climbs = f"ramp {n.ramp_lift / MM:+.2f} mm" + (
+        f", {n.ramp_slope / MM:.1f} mrad at {n.ramp_x / MM:.0f}" if n.ramp_slope > 1e-3 else ""
+    )
     dips = f"falls {n.fall / MM:.1f}, rises {n.rise / MM:.1f}: dip {n.dip / MM:.1f} mrad" if n.dip > 0 else "no dip"
     cone = " (cone 1:20 on plane 1:20: a line contact)" if name == "P1" else ""
     axis.set_title(f"{shown_name(name)}{cone}:  {climbs};  lowest at {n.lowest_x / MM:.0f}, {dips}", loc="left")
@@ -141,8 +179,14 @@ def draw_plan(axis, crossing: CastCrossing, run: WheelPath, n: PathNumbers, name
 def name_places(axis, crossing: CastCrossing) -> None:
     """Names of the crossing's parts and of the colours, on the first plan."""
     c = crossing.shape
-    named = ((c.leg_start - 0.12, 14, "plain rail"), (c.leg_start - 0.02, -46, "machined leg end"), (c.knuckle_x * c.stretch, -46, "knuckle"),
-             (0.38 * c.stretch, 92, "wing rail"), (-0.06, -46, "flangeway"), (0.55 * c.stretch, 2, "nose"))
+    named = (
+        (c.leg_start - 0.12, 14, "plain rail"),
+        (c.leg_start - 0.02, -46, "machined leg end"),
+        (c.knuckle_x * c.stretch, -46, "knuckle"),
+        (0.38 * c.stretch, 92, "wing rail"),
+        (-0.06, -46, "flangeway"),
+        (0.55 * c.stretch, 2, "nose"),
+    )
     for at, height, words in named:
         axis.text(at / MM, height, words, ha="left", va="center", color="#333333", style="italic", path_effects=HALO)
     axis.plot([], [], color=WING, lw=7, label="band on the wing")
@@ -158,7 +202,11 @@ def draw_heights(axis, paths: dict[str, WheelPath], numbers: dict[str, PathNumbe
         axis.plot(run.x / MM, run.height / MM, color=colour, label=shown_name(name))
         at = numbers[name].transfer_x
         axis.plot(at / MM, np.interp(at, run.x, run.height) / MM, "o", color=colour)
-    axis.set(xlabel="x [mm], 0 at the theoretical intersection of the gauge lines", ylabel="height of the axle [mm]", title="")
+    axis.set(
+        xlabel="x [mm], 0 at the theoretical intersection of the gauge lines",
+        ylabel="height of the axle [mm]",
+        title="",
+    )
     axis.set_title("height over plain line; dots: transfer between wing and nose", loc="left")
     axis.legend(ncols=1, loc="upper right")
 
@@ -169,7 +217,12 @@ def main() -> None:
     parser.add_argument("--ratio", type=float, default=9.25, help="N of the crossing 1:N")
     parser.add_argument("--radius", type=float, default=1e3 * RADIUS, help="of the wheels [mm]")
     parser.add_argument("--sections", type=Path, help="a .slcs of the 1:9.25 crossing's own sections to compare with")
-    parser.add_argument("--wheels", nargs="+", default=WHEEL_NAMES, help=f"names ({', '.join(WHEEL_NAMES)}) or profile files; default: those named")
+    parser.add_argument(
+        "--wheels",
+        nargs="+",
+        default=WHEEL_NAMES,
+        help=f"names ({', '.join(WHEEL_NAMES)}) or profile files; default: those named",
+    )
     arguments = parser.parse_args()
     out = Path(arguments.out)
     out.mkdir(parents=True, exist_ok=True)

@@ -20,8 +20,8 @@ from mpi4py import MPI
 
 from bem.exact.hertz import PointContact, point_contact
 from bem.material import STEEL, contact_modulus
-from geometry.meshing.hexmesh import HexMesh, merge_bodies
 from geometry.meshing.blocks import mesh_cap
+from geometry.meshing.hexmesh import HexMesh, merge_bodies
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
@@ -32,13 +32,17 @@ from rail_fem.scene.steel import Steel
 
 WHEEL_RADIUS, RAIL_RADIUS, LOAD = 0.460, 0.300, 100e3
 FE_STEEL = Steel(STEEL.young, STEEL.poisson, 7850.0)
-REST = 1e-4  # the contact carries the load within this part of it, and the kinetic energy is that part squared of the elastic one
+# the contact carries the load within this part of it, and the kinetic energy is that part squared of the elastic one
+REST = 1e-4
 
 
 class MirroredContact(Contact):
-    """Contact of bodies cut along symmetry planes: no force in directions that the planes hold, `held` (n_nodes, 3) bool of local nodes."""
+    """Contact of bodies cut along symmetry planes: no force in directions that the planes hold, `held` (n_nodes, 3)
+    bool of local nodes."""
 
-    def __init__(self, structure: Structure, rail: Surface, wheel: Surface, settings: ContactSettings, held: np.ndarray):
+    def __init__(
+        self, structure: Structure, rail: Surface, wheel: Surface, settings: ContactSettings, held: np.ndarray
+    ):
         super().__init__(structure, rail, wheel, settings)
         self.held = self._gather_all(np.where(held, 1.0, 0.0)) > 0.5
 
@@ -48,21 +52,41 @@ class MirroredContact(Contact):
 
 
 def keep_positive(mesh: HexMesh, axes: tuple[int, ...]) -> HexMesh:
-    """The part of a mesh on the positive side of the planes x = 0 (axis 0) and y = 0 (axis 1), which must be mesh planes."""
+    """The part of a mesh on the positive side of the planes x = 0 (axis 0) and y = 0 (axis 1), which must be mesh
+    planes."""
     keep = (mesh.points[mesh.cells].mean(axis=1)[:, list(axes)] > 0).all(axis=1)
     used = np.unique(mesh.cells[keep])
     number = np.full(len(mesh.points), -1)
     number[used] = np.arange(len(used))
     surface, clamp = number[mesh.surface], number[mesh.clamp]
     whole = (surface >= 0).all(axis=1)
-    return HexMesh(mesh.points[used], number[mesh.cells[keep]], mesh.region[keep], mesh.region_names, surface[whole], mesh.surface_region[whole], clamp[clamp >= 0])
+    return HexMesh(
+        mesh.points[used],
+        number[mesh.cells[keep]],
+        mesh.region[keep],
+        mesh.region_names,
+        surface[whole],
+        mesh.surface_region[whole],
+        clamp[clamp >= 0],
+    )
 
 
-def press(comm: MPI.Comm, wheel: HexMesh, rail: HexMesh, load: float, frequency: float, penalty: float, mirrors=(0, 1), still=(), steel: Steel = FE_STEEL) -> Dynamics:
+def press(
+    comm: MPI.Comm,
+    wheel: HexMesh,
+    rail: HexMesh,
+    load: float,
+    frequency: float,
+    penalty: float,
+    mirrors=(0, 1),
+    still=(),
+    steel: Steel = FE_STEEL,
+) -> Dynamics:
     """Rail on a fixed base, wheel under a rigid plate with the load [N], ready to relax.
 
     wheel, rail : meshes of `mesh_cap`, facing down and up;  mirrors : axes whose zero plane is a symmetry plane
-    still : axes along which nothing moves (plane strain);  frequency : lowest angular frequency on the contact, for the damping [rad/s]
+    still : axes along which nothing moves (plane strain);  frequency : lowest angular frequency on the contact, for the
+        damping [rad/s]
     penalty : in P-wave moduli per edge of the contact's smallest facet
     """
     mesh = merge_bodies([rail, wheel])
@@ -84,7 +108,8 @@ def press(comm: MPI.Comm, wheel: HexMesh, rail: HexMesh, load: float, frequency:
 
 
 def settle(dynamics: Dynamics, load: float, energy: float, longest: float) -> None:
-    """Step until the bodies rest: the contact carries the load [N], the kinetic energy is negligible against `energy` [J]. Collective.
+    """Step until the bodies rest: the contact carries the load [N], the kinetic energy is negligible against `energy`
+    [J]. Collective.
 
     Raises ArithmeticError when that has not come after `longest` [s].
     """
@@ -98,7 +123,10 @@ def settle(dynamics: Dynamics, load: float, energy: float, longest: float) -> No
         if abs(carried / load - 1) < REST and kinetic < REST**2 * energy:
             return
         if dynamics.time > longest:
-            raise ArithmeticError(f"not at rest after {longest * 1e3:.3g} ms: the contact carries {carried:.4g} N of {load:.4g} N, kinetic energy {kinetic:.3g} J")
+            raise ArithmeticError(
+                f"not at rest after {longest * 1e3:.3g} ms: the contact carries {carried:.4g} N of {load:.4g} N,"
+                f" kinetic energy {kinetic:.3g} J"
+            )
 
 
 def rail_pressure(contact: Contact) -> np.ndarray:
@@ -107,14 +135,16 @@ def rail_pressure(contact: Contact) -> np.ndarray:
 
 
 def moment_axis(contact: Contact, axis: int, moment: float) -> float:
-    """Half length [m] of the pressed area along an axis: sqrt(<x^2> / moment), moment 1/5 for an ellipse, 1/4 for a line contact."""
+    """Half length [m] of the pressed area along an axis: sqrt(<x^2> / moment), moment 1/5 for an ellipse, 1/4 for a
+    line contact."""
     carried, x = contact.carried[: contact.n_rail], contact.reference[: contact.n_rail, axis]
     return float(np.sqrt((carried * x**2).sum() / carried.sum() / moment))
 
 
 @dataclass(frozen=True)
 class Indentation:
-    """Errors are relative to Hertz: (computed - exact) / exact. size [m] of the elements, across: of them over the minor axis."""
+    """Errors are relative to Hertz: (computed - exact) / exact. size [m] of the elements, across: of them over the
+    minor axis."""
 
     size: float
     across: float
@@ -126,11 +156,17 @@ class Indentation:
     area_error: float
 
 
-def indent(across: int, wheel_to_rail: float = 1.0, penalty: float = 10.0, comm: MPI.Comm = MPI.COMM_WORLD) -> Indentation:
-    """Wheel on rail with `across` elements over the minor axis of the patch; the wheel's elements are `wheel_to_rail` times the rail's."""
+def indent(
+    across: int, wheel_to_rail: float = 1.0, penalty: float = 10.0, comm: MPI.Comm = MPI.COMM_WORLD
+) -> Indentation:
+    """Wheel on rail with `across` elements over the minor axis of the patch; the wheel's elements are `wheel_to_rail`
+    times the rail's."""
     exact = point_contact(LOAD, WHEEL_RADIUS, RAIL_RADIUS, contact_modulus(STEEL, STEEL))
     size = 2 * exact.semi_y / across
-    rail, wheel = body(exact, np.inf, RAIL_RADIUS, size, "up"), body(exact, WHEEL_RADIUS, np.inf, size * wheel_to_rail, "down")
+    rail, wheel = (
+        body(exact, np.inf, RAIL_RADIUS, size, "up"),
+        body(exact, WHEEL_RADIUS, np.inf, size * wheel_to_rail, "down"),
+    )
     mass = FE_STEEL.density * 0.04 * 0.035**2
     dynamics = press(comm, wheel, rail, LOAD / 4, np.sqrt(1.5 * LOAD / 4 / exact.approach / mass), penalty)
     start = time.perf_counter()
@@ -139,19 +175,34 @@ def indent(across: int, wheel_to_rail: float = 1.0, penalty: float = 10.0, comm:
     area = np.pi * moment_axis(contact, 0, 1 / 5) * moment_axis(contact, 1, 1 / 5)
     cells, steps = dynamics.domain.m_global, dynamics.step_count
     peak = rail_pressure(contact).max()
-    return Indentation(size, across, cells, steps, wall, cells * steps / wall / comm.size, peak / exact.max_pressure - 1, area / exact.area - 1)
+    return Indentation(
+        size,
+        across,
+        cells,
+        steps,
+        wall,
+        cells * steps / wall / comm.size,
+        peak / exact.max_pressure - 1,
+        area / exact.area - 1,
+    )
 
 
 def body(exact: PointContact, radius_x: float, radius_y: float, size: float, facing: str) -> HexMesh:
-    """A quarter of a block 80 x 70 x 35 mm with a curved face, fine a fifth beyond the patch, where its size changes the pressure by 0.2 %."""
+    """A quarter of a block 80 x 70 x 35 mm with a curved face, fine a fifth beyond the patch, where its size changes
+    the pressure by 0.2 %."""
     fine = tuple(np.ceil(reach / size) * size for reach in (1.2 * exact.semi_x, 1.2 * exact.semi_y, exact.semi_y))
-    return keep_positive(mesh_cap(radius_x, radius_y, (0.04, 0.035), 0.035, size, fine, facing=facing, name=facing), (0, 1))
+    return keep_positive(
+        mesh_cap(radius_x, radius_y, (0.04, 0.035), 0.035, size, fine, facing=facing, name=facing), (0, 1)
+    )
 
 
 def table(rows: list[Indentation]) -> str:
     """Markdown, coarse to fine; the order is that of a row against the one before."""
     lines = [
-        "| element [mm] | across patch | elements | steps | wall [s] | updates/s/core [million] | peak pressure error | order | area error | order |",
+        (
+            "| element [mm] | across patch | elements | steps | wall [s] | updates/s/core [million] | peak pressure"
+            " error | order | area error | order |"
+        ),
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for i, row in enumerate(rows):
@@ -161,13 +212,16 @@ def table(rows: list[Indentation]) -> str:
             pairs = [(before.pressure_error, row.pressure_error), (before.area_error, row.area_error)]
             orders = [f"{np.log(abs(coarse / fine)) / ratio:.2f}" for coarse, fine in pairs]
         lines.append(
-            f"| {row.size * 1e3:.3f} | {row.across} | {row.cells} | {row.steps} | {row.wall:.1f} | {row.rate / 1e6:.1f} "
-            f"| {row.pressure_error:+.2%} | {orders[0]} | {row.area_error:+.2%} | {orders[1]} |"
+            f"| {row.size * 1e3:.3f} | {row.across} | {row.cells} | {row.steps} | {row.wall:.1f} | {row.rate / 1e6:.1f}"
+            f" | {row.pressure_error:+.2%} | {orders[0]} | {row.area_error:+.2%} | {orders[1]} |"
         )
     return "\n".join(lines) + "\n"
 
 
-def main(across: list[int] = typer.Option([4, 8, 16], help="elements over the minor axis of the patch"), out: Path = typer.Option(Path("study.md"), help="Markdown file to write")):
+def main(
+    across: list[int] = typer.Option([4, 8, 16], help="elements over the minor axis of the patch"),
+    out: Path = typer.Option(Path("study.md"), help="Markdown file to write"),
+):
     """Static Hertz indentation (wheel 460 mm, rail 300 mm, 100 kN, elastic): speed against error."""
     indent(2)  # compiles the kernels outside the timing
     text = table([indent(n) for n in sorted(across)])

@@ -1,9 +1,11 @@
-"""One timing job for `rail_fem.studies.kernel_speed`, on any number of ranks: a block crushed by its own speed, through `Dynamics`.
+"""One timing job for `rail_fem.studies.kernel_speed`, on any number of ranks: a block crushed by its own speed, through
+`Dynamics`.
 
-    mpirun -n 2 python -m mpi4py -m rail_fem.studies.kernel_job '{"counts": [96, 40, 40], "steps": 30, "repeats": 5, "alone": false}'
+    mpirun -n 2 python -m mpi4py -m rail_fem.studies.kernel_job '{"counts": [96, 40, 40], "steps": 30, "repeats": 5,
+    "alone": false}'
 
-alone: every rank runs a whole block of its own, without a word to the others but for a common start: what the machine can do when
-all its cores work. Root prints one line of JSON.
+alone: every rank runs a whole block of its own, without a word to the others but for a common start: what the machine
+can do when all its cores work. Root prints one line of JSON.
 """
 
 from __future__ import annotations
@@ -35,7 +37,8 @@ class TimedStructure(Structure):
 
 
 def block(counts: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points, cells and region of a block of cubes, and nothing else: a mesh generator's own memory is not measured here."""
+    """Points, cells and region of a block of cubes, and nothing else: a mesh generator's own memory is not measured
+    here."""
     shape = tuple(n + 1 for n in counts)
     points = EDGE * np.indices(shape).reshape(3, -1).T
     first = np.arange(np.prod(shape)).reshape(shape)[:-1, :-1, :-1].ravel()
@@ -55,7 +58,8 @@ def crushed_block(comm: MPI.Comm, counts: tuple[int, int, int]) -> Dynamics:
 
 
 def least_step_time(dynamics: Dynamics, steps: int, repeats: int) -> tuple[float, float]:
-    """Seconds of a step, the least of the repeats, each the slowest rank's; and the kernel's seconds in that one. Collective on the world."""
+    """Seconds of a step, the least of the repeats, each the slowest rank's; and the kernel's seconds in that one.
+    Collective on the world."""
     world, dt = MPI.COMM_WORLD, dynamics.stable_step()
     for _ in range(2):
         dynamics.step(dt)
@@ -67,7 +71,10 @@ def least_step_time(dynamics: Dynamics, steps: int, repeats: int) -> tuple[float
         for _ in range(steps):
             dynamics.step(dt)
         mine = (time.perf_counter() - start) / steps
-        best = min(best, (world.allreduce(mine, op=MPI.MAX), world.allreduce(dynamics.structure.kernel_time / steps, op=MPI.MAX)))
+        best = min(
+            best,
+            (world.allreduce(mine, op=MPI.MAX), world.allreduce(dynamics.structure.kernel_time / steps, op=MPI.MAX)),
+        )
     dynamics.check()
     return best
 
@@ -95,7 +102,8 @@ def memory(row: str) -> float:
 
 
 def array_bytes(*holders) -> float:
-    """Bytes of the arrays that objects hold as attributes, each counted once however many views look at it. Rank-local."""
+    """Bytes of the arrays that objects hold as attributes, each counted once however many views look at it.
+    Rank-local."""
     owners = {}
     for value in (value for holder in holders for value in vars(holder).values()):
         while isinstance(value, np.ndarray) and isinstance(value.base, np.ndarray):
@@ -118,7 +126,8 @@ def main(text: str) -> None:
         "kernel": kernel,
         "exchange": exchange_time(domain, job["repeats"]),
         "ghosts": world.allreduce(domain.n_nodes - domain.n_owned, op=MPI.MAX),
-        "flowed": world.allreduce(float((dynamics.structure.finite.plastic_strain() > 0).sum())) / world.allreduce(float(len(domain.cells))),
+        "flowed": world.allreduce(float((dynamics.structure.finite.plastic_strain() > 0).sum()))
+        / world.allreduce(float(len(domain.cells))),
         "arrays": world.allreduce(array_bytes(dynamics, domain, dynamics.structure, dynamics.structure.finite)),
         "memory": world.allreduce(memory("VmRSS")),
         "peak_memory": world.allreduce(memory("VmHWM")),

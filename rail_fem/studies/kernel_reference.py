@@ -1,6 +1,7 @@
 """Speed of the hot paths on one core: element kernels, dolfinx's own assembly of the same work, contact.
 
-Each time is processor time of this process, the least of several repeats: other programs on the machine then change it little.
+Each time is processor time of this process, the least of several repeats: other programs on the machine then change it
+little.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from geometry.meshing.hexmesh import merge_bodies
 from geometry.meshing.blocks import mesh_box, mesh_cap
+from geometry.meshing.hexmesh import merge_bodies
 from rail_fem.fe.compat import function_space
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.contact_kernel import N_ACTIVE
@@ -39,7 +40,8 @@ class Effort:
 
 
 def least_time(action: Callable[[], None], effort: Effort) -> float:
-    """Seconds per call, the least of several repeats: other programs on the machine only ever add time. The first call is not timed."""
+    """Seconds per call, the least of several repeats: other programs on the machine only ever add time. The first call
+    is not timed."""
     action()
     start = time.process_time()
     action()
@@ -62,7 +64,8 @@ def block_domain(across: int) -> Domain:
 def finite_rate(domain: Domain, flowing: bool, effort: Effort) -> tuple[float, float]:
     """Updates per second of the finite-strain kernel, and the share of the elements that flowed in the last one.
 
-    flowing : the body is first strained to yield (a few tenths of a percent) at rates that differ from element to element, then on at
+    flowing : the body is first strained to yield (a few tenths of a percent) at rates that differ from element to
+        element, then on at
     steps of 1e-6 strain, so that all elements take the plastic branch at every step; else the strain stays near 1e-7.
     """
     s = Structure(domain, [STEEL])
@@ -88,7 +91,8 @@ def elastic_rate(domain: Domain, effort: Effort) -> float:
 
 
 def elastic_form(domain: Domain, steel: Steel, points: int, flags: tuple[str, ...] = TUNED):
-    """dolfinx's form of the internal force with points^3 Gauss points, compiled with `flags`, and the displacement that it reads."""
+    """dolfinx's form of the internal force with points^3 Gauss points, compiled with `flags`, and the displacement that
+    it reads."""
     space = function_space(domain.mesh, domain.mesh.ufl_domain().ufl_coordinate_element())
     u, test = fem.Function(space), ufl.TestFunction(space)
     shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
@@ -96,7 +100,8 @@ def elastic_form(domain: Domain, steel: Steel, points: int, flags: tuple[str, ..
     strain = ufl.sym(ufl.grad(u))
     stress = 2 * shear * strain + lame * ufl.tr(strain) * ufl.Identity(3)
     work = ufl.inner(stress, ufl.sym(ufl.grad(test))) * ufl.dx(metadata={"quadrature_degree": 2 * points - 1})
-    options = next(name for name in inspect.signature(fem.form).parameters if name.startswith("jit"))  # its name changed with the versions
+    # its name changed with the versions
+    options = next(name for name in inspect.signature(fem.form).parameters if name.startswith("jit"))
     return fem.form(work, **{options: {"cffi_extra_compile_args": list(flags)}}), u
 
 
@@ -125,11 +130,20 @@ class ContactCost:
 
 
 def contact_cost(across: int, effort: Effort) -> ContactCost:
-    """Two blocks with `across`^2 facets each, half an element and a twist apart, overlapping by 1 um: every pair is active, with friction."""
+    """Two blocks with `across`^2 facets each, half an element and a twist apart, overlapping by 1 um: every pair is
+    active, with friction."""
     side = across * EDGE
     rail = mesh_box((side, side, 2 * EDGE), (across, across, 2), name="rail")
     rail = replace(rail, points=rail.points - [side / 2, side / 2, 2 * EDGE])
-    wheel = mesh_cap(np.inf, np.inf, (0.45 * side, 0.45 * side), 2 * EDGE, 1.1 * EDGE, (0.45 * side, 0.45 * side, 2 * EDGE), name="wheel")
+    wheel = mesh_cap(
+        np.inf,
+        np.inf,
+        (0.45 * side, 0.45 * side),
+        2 * EDGE,
+        1.1 * EDGE,
+        (0.45 * side, 0.45 * side, 2 * EDGE),
+        name="wheel",
+    )
     turn = np.array([[np.cos(0.1), -np.sin(0.1), 0], [np.sin(0.1), np.cos(0.1), 0], [0, 0, 1]])
     wheel = replace(wheel, points=wheel.points @ turn.T + [0.3 * EDGE, 0.2 * EDGE, -1e-6])
     mesh = merge_bodies([rail, wheel])
@@ -145,4 +159,6 @@ def contact_cost(across: int, effort: Effort) -> ContactCost:
 
     seconds = least_time(forces, effort)
     pairs = sum(len(pairs.slaves) for pairs in contact.pairs)
-    return ContactCost(pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(contact.search, effort), settings.refresh)
+    return ContactCost(
+        pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(contact.search, effort), settings.refresh
+    )

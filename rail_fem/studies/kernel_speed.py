@@ -2,8 +2,8 @@
 
     python -m rail_fem.studies.kernel_speed --out bench.md --out bench.json
 
-Each is the fastest of several repeats, for other programs on a machine only ever add time. Kernels count processor time, whole steps
-and ranks the wall clock. `--ranks 1` leaves the comparison of ranks out.
+Each is the fastest of several repeats, for other programs on a machine only ever add time. Kernels count processor
+time, whole steps and ranks the wall clock. `--ranks 1` leaves the comparison of ranks out.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from pathlib import Path
 import typer
 
 from rail_fem.atomic import write_text_atomically
-from rail_fem.studies.kernel_ranks import memory_per_element, study_ranks
 from rail_fem.ladder import smoke_requested
 from rail_fem.launcher import rank_count
 from rail_fem.output.versions import versions
+from rail_fem.studies.kernel_ranks import memory_per_element, study_ranks
 
 MILLION, UPDATES = 1e-6, "million element updates/s"
 
@@ -38,7 +38,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Sizes:
-    """How much to measure: cube edges in elements, contact facets along a side, the block of the rank study, steps, repeats, rounds."""
+    """How much to measure: cube edges in elements, contact facets along a side, the block of the rank study, steps,
+    repeats, rounds."""
 
     cubes: tuple[int, ...] = (12, 32, 64)
     facets: int = 60
@@ -54,7 +55,9 @@ SMOKE = Sizes(cubes=(4,), facets=6, block=(8, 4, 4), steps=2, repeats=1, shortes
 
 def kernel_rows(sizes: Sizes) -> list[Row]:
     """Element kernels, dolfinx's assembly and their ratio for each cube; contact."""
-    from rail_fem.studies import kernel_reference as kernels  # imports dolfinx, and with it MPI: only after the jobs under mpirun
+    from rail_fem.studies import (
+        kernel_reference as kernels,  # imports dolfinx, and with it MPI: only after the jobs under mpirun
+    )
 
     effort, rows = kernels.Effort(sizes.repeats, sizes.shortest), []
     for across in sizes.cubes:
@@ -63,22 +66,52 @@ def kernel_rows(sizes: Sizes) -> list[Row]:
         elastic_state, _ = kernels.finite_rate(domain, False, effort)
         plastic_state, share = kernels.finite_rate(domain, True, effort)
         small, one_point = kernels.elastic_rate(domain, effort), kernels.assembly_rate(domain, 1, effort)
-        shipped, eight_points = kernels.assembly_rate(domain, 1, effort, kernels.AS_SHIPPED), kernels.assembly_rate(domain, 2, effort)
+        shipped, eight_points = (
+            kernels.assembly_rate(domain, 1, effort, kernels.AS_SHIPPED),
+            kernels.assembly_rate(domain, 2, effort),
+        )
         rows += [
             Row("finite strain, J2, hourglass: nothing yields", elastic_state * MILLION, unit, at),
-            Row("finite strain, J2, hourglass: everything flows", plastic_state * MILLION, unit, f"{at}, {share:.1%} of them flowing"),
+            Row(
+                "finite strain, J2, hourglass: everything flows",
+                plastic_state * MILLION,
+                unit,
+                f"{at}, {share:.1%} of them flowing",
+            ),
             Row("small displacement, elastic, hourglass", small * MILLION, unit, at),
-            Row("dolfinx assembly, elastic, 1 point, no hourglass", one_point * MILLION, unit, f"{at}, compiled with {' '.join(kernels.TUNED)}"),
-            Row("dolfinx assembly, the same as shipped", shipped * MILLION, unit, f"{at}, compiled with {' '.join(kernels.AS_SHIPPED)}"),
+            Row(
+                "dolfinx assembly, elastic, 1 point, no hourglass",
+                one_point * MILLION,
+                unit,
+                f"{at}, compiled with {' '.join(kernels.TUNED)}",
+            ),
+            Row(
+                "dolfinx assembly, the same as shipped",
+                shipped * MILLION,
+                unit,
+                f"{at}, compiled with {' '.join(kernels.AS_SHIPPED)}",
+            ),
             Row("dolfinx assembly, elastic, 2x2x2 points", eight_points * MILLION, unit, at),
-            Row("small displacement over dolfinx 1 point", small / one_point, "times", f"{at}; over the faster of the two"),
+            Row(
+                "small displacement over dolfinx 1 point",
+                small / one_point,
+                "times",
+                f"{at}; over the faster of the two",
+            ),
             Row("finite strain, nothing yields, over dolfinx 1 point", elastic_state / one_point, "times", at),
             Row("finite strain, all flows, over dolfinx 1 point", plastic_state / one_point, "times", at),
         ]
     cost = kernels.contact_cost(sizes.facets, effort)
     at = f"{cost.pairs} pairs, {cost.active} of them active, with friction"
     rows.append(Row("contact forces", cost.pairs / cost.forces * MILLION, "million pairs/s", at))
-    rows.append(Row("contact search", cost.search / cost.forces, "times a step's contact forces", f"once in {cost.refresh} steps"))
+    rows.append(
+        Row(
+            "contact search",
+            cost.search / cost.forces,
+            "times a step's contact forces",
+            f"once in {cost.refresh} steps",
+        )
+    )
     return rows
 
 
@@ -91,10 +124,24 @@ def rank_rows(ranks: int, sizes: Sizes) -> list[Row]:
         Row("whole step, 1 rank", one["elements"] / one["step"] * MILLION, UPDATES, at),
         Row(f"whole step, {ranks} ranks", one["elements"] / shared["step"] * MILLION, UPDATES, "the same block"),
         Row(f"efficiency of {ranks} ranks", 100 * study.efficiency, "%", "time on 1 rank over ranks x time"),
-        Row(f"the same, {ranks} runs at once without a word", 100 * study.machine, "%", "what the machine itself allows"),
-        Row("efficiency beyond the machine's", 100 * study.efficiency / study.machine, "%", "communication and imbalance only"),
-        Row("step outside the element kernel, 1 rank", 100 * (1 - one["kernel"] / one["step"]), "%", "no contact, no supports"),
-        Row("halo exchange of a step", 1e6 * shared["exchange"], "us", f"{ranks} ranks, {shared['ghosts']} ghost nodes"),
+        Row(
+            f"the same, {ranks} runs at once without a word", 100 * study.machine, "%", "what the machine itself allows"
+        ),
+        Row(
+            "efficiency beyond the machine's",
+            100 * study.efficiency / study.machine,
+            "%",
+            "communication and imbalance only",
+        ),
+        Row(
+            "step outside the element kernel, 1 rank",
+            100 * (1 - one["kernel"] / one["step"]),
+            "%",
+            "no contact, no supports",
+        ),
+        Row(
+            "halo exchange of a step", 1e6 * shared["exchange"], "us", f"{ranks} ranks, {shared['ghosts']} ghost nodes"
+        ),
     ]
 
 
@@ -103,7 +150,9 @@ def memory_rows(sizes: Sizes) -> list[Row]:
     found = memory_per_element(sizes.block)
     at = f"{found['elements']} elements, 1 rank, mesh given, beyond a run of 8"
     return [
-        Row("arrays of the solver", found["arrays"], "B/element", "state, nodes, forces, masses; without dolfinx's mesh"),
+        Row(
+            "arrays of the solver", found["arrays"], "B/element", "state, nodes, forces, masses; without dolfinx's mesh"
+        ),
         Row("resident memory while stepping", found["memory"], "B/element", at),
         Row("peak memory", found["peak_memory"], "B/element", at),
     ]
@@ -117,20 +166,40 @@ def machine_words() -> str:
     except (OSError, StopIteration):
         model = platform.processor() or "unknown processor"
     found = versions()
-    busy = f"{os.cpu_count()} cores with a load of {os.getloadavg()[0]:.1f} before the start (comparisons of ranks need idle cores)"
-    return ", ".join([model, busy, platform.platform(), *(f"{name} {found[name]}" for name in ("python", "numpy", "numba", "dolfinx"))])
+    busy = (
+        f"{os.cpu_count()} cores with a load of {os.getloadavg()[0]:.1f} before the start (comparisons of ranks need"
+        " idle cores)"
+    )
+    return ", ".join(
+        [
+            model,
+            busy,
+            platform.platform(),
+            *(f"{name} {found[name]}" for name in ("python", "numpy", "numba", "dolfinx")),
+        ]
+    )
 
 
 def markdown(rows: list[Row], machine: str) -> str:
     """The table, with the machine above it."""
-    lines = [f"{machine}. Float64, one core a rank; the fastest of several repeats; kernels in processor time, whole steps by the wall clock.", "", "| what | value | unit | of |", "|---|---|---|---|"]
+    lines = [
+        (
+            f"{machine}. Float64, one core a rank; the fastest of several repeats; kernels in processor time, whole"
+            " steps by the wall clock."
+        ),
+        "",
+        "| what | value | unit | of |",
+        "|---|---|---|---|",
+    ]
     return "\n".join(lines + [f"| {row.what} | {row.value:.4g} | {row.unit} | {row.note} |" for row in rows]) + "\n"
 
 
 def save(path: Path, rows: list[Row], machine: str) -> None:
     """Markdown or JSON by the file's suffix."""
     if path.suffix == ".json":
-        write_text_atomically(path, json.dumps({"machine": machine, "rows": [asdict(row) for row in rows]}, indent=1) + "\n")
+        write_text_atomically(
+            path, json.dumps({"machine": machine, "rows": [asdict(row) for row in rows]}, indent=1) + "\n"
+        )
     else:
         write_text_atomically(path, markdown(rows, machine))
 
@@ -148,7 +217,8 @@ def main(
     sizes = SMOKE if smoke_requested() else Sizes()
     machine = machine_words()
     logging.disable(logging.INFO)  # the compiler's own account of the assembled forms
-    rows = (rank_rows(ranks, sizes) if ranks > 1 else []) + memory_rows(sizes)  # before the kernels: they import MPI, and mpirun fails in a program that has
+    # before the kernels: they import MPI, and mpirun fails in a program that has
+    rows = (rank_rows(ranks, sizes) if ranks > 1 else []) + memory_rows(sizes)
     rows = kernel_rows(sizes) + rows
     for path in out:
         save(path, rows, machine)

@@ -1,9 +1,10 @@
 """Speed against error of a pass: one case at several element sizes, as a Markdown table.
 
-    mpirun -n 2 python -m mpi4py -m rail_fem.studies.passage_size cases/nose_transfer.toml --sizes 3 2 1.5 --out runs/sizes
+    mpirun -n 2 python -m mpi4py -m rail_fem.studies.passage_size cases/nose_transfer.toml --sizes 3 2 1.5 --out
+    runs/sizes
 
-The error of a run is the relative L2 difference of its contact force to that of the finest size, over the way after settling.
-A size whose result is in the folder already is not run again.
+The error of a run is the relative L2 difference of its contact force to that of the finest size, over the way after
+settling. A size whose result is in the folder already is not run again.
 """
 
 from __future__ import annotations
@@ -20,8 +21,9 @@ from rail_fem.output.result import PassResult, load
 from rail_fem.sweeps.compare import history_error
 
 HEAD = (
-    "| element size [mm] | elements | steps | wall time [s] | updates/s/core [million] | force history, L2 to finest | first impact [kN] | its error "
-    "| PEEQ wing, nose [%] | transfer x [mm] | hourglass / internal |\n|---|---|---|---|---|---|---|---|---|---|---|"
+    "| element size [mm] | elements | steps | wall time [s] | updates/s/core [million] | force history, L2 to finest |"
+    " first impact [kN] | its error | PEEQ wing, nose [%] | transfer x [mm] | hourglass / internal"
+    " |\n|---|---|---|---|---|---|---|---|---|---|---|"
 )
 
 
@@ -52,7 +54,9 @@ def table(results: list[PassResult]) -> str:
     finest, rows = results[-1], [HEAD]
     for r in results:
         peaks, cost = r.peaks, r.cost
-        nose, wing, strain = (peaks[name].value for name in ("first_impact", "plastic_strain_wing", "plastic_strain_nose"))
+        nose, wing, strain = (
+            peaks[name].value for name in ("first_impact", "plastic_strain_wing", "plastic_strain_nose")
+        )
         hourglass = next(row["value"] for row in r.trust["rows"] if row["name"].startswith("hourglass energy, all"))
         last, best = r is finest, finest.peaks["first_impact"].value
         rows.append(

@@ -10,8 +10,12 @@ from scipy.interpolate import RegularGridInterpolator
 from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, touch_of
 from rail_fem.show.style import GREEN, NOSE, ORANGE, TOTAL, WING, lettering, new_figure, save
 
-STYLES = {"half-space": (TOTAL, "-"), BLOCKS: (GREEN, "--"), "2.5D (a) parabolic, 2a = 11.32 mm": (ORANGE, "-"),
-          "2.5D (a) elliptic, 2a = 11.32 mm": (WING, "-")}
+STYLES = {
+    "half-space": (TOTAL, "-"),
+    BLOCKS: (GREEN, "--"),
+    "2.5D (a) parabolic, 2a = 11.32 mm": (ORANGE, "-"),
+    "2.5D (a) elliptic, 2a = 11.32 mm": (WING, "-"),
+}
 FINITE = (NOSE, "o")
 
 
@@ -35,20 +39,42 @@ def draw_profiles(cases: dict[str, list[MethodRow]], path: Path) -> None:
         axes = figure.subplots(len(cases), 2, squeeze=False)
         for (across, along), (rail, rows) in zip(axes, cases.items()):
             for row, colour, style in drawn_rows(rows):
-                kind = {"color": colour, "linewidth": 1.5, "markersize": 4, "markerfacecolor": "none", "label": row.method}
+                kind = {
+                    "color": colour,
+                    "linewidth": 1.5,
+                    "markersize": 4,
+                    "markerfacecolor": "none",
+                    "label": row.method,
+                }
                 patch, middle = row.patch, int(np.abs(row.patch.grid.x).argmin())
                 across.plot(across_from_touch(row) * 1e3, patch.pressure[middle] / 1e6, style, **kind)
                 along.plot(patch.grid.x * 1e3, patch.pressure.max(axis=1) / 1e6, style, **kind)
-            across.axhline(THESIS_ROWS[0].max_pressure / 1e6, color="#777777", linewidth=1.2, linestyle=":", label="thesis: FEA, largest")
-            across.set(title=f"P8 on {rail}, {WHEEL_LOAD / 1e3:.4g} kN: across, at x = 0", xlabel="along the face, from the touch [mm]",
-                       ylabel="pressure [MPa]", ylim=(0, None))
-            along.set(title=f"P8 on {rail}: largest over each section, along the patch", xlabel="x [mm]", ylabel="pressure [MPa]", ylim=(0, None))
+            across.axhline(
+                THESIS_ROWS[0].max_pressure / 1e6,
+                color="#777777",
+                linewidth=1.2,
+                linestyle=":",
+                label="thesis: FEA, largest",
+            )
+            across.set(
+                title=f"P8 on {rail}, {WHEEL_LOAD / 1e3:.4g} kN: across, at x = 0",
+                xlabel="along the face, from the touch [mm]",
+                ylabel="pressure [MPa]",
+                ylim=(0, None),
+            )
+            along.set(
+                title=f"P8 on {rail}: largest over each section, along the patch",
+                xlabel="x [mm]",
+                ylabel="pressure [MPa]",
+                ylim=(0, None),
+            )
             across.legend(fontsize=9, loc="upper right")
         save(figure, path)
 
 
 def draw_maps(cases: dict[str, list[MethodRow]], path: Path) -> None:
-    """Pressure maps of finite elements, half-space and slices, and where the two differ from the first; one row for each case."""
+    """Pressure maps of finite elements, half-space and slices, and where the two differ from the first; one row for
+    each case."""
     with lettering():
         figure = new_figure(2.9 * len(cases))
         axes = figure.subplots(len(cases), 5, squeeze=False)
@@ -63,15 +89,26 @@ def _map_line(figure, line, name: str, finest: MethodRow, others: list[MethodRow
     x, s = finest.patch.grid.x, finest.patch.grid.y
     top = max(row.max_pressure for row in (finest, *others)) / 1e6
     for axis, row in zip(line, (finest, *others)):
-        drawn = axis.pcolormesh(across_from_touch(row) * 1e3, row.patch.grid.x * 1e3, np.where(row.patch.pressure > 0, row.patch.pressure / 1e6, np.nan),
-                                cmap="viridis", vmin=0, vmax=top, shading="nearest")
+        drawn = axis.pcolormesh(
+            across_from_touch(row) * 1e3,
+            row.patch.grid.x * 1e3,
+            np.where(row.patch.pressure > 0, row.patch.pressure / 1e6, np.nan),
+            cmap="viridis",
+            vmin=0,
+            vmax=top,
+            shading="nearest",
+        )
         label = "finite elements" if row is finest else row.method.split(",")[0]
         axis.set_title(f"{label}\n{row.max_pressure / 1e6:.0f} MPa, {row.area * 1e6:.0f} mm²", fontsize=11)
     figure.colorbar(drawn, ax=line[:3], label="pressure [MPa]", shrink=0.9)
     for axis, row in zip(line[3:], others):
-        inside = RegularGridInterpolator((row.patch.grid.x, across_from_touch(row)), row.patch.pressure, bounds_error=False, fill_value=0.0)
+        inside = RegularGridInterpolator(
+            (row.patch.grid.x, across_from_touch(row)), row.patch.pressure, bounds_error=False, fill_value=0.0
+        )
         miss = (inside(tuple(np.meshgrid(x, s, indexing="ij"))) - finest.patch.pressure) / finest.max_pressure * 100
-        drawn = axis.pcolormesh(s * 1e3, x * 1e3, np.where((miss != 0), miss, np.nan), cmap="RdBu_r", vmin=-10, vmax=10, shading="nearest")
+        drawn = axis.pcolormesh(
+            s * 1e3, x * 1e3, np.where((miss != 0), miss, np.nan), cmap="RdBu_r", vmin=-10, vmax=10, shading="nearest"
+        )
         axis.set_title(f"{row.method.split(',')[0]}\nminus finite elements", fontsize=11)
     figure.colorbar(drawn, ax=line[3:], label="of the largest pressure [%]", shrink=0.9)
     for axis in line:

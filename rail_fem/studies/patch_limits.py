@@ -1,9 +1,11 @@
-"""Where the half-space is wrong and the 2.5D slices are right: beside a free edge, and where the wheel's radius is near the rail's.
+"""Where the half-space is wrong and the 2.5D slices are right: beside a free edge, and where the wheel's radius is near
+the rail's.
 
     python -m rail_fem.studies.patch_limits --out limits        a table (limits.md) and a figure (limits.png)
 
-Edge: a wheel of 460 mm on a crown of 300 mm that ends in a square edge at some distance from the touch, or at both sides, as on a
-crossing's nose. Conformal: a hollow tread of almost the crown's radius. Judge: the limit of static finite elements (rail_fem/static_fe/finite_series.py).
+Edge: a wheel of 460 mm on a crown of 300 mm that ends in a square edge at some distance from the touch, or at both
+sides, as on a crossing's nose. Conformal: a hollow tread of almost the crown's radius. Judge: the limit of static
+finite elements (rail_fem/static_fe/finite_series.py).
 """
 
 from __future__ import annotations
@@ -22,19 +24,20 @@ from bem.patch import Patch
 from bem.patch_edge import edge_places
 from bem.slices.coupled import SlicePatch, slice_contact
 from rail_fem.atomic import write_text_atomically
+from rail_fem.light.patch_methods import MethodRow, table
 from rail_fem.static_fe.finite_series import finite_series, limit_row, to_stderr
 from rail_fem.static_fe.solid_blocks import BlockPair
-from rail_fem.light.patch_methods import MethodRow, table
 
 ROLLING = 0.46
-NOSE, NOSE_LOAD = 0.30, 5e4          # crown radius [m] and load [N] beside an edge
-HOLLOW_LOAD = 1.5e5                  # on a crown under a hollow tread [N]
+NOSE, NOSE_LOAD = 0.30, 5e4  # crown radius [m] and load [N] beside an edge
+HOLLOW_LOAD = 1.5e5  # on a crown under a hollow tread [N]
 HALF_SPACE, SLICES = "half-space", "2.5D (b), coupled slices"
 
 
 @dataclass(frozen=True)
 class Case:
-    """A pair of blocks under a load [N]; reach : (length, width) [m] about the touch within which the patch is searched."""
+    """A pair of blocks under a load [N]; reach : (length, width) [m] about the touch within which the patch is
+    searched."""
 
     name: str
     pair: BlockPair
@@ -50,19 +53,39 @@ def arc(radius: float) -> Callable[[np.ndarray], np.ndarray]:
 def edge_case(right: float, left: float = 0.030) -> Case:
     """The lower face ends at these distances [m] from the touch, on the field and on the other side."""
     crown = arc(NOSE)
-    pair = BlockPair(lambda x, s: -crown(s) + 0 * x, lambda x, s: x**2 / (2 * ROLLING) + 0 * s, (-left, right), (-0.030, 0.030))
-    name = f"nose {(left + right) * 1e3:g} mm wide, edges {left * 1e3:g} and {right * 1e3:g} mm" if left < 0.02 else f"edge {right * 1e3:g} mm"
+    pair = BlockPair(
+        lambda x, s: -crown(s) + 0 * x, lambda x, s: x**2 / (2 * ROLLING) + 0 * s, (-left, right), (-0.030, 0.030)
+    )
+    name = (
+        f"nose {(left + right) * 1e3:g} mm wide, edges {left * 1e3:g} and {right * 1e3:g} mm"
+        if left < 0.02
+        else f"edge {right * 1e3:g} mm"
+    )
     return Case(f"{name} from the touch", pair, NOSE_LOAD, (0.014, 0.014))
 
 
 def hollow_case(radius: float, ratio: float) -> Case:
     """A crown of a radius [m]; the tread's radius over the crown's, above 1."""
     crown, tread, half = arc(radius), arc(ratio * radius), min(0.026, 0.8 * radius)
-    pair = BlockPair(lambda x, s: -crown(s) + 0 * x, lambda x, s: x**2 / (2 * ROLLING) - tread(s), (-half, half), (-half, half), depth=0.045)
+    pair = BlockPair(
+        lambda x, s: -crown(s) + 0 * x,
+        lambda x, s: x**2 / (2 * ROLLING) - tread(s),
+        (-half, half),
+        (-half, half),
+        depth=0.045,
+    )
     return Case(f"tread of {ratio * radius * 1e3:g} on crown of {radius * 1e3:g} mm", pair, HOLLOW_LOAD, (0.014, half))
 
 
-CASES = (edge_case(8e-3), edge_case(5e-3), edge_case(3e-3), edge_case(6e-3, 4e-3), hollow_case(0.04, 1.05), hollow_case(0.04, 1.02), hollow_case(0.02, 1.02))
+CASES = (
+    edge_case(8e-3),
+    edge_case(5e-3),
+    edge_case(3e-3),
+    edge_case(6e-3, 4e-3),
+    hollow_case(0.04, 1.05),
+    hollow_case(0.04, 1.02),
+    hollow_case(0.02, 1.02),
+)
 
 
 def light_patches(case: Case, cells: tuple[int, int] = (50, 80)) -> dict[str, Patch]:
@@ -81,7 +104,9 @@ def seen_along_approach(method: str, patch: SlicePatch) -> MethodRow:
     share = -(patch.normals @ patch.way)
     area = patch.contact_area * (patch.contact @ share).sum() / patch.contact.sum()
     effective = 9 / 8 * (patch.pressure @ share).sum() ** 2 / ((patch.pressure**2) @ share).sum() * patch.grid.cell_area
-    return MethodRow(method, patch.max_pressure, x_max - x_min, float(np.ptp(width)), area, patch.cost.seconds, patch, effective)
+    return MethodRow(
+        method, patch.max_pressure, x_max - x_min, float(np.ptp(width)), area, patch.cost.seconds, patch, effective
+    )
 
 
 def rows_of(case: Case, sizes: list[float], report=to_stderr) -> tuple[list[MethodRow], MethodRow, dict[str, float]]:
@@ -110,29 +135,50 @@ def draw(cases: dict[str, list[MethodRow]], path: Path) -> None:
         figure = new_figure(8.4)
         axes = figure.subplots(2, (len(cases) + 1) // 2, squeeze=False).ravel()
         for axis, (name, rows) in zip(axes, cases.items()):
-            for row, colour, style, label in ((rows[0], TOTAL, "-", HALF_SPACE), (rows[1], GREEN, "--", SLICES), (rows[-1], NOSE, "o", "finite elements")):
+            for row, colour, style, label in (
+                (rows[0], TOTAL, "-", HALF_SPACE),
+                (rows[1], GREEN, "--", SLICES),
+                (rows[-1], NOSE, "o", "finite elements"),
+            ):
                 patch = row.patch
                 middle = patch.pressure[int(np.abs(patch.grid.x).argmin())]
                 s = patch.points[:, 0] if isinstance(patch, SlicePatch) else patch.grid.y
-                axis.plot(s * 1e3, middle / 1e6, style, color=colour, linewidth=1.6, markersize=4.5, markerfacecolor="none", label=label)
+                axis.plot(
+                    s * 1e3,
+                    middle / 1e6,
+                    style,
+                    color=colour,
+                    linewidth=1.6,
+                    markersize=4.5,
+                    markerfacecolor="none",
+                    label=label,
+                )
             pressed = rows[-1].patch.grid.y[rows[-1].patch.pressure.any(axis=0)] * 1e3
             axis.set_title(textwrap.fill(name, 26), fontsize=11)
-            axis.set(xlabel="across [mm]", ylabel="pressure [MPa]", ylim=(0, None), xlim=(pressed[0] - 2, pressed[-1] + 2))
-        for axis in axes[len(cases):]:
+            axis.set(
+                xlabel="across [mm]", ylabel="pressure [MPa]", ylim=(0, None), xlim=(pressed[0] - 2, pressed[-1] + 2)
+            )
+        for axis in axes[len(cases) :]:
             axis.remove()
         figure.legend(*axes[0].get_legend_handles_labels(), loc="lower right", bbox_to_anchor=(0.98, 0.2))
         figure.suptitle("Pressure across the patch at x = 0, from the touch", fontsize=14)
         save(figure, path)
 
 
-def main(size: list[float] = typer.Option([1.0, 0.7, 0.5], help="element sizes along the patch [mm]"), out: Path = typer.Option(Path("limits"), help="files to write, without ending")):
+def main(
+    size: list[float] = typer.Option([1.0, 0.7, 0.5], help="element sizes along the patch [mm]"),
+    out: Path = typer.Option(Path("limits"), help="files to write, without ending"),
+):
     """Half-space and slices beside an edge and under a hollow tread, against finite elements."""
     found, text = {}, ""
     for case in CASES:
         rows, judge, miss = rows_of(case, [value * 1e-3 for value in size])
         found[case.name] = rows
         words = ", ".join(f"{name.replace('_', ' ')} {value:.1%}" for name, value in miss.items())
-        text += f"{case.name}, {case.load / 1e3:g} kN; in brackets the difference to the finite elements' limit\n\n{table(rows, judge)}\nUncertainty of the limit: {words}.\n"
+        text += (
+            f"{case.name}, {case.load / 1e3:g} kN; in brackets the difference to the finite elements'"
+            f" limit\n\n{table(rows, judge)}\nUncertainty of the limit: {words}.\n"
+        )
         centres = ", ".join(f"{row.method} {centre_across(row) * 1e3:+.3f}" for row in (rows[0], rows[1], rows[-2]))
         text += f"Centre of pressure across, from the touch [mm]: {centres}.\n\n"
     write_text_atomically(out.with_suffix(".md"), text)

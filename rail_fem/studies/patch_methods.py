@@ -1,11 +1,14 @@
 """The contact patch of P8 on BS113A by every method of `bem`, with static finite elements in three dimensions as judge.
 
-    python -m rail_fem.studies.patch_methods --out patch        a table (patch.md) and two figures: patch.png (profiles), patch_maps.png (pressure maps)
-    python -m rail_fem.studies.patch_methods --size 1 --size 0.7    other element sizes along the patch [mm], three fifths of that across
+    python -m rail_fem.studies.patch_methods --out patch        a table (patch.md) and two figures: patch.png
+    (profiles), patch_maps.png (pressure maps)
+    python -m rail_fem.studies.patch_methods --size 1 --size 0.7    other element sizes along the patch [mm], three
+    fifths of that across
 
-Blocks with the true faces of a tie (rail_fem/light/contact_pairs.py) under the thesis' wheel load; the judge is the limit of three sizes
-(rail_fem/static_fe/finite_series.py, rail_fem/static_fe/solid_contact.py). Length, width and area are read from nodal or cell pressures of all methods
-in one way (bem/patch_edge.py). The table ends with the same finite elements at the thesis' element sizes, and with the thesis' own rows.
+Blocks with the true faces of a tie (rail_fem/light/contact_pairs.py) under the thesis' wheel load; the judge is the
+limit of three sizes (rail_fem/static_fe/finite_series.py, rail_fem/static_fe/solid_contact.py). Length, width and area
+are read from nodal or cell pressures of all methods in one way (bem/patch_edge.py). The table ends with the same finite
+elements at the thesis' element sizes, and with the thesis' own rows.
 """
 
 from __future__ import annotations
@@ -19,12 +22,12 @@ import typer
 from bem.patch import Patch
 from bem.slices.coupled import slice_contact
 from rail_fem.atomic import write_text_atomically
+from rail_fem.light.contact_pairs import Tie
+from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, method_rows, table, thesis_tie
 from rail_fem.static_fe.finite_series import finite_series, limit_row, map_difference, to_stderr, zone_about
 from rail_fem.static_fe.solid_blocks import BlockPair
 from rail_fem.static_fe.solid_contact import finite_patch
-from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, method_rows, table, thesis_tie
 from rail_fem.studies.patch_figures import draw_maps, draw_profiles
-from rail_fem.light.contact_pairs import Tie
 
 COMPARED = ("half-space", BLOCKS)
 THESIS_ELEMENT = (0.2e-3, 18.88e-3 / 50)
@@ -32,26 +35,36 @@ THESIS_HEAD = "60E1"  # rail_fem/light/patch_methods.py says why
 RAILS = ("56E1", "60E1")
 
 
-def tie_blocks(tie: Tie, length: float = 0.030, across: tuple[float, float] = (-0.022, 0.026), depth: float = 0.035) -> BlockPair:
+def tie_blocks(
+    tie: Tie, length: float = 0.030, across: tuple[float, float] = (-0.022, 0.026), depth: float = 0.035
+) -> BlockPair:
     """Blocks cut from wheel and rail of a tie about its touch [m]."""
     return BlockPair(tie.rail_height, tie.wheel_height, across, across, length, depth, tie.rail_steel, tie.wheel_steel)
 
 
 def judged_rows(rail: str, sizes: list[float], report=to_stderr) -> tuple[list[MethodRow], MethodRow, str]:
-    """Every method of `bem` and finite elements of these sizes [m] along x'; the judge; and what it is uncertain by, in words."""
+    """Every method of `bem` and finite elements of these sizes [m] along x'; the judge; and what it is uncertain by, in
+    words."""
     tie = thesis_tie(rail)
     load, pair = tie.normal_force(WHEEL_LOAD), tie_blocks(tie)
     report(f"P8 on {rail}: the methods of bem")
     rows = method_rows(tie, rail)
-    rows.insert(-1, MethodRow.of(BLOCKS, slice_contact(pair.slices(), load=load, length=(-0.014, 0.014), estimate=False)))
+    rows.insert(
+        -1, MethodRow.of(BLOCKS, slice_contact(pair.slices(), load=load, length=(-0.014, 0.014), estimate=False))
+    )
     series = finite_series(pair, load, rows[-1].patch, sizes, report)
     judge, miss = limit_row(series)
     words = ", ".join(f"{name.replace('_', ' ')} {value:.1%}" for name, value in miss.items())
-    return [*rows, *(MethodRow.of(patch.method, patch) for patch in series), judge], judge, f"Uncertainty of the limit: {words}."
+    return (
+        [*rows, *(MethodRow.of(patch.method, patch) for patch in series), judge],
+        judge,
+        f"Uncertainty of the limit: {words}.",
+    )
 
 
 def thesis_mesh_row(rail: str, expected: Patch) -> MethodRow:
-    """Finite elements of the thesis' sizes, with length and width to the next node without pressure on each side, as a contour plot shows them.
+    """Finite elements of the thesis' sizes, with length and width to the next node without pressure on each side, as a
+    contour plot shows them.
 
     Its elements are 0.2 mm long; across, its patch of 18.88 mm is 50 of them.
     """
@@ -69,15 +82,23 @@ def map_words(rows: list[MethodRow]) -> str:
     return ", ".join(f"{row.method} {map_difference(finest, row.patch):.1%}" for row in rows if row.method in COMPARED)
 
 
-def main(size: list[float] = typer.Option([1.0, 0.7, 0.5, 0.35], help="element sizes along the patch [mm]"), out: Path = typer.Option(Path("patch"), help="files to write, without ending"),
-         thesis: bool = typer.Option(True, help="finite elements at the thesis' sizes too, on the head that meets its figures (a minute)")):
+def main(
+    size: list[float] = typer.Option([1.0, 0.7, 0.5, 0.35], help="element sizes along the patch [mm]"),
+    out: Path = typer.Option(Path("patch"), help="files to write, without ending"),
+    thesis: bool = typer.Option(
+        True, help="finite elements at the thesis' sizes too, on the head that meets its figures (a minute)"
+    ),
+):
     """P8 on BS113A, 49,505 N: all patch solvers against finite elements, beside the thesis."""
     cases, text = {}, ""
     for rail in RAILS:
         rows, judge, words = judged_rows(rail, [value * 1e-3 for value in size])
         cases[rail] = rows
         thesis_rows = [thesis_mesh_row(rail, judge.patch)] if thesis and rail == THESIS_HEAD else []
-        text += f"P8 on {rail}, {WHEEL_LOAD:.0f} N; in brackets the difference to the finite elements' limit\n\n{table([*rows, *thesis_rows, *THESIS_ROWS], judge)}\n{words}\n"
+        text += (
+            f"P8 on {rail}, {WHEEL_LOAD:.0f} N; in brackets the difference to the finite elements'"
+            f" limit\n\n{table([*rows, *thesis_rows, *THESIS_ROWS], judge)}\n{words}\n"
+        )
         text += f"Pressure map of the finest finite elements, L2 difference to: {map_words(rows)}\n\n"
     write_text_atomically(out.with_suffix(".md"), text)
     draw_profiles(cases, out.with_suffix(".png"))

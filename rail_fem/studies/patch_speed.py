@@ -1,8 +1,11 @@
-"""Speed against error of all patch solvers on one patch, finite elements among them, beside Kalker's CONTACT: one figure.
+"""Speed against error of all patch solvers on one patch, finite elements among them, beside Kalker's CONTACT: one
+figure.
 
-    python -m rail_fem.studies.patch_speed --out speed          speed_error.csv and speed_error.png in the folder `speed`
+    python -m rail_fem.studies.patch_speed --out speed          speed_error.csv and speed_error.png in the folder
+    `speed`
 
-The ellipse of bem/verification/halfspace_study.py; blocks of finite elements 160 mm wide and 80 mm deep. Error of the largest pressure against Hertz.
+The ellipse of bem/verification/halfspace_study.py; blocks of finite elements 160 mm wide and 80 mm deep. Error of the
+largest pressure against Hertz.
 """
 
 from __future__ import annotations
@@ -13,10 +16,10 @@ from pathlib import Path
 import numpy as np
 import typer
 
-from bem.verification import halfspace_study
-from bem.verification import halfspace_speed as study3d
 from bem.exact.hertz import PointContact
 from bem.patch import Patch
+from bem.verification import halfspace_speed as study3d
+from bem.verification import halfspace_study
 from rail_fem.static_fe.finite_series import to_stderr
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
 from rail_fem.static_fe.solid_contact import finite_patch
@@ -27,13 +30,22 @@ HALF = 0.08  # half-width of the blocks and their depth [m]
 def ellipse_blocks() -> BlockPair:
     """The study's ellipse: a cylinder along s over one along x."""
     rolling, lateral = halfspace_study.RADII
-    return BlockPair(lambda x, s: -(s**2) / (2 * lateral) + 0 * x, lambda x, s: x**2 / (2 * rolling) + 0 * s, (-HALF, HALF), (-HALF, HALF), HALF, HALF)
+    return BlockPair(
+        lambda x, s: -(s**2) / (2 * lateral) + 0 * x,
+        lambda x, s: x**2 / (2 * rolling) + 0 * s,
+        (-HALF, HALF),
+        (-HALF, HALF),
+        HALF,
+        HALF,
+    )
 
 
 def ellipse_zone(exact: PointContact, across: int) -> FineZone:
     """`across` elements over the smaller axis; outer elements grow by 1.4 at 8 and the slower the finer they are."""
     size = 2 * exact.semi_y / across
-    along, half, down = (np.ceil(reach / size) * size for reach in (1.15 * exact.semi_x, 1.15 * exact.semi_y, 0.5 * exact.semi_y))
+    along, half, down = (
+        np.ceil(reach / size) * size for reach in (1.15 * exact.semi_x, 1.15 * exact.semi_y, 0.5 * exact.semi_y)
+    )
     return FineZone(along, (-half, half), down, size, size, 1 + 3.2 / across)
 
 
@@ -44,12 +56,19 @@ def finite_rows(across: tuple[int, ...]) -> list[dict]:
         started = time.process_time()
         patch: Patch = finite_patch(ellipse_blocks(), halfspace_study.LOAD, ellipse_zone(exact, count))
         seconds = time.process_time() - started
-        rows.append(halfspace_study.speed_row("finite elements, static", count, seconds, abs(patch.max_pressure / exact.max_pressure - 1)))
+        rows.append(
+            halfspace_study.speed_row(
+                "finite elements, static", count, seconds, abs(patch.max_pressure / exact.max_pressure - 1)
+            )
+        )
         to_stderr(f"finite elements, {count} over the smaller axis: {patch.nodes} nodes, {seconds:.1f} s")
     return rows
 
 
-def main(out: Path = typer.Option(Path("speed"), help="folder for the files"), quick: bool = typer.Option(False, help="small grids only, for a look")):
+def main(
+    out: Path = typer.Option(Path("speed"), help="folder for the files"),
+    quick: bool = typer.Option(False, help="small grids only, for a look"),
+):
     """Speed against error of half-space, slices, FASTSIM, finite elements and CONTACT on one ellipse."""
     out.mkdir(parents=True, exist_ok=True)
     finite_rows((4,))  # compiles outside the timing

@@ -1,10 +1,11 @@
-"""Study: a wheelset through a switch, facing, as in the thesis' Fig. 3-12 in kind: contact goes from the stock rail to the tongue.
+"""Study: a wheelset through a switch, facing, as in the thesis' Fig. 3-12 in kind: contact goes from the stock rail to
+the tongue.
 
 python -m rail_fem.studies.switch --out DIR [--wheel P8]   draws switch.png, writes switch.csv; half a minute
 
-The tongue is parametric (geometry.surfaces.switch), not a drawing; the thesis' is not public. The wheelset is free across the track and pushed
-outwards, as in a curve. Sections are looked at one by one as prismatic rails; against the whole surface that is
-15 um in height and 0.3 mm in place (tests/rail_fem/test_study_switch.py).
+The tongue is parametric (geometry.surfaces.switch), not a drawing; the thesis' is not public. The wheelset is free
+across the track and pushed outwards, as in a curve. Sections are looked at one by one as prismatic rails; against the
+whole surface that is 15 um in height and 0.3 mm in place (tests/rail_fem/test_study_switch.py).
 """
 
 import argparse
@@ -14,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from geometry.contact.prismatic_search import ContactSearch
-from geometry.surfaces.switch import Switch
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
+from geometry.surfaces.switch import Switch
 from geometry.wheelset import Wheelset
 from rail_fem.light.load_sharing import LoadedWheelset, rest_under
 from rail_fem.show.style import NOSE, WING, lettering, new_figure, save
@@ -30,8 +31,9 @@ BODIES = (("stock rail", WING), ("tongue", NOSE))
 
 @dataclass(frozen=True)
 class Pass:
-    """What a wheelset does at x (n,) [m]: where it rests, and for each left point (k,) its index in x, y on the stock rail's axes [m],
-    whether the tongue carries it, its normal force [N], the vertical part of it (along the mean normal of its strip) [N], contact angle [rad]."""
+    """What a wheelset does at x (n,) [m]: where it rests, and for each left point (k,) its index in x, y on the stock
+    rail's axes [m], whether the tongue carries it, its normal force [N], the vertical part of it (along the mean normal
+    of its strip) [N], contact angle [rad]."""
 
     x: np.ndarray
     states: tuple[LoadedWheelset, ...]
@@ -45,7 +47,9 @@ class Pass:
     def share(self, tongue: bool) -> np.ndarray:
         """(n,)  part of the left wheel's vertical load that one body carries."""
         mine = self.on_tongue == tongue
-        return np.bincount(self.index[mine], self.vertical[mine], len(self.x)) / np.bincount(self.index, self.vertical, len(self.x))
+        return np.bincount(self.index[mine], self.vertical[mine], len(self.x)) / np.bincount(
+            self.index, self.vertical, len(self.x)
+        )
 
     def points(self) -> np.ndarray:
         """(n,)  carrying points on the left."""
@@ -63,7 +67,12 @@ def run_through(switch: Switch, wheel: str = "P8", x: np.ndarray | None = None, 
         tongue, contacts = switch.tongue(float(at)), found.left.contacts
         top = np.nan_to_num(tongue.height(contacts.rail_station), nan=-1.0)
         stock = np.nan_to_num(switch.stock.height(contacts.rail_station), nan=-1.0)
-        rows += [(k, *row) for row in zip(contacts.rail_station, top > stock, found.left.normal_force, found.left.force[:, 2], contacts.angle)]
+        rows += [
+            (k, *row)
+            for row in zip(
+                contacts.rail_station, top > stock, found.left.normal_force, found.left.force[:, 2], contacts.angle
+            )
+        ]
     index, place, on_tongue, force, vertical, angle = (np.array(column) for column in zip(*rows))
     return Pass(x, tuple(states), index, place, on_tongue.astype(bool), force, vertical, angle)
 
@@ -72,22 +81,38 @@ def report(found: Pass) -> str:
     """Where the tongue begins to carry, where it carries half and all, and where two or more points carry."""
     share, several = found.share(True), found.x[found.points() > 1]
     first = lambda least: f"{found.x[np.argmax(share >= least)]:.2f} m" if (share >= least).any() else "never"
-    spans = f"{several.min():.2f} to {several.max():.2f} m, at most {found.points().max()} at once" if len(several) else "nowhere"
-    return (f"tongue carries from {first(1e-3)}, half of the wheel load from {first(0.5)}, all from {first(0.999)}\n"
-            f"several points on the left wheel: {spans}\nsteepest contact on the tongue {np.degrees(found.angle[found.on_tongue].max()):.1f} degrees")
+    spans = (
+        f"{several.min():.2f} to {several.max():.2f} m, at most {found.points().max()} at once"
+        if len(several)
+        else "nowhere"
+    )
+    return (
+        f"tongue carries from {first(1e-3)}, half of the wheel load from {first(0.5)}, all from {first(0.999)}\nseveral"
+        f" points on the left wheel: {spans}\nsteepest contact on the tongue"
+        f" {np.degrees(found.angle[found.on_tongue].max()):.1f} degrees"
+    )
 
 
 def write(path: Path, found: Pass, switch: Switch) -> None:
-    """One row a point: x [m], y on the stock rail's axes [mm], body (0 stock rail, 1 tongue), force [kN], angle [degrees], shift [mm], axle height [mm]."""
+    """One row a point: x [m], y on the stock rail's axes [mm], body (0 stock rail, 1 tongue), force [kN], angle
+    [degrees], shift [mm], axle height [mm]."""
     k = found.index
     shift, height = (np.array([getattr(s.state, name) for s in found.states]) for name in ("y", "z"))
     rows = np.column_stack([found.x[k], found.place / MM, found.on_tongue, found.force / 1e3, np.degrees(found.angle), shift[k] / MM, (height - height[0])[k] / MM,
                             [switch.width(x) / MM for x in found.x[k]], [switch.top(x) / MM for x in found.x[k]]])  # fmt: skip
-    np.savetxt(path, rows, delimiter=",", fmt="%.5f", header="x_m,y_mm,on_tongue,normal_force_kN,angle_deg,shift_mm,axle_height_mm,tongue_width_mm,tongue_top_mm", comments="")
+    np.savetxt(
+        path,
+        rows,
+        delimiter=",",
+        fmt="%.5f",
+        header="x_m,y_mm,on_tongue,normal_force_kN,angle_deg,shift_mm,axle_height_mm,tongue_width_mm,tongue_top_mm",
+        comments="",
+    )
 
 
 def draw(path: Path, switch: Switch, found: Pass, wheel: str) -> Path:
-    """Plan with the contact points, load shares, shift and height, and four sections with the wheel in place. Returns the file."""
+    """Plan with the contact points, load shares, shift and height, and four sections with the wheel in place. Returns
+    the file."""
     with lettering():
         figure = new_figure(14.0)
         grid = figure.add_gridspec(4, 2, height_ratios=[1.5, 0.9, 1.0, 1.0])
@@ -96,8 +121,12 @@ def draw(path: Path, switch: Switch, found: Pass, wheel: str) -> Path:
         draw_shares(share, found)
         for k, at in enumerate(SHOWN):
             draw_section(figure.add_subplot(grid[2 + k // 2, k % 2]), switch, found, at, wheel)
-        figure.suptitle(f"{wheel} through a parametric switch (R {switch.radius:g} m, {switch.rail} stock rail), facing to the right, axle load {AXLE_LOAD / 1e3:g} kN,\n"
-                        f"pushed outwards by {PUSH:.0%} of it; after the thesis' Fig. 3-12, its tongue is not public", fontsize=15)
+        figure.suptitle(
+            f"{wheel} through a parametric switch (R {switch.radius:g} m, {switch.rail} stock rail), facing to the"
+            f" right, axle load {AXLE_LOAD / 1e3:g} kN,\npushed outwards by {PUSH:.0%} of it; after the thesis' Fig."
+            " 3-12, its tongue is not public",
+            fontsize=15,
+        )
         return save(figure, path)
 
 
@@ -110,13 +139,32 @@ def draw_plan(axis, switch: Switch, found: Pass) -> None:
     for value, words in ((np.full(len(x), switch.gauge_line / MM), "stock rail"), (edge, "tongue")):
         axis.plot(x, value, color="#555555", lw=1.0)
         at = -1 if words == "stock rail" else 120
-        axis.annotate(f"gauge line of the {words}", (x[at], value[at]), (-8, 5 if at < 0 else -16), textcoords="offset points", ha="right", style="italic")
+        axis.annotate(
+            f"gauge line of the {words}",
+            (x[at], value[at]),
+            (-8, 5 if at < 0 else -16),
+            textcoords="offset points",
+            ha="right",
+            style="italic",
+        )
     for tongue, (name, colour) in enumerate(BODIES):
         mine = found.on_tongue == bool(tongue)
-        axis.scatter(found.x[found.index[mine]], found.place[mine] / MM, s=6e-4 * found.force[mine], color=colour, label=f"contact on the {name}", zorder=3)
+        axis.scatter(
+            found.x[found.index[mine]],
+            found.place[mine] / MM,
+            s=6e-4 * found.force[mine],
+            color=colour,
+            label=f"contact on the {name}",
+            zorder=3,
+        )
     for at in SHOWN:
         axis.axvline(at, color="black", lw=0.7, ls=":")
-    axis.set(xlabel="x from the toe [m]", ylabel="y on the stock rail [mm]", ylim=(edge.min() - 8, 40), xlim=(found.x[0] - 0.03, found.x[-1] + 0.03))
+    axis.set(
+        xlabel="x from the toe [m]",
+        ylabel="y on the stock rail [mm]",
+        ylim=(edge.min() - 8, 40),
+        xlim=(found.x[0] - 0.03, found.x[-1] + 0.03),
+    )
     axis.set_title("top view; area of a dot: normal force; dotted: sections below", loc="left")
     axis.legend(loc="lower left")
 
@@ -124,8 +172,12 @@ def draw_plan(axis, switch: Switch, found: Pass) -> None:
 def draw_shares(axis, found: Pass) -> None:
     for tongue, (name, colour) in enumerate(BODIES):
         axis.plot(found.x, 100 * found.share(bool(tongue)), color=colour, label=f"load on the {name} [%]")
-    axis.plot(found.x, 10 * found.points(), color="black", lw=1.0, drawstyle="steps-mid", label="points that carry, times 10")
-    axis.set(xlabel="x from the toe [m]", ylabel="share of the wheel load [%]", xlim=(found.x[0] - 0.03, found.x[-1] + 0.03))
+    axis.plot(
+        found.x, 10 * found.points(), color="black", lw=1.0, drawstyle="steps-mid", label="points that carry, times 10"
+    )
+    axis.set(
+        xlabel="x from the toe [m]", ylabel="share of the wheel load [%]", xlim=(found.x[0] - 0.03, found.x[-1] + 0.03)
+    )
     axis.legend(ncols=3, loc="center right")
 
 
@@ -143,12 +195,18 @@ def draw_section(axis, switch: Switch, found: Pass, at: float, wheel: str) -> No
     along, radius = state.datum_arm + s, state.radius - tread
     axis.plot((state.y + along * np.cos(state.roll) + radius * np.sin(state.roll) - origin) / MM, (state.z + along * np.sin(state.roll) - radius * np.cos(state.roll)) / MM,
               color="black", lw=1.4)  # fmt: skip
-    for y, tongue, force, a in zip(*(v[found.index == k] for v in (found.place, found.on_tongue, found.force, found.angle))):
+    for y, tongue, force, a in zip(
+        *(v[found.index == k] for v in (found.place, found.on_tongue, found.force, found.angle))
+    ):
         z = float((switch.tongue(x) if tongue else switch.stock).height(np.array(y)))
         axis.plot(y / MM, z / MM, "o", ms=9, color=BODIES[int(tongue)][1], mec="white")
-        axis.annotate(f"{force / 1e3:.0f} kN, {np.degrees(a):.0f}\u00b0", (y / MM, z / MM), (9, 11), textcoords="offset points")
+        axis.annotate(
+            f"{force / 1e3:.0f} kN, {np.degrees(a):.0f}\u00b0", (y / MM, z / MM), (9, 11), textcoords="offset points"
+        )
     axis.set(xlim=(-95, 40), ylim=(-36, 12), aspect="equal", xlabel="y on the stock rail [mm]", ylabel="z [mm]")
-    axis.set_title(f"x = {x:.2f} m, tongue {switch.width(x) / MM:.1f} mm wide, top {switch.top(x) / MM:.1f} mm", loc="left")
+    axis.set_title(
+        f"x = {x:.2f} m, tongue {switch.width(x) / MM:.1f} mm wide, top {switch.top(x) / MM:.1f} mm", loc="left"
+    )
 
 
 def main() -> None:

@@ -1,15 +1,20 @@
-"""Study: the six measured sites of the thesis (Tables 3-2, 3-3) and the shift at which its P8 wheel meets the flange (Figs. 3-7, 3-8).
+"""Study: the six measured sites of the thesis (Tables 3-2, 3-3) and the shift at which its P8 wheel meets the flange
+(Figs. 3-7, 3-8).
 
 python -m rail_fem.studies.thesis_sites --out DIR   prints and writes the tables, draws thesis_sites.png; about a minute
 
 What comes out:
-- All printed "theoretical" places are multiples of 5/6 mm and all "experimental" ones of 2.3023 mm: they were counted in picture points, which are
+- All printed "theoretical" places are multiples of 5/6 mm and all "experimental" ones of 2.3023 mm: they were counted
+in picture points, which are
   as coarse as the difference of 1 mm that they are said to meet.
-- The six theoretical places are one rising curve of the wheel's shift towards the track's middle, when a positive offset of Table 3-2 is
+- The six theoretical places are one rising curve of the wheel's shift towards the track's middle, when a positive
+offset of Table 3-2 is
   such a shift and half of the gauge variation adds to it. The other sign gives no curve at all.
-- The nominal P8 on BS113A at 1:20 has the slopes of that curve but not its jump: no reading of the offsets, gauge, alignment, cross level,
+- The nominal P8 on BS113A at 1:20 has the slopes of that curve but not its jump: no reading of the offsets, gauge,
+alignment, cross level,
   back-to-back and inclination brings sites b to e nearer than 3 mm, all four at once.
-- A tread worn by 0.5 mm within 11 mm of the rolling circle does, within the picture points: the train's wheels were measured ones.
+- A tread worn by 0.5 mm within 11 mm of the rolling circle does, within the picture points: the train's wheels were
+measured ones.
   Three numbers fitted to four rows show that such a wheel exists, not that it was this one.
 """
 
@@ -32,7 +37,8 @@ THEORETICAL_STEP, MEASURED_STEP = 5 / 6 * MM, 2.3023 * MM  # of the printed plac
 INCLINATION = 1 / 20  # Table 3-1
 WHEEL_LOAD = 98.15e3 / 2
 FITTED = ("b", "c", "d", "e")
-WEAR_GUESS = 0.5, 11.0, 5.0  # depth, half width, middle from the tread datum [mm]: where the search for the worn wheel starts
+# depth, half width, middle from the tread datum [mm]: where the search for the worn wheel starts
+WEAR_GUESS = 0.5, 11.0, 5.0
 STEEP = np.radians(30)  # a contact angle beyond which it is the flange that carries
 
 
@@ -64,8 +70,10 @@ SITES = _sites()
 class Reading:
     """How Table 3-2 is understood; the defaults are the only ones that order the six places.
 
-    sign : +1: a positive offset moves the wheel that was seen towards the track's middle;  gauge_share : of the gauge variation at this rail
-    alignment_share : of the alignment that adds to the offset;  level_share : of cross level / 1.5 m that rolls the rail
+    sign : +1: a positive offset moves the wheel that was seen towards the track's middle;
+    gauge_share : of the gauge variation at this rail
+    alignment_share : of the alignment that adds to the offset;  level_share : of cross level / 1.5 m that rolls the
+        rail
     inclination : of the rails;  play : half of what gauge and back-to-back may differ from nominal, as a shift [m]
     """
 
@@ -78,7 +86,12 @@ class Reading:
 
     def inward(self, site: Site) -> float:
         """Shift of the wheel that was seen, towards the track's middle [m]."""
-        return self.sign * site.offset + self.gauge_share * site.gauge_variation + self.alignment_share * site.alignment + self.play
+        return (
+            self.sign * site.offset
+            + self.gauge_share * site.gauge_variation
+            + self.alignment_share * site.alignment
+            + self.play
+        )
 
     def lean(self, site: Site) -> float:
         """Inclination of the rail at the site."""
@@ -98,7 +111,9 @@ class Places:
             self.searches[lean] = ContactSearch(self.wheelset, Track.plain_line(inclination=lean))
         if key not in self.known:
             search = self.searches[lean]
-            self.known[key] = float(search.contacts(search.settle(-key[1], key[2]), "left").lowest().from_flange_back[0])
+            self.known[key] = float(
+                search.contacts(search.settle(-key[1], key[2]), "left").lowest().from_flange_back[0]
+            )
         return self.known[key]
 
     def site(self, site: Site, reading: Reading = Reading()) -> float:
@@ -110,7 +125,8 @@ class Places:
 
 
 def readings(play_step: float = 0.25 * MM) -> list[Reading]:
-    """All readings of Table 3-2 that a reader might take: signs, shares, inclinations, 1.75 mm of play to either side."""
+    """All readings of Table 3-2 that a reader might take: signs, shares, inclinations, 1.75 mm of play to either
+    side."""
     plays = np.arange(-7, 8) * 0.25 * MM if play_step == 0.25 * MM else np.arange(-1.75 * MM, 1.76 * MM, play_step)
     choices = (1, -1), (0, 0.5, 1), (-1, 0, 1), (-1, 0, 1), (0.0, 1 / 40, 1 / 30, INCLINATION), plays
     return [Reading(*map(float, c)) for c in itertools.product(*choices)]
@@ -130,7 +146,8 @@ def worn_wheel(numbers: tuple[float, float, float]) -> Profile:
 
 
 def fitted_wheel() -> tuple[tuple[float, float, float], float]:
-    """Wear (depth, half width, middle) [mm] that brings b to e nearest with the readings' defaults, and the largest miss left [m]."""
+    """Wear (depth, half width, middle) [mm] that brings b to e nearest with the readings' defaults, and the largest
+    miss left [m]."""
     miss = lambda x: np.abs(Places(worn_wheel(x)).misses()).max() if 0 <= x[0] < 3 and 8 < x[1] < 40 else 1.0
     found = minimize(miss, WEAR_GUESS, method="Nelder-Mead", options={"xatol": 0.01, "fatol": 1e-5, "maxfev": 60})
     return tuple(float(v) for v in found.x), float(found.fun)
@@ -164,8 +181,11 @@ def flange_shift(search: ContactSearch, held_at: str = "rail") -> float:
 
 
 def flange_shifts() -> dict[str, float]:
-    """Shift of the flange jump of P8 on BS113A at 1:20 [m], and what moves it. Fig. 3-8's text: "approximately +-9 mm"."""
-    search = lambda gauge, back: ContactSearch(Wheelset(wheel_profile("P8"), back_to_back=back), Track.plain_line(gauge=gauge))
+    """Shift of the flange jump of P8 on BS113A at 1:20 [m], and what moves it. Fig. 3-8's text: "approximately +-9
+    mm"."""
+    search = lambda gauge, back: ContactSearch(
+        Wheelset(wheel_profile("P8"), back_to_back=back), Track.plain_line(gauge=gauge)
+    )
     table31 = search(1.435, 1.360)
     return {"Table 3-1, shift of the wheelset at rail level": flange_shift(table31),
             "Table 3-1, shift of the axle": flange_shift(table31, "axle"),
@@ -181,9 +201,17 @@ def tables() -> str:
     fitted, (reading, miss) = Places(worn_wheel(wear)), best_reading(nominal, readings())
     rows = ["site  shift inwards  thesis  measured   nominal P8    worn P8   [mm from the flange back]"]
     for s in SITES.values():
-        rows.append(f"   {s.name}  {Reading().inward(s) / MM:13.2f} {s.theoretical / MM:7.2f} {s.measured / MM:9.2f} {nominal.site(s) / MM:12.2f} {fitted.site(s) / MM:10.2f}")
-    rows.append(f"worn P8: {wear[0]:.2f} mm within {wear[1]:.1f} mm of y = {wear[2]:.1f} mm; b to e within {left / MM:.2f} mm; picture point {THEORETICAL_STEP / MM:.2f} mm")
-    rows.append(f"nominal P8: nearest of {len(readings())} readings misses one of b to e by {miss / MM:.2f} mm ({reading})")
+        rows.append(
+            f"   {s.name}  {Reading().inward(s) / MM:13.2f} {s.theoretical / MM:7.2f} {s.measured / MM:9.2f}"
+            f" {nominal.site(s) / MM:12.2f} {fitted.site(s) / MM:10.2f}"
+        )
+    rows.append(
+        f"worn P8: {wear[0]:.2f} mm within {wear[1]:.1f} mm of y = {wear[2]:.1f} mm; b to e within {left / MM:.2f} mm;"
+        f" picture point {THEORETICAL_STEP / MM:.2f} mm"
+    )
+    rows.append(
+        f"nominal P8: nearest of {len(readings())} readings misses one of b to e by {miss / MM:.2f} mm ({reading})"
+    )
     names = list(sensitivities(SITES["b"]))
     rows += ["", "change of the place [mm], nominal P8   " + "  ".join(FITTED)]
     change = {k: sensitivities(SITES[k]) for k in FITTED}
@@ -193,7 +221,8 @@ def tables() -> str:
 
 
 def draw(path: Path) -> Path:
-    """Place of contact against the inward shift: nominal and worn wheel, and the thesis' six sites with the size of its picture points."""
+    """Place of contact against the inward shift: nominal and worn wheel, and the thesis' six sites with the size of its
+    picture points."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -201,19 +230,38 @@ def draw(path: Path) -> Path:
 
     figure, axis = plt.subplots(figsize=(9, 6.5), layout="constrained")
     shift, (wear, _) = np.arange(-6, 6.01, 0.05) * MM, fitted_wheel()
-    curves = (("nominal P8, rail 1:20", wheel_profile("P8"), INCLINATION, "tab:blue"), ("nominal P8, rail upright", wheel_profile("P8"), 0.0, "tab:cyan"),
-              (f"P8 worn {wear[0]:.2f} mm (synthetic), rail 1:20", worn_wheel(wear), INCLINATION, "black"))
+    curves = (
+        ("nominal P8, rail 1:20", wheel_profile("P8"), INCLINATION, "tab:blue"),
+        ("nominal P8, rail upright", wheel_profile("P8"), 0.0, "tab:cyan"),
+        (f"P8 worn {wear[0]:.2f} mm (synthetic), rail 1:20", worn_wheel(wear), INCLINATION, "black"),
+    )
     for label, wheel, lean, colour in curves:
         places = Places(wheel)
         axis.plot(shift / MM, [places.at(y, lean) / MM for y in shift], ".", ms=3, color=colour, label=label)
     at = [Reading().inward(s) / MM for s in SITES.values()]
-    for name, step, colour, marker in (("theoretical", THEORETICAL_STEP, "tab:red", "s"), ("measured", MEASURED_STEP, "tab:orange", "o")):
-        axis.errorbar(at, [getattr(s, name) / MM for s in SITES.values()], step / MM / 2, fmt=marker, ms=5, capsize=4, color=colour,
-                      label=f"thesis, {name}; bar: its picture point")
+    for name, step, colour, marker in (
+        ("theoretical", THEORETICAL_STEP, "tab:red", "s"),
+        ("measured", MEASURED_STEP, "tab:orange", "o"),
+    ):
+        axis.errorbar(
+            at,
+            [getattr(s, name) / MM for s in SITES.values()],
+            step / MM / 2,
+            fmt=marker,
+            ms=5,
+            capsize=4,
+            color=colour,
+            label=f"thesis, {name}; bar: its picture point",
+        )
     for s, x in zip(SITES.values(), at):
-        axis.annotate(s.name, (x, s.theoretical / MM), (7, -11), textcoords="offset points", color="tab:red", weight="bold")
-    axis.set(xlabel="shift of the wheel towards the middle of the track [mm]", ylabel="contact on the wheel, from the flange back [mm]",
-             title="Thesis Table 3-3: P8 on BS113A, gauge 1435, back-to-back 1360 mm")
+        axis.annotate(
+            s.name, (x, s.theoretical / MM), (7, -11), textcoords="offset points", color="tab:red", weight="bold"
+        )
+    axis.set(
+        xlabel="shift of the wheel towards the middle of the track [mm]",
+        ylabel="contact on the wheel, from the flange back [mm]",
+        title="Thesis Table 3-3: P8 on BS113A, gauge 1435, back-to-back 1360 mm",
+    )
     axis.grid(alpha=0.3)
     axis.legend()
     figure.savefig(path, dpi=110)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.output.events import NEAR_END, force_peaks
 from rail_fem.ladder import LADDER
+from rail_fem.output.events import NEAR_END, force_peaks
 from rail_fem.output.result import NAN, PassResult, Peak, load
 from rail_fem.output.runfolder import differences
 
@@ -22,7 +22,8 @@ class CompareError(ValueError):
 
 @dataclass(frozen=True)
 class Quantity:
-    """How far a result is from the reference on their common way: `error(result, reference)` relative, NaN where one of them does not resolve
+    """How far a result is from the reference on their common way: `error(result, reference)` relative, NaN where one of
+    them does not resolve
     it. forces : names of the peaks it is about"""
 
     meaning: str
@@ -63,7 +64,9 @@ def forces_on(result: PassResult, way: Way) -> dict[str, Peak]:
     x, scene = result.history["x"], result.scene
     on = (x >= way.low) & (x <= way.high)
     rows = {name: values[on] for name, values in result.history.items()}
-    return force_peaks(rows, scene.direction_sign, scene.static_wheel_load, result.settings.get("settle_time") or -np.inf)
+    return force_peaks(
+        rows, scene.direction_sign, scene.static_wheel_load, result.settings.get("settle_time") or -np.inf
+    )
 
 
 def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
@@ -71,7 +74,10 @@ def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
 
     def error(result: PassResult, reference: PassResult) -> float:
         way = common_way(result, reference)
-        values = [next((found[name].value for name in names if name in found), NAN) for found in (forces_on(r, way) for r in (result, reference))]
+        values = [
+            next((found[name].value for name in names if name in found), NAN)
+            for found in (forces_on(r, way) for r in (result, reference))
+        ]
         return values[0] / values[1] - 1
 
     return error
@@ -122,8 +128,12 @@ def history_error(result: PassResult, reference: PassResult, name: str = "force"
 QUANTITIES: dict[str, Quantity] = {
     "first impact": Quantity("first impact after the transfer", of_force(*FIRST_IMPACT), FIRST_IMPACT),
     "largest force": Quantity("largest force on the wheel", of_force("largest_force"), ("largest_force",)),
-    "largest wing force": Quantity("largest force on the wing rail", of_force("largest_force_wing"), ("largest_force_wing",)),
-    "largest nose force": Quantity("largest force on the nose", of_force("largest_force_nose"), ("largest_force_nose",)),
+    "largest wing force": Quantity(
+        "largest force on the wing rail", of_force("largest_force_wing"), ("largest_force_wing",)
+    ),
+    "largest nose force": Quantity(
+        "largest force on the nose", of_force("largest_force_nose"), ("largest_force_nose",)
+    ),
     "history": Quantity("force history, relative L2", history_error),
     "strain": Quantity("largest plastic strain of the nose", of_strain("plastic_strain_nose")),
 }
@@ -143,7 +153,9 @@ class Comparison:
 
     def cheapest_within(self, limit: float, quantity: str) -> int | None:
         """Index of the cheapest result whose error is at most `limit`; None when only the reference is."""
-        good = [i for i, r in enumerate(self.results) if r is not self.reference and abs(self.error(r, quantity)) <= limit]
+        good = [
+            i for i, r in enumerate(self.results) if r is not self.reference and abs(self.error(r, quantity)) <= limit
+        ]
         return good[0] if good else None
 
 
@@ -155,9 +167,13 @@ def result_folders(folders: list[Path]) -> list[Path]:
     """Folders of runs among or right below those given. Errors: CompareError for a folder without any."""
     found = []
     for folder in map(Path, folders):
-        below = [folder] if (folder / "result.json").is_file() else sorted(p.parent for p in folder.glob("*/result.json"))
+        below = (
+            [folder] if (folder / "result.json").is_file() else sorted(p.parent for p in folder.glob("*/result.json"))
+        )
         if not below:
-            raise CompareError(f"{folder}: no result.json in it or right below it; give folders that run --out or sweep --out named")
+            raise CompareError(
+                f"{folder}: no result.json in it or right below it; give folders that run --out or sweep --out named"
+            )
         found += below
     return list(dict.fromkeys(found))
 
@@ -165,7 +181,8 @@ def result_folders(folders: list[Path]) -> list[Path]:
 def compare(folders: list[Path], reference: Path | None = None) -> Comparison:
     """Load the results below `folders`; the reference is that of the dearest rung, or the one in folder `reference`.
 
-    Errors: CompareError for failed or unreadable results, results of unlike scenes (with the keys that differ), fewer than two.
+    Errors: CompareError for failed or unreadable results, results of unlike scenes (with the keys that differ), fewer
+    than two.
     """
     paths = result_folders([*folders, *([reference] if reference else [])])
     loaded = [(path, _load(path)) for path in paths]
@@ -184,7 +201,10 @@ def _load(path: Path) -> PassResult:
     try:
         result = load(path)
     except (ValueError, KeyError, TypeError) as error:
-        raise CompareError(f"{path}: cannot be read by this program, another version of the scene or result may have written it ({error}): run it again") from error
+        raise CompareError(
+            f"{path}: cannot be read by this program, another version of the scene or result may have written it"
+            f" ({error}): run it again"
+        ) from error
     if result.fault:
         raise CompareError(f"{path}: that run failed ({result.fault}): leave it out or run it again")
     if result.model not in LADDER:
@@ -197,40 +217,74 @@ def _refuse_unlike_scenes(loaded: list[tuple[Path, PassResult]], chosen: int) ->
     for path, result in loaded:
         unlike = differences(reference.scene.plain(), result.scene.plain())
         if unlike:
-            raise CompareError("\n  ".join([f"{path}: another scene than {there}, {len(unlike)} difference(s); errors between scenes mean nothing", *unlike]))
+            raise CompareError(
+                "\n  ".join(
+                    [
+                        (
+                            f"{path}: another scene than {there}, {len(unlike)} difference(s); errors between scenes"
+                            " mean nothing"
+                        ),
+                        *unlike,
+                    ]
+                )
+            )
 
 
 def _short_names(paths: list[Path]) -> tuple[str, ...]:
     """Names of the folders, with their parents' where these are not unique."""
     names = [path.resolve().name for path in paths]
-    return tuple(name if names.count(name) == 1 else f"{path.resolve().parent.name}/{name}" for name, path in zip(names, paths))
+    return tuple(
+        name if names.count(name) == 1 else f"{path.resolve().parent.name}/{name}" for name, path in zip(names, paths)
+    )
 
 
 def table(comparison: Comparison) -> str:
-    """Markdown: a row for each result, cheapest first. A force is marked "outside" where the one that a run states lies outside the common way, "at
-    its end" where that on the way lies within 10 mm of an end of it: it may then be an accident of the window."""
+    """Markdown: a row for each result, cheapest first. A force is marked "outside" where the one that a run states lies
+    outside the common way, "at its end" where that on the way lies within 10 mm of an end of it: it may then be an
+    accident of the window."""
     lines = [
-        "| run | rung | core seconds | common way [mm] | " + " | ".join(QUANTITIES) + " | transfer x [mm] | its own error estimate | doubts |",
+        "| run | rung | core seconds | common way [mm] | "
+        + " | ".join(QUANTITIES)
+        + " | transfer x [mm] | its own error estimate | doubts |",
         "|" + "---|" * (len(QUANTITIES) + 7),
     ]
     for name, result in zip(comparison.names, comparison.results):
         errors = [_shown(comparison, result, quantity) for quantity in QUANTITIES]
         place = "-" if np.isnan(result.transfer_x) else f"{result.transfer_x * 1e3:.1f}"
-        own = ", ".join(f"{key} {value:.2g}" for key, value in result.error_estimate.items() if np.isfinite(value)) or "none claimed"
-        lines.append(f"| {name} | {result.model} | {core_seconds(result):.3g} | {common_way(result, comparison.reference).words} | {' | '.join(errors)} | {place} | {own} | {len(result.warnings)} |")
+        own = (
+            ", ".join(f"{key} {value:.2g}" for key, value in result.error_estimate.items() if np.isfinite(value))
+            or "none claimed"
+        )
+        lines.append(
+            f"| {name} | {result.model} | {core_seconds(result):.3g} | {common_way(result, comparison.reference).words}"
+            f" | {' | '.join(errors)} | {place} | {own} | {len(result.warnings)} |"
+        )
     return "\n".join(lines) + "\n"
 
 
 def _shown(comparison: Comparison, result: PassResult, quantity: str) -> str:
     if result is comparison.reference:
         return "reference"
-    error, why = comparison.error(result, quantity), accident(result, comparison.reference, *QUANTITIES[quantity].forces)
-    return "-" if np.isnan(error) else f"{error:.1%}" if quantity == "history" else f"{error:+.1%}" + (f" ({why})" if why else "")
+    error, why = (
+        comparison.error(result, quantity),
+        accident(result, comparison.reference, *QUANTITIES[quantity].forces),
+    )
+    return (
+        "-"
+        if np.isnan(error)
+        else f"{error:.1%}"
+        if quantity == "history"
+        else f"{error:+.1%}" + (f" ({why})" if why else "")
+    )
 
 
 def doubts(comparison: Comparison) -> str:
     """What each result warns of, by its name."""
-    return "\n".join("\n  ".join([f"{name}:", *result.warnings]) for name, result in zip(comparison.names, comparison.results) if result.warnings)
+    return "\n".join(
+        "\n  ".join([f"{name}:", *result.warnings])
+        for name, result in zip(comparison.names, comparison.results)
+        if result.warnings
+    )
 
 
 def advice(comparison: Comparison, limit: float, quantity: str) -> str:
@@ -240,10 +294,16 @@ def advice(comparison: Comparison, limit: float, quantity: str) -> str:
     claimed = [v for v in comparison.reference.error_estimate.values() if np.isfinite(v)]
     caution = f"; {reference} itself claims no less than {max(claimed):.2%}" if claimed and max(claimed) > limit else ""
     if found is None:
-        return f"nothing cheaper than {reference} is within {limit:.3g} of it in {QUANTITIES[quantity].meaning}{caution}"
-    result, ratio = comparison.results[found], core_seconds(comparison.reference) / core_seconds(comparison.results[found])
+        return (
+            f"nothing cheaper than {reference} is within {limit:.3g} of it in {QUANTITIES[quantity].meaning}{caution}"
+        )
+    result, ratio = (
+        comparison.results[found],
+        core_seconds(comparison.reference) / core_seconds(comparison.results[found]),
+    )
     flags = f", with {len(result.warnings)} doubt(s) of its own" if result.warnings else ""
     return (
-        f"{comparison.names[found]} ({result.model}) is the cheapest within {limit:.3g} of {reference} in {QUANTITIES[quantity].meaning}: "
-        f"off by {comparison.error(result, quantity):+.1%} at a cost {ratio:.3g} times less{flags}{caution}"
+        f"{comparison.names[found]} ({result.model}) is the cheapest within {limit:.3g} of {reference} in"
+        f" {QUANTITIES[quantity].meaning}: off by {comparison.error(result, quantity):+.1%} at a cost {ratio:.3g} times"
+        f" less{flags}{caution}"
     )

@@ -1,4 +1,5 @@
-"""Controls of a trend: the same cases with one thing changed, run by a light rung, to see whether that thing makes the trend.
+"""Controls of a trend: the same cases with one thing changed, run by a light rung, to see whether that thing makes the
+trend.
 
 A reason why a trend differs from a source is no more than a guess until the change that it names has been made.
 """
@@ -13,8 +14,11 @@ from rail_fem.sweeps.trends import MEASURES, Control, Finding, Trend, TrendError
 
 
 def run_control(control: Control, trend: Trend, folder: Path) -> Finding:
-    """What the control's rung finds. folder : of the case files CASE.toml. Errors: CaseError, TrendError for a case that lacks the rung, the rung's own."""
-    asked = trend.model_copy(update={"quantity": control.quantity or trend.quantity, "order": control.order or trend.order})
+    """What the control's rung finds. folder : of the case files CASE.toml. Errors: CaseError, TrendError for a case
+    that lacks the rung, the rung's own."""
+    asked = trend.model_copy(
+        update={"quantity": control.quantity or trend.quantity, "order": control.order or trend.order}
+    )
     results = {}
     for name in dict.fromkeys(asked.order):
         case = load_case(Path(folder) / f"{name}.toml", control.change | control.only.get(name, {}))
@@ -23,7 +27,10 @@ def run_control(control: Control, trend: Trend, folder: Path) -> Finding:
         results[name] = {control.model: solve(control.model, case.scene, case.runs[control.model])}
     found = check(asked, results)
     if not found:
-        raise TrendError(f"control '{control.says}': {control.model} does not resolve the {asked.quantity} of {', '.join(asked.order)}")
+        raise TrendError(
+            f"control '{control.says}': {control.model} does not resolve the {asked.quantity} of"
+            f" {', '.join(asked.order)}"
+        )
     return found[0]
 
 

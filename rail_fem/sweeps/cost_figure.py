@@ -8,7 +8,14 @@ from matplotlib.figure import Figure
 from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, new_figure, scene_words
 from rail_fem.sweeps.compare import QUANTITIES, Comparison, core_seconds
 
-MARKERS = {"first impact": ("o", NOSE), "largest wing force": ("s", WING), "largest force": ("^", ORANGE), "largest nose force": ("v", SKY), "history": ("D", PURPLE), "strain": ("P", GREEN)}
+MARKERS = {
+    "first impact": ("o", NOSE),
+    "largest wing force": ("s", WING),
+    "largest force": ("^", ORANGE),
+    "largest nose force": ("v", SKY),
+    "history": ("D", PURPLE),
+    "strain": ("P", GREEN),
+}
 CURVES = (WING, NOSE, GREEN, PURPLE, ORANGE, SKY)
 LABELS = (0.02, 0.26)  # heights of the names, in turn, so that neighbours do not cover one another
 LEAST = 1e-4  # errors below are drawn here
@@ -21,20 +28,48 @@ def cost_figure(comparison: Comparison) -> Figure:
     above, below = figure.subplots(2, 1, gridspec_kw={"height_ratios": [1.2, 1]})
     draw_errors(above, comparison)
     draw_histories(below, comparison)
-    figure.suptitle(f"Cost against error, held against {comparison.names[comparison.results.index(comparison.reference)]}\n{scene_words(comparison.reference.scene)}", fontsize=14)
+    figure.suptitle(
+        "Cost against error, held against"
+        f" {comparison.names[comparison.results.index(comparison.reference)]}\n{scene_words(comparison.reference.scene)}",
+        fontsize=14,
+    )
     return figure
 
 
 def draw_errors(axes, comparison: Comparison) -> None:
     for quantity, (marker, colour) in MARKERS.items():
-        rows = [(core_seconds(r), abs(comparison.error(r, quantity))) for r in comparison.results if r is not comparison.reference]
+        rows = [
+            (core_seconds(r), abs(comparison.error(r, quantity)))
+            for r in comparison.results
+            if r is not comparison.reference
+        ]
         cost, error = np.array([row for row in rows if np.isfinite(row[1])]).reshape(-1, 2).T
         if len(cost):
-            axes.plot(cost, np.maximum(error, LEAST), marker, ms=11, mfc="none", mec=colour, mew=2.2, ls="none", label=QUANTITIES[quantity].meaning)
+            axes.plot(
+                cost,
+                np.maximum(error, LEAST),
+                marker,
+                ms=11,
+                mfc="none",
+                mec=colour,
+                mew=2.2,
+                ls="none",
+                label=QUANTITIES[quantity].meaning,
+            )
     for i, (name, result) in enumerate(zip(comparison.names, comparison.results)):
         axes.axvline(core_seconds(result), color=GREY, ls=":", lw=1)
         text = f"{name} (reference)" if result is comparison.reference else name
-        axes.annotate(text, (core_seconds(result), LABELS[i % len(LABELS)]), xycoords=("data", "axes fraction"), xytext=(-4, 0), textcoords="offset points", rotation=90, ha="right", va="bottom", fontsize=11)
+        axes.annotate(
+            text,
+            (core_seconds(result), LABELS[i % len(LABELS)]),
+            xycoords=("data", "axes fraction"),
+            xytext=(-4, 0),
+            textcoords="offset points",
+            rotation=90,
+            ha="right",
+            va="bottom",
+            fontsize=11,
+        )
     axes.set(xscale="log", yscale="log", xlabel="cost [core seconds]", ylabel="relative error")
     low, high = axes.get_ylim()
     axes.set_ylim(low * (low / high) ** (NAMES / (1 - NAMES)), high)
@@ -47,8 +82,17 @@ def draw_histories(axes, comparison: Comparison) -> None:
     for name, result, colour in zip(comparison.names, comparison.results, _colours(comparison)):
         if len(result.history["x"]) and np.isfinite(result.history["force"]).any():
             on_top = result is comparison.reference
-            axes.plot(1e3 * result.history["x"], result.history["force"] / 1e3, color=colour, lw=2.6 if on_top else 1.6, zorder=3 if on_top else 2, label=name)
-    axes.axhline(comparison.reference.scene.static_wheel_load / 1e3, color=GREY, ls="--", lw=1.4, label="static wheel load")
+            axes.plot(
+                1e3 * result.history["x"],
+                result.history["force"] / 1e3,
+                color=colour,
+                lw=2.6 if on_top else 1.6,
+                zorder=3 if on_top else 2,
+                label=name,
+            )
+    axes.axhline(
+        comparison.reference.scene.static_wheel_load / 1e3, color=GREY, ls="--", lw=1.4, label="static wheel load"
+    )
     if len(way):
         axes.set_xlim(1e3 * way.min(), 1e3 * way.max())
     axes.set(xlabel="position x of the wheel's centre [mm]", ylabel="vertical force [kN]")

@@ -1,4 +1,5 @@
-"""Figures of a group of cases: forces and wheel paths over one another, plastic strain beneath one another with one legend."""
+"""Figures of a group of cases: forces and wheel paths over one another, plastic strain beneath one another with one
+legend."""
 
 from __future__ import annotations
 
@@ -14,29 +15,52 @@ from matplotlib.figure import Figure
 from rail_fem.ladder import LADDER
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
+from rail_fem.scene.units import show
 from rail_fem.show.fields import CrossingFields, FieldsError, faces_from_above, read_crossing
 from rail_fem.show.plan import contact_path, mpl_colour, view_box
-from rail_fem.show.style import GREEN, GREY, NEVER_YIELDED, NOSE, ORANGE, PURPLE, SKY, STRAIN_COLOURS, TOTAL, WING, new_figure
+from rail_fem.show.style import (
+    GREEN,
+    GREY,
+    NEVER_YIELDED,
+    NOSE,
+    ORANGE,
+    PURPLE,
+    SKY,
+    STRAIN_COLOURS,
+    TOTAL,
+    WING,
+    new_figure,
+)
 from rail_fem.sweeps.trends import Measure
-from rail_fem.scene.units import show
 
 COLOURS = (TOTAL, WING, NOSE, GREEN, PURPLE, ORANGE, SKY)
 
 
 def case_words(name: str, scene: Scene) -> str:
     """What sets a case apart, short enough for a legend."""
-    steel = [m.grade if m.strength == 1 else f"{m.grade} x{m.strength:.0%}" for m in (scene.materials.wing, scene.materials.nose)]
+    steel = [
+        m.grade if m.strength == 1 else f"{m.grade} x{m.strength:.0%}"
+        for m in (scene.materials.wing, scene.materials.nose)
+    ]
     steels = steel[0] if steel[0] == steel[1] else f"wing {steel[0]}, nose {steel[1]}"
     wheel = scene.wheel.name
-    return f"{name}: {show(scene.speed, 'mph', 3)} {scene.direction}, {show(scene.static_wheel_load, 'kN', 3)}, {wheel}, {show(scene.foundation.stiffness, 'kN/mm', 3)}, {steels}"
+    return (
+        f"{name}: {show(scene.speed, 'mph', 3)} {scene.direction}, {show(scene.static_wheel_load, 'kN', 3)}, {wheel},"
+        f" {show(scene.foundation.stiffness, 'kN/mm', 3)}, {steels}"
+    )
 
 
-PANELS = (("force", "vertical contact\nforce [kN]", 1e-3, 2.2), ("wheel_height", "wheel height [mm]", 1e3, 1.4), ("crossing_height", "crossing\nheight [mm]", 1e3, 1.0),
-          ("contact_y", "lateral place\nof contact [mm]", 1e3, 1.2))  # column, words, factor, height of the panel
+PANELS = (
+    ("force", "vertical contact\nforce [kN]", 1e-3, 2.2),
+    ("wheel_height", "wheel height [mm]", 1e3, 1.4),
+    ("crossing_height", "crossing\nheight [mm]", 1e3, 1.0),
+    ("contact_y", "lateral place\nof contact [mm]", 1e3, 1.2),
+)  # column, words, factor, height of the panel
 
 
 def group_figure(title: str, results: Mapping[str, PassResult]) -> Figure:
-    """Contact force, height of the wheel and of the crossing, lateral place of contact of each case over the place of the wheel."""
+    """Contact force, height of the wheel and of the crossing, lateral place of contact of each case over the place of
+    the wheel."""
     figure = new_figure(14.0)
     panels = figure.subplots(len(PANELS), 1, sharex=True, gridspec_kw={"height_ratios": [panel[3] for panel in PANELS]})
     for (name, result), colour in zip(results.items(), COLOURS * len(results)):
@@ -48,7 +72,10 @@ def group_figure(title: str, results: Mapping[str, PassResult]) -> Figure:
             axes.plot(x, scale * values, color=colour, ls=dashes, lw=1.8, label=case_words(name, result.scene))
     for axes, (_, words, _, _) in zip(panels, PANELS):
         axes.set_ylabel(words)
-    panels[-1].set_xlabel("position x of the wheel's centre [mm]   (dashed: trailing, the wheel runs to the left; y is positive towards the field side)")
+    panels[-1].set_xlabel(
+        "position x of the wheel's centre [mm]   (dashed: trailing, the wheel runs to the left; y is positive towards"
+        " the field side)"
+    )
     panels[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=1, frameon=False)
     figure.align_ylabels()
     figure.suptitle(f"{title}: model {next(iter(results.values())).model}", fontsize=14)
@@ -56,7 +83,8 @@ def group_figure(title: str, results: Mapping[str, PassResult]) -> Figure:
 
 
 def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str, PassResult]) -> Figure | None:
-    """Plastic strain from above, a strip for each case, all with one legend and one window; None where no case has fields."""
+    """Plastic strain from above, a strip for each case, all with one legend and one window; None where no case has
+    fields."""
     fields: dict[str, CrossingFields] = {}
     for name, folder in folders.items():
         try:
@@ -72,13 +100,17 @@ def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str,
     low, high, bottom, top = boxes[:, 0].min(), boxes[:, 1].max(), boxes[:, 2].min(), boxes[:, 3].max()
     figure = new_figure(1.8 + len(fields) * (0.5 + 11 * (top - bottom) / (high - low)), layout="compressed")
     panels = np.atleast_1d(figure.subplots(len(fields), 1, sharex=True))
-    colours = ScalarMappable(Normalize(0.0, max(max(s.max(initial=0.0) for s in strain.values()), 1e-9)), STRAIN_COLOURS)
+    colours = ScalarMappable(
+        Normalize(0.0, max(max(s.max(initial=0.0) for s in strain.values()), 1e-9)), STRAIN_COLOURS
+    )
     for axes, name in zip(panels, fields):
         painted = np.where((strain[name] > 0)[:, None], colours.to_rgba(strain[name]), mpl_colour(NEVER_YIELDED))
         axes.add_collection(PolyCollection(corners[name], facecolors=painted, edgecolors=painted, linewidths=0.3))
         axes.plot(*contact_path(results[name]), color=GREY, lw=1.0)
         axes.set(xlim=(low, high), ylim=(bottom, top), aspect="equal", ylabel="y [mm]")
-        axes.set_title(f"{case_words(name, results[name].scene)}; at most {strain[name].max():.1f} %", fontsize=11, loc="left")
+        axes.set_title(
+            f"{case_words(name, results[name].scene)}; at most {strain[name].max():.1f} %", fontsize=11, loc="left"
+        )
         axes.grid(False)
     panels[-1].set_xlabel("x [mm]   (y is positive towards the field side; line: path of contact)")
     bar = figure.colorbar(colours, ax=list(panels), orientation="horizontal", aspect=60, shrink=0.9, fraction=0.04)
@@ -87,18 +119,31 @@ def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str,
     return figure
 
 
-def summary_figure(results: Mapping[str, Mapping[str, PassResult]], measures: Mapping[str, Measure], title: str) -> Figure:
+def summary_figure(
+    results: Mapping[str, Mapping[str, PassResult]], measures: Mapping[str, Measure], title: str
+) -> Figure:
     """Bars over all cases, a panel for each measure by its words, a colour for each rung."""
-    resolved = lambda model: any(np.isfinite(m.of(of_case[model])) for of_case in results.values() if model in of_case for m in measures.values())
+    resolved = lambda model: any(
+        np.isfinite(m.of(of_case[model])) for of_case in results.values() if model in of_case for m in measures.values()
+    )
     models = [model for model in LADDER if resolved(model)]
     figure = new_figure(1.5 + 3.2 * len(measures))
     panels = np.atleast_1d(figure.subplots(len(measures), 1, sharex=True))
     place, width = np.arange(len(results)), 0.8 / max(len(models), 1)
     for axes, (words, measure) in zip(panels, measures.items()):
         for k, model in enumerate(models):
-            values = [measure.factor * measure.of(of_case[model]) if model in of_case else np.nan for of_case in results.values()]
+            values = [
+                measure.factor * measure.of(of_case[model]) if model in of_case else np.nan
+                for of_case in results.values()
+            ]
             if np.isfinite(values).any():
-                axes.bar(place + (k - (len(models) - 1) / 2) * width, values, width, color=COLOURS[k % len(COLOURS)], label=model)
+                axes.bar(
+                    place + (k - (len(models) - 1) / 2) * width,
+                    values,
+                    width,
+                    color=COLOURS[k % len(COLOURS)],
+                    label=model,
+                )
         axes.set_ylabel(f"{words} [{measure.unit}]")
         axes.set_ylim(top=1.25 * axes.get_ylim()[1])
         if axes.patches:

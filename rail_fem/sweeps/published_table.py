@@ -1,4 +1,5 @@
-"""What a source gives for the P2 force of each case, beside the same by our formula and the peaks of our rungs: the thesis' table 7-5."""
+"""What a source gives for the P2 force of each case, beside the same by our formula and the peaks of our rungs: the
+thesis' table 7-5."""
 
 from __future__ import annotations
 
@@ -20,8 +21,19 @@ def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
     if not mine or not rungs:
         return []
     moving = [model for model in rungs if model not in ("p2_formula", "lumped")]
-    head = ["case", "P0 [kN]", "published 2a [mrad]", "published P2 [kN]", "our P2 with that 2a [kN]", "difference [kN]", "2a that gives the published P2 [mrad]",
-            "our 2a: rigid path, trajectory [mrad]", "our P2: rigid path, trajectory [kN]", "published FE peak [kN]", *(f"{m}: first impact, largest on nose [kN]" for m in moving)]
+    head = [
+        "case",
+        "P0 [kN]",
+        "published 2a [mrad]",
+        "published P2 [kN]",
+        "our P2 with that 2a [kN]",
+        "difference [kN]",
+        "2a that gives the published P2 [mrad]",
+        "our 2a: rigid path, trajectory [mrad]",
+        "our P2: rigid path, trajectory [kN]",
+        "published FE peak [kN]",
+        *(f"{m}: first impact, largest on nose [kN]" for m in moving),
+    ]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     return lines + ["| " + " | ".join(published_row(row, results[row.case], moving)) + " |" for row in mine]
 
@@ -34,14 +46,31 @@ def published_row(row: Published, results: dict, moving: list[str]) -> list[str]
     rigid = results["p2_formula"].trust["dip_angle"] if "p2_formula" in results else None
     dynamic = [trajectory_dip(results[model]).angle for model in moving[::-1] if model in results][:1]
     dips = [rigid, *dynamic]
-    say = lambda values, factor, digits: ", ".join("-" if v is None or v != v else f"{v * factor:.{digits}f}" for v in values)
-    forces = [say((peak(results[m], *FIRST_IMPACT), peak(results[m], "largest_force_nose")), 1e-3, 1) if m in results else "-" for m in moving]
-    return [row.case, f"{scene.static_wheel_load / 1e3:.2f}", f"{row.dip:.2f}", f"{row.p2:.2f}", f"{ours:.2f}", f"{ours - row.p2:+.3f}",
-            f"{needed:.4f}{'' if abs(needed - row.dip) <= LAST_DIGIT else ' (!)'}", say(dips, 1e3, 2),
-            say([None if d is None else p2_of(scene, d) for d in dips], 1e-3, 1), f"{row.peak:.2f}", *forces]
+    say = lambda values, factor, digits: ", ".join(
+        "-" if v is None or v != v else f"{v * factor:.{digits}f}" for v in values
+    )
+    forces = [
+        say((peak(results[m], *FIRST_IMPACT), peak(results[m], "largest_force_nose")), 1e-3, 1) if m in results else "-"
+        for m in moving
+    ]
+    return [
+        row.case,
+        f"{scene.static_wheel_load / 1e3:.2f}",
+        f"{row.dip:.2f}",
+        f"{row.p2:.2f}",
+        f"{ours:.2f}",
+        f"{ours - row.p2:+.3f}",
+        f"{needed:.4f}{'' if abs(needed - row.dip) <= LAST_DIGIT else ' (!)'}",
+        say(dips, 1e3, 2),
+        say([None if d is None else p2_of(scene, d) for d in dips], 1e-3, 1),
+        f"{row.peak:.2f}",
+        *forces,
+    ]
 
 
 def p2_of(scene: Scene, dip: float) -> float:
     """P2 [N] as table 7-5 has it, for a dip angle [rad]."""
-    increment = p2_increment(dip, scene.speed, unsprung_mass(scene, "wheelset"), scene.foundation.track_mass, scene.foundation.stiffness)
+    increment = p2_increment(
+        dip, scene.speed, unsprung_mass(scene, "wheelset"), scene.foundation.track_mass, scene.foundation.stiffness
+    )
     return p2_force(scene.static_wheel_load, increment)

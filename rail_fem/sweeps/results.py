@@ -16,7 +16,8 @@ TABLE_PEAKS = {"first_impact": ("kN", 1e-3), "largest_force": ("kN", 1e-3), "lar
 
 @dataclass(frozen=True)
 class SweepResults:
-    """Results by case and model: `sweep["case_02"]["rigid_hertz"]`. unusable : a sentence on each run that is left out"""
+    """Results by case and model: `sweep["case_02"]["rigid_hertz"]`. unusable : a sentence on each run that is left
+    out"""
 
     results: Results
     unusable: tuple[str, ...]
@@ -37,17 +38,29 @@ class SweepResults:
         return f"<SweepResults: {len(self)} cases, {runs} runs, {len(self.unusable)} left out>"
 
     def to_dataframe(self):
-        """One row a run: case, model, speed, static load, peaks, transfer, core seconds. Errors: ModuleNotFoundError where pandas is not installed."""
+        """One row a run: case, model, speed, static load, peaks, transfer, core seconds. Errors: ModuleNotFoundError
+        where pandas is not installed."""
         import pandas
 
-        return pandas.DataFrame([self._row(case, result) for case, of_case in self.results.items() for result in of_case.values()])
+        return pandas.DataFrame(
+            [self._row(case, result) for case, of_case in self.results.items() for result in of_case.values()]
+        )
 
     @staticmethod
     def _row(case: str, result: PassResult) -> dict[str, object]:
-        row = {"case": case, "model": result.model, "speed [m/s]": result.scene.speed, "static load [kN]": result.scene.static_wheel_load / 1e3}
+        row = {
+            "case": case,
+            "model": result.model,
+            "speed [m/s]": result.scene.speed,
+            "static load [kN]": result.scene.static_wheel_load / 1e3,
+        }
         for name, (unit, factor) in TABLE_PEAKS.items():
             row[f"{name} [{unit}]"] = result.peaks[name].value * factor if name in result.peaks else NAN
-        return row | {"transfer_x [mm]": result.transfer_x * 1e3, "core seconds": core_seconds(result), "warnings": len(result.warnings)}
+        return row | {
+            "transfer_x [mm]": result.transfer_x * 1e3,
+            "core seconds": core_seconds(result),
+            "warnings": len(result.warnings),
+        }
 
 
 def load_sweep(folder: Path | str) -> SweepResults:

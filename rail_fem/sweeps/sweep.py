@@ -1,7 +1,7 @@
 """Many cases, one after the other: each [run.MODEL] of each case file in OUT/CASE/MODEL.
 
-A sweep says at the start what it cannot run, goes on after a failure, and when it is started again passes over what is finished and goes
-on with what was cut off. Light rungs run in this process, parallel ones under mpirun.
+A sweep says at the start what it cannot run, goes on after a failure, and when it is started again passes over what is
+finished and goes on with what was cut off. Light rungs run in this process, parallel ones under mpirun.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import TextIO
 
 from rail_fem.case.casefile import Case, CaseError, load_case
-from rail_fem.run.job import JobFault, run_case
 from rail_fem.ladder import LADDER
 from rail_fem.launcher import mpi_command, rank_environment
 from rail_fem.output.progress import duration
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs
+from rail_fem.run.job import JobFault, run_case
 
 PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux
 FINISHED, FAILED, SKIPPED = "finished", "FAILED", "finished before"
@@ -64,10 +64,17 @@ def read_cases(paths: Iterable[Path]) -> tuple[list[Case], list[str]]:
 
 
 def jobs_of(cases: Iterable[Case], out: Path, models: Iterable[str] = ()) -> list[Job]:
-    """Jobs from the cheapest rung to the dearest, so that the quick answers come first. models : only these rungs; none: all that a case has."""
+    """Jobs from the cheapest rung to the dearest, so that the quick answers come first. models : only these rungs;
+    none: all that a case has."""
     wanted = tuple(models) or tuple(LADDER)
     cases = list(cases)
-    return [Job(case, model, Path(out) / case.path.stem / model) for model in LADDER if model in wanted for case in cases if model in case.runs]
+    return [
+        Job(case, model, Path(out) / case.path.stem / model)
+        for model in LADDER
+        if model in wanted
+        for case in cases
+        if model in case.runs
+    ]
 
 
 def run_sweep(jobs: list[Job], ranks: int, say: Callable[[str], None]) -> list[Outcome]:
@@ -81,7 +88,10 @@ def run_sweep(jobs: list[Job], ranks: int, say: Callable[[str], None]) -> list[O
         left = sum(1 for later in jobs[number:] if later.model == job.model)
         eta = f"  {job.model}: {left} left, about {duration(left * sum(same) / len(same))}" if left and same else ""
         reason = f": {outcome.reason}" if outcome.reason else ""
-        say(f"[{number}/{len(jobs)}] {duration(spent)}  {job.case.path.stem} {job.model}: {outcome.state} in {outcome.wall_time:.1f} s{reason}{eta}")
+        say(
+            f"[{number}/{len(jobs)}] {duration(spent)}  {job.case.path.stem} {job.model}: {outcome.state} in"
+            f" {outcome.wall_time:.1f} s{reason}{eta}"
+        )
     return outcomes
 
 
@@ -98,7 +108,12 @@ def run_job(job: Job, ranks: int) -> Outcome:
             fault = run_case(job.case, job.model, job.folder, not anew, anew, lambda text: None)
     except (JobFault, ValueError, ArithmeticError, OSError) as error:
         anew, fault = False, f"{type(error).__name__}: {error}" if not isinstance(error, JobFault) else str(error)
-    return Outcome(job, FAILED if fault else FINISHED, fault or ("its profile file had changed" if anew else ""), time.perf_counter() - started)
+    return Outcome(
+        job,
+        FAILED if fault else FINISHED,
+        fault or ("its profile file had changed" if anew else ""),
+        time.perf_counter() - started,
+    )
 
 
 def _unlike(job: Job) -> list[str]:
@@ -113,17 +128,22 @@ def _mark(job: Job) -> dict:
 
 
 def profile_changed(job: Job) -> bool:
-    """Whether the folder holds this very case with another content of its profile file: then what lies there answers nothing any more."""
+    """Whether the folder holds this very case with another content of its profile file: then what lies there answers
+    nothing any more."""
     return (job.folder / MARK).is_file() and only_profile_differs(_unlike(job))
 
 
 def is_finished(job: Job) -> bool:
-    """Whether the folder holds a result of this case. Errors: ValueError when it holds one of another case or of an older scene, named key by key."""
+    """Whether the folder holds a result of this case. Errors: ValueError when it holds one of another case or of an
+    older scene, named key by key."""
     if not (job.folder / "result.json").is_file():
         return False
     unlike = _unlike(job)
     if unlike:
-        raise ValueError(f"{job.folder} holds the result of another case or of an older version of it: {'; '.join(unlike[:5])}: remove the folder to run it again")
+        raise ValueError(
+            f"{job.folder} holds the result of another case or of an older version of it: {'; '.join(unlike[:5])}:"
+            " remove the folder to run it again"
+        )
     result = load(job.folder)
     more = result.cut_off and result.settings.get("max_steps") != getattr(job.case.runs[job.model], "max_steps", None)
     return not (result.fault or more)
@@ -134,8 +154,22 @@ def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
 
     They read the case again, and refuse another content than this sweep has read.
     """
-    program = [sys.executable, "-m", "mpi4py", "-m", "rail_fem", "run", str(job.case.path), "--model", job.model, "--out", str(job.folder),
-               "--overwrite" if anew else "--restart", "--digest", digest(_mark(job))]
+    program = [
+        sys.executable,
+        "-m",
+        "mpi4py",
+        "-m",
+        "rail_fem",
+        "run",
+        str(job.case.path),
+        "--model",
+        job.model,
+        "--out",
+        str(job.folder),
+        "--overwrite" if anew else "--restart",
+        "--digest",
+        digest(_mark(job)),
+    ]
     job.folder.parent.mkdir(parents=True, exist_ok=True)
     log = job.folder.parent / f"{job.model}.log"
     with log.open("a", encoding="utf-8") as stream:
@@ -144,10 +178,13 @@ def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
 
 
 def run_tied(command: list[str], stream: TextIO, environment: Mapping[str, str]) -> int:
-    """Exit code of a command that is told to end when this process dies, even by a kill: else it would go on writing where a second sweep does.
+    """Exit code of a command that is told to end when this process dies, even by a kill: else it would go on writing
+    where a second sweep does.
 
     Linux only; elsewhere it outlives a kill.
     """
     control = getattr(ctypes.CDLL(None), "prctl", None)
     tie = None if control is None else lambda: control(PARENT_DEATH_SIGNAL, int(signal.SIGTERM))
-    return subprocess.run(command, stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT, env=environment, preexec_fn=tie).returncode
+    return subprocess.run(
+        command, stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT, env=environment, preexec_fn=tie
+    ).returncode

@@ -1,4 +1,5 @@
-"""The page of a sweep: its tables, its trends in words with reasons and controls, the figures of each group, which figure of a source each stands for."""
+"""The page of a sweep: its tables, its trends in words with reasons and controls, the figures of each group, which
+figure of a source each stands for."""
 
 from __future__ import annotations
 
@@ -12,25 +13,31 @@ from matplotlib.figure import Figure
 from rail_fem.atomic import write_text_atomically
 from rail_fem.ladder import LADDER
 from rail_fem.output.result import PassResult
-from rail_fem.sweeps.group_figure import group_figure, strain_figure, summary_figure
+from rail_fem.output.trust_text import GOOD
+from rail_fem.output.versions import versions
 from rail_fem.show.reference import dip_figure, forces_figure
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds
+from rail_fem.sweeps.group_figure import group_figure, strain_figure, summary_figure
 from rail_fem.sweeps.published_table import published_table
 from rail_fem.sweeps.sweep_report import Results, force_table, results_below
 from rail_fem.sweeps.trend_words import count_lines, trend_lines
 from rail_fem.sweeps.trends import MEASURES, Group, Source, load_source
-from rail_fem.output.versions import versions
-from rail_fem.output.trust_text import GOOD
 
-SUMMARY = {"first impact": "first impact", "largest force": "largest force", "largest force\non the wing": "largest wing force", "largest plastic strain\nof the nose": "nose strain"}
+SUMMARY = {
+    "first impact": "first impact",
+    "largest force": "largest force",
+    "largest force\non the wing": "largest wing force",
+    "largest plastic strain\nof the nose": "nose strain",
+}
 BESIDE = ("rigid_hertz", "fe_full")  # rungs whose forces are drawn beneath one another
 COMPACT = 80  # dots per inch of a page for a repository
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of the page: file name, what it shows, which figures of the source it stands for, how it is drawn (None: nothing to draw)."""
+    """A figure of the page: file name, what it shows, which figures of the source it stands for, how it is drawn (None:
+    nothing to draw)."""
 
     name: str
     words: str
@@ -39,31 +46,41 @@ class Picture:
 
 
 def write_page(folder: Path, groups: Path, out: Path) -> Path:
-    """Write out/report.md and its figures; returns the page. Errors: TrendError, CaseError, FileNotFoundError without results, OSError."""
+    """Write out/report.md and its figures; returns the page. Errors: TrendError, CaseError, FileNotFoundError without
+    results, OSError."""
     source, (results, unusable) = load_source(groups), results_below(folder, Path(groups).parent)
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     drawn = draw_all(pictures(source, results, Path(folder)), out)
-    text = [*page_lines(source, results, unusable, folder, groups, f"--out {out}"), *figure_lines(source, drawn, lambda picture: f"{picture.name}.png"),
-            *(f"![{picture.words}]({picture.name}.png)" for picture in drawn)]
+    text = [
+        *page_lines(source, results, unusable, folder, groups, f"--out {out}"),
+        *figure_lines(source, drawn, lambda picture: f"{picture.name}.png"),
+        *(f"![{picture.words}]({picture.name}.png)" for picture in drawn),
+    ]
     write_text_atomically(out / "report.md", "\n".join(text) + "\n")
     return out / "report.md"
 
 
 def write_digest(folder: Path, groups: Path, page: Path, shown: tuple[str, ...]) -> Path:
-    """The same page as one Markdown file for a repository, with the figures named in `shown` beside it, small. Errors: as write_page, ValueError for a figure that is not there."""
+    """The same page as one Markdown file for a repository, with the figures named in `shown` beside it, small. Errors:
+    as write_page, ValueError for a figure that is not there."""
     source, (results, unusable) = load_source(groups), results_below(folder, Path(groups).parent)
     page = Path(page)
     found = pictures(source, results, Path(folder))
     absent = sorted(set(shown) - {picture.name for picture in found})
     if absent:
-        raise ValueError(f"--show {', '.join(absent)}: no such figure; there are {', '.join(picture.name for picture in found)}")
+        raise ValueError(
+            f"--show {', '.join(absent)}: no such figure; there are {', '.join(picture.name for picture in found)}"
+        )
     page.parent.mkdir(parents=True, exist_ok=True)
     prefix = f"{page.stem}_"
     drawn = draw_all([picture for picture in found if picture.name in shown], page.parent, prefix, COMPACT)
     how = " ".join([f"--digest {page}", *(f"--show {name}" for name in shown)])
-    lines = [*page_lines(source, results, unusable, folder, groups, how), *figure_lines(source, found, lambda picture: f"{folder}/report/{picture.name}.png"),
-             *(f"![{picture.words}]({prefix}{picture.name}.png)\n\n*{picture.words}.*\n" for picture in drawn)]
+    lines = [
+        *page_lines(source, results, unusable, folder, groups, how),
+        *figure_lines(source, found, lambda picture: f"{folder}/report/{picture.name}.png"),
+        *(f"![{picture.words}]({prefix}{picture.name}.png)\n\n*{picture.words}.*\n" for picture in drawn),
+    ]
     write_text_atomically(page, "\n".join(lines) + "\n")
     return page
 
@@ -80,12 +97,32 @@ def draw_all(wanted: list[Picture], out: Path, prefix: str = "", dots: int | Non
     return drawn
 
 
-def page_lines(source: Source, results: Results, unusable: list[str], folder: Path, groups: Path, how: str) -> list[str]:
+def page_lines(
+    source: Source, results: Results, unusable: list[str], folder: Path, groups: Path, how: str
+) -> list[str]:
     """How it was made, tables, trends. how : options of the command that writes the page"""
-    revisions = sorted({r.versions.get("git", "") or "unknown" for of_case in results.values() for r in of_case.values()})
-    lines = [f"# {source.title}", "", *([source.intro, ""] if source.intro else []), f"Runs by `rail_fem sweep {groups.parent}/case_*.toml --out {folder}` at commit {', '.join(revisions)}; this page by "
-             f"`rail_fem report {folder} --groups {groups} {how}` at commit {versions().get('git') or 'unknown'}.", "", *count_lines(source.group, results), "",
-             "## All cases, every rung", "", *force_table(results), "", *trust_lines(results), ""]
+    revisions = sorted(
+        {r.versions.get("git", "") or "unknown" for of_case in results.values() for r in of_case.values()}
+    )
+    lines = [
+        f"# {source.title}",
+        "",
+        *([source.intro, ""] if source.intro else []),
+        (
+            f"Runs by `rail_fem sweep {groups.parent}/case_*.toml --out {folder}` at commit {', '.join(revisions)};"
+            f" this page by `rail_fem report {folder} --groups {groups} {how}` at commit"
+            f" {versions().get('git') or 'unknown'}."
+        ),
+        "",
+        *count_lines(source.group, results),
+        "",
+        "## All cases, every rung",
+        "",
+        *force_table(results),
+        "",
+        *trust_lines(results),
+        "",
+    ]
     lines += ["Left out:", "", *(f"- {sentence}" for sentence in unusable), ""] if unusable else []
     lines += [*cost_lines(results), ""]
     table = published_table(source.published, results)
@@ -102,15 +139,27 @@ def trust_lines(results: Results) -> list[str]:
     if not reports:
         return []
     which = "; ".join(f"{name} in {failed.count(name)}" for name in dict.fromkeys(failed)) or "none"
-    return [f"Element size and trust report are those of the dearest rung of a row. Of {len(reports)} explicit runs, "
-            f"{sum(any(row['verdict'] != GOOD for row in rows) for rows in reports)} fail rows of their own trust report: {which}. A size in bold is not that of the other rows."]
+    return [
+        f"Element size and trust report are those of the dearest rung of a row. Of {len(reports)} explicit runs,"
+        f" {sum(any(row['verdict'] != GOOD for row in rows) for rows in reports)} fail rows of their own trust report:"
+        f" {which}. A size in bold is not that of the other rows."
+    ]
 
 
 def cost_lines(results: Results) -> list[str]:
     """What each rung took over all its cases."""
-    costs = {model: [core_seconds(of_case[model]) for of_case in results.values() if model in of_case] for model in LADDER}
-    return ["Core seconds of all cases (figures and start of the program left out): "
-            + ", ".join(f"{model} {sum(spent):.{0 if sum(spent) > 100 else 1}f} s over {len(spent)}" for model, spent in costs.items() if spent) + "."]
+    costs = {
+        model: [core_seconds(of_case[model]) for of_case in results.values() if model in of_case] for model in LADDER
+    }
+    return [
+        "Core seconds of all cases (figures and start of the program left out): "
+        + ", ".join(
+            f"{model} {sum(spent):.{0 if sum(spent) > 100 else 1}f} s over {len(spent)}"
+            for model, spent in costs.items()
+            if spent
+        )
+        + "."
+    ]
 
 
 def figure_lines(source: Source, found: list[Picture], name: Callable[[Picture], str]) -> list[str]:
@@ -123,27 +172,62 @@ def figure_lines(source: Source, found: list[Picture], name: Callable[[Picture],
 def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:
     """All figures that this sweep can give, in order."""
     measures = {words: MEASURES[name] for words, name in SUMMARY.items()}
-    found = [Picture("summary", "Largest forces and plastic strain of all cases, every rung", source.summary_figures, lambda: summary_figure(results, measures, "All cases, every rung"))]
+    found = [
+        Picture(
+            "summary",
+            "Largest forces and plastic strain of all cases, every rung",
+            source.summary_figures,
+            lambda: summary_figure(results, measures, "All cases, every rung"),
+        )
+    ]
     of_reference = results.get(source.reference, {})
     beside = {model: of_reference[model] for model in BESIDE if model in of_reference}
     if beside:
         (forces, heights), dearest = source.reference_figures, list(beside.values())[-1]
-        found += [Picture("reference_forces", f"Contact force of {source.reference} by {' and '.join(beside)}", forces, lambda: forces_figure(beside)),
-                  Picture("reference_dip", f"Displacements and dip angle of {source.reference}", heights, lambda: dip_figure(dearest))]
+        found += [
+            Picture(
+                "reference_forces",
+                f"Contact force of {source.reference} by {' and '.join(beside)}",
+                forces,
+                lambda: forces_figure(beside),
+            ),
+            Picture(
+                "reference_dip",
+                f"Displacements and dip angle of {source.reference}",
+                heights,
+                lambda: dip_figure(dearest),
+            ),
+        ]
     for group in source.group:
         found += group_pictures(group, results, folder)
     return found
 
 
 def group_pictures(group: Group, results: Results, folder: Path) -> list[Picture]:
-    """Histories and plastic strain of a group, by the dearest rung that all its cases have; nothing where there is none."""
+    """Histories and plastic strain of a group, by the dearest rung that all its cases have; nothing where there is
+    none."""
     common = [model for model in LADDER if all(model in results.get(case, {}) for case in group.cases)]
     if not common:
         return []
     model, name = common[-1], re.sub(r"\W+", "_", group.title.lower())
     mine: dict[str, PassResult] = {case: results[case][model] for case in group.cases}
     folders = {case: folder / case / model for case in group.cases}
-    found = [Picture(name, f"{group.title}: force, wheel, crossing, lateral place of contact ({model})", group.figures[0], lambda: group_figure(group.title, mine))]
+    found = [
+        Picture(
+            name,
+            f"{group.title}: force, wheel, crossing, lateral place of contact ({model})",
+            group.figures[0],
+            lambda: group_figure(group.title, mine),
+        )
+    ]
     if not any((path / "fields").is_dir() for path in folders.values()):
         return found
-    return [*found, Picture(f"{name}_strain", f"{group.title}: plastic strain seen from above, common legend ({model})", group.figures[1], lambda: strain_figure(group.title, folders, mine))]
+    return [
+        *found,
+        Picture(
+            f"{name}_strain",
+            f"{group.title}: plastic strain seen from above, common legend ({model})",
+            group.figures[1],
+            lambda: strain_figure(group.title, folders, mine),
+        ),
+    ]

@@ -10,9 +10,9 @@ from rail_fem.case.casefile import load_case
 from rail_fem.ladder import LADDER
 from rail_fem.output.result import NAN, PassResult, load
 from rail_fem.output.runfolder import differences
+from rail_fem.output.trust_text import verdict_words
 from rail_fem.sweeps.compare import FIRST_IMPACT, core_seconds, peak
 from rail_fem.sweeps.sweep import FAILED, Outcome
-from rail_fem.output.trust_text import verdict_words
 
 Results = dict[str, dict[str, PassResult]]  # case -> model -> result
 
@@ -29,7 +29,8 @@ def sweep_report(outcomes: list[Outcome], faults: list[str]) -> str:
 def results_below(folder: Path, cases: Path | None = None) -> tuple[Results, list[str]]:
     """Results of a sweep's folder DIR/CASE/MODEL by case, and a sentence on each that cannot be used.
 
-    cases : folder of the case files; results of another scene than that of cases/CASE.toml, where there is one, are left out
+    cases : folder of the case files; results of another scene than that of cases/CASE.toml, where there is one, are
+        left out
     Errors: FileNotFoundError without any result, CaseError for a case file that cannot be read.
     """
     results: Results = {}
@@ -43,7 +44,10 @@ def results_below(folder: Path, cases: Path | None = None) -> tuple[Results, lis
         if result.fault:
             unusable.append(f"{path.parent}: failed: {result.fault}")
         elif unlike := _unlike_case(result, cases, path.parent.parent.name):
-            unusable.append(f"{path.parent}: of an older version of the scene: {'; '.join(unlike[:5])}: remove the folder and sweep again")
+            unusable.append(
+                f"{path.parent}: of an older version of the scene: {'; '.join(unlike[:5])}: remove the folder and sweep"
+                " again"
+            )
         else:
             results.setdefault(path.parent.parent.name, {})[result.model] = result
     if not results:
@@ -61,12 +65,22 @@ def _unlike_case(result: PassResult, cases: Path | None, name: str) -> list[str]
 
 
 def force_table(results: Results) -> list[str]:
-    """A row for each case: static load, forces by each rung [kN], plastic strain [%], transfer place [mm], core seconds; of the dearest rung the
-    element size, bold where most cases have another, and its trust report's verdict."""
+    """A row for each case: static load, forces by each rung [kN], plastic strain [%], transfer place [mm], core
+    seconds; of the dearest rung the element size, bold where most cases have another, and its trust report's
+    verdict."""
     rungs = [model for model in LADDER if any(model in of_case for of_case in results.values())]
     if not rungs:
         return ["No results."]
-    head = ["case", "static load [kN]", *(f"{model}: first impact; largest on wing / nose [kN]" for model in rungs), "PEEQ wing / nose [%]", "transfer x [mm]", "core seconds", "elements [mm]", "trust report"]
+    head = [
+        "case",
+        "static load [kN]",
+        *(f"{model}: first impact; largest on wing / nose [kN]" for model in rungs),
+        "PEEQ wing / nose [%]",
+        "transfer x [mm]",
+        "core seconds",
+        "elements [mm]",
+        "trust report",
+    ]
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     usual = usual_size(results)
     for case, by_model in results.items():
@@ -74,7 +88,22 @@ def force_table(results: Results) -> list[str]:
         forces = [forces_of(by_model[model]) if model in by_model else "-" for model in rungs]
         strains = shown(last, ("plastic_strain_wing",), 100.0) + " / " + shown(last, ("plastic_strain_nose",), 100.0)
         place = "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}"
-        lines.append("| " + " | ".join([case, f"{last.scene.static_wheel_load / 1e3:.2f}", *forces, strains, place, f"{sum(map(core_seconds, by_model.values())):.1f}", size_of(last, usual), verdict_words(last.trust) or "-"]) + " |")
+        lines.append(
+            "| "
+            + " | ".join(
+                [
+                    case,
+                    f"{last.scene.static_wheel_load / 1e3:.2f}",
+                    *forces,
+                    strains,
+                    place,
+                    f"{sum(map(core_seconds, by_model.values())):.1f}",
+                    size_of(last, usual),
+                    verdict_words(last.trust) or "-",
+                ]
+            )
+            + " |"
+        )
     return lines
 
 
@@ -92,7 +121,10 @@ def size_of(result: PassResult, usual: float) -> str:
 
 def forces_of(result: PassResult) -> str:
     """First impact; largest force on wing / nose [kN]; where a rung knows no bodies, that on the whole wheel."""
-    first, wing, nose, wheel = (shown(result, names, 1e-3) for names in (FIRST_IMPACT, ("largest_force_wing",), ("largest_force_nose",), ("largest_force",)))
+    first, wing, nose, wheel = (
+        shown(result, names, 1e-3)
+        for names in (FIRST_IMPACT, ("largest_force_wing",), ("largest_force_nose",), ("largest_force",))
+    )
     if (wing, nose) == ("-", "-"):
         return first if wheel == "-" else f"{wheel} (wheel)"
     return f"{first}; {wing} / {nose}"
@@ -107,4 +139,8 @@ def shown(result: PassResult, names: tuple[str, ...], factor: float) -> str:
 def failures(outcomes: list[Outcome], faults: list[str]) -> list[str]:
     failed = [f"- {o.job.case.path.stem} {o.job.model}: {o.reason}" for o in outcomes if o.state == FAILED]
     left_out = [f"- left out: {fault.splitlines()[0]}" for fault in faults]
-    return [f"{len(failed)} run(s) failed, {len(left_out)} case file(s) left out", *failed, *left_out] if failed or left_out else ["All runs finished."]
+    return (
+        [f"{len(failed)} run(s) failed, {len(left_out)} case file(s) left out", *failed, *left_out]
+        if failed or left_out
+        else ["All runs finished."]
+    )

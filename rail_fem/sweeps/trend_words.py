@@ -14,7 +14,10 @@ def trend_lines(group: Group, results: Results, cases: Path) -> list[str]:
     for trend in group.trend:
         found = check(trend, results)
         unit = MEASURES[trend.quantity].unit
-        lines.append(f"- **{trend.says}** ({trend.quantity}: {' < '.join(trend.order)})" + (f"; published: {trend.published}" if trend.published else ""))
+        lines.append(
+            f"- **{trend.says}** ({trend.quantity}: {' < '.join(trend.order)})"
+            + (f"; published: {trend.published}" if trend.published else "")
+        )
         lines += [f"  - {finding.words(unit)}" for finding in found] or ["  - no rung has all of these results"]
         lines += [f"  - {word} because: {trend.because}"] if trend.because and (word := reason_word(found)) else []
         lines += [f"  - control: {control_words(control, trend, cases)}" for control in trend.control]
@@ -22,7 +25,8 @@ def trend_lines(group: Group, results: Results, cases: Path) -> list[str]:
 
 
 def reason_word(found: list[Finding]) -> str:
-    """What the dearest rung that resolves the trend makes of it, if it does not agree; "differs" where a cheaper one does; "" where all agree."""
+    """What the dearest rung that resolves the trend makes of it, if it does not agree; "differs" where a cheaper one
+    does; "" where all agree."""
     verdicts = [finding.verdict for finding in found]
     if not verdicts or set(verdicts) == {"agrees"}:
         return ""
@@ -33,10 +37,17 @@ def reason_word(found: list[Finding]) -> str:
 
 def count_lines(groups: tuple[Group, ...], results: Results) -> list[str]:
     """How many trends agree by the dearest rung of each, and which do not."""
-    judged = [(group, trend, found[-1]) for group in groups for trend in group.trend if (found := check(trend, results))]
-    named = lambda verdict: [f"{group.title}: {trend.says} ({trend.quantity}; {finding.model})" for group, trend, finding in judged if finding.verdict == verdict]
+    judged = [
+        (group, trend, found[-1]) for group in groups for trend in group.trend if (found := check(trend, results))
+    ]
+    named = lambda verdict: [
+        f"{group.title}: {trend.says} ({trend.quantity}; {finding.model})"
+        for group, trend, finding in judged
+        if finding.verdict == verdict
+    ]
     differ, same = named("differs"), named("same")
-    lines = [f"{len(judged) - len(differ) - len(same)} of {len(judged)} trends agree by the dearest rung that resolves them."]
+    lines = [
+        f"{len(judged) - len(differ) - len(same)} of {len(judged)} trends agree by the dearest rung that resolves them."
+    ]
     lines += [f"{len(differ)} differ: " + "; ".join(differ) + "."] if differ else []
     return lines + ([f"{len(same)} show no change above 1 %: " + "; ".join(same) + "."] if same else [])
-

@@ -1,4 +1,5 @@
-"""Trends over cases: a sentence like "a faster wheel strikes the nose harder", checked on the results of every rung that resolves it.
+"""Trends over cases: a sentence like "a faster wheel strikes the nose harder", checked on the results of every rung
+that resolves it.
 
 Read from a TOML file, so that a study of one's own can state its own:
 
@@ -90,7 +91,8 @@ Change = str | float | int | bool | dict
 
 
 class Control(Frozen):
-    """An experiment by a light rung on the trend's cases with `change` made in all of them, `only` in one; quantity, order: as the trend's unless given."""
+    """An experiment by a light rung on the trend's cases with `change` made in all of them, `only` in one; quantity,
+    order: as the trend's unless given."""
 
     says: str
     model: str = "rigid_hertz"
@@ -102,7 +104,10 @@ class Control(Frozen):
     @model_validator(mode="after")
     def _runs_here(self) -> Control:
         if self.model not in LADDER or LADDER[self.model].parallel:
-            raise ValueError(f"model '{self.model}' of a control is none of the light rungs {', '.join(m for m, rung in LADDER.items() if not rung.parallel)}")
+            raise ValueError(
+                f"model '{self.model}' of a control is none of the light rungs"
+                f" {', '.join(m for m, rung in LADDER.items() if not rung.parallel)}"
+            )
         return self
 
 
@@ -125,7 +130,8 @@ class Trend(Frozen):
 
 
 class Group(Frozen):
-    """Cases that belong on one figure, and what is said of them. figures : what of a source the figure of histories, and of strain, stands for"""
+    """Cases that belong on one figure, and what is said of them. figures : what of a source the figure of histories,
+    and of strain, stands for"""
 
     title: str
     cases: tuple[str, ...] = Field(min_length=1)
@@ -143,7 +149,8 @@ class Published(Frozen):
 
 
 class Source(Frozen):
-    """A file of groups. reference : the case whose rungs are drawn beside one another, and what these figures stand for; absent : source's figures that have no like here, and why"""
+    """A file of groups. reference : the case whose rungs are drawn beside one another, and what these figures stand
+    for; absent : source's figures that have no like here, and why"""
 
     group: tuple[Group, ...]
     title: str = "Report of a sweep"
@@ -169,7 +176,8 @@ def load_source(path: Path) -> Source:
 
 @dataclass(frozen=True)
 class Finding:
-    """What one rung says of a trend. verdict : agrees, differs, same (no change above SAME);  values in the trend's order, shown units"""
+    """What one rung says of a trend. verdict : agrees, differs, same (no change above SAME);  values in the trend's
+    order, shown units"""
 
     model: str
     verdict: str
@@ -183,14 +191,17 @@ def check(trend: Trend, results: Results) -> list[Finding]:
     """A finding for every rung that resolves the quantity in all cases of the trend, cheapest first."""
     measure, found = MEASURES[trend.quantity], []
     for model in LADDER:
-        values = [measure.of(results[case][model]) if model in results.get(case, {}) else np.nan for case in trend.order]
+        values = [
+            measure.of(results[case][model]) if model in results.get(case, {}) else np.nan for case in trend.order
+        ]
         if np.isfinite(values).all():
             found.append(Finding(model, verdict(np.array(values)), tuple(measure.factor * v for v in values)))
     return found
 
 
 def verdict(values: np.ndarray) -> str:
-    """Of values (n,) that should grow: a step down by more than SAME contradicts; none up by more than SAME says nothing."""
+    """Of values (n,) that should grow: a step down by more than SAME contradicts; none up by more than SAME says
+    nothing."""
     steps = np.diff(values) / np.maximum(np.abs(values[:-1]), 1e-300)
     if (steps < -SAME).any():
         return "differs"

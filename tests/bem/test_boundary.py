@@ -1,4 +1,5 @@
 """Boundary value problems against exact solutions: uniform strain, ring, Kirsch, Flamant, Boussinesq's disc."""
+
 import os
 import subprocess
 import sys
@@ -6,15 +7,23 @@ import sys
 import numpy as np
 import pytest
 
-from bem.plane.boundary import (FIXED, BoundaryProblem, Condition, EquilibriumError, TooLargeError, memory_need,
-                          resultant_matrix, solve_boundary)
-from bem.plane.curve import arc
-from bem.verification.exact_problems import flamant_error, kirsch_error, polar, ring, ring_errors
-from bem.plane.internal import displacement_at, field_at, stress_at
 from bem.material import STEEL, Elastic, MaterialError
+from bem.plane.boundary import (
+    FIXED,
+    BoundaryProblem,
+    Condition,
+    EquilibriumError,
+    TooLargeError,
+    memory_need,
+    resultant_matrix,
+    solve_boundary,
+)
+from bem.plane.curve import arc
+from bem.plane.internal import displacement_at, field_at, stress_at
 from bem.plane.mesh import Sizing, Zone, mesh_outline
 from bem.plane.outline import Edge, Outline
 from bem.plane.point_load import PointLoad
+from bem.verification.exact_problems import flamant_error, kirsch_error, polar, ring, ring_errors
 from tests.order import assert_order
 
 CORNERS = np.array([[0, 0], [2, 0], [2, 1], [0, 1.0]])
@@ -28,7 +37,8 @@ def block(size):
 
 
 def test_confined_compression_is_uniform():
-    """Rollers on three sides: sigma_xx = nu / (1 - nu) sigma_yy, and u_y by the constrained modulus. Corners converge fast when graded."""
+    """Rollers on three sides: sigma_xx = nu / (1 - nu) sigma_yy, and u_y by the constrained modulus. Corners converge
+    fast when graded."""
     load = Condition(traction=(0, -1e6))
     solution = solve_boundary(block(0.1), STEEL, {"bottom": ROLLER, "left": ROLLER, "right": ROLLER, "top": load})
     np.testing.assert_allclose(stress_at(solution, INSIDE), np.tile([-3e6 / 7, -1e6, 0], (3, 1)), atol=1e-3 * 1e6)
@@ -38,8 +48,12 @@ def test_confined_compression_is_uniform():
 
 def test_a_body_that_only_loads_hold_still_has_its_stress():
     """All tractions prescribed: rigid motion is set by zero mean displacement and rotation."""
-    push = {"bottom": Condition(traction=(0, 1e6)), "top": Condition(traction=(0, -1e6)), "left": Condition(traction=(2e6, 0)),
-            "right": Condition(traction=(-2e6, 0))}
+    push = {
+        "bottom": Condition(traction=(0, 1e6)),
+        "top": Condition(traction=(0, -1e6)),
+        "left": Condition(traction=(2e6, 0)),
+        "right": Condition(traction=(-2e6, 0)),
+    }
     solution = solve_boundary(block(0.1), STEEL, push)
     np.testing.assert_allclose(stress_at(solution, INSIDE), np.tile([-2e6, -1e6, 0], (3, 1)), atol=1e-3 * 2e6)
     middle, right = displacement_at(solution, np.array([[1.0, 0.5], [1.9, 0.5]]))
@@ -48,11 +62,15 @@ def test_a_body_that_only_loads_hold_still_has_its_stress():
 
 @pytest.mark.parametrize("unit", [1e-3, 0.43, 1.0, 2.7, 1e3])
 def test_the_unit_of_length_does_not_matter(unit):
-    """A fixed boundary has degenerate sizes in the plain single layer; here stress under scaled length is the same to round-off."""
+    """A fixed boundary has degenerate sizes in the plain single layer; here stress under scaled length is the same to
+    round-off."""
+
     def stress(scale):
         outline = Outline([[Edge(edge.points * scale, edge.name) for edge in BLOCK.loops[0]]])
         mesh = mesh_outline(outline, Sizing(0.2 * scale))
-        fixed = {name: FIXED for name in ("bottom", "left", "right")} | {"top": Condition(displacement=(0.0, -1e-4 * scale))}
+        fixed = dict.fromkeys(("bottom", "left", "right"), FIXED) | {
+            "top": Condition(displacement=(0.0, -1e-4 * scale))
+        }
         return stress_at(solve_boundary(mesh, STEEL, fixed), INSIDE * scale)
 
     np.testing.assert_allclose(stress(unit), stress(0.9), atol=1e-9 * 5e7)
@@ -111,7 +129,9 @@ def test_point_load_and_couple_inside_a_disc_leave_its_rim_free():
 def test_field_is_accurate_up_to_the_boundary():
     """Radial stress of the ring from one element inside to the wall itself: no boundary layer."""
     size = 0.05
-    solution = solve_boundary(mesh_outline(ring(), Sizing(size)), STEEL, {"inner": Condition(traction=(-1e6, None), local=True)})
+    solution = solve_boundary(
+        mesh_outline(ring(), Sizing(size)), STEEL, {"inner": Condition(traction=(-1e6, None), local=True)}
+    )
     for depth in (0.0, 1e-5, 1e-3, 0.01, 0.1, 0.5, 1.0):
         angle = np.linspace(0, 0.2, 40)
         r = 1 + depth * size
@@ -134,7 +154,9 @@ def test_loads_on_a_free_body_must_balance():
     with pytest.raises(EquilibriumError, match="-2e\\+06"):
         solve_boundary(mesh, STEEL, {"top": Condition(traction=(0, -1e6))})
     with pytest.raises(EquilibriumError, match="nothing holds"):  # rollers leave one direction free
-        solve_boundary(mesh, STEEL, {"bottom": Condition(displacement=(None, 0.0)), "top": Condition(traction=(1e6, -1e6))})
+        solve_boundary(
+            mesh, STEEL, {"bottom": Condition(displacement=(None, 0.0)), "top": Condition(traction=(1e6, -1e6))}
+        )
     with pytest.raises(EquilibriumError, match="both"):
         Condition(displacement=(0.0, None), traction=(1.0, None))
 
@@ -165,10 +187,15 @@ print(mesh.densities, 1024 * (highest() - before))
 """
 
 
-@pytest.mark.skipif(not os.access("/proc/self/clear_refs", os.W_OK), reason="the peak of memory is read as Linux gives it")
+@pytest.mark.skipif(
+    not os.access("/proc/self/clear_refs", os.W_OK), reason="the peak of memory is read as Linux gives it"
+)
 def test_memory_stated_is_the_memory_taken():
-    """A process of its own, so that no memory freed before hides what is taken: within 15 % of what check_memory says."""
-    densities, peak = map(int, subprocess.run([sys.executable, "-c", _PEAK], capture_output=True, text=True, check=True).stdout.split())
+    """A process of its own, so that no memory freed before hides what is taken: within 15 % of what check_memory
+    says."""
+    densities, peak = map(
+        int, subprocess.run([sys.executable, "-c", _PEAK], capture_output=True, text=True, check=True).stdout.split()
+    )
     need = memory_need(2 * densities + 5)
     assert need == pytest.approx(3.25 * 8 * (2 * densities + 5) ** 2)
     assert peak == pytest.approx(need, rel=0.15)
@@ -177,8 +204,12 @@ def test_memory_stated_is_the_memory_taken():
 def test_nearly_incompressible_material_does_not_lock():
     """nu = 0.4999, confined: the pressure is nearly hydrostatic, sigma_xx = nu / (1 - nu) sigma_yy."""
     load = Condition(traction=(0, -1e6))
-    solution = solve_boundary(block(0.1), Elastic(1e7, 0.4999), {"bottom": ROLLER, "left": ROLLER, "right": ROLLER, "top": load})
-    np.testing.assert_allclose(stress_at(solution, INSIDE), np.tile([-1e6 * 0.4999 / 0.5001, -1e6, 0], (3, 1)), atol=2e-3 * 1e6)
+    solution = solve_boundary(
+        block(0.1), Elastic(1e7, 0.4999), {"bottom": ROLLER, "left": ROLLER, "right": ROLLER, "top": load}
+    )
+    np.testing.assert_allclose(
+        stress_at(solution, INSIDE), np.tile([-1e6 * 0.4999 / 0.5001, -1e6, 0], (3, 1)), atol=2e-3 * 1e6
+    )
 
 
 def test_a_hollow_body_is_accurate_up_to_nu_049_and_refused_beyond():

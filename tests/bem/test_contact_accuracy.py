@@ -1,14 +1,16 @@
-"""The mesh chosen from an accuracy: it is reached where the pressure peaks over a part of the patch only, and not promised at edges."""
+"""The mesh chosen from an accuracy: it is reached where the pressure peaks over a part of the patch only, and not
+promised at edges."""
+
 import numpy as np
 import pytest
 
-from bem.verification.cases import CASES, LOAD, blocks
 from bem.exact.conformal import pin_clearance, pin_pressure
+from bem.material import STEEL, Elastic, contact_modulus
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.coulomb import Drive
-from bem.verification.exact_problems import PIN_CLEARANCE, PIN_RADIUS, pin_and_hole
-from bem.material import STEEL, Elastic, contact_modulus
 from bem.plane.zone import NARROWEST, peak_sharpness
+from bem.verification.cases import CASES, LOAD, blocks
+from bem.verification.exact_problems import PIN_CLEARANCE, PIN_RADIUS, pin_and_hole
 from rail_fem.studies.sections import RAIL_LOAD, wheel_on_rail
 
 ASKED = [0.03, 0.01, 0.002]
@@ -34,7 +36,8 @@ def test_pins_in_holes(degrees):
 
 @pytest.mark.parametrize("case", [*CASES.values(), lambda: wheel_on_rail(190e9)], ids=[*CASES, "wheel on rail"])
 def test_case_studies_and_a_wheel_on_a_rail(case):
-    """Against 0.07 mm, itself within 0.1 % (rail_fem.studies.sections). The wheel peaks over 1.2 mm of a patch of 13 mm."""
+    """Against 0.07 mm, itself within 0.1 % (rail_fem.studies.sections). The wheel peaks over 1.2 mm of a patch of 13
+    mm."""
     drive = Drive.of(force=(None, -RAIL_LOAD)) if case not in CASES.values() else LOAD
     fine = solve_contact(*case(), drive, settings=Settings(size=0.07e-3)).last.pressure.max()
     assert max(misses(*case(), drive, fine)) < 1

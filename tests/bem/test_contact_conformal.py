@@ -1,13 +1,14 @@
 """A pin in a hole of almost its own radius: Persson's closed form, and the boundary elements against it."""
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 from bem.exact.conformal import pin_clearance, pin_pressure, pin_semi_angle
+from bem.material import STEEL, contact_modulus
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.coulomb import Drive
 from bem.verification.exact_problems import pin_and_hole
-from bem.material import STEEL, contact_modulus
 
 # VERIFICATION D: contact semi-angle [degrees], E* dR / P, p0 R / P
 TABLE = [(30, 3.9718, 1.2603), (45, 1.4116, 0.8821), (60, 0.5336, 0.7117), (75, 0.1435, 0.6281)]
@@ -34,14 +35,16 @@ def test_narrow_pin_contact_is_hertz():
 
 def solve_pin(clearance, size):
     load = contact_modulus(STEEL, STEEL) * CLEARANCE / clearance
-    return solve_contact(*pin_and_hole(RADIUS, CLEARANCE, STEEL), Drive.of(force=(None, -load)), settings=Settings(size=size)), load
+    return solve_contact(
+        *pin_and_hole(RADIUS, CLEARANCE, STEEL), Drive.of(force=(None, -load)), settings=Settings(size=size)
+    ), load
 
 
 @pytest.mark.parametrize("degrees, clearance, pressure", TABLE)
 def test_pin_in_hole_is_perssons(degrees, clearance, pressure):
     """VERIFICATION D: 1 % up to 75 degrees; 24 elements to the half contact, edges within a quarter of an element."""
     result, load = solve_pin(clearance, RADIUS * np.radians(degrees) / 24)
-    patch, = result.patches()
+    (patch,) = result.patches()
     assert patch.max_pressure * RADIUS / load == pytest.approx(pressure, rel=0.002)
     assert patch.width / 2 / RADIUS == pytest.approx(np.radians(degrees), rel=0.01)
     points, inner = result.interface.points, np.abs(result.last.pressure) > 0
@@ -53,7 +56,8 @@ def test_pin_in_hole_is_perssons(degrees, clearance, pressure):
 
 
 def test_pin_pressure_converges():
-    """Error of the largest pressure at 60 degrees with 6, 12, 24, 48 elements to the half contact: within (h/a)^2 plus 5e-4 of the phase."""
+    """Error of the largest pressure at 60 degrees with 6, 12, 24, 48 elements to the half contact: within (h/a)^2 plus
+    5e-4 of the phase."""
     for n in (6, 12, 24, 48):
         result, load = solve_pin(pin_clearance(np.pi / 3), RADIUS * np.pi / 3 / n)
         exact = pin_pressure(0.0, np.pi / 3)

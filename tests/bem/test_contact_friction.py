@@ -1,17 +1,25 @@
 """Friction: Cattaneo and Mindlin's partial slip, Carter's rolling, Spence's loading of unlike bodies."""
+
 import numpy as np
 import pytest
 
+from bem.exact.hertz import HertzError, line_contact_of_width
+from bem.exact.tangential import (
+    carter_creepage,
+    cattaneo_line_shear,
+    cattaneo_line_stick,
+    cattaneo_sphere,
+    dundurs_beta,
+    spence_line_stick,
+)
+from bem.material import Elastic, contact_modulus
 from bem.plane.body import Body
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.coulomb import BACKWARD, FORWARD, STICK
-from bem.verification.cases import LOAD, non_conformal
-from bem.verification.exact_problems import FRICTION, HALF_WIDTH as A, SOFT_STEEL, UNLIKE, pressed_discs, spence_friction, spence_ratios
-from bem.exact.hertz import HertzError, line_contact_of_width
-from bem.material import Elastic, contact_modulus
 from bem.plane.rolling import solve_rolling
-from bem.exact.tangential import (carter_creepage, cattaneo_line_shear, cattaneo_line_stick, cattaneo_sphere, dundurs_beta,
-                            spence_line_stick)
+from bem.verification.cases import LOAD, non_conformal
+from bem.verification.exact_problems import FRICTION, SOFT_STEEL, UNLIKE, pressed_discs, spence_friction, spence_ratios
+from bem.verification.exact_problems import HALF_WIDTH as A
 from tests.order import assert_order
 
 HERTZ = line_contact_of_width(A, 0.5, contact_modulus(SOFT_STEEL, SOFT_STEEL))
@@ -29,21 +37,27 @@ def test_closed_forms_meet_the_verification_rows():
     assert stick == pytest.approx(0.5e-3)
     assert shift == pytest.approx(8.172e-6, abs=1e-9)
     assert carter_creepage(0.64, A, 0.5, 0.3) == pytest.approx(-2.4e-4)
-    for call in (lambda: cattaneo_line_stick(1.1, 1.0), lambda: carter_creepage(1.1, A, 0.5, 0.3), lambda: spence_line_stick(0.0, 0.3)):
+    for call in (
+        lambda: cattaneo_line_stick(1.1, 1.0),
+        lambda: carter_creepage(1.1, A, 0.5, 0.3),
+        lambda: spence_line_stick(0.0, 0.3),
+    ):
         with pytest.raises(HertzError):
             call()
 
 
 def away_from(x, *edges, cells=24):
-    """Inside the contact, and farther than two elements from edges on either side, where the shear has a kink of infinite slope."""
+    """Inside the contact, and farther than two elements from edges on either side, where the shear has a kink of
+    infinite slope."""
     return np.all([np.abs(np.abs(x) - edge) > 2 * A / cells for edge in edges], axis=0) & (np.abs(x) < A)
 
 
 @pytest.mark.parametrize("share", [0.36, 0.75, -0.75])
 def test_partial_slip_is_cattaneos(share):
-    """Stick ratio sqrt(1 - Q / mu P) within one element; shear within 2 % of mu p0, but for two elements at each kink of its course."""
+    """Stick ratio sqrt(1 - Q / mu P) within one element; shear within 2 % of mu p0, but for two elements at each kink
+    of its course."""
     result = pressed_and_pushed([0, share], 24)
-    (begin, end), = result.stick_zones()
+    ((begin, end),) = result.stick_zones()
     stick = cattaneo_line_stick(share * LIMIT, LIMIT)
     assert abs(end[0] - begin[0]) / 2 == pytest.approx(stick * A, abs=A / 24)
     x = result.interface.points[:, 0]
@@ -65,7 +79,8 @@ def test_slip_opposes_friction_and_sticking_nodes_do_not_slip():
 
 
 def test_unloading_slips_back():
-    """Mindlin and Deresiewicz: after Q goes from 0.6 to 0 of mu P, slip back has begun at the edges: shear is not zero, its sum is."""
+    """Mindlin and Deresiewicz: after Q goes from 0.6 to 0 of mu P, slip back has begun at the edges: shear is not zero,
+    its sum is."""
     result = pressed_and_pushed([0, 0.6, 0.0], 24)
     last = result.last
     assert abs(result.force()[0]) < 1e-9 * LIMIT
@@ -78,7 +93,8 @@ def test_unloading_slips_back():
 
 
 def test_steady_rolling_is_carters():
-    """VERIFICATION D: stick half-width 0.6 a, mu 0.3: creepage -2.4e-4, Fx / (mu F) = 0.64; 2 % at 50 cells over the contact."""
+    """VERIFICATION D: stick half-width 0.6 a, mu 0.3: creepage -2.4e-4, Fx / (mu F) = 0.64; 2 % at 50 cells over the
+    contact."""
     pressed = pressed_and_pushed([0], 25)
     state, _ = solve_rolling(pressed, FRICTION, creepage=-2.4e-4)
     force = pressed.system.forces @ np.r_[state.pressure, state.shear]
@@ -86,7 +102,8 @@ def test_steady_rolling_is_carters():
     assert force[1] == pytest.approx(HERTZ.force, rel=1e-10)
     stick = pressed.interface.points[state.state == STICK, 0]
     assert np.ptp(stick) / 2 == pytest.approx(0.6 * A, abs=A / 25)
-    assert stick.max() == pytest.approx(A, abs=2 * A / 25)  # stick lies at the leading edge, here towards later nodes, +x
+    # stick lies at the leading edge, here towards later nodes, +x
+    assert stick.max() == pytest.approx(A, abs=2 * A / 25)
     _, creepage = solve_rolling(pressed, FRICTION, tangential_load=0.64 * LIMIT)
     assert creepage == pytest.approx(2.4e-4, rel=0.02)
     with pytest.raises(ValueError, match="either"):
@@ -108,9 +125,10 @@ def test_rolling_is_odd_in_creepage_and_saturates():
 
 
 def test_loading_of_unlike_bodies_sticks_as_spence_says():
-    """Line contact, mu so that half sticks: K'(c)/K(c) = beta / mu; the discs' beta of 0.069 leaves beta^2 = 0.5 % between
-    theory and the coupled solution. First order in the element, for a stick edge at which new nodes keep arriving: extrapolated
-    it is within 2 %. (The row of VERIFICATION D, 0.5 at nu 0 and mu 0.2986, is the axisymmetric problem.)"""
+    """Line contact, mu so that half sticks: K'(c)/K(c) = beta / mu; the discs' beta of 0.069 leaves beta^2 = 0.5 %
+    between theory and the coupled solution. First order in the element, for a stick edge at which new nodes keep
+    arriving: extrapolated it is within 2 %. (The row of VERIFICATION D, 0.5 at nu 0 and mu 0.2986, is the axisymmetric
+    problem.)"""
     assert spence_line_stick(dundurs_beta(*UNLIKE), spence_friction()) == pytest.approx(0.5, abs=1e-4)
     cells = np.array([8, 16, 32])
     ratios = np.array([spence_ratios(n, n // 2)[-1] for n in cells])
@@ -119,7 +137,8 @@ def test_loading_of_unlike_bodies_sticks_as_spence_says():
 
 
 def test_stick_of_proportional_loading_does_not_depend_on_the_load():
-    """Self-similar: the ratio is the same at all loads at which the patch is resolved; one single step gives a wrong one."""
+    """Self-similar: the ratio is the same at all loads at which the patch is resolved; one single step gives a wrong
+    one."""
     ratios = spence_ratios(32, 16)
     assert np.ptp(ratios[11:]) < 1 / 32
     assert abs(spence_ratios(32, 1)[-1] - ratios[-1]) > 0.1
@@ -132,9 +151,12 @@ def test_spence_within_two_per_cent_without_extrapolation():
 
 @pytest.mark.parametrize("friction", [10.0, 1e3, 1e6])
 def test_very_high_friction_is_that_of_faces_on_which_nothing_slides(friction):
-    """Sliding states of friction far above 1 contradict each other without end unless the search starts where nothing slides."""
+    """Sliding states of friction far above 1 contradict each other without end unless the search starts where nothing
+    slides."""
     lower, upper = non_conformal()
     soft = Body(lower.outline, Elastic(70e9, 0.33), held=lower.held)
     for below in (lower, soft):
-        rough, high = (solve_contact(below, upper, LOAD, mu, settings=Settings(size=0.4e-3)).last for mu in (np.inf, friction))
+        rough, high = (
+            solve_contact(below, upper, LOAD, mu, settings=Settings(size=0.4e-3)).last for mu in (np.inf, friction)
+        )
         np.testing.assert_allclose(high.pressure, rough.pressure, atol=0.02 * rough.pressure.max())

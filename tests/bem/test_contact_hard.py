@@ -1,16 +1,18 @@
-"""Contact that is hard to solve, and input that must be refused: an answer with a warning, or an error that says why."""
+"""Contact that is hard to solve, and input that must be refused: an answer with a warning, or an error that says
+why."""
+
 import numpy as np
 import pytest
 
+from bem.material import STEEL, Elastic
 from bem.plane.body import Body
 from bem.plane.boundary import EquilibriumError, TooLargeError
-from bem.verification.cases import CASES, LOAD, blocks, conformal, non_conformal, two_point
 from bem.plane.contact import LoadError, Settings, solve_contact
 from bem.plane.coulomb import ConvergenceError, Drive, solve_step
 from bem.plane.internal import field_at, grid_below
-from bem.material import STEEL, Elastic
 from bem.plane.outline import OutlineError
 from bem.plane.pairing import PairingError
+from bem.verification.cases import CASES, LOAD, blocks, conformal, non_conformal, two_point
 
 COARSE = Settings(size=0.4e-3)
 FLAT = np.array([[-0.005, 0.0], [0.005, 0.0]])
@@ -74,10 +76,15 @@ def test_an_upper_radius_below_the_lowers_touches_at_two_edges():
 
 
 def test_rigid_punch_with_edges_is_sadowskys():
-    """Rigid flat punch on a wide block held 50 mm away: p = P / (pi sqrt(a^2 - x^2)) away from the edges. The block's size changes
-    it by order (a / 50 mm)^2 = 1 %, the punch's edge within an element of the block by h / a = 2 %."""
-    result = healthy(solve_contact(*blocks(FLAT, WIDE, Elastic(210e13, 0.3), Elastic(210e9, 0.3), height=0.05), LOAD,
-                                   settings=Settings(size=0.1e-3)))
+    """Rigid flat punch on a wide block held 50 mm away: p = P / (pi sqrt(a^2 - x^2)) away from the edges. The block's
+    size changes it by order (a / 50 mm)^2 = 1 %, the punch's edge within an element of the block by h / a = 2 %."""
+    result = healthy(
+        solve_contact(
+            *blocks(FLAT, WIDE, Elastic(210e13, 0.3), Elastic(210e9, 0.3), height=0.05),
+            LOAD,
+            settings=Settings(size=0.1e-3),
+        )
+    )
     x, inner = result.interface.points[:, 0], np.abs(result.interface.points[:, 0]) < 0.0045
     exact = 10e6 / (np.pi * np.sqrt(0.005**2 - x[inner] ** 2))
     np.testing.assert_allclose(result.last.pressure[inner], exact, rtol=0.03)
@@ -123,7 +130,11 @@ def test_any_friction_is_borne(friction):
 def test_a_wheel_that_may_tilt_and_one_that_is_held_aslant():
     """Free to turn, an eccentric block turns until the pressure's centre is under the load."""
     fixed, moving = non_conformal()
-    result = healthy(solve_contact(fixed, moving.moved(np.array([1e-3, 0.0])), Drive.of(force=(None, -10e6), moment=0.0), settings=COARSE))
+    result = healthy(
+        solve_contact(
+            fixed, moving.moved(np.array([1e-3, 0.0])), Drive.of(force=(None, -10e6), moment=0.0), settings=COARSE
+        )
+    )
     assert abs(result.force()[2]) < 1e-9 * 10e6 * 0.015
     assert result.last.motion[2] != 0
     held = healthy(solve_contact(fixed, moving, Drive.of(force=(None, -10e6), rotation=1e-4), settings=COARSE))
@@ -132,9 +143,18 @@ def test_a_wheel_that_may_tilt_and_one_that_is_held_aslant():
 
 def test_soft_on_hard_takes_the_soft_bodys_mesh():
     fixed, moving = non_conformal()
-    result = healthy(solve_contact(fixed, Body(moving.outline, Elastic(1e7, 0.49)), Drive.of(force=(None, -1e3)), settings=COARSE))
+    result = healthy(
+        solve_contact(fixed, Body(moving.outline, Elastic(1e7, 0.49)), Drive.of(force=(None, -1e3)), settings=COARSE)
+    )
     assert result.carrier == "moving"
-    assert healthy(solve_contact(Body(fixed.outline, Elastic(1e7, 0.49)), moving, Drive.of(force=(None, -1e3)), settings=COARSE)).carrier == "fixed"
+    assert (
+        healthy(
+            solve_contact(
+                Body(fixed.outline, Elastic(1e7, 0.49)), moving, Drive.of(force=(None, -1e3)), settings=COARSE
+            )
+        ).carrier
+        == "fixed"
+    )
 
 
 def test_bodies_may_be_exchanged():
@@ -148,7 +168,7 @@ def test_bodies_may_be_exchanged():
 
 def test_mirror_image_gives_the_mirror_answer():
     x = np.linspace(-0.015, 0.015, 241)
-    upper, lower = np.column_stack([x, x**2 / 0.2 + 0.2 * x**3]), np.column_stack([x, -x**2 / 0.8 - 5 * x**3])
+    upper, lower = np.column_stack([x, x**2 / 0.2 + 0.2 * x**3]), np.column_stack([x, -(x**2) / 0.8 - 5 * x**3])
     one = solve_contact(*blocks(upper, lower), LOAD, settings=COARSE)
     two = solve_contact(*blocks(upper * [-1, 1], lower * [-1, 1]), LOAD, settings=COARSE)
     assert one.last.pressure.max() == pytest.approx(two.last.pressure.max(), rel=1e-6)
@@ -177,22 +197,39 @@ def test_internal_grid_follows_the_face():
 FIXED, MOVING = non_conformal()
 
 
-@pytest.mark.parametrize("error, message, call", [
-    (LoadError, "pulls it away", lambda: solve_contact(FIXED, MOVING, Drive.of(force=(None, 1e6)))),
-    (PairingError, "x 0.085 to 0.115 .* never meets .* x -0.015 to 0.015", lambda: solve_contact(FIXED, MOVING.moved(np.array([0.1, 0.0])), LOAD)),
-    (EquilibriumError, r"x 1e\+06 N/m, y -1e\+07 N/m\) cannot be balanced", lambda: solve_contact(FIXED, MOVING, Drive.of(force=(1e6, -10e6)), settings=COARSE)),
-    (EquilibriumError, "cannot be balanced", lambda: solve_contact(FIXED, MOVING, [Drive.of(force=(0, -10e6)), Drive.of(force=(4e6, -10e6))],
-                                                                   0.3, COARSE)),
-    (EquilibriumError, "finite", lambda: Drive.of(force=(None, np.nan))),
-    (EquilibriumError, "both a load", lambda: Drive.of(force=(None, -1.0), motion=(None, -1.0))),
-    (EquilibriumError, "no load step", lambda: solve_contact(FIXED, MOVING, [])),
-    (ValueError, "friction", lambda: solve_contact(FIXED, MOVING, LOAD, friction=-0.1)),
-    (ValueError, "friction", lambda: solve_contact(FIXED, MOVING, LOAD, friction=np.nan)),
-    (ValueError, "size", lambda: Settings(size=0.0)),
-    (ValueError, "accuracy", lambda: Settings(accuracy=0.0)),
-    (TooLargeError, "GB", lambda: solve_contact(FIXED, MOVING, LOAD, settings=Settings(size=1e-7))),
-    (OutlineError, "hub", lambda: Body(FIXED.outline, STEEL, held=None)),
-    (OutlineError, "no edge is called", lambda: Body(FIXED.outline, STEEL, face="tread"))])
+@pytest.mark.parametrize(
+    "error, message, call",
+    [
+        (LoadError, "pulls it away", lambda: solve_contact(FIXED, MOVING, Drive.of(force=(None, 1e6)))),
+        (
+            PairingError,
+            "x 0.085 to 0.115 .* never meets .* x -0.015 to 0.015",
+            lambda: solve_contact(FIXED, MOVING.moved(np.array([0.1, 0.0])), LOAD),
+        ),
+        (
+            EquilibriumError,
+            r"x 1e\+06 N/m, y -1e\+07 N/m\) cannot be balanced",
+            lambda: solve_contact(FIXED, MOVING, Drive.of(force=(1e6, -10e6)), settings=COARSE),
+        ),
+        (
+            EquilibriumError,
+            "cannot be balanced",
+            lambda: solve_contact(
+                FIXED, MOVING, [Drive.of(force=(0, -10e6)), Drive.of(force=(4e6, -10e6))], 0.3, COARSE
+            ),
+        ),
+        (EquilibriumError, "finite", lambda: Drive.of(force=(None, np.nan))),
+        (EquilibriumError, "both a load", lambda: Drive.of(force=(None, -1.0), motion=(None, -1.0))),
+        (EquilibriumError, "no load step", lambda: solve_contact(FIXED, MOVING, [])),
+        (ValueError, "friction", lambda: solve_contact(FIXED, MOVING, LOAD, friction=-0.1)),
+        (ValueError, "friction", lambda: solve_contact(FIXED, MOVING, LOAD, friction=np.nan)),
+        (ValueError, "size", lambda: Settings(size=0.0)),
+        (ValueError, "accuracy", lambda: Settings(accuracy=0.0)),
+        (TooLargeError, "GB", lambda: solve_contact(FIXED, MOVING, LOAD, settings=Settings(size=1e-7))),
+        (OutlineError, "hub", lambda: Body(FIXED.outline, STEEL, held=None)),
+        (OutlineError, "no edge is called", lambda: Body(FIXED.outline, STEEL, face="tread")),
+    ],
+)
 def test_what_has_no_answer_is_refused_with_the_reason(error, message, call):
     with pytest.raises(error, match=message):
         call()
@@ -218,10 +255,17 @@ def test_stick_zones_of_a_contact_in_which_nothing_slides():
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e3])
 def test_an_overlap_is_judged_by_the_bodies_size(scale):
-    """An overlap of a hundred-thousandth of the body is said at any scale where a motion presses; where a load does, it is none."""
+    """An overlap of a hundred-thousandth of the body is said at any scale where a motion presses; where a load does, it
+    is none."""
     x = np.linspace(-0.015, 0.015, 241)
-    lower, upper = blocks(scale * np.column_stack([x, x**2 / 0.2]), scale * np.column_stack([x, -(x**2) / 0.8]), height=0.02 * scale)
+    lower, upper = blocks(
+        scale * np.column_stack([x, x**2 / 0.2]), scale * np.column_stack([x, -(x**2) / 0.8]), height=0.02 * scale
+    )
     upper = upper.moved(np.array([0.0, -1e-6 * scale]))
-    by_motion = solve_contact(lower, upper, Drive.of(motion=(None, -1e-6 * scale)), settings=Settings(size=0.4e-3 * scale))
+    by_motion = solve_contact(
+        lower, upper, Drive.of(motion=(None, -1e-6 * scale)), settings=Settings(size=0.4e-3 * scale)
+    )
     by_load = solve_contact(lower, upper, Drive.of(force=(None, -1e7 * scale)), settings=Settings(size=0.4e-3 * scale))
-    assert any("overlap" in note for note in by_motion.warnings) and not any("overlap" in note for note in by_load.warnings)
+    assert any("overlap" in note for note in by_motion.warnings) and not any(
+        "overlap" in note for note in by_load.warnings
+    )

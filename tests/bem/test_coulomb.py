@@ -1,4 +1,5 @@
 """The load step on small systems whose answer is known by hand or by exhaustive search."""
+
 import itertools
 
 import numpy as np
@@ -11,8 +12,8 @@ def springs(gaps, normal=1.0, shear=2.0):
     """Independent springs of compliance `normal` and `shear`; the slave above moves by (x, y), normals point down."""
     n = len(gaps)
     motion = np.zeros((2 * n, 3))
-    motion[:n, 1] = 1.0       # moving up opens the gap
-    motion[n:, 0] = -1.0      # the slave's tangent points along -x
+    motion[:n, 1] = 1.0  # moving up opens the gap
+    motion[n:, 0] = -1.0  # the slave's tangent points along -x
     forces = np.zeros((3, 2 * n))
     forces[1, :n] = 1.0
     forces[0, n:] = -1.0
@@ -65,7 +66,9 @@ def test_coupled_system_without_friction_is_the_only_consistent_one(seed):
         closed = np.array(closed)
         pressure = np.zeros(n)
         part = np.flatnonzero(closed)
-        pressure[part] = np.linalg.solve(system.compliance[np.ix_(part, part)], -(system.gap + down)[part]) if len(part) else []
+        pressure[part] = (
+            np.linalg.solve(system.compliance[np.ix_(part, part)], -(system.gap + down)[part]) if len(part) else []
+        )
         gap = system.gap + down + system.compliance[:n, :n] @ pressure
         if np.all(pressure >= -1e-12) and np.all(gap >= -1e-12):
             consistent.append(pressure)
@@ -83,7 +86,9 @@ def test_coupled_system_with_friction_meets_every_condition(seed, friction):
     assert np.all(np.abs(state.shear) <= friction * state.pressure + 1e-12)
     slips = np.abs(state.slip) > 1e-12
     touching = slips & (state.state != OPEN)
-    np.testing.assert_allclose(state.shear[touching], -friction * (np.sign(state.slip) * state.pressure)[touching], atol=1e-12)
+    np.testing.assert_allclose(
+        state.shear[touching], -friction * (np.sign(state.slip) * state.pressure)[touching], atol=1e-12
+    )
     assert set(state.state) <= {OPEN, STICK, FORWARD, BACKWARD}
 
 

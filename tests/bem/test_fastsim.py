@@ -1,13 +1,14 @@
 """FASTSIM: linear theory, saturation, symmetry, other shapes, and how far it is from the full theory."""
+
 import numpy as np
 import pytest
 
-from bem.halfspace.fastsim import elliptic_patch, equivalent_ellipse, fastsim, flexibilities
-from bem.halfspace.normal import normal_contact
-from bem.material import Elastic, Pair, STEEL
-from bem.halfspace.tangential import rolling_contact
 from bem.exact.kalker import linear_creep_forces
 from bem.exact.kalker_table import coefficients
+from bem.halfspace.fastsim import elliptic_patch, equivalent_ellipse, fastsim, flexibilities
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.tangential import rolling_contact
+from bem.material import STEEL, Elastic, Pair
 from bem.patch import ContactInputError, Creepage, Grid, Patch
 from tests.order import assert_order
 
@@ -28,7 +29,9 @@ def test_small_creepages_give_the_linear_theory(creepage, axis, ratio):
     exact = linear_creep_forces(semi_x, semi_y, PAIR, creepage, coefficients(ratio, PAIR.poisson))[axis]
     errors, cells = [], (22, 44, 88)
     for count in cells:
-        force = fastsim(elliptic_patch(semi_x, semi_y, LOAD, (count, count)), STEEL, STEEL, 1e3, creepage).tangential_force[axis]
+        force = fastsim(
+            elliptic_patch(semi_x, semi_y, LOAD, (count, count)), STEEL, STEEL, 1e3, creepage
+        ).tangential_force[axis]
         errors.append(force / exact - 1)
     assert abs(errors[-1]) < 1e-3
     assert_order(1 / np.array(cells), errors, expected=2, slack=0.35)
@@ -45,14 +48,17 @@ def test_large_creepage_saturates_at_friction_times_load(bound):
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0, 2.0, 5.0])
 @pytest.mark.parametrize("creepage", [Creepage(0.03, 0.03), Creepage(-0.02, 0.06), Creepage(0.03, 0.03, 4.0)])
 def test_in_full_sliding_tractions_are_opposite_to_the_rigid_slip(ratio, creepage):
-    """Equal creepages give 45 degrees on every ellipse; with spin every cell has its own direction, from which the elastic slip turns it a little."""
+    """Equal creepages give 45 degrees on every ellipse; with spin every cell has its own direction, from which the
+    elastic slip turns it a little."""
     semi_x, semi_y = 5e-3 * np.sqrt(ratio), 5e-3 / np.sqrt(ratio)
     rolled = fastsim(elliptic_patch(semi_x, semi_y, LOAD), STEEL, STEEL, 0.1, creepage)
     x, y = rolled.grid.points()
     slip = np.stack([creepage.longitudinal - creepage.spin * y, creepage.lateral + creepage.spin * x], axis=-1)
     full = rolled.sliding & (np.linalg.norm(slip, axis=-1) > 0.01)
     assert full.sum() > 0.7 * rolled.contact.sum()
-    unit = [field[full] / np.linalg.norm(field[full], axis=-1)[:, None] for field in (rolled.traction, slip, rolled.slip)]
+    unit = [
+        field[full] / np.linalg.norm(field[full], axis=-1)[:, None] for field in (rolled.traction, slip, rolled.slip)
+    ]
     turned = np.degrees(np.arcsin(np.cross(unit[0], unit[1])))
     assert np.median(np.abs(turned)) < 2.0 and (unit[0] * unit[1]).sum(axis=-1).max() < -0.9
     np.testing.assert_allclose(unit[0], -unit[2], atol=1e-6)
@@ -87,7 +93,9 @@ def test_left_and_right_are_mirror_images():
 def test_other_direction_is_the_mirror_along_the_rail():
     forward = fastsim(ellipse(), STEEL, STEEL, 0.3, MIXED)
     backward = fastsim(ellipse(), STEEL, STEEL, 0.3, Creepage(-1e-3, 2e-4, -0.3), direction=-1)
-    np.testing.assert_allclose(backward.traction[::-1], forward.traction * [-1, 1], atol=1e-9 * 0.3 * forward.max_pressure)
+    np.testing.assert_allclose(
+        backward.traction[::-1], forward.traction * [-1, 1], atol=1e-9 * 0.3 * forward.max_pressure
+    )
 
 
 @pytest.mark.parametrize("friction", [1e-4, 0.3, 10.0])
@@ -105,16 +113,19 @@ def test_bound_holds_and_friction_never_feeds_the_motion(friction, creepage, bou
 
 def test_zero_friction_and_empty_patch_make_no_traction():
     assert not fastsim(ellipse(), STEEL, STEEL, 0.0, MIXED).traction.any()
-    empty = fastsim(Patch(ellipse().grid, None, np.zeros((44, 44)), 0.0, "none"),
-                    STEEL, STEEL, 0.3, MIXED)
+    empty = fastsim(Patch(ellipse().grid, None, np.zeros((44, 44)), 0.0, "none"), STEEL, STEEL, 0.3, MIXED)
     assert not empty.traction.any() and empty.stick_area == 0
 
 
 def test_patch_of_the_half_space_gives_the_ellipse_s_forces():
     """The solved patch of a Hertz gap against the closed ellipse: 1 % at 44 cells, of the edge's cells."""
-    patch = normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=LOAD, window=((-0.03, 0.03), (-0.03, 0.03)))
+    patch = normal_contact(
+        lambda x, y: x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=LOAD, window=((-0.03, 0.03), (-0.03, 0.03))
+    )
     semi_x, semi_y, x, y = equivalent_ellipse(patch.grid, patch.pressure)
-    assert (semi_x, semi_y) == pytest.approx((7.1617e-3, 5.3872e-3), rel=1e-2) and (x, y) == pytest.approx((0, 0), abs=1e-5)
+    assert (semi_x, semi_y) == pytest.approx((7.1617e-3, 5.3872e-3), rel=1e-2) and (x, y) == pytest.approx(
+        (0, 0), abs=1e-5
+    )
     on_patch = fastsim(patch, STEEL, STEEL, 0.3, MIXED).tangential_force
     on_ellipse = fastsim(elliptic_patch(7.1617e-3, 5.3872e-3, LOAD), STEEL, STEEL, 0.3, MIXED).tangential_force
     np.testing.assert_allclose(on_patch, on_ellipse, atol=0.01 * 0.3 * LOAD)
@@ -123,8 +134,13 @@ def test_patch_of_the_half_space_gives_the_ellipse_s_forces():
 def test_ellipse_off_the_origin_has_the_creepages_of_its_place():
     """Spin about the origin is spin about the centre and (-spin y, spin x) of creepage there."""
     place = ellipse()
-    moved = Patch(Grid(place.grid.x_first + 2e-3, place.grid.y_first - 3e-3, place.grid.dx, place.grid.dy, *place.grid.shape), None,
-                  place.pressure, np.nan, "moved")
+    moved = Patch(
+        Grid(place.grid.x_first + 2e-3, place.grid.y_first - 3e-3, place.grid.dx, place.grid.dy, *place.grid.shape),
+        None,
+        place.pressure,
+        np.nan,
+        "moved",
+    )
     rolled = fastsim(moved, STEEL, STEEL, 0.3, Creepage(1e-3, 2e-4, 0.3))
     same = fastsim(place, STEEL, STEEL, 0.3, Creepage(1e-3 + 0.3 * 3e-3, 2e-4 + 0.3 * 2e-3, 0.3))
     np.testing.assert_allclose(rolled.traction, same.traction, atol=1e-6 * 0.3 * place.max_pressure)
@@ -143,7 +159,9 @@ def test_two_separate_patches_are_two_ellipses():
 def test_flexibilities_are_kalkers():
     c = coefficients(1.5, PAIR.poisson)
     first, second, spin = flexibilities(SEMI_X, SEMI_Y, PAIR)
-    assert first == pytest.approx(8 * SEMI_X / (3 * PAIR.shear * c.c11)) and second == pytest.approx(8 * SEMI_X / (3 * PAIR.shear * c.c22))
+    assert first == pytest.approx(8 * SEMI_X / (3 * PAIR.shear * c.c11)) and second == pytest.approx(
+        8 * SEMI_X / (3 * PAIR.shear * c.c22)
+    )
     assert spin == pytest.approx(np.pi * SEMI_X * np.sqrt(1.5) / (4 * PAIR.shear * c.c23))
 
 
@@ -154,15 +172,17 @@ def creepages_of_all_sizes(seed: int, count: int) -> list[tuple[Patch, float, Cr
         ratio, friction = np.exp(draw.uniform(np.log(0.3), np.log(4))), draw.uniform(0.1, 0.5)
         semi_x, semi_y = 5e-3 * np.sqrt(ratio), 5e-3 / np.sqrt(ratio)
         way = draw.normal(size=3) * [1, 1, case % 4 > 0]
-        linear = np.pi * semi_x * semi_y / (friction * LOAD) * semi_x / (2 * np.array(flexibilities(semi_x, semi_y, PAIR)))
+        linear = (
+            np.pi * semi_x * semi_y / (friction * LOAD) * semi_x / (2 * np.array(flexibilities(semi_x, semi_y, PAIR)))
+        )
         creepage = np.exp(draw.uniform(np.log(0.2), np.log(6))) * way / np.linalg.norm(way) / linear * [1, 1, 200]
         found.append((elliptic_patch(semi_x, semi_y, LOAD, (32, 32)), friction, Creepage(*creepage)))
     return found
 
 
 def test_fastsim_is_near_the_full_theory():
-    """Deviation of the force per mu N over 24 seeded cases: 0.03 in the mean square, 0.06 at most; 0.056 and 0.14 when the tractions
-    are cut back radially with three flexibilities. The full theory's own error at 32 cells is 0.01."""
+    """Deviation of the force per mu N over 24 seeded cases: 0.03 in the mean square, 0.06 at most; 0.056 and 0.14 when
+    the tractions are cut back radially with three flexibilities. The full theory's own error at 32 cells is 0.01."""
     away = []
     for patch, friction, creepage in creepages_of_all_sizes(7, 24):
         full = rolling_contact(patch, STEEL, STEEL, friction, creepage, estimate=False).tangential_force
@@ -173,7 +193,10 @@ def test_fastsim_is_near_the_full_theory():
 
 def test_soft_bodies_creep_more():
     rubber = Elastic(1e9, 0.45)
-    assert abs(fastsim(ellipse(), rubber, rubber, 0.3, MIXED).tangential_force[0]) < abs(fastsim(ellipse(), STEEL, STEEL, 0.3, MIXED).tangential_force[0]) / 10
+    assert (
+        abs(fastsim(ellipse(), rubber, rubber, 0.3, MIXED).tangential_force[0])
+        < abs(fastsim(ellipse(), STEEL, STEEL, 0.3, MIXED).tangential_force[0]) / 10
+    )
 
 
 def test_impossible_input_is_refused():

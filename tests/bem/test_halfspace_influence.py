@@ -1,18 +1,24 @@
 """Influence coefficients against quadrature, and the FFT products against direct sums."""
+
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
+from bem.exact.hertz import point_contact
 from bem.halfspace.friction import TangentialOperator
 from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape, rectangle_integrals
-from bem.material import Elastic, Pair, STEEL, contact_modulus
 from bem.halfspace.tangential import CouplingOperator
-from bem.exact.hertz import point_contact
+from bem.material import STEEL, Elastic, Pair, contact_modulus
 from bem.patch import Grid
 
-KERNELS = {"1/r": lambda x, y: 1 / np.hypot(x, y), "xx/r3": lambda x, y: x**2 / np.hypot(x, y) ** 3,
-           "yy/r3": lambda x, y: y**2 / np.hypot(x, y) ** 3, "xy/r3": lambda x, y: x * y / np.hypot(x, y) ** 3,
-           "x/r2": lambda x, y: x / (x**2 + y**2), "y/r2": lambda x, y: y / (x**2 + y**2)}
+KERNELS = {
+    "1/r": lambda x, y: 1 / np.hypot(x, y),
+    "xx/r3": lambda x, y: x**2 / np.hypot(x, y) ** 3,
+    "yy/r3": lambda x, y: y**2 / np.hypot(x, y) ** 3,
+    "xy/r3": lambda x, y: x * y / np.hypot(x, y) ** 3,
+    "x/r2": lambda x, y: x / (x**2 + y**2),
+    "y/r2": lambda x, y: y / (x**2 + y**2),
+}
 GRID = Grid.over((-1.0, 1.2), (-0.5, 0.7), 7, 5)
 
 
@@ -22,7 +28,9 @@ def test_rectangle_integrals_equal_quadrature(name):
     dx, dy = 0.3, 0.2
     table = rectangle_integrals(name, dx, dy, 4, 5)
     for i, j in ((1, 0), (0, 2), (3, 4), (2, 1)):
-        exact = dblquad(lambda y, x: KERNELS[name](x, y), (i - 0.5) * dx, (i + 0.5) * dx, (j - 0.5) * dy, (j + 0.5) * dy)[0]
+        exact = dblquad(
+            lambda y, x: KERNELS[name](x, y), (i - 0.5) * dx, (i + 0.5) * dx, (j - 0.5) * dy, (j + 0.5) * dy
+        )[0]
         assert table[i, j] == pytest.approx(exact, abs=1e-9)
 
 

@@ -1,4 +1,5 @@
 """What the patch solvers refuse, with a reason that names the place and the size; and what they answer empty."""
+
 import numpy as np
 import pytest
 
@@ -23,7 +24,9 @@ def test_gap_with_nan_is_refused_with_count_and_place():
         normal_contact(gap, STEEL, STEEL, load=1e3, grid=GRID)
 
 
-@pytest.mark.parametrize("gap, words", [(GAP[:5], "shape"), (np.full(GRID.shape, np.inf), "no surface"), (-np.inf + 0 * GAP, "-inf")])
+@pytest.mark.parametrize(
+    "gap, words", [(GAP[:5], "shape"), (np.full(GRID.shape, np.inf), "no surface"), (-np.inf + 0 * GAP, "-inf")]
+)
 def test_other_impossible_gaps_are_refused(gap, words):
     with pytest.raises(ContactInputError, match=words):
         normal_contact(gap, STEEL, STEEL, load=1e3, grid=GRID)
@@ -38,7 +41,9 @@ def test_gap_of_no_real_numbers_is_refused(gap):
 @pytest.mark.parametrize("cells", [0, 2, 2.5, (44, -1), (8, 8, 8)])
 def test_cells_that_hold_no_patch_are_refused(cells):
     with pytest.raises(ContactInputError, match="cells = "):
-        normal_contact(lambda x, y: x**2 + y**2, STEEL, STEEL, load=1e4, window=((-0.05, 0.05), (-0.05, 0.05)), cells=cells)
+        normal_contact(
+            lambda x, y: x**2 + y**2, STEEL, STEEL, load=1e4, window=((-0.05, 0.05), (-0.05, 0.05)), cells=cells
+        )
 
 
 @pytest.mark.parametrize("friction", ["dry", None, 0.3j, [0.3]])
@@ -48,10 +53,20 @@ def test_friction_that_is_no_number_is_refused(friction):
             solve(solved(), STEEL, STEEL, friction, Creepage(1e-6))
 
 
-@pytest.mark.parametrize("drive, words", [({"load": -1.0}, "no tension"), ({"load": np.nan}, "finite"), ({}, "exactly one"),
-                                          ({"load": 1.0, "approach": 1e-6}, "exactly one"), ({"approach": np.inf}, "finite"),
-                                          ({"load": "10 kN"}, "finite number"), ({"load": [1e3]}, "finite number"), ({"load": 1j}, "finite number"),
-                                          ({"approach": "deep"}, "finite number")])
+@pytest.mark.parametrize(
+    "drive, words",
+    [
+        ({"load": -1.0}, "no tension"),
+        ({"load": np.nan}, "finite"),
+        ({}, "exactly one"),
+        ({"load": 1.0, "approach": 1e-6}, "exactly one"),
+        ({"approach": np.inf}, "finite"),
+        ({"load": "10 kN"}, "finite number"),
+        ({"load": [1e3]}, "finite number"),
+        ({"load": 1j}, "finite number"),
+        ({"approach": "deep"}, "finite number"),
+    ],
+)
 def test_impossible_drives_are_refused(drive, words):
     with pytest.raises(ContactInputError, match=words):
         normal_contact(GAP, STEEL, STEEL, grid=GRID, **drive)
@@ -73,19 +88,24 @@ def test_no_contact_at_the_approach_says_how_far_it_is():
 
 
 def test_grid_that_cuts_the_patch_says_where_and_by_how_much():
-    """The patch reaches to x = 7.2 mm; the grid ends at 5 mm: the advice must cover the missing 2.2 mm and not ten times that."""
+    """The patch reaches to x = 7.2 mm; the grid ends at 5 mm: the advice must cover the missing 2.2 mm and not ten
+    times that."""
     grid = Grid.over((-0.012, 0.005), (-0.012, 0.012), 34, 48)
     x, y = grid.points()
     with pytest.raises(PatchCutError, match=r"x_max: \d+ cells.*extend by about") as fault:
         normal_contact(x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e5, grid=grid)
     advice = float(str(fault.value).split("extend by about ")[1].split(" m")[0])
     assert 2.2e-3 <= advice <= 22e-3
-    assert normal_contact(x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e5, grid=grid, cut=True).normal_force == pytest.approx(1e5)
+    assert normal_contact(
+        x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e5, grid=grid, cut=True
+    ).normal_force == pytest.approx(1e5)
 
 
 def test_window_that_cuts_the_patch_is_refused():
     with pytest.raises(PatchCutError):
-        normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e5, window=((-0.02, 0.02), (-0.02, 0.003)))
+        normal_contact(
+            lambda x, y: x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e5, window=((-0.02, 0.02), (-0.02, 0.003))
+        )
 
 
 @pytest.mark.parametrize("window", [((1.0, -1.0), (-1.0, 1.0)), ((np.nan, 1.0), (-1.0, 1.0))])
@@ -142,7 +162,15 @@ def test_a_pressure_that_rail_steel_does_not_bear_is_said():
     """5.4 GPa, elastic as computed, is far above the limit of any rail steel; at 1.2 GPa nothing is said."""
     notes = {}
     for load in (1e3, 1e5):
-        patch = normal_contact(lambda x, y: (x**2 + y**2) / 0.08, STEEL, STEEL, load=load, window=((-0.02, 0.02), (-0.02, 0.02)), cells=24, estimate=False)
+        patch = normal_contact(
+            lambda x, y: (x**2 + y**2) / 0.08,
+            STEEL,
+            STEEL,
+            load=load,
+            window=((-0.02, 0.02), (-0.02, 0.02)),
+            cells=24,
+            estimate=False,
+        )
         notes[round(patch.max_pressure / 1e9, 1)] = patch.warnings
     low, high = sorted(notes)
     assert low < 2.0 < 2.2 < high < 8 and notes[low] == () and "yield" in notes[high][-1]

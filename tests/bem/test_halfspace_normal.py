@@ -1,11 +1,12 @@
 """Normal contact of half-spaces against Hertz and other exact solutions, and the invariants of contact."""
+
 import numpy as np
 import pytest
 
+from bem.exact.hertz import point_contact
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.pressure import NormalOperator
-from bem.material import Elastic, Pair, STEEL, contact_modulus
-from bem.exact.hertz import point_contact
+from bem.material import STEEL, Elastic, Pair, contact_modulus
 from bem.patch import Grid
 from tests.order import assert_order
 
@@ -14,9 +15,16 @@ MODULUS = STEEL.plane_modulus / 2
 
 def ellipse_patch(cells: int, radii=(0.46, 0.30), load=1e5, stretch=1.17, **options):
     exact = point_contact(load, *radii, MODULUS)
-    grid = Grid.over((-stretch * exact.semi_x, stretch * exact.semi_x), (-stretch * exact.semi_y, stretch * exact.semi_y), cells, cells)
+    grid = Grid.over(
+        (-stretch * exact.semi_x, stretch * exact.semi_x),
+        (-stretch * exact.semi_y, stretch * exact.semi_y),
+        cells,
+        cells,
+    )
     x, y = grid.points()
-    return normal_contact(x**2 / (2 * radii[0]) + y**2 / (2 * radii[1]), STEEL, STEEL, load=load, grid=grid, **options), exact
+    return normal_contact(
+        x**2 / (2 * radii[0]) + y**2 / (2 * radii[1]), STEEL, STEEL, load=load, grid=grid, **options
+    ), exact
 
 
 def radii_of_ratio(ratio: float) -> tuple[float, float]:
@@ -89,8 +97,11 @@ def test_pressure_and_gap_complement_each_other(seed):
     cells = 61
     grid = Grid.over((-8e-3, 8e-3), (-8e-3, 8e-3), cells, cells)
     x, y = grid.points()
-    waves = sum(rng.standard_normal() / k * np.cos(2 * np.pi * k * (x * np.cos(a) + y * np.sin(a)) / 16e-3 + rng.uniform(0, 6))
-                for k in range(1, 12) for a in [rng.uniform(0, np.pi)])
+    waves = sum(
+        rng.standard_normal() / k * np.cos(2 * np.pi * k * (x * np.cos(a) + y * np.sin(a)) / 16e-3 + rng.uniform(0, 6))
+        for k in range(1, 12)
+        for a in [rng.uniform(0, np.pi)]
+    )
     patch = normal_contact(x**2 / 0.9 + y**2 / 0.6 + 5e-6 * waves, STEEL, STEEL, load=5e4, grid=grid, cut=True)
     opening = NormalOperator(grid, Pair.of(STEEL, STEEL)).displacement(patch.pressure) + patch.gap - patch.approach
     scale = patch.approach - patch.gap.min()
@@ -116,17 +127,22 @@ def test_flat_round_punch():
 def test_unlike_materials_have_hertz_pressure_of_their_contact_modulus():
     aluminium = Elastic(70e9, 0.33)
     exact = point_contact(2e4, 0.3, 0.3, contact_modulus(STEEL, aluminium))
-    patch = normal_contact(lambda x, y: (x**2 + y**2) / 0.6, STEEL, aluminium, load=2e4, window=((-0.02, 0.02), (-0.02, 0.02)))
+    patch = normal_contact(
+        lambda x, y: (x**2 + y**2) / 0.6, STEEL, aluminium, load=2e4, window=((-0.02, 0.02), (-0.02, 0.02))
+    )
     assert patch.max_pressure == pytest.approx(exact.max_pressure, rel=1e-3)
 
 
 def test_two_equal_patches_share_the_load_and_distant_ones_are_hertz():
-    """Two spheres 60 mm apart on one body: each carries half; neighbours add P/(pi E* d) of approach and ~ (a/d)^2 of pressure."""
+    """Two spheres 60 mm apart on one body: each carries half; neighbours add P/(pi E* d) of approach and ~ (a/d)^2 of
+    pressure."""
     half, radius, away = 2e3, 0.05, 30e-3
     exact = point_contact(half, radius, radius, MODULUS)
     grid = Grid.over((-1.2 * exact.semi_x, 1.2 * exact.semi_x), (-away - 1.5e-3, away + 1.5e-3), 24, 630)
     x, y = grid.points()
-    patch = normal_contact((x**2 + (np.abs(y) - away) ** 2) / (2 * radius), STEEL, STEEL, load=2 * half, grid=grid, estimate=False)
+    patch = normal_contact(
+        (x**2 + (np.abs(y) - away) ** 2) / (2 * radius), STEEL, STEEL, load=2 * half, grid=grid, estimate=False
+    )
     first, second = patch.parts()
     assert first.normal_force == pytest.approx(half, rel=1e-6) and second.normal_force == pytest.approx(half, rel=1e-6)
     assert {np.sign(first.centre[1]), np.sign(second.centre[1])} == {-1.0, 1.0}
@@ -139,8 +155,14 @@ def test_placed_grid_gives_the_same_relative_error_at_any_load(load):
     """From a patch of micrometres in a window of 10 cm to one of 0.2 m: the cells follow the patch."""
     exact = point_contact(load, 0.46, 0.30, MODULUS)
     side = 5.0 if load > 1e8 else 0.05
-    patch = normal_contact(lambda x, y: (x - 1e-3) ** 2 / 0.92 + (y + 2e-3) ** 2 / 0.6, STEEL, STEEL, load=load,
-                           window=((-side, side), (-side, side)), cells=44)
+    patch = normal_contact(
+        lambda x, y: (x - 1e-3) ** 2 / 0.92 + (y + 2e-3) ** 2 / 0.6,
+        STEEL,
+        STEEL,
+        load=load,
+        window=((-side, side), (-side, side)),
+        cells=44,
+    )
     assert patch.max_pressure == pytest.approx(exact.max_pressure, rel=1e-3)
     assert 36 <= np.count_nonzero(patch.contact.any(axis=1)) <= 43
     assert patch.centre_of_pressure == pytest.approx((1e-3, -2e-3), abs=0.02 * exact.semi_x)
@@ -155,7 +177,15 @@ def test_grid_is_refined_until_the_asked_accuracy():
 
 
 def test_force_and_moments_belong_to_the_centre_of_pressure():
-    patch = normal_contact(lambda x, y: (x - 2e-3) ** 2 / 0.9 + (y + 3e-3) ** 2 / 0.6, STEEL, STEEL, load=1e4, window=((-0.02, 0.02), (-0.02, 0.02)))
+    patch = normal_contact(
+        lambda x, y: (x - 2e-3) ** 2 / 0.9 + (y + 3e-3) ** 2 / 0.6,
+        STEEL,
+        STEEL,
+        load=1e4,
+        window=((-0.02, 0.02), (-0.02, 0.02)),
+    )
     x, y = patch.centre_of_pressure
-    assert patch.moment[0] == pytest.approx(y * 1e4, rel=1e-12) and patch.moment[1] == pytest.approx(-x * 1e4, rel=1e-12)
+    assert patch.moment[0] == pytest.approx(y * 1e4, rel=1e-12) and patch.moment[1] == pytest.approx(
+        -x * 1e4, rel=1e-12
+    )
     assert np.isnan(patch.moment[2]) and np.isnan(patch.tangential_force).all() and patch.traction is None

@@ -1,16 +1,17 @@
 """Steady rolling by the full theory: Carter, Kalker's linear theory, symmetry, and hard cases."""
+
 import numpy as np
 import pytest
 
-from bem.halfspace.fastsim import elliptic_patch
-from bem.halfspace.normal import normal_contact
-from bem.material import Elastic, Pair, STEEL
-from bem.halfspace.tangential import rolling_contact
 from bem.exact.hertz import line_contact_of_width, point_contact
 from bem.exact.kalker import linear_creep_forces
 from bem.exact.kalker_table import coefficients
-from bem.patch import Creepage, Grid, Patch
 from bem.exact.tangential import carter_creepage
+from bem.halfspace.fastsim import elliptic_patch
+from bem.halfspace.normal import normal_contact
+from bem.halfspace.tangential import rolling_contact
+from bem.material import STEEL, Elastic, Pair
+from bem.patch import Creepage, Grid, Patch
 from tests.order import assert_order
 
 LOAD = 1e5
@@ -18,8 +19,14 @@ LOAD = 1e5
 
 def crooked(cells: int = 32, first: Elastic = STEEL, second: Elastic = STEEL) -> Patch:
     """A patch without symmetry."""
-    return normal_contact(lambda x, y: x**2 / 0.9 + y**2 / 0.6 + (x - 1e-3) ** 2 * y * 30 + np.maximum(y, 0) ** 3 * 40, first, second,
-                          load=LOAD, window=((-0.03, 0.03), (-0.03, 0.03)), cells=cells)
+    return normal_contact(
+        lambda x, y: x**2 / 0.9 + y**2 / 0.6 + (x - 1e-3) ** 2 * y * 30 + np.maximum(y, 0) ** 3 * 40,
+        first,
+        second,
+        load=LOAD,
+        window=((-0.03, 0.03), (-0.03, 0.03)),
+        cells=cells,
+    )
 
 
 def test_carter_of_the_verification_table():
@@ -27,7 +34,9 @@ def test_carter_of_the_verification_table():
     Fx / (mu F) = 0.64, 2 % at 50 cells. One row of cells, 1 m wide: plane strain to (a / 1 m)^2."""
     steel = Elastic.from_shear(82e9, 0.28)
     exact = line_contact_of_width(1e-3, 0.5, steel.plane_modulus / 2)
-    assert exact.force == pytest.approx(178.896e3, rel=1e-5) and exact.max_pressure == pytest.approx(113.889e6, rel=1e-5)
+    assert exact.force == pytest.approx(178.896e3, rel=1e-5) and exact.max_pressure == pytest.approx(
+        113.889e6, rel=1e-5
+    )
     assert carter_creepage(0.64, 1e-3, 0.5, 0.3) == pytest.approx(-2.4e-4, rel=1e-9)
     grid = Grid.over((-1.08e-3, 1.08e-3), (-0.5, 0.5), 50, 1)
     patch = normal_contact(grid.points()[0] ** 2, steel, steel, load=exact.force, grid=grid, cut=True)
@@ -40,14 +49,19 @@ def test_carter_of_the_verification_table():
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
 def test_small_creepages_give_kalkers_coefficients_in_first_order(ratio):
-    """Two routes that share nothing: cells by FFT and polynomials on the exact ellipse. The cells' area is taken out."""
+    """Two routes that share nothing: cells by FFT and polynomials on the exact ellipse. The cells' area is taken
+    out."""
     semi_x, semi_y, pair = 5e-3 * np.sqrt(ratio), 5e-3 / np.sqrt(ratio), Pair.of(STEEL, STEEL)
     exact = coefficients(ratio, pair.poisson)
     cells, errors = (16, 32, 64), {"C11": [], "C22": [], "C23": [], "C32": []}
     for count in cells:
         patch = elliptic_patch(semi_x, semi_y, LOAD, (count, count))
         size = np.sqrt(patch.contact.sum() * patch.grid.cell_area / (np.pi * semi_x * semi_y))
-        for creepage, names in ((Creepage(1e-6), {"C11": 0}), (Creepage(0, 1e-6), {"C22": 1, "C32": 2}), (Creepage(0, 0, 1e-4), {"C23": 1})):
+        for creepage, names in (
+            (Creepage(1e-6), {"C11": 0}),
+            (Creepage(0, 1e-6), {"C22": 1, "C32": 2}),
+            (Creepage(0, 0, 1e-4), {"C23": 1}),
+        ):
             rolled = rolling_contact(patch, STEEL, STEEL, 1e3, creepage, estimate=False)
             linear = linear_creep_forces(size * semi_x, size * semi_y, pair, creepage, exact)
             found = [*rolled.tangential_force, rolled.moment[2]]
@@ -61,7 +75,10 @@ def test_small_creepages_give_kalkers_coefficients_in_first_order(ratio):
 def test_force_converges_in_first_order_and_the_estimate_covers_the_error():
     """Reference: 160 cells extrapolated in first order; stairs of the edge disturb the order of single pairs."""
     creepage = Creepage(5e-4, 5e-4, 0.3)
-    patches = {cells: rolling_contact(elliptic_patch(7e-3, 5e-3, LOAD, (cells, cells)), STEEL, STEEL, 0.3, creepage) for cells in (20, 40, 80, 160)}
+    patches = {
+        cells: rolling_contact(elliptic_patch(7e-3, 5e-3, LOAD, (cells, cells)), STEEL, STEEL, 0.3, creepage)
+        for cells in (20, 40, 80, 160)
+    }
     force = {cells: patch.tangential_force for cells, patch in patches.items()}
     limit = 2 * force[160] - force[80]
     for cells in (20, 40, 80):
@@ -82,11 +99,18 @@ def test_rolling_is_odd_in_the_creepages(creepage):
 def test_the_other_direction_is_the_mirror():
     """Rolling towards -x over the mirrored patch with mirrored creepages is the mirror image."""
     patch = crooked()
-    mirror = Patch(Grid(-patch.grid.x[-1], patch.grid.y_first, patch.grid.dx, patch.grid.dy, *patch.grid.shape), patch.gap[::-1],
-                   patch.pressure[::-1], patch.approach, patch.method)
+    mirror = Patch(
+        Grid(-patch.grid.x[-1], patch.grid.y_first, patch.grid.dx, patch.grid.dy, *patch.grid.shape),
+        patch.gap[::-1],
+        patch.pressure[::-1],
+        patch.approach,
+        patch.method,
+    )
     forward = rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3, 5e-4, 0.3), estimate=False)
     backward = rolling_contact(mirror, STEEL, STEEL, 0.3, Creepage(-1e-3, 5e-4, -0.3), direction=-1, estimate=False)
-    np.testing.assert_allclose(backward.traction[::-1], forward.traction * [-1, 1], atol=1e-9 * 0.3 * patch.max_pressure)
+    np.testing.assert_allclose(
+        backward.traction[::-1], forward.traction * [-1, 1], atol=1e-9 * 0.3 * patch.max_pressure
+    )
     same_way = rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3, 5e-4, 0.3), direction=-1, estimate=False)
     assert abs(same_way.tangential_force[1] - forward.tangential_force[1]) > 0.01 * 0.3 * LOAD
 
@@ -100,15 +124,20 @@ def test_given_forces_come_back_from_the_creepages_found():
 
 
 @pytest.mark.parametrize("friction", [1e-4, 0.3, 10.0])
-@pytest.mark.parametrize("creepage", [Creepage(), Creepage(1e-8), Creepage(2e-3, -1e-3), Creepage(spin=2.0), Creepage(1e-3, 1e-3, -1.0)])
+@pytest.mark.parametrize(
+    "creepage", [Creepage(), Creepage(1e-8), Creepage(2e-3, -1e-3), Creepage(spin=2.0), Creepage(1e-3, 1e-3, -1.0)]
+)
 def test_coulombs_law_holds_in_hard_cases(friction, creepage):
-    """No friction limit or creepage makes the solver fail: the bound holds in every cell, friction never feeds the motion."""
+    """No friction limit or creepage makes the solver fail: the bound holds in every cell, friction never feeds the
+    motion."""
     patch = crooked(24)
     rolled = rolling_contact(patch, STEEL, STEEL, friction, creepage, estimate=False)
     assert not any("not converged" in note for note in rolled.warnings)
     size = np.linalg.norm(rolled.traction, axis=-1)
     assert (size <= friction * rolled.pressure * (1 + 1e-12)).all() and np.isfinite(rolled.slip).all()
-    assert rolled.frictional_power >= -1e-4 * friction * LOAD * (abs(creepage.longitudinal) + abs(creepage.lateral) + abs(creepage.spin) * 5e-3)
+    assert rolled.frictional_power >= -1e-4 * friction * LOAD * (
+        abs(creepage.longitudinal) + abs(creepage.lateral) + abs(creepage.spin) * 5e-3
+    )
     if creepage == Creepage():
         assert not rolled.traction.any() and rolled.stick[rolled.contact].all()
     elif friction == 1e-4 and creepage == Creepage(2e-3, -1e-3):
@@ -120,7 +149,9 @@ def test_energy_lost_to_friction_is_what_the_creep_forces_put_in():
     upwinded elastic slip, is of first order."""
     differences, cells = [], (24, 48, 96)
     for count in cells:
-        rolled = rolling_contact(elliptic_patch(7e-3, 5e-3, LOAD, (count, count)), STEEL, STEEL, 0.3, Creepage(1e-3, 5e-4), estimate=False)
+        rolled = rolling_contact(
+            elliptic_patch(7e-3, 5e-3, LOAD, (count, count)), STEEL, STEEL, 0.3, Creepage(1e-3, 5e-4), estimate=False
+        )
         given = -rolled.tangential_force @ [1e-3, 5e-4]
         differences.append(1 - rolled.frictional_power / given)
     assert 0 < differences[-1] < 0.1
@@ -141,7 +172,8 @@ def test_unlike_materials_press_sideways_and_the_turns_converge():
 
 
 def test_friction_raises_the_pressure_of_unlike_materials_as_the_turned_normal_problem_says():
-    """After the turns the normal problem holds with the opening by tractions in it: complementarity to 1e-4 of the approach."""
+    """After the turns the normal problem holds with the opening by tractions in it: complementarity to 1e-4 of the
+    approach."""
     from bem.halfspace.pressure import NormalOperator
     from bem.halfspace.tangential import CouplingOperator
 
@@ -149,15 +181,21 @@ def test_friction_raises_the_pressure_of_unlike_materials_as_the_turned_normal_p
     patch = crooked(24, STEEL, soft)
     rolled = rolling_contact(patch, STEEL, soft, 0.3, Creepage(1e-3), estimate=False)
     pair = Pair.of(STEEL, soft)
-    opening = (NormalOperator(patch.grid, pair).displacement(rolled.pressure) + patch.gap - rolled.approach
-               + CouplingOperator(patch.grid, pair).normal_displacement(np.moveaxis(rolled.traction, -1, 0)))
+    opening = (
+        NormalOperator(patch.grid, pair).displacement(rolled.pressure)
+        + patch.gap
+        - rolled.approach
+        + CouplingOperator(patch.grid, pair).normal_displacement(np.moveaxis(rolled.traction, -1, 0))
+    )
     assert np.abs(opening[rolled.contact]).max() < 1e-4 * (rolled.approach - patch.gap.min())
     assert np.abs(rolled.pressure - patch.pressure).max() > 1e-3 * patch.max_pressure
 
 
 def test_hertz_ellipse_is_kept_by_rolling_of_like_materials():
     exact = point_contact(LOAD, 0.46, 0.3, STEEL.plane_modulus / 2)
-    patch = normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=LOAD, window=((-0.02, 0.02), (-0.02, 0.02)))
+    patch = normal_contact(
+        lambda x, y: x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=LOAD, window=((-0.02, 0.02), (-0.02, 0.02))
+    )
     rolled = rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3))
     assert rolled.pressure is patch.pressure or (rolled.pressure == patch.pressure).all()
     assert rolled.max_pressure == pytest.approx(exact.max_pressure, rel=1e-3)

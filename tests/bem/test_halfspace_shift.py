@@ -1,12 +1,13 @@
 """Shift under load: Cattaneo and Mindlin, Spence, the path that friction remembers, and Coulomb's law itself."""
+
 import numpy as np
 import pytest
 
+from bem.exact.tangential import cattaneo_sphere
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.tangential import rolling_contact, shift_contact
 from bem.material import STEEL, Elastic
 from bem.patch import Creepage, Grid, Patch
-from bem.exact.tangential import cattaneo_sphere
 from tests.order import assert_order
 
 RUBBER = Elastic.from_shear(200e6, 0.42)
@@ -21,8 +22,8 @@ def sphere(cells: int, first: Elastic = RUBBER, second: Elastic = RUBBER, load: 
 
 
 def test_cattaneo_mindlin_of_the_verification_table():
-    """P 9.1954 N, p0 4.3905 MPa, stick radius 0.5 mm, shift 8.172e-3 mm (1 %): the closed form neglects the slip across,
-    which costs it 0.2 %; stick radius within a cell."""
+    """P 9.1954 N, p0 4.3905 MPa, stick radius 0.5 mm, shift 8.172e-3 mm (1 %): the closed form neglects the slip
+    across, which costs it 0.2 %; stick radius within a cell."""
     patch = sphere(44)
     assert LOAD == pytest.approx(9.1954, rel=1e-5) and patch.max_pressure == pytest.approx(4.3905e6, rel=1e-3)
     shifted = shift_contact(patch, RUBBER, RUBBER, FRICTION, force=(7 / 8 * FRICTION * LOAD, 0.0))
@@ -35,8 +36,8 @@ def test_cattaneo_mindlin_of_the_verification_table():
 
 
 def test_shift_without_slip_has_mindlins_stiffness_with_first_order_error():
-    """Friction so large that all sticks: force = 4 a G shift / (2 - nu) for two like bodies (Johnson, eq. 7.43 at small Q).
-    The cells' area error enters through the radius: the one that the cells have is taken."""
+    """Friction so large that all sticks: force = 4 a G shift / (2 - nu) for two like bodies (Johnson, eq. 7.43 at small
+    Q). The cells' area error enters through the radius: the one that the cells have is taken."""
     errors, cells = [], (20, 40, 80)
     for count in cells:
         grid = Grid.over((-CONTACT_RADIUS, CONTACT_RADIUS), (-CONTACT_RADIUS, CONTACT_RADIUS), count, count)
@@ -51,7 +52,8 @@ def test_shift_without_slip_has_mindlins_stiffness_with_first_order_error():
 
 
 def test_unloading_leaves_a_ring_that_remembers():
-    """Mindlin and Deresiewicz: back to zero force after Q the shift is not zero: delta = 2 d(Q/2) - d(Q), the other way round."""
+    """Mindlin and Deresiewicz: back to zero force after Q the shift is not zero: delta = 2 d(Q/2) - d(Q), the other way
+    round."""
     patch = sphere(44)
     force = 7 / 8 * FRICTION * LOAD
     loaded = shift_contact(patch, RUBBER, RUBBER, FRICTION, force=(force, 0.0), estimate=False)
@@ -81,7 +83,8 @@ def test_spence_needs_steps_and_then_sticks_to_half_the_radius():
 @pytest.mark.parametrize("friction", [1e-4, 0.3, 10.0])
 @pytest.mark.parametrize("shift", [Creepage(2e-6, 1e-6, 0.0), Creepage(0.0, 0.0, 5e-3), Creepage(1e-9, 0.0, 0.0)])
 def test_coulombs_law_holds_in_every_cell(friction, shift):
-    """|q| <= mu p; no slip where less; slip against the traction elsewhere. Tolerances: 1e-4 of the largest for 1e-6 solved."""
+    """|q| <= mu p; no slip where less; slip against the traction elsewhere. Tolerances: 1e-4 of the largest for 1e-6
+    solved."""
     patch = sphere(32, STEEL, STEEL, 200.0)
     shifted = shift_contact(patch, STEEL, STEEL, friction, shift, estimate=False, tolerance=1e-7)
     size = np.linalg.norm(shifted.traction, axis=-1)

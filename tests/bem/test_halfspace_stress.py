@@ -1,16 +1,17 @@
 """Stress below the patch against point loads, Hertz, balance of forces."""
+
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
+from bem.exact.hertz import point_contact
+from bem.exact.subsurface import ellipse_axis_stress
 from bem.halfspace.fastsim import elliptic_patch
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.stress import max_von_mises, rectangle_stress, subsurface_stress, von_mises
 from bem.halfspace.tangential import rolling_contact
-from bem.exact.hertz import point_contact
 from bem.material import STEEL
 from bem.patch import ContactInputError, Creepage
-from bem.exact.subsurface import ellipse_axis_stress
 from bem.slices.coupled import SlicePatch
 
 
@@ -53,8 +54,15 @@ def test_loaded_rectangle_is_the_integral_of_point_loads(load, depth):
 
 
 def round_patch(cells):
-    return normal_contact(lambda x, y: (x**2 + y**2) / 0.6, STEEL, STEEL, load=1e5, window=((-0.03, 0.03), (-0.03, 0.03)), cells=cells,
-                          estimate=False)
+    return normal_contact(
+        lambda x, y: (x**2 + y**2) / 0.6,
+        STEEL,
+        STEEL,
+        load=1e5,
+        window=((-0.03, 0.03), (-0.03, 0.03)),
+        cells=cells,
+        estimate=False,
+    )
 
 
 def test_hertz_circle_peaks_of_the_verification_table():
@@ -84,8 +92,9 @@ def test_stress_on_the_axis_of_an_ellipse_converges_in_second_order():
 
 
 def test_planes_below_the_patch_carry_the_load():
-    """Sums over a plane at depth d balance the loads, up to what lies beyond the plane's square of half-width w: a share of
-    (d/w)^3 of the normal load (3 d^3/(2 pi r^5)), 1.5 d/w of the shears (3 x^2 d/(2 pi r^5)), both times 1 + patch/w."""
+    """Sums over a plane at depth d balance the loads, up to what lies beyond the plane's square of half-width w: a
+    share of (d/w)^3 of the normal load (3 d^3/(2 pi r^5)), 1.5 d/w of the shears (3 x^2 d/(2 pi r^5)), both times 1 +
+    patch/w."""
     patch = elliptic_patch(5e-3, 4e-3, 1e5, (40, 40))
     rolled = rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(3e-3, 1e-3), estimate=False)
     depth, width = 0.5e-3, 6 * 4e-3
@@ -102,15 +111,28 @@ def _on_wide_grid(patch, times):
     from dataclasses import replace
 
     grid, extra = patch.grid, [count * (times - 1) // 2 for count in patch.grid.shape]
-    wide = replace(grid, x_first=grid.x_first - extra[0] * grid.dx, y_first=grid.y_first - extra[1] * grid.dy,
-                   nx=grid.nx + 2 * extra[0], ny=grid.ny + 2 * extra[1])
+    wide = replace(
+        grid,
+        x_first=grid.x_first - extra[0] * grid.dx,
+        y_first=grid.y_first - extra[1] * grid.dy,
+        nx=grid.nx + 2 * extra[0],
+        ny=grid.ny + 2 * extra[1],
+    )
     margin = [(count, count) for count in extra]
-    return replace(patch, grid=wide, pressure=np.pad(patch.pressure, margin), traction=np.pad(patch.traction, [*margin, (0, 0)]),
-                   slip=None, stick=None)
+    return replace(
+        patch,
+        grid=wide,
+        pressure=np.pad(patch.pressure, margin),
+        traction=np.pad(patch.traction, [*margin, (0, 0)]),
+        slip=None,
+        stick=None,
+    )
 
 
 def test_both_bodies_are_mirror_images_under_pressure_and_opposite_under_shear():
-    rolled = rolling_contact(elliptic_patch(5e-3, 4e-3, 1e5, (20, 20)), STEEL, STEEL, 0.3, Creepage(3e-3), estimate=False)
+    rolled = rolling_contact(
+        elliptic_patch(5e-3, 4e-3, 1e5, (20, 20)), STEEL, STEEL, 0.3, Creepage(3e-3), estimate=False
+    )
     below, above = (subsurface_stress(rolled, [1e-3], 0.3, body)[0] for body in (2, 1))
     pressed = elliptic_patch(5e-3, 4e-3, 1e5, (20, 20))
     below_0, above_0 = (subsurface_stress(pressed, [1e-3], 0.3, body)[0] for body in (2, 1))
@@ -120,9 +142,11 @@ def test_both_bodies_are_mirror_images_under_pressure_and_opposite_under_shear()
 
 
 def test_surface_shear_is_the_traction():
-    """Just below the surface xz in body 2 carries the traction on body 1: sigma_xz = t_x of body 2's face, whose normal is
-    +z, = -q_x; to the depth over the cell."""
-    rolled = rolling_contact(elliptic_patch(5e-3, 4e-3, 1e5, (20, 20)), STEEL, STEEL, 0.3, Creepage(3e-3, 1e-3), estimate=False)
+    """Just below the surface xz in body 2 carries the traction on body 1: sigma_xz = t_x of body 2's face, whose normal
+    is +z, = -q_x; to the depth over the cell."""
+    rolled = rolling_contact(
+        elliptic_patch(5e-3, 4e-3, 1e5, (20, 20)), STEEL, STEEL, 0.3, Creepage(3e-3, 1e-3), estimate=False
+    )
     stress = subsurface_stress(rolled, [1e-6], 0.3)[0]
     scale = np.abs(rolled.traction).max()
     np.testing.assert_allclose(stress[..., 4], -rolled.traction[..., 0], atol=0.02 * scale)

@@ -1,15 +1,16 @@
 """The study's command runs; cost grows as it should; figures are drawn without a display."""
+
 import csv
 
 import numpy as np
 import pytest
 
-from bem.halfspace.figures import patch_figure
-from bem.verification import halfspace_study
 from bem.halfspace.fastsim import elliptic_patch
+from bem.halfspace.figures import patch_figure
 from bem.halfspace.tangential import rolling_contact
 from bem.material import STEEL
 from bem.patch import Creepage
+from bem.verification import halfspace_study
 
 
 def test_study_writes_its_table_and_figures(tmp_path, monkeypatch):
@@ -39,11 +40,13 @@ def test_figure_of_a_patch_without_tractions(tmp_path):
 
 @pytest.mark.validate
 def test_rolling_costs_ten_times_less_than_contact_and_grows_more_slowly():
-    """CONTACT's 0.02, 0.17, 3.1, 92 s at 22, 44, 88, 176 cells (one thread of such a machine); growth as cells to 2.1 to 2.45."""
+    """CONTACT's 0.02, 0.17, 3.1, 92 s at 22, 44, 88, 176 cells (one thread of such a machine); growth as cells to 2.1
+    to 2.45."""
     seconds = {}
     for cells in (22, 44, 88, 176):
         patch = elliptic_patch(7.16e-3, 5.39e-3, 1e5, (cells, cells))
         seconds[cells] = halfspace_study.least_seconds(
-            lambda: rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3, 5e-4, 0.3), estimate=False), 2.0)[0]
+            lambda: rolling_contact(patch, STEEL, STEEL, 0.3, Creepage(1e-3, 5e-4, 0.3), estimate=False), 2.0
+        )[0]
         assert seconds[cells] < halfspace_study.CONTACT_ROLLING[cells] / (10 if cells == 176 else 1), seconds
     assert np.log(seconds[176] / seconds[44]) / np.log(16) < 1.6

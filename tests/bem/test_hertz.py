@@ -1,10 +1,21 @@
 """Hertz contact against published figures, limits and independent numerical solutions."""
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from bem.exact.hertz import (HertzError, contact_stiffness, line_compression, line_contact, line_contact_of_width, point_contact,
-                       point_contact_of_approach, principal_radii, relative_radius, sphere_impact)
+from bem.exact.hertz import (
+    HertzError,
+    contact_stiffness,
+    line_compression,
+    line_contact,
+    line_contact_of_width,
+    point_contact,
+    point_contact_of_approach,
+    principal_radii,
+    relative_radius,
+    sphere_impact,
+)
 from bem.material import STEEL, Elastic, MaterialError, contact_modulus
 
 E_STAR = contact_modulus(STEEL, STEEL)
@@ -84,6 +95,7 @@ def test_turned_bodies_share_curvature():
 
 def test_line_compression_is_the_strain_below_summed_up():
     from bem.exact.subsurface import line_stress
+
     contact = line_contact(1e6, 0.5, E_STAR)
 
     def strain(depth):
@@ -103,16 +115,27 @@ def test_sphere_impact_on_half_space():
     assert impact.contact_time == pytest.approx(172.8e-6, abs=5e-8)
 
 
-@pytest.mark.parametrize("call", [
-    lambda: line_contact(0.0, 0.5, E_STAR), lambda: line_contact(-1.0, 0.5, E_STAR), lambda: line_contact(np.nan, 0.5, E_STAR),
-    lambda: point_contact(1.0, -0.5, 0.5, E_STAR), lambda: point_contact(1.0, 1e13, 0.5, E_STAR),
-    lambda: relative_radius(0.5, -0.4), lambda: relative_radius(0.0, 0.4), lambda: sphere_impact(1.0, 0.0, 1.0, 1.0)])
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: line_contact(0.0, 0.5, E_STAR),
+        lambda: line_contact(-1.0, 0.5, E_STAR),
+        lambda: line_contact(np.nan, 0.5, E_STAR),
+        lambda: point_contact(1.0, -0.5, 0.5, E_STAR),
+        lambda: point_contact(1.0, 1e13, 0.5, E_STAR),
+        lambda: relative_radius(0.5, -0.4),
+        lambda: relative_radius(0.0, 0.4),
+        lambda: sphere_impact(1.0, 0.0, 1.0, 1.0),
+    ],
+)
 def test_what_has_no_hertz_contact_is_refused(call):
     with pytest.raises(HertzError):
         call()
 
 
-@pytest.mark.parametrize("young, poisson", [(0.0, 0.3), (-1.0, 0.3), (np.nan, 0.3), (1.0, 0.5), (1.0, -1.0), (1.0, 0.6)])
+@pytest.mark.parametrize(
+    "young, poisson", [(0.0, 0.3), (-1.0, 0.3), (np.nan, 0.3), (1.0, 0.5), (1.0, -1.0), (1.0, 0.6)]
+)
 def test_impossible_materials_are_refused(young, poisson):
     with pytest.raises(MaterialError):
         Elastic(young, poisson)

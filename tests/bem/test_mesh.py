@@ -1,4 +1,5 @@
 """Curves, outlines and meshes: what they keep, and what they refuse."""
+
 import numpy as np
 import pytest
 
@@ -14,7 +15,8 @@ def test_curve_is_of_fourth_order():
     counts, errors = np.array([12, 24, 48, 96]), []
     for count in counts:
         curve = Curve.through(arc((0, 0), 1.0, 0, 2, count + 1))
-        s = np.linspace(0.2 * curve.length, 0.8 * curve.length, 999)  # the one-sided tangents at the ends are of lower order
+        # the one-sided tangents at the ends are of lower order
+        s = np.linspace(0.2 * curve.length, 0.8 * curve.length, 999)
         errors.append(np.abs(np.hypot(*curve.at(s).T) - 1).max())
     assert_order(2 / counts, errors, expected=4)
 
@@ -39,12 +41,15 @@ def test_division_follows_the_wanted_size():
     middle, length = curve.at((s[1:] + s[:-1]) / 2), np.diff(s)
     assert s[0] == 0 and s[-1] == curve.length
     ratio = length / size(middle)
-    assert ratio.max() < 1.02 and ratio.min() > 0.7  # rounding the count up makes elements smaller by up to a fraction of one; sizes vary within an element
+    # rounding the count up makes elements smaller by up to a fraction of one; sizes vary within an element
+    assert ratio.max() < 1.02 and ratio.min() > 0.7
 
 
 def test_reversed_loops_and_holes_put_the_material_on_the_left():
     for points in (SQUARE, SQUARE[::-1]):
-        mesh = mesh_outline(Outline([[Edge(points, "wall")], [Edge(arc((0.5, 0.5), 0.2, 0, 2 * np.pi, 90), "hole")]]), Sizing(0.1))
+        mesh = mesh_outline(
+            Outline([[Edge(points, "wall")], [Edge(arc((0.5, 0.5), 0.2, 0, 2 * np.pi, 90), "hole")]]), Sizing(0.1)
+        )
         outward = mesh.middles + 1e-3 * mesh.normals - 0.5
         wall = np.isin(np.arange(mesh.densities), mesh.of_edge("wall"))
         assert np.all(np.abs(outward[wall]).max(axis=1) > 0.5)
@@ -67,19 +72,25 @@ def test_block_behind_a_profile_is_above_or_below_it():
         assert np.all(mesh.normals[face, 1] * sign < 0)
 
 
-@pytest.mark.parametrize("loops, message", [
-    ([[Edge(SQUARE[:4], "wall")]], "open"),
-    ([[Edge(SQUARE[:3], "a"), Edge(SQUARE[2:] + 0.01, "b")]], "begins"),
-    ([[Edge(np.array([[0, 0], [2, 1], [2, 0], [0, 1.5], [0, 0.0]]), "bow")]], "crosses"),
-    ([[Edge(SQUARE, "a")], [Edge(SQUARE * 0.5 + 0.7, "b")]], "crosses"),
-    ([[Edge(np.array([[0, 0], [1, 0], [0, 0.0]]), "thin")]], "no area"),
-    ([], "at least one loop")])
+@pytest.mark.parametrize(
+    "loops, message",
+    [
+        ([[Edge(SQUARE[:4], "wall")]], "open"),
+        ([[Edge(SQUARE[:3], "a"), Edge(SQUARE[2:] + 0.01, "b")]], "begins"),
+        ([[Edge(np.array([[0, 0], [2, 1], [2, 0], [0, 1.5], [0, 0.0]]), "bow")]], "crosses"),
+        ([[Edge(SQUARE, "a")], [Edge(SQUARE * 0.5 + 0.7, "b")]], "crosses"),
+        ([[Edge(np.array([[0, 0], [1, 0], [0, 0.0]]), "thin")]], "no area"),
+        ([], "at least one loop"),
+    ],
+)
 def test_boundaries_that_enclose_no_body_are_refused(loops, message):
     with pytest.raises(OutlineError, match=message):
         Outline(loops)
 
 
-@pytest.mark.parametrize("points", [np.zeros((3, 3)), np.array([[0.0, 0.0]]), np.array([[0, 0], [np.nan, 1.0]]), np.zeros((5, 2))])
+@pytest.mark.parametrize(
+    "points", [np.zeros((3, 3)), np.array([[0.0, 0.0]]), np.array([[0, 0], [np.nan, 1.0]]), np.zeros((5, 2))]
+)
 def test_points_that_are_no_curve_are_refused(points):
     with pytest.raises(CurveError):
         Curve.through(points)
@@ -98,4 +109,6 @@ def test_unknown_edges_and_bad_sizes_are_refused():
 def test_tangents_of_a_parabola_are_its_own_however_its_points_are_spaced():
     knots = np.array([0.0, 0.1, 0.5, 0.6, 1.6, 1.7])
     points = np.column_stack([knots, 3.0 * knots**2 - knots])
-    assert _tangents(points, knots) == pytest.approx(np.column_stack([np.ones(6), 6.0 * knots - 1.0]), rel=1e-12, abs=1e-12)
+    assert _tangents(points, knots) == pytest.approx(
+        np.column_stack([np.ones(6), 6.0 * knots - 1.0]), rel=1e-12, abs=1e-12
+    )

@@ -1,4 +1,5 @@
 """The table of errors and observed orders against exact solutions (python -m bem.verification.orders)."""
+
 import numpy as np
 import pytest
 
@@ -27,15 +28,22 @@ def test_every_problem_of_the_table_has_an_order(monkeypatch, capsys, tmp_path):
 
 
 @pytest.mark.validate
-@pytest.mark.parametrize("name, wanted", [
-    ("pressurised ring (Lame)", [(1.5, 1e-3), (1.5, 1e-3)]), ("hole under tension (Kirsch)", [(1.5, 1e-3)]),
-    ("point load on a half-plane (Flamant)", [(1.5, 1e-3)]), ("line contact (Hertz)", [(1.5, 1e-3), (0.6, 0.01)]),
-    *((f"pin in hole, {degrees} degrees (Persson)", [(1.0, 1e-3), (0.5, 0.01)]) for degrees in (30, 45, 60, 75)),
-    ("partial slip, Q = 0.75 mu P (Cattaneo)", [(0.6, 0.01), (0.6, 0.01)]), ("rolling, Q = 0.64 mu P (Carter)", [(0.6, 0.01), (0.5, 0.01)]),
-    ("loading of unlike bodies (Spence)", [(0.8, 0.04)])])
+@pytest.mark.parametrize(
+    "name, wanted",
+    [
+        ("pressurised ring (Lame)", [(1.5, 1e-3), (1.5, 1e-3)]),
+        ("hole under tension (Kirsch)", [(1.5, 1e-3)]),
+        ("point load on a half-plane (Flamant)", [(1.5, 1e-3)]),
+        ("line contact (Hertz)", [(1.5, 1e-3), (0.6, 0.01)]),
+        *((f"pin in hole, {degrees} degrees (Persson)", [(1.0, 1e-3), (0.5, 0.01)]) for degrees in (30, 45, 60, 75)),
+        ("partial slip, Q = 0.75 mu P (Cattaneo)", [(0.6, 0.01), (0.6, 0.01)]),
+        ("rolling, Q = 0.64 mu P (Carter)", [(0.6, 0.01), (0.5, 0.01)]),
+        ("loading of unlike bodies (Spence)", [(0.8, 0.04)]),
+    ],
+)
 def test_orders_and_finest_errors_are_those_demanded(name, wanted):
-    """VERIFICATION D: 1.5 on closed bodies. In contacts the largest pressure is smooth; a profile has its square-root edge between two
-    nodes, L2 error of first order, seen from 0.6 up through the scatter of the edge's place."""
+    """VERIFICATION D: 1.5 on closed bodies. In contacts the largest pressure is smooth; a profile has its square-root
+    edge between two nodes, L2 error of first order, seen from 0.6 up through the scatter of the edge's place."""
     _, errors, orders = measure(BY_NAME[name])
     for order, finest, (least, most) in zip(orders, errors[-1], wanted):
         assert order > least and finest < most

@@ -1,11 +1,13 @@
-"""An elastic prism under waves along it: kernels against quadrature, the section's solver against fields known exactly."""
+"""An elastic prism under waves along it: kernels against quadrature, the section's solver against fields known
+exactly."""
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import k0, k1
 
-from bem.plane.curve import arc
 from bem.material import STEEL
+from bem.plane.curve import arc
 from bem.plane.mesh import Sizing, mesh_outline
 from bem.plane.outline import Edge, Outline, block_behind
 from bem.slices.prism import PrismSection
@@ -35,7 +37,10 @@ def line_traction(away, normal, k):
     """Traction (p, 3) of the field by Hooke's law on central differences of the displacement."""
     step = 1e-7
     u = line_field(away, k) @ FORCE
-    slope = [(line_field(away + step * e, k) @ FORCE - line_field(away - step * e, k) @ FORCE) / (2 * step) for e in np.eye(2)]
+    slope = [
+        (line_field(away + step * e, k) @ FORCE - line_field(away - step * e, k) @ FORCE) / (2 * step)
+        for e in np.eye(2)
+    ]
     lam = 2 * MU * NU / (1 - 2 * NU)
     swelling = slope[0][..., 0] + slope[1][..., 1] + k * u[..., 2]
     t = np.zeros_like(u)
@@ -92,8 +97,11 @@ def test_line_field_is_the_sum_of_kelvins_point_forces():
 
     field = line_field(away, k)
     for i, j in ((0, 0), (0, 1), (2, 1), (0, 2), (2, 2)):
-        wave = (np.cos if j < 2 else np.sin)
-        total = sum(quad(lambda t: kelvin(i, j, np.array([*away, place - t])) * wave(k * t), a, b)[0] for a, b in zip(panels, panels[1:]))
+        wave = np.cos if j < 2 else np.sin
+        total = sum(
+            quad(lambda t: kelvin(i, j, np.array([*away, place - t])) * wave(k * t), a, b)[0]
+            for a, b in zip(panels, panels[1:])
+        )
         here = np.cos(k * place) if i < 2 else np.sin(k * place)
         assert total == pytest.approx(here * field[i, j], abs=0.01 * field[0, 0])
 
@@ -110,7 +118,8 @@ def test_free_cylinder_finds_the_field_of_a_line_force_outside(k):
 
 @pytest.mark.parametrize("k", [0.5, 20.0, 1000.0])
 def test_held_block_finds_it_too_away_from_its_corners(k):
-    """Held edge below, free sides: the middle of the face to 1e-3 with 24 elements across; the corners' error stays there."""
+    """Held edge below, free sides: the middle of the face to 1e-3 with 24 elements across; the corners' error stays
+    there."""
     block = block_behind(np.column_stack([np.linspace(-0.01, 0.01, 11), np.zeros(11)]), -0.015)
     error = section_error(block, 0.8e-3, k, "held", lambda p: (np.abs(p[:, 0]) < 0.006) & (p[:, 1] > -1e-9))
     assert error < 1e-3

@@ -1,16 +1,17 @@
 """Slices under an assumed share of the load against the closed form of each slice, and what the method cannot know."""
+
 import numpy as np
 import pytest
 
 from bem.exact.hertz import point_contact
 from bem.patch import ContactInputError
-from bem.slices.coupled import slice_contact
 from bem.slices.assumed_load import elliptic, hertz_of, loaded_slices, parabolic
+from bem.slices.coupled import slice_contact
 from bem.slices.slices import SliceGap, Slices
 from tests.bem.test_slices import MODULUS, wheel_and_rail
 
 LOAD, LATERAL = 1e5, 1 / (1 / 0.3 + 1e-4)
-SLICES = wheel_and_rail(0.3, 0.46, 0.08, 0.12)          # the wheel's face has a radius of 10 km
+SLICES = wheel_and_rail(0.3, 0.46, 0.08, 0.12)  # the wheel's face has a radius of 10 km
 HERTZ = point_contact(LOAD, 0.46, LATERAL, MODULUS)
 
 
@@ -21,8 +22,9 @@ def closed_form(line_load):
 
 @pytest.mark.parametrize("sharing, law", [("elliptic", elliptic), ("parabolic", parabolic)])
 def test_every_slice_of_hertz_ellipse_is_its_own_line_contact(sharing, law):
-    """Pressure: n elements over a slice's half-width cost 1 / (2 n^2) of its peak, and its middle lies up to half a cell from a row, 1 / (8 n^2);
-    the blocks, 20 half-widths deep, 0.1 % (0.25 / 20^2). Line load: the sum over cells of a half-ellipse is good to 0.5 / n^1.5. Width: a cell."""
+    """Pressure: n elements over a slice's half-width cost 1 / (2 n^2) of its peak, and its middle lies up to half a
+    cell from a row, 1 / (8 n^2); the blocks, 20 half-widths deep, 0.1 % (0.25 / 20^2). Line load: the sum over cells of
+    a half-ellipse is good to 0.5 / n^1.5. Width: a cell."""
     patch = loaded_slices(SLICES, load=LOAD, sharing=sharing, cells=(21, 44), estimate=False)
     edges = np.linspace(-HERTZ.semi_x, HERTZ.semi_x, 22)
     line_load = LOAD * np.diff(law(edges, HERTZ.semi_x)) / np.diff(edges)
@@ -34,8 +36,9 @@ def test_every_slice_of_hertz_ellipse_is_its_own_line_contact(sharing, law):
     assert patch.extent[1] / 2 == pytest.approx(half_width.max(), abs=patch.grid.dy / 2)
     row = patch.pressure[10]
     inside = np.abs(patch.grid.y) < 0.95 * half_width[10]
-    exact = pressure[10] * np.sqrt(1 - (patch.grid.y[inside] / half_width[10])**2)
-    # an edge known to a quarter of an element shifts the pressure p0 sqrt(2 d / a) most at the outermost row, d = 0.05 a
+    exact = pressure[10] * np.sqrt(1 - (patch.grid.y[inside] / half_width[10]) ** 2)
+    # an edge known to a quarter of an element shifts the pressure p0 sqrt(2 d / a) most at the outermost row, d = 0.05
+    # a
     np.testing.assert_allclose(row[inside], exact, atol=pressure[10] / (4 * n[10] * np.sqrt(0.1)))
     middle = np.abs(patch.grid.y[inside]) < 0.7 * half_width[10]
     np.testing.assert_allclose(row[inside][middle], exact[middle], atol=0.01 * pressure[10])
@@ -50,12 +53,19 @@ def test_shares_add_up_and_follow_their_laws():
 
 
 def test_the_exact_line_load_does_not_cure_the_missing_coupling():
-    """Hertz' own line load is the parabola: the loss of pressure is that of slices which do not feel each other; coupled slices have none."""
+    """Hertz' own line load is the parabola: the loss of pressure is that of slices which do not feel each other;
+    coupled slices have none."""
     loaded = loaded_slices(SLICES, load=LOAD, cells=(21, 40), estimate=False)
     coupled = slice_contact(SLICES, load=LOAD, cells=(21, 40), threads=1, estimate=False)
     line_load = coupled.line_load
-    given = loaded_slices(SLICES, load=LOAD, cells=(21, 40), estimate=False, semi_length=HERTZ.semi_x,
-                          sharing=lambda x: np.interp(x, coupled.grid.x, line_load))
+    given = loaded_slices(
+        SLICES,
+        load=LOAD,
+        cells=(21, 40),
+        estimate=False,
+        semi_length=HERTZ.semi_x,
+        sharing=lambda x: np.interp(x, coupled.grid.x, line_load),
+    )
     expected = closed_form(0.75 * LOAD / HERTZ.semi_x)[0] / HERTZ.max_pressure
     assert expected == pytest.approx(0.915, abs=1e-3)
     assert loaded.max_pressure / HERTZ.max_pressure == pytest.approx(expected, rel=5e-3)

@@ -1,20 +1,21 @@
 """2.5D slices against Hertz, plane strain, a pin in its hole, and what they refuse."""
+
 import numpy as np
 import pytest
 
-from bem.plane.body import Body
-from bem.verification.cases import CASES
 from bem.exact.conformal import pin_clearance, pin_pressure, pin_semi_angle
+from bem.exact.hertz import point_contact
+from bem.halfspace.normal import normal_contact
+from bem.material import STEEL, Elastic, Pair, contact_modulus
+from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError
+from bem.plane.body import Body
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.coulomb import Drive
 from bem.plane.curve import arc
-from bem.halfspace.normal import normal_contact
-from bem.exact.hertz import point_contact
-from bem.material import Elastic, Pair, STEEL, contact_modulus
 from bem.plane.outline import Edge, Outline, OutlineError, block_behind
-from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError
 from bem.slices.coupled import SliceOperator, _Problem, slice_contact
 from bem.slices.slices import SliceGap, Slices, slices_of_profiles, wheel_on_prism
+from bem.verification.cases import CASES
 from tests.bem.test_halfspace_normal import radii_of_ratio
 
 MODULUS = STEEL.plane_modulus / 2
@@ -27,17 +28,23 @@ def arc_face(radius: float, half_width: float, points: int = 401) -> np.ndarray:
 
 def wheel_and_rail(lateral: float, rolling: float, half_width: float, depth: float, upper=STEEL, lower=STEEL) -> Slices:
     """A flat-treaded wheel of the rolling radius on a crown of the lateral radius, blocks of a depth [m]."""
-    return wheel_on_prism(Body(block_behind(arc_face(-lateral, half_width), -depth), lower),
-                          Body(block_behind(arc_face(1e4, half_width), depth), upper), rolling)
+    return wheel_on_prism(
+        Body(block_behind(arc_face(-lateral, half_width), -depth), lower),
+        Body(block_behind(arc_face(1e4, half_width), depth), upper),
+        rolling,
+    )
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0, 2.0, 5.0])
 def test_hertz_ellipses_on_large_blocks(ratio):
-    """Blocks of half-width 12 times the larger semi-axis, 1.5 times that deep: pressure 0.5 %, axes a third of a cell, and the half-space's."""
+    """Blocks of half-width 12 times the larger semi-axis, 1.5 times that deep: pressure 0.5 %, axes a third of a cell,
+    and the half-space's."""
     rolling, lateral = radii_of_ratio(ratio)
     exact = point_contact(2e4, rolling, lateral, MODULUS)
     size = max(12 * max(exact.semi_x, exact.semi_y), 10 * exact.semi_y)
-    patch = slice_contact(wheel_and_rail(lateral, rolling, size, 1.5 * size), load=2e4, cells=(44, 44), threads=1, estimate=False)
+    patch = slice_contact(
+        wheel_and_rail(lateral, rolling, size, 1.5 * size), load=2e4, cells=(44, 44), threads=1, estimate=False
+    )
     assert patch.max_pressure == pytest.approx(exact.max_pressure, rel=5e-3)
     assert patch.extent[0] / 2 == pytest.approx(exact.semi_x, abs=patch.grid.dx / 3 + 0.01 * exact.semi_x)
     assert patch.extent[1] / 2 == pytest.approx(exact.semi_y, abs=patch.grid.dy / 3 + 0.01 * exact.semi_y)
@@ -49,7 +56,9 @@ def test_hertz_ellipses_on_large_blocks(ratio):
 
 def test_unlike_materials_press_by_their_common_modulus():
     soft = Elastic(70e9, 0.33)
-    patch = slice_contact(wheel_and_rail(0.3, 0.46, 0.05, 0.1, lower=soft), load=2e4, cells=(30, 30), threads=1, estimate=False)
+    patch = slice_contact(
+        wheel_and_rail(0.3, 0.46, 0.05, 0.1, lower=soft), load=2e4, cells=(30, 30), threads=1, estimate=False
+    )
     exact = point_contact(2e4, 0.46, 1 / (1 / 0.3 + 1e-4), contact_modulus(STEEL, soft))
     assert patch.max_pressure == pytest.approx(exact.max_pressure, rel=0.01)
 
@@ -57,20 +66,25 @@ def test_unlike_materials_press_by_their_common_modulus():
 def middle_of_long_patch(lower, upper, force, half_width, stations=16):
     """Pressure in the middle slice of a patch 1 m long, 50 times the bodies' depth; the ends are free."""
     grid = Grid.over((-0.5, 0.5), (-half_width, half_width), 41, 80)
-    patch = slice_contact(Slices(lower, upper), load=force, grid=grid, cut=True, stations=stations, threads=1, estimate=False)
+    patch = slice_contact(
+        Slices(lower, upper), load=force, grid=grid, cut=True, stations=stations, threads=1, estimate=False
+    )
     return patch, patch.pressure[20], patch.line_load[20]
 
 
 @pytest.mark.parametrize("name, half_width", [("non-conformal", 0.0035), ("conformal", 0.009), ("two-point", 0.0085)])
 def test_long_patch_is_plane_strain(name, half_width):
-    """Middle slice against the 2D boundary elements at its own line load: 0.5 %; the line load itself is uniform to 0.5 %."""
+    """Middle slice against the 2D boundary elements at its own line load: 0.5 %; the line load itself is uniform to 0.5
+    %."""
     lower, upper = CASES[name]()
     patch, pressure, line_load = middle_of_long_patch(lower, upper, 10e6, half_width)
     assert line_load == pytest.approx(10e6, rel=5e-3)
     plane = solve_contact(lower, upper, Drive.of(force=(None, -line_load)), settings=Settings(accuracy=1e-3))
     assert pressure.max() == pytest.approx(max(p.max_pressure for p in plane.patches()), rel=5e-3)
     covered = np.count_nonzero(pressure) * patch.grid.dy
-    assert covered == pytest.approx(sum(p.width for p in plane.patches()), abs=1.5 * len(plane.patches()) * patch.grid.dy)
+    assert covered == pytest.approx(
+        sum(p.width for p in plane.patches()), abs=1.5 * len(plane.patches()) * patch.grid.dy
+    )
 
 
 @pytest.mark.parametrize("degrees", [30, 45, 60, 75])
@@ -78,12 +92,22 @@ def test_long_pin_in_its_hole_is_perssons_where_the_half_space_is_wrong(degrees)
     """0.3 % on the largest pressure; the same gap on a half-space misses it by far more at wide angles."""
     radius, clearance, angle = 0.05, 2e-5, np.radians(degrees)
     hole = Body(Outline([[Edge(arc((0, 0), radius, np.pi / 2, 2.5 * np.pi, 721), "face")]], infinite=True), STEEL)
-    pin = Body(Outline([[Edge(arc((0, 0), radius - clearance, np.pi / 2, 2.5 * np.pi, 721), "face")],
-                        [Edge(arc((0, 0), 0.1 * radius, 0, 2 * np.pi, 181), "hub")]]), STEEL, held="hub")
+    pin = Body(
+        Outline(
+            [
+                [Edge(arc((0, 0), radius - clearance, np.pi / 2, 2.5 * np.pi, 721), "face")],
+                [Edge(arc((0, 0), 0.1 * radius, 0, 2 * np.pi, 181), "hub")],
+            ]
+        ),
+        STEEL,
+        held="hub",
+    )
     slices = Slices(hole, pin)
     middle = SliceGap(slices).touch[0]
     grid = Grid.over((-1, 1), (middle - 1.15 * radius * angle, middle + 1.15 * radius * angle), 41, 80)
-    patch = slice_contact(slices, load=2 * MODULUS * clearance / pin_clearance(angle), grid=grid, cut=True, threads=1, estimate=False)
+    patch = slice_contact(
+        slices, load=2 * MODULUS * clearance / pin_clearance(angle), grid=grid, cut=True, threads=1, estimate=False
+    )
     pressure, line_load = patch.pressure[20], patch.line_load[20]
     found = pin_semi_angle(MODULUS * clearance / line_load)
     assert found == pytest.approx(angle, rel=0.03)
@@ -93,15 +117,25 @@ def test_long_pin_in_its_hole_is_perssons_where_the_half_space_is_wrong(degrees)
 
 def ring(radius: float, hub: float) -> Body:
     """A round pin held at its hub."""
-    return Body(Outline([[Edge(arc((0, 0), radius, np.pi / 2, 2.5 * np.pi, 721), "face")],
-                         [Edge(arc((0, 0), hub, 0, 2 * np.pi, 181), "hub")]]), STEEL, held="hub")
+    return Body(
+        Outline(
+            [
+                [Edge(arc((0, 0), radius, np.pi / 2, 2.5 * np.pi, 721), "face")],
+                [Edge(arc((0, 0), hub, 0, 2 * np.pi, 181), "hub")],
+            ]
+        ),
+        STEEL,
+        held="hub",
+    )
 
 
 def flank():
-    """A pin of 10 mm in a hole of 20 mm, pressed 0.1 mm into its flank at 65 degrees: straight into it, and down along it.
+    """A pin of 10 mm in a hole of 20 mm, pressed 0.1 mm into its flank at 65 degrees: straight into it, and down along
+    it.
 
-    Where the pin ends, not how it came there, decides in an elastic contact without friction, so both are one contact: the approach
-    straight into the flank has the exact gap from the touch on, the other slides 0.22 mm along the face on its way.
+    Where the pin ends, not how it came there, decides in an elastic contact without friction, so both are one contact:
+    the approach straight into the flank has the exact gap from the touch on, the other slides 0.22 mm along the face on
+    its way.
     """
     clearance, deep, angle = 0.01, 1e-4, np.radians(65)
     hole = Body(Outline([[Edge(arc((0, 0), 0.02, np.pi / 2, 2.5 * np.pi, 721), "face")]], infinite=True), STEEL)
@@ -140,12 +174,16 @@ def test_pressed_along_a_steep_flank_is_the_contact_pressed_straight_into_it():
         found = on_flank(down, **drive)
         assert found.max_pressure == pytest.approx(exact.max_pressure, rel=2e-3)
         np.testing.assert_allclose(found.force, exact.force, rtol=2e-3)
-        assert found.approach == pytest.approx(approach, rel=1e-3) and not any("converged" in note or "taken anew" in note for note in found.warnings)
+        assert found.approach == pytest.approx(approach, rel=1e-3) and not any(
+            "converged" in note or "taken anew" in note for note in found.warnings
+        )
 
 
 def test_one_slice_is_a_strip_and_a_grid_beside_the_face_is_refused():
     slices = wheel_and_rail(0.3, 0.46, 0.03, 0.06)
-    strip = slice_contact(slices, load=5e4, grid=Grid.over((-5e-3, 5e-3), (-6e-3, 6e-3), 1, 40), cut=True, threads=1, estimate=False)
+    strip = slice_contact(
+        slices, load=5e4, grid=Grid.over((-5e-3, 5e-3), (-6e-3, 6e-3), 1, 40), cut=True, threads=1, estimate=False
+    )
     assert strip.normal_force == pytest.approx(5e4, rel=1e-3) and strip.pressure.shape == (1, 40)
     with pytest.raises(ContactInputError, match="beside the lower face"):
         slice_contact(slices, load=5e4, grid=Grid.over((-5e-3, 5e-3), (0.5, 0.6), 10, 10), threads=1)
@@ -162,7 +200,8 @@ def edge_bodies():
 
 
 def test_beside_an_edge_a_long_patch_is_plane_strain_and_the_half_space_is_wrong():
-    """Patch 3 mm wide whose middle lies 2 mm from the edge: 2D boundary elements as judge, 2 %; the half-space's peak misses the place."""
+    """Patch 3 mm wide whose middle lies 2 mm from the edge: 2D boundary elements as judge, 2 %; the half-space's peak
+    misses the place."""
     lower, upper = edge_bodies()
     grid = Grid.over((-0.5, 0.5), (-0.0035, 0.002), 41, 66)
     patch = slice_contact(Slices(lower, upper), load=2e6, grid=grid, cut=True, threads=1, estimate=False)
@@ -178,7 +217,9 @@ def test_operator_is_symmetric_and_positive():
     slices = wheel_and_rail(0.08, 0.46, 0.03, 0.06)
     problem = _Problem(SliceGap(slices), Pair.of(STEEL, STEEL), 1e4, None, 1)
     grid = Grid.over((-5e-3, 5e-3), (-3e-3, 3e-3), 12, 14)
-    operator = SliceOperator(grid, problem.pair, problem.flexibilities(-4e-3, 4e-3, 5e-4, 1e-2), problem.cosines(grid.y))
+    operator = SliceOperator(
+        grid, problem.pair, problem.flexibilities(-4e-3, 4e-3, 5e-4, 1e-2), problem.cosines(grid.y)
+    )
     columns = np.array([operator.displacement(unit.reshape(grid.shape)).ravel() for unit in np.eye(12 * 14)])
     np.testing.assert_allclose(columns, columns.T, atol=1e-12 * columns.max())
     assert np.linalg.eigvalsh(columns).min() > 0
@@ -196,7 +237,8 @@ def test_load_and_approach_are_two_ways_to_the_same_patch_and_threads_change_not
 
 
 def test_measured_slices_are_the_wheel():
-    """The wheel cut at 41 places, handed over as profiles: pressure within 0.5 % of the body of revolution (cubic between slices)."""
+    """The wheel cut at 41 places, handed over as profiles: pressure within 0.5 % of the body of revolution (cubic
+    between slices)."""
     lower, upper = (getattr(wheel_and_rail(0.3, 0.46, 0.03, 0.06), name) for name in ("lower", "upper"))
     wheel = wheel_on_prism(lower, upper, 0.46)
     x = np.linspace(-0.012, 0.012, 41)

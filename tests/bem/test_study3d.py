@@ -1,17 +1,18 @@
 """The study of all patch solvers: its rows tell what they claim; the figures are drawn."""
+
 import numpy as np
 import pytest
 
-from bem.verification import halfspace_study
 from bem.verification import halfspace_speed as study3d
+from bem.verification import halfspace_study
 
 
 def test_the_half_space_is_wrong_in_a_wide_conformal_contact_and_slices_are_right(tmp_path):
-    """Half-angle 75 degrees: slices within 0.5 % of Persson, the half-space off by more than ten times that; at 15 degrees by
-    no more than angle^2 / 2, the curvature of the face that it neglects."""
+    """Half-angle 75 degrees: slices within 0.5 % of Persson, the half-space off by more than ten times that; at 15
+    degrees by no more than angle^2 / 2, the curvature of the face that it neglects."""
     rows = study3d.conformal_rows((15, 75))
     narrow, wide = rows
-    assert abs(narrow["half-space error"]) < np.radians(15)**2 / 2 and abs(narrow["slices error"]) < 5e-3
+    assert abs(narrow["half-space error"]) < np.radians(15) ** 2 / 2 and abs(narrow["slices error"]) < 5e-3
     assert abs(wide["slices error"]) < 5e-3 and abs(wide["half-space error"]) > 0.05
     inside = wide["Persson profile"] > 0.2
     np.testing.assert_allclose(wide["slices profile"][inside], wide["Persson profile"][inside], rtol=0.03)

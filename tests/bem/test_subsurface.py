@@ -1,4 +1,5 @@
 """Stress below Hertz contacts against published maxima and quadrature of Flamant's and Boussinesq's solutions."""
+
 import numpy as np
 import pytest
 
@@ -64,7 +65,9 @@ def boussinesq_quadrature(depth, a, b, nu):
     r2, rho = x**2 + y**2, np.sqrt(x**2 + y**2 + depth**2)
 
     def horizontal(u, v):
-        return (1 - 2 * nu) / r2 * ((1 - depth / rho) * (u**2 - v**2) / r2 + depth * v**2 / rho**3) - 3 * depth * u**2 / rho**5
+        return (1 - 2 * nu) / r2 * (
+            (1 - depth / rho) * (u**2 - v**2) / r2 + depth * v**2 / rho**3
+        ) - 3 * depth * u**2 / rho**5
 
     parts = horizontal(x, y), horizontal(y, x), -3 * depth**3 / rho**5
     return [(part * weight).sum() / (2 * np.pi) for part in parts]
@@ -72,7 +75,9 @@ def boussinesq_quadrature(depth, a, b, nu):
 
 @pytest.mark.parametrize("depth, a, b", [(0.5, 1, 1), (0.5, 1, 1 - 1e-8), (0.5, 2, 1), (0.5, 1, 2), (1.0, 5, 1)])
 def test_ellipse_axis_stress_is_boussinesqs_solution_summed_up(depth, a, b):
-    np.testing.assert_allclose(ellipse_axis_stress(depth, a, b, 1.0, 0.3), boussinesq_quadrature(depth, a, b, 0.3), atol=1e-10)
+    np.testing.assert_allclose(
+        ellipse_axis_stress(depth, a, b, 1.0, 0.3), boussinesq_quadrature(depth, a, b, 0.3), atol=1e-10
+    )
 
 
 def test_long_ellipse_is_a_line_contact():

@@ -1,4 +1,5 @@
-"""Bodies for the tests of the explicit solver: serial structures on simple meshes, and motions imposed on all their nodes."""
+"""Bodies for the tests of the explicit solver: serial structures on simple meshes, and motions imposed on all their
+nodes."""
 
 import dataclasses
 
@@ -16,8 +17,11 @@ NO_VISCOSITY = ElementSettings(linear_viscosity=0.0, quadratic_viscosity=0.0)
 
 
 def plastic(steel: Steel, yield_stress: float, hardening: float = 0.0) -> Steel:
-    """The steel with linear isotropic hardening: yield stress [Pa], slope over plastic strain [Pa]; the line ends at a strain of 10."""
-    return Steel(steel.youngs_modulus, steel.poisson, steel.density, [0.0, 10.0], [yield_stress, yield_stress + 10 * hardening])
+    """The steel with linear isotropic hardening: yield stress [Pa], slope over plastic strain [Pa]; the line ends at a
+    strain of 10."""
+    return Steel(
+        steel.youngs_modulus, steel.poisson, steel.density, [0.0, 10.0], [yield_stress, yield_stress + 10 * hardening]
+    )
 
 
 def lame(steel: Steel) -> tuple[float, float]:

@@ -1,4 +1,5 @@
-"""A short coarse pass, started by test_passage.py on 1, 2 and 3 ranks: prints its last numbers, and can be cut off and gone on with.
+"""A short coarse pass, started by test_passage.py on 1, 2 and 3 ranks: prints its last numbers, and can be cut off and
+gone on with.
 
     python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [cut|restart]]
 """
@@ -21,7 +22,15 @@ def main() -> None:
     how = sys.argv[3] if len(sys.argv) > 3 else ""
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
     settings = case.runs["fe_full"].model_copy(
-        update={"max_steps": steps, "element_size": 5e-3, "start": 0.30, "end": 0.42, "settle_time": 5e-5, "history_interval": 2e-5, "field_frames": 2}
+        update={
+            "max_steps": steps,
+            "element_size": 5e-3,
+            "start": 0.30,
+            "end": 0.42,
+            "settle_time": 5e-5,
+            "history_interval": 2e-5,
+            "field_frames": 2,
+        }
     )
     if how == "cut":  # save half way and stop there as a kill would: no last row, no result
         step = fe_full.Run._step
@@ -36,8 +45,20 @@ def main() -> None:
         fe_full.Run._step = stop_half_way
     result = fe_full.solve(case.scene, settings, folder, restart=how == "restart")
     if MPI.COMM_WORLD.rank == 0:
-        names = ("time", "x", "force", "force_wing", "force_nose", "wheel_height", "energy_plastic", "energy_hourglass", "energy_balance")
-        digest = hashlib.sha256(b"".join(result.history[name].tobytes() for name in sorted(result.history) if name != "time")).hexdigest()
+        names = (
+            "time",
+            "x",
+            "force",
+            "force_wing",
+            "force_nose",
+            "wheel_height",
+            "energy_plastic",
+            "energy_hourglass",
+            "energy_balance",
+        )
+        digest = hashlib.sha256(
+            b"".join(result.history[name].tobytes() for name in sorted(result.history) if name != "time")
+        ).hexdigest()
         print(json.dumps({"digest": digest, **{name: result.history[name].tolist() for name in names}}))
 
 

@@ -1,7 +1,7 @@
 """One run with everything in it, for tests/fe/test_ranks.py: mpirun -n N python -m mpi4py tests/fe/rank_job.py OUT.npz
 
-A plastic block on a fixed base, an elastic cap under a loaded sprung plate that slides over it with friction. Root writes
-forces, energies and the state of all nodes and cells in the order of the input mesh.
+A plastic block on a fixed base, an elastic cap under a loaded sprung plate that slides over it with friction. Root
+writes forces, energies and the state of all nodes and cells in the order of the input mesh.
 """
 
 import sys
@@ -9,8 +9,8 @@ import sys
 import numpy as np
 from mpi4py import MPI
 
-from geometry.meshing.hexmesh import merge_bodies
 from geometry.meshing.blocks import mesh_cap
+from geometry.meshing.hexmesh import merge_bodies
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
@@ -38,7 +38,9 @@ def build(comm):
     structure = Structure(domain, [MN13, R8T], small=(1,))
     split = len(block.clamp)
     base = RigidGroup("base", mesh.clamp[:split])
-    plate = RigidGroup("plate", mesh.clamp[split:], added_mass=0.5, free=(False, False, True), load=np.array([0.0, 0.0, -8e3]))
+    plate = RigidGroup(
+        "plate", mesh.clamp[split:], added_mass=0.5, free=(False, False, True), load=np.array([0.0, 0.0, -8e3])
+    )
     axle = RigidGroup("axle", np.empty(0, int), added_mass=5.0, free=(False, False, True))
     plate.velocity = np.array([0.0, 0.0, -3.0])
     links = [Link("suspension", plate, axle, 5e7, 2e3), Link("ground", axle, None, 1e6, 1e3)]

@@ -1,4 +1,5 @@
-"""The benchmark measures what it says: the same work on both sides of a ratio, the state it names, the fastest repeat."""
+"""The benchmark measures what it says: the same work on both sides of a ratio, the state it names, the fastest
+repeat."""
 
 import json
 import os
@@ -14,12 +15,12 @@ from mpi4py import MPI
 from scipy.spatial import cKDTree
 
 from geometry.meshing.blocks import mesh_box
-from rail_fem.studies import kernel_reference as kernels
-from rail_fem.studies.kernel_job import EDGE, array_bytes, block
-from rail_fem.studies.kernel_reference import STEEL, Effort
-from rail_fem.studies.kernel_ranks import RankStudy, run_job, study_ranks
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.structure import Structure
+from rail_fem.studies import kernel_reference as kernels
+from rail_fem.studies.kernel_job import EDGE, array_bytes, block
+from rail_fem.studies.kernel_ranks import RankStudy, run_job, study_ranks
+from rail_fem.studies.kernel_reference import STEEL, Effort
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 QUICK = Effort(repeats=1, shortest=0.0)
@@ -27,8 +28,8 @@ QUICK = Effort(repeats=1, shortest=0.0)
 
 @pytest.mark.parametrize("points", [1, 2])
 def test_assembly_and_elastic_kernel_give_the_same_forces_for_an_affine_displacement(points):
-    """Hourglass control does nothing in an affine motion and one point integrates it exactly on cubes; the kernel is linear in a
-    displacement of any size. x - reference loses a factor of 10 of the roundings: 1e-12 is 1e3 of those."""
+    """Hourglass control does nothing in an affine motion and one point integrates it exactly on cubes; the kernel is
+    linear in a displacement of any size. x - reference loses a factor of 10 of the roundings: 1e-12 is 1e3 of those."""
     domain = kernels.block_domain(3)
     gradient = 0.1 * np.array([[1.0, 0.5, -0.3], [0.2, -0.7, 0.4], [0.6, 0.1, 0.9]])
     s = Structure(domain, [STEEL], small=(0,))
@@ -56,7 +57,8 @@ def test_timed_contact_pairs_are_all_active():
 
 
 def test_fastest_repeat_counts(monkeypatch):
-    """A clock of our own: a trial call takes 1 s, so `shortest` 2 s asks for 2 calls a repeat, and repeats take 6, 2 and 4 s."""
+    """A clock of our own: a trial call takes 1 s, so `shortest` 2 s asks for 2 calls a repeat, and repeats take 6, 2
+    and 4 s."""
     now = iter([0.0, 1.0, 10.0, 16.0, 20.0, 22.0, 30.0, 34.0])
     monkeypatch.setattr(kernels.time, "process_time", lambda: next(now))
     calls = []
@@ -79,7 +81,8 @@ def test_memory_of_views_is_counted_once():
 
 
 def test_solver_keeps_less_than_half_a_kilobyte_an_element():
-    """State 160, nodes of blocks 32, cells 40, and 170 on nodes, of which a large block has one an element; ours has 1.2."""
+    """State 160, nodes of blocks 32, cells 40, and 170 on nodes, of which a large block has one an element; ours has
+    1.2."""
     domain = Domain(MPI.COMM_SELF, *block((16, 16, 16)))
     s = Structure(domain, [STEEL])
     assert 160 < array_bytes(domain, s, s.finite) / domain.m_global < 500
@@ -99,14 +102,24 @@ def test_block_that_ranks_cannot_share_evenly_is_refused():
 @pytest.mark.mpi
 def test_ranks_share_a_block_or_run_blocks_of_their_own():
     shared, alone = run_job(2, (8, 4, 4), 2, 1), run_job(2, (4, 4, 4), 2, 1, alone=True)
-    assert (shared["ranks"], shared["elements"]) == (2, 128) and 25 / 2 <= shared["ghosts"] <= 25  # a plane of 5 x 5 nodes, some owned by either
+    # a plane of 5 x 5 nodes, some owned by either
+    assert (shared["ranks"], shared["elements"]) == (2, 128) and 25 / 2 <= shared["ghosts"] <= 25
     assert (alone["ranks"], alone["elements"], alone["ghosts"]) == (2, 64, 0)
     assert 0 < shared["kernel"] < shared["step"] and shared["peak_memory"] >= shared["memory"] > 0
 
 
 def bench(*options: str) -> subprocess.CompletedProcess:
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))} | {"RAIL_FEM_SMOKE": "1"}
-    return subprocess.run([sys.executable, "-m", "rail_fem.studies.kernel_speed", *options], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))} | {
+        "RAIL_FEM_SMOKE": "1"
+    }
+    return subprocess.run(
+        [sys.executable, "-m", "rail_fem.studies.kernel_speed", *options],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
 
 
 def test_table_is_printed_and_written_as_markdown_and_json(tmp_path):

@@ -45,7 +45,9 @@ def test_wheel_and_crossing_weigh_what_the_case_says(scene, size, start, end):
 def test_a_mesh_heavier_than_its_body_is_refused(scene):
     """A track mass below the steel that is modelled: with both masses, and what to do."""
     light = scene.model_copy(update={"foundation": scene.foundation.model_copy(update={"track_mass": 2.0})})
-    with pytest.raises(ValueError, match=r"mesh of the crossing weighs \d+\.\d kg, more than the 2\.0 kg .* shorter window"):
+    with pytest.raises(
+        ValueError, match=r"mesh of the crossing weighs \d+\.\d kg, more than the 2\.0 kg .* shorter window"
+    ):
         passage_of(light, element_size=5e-3, start=0.31, end=0.40)
     passage, _, crossing = passage_of(light, element_size=5e-3, start=0.31, end=0.40, track_mass=False)
     assert passage.crossing.added_mass == 0.0 and crossing == pytest.approx(passage.crossing.mesh_mass, rel=1e-12)

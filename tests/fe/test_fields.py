@@ -39,7 +39,8 @@ print(json.dumps({
 
 @pytest.fixture(scope="module")
 def frame(tmp_path_factory):
-    """A block distorted at random, so that every cell has another stress with all six components; read back by VTK in a process of its own."""
+    """A block distorted at random, so that every cell has another stress with all six components; read back by VTK in a
+    process of its own."""
     mesh = distort(mesh_box((1.0, 1.0, 1.0), (3, 3, 3)), 0.08, seed=5)
     structure = structure_of(mesh)
     start = structure.x.reshape(-1, 3).copy()

@@ -25,7 +25,9 @@ def test_static_load_is_judged_between_settling_and_the_first_bend(sign):
     """3 % too much there; settling before it and the bend after it hold other forces, which must not count."""
     x = X if sign > 0 else X[::-1]
     way = np.abs(x - x[0])
-    running = SimpleNamespace(sign=sign, start=x[0], slope=lambda at: np.where(np.abs(np.asarray(at) - x[0]) > 0.1, 1e-2, 0.0))
+    running = SimpleNamespace(
+        sign=sign, start=x[0], slope=lambda at: np.where(np.abs(np.asarray(at) - x[0]) > 0.1, 1e-2, 0.0)
+    )
     force = np.where(way < 0.02, 9e5, np.where(way < 0.1 - 0.9 * PATCH_REACH, 1.03e5, 5e5))
     found = {"time": way / SPEED, "x": x, "force": force}
     assert static_error(found, 1e5, 0.0201 / SPEED, running) == pytest.approx(0.03, rel=1e-12)
@@ -35,10 +37,13 @@ def test_static_load_is_judged_between_settling_and_the_first_bend(sign):
 
 @pytest.mark.parametrize("share", [0.02, 0.2])
 def test_mesh_noise_is_the_part_that_repeats_with_each_element(share):
-    """A constant force with two harmonics of the element's passage: their crest, over the largest force, to the sampling's second order."""
+    """A constant force with two harmonics of the element's passage: their crest, over the largest force, to the
+    sampling's second order."""
     phase = 2 * np.pi * TIME / PASSES
     force = 1e5 * (1 + share * (np.cos(phase) + 0.5 * np.cos(2 * phase)))
-    assert mesh_noise({"time": TIME, "force": force}, SPEED, SIZE, 0.0) == pytest.approx(1.5 * share / (1 + 1.5 * share), rel=1e-6)
+    assert mesh_noise({"time": TIME, "force": force}, SPEED, SIZE, 0.0) == pytest.approx(
+        1.5 * share / (1 + 1.5 * share), rel=1e-6
+    )
 
 
 def test_smooth_peak_is_hardly_mesh_noise_and_falls_with_the_square_of_the_size():
@@ -47,7 +52,9 @@ def test_smooth_peak_is_hardly_mesh_noise_and_falls_with_the_square_of_the_size(
     force = 1e5 * (1 + np.cos(w * (TIME - 4e-3)))
     for size in (SIZE, SIZE / 2):
         a = w * size / SPEED / 2
-        assert mesh_noise({"time": TIME, "force": force}, SPEED, size, 0.0) == pytest.approx((1 - np.sin(a) / a) / 2, rel=0.05)
+        assert mesh_noise({"time": TIME, "force": force}, SPEED, size, 0.0) == pytest.approx(
+            (1 - np.sin(a) / a) / 2, rel=0.05
+        )
 
 
 def test_noise_and_chatter_that_the_rows_cannot_show_are_nan():
@@ -65,7 +72,10 @@ def test_chatter_is_what_happens_above_half_the_mesh_frequency(times, share, hig
     assert chatter({"time": TIME, "force": force}, SPEED, SIZE, 0.0) == pytest.approx((share, high), abs=1e-3, rel=0.01)
 
 
-@pytest.mark.parametrize("share, force, verdict", [(0.6, 0.005, GOOD), (0.005, 0.2, GOOD), (0.05, 0.03, WARN), (0.6, 0.2, BAD), (np.nan, np.nan, GOOD)])
+@pytest.mark.parametrize(
+    "share, force, verdict",
+    [(0.6, 0.005, GOOD), (0.005, 0.2, GOOD), (0.05, 0.03, WARN), (0.6, 0.2, BAD), (np.nan, np.nan, GOOD)],
+)
 def test_chatter_counts_when_it_matters_against_the_force_and_its_changes(share, force, verdict):
     """Steady running has no variance but the mesh's: a share of 60 % of next to nothing is no fault."""
     row = _chatter_row(share, force, 1.0)
@@ -74,7 +84,8 @@ def test_chatter_counts_when_it_matters_against_the_force_and_its_changes(share,
 
 
 def test_the_largest_plastic_strain_is_that_of_its_own_body_and_place():
-    """Wing, nose and wheel as bars apart; the fourth cell of the nose is pulled by 4 %, the second of the wing by 2 %, the wheel by more: it does not count."""
+    """Wing, nose and wheel as bars apart; the fourth cell of the nose is pulled by 4 %, the second of the wing by 2 %,
+    the wheel by more: it does not count."""
     bars = [mesh_box((6.0, 1.0, 1.0), (6, 1, 1), name=name) for name in ("wing", "nose", "wheel")]
     mesh = merge_bodies([replace(bar, points=bar.points + [0.0, 5.0 * k, 0.0]) for k, bar in enumerate(bars)])
     structure = structure_of(mesh, *[plastic(STEEL, 1e6)] * 3, settings=NO_VISCOSITY)
@@ -85,6 +96,8 @@ def test_the_largest_plastic_strain_is_that_of_its_own_body_and_place():
     peaks = strain_peaks(run)
     assert peaks.keys() == {"plastic_strain_wing", "plastic_strain_nose"}
     wing, nose = peaks["plastic_strain_wing"], peaks["plastic_strain_nose"]
-    assert (wing.x, wing.y, wing.z) == pytest.approx((1.5, 0.5, 0.5)) and (nose.x, nose.y, nose.z) == pytest.approx((3.5, 5.5, 0.5))
+    assert (wing.x, wing.y, wing.z) == pytest.approx((1.5, 0.5, 0.5)) and (nose.x, nose.y, nose.z) == pytest.approx(
+        (3.5, 5.5, 0.5)
+    )
     # uniaxial strain e: the equivalent plastic strain of perfect plasticity is 2/3 e less the yield strain, 2/3 of 3e-6
     assert (wing.value, nose.value) == pytest.approx((2 / 3 * 0.02 / 1.01, 2 / 3 * 0.04 / 1.02), rel=1e-3)

@@ -23,7 +23,8 @@ def hourglass_field(structure, mode):
 @pytest.mark.parametrize("mode", HOURGLASS)
 @pytest.mark.parametrize("small", [(), (0,)], ids=["finite strain", "small displacement"])
 def test_a_seeded_hourglass_mode_does_not_grow(mode, small):
-    """Its nodes swing back and forth: displacements stay below v / w of a mode with the control's stiffness, over 30 periods."""
+    """Its nodes swing back and forth: displacements stay below v / w of a mode with the control's stiffness, over 30
+    periods."""
     structure = structure_of(mesh_box((4.0, 4.0, 4.0), (4, 4, 4)), small=small)
     structure.v.reshape(-1, 3)[:, 0] = 1.0 * hourglass_field(structure, mode)
     stiffness = structure.v @ structure.stiffness_times(structure.v) / (np.repeat(structure.mass, 3) @ structure.v**2)
@@ -47,10 +48,14 @@ def test_without_control_the_same_hourglass_mode_runs_away(mode):
     dynamics = Dynamics(structure)
     for _ in range(50):
         dynamics.step(1e-5)
-    assert structure.x - structure.domain.reference == pytest.approx(50e-5 * hourglass_field(structure, mode).repeat(3) * np.tile([1, 0, 0], len(velocity)), abs=1e-9)
+    assert structure.x - structure.domain.reference == pytest.approx(
+        50e-5 * hourglass_field(structure, mode).repeat(3) * np.tile([1, 0, 0], len(velocity)), abs=1e-9
+    )
 
 
-@pytest.mark.parametrize("steel", [Steel(1e6, 0.3, 1000.0), Steel(1e6, 0.3, 1000.0, [0.0, 10.0], [2e4, 1e5])], ids=["elastic", "plastic"])
+@pytest.mark.parametrize(
+    "steel", [Steel(1e6, 0.3, 1000.0), Steel(1e6, 0.3, 1000.0, [0.0, 10.0], [2e4, 1e5])], ids=["elastic", "plastic"]
+)
 def test_a_bar_twists_by_more_than_90_degrees_and_keeps_momentum_and_energy(steel):
     """A soft bar whose ends spin against each other; shear strain 0.1, so the stored energy is known to 1 %."""
     length = 0.1
@@ -76,9 +81,11 @@ def test_a_bar_twists_by_more_than_90_degrees_and_keeps_momentum_and_energy(stee
 
 
 def test_a_sliver_only_costs_steps():
-    """One layer of thickness d between cells of h = 1000 d: the masses at its faces are the neighbours', so the step falls with
-    sqrt(d / h); a wave passes through it unharmed."""
-    thin = mesh_grid(np.array([0.0, 1.0, 2.0, 2.001, 3.001, 4.001]) * 1e-3, np.array([0.0, 1e-3]), np.array([0.0, 1e-3]))
+    """One layer of thickness d between cells of h = 1000 d: the masses at its faces are the neighbours', so the step
+    falls with sqrt(d / h); a wave passes through it unharmed."""
+    thin = mesh_grid(
+        np.array([0.0, 1.0, 2.0, 2.001, 3.001, 4.001]) * 1e-3, np.array([0.0, 1e-3]), np.array([0.0, 1e-3])
+    )
     even = mesh_box((4e-3, 1e-3, 1e-3), (4, 1, 1))
     steps = [Dynamics(structure_of(mesh)).stable_step() for mesh in (thin, even)]
     assert steps[0] / steps[1] == pytest.approx(np.sqrt(1e-3), rel=0.1)
@@ -97,7 +104,10 @@ def test_a_cell_inside_out_is_refused_with_its_number_and_position():
     mesh = mesh_box((0.03, 0.01, 0.01), (3, 1, 1))
     cells = mesh.cells.copy()
     cells[1] = cells[1][[4, 5, 6, 7, 0, 1, 2, 3]]
-    with pytest.raises(ValueError, match=r"1 element\(s\) turned inside out, the first is element 1 at \(15\.00, 5\.00, 5\.00\) mm.*mend the mesh"):
+    with pytest.raises(
+        ValueError,
+        match=r"1 element\(s\) turned inside out, the first is element 1 at \(15\.00, 5\.00, 5\.00\) mm.*mend the mesh",
+    ):
         structure_of(dataclasses.replace(mesh, cells=cells))
 
 
@@ -107,7 +117,10 @@ def test_a_cell_that_turns_inside_out_in_a_run_stops_it_with_step_time_and_posit
     corner = at(structure, 0, 0.0) & at(structure, 1, 0.0) & at(structure, 2, 0.0)
     structure.v.reshape(-1, 3)[corner] = 1e5
     dynamics = Dynamics(structure)
-    with pytest.raises(ArithmeticError, match=r"step \d+, t = 0\.\d+ ms: \d element\(s\) turned inside out, the first is element 0 at \("):
+    with pytest.raises(
+        ArithmeticError,
+        match=r"step \d+, t = 0\.\d+ ms: \d element\(s\) turned inside out, the first is element 0 at \(",
+    ):
         for _ in range(100):
             dynamics.step(1e-9)
             dynamics.check()

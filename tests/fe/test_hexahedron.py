@@ -15,7 +15,8 @@ CORNERS = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1,
 
 
 def quadrature(corners):
-    """Integral of the shape functions' gradient (8, 3) and of 1, by 2x2x2 Gauss points: exact, the integrands are quadratic in each variable."""
+    """Integral of the shape functions' gradient (8, 3) and of 1, by 2x2x2 Gauss points: exact, the integrands are
+    quadratic in each variable."""
     gradient, volume = np.zeros((8, 3)), 0.0
     for point in CORNERS / np.sqrt(3):
         factors = 1 + CORNERS * point
@@ -56,7 +57,10 @@ def test_forces_do_not_depend_on_how_elements_fill_the_blocks(cells):
 def stored_energy(structure):
     """By Hooke's law from stresses and volumes, independently of the kernel's own."""
     stress, young, poisson = structure.finite.stress(), STEEL.youngs_modulus, STEEL.poisson
-    density = ((1 + poisson) * ((stress[:, :3] ** 2).sum(axis=1) + 2 * (stress[:, 3:] ** 2).sum(axis=1)) - poisson * stress[:, :3].sum(axis=1) ** 2) / (2 * young)
+    density = (
+        (1 + poisson) * ((stress[:, :3] ** 2).sum(axis=1) + 2 * (stress[:, 3:] ** 2).sum(axis=1))
+        - poisson * stress[:, :3].sum(axis=1) ** 2
+    ) / (2 * young)
     energy = density @ volumes(structure.x, structure.domain.cells)
     assert structure.elastic_energy()[0] == pytest.approx(energy, rel=1e-12)
     return energy
@@ -78,7 +82,8 @@ def test_nodal_forces_do_the_work_that_the_element_books(seed):
 
 @pytest.mark.parametrize("rate", [-50.0, 50.0], ids=["squeezed", "stretched"])
 def test_quadratic_viscosity_pushes_back_where_a_cube_is_squeezed_and_is_silent_where_it_is_stretched(rate):
-    """Von Neumann and Richtmyer: q = rho (c h rate)^2 against the face that comes nearer, its work q |rate| V dt lost; c = 1.2."""
+    """Von Neumann and Richtmyer: q = rho (c h rate)^2 against the face that comes nearer, its work q |rate| V dt lost;
+    c = 1.2."""
     side, dt, factor = 0.5, 1e-6, 1.2
     faces, works = [], []
     for settings in (NO_VISCOSITY, ElementSettings(linear_viscosity=0.0, quadratic_viscosity=factor)):
@@ -104,13 +109,15 @@ def shear_error(steps, total=1.0):
 
 
 def test_simple_shear_converges_to_the_jaumann_solution_with_second_order():
-    """Exact for the Jaumann rate: shear stress G sin g, normal stresses +-G (1 - cos g) (Dienes, Acta Mech. 32 (1979) 217)."""
+    """Exact for the Jaumann rate: shear stress G sin g, normal stresses +-G (1 - cos g) (Dienes, Acta Mech. 32 (1979)
+    217)."""
     steps = np.array([5, 10, 20, 40])
     assert_order(1 / steps, [shear_error(n) for n in steps], expected=2)
 
 
 def test_the_small_displacement_kernel_is_the_limit_of_the_finite_one():
-    """The same displacement field scaled down: the difference of the forces, over the forces, falls in proportion to the strain."""
+    """The same displacement field scaled down: the difference of the forces, over the forces, falls in proportion to
+    the strain."""
     scales, errors = np.array([1e-3, 5e-4, 2.5e-4]), []
     mesh = distort(mesh_box((1.0, 1.0, 1.0), (2, 2, 2)), 0.1, 1)
     field = np.random.default_rng(2).standard_normal(mesh.points.shape)

@@ -40,7 +40,8 @@ def bent(poisson, cells):
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49, 0.4999])
 def test_pure_bending_does_not_lock_as_the_body_becomes_incompressible(poisson):
-    """Exact curvature M (1 - nu^2) / (E I); the error with 4 cells over the height is the same few percent for any Poisson's ratio."""
+    """Exact curvature M (1 - nu^2) / (E I); the error with 4 cells over the height is the same few percent for any
+    Poisson's ratio."""
     cells = np.array([2, 4, 8])
     errors = [bent(poisson, n) - 1 for n in cells]
     assert abs(errors[1]) < 0.04 and abs(errors[2]) < 0.01
@@ -50,14 +51,16 @@ def test_pure_bending_does_not_lock_as_the_body_becomes_incompressible(poisson):
 def punch_load(cells):
     """Load over the punch's width (counted to the middle of the next cell) and over (2 + pi) k, at two depths.
 
-    A rigid plane-strain punch of half-width 10 mm, `cells` across it, on an elastic, perfectly plastic block; E / Y is 5000 so
-    that the flow is complete before the shape changes. Half of it is modelled.
+    A rigid plane-strain punch of half-width 10 mm, `cells` across it, on an elastic, perfectly plastic block; E / Y is
+    5000 so that the flow is complete before the shape changes. Half of it is modelled.
     """
     half, yield_stress, speed = 10e-3, 400e6, 1.0
     size = half / cells
     x = graded_line(0.0, 4 * half, (0.0, 1.5 * half), size, 1.15)
     z = -graded_line(0.0, 4 * half, (0.0, half), size, 1.15)[::-1]
-    structure = structure_of(mesh_grid(x, np.array([0.0, size]), z), plastic(Steel(2e12, 0.3, STEEL.density), yield_stress))
+    structure = structure_of(
+        mesh_grid(x, np.array([0.0, size]), z), plastic(Steel(2e12, 0.3, STEEL.density), yield_stress)
+    )
     fixed = np.zeros((structure.domain.n_nodes, 3), bool)
     fixed[:, 1] = True
     fixed[at(structure, 0, 0.0) | at(structure, 0, x[-1]), 0] = True
@@ -76,7 +79,8 @@ def punch_load(cells):
 
 @pytest.mark.parametrize("cells", [8, 16])
 def test_fully_plastic_flow_under_a_punch_stops_at_prandtls_load(cells):
-    """(2 + pi) k (Prandtl 1920; Hill, Plasticity, 1950, IX.5). Elements that lock never stop: their load goes on rising."""
+    """(2 + pi) k (Prandtl 1920; Hill, Plasticity, 1950, IX.5). Elements that lock never stop: their load goes on
+    rising."""
     before, after = punch_load(cells)
     assert after == pytest.approx(before, rel=0.02)
     assert 1.0 < after < 1.05

@@ -1,4 +1,5 @@
-"""A left-hand crossing seen in a mirror is a right-hand one: the explicit rung gives the same pass, lateral forces turned about."""
+"""A left-hand crossing seen in a mirror is a right-hand one: the explicit rung gives the same pass, lateral forces
+turned about."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -17,14 +18,24 @@ UPSIDE = [4, 5, 6, 7, 0, 1, 2, 3]  # corners of a hexahedron whose mirror image 
 
 def mirrored(mesh: HexMesh) -> HexMesh:
     """The mesh seen in the plane y = 0."""
-    return replace(mesh, points=mesh.points * [1, -1, 1], cells=mesh.cells[:, UPSIDE], surface=mesh.surface[:, ::-1].copy())
+    return replace(
+        mesh, points=mesh.points * [1, -1, 1], cells=mesh.cells[:, UPSIDE], surface=mesh.surface[:, ::-1].copy()
+    )
 
 
 def short_pass(monkeypatch=None):
     """The first steps of the reference pass over the transfer, coarse; in the mirror when a monkeypatch is given."""
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
     settings = case.runs["fe_full"].model_copy(
-        update={"max_steps": STEPS, "element_size": 5e-3, "start": 0.345, "end": 0.42, "settle_time": 5e-5, "history_interval": 2e-5, "field_frames": 1}
+        update={
+            "max_steps": STEPS,
+            "element_size": 5e-3,
+            "start": 0.345,
+            "end": 0.42,
+            "settle_time": 5e-5,
+            "history_interval": 2e-5,
+            "field_frames": 1,
+        }
     )
     if monkeypatch is not None:
         make, running_of = fe_full.make_mesh, fe_full.running_of
@@ -34,18 +45,27 @@ def short_pass(monkeypatch=None):
             return mirrored(mesh), *numbers
 
         monkeypatch.setattr(fe_full, "make_mesh", make_mirrored)
-        monkeypatch.setattr(fe_full, "running_of", lambda scene, settings: replace(running_of(scene, settings), datum_y=-scene.wheel_datum_y))
+        monkeypatch.setattr(
+            fe_full,
+            "running_of",
+            lambda scene, settings: replace(running_of(scene, settings), datum_y=-scene.wheel_datum_y),
+        )
     return fe_full.solve(case.scene, settings)
 
 
 def test_a_crossing_of_the_other_hand_gives_the_same_pass(monkeypatch):
-    """Other corner numbers and signs change the order of sums: round-off, which the steps amplify to 1e-9 of the force at most."""
+    """Other corner numbers and signs change the order of sums: round-off, which the steps amplify to 1e-9 of the force
+    at most."""
     one, other = short_pass(), short_pass(monkeypatch)
     force = one.history["force"]
     assert force.max() > 10e3 and np.abs(one.history["force_lateral"]).max() > 10.0
     for name in ("force", "force_wing", "force_nose", "force_longitudinal"):
-        np.testing.assert_allclose(other.history[name], one.history[name], rtol=0, atol=1e-9 * force.max(), err_msg=name)
-    np.testing.assert_allclose(other.history["force_lateral"], -one.history["force_lateral"], rtol=0, atol=1e-9 * force.max())
+        np.testing.assert_allclose(
+            other.history[name], one.history[name], rtol=0, atol=1e-9 * force.max(), err_msg=name
+        )
+    np.testing.assert_allclose(
+        other.history["force_lateral"], -one.history["force_lateral"], rtol=0, atol=1e-9 * force.max()
+    )
     np.testing.assert_allclose(other.history["contact_y"], -one.history["contact_y"], rtol=0, atol=1e-9, equal_nan=True)
     for name in ("wheel_height", "crossing_height"):
         np.testing.assert_allclose(other.history[name], one.history[name], rtol=0, atol=1e-13)

@@ -17,7 +17,12 @@ STEPS = 160
 def run_job(ranks: int, *arguments: str) -> dict:
     done = subprocess.run(
         [*mpi_command(ranks), sys.executable, "-m", "mpi4py", str(JOB), str(STEPS), *arguments],
-            capture_output=True, text=True, timeout=300, check=False, env=rank_environment(), stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+        env=rank_environment(),
+        stdin=subprocess.DEVNULL,
     )
     assert done.returncode == 0, done.stderr[-2000:]
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
@@ -69,6 +74,8 @@ def test_on_the_wing_alone_the_wing_carries_all(one_rank):
 
 
 def test_energy_is_in_balance_over_the_first_contact(one_rank):
-    """Bodies and contact together, after settling: what is lost is round-off and friction at work, far below the 3 kJ in the springs."""
-    balance = np.array(one_rank["energy_balance"])[2:]  # settling ends before the third row: lumped masses change there, the count starts afresh
+    """Bodies and contact together, after settling: what is lost is round-off and friction at work, far below the 3 kJ
+    in the springs."""
+    # settling ends before the third row: lumped masses change there, the count starts afresh
+    balance = np.array(one_rank["energy_balance"])[2:]
     assert np.ptp(balance) < 0.05  # J, of 3 kJ in the springs

@@ -15,7 +15,8 @@ def hooke(strain):
 
 
 def one_step_stress(motion):
-    """Increment referred to the middle configuration, H (I + H / 2)^-1; half of its stress turns by Hughes and Winget's rotation."""
+    """Increment referred to the middle configuration, H (I + H / 2)^-1; half of its stress turns by Hughes and Winget's
+    rotation."""
     increment = motion @ np.linalg.inv(np.eye(3) + motion / 2)
     stress, spin = hooke((increment + increment.T) / 2), (increment - increment.T) / 2
     turn = np.linalg.solve(np.eye(3) - spin / 2, np.eye(3) + spin / 2)

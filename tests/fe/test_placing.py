@@ -9,9 +9,9 @@ import pytest
 from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import rolling_radius
 from rail_fem.case.casefile import load_case
+from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import running_of
 from rail_fem.fe.placing import smallest_gap
-from rail_fem.fe.meshing import make_mesh
 
 CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
 SIZE = 5e-3
@@ -28,10 +28,13 @@ def nodes_of(mesh, name):
     return mesh.points[np.unique(mesh.cells[mesh.region == mesh.region_names.index(name)])]
 
 
-@pytest.mark.parametrize("changes, aside", [({}, 0.0), ({"back_to_back": 1.370}, 5e-3), ({"gauge": 1.425}, 5e-3), ({"back_to_back": 1.352}, -4e-3)])
+@pytest.mark.parametrize(
+    "changes, aside",
+    [({}, 0.0), ({"back_to_back": 1.370}, 5e-3), ({"gauge": 1.425}, 5e-3), ({"back_to_back": 1.352}, -4e-3)],
+)
 def test_rigid_path_runs_at_the_wheelsets_own_place(changes, aside):
-    """Half of a change of gauge or back-to-back moves the wheel, and its surface goes through the point that carries: the axle stands
-    at z + sqrt(r(y)^2 - (x' - x)^2) less its height on plain line, one constant for the whole path."""
+    """Half of a change of gauge or back-to-back moves the wheel, and its surface goes through the point that carries:
+    the axle stands at z + sqrt(r(y)^2 - (x' - x)^2) less its height on plain line, one constant for the whole path."""
     running = running_of(scene(**changes), SETTINGS)
     assert running.datum_y == pytest.approx(tread_datum_y() + aside, abs=1e-15)
     path, wheel = running.path, CASE.scene.wheel
@@ -42,13 +45,15 @@ def test_rigid_path_runs_at_the_wheelsets_own_place(changes, aside):
 
 
 def test_far_tread_slope_of_the_scene_is_that_of_the_path():
-    """With the far tread steeper by s, the tread rises by dz = s (y - 29 mm): the maximum falls by at most dz at the old contact and
-    at least dz at the new one."""
+    """With the far tread steeper by s, the tread rises by dz = s (y - 29 mm): the maximum falls by at most dz at the
+    old contact and at least dz at the new one."""
     steeper = 0.03
     wheel = CASE.scene.wheel.model_copy(update={"far_tread_slope": CASE.scene.wheel.far_tread_slope + steeper})
     old, new = (running_of(scene(**change), SETTINGS) for change in ({}, {"wheel": wheel}))
     on_wing = ~(old.path.on_nose | new.path.on_nose)
-    beyond = [np.interp(run.path.wing_point[on_wing, 1] - run.datum_y, [0.029, 0.060], [0.0, 0.031]) for run in (old, new)]
+    beyond = [
+        np.interp(run.path.wing_point[on_wing, 1] - run.datum_y, [0.029, 0.060], [0.0, 0.031]) for run in (old, new)
+    ]
     fall = (old.path.height - new.path.height)[on_wing]
     assert (beyond[0] > 5e-3).all()
     assert (fall <= steeper * beyond[0] * 1.001 + 1e-7).all() and (fall >= steeper * beyond[1] * 0.999 - 1e-7).all()
@@ -56,7 +61,8 @@ def test_far_tread_slope_of_the_scene_is_that_of_the_path():
 
 @pytest.mark.parametrize("changes, aside", [({}, 0.0), ({"back_to_back": 1.370}, 5e-3)])
 def test_wheel_is_set_down_at_its_lateral_place_and_touches(changes, aside):
-    """The meshes' gap on the rigid path is faceting, h^2 / 8 R of either surface; a wheel at another lateral place would be out by more."""
+    """The meshes' gap on the rigid path is faceting, h^2 / 8 R of either surface; a wheel at another lateral place
+    would be out by more."""
     here = scene(**changes)
     running = running_of(here, SETTINGS)
     mesh, gap, datum = make_mesh(here, SETTINGS, running)

@@ -22,8 +22,12 @@ class Coupon:
         self.stretch, self.side, self.strain = 1.0, 1.0, 0.0
 
     def pull(self, stretch):
-        """Axial stress [Pa] after stretching to `stretch`; `strain` adds up the kernel's own increments, 2 (b - a) / (b + a)."""
-        structure, saved = self.structure, (self.structure.x.copy(), self.structure.finite.state.copy(), self.structure.finite.back.copy())
+        """Axial stress [Pa] after stretching to `stretch`; `strain` adds up the kernel's own increments, 2 (b - a) / (b
+        + a)."""
+        structure, saved = (
+            self.structure,
+            (self.structure.x.copy(), self.structure.finite.state.copy(), self.structure.finite.back.copy()),
+        )
 
         def lateral_stress(side):
             structure.x[:], structure.finite.state[:], structure.finite.back[:] = saved
@@ -40,7 +44,8 @@ class Coupon:
 
 @pytest.mark.parametrize("steps", [1, 7])
 def test_cyclic_uniaxial_loading_follows_the_closed_form(steps):
-    """Isotropic linear hardening: |trial| beyond the yield stress returns by dp = (|trial| - yield) / (E + H), whatever the steps."""
+    """Isotropic linear hardening: |trial| beyond the yield stress returns by dp = (|trial| - yield) / (E + H), whatever
+    the steps."""
     yield_stress, hardening, modulus = 300e6, 10e9, STEEL.youngs_modulus
     coupon = Coupon(plastic(STEEL, yield_stress, hardening))
     stress, strain, p = 0.0, 0.0, 0.0
@@ -57,7 +62,8 @@ def test_cyclic_uniaxial_loading_follows_the_closed_form(steps):
 
 @pytest.mark.parametrize("steps", [1, 7])
 def test_cyclic_uniaxial_loading_with_kinematic_hardening_follows_the_closed_form(steps):
-    """Linear hardening: the elastic range keeps its size 2 yield and its centre moves by H dp, |trial - centre| beyond it returns by dp."""
+    """Linear hardening: the elastic range keeps its size 2 yield and its centre moves by H dp, |trial - centre| beyond
+    it returns by dp."""
     yield_stress, hardening, modulus = 300e6, 10e9, STEEL.youngs_modulus
     coupon = Coupon(replace(plastic(STEEL, yield_stress, hardening), hardening="kinematic"))
     stress, centre, strain, p = 0.0, 0.0, 0.0, 0.0
@@ -76,10 +82,15 @@ def test_cyclic_uniaxial_loading_with_kinematic_hardening_follows_the_closed_for
 @pytest.mark.parametrize("rule", ["isotropic", "kinematic"])
 @pytest.mark.parametrize("plane", [(0, 1), (1, 2), (2, 0)])
 def test_plastic_work_in_shear_is_the_area_under_the_curve(rule, plane):
-    """Y p + H p^2 / 2 a volume, in shear as in tension, p = (sqrt(3) G g - Y) / (3 G + H) at a shear angle g; the steps' ends add 1 / steps of the rise."""
+    """Y p + H p^2 / 2 a volume, in shear as in tension, p = (sqrt(3) G g - Y) / (3 G + H) at a shear angle g; the
+    steps' ends add 1 / steps of the rise."""
     yield_stress, shear, angle, steps = 1e5, STEEL.shear_modulus, 2e-5, 200
     hardening = 3 * shear
-    structure = structure_of(mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), replace(plastic(STEEL, yield_stress, hardening), hardening=rule), settings=NO_VISCOSITY)
+    structure = structure_of(
+        mesh_box((1.0, 1.0, 1.0), (1, 1, 1)),
+        replace(plastic(STEEL, yield_stress, hardening), hardening=rule),
+        settings=NO_VISCOSITY,
+    )
     start, sheared = structure.x.reshape(-1, 3).copy(), np.zeros((3, 3))
     sheared[plane] = sheared[plane[::-1]] = angle / 2
     for k in range(1, steps + 1):
@@ -91,10 +102,19 @@ def test_plastic_work_in_shear_is_the_area_under_the_curve(rule, plane):
 
 
 def test_back_stress_turns_with_the_body():
-    """Strained beyond yield, then turned by 90 degrees in 2000 steps: the centre of the elastic range turned too, so nothing yields."""
-    structure = structure_of(mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), replace(plastic(STEEL, 300e6, 10e9), hardening="kinematic"), settings=NO_VISCOSITY)
+    """Strained beyond yield, then turned by 90 degrees in 2000 steps: the centre of the elastic range turned too, so
+    nothing yields."""
+    structure = structure_of(
+        mesh_box((1.0, 1.0, 1.0), (1, 1, 1)),
+        replace(plastic(STEEL, 300e6, 10e9), hardening="kinematic"),
+        settings=NO_VISCOSITY,
+    )
     place(structure, structure.x.reshape(-1, 3) * [1.01, 0.995, 0.995], 1.0)
-    p, stress, start = structure.finite.plastic_strain()[0], structure.finite.stress()[0], structure.x.reshape(-1, 3).copy()
+    p, stress, start = (
+        structure.finite.plastic_strain()[0],
+        structure.finite.stress()[0],
+        structure.x.reshape(-1, 3).copy(),
+    )
     for angle in np.linspace(0, np.pi / 2, 2001)[1:]:
         c, s = np.cos(angle), np.sin(angle)
         place(structure, start @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), 1.0)
@@ -130,20 +150,26 @@ def corner_error(steps):
 
 
 def test_a_corner_in_the_strain_path_converges_with_first_order():
-    """Perfect plasticity at constant strain rate: tan(angle / 2) falls as exp(-2 G e / R) (Krieg & Krieg, J. Press. Vessel Technol. 99 (1977) 510)."""
+    """Perfect plasticity at constant strain rate: tan(angle / 2) falls as exp(-2 G e / R) (Krieg & Krieg, J. Press.
+    Vessel Technol. 99 (1977) 510)."""
     steps = np.array([20, 40, 80])
     assert_order(1 / steps, [corner_error(n) for n in steps], expected=1)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_stress_never_leaves_the_yield_surface(seed):
-    """Random affine increments of up to 5 % in 64 cubes: von Mises <= yield stress, plastic strain and work never fall."""
+    """Random affine increments of up to 5 % in 64 cubes: von Mises <= yield stress, plastic strain and work never
+    fall."""
     rng = np.random.default_rng(seed)
     structure = structure_of(mesh_box((64.0, 1.0, 1.0), (64, 1, 1)), MN13)
     size, p, work = 10.0 ** rng.uniform(-2.5, np.log10(0.05)), np.zeros(64), 0.0
     for _ in range(50):
         points = structure.x.reshape(-1, 3)
-        place(structure, points @ (np.eye(3) + size * rng.uniform(-1, 1, (3, 3))) + 0.2 * size * rng.standard_normal(points.shape), 1e-6)
+        place(
+            structure,
+            points @ (np.eye(3) + size * rng.uniform(-1, 1, (3, 3))) + 0.2 * size * rng.standard_normal(points.shape),
+            1e-6,
+        )
         grown, booked = structure.finite.plastic_strain(), structure.work[0]
         assert (von_mises(structure.finite.stress()) <= MN13.yield_stress(grown) * (1 + 1e-12)).all()
         assert (grown >= p).all() and booked >= work

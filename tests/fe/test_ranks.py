@@ -16,7 +16,15 @@ pytestmark = pytest.mark.mpi
 
 def run(ranks, out):
     command = [*mpi_command(ranks), sys.executable, "-m", "mpi4py", str(ROOT / "tests/fe/rank_job.py"), str(out)]
-    done = subprocess.run(command, cwd=ROOT, env=rank_environment() | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(
+        command,
+        cwd=ROOT,
+        env=rank_environment() | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr[-3000:]
     with np.load(out) as saved:
         return dict(saved)
@@ -29,7 +37,8 @@ def serial(tmp_path_factory):
 
 @pytest.mark.parametrize("parts", [1, 2, 3, 5, 7])
 def test_every_rank_gets_its_share_of_the_work_in_one_piece(parts):
-    """Cells of cost 1 and 3 in a bar: each part's cost is the mean to a cell's cost a cut, and the parts follow each other along the bar."""
+    """Cells of cost 1 and 3 in a bar: each part's cost is the mean to a cell's cost a cut, and the parts follow each
+    other along the bar."""
     rng = np.random.default_rng(0)
     centres, cost = rng.uniform(0, 1, (3000, 3)) * [100.0, 1.0, 1.0], rng.choice([1.0, 3.0], 3000)
     part = balanced_parts(centres, cost, parts)

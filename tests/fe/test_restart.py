@@ -24,14 +24,16 @@ from rail_fem.fe.start_state import resting
 from rail_fem.fe.supports import Link, RigidGroup
 from rail_fem.models import fe_full
 from rail_fem.output.sealed import SealError
-from rail_fem.settings.explicit import FeSettings
 from rail_fem.scene.steel import MN13
+from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_readme import ROOT
 
 OURS, NOT_OURS = ("rail_fem", "geometry", "bem"), ("dolfinx", "mpi4py")
 SETTLE = 60e-6  # a hundred and some steps [s]
 CASE = load_case(ROOT / "cases" / "nose_transfer.toml")
-SETTINGS = FeSettings(element_size="5 mm", start="310 mm", end="400 mm", settle_time="60 us", history_interval="20 us", field_frames=1)
+SETTINGS = FeSettings(
+    element_size="5 mm", start="310 mm", end="400 mm", settle_time="60 us", history_interval="20 us", field_frames=1
+)
 
 
 @pytest.fixture(scope="module")
@@ -45,33 +47,67 @@ def bodies():
 def start_of(model: str, running):
     """fe_full begins at rest, fe_window in the middle of a pass; here that is made up."""
     rest = resting(CASE.scene, running.speed * float(running.slope(running.start)))
-    return rest if model == "fe_full" else replace(rest, force=1.3 * rest.force, foundation=0.8 * rest.foundation, axle=-0.2, sprung=-0.05, crossing=-0.02, resting=False)
+    return (
+        rest
+        if model == "fe_full"
+        else replace(
+            rest,
+            force=1.3 * rest.force,
+            foundation=0.8 * rest.foundation,
+            axle=-0.2,
+            sprung=-0.05,
+            crossing=-0.02,
+            resting=False,
+        )
+    )
 
 
 def new_run(model: str, bodies, folder) -> Run:
     running, mesh, datum = bodies
-    return Run(MPI.COMM_WORLD, CASE.scene, SETTINGS, build_passage(MPI.COMM_WORLD, CASE.scene, SETTINGS, running, mesh, datum, start_of(model, running)), folder, None)
+    return Run(
+        MPI.COMM_WORLD,
+        CASE.scene,
+        SETTINGS,
+        build_passage(MPI.COMM_WORLD, CASE.scene, SETTINGS, running, mesh, datum, start_of(model, running)),
+        folder,
+        None,
+    )
 
 
 def differences(there: Any, here: Any, path: str = "run", seen: set | None = None) -> list[str]:
     """Paths of all attributes, entries and elements that are not bitwise equal; SCRATCH is passed over."""
     seen = set() if seen is None else seen
     if isinstance(there, np.ndarray):
-        same = isinstance(here, np.ndarray) and (there.dtype, there.shape, there.tobytes()) == (here.dtype, here.shape, here.tobytes())
+        same = isinstance(here, np.ndarray) and (there.dtype, there.shape, there.tobytes()) == (
+            here.dtype,
+            here.shape,
+            here.tobytes(),
+        )
         return [] if same else [path]
     if isinstance(there, dict):
-        return [path] if not isinstance(here, dict) or list(there) != list(here) else [d for k in there for d in differences(there[k], here[k], f"{path}[{k!r}]", seen)]
+        return (
+            [path]
+            if not isinstance(here, dict) or list(there) != list(here)
+            else [d for k in there for d in differences(there[k], here[k], f"{path}[{k!r}]", seen)]
+        )
     if isinstance(there, (list, tuple)):
         if type(there) is not type(here) or len(there) != len(here):
             return [path]
         names = getattr(there, "_fields", range(len(there)))
-        return [d for name, a, b in zip(names, there, here) if name not in getattr(there, "SCRATCH", ()) for d in differences(a, b, f"{path}.{name}", seen)]
+        return [
+            d
+            for name, a, b in zip(names, there, here)
+            if name not in getattr(there, "SCRATCH", ())
+            for d in differences(a, b, f"{path}.{name}", seen)
+        ]
     if type(there).__module__.split(".")[0] in OURS and hasattr(there, "__dict__"):
         if id(there) in seen:
             return []
         seen.add(id(there))
         kept = [name for name in vars(there) if name not in getattr(there, "SCRATCH", ())]
-        return [d for name in kept for d in differences(getattr(there, name), getattr(here, name), f"{path}.{name}", seen)]
+        return [
+            d for name in kept for d in differences(getattr(there, name), getattr(here, name), f"{path}.{name}", seen)
+        ]
     if isinstance(there, (int, float, str, bool, type(None), np.generic)):
         return [] if there == here or (there != there and here != here) else [path]
     return [] if type(there).__module__.split(".")[0] in NOT_OURS or type(there) is type(here) else [path]
@@ -86,7 +122,8 @@ def steps(run: Run, count: int) -> None:
 
 @pytest.mark.parametrize("model", ["fe_full", "fe_window"])
 def test_every_attribute_of_a_restarted_run_is_that_of_the_run_that_went_on(model, bodies, tmp_path):
-    """Ten moments: before the first step, while settling, about the release, before and after rows, searches, checks; and again at the next moment."""
+    """Ten moments: before the first step, while settling, about the release, before and after rows, searches, checks;
+    and again at the next moment."""
     live = new_run(model, bodies, tmp_path)
     release = int(np.ceil(SETTLE / live.dt))
     moments = [0, 1, 50, release - 1, release, release + 1, release + 40, 250, 301, 333, 360]
@@ -102,7 +139,16 @@ def test_every_attribute_of_a_restarted_run_is_that_of_the_run_that_went_on(mode
     assert live.recorder.rows and live.dynamics.contact.sums.any() and live.dynamics.structure.block_work.any()
 
 
-FORGOTTEN = [(RigidGroup, "load"), (RigidGroup, "reaction"), (Link, "damping"), (Dynamics, "contact_normal"), (Contact, "sums"), (Pairs, "pressure"), (Recorder, "total"), (Run, "start_energies")]
+FORGOTTEN = [
+    (RigidGroup, "load"),
+    (RigidGroup, "reaction"),
+    (Link, "damping"),
+    (Dynamics, "contact_normal"),
+    (Contact, "sums"),
+    (Pairs, "pressure"),
+    (Recorder, "total"),
+    (Run, "start_energies"),
+]
 
 
 def test_a_forgotten_attribute_is_found(bodies, tmp_path, monkeypatch):
@@ -127,8 +173,19 @@ def bits(folder, result) -> dict:
     """All that a result says, less what the clock and the machine say."""
     trust = [row for row in result.trust["rows"] if "share of a step" not in row["name"]]
     history = {name: values.tobytes() for name, values in result.history.items()}
-    plain = {name: repr(getattr(result, name)) for name in ("peaks", "patches", "energies", "error_estimate", "warnings", "transfer_x")}
-    return history | plain | {"trust": repr(trust), "pass.pvd": (folder / "fields" / "pass.pvd").read_text(), "fields": (folder / "fields" / "final.vtu").read_bytes()}
+    plain = {
+        name: repr(getattr(result, name))
+        for name in ("peaks", "patches", "energies", "error_estimate", "warnings", "transfer_x")
+    }
+    return (
+        history
+        | plain
+        | {
+            "trust": repr(trust),
+            "pass.pvd": (folder / "fields" / "pass.pvd").read_text(),
+            "fields": (folder / "fields" / "final.vtu").read_bytes(),
+        }
+    )
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +195,8 @@ def whole(tmp_path_factory):
 
 
 def test_stops_before_and_after_the_last_step_change_no_bit_of_the_result(whole, tmp_path, monkeypatch):
-    """A chain: half way, after the last restart file, while the final fields are written, and with the result on the disk."""
+    """A chain: half way, after the last restart file, while the final fields are written, and with the result on the
+    disk."""
     folder, result = whole
     goes_on = Run._step, Run._frame
 
@@ -185,14 +243,21 @@ def test_mesh_that_comes_out_the_same_goes_on_and_another_is_refused(whole, tmp_
     with pytest.raises(ValueError, match=r"checkpoint.npz: belongs to another case and another mesh: remove it"):
         fe_full.solve(CASE.scene, other, tmp_path, restart=True)
     (tmp_path / "checkpoint.npz").write_bytes(b"PK")
-    with pytest.raises(ValueError, match=r"checkpoint.npz: damaged, .*: remove it and --restart begins at the first step"):
+    with pytest.raises(
+        ValueError, match=r"checkpoint.npz: damaged, .*: remove it and --restart begins at the first step"
+    ):
         fe_full.solve(CASE.scene, other, tmp_path, restart=True)
 
 
 def test_works_of_blocks_stay_where_they_were_on_another_partition():
-    """Blocks cut anew: the whole is kept, and only cells of blocks that had yielded count as yielded; cut as before, every bit."""
+    """Blocks cut anew: the whole is kept, and only cells of blocks that had yielded count as yielded; cut as before,
+    every bit."""
     rng, cells = np.random.default_rng(3), 100
-    coarse = SimpleNamespace(domain=SimpleNamespace(comm=MPI.COMM_SELF), finite=blocks_of(np.arange(cells)), block_work=rng.uniform(1.0, 2.0, (4, 3)))
+    coarse = SimpleNamespace(
+        domain=SimpleNamespace(comm=MPI.COMM_SELF),
+        finite=blocks_of(np.arange(cells)),
+        block_work=rng.uniform(1.0, 2.0, (4, 3)),
+    )
     coarse.block_work[[0, 3]] = 0.0
     rows = _block_works(coarse)
     same = SimpleNamespace(finite=blocks_of(np.arange(cells)), block_work=np.zeros((4, 3)))
@@ -204,8 +269,11 @@ def test_works_of_blocks_stay_where_they_were_on_another_partition():
         _restore_block_works(part, rows[half])
     works = np.concatenate([part.block_work for part in anew])
     assert np.allclose(works.sum(axis=0), coarse.block_work.sum(axis=0), rtol=1e-14)
-    assert (works[:, 0] > 0).tolist() == [False, True, True, True]  # cells 0-31, 32-49, 50-81, 82-99; the blocks had 0-31, 32-63, 64-95, 96-99
+    # cells 0-31, 32-49, 50-81, 82-99; the blocks had 0-31, 32-63, 64-95, 96-99
+    assert (works[:, 0] > 0).tolist() == [False, True, True, True]
 
 
 def blocks_of(cells: np.ndarray) -> ElementBlocks:
-    return ElementBlocks(np.zeros((len(cells), 8), np.int64), np.zeros(len(cells), np.int64), material_table([MN13], ElementSettings()))
+    return ElementBlocks(
+        np.zeros((len(cells), 8), np.int64), np.zeros(len(cells), np.int64), material_table([MN13], ElementSettings())
+    )

@@ -72,7 +72,8 @@ def test_a_free_deforming_body_keeps_linear_and_angular_momentum(steel):
 
 
 def test_a_spinning_body_turns_many_times_at_constant_energy_and_momentum():
-    """Spin with a rim speed v: it stretches by (v/c)^2 and breathes about that, so kinetic energy varies by (v/c)^2 at most."""
+    """Spin with a rim speed v: it stretches by (v/c)^2 and breathes about that, so kinetic energy varies by (v/c)^2 at
+    most."""
     structure = structure_of(mesh_box((0.02, 0.01, 0.02), (4, 2, 4)))
     x = structure.x.reshape(-1, 3)
     x -= x.mean(axis=0)

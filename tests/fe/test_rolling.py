@@ -1,4 +1,5 @@
-"""On level rail a wheel that rolls drags nothing; one that is braked slides, and so does one that turns the wrong way."""
+"""On level rail a wheel that rolls drags nothing; one that is braked slides, and so does one that turns the wrong
+way."""
 
 import dataclasses
 from pathlib import Path
@@ -13,7 +14,9 @@ from rail_fem.scene.scene import Material
 from rail_fem.settings.explicit import FeSettings
 
 ROOT = Path(__file__).resolve().parents[2]
-SETTINGS = FeSettings(element_size=5e-3, start=0.095, end=0.130, settle_time=0.8e-3, history_interval=10e-6, field_frames=1)
+SETTINGS = FeSettings(
+    element_size=5e-3, start=0.095, end=0.130, settle_time=0.8e-3, history_interval=10e-6, field_frames=1
+)
 RIM = 0.02  # of the friction, that the coarse patch may lack
 
 
@@ -41,11 +44,14 @@ def rolled(scene, placed, monkeypatch, factor: float = 1.0, **changes):
 
 
 def friction_used(result, scene) -> tuple[float, float]:
-    """Longitudinal force, and friction's work per way, over the friction that the vertical force could carry; over the last half of the way."""
+    """Longitudinal force, and friction's work per way, over the friction that the vertical force could carry; over the
+    last half of the way."""
     history = result.history
     late = history["x"] > history["x"][[0, -1]].mean()
     most = scene.friction * history["force"][late].mean()
-    return history["force_longitudinal"][late].mean() / most, np.ptp(history["energy_friction"][late]) / np.ptp(history["x"][late]) / most
+    return history["force_longitudinal"][late].mean() / most, np.ptp(history["energy_friction"][late]) / np.ptp(
+        history["x"][late]
+    ) / most
 
 
 def test_a_free_wheel_rolls_without_drag(scene, placed, monkeypatch):
@@ -60,8 +66,8 @@ def test_a_free_wheel_rolls_without_drag(scene, placed, monkeypatch):
 
 
 def test_a_free_wheel_that_turns_too_fast_is_slowed_by_the_moment_of_its_force(scene, placed, monkeypatch):
-    """0.5 % too fast it drives itself forward, by less and less. I d(spin) = - r F dt to the 2 % by which the patch is not a point;
-    its rotation's energy to round-off; and all that rotation loses is work of towing and friction."""
+    """0.5 % too fast it drives itself forward, by less and less. I d(spin) = - r F dt to the 2 % by which the patch is
+    not a point; its rotation's energy to round-off; and all that rotation loses is work of towing and friction."""
     result, spin = rolled(scene, placed, monkeypatch, 1.005)
     history, inertia = result.history, scene.vehicle.wheel_spin_inertia
     force, creep, last = history["force_longitudinal"], history["creep_longitudinal"], history["wheel_spin"][-1]
@@ -69,7 +75,11 @@ def test_a_free_wheel_that_turns_too_fast_is_slowed_by_the_moment_of_its_force(s
     steps = np.diff(history["time"], prepend=0.0)
     assert inertia * (last - spin) == pytest.approx(-scene.wheel.radius * (force @ steps), rel=0.02)
     assert result.energies["rotation"] == pytest.approx(0.5 * inertia * (last**2 - spin**2), rel=1e-9)
-    assert abs(result.energies["contact_loss"]) < 0.2 * result.energies["friction"] < 2e-3 * abs(result.energies["rotation"])
+    assert (
+        abs(result.energies["contact_loss"])
+        < 0.2 * result.energies["friction"]
+        < 2e-3 * abs(result.energies["rotation"])
+    )
 
 
 def test_a_braked_wheel_slides_with_the_whole_friction(scene, placed, monkeypatch):

@@ -20,14 +20,20 @@ EXACT = sphere_impact(MASS, SPEED, RADIUS, contact_modulus(ELASTIC, ELASTIC))
 
 @functools.cache
 def strike(size, block=0.05, cap=(0.006, 0.012), penalty=10.0, courant=0.9):
-    """A quarter of a block and of the sphere's cap, the rest of the sphere's mass on the cap's rigid top; elements of `size` near contact.
+    """A quarter of a block and of the sphere's cap, the rest of the sphere's mass on the cap's rigid top; elements of
+    `size` near contact.
 
     block : half width and height [m];  cap : half width and height [m]
-    Returns largest approach and force and the duration of contact, each over Hertz', and rebound momentum over impact momentum.
+    Returns largest approach and force and the duration of contact, each over Hertz', and rebound momentum over impact
+    momentum.
     """
     fine = (np.ceil(1.5e-3 / size) * size,) * 3
-    below = study.keep_positive(mesh_cap(np.inf, np.inf, (block, block), block, size, fine, facing="up", name="block"), (0, 1))
-    above = study.keep_positive(mesh_cap(RADIUS, RADIUS, (cap[0], cap[0]), cap[1], size, fine, facing="down", name="cap"), (0, 1))
+    below = study.keep_positive(
+        mesh_cap(np.inf, np.inf, (block, block), block, size, fine, facing="up", name="block"), (0, 1)
+    )
+    above = study.keep_positive(
+        mesh_cap(RADIUS, RADIUS, (cap[0], cap[0]), cap[1], size, fine, facing="down", name="cap"), (0, 1)
+    )
     dynamics = study.press(MPI.COMM_SELF, above, below, load=0.0, frequency=0.0, penalty=penalty)
     structure, contact, plate = dynamics.structure, dynamics.contact, dynamics.supports.groups[1]
     flying = np.unique(structure.domain.cells[structure.domain.region == 1])
@@ -43,7 +49,12 @@ def strike(size, block=0.05, cap=(0.006, 0.012), penalty=10.0, courant=0.9):
     touching = np.flatnonzero(force > 1e-3 * force.max())
     momentum = structure.mass[flying] @ structure.v.reshape(-1, 3)[flying, 2] + plate.added_mass * plate.velocity[2]
     duration = (touching[-1] - touching[0]) * dt
-    return max(approach) / EXACT.approach, force.max() / EXACT.force, duration / EXACT.contact_time, momentum / (MASS / 4 * SPEED)
+    return (
+        max(approach) / EXACT.approach,
+        force.max() / EXACT.force,
+        duration / EXACT.contact_time,
+        momentum / (MASS / 4 * SPEED),
+    )
 
 
 def test_hertz_gives_the_tabulated_impact():
@@ -51,7 +62,8 @@ def test_hertz_gives_the_tabulated_impact():
 
 
 def test_a_sphere_strikes_a_half_space_as_hertz_says():
-    """Block and cap end where the pressure's far field is not yet zero: 1.4 % of force and 1.6 % of duration remain on fine meshes."""
+    """Block and cap end where the pressure's far field is not yet zero: 1.4 % of force and 1.6 % of duration remain on
+    fine meshes."""
     approach, force, duration, rebound = strike(0.3e-3)
     assert approach == pytest.approx(1.0, abs=0.02)
     assert force == pytest.approx(1.0, abs=0.02)
@@ -63,8 +75,8 @@ def test_a_sphere_strikes_a_half_space_as_hertz_says():
 def test_a_fine_sphere_with_its_whole_half_strikes_as_hertz_says():
     """The cap reaches to the equator, the block ten centimetres down.
 
-    The rigid equator cuts off what Boussinesq's solution moves beyond it, F (1 + nu)(3 - 2 nu) / (2 pi E R) = 1.0 um, 1.8 % of
-    the approach: stiffer bodies, so 1.6 % more force and 1.9 % less time as measured.
+    The rigid equator cuts off what Boussinesq's solution moves beyond it, F (1 + nu)(3 - 2 nu) / (2 pi E R) = 1.0 um,
+    1.8 % of the approach: stiffer bodies, so 1.6 % more force and 1.9 % less time as measured.
     """
     approach, force, duration, rebound = strike(0.2e-3, block=0.1, cap=(0.014, 0.025))
     assert [approach, force, duration] == pytest.approx([1.0, 1.0, 1.0], abs=0.02)
@@ -82,7 +94,8 @@ def test_a_stiffer_penalty_changes_the_force_by_less_than_one_percent(factor):
 
 
 def test_a_tenth_of_the_penalty_changes_the_force_by_less_than_two_percent():
-    """It adds a layer p h / M to the approach, in proportion to the element: 0.9 % of the force at 8 elements across, 2.6 % at 5."""
+    """It adds a layer p h / M to the approach, in proportion to the element: 0.9 % of the force at 8 elements across,
+    2.6 % at 5."""
     assert strike(0.3e-3, penalty=1.0)[1] == pytest.approx(strike(0.3e-3)[1], rel=0.02)
 
 

@@ -6,8 +6,8 @@ import pytest
 from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.hexahedron import volumes
+from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.scene.steel import Steel
 from tests.fe.bodies import NO_VISCOSITY, STEEL, dense_stiffness, distort, plastic, structure_of
@@ -33,8 +33,12 @@ def test_a_spring_and_mass_converge_with_second_order():
 
 @pytest.mark.parametrize("dt", [1e-5, 1e-3])
 def test_a_damper_books_what_the_masses_lose(dt):
-    """Two masses in flight and a damper between them, steps of 0.1 and 10 % of its time: kinetic energy and loss add up to round-off, momentum stays."""
-    left, right = (RigidGroup(name, np.empty(0, int), mass, (False, False, True), velocity=np.array([0.0, 0.0, v])) for name, mass, v in (("left", 2.0, 3.0), ("right", 5.0, -1.0)))
+    """Two masses in flight and a damper between them, steps of 0.1 and 10 % of its time: kinetic energy and loss add up
+    to round-off, momentum stays."""
+    left, right = (
+        RigidGroup(name, np.empty(0, int), mass, (False, False, True), velocity=np.array([0.0, 0.0, v]))
+        for name, mass, v in (("left", 2.0, 3.0), ("right", 5.0, -1.0))
+    )
     link = Link("damper", left, right, 0.0, 100.0)
     supports = Supports([left, right], [link])
     start = supports.energies()["lumped_kinetic"]
@@ -87,7 +91,8 @@ def test_the_largest_frequency_is_that_of_the_assembled_operator(amount, small):
 
 
 def test_the_stable_step_of_a_cube_of_steel_is_that_of_its_dilatational_wave():
-    """A row of cubes between frictionless walls: 2 / w = h / c_d exactly, at the mode whose neighbours move oppositely."""
+    """A row of cubes between frictionless walls: 2 / w = h / c_d exactly, at the mode whose neighbours move
+    oppositely."""
     structure = structure_of(mesh_box((0.02, 1e-3, 1e-3), (20, 1, 1)))
     free = np.zeros((structure.domain.n_nodes, 3), bool)
     free[:, 0] = True
@@ -95,7 +100,8 @@ def test_the_stable_step_of_a_cube_of_steel_is_that_of_its_dilatational_wave():
 
 
 def total_energy(dynamics, dt):
-    """All energy in the body and all that it lost [J]; the kinetic part as v(-1/2) . v(+1/2), which belongs to the time of the positions."""
+    """All energy in the body and all that it lost [J]; the kinetic part as v(-1/2) . v(+1/2), which belongs to the time
+    of the positions."""
     structure = dynamics.structure
     middle = structure.kinetic_energy() + 0.5 * dt * structure.force @ structure.v
     return middle + sum(structure.elastic_energy()) + structure.work.sum()
@@ -115,7 +121,8 @@ def test_central_differences_keep_the_energy_of_a_linear_body_exactly():
 
 
 def energy_growth(courant, steps, speed, steel, viscosity):
-    """Largest change of the total energy over the starting one, of a shaken distorted block, for steps of `courant` times the critical one."""
+    """Largest change of the total energy over the starting one, of a shaken distorted block, for steps of `courant`
+    times the critical one."""
     settings = ElementSettings(linear_viscosity=viscosity, quadratic_viscosity=20 * viscosity)
     structure = structure_of(distort(mesh_box((6e-3, 5e-3, 5e-3), (6, 5, 5)), 1e-4, 6), steel, settings=settings)
     structure.v.reshape(-1, 3)[:] = speed * np.sin(np.pi * structure.x.reshape(-1, 3)[:, ::-1] / 6e-3)
@@ -137,7 +144,8 @@ VISCOSITY = pytest.mark.parametrize("viscosity", [0.0, 0.06])
 @MATERIALS
 @VISCOSITY
 def test_below_the_critical_step_the_energy_balance_holds(steel, viscosity):
-    """Bulk viscosity takes up to 2 % more of the step than its damping ratio in one dimension: 0.97 here, and courant 0.9 by default.
+    """Bulk viscosity takes up to 2 % more of the step than its damping ratio in one dimension: 0.97 here, and courant
+    0.9 by default.
 
     Its work is booked with the velocity half a step back, a tenth too much for motion on the mesh's own scale.
     """
@@ -148,14 +156,19 @@ def test_below_the_critical_step_the_energy_balance_holds(steel, viscosity):
 @VISCOSITY
 @pytest.mark.parametrize("speed", [1e-3, 10.0])
 def test_one_percent_above_the_critical_step_breaks_the_energy_balance_within_50_steps(steel, viscosity, speed):
-    """Amplification 1.3 a step: 50 of them multiply the highest mode's energy by 1e12, the smooth start holds 1e-5 of it or more."""
+    """Amplification 1.3 a step: 50 of them multiply the highest mode's energy by 1e12, the smooth start holds 1e-5 of
+    it or more."""
     assert energy_growth(1.01, 50, speed, steel, viscosity) > 0.1
 
 
 @MATERIALS
 @pytest.mark.parametrize("speed", [1e-3, 10.0])
 def test_one_percent_above_the_critical_step_stops_at_the_check_after_50_steps(steel, speed):
-    structure = structure_of(distort(mesh_box((6e-3, 5e-3, 5e-3), (6, 5, 5)), 1e-4, 6), steel, settings=ElementSettings(linear_viscosity=0.0, quadratic_viscosity=0.0))
+    structure = structure_of(
+        distort(mesh_box((6e-3, 5e-3, 5e-3), (6, 5, 5)), 1e-4, 6),
+        steel,
+        settings=ElementSettings(linear_viscosity=0.0, quadratic_viscosity=0.0),
+    )
     structure.v.reshape(-1, 3)[:] = speed * np.sin(np.pi * structure.x.reshape(-1, 3)[:, ::-1] / 6e-3)
     limit = damped_limit(largest_frequency(structure, np.ones(len(structure.v), bool), iterations=100), 0.0)
     for courant in (0.97, 1.01):
@@ -180,7 +193,8 @@ def test_a_run_that_blows_up_stops_with_step_time_and_reason():
 
 
 def test_what_a_damped_body_loses_is_booked_as_its_damping():
-    """A shaken small-displacement body: kinetic and elastic energy and the damping's loss add up to the start, and the loss is most of it in the end."""
+    """A shaken small-displacement body: kinetic and elastic energy and the damping's loss add up to the start, and the
+    loss is most of it in the end."""
     structure = structure_of(mesh_box((6e-3, 5e-3, 5e-3), (6, 5, 5)), small=(0,))
     structure.v[:] = 1e-3 * np.random.default_rng(0).standard_normal(len(structure.v))
     dynamics = Dynamics(structure)

@@ -13,7 +13,8 @@ RADIUS, LENGTH, SPEED, DURATION = 3.2e-3, 32.4e-3, 227.0, 80e-6
 
 
 def quarter_cylinder(core: int, ring: int, along: int) -> HexMesh:
-    """A quarter of a cylinder about z on z = 0: a rounded square of core x core cells, `ring` layers around it, `along` the axis."""
+    """A quarter of a cylinder about z on z = 0: a rounded square of core x core cells, `ring` layers around it, `along`
+    the axis."""
     u, v = np.meshgrid(np.linspace(0, 1, core + 1), np.linspace(0, 1, core + 1), indexing="ij")
     square = 0.6 * RADIUS * np.stack([u * (1 - 0.2 * v**2), v * (1 - 0.2 * u**2)], axis=-1)
     angle, w = np.linspace(0, np.pi / 4, core + 1), np.linspace(0, 1, ring + 1)[:, None, None]
@@ -24,14 +25,24 @@ def quarter_cylinder(core: int, ring: int, along: int) -> HexMesh:
     for block in blocks:
         number = first + np.arange(block.shape[0] * block.shape[1]).reshape(block.shape[:2])
         first = number.max() + 1
-        corners.append(np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4))
+        corners.append(
+            np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+        )
     _, keep, merged = np.unique(np.round(points / RADIUS, 9), axis=0, return_index=True, return_inverse=True)
     section, quads = points[keep], merged.ravel()[np.concatenate(corners)]
     heights = np.linspace(0, LENGTH, along + 1)
     layers = [np.column_stack([section, np.full(len(section), z)]) for z in heights]
     cells = [np.hstack([quads + k * len(section), quads + (k + 1) * len(section)]) for k in range(along)]
     cells = np.concatenate(cells)
-    return HexMesh(np.concatenate(layers), cells, np.zeros(len(cells), np.int8), ("bar",), quads[:0], np.zeros(0, np.int8), np.arange(0))
+    return HexMesh(
+        np.concatenate(layers),
+        cells,
+        np.zeros(len(cells), np.int8),
+        ("bar",),
+        quads[:0],
+        np.zeros(0, np.int8),
+        np.arange(0),
+    )
 
 
 def fly(core: int, ring: int, along: int):

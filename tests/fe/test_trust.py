@@ -1,4 +1,5 @@
-"""The trust report: rules made from the limits, shares from made-up energies whose answers are known, the overlap that is really there."""
+"""The trust report: rules made from the limits, shares from made-up energies whose answers are known, the overlap that
+is really there."""
 
 import re
 
@@ -9,8 +10,8 @@ from rail_fem.fe.findings import penetration
 from rail_fem.fe.trust import BAD, GOOD, LIMITS, WARN, _static_row, judged, report_rows
 from rail_fem.output.history import complete_history
 from rail_fem.output.shares import last_known, numerical_shares
-from rail_fem.show.energies import resolved_shares
 from rail_fem.output.trust_text import trust_text, verdict_words
+from rail_fem.show.energies import resolved_shares
 from tests.fe.test_rebound import STEELS, throw
 from tests.rail_fem.standin_run import write_run
 
@@ -20,7 +21,8 @@ WORK = 50.0
 
 
 def energies():
-    """An elastic body that is pressed with 20 J, let go to 1 J, and has taken 5 J of plastic work: 25 J at most. While it settles all is nonsense."""
+    """An elastic body that is pressed with 20 J, let go to 1 J, and has taken 5 J of plastic work: 25 J at most. While
+    it settles all is nonsense."""
     pressed = np.where(TIME < 6e-3, 20.0, 1.0)
     history = {"time": TIME, "x": TIME * 30, "energy_elastic": pressed, "energy_plastic": np.full(101, 5.0), "energy_hourglass": np.linspace(0, 1.25, 101),
                "energy_contact": np.where(TIME < 6e-3, 0.25, 0.0), "energy_contact_loss": 100 + TIME * 50, "energy_balance": -40 + np.where(TIME > SETTLED, 7 + 100 * TIME, 0)}  # fmt: skip
@@ -31,7 +33,8 @@ def test_shares_are_those_of_the_largest_internal_energy_so_far_and_of_the_impac
     shares = numerical_shares(energies(), SETTLED, WORK)
     assert all(np.isnan(values[TIME <= SETTLED]).all() for values in shares.values())
     assert last_known(shares["energy_hourglass"]) == pytest.approx(1.25 / 25, rel=1e-12)
-    assert np.nanmax(shares["energy_contact"]) == pytest.approx(0.25 / 25, rel=1e-12)  # not 0.25 / 6, of what is left at the end
+    # not 0.25 / 6, of what is left at the end
+    assert np.nanmax(shares["energy_contact"]) == pytest.approx(0.25 / 25, rel=1e-12)
     way = TIME[-1] - TIME[TIME > SETTLED][0]
     assert last_known(shares["balance_contact"]) == pytest.approx(50 * way / WORK, rel=1e-12)
     assert last_known(shares["balance_bodies"]) == pytest.approx(150 * way / WORK, rel=1e-12)
@@ -47,7 +50,12 @@ def facts(**changes):
 def test_the_figure_of_the_energies_ends_with_the_numbers_of_the_report(tmp_path):
     """Same function, same denominators: what the picture shows at the end of the pass is what the rows say."""
     rows = {row.name: row for row in report_rows(facts())}
-    result = write_run(tmp_path, history=energies(), energies={"impact_work": WORK}, trust={"rows": [row.plain() for row in rows.values()]})
+    result = write_run(
+        tmp_path,
+        history=energies(),
+        energies={"impact_work": WORK},
+        trust={"rows": [row.plain() for row in rows.values()]},
+    )
     drawn = resolved_shares(result)
     assert last_known(drawn["energy_hourglass"]) == rows["hourglass energy, all bodies"].value
     assert abs(last_known(drawn["balance_bodies"])) == rows["energy balance of the bodies"].value
@@ -59,15 +67,26 @@ def test_the_figure_of_the_energies_ends_with_the_numbers_of_the_report(tmp_path
 def test_the_rule_in_words_is_the_limit_that_judges(name):
     """Just below and just above each number that the words of a row name, the verdict changes."""
     warn, bad = (float(number) / 100 for number in re.findall(r"([\d.]+) %", judged(name, 0.0, "").rule))
-    for value, verdict in ((0.999 * warn, GOOD), (1.001 * warn, WARN), (0.999 * bad, WARN), (1.001 * bad, BAD), (np.nan, BAD)):
+    for value, verdict in (
+        (0.999 * warn, GOOD),
+        (1.001 * warn, WARN),
+        (0.999 * bad, WARN),
+        (1.001 * bad, BAD),
+        (np.nan, BAD),
+    ):
         assert judged(name, value, "").verdict == verdict
 
 
 def test_rows_name_what_they_divide_by():
     rows = {row.name: row for row in report_rows(facts())}
     assert rows["hourglass energy where it yielded"].shown == "2.00% of the plastic work there"
-    assert "9.70 um at worst, 9.33% of the approach" in rows["largest penetration"].shown and rows["largest penetration"].verdict == WARN
-    assert "3.30 um, 3.17% of the approach" in rows["mean penetration"].shown and rows["mean penetration"].verdict == GOOD
+    assert (
+        "9.70 um at worst, 9.33% of the approach" in rows["largest penetration"].shown
+        and rows["largest penetration"].verdict == WARN
+    )
+    assert (
+        "3.30 um, 3.17% of the approach" in rows["mean penetration"].shown and rows["mean penetration"].verdict == GOOD
+    )
 
 
 def test_penetration_is_weighted_by_the_force():
@@ -77,32 +96,49 @@ def test_penetration_is_weighted_by_the_force():
 
 
 def test_the_static_row_says_where_there_is_nothing_to_judge():
-    assert "no transfer in this window" in _static_row(0.004, True, False).shown and _static_row(0.004, True, False).verdict == GOOD
+    assert (
+        "no transfer in this window" in _static_row(0.004, True, False).shown
+        and _static_row(0.004, True, False).verdict == GOOD
+    )
     assert "transfer" not in _static_row(0.03, True, True).shown and _static_row(0.03, True, True).verdict == WARN
     assert _static_row(np.nan, True, True).verdict == WARN and "bends within" in _static_row(np.nan, True, True).shown
-    assert _static_row(np.nan, False, True).verdict == GOOD and "begins in motion" in _static_row(np.nan, False, True).shown
+    assert (
+        _static_row(np.nan, False, True).verdict == GOOD
+        and "begins in motion" in _static_row(np.nan, False, True).shown
+    )
 
 
 def test_report_and_verdict_in_words():
     trust = {"rows": [row.plain() for row in report_rows(facts(hourglass_zone=0.064))], "slowest": ["element 7"]}
     text = trust_text(trust, ["the wheel is a stand-in"])
-    assert "1 warning(s)\n    the wheel is a stand-in" in text and "element 7" in text and text.count("(rule: ") == len(trust["rows"])
+    assert (
+        "1 warning(s)\n    the wheel is a stand-in" in text
+        and "element 7" in text
+        and text.count("(rule: ") == len(trust["rows"])
+    )
     words = verdict_words(trust)
-    assert words.startswith("3 of 13 rows fail: ") and "hourglass energy where it yielded 6.4%" in words and "energy balance of the bodies" in words
+    assert (
+        words.startswith("3 of 13 rows fail: ")
+        and "hourglass energy where it yielded 6.4%" in words
+        and "energy balance of the bodies" in words
+    )
     assert verdict_words({"rows": [judged("penalty energy", 0.0, "").plain()]}) == "good" and verdict_words({}) == ""
     assert trust_text({}, []).splitlines()[0] == "how far to trust this run"
 
 
 @pytest.mark.parametrize("speed", [0.0, 10.0])
 def test_overlap_is_how_deep_the_surfaces_lie_in_one_another(speed):
-    """A cube set 1 um into a plate: that, everywhere. Thrown at it: the lowest node of its sole where the step before the last has left it."""
+    """A cube set 1 um into a plate: that, everywhere. Thrown at it: the lowest node of its sole where the step before
+    the last has left it."""
     dynamics = throw(STEELS["elastic"], speed, gap=-1e-6)
     contact, dt = dynamics.contact, dynamics.stable_step()
     dynamics.step(dt)
     deepest, work, force = contact.overlap()
     assert (deepest, work / force) == pytest.approx((1e-6, 1e-6), rel=1e-6) and force > 0
     for _ in range(20):
-        lowest = dynamics.structure.x.reshape(-1, 3)[:, 2][dynamics.structure.domain.local_nodes(contact.input_nodes[contact.n_rail :])[0]].min()
+        lowest = dynamics.structure.x.reshape(-1, 3)[:, 2][
+            dynamics.structure.domain.local_nodes(contact.input_nodes[contact.n_rail :])[0]
+        ].min()
         dynamics.step(dt)
     deepest, work, force = contact.overlap()
     assert deepest == pytest.approx(max(-lowest, 0.0), abs=1e-9) and 0 <= work <= deepest * force

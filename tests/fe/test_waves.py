@@ -19,7 +19,8 @@ def crossing(time, value, level):
 
 
 def strike(mesh, steel, speed, held_sides, end, stations):
-    """The mesh flies with `speed` in -x into a frictionless wall at x = 0; axial stress at the elements nearest to `stations`.
+    """The mesh flies with `speed` in -x into a frictionless wall at x = 0; axial stress at the elements nearest to
+    `stations`.
 
     Returns times (n,) and stresses (n, k) [Pa].
     """
@@ -44,7 +45,9 @@ def test_elastic_bar_impact_gives_the_stress_arrival_and_release_of_one_dimensio
     steel, length, speed = Steel(210e9, 0.0, 7850.0), 0.1, 10.0
     c0 = np.sqrt(steel.youngs_modulus / steel.density)
     period = 2 * length / c0
-    time, stress, centre = strike(mesh_box((length, 5e-4, 5e-4), (200, 1, 1)), steel, speed, False, 1.3 * period, [0.0, length / 2])
+    time, stress, centre = strike(
+        mesh_box((length, 5e-4, 5e-4), (200, 1, 1)), steel, speed, False, 1.3 * period, [0.0, length / 2]
+    )
     exact = steel.density * c0 * speed
     assert exact == pytest.approx(406.0e6, rel=1e-4)
     wall, middle = stress.T
@@ -57,8 +60,8 @@ def test_elastic_bar_impact_gives_the_stress_arrival_and_release_of_one_dimensio
 
 
 def test_an_elastic_plastic_plane_wave_has_two_fronts():
-    """Uniaxial strain, bilinear hardening: precursor at the Hugoniot elastic limit Y (1 - nu) / (1 - 2 nu) with c_d, then a
-    front with sqrt(T / rho), T = K + 4 G H / (3 (3 G + H)), up to the piston's velocity."""
+    """Uniaxial strain, bilinear hardening: precursor at the Hugoniot elastic limit Y (1 - nu) / (1 - 2 nu) with c_d,
+    then a front with sqrt(T / rho), T = K + 4 G H / (3 (3 G + H)), up to the piston's velocity."""
     yield_stress, hardening, speed, length = 400e6, 20e9, 25.0, 0.1
     steel = plastic(STEEL, yield_stress, hardening)
     shear, bulk, density = steel.shear_modulus, steel.bulk_modulus, steel.density
@@ -66,7 +69,14 @@ def test_an_elastic_plastic_plane_wave_has_two_fronts():
     slow = np.sqrt((bulk + 4 * shear * hardening / (3 * (3 * shear + hardening))) / density)
     limit = yield_stress * (1 - steel.poisson) / (1 - 2 * steel.poisson)
     top = limit + density * slow * (speed - limit / (density * elastic))
-    time, stress, centre = strike(mesh_box((length, 5e-4, 5e-4), (200, 1, 1)), steel, speed, True, 0.95 * length / elastic, [0.3 * length, 0.7 * length])
+    time, stress, centre = strike(
+        mesh_box((length, 5e-4, 5e-4), (200, 1, 1)),
+        steel,
+        speed,
+        True,
+        0.95 * length / elastic,
+        [0.3 * length, 0.7 * length],
+    )
     near, far = stress.T
 
     def front_speed(level):

@@ -23,7 +23,9 @@ def scene():
 
 
 def settings_to(end: float, **changes) -> FeSettings:
-    return FeSettings(**{"element_size": SIZE, "start": START, "end": end, "settle_time": SETTLE, "field_frames": 1} | changes)
+    return FeSettings(
+        **{"element_size": SIZE, "start": START, "end": end, "settle_time": SETTLE, "field_frames": 1} | changes
+    )
 
 
 @pytest.fixture(scope="module")
@@ -46,14 +48,18 @@ def test_the_mesh_under_the_wheel_is_the_same_in_another_window(meshes, other):
     """Where both windows are fine, all elements of wing and nose stand at the same places to round-off."""
     low, high = 0.31, ENDS[0] + PATCH_REACH
     centres = [mesh.points[mesh.cells].mean(axis=1) for mesh in meshes]
-    fine = [centre[(mesh.region != 2) & (centre[:, 0] > low) & (centre[:, 0] < high)] for centre, mesh in zip(centres, meshes)]
+    fine = [
+        centre[(mesh.region != 2) & (centre[:, 0] > low) & (centre[:, 0] < high)]
+        for centre, mesh in zip(centres, meshes)
+    ]
     assert len(fine[0]) == len(fine[other]) > 500
     order = [np.lexsort(np.round(places, 9).T) for places in fine]
     assert np.abs(fine[0][order[0]] - fine[other][order[other]]).max() < 1e-12
 
 
 def test_planes_between_slabs_are_counted_from_the_crossing(scene, meshes):
-    """Whole elements from the theoretical intersection on the wing, from its tip on the nose, at whatever place the window begins and ends."""
+    """Whole elements from the theoretical intersection on the wing, from its tip on the nose, at whatever place the
+    window begins and ends."""
     for region, anchor in ((0, 0.0), (1, CastCrossing(scene.crossing.ratio).nose_x)):
         for mesh in meshes:
             slabs = (fine_planes(mesh, region, 0.335, 0.37) - anchor) / SIZE
@@ -61,9 +67,10 @@ def test_planes_between_slabs_are_counted_from_the_crossing(scene, meshes):
 
 
 def test_the_end_of_the_window_changes_nothing_before_the_wheel_is_there(scene):
-    """To the last bit as long as the crossing is held. From then on the steel behind the shorter end is missing where the foundation shakes
-    it, and where waves along the nose come to: force to 5e-7 until the wheel touches the nose, and to 0.5 % while it is taken over, 25 to
-    60 mm before that end. (The ends of a mesh laid from the window's ends had changed it by 12 % of the force, all along.)"""
+    """To the last bit as long as the crossing is held. From then on the steel behind the shorter end is missing where
+    the foundation shakes it, and where waves along the nose come to: force to 5e-7 until the wheel touches the nose,
+    and to 0.5 % while it is taken over, 25 to 60 mm before that end. (The ends of a mesh laid from the window's ends
+    had changed it by 12 % of the force, all along.)"""
     taken_over = 0.375
     histories = [fe_full.solve(scene, settings_to(end, max_steps=4200)).history for end in ENDS]
     n = min(len(h["x"]) for h in histories) - 1

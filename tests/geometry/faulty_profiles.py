@@ -1,4 +1,5 @@
-"""Profiles with the faults that measured ones have, made from the project's own standard profiles, and files of them in every format."""
+"""Profiles with the faults that measured ones have, made from the project's own standard profiles, and files of them in
+every format."""
 
 import numpy as np
 
@@ -9,8 +10,8 @@ MM = 1e-3
 
 
 def measured_wheel(name: str = "S1002", begin: float = 1.55, rim: float = 32.0) -> np.ndarray:
-    """(n, 2)  a wheel as a hand instrument measures it [mm]: y from the flange back, flange up, from `begin` behind the back to a rim face
-    that reaches `rim` beyond the tread, farther than the flange does."""
+    """(n, 2)  a wheel as a hand instrument measures it [mm]: y from the flange back, flange up, from `begin` behind the
+    back to a rim face that reaches `rim` beyond the tread, farther than the flange does."""
     y, z = wheel_profile(name).points.T / MM
     y, z = y + 70.0, -z
     kept = (y > begin) & (y < 128.0)
@@ -22,18 +23,24 @@ def measured_wheel(name: str = "S1002", begin: float = 1.55, rim: float = 32.0) 
 
 
 def measured_rail(name: str = "60E1") -> np.ndarray:
-    """(n, 2)  a rail as a hand instrument measures it [mm]: gauge side at +y and 10 mm lower than the field side, crown at -6.01."""
+    """(n, 2)  a rail as a hand instrument measures it [mm]: gauge side at +y and 10 mm lower than the field side, crown
+    at -6.01."""
     points = rail_head(name).points[::2] / MM
     points = points[points[:, 1] > np.where(points[:, 0] < 0, -34.0, -20.0)]
     return points[::-1] * [-1, 1] + [0.0, -6.01]
 
 
 def leaning_rail() -> np.ndarray:
-    """(n, 2)  a worn rail [m] whose gauge face leans over its foot by 2 mm from 12 mm below the crown on; the foot comes out again lower down."""
+    """(n, 2)  a worn rail [m] whose gauge face leans over its foot by 2 mm from 12 mm below the crown on; the foot
+    comes out again lower down."""
     head = rail_head("60E1").points[::4]
     top = head[head[:, 1] > -12 * MM]
-    under = top[0] + np.array([[0.5, -1], [1.5, -2.5], [2.0, -4], [1.0, -7], [-1.0, -10], [-4.0, -14], [-5.0, -18]]) * MM
-    dense = np.vstack([np.linspace(a, b, 8, endpoint=False) for a, b in zip(under[::-1][:-1], under[::-1][1:])] + [under[:1]])
+    under = (
+        top[0] + np.array([[0.5, -1], [1.5, -2.5], [2.0, -4], [1.0, -7], [-1.0, -10], [-4.0, -14], [-5.0, -18]]) * MM
+    )
+    dense = np.vstack(
+        [np.linspace(a, b, 8, endpoint=False) for a, b in zip(under[::-1][:-1], under[::-1][1:])] + [under[:1]]
+    )
     return np.vstack([dense, top])
 
 

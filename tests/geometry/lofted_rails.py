@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from geometry.contact.lofted_search import SurfaceSearch
 from geometry.profiles.profile import Profile, arc
 from geometry.surfaces.lofted_rail import LoftedBody, RailSurface
-from geometry.contact.lofted_search import SurfaceSearch
 from geometry.wheelset import Track, Wheelset
 
 MM = 1e-3

@@ -7,18 +7,25 @@ from geometry.meshing.hexmesh import boundary_faces
 from geometry.meshing.quality import cell_volume, scaled_jacobian
 
 GAUSS = np.array([-1, 1]) / np.sqrt(3)
-REFERENCE = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
+REFERENCE = np.array(
+    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
+)
 
 
 def jacobians(corner: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Determinant (m,) of dx / d xi of trilinear cells (m, 8, 3) at one reference place (3,)."""
     factor = 1 + REFERENCE * at
-    gradient = REFERENCE * np.stack([factor[:, 1] * factor[:, 2], factor[:, 0] * factor[:, 2], factor[:, 0] * factor[:, 1]], axis=1) / 8
+    gradient = (
+        REFERENCE
+        * np.stack([factor[:, 1] * factor[:, 2], factor[:, 0] * factor[:, 2], factor[:, 0] * factor[:, 1]], axis=1)
+        / 8
+    )
     return np.linalg.det(np.einsum("mia,ib->mab", corner, gradient))
 
 
 def gauss_volume(corner: np.ndarray) -> np.ndarray:
-    """Volumes (m,) by 2 x 2 x 2 Gauss points: exact for trilinear cells, whose determinant is of second degree along each axis."""
+    """Volumes (m,) by 2 x 2 x 2 Gauss points: exact for trilinear cells, whose determinant is of second degree along
+    each axis."""
     return sum(jacobians(corner, np.array([a, b, c])) for a in GAUSS for b in GAUSS for c in GAUSS)
 
 
@@ -29,15 +36,19 @@ def enclosed_volume(points: np.ndarray, faces: np.ndarray) -> float:
 
 
 def edge_balance(faces: np.ndarray) -> np.ndarray:
-    """For each edge of faces (k, 4): how often it is walked one way less the other way, and how often at all, (e, 2)."""
+    """For each edge of faces (k, 4): how often it is walked one way less the other way, and how often at all, (e,
+    2)."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     pairs, number = np.unique(np.sort(np.stack([start, end], axis=1), axis=1), axis=0, return_inverse=True)
     way = np.where(start < end, 1, -1)
-    return np.stack([np.bincount(number.ravel(), way, len(pairs)), np.bincount(number.ravel(), minlength=len(pairs))], axis=1)
+    return np.stack(
+        [np.bincount(number.ravel(), way, len(pairs)), np.bincount(number.ravel(), minlength=len(pairs))], axis=1
+    )
 
 
 def hanging_facets(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Which boundary faces (k,) lie against another one that looks the other way: faces inside the body that no two cells share.
+    """Which boundary faces (k,) lie against another one that looks the other way: faces inside the body that no two
+    cells share.
 
     Against: centres less than 0.7 of the larger face's width apart, and less than a twentieth of it across the face.
     """
@@ -60,7 +71,8 @@ def _from_least(faces: np.ndarray) -> list:
 
 
 def check_mesh(mesh) -> None:
-    """A mesh fit for dynamics: positive Jacobians at all corners, closed and oriented boundary, no hanging nodes, consistent sets."""
+    """A mesh fit for dynamics: positive Jacobians at all corners, closed and oriented boundary, no hanging nodes,
+    consistent sets."""
     corner = mesh.points[mesh.cells]
     assert scaled_jacobian(corner).min() > 0
     assert (gauss_volume(corner) > 0).all()
@@ -73,8 +85,11 @@ def check_mesh(mesh) -> None:
     assert abs(enclosed_volume(mesh.points, faces) - volume) < 1e-12 * volume + 1e-18
     known = {tuple(face): cell for face, cell in zip(_from_least(faces), owner)}
     surface = [tuple(face) for face in _from_least(mesh.surface)]
-    assert all(face in known for face in surface) and len(set(surface)) == len(surface)  # outward as the boundary is, corner by corner
+    # outward as the boundary is, corner by corner
+    assert all(face in known for face in surface) and len(set(surface)) == len(surface)
     assert (mesh.region[[known[face] for face in surface]] == mesh.surface_region).all()
-    assert np.isin(np.unique(mesh.cells), np.arange(len(mesh.points))).all() and len(np.unique(mesh.cells)) == len(mesh.points)
+    assert np.isin(np.unique(mesh.cells), np.arange(len(mesh.points))).all() and len(np.unique(mesh.cells)) == len(
+        mesh.points
+    )
     assert len(np.unique(mesh.clamp)) == len(mesh.clamp) and np.isin(mesh.clamp, faces).all()
     assert set(mesh.region) == set(range(len(mesh.region_names)))

@@ -1,14 +1,15 @@
-"""Contact bands on the plan of the crossing: closed forms for crown and plane; numbers of a path whose shape is known."""
+"""Contact bands on the plan of the crossing: closed forms for crown and plane; numbers of a path whose shape is
+known."""
 
 import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
 from geometry.path.contact_band import AWAY, band_edges, clearance, path_numbers
-from geometry.surfaces.crossing import CastCrossing
 from geometry.path.wheel_path import wheel_path
 from geometry.profiles.profile import Profile, line
 from geometry.profiles.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing
 
 MM = 1e-3
 
@@ -18,7 +19,8 @@ def cone(slope: float, start: float, end: float) -> Profile:
 
 
 def test_a_cone_on_the_rail_crown_runs_on_a_band_of_hertz_width():
-    """56E1 crown of R = 305 mm: half width sqrt(R d) for an approach d, of which half is overlap; the grid's step to either side."""
+    """56E1 crown of R = 305 mm: half width sqrt(R d) for an approach d, of which half is overlap; the grid's step to
+    either side."""
     crossing, approach, step = CastCrossing(9.25), 20e-6, 0.05 * MM
     wheel = cone(0.005, -30 * MM, 30 * MM)
     run = wheel_path(crossing, wheel, np.arange(-2.1, -1.9, 1 * MM))
@@ -36,7 +38,9 @@ def test_the_clearance_of_the_touched_place_is_zero_and_none_is_below():
     for body, carries in (("wing", ~run.on_nose), ("nose", run.on_nose)):
         near = clearance(crossing, wheel, run, run.contact_point[carries][20:-20, 0], y, body)
         assert near.min() > -1e-8
-        at = np.array([clearance(crossing, wheel, run, p[:1], p[1:2], body)[0, 0] for p in run.contact_point[carries][20:-20:10]])
+        at = np.array(
+            [clearance(crossing, wheel, run, p[:1], p[1:2], body)[0, 0] for p in run.contact_point[carries][20:-20:10]]
+        )
         assert np.abs(at).max() < 0.4e-6
 
 

@@ -1,7 +1,9 @@
-"""Contact points: closed forms for sphere, cylinder and cone, yawed and rolled; symmetry; several points; published flange jump.
+"""Contact points: closed forms for sphere, cylinder and cone, yawed and rolled; symmetry; several points; published
+flange jump.
 
-TIGHT: places and heights are exact but for the profiles' Hermite interpolation. On arcs of 0.3 m sampled every 0.1 mm its slope errs by
-less than h^3 z'''' ~ 1e-12 * 3 / 0.3^3 ~ 1e-10, which moves a contact of relative radius 0.2 m by 2e-11 m.
+TIGHT: places and heights are exact but for the profiles' Hermite interpolation. On arcs of 0.3 m sampled every 0.1 mm
+its slope errs by less than h^3 z'''' ~ 1e-12 * 3 / 0.3^3 ~ 1e-10, which moves a contact of relative radius 0.2 m by
+2e-11 m.
 """
 
 from dataclasses import replace
@@ -56,7 +58,9 @@ def rail_axis(search: ContactSearch, side: str) -> np.ndarray:
 
 def axle(state: Wheelset) -> tuple[np.ndarray, np.ndarray]:
     """A point and the direction of the axle, written down anew from the angles."""
-    direction = np.array([-np.sin(state.yaw) * np.cos(state.roll), np.cos(state.yaw) * np.cos(state.roll), np.sin(state.roll)])
+    direction = np.array(
+        [-np.sin(state.yaw) * np.cos(state.roll), np.cos(state.yaw) * np.cos(state.roll), np.sin(state.roll)]
+    )
     return np.array([state.x, state.y, state.z]), direction
 
 
@@ -71,7 +75,10 @@ def test_spheres_touch_crowns_where_the_distance_of_their_centres_says(lateral, 
         return np.array([lateral + sign * arm * np.cos(yaw) * np.cos(roll), z + sign * arm * np.sin(roll)])
 
     def miss(unknown):
-        return [np.hypot(*(centre(sign, *unknown) - rail_axis(search, side))) - RADIUS - CROWN for side, sign in (("left", 1), ("right", -1))]
+        return [
+            np.hypot(*(centre(sign, *unknown) - rail_axis(search, side))) - RADIUS - CROWN
+            for side, sign in (("left", 1), ("right", -1))
+        ]
 
     z, roll = fsolve(miss, [RADIUS, 0.0], xtol=1e-14)
     assert state.z == pytest.approx(z, abs=TIGHT)
@@ -111,7 +118,8 @@ def test_cylinders_touch_on_the_common_perpendicular_of_two_skew_lines(yaw, lift
 @pytest.mark.parametrize("slope", [0.02, 0.1, -0.05])
 @pytest.mark.parametrize("yaw", [0.0, 0.03, -0.09])
 def test_a_cone_touches_a_crown_along_its_generator(slope, yaw):
-    """Tangent plane along the rail: sin(angle) cos(yaw) = sin(cone angle); it passes through the cone's apex on the axle."""
+    """Tangent plane along the rail: sin(angle) cos(yaw) = sin(cone angle); it passes through the cone's apex on the
+    axle."""
     search = search_for(cone_wheel(slope), crown_rail())
     state = search.settle(0.0, yaw)
     start, direction = axle(state)
@@ -126,7 +134,9 @@ def test_a_cone_touches_a_crown_along_its_generator(slope, yaw):
     found = search.contacts(state, "left")
     assert found.angle[0] == pytest.approx(angle, abs=TIGHT)
     assert np.abs(found.position[0] - exact).max() < TIGHT
-    assert found.rolling_radius[0] == pytest.approx(np.linalg.norm(np.cross(found.position[0] - start, direction)), abs=TIGHT)
+    assert found.rolling_radius[0] == pytest.approx(
+        np.linalg.norm(np.cross(found.position[0] - start, direction)), abs=TIGHT
+    )
 
 
 @pytest.mark.parametrize("slope, edge", [(0.02, 40 * MM), (0.08, -30 * MM)])
@@ -134,7 +144,13 @@ def test_a_cone_touches_a_crown_along_its_generator(slope, yaw):
 def test_a_cone_on_a_plane_stands_on_the_rim_that_its_slope_selects(slope, edge, yaw):
     """Plane of slope 1:20: the tilted rim circle's lowest point is centre . n - r sqrt(1 - (n . e)^2)."""
     half = 80 * MM
-    plane = Profile.from_pieces([line((-half, -half / 20 - 20 * MM), (-half + 1 * MM, -half / 20), 1 * MM), line((-half + 1 * MM, -half / 20), (half, half / 20), 5 * MM)], "plane")
+    plane = Profile.from_pieces(
+        [
+            line((-half, -half / 20 - 20 * MM), (-half + 1 * MM, -half / 20), 1 * MM),
+            line((-half + 1 * MM, -half / 20), (half, half / 20), 5 * MM),
+        ],
+        "plane",
+    )
     search = search_for(cone_wheel(slope, -30 * MM, 40 * MM), plane.shifted(0, -half / 20))
     state = search.settle(0.0, yaw)
     start, direction = axle(state)
@@ -157,8 +173,16 @@ def test_equal_crowns_carry_equally_under_a_cylinder(count):
     half = count * pitch / 2
     y = np.linspace(-half, half, 400 * count + 1)
     phase = 2 * np.pi * (y + half) / pitch
-    top = graph(y, -height * (1 + np.cos(phase)) / 2, height * np.pi / pitch * np.sin(phase), height * 2 * (np.pi / pitch) ** 2 * np.cos(phase))
-    sides = [line((-half - 5 * MM, -16 * MM), (-half, -height), 1 * MM), line((half, -height), (half + 5 * MM, -16 * MM), 1 * MM)]
+    top = graph(
+        y,
+        -height * (1 + np.cos(phase)) / 2,
+        height * np.pi / pitch * np.sin(phase),
+        height * 2 * (np.pi / pitch) ** 2 * np.cos(phase),
+    )
+    sides = [
+        line((-half - 5 * MM, -16 * MM), (-half, -height), 1 * MM),
+        line((half, -height), (half + 5 * MM, -16 * MM), 1 * MM),
+    ]
     search = search_for(cone_wheel(0.0), Profile.from_pieces([sides[0], top, sides[1]], "waves"))
     found = search.contacts(search.settle(), "left", reach=1e-6)
     assert len(found) == count
@@ -178,7 +202,11 @@ def test_what_is_mirrored_gives_the_same_answer_to_the_last_bit(lateral, yaw):
     for side, other in (("left", "right"), ("right", "left")):
         a, b = search.contacts(here, side), search.contacts(there, other)
         assert np.array_equal(a.position, b.position * [1, -1, 1])
-        assert np.array_equal(a.angle, b.angle) and np.array_equal(a.rolling_radius, b.rolling_radius) and np.array_equal(a.curvature, b.curvature)
+        assert (
+            np.array_equal(a.angle, b.angle)
+            and np.array_equal(a.rolling_radius, b.rolling_radius)
+            and np.array_equal(a.curvature, b.curvature)
+        )
 
 
 def test_facing_and_trailing_differ_in_the_sign_of_x_alone():
@@ -197,8 +225,10 @@ def test_units_scale_all_lengths():
     wheel, track = wheel_profile("P8"), Track.plain_line()
     small = ContactSearch(Wheelset(wheel, radius=0.4), track)
     arm = small.wheelset.datum_arm * 1.25
-    large = ContactSearch(Wheelset(scaled(wheel), radius=0.5, back_to_back=2 * (arm - 0.070)),
-                          Track(scaled(track.left), gauge=1.435 * 1.25, gauge_point=14 * MM * 1.25))
+    large = ContactSearch(
+        Wheelset(scaled(wheel), radius=0.5, back_to_back=2 * (arm - 0.070)),
+        Track(scaled(track.left), gauge=1.435 * 1.25, gauge_point=14 * MM * 1.25),
+    )
     a, b = small.settle(4 * MM, 0.01), large.settle(5 * MM, 0.01)
     assert b.roll == pytest.approx(a.roll, abs=1e-12)
     assert b.z == pytest.approx(1.25 * a.z, abs=1e-12)
@@ -206,10 +236,13 @@ def test_units_scale_all_lengths():
 
 
 def test_s1002_on_uic60_reaches_its_flange_where_the_manchester_benchmark_does():
-    """Gauge 1435, back-to-back 1360, 1:40: the contact jumps to the flange between 5 and 6.5 mm (VERIFICATION.md section C)."""
+    """Gauge 1435, back-to-back 1360, 1:40: the contact jumps to the flange between 5 and 6.5 mm (VERIFICATION.md
+    section C)."""
     search = ContactSearch(Wheelset(wheel_profile("S1002"), radius=0.46), Track.plain_line("60E1", 1 / 40))
     shifts = np.arange(0, 10.05, 0.1) * MM
-    stations, angles = np.array([(c.station[0], c.angle[0]) for c in (search.contacts(search.settle(y), "right").lowest() for y in -shifts)]).T
+    stations, angles = np.array(
+        [(c.station[0], c.angle[0]) for c in (search.contacts(search.settle(y), "right").lowest() for y in -shifts)]
+    ).T
     jump = np.argmin(np.diff(stations))
     assert stations[jump + 1] - stations[jump] < -5 * MM
     assert 5.0 * MM <= shifts[jump] <= 6.5 * MM
@@ -222,8 +255,15 @@ def test_points_are_the_same_at_any_resolution():
     answers = []
     for resolution in (0.1 * MM, 1.0 * MM):
         search = p8_search(resolution=resolution)
-        answers.append([(*search.contacts(search.settle(*s), side).lowest().position[0],) for s in states for side in ("left", "right")])
-    assert np.abs(np.subtract(*answers)).max() < 1e-7  # a place where slopes are flat: round-off 1e-15 / (curvature ~ 3 / m) and kinks of the second derivative
+        answers.append(
+            [
+                (*search.contacts(search.settle(*s), side).lowest().position[0],)
+                for s in states
+                for side in ("left", "right")
+            ]
+        )
+    # a place where slopes are flat: round-off 1e-15 / (curvature ~ 3 / m) and kinks of the second derivative
+    assert np.abs(np.subtract(*answers)).max() < 1e-7
 
 
 def random_states(count: int, seed: int, noise: float) -> int:
@@ -232,12 +272,16 @@ def random_states(count: int, seed: int, noise: float) -> int:
     for k in range(count):
         if k % 50 == 0:
             points = wheel.points[::5] + [0.0, noise] * random.standard_normal((len(wheel.points[::5]), 2))
-            search = ContactSearch(Wheelset(Profile.from_points(points, "noisy P8").graph_part()), Track.plain_line(gauge=1.435 + random.uniform(-5, 15) * MM))
+            search = ContactSearch(
+                Wheelset(Profile.from_points(points, "noisy P8").graph_part()),
+                Track.plain_line(gauge=1.435 + random.uniform(-5, 15) * MM),
+            )
         state = search.settle(random.uniform(-15, 15) * MM, random.uniform(-0.05, 0.05))
         for side in ("left", "right"):
             found = search.contacts(replace(state, z=state.z - 50e-6), side)
             values = np.concatenate([np.ravel(v) for v in (found.position, found.angle, found.curvature, found.gap)])
-            assert len(found) >= 1 and np.isfinite(values).all() and found.gap.min() < 2 * noise  # roughness between two stations is not resolved
+            # roughness between two stations is not resolved
+            assert len(found) >= 1 and np.isfinite(values).all() and found.gap.min() < 2 * noise
     return count
 
 
@@ -253,20 +297,26 @@ def test_ten_thousand_random_states(noise):
 
 
 def test_creepages_of_a_free_rolling_cone():
-    """1 - r / R along, -sin(roll-free angle) / R about the normal; yawed, across: -(r / R) sin(yaw) / cos(cone angle)."""
+    """1 - r / R along, -sin(roll-free angle) / R about the normal; yawed, across: -(r / R) sin(yaw) / cos(cone
+    angle)."""
     search = search_for(cone_wheel(0.05), crown_rail())
     state = search.settle(3 * MM, 0.0)
     for side, sign in (("left", 1), ("right", -1)):
         found = search.contacts(state, side)
         along, across, spin = creepages(state, found, Motion(30.0))[0]
         arm = found.position[0, 2] - state.z
-        assert along == pytest.approx(1 + (np.cos(state.roll) * arm - np.sin(state.roll) * (found.position[0, 1] - state.y)) / RADIUS, abs=1e-12)
+        assert along == pytest.approx(
+            1 + (np.cos(state.roll) * arm - np.sin(state.roll) * (found.position[0, 1] - state.y)) / RADIUS, abs=1e-12
+        )
         assert across == pytest.approx(0, abs=1e-12)
         assert spin == pytest.approx(np.sin(state.roll - sign * found.angle[0]) / RADIUS, abs=1e-12)
     yawed = search.settle(0.0, 0.004)
     found = search.contacts(yawed, "left")
-    assert creepages(yawed, found, Motion(30.0))[0, 1] == pytest.approx(-found.rolling_radius[0] / RADIUS * np.sin(0.004) / np.cos(np.arctan(0.05)), abs=1e-12)
-    assert creepages(yawed, found, Motion(30.0, spin=0.0))[0, 0] == pytest.approx(1.0, abs=1e-12)  # locked wheel slides at full speed
+    assert creepages(yawed, found, Motion(30.0))[0, 1] == pytest.approx(
+        -found.rolling_radius[0] / RADIUS * np.sin(0.004) / np.cos(np.arctan(0.05)), abs=1e-12
+    )
+    # locked wheel slides at full speed
+    assert creepages(yawed, found, Motion(30.0, spin=0.0))[0, 0] == pytest.approx(1.0, abs=1e-12)
 
 
 def test_bad_input_is_refused_with_place_and_size():
@@ -291,13 +341,17 @@ def test_bad_input_is_refused_with_place_and_size():
 
 
 def test_the_lowest_point_of_a_lifted_wheel_is_the_first_to_touch():
-    """On the flange the gap along the normal is a fraction of the vertical one: lifted by 1 mm the flange is nearest, but the tread comes down first."""
+    """On the flange the gap along the normal is a fraction of the vertical one: lifted by 1 mm the flange is nearest,
+    but the tread comes down first."""
     search = ContactSearch(Wheelset(wheel_profile("S1002"), radius=0.46), Track(rail_head("60E1", 1 / 40)))
     for lateral in np.arange(-6, 6.1, 0.5) * MM:
         state = search.settle(lateral)
         lifted = replace(state, z=state.z + 1 * MM)
         for side in ("left", "right"):
-            touching, above = search.contacts(state, side).lowest(), search.contacts(lifted, side, reach=5 * MM).lowest()
+            touching, above = (
+                search.contacts(state, side).lowest(),
+                search.contacts(lifted, side, reach=5 * MM).lowest(),
+            )
             assert above.station[0] == pytest.approx(touching.station[0], abs=0.1 * MM)
             assert above.vertical_gap[0] == pytest.approx(1 * MM, abs=1e-9)
 
@@ -308,7 +362,15 @@ def test_what_is_no_side_is_refused_by_name():
         search.contacts(search.settle(), "Right")
 
 
-@pytest.mark.parametrize("make", [lambda p: Track(p), lambda p: Track(rail_head("60E1"), p), lambda p: Wheelset(p), lambda p: Wheelset(wheel_profile("P8"), p)])
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda p: Track(p),
+        lambda p: Track(rail_head("60E1"), p),
+        lambda p: Wheelset(p),
+        lambda p: Wheelset(wheel_profile("P8"), p),
+    ],
+)
 def test_a_profile_in_millimetres_is_refused(make):
     points = rail_head("60E1").graph_part().points * 1e3
     with pytest.raises(WheelsetError, match="look like mm"):

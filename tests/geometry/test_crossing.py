@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from geometry.axes import GAUGE_POINT_DEPTH
+from geometry.profiles.rail import gauge_face, rail_head
 from geometry.surfaces.crossing import CastCrossing, CrossingError
 from geometry.surfaces.crossing_surface import FLOOR, centre_line_y
-from geometry.profiles.rail import gauge_face, rail_head
 
 MM = 1e-3
 RATIOS = (9.25, 10.75)
@@ -27,14 +27,16 @@ def test_the_taper_is_the_unit_crossing_angle_by_centre_line_measure(ratio):
     nose = [gauge_face_y(crossing.nose_section(x), "field") for x in xs]
     wing = [gauge_face_y(crossing.wing_section(x), "gauge") for x in xs]
     assert np.diff(nose)[0] / np.diff(xs)[0] == pytest.approx(np.tan(2 * np.arctan(1 / (2 * ratio))), rel=1e-9)
-    assert np.subtract(wing, nose) == pytest.approx([crossing.flangeway] * 2, abs=2e-7)  # the wing's smooth joint is 0.1 um off
+    # the wing's smooth joint is 0.1 um off
+    assert np.subtract(wing, nose) == pytest.approx([crossing.flangeway] * 2, abs=2e-7)
 
 
 def test_plain_rail_is_56e1_set_to_the_gauge_face():
     crossing, head = CastCrossing(), rail_head("56E1", spacing=0.02 * MM)
     shift = crossing.shape.gauge_line - gauge_face(head.points)
     y = np.linspace(-34, 34, 300) * MM
-    assert np.abs(crossing.top_height(-2.0, y + shift, "wing") - head.height(y)).max() < 2e-8  # chords of 0.02 mm on R12.7: 4e-9, times the slope
+    # chords of 0.02 mm on R12.7: 4e-9, times the slope
+    assert np.abs(crossing.top_height(-2.0, y + shift, "wing") - head.height(y)).max() < 2e-8
 
 
 def test_cast_plane_is_one_in_twenty_and_the_gauge_face_one_in_four():
@@ -78,7 +80,9 @@ def test_topping_line_and_roof_of_the_nose():
     middle = centre_line_y(x, crossing.shape)
     slope = np.diff(crossing.top_height(x, middle, "nose"))[0] / 0.16
     assert slope == pytest.approx(crossing.topping_slope, rel=1e-9)
-    assert crossing.top_height(0.6, np.array([-20.0, -10.0]) * MM, "nose") == pytest.approx([-1.0 * MM, -0.5 * MM], abs=1e-12)
+    assert crossing.top_height(0.6, np.array([-20.0, -10.0]) * MM, "nose") == pytest.approx(
+        [-1.0 * MM, -0.5 * MM], abs=1e-12
+    )
 
 
 def test_lengths_stretch_with_the_ratio_and_sections_do_not():
@@ -125,7 +129,10 @@ def test_the_running_surface_has_no_steps_along_the_track(ratio):
     """
     crossing = CastCrossing(ratio)
     k = crossing.stretch
-    for body, start, end, ys in (("wing", -0.9, -0.3 * k, np.arange(-8, 31, 4.0)), ("nose", 0.3 * k, 0.9, np.arange(-24, -14, 2.0))):
+    for body, start, end, ys in (
+        ("wing", -0.9, -0.3 * k, np.arange(-8, 31, 4.0)),
+        ("nose", 0.3 * k, 0.9, np.arange(-24, -14, 2.0)),
+    ):
         for step in (0.2 * MM, 0.1 * MM):
             x = np.arange(start, end, step)
             jump = np.abs(np.diff(crossing.top_height(x[:, None], ys * MM, body), axis=0)).max()
@@ -149,7 +156,9 @@ def test_slopes_along_the_track_jump_only_at_the_machined_features(ratio):
         ("nose", -10.0): [(0.36 * k, 0.48 * k)],
     }
     for (body, y), features in bands.items():
-        start, end = (-0.9, -0.2) if y < 30 and body == "wing" else (0.02, 0.25 * k) if body == "wing" else (0.33 * k, 0.9)
+        start, end = (
+            (-0.9, -0.2) if y < 30 and body == "wing" else (0.02, 0.25 * k) if body == "wing" else (0.33 * k, 0.9)
+        )
         x = np.arange(start, end, step)
         turn = np.abs(np.diff(crossing.top_height(x, y * MM, body), n=2)) / step
         inside = np.zeros(len(turn), bool)

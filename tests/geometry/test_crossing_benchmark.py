@@ -1,4 +1,5 @@
-"""The parametric crossing at 1:9.25 against the sections of the S&C benchmark's UK crossing (skipped where not at hand).
+"""The parametric crossing at 1:9.25 against the sections of the S&C benchmark's UK crossing (skipped where not at
+hand).
 
 Deviations are taken along the surface normal and printed per zone with `pytest -s`.
 """
@@ -7,10 +8,10 @@ import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
-from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.crossing_surface import centre_line_y, nose_gauge_y
 from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.crossing_surface import centre_line_y, nose_gauge_y
 from tests.outside import needs, outside
 
 BENCHMARK = "formats/uk_crossing.slcs"
@@ -28,7 +29,14 @@ ZONES = {
     "nose roof": ("nose", (390, 1000), 0.002, 0.011),
 }
 # the running band: where the tread of a centred wheel can stand, without gauge corner and field fall
-BAND_GATES = {"plain rail": 0.001, "leg transition": 0.032, "leg": 0.002, "wing": 0.002, "nose topping": 0.009, "nose roof": 0.002}
+BAND_GATES = {
+    "plain rail": 0.001,
+    "leg transition": 0.032,
+    "leg": 0.002,
+    "wing": 0.002,
+    "nose topping": 0.009,
+    "nose roof": 0.002,
+}
 
 
 @pytest.fixture(scope="module")
@@ -40,19 +48,26 @@ def crossing():
 def sections():
     """{section number: (x [m], points (n, 2) y, z up [m])}, between x = -1 and +1 m."""
     slices = read_slices(outside(BENCHMARK))
-    return {n: (x, raw.points * [1.0, raw.up]) for n, (x, raw) in enumerate(zip(slices.x, slices.sections), 1) if abs(x) <= 1.0}
+    return {
+        n: (x, raw.points * [1.0, raw.up])
+        for n, (x, raw) in enumerate(zip(slices.x, slices.sections), 1)
+        if abs(x) <= 1.0
+    }
 
 
 def normal_deviation(crossing, body: str, x: float, points: np.ndarray) -> np.ndarray:
     """Distance (n,) of points from the surface along its normal [m], NaN beside the body."""
     step = 1e-6
     height = crossing.top_height(x, points[:, 0], body)
-    slope = (crossing.top_height(x, points[:, 0] + step, body) - crossing.top_height(x, points[:, 0] - step, body)) / (2 * step)
+    slope = (crossing.top_height(x, points[:, 0] + step, body) - crossing.top_height(x, points[:, 0] - step, body)) / (
+        2 * step
+    )
     return (points[:, 1] - height) / np.sqrt(1 + slope**2)
 
 
 def of_body(crossing, body: str, x: float, points: np.ndarray) -> np.ndarray:
-    """Points of a section that belong to the running part of this body: down to 7.5 mm (wing), 30 mm (nose) below the crown."""
+    """Points of a section that belong to the running part of this body: down to 7.5 mm (wing), 30 mm (nose) below the
+    crown."""
     if x < crossing.nose_x - 0.01 * MM:
         middle = -np.inf
     else:
@@ -108,7 +123,9 @@ def planar_height(heights: np.ndarray, y: np.ndarray, tread: np.ndarray) -> floa
     return float(np.nanmax(heights - tread))
 
 
-@pytest.mark.parametrize("name, gate", [("P8", 0.06), ("P8-worn", 0.095), ("P8-hollow", 0.11), ("P1", 0.045), ("S1002", 0.037)])
+@pytest.mark.parametrize(
+    "name, gate", [("P8", 0.06), ("P8-worn", 0.095), ("P8-hollow", 0.11), ("P1", 0.045), ("S1002", 0.037)]
+)
 def test_wheels_stand_as_high_on_the_parametric_as_on_the_benchmark_sections(crossing, sections, name, gate):
     """The height of a wheel over every section, data against model, apart from the path's own search [mm].
 
@@ -127,5 +144,8 @@ def test_wheels_stand_as_high_on_the_parametric_as_on_the_benchmark_sections(cro
         model = np.fmax(crossing.top_height(x, y, "wing"), np.nan_to_num(crossing.top_height(x, y, "nose"), nan=-1.0))
         errors.append((planar_height(data, y, tread) - planar_height(model, y, tread)) / MM)
     errors = np.array(errors)
-    print(f"{name}: wheel height data - model: rms {np.sqrt(np.mean(errors**2)):.4f} mm, largest {np.abs(errors).max():.4f} mm")
+    print(
+        f"{name}: wheel height data - model: rms {np.sqrt(np.mean(errors**2)):.4f} mm, largest"
+        f" {np.abs(errors).max():.4f} mm"
+    )
     assert np.abs(errors).max() < gate

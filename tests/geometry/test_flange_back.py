@@ -1,12 +1,13 @@
-"""Flange back as a stop: exact where the wheel runs straight, against all points of the wheel where it is yawed and rolled."""
+"""Flange back as a stop: exact where the wheel runs straight, against all points of the wheel where it is yawed and
+rolled."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from geometry.contact.prismatic_search import ContactSearch
 from geometry.contact.flange_back import back_gap, back_gaps
+from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import CheckRail, Track, Wheelset, WheelsetError
 
@@ -15,7 +16,9 @@ FREE = (680.0 - 717.5 + 41.0) * MM  # half of back-to-back less half of gauge pl
 
 
 def search(left=None, right=None, **wheelset) -> ContactSearch:
-    return ContactSearch(Wheelset(wheel_profile("P8"), **wheelset), Track.plain_line(left_check=left, right_check=right))
+    return ContactSearch(
+        Wheelset(wheel_profile("P8"), **wheelset), Track.plain_line(left_check=left, right_check=right)
+    )
 
 
 def test_a_straight_wheelset_has_the_gap_of_the_drawing():
@@ -28,8 +31,8 @@ def test_a_straight_wheelset_has_the_gap_of_the_drawing():
 @pytest.mark.parametrize("yaw, roll, top", [(0.02, 0.0, 0.0), (-0.05, 0.004, 25 * MM), (0.08, -0.02, -5 * MM)])
 @pytest.mark.parametrize("side, sign", [("left", 1), ("right", -1)])
 def test_the_gap_is_that_of_the_nearest_point_of_the_whole_wheel(yaw, roll, top, side, sign):
-    """All points of the wheel's surface on a fine grid, written down in track axes; the grid's error is second order in its steps,
-    but first order at the level of the check rail's top: r dtheta = 0.07 mm of length, times yaw."""
+    """All points of the wheel's surface on a fine grid, written down in track axes; the grid's error is second order in
+    its steps, but first order at the level of the check rail's top: r dtheta = 0.07 mm of length, times yaw."""
     state = Wheelset(wheel_profile("P8"), yaw=yaw, roll=roll, y=2 * MM)
     s = wheel_profile("P8").points[:, 0]
     theta = np.linspace(-1.2, 1.2, 16001)[:, None]
@@ -38,7 +41,12 @@ def test_the_gap_is_that_of_the_nearest_point_of_the_whole_wheel(yaw, roll, top,
     axle, down = np.cos(roll) * left + np.sin(roll) * up, np.sin(roll) * left - np.cos(roll) * up
     s = s[: np.argmin(wheel_profile("P8").points[:, 1]) + 1][::4]
     radius = state.radius - wheel_profile("P8").height(s)
-    y, z = (sign * (state.datum_arm + s) * axle[i] + radius * (np.sin(theta) * forward[i] + np.cos(theta) * down[i]) + (state.y, state.z)[i - 1] for i in (1, 2))
+    y, z = (
+        sign * (state.datum_arm + s) * axle[i]
+        + radius * (np.sin(theta) * forward[i] + np.cos(theta) * down[i])
+        + (state.y, state.z)[i - 1]
+        for i in (1, 2)
+    )
     least = (sign * y)[z <= top].min()
     gap = back_gap(state, side, CheckRail(top=top), 0.6765)
     assert gap <= least - 0.6765 + 1e-9
@@ -47,7 +55,8 @@ def test_the_gap_is_that_of_the_nearest_point_of_the_whole_wheel(yaw, roll, top,
 
 @pytest.mark.parametrize("lateral", [-10 * MM, -5 * MM])
 def test_the_shift_ends_at_the_check_rail(lateral):
-    """A left check rail holds the wheelset back from the right: at rail level it stays at -FREE, whatever is asked beyond."""
+    """A left check rail holds the wheelset back from the right: at rail level it stays at -FREE, whatever is asked
+    beyond."""
     held = search(left=CheckRail())
     state = held.settle(lateral)
     level = state.y + state.radius * np.sin(state.roll)

@@ -1,11 +1,12 @@
-"""Profile files: every format read back as written, units, mirrors and order made explicit, malformed files refused by line."""
+"""Profile files: every format read back as written, units, mirrors and order made explicit, malformed files refused by
+line."""
 
 import numpy as np
 import pytest
 
-from geometry.profiles.formats.slices import read_slices
-from geometry.profiles.formats.by_suffix import read_raw, write_profile
 from geometry.profiles.doctor import examine
+from geometry.profiles.formats.by_suffix import read_raw, write_profile
+from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
@@ -20,7 +21,9 @@ def written(path, text):
     return path
 
 
-@pytest.mark.parametrize("name, kind, points", [("a.prr", "rail", RAIL), ("a.prw", "wheel", WHEEL), ("a.csv", "rail", RAIL)])
+@pytest.mark.parametrize(
+    "name, kind, points", [("a.prr", "rail", RAIL), ("a.prw", "wheel", WHEEL), ("a.csv", "rail", RAIL)]
+)
 def test_a_written_profile_reads_back(tmp_path, name, kind, points):
     """Nine digits of mm: 1e-9 relative."""
     write_profile(tmp_path / name, points, kind)
@@ -31,8 +34,14 @@ def test_a_written_profile_reads_back(tmp_path, name, kind, points):
 
 def test_simpack_processing_is_applied_in_the_files_order(tmp_path):
     """shift, rotation by +90 degrees (y to z), mirror of y, inversion; unit factor 1e3: mm."""
-    body = "header.begin\n type = 0 ! rail\nheader.end\nspline.begin\n type = 1\n shift.y = 1.0\n rotate = 90\n mirror.y = 1\n inversion = 1\n"
-    body += " units.len.f = 1e3\n units.ang.f = 57.29577951308232\n point.begin\n 0 0 1.0\n! 9 9\n 10 0\n 10 5\n point.end\nspline.end\n"
+    body = (
+        "header.begin\n type = 0 ! rail\nheader.end\nspline.begin\n type = 1\n shift.y = 1.0\n rotate = 90\n mirror.y ="
+        " 1\n inversion = 1\n"
+    )
+    body += (
+        " units.len.f = 1e3\n units.ang.f = 57.29577951308232\n point.begin\n 0 0 1.0\n! 9 9\n 10 0\n 10 5\n"
+        " point.end\nspline.end\n"
+    )
     raw = read_raw(written(tmp_path / "a.prr", body))
     assert raw.kind == "rail" and raw.unit == pytest.approx(1e-3) and raw.up == -1
     assert np.allclose(raw.points, [[5, 11], [0, 11], [0, 1]])
@@ -41,10 +50,13 @@ def test_simpack_processing_is_applied_in_the_files_order(tmp_path):
 
 def test_miniprof_leaves_out_switched_off_points_and_reads_several_profiles(tmp_path):
     rows = "\n".join(f"{1000 * y:.4f} {1000 * z:.4f} 0.0" for y, z in RAIL)
-    raw = read_raw(written(tmp_path / "a.ban", f"XYPoints=99\nChars=Win\n\n{rows}\n\" 99.0 99.0\n"))
+    raw = read_raw(written(tmp_path / "a.ban", f'XYPoints=99\nChars=Win\n\n{rows}\n" 99.0 99.0\n'))
     assert len(raw.points) == len(RAIL) and raw.kind == "rail"
     assert any("switched off" in n for n in raw.notes) and any("header says 99" in n for n in raw.notes)
-    both = written(tmp_path / "a.mpt", f"[FileInfo]\nx=1\n\n[Profile1Points]\n{rows}\n\n[Profile2Info]\nq=2\n[Profile2Points]\n{rows}\n1 2\n")
+    both = written(
+        tmp_path / "a.mpt",
+        f"[FileInfo]\nx=1\n\n[Profile1Points]\n{rows}\n\n[Profile2Info]\nq=2\n[Profile2Points]\n{rows}\n1 2\n",
+    )
     assert [len(read_raw(both, number=k).points) - len(RAIL) for k in (1, 2)] == [0, 1]
     with pytest.raises(ProfileError, match="profile 3 asked for, the file holds 2"):
         read_raw(both, number=3)
@@ -58,7 +70,10 @@ def test_slices_hold_stations_in_metres_and_their_section_files(tmp_path):
     assert slices.x.tolist() == [-0.5, 2.5]
     assert np.allclose(slices.sections[1].points, RAIL * [2, -2], atol=1e-7)
     second = read_raw(tmp_path / "a.slcs", number=2)
-    assert np.array_equal(second.points, slices.sections[1].points) and "section 2 of 2, at x = 2.5000 m" in second.notes[0]
+    assert (
+        np.array_equal(second.points, slices.sections[1].points)
+        and "section 2 of 2, at x = 2.5000 m" in second.notes[0]
+    )
     with pytest.raises(ProfileError, match="section 3 asked for, the file holds 2"):
         read_raw(tmp_path / "a.slcs", number=3)
     with pytest.raises(ProfileError, match="NSLC = 3, but 2"):
@@ -86,7 +101,15 @@ def test_malformed_text_is_refused_with_its_line(tmp_path, text, complaint):
         read_raw(written(tmp_path / "a.txt", text))
 
 
-@pytest.mark.parametrize("text", ["1.5;2\n2.5;3\n4.5;9\n", "\ufeff1,5;2\n2,5;3\n4,5;9\n", "1,5 2,0\n2,5\t3,0\n4,5 9,0\n", "y,z\n1.5,2\n2.5,3\n4.5,9\n"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1.5;2\n2.5;3\n4.5;9\n",
+        "\ufeff1,5;2\n2,5;3\n4,5;9\n",
+        "1,5 2,0\n2,5\t3,0\n4,5 9,0\n",
+        "y,z\n1.5,2\n2.5,3\n4.5,9\n",
+    ],
+)
 def test_separators_decimal_commas_and_byte_order_marks_give_the_same_points(tmp_path, text):
     assert read_raw(written(tmp_path / "a.txt", text)).points.tolist() == [[1.5, 2], [2.5, 3], [4.5, 9]]
 
@@ -98,7 +121,8 @@ def test_a_half_simpack_file_is_refused(tmp_path):
 
 @real_files
 def test_the_manchester_files_agree_with_each_other_and_with_the_standard():
-    """The same UIC60 as .prr and .ban; S1002 against our standard profile: 0.2 um, as its joints are printed to 1 um."""
+    """The same UIC60 as .prr and .ban; S1002 against our standard profile: 0.2 um, as its joints are printed to 1
+    um."""
     prr, ban = (examine(read_raw(outside(f"formats/MBench_UIC60_v3.{s}"))).profile.graph_part() for s in ("prr", "ban"))
     y = np.linspace(-0.030, 0.030, 401)
     assert np.abs(prr.height(y) - ban.height(-y)).max() < 5e-8 or np.abs(prr.height(y) - ban.height(y)).max() < 5e-8
@@ -132,13 +156,18 @@ def test_the_benchmarks_slices_are_read():
 
 
 def test_the_same_head_in_every_format_is_the_same(tmp_path):
-    """What the Manchester files show, with files of our own: .prr, .ban, .mpt and two columns, printed to 1 nm and 0.1 um."""
+    """What the Manchester files show, with files of our own: .prr, .ban, .mpt and two columns, printed to 1 nm and 0.1
+    um."""
     y = np.linspace(-0.030, 0.030, 401)
     rows = "\n".join(f"{1e3 * v:.4f} {1e3 * w:.4f}" for v, w in RAIL)
     write_profile(tmp_path / "a.prr", RAIL, "rail")
     write_profile(tmp_path / "a.txt", RAIL)
-    for name, text in (("a.ban", f"XYPoints={len(RAIL)}\n{rows}\n"), ("a.mpt", f"[FileInfo]\n\n[Profile1Points]\n{rows}\n")):
+    for name, text in (
+        ("a.ban", f"XYPoints={len(RAIL)}\n{rows}\n"),
+        ("a.mpt", f"[FileInfo]\n\n[Profile1Points]\n{rows}\n"),
+    ):
         written(tmp_path / name, text)
     for name, off in (("a.prr", 1e-9), ("a.txt", 1e-9), ("a.ban", 1e-7), ("a.mpt", 1e-7)):
         profile = examine(read_raw(tmp_path / name, "rail"), mirror=False).profile
-        assert np.abs(profile.height(y) - rail_head("56E1").height(y)).max() < off + 2e-8  # its spline has no exact tangents
+        # its spline has no exact tangents
+        assert np.abs(profile.height(y) - rail_head("56E1").height(y)).max() < off + 2e-8

@@ -36,7 +36,11 @@ def test_the_child_knows_no_mpi(monkeypatch):
     monkeypatch.setenv("PMIX_RANK", "0")
     monkeypatch.setenv("KEPT", "yes")
     with gmsh_process():
-        assert [in_gmsh_process(os.getenv, name) for name in ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "KEPT")] == [None, None, "yes"]
+        assert [in_gmsh_process(os.getenv, name) for name in ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "KEPT")] == [
+            None,
+            None,
+            "yes",
+        ]
         assert not in_gmsh_process(loaded, "mpi4py") and not in_gmsh_process(loaded, "numba")
 
 
@@ -61,7 +65,14 @@ def test_errors_of_the_child_are_raised_here_with_their_kind_and_words():
         assert in_gmsh_process(abs, -2.0) == 2.0
 
 
-@pytest.mark.parametrize("ends, said", [((os.abort,), "by SIGABRT"), ((os._exit, 3), "with exit code 3"), ((signal.raise_signal, signal.SIGKILL), "by SIGKILL")])
+@pytest.mark.parametrize(
+    "ends, said",
+    [
+        ((os.abort,), "by SIGABRT"),
+        ((os._exit, 3), "with exit code 3"),
+        ((signal.raise_signal, signal.SIGKILL), "by SIGKILL"),
+    ],
+)
 def test_a_gmsh_that_dies_is_an_error_of_one_mesh(ends, said):
     with gmsh_process():
         with pytest.raises(MeshError, match=f"Gmsh's process ended {said}; change the element sizes"):

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from geometry.meshing.hexmesh import MeshError, boundary_faces, merge_bodies, orient
 from geometry.meshing.blocks import cap_height, mesh_box, mesh_cap, mesh_half_cylinder_block
+from geometry.meshing.hexmesh import MeshError, boundary_faces, merge_bodies, orient
 from geometry.meshing.quality import cell_volume, scaled_jacobian
 from tests.geometry.mesh_checks import check_mesh, hanging_facets
 
@@ -34,9 +34,12 @@ def test_face_of_three_cells_is_refused_with_its_nodes():
 
 
 def test_a_hanging_facet_is_seen_by_the_check_of_these_tests():
-    """Two half cells on one whole cell, nodes shared where they meet: three faces inside the body, which no two cells share."""
+    """Two half cells on one whole cell, nodes shared where they meet: three faces inside the body, which no two cells
+    share."""
     whole, halves = mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), mesh_box((1.0, 1.0, 1.0), (2, 1, 1))
-    points, number = np.unique(np.concatenate([whole.points, halves.points + [0, 0, 1.0]]).round(9), axis=0, return_inverse=True)
+    points, number = np.unique(
+        np.concatenate([whole.points, halves.points + [0, 0, 1.0]]).round(9), axis=0, return_inverse=True
+    )
     faces, _ = boundary_faces(number.ravel()[np.concatenate([whole.cells, halves.cells + 8])])
     assert hanging_facets(points, faces).sum() == 3
     faces, _ = boundary_faces(halves.cells)
@@ -80,7 +83,9 @@ def test_two_bodies_of_one_name_are_refused():
 
 
 @pytest.mark.parametrize("facing", ["down", "up"])
-@pytest.mark.parametrize("shape, radii", [("ellipsoid", (0.4, 0.3)), ("paraboloid", (0.4, 0.3)), ("ellipsoid", (0.4, np.inf))])
+@pytest.mark.parametrize(
+    "shape, radii", [("ellipsoid", (0.4, 0.3)), ("paraboloid", (0.4, 0.3)), ("ellipsoid", (0.4, np.inf))]
+)
 def test_cap_lies_on_its_exact_surface(facing, shape, radii):
     sign = 1 if facing == "down" else -1
     mesh = mesh_cap(*radii, (0.02, 0.02), 0.02, 2e-3, (4e-3, 4e-3, 4e-3), shape=shape, facing=facing)
@@ -88,7 +93,8 @@ def test_cap_lies_on_its_exact_surface(facing, shape, radii):
     x, y, z = mesh.points[np.unique(mesh.surface)].T
     assert np.abs(sign * z - cap_height(x, y, *radii, shape)).max() < 1e-15
     p = mesh.points[mesh.surface]
-    assert (sign * np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])[:, 2] < 0).all()  # outward: down where the cap faces down
+    # outward: down where the cap faces down
+    assert (sign * np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])[:, 2] < 0).all()
     assert np.allclose(mesh.points[mesh.clamp][:, 2], sign * 0.02)
 
 
@@ -99,10 +105,19 @@ def test_cap_lies_on_its_exact_surface(facing, shape, radii):
         (lambda: mesh_box((1.0, 1.0, 1.0), (1, 0, 1)), "counts at least 1"),
         (lambda: mesh_cap(0.4, 0.4, (0.02, 0.02), 0.02, 0.0, (4e-3,) * 3), "size 0.0 m must be positive"),
         (lambda: mesh_cap(0.4, 0.4, (0.02, 0.02), 0.02, 2e-3, (0.03,) * 3), "must be ordered and lie in the range"),
-        (lambda: mesh_cap(0.02, 0.02, (0.03, 0.03), 0.05, 2e-3, (4e-3,) * 3), "outside the ellipsoid.*narrow the block"),
-        (lambda: mesh_cap(0.02, 0.02, (0.013, 0.013), 0.01, 2e-3, (4e-3,) * 3), "over 0.8 of its height.*narrow or raise"),
+        (
+            lambda: mesh_cap(0.02, 0.02, (0.03, 0.03), 0.05, 2e-3, (4e-3,) * 3),
+            "outside the ellipsoid.*narrow the block",
+        ),
+        (
+            lambda: mesh_cap(0.02, 0.02, (0.013, 0.013), 0.01, 2e-3, (4e-3,) * 3),
+            "over 0.8 of its height.*narrow or raise",
+        ),
         (lambda: mesh_cap(0.4, 0.4, (0.02, 0.02), 0.02, 2e-3, (4e-3,) * 3, facing="left"), "choose 'down' or 'up'"),
-        (lambda: mesh_cap(0.4, 0.4, (0.02, 0.02), 0.02, 2e-3, (4e-3,) * 3, shape="cone"), "choose 'ellipsoid' or 'paraboloid'"),
+        (
+            lambda: mesh_cap(0.4, 0.4, (0.02, 0.02), 0.02, 2e-3, (4e-3,) * 3, shape="cone"),
+            "choose 'ellipsoid' or 'paraboloid'",
+        ),
         (lambda: mesh_half_cylinder_block(0.4, 0.02, 1e-3, 0.02, -2e-3, 4e-3, 4e-3), "size -0.002 m must be positive"),
     ],
 )

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geometry.meshing.hexmesh import MeshError
 from geometry.meshing.axis import graded_line, growing_steps
+from geometry.meshing.hexmesh import MeshError
 
 LENGTHS = st.floats(0.0, 2.0)
 
@@ -24,7 +24,14 @@ def test_growing_steps_fill_the_length_and_never_fall(start, length, growth, tim
 
 
 @settings(max_examples=200, deadline=None)
-@given(left=LENGTHS, fine=st.floats(0.01, 1.0), right=LENGTHS, size=st.floats(5e-3, 0.2), growth=st.floats(1.1, 2.0), multiple=st.sampled_from([1, 3]))
+@given(
+    left=LENGTHS,
+    fine=st.floats(0.01, 1.0),
+    right=LENGTHS,
+    size=st.floats(5e-3, 0.2),
+    growth=st.floats(1.1, 2.0),
+    multiple=st.sampled_from([1, 3]),
+)
 def test_graded_line_is_fine_where_asked_and_grows_outside(left, fine, right, size, growth, multiple):
     ends = (-left, fine + right)
     line = graded_line(*ends, (0.0, fine), size, growth, 10 * size, multiple)
@@ -43,7 +50,10 @@ def test_graded_line_is_fine_where_asked_and_grows_outside(left, fine, right, si
 @pytest.mark.parametrize(
     "arguments, fault",
     [
-        (((0.0, 1.0, (0.2, 1.2), 0.1)), r"fine range \(0.2, 1.2\) m must be ordered and lie in the range \[0.0, 1.0\] m; change one"),
+        (
+            ((0.0, 1.0, (0.2, 1.2), 0.1)),
+            r"fine range \(0.2, 1.2\) m must be ordered and lie in the range \[0.0, 1.0\] m; change one",
+        ),
         (((0.0, 1.0, (0.5, 0.5), 0.1)), "must be ordered"),
         (((0.0, 1.0, (0.2, 0.4), 0.0)), "size 0.0 m must be positive"),
         (((0.0, 1.0, (0.2, 0.4), float("nan"))), "size nan m must be positive"),

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from geometry.surfaces.crossing import CastCrossing, CrossingError
-from geometry.meshing.hexmesh import MeshError, boundary_faces
 from geometry.meshing.band import lateral_columns
-from geometry.meshing.section.curve import cut_at_base
 from geometry.meshing.crossing import BodyMeshSpec, CrossingMeshSpec, mesh_crossing
+from geometry.meshing.hexmesh import MeshError, boundary_faces
 from geometry.meshing.quality import cell_volume, mesh_quality
+from geometry.meshing.section.curve import cut_at_base
 from geometry.profiles.rail import rail_head
+from geometry.surfaces.crossing import CastCrossing, CrossingError
 from tests.geometry.mesh_checks import check_mesh
 from tests.order import assert_order
 
@@ -45,7 +45,10 @@ def rail(request):
 @pytest.fixture(scope="module")
 def crossing():
     """Wing and nose where the wheel goes from one to the other."""
-    bodies = {"wing": BodyMeshSpec((0.28, 0.37), (0.30, 0.35), (0.030, 0.046)), "nose": BodyMeshSpec((0.30, 0.40), (0.32, 0.38), lambda x: nose_band(x))}
+    bodies = {
+        "wing": BodyMeshSpec((0.28, 0.37), (0.30, 0.35), (0.030, 0.046)),
+        "nose": BodyMeshSpec((0.30, 0.40), (0.32, 0.38), lambda x: nose_band(x)),
+    }
     return mesh_crossing(CastCrossing(10.75), CrossingMeshSpec(3 * MM, **bodies))
 
 
@@ -74,7 +77,8 @@ def test_mesh_is_valid_conforming_and_closed(rail):
 
 
 def test_every_outer_face_is_on_outline_base_or_ends(rail):
-    """Hanging facets would be left over: outer faces are those of the surface, the base and the two ends, and no others."""
+    """Hanging facets would be left over: outer faces are those of the surface, the base and the two ends, and no
+    others."""
     _, mesh = rail
     faces, _ = boundary_faces(mesh.cells)
     x, z = mesh.points[faces][..., 0], mesh.points[faces][..., 2]
@@ -95,12 +99,15 @@ def test_volume_of_a_rail_of_plane_faces_is_exact():
     mesh = mesh_crossing(FlatRail(), rail_spec(4 * MM))
     check_mesh(mesh)
     section = np.concatenate([[[-0.035, BASE]], FlatRail().wing_section(0.0), [[0.035, BASE]]])
-    assert cell_volume(mesh.points[mesh.cells]).sum() == pytest.approx(polygon_area(section) * (RANGE[1] - RANGE[0]), rel=1e-12)
+    assert cell_volume(mesh.points[mesh.cells]).sum() == pytest.approx(
+        polygon_area(section) * (RANGE[1] - RANGE[0]), rel=1e-12
+    )
 
 
 def test_volume_lacks_no_more_than_the_segments_over_its_chords(rail):
-    """The first section has the longest chords, all sections seen along x the shortest: the volume lies between the two polygons.
-    Both are short of the section by circular segments, s^3 / 12 R of each chord s at most, R not below the head's smallest, 12.7 mm."""
+    """The first section has the longest chords, all sections seen along x the shortest: the volume lies between the two
+    polygons. Both are short of the section by circular segments, s^3 / 12 R of each chord s at most, R not below the
+    head's smallest, 12.7 mm."""
     _, mesh = rail
     length = RANGE[1] - RANGE[0]
     volume = cell_volume(mesh.points[mesh.cells]).sum()
@@ -113,7 +120,8 @@ def test_volume_lacks_no_more_than_the_segments_over_its_chords(rail):
 
 
 def test_surface_volume_lack_falls_with_the_second_power_of_the_size():
-    """In the fine block alone, where columns are equal: the segments' area, from the exact head between the block's edges."""
+    """In the fine block alone, where columns are equal: the segments' area, from the exact head between the block's
+    edges."""
     lacks, sizes = [], np.array([4 * MM, 2 * MM, 1 * MM])
     curve = cut_at_base(HEAD.points, BASE, "head")
     ends = curve.band_arcs(BAND, "band")
@@ -128,7 +136,10 @@ def test_surface_nodes_lie_on_the_section_and_chords_within_their_sagitta(rail):
     size, mesh = rail
     nodes = mesh.points[np.unique(mesh.surface)]
     on_head = nodes[np.abs(nodes[:, 1]) < 30 * MM]
-    assert np.abs(on_head[:, 2] - np.interp(on_head[:, 1], *HEAD.points[np.abs(HEAD.points[:, 1]) < 33 * MM].T)).max() < 1e-12
+    assert (
+        np.abs(on_head[:, 2] - np.interp(on_head[:, 1], *HEAD.points[np.abs(HEAD.points[:, 1]) < 33 * MM].T)).max()
+        < 1e-12
+    )
     quad = mesh.points[mesh.surface]
     centre, width = quad.mean(axis=1), np.linalg.norm(np.ptp(quad[..., 1:], axis=1), axis=1)
     band = (centre[:, 1] > BAND[0]) & (centre[:, 1] < BAND[1])
@@ -138,11 +149,17 @@ def test_surface_nodes_lie_on_the_section_and_chords_within_their_sagitta(rail):
 
 
 def test_asked_size_is_found_under_the_band_and_grades_away(rail):
-    """Within a quarter laterally, along x exact to a whole number of slabs in groups of three; below and beside it cells only grow."""
+    """Within a quarter laterally, along x exact to a whole number of slabs in groups of three; below and beside it
+    cells only grow."""
     size, mesh = rail
     quad = mesh.points[mesh.surface]
     centre, extent = quad.mean(axis=1), np.ptp(quad, axis=1)
-    inside = (centre[:, 0] > FINE[0]) & (centre[:, 0] < FINE[1]) & (centre[:, 1] > BAND[0] + size / 2) & (centre[:, 1] < BAND[1] - size / 2)
+    inside = (
+        (centre[:, 0] > FINE[0])
+        & (centre[:, 0] < FINE[1])
+        & (centre[:, 1] > BAND[0] + size / 2)
+        & (centre[:, 1] < BAND[1] - size / 2)
+    )
     assert inside.any()
     slabs = 3 * max(1, round((FINE[1] - FINE[0]) / size / 3))
     assert np.allclose(extent[inside, 0], (FINE[1] - FINE[0]) / slabs)
@@ -150,7 +167,10 @@ def test_asked_size_is_found_under_the_band_and_grades_away(rail):
     corner = mesh.points[mesh.cells]
     cell, volume = corner.mean(axis=1), cell_volume(corner)
     middle = (np.abs(cell[:, 0] - 3 * MM) < 15 * MM) & (np.abs(cell[:, 1] - 2 * MM) < 5 * MM)
-    levels = [volume[middle & (cell[:, 2] > -top) & (cell[:, 2] <= -top + depth)] for top, depth in ((8 * MM, 8 * MM), (20 * MM, 12 * MM), (55 * MM, 25 * MM))]
+    levels = [
+        volume[middle & (cell[:, 2] > -top) & (cell[:, 2] <= -top + depth)]
+        for top, depth in ((8 * MM, 8 * MM), (20 * MM, 12 * MM), (55 * MM, 25 * MM))
+    ]
     means = [level.mean() for level in levels]
     assert means[0] < 1.6 * size**3 and means[0] < means[1] < means[2]
     assert mesh_quality(mesh).longest_edge < 2.2 * max(8 * MM, size)
@@ -186,10 +206,21 @@ def _distance(points, polyline):
         (-1 * MM, {}, "element_size -0.001 m must be positive"),
         (float("nan"), {}, "all lengths must be finite"),
         (50 * MM, {}, r"coarse size 8.00 mm is below the element size 50.00 mm.*fine_depth 8.00 mm.*smaller elements"),
-        (50 * MM, {"coarse": 0.1, "fine_depth": 0.1}, r"band is 20.\d\d mm wide, under two elements of 50.00 mm; widen it or take smaller elements"),
+        (
+            50 * MM,
+            {"coarse": 0.1, "fine_depth": 0.1},
+            r"band is 20.\d\d mm wide, under two elements of 50.00 mm; widen it or take smaller elements",
+        ),
         (4 * MM, {"fine_x": (-60 * MM, 0.0)}, r"fine_x \(-0.06, 0.0\) m must be a range inside x_range"),
         (4 * MM, {"fine_x": (10 * MM, -10 * MM)}, "must be a range inside x_range"),
-        (4 * MM, {"band": (0.05, 0.07)}, r"band at x = .* from y = 50.00 to 70.00 mm is outside the section, which reaches from -3\d.\d\d to 3\d.\d\d mm; move the band"),
+        (
+            4 * MM,
+            {"band": (0.05, 0.07)},
+            (
+                r"band at x = .* from y = 50.00 to 70.00 mm is outside the section, which reaches from -3\d.\d\d to"
+                r" 3\d.\d\d mm; move the band"
+            ),
+        ),
         (4 * MM, {"band": (0.01, -0.01)}, "is empty; give"),
     ],
 )
@@ -200,7 +231,13 @@ def test_bad_spec_is_refused_with_place_size_and_remedy(size, changes, fault):
 
 def test_blocks_with_no_room_for_their_transition_are_refused():
     spec = CrossingMeshSpec(4 * MM, wing=BodyMeshSpec(RANGE, FINE, (-30 * MM, 30 * MM)), base=-3 * MM)
-    with pytest.raises(MeshError, match=r"with 12.00 mm of transition at each side do not fit on an outline of \d+.\d\d mm; narrow or move the bands, or take smaller elements"):
+    with pytest.raises(
+        MeshError,
+        match=(
+            r"with 12.00 mm of transition at each side do not fit on an outline of \d+.\d\d mm; narrow or move the"
+            r" bands, or take smaller elements"
+        ),
+    ):
         mesh_crossing(StraightRail(), spec)
 
 
@@ -212,7 +249,12 @@ def test_growth_and_empty_crossing_are_refused():
 
 
 def test_base_above_the_rail_is_refused():
-    with pytest.raises(MeshError, match=r"wing at x = -45.0 mm: the section's top at z = 0.00 mm is not above the base at 10.00 mm; lower the base"):
+    with pytest.raises(
+        MeshError,
+        match=(
+            r"wing at x = -45.0 mm: the section's top at z = 0.00 mm is not above the base at 10.00 mm; lower the base"
+        ),
+    ):
         mesh_crossing(StraightRail(), CrossingMeshSpec(4 * MM, wing=BodyMeshSpec(RANGE, FINE, BAND), base=10 * MM))
 
 
@@ -220,10 +262,14 @@ def test_window_outside_the_crossing_is_refused_with_its_limits():
     crossing = CastCrossing(10.75)
     low, high = crossing.x_range
     spec = BodyMeshSpec((high - 0.05, high + 0.1), (high - 0.02, high + 0.05), (0.0, 0.02))
-    with pytest.raises(CrossingError, match=rf"x = .* m is outside the modelled crossing 1:10.75, {low:g} to {high:.3f} m"):
+    with pytest.raises(
+        CrossingError, match=rf"x = .* m is outside the modelled crossing 1:10.75, {low:g} to {high:.3f} m"
+    ):
         mesh_crossing(crossing, CrossingMeshSpec(3 * MM, wing=spec))
 
 
 def test_nose_where_there_is_none_is_refused():
     with pytest.raises(MeshError, match=r"the nose does not exist at x = -200.0 mm; start its x_range where it does"):
-        mesh_crossing(CastCrossing(10.75), CrossingMeshSpec(3 * MM, nose=BodyMeshSpec((-0.2, -0.1), (-0.18, -0.12), (0.0, 0.02))))
+        mesh_crossing(
+            CastCrossing(10.75), CrossingMeshSpec(3 * MM, nose=BodyMeshSpec((-0.2, -0.1), (-0.18, -0.12), (0.0, 0.02)))
+        )

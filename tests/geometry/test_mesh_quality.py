@@ -3,9 +3,17 @@
 import numpy as np
 import pytest
 
-from geometry.meshing.hexmesh import HexMesh, MeshError
 from geometry.meshing.blocks import mesh_box
-from geometry.meshing.quality import cell_volume, check_shapes, eigen_length, face_area, mean_gradient, mesh_quality, scaled_jacobian
+from geometry.meshing.hexmesh import HexMesh, MeshError
+from geometry.meshing.quality import (
+    cell_volume,
+    check_shapes,
+    eigen_length,
+    face_area,
+    mean_gradient,
+    mesh_quality,
+    scaled_jacobian,
+)
 from tests.geometry.mesh_checks import REFERENCE, gauss_volume
 
 WAVE = 6000.0
@@ -14,16 +22,29 @@ WAVE = 6000.0
 def one_cell(points) -> HexMesh:
     box = mesh_box((1.0, 1.0, 1.0), (1, 1, 1))
     cube = (REFERENCE + 1) / 2
-    return HexMesh(np.asarray(points, float) if points is not None else cube, np.arange(8)[None], box.region, box.region_names, box.surface, box.surface_region, box.clamp)
+    return HexMesh(
+        np.asarray(points, float) if points is not None else cube,
+        np.arange(8)[None],
+        box.region,
+        box.region_names,
+        box.surface,
+        box.surface_region,
+        box.clamp,
+    )
 
 
 def test_numbers_of_a_cube_are_exact():
     edge = 2e-3
     quality = mesh_quality(one_cell((REFERENCE + 1) / 2 * edge), WAVE)
     assert quality.worst_scaled_jacobian == pytest.approx(1.0, rel=1e-14)
-    assert quality.shortest_edge == pytest.approx(edge, rel=1e-14) and quality.longest_edge == pytest.approx(edge, rel=1e-14)
-    assert quality.worst_length == pytest.approx(edge, rel=1e-13) and quality.worst_step == pytest.approx(edge / WAVE, rel=1e-13)
-    # All three directions in phase: 2 / omega = h / c sqrt((1 - nu) / (1 + nu)) for the one-point cube with lumped mass.
+    assert quality.shortest_edge == pytest.approx(edge, rel=1e-14) and quality.longest_edge == pytest.approx(
+        edge, rel=1e-14
+    )
+    assert quality.worst_length == pytest.approx(edge, rel=1e-13) and quality.worst_step == pytest.approx(
+        edge / WAVE, rel=1e-13
+    )
+    # All three directions in phase: 2 / omega = h / c sqrt((1 - nu) / (1 + nu)) for the one-point cube with lumped
+    # mass.
     assert quality.worst_eigen_step == pytest.approx(edge / WAVE * np.sqrt(0.7 / 1.3), rel=1e-12)
     assert quality.cost == pytest.approx(WAVE / edge, rel=1e-13)
     assert quality.slowest.tolist() == [0] and quality.slowest_aspect[0] == pytest.approx(1.0)
@@ -34,7 +55,8 @@ def test_numbers_of_a_cube_are_exact():
 
 @pytest.mark.parametrize("shear", [0.5, 1.0, 3.0])
 def test_numbers_of_a_sheared_cube_are_exact(shear):
-    """x moved by shear times z: volume 1; the faces across x have area sqrt(1 + shear^2), the steep edges that length."""
+    """x moved by shear times z: volume 1; the faces across x have area sqrt(1 + shear^2), the steep edges that
+    length."""
     points = (REFERENCE + 1) / 2
     points = points + shear * points[:, 2:] * [1.0, 0.0, 0.0]
     quality, long = mesh_quality(one_cell(points), WAVE), np.sqrt(1 + shear**2)
@@ -49,14 +71,22 @@ def test_numbers_of_a_sheared_cube_are_exact(shear):
 
 def test_report_shows_the_numbers_in_their_units():
     text = mesh_quality(one_cell((REFERENCE + 1) / 2 * 2e-3), WAVE).report()
-    for shown in ("1 cells in box", "worst scaled Jacobian 1.000 at (1.0, 1.0, 1.0) mm", "edges 2.000 to 2.0 mm", "3.333e-07 s", "V / A_max = 2.000 mm", "wave speed 6000 m/s"):
+    for shown in (
+        "1 cells in box",
+        "worst scaled Jacobian 1.000 at (1.0, 1.0, 1.0) mm",
+        "edges 2.000 to 2.0 mm",
+        "3.333e-07 s",
+        "V / A_max = 2.000 mm",
+        "wave speed 6000 m/s",
+    ):
         assert shown in text
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_volume_and_mean_gradient_of_any_trilinear_cell(seed):
-    """Volume against Gauss points, which are exact; the gradient against its definition: it sums to zero, reproduces linear fields
-    exactly, and is the derivative of the volume (a cubic of one node's place, so differences of +-1 are exact)."""
+    """Volume against Gauss points, which are exact; the gradient against its definition: it sums to zero, reproduces
+    linear fields exactly, and is the derivative of the volume (a cubic of one node's place, so differences of +-1 are
+    exact)."""
     random = np.random.default_rng(seed)
     corner = REFERENCE / 2 + random.uniform(-0.2, 0.2, (20, 8, 3))
     volume, gradient = cell_volume(corner), mean_gradient(corner)
@@ -67,7 +97,11 @@ def test_volume_and_mean_gradient_of_any_trilinear_cell(seed):
         moved = np.zeros((8, 3))
         moved[node, axis] = 1.0
         # linear in one coordinate of one node: a central difference of any step is exact
-        assert np.allclose((cell_volume(corner + moved) - cell_volume(corner - moved)) / 2, gradient[:, node, axis] * volume, atol=1e-12)
+        assert np.allclose(
+            (cell_volume(corner + moved) - cell_volume(corner - moved)) / 2,
+            gradient[:, node, axis] * volume,
+            atol=1e-12,
+        )
 
 
 def test_turning_moving_and_stretching_a_cell_change_what_they_should():
@@ -84,6 +118,9 @@ def test_turning_moving_and_stretching_a_cell_change_what_they_should():
 def test_flat_and_folded_cells_are_refused_with_body_place_and_remedy():
     points = (REFERENCE + 1) / 2 * 1e-3
     points[6] = points[0] + [1e-4, 1e-4, 1e-4]
-    with pytest.raises(MeshError, match=r"the box's mesh has a folded or flat cell \(scaled Jacobian -?\d\.\d+\) at \(.*\) mm: take care"):
+    with pytest.raises(
+        MeshError,
+        match=r"the box's mesh has a folded or flat cell \(scaled Jacobian -?\d\.\d+\) at \(.*\) mm: take care",
+    ):
         check_shapes(one_cell(points), "take care")
     check_shapes(one_cell((REFERENCE + 1) / 2), "take care")

@@ -35,14 +35,15 @@ def test_mesh_is_valid_conforming_and_closed(wheel):
 
 
 def test_every_outer_face_is_on_profile_rim_or_cuts(wheel):
-    """The surface is the profile's sweep; what else is outside is the inner rim, the two cuts and the upright sides of the rim, clamped
-    at both ends: no face is left over inside."""
+    """The surface is the profile's sweep; what else is outside is the inner rim, the two cuts and the upright sides of
+    the rim, clamped at both ends: no face is left over inside."""
     angle, y, radius = polar(wheel.points)
     faces, _ = boundary_faces(wheel.cells)
     cuts = (np.abs(np.abs(angle[faces]) - SPEC.half_angle) < 1e-9).all(axis=1)
     rim = (np.abs(radius[faces] - RADIUS + SPEC.rim_depth) < 1e-9).all(axis=1)
     ends = PROFILE.points[[0, -1], 0]
-    sides = (np.abs(y[faces] - ends[0]) < 0.1 * MM).all(axis=1) | (np.abs(y[faces] - ends[1]) < 0.1 * MM).all(axis=1)  # one facet rounds the profile's end
+    # one facet rounds the profile's end
+    sides = (np.abs(y[faces] - ends[0]) < 0.1 * MM).all(axis=1) | (np.abs(y[faces] - ends[1]) < 0.1 * MM).all(axis=1)
     surface = {frozenset(face) for face in wheel.surface.tolist()}
     known = cuts | rim | sides | np.array([frozenset(face) in surface for face in faces.tolist()])
     assert known.all() and not hanging_facets(wheel.points, faces).any()
@@ -51,7 +52,8 @@ def test_every_outer_face_is_on_profile_rim_or_cuts(wheel):
 
 
 def test_surface_nodes_lie_on_the_surface_of_revolution(wheel):
-    """The mesh takes the profile as drawn, a point every 0.1 mm: its chords are 0.1^2 / 8 R inside, R not below 13 mm."""
+    """The mesh takes the profile as drawn, a point every 0.1 mm: its chords are 0.1^2 / 8 R inside, R not below 13
+    mm."""
     _, y, radius = polar(wheel.points[np.unique(wheel.surface)])
     tread = (y > -30 * MM) & (y < 55 * MM)
     assert tread.sum() > 100
@@ -59,7 +61,8 @@ def test_surface_nodes_lie_on_the_surface_of_revolution(wheel):
 
 
 def test_facets_lie_within_their_sagitta_of_the_surface(wheel):
-    """Two chords across each other: l^2 / 8 r along the circle, w^2 / 8 R across the tread, R not below 100 mm in the band (EN 13715)."""
+    """Two chords across each other: l^2 / 8 r along the circle, w^2 / 8 R across the tread, R not below 100 mm in the
+    band (EN 13715)."""
     quad = wheel.points[wheel.surface]
     _, y, radius = polar(quad.mean(axis=1))
     extent = np.ptp(quad, axis=1)
@@ -71,8 +74,8 @@ def test_facets_lie_within_their_sagitta_of_the_surface(wheel):
 
 
 def test_volume_is_that_of_the_section_turned_about_the_axle(wheel):
-    """A slab between planes d apart holds sin(d) times the section's first moment, sin(d) / d of the solid of revolution; where three
-    slabs are one, sin(3 d) / 3 d. The section's moment is that of its end face, exactly."""
+    """A slab between planes d apart holds sin(d) times the section's first moment, sin(d) / d of the solid of
+    revolution; where three slabs are one, sin(3 d) / 3 d. The section's moment is that of its end face, exactly."""
     angle, y, radius = polar(wheel.points)
     faces, _ = boundary_faces(wheel.cells)
     end = faces[(np.abs(angle[faces] - SPEC.half_angle) < 1e-9).all(axis=1)]
@@ -80,7 +83,8 @@ def test_volume_is_that_of_the_section_turned_about_the_axle(wheel):
     turned = 2 * SPEC.half_angle * moment
     volume = cell_volume(wheel.points[wheel.cells]).sum()
     widest = 3 * np.diff(arc_stations(RADIUS, SPEC)).max() / RADIUS
-    # Sections inside a group have more nodes on the outline than the end face, so chords lie nearer to it: their area counts too.
+    # Sections inside a group have more nodes on the outline than the end face, so chords lie nearer to it: their area
+    # counts too.
     nearer = 2 * SPEC.half_angle * RADIUS * _segments(y[wheel.surface], radius[wheel.surface])
     assert -(widest**2) / 6 * turned - nearer < volume - turned < nearer
 
@@ -93,7 +97,8 @@ def _first_moment(y, r):
 
 
 def _segments(y, r):
-    """Area of the outline's circular segments over one section's chords, at most: s^3 / 12 R, R at least 10 mm (flange tip)."""
+    """Area of the outline's circular segments over one section's chords, at most: s^3 / 12 R, R at least 10 mm (flange
+    tip)."""
     width = np.hypot(np.ptp(y, axis=1), np.ptp(r, axis=1)).max()
     return (PROFILE.points[-1, 0] - PROFILE.points[0, 0] + 0.15) / width * width**3 / 12 / 10e-3
 
@@ -110,17 +115,28 @@ def test_asked_size_is_found_in_the_patch_and_grades_away(wheel):
     _, y, radius = polar(corner.mean(axis=1))
     here = (np.abs(corner.mean(axis=1)[:, 0]) < 10 * MM) & (y > low) & (y < high)
     depth, volume = RADIUS - radius, cell_volume(corner)
-    means = [volume[here & (depth > a) & (depth < b)].mean() for a, b in ((0.0, 8 * MM), (10 * MM, 25 * MM), (30 * MM, 60 * MM))]
+    means = [
+        volume[here & (depth > a) & (depth < b)].mean()
+        for a, b in ((0.0, 8 * MM), (10 * MM, 25 * MM), (30 * MM, 60 * MM))
+    ]
     assert means[0] < 1.6 * SIZE**3 and means[0] < means[1] < means[2]
     far = np.abs(centre[:, 0]) > 0.9 * RADIUS * np.sin(SPEC.half_angle)
     assert extent[far, 0].min() > 1.1 * SIZE
 
 
 def test_two_bands_make_two_fine_patches_and_a_cut_profile_stays_in_its_range():
-    spec = WheelMeshSpec(5 * MM, bands=((-0.036, -0.016), (0.026, 0.046)), fine_half_length=15 * MM, half_angle=np.radians(10), y_range=(-0.060, 0.062))
+    spec = WheelMeshSpec(
+        5 * MM,
+        bands=((-0.036, -0.016), (0.026, 0.046)),
+        fine_half_length=15 * MM,
+        half_angle=np.radians(10),
+        y_range=(-0.060, 0.062),
+    )
     mesh = mesh_wheel(PROFILE, RADIUS, spec)
     check_mesh(mesh)
-    assert mesh.points[:, 1].min() == pytest.approx(-0.060, abs=1e-12) and mesh.points[:, 1].max() == pytest.approx(0.062, abs=1e-12)
+    assert mesh.points[:, 1].min() == pytest.approx(-0.060, abs=1e-12) and mesh.points[:, 1].max() == pytest.approx(
+        0.062, abs=1e-12
+    )
     quad = mesh.points[mesh.surface]
     centre, width = quad.mean(axis=1), np.ptp(quad, axis=1)[:, 1]
     for low, high in spec.bands:
@@ -135,7 +151,14 @@ def test_two_bands_make_two_fine_patches_and_a_cut_profile_stays_in_its_range():
         (RADIUS, {"element_size": -1 * MM}, "all sizes must be positive finite"),
         (RADIUS, {"element_size": float("nan")}, "all sizes must be positive finite"),
         (float("inf"), {}, "all sizes must be positive finite"),
-        (RADIUS, {"element_size": 20 * MM}, r"coarse 10.00 mm and fine_depth 8.00 mm must not be below the element size 20.00 mm: take smaller elements"),
+        (
+            RADIUS,
+            {"element_size": 20 * MM},
+            (
+                r"coarse 10.00 mm and fine_depth 8.00 mm must not be below the element size 20.00 mm: take smaller"
+                r" elements"
+            ),
+        ),
         (RADIUS, {"rim_depth": 0.4}, r"rim_depth 400.0 mm must be below 0.9 of the radius 425.0 mm"),
         (RADIUS, {"fine_half_length": 0.2}, r"fine_half_length 200.0 mm must lie in the sector of \+-12.0 degrees"),
         (RADIUS, {"half_angle": 2.0}, r"within \+-90"),
@@ -143,9 +166,24 @@ def test_two_bands_make_two_fine_patches_and_a_cut_profile_stays_in_its_range():
         (RADIUS, {"bands": ()}, "at least one range"),
         (RADIUS, {"bands": ((0.01, 0.0),)}, "y0 < y1"),
         (RADIUS, {"bands": ((-0.01, 0.01), (0.0, 0.02))}, "in order and apart"),
-        (RADIUS, {"bands": ((0.10, 0.12),)}, r"the wheel's band from y = 100.00 to 120.00 mm is outside the section, which reaches from -70.00 to 65.00 mm; move the band"),
-        (RADIUS, {"bands": ((0.0, 0.006),)}, r"6.\d\d mm wide, under two elements of 4.00 mm; widen it or take smaller elements"),
-        (RADIUS, {"y_range": (-0.1, 0.05)}, r"y_range \(-0.1, 0.05\) m is not inside the profile, which reaches from -0.0700 to 0.0650 m"),
+        (
+            RADIUS,
+            {"bands": ((0.10, 0.12),)},
+            (
+                r"the wheel's band from y = 100.00 to 120.00 mm is outside the section, which reaches from -70.00 to"
+                r" 65.00 mm; move the band"
+            ),
+        ),
+        (
+            RADIUS,
+            {"bands": ((0.0, 0.006),)},
+            r"6.\d\d mm wide, under two elements of 4.00 mm; widen it or take smaller elements",
+        ),
+        (
+            RADIUS,
+            {"y_range": (-0.1, 0.05)},
+            r"y_range \(-0.1, 0.05\) m is not inside the profile, which reaches from -0.0700 to 0.0650 m",
+        ),
     ],
 )
 def test_bad_spec_is_refused_with_place_size_and_remedy(radius, changes, fault):

@@ -10,7 +10,8 @@ ALONG, ACROSS = 6, 4
 
 
 def grid(distortion=0.2, seed=0):
-    """Nodes of a distorted grid, its quads anticlockwise, which nodes lie on its edge, and the random numbers that go on."""
+    """Nodes of a distorted grid, its quads anticlockwise, which nodes lie on its edge, and the random numbers that go
+    on."""
     rng = np.random.default_rng(seed)
     i, j = np.meshgrid(np.arange(ALONG + 1), np.arange(ACROSS + 1), indexing="ij")
     points = np.column_stack([i.ravel(), j.ravel()]) + distortion * rng.uniform(-1, 1, (i.size, 2))
@@ -20,7 +21,9 @@ def grid(distortion=0.2, seed=0):
     return points, quads, edge, rng
 
 
-@pytest.mark.parametrize("distortion, strain", [(0.2, 0.0), (0.0, 1.0)], ids=["turned and shifted", "strained, quads of one size"])
+@pytest.mark.parametrize(
+    "distortion, strain", [(0.2, 0.0), (0.0, 1.0)], ids=["turned and shifted", "strained, quads of one size"]
+)
 def test_a_linear_motion_of_the_outline_is_that_of_all_nodes(distortion, strain):
     """Without strain there is no stress, whatever the moduli; one strain and one modulus give one stress."""
     points, quads, edge, rng = grid(distortion)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
-from geometry.surfaces.crossing import CastCrossing, CrossingError
-from geometry.path.wheel_path import wheel_path
 from geometry.path.path_search import BodySearch
+from geometry.path.wheel_path import wheel_path
 from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing, CrossingError
 from tests.order import assert_order
 
 MM = 1e-3
@@ -57,7 +57,8 @@ def test_a_crowned_wheel_touches_where_its_slope_is_that_of_the_plane():
     touch = crown * 0.05 / np.sqrt(1.0025)
     exact = (tread_datum_y() + touch) / 20 - (crown - np.sqrt(crown**2 - touch**2))
     assert height[0] == pytest.approx(exact, abs=TIGHT)
-    assert point[0, 1] == pytest.approx(tread_datum_y() + touch, abs=5e-6)  # sqrt(2 * round-off * Rc): a maximum is flat
+    # sqrt(2 * round-off * Rc): a maximum is flat
+    assert point[0, 1] == pytest.approx(tread_datum_y() + touch, abs=5e-6)
 
 
 def test_a_cone_on_the_rail_crown_touches_where_the_slopes_meet():
@@ -87,7 +88,8 @@ def test_a_cylinder_on_a_ramp_touches_ahead_of_its_axle():
 
 
 def test_the_slope_on_a_ramp_is_the_ramps():
-    """The wheel climbs as its ramp does, 5 % here, of which a slope taken as ahead / R would lack 6e-5. Place to 1e-7 m, over R."""
+    """The wheel climbs as its ramp does, 5 % here, of which a slope taken as ahead / R would lack 6e-5. Place to 1e-7
+    m, over R."""
     crossing, x = CastCrossing(9.25, topping_slope=0.05, topping_depth=10 * MM), np.array([0.28, 0.29, 0.30])
     path = wheel_path(crossing, cone(0.0, -22 * MM, -15 * MM), x)
     y = path.nose_point[:, 1]
@@ -103,7 +105,8 @@ def test_slope_is_the_derivative_of_height():
     path, ahead, behind = (wheel_path(crossing, wheel, x + d) for d in (0.0, step, -step))
     smooth = (path.on_nose == ahead.on_nose) & (path.on_nose == behind.on_nose)
     assert smooth.sum() > 12
-    assert np.abs(path.slope - (ahead.height - behind.height) / (2 * step))[smooth].max() < 5e-5  # step / 2R, and the ridges
+    # step / 2R, and the ridges
+    assert np.abs(path.slope - (ahead.height - behind.height) / (2 * step))[smooth].max() < 5e-5
 
 
 def test_the_first_search_is_second_order_and_the_refined_height_does_not_feel_it():
@@ -147,8 +150,9 @@ def test_contact_points_lie_on_both_surfaces():
     assert np.abs(on_wheel - z).max() < TIGHT
 
 
-# lift over the leg transition [mm], steepest rise there [mrad], lowest x [mm], fall before and mean rise after it [mrad],
-# of rigid wheels of radius 460 mm over the benchmark sections: geometry_and_materials.md 3.7, computed on the data by others
+# lift over the leg transition [mm], steepest rise there [mrad], lowest x [mm], fall before and mean rise after it
+# [mrad], of rigid wheels of radius 460 mm over the benchmark sections: geometry_and_materials.md 3.7, computed on the
+# data by others
 PUBLISHED = {
     "P8": (0.49, 21.6, 272, 7.3, 11.0),
     "P8-worn": (1.10, 34.6, 304, 7.1, 7.9),
@@ -159,7 +163,8 @@ PUBLISHED = {
 
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_paths_over_the_benchmark_crossing_match_the_published_ones(name):
-    """Differences: 0.01 mm in lift, 0.7 mrad in the steepest rise, 2 mm in the lowest place; rise as a mean over 55 mm."""
+    """Differences: 0.01 mm in lift, 0.7 mrad in the steepest rise, 2 mm in the lowest place; rise as a mean over 55
+    mm."""
     lift, steepest, lowest, fall, rise = PUBLISHED[name]
     crossing, wheel = CastCrossing(9.25), wheel_profile(name)
     entry = wheel_path(crossing, wheel, np.linspace(-0.8, -0.5, 301), radius=0.46)
@@ -174,7 +179,8 @@ def test_paths_over_the_benchmark_crossing_match_the_published_ones(name):
 
 
 def test_a_hollow_wheel_is_lifted_by_its_false_flange_and_shows_no_dip():
-    """Published: lifted 2.70 mm, no dip. It leaves the wing where the chamfer of the rim comes off the wing's corner."""
+    """Published: lifted 2.70 mm, no dip. It leaves the wing where the chamfer of the rim comes off the wing's
+    corner."""
     crossing, wheel = CastCrossing(9.25), wheel_profile("P8-hollow")
     entry = wheel_path(crossing, wheel, np.linspace(-0.8, -0.58, 221), radius=0.46)
     nose = wheel_path(crossing, wheel, np.linspace(0.15, 0.6, 226), radius=0.46)

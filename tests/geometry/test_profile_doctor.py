@@ -10,10 +10,10 @@ from scipy.optimize import minimize_scalar
 from geometry.profiles.doctor import examine, refuse_loops
 from geometry.profiles.faults import noise_level
 from geometry.profiles.figure import draw_diagnosis
-from geometry.profiles.smoothing import smoothing_spline
+from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.rail import rail_head
-from geometry.profiles.formats.raw import RawProfile
+from geometry.profiles.smoothing import smoothing_spline
 from geometry.profiles.wheel import wheel_profile, worn
 
 RAIL = rail_head("60E1").points[::3]
@@ -22,7 +22,9 @@ MM = 1e-3
 
 
 def raw(points, kind="rail", **known):
-    return RawProfile(np.asarray(points), np.arange(1, len(points) + 1), Path("made.txt"), "two-column text", kind=kind, **known)
+    return RawProfile(
+        np.asarray(points), np.arange(1, len(points) + 1), Path("made.txt"), "two-column text", kind=kind, **known
+    )
 
 
 def says(found, weight, words):
@@ -52,7 +54,8 @@ def test_a_measured_wheel_is_set_on_its_datum():
 
 @pytest.mark.parametrize("raised", [-50.0, 80.0])
 def test_where_a_measured_wheels_zero_lies_does_not_change_its_flange(raised):
-    """Its height counts from the tread; a file may have its zero anywhere, at the flange's tip or on the axle's side."""
+    """Its height counts from the tread; a file may have its zero anywhere, at the flange's tip or on the axle's
+    side."""
     found = examine(raw(WHEEL + [0.0712, raised * MM], "wheel"))
     assert says(found, "mended", f"{-raised:.3f} mm; flange {-WHEEL[:, 1].min() / MM:.2f} mm high")
     assert np.abs(found.profile.points - WHEEL).max() < 2.5e-7
@@ -90,7 +93,9 @@ def test_a_loop_is_refused_with_both_lines():
 
 def test_a_loop_through_the_very_first_piece_is_refused_too():
     points = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, -1]]) * MM
-    with pytest.raises(ProfileError, match="made.txt: line 1: the profile crosses itself with line 4 near y=0.00 z=0.00"):
+    with pytest.raises(
+        ProfileError, match="made.txt: line 1: the profile crosses itself with line 4 near y=0.00 z=0.00"
+    ):
         refuse_loops(points, np.arange(1, 6), raw(points))
     refuse_loops(points[:4], np.arange(1, 5), raw(points))
 
@@ -146,9 +151,11 @@ def test_the_picture_is_drawn(tmp_path):
 @pytest.mark.parametrize("level", [10e-6, 30e-6])
 @pytest.mark.parametrize("every, share", [(3, 0.9), (8, 1.2)])
 def test_smoothing_a_wheel_leaves_no_more_than_the_noise_and_rounds_no_edge(every, share, level):
-    """P8 whole, with its flange tip's edge and the rim's chamfer, whose corners lie between points: noise across the line only.
+    """P8 whole, with its flange tip's edge and the rim's chamfer, whose corners lie between points: noise across the
+    line only.
 
-    Points 0.3 and 0.8 mm apart on roots of 12 and 13 mm. Fitted in one stretch it left 2.7 times the noise, 390 um at the chamfer."""
+    Points 0.3 and 0.8 mm apart on roots of 12 and 13 mm. Fitted in one stretch it left 2.7 times the noise, 390 um at
+    the chamfer."""
     clean = wheel_profile("P8")
     normal = np.column_stack([-np.sin(clean.angle_after), np.cos(clean.angle_after)])[::every]
     true = clean.points[::every]
@@ -164,7 +171,10 @@ def test_a_hollow_wheel_says_that_its_tread_is_off_its_datum():
     """Hollow by 1.5 mm the file's datum is kept, by 3 mm the wheel is set on its tread: both are said."""
     slightly = worn(wheel_profile("P8"), 1.5 * MM, 33 * MM, "hollow").points
     found = examine(raw(slightly, "wheel"))
-    assert says(found, "doubt", "passes +1.50 mm off the file's datum") and np.abs(found.profile.points - slightly).max() < 1e-12
+    assert (
+        says(found, "doubt", "passes +1.50 mm off the file's datum")
+        and np.abs(found.profile.points - slightly).max() < 1e-12
+    )
     assert says(examine(raw(wheel_profile("P8-hollow").points, "wheel")), "mended", "shifted by 0.000, -3.000 mm")
     assert not says(examine(raw(WHEEL, "wheel")), "doubt", "off the file's datum")
 

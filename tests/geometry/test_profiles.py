@@ -38,7 +38,9 @@ def test_arc_length_of_a_circle_is_fourth_order():
 
 
 def test_slope_is_the_derivative_of_height():
-    profile = Profile.from_pieces([spline(np.linspace(0, 0.02, 9), 1e-3 * np.sin(np.linspace(0, 3, 9)), 0.1, -0.1, 1e-4)])
+    profile = Profile.from_pieces(
+        [spline(np.linspace(0, 0.02, 9), 1e-3 * np.sin(np.linspace(0, 3, 9)), 0.1, -0.1, 1e-4)]
+    )
     y, h = np.linspace(0.001, 0.019, 50), 1e-7
     assert np.allclose(profile.slope(y), (profile.height(y + h) - profile.height(y - h)) / (2 * h), atol=1e-7)
 
@@ -54,15 +56,19 @@ def test_a_kink_keeps_both_tangents_and_a_smooth_joint_has_one():
 
 @pytest.mark.parametrize("side", [1, -1], ids=["falling", "rising"])
 def test_a_line_that_ends_upright_stays_between_its_points(side):
-    """A rail head's round corner down to its side: the cubic's tangent there is endless, and a cubic through it would swing far out."""
+    """A rail head's round corner down to its side: the cubic's tangent there is endless, and a cubic through it would
+    swing far out."""
     ends = [(0.0, 0.0), (side * 0.013, -0.013)][::side]
     profile = Profile.from_pieces([arc(*ends, -0.013, 1e-3)])
     points = profile.points
     y = np.linspace(points[0, 0], points[-1, 0], 2001)
     i = np.clip(np.searchsorted(points[:, 0], y), 1, len(points) - 1)
     ends = points[[i - 1, i], 1]
-    assert (profile.height(y) >= ends.min(axis=0) - 1e-12).all() and (profile.height(y) <= ends.max(axis=0) + 1e-12).all()
-    assert np.abs(np.hypot(y, profile.height(y) + 0.013) - 0.013).max() < 1e-3**2 / (8 * 0.013)  # the arc over a chord of 1 mm
+    assert (profile.height(y) >= ends.min(axis=0) - 1e-12).all() and (
+        profile.height(y) <= ends.max(axis=0) + 1e-12
+    ).all()
+    # the arc over a chord of 1 mm
+    assert np.abs(np.hypot(y, profile.height(y) + 0.013) - 0.013).max() < 1e-3**2 / (8 * 0.013)
 
 
 def test_height_outside_the_profile_is_nan_and_the_arrays_cannot_be_changed():

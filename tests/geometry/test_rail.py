@@ -29,7 +29,8 @@ def test_an_inclined_head_is_the_upright_one_turned(name):
     upright, turned = rail_head(name), rail_head(name, 1 / 20)
     assert np.allclose(turned.angle_after - upright.angle_after, np.arctan(1 / 20), atol=1e-12)
     assert np.allclose(turned.arc_length, upright.arc_length, atol=1e-12)
-    assert turned.points[:, 1].max() == 0.0 and turned.graph_part().slope(np.array(0.0)) > 0  # it leans towards the track
+    # it leans towards the track
+    assert turned.points[:, 1].max() == 0.0 and turned.graph_part().slope(np.array(0.0)) > 0
     assert gauge_face(turned.points) == pytest.approx(gauge_face(upright.points), abs=1e-12)
 
 

@@ -1,4 +1,5 @@
-"""Gauge, gauge point, cant and the three degrees of freedom of each rail: what each does, against the same state reached another way."""
+"""Gauge, gauge point, cant and the three degrees of freedom of each rail: what each does, against the same state
+reached another way."""
 
 import numpy as np
 import pytest
@@ -30,7 +31,9 @@ def test_both_rails_aside_are_the_wheelset_aside_the_other_way():
 
 
 def test_rails_apart_are_a_wider_gauge():
-    wide, points = touching(Track.plain_line(left_place=RailPlace(lateral=2 * MM), right_place=RailPlace(lateral=-2 * MM)))
+    wide, points = touching(
+        Track.plain_line(left_place=RailPlace(lateral=2 * MM), right_place=RailPlace(lateral=-2 * MM))
+    )
     gauge, reference = touching(Track.plain_line(gauge=1.439))
     assert (wide.z, wide.roll) == pytest.approx((gauge.z, gauge.roll), abs=TIGHT)
     assert all(points[s].position == pytest.approx(reference[s].position, abs=TIGHT) for s in points)
@@ -40,14 +43,17 @@ def test_rails_up_lift_the_wheelset_and_one_rail_up_rolls_it():
     up = RailPlace(vertical=4 * MM)
     lifted, _ = touching(Track.plain_line(left_place=up, right_place=up))
     plain, _ = touching(Track.plain_line())
-    assert lifted.z - plain.z == pytest.approx(4 * MM, abs=TIGHT) and lifted.roll == pytest.approx(plain.roll, abs=TIGHT)
+    assert lifted.z - plain.z == pytest.approx(4 * MM, abs=TIGHT) and lifted.roll == pytest.approx(
+        plain.roll, abs=TIGHT
+    )
     left, _ = touching(Track.plain_line(left_place=up))
     assert left.roll == pytest.approx(4 * MM / 1.5, rel=0.03)  # over the distance of the contacts, about 1.5 m
 
 
 @pytest.mark.parametrize("side, turn", [("left", 1.0), ("right", -1.0)])
 def test_an_upright_rail_rolled_towards_the_track_is_an_inclined_one(side, turn):
-    """Rolled about its crown point by atan 1:20; the inclined head's own origin is put where the rolled head's highest point is."""
+    """Rolled about its crown point by atan 1:20; the inclined head's own origin is put where the rolled head's highest
+    point is."""
     angle = np.arctan(1 / 20)
     track = Track(rail_head("56E1"), **{f"{side}_place": RailPlace(roll=turn * angle)})
     rolled = track.placed(side)
@@ -55,7 +61,9 @@ def test_an_upright_rail_rolled_towards_the_track_is_an_inclined_one(side, turn)
     head = rail_head("56E1", 1 / 20).points
     y = top[0] + np.linspace(-20, 20, 81) * MM
     own = rail_head("56E1", 1 / 20).graph_part()
-    assert rolled.height(y) - top[1] == pytest.approx(own.height(y - top[0] + head[np.argmax(head[:, 1]), 0]), abs=TIGHT)
+    assert rolled.height(y) - top[1] == pytest.approx(
+        own.height(y - top[0] + head[np.argmax(head[:, 1]), 0]), abs=TIGHT
+    )
     assert top[0] > track.gauge_offset(side)  # its field side comes up, so that the highest point moves outwards
 
 

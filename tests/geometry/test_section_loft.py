@@ -1,4 +1,5 @@
-"""Sections between sections: arcs stay arcs, ends are met, unlike sections give no zig-zag, order in the distance; the upper line of two bodies."""
+"""Sections between sections: arcs stay arcs, ends are met, unlike sections give no zig-zag, order in the distance; the
+upper line of two bodies."""
 
 import numpy as np
 import pytest
@@ -26,14 +27,17 @@ def test_between_two_arcs_lies_the_arc_of_linear_radius_and_centre(share):
     centre, radius = np.array([-7 * MM, 3 * MM]) * share, 5 * MM + share * 8 * MM
     assert np.hypot(*(section.points - centre).T) == pytest.approx(radius, abs=1e-11)
     outward = (section.points - centre) / radius
-    assert np.column_stack([-np.sin(section.angle_after), np.cos(section.angle_after)]) == pytest.approx(outward, abs=1e-7)
+    assert np.column_stack([-np.sin(section.angle_after), np.cos(section.angle_after)]) == pytest.approx(
+        outward, abs=1e-7
+    )
 
 
 @pytest.mark.parametrize("share, own", [(0.0, 0), (1.0, 1)])
 def test_both_ends_are_the_sections_themselves(share, own):
     pair = rail_head("56E1"), rail_head("60E2", 1 / 40)
     section, y = between(*pair, share), np.linspace(-30, 30, 601) * MM
-    assert np.abs(section.graph_part().height(y) - pair[own].graph_part().height(y)).max() < 1e-8  # a step over the joint of R80 and R12.7
+    # a step over the joint of R80 and R12.7
+    assert np.abs(section.graph_part().height(y) - pair[own].graph_part().height(y)).max() < 1e-8
 
 
 def turns(profile: Profile) -> float:
@@ -64,7 +68,12 @@ def test_sections_of_a_tongue_converge_to_its_drawing():
     steps, errors = np.array([0.8, 0.4, 0.2]), []
     for step in steps:
         switch, x = Switch(heights=((0.0, -14e-3), (80e-3, -2e-3)), spacing=step, length=4.8), 2.0 + step / 2
-        drawn, lofted = switch.drawn_tongue(x), SectionLoft(np.array([2.0, 2.0 + step]), (switch.drawn_tongue(2.0), switch.drawn_tongue(2.0 + step))).section(x)
+        drawn, lofted = (
+            switch.drawn_tongue(x),
+            SectionLoft(
+                np.array([2.0, 2.0 + step]), (switch.drawn_tongue(2.0), switch.drawn_tongue(2.0 + step))
+            ).section(x),
+        )
         y = np.linspace(drawn.points[0, 0] + 1 * MM, -31 * MM, 400)
         errors.append(np.abs(drawn.height(y) - lofted.height(y)).max())
     assert_order(steps, errors, expected=2)
@@ -86,14 +95,17 @@ def test_a_flat_top_stays_flat_up_to_its_edge(share):
 
 def test_marks_grow_along_a_section_and_a_hollow_is_no_feature():
     y = np.linspace(-20, 20, 401) * MM
-    wavy = Profile.from_pieces([graph(y, -y**2 / 0.1 + 0.05 * MM * np.sin(y / MM), -2 * y / 0.1 + 0.05 * np.cos(y / MM))])
+    wavy = Profile.from_pieces(
+        [graph(y, -(y**2) / 0.1 + 0.05 * MM * np.sin(y / MM), -2 * y / 0.1 + 0.05 * np.cos(y / MM))]
+    )
     found = marks(wavy, np.radians([10.0, 0.0, -10.0]))
     assert (np.diff(found) >= 0).all() and len(found) == 5
 
 
 def test_a_matched_body_passes_through_its_sections_and_refuses_features_that_come_and_go():
-    """Through the drawn tongues to what 24 nodes on a feature leave: the joint of corner and flat top lies within one, 1 mm between nodes,
-    where the curvature jumps by 79 / m: less than 79 (0.5 mm)^2 / 8 = 2.5 um there, nothing elsewhere."""
+    """Through the drawn tongues to what 24 nodes on a feature leave: the joint of corner and flat top lies within one,
+    1 mm between nodes, where the curvature jumps by 79 / m: less than 79 (0.5 mm)^2 / 8 = 2.5 um there, nothing
+    elsewhere."""
     x = np.array([2.0, 2.5, 3.0])
     drawn = [Switch().drawn_tongue(at) for at in x]
     surface = RailSurface((matched_body(x, drawn),))
@@ -121,14 +133,18 @@ def test_the_upper_line_reaches_to_both_ends():
     y = np.linspace(-0.01, 0.01, 21)
     left, right = (Profile.from_points(np.column_stack([y, slope * y])) for slope in (-0.3, 0.2))
     both = upper_line(left, right)
-    assert both.points[0] == pytest.approx([-0.01, 0.003], abs=1e-12) and both.points[-1] == pytest.approx([0.01, 0.002], abs=1e-12)
+    assert both.points[0] == pytest.approx([-0.01, 0.003], abs=1e-12) and both.points[-1] == pytest.approx(
+        [0.01, 0.002], abs=1e-12
+    )
 
 
 def test_beside_one_line_the_upper_line_is_the_other():
     low = Profile.from_pieces([line((-50 * MM, -20 * MM), (0.0, -20 * MM), 1 * MM)])
     high = Profile.from_pieces([line((-10 * MM, -5 * MM), (30 * MM, -5 * MM), 1 * MM)])
     both = upper_line(low, high)
-    assert both.height(np.array([-40, -11, -9, 20]) * MM) == pytest.approx([-20 * MM, -20 * MM, -5 * MM, -5 * MM], abs=1e-9)
+    assert both.height(np.array([-40, -11, -9, 20]) * MM) == pytest.approx(
+        [-20 * MM, -20 * MM, -5 * MM, -5 * MM], abs=1e-9
+    )
     assert both.points[0, 0] == -50 * MM and both.points[-1, 0] == 30 * MM
 
 

@@ -1,15 +1,16 @@
-"""A crossing from its sections: exact where shapes only move aside, converging to the surface the sections were cut from, and the benchmark's."""
+"""A crossing from its sections: exact where shapes only move aside, converging to the surface the sections were cut
+from, and the benchmark's."""
 
 import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
-from geometry.surfaces.crossing import CastCrossing
-from geometry.profiles.formats.slices import read_slices
 from geometry.path.wheel_path import wheel_path
+from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.profile import Profile, ProfileError, line
-from geometry.surfaces.sections import SectionCrossing, section_path
 from geometry.profiles.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.sections import SectionCrossing, section_path
 from geometry.wheelset import WheelsetError
 from tests.geometry.cut_sections import write_cut_sections
 from tests.outside import needs, outside
@@ -20,7 +21,9 @@ BENCHMARK = outside("formats/uk_crossing.slcs")
 
 def block(face: float, top: float = 0.0) -> np.ndarray:
     """Section of one body with a face of 1:10 at `face`, 60 mm wide."""
-    return np.array([[face - 3 * MM, top - 30 * MM], [face, top], [face + 60 * MM, top], [face + 61 * MM, top - 30 * MM]])
+    return np.array(
+        [[face - 3 * MM, top - 30 * MM], [face, top], [face + 60 * MM, top], [face + 61 * MM, top - 30 * MM]]
+    )
 
 
 def test_a_face_that_runs_aslant_stays_sharp_between_its_sections():
@@ -28,7 +31,8 @@ def test_a_face_that_runs_aslant_stays_sharp_between_its_sections():
     y = np.array([-31.0, -29.95, 20.0, 80.0]) * MM
     height = crossing.height(0.05, y, "wing")
     assert height[1:3] == pytest.approx(0.5 * MM, abs=1e-12)
-    assert height[0] == pytest.approx(0.5 * MM - 10 * 1 * MM, abs=1e-12)  # 1 mm before the edge, face of 30 mm over 3 mm
+    # 1 mm before the edge, face of 30 mm over 3 mm
+    assert height[0] == pytest.approx(0.5 * MM - 10 * 1 * MM, abs=1e-12)
     assert height[3] == -1.0 and (crossing.height(0.05, y, "nose") == -1.0).all()
 
 
@@ -39,7 +43,9 @@ def test_a_cylinder_on_a_ramp_of_sections_touches_ahead_of_its_axle():
     wheel = Profile.from_pieces([line((-10 * MM, 0), (30 * MM, 0), 1 * MM)], "cylinder")
     at = np.array([-0.4, 0.0, 0.333])
     path = section_path(crossing, wheel, at, 0.0, plain=0.0)
-    assert path.height == pytest.approx(slope * at + 0.425 * (np.sqrt(1 + slope**2) - 1), abs=(2 * MM) ** 2 / (8 * 0.425))
+    assert path.height == pytest.approx(
+        slope * at + 0.425 * (np.sqrt(1 + slope**2) - 1), abs=(2 * MM) ** 2 / (8 * 0.425)
+    )
     assert path.point[:, 0] - at == pytest.approx(0.425 * slope / np.sqrt(1 + slope**2), abs=1.01 * MM)
     assert not path.on_nose.any()
 
@@ -47,7 +53,9 @@ def test_a_cylinder_on_a_ramp_of_sections_touches_ahead_of_its_axle():
 def cut(crossing: CastCrossing, stations: np.ndarray) -> SectionCrossing:
     y = np.arange(-60, 110, 0.05) * MM
     tops = lambda x: np.fmax(np.fmax(crossing.top_height(x, y, "wing"), crossing.top_height(x, y, "nose")), -55 * MM)
-    return SectionCrossing.from_points(stations, [np.column_stack([y, np.nan_to_num(tops(x), nan=-55 * MM)]) for x in stations])
+    return SectionCrossing.from_points(
+        stations, [np.column_stack([y, np.nan_to_num(tops(x), nan=-55 * MM)]) for x in stations]
+    )
 
 
 @pytest.mark.parametrize("limits, gate", [((-0.80, -0.50), 0.02), ((0.20, 0.36), 0.01)])
@@ -64,10 +72,13 @@ def test_the_path_over_sections_converges_to_that_over_the_surface_they_were_cut
 
 
 @needs("formats/uk_crossing.slcs")
-@pytest.mark.parametrize("name, gate", [("P8", 0.06), ("P8-worn", 0.09), ("P8-hollow", 0.13), ("P1", 0.05), ("S1002", 0.045)])
+@pytest.mark.parametrize(
+    "name, gate", [("P8", 0.06), ("P8-worn", 0.09), ("P8-hollow", 0.13), ("P1", 0.05), ("S1002", 0.045)]
+)
 def test_wheels_run_over_the_benchmark_as_over_the_parametric_crossing(name, gate):
-    """Height of the axle [mm] from x = -0.85 to 0.75 m; gates a fifth above what was measured. The larger part is what 11 to 24 mm
-    between sections leave: sections cut from the parametric surface itself err by 0.048 (P8) and 0.127 mm (hollow)."""
+    """Height of the axle [mm] from x = -0.85 to 0.75 m; gates a fifth above what was measured. The larger part is what
+    11 to 24 mm between sections leave: sections cut from the parametric surface itself err by 0.048 (P8) and 0.127 mm
+    (hollow)."""
     wheel, x = wheel_profile(name), np.arange(-0.85, 0.75, 4 * MM)
     data = section_path(SectionCrossing.from_slices(read_slices(BENCHMARK)), wheel, x, tread_datum_y(), 0.46)
     model = wheel_path(CastCrossing(9.25), wheel, x, radius=0.46)
@@ -77,16 +88,23 @@ def test_wheels_run_over_the_benchmark_as_over_the_parametric_crossing(name, gat
 
 @pytest.fixture(scope="module")
 def own_file(tmp_path_factory) -> SectionCrossing:
-    """The 1:9.25 crossing cut every 16 mm, every 5 mm beside the nose's tip, as the benchmark's is, written as .slcs and .prr and read back."""
+    """The 1:9.25 crossing cut every 16 mm, every 5 mm beside the nose's tip, as the benchmark's is, written as .slcs
+    and .prr and read back."""
     stations = np.unique(np.round(np.concatenate([np.arange(-1.0, 1.0, 16 * MM), np.arange(0.12, 0.22, 5 * MM)]), 6))
     return SectionCrossing.from_slices(read_slices(write_cut_sections(tmp_path_factory.mktemp("cut"), stations)))
 
 
-@pytest.mark.parametrize("name, gate", [("P8", 0.065), ("P8-worn", 0.09), ("P8-hollow", 0.13), ("P1", 0.05), ("S1002", 0.045)])
+@pytest.mark.parametrize(
+    "name, gate", [("P8", 0.065), ("P8-worn", 0.09), ("P8-hollow", 0.13), ("P1", 0.05), ("S1002", 0.045)]
+)
 def test_wheels_run_over_a_file_of_cut_sections_as_over_the_crossing_they_were_cut_from(own_file, name, gate):
-    """The gates of the benchmark's own sections (above), with a file of ours: sections 16 mm apart, points 0.2 mm apart."""
+    """The gates of the benchmark's own sections (above), with a file of ours: sections 16 mm apart, points 0.2 mm
+    apart."""
     wheel, x = wheel_profile(name), np.arange(-0.85, 0.75, 8 * MM)
-    data, model = section_path(own_file, wheel, x, tread_datum_y(), 0.46), wheel_path(CastCrossing(9.25), wheel, x, radius=0.46)
+    data, model = (
+        section_path(own_file, wheel, x, tread_datum_y(), 0.46),
+        wheel_path(CastCrossing(9.25), wheel, x, radius=0.46),
+    )
     assert np.abs(data.height - model.height).max() < gate * MM
     assert x[np.argmax(data.on_nose)] == pytest.approx(model.transfers[0], abs=10 * MM)
 

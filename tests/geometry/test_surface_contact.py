@@ -1,23 +1,25 @@
-"""Contact on rails that change along x: exact answers on planes, cylinders and valleys; the prismatic search's own; every basin that a grid finds."""
+"""Contact on rails that change along x: exact answers on planes, cylinders and valleys; the prismatic search's own;
+every basin that a grid finds."""
 
 from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
-from geometry.surfaces.crossing import CastCrossing
 from geometry.contact.flange_back import back_gaps
-from geometry.profiles.formats.slices import read_slices
+from geometry.contact.lofted_search import SurfaceSearch
+from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
 from geometry.path.wheel_path import wheel_path
+from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.profile import Profile, ProfileError
+from geometry.profiles.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import LoftedBody, RailSurface
 from geometry.surfaces.sections import SectionCrossing
-from geometry.contact.lofted_search import SurfaceSearch
-from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import SIDES, CheckRail, Track, Wheelset, WheelsetError
-from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
 from tests.geometry.cut_sections import write_cut_sections
+from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
 from tests.outside import needs, outside
 
 MM, UM = 1e-3, 1e-6
@@ -27,7 +29,9 @@ BENCHMARK = outside("formats/uk_crossing.slcs")
 
 def centre(state: Wheelset) -> np.ndarray:
     """Middle of the left wheel's circle at its tread datum, in track axes."""
-    axle = np.array([-np.sin(state.yaw) * np.cos(state.roll), np.cos(state.yaw) * np.cos(state.roll), np.sin(state.roll)])
+    axle = np.array(
+        [-np.sin(state.yaw) * np.cos(state.roll), np.cos(state.yaw) * np.cos(state.roll), np.sin(state.roll)]
+    )
     return np.array([state.x, state.y, state.z]) + state.datum_arm * axle
 
 
@@ -44,13 +48,17 @@ def test_a_sphere_touches_a_tilted_plane_below_its_centre(along, across, yaw, ro
     assert found.gap[0] == pytest.approx(gap, abs=1e-9)
     assert np.abs(found.position[0] - (centre(state) - RADIUS * normal)).max() < 1e-9
     assert np.abs(found.normal[0] - normal).max() < 1e-9
-    assert found.curvature[0] == pytest.approx([1 / RADIUS, 1 / RADIUS], rel=1e-5)  # second derivative of the wheel's Hermite table
-    assert creepages(state, found, Motion(30.0, spin=0.0))[0, 0] == pytest.approx(normal[2] / np.hypot(normal[0], normal[2]), abs=1e-9)
+    # second derivative of the wheel's Hermite table
+    assert found.curvature[0] == pytest.approx([1 / RADIUS, 1 / RADIUS], rel=1e-5)
+    assert creepages(state, found, Motion(30.0, spin=0.0))[0, 0] == pytest.approx(
+        normal[2] / np.hypot(normal[0], normal[2]), abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("radius", [0.5, -1.0])
 def test_a_sphere_on_a_cylinder_across_the_track(radius):
-    """Crest (or valley) of this radius, cut every 2 mm: a cubic spline errs by 5/384 h^4 z'''' = 5e-12 m, its curvature by h^2/12 z'''' = 1e-5 / m."""
+    """Crest (or valley) of this radius, cut every 2 mm: a cubic spline errs by 5/384 h^4 z'''' = 5e-12 m, its curvature
+    by h^2/12 z'''' = 1e-5 / m."""
     bow = lambda x, y: 0 * y + np.sign(radius) * (np.sqrt(radius**2 - x**2) - abs(radius))
     x = 50 * MM
     search = on_left(sphere(), surface(bow, np.arange(-0.2, 0.2001, 2 * MM)), x)
@@ -64,14 +72,17 @@ def test_a_sphere_on_a_cylinder_across_the_track(radius):
 
 
 def test_a_wheel_in_a_valley_touches_ahead_and_behind():
-    """Two planes z = a |x|: equal points at x = -+ R sin(atan a), found as two, one on each; the valley's line is between sections 1 mm apart."""
+    """Two planes z = a |x|: equal points at x = -+ R sin(atan a), found as two, one on each; the valley's line is
+    between sections 1 mm apart."""
     slope = 0.05
     search = on_left(sphere(), surface(lambda x, y: slope * abs(x) + 0 * y, np.arange(-0.1605, 0.161, 1 * MM)))
     state = replace(search.wheelset, z=RADIUS)
     found = search.contacts(state, "left", reach=1e-6)
     assert len(found) == 2
     assert np.ptp(found.gap) < 1e-12
-    assert np.sort(found.position[:, 0]) == pytest.approx(np.array([-1, 1]) * RADIUS * np.sin(np.arctan(slope)), abs=1e-9)
+    assert np.sort(found.position[:, 0]) == pytest.approx(
+        np.array([-1, 1]) * RADIUS * np.sin(np.arctan(slope)), abs=1e-9
+    )
     assert found.gap == pytest.approx(np.full(2, (RADIUS) * np.cos(np.arctan(slope)) - RADIUS), abs=1e-9)
 
 
@@ -85,7 +96,9 @@ def test_a_prismatic_rail_gives_what_the_prismatic_search_gives(lateral, yaw):
         one, two = prism.contacts(a, side, 0.1 * MM), loft.contacts(b, side, 0.1 * MM)
         assert len(one) == len(two)
         assert np.abs(one.position + [3, 0, 0] - two.position).max() < 1e-12
-        assert np.abs(one.tensor - two.tensor).max() < 1e-6 and np.abs(one.rail_station - two.rail_station).max() < 1e-12
+        assert (
+            np.abs(one.tensor - two.tensor).max() < 1e-6 and np.abs(one.rail_station - two.rail_station).max() < 1e-12
+        )
 
 
 @pytest.fixture(scope="module")
@@ -117,22 +130,46 @@ def wheel_points(state: Wheelset, s: np.ndarray, theta: np.ndarray) -> np.ndarra
     """(3, n, m)  points of the left wheel in track axes, written down anew from the angles."""
     forward = np.array([np.cos(state.yaw), np.sin(state.yaw), 0])
     left, up = np.array([-np.sin(state.yaw), np.cos(state.yaw), 0]), np.array([0, 0, 1.0])
-    axle, down = np.cos(state.roll) * left + np.sin(state.roll) * up, np.sin(state.roll) * left - np.cos(state.roll) * up
+    axle, down = (
+        np.cos(state.roll) * left + np.sin(state.roll) * up,
+        np.sin(state.roll) * left - np.cos(state.roll) * up,
+    )
     radius = (state.radius - state.left.height(s))[:, None]
-    return np.array([(state.x, state.y, state.z)[i] + (state.datum_arm + s[:, None]) * axle[i] + radius * (np.sin(theta) * forward[i] + np.cos(theta) * down[i]) for i in range(3)])
+    return np.array(
+        [
+            (state.x, state.y, state.z)[i]
+            + (state.datum_arm + s[:, None]) * axle[i]
+            + radius * (np.sin(theta) * forward[i] + np.cos(theta) * down[i])
+            for i in range(3)
+        ]
+    )
 
 
-@pytest.mark.parametrize("x, lateral, yaw", [(-0.66, 4 * MM, 0.0), (-0.45, -6 * MM, 0.015), (0.1, 0.0, -0.01), (0.24, 3 * MM, 0.004), (0.252, 0.0, 0.0), (0.35, 9 * MM, -0.02), (0.5, -8 * MM, 0.02)])
+@pytest.mark.parametrize(
+    "x, lateral, yaw",
+    [
+        (-0.66, 4 * MM, 0.0),
+        (-0.45, -6 * MM, 0.015),
+        (0.1, 0.0, -0.01),
+        (0.24, 3 * MM, 0.004),
+        (0.252, 0.0, 0.0),
+        (0.35, 9 * MM, -0.02),
+        (0.5, -8 * MM, 0.02),
+    ],
+)
 def test_every_place_where_a_grid_on_the_wheel_comes_near_the_crossing_is_found(crossing, rail, x, lateral, yaw):
-    """Grid of 0.05 by 0.4 mm against the crossing's own closed forms. The wheel just touches (surface: 4 um at edges, sections 4 mm apart);
-    each cluster of grid points within 30 um of touch has its point."""
+    """Grid of 0.05 by 0.4 mm against the crossing's own closed forms. The wheel just touches (surface: 4 um at edges,
+    sections 4 mm apart); each cluster of grid points within 30 um of touch has its point."""
     search = SurfaceSearch(Wheelset(wheel_profile("P8")), Track.plain_line(), left=rail).at(x)
     state = search.settle(lateral, yaw)
     state = replace(state, z=state.z - search.contacts(state, "left").lowest().gap[0])
     s, theta = np.arange(-42, 64, 0.05) * MM, np.linspace(-0.14, 0.14, 315)
     px, py, pz = wheel_points(state, s, theta)
     py = py - MIDDLE
-    gap = pz - np.fmax(crossing.top_height(px, py, "wing"), crossing.top_height(np.maximum(px, crossing.nose_x), py, "nose") + np.where(px < crossing.nose_x, -1, 0))
+    gap = pz - np.fmax(
+        crossing.top_height(px, py, "wing"),
+        crossing.top_height(np.maximum(px, crossing.nose_x), py, "nose") + np.where(px < crossing.nose_x, -1, 0),
+    )
     gap = np.where(np.isfinite(gap), gap, 1.0)
     reach = 30 * UM
     assert -5 * UM < gap.min() < 3 * UM
@@ -140,14 +177,17 @@ def test_every_place_where_a_grid_on_the_wheel_comes_near_the_crossing_is_found(
     clusters, count = label(gap < reach - 5 * UM)
     for k in range(1, count + 1):
         rows, columns = np.nonzero(clusters == k)
-        near = (np.abs(found.station[:, None] - s[rows]) < 0.11 * MM) & (np.abs(found.position[:, :1] - px[rows, columns]) < 0.9 * MM)
+        near = (np.abs(found.station[:, None] - s[rows]) < 0.11 * MM) & (
+            np.abs(found.position[:, :1] - px[rows, columns]) < 0.9 * MM
+        )
         assert near.any()
     assert count <= len(found)
 
 
 @pytest.fixture(scope="module", params=[pytest.param("benchmark", marks=needs("formats/uk_crossing.slcs")), "own file"])
 def sections_file(request, tmp_path_factory):
-    """148 sections of the benchmark; or our own, cut from the parametric crossing every 16 mm, every 5 mm beside the nose's tip, and written."""
+    """148 sections of the benchmark; or our own, cut from the parametric crossing every 16 mm, every 5 mm beside the
+    nose's tip, and written."""
     if request.param == "benchmark":
         return BENCHMARK
     stations = np.unique(np.round(np.concatenate([np.arange(-1.1, 1.05, 16 * MM), np.arange(0.12, 0.22, 5 * MM)]), 6))
@@ -155,7 +195,8 @@ def sections_file(request, tmp_path_factory):
 
 
 def test_the_path_over_measured_sections_is_that_over_the_parametric_crossing(sections_file):
-    """Points matched at equal distances from the gauge faces; gate: rail_fem's own (tests/geometry/test_section_path.py)."""
+    """Points matched at equal distances from the gauge faces; gate: rail_fem's own
+    (tests/geometry/test_section_path.py)."""
     wheel, x = wheel_profile("P8"), np.arange(-0.75, 0.6, 15 * MM)
     rail = RailSurface.of_sections(SectionCrossing.from_slices(read_slices(sections_file)), -1.0, 1.0)
     search = SurfaceSearch(Wheelset(wheel, radius=0.46, z=0.46), Track.plain_line(), left=rail)
@@ -166,13 +207,16 @@ def test_the_path_over_measured_sections_is_that_over_the_parametric_crossing(se
 
 
 def test_a_switch_blade_that_covers_its_stock_rail_is_the_surface():
-    """A flat stock rail and a blade on top of it that rises with x: the wheel stands on the blade where that is higher, never on what it covers."""
+    """A flat stock rail and a blade on top of it that rises with x: the wheel stands on the blade where that is higher,
+    never on what it covers."""
     flat = np.column_stack([np.linspace(-40, 40, 81) * MM, np.zeros(81)])
     blade = lambda x: np.column_stack([np.linspace(-40, 40, 81) * MM, np.full(81, 0.01 * x)])
     x = np.array([-0.5, 0.0, 0.5])
     rail = RailSurface((LoftedBody.through(x, [flat] * 3), LoftedBody.through(x, [blade(at) for at in x])))
     for at, slope in ((-0.2, 0.0), (0.2, 0.01)):
-        found = on_left(sphere(), rail, at).contacts(Wheelset(sphere(), radius=RADIUS, x=at, z=RADIUS - 4 * MM), "left", 10 * MM)
+        found = on_left(sphere(), rail, at).contacts(
+            Wheelset(sphere(), radius=RADIUS, x=at, z=RADIUS - 4 * MM), "left", 10 * MM
+        )
         assert len(found) == 1
         assert found.normal[0, 0] == pytest.approx(-np.sin(np.arctan(slope)), abs=1e-9)
 
@@ -182,19 +226,25 @@ def test_the_loft_converges_to_the_crossing_it_was_cut_from(crossing):
     random = np.random.default_rng(0)
     x, y = random.uniform(-0.55, -0.48, 2000), random.uniform(-25, 25, 2000) * MM
     exact = crossing.top_height(x, y, "wing")
-    errors = [np.abs(RailSurface.of_crossing(crossing, -0.6, -0.4, spacing).height(x, y) - exact)[exact > -5 * MM] for spacing in (16 * MM, 4 * MM)]
+    errors = [
+        np.abs(RailSurface.of_crossing(crossing, -0.6, -0.4, spacing).height(x, y) - exact)[exact > -5 * MM]
+        for spacing in (16 * MM, 4 * MM)
+    ]
     assert np.percentile(errors[1], 95) < 0.01 * UM
     assert np.percentile(errors[1], 95) <= np.percentile(errors[0], 95)
 
 
 def random_states(rail: RailSurface, count: int, seed: int, noise: float) -> int:
-    """Random places, shifts and yaws on the crossing, a new noisy wheel every 50; returns how many stood on finite points."""
+    """Random places, shifts and yaws on the crossing, a new noisy wheel every 50; returns how many stood on finite
+    points."""
     random, new, stood = np.random.default_rng(seed), wheel_profile("P8"), 0
     for k in range(count):
         if k % 50 == 0:
             points = new.points[::5] + [0.0, noise] * random.standard_normal((len(new.points[::5]), 2))
             wheel = new if noise == 0 else Profile.from_points(points, "noisy P8").graph_part()
-            whole = SurfaceSearch(Wheelset(wheel), Track.plain_line(gauge=1.435 + random.uniform(-3, 6) * MM), left=rail)
+            whole = SurfaceSearch(
+                Wheelset(wheel), Track.plain_line(gauge=1.435 + random.uniform(-3, 6) * MM), left=rail
+            )
         search = whole.at(random.uniform(-0.7, 0.5))
         state = search.settle(random.uniform(-10, 10) * MM, random.uniform(-0.03, 0.03))
         for side in SIDES:
@@ -211,9 +261,12 @@ def test_random_states_on_the_crossing_find_their_points(rail, noise):
 
 
 def test_flange_backs_stop_at_check_rail_and_wing_where_these_are(rail):
-    """The check rail opposite holds the wheelset off the nose from x = -0.3 m on; the wing beside the flange, 41 mm from the nose, from 0 m on."""
+    """The check rail opposite holds the wheelset off the nose from x = -0.3 m on; the wing beside the flange, 41 mm
+    from the nose, from 0 m on."""
     track = Track.plain_line(left_check=CheckRail(0.041), right_check=CheckRail(0.041))
-    search = SurfaceSearch(Wheelset(wheel_profile("P8")), track, left=rail, checked={"right": (-0.3, 1.0), "left": (0.0, 1.0)})
+    search = SurfaceSearch(
+        Wheelset(wheel_profile("P8")), track, left=rail, checked={"right": (-0.3, 1.0), "left": (0.0, 1.0)}
+    )
     free = SurfaceSearch(Wheelset(wheel_profile("P8")), Track.plain_line(), left=rail)
     for x, lateral, side in ((0.3, 8 * MM, "right"), (0.3, -8 * MM, "left"), (-0.2, 8 * MM, "right")):
         held = search.at(x).settle(lateral, 0.004)

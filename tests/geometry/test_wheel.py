@@ -33,7 +33,8 @@ def test_worn_wheels_lose_the_stated_depth_and_nothing_at_the_flange_tip():
 
 
 def test_flange_angle_and_height_of_p8():
-    """EN 13715: flange face 70 degrees; the two R12 tip arcs of the thin flange meet 0.168 mm below their common top."""
+    """EN 13715: flange face 70 degrees; the two R12 tip arcs of the thin flange meet 0.168 mm below their common
+    top."""
     wheel = wheel_profile("P8")
     face = wheel.slope(np.linspace(-44.5, -42.5, 20) * MM)
     assert np.degrees(np.arctan(face)) == pytest.approx(np.full(20, 70.0), abs=0.03)  # 5.779 / 2.103 mm gives 70.004

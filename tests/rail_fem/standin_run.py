@@ -1,12 +1,13 @@
-"""A run folder made up for tests of the figures: plausible curves and a few hundred elements; no result of any model."""
+"""A run folder made up for tests of the figures: plausible curves and a few hundred elements; no result of any
+model."""
 
 from pathlib import Path
 
 import meshio
 import numpy as np
 
-from geometry.meshing.hexmesh import HexMesh, merge_bodies
 from geometry.meshing.blocks import mesh_cap, mesh_grid
+from geometry.meshing.hexmesh import HexMesh, merge_bodies
 from rail_fem.output.result import PassResult
 from tests.rail_fem.test_scene import make_scene
 
@@ -47,7 +48,9 @@ def standin_history(direction: str = "facing", load: float = 86e3) -> dict[str, 
     x = (0.25 + 33.5 * time) if direction == "facing" else (0.45 - 33.5 * time)
     along = x if direction == "facing" else 0.7 - x  # the same curves met from the other side
     force = load * (1 - np.exp(-time / 2e-4) * np.cos(2 * np.pi * time / 3e-4))
-    force += load * 1.1 * np.exp(-0.5 * ((along - 0.358) / 0.004) ** 2) - load * 1.3 * np.exp(-0.5 * ((along - 0.345) / 0.002) ** 2)
+    force += load * 1.1 * np.exp(-0.5 * ((along - 0.358) / 0.004) ** 2) - load * 1.3 * np.exp(
+        -0.5 * ((along - 0.345) / 0.002) ** 2
+    )
     force = np.maximum(force, 0.0)
     on_nose = 1 / (1 + np.exp(-(x - TRANSFER) / 5e-4))
     carried = force > 0
@@ -68,12 +71,19 @@ def write_fields(path: Path, mesh: HexMesh, strain: np.ndarray, **more: np.ndarr
     """One VTU as a run writes it; `more` cell data replace or extend the standard ones."""
     stress = np.zeros((len(mesh.cells), 6))
     stress[:, 2] = -2e9 * strain
-    data = {"region": mesh.region.astype(np.int32), "plastic_strain": strain, "von_mises": np.abs(stress[:, 2]), "stress": stress} | more
+    data = {
+        "region": mesh.region.astype(np.int32),
+        "plastic_strain": strain,
+        "von_mises": np.abs(stress[:, 2]),
+        "stress": stress,
+    } | more
     displacement = np.zeros_like(mesh.points)
     displacement[:, 2] = -1e-4
     path.parent.mkdir(parents=True, exist_ok=True)
     cell_data = {name: [values] for name, values in data.items() if values is not None}
-    meshio.write(path, meshio.Mesh(mesh.points, [("hexahedron", mesh.cells)], {"displacement": displacement}, cell_data))
+    meshio.write(
+        path, meshio.Mesh(mesh.points, [("hexahedron", mesh.cells)], {"displacement": displacement}, cell_data)
+    )
 
 
 def write_run(folder: Path, direction: str = "facing", **changes) -> PassResult:

@@ -7,20 +7,20 @@ import pytest
 
 from bem.exact.hertz import contact_stiffness
 from bem.material import STEEL, contact_modulus
-from geometry.surfaces.crossing import CastCrossing
 from geometry.profiles.profile import Profile, arc
+from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import load_case
+from rail_fem.light.contact_pairs import TieError, tie_at
 from rail_fem.light.contact_table import table_key, table_of
 from rail_fem.models import bem_passage, rigid_hertz
-from rail_fem.light.contact_pairs import TieError, tie_at
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize("crown", [0.08, 0.3])
 def test_law_of_a_crowned_wheel_on_a_cylinder_is_hertz(crown):
-    """A straight tread (arc of 50 m) of 425 mm on a crown: the half-space at 32 and 64 cells against the closed form, the gap is a paraboloid
-    to (width / radius)^2."""
+    """A straight tread (arc of 50 m) of 425 mm on a crown: the half-space at 32 and 64 cells against the closed form,
+    the gap is a paraboloid to (width / radius)^2."""
     wheel = Profile.from_pieces([arc((-0.03, 0.0), (0.03, 0.0), -50.0, 1e-4)], "tread")
     tie = tie_at(wheel, lambda x, y: np.sqrt(crown**2 - y**2) - crown + 0 * x, (0.0, 0.0), np.zeros(2), 0.425)
     exact = contact_stiffness(0.425, 1 / (1 / crown - 1 / 50.0), contact_modulus(STEEL, STEEL))
@@ -29,7 +29,8 @@ def test_law_of_a_crowned_wheel_on_a_cylinder_is_hertz(crown):
 
 
 def test_a_pass_keeps_forces_of_rigid_hertz_and_gives_true_patches():
-    """Where the gap is a paraboloid both agree; at the wing's edge the patch is no ellipse and its pressure far higher."""
+    """Where the gap is a paraboloid both agree; at the wing's edge the patch is no ellipse and its pressure far
+    higher."""
     case = load_case(ROOT / "cases" / "thesis" / "case_02.toml")
     scene, settings = case.scene, case.runs["bem_passage"]
     found, hertz = bem_passage.solve(scene, settings), rigid_hertz.solve(scene, case.runs["rigid_hertz"])
@@ -37,24 +38,34 @@ def test_a_pass_keeps_forces_of_rigid_hertz_and_gives_true_patches():
     assert found.transfer_x == pytest.approx(hertz.transfer_x, abs=2e-3)
     start, guess = found.patches[0], hertz.patches[0]
     assert (start.region, start.force) == (guess.region, pytest.approx(guess.force, rel=1e-3))
-    assert start.max_pressure == pytest.approx(guess.max_pressure, rel=0.05) and start.area == pytest.approx(guess.area, rel=0.05)
+    assert start.max_pressure == pytest.approx(guess.max_pressure, rel=0.05) and start.area == pytest.approx(
+        guess.area, rel=0.05
+    )
     wing = max((p for p in found.patches if p.region == "wing"), key=lambda p: p.max_pressure)
     assert wing.max_pressure > 1.5 * max(p.max_pressure for p in hertz.patches if p.region == "wing")
-    assert found.error_estimate["pressure"] < 0.1 and {"edges", "plastic"} <= {flag["what"] for flag in found.trust["validity"]}
+    assert found.error_estimate["pressure"] < 0.1 and {"edges", "plastic"} <= {
+        flag["what"] for flag in found.trust["validity"]
+    }
     key = table_key(scene, *settings.window(scene), settings.path_spacing)
     table, solved = table_of(key), bem_passage.solved_table(key, settings.patch_spacing, settings.cells)
     reached = table.stiffness > 0
-    assert np.array_equal(solved.stiffness > 0, reached) and 0.8 < (solved.stiffness[reached] / table.stiffness[reached]).min()
+    assert (
+        np.array_equal(solved.stiffness > 0, reached)
+        and 0.8 < (solved.stiffness[reached] / table.stiffness[reached]).min()
+    )
 
 
 def test_a_cone_that_touches_the_wing_over_its_whole_width_gets_its_patch():
-    """P1 on the wing: wider than the first window; the forces stay near those of rigid_hertz, whose ellipse is a guess there."""
+    """P1 on the wing: wider than the first window; the forces stay near those of rigid_hertz, whose ellipse is a guess
+    there."""
     case = load_case(ROOT / "cases" / "thesis" / "case_08.toml")
     scene, settings = case.scene, case.runs["bem_passage"]
     key = table_key(scene, *settings.window(scene), settings.path_spacing)
     table, place = table_of(key), bem_passage.tie_of(key, table_of(key), 0, 0)
     patch = bem_passage.solved_patch(place, scene.static_wheel_load, 16, estimate=False)
-    assert 0.025 < patch.extent[1] < bem_passage.WIDEST and patch.normal_force == pytest.approx(scene.static_wheel_load, rel=0.02)
+    assert 0.025 < patch.extent[1] < bem_passage.WIDEST and patch.normal_force == pytest.approx(
+        scene.static_wheel_load, rel=0.02
+    )
     crossing = CastCrossing(scene.crossing.ratio)
     columns = np.flatnonzero((patch.pressure > 0).any(axis=0))
     sides = place.point[1] + patch.grid.y[columns[[0, -1]]] * place.frame[1, 1]

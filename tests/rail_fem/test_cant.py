@@ -27,8 +27,13 @@ def test_the_contacts_hold_the_weight_alone(cant):
 
 
 def test_cant_is_the_lateral_load_that_it_makes():
-    canted, flat = rest_under(search(0.05), (LOAD, LOAD)), rest_under(search(0.0), (LOAD * np.cos(0.05),) * 2, -2 * LOAD * np.sin(0.05))
-    assert canted.state.y == pytest.approx(flat.state.y, abs=1e-12) and canted.state.z == pytest.approx(flat.state.z, abs=1e-12)
+    canted, flat = (
+        rest_under(search(0.05), (LOAD, LOAD)),
+        rest_under(search(0.0), (LOAD * np.cos(0.05),) * 2, -2 * LOAD * np.sin(0.05)),
+    )
+    assert canted.state.y == pytest.approx(flat.state.y, abs=1e-12) and canted.state.z == pytest.approx(
+        flat.state.z, abs=1e-12
+    )
 
 
 def test_centrifugal_load_and_cant_cancel():

@@ -72,26 +72,44 @@ suspension = "maybe"
         "scene.foundation: 3 is not a table, write [scene.foundation] with its keys below",
         "scene.wheel.profile: unknown value 'worn P8' (choose from: P8, P8-worn, P8-hollow, P1, S1002)",
         'scene.vehicle.vehicle_sprung_mass: 66.25 has no unit, write e.g. "66.25 t"',
-        "scene.vehicle.wheelset_unsprung_mass: 9000 kg = 9 t is outside [0.1, 6] t for the unsprung mass of one wheelset",
+        (
+            "scene.vehicle.wheelset_unsprung_mass: 9000 kg = 9 t is outside [0.1, 6] t for the unsprung mass of one"
+            " wheelset"
+        ),
         "scene.vehicle.wheel_count: 7 must be a multiple of 2 (number of wheels that carry the vehicle)",
         "scene.materials.wing.grade: unknown value 'Mn12', did you mean 'Mn13'? (choose from: Mn13, R8T)",
-        "scene.materials.nose: steel: hardening_stress must be positive and must not fall (softening has no mesh-independent answer)",
-        "run.fe_ful: unknown model, did you mean 'fe_full'?; models: p2_formula, lumped, rigid_hertz, bem_passage, fe_window, fe_full",
+        (
+            "scene.materials.nose: steel: hardening_stress must be positive and must not fall (softening has no"
+            " mesh-independent answer)"
+        ),
+        (
+            "run.fe_ful: unknown model, did you mean 'fe_full'?; models: p2_formula, lumped, rigid_hertz, bem_passage,"
+            " fe_window, fe_full"
+        ),
         'run.fe_full.element_size: "1.5 mn": unknown unit "mn", write e.g. "1 mm"',
         'run.fe_full.end: "nan mm" is not a finite number',
-        "run.fe_full.suspension: 'maybe' must be a valid boolean, unable to interpret input (sprung mass and primary suspension)",
+        (
+            "run.fe_full.suspension: 'maybe' must be a valid boolean, unable to interpret input (sprung mass and"
+            " primary suspension)"
+        ),
     ]
     assert sorted(faults) == sorted(expected)
 
 
-@pytest.mark.parametrize("text, said", [
-    ("version = 2\n" + GOOD.replace("version = 1\n", "").replace("speed", "sped"), "case version 2, this program reads version 1"),
-    ("version = 'x'\n[scene]\n", "case version 'x'"),
-    ("[scene\n", "not valid TOML"),
-    (b"\xff\xfe[scene]", "not UTF-8"),
-    (GOOD.replace("[run.fe_full]", "[other]"), "run: missing, write a table [run.MODEL]"),
-    ("", "scene: missing"),
-])
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        (
+            "version = 2\n" + GOOD.replace("version = 1\n", "").replace("speed", "sped"),
+            "case version 2, this program reads version 1",
+        ),
+        ("version = 'x'\n[scene]\n", "case version 'x'"),
+        ("[scene\n", "not valid TOML"),
+        (b"\xff\xfe[scene]", "not UTF-8"),
+        (GOOD.replace("[run.fe_full]", "[other]"), "run: missing, write a table [run.MODEL]"),
+        ("", "scene: missing"),
+    ],
+)
 def test_files_of_another_kind_are_refused_in_one_sentence(tmp_path, text, said):
     assert any(said in fault for fault in faults_of(tmp_path, text))
 
@@ -109,7 +127,10 @@ def test_absent_case_file_is_a_fault(tmp_path):
 
 @pytest.mark.parametrize("direction, start, end", [("facing", "560 mm", "200 mm"), ("trailing", "200 mm", "560 mm")])
 def test_window_must_lie_along_the_direction_of_travel(tmp_path, direction, start, end):
-    text = GOOD.partition("[run.fe_full]")[0].replace('"facing"', f'"{direction}"') + f'[run.fe_full]\nstart = "{start}"\nend = "{end}"\n'
+    text = (
+        GOOD.partition("[run.fe_full]")[0].replace('"facing"', f'"{direction}"')
+        + f'[run.fe_full]\nstart = "{start}"\nend = "{end}"\n'
+    )
     assert "exchange the two" in faults_of(tmp_path, text)[0]
 
 

@@ -61,8 +61,12 @@ def test_a_case_file_that_is_there_is_not_overwritten(tmp_path):
 
 
 def test_contact_points_of_the_command_are_those_of_the_search():
-    found = json.loads(call("contact", "P8", "60E1", "--shift", "3 mm", "--inclination", "1:40", "--radius", "460 mm", "--json"))
-    search = geometry.ContactSearch(geometry.Wheelset(geometry.wheel_profile("P8"), radius=0.46), geometry.Track(geometry.rail_head("60E1", 1 / 40)))
+    found = json.loads(
+        call("contact", "P8", "60E1", "--shift", "3 mm", "--inclination", "1:40", "--radius", "460 mm", "--json")
+    )
+    search = geometry.ContactSearch(
+        geometry.Wheelset(geometry.wheel_profile("P8"), radius=0.46), geometry.Track(geometry.rail_head("60E1", 1 / 40))
+    )
     state = search.settle(3e-3)
     for row in found:
         point = search.contacts(state, row["side"]).lowest()
@@ -71,16 +75,33 @@ def test_contact_points_of_the_command_are_those_of_the_search():
 
 
 def test_a_contact_table_holds_every_shift_and_yaw(tmp_path):
-    call("contact", "S1002", "60E1", "--shift=-4 mm:4 mm:3", "--yaw", "0 mrad:5 mrad:2", "--table", str(tmp_path / "t.csv"))
+    call(
+        "contact",
+        "S1002",
+        "60E1",
+        "--shift=-4 mm:4 mm:3",
+        "--yaw",
+        "0 mrad:5 mrad:2",
+        "--table",
+        str(tmp_path / "t.csv"),
+    )
     rows = list(csv.DictReader((tmp_path / "t.csv").open()))
     assert len(rows) == 3 * 2 * 2 and {float(row["yaw [mrad]"]) for row in rows} == {0.0, 5.0}
-    mirrored = {(row["shift [mm]"], row["side"]): float(row["rolling radius [mm]"]) for row in rows if row["yaw [mrad]"] == "0.0"}
+    mirrored = {
+        (row["shift [mm]"], row["side"]): float(row["rolling radius [mm]"])
+        for row in rows
+        if row["yaw [mrad]"] == "0.0"
+    }
     assert mirrored["-4.0", "left"] == pytest.approx(mirrored["4.0", "right"], abs=1e-6)
 
 
 def test_the_patch_of_the_command_carries_the_load(tmp_path):
-    found = json.loads(call("patch", "P8", "56E1", "--load", "50 kN", "--json", "--figure", str(tmp_path / "patch.png")))
-    assert found["normal force [kN]"] == pytest.approx(50.0, rel=0.01) and (tmp_path / "patch.png").stat().st_size > 5000
+    found = json.loads(
+        call("patch", "P8", "56E1", "--load", "50 kN", "--json", "--figure", str(tmp_path / "patch.png"))
+    )
+    assert (
+        found["normal force [kN]"] == pytest.approx(50.0, rel=0.01) and (tmp_path / "patch.png").stat().st_size > 5000
+    )
     heavier = json.loads(call("patch", "P8", "56E1", "--load", "100 kN", "--json"))
     assert heavier["largest pressure [MPa]"] > found["largest pressure [MPa]"] > 500
 

@@ -12,32 +12,59 @@ from rail_fem import cli
 from rail_fem.case.casefile import load_case
 from rail_fem.output.events import force_peaks
 from rail_fem.output.result import Cost, PassResult, Peak
-from rail_fem.sweeps.compare import QUANTITIES, Comparison, CompareError, advice, common_way, compare, forces_on, history_error, table
+from rail_fem.sweeps.compare import (
+    QUANTITIES,
+    CompareError,
+    Comparison,
+    advice,
+    common_way,
+    compare,
+    forces_on,
+    history_error,
+    table,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
 
 
 def made(model: str, factor: float, seconds: float, way=(0.1, 0.5), rows=401, backwards=False) -> PassResult:
-    """A force of 100 kN (1 + sin 20 x) along the way, times a factor, on the nose from x = 0.26 m on: first impact and largest force of 200 kN at 0.3927 m."""
+    """A force of 100 kN (1 + sin 20 x) along the way, times a factor, on the nose from x = 0.26 m on: first impact and
+    largest force of 200 kN at 0.3927 m."""
     x = np.linspace(*way, rows)[:: -1 if backwards else 1]
     force = factor * 1e5 * (1 + np.sin(20 * x))
     nose = np.where(x > 0.26, force, 0.0)
-    history = {"time": np.linspace(0, 1e-2, rows), "x": x, "force": force, "force_nose": nose, "force_wing": force - nose}
+    history = {
+        "time": np.linspace(0, 1e-2, rows),
+        "x": x,
+        "force": force,
+        "force_nose": nose,
+        "force_wing": force - nose,
+    }
     peaks = force_peaks(history, 1.0, SCENE.static_wheel_load)
-    return PassResult(model, SCENE, {}, history, peaks, transfer_x=0.26, cost=Cost(seconds), error_estimate={"step": 0.01})
+    return PassResult(
+        model, SCENE, {}, history, peaks, transfer_x=0.26, cost=Cost(seconds), error_estimate={"step": 0.01}
+    )
 
 
 @pytest.fixture
 def folders(tmp_path):
-    for name, result in {"dear": made("fe_full", 1.0, 400.0), "middle": made("rigid_hertz", 0.96, 0.2), "cheap": made("lumped", 1.5, 0.1)}.items():
+    for name, result in {
+        "dear": made("fe_full", 1.0, 400.0),
+        "middle": made("rigid_hertz", 0.96, 0.2),
+        "cheap": made("lumped", 1.5, 0.1),
+    }.items():
         result.save(tmp_path / name)
     return tmp_path
 
 
 def test_errors_of_a_scaled_history_are_the_scale(folders):
     found = compare([folders])
-    assert [r.model for r in found.results] == ["lumped", "rigid_hertz", "fe_full"] and found.reference.model == "fe_full"
+    assert [r.model for r in found.results] == [
+        "lumped",
+        "rigid_hertz",
+        "fe_full",
+    ] and found.reference.model == "fe_full"
     for quantity in ("first impact", "largest force"):
         assert [found.error(r, quantity) for r in found.results] == pytest.approx([0.5, -0.04, 0.0], abs=1e-12)
     assert [found.error(r, "history") for r in found.results] == pytest.approx([0.5, 0.04, 0.0], abs=1e-12)
@@ -47,7 +74,8 @@ def test_errors_of_a_scaled_history_are_the_scale(folders):
 def test_histories_are_compared_where_both_run_and_in_either_direction():
     reference = made("fe_full", 1.0, 1.0)
     part = made("lumped", 1.2, 1.0, way=(0.2, 0.9), rows=7001, backwards=True)
-    assert history_error(part, reference) == pytest.approx(0.2, rel=1e-5)  # of interpolation between 0.1 mm: (20 h)^2 / 8
+    # of interpolation between 0.1 mm: (20 h)^2 / 8
+    assert history_error(part, reference) == pytest.approx(0.2, rel=1e-5)
     assert np.isnan(history_error(made("lumped", 1.0, 1.0, way=(0.6, 0.9)), reference))
 
 
@@ -55,18 +83,27 @@ def test_settling_is_compared_in_neither_run():
     """Force 0 while it settles, over the first 2.5 of 10 ms; exact afterwards."""
     reference, begun = made("fe_full", 1.0, 1.0), made("fe_window", 1.0, 1.0)
     settling = begun.history["time"] <= 2.5e-3
-    begun = replace(begun, settings={"settle_time": 2.5e-3}, history=begun.history | {"force": np.where(settling, 0.0, begun.history["force"])})
+    begun = replace(
+        begun,
+        settings={"settle_time": 2.5e-3},
+        history=begun.history | {"force": np.where(settling, 0.0, begun.history["force"])},
+    )
     assert history_error(begun, reference) == 0.0
     assert history_error(replace(begun, settings={}), reference) > 0.3
 
 
-@pytest.mark.parametrize("end, largest, mark", [(0.36, 1e5 * (1 + np.sin(7.2)), " (outside)"), (0.4, 2e5, " (at its end)"), (0.5, 2e5, "")])
+@pytest.mark.parametrize(
+    "end, largest, mark", [(0.36, 1e5 * (1 + np.sin(7.2)), " (outside)"), (0.4, 2e5, " (at its end)"), (0.5, 2e5, "")]
+)
 def test_forces_are_compared_on_the_common_way_and_marked_where_it_cuts_a_peak(end, largest, mark):
-    """The reference ran to 0.5 m and has its largest force at 0.393 m: what the shorter run could not see must not count as its error."""
+    """The reference ran to 0.5 m and has its largest force at 0.393 m: what the shorter run could not see must not
+    count as its error."""
     short, reference = made("rigid_hertz", 1.1, 1.0, way=(0.2, end)), made("fe_full", 1.0, 9.0)
     assert common_way(short, reference).words == f"200 to {end * 1e3:.0f}"
     for result, factor in ((short, 1.1), (reference, 1.0)):
-        assert forces_on(result, common_way(short, reference))["largest_force"].value == pytest.approx(factor * largest, rel=1e-3)
+        assert forces_on(result, common_way(short, reference))["largest_force"].value == pytest.approx(
+            factor * largest, rel=1e-3
+        )
     assert QUANTITIES["largest force"].error(short, reference) == pytest.approx(0.1, rel=1e-2)
     row = table(Comparison(reference, (short, reference), ("short", "dear"))).splitlines()[2]
     assert f"| +10.0%{mark} |" in row and f"| 200 to {end * 1e3:.0f} |" in row
@@ -75,20 +112,30 @@ def test_forces_are_compared_on_the_common_way_and_marked_where_it_cuts_a_peak(e
 def test_a_formula_without_history_is_held_against_the_first_impact():
     formula = PassResult("p2_formula", SCENE, {}, {"time": [], "x": []}, {"p2": Peak(1.5e5, "N", x=0.26)})
     assert QUANTITIES["first impact"].error(formula, made("fe_full", 1.0, 1.0)) == pytest.approx(-0.25, rel=1e-3)
-    assert np.isnan(QUANTITIES["largest force"].error(formula, made("fe_full", 1.0, 1.0))) and np.isnan(history_error(formula, made("fe_full", 1.0, 1.0)))
+    assert np.isnan(QUANTITIES["largest force"].error(formula, made("fe_full", 1.0, 1.0))) and np.isnan(
+        history_error(formula, made("fe_full", 1.0, 1.0))
+    )
 
 
 def test_a_strain_outside_the_common_way_is_not_compared():
     strained = lambda at: replace(made("fe_full", 1.0, 1.0), peaks={"plastic_strain_nose": Peak(0.05, "1", x=at)})
-    window = replace(made("fe_window", 1.0, 1.0, way=(0.3, 0.5)), peaks={"plastic_strain_nose": Peak(0.04, "1", x=0.35)})
-    assert QUANTITIES["strain"].error(window, strained(0.36)) == pytest.approx(-0.2) and np.isnan(QUANTITIES["strain"].error(window, strained(0.25)))
+    window = replace(
+        made("fe_window", 1.0, 1.0, way=(0.3, 0.5)), peaks={"plastic_strain_nose": Peak(0.04, "1", x=0.35)}
+    )
+    assert QUANTITIES["strain"].error(window, strained(0.36)) == pytest.approx(-0.2) and np.isnan(
+        QUANTITIES["strain"].error(window, strained(0.25))
+    )
 
 
 def test_the_cheapest_within_an_error_is_named_with_its_cost_and_doubts(folders):
     found = compare([folders])
-    assert "middle (rigid_hertz) is the cheapest within 0.05" in advice(found, 0.05, "first impact") and "2e+03 times less" in advice(found, 0.05, "first impact")
+    assert "middle (rigid_hertz) is the cheapest within 0.05" in advice(
+        found, 0.05, "first impact"
+    ) and "2e+03 times less" in advice(found, 0.05, "first impact")
     assert "cheap (lumped)" in advice(found, 0.6, "first impact")
-    assert "nothing cheaper than dear" in advice(found, 0.001, "first impact") and "itself claims no less than 1.00%" in advice(found, 0.001, "first impact")
+    assert "nothing cheaper than dear" in advice(
+        found, 0.001, "first impact"
+    ) and "itself claims no less than 1.00%" in advice(found, 0.001, "first impact")
     assert "nothing cheaper" in advice(found, 0.5, "strain")  # what nobody resolves nobody meets
     assert compare([folders / "middle", folders / "cheap"], folders / "cheap").reference.model == "lumped"
 
@@ -116,8 +163,14 @@ def test_command_writes_table_and_figure_and_refuses_nonsense(folders, tmp_path)
     run = lambda *arguments: CliRunner().invoke(cli.app, ["compare", *map(str, arguments)])
     done = run(folders, "--within", "5%", "--out", tmp_path / "page")
     assert done.exit_code == 0 and "cheapest within 0.05" in done.output
-    assert (tmp_path / "page" / "compare.png").stat().st_size > 10_000 and "rigid_hertz" in (tmp_path / "page" / "compare.md").read_text()
+    assert (tmp_path / "page" / "compare.png").stat().st_size > 10_000 and "rigid_hertz" in (
+        tmp_path / "page" / "compare.md"
+    ).read_text()
     assert table(compare([folders])).count("\n") == 5
-    for arguments, words in [(["--within", "five"], "not a number"), (["--within", "500%"], "between 0 and 100"), (["--quantity", "colour"], "choose one of")]:
+    for arguments, words in [
+        (["--within", "five"], "not a number"),
+        (["--within", "500%"], "between 0 and 100"),
+        (["--quantity", "colour"], "choose one of"),
+    ]:
         refused = run(folders, *arguments)
         assert refused.exit_code != 0 and words in " ".join(refused.output.split())

@@ -1,19 +1,20 @@
-"""A wheel between wing and nose of the benchmark crossing, and of the parametric one like it, against the published run of CONTACT on the same 148 sections.
+"""A wheel between wing and nose of the benchmark crossing, and of the parametric one like it, against the published run
+of CONTACT on the same 148 sections.
 
-Source: eve70a/CONTACT (Apache 2.0), testbank/examples_s+c/mbench_locus, revision 2447: S1002 of radius 460 mm, right wheel at x = 239 mm, not
-yawed nor rolled, 10 kN upwards on the wheel, G = 82 GPa, nu = 0.28, rail origin 750 mm from the middle, y positive to the field side.
-There wheel and sections are splines too, in y and in x.
+Source: eve70a/CONTACT (Apache 2.0), testbank/examples_s+c/mbench_locus, revision 2447: S1002 of radius 460 mm, right
+wheel at x = 239 mm, not yawed nor rolled, 10 kN upwards on the wheel, G = 82 GPa, nu = 0.28, rail origin 750 mm from
+the middle, y positive to the field side. There wheel and sections are splines too, in y and in x.
 """
 
 import numpy as np
 import pytest
 
+from geometry.contact.lofted_search import SurfaceSearch
 from geometry.profiles.formats.slices import read_slices
+from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.surfaces.sections import SectionCrossing
-from geometry.contact.lofted_search import SurfaceSearch
-from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
 from rail_fem.light.load_sharing import rest
 from tests.outside import needs, outside
@@ -22,8 +23,8 @@ MM = 1e-3
 BENCHMARK = outside("formats/uk_crossing.slcs")
 PLACE, RADIUS = 239 * MM, 460 * MM
 MODULUS = 82e9 / (1 - 0.28)
-# shift of the wheel to the field side, its height (down +), then for wing and nose: x ahead of the axle, y on the crossing, contact angle,
-# normal force [N], approach; mm, rad; None: does not touch
+# shift of the wheel to the field side, its height (down +), then for wing and nose: x ahead of the axle, y on the
+# crossing, contact angle, normal force [N], approach; mm, rad; None: does not touch
 ROWS = (
     (0.81, -0.2254, (-3.2127, 38.6059, -0.0991, 10080.0, 3.214e-2), None),
     (0.85, -0.2282, (-3.2126, 38.6067, -0.0990, 10020.0, 3.201e-2), (4.6240, -28.1818, -0.3036, 62.22, 1.010e-3)),
@@ -35,8 +36,9 @@ ROWS = (
 )
 
 RAILS = [pytest.param("benchmark", marks=needs("formats/uk_crossing.slcs")), "parametric"]
-# how far first touch [m], places ahead and aside [mm], forces [of the load] and the loaded height [m] may be off. On the parametric crossing,
-# which needs no file, the wing is as high as the benchmark's within 0.1 um and the nose 8.0 um lower: of an approach of 30 um
+# how far first touch [m], places ahead and aside [mm], forces [of the load] and the loaded height [m] may be off. On
+# the parametric crossing, which needs no file, the wing is as high as the benchmark's within 0.1 um and the nose 8.0 um
+# lower: of an approach of 30 um
 GATES = {"benchmark": (1.5e-6, 0.25, 0.2, 0.02, 2e-6), "parametric": (8.5e-6, 0.3, 0.35, 0.17, 8e-6)}
 
 
@@ -60,9 +62,11 @@ def wheelset_at(shift: float, rail: RailSurface) -> SurfaceSearch:
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]} mm")
 def test_the_wheel_touches_wing_and_nose_where_and_as_high_as_contact_says(row, rail, gates):
-    """Rigid heights follow from CONTACT's as height less approach over cos(angle). They agree within 1.5 um, with sections 20 mm apart here.
+    """Rigid heights follow from CONTACT's as height less approach over cos(angle). They agree within 1.5 um, with
+    sections 20 mm apart here.
 
-    CONTACT prints the middle of the interpenetration, we the deepest point: 1 mm and 2 degrees (VERIFICATION.md section C) leave room for it.
+    CONTACT prints the middle of the interpenetration, we the deepest point: 1 mm and 2 degrees (VERIFICATION.md section
+    C) leave room for it.
     """
     shift, height, *published = row
     search = wheelset_at(shift * MM, rail)
@@ -83,10 +87,11 @@ def test_the_wheel_touches_wing_and_nose_where_and_as_high_as_contact_says(row, 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]} mm")
 def test_wing_and_nose_share_the_load_as_contact_says(row, rail, gates):
-    """Our half-space over both places against CONTACT's of each by itself with friction: forces within 2 % of the load, height within 2 um of 30 um.
+    """Our half-space over both places against CONTACT's of each by itself with friction: forces within 2 % of the load,
+    height within 2 um of 30 um.
 
-    The rigid heights differ by up to 1.5 um (test above), and 1 um of it between wing and nose, 250 and 430 N/um in series, moves 1.6 % of the load. The
-    load here is what CONTACT's normal forces carry without its friction.
+    The rigid heights differ by up to 1.5 um (test above), and 1 um of it between wing and nose, 250 and 430 N/um in
+    series, moves 1.6 % of the load. The load here is what CONTACT's normal forces carry without its friction.
     """
     shift, height, *published = row
     carried = [(point[3], point[2]) for point in published if point]

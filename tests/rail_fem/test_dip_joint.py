@@ -1,4 +1,7 @@
-"""The P2 formula: table 7-5 of the thesis row by row, and a wheel over a dip joint where the formula must be right and where it fails."""
+"""The P2 formula: table 7-5 of the thesis row by row, and a wheel over a dip joint where the formula must be right and
+where it fails."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,11 +11,11 @@ from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p1_force, p2_force, p2_increment
 from rail_fem.light.vertical_dynamics import ContactLaw, Masses, integrate
 from rail_fem.output.result import PassResult
-from pathlib import Path
 from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parents[2]
-# Coleman's thesis, table 7-5: static load kN, dip mrad, speed mm/s, unsprung t, track stiffness N/m, P2 kN (track mass 0.75 t)
+# Coleman's thesis, table 7-5: static load kN, dip mrad, speed mm/s, unsprung t, track stiffness N/m, P2 kN (track mass
+# 0.75 t)
 TABLE = [
     (86.14, 6.69, 44704, 1.0, 1.6e8, 194.64), (86.14, 7.33, 33528, 1.0, 1.6e8, 175.28), (86.14, 5.74, 22352, 1.0, 1.6e8, 132.67),
     (117.72, 6.51, 33528, 1.5, 1.6e8, 222.52), (86.14, 5.35, 33528, 1.0, 1.6e8, 151.20), (117.72, 5.37, 33528, 1.5, 1.6e8, 204.13),
@@ -32,7 +35,8 @@ def test_table_7_5_is_met_with_the_factor_on_the_increment(case):
 
 
 def test_every_row_of_table_7_5_follows_from_a_dip_angle_that_rounds_to_the_printed_one():
-    """Half a last digit of the dip angle is worth up to 0.08 kN. So 15 rows are met to 0.05 kN and row 8 to 0.054 kN; its P2 needs 6.2456 mrad, printed 6.25."""
+    """Half a last digit of the dip angle is worth up to 0.08 kN. So 15 rows are met to 0.05 kN and row 8 to 0.054 kN;
+    its P2 needs 6.2456 mrad, printed 6.25."""
     off = []
     for load, dip, speed, unsprung, stiffness, p2 in TABLE:
         slope = 1.2 * p2_increment(1e-3, speed * 1e-3, unsprung * 1e3, 750.0, stiffness)  # N per mrad
@@ -51,14 +55,17 @@ MU, MT, KT, SPEED, LOAD = 500.0, 750.0, 1.6e8, 33.528, 86e3
 
 
 def over_dip(dip, contact=1e12, damping=0.0, length=0.0):
-    """Increment of the track's spring force and of the contact force [N] as a wheel meets a bend of `dip` [rad], sharp or over `length` [m]."""
+    """Increment of the track's spring force and of the contact force [N] as a wheel meets a bend of `dip` [rad], sharp
+    or over `length` [m]."""
     duration = 20e-3
     steps = int(np.ceil(duration * np.sqrt(contact * (1 / MU + 1 / MT)) / 0.1))
     time = np.linspace(0, duration, 2 * steps + 1)
     x = SPEED * time
     height = dip * (x if length == 0 else np.where(x < length, x**2 / (2 * length), x - length / 2))
     law = ContactLaw(height[None], np.full((1, len(time)), contact), exponent=1.0)
-    masses = Masses(np.array([MU, MT]), np.diag([0.0, KT]), np.diag([0.0, damping]), np.array([-LOAD, 0.0]), np.array([1.0, -1.0]))
+    masses = Masses(
+        np.array([MU, MT]), np.diag([0.0, KT]), np.diag([0.0, damping]), np.array([-LOAD, 0.0]), np.array([1.0, -1.0])
+    )
     start = np.array([-LOAD / contact - LOAD / KT, -LOAD / KT])
     motion = integrate(masses, start, np.zeros(2), duration / steps, law)
     assert motion.force.min() > 0  # the formula knows no lift-off
@@ -66,7 +73,8 @@ def over_dip(dip, contact=1e12, damping=0.0, length=0.0):
 
 
 def test_stiff_contact_gives_the_formula_and_the_error_falls_with_the_contact_s_compliance():
-    """P2 is the spring force under a track mass that takes the wheel's momentum at once; a contact spring k leaves sqrt(Kt / k) of it."""
+    """P2 is the spring force under a track mass that takes the wheel's momentum at once; a contact spring k leaves
+    sqrt(Kt / k) of it."""
     dip = 2e-5  # so small that the stiffest contact does not open
     formula = p2_increment(dip, SPEED, MU, MT, KT)
     contact = np.array([1e10, 1e11, 1e12])
@@ -78,7 +86,9 @@ def test_stiff_contact_gives_the_formula_and_the_error_falls_with_the_contact_s_
 def test_first_peak_of_the_contact_is_p1():
     """On a foundation much softer than the contact the first peak is Jenkins' P1."""
     dip, contact = 1e-4, 1e11
-    assert over_dip(dip, contact)[1] == pytest.approx(p1_force(0.0, dip, SPEED, contact, MU, MT), rel=2 * np.sqrt(KT / contact))
+    assert over_dip(dip, contact)[1] == pytest.approx(
+        p1_force(0.0, dip, SPEED, contact, MU, MT), rel=2 * np.sqrt(KT / contact)
+    )
 
 
 @pytest.mark.parametrize("leave", ["damping", "length"])
@@ -93,7 +103,8 @@ def test_formula_fails_the_more_the_less_its_assumptions_hold(leave):
 
 @pytest.mark.parametrize("direction", ["facing", "trailing"])
 def test_the_dip_is_that_of_the_transfer_though_the_wheel_was_lower_before(direction):
-    """Over straight pieces: 5 mrad down, 6 up (the lowest place), then at the transfer 8 down and 7 up: its angle is that of 8 and 7."""
+    """Over straight pieces: 5 mrad down, 6 up (the lowest place), then at the transfer 8 down and 7 up: its angle is
+    that of 8 and 7."""
     bends = np.array([-0.20, -0.05, -0.01, 0.01, 0.20])
     slopes = np.array([-5.0, 6.0, -8.0, 7.0]) * 1e-3
     heights = np.concatenate([[0.0], np.cumsum(slopes * np.diff(bends))])

@@ -7,10 +7,26 @@ from rail_fem.run.doctor import Finding, _probe, examine
 def test_everything_a_run_needs_is_looked_at(monkeypatch):
     """Whether it is well is tried by the README's doctor command."""
     monkeypatch.setattr(doctor, "_probe", lambda subject, *_: Finding(subject, True, ""))
-    assert [finding.subject for finding in examine()] == ["python", "numpy", "packages", "dolfinx", "numba", "gmsh", "rendering", "mpi"]
+    assert [finding.subject for finding in examine()] == [
+        "python",
+        "numpy",
+        "packages",
+        "dolfinx",
+        "numba",
+        "gmsh",
+        "rendering",
+        "mpi",
+    ]
 
 
-@pytest.mark.parametrize("code, said", [("import module_that_is_absent", "module_that_is_absent"), ("raise SystemExit(3)", "exit code 3"), ("import os; os.abort()", "exit code -6")])
+@pytest.mark.parametrize(
+    "code, said",
+    [
+        ("import module_that_is_absent", "module_that_is_absent"),
+        ("raise SystemExit(3)", "exit code 3"),
+        ("import os; os.abort()", "exit code -6"),
+    ],
+)
 def test_broken_library_is_a_finding_with_a_remedy_and_not_a_crash(code, said):
     finding = _probe("thing", code, "install it")
     assert not finding.well and said in finding.line() and "-> install it" in finding.line()

@@ -5,8 +5,8 @@ import pytest
 from geometry.meshing.quality import mesh_quality
 from rail_fem.case import estimate
 from rail_fem.case.casefile import load_case
-from rail_fem.case.warnings import fe_doubts, scene_doubts, static_patch
 from rail_fem.case.estimate import critical_step, estimate_run, impossible
+from rail_fem.case.warnings import fe_doubts, scene_doubts, static_patch
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
 
@@ -23,13 +23,15 @@ def test_halving_the_element_size_costs_up_to_16_times():
 
 @pytest.mark.parametrize("part", ["wing", "nose", "wheel"])
 def test_the_fastest_wave_of_all_three_steels_bounds_the_step(part):
-    """A steel of a quarter of the density in one of them carries waves twice as fast as steel; one of four times the density holds nobody up."""
+    """A steel of a quarter of the density in one of them carries waves twice as fast as steel; one of four times the
+    density holds nobody up."""
     plain = critical_step(SCENE, FeSettings())
     for factor, step in ((0.25, plain / 2), (4.0, plain)):
         steel = getattr(SCENE.materials, part)
         other = steel.model_copy(update={"density": factor * steel.steel().density})
         scene = SCENE.model_copy(update={"materials": SCENE.materials.model_copy(update={part: other})})
-        assert critical_step(scene, FeSettings()) == pytest.approx(step, rel=1e-3)  # the grades' own speeds differ by 1e-4
+        # the grades' own speeds differ by 1e-4
+        assert critical_step(scene, FeSettings()) == pytest.approx(step, rel=1e-3)
 
 
 @pytest.mark.parametrize("size", [6e-3, 3e-3])

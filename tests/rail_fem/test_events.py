@@ -1,11 +1,12 @@
-"""Transfer, first impact, largest forces and what may be an accident of the window, on histories whose answers are known."""
+"""Transfer, first impact, largest forces and what may be an accident of the window, on histories whose answers are
+known."""
 
 import numpy as np
 import pytest
 
 from bem.exact.hertz import tangent_stiffness
-from rail_fem.output.events import OPEN, end_doubts, first_maximum, force_peaks, transfer_place
 from rail_fem.light.contact_table import contact_table
+from rail_fem.output.events import OPEN, end_doubts, first_maximum, force_peaks, transfer_place
 from tests.rail_fem.test_scene import make_scene
 
 LOAD = 1e5
@@ -14,7 +15,8 @@ FACING, TRAILING = 1.0, -1.0
 
 
 def history(share, sign=FACING, force=LOAD):
-    """share of the nose as a function of x;  force : of the wheel, a number or a function of x. Rows in the order of time."""
+    """share of the nose as a function of x;  force : of the wheel, a number or a function of x. Rows in the order of
+    time."""
     x = X if sign > 0 else X[::-1]
     total = force(x) if callable(force) else np.full(len(x), force)
     nose = total * share(x)
@@ -31,20 +33,23 @@ def bump(at, height, width=0.03):
 
 @pytest.mark.parametrize("sign", [FACING, TRAILING])
 def test_the_transfer_of_a_clean_pass_is_the_same_place_in_both_directions(sign):
-    """The nose's share goes linearly from 0 to 1 over 40 mm around x = 350.4 mm, between two rows: exact, whichever way the wheel runs."""
+    """The nose's share goes linearly from 0 to 1 over 40 mm around x = 350.4 mm, between two rows: exact, whichever way
+    the wheel runs."""
     share = lambda x: np.clip((x - 0.3504) / 0.04 + 0.5, 0, 1)
     assert transfer_place(history(share, sign), sign, LOAD) == pytest.approx(0.3504, abs=1e-12)
 
 
 def test_a_wheel_that_bounces_between_the_bodies_has_transferred_at_the_last_change():
-    """On the nose from 0.330 to 0.345 and from 0.361 mm on. Facing it comes to stay on the nose at 0.361; trailing it comes to stay on the wing at
-    0.330: for good means in the order of time, for every model."""
+    """On the nose from 0.330 to 0.345 and from 0.361 mm on. Facing it comes to stay on the nose at 0.361; trailing it
+    comes to stay on the wing at 0.330: for good means in the order of time, for every model."""
     share = on_nose((0.3295, 0.3455), (0.3605, 1.0))
     assert transfer_place(history(share), FACING, LOAD) == pytest.approx(0.3605, abs=1e-12)
     assert transfer_place(history(share, TRAILING), TRAILING, LOAD) == pytest.approx(0.3295, abs=1e-12)
 
 
-@pytest.mark.parametrize("stretches", [[], [(0.0, 1.0)], [(0.3, 0.4)]], ids=["wing only", "nose only", "back to the wing"])
+@pytest.mark.parametrize(
+    "stretches", [[], [(0.0, 1.0)], [(0.3, 0.4)]], ids=["wing only", "nose only", "back to the wing"]
+)
 def test_there_is_no_transfer_where_the_nose_does_not_take_over(stretches):
     found = history(on_nose(*stretches))
     assert np.isnan(transfer_place(found, FACING, LOAD)) and "first_impact" not in force_peaks(found, FACING, LOAD)
@@ -73,9 +78,15 @@ def test_rows_of_the_settling_count_for_nothing():
 
 @pytest.mark.parametrize("sign, body", [(FACING, "nose"), (TRAILING, "wing")])
 def test_the_first_impact_is_that_of_the_body_that_takes_over_not_the_largest_force(sign, body):
-    """Landings of 1.8 and 2.6 times the load after the transfer at 0.45 m, and one of 3 before it: the first is the first, the largest the largest."""
+    """Landings of 1.8 and 2.6 times the load after the transfer at 0.45 m, and one of 3 before it: the first is the
+    first, the largest the largest."""
     place = lambda ahead: 0.45 + sign * ahead
-    force = lambda x: 0.2 * LOAD + bump(place(0.06), 1.8 * LOAD)(x) + bump(place(0.18), 2.6 * LOAD)(x) + bump(place(-0.15), 3.0 * LOAD)(x)
+    force = lambda x: (
+        0.2 * LOAD
+        + bump(place(0.06), 1.8 * LOAD)(x)
+        + bump(place(0.18), 2.6 * LOAD)(x)
+        + bump(place(-0.15), 3.0 * LOAD)(x)
+    )
     found = force_peaks(history(on_nose((0.45, 1.0)), sign, force), sign, LOAD)
     first, largest = found["first_impact"], found["largest_force"]
     assert (first.x, first.value) == pytest.approx((place(0.06), 2.0 * LOAD), rel=1e-3)
@@ -87,16 +98,31 @@ def test_what_shakes_with_the_mesh_is_no_impact():
     """A ripple of 10 % of the static load on the rise does not end it; one of 30 % does."""
     rise = lambda x: LOAD + bump(0.45, LOAD, 0.05)(x)
     for ripple, at in ((0.1, 0.45), (0.3, None)):
-        found = force_peaks(history(on_nose((0.35, 1.0)), force=lambda x: rise(x) + ripple * LOAD / 2 * np.sin(2 * np.pi * x / 4e-3)), FACING, LOAD)
+        found = force_peaks(
+            history(on_nose((0.35, 1.0)), force=lambda x: rise(x) + ripple * LOAD / 2 * np.sin(2 * np.pi * x / 4e-3)),
+            FACING,
+            LOAD,
+        )
         assert (found["first_impact"].x == pytest.approx(0.45, abs=4e-3)) == (at is not None)
-    assert [first_maximum(np.array(values, float), 2.5) for values in ([1, 5, 3, 9, 0], [1, 5, 2, 9, 0], [1, 2, 3], [3, 2, 1])] == [3, 1, 2, 0]
+    assert [
+        first_maximum(np.array(values, float), 2.5)
+        for values in ([1, 5, 3, 9, 0], [1, 5, 2, 9, 0], [1, 2, 3], [3, 2, 1])
+    ] == [3, 1, 2, 0]
 
 
 def test_a_model_of_one_body_knows_no_transfer():
-    found = {name: values for name, values in history(on_nose((0.35, 1.0))).items() if name not in ("force_wing", "force_nose")}
+    found = {
+        name: values
+        for name, values in history(on_nose((0.35, 1.0))).items()
+        if name not in ("force_wing", "force_nose")
+    }
     assert np.isnan(transfer_place(found, FACING, LOAD)) and set(force_peaks(found, FACING, LOAD)) == {"largest_force"}
     nothing = {name: np.empty(0) for name in ("time", "x")}
-    assert np.isnan(transfer_place(nothing, FACING, LOAD)) and force_peaks(nothing, FACING, LOAD) == {} and end_doubts(nothing, {}, LOAD) == ()
+    assert (
+        np.isnan(transfer_place(nothing, FACING, LOAD))
+        and force_peaks(nothing, FACING, LOAD) == {}
+        and end_doubts(nothing, {}, LOAD) == ()
+    )
 
 
 @pytest.mark.parametrize("end, words", [
@@ -110,10 +136,17 @@ def test_a_run_that_ends_under_more_than_its_static_load_says_so(end, words):
     assert len(said) == (words != "1.17") and all(words in text and "x = 700 mm" in text for text in said)
 
 
-@pytest.mark.parametrize("at, near", [(0.693, "7.0 mm from where the way ends"), (0.689, ""), (0.208, "8.0 mm from where the way begins"), (0.211, "")])
+@pytest.mark.parametrize(
+    "at, near",
+    [(0.693, "7.0 mm from where the way ends"), (0.689, ""), (0.208, "8.0 mm from where the way begins"), (0.211, "")],
+)
 def test_a_peak_close_to_an_end_of_the_way_says_so(at, near):
     found = history(on_nose((0.35, 1.0)), force=lambda x: LOAD + bump(at, LOAD, 2e-3)(x))
-    said = [text for text in end_doubts(found, force_peaks(found, FACING, LOAD), LOAD) if text.startswith("largest force 200.0 kN")]
+    said = [
+        text
+        for text in end_doubts(found, force_peaks(found, FACING, LOAD), LOAD)
+        if text.startswith("largest force 200.0 kN")
+    ]
     assert len(said) == bool(near) and all(near in text for text in said)
     steady = history(on_nose((0.35, 1.0)))
     assert end_doubts(steady, force_peaks(steady, FACING, LOAD), LOAD) == ()  # a constant force has no peak

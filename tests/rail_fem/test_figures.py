@@ -21,7 +21,17 @@ from rail_fem.show.figures import draw_run, strain_figures
 from rail_fem.show.force import force_figure
 from rail_fem.show.plan import cut_in_strips, plan_figure, view_box
 from rail_fem.show.section import section_figure
-from tests.rail_fem.standin_run import MOST, SETTLE, WORST, bump, standin_history, standin_mesh, standin_strain, write_fields, write_run
+from tests.rail_fem.standin_run import (
+    MOST,
+    SETTLE,
+    WORST,
+    bump,
+    standin_history,
+    standin_mesh,
+    standin_strain,
+    write_fields,
+    write_run,
+)
 from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -32,7 +42,11 @@ def words(figure) -> str:
     """Everything that a figure says."""
     legends = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
     texts = [text for axes in figure.axes for text in (axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts)]
-    texts += [text for legend in legends for text in legend.get_texts()] + list(figure.texts) + ([figure._suptitle] if figure._suptitle else [])
+    texts += (
+        [text for legend in legends for text in legend.get_texts()]
+        + list(figure.texts)
+        + ([figure._suptitle] if figure._suptitle else [])
+    )
     return " ".join("\n".join(text.get_text() for text in texts).split())
 
 
@@ -50,7 +64,9 @@ def area(polygon: np.ndarray) -> float:
 def run_alone(*command: str) -> subprocess.CompletedProcess:
     """A process of its own, without a display."""
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    return subprocess.run([sys.executable, *command], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
+    return subprocess.run(
+        [sys.executable, *command], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120
+    )
 
 
 # ---- the pictures themselves
@@ -81,7 +97,16 @@ print(len(draw_run({str(tmp_path)!r})), [m for m in sys.modules if m.startswith(
 def test_title_names_crossing_wheel_speed_direction_and_fault(tmp_path):
     result = write_run(tmp_path, fault="unstable at step 7")
     said = words(force_figure(result, "my_case"))
-    for part in ("my_case", "1:10.75", "P8-worn", "75 mph", "121 km/h", "facing", "86.1 kN", "THIS RUN FAILED: unstable at step 7"):
+    for part in (
+        "my_case",
+        "1:10.75",
+        "P8-worn",
+        "75 mph",
+        "121 km/h",
+        "facing",
+        "86.1 kN",
+        "THIS RUN FAILED: unstable at step 7",
+    ):
         assert part in said
 
 
@@ -118,10 +143,16 @@ def test_lost_contact_is_counted_from_the_first_contact_on():
 def test_rigid_path_meets_the_wheel_where_settling_ends(tmp_path):
     result = write_run(tmp_path)
     middle = force_figure(result, "run").axes[1]
-    run, rigid = (next(line for line in middle.lines if start in line.get_label()) for start in ("wheel in this run", "rigid wheel"))
+    run, rigid = (
+        next(line for line in middle.lines if start in line.get_label())
+        for start in ("wheel in this run", "rigid wheel")
+    )
     x = 1e3 * (0.25 + 33.5 * SETTLE)
-    # the run has a row there; the path is linear between 150 points 1.3 mm apart: bend (1/R of the path, < 0.1/m) * spacing^2 / 8
-    assert np.interp(x, *rigid.get_data()) == pytest.approx(np.interp(x, *run.get_data()), abs=1e3 * 0.1 * 1.4e-3**2 / 8 + 1e-9)
+    # the run has a row there; the path is linear between 150 points 1.3 mm apart: bend (1/R of the path, < 0.1/m) *
+    # spacing^2 / 8
+    assert np.interp(x, *rigid.get_data()) == pytest.approx(
+        np.interp(x, *run.get_data()), abs=1e3 * 0.1 * 1.4e-3**2 / 8 + 1e-9
+    )
 
 
 def test_stated_rigid_path_is_drawn_as_it_is(tmp_path):
@@ -139,7 +170,8 @@ def test_worst_surface_element_of_each_body_is_named_with_its_place(tmp_path):
         assert np.abs(centre[worst, :2] - WORST[body][:2]).max() < 2e-3  # within the element of 2.5 x 3 mm
         stated = re.search(rf"{body}: at most (\S+) % at x = (\S+), y = (\S+) mm", said)
         exact = [100 * strain[worst], *(1e3 * centre[worst, :2])]
-        assert np.abs(np.array(stated.groups(), float) - exact) == pytest.approx(0, abs=0.0501)  # as many digits are said
+        # as many digits are said
+        assert np.abs(np.array(stated.groups(), float) - exact) == pytest.approx(0, abs=0.0501)
 
 
 def test_section_is_where_the_strain_is_largest_and_says_how_deep(tmp_path):
@@ -156,7 +188,8 @@ def test_section_is_where_the_strain_is_largest_and_says_how_deep(tmp_path):
 def test_section_of_a_skewed_block_has_the_area_of_the_block(x):
     """Planes of a sheared grid: every section is 40 x 10 mm, also through nodes; round-off of 1e3 polygons."""
     mesh = mesh_grid(np.linspace(0, 0.03, 11), np.linspace(0, 0.04, 9), np.linspace(-0.01, 0, 6))
-    points = mesh.points + np.outer(mesh.points[:, 1], [0.3, 0, 0]) - [0.006, 0, 0]  # sheared: planes of nodes are oblique to x
+    # sheared: planes of nodes are oblique to x
+    points = mesh.points + np.outer(mesh.points[:, 1], [0.3, 0, 0]) - [0.006, 0, 0]
     inside = (x > 0.006) & (x < 0.024)
     polygons, cut = cut_at(points, mesh.cells, x)
     assert len(polygons) == len(cut) and len(set(cut)) == len(cut)
@@ -234,10 +267,14 @@ def test_columns_that_a_model_does_not_resolve_are_left_out(tmp_path):
 
 
 def test_empty_history_of_a_failed_run_is_said(tmp_path):
-    write_run(tmp_path, history={"time": [], "x": []}, fault="the wheel starts inside the rail", transfer_x=float("nan"))
+    write_run(
+        tmp_path, history={"time": [], "x": []}, fault="the wheel starts inside the rail", transfer_x=float("nan")
+    )
     assert {path.name for path in draw_run(tmp_path)} == NAMES - {"creep.png", "energies.png"}
     result = write_run(tmp_path / "again", history={"time": [], "x": []}, fault="the wheel starts inside the rail")
-    assert "the history has no rows" in words(force_figure(result, "run")) and "inside the rail" in words(force_figure(result, "run"))
+    assert "the history has no rows" in words(force_figure(result, "run")) and "inside the rail" in words(
+        force_figure(result, "run")
+    )
 
 
 def test_force_that_is_zero_throughout_is_drawn(tmp_path):
@@ -252,7 +289,10 @@ def test_last_frame_stands_in_for_final_fields(tmp_path):
     (fields / "final.vtu").rename(fields / "frame_0003.vtu")
     write_fields(fields / "frame_0000.vtu", mesh, np.zeros(len(mesh.cells)))
     found = read_crossing(tmp_path)
-    assert found.source == "frame_0003.vtu" and found.plastic_strain.max() == bump(found.points[found.cells].mean(axis=1), "nose").max()
+    assert (
+        found.source == "frame_0003.vtu"
+        and found.plastic_strain.max() == bump(found.points[found.cells].mean(axis=1), "nose").max()
+    )
 
 
 def spoil_region(path, mesh):
@@ -276,7 +316,14 @@ def remove(path, mesh):
 
 
 @pytest.mark.parametrize(
-    "spoil, said", [(remove, "no final.vtu"), (cut_short, "cannot be read"), (spoil_region, "region"), (spoil_strain, "not a number"), (spoil_bodies, "belongs to wing")]
+    "spoil, said",
+    [
+        (remove, "no final.vtu"),
+        (cut_short, "cannot be read"),
+        (spoil_region, "region"),
+        (spoil_strain, "not a number"),
+        (spoil_bodies, "belongs to wing"),
+    ],
 )
 def test_fields_that_cannot_be_drawn_are_named_in_the_figure(tmp_path, spoil, said):
     result = write_run(tmp_path)
@@ -293,7 +340,9 @@ def test_only_missing_figures_are_drawn_when_so_asked(tmp_path):
     force = tmp_path / "figures" / "force.png"
     force.write_bytes(b"mine")
     (tmp_path / "figures" / "energies.png").unlink()
-    assert [path.name for path in draw_run(tmp_path, missing_only=True)] == ["energies.png"] and force.read_bytes() == b"mine"
+    assert [path.name for path in draw_run(tmp_path, missing_only=True)] == [
+        "energies.png"
+    ] and force.read_bytes() == b"mine"
     assert draw_run(tmp_path, missing_only=True) == []
 
 
@@ -303,12 +352,23 @@ def test_folder_without_a_result_is_refused(tmp_path):
 
 
 def test_largest_internal_energy_so_far_bridges_what_is_unknown():
-    made = lambda elastic, plastic: {"time": np.arange(len(elastic)), "energy_elastic": np.array(elastic), "energy_plastic": np.array(plastic)}
+    made = lambda elastic, plastic: {
+        "time": np.arange(len(elastic)),
+        "energy_elastic": np.array(elastic),
+        "energy_plastic": np.array(plastic),
+    }
     assert largest_internal(made([np.nan, 1, 3, 2], [0.0, 0, 1, 1])).tolist()[1:] == [1, 4, 4]
     assert np.isnan(largest_internal(made([np.nan] * 2, [np.nan] * 2))).all()
 
 
-@pytest.mark.parametrize("model, columns, drawn", [("rigid_hertz", ("force", "energy_springs"), {"force.png", "energies.png"}), ("lumped", ("force",), {"force.png"}), ("p2_formula", None, set())])
+@pytest.mark.parametrize(
+    "model, columns, drawn",
+    [
+        ("rigid_hertz", ("force", "energy_springs"), {"force.png", "energies.png"}),
+        ("lumped", ("force",), {"force.png"}),
+        ("p2_formula", None, set()),
+    ],
+)
 def test_a_model_gets_no_pictures_of_what_it_does_not_resolve(tmp_path, model, columns, drawn):
     full = standin_history() | {"energy_springs": np.ones(600)}
     history = {"time": [], "x": []} if columns is None else {name: full[name] for name in ("time", "x", *columns)}
@@ -359,7 +419,11 @@ def test_script_draws_in_three_dimensions_without_a_display(tmp_path):
 
 def test_script_says_what_it_misses(tmp_path):
     answer = run_alone("cases/plot_plastic_strain.py", str(tmp_path))
-    assert answer.returncode == 1 and "no such file; give the folder of a run" in answer.stderr and "Traceback" not in answer.stderr
+    assert (
+        answer.returncode == 1
+        and "no such file; give the folder of a run" in answer.stderr
+        and "Traceback" not in answer.stderr
+    )
 
 
 def test_creep_is_drawn_where_the_wheel_is_in_contact_and_said_to_be_missing_where_it_is_not(tmp_path):

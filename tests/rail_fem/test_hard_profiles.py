@@ -1,11 +1,12 @@
-"""Every malformed or extreme profile that is mended goes all the way: file, doctor, contact search, loaded rest. What is refused: test_profile_doctor."""
+"""Every malformed or extreme profile that is mended goes all the way: file, doctor, contact search, loaded rest. What
+is refused: test_profile_doctor."""
 
 import numpy as np
 import pytest
 
 from geometry.contact.prismatic_search import ContactSearch
-from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.doctor import examine
+from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset, WheelsetError
@@ -71,7 +72,10 @@ def stands(wheel, rail) -> None:
     search = ContactSearch(Wheelset(wheel.graph_part()), Track(rail))
     for lateral in np.array([-9.0, -3.0, 0.0, 4.0, 9.0]) * MM:
         found = search.contacts(search.settle(lateral, 5e-3), "left").lowest()
-        assert abs(found.gap[0]) < 1e-9 and np.isfinite(np.concatenate([found.position[0], found.angle, found.curvature[0]])).all()
+        assert (
+            abs(found.gap[0]) < 1e-9
+            and np.isfinite(np.concatenate([found.position[0], found.angle, found.curvature[0]])).all()
+        )
         try:
             loaded = rest(search, (LOAD, LOAD), lateral, 5e-3)
         except WheelsetError as error:
@@ -82,7 +86,10 @@ def stands(wheel, rail) -> None:
 
 @pytest.mark.parametrize("name", WHEELS)
 def test_a_wheel_that_was_mended_stands_on_plain_line(tmp_path, name):
-    stands(examine(read_raw(through_a_file(tmp_path, WHEELS[name], WRITTEN.get(name, "{:.4f} {:.4f}")), "wheel")).profile, RAIL)
+    stands(
+        examine(read_raw(through_a_file(tmp_path, WHEELS[name], WRITTEN.get(name, "{:.4f} {:.4f}")), "wheel")).profile,
+        RAIL,
+    )
 
 
 @pytest.mark.parametrize("name, start, comma", [("byte-order mark", "\ufeff", False), ("decimal comma", "", True)])
@@ -103,8 +110,12 @@ def test_a_rail_of_few_points_carries(tmp_path, count):
 
 
 def test_vertical_walls_are_left_aside_and_the_head_between_them_carries(tmp_path):
-    corners = np.array([[-36, -36], [-36, -14], [-24, -2.6], [-10, -0.2], [0, 0], [10, -0.2], [24, -2.6], [36, -14], [36, -36]])
-    points = np.vstack([np.linspace(a, b, 20, endpoint=False) for a, b in zip(corners[:-1], corners[1:])] + [corners[-1:]])
+    corners = np.array(
+        [[-36, -36], [-36, -14], [-24, -2.6], [-10, -0.2], [0, 0], [10, -0.2], [24, -2.6], [36, -14], [36, -36]]
+    )
+    points = np.vstack(
+        [np.linspace(a, b, 20, endpoint=False) for a, b in zip(corners[:-1], corners[1:])] + [corners[-1:]]
+    )
     found = examine(read_raw(through_a_file(tmp_path, points), "rail")).profile
     search = ContactSearch(Wheelset(WHEEL), Track(found.graph_part(), gauge_point=13.9 * MM))
     place = search.contacts(search.settle(), "left").lowest().rail_station[0]

@@ -1,4 +1,5 @@
-"""Case files from a stranger: each is refused in words, at once, whatever it holds; what no run survives is a fault before the run."""
+"""Case files from a stranger: each is refused in words, at once, whatever it holds; what no run survives is a fault
+before the run."""
 
 import os
 import signal
@@ -20,7 +21,8 @@ WINDOW = LIGHT + '[run.fe_window]\nstart = "280 mm"\nend = "470 mm"\n'
 
 @pytest.fixture(autouse=True)
 def bounded():
-    """Faults come in well under a second; a reader that hangs is stopped here, though kernels were compiled on a slow and busy machine."""
+    """Faults come in well under a second; a reader that hangs is stopped here, though kernels were compiled on a slow
+    and busy machine."""
     signal.signal(signal.SIGALRM, lambda *_: pytest.fail("hangs"))
     signal.alarm(400)
     yield
@@ -53,7 +55,9 @@ def test_text_that_is_too_deep_or_too_large_is_refused_before_it_is_parsed(tmp_p
 
 
 def test_a_thousand_unknown_keys_are_told_of_in_part(tmp_path):
-    faults = faults_of(tmp_path, GOOD.replace("[scene]\n", "[scene]\n" + "".join(f"speeed_{i} = 1\n" for i in range(1000))))
+    faults = faults_of(
+        tmp_path, GOOD.replace("[scene]\n", "[scene]\n" + "".join(f"speeed_{i} = 1\n" for i in range(1000)))
+    )
     assert len(faults) == 51 and faults[-1] == "and 150 more"  # of those of a section 200 are looked at
 
 
@@ -83,69 +87,112 @@ def test_values_that_cannot_be_meant_are_refused_on_one_line(tmp_path, line, sai
     assert len(faults) == 1 and said in faults[0] and faults[0].isprintable() and len(faults[0]) < 2100
 
 
-@pytest.mark.parametrize("key, said", [
-    ('label = "a\\nb"', "scene.label"),
-    ('"sp\\u001bed" = 1', "unknown key, did you mean 'speed'?"),
-])
+@pytest.mark.parametrize(
+    "key, said", [('label = "a\\nb"', "scene.label"), ('"sp\\u001bed" = 1', "unknown key, did you mean 'speed'?")]
+)
 def test_a_key_more_in_the_scene(tmp_path, key, said):
     faults = faults_of(tmp_path, GOOD.replace("[scene]\n", f"[scene]\n{key}\n"))
     assert len(faults) == 1 and said in faults[0] and faults[0].isprintable()
 
 
-@pytest.mark.parametrize("material, said", [
-    ('{ grade = "Mn13", hardening = "mixed" }', "unknown value 'mixed' (choose from: isotropic, kinematic)"),
-    ('{ grade = "Mn13", hardening = "kinematc" }', "did you mean 'kinematic'?"), ('{ grade = "Mn13", hardening = 3 }', "choose from: isotropic, kinematic"),
-    ('{ grade = "Mn13", hardening_strain = [0, 0.1], hardening_stress = [310, 900] }', 'hardening_stress[0]: 310 has no unit, write e.g. "310 MPa"'),
-    ('{ grade = "Mn13", hardening_strain = [0, 0.1], hardening_stress = "310 MPa" }', "scene.materials.wing.hardening_stress: "),
-])
+@pytest.mark.parametrize(
+    "material, said",
+    [
+        ('{ grade = "Mn13", hardening = "mixed" }', "unknown value 'mixed' (choose from: isotropic, kinematic)"),
+        ('{ grade = "Mn13", hardening = "kinematc" }', "did you mean 'kinematic'?"),
+        ('{ grade = "Mn13", hardening = 3 }', "choose from: isotropic, kinematic"),
+        (
+            '{ grade = "Mn13", hardening_strain = [0, 0.1], hardening_stress = [310, 900] }',
+            'hardening_stress[0]: 310 has no unit, write e.g. "310 MPa"',
+        ),
+        (
+            '{ grade = "Mn13", hardening_strain = [0, 0.1], hardening_stress = "310 MPa" }',
+            "scene.materials.wing.hardening_stress: ",
+        ),
+    ],
+)
 def test_faults_of_a_material(tmp_path, material, said):
-    assert any(said in fault for fault in faults_of(tmp_path, BARE + f"[scene.materials]\nwing = {material}\n[run.p2_formula]\n"))
+    assert any(
+        said in fault
+        for fault in faults_of(tmp_path, BARE + f"[scene.materials]\nwing = {material}\n[run.p2_formula]\n")
+    )
 
 
-@pytest.mark.parametrize("line, said", [
-    ("max_steps = true", "max_steps: True must be a valid integer"), ("max_steps = 0", "max_steps: 0 must be"), ("field_frames = true", "field_frames: True"),
-    ('settle_time = "20 ms"', "settle_time: 20 ms, but the pass takes 5.667 ms"), ("courant = 1.0", "outside [0.05, 0.97]"),
-    ('history_interval = "1e5 us"', "history_interval: 100000 us gives 0.057 rows, the pass takes 5.667 ms; at most 567 us gives 10"),
-    ('approach_start = "300 mm"', "approach_start: 300 mm lies behind start 280 mm of a facing pass"),
-])
+@pytest.mark.parametrize(
+    "line, said",
+    [
+        ("max_steps = true", "max_steps: True must be a valid integer"),
+        ("max_steps = 0", "max_steps: 0 must be"),
+        ("field_frames = true", "field_frames: True"),
+        ('settle_time = "20 ms"', "settle_time: 20 ms, but the pass takes 5.667 ms"),
+        ("courant = 1.0", "outside [0.05, 0.97]"),
+        (
+            'history_interval = "1e5 us"',
+            "history_interval: 100000 us gives 0.057 rows, the pass takes 5.667 ms; at most 567 us gives 10",
+        ),
+        ('approach_start = "300 mm"', "approach_start: 300 mm lies behind start 280 mm of a facing pass"),
+    ],
+)
 def test_numerics_that_no_run_survives_are_faults(tmp_path, line, said):
     faults = faults_of(tmp_path, WINDOW + line + "\n")
     assert len(faults) == 1 and said in faults[0]
 
 
 def test_light_rungs_refuse_a_history_of_one_row_too(tmp_path):
-    assert "history_interval: 100000 us gives" in faults_of(tmp_path, LIGHT + '[run.lumped]\nhistory_interval = "1e5 us"\n')[0]
+    assert (
+        "history_interval: 100000 us gives"
+        in faults_of(tmp_path, LIGHT + '[run.lumped]\nhistory_interval = "1e5 us"\n')[0]
+    )
 
 
 def test_check_shows_what_is_not_set_and_lists_with_their_units(tmp_path):
-    text = BARE + '''[scene.materials.wing]
+    text = (
+        BARE
+        + """[scene.materials.wing]
 grade = "Mn13"
 hardening_strain = [0, 0.1]
 hardening_stress = ["500 MPa", "800 MPa"]
 [run.rigid_hertz]
-'''
+"""
+    )
     (tmp_path / "case.toml").write_text(text)
     shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
     lines = [" ".join(line.split()) for line in shown.output.splitlines()]
     assert shown.exit_code == 0, shown.output
     assert any(line.startswith("materials.wing.hardening_stress 500 MPa, 800 MPa true yield stress") for line in lines)
-    assert any(line.startswith("start not set position x") for line in lines) and any(line.startswith("check_rail not set flangeway") for line in lines)
+    assert any(line.startswith("start not set position x") for line in lines) and any(
+        line.startswith("check_rail not set flangeway") for line in lines
+    )
 
 
 def test_case_files_have_a_schema():
     """For an editor's completion: every quantity with its unit and range."""
     scene = Scene.model_json_schema()
-    assert scene["properties"]["speed"]["description"] == "running speed v, [0.5, 350] mph" and scene["properties"]["speed"]["type"] == "string"
-    assert "measured" not in scene["$defs"]["Wheel"]["properties"] and FeSettings.model_json_schema()["properties"]["courant"]["anyOf"][0]["maximum"] == 0.97
+    assert (
+        scene["properties"]["speed"]["description"] == "running speed v, [0.5, 350] mph"
+        and scene["properties"]["speed"]["type"] == "string"
+    )
+    assert (
+        "measured" not in scene["$defs"]["Wheel"]["properties"]
+        and FeSettings.model_json_schema()["properties"]["courant"]["anyOf"][0]["maximum"] == 0.97
+    )
 
 
-@pytest.mark.parametrize("old, new, said", [
-    ("friction = 0.3", "friction = 9.9", "friction 9.9 > 0.7"), ("ratio = 10.75", "ratio = 20", "crossing 1:20: the parametric crossing was compared at"),
-    ('track_mass = "750 kg"', 'track_mass = "750 g"', "track mass 0.75 kg < 50 kg"),
-    ("[run.fe_window]", "[run.fe_window]\nfield_frames = 10000", "10000 field outputs > 500"),
-    ("[run.fe_window]", '[run.fe_window]\nhistory_interval = "0.01 us"', "history interval 0.01 us < 1 us"),
-    ('start = "280 mm"\nend = "470 mm"', 'start = "95 mm"\nend = "540 mm"\nsettle_time = "7 ms"', "rolls 234.7 of 445 mm while it settles"),
-])
+@pytest.mark.parametrize(
+    "old, new, said",
+    [
+        ("friction = 0.3", "friction = 9.9", "friction 9.9 > 0.7"),
+        ("ratio = 10.75", "ratio = 20", "crossing 1:20: the parametric crossing was compared at"),
+        ('track_mass = "750 kg"', 'track_mass = "750 g"', "track mass 0.75 kg < 50 kg"),
+        ("[run.fe_window]", "[run.fe_window]\nfield_frames = 10000", "10000 field outputs > 500"),
+        ("[run.fe_window]", '[run.fe_window]\nhistory_interval = "0.01 us"', "history interval 0.01 us < 1 us"),
+        (
+            'start = "280 mm"\nend = "470 mm"',
+            'start = "95 mm"\nend = "540 mm"\nsettle_time = "7 ms"',
+            "rolls 234.7 of 445 mm while it settles",
+        ),
+    ],
+)
 def test_what_is_allowed_but_doubtful_is_a_warning_of_the_case(tmp_path, old, new, said):
     assert old in WINDOW
     (tmp_path / "case.toml").write_text(WINDOW.replace(old, new))

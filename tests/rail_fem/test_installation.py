@@ -21,7 +21,9 @@ def test_packages_are_missing_where_python_finds_none_or_an_emptied_folder(tmp_p
     assert "numpy" not in missing([*NEEDED])
 
 
-@pytest.mark.parametrize("written, fault", [("numpy==1.24.*", True), ("numpy==1.2.*", True), ("numpy==9.10.*", False), (None, False)])
+@pytest.mark.parametrize(
+    "written, fault", [("numpy==1.24.*", True), ("numpy==1.2.*", True), ("numpy==9.10.*", False), (None, False)]
+)
 def test_numpy_must_be_of_the_series_that_was_written_down(tmp_path, monkeypatch, written, fault):
     """9.10.2 is of the series 9.10 alone."""
     if written:
@@ -44,7 +46,13 @@ def test_doctor_looks_at_numpy_first_and_names_its_remedy_alone(tmp_path, monkey
 
 def run_with(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
     path = os.pathsep.join([str(folder), str(ROOT)])
-    return subprocess.run([sys.executable, "-m", "rail_fem", *arguments], cwd=ROOT, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True)
+    return subprocess.run(
+        [sys.executable, "-m", "rail_fem", *arguments],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+    )
 
 
 ABSENT = """import importlib.util, sys
@@ -55,7 +63,13 @@ importlib.util.find_spec = lambda name, package=None: None if name == {name!r} e
 
 
 @pytest.mark.parametrize("name", ["pydantic", "pint"])
-@pytest.mark.parametrize("kind, said", [("broken", "the package {name} is broken (No module named '{name}.part')"), ("absent", "): {name} (import of {name} halted")])
+@pytest.mark.parametrize(
+    "kind, said",
+    [
+        ("broken", "the package {name} is broken (No module named '{name}.part')"),
+        ("absent", "): {name} (import of {name} halted"),
+    ],
+)
 def test_a_broken_package_is_a_sentence(tmp_path, name, kind, said):
     """One that fails when it is imported, put in front of the real one, and one that is not there."""
     (tmp_path / "sitecustomize.py").write_text(ABSENT.format(name=name) if kind == "absent" else "")
@@ -64,7 +78,11 @@ def test_a_broken_package_is_a_sentence(tmp_path, name, kind, said):
         (tmp_path / name / "__init__.py").write_text(f"import {name}.part")
     answer = run_with(tmp_path, "check", "cases/nose_transfer.toml")
     assert answer.returncode != 0 and "Traceback" not in answer.stderr
-    assert len(answer.stderr.strip().splitlines()) == 1 and said.format(name=name) in answer.stderr and "./setup.sh" in answer.stderr
+    assert (
+        len(answer.stderr.strip().splitlines()) == 1
+        and said.format(name=name) in answer.stderr
+        and "./setup.sh" in answer.stderr
+    )
 
 
 def test_an_error_that_is_not_the_environments_is_not_hidden():

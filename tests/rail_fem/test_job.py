@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from rail_fem import cli, ladder
+from rail_fem import cli, ladder, launcher
 from rail_fem.case import estimate
-from rail_fem.run import job
-from rail_fem import launcher
 from rail_fem.output.progress import read_status
 from rail_fem.output.result import load
+from rail_fem.run import job
 from rail_fem.scene.scene import GRAVITY
 from tests.rail_fem.toy_rung import ToySettings
 
@@ -24,7 +23,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture
 def case(tmp_path, monkeypatch):
-    monkeypatch.setitem(ladder.LADDER, "toy", ladder.Rung("tests.rail_fem.toy_rung", ToySettings, False, "a mass on a spring"))
+    monkeypatch.setitem(
+        ladder.LADDER, "toy", ladder.Rung("tests.rail_fem.toy_rung", ToySettings, False, "a mass on a spring")
+    )
     monkeypatch.delenv("RAIL_FEM_SMOKE", raising=False)
     text = (ROOT / "cases" / "nose_transfer.toml").read_text().partition("[run.fe_full]")[0] + "[run.toy]\n"
     path = tmp_path / "case.toml"
@@ -40,7 +41,9 @@ def test_run_leaves_history_result_and_status_in_the_folder(case, tmp_path):
     out = tmp_path / "out"
     answer = call("run", case, "--out", out)
     assert answer.exit_code == 0, answer.output
-    assert {"case.json", "history.csv", "history.npz", "result.json", "status.json"} <= {path.name for path in out.iterdir()}
+    assert {"case.json", "history.csv", "history.npz", "result.json", "status.json"} <= {
+        path.name for path in out.iterdir()
+    }
     result = load(out)
     mass, stiffness = result.scene.vehicle.wheel_unsprung_mass, result.scene.foundation.stiffness
     exact = mass * GRAVITY * (1 - np.cos(np.sqrt(stiffness / mass) * result.history["time"]))
@@ -64,7 +67,9 @@ def test_a_run_that_max_steps_ends_is_not_called_finished_and_goes_on(case, tmp_
     out, text = tmp_path / "out", case.read_text()
     case.write_text(text + "max_steps = 7\n")
     answer = call("run", case, "--out", out)
-    assert answer.exit_code == 0 and "CUT OFF: max_steps = 7 ended it" in answer.output and "finished" not in answer.output
+    assert (
+        answer.exit_code == 0 and "CUT OFF: max_steps = 7 ended it" in answer.output and "finished" not in answer.output
+    )
     status = read_status(out)
     assert status["state"] == "cut off" and status["percent"] < 100 and "--restart goes on" in status["message"]
     assert load(out).cut_off and "CUT OFF" in call("show", out).output
@@ -119,22 +124,32 @@ def test_run_killed_while_it_drew_is_finished_by_a_restart(case, tmp_path):
     out = tmp_path / "out"
     call("run", case, "--out", out)
     result = (out / "result.json").read_bytes()
-    (out / "status.json").write_text((out / "status.json").read_text().replace("finished", "running").replace(str(os.getpid()), "1"))
+    (out / "status.json").write_text(
+        (out / "status.json").read_text().replace("finished", "running").replace(str(os.getpid()), "1")
+    )
     assert "finished already" in call("run", case, "--out", out, "--restart").output
     assert read_status(out)["state"] == "finished" and (out / "result.json").read_bytes() == result
 
 
 @pytest.mark.parametrize("name", ["result.json", "history.npz"])
-@pytest.mark.parametrize("damage", [lambda data: b"", lambda data: data[: len(data) // 2], lambda data: b"[]", lambda data: bytes(len(data))])
+@pytest.mark.parametrize(
+    "damage", [lambda data: b"", lambda data: data[: len(data) // 2], lambda data: b"[]", lambda data: bytes(len(data))]
+)
 def test_damaged_result_is_named_by_show_and_written_again_by_restart(case, tmp_path, name, damage):
     out = tmp_path / "out"
     call("run", case, "--out", out)
     whole = load(out)
     (out / name).write_bytes(damage((out / name).read_bytes()))
     answer = call("show", out)
-    assert answer.exit_code == 2 and "result.json or history.npz is damaged" in answer.stderr and "--restart writes them again" in answer.stderr
+    assert (
+        answer.exit_code == 2
+        and "result.json or history.npz is damaged" in answer.stderr
+        and "--restart writes them again" in answer.stderr
+    )
     assert call("run", case, "--out", out, "--restart").exit_code == 0
-    assert all(np.array_equal(load(out).history[name], values, equal_nan=True) for name, values in whole.history.items())
+    assert all(
+        np.array_equal(load(out).history[name], values, equal_nan=True) for name, values in whole.history.items()
+    )
 
 
 def test_more_steps_than_before_are_no_finished_run(case, tmp_path):
@@ -173,7 +188,9 @@ def test_failed_result_is_saved_and_ends_non_zero(case, tmp_path, monkeypatch):
     monkeypatch.setenv("TOY_RESULT_FAULT", "unstable at x = 0.3 m")
     answer = call("run", case, "--out", tmp_path / "out")
     assert answer.exit_code == 1 and "unstable at x = 0.3 m" in answer.stderr
-    assert load(tmp_path / "out").fault == "unstable at x = 0.3 m" and read_status(tmp_path / "out")["state"] == "failed"
+    assert (
+        load(tmp_path / "out").fault == "unstable at x = 0.3 m" and read_status(tmp_path / "out")["state"] == "failed"
+    )
 
 
 def test_smoke_takes_few_steps(case, tmp_path, monkeypatch):
@@ -198,14 +215,23 @@ def test_size_that_needs_more_memory_than_there_is_says_how_much(case, tmp_path,
     out = tmp_path / "out"
     answer = call(command[0], case, *(str(out) if word == "OUT" else word for word in command[1:]))
     assert answer.exit_code == 2 and not out.exists()
-    assert "run.toy.element_size: 0.1 mm makes about" in answer.stderr and "4 GB are free" in answer.stderr and "fits" in answer.stderr
+    assert (
+        "run.toy.element_size: 0.1 mm makes about" in answer.stderr
+        and "4 GB are free" in answer.stderr
+        and "fits" in answer.stderr
+    )
 
 
 @pytest.mark.parametrize("window, said", [('start = "900 mm"\nend = "1400 mm"', "leaves the modelled crossing")])
 def test_window_that_leaves_the_crossing_is_refused_before_meshing(case, tmp_path, window, said):
     case.write_text(case.read_text() + window)
     answer = call("run", case, "--out", tmp_path / "out")
-    assert answer.exit_code == 2 and "run.toy.start, end:" in answer.stderr and said in answer.stderr and not (tmp_path / "out").exists()
+    assert (
+        answer.exit_code == 2
+        and "run.toy.start, end:" in answer.stderr
+        and said in answer.stderr
+        and not (tmp_path / "out").exists()
+    )
 
 
 def test_window_without_a_load_transfer_is_doubted(case):
@@ -223,7 +249,19 @@ def test_case_with_several_models_asks_which(case):
 def test_check_shows_units_derived_numbers_cost_and_doubts(case, tmp_path):
     answer = call("check", case)
     assert answer.exit_code == 0
-    for words in ("75 mph", "66.25 t", "160 kN/mm", "static wheel load", "86.144 kN", "rigid wheel changes body at", "cells", "steps", "memory", "wall time", "is a stand-in"):
+    for words in (
+        "75 mph",
+        "66.25 t",
+        "160 kN/mm",
+        "static wheel load",
+        "86.144 kN",
+        "rigid wheel changes body at",
+        "cells",
+        "steps",
+        "memory",
+        "wall time",
+        "is a stand-in",
+    ):
         assert words in answer.output, words
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml"]
 
@@ -239,7 +277,9 @@ def test_missing_library_of_a_model_is_a_sentence(case, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(ladder.LADDER, "toy", ladder.Rung("rung_without_library", ToySettings, False, ""))
     answer = call("run", case, "--out", tmp_path / "out")
-    assert answer.exit_code == 2 and "needs library_that_is_not_there" in answer.stderr and "./setup.sh" in answer.stderr
+    assert (
+        answer.exit_code == 2 and "needs library_that_is_not_there" in answer.stderr and "./setup.sh" in answer.stderr
+    )
     assert not (tmp_path / "out").exists()
 
 
@@ -252,7 +292,8 @@ ON_RANKS = """
 import sys
 from rail_fem import cli, ladder
 from tests.rail_fem.toy_rung import ToySettings
-ladder.LADDER["toy"] = ladder.Rung("tests.rail_fem.toy_rung", ToySettings, True, "a mass on a spring, the same on every rank")
+toy = "a mass on a spring, the same on every rank"
+ladder.LADDER["toy"] = ladder.Rung("tests.rail_fem.toy_rung", ToySettings, True, toy)
 sys.argv = ["rail-fem", *sys.argv[1:]]
 cli.main()
 """
@@ -268,9 +309,17 @@ def test_two_ranks_write_one_folder_and_refuse_it_with_one_voice(case, tmp_path)
     out = tmp_path / "out"
     answer = call_on_ranks(2, "run", case, "--out", out)
     assert answer.returncode == 0, answer.stderr
-    assert answer.stdout.count("peaks") == 1 and load(out).history["time"].size > 0 and read_status(out)["state"] == "finished"
+    assert (
+        answer.stdout.count("peaks") == 1
+        and load(out).history["time"].size > 0
+        and read_status(out)["state"] == "finished"
+    )
     again = call_on_ranks(2, "run", case, "--out", out)
-    assert again.returncode == 2 and again.stderr.count("--overwrite begins again") == 1 and "MPI_ABORT" not in again.stderr
+    assert (
+        again.returncode == 2
+        and again.stderr.count("--overwrite begins again") == 1
+        and "MPI_ABORT" not in again.stderr
+    )
 
 
 @pytest.mark.mpi

@@ -35,12 +35,16 @@ if launcher.rank() == 0:
 
 
 def run(command, **options):
-    """MPI, once another test has started it in this process, leaves its variables in the C environment; os.environ is as the user's was."""
+    """MPI, once another test has started it in this process, leaves its variables in the C environment; os.environ is
+    as the user's was."""
     return subprocess.run(command, env=dict(os.environ), capture_output=True, text=True, timeout=60, **options)
 
 
 def test_without_a_launcher_there_is_one_rank_and_no_mpi():
-    code = "import sys; from rail_fem import launcher; print(launcher.rank(), launcher.rank_count(), launcher.on_root(lambda: 5), 'mpi4py' in sys.modules)"
+    code = (
+        "import sys; from rail_fem import launcher; print(launcher.rank(), launcher.rank_count(),"
+        " launcher.on_root(lambda: 5), 'mpi4py' in sys.modules)"
+    )
     assert run([sys.executable, "-c", code], check=True).stdout.split() == ["0", "1", "5", "False"]
 
 
@@ -52,7 +56,9 @@ def test_roots_answer_and_roots_fault_reach_every_rank(ranks):
     command = [*launcher.mpi_command(ranks), sys.executable, "-m", "mpi4py", "-c", BROADCAST]
     answer = run(command)
     assert answer.returncode == 0, answer.stderr
-    assert answer.stdout.strip() == str([(ranks, int(rank == 0), "folder in use, stumbled at 3") for rank in range(ranks)])
+    assert answer.stdout.strip() == str(
+        [(ranks, int(rank == 0), "folder in use, stumbled at 3") for rank in range(ranks)]
+    )
 
 
 @pytest.mark.mpi
@@ -60,7 +66,10 @@ def test_roots_answer_and_roots_fault_reach_every_rank(ranks):
 def test_fault_of_one_rank_ends_the_job_at_once(guilty):
     """Without -m mpi4py the other rank would wait for ever in its barrier."""
     pytest.importorskip("mpi4py")
-    code = f"from mpi4py import MPI\nif MPI.COMM_WORLD.rank == {guilty}: raise RuntimeError('broken')\nMPI.COMM_WORLD.barrier()"
+    code = (
+        f"from mpi4py import MPI\nif MPI.COMM_WORLD.rank == {guilty}: raise"
+        " RuntimeError('broken')\nMPI.COMM_WORLD.barrier()"
+    )
     began = time.monotonic()
     answer = run([*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-c", code])
     assert answer.returncode != 0 and "broken" in answer.stderr and time.monotonic() - began < 30

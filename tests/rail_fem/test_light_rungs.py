@@ -6,18 +6,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bem.exact.hertz import contact_stiffness, point_contact
 from geometry.path.wheel_path import wheel_path
 from geometry.surfaces.crossing import CastCrossing
-from bem.exact.hertz import contact_stiffness, point_contact
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.light.groove import contacts_of
 from rail_fem.light.contact_table import contact_table, equivalent_paraboloid, hertz_constants, patch_sizes
+from rail_fem.light.groove import contacts_of
+from rail_fem.light.validity import hertz_flags
 from rail_fem.light.vertical_dynamics import integrate
 from rail_fem.light.vertical_pass import run_pass
-from rail_fem.settings.light import LumpedSettings, P2Settings, RigidHertzSettings
-from rail_fem.light.validity import hertz_flags
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
 from rail_fem.output.result import Patch
+from rail_fem.settings.light import LumpedSettings, P2Settings, RigidHertzSettings
 from tests.order import assert_order
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,7 +32,8 @@ def scene():
 def test_tabulated_hertz_is_hertz():
     radii = np.exp(np.random.default_rng(0).uniform(-5, 2, (20, 2)))
     exact = np.array([contact_stiffness(*pair, 1e11) for pair in radii])
-    np.testing.assert_allclose(hertz_constants(radii, 1e11), exact, rtol=3e-5)  # linear between 240 ratios: (log step)^2 / 8
+    # linear between 240 ratios: (log step)^2 / 8
+    np.testing.assert_allclose(hertz_constants(radii, 1e11), exact, rtol=3e-5)
     sizes = [(p.semi_x, p.semi_y) for p in (point_contact(1e5, *pair, 1e11) for pair in radii)]
     np.testing.assert_allclose(patch_sizes(np.full(20, 1e5), radii, 1e11), sizes, rtol=1e-4)
 
@@ -51,7 +52,8 @@ def test_equivalent_paraboloid_of_a_paraboloid_is_itself():
 
 
 def test_a_wheel_that_runs_downhill_is_pushed_on(scene):
-    """On the falling wing the frictionless contact pushes along the way by force times fall, that of the rigid path: a trailing wheel climbs there."""
+    """On the falling wing the frictionless contact pushes along the way by force times fall, that of the rigid path: a
+    trailing wheel climbs there."""
     at = np.array([0.28, 0.30])
     fall = -wheel_path(CastCrossing(scene.crossing.ratio), scene.wheel.shape, at, scene.wheel.radius).slope
     assert (fall > 2e-3).all()
@@ -75,13 +77,16 @@ def test_rigid_hertz_starts_at_rest_under_the_static_load(scene):
     result = rigid_hertz.solve(scene, RigidHertzSettings(**NOSE))
     first = result.history["x"] < 0.12  # the path is level there
     np.testing.assert_allclose(result.history["force"][first], scene.static_wheel_load, rtol=2e-3)
-    np.testing.assert_allclose(result.history["force"], result.history["force_wing"] + result.history["force_nose"], rtol=1e-12)
+    np.testing.assert_allclose(
+        result.history["force"], result.history["force_wing"] + result.history["force_nose"], rtol=1e-12
+    )
 
 
 def test_rigid_hertz_finds_the_reference_pass_of_the_fe_model(scene):
     """fe_full at 2 mm: first impact 195.1 kN at 404.1 mm, wing 128.9 kN at 259.3 mm, load on the nose from 359.0 mm on.
 
-    The bands are what a rung without waves and with Tabor's plastic pressure can claim: forces 15 %, places half a patch.
+    The bands are what a rung without waves and with Tabor's plastic pressure can claim: forces 15 %, places half a
+    patch.
     """
     result = rigid_hertz.solve(scene, RigidHertzSettings(**NOSE))
     assert result.peaks["first_impact"].value == pytest.approx(195.1e3, rel=0.15)
@@ -95,7 +100,8 @@ def test_rigid_hertz_finds_the_reference_pass_of_the_fe_model(scene):
 
 
 def test_the_nose_pushes_the_wheel_away_from_its_gauge_face(scene):
-    """Contact lies on the gauge side of the nose, which rises towards the field side (+ y): the wheel is pushed towards the track's middle (- y)."""
+    """Contact lies on the gauge side of the nose, which rises towards the field side (+ y): the wheel is pushed towards
+    the track's middle (- y)."""
     found = rigid_hertz.solve(scene, RigidHertzSettings(**NOSE)).history
     alone = (found["force_nose"] > 0.99 * found["force"]) & (found["force"] > 50e3) & (found["contact_y"] < -15e-3)
     assert alone.sum() > 10 and (found["force_lateral"][alone] < 0).all()
@@ -106,45 +112,71 @@ def test_contacts_beside_their_patch_are_flagged_and_those_in_its_middle_are_not
     run = SimpleNamespace(x=np.arange(5) * 1e-3, force=np.array([[1e5, 1e5, 1e5, 1e5, 0.0], [0.0] * 5]))
     found = {}
     for name, lopsided in (("middle", np.zeros(5)), ("beside", np.array([0.0, 0.9, 0.8, 0.0, 0.9]))):
-        table = SimpleNamespace(nearest=lambda x: np.arange(len(x)), lopsided=np.stack([lopsided, lopsided]), angle=np.zeros((2, 5)), radii=np.full((2, 5, 2), 0.4))
+        table = SimpleNamespace(
+            nearest=lambda x: np.arange(len(x)),
+            lopsided=np.stack([lopsided, lopsided]),
+            angle=np.zeros((2, 5)),
+            radii=np.full((2, 5, 2), 0.4),
+        )
         patches = (Patch(0.0, 0.0, 0.0, "wing", 1e-2, 1e-2, 8e-5, 1e5, 1e8),)
         found[name] = [flag for flag in hertz_flags(scene, table, run, patches, (0, 0.0)) if flag["what"] == "edge"]
-    assert not found["middle"] and len(found["beside"]) == 1 and "50%" in found["beside"][0]["reason"] and "90%" in found["beside"][0]["reason"]
+    assert (
+        not found["middle"]
+        and len(found["beside"]) == 1
+        and "50%" in found["beside"][0]["reason"]
+        and "90%" in found["beside"][0]["reason"]
+    )
 
 
 def test_elastic_contact_is_harder_and_harder_steel_too(scene):
     strong = load_case(ROOT / "cases" / "thesis" / "case_14.toml").scene
-    peak = lambda s, **options: rigid_hertz.solve(s, RigidHertzSettings(**NOSE, **options)).peaks["largest_force_nose"].value
+    peak = lambda s, **options: (
+        rigid_hertz.solve(s, RigidHertzSettings(**NOSE, **options)).peaks["largest_force_nose"].value
+    )
     assert peak(scene) < peak(strong) < peak(scene, grooves=False)
 
 
 @pytest.mark.parametrize("model, settings", [(lumped, LumpedSettings), (rigid_hertz, RigidHertzSettings)])
 def test_pass_is_second_order_in_the_step_and_the_balance_falls_with_it(scene, model, settings):
     """Up to where the wheel is on the wing alone: the nose's contact begins inside a step."""
-    runs = [model.solve(scene, settings(start=0.095, end=0.30, time_step=step, history_interval=step)) for step in (40e-6, 20e-6, 10e-6, 1.25e-6)]
+    runs = [
+        model.solve(scene, settings(start=0.095, end=0.30, time_step=step, history_interval=step))
+        for step in (40e-6, 20e-6, 10e-6, 1.25e-6)
+    ]
     at = np.linspace(0.1, 0.29, 40)
     curve = lambda r: np.interp(at, r.history["x"], r.history["wheel_height"])
     errors = [np.abs(curve(r) - curve(runs[-1])).max() for r in runs[:-1]]
-    assert_order([40e-6, 20e-6, 10e-6], errors, expected=2, slack=0.3)  # linear interpolation in x adds its own second order
+    # linear interpolation in x adds its own second order
+    assert_order([40e-6, 20e-6, 10e-6], errors, expected=2, slack=0.3)
     work = np.ptp(runs[2].history["energy_external"])
     assert np.abs(runs[2].history["energy_balance"]).max() < 1e-3 * work
 
 
 def test_facing_and_trailing_cases_meet_the_same_transfer(scene):
     back = load_case(ROOT / "cases" / "thesis" / "case_05.toml")
-    facing, trailing = rigid_hertz.solve(scene, RigidHertzSettings(**NOSE)), rigid_hertz.solve(back.scene, back.runs["rigid_hertz"])
+    facing, trailing = (
+        rigid_hertz.solve(scene, RigidHertzSettings(**NOSE)),
+        rigid_hertz.solve(back.scene, back.runs["rigid_hertz"]),
+    )
     assert trailing.history["x"][0] > trailing.history["x"][-1]
     assert facing.transfer_x == pytest.approx(trailing.transfer_x, abs=10e-3)
     assert trailing.peaks["largest_force_nose"].value < facing.peaks["largest_force_nose"].value  # thesis 7.5.4
 
 
 def test_a_pass_run_backwards_returns_to_its_start(scene):
-    """Without dampers and grooves the trailing pass that begins with the facing one's end, velocities turned about, is the same motion backwards.
+    """Without dampers and grooves the trailing pass that begins with the facing one's end, velocities turned about, is
+    the same motion backwards.
 
-    The implicit midpoint rule has this symmetry exactly; round-off of 1e-15 m a step grows through two impacts, to less than a nanometre.
+    The implicit midpoint rule has this symmetry exactly; round-off of 1e-15 m a step grows through two impacts, to less
+    than a nanometre.
     """
     settings = RigidHertzSettings(**NOSE, grooves=False)
-    free = scene.model_copy(update={"vehicle": scene.vehicle.model_copy(update={"primary_damping": 0.0}), "foundation": scene.foundation.model_copy(update={"damping": 0.0})})
+    free = scene.model_copy(
+        update={
+            "vehicle": scene.vehicle.model_copy(update={"primary_damping": 0.0}),
+            "foundation": scene.foundation.model_copy(update={"damping": 0.0}),
+        }
+    )
     contacts = contacts_of(free, settings, contact_table(free, 0.095, 0.54, settings.path_spacing))
     there = run_pass(free, settings, contacts)
     x = np.linspace(0.54, 0.095, 2 * len(there.time) + 1)
@@ -156,10 +188,14 @@ def test_a_pass_run_backwards_returns_to_its_start(scene):
 
 def test_dip_angle_of_the_path_is_flagged_above_the_standard_s_limit(scene):
     result = p2_formula.solve(scene, P2Settings())
-    assert result.trust["dip_angle"] == pytest.approx(15e-3, rel=0.2)  # 12.9 to 15.8 mrad on the benchmark's sections stretched to 1:10.75
+    # 12.9 to 15.8 mrad on the benchmark's sections stretched to 1:10.75
+    assert result.trust["dip_angle"] == pytest.approx(15e-3, rel=0.2)
     assert {"dip limit", "P2 limit"} <= {flag["what"] for flag in result.trust["validity"]}
     given = p2_formula.solve(scene, P2Settings(dip_angle=7.33e-3))
-    assert given.peaks["p2"].value == pytest.approx(175.28e3, abs=50) and given.peaks["p2"].value < given.peaks["p2_all_times_1.2"].value
+    assert (
+        given.peaks["p2"].value == pytest.approx(175.28e3, abs=50)
+        and given.peaks["p2"].value < given.peaks["p2_all_times_1.2"].value
+    )
 
 
 def test_window_beyond_the_crossing_and_against_the_direction_are_refused(scene, tmp_path):
@@ -171,7 +207,14 @@ def test_window_beyond_the_crossing_and_against_the_direction_are_refused(scene,
         load_case(tmp_path / "bad.toml")
 
 
-@pytest.mark.parametrize("models", [(p2_formula, lumped, rigid_hertz), pytest.param((p2_formula, lumped, rigid_hertz, bem_passage), marks=pytest.mark.validate)], ids=["quick", "all"])
+@pytest.mark.parametrize(
+    "models",
+    [
+        (p2_formula, lumped, rigid_hertz),
+        pytest.param((p2_formula, lumped, rigid_hertz, bem_passage), marks=pytest.mark.validate),
+    ],
+    ids=["quick", "all"],
+)
 def test_sixteen_cases_are_answered_by_every_light_rung(models):
     for n in range(1, 17):
         case = load_case(ROOT / "cases" / "thesis" / f"case_{n:02d}.toml")

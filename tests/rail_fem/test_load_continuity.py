@@ -1,6 +1,8 @@
-"""Forces on rails that change along x: Hertz, the prismatic answer, continuity through merges to below 1 %, random states.
+"""Forces on rails that change along x: Hertz, the prismatic answer, continuity through merges to below 1 %, random
+states.
 
-A jump is what is left of a change when the step that holds it has been halved until the smooth change over it is far below 1 %.
+A jump is what is left of a change when the step that holds it has been halved until the smooth change over it is far
+below 1 %.
 """
 
 from collections import Counter
@@ -11,14 +13,14 @@ import numpy as np
 import pytest
 
 from bem.exact.hertz import point_contact_of_approach
-from geometry.contact.prismatic_search import ContactSearch
-from geometry.surfaces.crossing import CastCrossing
-from geometry.profiles.doctor import examine
-from geometry.profiles.profile import Profile, arc, line
-from geometry.surfaces.lofted_rail import RailSurface
-from geometry.profiles.formats.raw import RawProfile
 from geometry.contact.lofted_search import SurfaceSearch
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.doctor import examine
+from geometry.profiles.formats.raw import RawProfile
+from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.wheel import wheel_profile
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_sharing import STEEL_MODULUS, pressed, rest
 from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
@@ -33,7 +35,8 @@ def sunk(search: ContactSearch, depth: float) -> Wheelset:
 
 
 def jump(force, low: float, high: float, steps: int = 40, smallest: float = 1e-7) -> float:
-    """Largest change of force(t) (a vector [N]) over a step of `smallest` of the way, over its largest size; the largest step is halved on and on."""
+    """Largest change of force(t) (a vector [N]) over a step of `smallest` of the way, over its largest size; the
+    largest step is halved on and on."""
     places = list(np.linspace(low, high, steps + 1))
     values = [force(t) for t in places]
     for _ in range(150):
@@ -62,18 +65,25 @@ def test_a_sphere_on_a_crest_carries_what_hertz_says(radius, depth):
 @pytest.mark.parametrize("lateral, yaw", [(0.0, 0.0), (6.5 * MM, 0.02), (-7 * MM, -0.01)])
 def test_a_prismatic_rail_carries_what_the_prismatic_search_gives(lateral, yaw):
     wheelset, track = Wheelset(wheel_profile("P8")), Track.plain_line()
-    prism, loft = (rest(s, (60e3, 50e3), lateral, yaw) for s in (ContactSearch(wheelset, track), SurfaceSearch(wheelset, track).at(1.0)))
-    assert loft.left.force == pytest.approx(prism.left.force, rel=1e-4, abs=1.0)  # the mixed curvature is taken from how the strip runs, not from the wheel's
+    prism, loft = (
+        rest(s, (60e3, 50e3), lateral, yaw)
+        for s in (ContactSearch(wheelset, track), SurfaceSearch(wheelset, track).at(1.0))
+    )
+    # the mixed curvature is taken from how the strip runs, not from the wheel's
+    assert loft.left.force == pytest.approx(prism.left.force, rel=1e-4, abs=1.0)
     assert loft.state.roll == pytest.approx(prism.state.roll, abs=1e-8)  # 1e-4 of 100 um over the arm
 
 
 @pytest.mark.parametrize("depth", [30 * UM, 150 * UM])
 def test_force_is_continuous_as_a_valley_flattens_and_two_points_become_one(depth):
-    """z = a sqrt(x^2 + c^2): two points ahead and behind for c < a R = 9 mm, one above it; conformal at c = a R, where Hertz alone diverges."""
+    """z = a sqrt(x^2 + c^2): two points ahead and behind for c < a R = 9 mm, one above it; conformal at c = a R, where
+    Hertz alone diverges."""
     slope, counts = 0.02, Counter()
 
     def force(width):
-        search = on_left(sphere(), surface(lambda x, y: slope * np.sqrt(x**2 + width**2) + 0 * y, np.arange(-0.15, 0.1501, 3 * MM)))
+        search = on_left(
+            sphere(), surface(lambda x, y: slope * np.sqrt(x**2 + width**2) + 0 * y, np.arange(-0.15, 0.1501, 3 * MM))
+        )
         found = pressed(search, sunk(search, depth), "left")
         counts[len(found.normal_force)] += 1
         return found.force.sum(axis=0)
@@ -86,8 +96,12 @@ def crowns(apart: float, radius: float = 0.08, half: float = 10 * MM) -> Profile
     """Two crowns of one radius, `apart` from each other."""
     centre, outer = apart / 2, apart / 2 + half
     low, inner = np.sqrt(radius**2 - half**2) - radius, np.sqrt(radius**2 - centre**2) - radius
-    pieces = [line((-outer - 5 * MM, low - 16 * MM), (-outer, low), 1 * MM), arc((-outer, low), (0.0, inner), -radius, 0.1 * MM),
-              arc((0.0, inner), (outer, low), -radius, 0.1 * MM), line((outer, low), (outer + 5 * MM, low - 16 * MM), 1 * MM)]
+    pieces = [
+        line((-outer - 5 * MM, low - 16 * MM), (-outer, low), 1 * MM),
+        arc((-outer, low), (0.0, inner), -radius, 0.1 * MM),
+        arc((0.0, inner), (outer, low), -radius, 0.1 * MM),
+        line((outer, low), (outer + 5 * MM, low - 16 * MM), 1 * MM),
+    ]
     return Profile.from_pieces(pieces, "crowns")
 
 
@@ -110,7 +124,8 @@ def rail() -> RailSurface:
 
 
 def jumps_on_lines(search_at, count: int, seed: int) -> np.ndarray:
-    """Largest jump on each of `count` random straight lines through position, shift, height, yaw and roll about states under 120 kN."""
+    """Largest jump on each of `count` random straight lines through position, shift, height, yaw and roll about states
+    under 120 kN."""
     random, found = np.random.default_rng(seed), []
     for _ in range(count):
         search = search_at(random.uniform(-0.7, 0.5))
@@ -134,7 +149,8 @@ def test_no_force_jumps_by_one_percent_on_random_lines(rail, place):
 
 @pytest.mark.validate
 def test_hardly_any_of_many_random_lines_has_a_jump(rail):
-    """Of 300 lines on the crossing 296 have none of 1 %; 4 have one, of 3 % at most, where an edge that runs aslant passes a node of the integral."""
+    """Of 300 lines on the crossing 296 have none of 1 %; 4 have one, of 3 % at most, where an edge that runs aslant
+    passes a node of the integral."""
     crossing = SurfaceSearch(Wheelset(wheel_profile("P8")), Track.plain_line(), left=rail)
     found = np.concatenate([jumps_on_lines(crossing.at, 100, seed) for seed in (1, 2, 3)])
     print(f"{(found > 0.01).sum()} of {len(found)} lines jump by more than 1 %, at most by {found.max():.3g}")
@@ -142,7 +158,8 @@ def test_hardly_any_of_many_random_lines_has_a_jump(rail):
 
 
 def outcomes(count: int, seed: int, noise: float, rail: RailSurface | None) -> Counter:
-    """Random places, shifts, yaws, gauges and loads on plain line (rail None) or on the crossing; what the profile doctor makes of wheels with scatter.
+    """Random places, shifts, yaws, gauges and loads on plain line (rail None) or on the crossing; what the profile
+    doctor makes of wheels with scatter.
 
     Every answer is finite and carries its loads; every refusal is a WheelsetError, counted by its reason.
     """
@@ -150,9 +167,19 @@ def outcomes(count: int, seed: int, noise: float, rail: RailSurface | None) -> C
     for k in range(count):
         if k % 100 == 0:
             points = new.points[::3] + [0.0, noise] * random.standard_normal((len(new.points[::3]), 2))
-            wheel = new if noise == 0 else examine(RawProfile(points, np.arange(len(points)), Path("noisy"), "points", 1.0, "wheel", 1)).profile.graph_part()
+            wheel = (
+                new
+                if noise == 0
+                else examine(
+                    RawProfile(points, np.arange(len(points)), Path("noisy"), "points", 1.0, "wheel", 1)
+                ).profile.graph_part()
+            )
             track = Track.plain_line(gauge=1.435 + random.uniform(-3, 6) * MM)
-            whole = ContactSearch(Wheelset(wheel), track) if rail is None else SurfaceSearch(Wheelset(wheel), track, left=rail)
+            whole = (
+                ContactSearch(Wheelset(wheel), track)
+                if rail is None
+                else SurfaceSearch(Wheelset(wheel), track, left=rail)
+            )
         search = whole if rail is None else whole.at(random.uniform(-0.7, 0.5))
         loads = 10 ** random.uniform(0, 5.2, 2)
         try:
@@ -162,7 +189,9 @@ def outcomes(count: int, seed: int, noise: float, rail: RailSurface | None) -> C
             counts["rough" if "rough" in text else "no rail" if "over no rail" in text else text] += 1
             continue
         for side, load in ((found.left, loads[0]), (found.right, loads[1])):
-            values = np.concatenate([np.ravel(v) for v in (side.force, side.contacts.position, side.contacts.curvature, side.patch)])
+            values = np.concatenate(
+                [np.ravel(v) for v in (side.force, side.contacts.position, side.contacts.curvature, side.patch)]
+            )
             assert np.isfinite(values).all() and len(side.normal_force) >= 1 and (side.normal_force >= 0).all()
             assert side.force[:, 2].sum() == pytest.approx(load, rel=1e-6)
         counts["rests"] += 1

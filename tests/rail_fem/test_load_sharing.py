@@ -1,4 +1,5 @@
-"""Load sharing: Hertz where one point carries, continuity where two meet or one vanishes, equilibrium, loads that cannot be."""
+"""Load sharing: Hertz where one point carries, continuity where two meet or one vanishes, equilibrium, loads that
+cannot be."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,20 +7,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bem.halfspace.normal import normal_contact
 from bem.exact.hertz import point_contact, point_contact_of_approach
+from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
 from geometry.contact.gap_kernel import lowest
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.doctor import examine
-from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.formats.raw import RawProfile
+from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
+from rail_fem.light.contact_pairs import plain_rail_tie
 from rail_fem.light.load_kernel import loaded_side
 from rail_fem.light.load_sharing import STEEL_MODULUS, _between_bounds, pressed, rest, rest_under, rest_wheel
-from rail_fem.light.contact_pairs import plain_rail_tie
 
 MM, UM = 1e-3, 1e-6
 RADIUS = 0.45
@@ -30,7 +31,8 @@ def cylinder() -> Profile:
 
 
 def crowns(radius: float, apart: float, half: float = 30 * MM) -> Profile:
-    """Two crowns of one radius whose middles are `apart`; 0: one crown. Where they cross the rail has a concave kink."""
+    """Two crowns of one radius whose middles are `apart`; 0: one crown. Where they cross the rail has a concave
+    kink."""
     centre, outer = apart / 2, apart / 2 + half
     low = np.sqrt(radius**2 - half**2) - radius
     inner = np.sqrt(radius**2 - centre**2) - radius
@@ -39,7 +41,10 @@ def crowns(radius: float, apart: float, half: float = 30 * MM) -> Profile:
     if apart == 0:
         pieces.append(arc((-outer, low), (outer, low), -radius, spacing))
     else:
-        pieces += [arc((-outer, low), (0.0, inner), -radius, spacing), arc((0.0, inner), (outer, low), -radius, spacing)]
+        pieces += [
+            arc((-outer, low), (0.0, inner), -radius, spacing),
+            arc((0.0, inner), (outer, low), -radius, spacing),
+        ]
     pieces.append(line((outer, low), (outer + 5 * MM, low - 16 * MM), 1 * MM))
     return Profile.from_pieces(pieces, "crowns")
 
@@ -55,19 +60,27 @@ def side_force(search: ContactSearch, depth: float, lateral: float = 0.0, yaw: f
 @pytest.mark.parametrize("yaw", [0.0, 0.05])
 @pytest.mark.parametrize("depth", [10 * UM, 60 * UM, 150 * UM])
 def test_one_crown_carries_what_hertz_says(radius, yaw, depth):
-    """Cylinders crossed at the yaw angle: A = 1/R_wheel along, B = 1/R_rail across, principal radii by the angle between them."""
+    """Cylinders crossed at the yaw angle: A = 1/R_wheel along, B = 1/R_rail across, principal radii by the angle
+    between them."""
     search = ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(radius, 0.0)))
     first, second = 1 / RADIUS, 1 / radius
     spread = np.sqrt(first**2 + second**2 + 2 * first * second * np.cos(2 * (np.pi / 2 - yaw)))
     radii = 2 / (first + second - spread), 2 / (first + second + spread)
     exact = point_contact_of_approach(depth, *radii, STEEL_MODULUS).force
-    assert side_force(search, depth, yaw=yaw)[0].sum() == pytest.approx(exact, rel=3e-3)  # cells: 0.2 %; depth / radius: 150 um / 80 mm
+    # cells: 0.2 %; depth / radius: 150 um / 80 mm
+    assert side_force(search, depth, yaw=yaw)[0].sum() == pytest.approx(exact, rel=3e-3)
 
 
-@pytest.mark.parametrize("apart, depth, band", [(14 * MM, 30 * UM, 0.005), (14 * MM, 100 * UM, 0.02), (6 * MM, 100 * UM, 0.09), (2 * MM, 100 * UM, 0.06)])
+@pytest.mark.parametrize(
+    "apart, depth, band",
+    [(14 * MM, 30 * UM, 0.005), (14 * MM, 100 * UM, 0.02), (6 * MM, 100 * UM, 0.09), (2 * MM, 100 * UM, 0.06)],
+)
 def test_two_crowns_carry_equal_shares_and_what_the_half_space_says(apart, depth, band):
-    """Judge: bem.halfspace.normal, error below 0.3 % at 44 cells. Hertz point by point errs there by 11, 19, 38 and 67 %."""
-    forces = side_force(ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(0.08, apart, 10 * MM))), depth)[0]
+    """Judge: bem.halfspace.normal, error below 0.3 % at 44 cells. Hertz point by point errs there by 11, 19, 38 and 67
+    %."""
+    forces = side_force(ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(0.08, apart, 10 * MM))), depth)[
+        0
+    ]
     assert len(forces) == 2
     assert forces[0] == pytest.approx(forces[1], rel=1e-6)
     gap = lambda x, y: x**2 / (2 * RADIUS) + (np.abs(y) - apart / 2) ** 2 / 0.16
@@ -96,10 +109,19 @@ def largest_step(values: np.ndarray) -> float:
 
 @pytest.mark.parametrize("depth", [30 * UM, 100 * UM])
 def test_the_force_is_continuous_as_two_crowns_merge_into_one(depth):
-    """Apart by 14 mm to 0: they touch at their saddle, join, and one is left; halving the steps halves the largest change."""
+    """Apart by 14 mm to 0: they touch at their saddle, join, and one is left; halving the steps halves the largest
+    change."""
+
     def forces(count):
         places = np.linspace(14 * MM, 0.02 * MM, count)
-        return np.array([side_force(ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(0.08, a, 10 * MM))), depth)[2].sum() for a in places])
+        return np.array(
+            [
+                side_force(ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(0.08, a, 10 * MM))), depth)[
+                    2
+                ].sum()
+                for a in places
+            ]
+        )
 
     coarse, fine = forces(36), forces(71)
     assert largest_step(fine) < 0.6 * largest_step(coarse)
@@ -107,7 +129,8 @@ def test_the_force_is_continuous_as_two_crowns_merge_into_one(depth):
 
 
 def test_the_force_is_continuous_as_one_of_two_points_vanishes():
-    """A gap of two valleys, one of them filled until only an inflection is left: z = depth of a quartic with a linear tilt."""
+    """A gap of two valleys, one of them filled until only an inflection is left: z = depth of a quartic with a linear
+    tilt."""
     half, y = 20 * MM, np.linspace(-20 * MM, 20 * MM, 801)
     bump = lambda v, tilt: -0.08 * MM * ((v / (5 * MM)) ** 2 - 1) ** 2 + tilt * v
 
@@ -117,7 +140,15 @@ def test_the_force_is_continuous_as_one_of_two_points_vanishes():
         rail = Profile.from_points(np.concatenate([sides[0], np.column_stack([y, table]), sides[1]]))
         search = ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(rail.shifted(0.0, -table.max())), 0.2 * MM)
         stations, wheel, table_of_rail, tip, _ = search.sides["left"]
-        found, forces, _ = loaded_side(stations, wheel, table_of_rail, tip, search.pose(search.wheelset, "left"), RADIUS - 0.15 * MM - table.max(), STEEL_MODULUS)
+        found, forces, _ = loaded_side(
+            stations,
+            wheel,
+            table_of_rail,
+            tip,
+            search.pose(search.wheelset, "left"),
+            RADIUS - 0.15 * MM - table.max(),
+            STEEL_MODULUS,
+        )
         return found.shape[1], forces[2].sum()
 
     # the double well loses its minor minimum at tilt = 8 / (3 sqrt 3) * 0.08 / 5
@@ -144,7 +175,8 @@ def test_vertical_loads_are_met(load, lateral):
 
 
 def test_lateral_force_is_continuous_through_every_jump_of_the_contact():
-    """The step with the largest change is halved 300 times: a jump would stay, a steep rise (130 kN in all) is spread over them."""
+    """The step with the largest change is halved 300 times: a jump would stay, a steep rise (130 kN in all) is spread
+    over them."""
     search, loads = p8_search(), (49e3, 49e3)
     shift = list(np.linspace(0, 12 * MM, 25))
     force = [rest(search, loads, y).lateral_force for y in shift]
@@ -177,7 +209,8 @@ def test_loads_that_cannot_be_are_refused(loads):
 
 
 def loaded_states(count: int, seed: int, noise: float) -> int:
-    """Random shifts, yaws, gauges and loads on plain line; the wheels are what the profile doctor makes of points with scatter.
+    """Random shifts, yaws, gauges and loads on plain line; the wheels are what the profile doctor makes of points with
+    scatter.
 
     Returns how many states were refused.
     """
@@ -185,7 +218,13 @@ def loaded_states(count: int, seed: int, noise: float) -> int:
     for k in range(count):
         if k % 100 == 0:
             points = new.points[::3] + [0.0, noise] * random.standard_normal((len(new.points[::3]), 2))
-            wheel = new if noise == 0 else examine(RawProfile(points, np.arange(len(points)), Path("noisy"), "points", 1.0, "wheel", 1)).profile.graph_part()
+            wheel = (
+                new
+                if noise == 0
+                else examine(
+                    RawProfile(points, np.arange(len(points)), Path("noisy"), "points", 1.0, "wheel", 1)
+                ).profile.graph_part()
+            )
             search = ContactSearch(Wheelset(wheel), Track.plain_line(gauge=1.435 + random.uniform(-3, 15) * MM))
         loads = 10 ** random.uniform(0, 5.2, 2)
         place = random.uniform(-12, 12) * MM, random.uniform(-0.03, 0.03)
@@ -196,7 +235,9 @@ def loaded_states(count: int, seed: int, noise: float) -> int:
             refused += 1
             continue
         for side, load in ((found.left, loads[0]), (found.right, loads[1])):
-            values = np.concatenate([np.ravel(v) for v in (side.force, side.contacts.position, side.contacts.curvature, side.patch)])
+            values = np.concatenate(
+                [np.ravel(v) for v in (side.force, side.contacts.position, side.contacts.curvature, side.patch)]
+            )
             assert np.isfinite(values).all() and len(side.normal_force) >= 1 and (side.normal_force >= 0).all()
             assert side.force[:, 2].sum() == pytest.approx(load, rel=1e-6)
     return refused
@@ -215,7 +256,8 @@ def test_ten_thousand_loaded_states():
 @pytest.mark.validate
 @pytest.mark.parametrize("noise, most", [(10 * UM, 5), (50 * UM, 5), (100 * UM, 5)])
 def test_rough_wheels_rest_or_say_that_they_are_rough(noise, most):
-    """On a profile that is rough within the patch the force may jump as a bump takes hold: then no rest is found, and that is said."""
+    """On a profile that is rough within the patch the force may jump as a bump takes hold: then no rest is found, and
+    that is said."""
     refused = loaded_states(2500, 11, noise)
     print(f"noise {noise / UM:g} um: {refused} of 2500 states refused")
     assert refused <= most
@@ -269,9 +311,13 @@ def test_bounds_that_close_find_the_rest_that_secants_find():
     search = p8_search()
     sure = rest(search, (40e3, 60e3), 10.6 * MM, 0.01)
     pivot = search.wheelset.radius
-    roll, height, left_over = _between_bounds(search, (40e3, 60e3), 10.6 * MM, 0.01, pivot, sure.state.roll + 3e-4, STEEL_MODULUS)
+    roll, height, left_over = _between_bounds(
+        search, (40e3, 60e3), 10.6 * MM, 0.01, pivot, sure.state.roll + 3e-4, STEEL_MODULUS
+    )
     assert left_over < 1e-9
-    assert roll == pytest.approx(sure.state.roll, abs=1e-10) and height + pivot * np.cos(roll) == pytest.approx(sure.state.z, abs=1e-10)
+    assert roll == pytest.approx(sure.state.roll, abs=1e-10) and height + pivot * np.cos(roll) == pytest.approx(
+        sure.state.z, abs=1e-10
+    )
 
 
 def test_where_a_profile_ends_in_the_contact_it_is_said():
@@ -280,6 +326,7 @@ def test_where_a_profile_ends_in_the_contact_it_is_said():
     search = ContactSearch(Wheelset(wheel_profile("S1002"), radius=0.46), Track(rail_head("60E1", 1 / 40)))
     station = rest(search, (80e3, 80e3)).left.contacts.rail_station[0]
     kept = points[points[:, 0] < station + 1 * MM]
-    cut = ContactSearch(search.wheelset, Track(Profile.from_points(kept - [0.0, kept[:, 1].max()])))  # its highest point is its crown
+    # its highest point is its crown
+    cut = ContactSearch(search.wheelset, Track(Profile.from_points(kept - [0.0, kept[:, 1].max()])))
     assert rest(search, (80e3, 80e3)).left.warnings == ()
     assert any("a profile ends" in doubt for doubt in rest(cut, (80e3, 80e3)).left.warnings)

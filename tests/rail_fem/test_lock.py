@@ -30,7 +30,10 @@ def other(tmp_path):
 
 def test_folder_of_a_living_run_is_refused_and_untouched(tmp_path, other):
     before = (tmp_path / lock.LOCK).read_text()
-    with pytest.raises(RunFolderError, match=rf"process {other.pid} on .* runs there: wait until it ends") as fault, held(tmp_path):
+    with (
+        pytest.raises(RunFolderError, match=rf"process {other.pid} on .* runs there: wait until it ends") as fault,
+        held(tmp_path),
+    ):
         pass
     assert "choose another folder" in str(fault.value) and (tmp_path / lock.LOCK).read_text() == before
 
@@ -57,7 +60,12 @@ def test_number_of_a_process_that_is_given_again_deceives_nobody(tmp_path):
 
 def test_run_of_another_host_is_believed_and_the_way_out_is_said(tmp_path):
     (tmp_path / lock.LOCK).write_text(json.dumps({"host": "node17", "pid": 1, "began": "1"}))
-    with pytest.raises(RunFolderError, match=r"process 1 on node17 runs there: if it has ended there, remove .*run\.lock"), held(tmp_path):
+    with (
+        pytest.raises(
+            RunFolderError, match=r"process 1 on node17 runs there: if it has ended there, remove .*run\.lock"
+        ),
+        held(tmp_path),
+    ):
         pass
     assert "node17" in (tmp_path / lock.LOCK).read_text()
     lock.release(tmp_path)
@@ -102,8 +110,17 @@ def test_lock_is_no_file_of_a_run_and_outlives_the_emptying(tmp_path):
 def test_leftovers_of_killed_writers_are_removed_and_nothing_else(tmp_path):
     with held(tmp_path):
         prepare_folder(tmp_path, CASE)
-        left = [tmp_path / ".checkpoint.123.partial.npz", tmp_path / "fields" / ".frame_0001.99.partial.vtu", tmp_path / "figures" / ".force.7.partial.png"]
-        kept = [tmp_path / ".notes.2024.txt", tmp_path / ".partial", tmp_path / "fields" / "frame_0001.vtu", tmp_path / "a.1.partial.txt"]
+        left = [
+            tmp_path / ".checkpoint.123.partial.npz",
+            tmp_path / "fields" / ".frame_0001.99.partial.vtu",
+            tmp_path / "figures" / ".force.7.partial.png",
+        ]
+        kept = [
+            tmp_path / ".notes.2024.txt",
+            tmp_path / ".partial",
+            tmp_path / "fields" / "frame_0001.vtu",
+            tmp_path / "a.1.partial.txt",
+        ]
         for path in left + kept:
             path.parent.mkdir(exist_ok=True)
             path.write_text("")

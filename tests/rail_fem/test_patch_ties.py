@@ -5,17 +5,19 @@ import pytest
 
 from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
-from geometry.surfaces.crossing import CastCrossing
 from geometry.profiles.profile import Profile, arc, line
+from geometry.surfaces.crossing import CastCrossing
 from rail_fem.light.contact_pairs import TieError, bring_together, crossing_tie, plain_rail_section, plain_rail_tie
 
 CONE = Profile.from_pieces([line((-0.05, -0.05 / 20), (0.05, 0.05 / 20), 1e-3)], "cone 1:20")
 
 
 def test_cone_on_a_tilted_plane_has_the_gap_of_its_section():
-    """A cone 1:20 on a plane of its own slope touches along a line: below the axle the gap is x'^2 / 2R to third order, the same along s."""
+    """A cone 1:20 on a plane of its own slope touches along a line: below the axle the gap is x'^2 / 2R to third order,
+    the same along s."""
     tie = bring_together(CONE, lambda x, y: y / 20 + 0 * x, (0.0, 0.0), 0.4)
-    s = np.linspace(-0.01, 0.01, 5) - np.sign(tie.point[1]) * 0.02  # it may be found anywhere on that line, also at its end
+    # it may be found anywhere on that line, also at its end
+    s = np.linspace(-0.01, 0.01, 5) - np.sign(tie.point[1]) * 0.02
     np.testing.assert_allclose(tie.gap(np.zeros(5), s), 0, atol=1e-10)
     radius = (0.4 - tie.point[1] / 20) * np.sqrt(1 + 1 / 400)  # normal section of the cone
     assert tie.gap(np.array([5e-3]), np.zeros(1))[0] == pytest.approx(5e-3**2 / 2 / radius, rel=1e-3)
@@ -34,13 +36,15 @@ def test_two_cylinders_touch_where_their_normals_agree():
 
 
 def test_p8_on_bs113a_as_in_the_thesis():
-    """49,505 N, E 201 GPa: not a Hertz patch (joints of the crown's arcs lie in it), and within 1 mm of lateral shift the pressure passes
-    the thesis' 921 MPa; what is published of its P8 leaves more freedom than that."""
+    """49,505 N, E 201 GPa: not a Hertz patch (joints of the crown's arcs lie in it), and within 1 mm of lateral shift
+    the pressure passes the thesis' 921 MPa; what is published of its P8 leaves more freedom than that."""
     steel = Elastic(201e9, 0.3)
     peaks = []
     for lateral in (-1e-3, 0.0):
         tie = plain_rail_tie(lateral=lateral, wheel_steel=steel, rail_steel=steel)
-        patch = normal_contact(tie.gap, steel, steel, load=tie.normal_force(49505.0), window=tie.window(), cells=44, estimate=False)
+        patch = normal_contact(
+            tie.gap, steel, steel, load=tie.normal_force(49505.0), window=tie.window(), cells=44, estimate=False
+        )
         assert patch.normal_force * tie.frame[2, 2] == pytest.approx(49505.0, rel=1e-6)
         peaks.append(patch.max_pressure)
     assert peaks[0] < 921e6 < peaks[1]
@@ -63,7 +67,14 @@ def test_section_bodies_just_touch():
 @pytest.mark.parametrize("body, x", [("wing", 0.3), ("nose", 0.4)])
 def test_wing_and_nose_give_patches(body, x):
     tie = crossing_tie(CastCrossing(), x, body)
-    patch = normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(80e3), window=tie.window(0.02, 0.02), estimate=False)
+    patch = normal_contact(
+        tie.gap,
+        tie.wheel_steel,
+        tie.rail_steel,
+        load=tie.normal_force(80e3),
+        window=tie.window(0.02, 0.02),
+        estimate=False,
+    )
     assert patch.normal_force == pytest.approx(tie.normal_force(80e3), rel=1e-6)
     assert patch.gap[np.isfinite(patch.gap)].min() > -1e-8
 

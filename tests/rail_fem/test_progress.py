@@ -56,14 +56,22 @@ def test_status_file_is_not_written_more_often_than_every_interval(tmp_path, clo
         assert read_status(tmp_path)["step"] == 100
 
 
-@pytest.mark.parametrize("fault, state, said", [(ValueError("unstable at x = 0.3 m"), "failed", "unstable at x"), (KeyboardInterrupt(), "stopped", "--restart")])
+@pytest.mark.parametrize(
+    "fault, state, said",
+    [(ValueError("unstable at x = 0.3 m"), "failed", "unstable at x"), (KeyboardInterrupt(), "stopped", "--restart")],
+)
 def test_status_file_says_how_a_run_ended(tmp_path, fault, state, said):
     with pytest.raises(type(fault)):
         with Progress(tmp_path, stream=io.StringIO()) as progress:
             progress.update(step=3, time=1e-4, end_time=1e-3, energy_balance=float("nan"))
             raise fault
     status = read_status(tmp_path)
-    assert status["state"] == state and said in status["message"] and status["percent"] == 10.0 and status["energy_balance"] is None
+    assert (
+        status["state"] == state
+        and said in status["message"]
+        and status["percent"] == 10.0
+        and status["energy_balance"] is None
+    )
 
 
 def test_log_gets_plain_lines_and_terminal_gets_a_bar(tmp_path):
@@ -72,7 +80,10 @@ def test_log_gets_plain_lines_and_terminal_gets_a_bar(tmp_path):
         with Progress(None, title="pass", stream=stream) as progress:
             progress.note("mesh: 1000 cells")
             progress.update(step=5, time=5e-4, end_time=1e-3, energy_balance=0.001)
-    assert log.getvalue().splitlines() == ["mesh: 1000 cells", " 50.0 %  step 5  t 0.500 ms  energy balance 0.10 %  eta unknown"]
+    assert log.getvalue().splitlines() == [
+        "mesh: 1000 cells",
+        " 50.0 %  step 5  t 0.500 ms  energy balance 0.10 %  eta unknown",
+    ]
     assert "\x1b" not in log.getvalue() and "\x1b" in terminal.getvalue() and "mesh: 1000 cells" in terminal.getvalue()
 
 
@@ -103,7 +114,11 @@ def test_run_whose_process_is_gone_is_seen_as_dead(tmp_path):
     gone = lock.this_process() | {"pid": done.pid}
     write_status(tmp_path, {"state": "running", "percent": 12.0, "step": 7, **gone})
     assert read_status(tmp_path)["state"] == "died" and "go on with --restart" in read_status(tmp_path)["message"]
-    for state, owner in (("running", lock.this_process()), ("running", gone | {"host": "elsewhere"}), ("finished", gone)):
+    for state, owner in (
+        ("running", lock.this_process()),
+        ("running", gone | {"host": "elsewhere"}),
+        ("finished", gone),
+    ):
         write_status(tmp_path, {"state": state, **owner})
         assert read_status(tmp_path)["state"] == state
 

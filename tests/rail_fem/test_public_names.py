@@ -49,14 +49,19 @@ def test_contact_points_of_own_wheel_and_rail_in_five_lines(tmp_path):
 
 
 def test_the_patch_of_a_sphere_in_two_lines_is_that_of_hertz():
-    patch = bem.normal_contact(lambda x, y: (x**2 + y**2) / 0.6, bem.STEEL, bem.STEEL, load=50e3, window=((-0.02, 0.02), (-0.02, 0.02)))
+    patch = bem.normal_contact(
+        lambda x, y: (x**2 + y**2) / 0.6, bem.STEEL, bem.STEEL, load=50e3, window=((-0.02, 0.02), (-0.02, 0.02))
+    )
     exact = bem.point_contact(50e3, 0.3, 0.3, bem.contact_modulus(bem.STEEL, bem.STEEL))
     assert patch.max_pressure == pytest.approx(exact.max_pressure, rel=5e-3)
 
 
 def test_the_import_is_light():
     """Neither numerics nor dolfinx, MPI, Gmsh, VTK or matplotlib come with the bare import."""
-    code = "import sys, rail_fem, geometry, bem; print(*{'numpy', 'numba', 'dolfinx', 'mpi4py', 'gmsh', 'vtk', 'matplotlib', 'pydantic'} & set(sys.modules))"
+    code = (
+        "import sys, rail_fem, geometry, bem; print(*{'numpy', 'numba', 'dolfinx', 'mpi4py', 'gmsh', 'vtk',"
+        " 'matplotlib', 'pydantic'} & set(sys.modules))"
+    )
     answer = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert answer.stdout.split() == []
 
@@ -69,7 +74,9 @@ def test_examples_come_along():
 
 def test_a_scene_is_changed_as_a_case_file_is_read():
     scene = rail_fem.load_case(CASE).scene
-    faster = scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"}, materials={"nose": {"strength": "150 %"}})
+    faster = scene.replace(
+        speed="100 mph", foundation={"stiffness": "160 kN/mm"}, materials={"nose": {"strength": "150 %"}}
+    )
     assert faster.speed == pytest.approx(44.704) and scene.speed == pytest.approx(33.528)
     assert faster.foundation.stiffness == pytest.approx(160e6) and faster.foundation.damping == scene.foundation.damping
     assert faster.materials.nose.strength == 1.5 and faster.materials.wing == scene.materials.wing

@@ -14,7 +14,11 @@ from rail_fem.output.progress import read_status
 from rail_fem.output.result import load
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMANDS = [line for block in re.findall(r"```sh\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL) for line in block.splitlines()]
+COMMANDS = [
+    line
+    for block in re.findall(r"```sh\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    for line in block.splitlines()
+]
 HAS_MODEL = (ROOT / "rail_fem" / "models" / "fe_full.py").exists()
 needs_model = pytest.mark.skipif(not HAS_MODEL, reason="rail_fem/models/fe_full.py is not there yet")
 SMOKE_SECONDS = 300
@@ -22,17 +26,30 @@ SMOKE_SECONDS = 300
 
 def run_shell(words: list[str]) -> str:
     """Run as a user types it, in the project's root, with few steps and no terminal."""
-    answer = subprocess.run(words, cwd=ROOT, env=os.environ | {"RAIL_FEM_SMOKE": "1"}, stdin=subprocess.DEVNULL,
-                            capture_output=True, text=True, timeout=SMOKE_SECONDS)
+    answer = subprocess.run(
+        words,
+        cwd=ROOT,
+        env=os.environ | {"RAIL_FEM_SMOKE": "1"},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=SMOKE_SECONDS,
+    )
     assert answer.returncode == 0, f"{shlex.join(words)}\n{answer.stdout[-4000:]}\n{answer.stderr[-4000:]}"
     return answer.stdout
 
 
 def run_readme(command: str, folder: Path) -> str:
     """A README command, its outputs sent to `folder`, with the mpirun options that this machine needs."""
-    words = [word.replace("runs/", f"{folder}/").replace("my_case.toml", f"{folder}/my_case.toml") for word in shlex.split(command)]
+    words = [
+        word.replace("runs/", f"{folder}/").replace("my_case.toml", f"{folder}/my_case.toml")
+        for word in shlex.split(command)
+    ]
     own = {".venv/bin/python": [sys.executable], ".venv/bin/rail-fem": [sys.executable, "-m", "rail_fem"]}
-    words = [*own.get(words[0], words[:1]), *(sys.executable if word == ".venv/bin/python" else word for word in words[1:])]
+    words = [
+        *own.get(words[0], words[:1]),
+        *(sys.executable if word == ".venv/bin/python" else word for word in words[1:]),
+    ]
     if words[:2] == ["mpirun", "-n"]:
         words = launcher.mpi_command(int(words[2])) + words[3:]
     return run_shell(words)
@@ -46,8 +63,12 @@ def check_folder(folder: Path) -> None:
 
 def test_readme_names_the_commands_that_are_tried_here():
     """A command added to the README must be tried below."""
-    tried = ["./run.sh", "./test.sh", *(f".venv/bin/rail-fem {name}" for name in ("init", "check", "run", "show", "list", "doctor")),
-             "mpirun -n 2 .venv/bin/python -m mpi4py -m rail_fem run"]
+    tried = [
+        "./run.sh",
+        "./test.sh",
+        *(f".venv/bin/rail-fem {name}" for name in ("init", "check", "run", "show", "list", "doctor")),
+        "mpirun -n 2 .venv/bin/python -m mpi4py -m rail_fem run",
+    ]
     untried = [command for command in COMMANDS if not any(command.startswith(start) for start in tried)]
     assert not untried and all(any(command.startswith(start) for command in COMMANDS) for start in tried)
 
@@ -89,7 +110,11 @@ def test_the_command_on_several_ranks(tmp_path):
 
 
 @needs_model
-@pytest.mark.parametrize("path", [path for path in sorted((ROOT / "cases").glob("*.toml")) if path.stem != "nose_transfer"], ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [path for path in sorted((ROOT / "cases").glob("*.toml")) if path.stem != "nose_transfer"],
+    ids=lambda path: path.stem,
+)
 def test_every_other_case_runs(path, tmp_path):
     """The nose transfer runs in the tests above."""
     run_shell([sys.executable, "-m", "rail_fem", "run", str(path), "--out", str(tmp_path / "out")])
@@ -104,7 +129,10 @@ def test_local_batch_runs_cases_and_passes_over_finished_ones(tmp_path):
     assert "finished before" in run_shell(words)
 
 
-@pytest.mark.parametrize("script", ["setup.sh", "run.sh", "test.sh", ".ci/run", "cases/slurm.sh", "cases/slurm_array.sh", "cases/local_batch.sh"])
+@pytest.mark.parametrize(
+    "script",
+    ["setup.sh", "run.sh", "test.sh", ".ci/run", "cases/slurm.sh", "cases/slurm_array.sh", "cases/local_batch.sh"],
+)
 def test_scripts_are_valid_shell_and_executable(script):
     assert os.access(ROOT / script, os.X_OK)
     subprocess.run(["bash", "-n", str(ROOT / script)], check=True)

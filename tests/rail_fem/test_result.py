@@ -11,11 +11,20 @@ from tests.rail_fem.test_scene import make_scene
 
 def make_result(**changes) -> PassResult:
     time = np.linspace(0, 10e-3, 7)
-    values = {"model": "fe_full", "scene": make_scene(), "settings": {"element_size": 1.5e-3, "max_steps": None},
-              "history": {"time": time, "x": 0.2 + 33.528 * time, "force": 86e3 * (1 + time), "energy_elastic": time**2},
-              "peaks": {"largest_force_nose": Peak(188.18e3, "N", x=0.35, time=5e-3)}, "patches": (Patch(0.0, 0.2, 0.03, "wing", area=1e-4),),
-              "transfer_x": 0.3, "energies": {"elastic": 1.0, "plastic": float("nan")}, "cost": Cost(12.0, 1000, 50, 2, 4e6, 1e9),
-              "error_estimate": {"force": 0.02, "pressure": float("inf")}, "warnings": ("coarse",), "trust": {"hourglass": {"share": 0.01, "note": None}}}
+    values = {
+        "model": "fe_full",
+        "scene": make_scene(),
+        "settings": {"element_size": 1.5e-3, "max_steps": None},
+        "history": {"time": time, "x": 0.2 + 33.528 * time, "force": 86e3 * (1 + time), "energy_elastic": time**2},
+        "peaks": {"largest_force_nose": Peak(188.18e3, "N", x=0.35, time=5e-3)},
+        "patches": (Patch(0.0, 0.2, 0.03, "wing", area=1e-4),),
+        "transfer_x": 0.3,
+        "energies": {"elastic": 1.0, "plastic": float("nan")},
+        "cost": Cost(12.0, 1000, 50, 2, 4e6, 1e9),
+        "error_estimate": {"force": 0.02, "pressure": float("inf")},
+        "warnings": ("coarse",),
+        "trust": {"hourglass": {"share": 0.01, "note": None}},
+    }
     return PassResult(**(values | changes))
 
 
@@ -25,7 +34,18 @@ def test_result_reads_back_as_it_was_saved(tmp_path):
     back = load(tmp_path)
     for name in COLUMNS:
         np.testing.assert_array_equal(back.history[name], result.history[name])
-    for name in ("model", "scene", "settings", "cost", "error_estimate", "warnings", "trust", "transfer_x", "versions", "fault"):
+    for name in (
+        "model",
+        "scene",
+        "settings",
+        "cost",
+        "error_estimate",
+        "warnings",
+        "trust",
+        "transfer_x",
+        "versions",
+        "fault",
+    ):
         assert getattr(back, name) == getattr(result, name), name
     assert back.peaks["largest_force_nose"].value == 188.18e3 and np.isnan(back.peaks["largest_force_nose"].y)
     assert back.patches[0].region == "wing" and np.isnan(back.patches[0].width)
@@ -64,10 +84,15 @@ def test_result_cannot_be_changed():
         result.history["force"][0] = 0.0
 
 
-@pytest.mark.parametrize("columns, said", [
-    ({"time": [0.0], "x": [0.0], "forse": [1.0]}, "unknown column"), ({"time": [0.0]}, "x missing"),
-    ({"time": [0.0, 1.0], "x": [0.0]}, "shape"), ({"time": [[0.0]], "x": [[0.0]]}, "shape"),
-])
+@pytest.mark.parametrize(
+    "columns, said",
+    [
+        ({"time": [0.0], "x": [0.0], "forse": [1.0]}, "unknown column"),
+        ({"time": [0.0]}, "x missing"),
+        ({"time": [0.0, 1.0], "x": [0.0]}, "shape"),
+        ({"time": [[0.0]], "x": [[0.0]]}, "shape"),
+    ],
+)
 def test_histories_that_fit_no_common_axis_are_refused(columns, said):
     with pytest.raises(ValueError, match=said):
         complete_history(columns)

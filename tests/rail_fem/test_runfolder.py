@@ -41,7 +41,11 @@ def test_restart_of_another_case_names_what_differs(tmp_path):
 
 def test_restart_may_change_how_often_it_saves_and_where_it_stops(tmp_path):
     prepare_folder(tmp_path, CASE)
-    assert prepare_folder(tmp_path, fingerprint("fe_full", make_scene(), FeSettings(element_size="1.5 mm", max_steps=7, checkpoint_interval="5 s")), restart=True)
+    assert prepare_folder(
+        tmp_path,
+        fingerprint("fe_full", make_scene(), FeSettings(element_size="1.5 mm", max_steps=7, checkpoint_interval="5 s")),
+        restart=True,
+    )
 
 
 @pytest.mark.parametrize("options", [{}, {"restart": True}, {"overwrite": True}])

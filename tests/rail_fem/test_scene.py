@@ -7,8 +7,13 @@ from rail_fem.settings.explicit import FeSettings
 
 
 def make_scene(**changes) -> Scene:
-    sections = {"wheel": Wheel(profile="P8-worn"), "foundation": Foundation(stiffness="160 kN/mm"), "speed": "75 mph", "direction": "facing",
-                "vehicle": Vehicle(vehicle_sprung_mass="66.25 t", wheelset_unsprung_mass="1.00 t")}
+    sections = {
+        "wheel": Wheel(profile="P8-worn"),
+        "foundation": Foundation(stiffness="160 kN/mm"),
+        "speed": "75 mph",
+        "direction": "facing",
+        "vehicle": Vehicle(vehicle_sprung_mass="66.25 t", wheelset_unsprung_mass="1.00 t"),
+    }
     return Scene(**(sections | changes))
 
 
@@ -44,14 +49,26 @@ def test_hybrid_crossing_has_a_hard_nose_on_a_soft_wing():
 
 
 def test_a_measured_curve_replaces_the_grades():
-    steel = Material(grade="Mn13", hardening_strain=(0, 0.1), hardening_stress=("350 MPa", "900 MPa"), youngs_modulus="200 GPa").steel()
-    assert list(steel.hardening_stress) == pytest.approx([350e6, 900e6]) and steel.youngs_modulus == pytest.approx(200e9)
+    steel = Material(
+        grade="Mn13", hardening_strain=(0, 0.1), hardening_stress=("350 MPa", "900 MPa"), youngs_modulus="200 GPa"
+    ).steel()
+    assert list(steel.hardening_stress) == pytest.approx([350e6, 900e6]) and steel.youngs_modulus == pytest.approx(
+        200e9
+    )
 
 
-@pytest.mark.parametrize("change", [
-    {"gauge": "1.0 m"}, {"friction": -0.1}, {"speed": "-75 mph"}, {"speed": "0 mph"}, {"direction": "sideways"},
-    {"materials": {"wheel": {"grade": "R8T", "strength": "200 %"}}}, {"materials": {"nose": {"grade": "Mn13", "hardening_strain": (0, 1)}}},
-])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"gauge": "1.0 m"},
+        {"friction": -0.1},
+        {"speed": "-75 mph"},
+        {"speed": "0 mph"},
+        {"direction": "sideways"},
+        {"materials": {"wheel": {"grade": "R8T", "strength": "200 %"}}},
+        {"materials": {"nose": {"grade": "Mn13", "hardening_strain": (0, 1)}}},
+    ],
+)
 def test_impossible_scenes_are_refused(change):
     with pytest.raises(ValidationError):
         make_scene(**change)

@@ -7,7 +7,12 @@ import pytest
 
 from rail_fem.output.sealed import SealError, read_sealed, write_sealed
 
-ARRAYS = {"points": np.random.default_rng(1).normal(size=(500, 3)), "cells": np.arange(800).reshape(100, 8), "none": np.empty((0, 3)), "one": np.float64(3.5)}
+ARRAYS = {
+    "points": np.random.default_rng(1).normal(size=(500, 3)),
+    "cells": np.arange(800).reshape(100, 8),
+    "none": np.empty((0, 3)),
+    "one": np.float64(3.5),
+}
 TIES = {"case": "a1", "mesh": "b2"}
 
 
@@ -28,7 +33,11 @@ def rewrite(path, change):
 def test_arrays_come_back_to_the_bit_and_one_seal_means_one_content(path, tmp_path):
     arrays, seal = read_sealed(path, {"mesh": "b2"}, "")
     for name, array in ARRAYS.items():
-        assert arrays[name].dtype == array.dtype and arrays[name].shape == array.shape and arrays[name].tobytes() == array.tobytes()
+        assert (
+            arrays[name].dtype == array.dtype
+            and arrays[name].shape == array.shape
+            and arrays[name].tobytes() == array.tobytes()
+        )
     assert write_sealed(tmp_path / "again.npz", arrays, TIES) == seal
     moved = arrays | {"points": arrays["points"] + np.eye(500, 3) * 1e-16}
     assert write_sealed(tmp_path / "moved.npz", moved, TIES) != seal
@@ -89,7 +98,14 @@ def test_damaged_file_is_named_with_its_remedy(path, how):
     assert len(str(fault.value)) < 500
 
 
-@pytest.mark.parametrize("ties, said", [({"case": "a2"}, "another case"), ({"case": "a1", "mesh": "b3"}, "another mesh"), ({"case": "", "mesh": ""}, "another case and another mesh")])
+@pytest.mark.parametrize(
+    "ties, said",
+    [
+        ({"case": "a2"}, "another case"),
+        ({"case": "a1", "mesh": "b3"}, "another mesh"),
+        ({"case": "", "mesh": ""}, "another case and another mesh"),
+    ],
+)
 def test_file_of_another_run_says_whose(path, ties, said):
     with pytest.raises(SealError, match=f"belongs to {said}: begin again"):
         read_sealed(path, ties, "begin again")

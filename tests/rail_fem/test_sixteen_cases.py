@@ -26,7 +26,11 @@ def test_it_holds_every_case_trend_and_reason(page):
         assert f"- **{trend.says}**" in page
         assert not trend.because or trend.because in page
         assert all(f"control: {control.says}" in page for control in trend.control)
-    for figure in [*(name for group in source.group for name in group.figures), *(line.split(":")[0] for line in source.absent), *source.reference_figures]:
+    for figure in [
+        *(name for group in source.group for name in group.figures),
+        *(line.split(":")[0] for line in source.absent),
+        *source.reference_figures,
+    ]:
         assert f"\n| {figure} |" in page
 
 
@@ -43,5 +47,7 @@ def test_its_numbers_are_those_of_the_program(page, case):
     row = next(line for line in page.splitlines() if line.startswith(f"| {case.stem} |"))
     cells = row.split(" | ")
     result = solve("rigid_hertz", found.scene, found.runs["rigid_hertz"])
-    first, wing, nose = (result.peaks[name].value / 1e3 for name in ("first_impact", "largest_force_wing", "largest_force_nose"))
+    first, wing, nose = (
+        result.peaks[name].value / 1e3 for name in ("first_impact", "largest_force_wing", "largest_force_nose")
+    )
     assert cells[2 + list(LADDER).index("rigid_hertz")] == f"{first:.1f}; {wing:.1f} / {nose:.1f}"

@@ -34,14 +34,20 @@ def test_curve_cannot_be_changed_afterwards():
         MN13.hardening_stress[0] = 1.0
 
 
-@pytest.mark.parametrize("change, said", [
-    ({"youngs_modulus": 0.0}, "youngs_modulus"), ({"density": float("nan")}, "density"), ({"poisson": 0.5}, "poisson"),
-    ({"hardening_strain": [0.0, 0.1]}, "equal length"), ({"hardening_strain": [0.1], "hardening_stress": [1e6]}, "start at 0"),
-    ({"hardening_strain": [0, 0.1, 0.1], "hardening_stress": [1e6, 2e6, 3e6]}, "increase strictly"),
-    ({"hardening_strain": [0, 0.1], "hardening_stress": [2e6, 1e6]}, "must not fall"),
-    ({"hardening_strain": [0, 0.1], "hardening_stress": [1e6, np.nan]}, "not finite"),
-    ({"hardening_strain": [0.0], "hardening_stress": [0.0]}, "positive"),
-])
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        ({"youngs_modulus": 0.0}, "youngs_modulus"),
+        ({"density": float("nan")}, "density"),
+        ({"poisson": 0.5}, "poisson"),
+        ({"hardening_strain": [0.0, 0.1]}, "equal length"),
+        ({"hardening_strain": [0.1], "hardening_stress": [1e6]}, "start at 0"),
+        ({"hardening_strain": [0, 0.1, 0.1], "hardening_stress": [1e6, 2e6, 3e6]}, "increase strictly"),
+        ({"hardening_strain": [0, 0.1], "hardening_stress": [2e6, 1e6]}, "must not fall"),
+        ({"hardening_strain": [0, 0.1], "hardening_stress": [1e6, np.nan]}, "not finite"),
+        ({"hardening_strain": [0.0], "hardening_stress": [0.0]}, "positive"),
+    ],
+)
 def test_values_that_no_steel_has_are_refused(change, said):
     with pytest.raises(ValueError, match=said):
         Steel(**({"youngs_modulus": 2e11, "poisson": 0.3, "density": 7800.0} | change))

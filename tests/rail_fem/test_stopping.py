@@ -36,7 +36,8 @@ with held(folder), Progress(folder, stream=open("/dev/null", "w")) as progress:
 
 
 def listening() -> None:
-    """In the child: both signals as a terminal leaves them, though the tests themselves may run where SIGINT is ignored (in the background)."""
+    """In the child: both signals as a terminal leaves them, though the tests themselves may run where SIGINT is ignored
+    (in the background)."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)
 
@@ -70,7 +71,13 @@ def test_whatever_the_run_does_it_stops_at_once_with_status_and_sentence(started
 
 
 def test_stop_before_anything_is_there_says_so(started, tmp_path):
-    run = started([sys.executable, "-c", "from rail_fem import stopping\nstopping.listen()\nprint('begun', flush=True)\nimport time\ntime.sleep(60)"])
+    run = started(
+        [
+            sys.executable,
+            "-c",
+            "from rail_fem import stopping\nstopping.listen()\nprint('begun', flush=True)\nimport time\ntime.sleep(60)",
+        ]
+    )
     assert run.stdout.readline() == "begun\n"
     run.send_signal(signal.SIGTERM)
     _, said = run.communicate(timeout=20)
@@ -78,8 +85,14 @@ def test_stop_before_anything_is_there_says_so(started, tmp_path):
 
 
 def test_what_the_program_was_started_to_ignore_it_ignores():
-    code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\nfrom rail_fem import stopping\nstopping.listen()\nimport os, time; os.kill(os.getpid(), 2); time.sleep(0.2); print('here')"
-    assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=30).stdout == "here\n"
+    code = (
+        "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\nfrom rail_fem import"
+        " stopping\nstopping.listen()\nimport os, time; os.kill(os.getpid(), 2); time.sleep(0.2); print('here')"
+    )
+    assert (
+        subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=30).stdout
+        == "here\n"
+    )
 
 
 def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(started, case, tmp_path):  # noqa: F811
@@ -89,7 +102,10 @@ def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(started, case, t
     _, said = run.communicate(timeout=60)
     assert run.returncode == 143 and f"SIGTERM: {GO_ON}" in said and read_status(out)["state"] == "stopped"
     assert started([sys.executable, "-c", ALONE], "run", case, "--out", out, "--restart").wait(60) == 0
-    assert load(out).history["force"].tobytes() == load(whole).history["force"].tobytes() and read_status(out)["state"] == "finished"
+    assert (
+        load(out).history["force"].tobytes() == load(whole).history["force"].tobytes()
+        and read_status(out)["state"] == "finished"
+    )
 
 
 @pytest.mark.mpi
@@ -97,7 +113,14 @@ def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(started, case, t
 def test_stop_of_mpirun_reaches_the_status(started, case, tmp_path, number):  # noqa: F811
     """mpirun sends SIGTERM to its ranks and kills them soon after."""
     out = tmp_path / "out"
-    run = started([*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-c", ALONE], "run", case, "--out", out, TOY_PAUSE="60")
+    run = started(
+        [*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-c", ALONE],
+        "run",
+        case,
+        "--out",
+        out,
+        TOY_PAUSE="60",
+    )
     until = time.monotonic() + 40
     while not (out / "status.json").is_file() and time.monotonic() < until:
         time.sleep(0.05)

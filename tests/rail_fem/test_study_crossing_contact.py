@@ -1,4 +1,5 @@
-"""The study of speed against error on the crossing: finer sections err less, what is carried does not depend on the stations, a figure."""
+"""The study of speed against error on the crossing: finer sections err less, what is carried does not depend on the
+stations, a figure."""
 
 import numpy as np
 
@@ -7,8 +8,9 @@ from rail_fem.studies.crossing_contact import MM, draw, speed_against_error
 
 
 def test_errors_fall_with_the_sections_and_not_with_the_stations(tmp_path):
-    """Against sections 2 mm apart. Most states stand on smooth parts, which sections 4 mm apart hold to 1e-6 mm; the largest errors
-    are those on edges. At stations 1 mm apart one state of these has only one of two neighbouring points."""
+    """Against sections 2 mm apart. Most states stand on smooth parts, which sections 4 mm apart hold to 1e-6 mm; the
+    largest errors are those on edges. At stations 1 mm apart one state of these has only one of two neighbouring
+    points."""
     settings = ((16 * MM, 0.5 * MM), (4 * MM, 0.5 * MM), (4 * MM, 0.25 * MM))
     rows = speed_against_error(CastCrossing(9.25), "P8", 20, settings, (2 * MM, 0.25 * MM))
     coarse, fine, few = rows

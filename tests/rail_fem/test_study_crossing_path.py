@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from geometry.path.contact_band import path_numbers
-from geometry.surfaces.crossing import CastCrossing
-from geometry.profiles.formats.by_suffix import write_profile
 from geometry.path.wheel_path import wheel_path
+from geometry.profiles.formats.by_suffix import write_profile
 from geometry.profiles.wheel import wheel_profile
-from rail_fem.studies.crossing_path import MM, REFERENCE, draw, run_over, table, write_table
+from geometry.surfaces.crossing import CastCrossing
 from rail_fem.scene.wheel_profile import wheel_shape
+from rail_fem.studies.crossing_path import MM, REFERENCE, draw, run_over, table, write_table
 
 
 def studied(names, spacing, ratio=9.25):
@@ -29,7 +29,8 @@ def test_a_short_study_writes_its_table_and_figure(tmp_path):
 
 
 def test_a_wheel_of_a_file_runs_as_the_one_it_was_written_from(tmp_path):
-    """Within what the spline through the points leaves beside the joints of arcs, whose tangents a file does not hold."""
+    """Within what the spline through the points leaves beside the joints of arcs, whose tangents a file does not
+    hold."""
     file = str(tmp_path / "mine.prw")
     write_profile(file, wheel_profile("P8").points, "wheel")
     x = np.array([-0.8, -0.65, 0.1, 0.3])
@@ -46,7 +47,11 @@ def test_all_five_wheels_against_the_published_numbers():
         assert n.ramp_lift / MM == pytest.approx(lift, abs=0.011) and n.dip / MM == pytest.approx(dip, abs=0.22)
         assert n.ramp_slope / MM == pytest.approx(climb, abs=2.2 if name == "P8-hollow" else 0.75)
         if name != "P8-hollow":
-            assert n.lowest_x / MM == pytest.approx(lowest, abs=1.5) and n.fall / MM == pytest.approx(fall, abs=0.15) and n.rise / MM == pytest.approx(rise, abs=0.25)
+            assert (
+                n.lowest_x / MM == pytest.approx(lowest, abs=1.5)
+                and n.fall / MM == pytest.approx(fall, abs=0.15)
+                and n.rise / MM == pytest.approx(rise, abs=0.25)
+            )
     assert numbers["P8-hollow"].transfer_x / MM == pytest.approx(447, abs=1)
 
 

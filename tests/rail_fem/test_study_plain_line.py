@@ -18,7 +18,9 @@ def test_tables_and_figure_of_a_short_study(tmp_path):
     curves, loaded = shift_curves(search, shift), [rest(search, (49e3, 49e3), y) for y in shift]
     write_curves(tmp_path / "curves.csv", curves, loaded)
     table = np.genfromtxt(tmp_path / "curves.csv", delimiter=",", names=True)
-    assert np.allclose(table["shift"], shift / MM) and np.allclose(table["radius_difference"], curves.radius_difference / MM, atol=1e-6)
+    assert np.allclose(table["shift"], shift / MM) and np.allclose(
+        table["radius_difference"], curves.radius_difference / MM, atol=1e-6
+    )
     assert draw(tmp_path / "curves.png", curves, loaded, [0.1] * 8, "short").stat().st_size > 20_000
 
 

@@ -1,4 +1,5 @@
 """The thesis' four plane case studies from one command."""
+
 import numpy as np
 import pytest
 
@@ -6,8 +7,13 @@ from rail_fem.studies import sections as section_study
 
 
 def test_all_case_studies_are_there():
-    assert list(section_study.cases()) == ["non-conformal", "conformal", "two-point", "P8 on BS113A, rail of 210 GPa",
-                                           "P8 on BS113A, rail of 190 GPa"]
+    assert list(section_study.cases()) == [
+        "non-conformal",
+        "conformal",
+        "two-point",
+        "P8 on BS113A, rail of 210 GPa",
+        "P8 on BS113A, rail of 190 GPa",
+    ]
 
 
 def test_wheel_on_rail_gets_its_charts_and_fields(tmp_path, monkeypatch, capsys):
@@ -18,6 +24,9 @@ def test_wheel_on_rail_gets_its_charts_and_fields(tmp_path, monkeypatch, capsys)
     section_study.main(tmp_path, exact=False)
     assert f"{name}: boundary mesh" in capsys.readouterr().out
     stem = "p8_on_bs113a_rail_of_210_gpa_"
-    assert sorted(path.name for path in tmp_path.glob("*.png")) == [f"{stem}{part}.png" for part in ("boundary_mesh", "fields", "internal_grid")]
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == [
+        f"{stem}{part}.png" for part in ("boundary_mesh", "fields", "internal_grid")
+    ]
     table = np.genfromtxt(tmp_path / f"{stem}one_case_at_0.2_mm.csv", delimiter=",", names=True)
-    assert table["pressure_MPa"] == pytest.approx(740.43, rel=0.05)  # the thesis' Table 5-5, whose geometry is known from pictures only
+    # the thesis' Table 5-5, whose geometry is known from pictures only
+    assert table["pressure_MPa"] == pytest.approx(740.43, rel=0.05)

@@ -1,14 +1,15 @@
-"""A wheelset through a parametric switch: its geometry as stated, two points in between, load that goes over without a gap."""
+"""A wheelset through a parametric switch: its geometry as stated, two points in between, load that goes over without a
+gap."""
 
 import numpy as np
 import pytest
 
+from geometry.contact.lofted_search import SurfaceSearch
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.rail import gauge_face
-from geometry.contact.lofted_search import SurfaceSearch
-from geometry.surfaces.switch import Switch
 from geometry.profiles.wheel import wheel_profile
+from geometry.surfaces.switch import Switch
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_sharing import rest
 from rail_fem.studies.switch import AXLE_LOAD, MM, draw, report, run_through, write
@@ -23,7 +24,8 @@ def passed():
 
 @pytest.mark.parametrize("x", [1.6, 2.5, 4.0])
 def test_the_tongue_has_the_width_and_height_that_it_is_given(x):
-    """14 mm below the stock rail's crown, where gauges are measured; a quarter of a metre between sections: 0.25^2 / (8 * 290 m) = 27 um."""
+    """14 mm below the stock rail's crown, where gauges are measured; a quarter of a metre between sections: 0.25^2 / (8
+    * 290 m) = 27 um."""
     switch = Switch()
     tongue = switch.tongue(x)
     assert switch.gauge_line - gauge_face(tongue.points) == pytest.approx(switch.entry * x + x**2 / 580, abs=30e-6)
@@ -53,7 +55,8 @@ def test_the_load_goes_from_the_stock_rail_to_the_tongue(passed):
 
 
 def test_in_between_the_wheel_stands_on_both_with_its_flange_on_the_tongue(passed):
-    """Thesis 3.9: one point on the head of the stock rail, one at the gauge corner of the tongue; more when the tread is reached."""
+    """Thesis 3.9: one point on the head of the stock rail, one at the gauge corner of the tongue; more when the tread
+    is reached."""
     for x in (0.7, 1.2, 1.8):
         mine = passed.index == np.argmin(np.abs(X - x))
         assert passed.on_tongue[mine].tolist() == [True, False]
@@ -62,7 +65,8 @@ def test_in_between_the_wheel_stands_on_both_with_its_flange_on_the_tongue(passe
 
 
 def test_a_wheel_that_is_not_pushed_stays_on_the_stock_rail_until_its_tread_meets_the_tongue():
-    """Held at 8.2 mm, the largest offset of thesis 3.9, at 0.7 m, it just touches the tongue or not at all; the stock rail carries."""
+    """Held at 8.2 mm, the largest offset of thesis 3.9, at 0.7 m, it just touches the tongue or not at all; the stock
+    rail carries."""
     switch = Switch()
     search = ContactSearch(Wheelset(wheel_profile("P8")), switch.track(0.7))
     found = rest(search, (AXLE_LOAD / 2, AXLE_LOAD / 2), 8.2 * MM, 2e-3)
@@ -70,7 +74,8 @@ def test_a_wheel_that_is_not_pushed_stays_on_the_stock_rail_until_its_tread_meet
 
 
 def test_sections_one_by_one_stand_as_the_whole_surface_does():
-    """In the straight track's axes the wheelset heads along the curve, by entry + x / R to the right of it. What prisms leave out: the tongue's
+    """In the straight track's axes the wheelset heads along the curve, by entry + x / R to the right of it. What prisms
+    leave out: the tongue's
     climb of 1 : 300 (0.25 mm of place on it, 12 um of height), and 1 - cos of the heading (8 um)."""
     switch = Switch()
     left, right = switch.surfaces()

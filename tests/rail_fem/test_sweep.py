@@ -45,8 +45,14 @@ def test_faults_do_not_stop_a_sweep_and_a_second_start_passes_over_what_is_done(
     assert load(out / "good" / "lumped").peaks["largest_force"].value > 86e3
     before = (out / "good" / "lumped" / "result.json").stat().st_mtime_ns
     second = sweep(*cases, "--out", out)
-    assert "good lumped: finished before" in second.output and (out / "good" / "lumped" / "result.json").stat().st_mtime_ns == before
-    assert compare([out / "good"]).names == ("p2_formula", "lumped") or compare([out / "good"]).names == ("lumped", "p2_formula")
+    assert (
+        "good lumped: finished before" in second.output
+        and (out / "good" / "lumped" / "result.json").stat().st_mtime_ns == before
+    )
+    assert compare([out / "good"]).names == ("p2_formula", "lumped") or compare([out / "good"]).names == (
+        "lumped",
+        "p2_formula",
+    )
 
 
 def test_a_killed_job_is_done_again(cases, tmp_path):
@@ -55,13 +61,20 @@ def test_a_killed_job_is_done_again(cases, tmp_path):
     assert sweep(cases[2], "--out", out, "--model", "lumped").exit_code == 0
     (out / "good" / "lumped" / "result.json").unlink()
     again = sweep(cases[2], "--out", out, "--model", "lumped")
-    assert again.exit_code == 0 and "good lumped: finished in" in again.output and (out / "good" / "lumped" / "result.json").is_file()
+    assert (
+        again.exit_code == 0
+        and "good lumped: finished in" in again.output
+        and (out / "good" / "lumped" / "result.json").is_file()
+    )
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the tie is Linux'")
 def test_a_killed_sweep_takes_its_run_with_it():
     """Or the run would go on writing into the folder that the next sweep goes on in."""
-    program = "import os, sys; from rail_fem.sweeps.sweep import run_tied; run_tied([sys.executable, '-c', 'import os, time; print(os.getpid(), flush=True); time.sleep(60)'], sys.stdout, os.environ)"
+    program = (
+        "import os, sys; from rail_fem.sweeps.sweep import run_tied; run_tied([sys.executable, '-c', 'import os, time;"
+        " print(os.getpid(), flush=True); time.sleep(60)'], sys.stdout, os.environ)"
+    )
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, cwd=ROOT) as parent:
         child = int(parent.stdout.readline())
         os.kill(child, 0)  # it lives
@@ -81,7 +94,10 @@ def test_results_of_an_older_scene_are_named_and_kept_apart(cases, tmp_path):
     mark.write_text(json.dumps(held))
     again = sweep(cases[2], "--out", out)
     words = " ".join(again.output.split())
-    assert again.exit_code == 1 and "holds the result of another case or of an older version of it: scene.speed: 20.0 there" in words
+    assert (
+        again.exit_code == 1
+        and "holds the result of another case or of an older version of it: scene.speed: 20.0 there" in words
+    )
     assert "good p2_formula: finished in" in words
 
 
@@ -111,11 +127,31 @@ def test_the_explicit_rung_of_a_sweep_runs_under_mpirun(cases, tmp_path, monkeyp
 
 def test_the_table_marks_other_element_sizes_and_shows_what_fails_of_the_trust_report():
     """Three runs at 4 mm and one at 2 mm, which alone meets its rules."""
-    row = lambda name, verdict: {"name": name, "verdict": verdict, "short": "6.4%", "value": 0.064, "shown": "", "rule": "", "limit": 0.05}
+    row = lambda name, verdict: {
+        "name": name,
+        "verdict": verdict,
+        "short": "6.4%",
+        "value": 0.064,
+        "shown": "",
+        "rule": "",
+        "limit": 0.05,
+    }
     scene = load_case(ROOT / "cases" / "nose_transfer.toml").scene
-    made = lambda size, verdict: PassResult("fe_full", scene, {"element_size": size}, {"time": [], "x": []}, trust={"rows": [row("hourglass energy", verdict), row("chatter", "good")]})
-    results = {f"case_{i}": {"fe_full": made(4e-3, "warning")} for i in range(3)} | {"fine": {"fe_full": made(2e-3, "good")}}
+    made = lambda size, verdict: PassResult(
+        "fe_full",
+        scene,
+        {"element_size": size},
+        {"time": [], "x": []},
+        trust={"rows": [row("hourglass energy", verdict), row("chatter", "good")]},
+    )
+    results = {f"case_{i}": {"fe_full": made(4e-3, "warning")} for i in range(3)} | {
+        "fine": {"fe_full": made(2e-3, "good")}
+    }
     table = {line.split(" | ")[0].strip("| "): line for line in force_table(results)[2:]}
-    assert table["case_1"].endswith("| 4 | 1 of 2 rows fail: hourglass energy 6.4% |") and table["fine"].endswith("| **2** | good |")
-    assert "Of 4 explicit runs, 3 fail rows of their own trust report: hourglass energy in 3." in trust_lines(results)[0]
+    assert table["case_1"].endswith("| 4 | 1 of 2 rows fail: hourglass energy 6.4% |") and table["fine"].endswith(
+        "| **2** | good |"
+    )
+    assert (
+        "Of 4 explicit runs, 3 fail rows of their own trust report: hourglass energy in 3." in trust_lines(results)[0]
+    )
     assert trust_lines({"a": {"lumped": PassResult("lumped", scene, {}, {"time": [], "x": []})}}) == []

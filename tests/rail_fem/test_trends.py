@@ -22,13 +22,29 @@ SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
 
 def made(model: str, nose: float, dip: float = 1e-3) -> PassResult:
     x = np.linspace(0.1, 0.5, 50)
-    history = {"time": np.linspace(0, 1e-2, 50), "x": x, "force": np.full(50, nose), "wheel_height": 0 * x, "crossing_height": -0.5e-3 - dip * np.sin(5 * x) ** 2}
-    return PassResult(model, SCENE, {}, history, {"first_impact": Peak(nose, "N"), "largest_force": Peak(nose, "N")}, transfer_x=0.36)
+    history = {
+        "time": np.linspace(0, 1e-2, 50),
+        "x": x,
+        "force": np.full(50, nose),
+        "wheel_height": 0 * x,
+        "crossing_height": -0.5e-3 - dip * np.sin(5 * x) ** 2,
+    }
+    return PassResult(
+        model, SCENE, {}, history, {"first_impact": Peak(nose, "N"), "largest_force": Peak(nose, "N")}, transfer_x=0.36
+    )
 
 
 @pytest.mark.parametrize(
     "values, word",
-    [([1, 2, 3], "agrees"), ([1, 2, 1.9], "differs"), ([1, 1.005, 1.0], "same"), ([1, 1.005, 1.1], "agrees"), ([3, 2], "differs"), ([1, 1.5, 1.495], "agrees"), ([-2, -1], "agrees")],
+    [
+        ([1, 2, 3], "agrees"),
+        ([1, 2, 1.9], "differs"),
+        ([1, 1.005, 1.0], "same"),
+        ([1, 1.005, 1.1], "agrees"),
+        ([3, 2], "differs"),
+        ([1, 1.5, 1.495], "agrees"),
+        ([-2, -1], "agrees"),
+    ],
 )
 def test_verdicts(values, word):
     assert verdict(np.array(values, float)) == word
@@ -36,19 +52,27 @@ def test_verdicts(values, word):
 
 def test_a_rung_is_judged_only_where_it_has_all_cases():
     trend = Trend(says="more", quantity="first impact", order=("a", "b"))
-    results = {"a": {"lumped": made("lumped", 1e5), "fe_full": made("fe_full", 1e5)}, "b": {"fe_full": made("fe_full", 2e5)}}
+    results = {
+        "a": {"lumped": made("lumped", 1e5), "fe_full": made("fe_full", 1e5)},
+        "b": {"fe_full": made("fe_full", 2e5)},
+    }
     assert [(f.model, f.verdict, f.values) for f in check(trend, results)] == [("fe_full", "agrees", (100.0, 200.0))]
     deeper = Trend(says="down", quantity="crossing dip", order=("a", "b"))
     results["b"]["fe_full"] = made("fe_full", 2e5, dip=2e-3)
     wave = np.sin(5 * np.linspace(0.1, 0.5, 50)) ** 2
     found = check(deeper, results)[0]
-    assert found.verdict == "agrees" and found.values == pytest.approx((wave.max() - wave[0], 2 * (wave.max() - wave[0])), rel=1e-12)  # mm
+    assert found.verdict == "agrees" and found.values == pytest.approx(
+        (wave.max() - wave[0], 2 * (wave.max() - wave[0])), rel=1e-12
+    )  # mm
 
 
 def test_the_count_goes_by_the_most_expensive_model():
     """A cheap model that agrees does not hide that the dearest differs."""
     trend = Trend(says="more", quantity="first impact", order=("a", "b"))
-    results = {"a": {"lumped": made("lumped", 1e5), "fe_full": made("fe_full", 2e5)}, "b": {"lumped": made("lumped", 2e5), "fe_full": made("fe_full", 1e5)}}
+    results = {
+        "a": {"lumped": made("lumped", 1e5), "fe_full": made("fe_full", 2e5)},
+        "b": {"lumped": made("lumped", 2e5), "fe_full": made("fe_full", 1e5)},
+    }
     assert count_lines((Group(title="G", cases=("a", "b"), trend=(trend,)),), results)[0].startswith("0 of 1")
 
 
@@ -78,19 +102,36 @@ def test_the_page_holds_table_trends_and_figures(tmp_path):
         for model in ("lumped", "rigid_hertz"):
             made(model, nose).save(tmp_path / "sweep" / case / model)
     trends = tmp_path / "trends.toml"
-    trends.write_text("reference='slow'\nabsent=['7-99: a photograph']\n[[group]]\ntitle='Speed'\ncases=['slow','fast']\nfigures=['7-13','']\n[[group.trend]]\nsays='faster is harder'\nquantity='first impact'\norder=['slow','fast']\npublished='1, 2'\n")
+    trends.write_text(
+        "reference='slow'\nabsent=['7-99: a"
+        " photograph']\n[[group]]\ntitle='Speed'\ncases=['slow','fast']\nfigures=['7-13','']\n[[group.trend]]\nsays='faster"
+        " is harder'\nquantity='first impact'\norder=['slow','fast']\npublished='1, 2'\n"
+    )
     run = lambda *arguments: CliRunner().invoke(cli.app, ["report", *map(str, arguments), "--groups", str(trends)])
     done = run(tmp_path / "sweep")
     assert done.exit_code == 0, done.output
     page = (tmp_path / "sweep" / "report" / "report.md").read_text()
     assert "lumped agrees: 100, 200 kN" in page and "| slow |" in page and "published: 1, 2" in page
-    assert "1 of 1 trends agree" in page and "| 7-13 | `speed.png` |" in page and "because" not in page and "| 7-99 | - | a photograph |" in page
-    assert all((tmp_path / "sweep" / "report" / name).stat().st_size > 10_000 for name in ("summary.png", "speed.png", "reference_forces.png", "reference_dip.png"))
+    assert (
+        "1 of 1 trends agree" in page
+        and "| 7-13 | `speed.png` |" in page
+        and "because" not in page
+        and "| 7-99 | - | a photograph |" in page
+    )
+    assert all(
+        (tmp_path / "sweep" / "report" / name).stat().st_size > 10_000
+        for name in ("summary.png", "speed.png", "reference_forces.png", "reference_dip.png")
+    )
     nothing = run(tmp_path / "empty")
     assert nothing.exit_code == 2 and "no results in CASE/MODEL" in " ".join(nothing.output.split())
 
 
-TREND = Trend(says="faster is harder", quantity="first impact", order=("case_03", "case_02", "case_01"), because="of the wing's bend")
+TREND = Trend(
+    says="faster is harder",
+    quantity="first impact",
+    order=("case_03", "case_02", "case_01"),
+    because="of the wing's bend",
+)
 
 
 def test_a_reason_is_said_only_where_a_rung_does_not_agree(tmp_path):
@@ -99,18 +140,26 @@ def test_a_reason_is_said_only_where_a_rung_does_not_agree(tmp_path):
     of = lambda a, b, model="fe_full": {"a": {model: made(model, a)}, "b": {model: made(model, b)}}
     say = lambda results: "\n".join(trend_lines(group(trend), results, tmp_path))
     assert "because" not in say(of(1e5, 2e5))
-    assert "  - differs because: of the wing's bend" in say(of(2e5, 1e5)) and "  - no change because" in say(of(1e5, 1e5))
+    assert "  - differs because: of the wing's bend" in say(of(2e5, 1e5)) and "  - no change because" in say(
+        of(1e5, 1e5)
+    )
     mixed = {case: of(1e5, 2e5)[case] | of(2e5, 1e5, "lumped")[case] for case in "ab"}
     assert "  - some rungs differ because" in say(mixed)
-    assert count_lines((group(trend),), of(2e5, 1e5)) == ["0 of 1 trends agree by the dearest rung that resolves them.", "1 differ: Speed: faster is harder (first impact; fe_full)."]
+    assert count_lines((group(trend),), of(2e5, 1e5)) == [
+        "0 of 1 trends agree by the dearest rung that resolves them.",
+        "1 differ: Speed: faster is harder (first impact; fe_full).",
+    ]
 
 
 def test_a_control_changes_what_it_says_and_nothing_else():
-    """Speed against nose force differs on the thesis' cases and agrees where the wheel begins on the falling wing: the reason in trends.toml."""
+    """Speed against nose force differs on the thesis' cases and agrees where the wheel begins on the falling wing: the
+    reason in trends.toml."""
     plain = run_control(Control(says="as it is"), TREND, TRENDS.parent)
     begun = run_control(Control(says="later", change={"run.rigid_hertz.start": "300 mm"}), TREND, TRENDS.parent)
     assert (plain.verdict, begun.verdict) == ("differs", "agrees")
-    same = run_control(Control(says="all alike", only={c: {"scene.speed": "75 mph"} for c in TREND.order}), TREND, TRENDS.parent)
+    same = run_control(
+        Control(says="all alike", only={c: {"scene.speed": "75 mph"} for c in TREND.order}), TREND, TRENDS.parent
+    )
     assert same.verdict == "same" and len(set(same.values)) == 1 and same.values[0] == plain.values[1]
 
 
@@ -137,8 +186,16 @@ def test_every_trend_of_the_thesis_that_a_rung_of_the_sweep_contradicts_has_a_re
     results = {}
     for name in {case for group in groups for trend in group.trend for case in trend.order}:
         case = load_case(TRENDS.parent / f"{name}.toml")
-        results[name] = {model: ladder.solve(model, case.scene, case.runs[model]) for model in ("p2_formula", "lumped", "rigid_hertz")}
-    bare = [trend.says for group in groups for trend in group.trend if {f.verdict for f in check(trend, results)} - {"agrees"} and not trend.because]
+        results[name] = {
+            model: ladder.solve(model, case.scene, case.runs[model])
+            for model in ("p2_formula", "lumped", "rigid_hertz")
+        }
+    bare = [
+        trend.says
+        for group in groups
+        for trend in group.trend
+        if {f.verdict for f in check(trend, results)} - {"agrees"} and not trend.because
+    ]
     assert not bare
 
 
@@ -149,7 +206,9 @@ def test_dip_of_a_bent_path_is_the_angle_between_its_sides():
     result = PassResult("rigid_hertz", SCENE, {}, {"time": x / 33.5, "x": x, "wheel_height": height}, transfer_x=0.36)
     assert trajectory_dip(result).angle == pytest.approx(np.arctan(7e-3) + np.arctan(5e-3), rel=1e-9)
     trailing = SCENE.model_copy(update={"direction": "trailing"})
-    back = PassResult("rigid_hertz", trailing, {}, {"time": x / 33.5, "x": x[::-1], "wheel_height": height[::-1]}, transfer_x=0.36)
+    back = PassResult(
+        "rigid_hertz", trailing, {}, {"time": x / 33.5, "x": x[::-1], "wheel_height": height[::-1]}, transfer_x=0.36
+    )
     assert trajectory_dip(back).angle == pytest.approx(trajectory_dip(result).angle, rel=1e-9)
     assert np.isnan(trajectory_dip(PassResult("lumped", SCENE, {}, {"time": x, "x": x})).angle)
 
@@ -159,12 +218,17 @@ def test_table_7_5_beside_our_columns():
     results = {"case_02": {"p2_formula": ladder.solve("p2_formula", case.scene, case.runs["p2_formula"])}}
     head, _, row = published_table(source.published, results)
     cells = dict(zip([c.strip() for c in head.split("|")], [c.strip() for c in row.split("|")]))
-    assert cells["our P2 with that 2a [kN]"] == "175.32" and cells["difference [kN]"] == "+0.037" and cells["2a that gives the published P2 [mrad]"] == "7.3269"
+    assert (
+        cells["our P2 with that 2a [kN]"] == "175.32"
+        and cells["difference [kN]"] == "+0.037"
+        and cells["2a that gives the published P2 [mrad]"] == "7.3269"
+    )
     assert published_table((), results) == [] and published_table(source.published, {}) == []
 
 
 def test_results_of_an_older_scene_are_named_and_left_out_of_the_page(tmp_path):
-    """A case file that was changed after its run: its result is named with what differs, the other one stays; with none left there is no page."""
+    """A case file that was changed after its run: its result is named with what differs, the other one stays; with none
+    left there is no page."""
     text = (TRENDS.parent / "case_02.toml").read_text()
     for name in ("new", "old"):
         (tmp_path / f"{name}.toml").write_text(text)
@@ -172,7 +236,9 @@ def test_results_of_an_older_scene_are_named_and_left_out_of_the_page(tmp_path):
         ladder.solve("p2_formula", case.scene, case.runs["p2_formula"]).save(tmp_path / "sweep" / name / "p2_formula")
     (tmp_path / "trends.toml").write_text("[[group]]\ntitle='Speed'\ncases=['old','new']\n")
     (tmp_path / "old.toml").write_text(text.replace('speed = "75 mph"', 'speed = "50 mph"'))
-    run = lambda: CliRunner().invoke(cli.app, ["report", str(tmp_path / "sweep"), "--groups", str(tmp_path / "trends.toml")])
+    run = lambda: CliRunner().invoke(
+        cli.app, ["report", str(tmp_path / "sweep"), "--groups", str(tmp_path / "trends.toml")]
+    )
     assert run().exit_code == 0
     page = (tmp_path / "sweep" / "report" / "report.md").read_text()
     assert "| new |" in page and "| old |" not in page and "of an older version of the scene: speed: 33.5" in page
@@ -186,9 +252,25 @@ def test_a_digest_holds_the_text_and_small_figures(tmp_path):
         made("lumped", nose).save(tmp_path / "sweep" / case / "lumped")
     trends = tmp_path / "trends.toml"
     trends.write_text("[[group]]\ntitle='Speed'\ncases=['slow','fast']\n")
-    run = lambda *shown: CliRunner().invoke(cli.app, ["report", str(tmp_path / "sweep"), "--groups", str(trends), "--digest", str(tmp_path / "docs" / "page.md"), *shown])
+    run = lambda *shown: CliRunner().invoke(
+        cli.app,
+        [
+            "report",
+            str(tmp_path / "sweep"),
+            "--groups",
+            str(trends),
+            "--digest",
+            str(tmp_path / "docs" / "page.md"),
+            *shown,
+        ],
+    )
     assert run("--show", "speed").exit_code == 0
-    assert {path.name for path in (tmp_path / "docs").iterdir()} == {"page.md", "page_speed.png"} and "(page_speed.png)" in (tmp_path / "docs" / "page.md").read_text()
+    assert {path.name for path in (tmp_path / "docs").iterdir()} == {
+        "page.md",
+        "page_speed.png",
+    } and "(page_speed.png)" in (tmp_path / "docs" / "page.md").read_text()
     assert (tmp_path / "docs" / "page_speed.png").stat().st_size < 150_000
     refused = run("--show", "colour")
-    assert refused.exit_code == 2 and "--show colour: no such figure; there are summary, speed" in " ".join(refused.output.split())
+    assert refused.exit_code == 2 and "--show colour: no such figure; there are summary, speed" in " ".join(
+        refused.output.split()
+    )

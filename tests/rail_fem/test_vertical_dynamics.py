@@ -12,13 +12,17 @@ WHEEL, TRACK, SPRING = 500.0, 750.0, 1.2e9
 
 def free_pair(load=0.0):
     """Wheel and track mass, nothing else."""
-    return Masses(np.array([WHEEL, TRACK]), np.zeros((2, 2)), np.zeros((2, 2)), np.array([-load, load]), np.array([1.0, -1.0]))
+    return Masses(
+        np.array([WHEEL, TRACK]), np.zeros((2, 2)), np.zeros((2, 2)), np.array([-load, load]), np.array([1.0, -1.0])
+    )
 
 
 def law(steps, stiffness, exponent, height=None, **groove):
     height = np.zeros(2 * steps + 1) if height is None else height
     fill = lambda value: np.full((1, 2 * steps + 1), value)
-    return ContactLaw(height[None], fill(stiffness), exponent=exponent, **{name: fill(value) for name, value in groove.items()})
+    return ContactLaw(
+        height[None], fill(stiffness), exponent=exponent, **{name: fill(value) for name, value in groove.items()}
+    )
 
 
 @pytest.mark.parametrize("exponent, groove", [(1.0, {}), (1.5, {}), (1.5, {"limit": 5e3, "give": 2e-9})])
@@ -28,7 +32,9 @@ def test_second_order_on_every_contact_law(exponent, groove):
 
     def end(steps):
         start = np.array([-1.2e-4, 0.0])
-        return integrate(free_pair(86e3), start, np.zeros(2), duration / steps, law(steps, stiffness, exponent, **groove)).position[-1]
+        return integrate(
+            free_pair(86e3), start, np.zeros(2), duration / steps, law(steps, stiffness, exponent, **groove)
+        ).position[-1]
 
     steps = np.array([40, 80, 160])
     exact = end(16000)
@@ -36,7 +42,8 @@ def test_second_order_on_every_contact_law(exponent, groove):
 
 
 def test_two_masses_on_a_linear_contact_follow_the_closed_form():
-    """Relative motion is a cosine of frequency sqrt(k / m), 1/m = 1/500 + 1/750; implicit midpoint turns its phase by 2 atan(wh/2) a step."""
+    """Relative motion is a cosine of frequency sqrt(k / m), 1/m = 1/500 + 1/750; implicit midpoint turns its phase by 2
+    atan(wh/2) a step."""
     steps, amplitude, load = 200, 3e-5, 86e3
     omega = np.sqrt(SPRING * (1 / WHEEL + 1 / TRACK))
     step = 6e-3 / steps
@@ -44,18 +51,27 @@ def test_two_masses_on_a_linear_contact_follow_the_closed_form():
     start = np.array([rest + amplitude, 0.0])
     motion = integrate(free_pair(load), start, np.zeros(2), step, law(steps, SPRING, 1.0))
     phase = 2 * np.arctan(omega * step / 2) * np.arange(steps + 1)
-    np.testing.assert_allclose(motion.position @ [1, -1] - rest, amplitude * np.cos(phase), atol=1e-11 * steps * amplitude)
+    np.testing.assert_allclose(
+        motion.position @ [1, -1] - rest, amplitude * np.cos(phase), atol=1e-11 * steps * amplitude
+    )
     exact = amplitude * np.cos(omega * step * np.arange(steps + 1))
-    assert np.abs(motion.position @ [1, -1] - rest - exact).max() < 1.01 * amplitude * omega * 6e-3 * (omega * step) ** 2 / 12  # the scheme's own phase error
+    assert (
+        np.abs(motion.position @ [1, -1] - rest - exact).max()
+        < 1.01 * amplitude * omega * 6e-3 * (omega * step) ** 2 / 12
+    )  # the scheme's own phase error
 
 
 def test_impact_keeps_momentum_to_round_off_and_energy_to_second_order():
     """A wheel falls on a free track mass and leaves it again: all momentum, all energy."""
     loss = []
     for steps in (400, 800, 1600):
-        motion = integrate(free_pair(), np.array([1e-5, 0.0]), np.array([-0.3, 0.0]), 8e-3 / steps, law(steps, 4e10, 1.5))
+        motion = integrate(
+            free_pair(), np.array([1e-5, 0.0]), np.array([-0.3, 0.0]), 8e-3 / steps, law(steps, 4e10, 1.5)
+        )
         momentum = motion.velocity @ [WHEEL, TRACK]
-        assert np.abs(momentum / momentum[0] - 1).max() < 1e-12 and motion.force[0, -1] == 0 and motion.force.max() > 1e5
+        assert (
+            np.abs(momentum / momentum[0] - 1).max() < 1e-12 and motion.force[0, -1] == 0 and motion.force.max() > 1e5
+        )
         kinetic = 0.5 * motion.velocity**2 @ [WHEEL, TRACK]
         loss.append(abs(kinetic[-1] / kinetic[0] - 1))
     assert loss[-1] < 1e-4 and loss[-1] < loss[0] / 4
@@ -78,7 +94,9 @@ def test_groove_law_is_the_sum_of_both_depths_and_its_energy_the_work():
     force = np.array([contact_force(d, at, 1.5)[0] for d in depth])
     np.testing.assert_allclose((force / 4e10) ** (2 / 3) + 2e-9 * np.maximum(force - 5e3, 0), depth, rtol=1e-12)
     work = trapezoid(force, depth)
-    energy = contact_energy(-depth[-1], np.zeros(1), np.array([at]), 1.5) - contact_energy(-depth[0], np.zeros(1), np.array([at]), 1.5)
+    energy = contact_energy(-depth[-1], np.zeros(1), np.array([at]), 1.5) - contact_energy(
+        -depth[0], np.zeros(1), np.array([at]), 1.5
+    )
     assert energy == pytest.approx(work, rel=1e-6)  # trapezoidal rule, 4000 intervals
 
 

@@ -1,4 +1,5 @@
-"""Over which way a model runs: one way for all that are given none, a window around the transfer, no settling across it; doubts reach the result."""
+"""Over which way a model runs: one way for all that are given none, a window around the transfer, no settling across
+it; doubts reach the result."""
 
 from pathlib import Path
 
@@ -7,13 +8,13 @@ import pytest
 from typer.testing import CliRunner
 
 from rail_fem import cli
-from rail_fem.case.warnings import case_doubts
 from rail_fem.case.preflight import run_faults
+from rail_fem.case.warnings import case_doubts
 from rail_fem.light.rigid import CLEAR, FOLLOW, LEAD, placed, rigid_path
-from rail_fem.settings.light import BemPassageSettings, LumpedSettings, RigidHertzSettings
 from rail_fem.output.result import load
-from rail_fem.settings.explicit import WAY, FeSettings, FeWindowSettings
 from rail_fem.scene.units import si_factor
+from rail_fem.settings.explicit import WAY, FeSettings, FeWindowSettings
+from rail_fem.settings.light import BemPassageSettings, LumpedSettings, RigidHertzSettings
 from tests.rail_fem.test_scene import make_scene
 
 CASE = (Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml").read_text()
@@ -26,19 +27,27 @@ def scene_of(direction="facing", **changes):
 @pytest.mark.parametrize("direction", ["facing", "trailing"])
 def test_models_that_are_given_no_way_run_over_the_same(direction):
     scene, explicit = scene_of(direction), FeSettings()
-    ways = {tuple(sorted(settings().window(scene))) for settings in (LumpedSettings, RigidHertzSettings, BemPassageSettings)}
+    ways = {
+        tuple(sorted(settings().window(scene))) for settings in (LumpedSettings, RigidHertzSettings, BemPassageSettings)
+    }
     assert ways == {tuple(sorted((explicit.start, explicit.end)))} == {WAY}
 
 
-@pytest.mark.parametrize("direction, mph, profile", [("facing", 75, "P8-worn"), ("facing", 100, "P8"), ("trailing", 50, "P8-worn"), ("facing", 75, "P8-hollow")])
+@pytest.mark.parametrize(
+    "direction, mph, profile",
+    [("facing", 75, "P8-worn"), ("facing", 100, "P8"), ("trailing", 50, "P8-worn"), ("facing", 75, "P8-hollow")],
+)
 def test_a_window_that_is_given_no_place_lies_around_the_transfer_of_this_wheel(direction, mph, profile):
-    """Let go LEAD before the rigid wheel changes body, whatever the speed, and on for FOLLOW behind it; such a window is never refused."""
+    """Let go LEAD before the rigid wheel changes body, whatever the speed, and on for FOLLOW behind it; such a window
+    is never refused."""
     scene = scene_of(direction, speed=mph * si_factor("mph"))
     scene = scene.model_copy(update={"wheel": scene.wheel.model_copy(update={"profile": profile})})
     settings, sign = placed(scene, FeWindowSettings()), scene.direction_sign
     transfers = sign * rigid_path(scene, np.arange(*WAY, 5e-3)).transfers
     let_go = sign * settings.start + scene.speed * settings.settle_time
-    assert transfers.min() - let_go == pytest.approx(LEAD, abs=1e-4) and sign * settings.end - transfers.max() == pytest.approx(FOLLOW, abs=1e-4)
+    assert transfers.min() - let_go == pytest.approx(
+        LEAD, abs=1e-4
+    ) and sign * settings.end - transfers.max() == pytest.approx(FOLLOW, abs=1e-4)
     assert run_faults(scene, FeWindowSettings(element_size=3e-3), 1, "fe_window") == []
     given = FeWindowSettings(start=0.2, end=0.5)
     assert placed(scene, given) is given and placed(scene, FeWindowSettings(start=0.2)).start == 0.2
@@ -64,7 +73,10 @@ def test_a_wheel_that_would_settle_across_its_transfer_is_refused_with_the_remed
 def test_what_check_doubts_stands_in_result_and_trust_report(tmp_path):
     """A crossing scaled beyond what was compared, and a stand-in for a worn wheel."""
     case = tmp_path / "case.toml"
-    case.write_text(CASE.partition("[run.fe_full]")[0].replace("ratio = 10.75", "ratio = 12") + '[run.lumped]\nstart = "300 mm"\nend = "400 mm"\n')
+    case.write_text(
+        CASE.partition("[run.fe_full]")[0].replace("ratio = 10.75", "ratio = 12")
+        + '[run.lumped]\nstart = "300 mm"\nend = "400 mm"\n'
+    )
     call = lambda *arguments: CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
     said = " ".join(call("check", case).output.split())
     assert call("run", case, "--out", tmp_path / "out").exit_code == 0

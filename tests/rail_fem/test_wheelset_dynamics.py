@@ -1,4 +1,5 @@
-"""A wheelset on two rails: the vertical answer where nothing couples, exact gravitational stiffness and hunting of cones, order, energy, mirror."""
+"""A wheelset on two rails: the vertical answer where nothing couples, exact gravitational stiffness and hunting of
+cones, order, energy, mirror."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,11 +9,28 @@ import pytest
 from scipy.optimize import fsolve
 
 from rail_fem.case.casefile import load_case
-from rail_fem.light.groove import contacts_of
 from rail_fem.light.contact_table import contact_table
+from rail_fem.light.groove import contacts_of
 from rail_fem.light.vertical_pass import run_pass
-from rail_fem.light.wheelset_dynamics import HEIGHT, LATERAL, ROLL, YAW, WheelsetContacts, WheelsetSystem, _creep, march, potential
-from rail_fem.light.wheelset_pass import datum_arm, energy_columns, start_of, surfaces_of, wheelset_contacts, wheelset_system
+from rail_fem.light.wheelset_dynamics import (
+    HEIGHT,
+    LATERAL,
+    ROLL,
+    YAW,
+    WheelsetContacts,
+    WheelsetSystem,
+    _creep,
+    march,
+    potential,
+)
+from rail_fem.light.wheelset_pass import (
+    datum_arm,
+    energy_columns,
+    start_of,
+    surfaces_of,
+    wheelset_contacts,
+    wheelset_system,
+)
 from rail_fem.models import rigid_hertz
 from tests.order import assert_order
 
@@ -20,7 +38,8 @@ ROOT = Path(__file__).resolve().parents[2]
 CASE = load_case(ROOT / "cases" / "thesis" / "case_02.toml")
 SCENE = CASE.scene
 SHORT = CASE.runs["rigid_hertz"].model_copy(update={"end": 0.30, "lateral_range": 1e-3, "freedom": "lateral_roll"})
-MIRROR = np.array([1, 0, 2, 3, 4, 5, 7, 6]), np.array([1, 1, 1, -1, -1, -1, 1, 1])  # order and sign of q seen in a mirror
+# order and sign of q seen in a mirror
+MIRROR = np.array([1, 0, 2, 3, 4, 5, 7, 6]), np.array([1, 1, 1, -1, -1, -1, 1, 1])
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +61,8 @@ def moved(surfaces, settings=SHORT, step=10e-6, change=lambda contacts: contacts
 
 
 def lateral_creep_force(load, lateral_speed, friction=0.3):
-    """Force [N] to the left on a wheelset that slips sideways, both wheels loaded by `load` [N], Kalker's coefficients for the static one."""
+    """Force [N] to the left on a wheelset that slips sideways, both wheels loaded by `load` [N], Kalker's coefficients
+    for the static one."""
     side, two = np.array([1.0, -1.0]), np.ones((2, 1))
     shift, speed, into, stiff = np.array([-0.01, 0.01]), np.zeros(8), np.empty(8), np.empty((2, 8, 8))
     speed[LATERAL] = lateral_speed
@@ -52,28 +72,40 @@ def lateral_creep_force(load, lateral_speed, friction=0.3):
 
 
 def test_creep_forces_grow_with_the_patch_area_and_end_at_friction():
-    """Kalker's linear force G a b C creep: by Hertz a b goes with load^(2/3), so 8 times the load gives 4 times the force; in full sliding mu N of both."""
+    """Kalker's linear force G a b C creep: by Hertz a b goes with load^(2/3), so 8 times the load gives 4 times the
+    force; in full sliding mu N of both."""
     few = 1e-6 * 33.5
-    assert lateral_creep_force(86e3, few) == pytest.approx(-2 * 7e6 * 1e-6, rel=1e-3)  # saturation: creep force over 3 mu N, 1e-4
+    # saturation: creep force over 3 mu N, 1e-4
+    assert lateral_creep_force(86e3, few) == pytest.approx(-2 * 7e6 * 1e-6, rel=1e-3)
     assert lateral_creep_force(8 * 86e3, few) / lateral_creep_force(86e3, few) == pytest.approx(4.0, rel=1e-3)
     assert lateral_creep_force(86e3, 33.5) == pytest.approx(-2 * 0.3 * 86e3, rel=1e-9)
 
 
 def test_without_cant_of_the_surfaces_each_side_is_the_vertical_model(surfaces):
-    """Levers and gyration at the tread datum, heights that no lateral motion changes, an axle at rail level, no creep: the left wheel is alone, to where Newton ends."""
+    """Levers and gyration at the tread datum, heights that no lateral motion changes, an axle at rail level, no creep:
+    the left wheel is alone, to where Newton ends."""
     arm = datum_arm(SCENE)
 
     def uncoupled(c):
         middle = c.height[:, :, len(c.shift) // 2, None]
-        return replace(c, place=np.sign(c.place) * arm, height=np.broadcast_to(middle, c.height.shape), slope=0 * c.slope, friction=0.0)
+        return replace(
+            c,
+            place=np.sign(c.place) * arm,
+            height=np.broadcast_to(middle, c.height.shape),
+            slope=0 * c.slope,
+            friction=0.0,
+        )
 
     _, _, motion = moved(surfaces, SHORT.model_copy(update={"freedom": "roll"}), change=uncoupled, rolling_radius=0.0)
-    settings = SHORT.model_copy(update={"grooves": False, "time_step": (0.30 - 0.095) / SCENE.speed / len(motion.drive)})
+    settings = SHORT.model_copy(
+        update={"grooves": False, "time_step": (0.30 - 0.095) / SCENE.speed / len(motion.drive)}
+    )
     table = contact_table(SCENE, *settings.window(SCENE), settings.path_spacing)
     alone = run_pass(SCENE, settings, contacts_of(SCENE, settings, table))
     assert alone.force.shape == motion.force[:2].shape
     np.testing.assert_allclose(motion.force[:2], alone.force, rtol=0, atol=1e-6 * SCENE.static_wheel_load)
-    np.testing.assert_allclose(motion.force[2], SCENE.static_wheel_load, rtol=1e-6)  # and the right wheel rolls on plain rail
+    # and the right wheel rolls on plain rail
+    np.testing.assert_allclose(motion.force[2], SCENE.static_wheel_load, rtol=1e-6)
 
 
 def test_a_mirror_changes_nothing(surfaces):
@@ -116,8 +148,18 @@ def cones(steps, speed=30.0, friction=0.0, stiffness=1e14, creep=1e7, mass=1000.
     line = np.broadcast_to(slope * shift, (2, times, 5))
     side = np.array([1.0, -1.0])
     full = lambda row: np.broadcast_to(row, (2, times, len(row)))
-    contacts = WheelsetContacts(side, np.outer(side, np.full(times, ARM)), shift, line, np.full_like(line, slope), np.broadcast_to(RADIUS + slope * shift, line.shape),
-                                full([stiffness, 0.0, 0.0]), full([creep, creep]), LOAD / 2, friction)
+    contacts = WheelsetContacts(
+        side,
+        np.outer(side, np.full(times, ARM)),
+        shift,
+        line,
+        np.full_like(line, slope),
+        np.broadcast_to(RADIUS + slope * shift, line.shape),
+        full([stiffness, 0.0, 0.0]),
+        full([creep, creep]),
+        LOAD / 2,
+        friction,
+    )
     masses = np.array([1.0, 1.0, mass, mass * 0.6**2, mass, mass * 0.6**2, 1.0, 1.0])
     load = np.zeros(8)
     load[HEIGHT] = -LOAD
@@ -126,7 +168,8 @@ def cones(steps, speed=30.0, friction=0.0, stiffness=1e14, creep=1e7, mass=1000.
 
 
 def exact_height(y):
-    """Height of the middle of two cones' axle, shifted by y and rolled as it must, on points at +-ARM: plane geometry of any size."""
+    """Height of the middle of two cones' axle, shifted by y and rolled as it must, on points at +-ARM: plane geometry
+    of any size."""
 
     def misses(unknown):
         z, roll = unknown
@@ -141,7 +184,8 @@ def exact_height(y):
 
 
 def test_gravitational_stiffness_of_cones_is_that_of_plane_geometry():
-    """Second difference over y of the energy at rest: with the exact height of two cones on two points, and in the model.
+    """Second difference over y of the energy at rest: with the exact height of two cones on two points, and in the
+    model.
 
     The model leaves out slope^2 against 1, and contacts of 1e12 N/m^1.5 give by 20 um against a radius of 425 mm.
     """
@@ -151,10 +195,18 @@ def test_gravitational_stiffness_of_cones_is_that_of_plane_geometry():
     energies = []
     for y in places:
         system, contacts = cones(2000, stiffness=stiffness)
-        critical = np.diag([0, 0, *(2 * np.sqrt(rate * np.array([1, ARM**2]) * system.mass[[HEIGHT, ROLL]])), 0, 0, 1e10, 1e10])
+        critical = np.diag(
+            [0, 0, *(2 * np.sqrt(rate * np.array([1, ARM**2]) * system.mass[[HEIGHT, ROLL]])), 0, 0, 1e10, 1e10]
+        )
         start = np.zeros(8)
         start[LATERAL], start[ROLL], start[HEIGHT] = y, exact_height(y)[1], -((LOAD / 2 / stiffness) ** (2 / 3))
-        end = march(replace(system, damping=critical, free=HELD), contacts, start, np.zeros(8), 0.2 * np.sqrt(system.mass[HEIGHT] / rate)).position
+        end = march(
+            replace(system, damping=critical, free=HELD),
+            contacts,
+            start,
+            np.zeros(8),
+            0.2 * np.sqrt(system.mass[HEIGHT] / rate),
+        ).position
         assert np.abs(end[-1] - end[-2]).max() < 1e-14
         energies.append(LOAD * end[-1, HEIGHT] + potential(system, contacts, end)[-1])
     assert np.diff(energies, 2)[0] / 1e-6 == pytest.approx(exact, rel=CONE**2)
@@ -170,7 +222,13 @@ def test_slow_cones_hunt_with_klingel_s_wavelength_and_the_error_falls_with_spee
         start = np.zeros(8)
         start[LATERAL], start[HEIGHT] = 1e-3, -((LOAD / 2 / 1e11) ** (2 / 3))
         start[ROLL] = CONE * 1e-3 / ARM
-        motion = march(replace(system, damping=np.diag([0, 0, 1e5, 1e5, 0, 0, 0, 0.0])), contacts, start, np.zeros(8), way / speed / steps)
+        motion = march(
+            replace(system, damping=np.diag([0, 0, 1e5, 1e5, 0, 0, 0, 0.0])),
+            contacts,
+            start,
+            np.zeros(8),
+            way / speed / steps,
+        )
         x = np.linspace(0, way, steps + 1)
         across = motion.position[:, YAW]
         crossing = np.flatnonzero(np.diff(np.sign(across[10:])))[:2] + 10
@@ -181,7 +239,8 @@ def test_slow_cones_hunt_with_klingel_s_wavelength_and_the_error_falls_with_spee
 
 
 def test_creep_is_bounded_by_friction_and_the_check_rail_stops_the_wheelset():
-    """Sliding to the left as fast as it runs, friction brakes it with mu W; a check rail at 0.1 mm turns it back; the energy's balance closes."""
+    """Sliding to the left as fast as it runs, friction brakes it with mu W; a check rail at 0.1 mm turns it back; the
+    energy's balance closes."""
     system, contacts = cones(4000, friction=0.3, stiffness=1e11, slope=1e-9)
     start, velocity = np.zeros(8), np.zeros(8)
     start[HEIGHT], velocity[LATERAL] = -((LOAD / 2 / 1e11) ** (2 / 3)), 0.3
@@ -191,7 +250,10 @@ def test_creep_is_bounded_by_friction_and_the_check_rail_stops_the_wheelset():
     assert decay == pytest.approx(0.3 * LOAD / system.mass[LATERAL], rel=0.02)
     checked = replace(slow, stop=(0.1e-3, 1e10))
     stopped = march(checked, contacts, start, velocity, 1e-6)
-    assert motion.position[:, LATERAL].max() > 0.4e-3 > 0.25e-3 > stopped.position[:, LATERAL].max() and stopped.velocity[:, LATERAL].min() < -0.05
+    assert (
+        motion.position[:, LATERAL].max() > 0.4e-3 > 0.25e-3 > stopped.position[:, LATERAL].max()
+        and stopped.velocity[:, LATERAL].min() < -0.05
+    )
     energy = energy_columns(checked, stopped, potential(checked, contacts, stopped.position))
     assert np.abs(energy["energy_balance"]).max() < 1e-3 * np.ptp(energy["energy_kinetic"])
 
@@ -205,9 +267,15 @@ def test_a_wheelset_that_leaves_the_places_looked_at_is_refused():
 
 
 def test_freedom_of_the_wheelset_changes_the_reference_pass_little():
-    """The thesis holds the wheel at its lateral place; let go, it moves less than 0.1 mm within the 13 ms of the pass, and the nose's force by less than 2 %."""
+    """The thesis holds the wheel at its lateral place; let go, it moves less than 0.1 mm within the 13 ms of the pass,
+    and the nose's force by less than 2 %."""
     settings = CASE.runs["rigid_hertz"]
-    held, free = (rigid_hertz.solve(SCENE, settings.model_copy(update={"freedom": f, "lateral_range": 1e-3})) for f in ("vertical", "lateral_roll"))
+    held, free = (
+        rigid_hertz.solve(SCENE, settings.model_copy(update={"freedom": f, "lateral_range": 1e-3}))
+        for f in ("vertical", "lateral_roll")
+    )
     assert free.peaks["largest_force_nose"].value == pytest.approx(held.peaks["largest_force_nose"].value, rel=0.02)
     assert 0.01e-3 < np.abs(free.history["wheel_lateral"]).max() < 0.1e-3
-    assert np.isnan(held.history["wheel_lateral"]).all() and free.history["force_other"].mean() == pytest.approx(SCENE.static_wheel_load, rel=0.1)
+    assert np.isnan(held.history["wheel_lateral"]).all() and free.history["force_other"].mean() == pytest.approx(
+        SCENE.static_wheel_load, rel=0.1
+    )

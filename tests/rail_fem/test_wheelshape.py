@@ -1,4 +1,5 @@
-"""A profile file that a scene names: read once, by the profile doctor, carried by the scene, known by its content, kept with the run."""
+"""A profile file that a scene names: read once, by the profile doctor, carried by the scene, known by its content, kept
+with the run."""
 
 import builtins
 import io
@@ -12,17 +13,17 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from geometry.profiles.formats.simpack import write_simpack
-from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.doctor import examine
+from geometry.profiles.formats.by_suffix import read_raw
+from geometry.profiles.formats.simpack import write_simpack
 from geometry.profiles.wheel import wheel_profile
 from rail_fem import cli, ladder
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.warnings import scene_doubts
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import digest, fingerprint
-from rail_fem.sweeps.compare import CompareError, compare
 from rail_fem.scene.wheel_profile import KEPT, read_wheel
+from rail_fem.sweeps.compare import CompareError, compare
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD = (ROOT / "cases" / "nose_transfer.toml").read_text(encoding="utf-8")
@@ -58,7 +59,11 @@ def test_a_wheel_that_was_read_can_be_changed_when_its_file_is_gone(tmp_path):
     wheel = load_case(case_with(tmp_path)).scene.wheel
     (tmp_path / "wheel.csv").unlink()
     larger = wheel.replace(radius=0.46)
-    assert larger.radius == 0.46 and larger.digest == wheel.digest and np.array_equal(larger.shape.points, wheel.shape.points)
+    assert (
+        larger.radius == 0.46
+        and larger.digest == wheel.digest
+        and np.array_equal(larger.shape.points, wheel.shape.points)
+    )
     with pytest.raises(ValueError, match='no file "wheel.csv"'):
         wheel.replace(unit="mm")
 
@@ -67,7 +72,12 @@ def test_a_profile_file_is_opened_once_in_a_whole_run(tmp_path, monkeypatch):
     """Loading, searching, solving patches, writing, drawing: bem_passage asks for the wheel's shape some 80 times."""
     write(tmp_path / "wheel.csv")
     opened = []
-    count = lambda real: lambda file, *rest, **more: (opened.append(file) if str(file).endswith("wheel.csv") else None, real(file, *rest, **more))[1]
+    count = lambda real: (
+        lambda file, *rest, **more: (
+            opened.append(file) if str(file).endswith("wheel.csv") else None,
+            real(file, *rest, **more),
+        )[1]
+    )
     for module, name in ((io, "open"), (builtins, "open"), (os, "open")):
         monkeypatch.setattr(module, name, count(getattr(module, name)))
     text = SCENE + '[run.bem_passage]\nstart = "345 mm"\nend = "375 mm"\npatch_spacing = "15 mm"\ncells = 8\n'
@@ -110,14 +120,19 @@ def test_name_place_and_comments_of_a_file_change_nothing_and_its_content_does(t
     write(tmp_path / "wheel.csv", moved)
     other = mark(load_case(case_with(tmp_path)))
     assert other != first and digest(other) != digest(first)
-    assert {key for key in first["scene"]["wheel"] if first["scene"]["wheel"][key] != other["scene"]["wheel"][key]} == {"profile"}
+    assert {key for key in first["scene"]["wheel"] if first["scene"]["wheel"][key] != other["scene"]["wheel"][key]} == {
+        "profile"
+    }
 
 
 def test_two_contents_under_one_name_are_two_wheels_for_every_cache(tmp_path):
     """In one process: tables and forces of the second content are those of a process that never saw the first."""
     solve = lambda case: ladder.solve("bem_passage", case.scene, case.runs["bem_passage"])
     peak = lambda: solve(load_case(path)).history["force"].max()
-    path = case_with(tmp_path, text=SCENE + '[run.bem_passage]\nstart = "330 mm"\nend = "380 mm"\npatch_spacing = "25 mm"\ncells = 8\n')
+    path = case_with(
+        tmp_path,
+        text=SCENE + '[run.bem_passage]\nstart = "330 mm"\nend = "380 mm"\npatch_spacing = "25 mm"\ncells = 8\n',
+    )
     write(tmp_path / "wheel.csv", wheel_profile("P8-worn").points[::5])
     worn = peak()
     write(tmp_path / "wheel.csv", wheel_profile("P8-hollow").points[::5])
@@ -133,7 +148,9 @@ def test_two_contents_under_one_name_are_two_wheels_for_every_cache(tmp_path):
 def test_a_sweep_runs_again_what_another_content_had_answered(tmp_path):
     write(tmp_path / "wheel.csv")
     sweep = lambda: one_line(command("sweep", case_with(tmp_path), "--out", tmp_path / "out"))
-    force = lambda: max(peak.value for peak in load(tmp_path / "out" / "case" / "p2_formula").peaks.values() if peak.unit == "N")
+    force = lambda: max(
+        peak.value for peak in load(tmp_path / "out" / "case" / "p2_formula").peaks.values() if peak.unit == "N"
+    )
     assert sweep().count("finished in") == 2
     first = force()
     (tmp_path / "wheel.csv").rename(tmp_path / "moved.csv")
@@ -150,7 +167,12 @@ def test_results_of_two_contents_are_two_scenes_for_compare(tmp_path):
     case = case_with(tmp_path)
     for name, wheel in (("a", "P8"), ("b", "S1002")):
         write(tmp_path / "wheel.csv", wheel_profile(wheel).points[::5])
-        assert command("run", case, "--model", "p2_formula" if name == "a" else "lumped", "--out", tmp_path / name).exit_code == 0
+        assert (
+            command(
+                "run", case, "--model", "p2_formula" if name == "a" else "lumped", "--out", tmp_path / name
+            ).exit_code
+            == 0
+        )
     with pytest.raises(CompareError, match="another scene"):
         compare([tmp_path / "a", tmp_path / "b"])
 
@@ -166,7 +188,11 @@ def test_a_run_is_shown_gone_on_with_and_repeated_from_its_own_folder(tmp_path):
     shape = load_case(tmp_path / "case.toml").scene.wheel.shape
     (tmp_path / "wheel.csv").unlink()
     stored = load(tmp_path / "run")
-    assert stored.scene.wheel.shape == shape and "smoothed" in " ".join(scene_doubts(stored.scene)) and stored.scene.wheel.name == "wheel.csv"
+    assert (
+        stored.scene.wheel.shape == shape
+        and "smoothed" in " ".join(scene_doubts(stored.scene))
+        and stored.scene.wheel.name == "wheel.csv"
+    )
     assert command("show", tmp_path / "run").exit_code == 0
     gone = run(tmp_path / "case.toml", "run", "--restart")
     assert gone.exit_code == 2 and f"the {KEPT} of a run that has used it" in one_line(gone)
@@ -192,7 +218,10 @@ def test_a_restart_with_another_content_is_refused_and_told_what_to_do(tmp_path)
     write(tmp_path / "wheel.csv", wheel_profile("S1002").points[::5])
     refused = command("run", tmp_path / "case.toml", "--model", "lumped", "--out", tmp_path / "run", "--restart")
     assert refused.exit_code == 2
-    assert "the profile file has changed since the run began: put it back, or name" in one_line(refused) and KEPT in refused.output
+    assert (
+        "the profile file has changed since the run began: put it back, or name" in one_line(refused)
+        and KEPT in refused.output
+    )
 
 
 def test_a_kept_profile_that_was_edited_is_refused(tmp_path):
@@ -213,8 +242,14 @@ def test_a_scene_that_states_a_digest_takes_no_other_content(tmp_path):
 
 def test_a_case_that_changed_while_it_waited_is_refused(tmp_path):
     """What a sweep read is what its processes under mpirun run."""
-    refused = command("run", case_with(tmp_path, "P8"), "--model", "lumped", "--out", tmp_path / "run", "--digest", "0" * 64)
-    assert refused.exit_code == 2 and "has changed since it was read" in one_line(refused) and not (tmp_path / "run").exists()
+    refused = command(
+        "run", case_with(tmp_path, "P8"), "--model", "lumped", "--out", tmp_path / "run", "--digest", "0" * 64
+    )
+    assert (
+        refused.exit_code == 2
+        and "has changed since it was read" in one_line(refused)
+        and not (tmp_path / "run").exists()
+    )
 
 
 # One reader
@@ -229,7 +264,10 @@ def test_a_case_reads_what_the_profile_command_reads_and_says_what_was_mended(tm
     scene, found = load_case(case_with(tmp_path)).scene, examine(read_raw(tmp_path / "wheel.csv", "wheel"))
     assert scene.wheel.shape == found.profile.graph_part()
     assert scene_doubts(scene) == [f"wheel profile wheel.csv: {f.text}" for f in found.findings if f.weight != "found"]
-    assert np.abs(scene.wheel.shape.height([-0.03, 0.0, 0.04]) - wheel_profile("P8").height([-0.03, 0.0, 0.04])).max() < 42e-6
+    assert (
+        np.abs(scene.wheel.shape.height([-0.03, 0.0, 0.04]) - wheel_profile("P8").height([-0.03, 0.0, 0.04])).max()
+        < 42e-6
+    )
 
 
 def test_decimal_commas_are_read(tmp_path):
@@ -257,7 +295,11 @@ def test_a_file_that_is_no_wheel_is_a_fault_of_the_case(tmp_path, change, said):
     write(tmp_path / "wheel.csv", **change)
     with pytest.raises(CaseError) as fault:
         load_case(case_with(tmp_path))
-    assert len(fault.value.faults) == 1 and fault.value.faults[0].startswith("scene.wheel.profile: ") and said in fault.value.faults[0]
+    assert (
+        len(fault.value.faults) == 1
+        and fault.value.faults[0].startswith("scene.wheel.profile: ")
+        and said in fault.value.faults[0]
+    )
 
 
 def test_absent_and_endless_files_are_faults_at_once(tmp_path):
@@ -282,7 +324,9 @@ def test_what_was_read_cannot_be_typed_into_a_case(tmp_path):
 
 
 def told(tmp_path, *lines, name="wheel.csv"):
-    return case_with(tmp_path, text=LIGHT.replace('profile = "P8-worn"', "\n".join(['profile = "P8-worn"', *lines])), name=name)
+    return case_with(
+        tmp_path, text=LIGHT.replace('profile = "P8-worn"', "\n".join(['profile = "P8-worn"', *lines])), name=name
+    )
 
 
 def test_a_case_tells_what_its_file_does_not_say(tmp_path):
@@ -291,7 +335,10 @@ def test_a_case_tells_what_its_file_does_not_say(tmp_path):
     with pytest.raises(CaseError, match="give flange_back"):
         load_case(case_with(tmp_path))
     scene = load_case(told(tmp_path, 'flange_back = "0 mm"', 'unit = "mm"', 'smoothing = "3 um"')).scene
-    assert np.abs(scene.wheel.shape.height([-0.03, 0.0, 0.04]) - wheel_profile("P8").height([-0.03, 0.0, 0.04])).max() < 50e-6
+    assert (
+        np.abs(scene.wheel.shape.height([-0.03, 0.0, 0.04]) - wheel_profile("P8").height([-0.03, 0.0, 0.04])).max()
+        < 50e-6
+    )
     assert "3 um taken out as told" in " ".join(scene_doubts(scene))
 
 
@@ -312,14 +359,22 @@ def test_a_result_of_a_file_read_as_told_is_read_back(tmp_path):
     done = command("run", told(tmp_path, 'smoothing = "2 um"'), "--model", "p2_formula", "--out", tmp_path / "run")
     assert done.exit_code == 0, done.output
     scene = load_case(tmp_path / "case.toml").scene
-    assert load(tmp_path / "run").scene.plain() == scene.plain() and load(tmp_path / "run").scene.wheel.shape == scene.wheel.shape
+    assert (
+        load(tmp_path / "run").scene.plain() == scene.plain()
+        and load(tmp_path / "run").scene.wheel.shape == scene.wheel.shape
+    )
 
 
-@pytest.mark.parametrize("line, said", [
-    ('flange_back = "0 mm"', "scene.wheel.flange_back: is told of a profile file, P8 is known by its name"), ("number = 2", "scene.wheel.number: is told"),
-    ('unit = "furlong"', "scene.wheel.unit: unknown value 'furlong' (choose from: mm, cm, m, inch)"), ("number = true", "scene.wheel.number: True must be"),
-    ("smoothing = 3", "scene.wheel.smoothing: 3 has no unit"),
-])
+@pytest.mark.parametrize(
+    "line, said",
+    [
+        ('flange_back = "0 mm"', "scene.wheel.flange_back: is told of a profile file, P8 is known by its name"),
+        ("number = 2", "scene.wheel.number: is told"),
+        ('unit = "furlong"', "scene.wheel.unit: unknown value 'furlong' (choose from: mm, cm, m, inch)"),
+        ("number = true", "scene.wheel.number: True must be"),
+        ("smoothing = 3", "scene.wheel.smoothing: 3 has no unit"),
+    ],
+)
 def test_what_cannot_be_told_of_a_wheel(tmp_path, line, said):
     with pytest.raises(CaseError) as fault:
         load_case(told(tmp_path, line, name="P8"))

@@ -6,8 +6,8 @@ It keeps a restart file, reports progress, and fails on demand, as a real rung d
 import json
 import os
 import signal
-from time import sleep
 from pathlib import Path
+from time import sleep
 
 import numpy as np
 
@@ -32,7 +32,9 @@ def solve(scene, settings, folder=None, restart=False, progress=None):
     if restart and saved.is_file():
         first, z, v, rows = json.loads(saved.read_text())
     for i in range(first, min(count, settings.max_steps or count)):
-        if os.environ.get("TOY_FAULT") == str(i) and os.environ.get("TOY_RANK", str(launcher.rank())) == str(launcher.rank()):
+        if os.environ.get("TOY_FAULT") == str(i) and os.environ.get("TOY_RANK", str(launcher.rank())) == str(
+            launcher.rank()
+        ):
             raise ArithmeticError(f"unstable at step {i}, x = {settings.start:.3f} m")
         if os.environ.get("TOY_SIGNAL") == str(i):
             os.kill(os.getpid(), signal.SIGTERM)
@@ -51,6 +53,13 @@ def solve(scene, settings, folder=None, restart=False, progress=None):
 
         MPI.COMM_WORLD.barrier()  # ranks need each other, as in a real rung
     time, x, force = np.array(rows).T
-    return PassResult("toy", scene, settings.model_dump(mode="json"), {"time": time, "x": x, "force": force},
-                      peaks={"force": Peak(force.max(), "N", x=x[force.argmax()])}, cost=Cost(0.1, 1, len(time)),
-                      fault=os.environ.get("TOY_RESULT_FAULT", ""), cut_off="" if len(time) == count else f"max_steps = {settings.max_steps} ended it")
+    return PassResult(
+        "toy",
+        scene,
+        settings.model_dump(mode="json"),
+        {"time": time, "x": x, "force": force},
+        peaks={"force": Peak(force.max(), "N", x=x[force.argmax()])},
+        cost=Cost(0.1, 1, len(time)),
+        fault=os.environ.get("TOY_RESULT_FAULT", ""),
+        cut_off="" if len(time) == count else f"max_steps = {settings.max_steps} ended it",
+    )

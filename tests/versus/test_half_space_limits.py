@@ -2,22 +2,37 @@
 
 import pytest
 
-from rail_fem.studies import patch_limits as study_limits
-from rail_fem.static_fe.finite_series import finite_series
-from rail_fem.studies.patch_limits import CASES, HALF_SPACE, SLICES, centre_across, edge_case, hollow_case, light_patches, rows_of, seen_along_approach
 from rail_fem.light.patch_methods import MethodRow
+from rail_fem.static_fe.finite_series import finite_series
+from rail_fem.studies import patch_limits as study_limits
+from rail_fem.studies.patch_limits import (
+    CASES,
+    HALF_SPACE,
+    SLICES,
+    centre_across,
+    edge_case,
+    hollow_case,
+    light_patches,
+    rows_of,
+    seen_along_approach,
+)
 
 
 def judged(case, sizes=(1e-3,)):
     """Rows of half-space, slices and the finest finite elements."""
     light = light_patches(case)
     finite = finite_series(case.pair, case.load, light[SLICES], list(sizes))[-1]
-    return MethodRow.of(HALF_SPACE, light[HALF_SPACE]), seen_along_approach(SLICES, light[SLICES]), MethodRow.of("finite", finite)
+    return (
+        MethodRow.of(HALF_SPACE, light[HALF_SPACE]),
+        seen_along_approach(SLICES, light[SLICES]),
+        MethodRow.of("finite", finite),
+    )
 
 
 def assert_slices_right(slices, finite):
-    """Finite elements of 1 x 0.6 mm on patches 8 to 20 mm wide: pressure 1 %, effective area 2 % (Hertz at 7 elements across: 0.4 and 1 %), width as
-    its edges scatter, a seventh of an element on each side and half a cell on each side of the slices' own."""
+    """Finite elements of 1 x 0.6 mm on patches 8 to 20 mm wide: pressure 1 %, effective area 2 % (Hertz at 7 elements
+    across: 0.4 and 1 %), width as its edges scatter, a seventh of an element on each side and half a cell on each side
+    of the slices' own."""
     assert slices.max_pressure == pytest.approx(finite.max_pressure, rel=0.01)
     assert slices.effective_area == pytest.approx(finite.effective_area, rel=0.02)
     assert slices.width == pytest.approx(finite.width, abs=2 / 7 * finite.patch.width + slices.patch.grid.dy)
@@ -25,7 +40,8 @@ def assert_slices_right(slices, finite):
 
 
 def test_at_an_edge_the_half_space_presses_on_the_corner_and_the_slices_do_not():
-    """3 mm from the edge: the half-space finds more than twice the pressure, at the corner, and a resultant 0.5 mm off."""
+    """3 mm from the edge: the half-space finds more than twice the pressure, at the corner, and a resultant 0.5 mm
+    off."""
     half_space, slices, finite = judged(edge_case(3e-3))
     assert_slices_right(slices, finite)
     assert half_space.max_pressure > 2 * finite.max_pressure
@@ -48,7 +64,8 @@ def test_under_a_hollow_tread_the_half_space_is_low_and_the_slices_are_right():
 @pytest.mark.validate
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_slices_are_within_two_percent_of_the_limit_in_every_case(case):
-    """Pressure, length, width and effective area; the area's own limit is uncertain by up to 2 % (two edges between nodes on 8 mm)."""
+    """Pressure, length, width and effective area; the area's own limit is uncertain by up to 2 % (two edges between
+    nodes on 8 mm)."""
     rows, judge, miss = rows_of(case, [1e-3, 0.7e-3, 0.5e-3], lambda line: None)
     slices = rows[1]
     assert slices.max_pressure == pytest.approx(judge.max_pressure, rel=5e-3)

@@ -1,4 +1,5 @@
-"""Hertz' elliptic contact against explicit FE at rest: wheel radius 460 mm on rail radius 300 mm under 100 kN, both elastic."""
+"""Hertz' elliptic contact against explicit FE at rest: wheel radius 460 mm on rail radius 300 mm under 100 kN, both
+elastic."""
 
 import numpy as np
 import pytest
@@ -11,7 +12,9 @@ from tests.order import assert_order
 
 def test_the_study_is_held_to_the_published_ellipse():
     exact = point_contact(study.LOAD, study.WHEEL_RADIUS, study.RAIL_RADIUS, contact_modulus(STEEL, STEEL))
-    assert [exact.semi_x, exact.semi_y, exact.max_pressure] == pytest.approx([7.1617e-3, 5.3872e-3, 1237.56e6], rel=1e-4)
+    assert [exact.semi_x, exact.semi_y, exact.max_pressure] == pytest.approx(
+        [7.1617e-3, 5.3872e-3, 1237.56e6], rel=1e-4
+    )
 
 
 def test_eight_elements_across_the_patch_meet_the_gate():
@@ -23,14 +26,16 @@ def test_eight_elements_across_the_patch_meet_the_gate():
 
 
 def test_meshes_that_do_not_match_cost_a_few_percent_of_pressure_on_the_coarser_side():
-    """Wheel elements of 0.8 times the rail's: the rail's nodal pressures scatter (3.4 % measured; 6 % if the rail is the finer side)."""
+    """Wheel elements of 0.8 times the rail's: the rail's nodal pressures scatter (3.4 % measured; 6 % if the rail is
+    the finer side)."""
     row = study.indent(8, wheel_to_rail=0.8)
     assert abs(row.pressure_error) < 0.05
     assert abs(row.area_error) < 0.05
 
 
 def test_the_penalty_does_not_decide_the_pressure():
-    """Ten times stiffer than the default changes the peak by less than the mesh's own error; ten times softer by the layer it adds."""
+    """Ten times stiffer than the default changes the peak by less than the mesh's own error; ten times softer by the
+    layer it adds."""
     soft, default, stiff = (study.indent(8, penalty=penalty).pressure_error for penalty in (1.0, 10.0, 100.0))
     assert abs(stiff - default) < 0.01
     assert -0.08 < soft - default < 0.0

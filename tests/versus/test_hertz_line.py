@@ -7,8 +7,8 @@ from mpi4py import MPI
 from bem.exact.hertz import line_compression, line_contact_of_width
 from bem.material import Elastic, contact_modulus
 from geometry.meshing.blocks import mesh_half_cylinder_block
-from rail_fem.studies import impact as study
 from rail_fem.scene.steel import Steel
+from rail_fem.studies import impact as study
 from tests.order import assert_order
 
 # cylinder of 500 mm on a flat, G 82 GPa, nu 0.28, half-width 1 mm: 178.896 N/mm and 113.889 MPa
@@ -18,11 +18,14 @@ DEPTH = 20e-3  # of each block: half-planes of 20 half-widths take 0.1 % off the
 
 
 def press(across: int, depth: float = DEPTH) -> tuple[float, float, np.ndarray]:
-    """Relative errors of peak pressure and half-width with `across` elements over the contact, and the pressure's largest error over the peak."""
+    """Relative errors of peak pressure and half-width with `across` elements over the contact, and the pressure's
+    largest error over the peak."""
     size = 2 * EXACT.half_width / across
     fine = np.ceil(1.5 * EXACT.half_width / size) * size
     wheel, rail = (
-        study.keep_positive(mesh_half_cylinder_block(radius, depth, size, depth, size, fine, fine, facing=facing, name=facing), (0,))
+        study.keep_positive(
+            mesh_half_cylinder_block(radius, depth, size, depth, size, fine, fine, facing=facing, name=facing), (0,)
+        )
         for radius, facing in ((0.5, "down"), (np.inf, "up"))
     )
     load = EXACT.force * size / 2

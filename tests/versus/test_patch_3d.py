@@ -1,25 +1,29 @@
-"""The static patch of P8 on a BS113A rail: half-space and slices against static finite elements, pressure map against pressure map."""
+"""The static patch of P8 on a BS113A rail: half-space and slices against static finite elements, pressure map against
+pressure map."""
 
 import numpy as np
 import pytest
 
 from bem.halfspace.normal import normal_contact
 from bem.slices.coupled import slice_contact
-from rail_fem.studies import patch_methods as study_patch
-from rail_fem.static_fe.finite_series import finite_series, map_difference
-from rail_fem.studies.patch_methods import COMPARED, judged_rows, thesis_mesh_row, tie_blocks
 from rail_fem.light.patch_methods import THESIS_ROWS, WHEEL_LOAD, effective_area, thesis_tie
+from rail_fem.static_fe.finite_series import finite_series, map_difference
+from rail_fem.studies import patch_methods as study_patch
+from rail_fem.studies.patch_methods import COMPARED, judged_rows, thesis_mesh_row, tie_blocks
 
 ASKED = 0.02  # of pressure and patch, by the issue
 
 
 def test_p8_on_bs113a_meets_finite_elements():
-    """11 to 16 elements along the patch and 26 to 37 across: pressure and effective area within what is asked for. The finite elements' edge scatters by a
-    seventh of an element on each side (Hertz), their area begins up to a sixth of an element outside. Maps: a band of half an element along the
-    edge, where pressure is about a quarter of its mean, is 3 % of the norm."""
+    """11 to 16 elements along the patch and 26 to 37 across: pressure and effective area within what is asked for. The
+    finite elements' edge scatters by a seventh of an element on each side (Hertz), their area begins up to a sixth of
+    an element outside. Maps: a band of half an element along the edge, where pressure is about a quarter of its mean,
+    is 3 % of the norm."""
     tie = thesis_tie("56E1")
     load, pair = tie.normal_force(WHEEL_LOAD), tie_blocks(tie)
-    half_space = normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=load, window=tie.window(), cells=88, estimate=False)
+    half_space = normal_contact(
+        tie.gap, tie.wheel_steel, tie.rail_steel, load=load, window=tie.window(), cells=88, estimate=False
+    )
     slices = slice_contact(pair.slices(), load=load, cells=(50, 80), length=(-0.014, 0.014), threads=1, estimate=False)
     said = []
     coarse, finite = finite_series(pair, load, half_space, [1e-3, 0.7e-3], said.append)
@@ -31,15 +35,30 @@ def test_p8_on_bs113a_meets_finite_elements():
         assert finite.extent[0] == pytest.approx(patch.extent[0], abs=2 / 7 * finite.size + patch.grid.dx / 3)
         assert finite.extent[1] == pytest.approx(patch.extent[1], abs=2 / 7 * finite.width + patch.grid.dy / 3)
         around = np.pi * (patch.extent[0] + patch.extent[1]) / 2
-        assert patch.contact_area * (1 - ASKED) < finite.contact_area < patch.contact_area * (1 + ASKED) + around * finite.size / 6
+        assert (
+            patch.contact_area * (1 - ASKED)
+            < finite.contact_area
+            < patch.contact_area * (1 + ASKED) + around * finite.size / 6
+        )
         assert map_difference(finite, patch) < 0.03 and map_difference(finite, patch) < map_difference(coarse, patch)
 
 
 def test_a_map_differs_from_itself_by_nothing_and_from_a_shifted_one():
     tie = thesis_tie("56E1")
-    patch = normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=5e4, window=tie.window(), cells=60, estimate=False)
-    assert map_difference(patch, patch) < 0.03          # averaged over its own cells: half of a cell's pressure is lost at the edge
-    moved = normal_contact(lambda x, y: tie.gap(x - 1e-3, y), tie.wheel_steel, tie.rail_steel, load=5e4, window=tie.window(), cells=60, estimate=False)
+    patch = normal_contact(
+        tie.gap, tie.wheel_steel, tie.rail_steel, load=5e4, window=tie.window(), cells=60, estimate=False
+    )
+    # averaged over its own cells: half of a cell's pressure is lost at the edge
+    assert map_difference(patch, patch) < 0.03
+    moved = normal_contact(
+        lambda x, y: tie.gap(x - 1e-3, y),
+        tie.wheel_steel,
+        tie.rail_steel,
+        load=5e4,
+        window=tie.window(),
+        cells=60,
+        estimate=False,
+    )
     assert map_difference(moved, patch) > 0.1
 
 
@@ -57,9 +76,18 @@ def test_half_space_and_slices_are_within_two_percent_of_converged_finite_elemen
 
 @pytest.mark.validate
 def test_the_thesis_finite_elements_are_met_by_ours_of_its_sizes():
-    """Pressure 1 %, length half an element, both of them the thesis' own; its width is 1.1 mm more than ours, which the mesh does not explain."""
+    """Pressure 1 %, length half an element, both of them the thesis' own; its width is 1.1 mm more than ours, which the
+    mesh does not explain."""
     tie = thesis_tie("60E1")
-    half_space = normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(WHEEL_LOAD), window=tie.window(), cells=88, estimate=False)
+    half_space = normal_contact(
+        tie.gap,
+        tie.wheel_steel,
+        tie.rail_steel,
+        load=tie.normal_force(WHEEL_LOAD),
+        window=tie.window(),
+        cells=88,
+        estimate=False,
+    )
     row, thesis = thesis_mesh_row("60E1", half_space), THESIS_ROWS[0]
     assert row.max_pressure == pytest.approx(thesis.max_pressure, rel=0.01)
     assert row.length == pytest.approx(thesis.length, abs=0.1e-3)
@@ -71,7 +99,12 @@ def test_the_study_command_saves_its_table_and_figures(tmp_path, monkeypatch):
     monkeypatch.setattr(study_patch, "method_rows", lambda tie, rail: short_rows(tie, rail))
     study_patch.main([1.5, 1.0], tmp_path / "patch", thesis=False)
     text = (tmp_path / "patch.md").read_text()
-    assert text.count("| half-space |") == 1 and text.count("thesis: FEA") == 1 and "limit of 1.5, 1 mm" in text and "nan" not in text
+    assert (
+        text.count("| half-space |") == 1
+        and text.count("thesis: FEA") == 1
+        and "limit of 1.5, 1 mm" in text
+        and "nan" not in text
+    )
     for name in ("patch.png", "patch_maps.png"):
         assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
 

@@ -1,38 +1,46 @@
-"""The thesis' four case studies in the plane by boundary elements and by static finite elements, and the judge's own error."""
+"""The thesis' four case studies in the plane by boundary elements and by static finite elements, and the judge's own
+error."""
 
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from bem.plane.body import Body
-from bem.verification.cases import non_conformal
 from bem.exact.hertz import line_contact_of_width
-from bem.material import Elastic, contact_modulus
-from bem.plane.outline import Edge, Outline, block_behind
 from bem.exact.subsurface import line_stress, von_mises_plane
+from bem.material import Elastic, contact_modulus
+from bem.plane.body import Body
+from bem.plane.outline import Edge, Outline, block_behind
+from bem.verification.cases import non_conformal
 from rail_fem.static_fe.plane_contact import solve_active_set, solve_plane_contact
 from rail_fem.static_fe.plane_strain import Fineness, PlaneBody, PlaneStrainError
 from rail_fem.studies.plane_contact import PROBLEMS, compare, main
 
-# cylinder of 500 mm on a flat, G 82 GPa, nu 0.28, half-width 1 mm; in blocks 600 mm wide the load over the width, which the
-# half-plane has not, is 0.26 % of the largest pressure
+# cylinder of 500 mm on a flat, G 82 GPa, nu 0.28, half-width 1 mm; in blocks 600 mm wide the load over the width, which
+# the half-plane has not, is 0.26 % of the largest pressure
 BODY = Elastic.from_shear(82e9, 0.28)
 EXACT = line_contact_of_width(1e-3, 0.5, contact_modulus(BODY, BODY))
 HALF = 0.3
 
 
 def hertz_line(across: float):
-    """A cylinder on a flat with `across` elements over the half contact: contact, peak error, inner profile error, von Mises error."""
+    """A cylinder on a flat with `across` elements over the half contact: contact, peak error, inner profile error, von
+    Mises error."""
     x, a = np.linspace(-HALF, HALF, 6001), EXACT.half_width
     cylinder = Body(block_behind(np.column_stack([x, 0.5 - np.sqrt(0.25 - x**2)]), 0.4), BODY)
     flat = Body(block_behind(np.array([[-HALF, 0.0], [HALF, 0.0]]), -0.4), BODY)
     places = np.column_stack([np.linspace(-a, a, 9), np.zeros(9)])
-    found = solve_plane_contact(flat, cylinder, EXACT.force, Fineness(places, a / across, a, 0.05, 0.2), (-3 * a, 3 * a))
+    found = solve_plane_contact(
+        flat, cylinder, EXACT.force, Fineness(places, a / across, a, 0.05, 0.2), (-3 * a, 3 * a)
+    )
     inner = np.abs(found.x) < 0.8 * a
     depth = np.linspace(0.5 * a, a, 501)
     exact = von_mises_plane(*line_stress(np.zeros(501), depth, a, EXACT.max_pressure), BODY.poisson).max()
-    return (found, found.pressure.max() / EXACT.max_pressure - 1,
-            np.abs(found.pressure - EXACT.pressure(found.x))[inner].max() / EXACT.max_pressure, found.von_mises()[1].max() / exact - 1)
+    return (
+        found,
+        found.pressure.max() / EXACT.max_pressure - 1,
+        np.abs(found.pressure - EXACT.pressure(found.x))[inner].max() / EXACT.max_pressure,
+        found.von_mises()[1].max() / exact - 1,
+    )
 
 
 def test_a_linear_displacement_gives_its_stress_on_curved_triangles():
@@ -46,8 +54,8 @@ def test_a_linear_displacement_gives_its_stress_on_curved_triangles():
 
 
 def test_the_judge_converges_to_hertz_with_second_order_or_faster():
-    """4, 8, 16 elements over the half contact: each halving takes largest pressure and inner profile to a quarter or less (by how much
-    less depends on where the patch's edge falls between two nodes)."""
+    """4, 8, 16 elements over the half contact: each halving takes largest pressure and inner profile to a quarter or
+    less (by how much less depends on where the patch's edge falls between two nodes)."""
     rows = [hertz_line(across) for across in (4, 8, 16)]
     pressure, profile, stress = np.abs([row[1:] for row in rows]).T
     assert (pressure[1:] < pressure[:-1] / 4).all() and (profile[1:] < profile[:-1] / 4).all()
@@ -62,11 +70,13 @@ ASKED = 0.02  # of the largest pressure, displacement and von Mises stress
 
 
 def edge_bounds(row) -> tuple[float, float]:
-    """What profiles may differ by since each method's edge of the patch is known to a quarter of its element h, so h / 2 = e together.
+    """What profiles may differ by since each method's edge of the patch is known to a quarter of its element h, so h /
+    2 = e together.
 
-    At a distance d from the edge p = p0 sqrt(2 d / a), with a the least distance from an edge to the patch's peak. Shifted by e, that
-    differs at d = 2 h by p0 sqrt(h / a) / 4, and in L2 over the norm of the half ellipse, both edges together, by
-    e / a sqrt(3 / 4 (ln(a / e) + 2.9)): the integral of (sqrt(d + e) - sqrt(d))^2 is e^2 / 4 (ln(4 a / e) + 3 / 2).
+    At a distance d from the edge p = p0 sqrt(2 d / a), with a the least distance from an edge to the patch's peak.
+    Shifted by e, that differs at d = 2 h by p0 sqrt(h / a) / 4, and in L2 over the norm of the half ellipse, both edges
+    together, by e / a sqrt(3 / 4 (ln(a / e) + 2.9)): the integral of (sqrt(d + e) - sqrt(d))^2 is e^2 / 4 (ln(4 a / e)
+    + 3 / 2).
     """
     result, reach = row.boundary, []
     for patch in result.patches():
@@ -86,7 +96,8 @@ def agree(row):
 
 @pytest.mark.parametrize("case", PROBLEMS)
 def test_boundary_and_finite_elements_agree_in_every_case(case):
-    """At the thesis' 0.2 mm; what each method does to an exact solution is held far more tightly elsewhere (Hertz: 0.1 %)."""
+    """At the thesis' 0.2 mm; what each method does to an exact solution is held far more tightly elsewhere (Hertz: 0.1
+    %)."""
     agree(compare(case, 0.2e-3))
 
 
@@ -100,7 +111,8 @@ def test_profiles_agree_within_two_percent(case):
 
 
 def test_softer_rail_changes_both_methods_alike():
-    """E 210 to 190 of the rail: the thesis' ratios 718.93 / 740.43 (BEM) and 706.82 / 728.23 (FE) are 0.9710 and 0.9706."""
+    """E 210 to 190 of the rail: the thesis' ratios 718.93 / 740.43 (BEM) and 706.82 / 728.23 (FE) are 0.9710 and
+    0.9706."""
     hard, soft = (compare(f"P8 on BS113A, E 210/{young}", 0.2e-3) for young in (210, 190))
     for method in (0, 1):
         assert soft.pressure[method] / hard.pressure[method] == pytest.approx(0.9708, abs=0.006)

@@ -1,4 +1,5 @@
-"""The static finite element contact in three dimensions on its own: exact strain, its preconditioner, Hertz' ellipse, what it refuses."""
+"""The static finite element contact in three dimensions on its own: exact strain, its preconditioner, Hertz' ellipse,
+what it refuses."""
 
 import numpy as np
 import pytest
@@ -18,14 +19,25 @@ WHEEL, RAIL, LOAD, HALF = 0.46, 0.30, 1e5, 0.08
 
 def ellipse(lower_steel=STEEL) -> tuple[BlockPair, object]:
     """Wheel radius 460 on rail radius 300 mm, blocks 160 mm wide and 80 mm deep, and Hertz' answer."""
-    pair = BlockPair(lambda x, s: -(s**2) / (2 * RAIL) + 0 * x, lambda x, s: x**2 / (2 * WHEEL) + 0 * s, (-HALF, HALF), (-HALF, HALF), HALF, HALF, lower_steel)
+    pair = BlockPair(
+        lambda x, s: -(s**2) / (2 * RAIL) + 0 * x,
+        lambda x, s: x**2 / (2 * WHEEL) + 0 * s,
+        (-HALF, HALF),
+        (-HALF, HALF),
+        HALF,
+        HALF,
+        lower_steel,
+    )
     return pair, point_contact(LOAD, WHEEL, RAIL, contact_modulus(STEEL, lower_steel))
 
 
 def zone(exact, across: float) -> FineZone:
-    """`across` elements over the smaller semi-axis; outer elements grow by 1.4 at 4 across and the slower the finer they are."""
+    """`across` elements over the smaller semi-axis; outer elements grow by 1.4 at 4 across and the slower the finer
+    they are."""
     size = exact.semi_y / across
-    along, half, down = (np.ceil(reach / size) * size for reach in (1.15 * exact.semi_x, 1.15 * exact.semi_y, 0.5 * exact.semi_y))
+    along, half, down = (
+        np.ceil(reach / size) * size for reach in (1.15 * exact.semi_x, 1.15 * exact.semi_y, 0.5 * exact.semi_y)
+    )
     return FineZone(along, (-half, half), down, size, size, 1 + 1.6 / across)
 
 
@@ -34,12 +46,18 @@ def hertz_errors(across: float) -> tuple[float, float, float, float]:
     pair, exact = ellipse()
     patch = finite_patch(pair, LOAD, zone(exact, across))
     assert patch.normal_force == pytest.approx(LOAD, rel=1e-5)
-    return (patch.max_pressure / exact.max_pressure - 1, patch.contact_area / exact.area - 1, patch.extent[0] / (2 * exact.semi_x) - 1,
-            patch.extent[1] / (2 * exact.semi_y) - 1)
+    return (
+        patch.max_pressure / exact.max_pressure - 1,
+        patch.contact_area / exact.area - 1,
+        patch.extent[0] / (2 * exact.semi_x) - 1,
+        patch.extent[1] / (2 * exact.semi_y) - 1,
+    )
 
 
 def test_a_linear_displacement_needs_no_inner_forces_on_a_warped_block():
-    mesh = block(lambda x, s: 0.1 * x**2 - 0.3 * s, np.array([0, 1.0, 3]), np.array([-1.0, 0, 2, 3]), np.array([0, 1.0, 2]), "up")
+    mesh = block(
+        lambda x, s: 0.1 * x**2 - 0.3 * s, np.array([0, 1.0, 3]), np.array([-1.0, 0, 2, 3]), np.array([0, 1.0, 2]), "up"
+    )
     gradient = np.array([[1e-3, 3e-4, 0], [2e-4, -5e-4, 1e-4], [0, 4e-4, 2e-4]])
     force = (stiffness(mesh, STEEL) @ (mesh.points @ gradient.T).ravel()).reshape(-1, 3)
     inner = (mesh.points[:, 0] == 1) & np.isin(mesh.points[:, 1], [0, 2])
@@ -58,8 +76,9 @@ def test_the_preconditioner_knows_its_own_face():
 
 
 def test_pressure_and_area_close_on_hertz():
-    """3 and 6 elements over the smaller semi-axis: pressure second order, at most 0.06 (element / semi-axis)^2; area first order, since its edge lies between
-    two nodes: a sixth of an element all around; length and width a seventh of an element."""
+    """3 and 6 elements over the smaller semi-axis: pressure second order, at most 0.06 (element / semi-axis)^2; area
+    first order, since its edge lies between two nodes: a sixth of an element all around; length and width a seventh of
+    an element."""
     coarse, fine = np.array([hertz_errors(n) for n in (3, 6)])
     assert abs(fine[0]) < abs(coarse[0]) / 4 and abs(coarse[0]) < 0.06 / 3**2 and abs(fine[0]) < 0.06 / 6**2
     assert 0 < fine[1] < 2 / 6 / 6 and np.abs(fine[2:]).max() < 1 / (7 * 6)
@@ -78,8 +97,10 @@ def test_a_nose_with_two_free_sides_is_solved_to_balance_and_mirrors():
     """Edges 4 and 6 mm from the touch: the load is met, the same nose mirrored has the mirrored patch."""
     low, high = -4e-3, 6e-3
     crown, wheel = (lambda x, s: -(s**2) / 0.6 + 0 * x), (lambda x, s: x**2 / 0.92 + 0 * s)
-    patches = [finite_patch(BlockPair(crown, wheel, sides, (-0.03, 0.03)), 5e4, FineZone(8e-3, sides, 3e-3, 1e-3, 1e-3, 1.4))
-               for sides in ((low, high), (-high, -low))]
+    patches = [
+        finite_patch(BlockPair(crown, wheel, sides, (-0.03, 0.03)), 5e4, FineZone(8e-3, sides, 3e-3, 1e-3, 1e-3, 1.4))
+        for sides in ((low, high), (-high, -low))
+    ]
     for patch in patches:
         assert patch.normal_force == pytest.approx(5e4, rel=1e-5) and patch.cost.iterations < 40 * patch.sets
     np.testing.assert_allclose(patches[0].pressure, patches[1].pressure[:, ::-1], atol=1e-4 * patches[0].max_pressure)
@@ -89,7 +110,9 @@ def test_linear_steps_do_not_grow_with_the_mesh_nor_with_unequal_sides():
     steps = []
     for across, growth in ((3, 1.2), (6, 1.6)):
         pair, exact = ellipse()
-        patch = finite_patch(pair, LOAD, FineZone(9e-3, (-7e-3, 7e-3), 3e-3, exact.semi_y / across, exact.semi_y / across, growth))
+        patch = finite_patch(
+            pair, LOAD, FineZone(9e-3, (-7e-3, 7e-3), 3e-3, exact.semi_y / across, exact.semi_y / across, growth)
+        )
         steps.append(patch.cost.iterations / patch.sets)
     assert max(steps) < 30
 
@@ -113,7 +136,9 @@ def test_blocks_share_the_nodes_of_the_face_they_have_in_common():
     lower, upper, s = facing_blocks(pair, FineZone(5e-3, (-5e-3, 8e-3), 3e-3, 1e-3, 1e-3))
     assert (s[0], s[-1]) == (-0.02, 0.004) and upper.s[-1] == pytest.approx(0.02) and len(upper.s) > len(lower.s)
     i, j = np.array([0, 3]), np.array([2, len(s) - 1])
-    np.testing.assert_allclose(upper.mesh.points[upper.face(i, j), :2], lower.mesh.points[lower.face(i, j), :2], atol=1e-12)
+    np.testing.assert_allclose(
+        upper.mesh.points[upper.face(i, j), :2], lower.mesh.points[lower.face(i, j), :2], atol=1e-12
+    )
 
 
 def test_the_limit_of_a_series_is_found():

@@ -2,8 +2,8 @@
 
 import csv
 
-from bem.verification import halfspace_study
 from bem.verification import halfspace_speed as study3d
+from bem.verification import halfspace_study
 from rail_fem.studies import patch_speed as study_speed
 
 
@@ -17,5 +17,13 @@ def test_finite_elements_close_on_hertz_with_second_order_and_the_command_draws_
     finite = {int(row["cells"]): float(row["error"]) for row in rows if row["method"] == "finite elements, static"}
     assert set(finite) == {6, 8} and all(error < 0.06 * (2 / cells) ** 2 for cells, error in finite.items())
     methods = {row["method"] for row in rows}
-    assert {"Hertz, closed form", "half-space", "2.5D (b), coupled slices", "2.5D (a), parabolic load", "FASTSIM", "rolling", "shift"} <= methods
+    assert {
+        "Hertz, closed form",
+        "half-space",
+        "2.5D (b), coupled slices",
+        "2.5D (a), parabolic load",
+        "FASTSIM",
+        "rolling",
+        "shift",
+    } <= methods
     assert (tmp_path / "speed_error.png").read_bytes()[:4] == b"\x89PNG"

@@ -13,7 +13,8 @@ class SectionCurve:
     """Outline of a section from base to base over the running surface; the body lies below it (right of its direction).
 
     points : (n, 2) y and height [m], y rising in the large, height up; first and last point on the base
-    index  : (n,) place of each point in the section it was cut from: sections along x have the same feature at the same index
+    index  : (n,) place of each point in the section it was cut from: sections along x have the same feature at the same
+        index
     """
 
     points: np.ndarray
@@ -32,7 +33,9 @@ class SectionCurve:
     def at(self, arc: np.ndarray) -> np.ndarray:
         """Points (k, 2) at arc lengths (k,), on the polyline to round-off."""
         arc = np.asarray(arc, dtype=float)
-        return np.stack([np.interp(arc, self.arc, self.points[:, 0]), np.interp(arc, self.arc, self.points[:, 1])], axis=-1)
+        return np.stack(
+            [np.interp(arc, self.arc, self.points[:, 0]), np.interp(arc, self.arc, self.points[:, 1])], axis=-1
+        )
 
     def normal_angle(self, arc: np.ndarray) -> np.ndarray:
         """Angle (k,) [rad] of the outward normal from straight up, positive to the left (a left flank has +pi/2)."""
@@ -52,14 +55,17 @@ class SectionCurve:
         edges = np.flatnonzero(np.diff(np.concatenate([[False], flat, [False]]).astype(int)))
         spans = []
         for first, last in zip(edges[0::2], edges[1::2]):
-            y = self.points[first:last + 1, 0]
+            y = self.points[first : last + 1, 0]
             inside = np.clip(band, y[0], y[-1])
             if inside[0] < inside[1]:
-                ends = np.interp(inside, y, self.arc[first:last + 1])
+                ends = np.interp(inside, y, self.arc[first : last + 1])
                 spans.append((self.at(np.linspace(*ends, 50))[:, 1].max(), float(ends[0]), float(ends[1])))
         if not spans:
             low, high = self.points[:, 0].min() * 1e3, self.points[:, 0].max() * 1e3
-            raise MeshError(f"{what} from y = {band[0] * 1e3:.2f} to {band[1] * 1e3:.2f} mm is outside the section, which reaches from {low:.2f} to {high:.2f} mm; move the band")
+            raise MeshError(
+                f"{what} from y = {band[0] * 1e3:.2f} to {band[1] * 1e3:.2f} mm is outside the section, which reaches"
+                f" from {low:.2f} to {high:.2f} mm; move the band"
+            )
         return max(spans)[1:]
 
     def arc_of_index(self, index: float) -> float:
@@ -89,9 +95,12 @@ def cut_at_base(points: np.ndarray, base: float, where: str) -> SectionCurve:
         raise MeshError(f"{where}: the section must be an (n, 2) array of finite numbers; it has shape {points.shape}")
     top = points[:, 1].argmax()
     if points[top, 1] <= base + 1e-6:
-        raise MeshError(f"{where}: the section's top at z = {points[top, 1] * 1e3:.2f} mm is not above the base at {base * 1e3:.2f} mm; lower the base")
+        raise MeshError(
+            f"{where}: the section's top at z = {points[top, 1] * 1e3:.2f} mm is not above the base at {base * 1e3:.2f}"
+            " mm; lower the base"
+        )
     number = np.arange(len(points), dtype=float)
-    left, left_index = _end_on_base(points[:top + 1][::-1], number[:top + 1][::-1], base)
+    left, left_index = _end_on_base(points[: top + 1][::-1], number[: top + 1][::-1], base)
     right, right_index = _end_on_base(points[top:], number[top:], base)
     outline = np.concatenate([left[::-1], right[1:]])
     index = np.concatenate([left_index[::-1], right_index[1:]])
@@ -100,7 +109,8 @@ def cut_at_base(points: np.ndarray, base: float, where: str) -> SectionCurve:
 
 
 def _end_on_base(points, number, base):
-    """Points and their indices from the top down to the first passage through the base, or prolonged vertically to it."""
+    """Points and their indices from the top down to the first passage through the base, or prolonged vertically to
+    it."""
     below = np.flatnonzero(points[:, 1] <= base)
     if len(below) == 0:
         beyond = 2 * number[-1] - number[-2] if len(number) > 1 else number[-1]

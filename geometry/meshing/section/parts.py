@@ -33,7 +33,8 @@ class SectionSizes:
 
 
 def try_sizes(make: Callable[[SectionSizes], Made], fine: float, depth: float, coarse: float, growth: float) -> Made:
-    """What `make` makes with the triple ring where that pays, or without it where it fails or does not pay; lengths in m.
+    """What `make` makes with the triple ring where that pays, or without it where it fails or does not pay; lengths in
+    m.
 
     Raises the first MeshError where nothing succeeds.
     """
@@ -51,7 +52,8 @@ class SectionParts:
     """What of a section is there so far.
 
     points : node positions [m];  arc : arc length [m] of each node on the outline
-    cells, ideal, size_weight : by kind, lists of node numbers (k, 4) (strip: (k, 6), see QuadSection), of ideal corner positions
+    cells, ideal, size_weight : by kind, lists of node numbers (k, 4) (strip: (k, 6), see QuadSection), of ideal corner
+        positions
     (k, 4, 2) [m] and of weights (k,)
     """
 
@@ -77,7 +79,13 @@ class SectionParts:
 
     def add_chain(self, points: np.ndarray, arcs: tuple[float, float]) -> np.ndarray:
         """Numbers of new nodes along a chain (k, 2) whose two ends lie on the outline at arcs."""
-        return np.concatenate([self.add_on_outline(np.array(arcs[:1])), self.add_nodes(points[1:-1]), self.add_on_outline(np.array(arcs[1:]))])
+        return np.concatenate(
+            [
+                self.add_on_outline(np.array(arcs[:1])),
+                self.add_nodes(points[1:-1]),
+                self.add_on_outline(np.array(arcs[1:])),
+            ]
+        )
 
     def add_cells(self, kind: str, cells: np.ndarray, ideal: np.ndarray, size_weight: float) -> None:
         """Add quads of a kind with their ideal corner positions (k, 4, 2) [m]; size_weight as in Smoother."""
@@ -91,12 +99,20 @@ class SectionParts:
 
     def all_of(self, kind: str) -> np.ndarray:
         """All cells of a kind so far."""
-        return np.concatenate(self.cells[kind]) if self.cells[kind] else np.zeros((0, 6 if kind == "strip" else 4), dtype=int)
+        return (
+            np.concatenate(self.cells[kind])
+            if self.cells[kind]
+            else np.zeros((0, 6 if kind == "strip" else 4), dtype=int)
+        )
 
     def smooth(self, base: np.ndarray, rounds: tuple[float, ...]) -> Smoother:
-        """Move the nodes inside the body to good shapes; outline, base nodes and the strips' middles stay. Returns the smoother."""
+        """Move the nodes inside the body to good shapes; outline, base nodes and the strips' middles stay. Returns the
+        smoother."""
         quads = np.concatenate([self.all_of("fine"), self.all_of("strip")[:, [0, 4, 5, 1]], self.all_of("coarse")])
-        ideal, weight = (np.concatenate([part for kind in KINDS for part in column[kind]]) for column in (self.ideal, self.size_weight))
+        ideal, weight = (
+            np.concatenate([part for kind in KINDS for part in column[kind]])
+            for column in (self.ideal, self.size_weight)
+        )
         free = np.zeros(len(self.points), dtype=bool)
         free[quads] = True
         free[list(self.arc)] = free[base] = False

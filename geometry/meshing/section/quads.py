@@ -1,8 +1,9 @@
 """Quadrilaterals of one section: fine blocks under the running bands, two rings around each, Gmsh in the rest.
 
 The sweep along x (mesh_sweep) has three slabs in the fine part for one in the coarse part. So a section has three kinds
-of quads: `fine`, swept slab by slab; `strip`, one ring around each block, swept by a 3:1 template; `coarse`, swept three
-slabs at a time. Inside the strip another ring triples the size along the outline, so that sizes triple in all directions.
+of quads: `fine`, swept slab by slab; `strip`, one ring around each block, swept by a 3:1 template; `coarse`, swept
+three slabs at a time. Inside the strip another ring triples the size along the outline, so that sizes triple in all
+directions.
 
       outline  _C_S_T_F_F_F_F_F_T_S_C_      F fine block that follows the outline, its layers growing a little
                 C S T T T T T T T S C       T triple ring: 3:1 along the outline (fine)
@@ -30,10 +31,12 @@ class QuadSection:
     """The mesh of one section; nodes are shared by all its arrays.
 
     points : (n, 2) y, height [m];  fine (f, 4), coarse (c, 4): quads, anticlockwise
-    strip : (t, 6) a, b, middle_a, middle_b, c, d: a-b on the fine side, c-d on the coarse side, middles on the rungs a-c, b-d
+    strip : (t, 6) a, b, middle_a, middle_b, c, d: a-b on the fine side, c-d on the coarse side, middles on the rungs
+        a-c, b-d
     on_curve : (k,) nodes on the outline, in its order;  curve_arc : (k,) their arc lengths [m]
     base : (b,) nodes on the base, both ends included;  smoother : the shapes that its plane quads should have
-    badness : of the coarse quads' connections, over all sections (mesh_gmsh.badness); above FLAT_CORNER some corner is flat
+    badness : of the coarse quads' connections, over all sections (mesh_gmsh.badness); above FLAT_CORNER some corner is
+        flat
     """
 
     points: np.ndarray
@@ -51,7 +54,9 @@ class QuadSection:
         return np.concatenate([self.fine, self.strip[:, [0, 4, 5, 1]], self.coarse])
 
 
-def mesh_section(curve: SectionCurve, blocks: list[np.ndarray], sizes: SectionSizes, elsewhere: Sequence[Outline] = ()) -> QuadSection:
+def mesh_section(
+    curve: SectionCurve, blocks: list[np.ndarray], sizes: SectionSizes, elsewhere: Sequence[Outline] = ()
+) -> QuadSection:
     """Mesh the body under an outline, fine below the running bands.
 
     curve : outline, both ends at the same height (the base)
@@ -74,16 +79,21 @@ def mesh_section(curve: SectionCurve, blocks: list[np.ndarray], sizes: SectionSi
     on_curve = np.array(sorted(parts.arc, key=parts.arc.get))
     place_strip_middles(points, strip, on_curve)
     arcs = np.array([parts.arc[int(node)] for node in on_curve])
-    return QuadSection(points, parts.all_of("fine"), strip, parts.all_of("coarse"), on_curve, arcs, base, smoother, badness)
+    return QuadSection(
+        points, parts.all_of("fine"), strip, parts.all_of("coarse"), on_curve, arcs, base, smoother, badness
+    )
 
 
 def check_room(curve: SectionCurve, spans: list[tuple[float, float]], reach: float) -> None:
-    """Raise MeshError where blocks on spans of the outline (arc lengths) with rings of width `reach` overlap or leave it; all in m."""
+    """Raise MeshError where blocks on spans of the outline (arc lengths) with rings of width `reach` overlap or leave
+    it; all in m."""
     starts, ends = [0.0] + [end + reach for _, end in spans], [start - reach for start, _ in spans] + [curve.length]
     if min(end - start for start, end in zip(starts, ends)) <= 0.2 * reach:
         millimetres = [(round(start * 1e3, 2), round(end * 1e3, 2)) for start, end in spans]
-        raise MeshError(f"the fine blocks at {millimetres} mm (arc length) with {reach * 1e3:.2f} mm of transition at each side do not fit on an outline "
-                        f"of {curve.length * 1e3:.2f} mm; narrow or move the bands, or take smaller elements")
+        raise MeshError(
+            f"the fine blocks at {millimetres} mm (arc length) with {reach * 1e3:.2f} mm of transition at each side do"
+            f" not fit on an outline of {curve.length * 1e3:.2f} mm; narrow or move the bands, or take smaller elements"
+        )
 
 
 def place_strip_middles(points: np.ndarray, strip: np.ndarray, on_curve: np.ndarray) -> None:

@@ -1,12 +1,13 @@
-"""What blocks and rings leave of a section: its boundary divided from the rings' size to the coarse one, filled by Gmsh."""
+"""What blocks and rings leave of a section: its boundary divided from the rings' size to the coarse one, filled by
+Gmsh."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.meshing.hexmesh import MeshError, cross_2d
 from geometry.meshing.gmsh_fill import badness, fill_with_quads, inner_angles
+from geometry.meshing.hexmesh import MeshError, cross_2d
 from geometry.meshing.section.parts import SectionParts, rectangle
 
 Outline = Callable[[np.ndarray], np.ndarray]
@@ -29,7 +30,8 @@ class Remainder:
     base: np.ndarray
 
     def walk(self) -> list[tuple[str, np.ndarray]]:
-        """The boundary anticlockwise from the left foot: ("outline", arc lengths), ("base", places) or ("ring", node numbers)."""
+        """The boundary anticlockwise from the left foot: ("outline", arc lengths), ("base", places) or ("ring", node
+        numbers)."""
         steps = [("outline", self.pieces[0][:1]), ("base", self.base), ("outline", self.pieces[-1][:0:-1])]
         for loop, piece in zip(self.loops[::-1], self.pieces[-2::-1]):
             steps += [("ring", loop[::-1]), ("outline", piece[-2:0:-1])]
@@ -51,7 +53,8 @@ class Remainder:
         return np.concatenate(corners)
 
     def angles(self, elsewhere: Sequence[Outline]) -> np.ndarray:
-        """Inner angles (s, k) [rad] at the corners on this section and elsewhere; at ring nodes this section's everywhere."""
+        """Inner angles (s, k) [rad] at the corners on this section and elsewhere; at ring nodes this section's
+        everywhere."""
         angles = np.stack([inner_angles(self.polygon(place)) for place in (self.parts.curve.at, *elsewhere)])
         ring = np.concatenate([np.full(len(part), kind == "ring") for kind, part in self.walk()])
         angles[:, ring] = angles[0, ring]
@@ -61,13 +64,16 @@ class Remainder:
         """Add the boundary's new nodes: numbers (k,) of all its corners, and of the base's nodes from left to right."""
         numbers = []
         for kind, part in self.walk():
-            adding = {"outline": self.parts.add_on_outline, "base": self.parts.add_nodes, "ring": lambda known: known}[kind]
+            adding = {"outline": self.parts.add_on_outline, "base": self.parts.add_nodes, "ring": lambda known: known}[
+                kind
+            ]
             numbers.append(adding(part) if len(part) else np.zeros(0, dtype=int))
         return np.concatenate(numbers), np.concatenate([numbers[0], numbers[1], numbers[2][:1]])
 
 
 def fill_rest(parts: SectionParts, loops: list[np.ndarray], elsewhere: Sequence[Outline]) -> tuple[np.ndarray, float]:
-    """Add the coarse quads, the best of several divisions of the boundary; returns the base's nodes from left to right and the badness.
+    """Add the coarse quads, the best of several divisions of the boundary; returns the base's nodes from left to right
+    and the badness.
 
     loops : outer chains of the rings;  elsewhere : the outline's arc lengths on other sections
     Raises MeshError where no division can be filled.
@@ -85,7 +91,7 @@ def fill_rest(parts: SectionParts, loops: list[np.ndarray], elsewhere: Sequence[
         raise faults[0]
     least, rest, points, quads = min(found, key=lambda attempt: attempt[0])
     ring, base = rest.add_nodes()
-    number = np.concatenate([ring, parts.add_nodes(points[len(ring):])])
+    number = np.concatenate([ring, parts.add_nodes(points[len(ring) :])])
     area = np.abs(cross_2d(points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]])) / 2
     side = np.sqrt(np.maximum(area, (0.5 * parts.sizes.fine) ** 2))
     parts.add_cells("coarse", number[quads], side[:, None, None] * rectangle(1.0, 1.0), SIZE_WEIGHT)
@@ -93,7 +99,8 @@ def fill_rest(parts: SectionParts, loops: list[np.ndarray], elsewhere: Sequence[
 
 
 def divide_boundary(parts: SectionParts, loops: list[np.ndarray], factor: float) -> Remainder:
-    """Divide outline and base: from the rings' size, growing with the distance along the outline, to the coarse size, times `factor`.
+    """Divide outline and base: from the rings' size, growing with the distance along the outline, to the coarse size,
+    times `factor`.
 
     Sharp corners of the outline get a node; the number of all edges is even.
     """

@@ -1,7 +1,8 @@
-"""The structured part of a section: the fine block under a running band and the two rings around it in which sizes triple.
+"""The structured part of a section: the fine block under a running band and the two rings around it in which sizes
+triple.
 
-The fan of the block's depth lines is held narrow, so that a block round a corner keeps its cells' width. Rings are laid thin
-and valid, and then grow as they are smoothed.
+The fan of the block's depth lines is held narrow, so that a block round a corner keeps its cells' width. Rings are laid
+thin and valid, and then grow as they are smoothed.
 """
 
 import numpy as np
@@ -9,8 +10,8 @@ import numpy as np
 from geometry.meshing.section.curve import SectionCurve
 from geometry.meshing.section.parts import SectionParts, SectionSizes, rectangle
 
-# Thickness of the ring that triples sizes along the outline, in fine sizes, and where its template's inner nodes lie in it:
-# V / A_max of its hexahedra is 0.8 of the fine size.
+# Thickness of the ring that triples sizes along the outline, in fine sizes, and where its template's inner nodes lie in
+# it: V / A_max of its hexahedra is 0.8 of the fine size.
 RING_THICKNESS = 3.0
 RING_MIDDLE = 0.6
 # The same for the strip in which three slabs become one; thicker where its cells are already three sizes wide.
@@ -36,16 +37,18 @@ def depth_steps(sizes: SectionSizes) -> np.ndarray:
     """
     steps = sizes.fine * sizes.depth_growth ** np.arange(200)
     below = RING_MIDDLE * RING_THICKNESS * sizes.fine
-    return steps[:max(2, 1 + np.abs(np.cumsum(steps) + below - sizes.depth).argmin())]
+    return steps[: max(2, 1 + np.abs(np.cumsum(steps) + below - sizes.depth).argmin())]
 
 
 def add_block(parts: SectionParts, columns: np.ndarray) -> np.ndarray:
-    """Add structured quads below the outline's arc lengths columns (k,) [m]; returns the numbers of the block's left side,
-    bottom and right side in a chain."""
+    """Add structured quads below the outline's arc lengths columns (k,) [m]; returns the numbers of the block's left
+    side, bottom and right side in a chain."""
     steps = depth_steps(parts.sizes)
     down = depth_directions(parts.curve, columns, steps.sum(), ring_width(parts.sizes))
     surface = parts.curve.at(columns)
-    number = np.stack([parts.add_on_outline(columns)] + [parts.add_nodes(surface + depth * down) for depth in np.cumsum(steps)])
+    number = np.stack(
+        [parts.add_on_outline(columns)] + [parts.add_nodes(surface + depth * down) for depth in np.cumsum(steps)]
+    )
     quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
     ideal = np.stack([rectangle(width, step) for step in steps for width in np.diff(columns)])
     parts.add_cells("fine", quads, ideal, SIZE_WEIGHT)
@@ -53,8 +56,9 @@ def add_block(parts: SectionParts, columns: np.ndarray) -> np.ndarray:
 
 
 def depth_directions(curve: SectionCurve, columns: np.ndarray, depth: float, reach: float) -> np.ndarray:
-    """Unit vectors (k, 2) into the body at arc lengths (k,): their angle is a straight line in arc length fitted to the normals
-    of the band and `reach` [m] beside it, of a slope that narrows the block by no more than NARROWING at `depth` [m]."""
+    """Unit vectors (k, 2) into the body at arc lengths (k,): their angle is a straight line in arc length fitted to the
+    normals of the band and `reach` [m] beside it, of a slope that narrows the block by no more than NARROWING at
+    `depth` [m]."""
     near = np.linspace(max(columns[0] - reach, 0.0), min(columns[-1] + reach, curve.length), 400)
     slope, level = np.polyfit(near - near.mean(), curve.normal_angle(near), 1)
     angle = level + np.clip(slope, -NARROWING / depth, NARROWING / depth) * (columns - near.mean())
@@ -64,11 +68,11 @@ def depth_directions(curve: SectionCurve, columns: np.ndarray, depth: float, rea
 def add_triple_ring(parts: SectionParts, chain: np.ndarray) -> np.ndarray:
     """Add the ring where three edges of the chain meet one, four quads each; returns its outer chain, a third as long.
 
-        p0 -- p1 -- p2 -- p3        p of the chain, m its middle nodes, q of the outer chain
-        |     |     |     |
-        |    m1 --- m2    |
-        |  /          \\  |
-        q0 -------------- q3
+    p0 -- p1 -- p2 -- p3        p of the chain, m its middle nodes, q of the outer chain
+    |     |     |     |
+    |    m1 --- m2    |
+    |  /          \\  |
+    q0 -------------- q3
     """
     size = parts.sizes.fine
     outer, arcs = offset_chain(parts, chain, RING_THICKNESS * size, len(depth_steps(parts.sizes)))
@@ -76,8 +80,19 @@ def add_triple_ring(parts: SectionParts, chain: np.ndarray) -> np.ndarray:
     middle = parts.add_nodes(inner + RING_MIDDLE * (outer - inner))
     outer_chain = parts.add_chain(outer[::3], arcs)
     group = 3 * np.arange((len(chain) - 1) // 3)
-    members = np.stack([chain[group], chain[group + 1], chain[group + 2], chain[group + 3], middle[group + 1], middle[group + 2],
-                        outer_chain[:-1], outer_chain[1:]], axis=1)
+    members = np.stack(
+        [
+            chain[group],
+            chain[group + 1],
+            chain[group + 2],
+            chain[group + 3],
+            middle[group + 1],
+            middle[group + 2],
+            outer_chain[:-1],
+            outer_chain[1:],
+        ],
+        axis=1,
+    )
     deep, half = -RING_THICKNESS, -RING_MIDDLE * RING_THICKNESS
     ideal = size * np.array([[0, 0], [1, 0], [2, 0], [3, 0], [1, half], [2, half], [0, deep], [3, deep]])[TEMPLATE]
     parts.add_cells("fine", members[:, TEMPLATE].reshape(-1, 4), np.tile(ideal, (len(group), 1, 1)), SIZE_WEIGHT)
@@ -88,10 +103,14 @@ def add_strip(parts: SectionParts, chain: np.ndarray) -> np.ndarray:
     """Add the ring where three slabs meet one (see mesh_sweep); returns its outer chain, as long as the chain."""
     sizes = parts.sizes
     thickness = sizes.fine * (WIDE_STRIP_THICKNESS if sizes.triple_ring else STRIP_THICKNESS)
-    outer, arcs = offset_chain(parts, chain, thickness, max(1, round(len(depth_steps(sizes)) / (3 if sizes.triple_ring else 1))))
+    outer, arcs = offset_chain(
+        parts, chain, thickness, max(1, round(len(depth_steps(sizes)) / (3 if sizes.triple_ring else 1)))
+    )
     inner = parts.at(chain)
     outer_chain = parts.add_chain(outer, arcs)
-    middle_arcs = tuple(parts.arc[int(chain[end])] + STRIP_MIDDLE * (arcs[end] - parts.arc[int(chain[end])]) for end in (0, -1))
+    middle_arcs = tuple(
+        parts.arc[int(chain[end])] + STRIP_MIDDLE * (arcs[end] - parts.arc[int(chain[end])]) for end in (0, -1)
+    )
     middle = parts.add_chain(inner + STRIP_MIDDLE * (outer - inner), middle_arcs)
     cells = np.stack([chain[:-1], chain[1:], middle[:-1], middle[1:], outer_chain[:-1], outer_chain[1:]], axis=1)
     ideal = np.stack([rectangle(width, thickness) for width in np.linalg.norm(np.diff(inner, axis=0), axis=1)])
@@ -99,11 +118,13 @@ def add_strip(parts: SectionParts, chain: np.ndarray) -> np.ndarray:
     return outer_chain
 
 
-def offset_chain(parts: SectionParts, chain: np.ndarray, distance: float, sides: int) -> tuple[np.ndarray, tuple[float, float]]:
+def offset_chain(
+    parts: SectionParts, chain: np.ndarray, distance: float, sides: int
+) -> tuple[np.ndarray, tuple[float, float]]:
     """Places (k, 2) of a chain moved outwards (to its right), and the arc lengths of its ends.
 
-    The ends slide along the outline by `distance` [m]; inner nodes move by START_SHARE of it, in directions that turn from the
-    outline's to their own normal over the first and last `sides` edges.
+    The ends slide along the outline by `distance` [m]; inner nodes move by START_SHARE of it, in directions that turn
+    from the outline's to their own normal over the first and last `sides` edges.
     """
     points = parts.at(chain)
     arcs = parts.arc[int(chain[0])] - distance, parts.arc[int(chain[-1])] + distance

@@ -28,7 +28,8 @@ class Smoother:
     free: np.ndarray
 
     def smooth(self, points: np.ndarray, rounds: tuple[float, ...] = (1e-3,), iterations: int = 300) -> np.ndarray:
-        """Positions (n, 2) with the free nodes moved from `points` (n, 2) towards the least sum of squared corner measures.
+        """Positions (n, 2) with the free nodes moved from `points` (n, 2) towards the least sum of squared corner
+        measures.
 
         rounds : regularisations of the determinant, one minimisation each; begin with 0.1 where corners may be folded.
         Folded corners are unfolded where possible; nothing is promised, measure after.
@@ -42,14 +43,21 @@ class Smoother:
             return value, gradient[self.free].ravel() / scale
 
         for regular in rounds:
-            found = minimize(energy, moved[self.free].ravel() * scale, args=(regular,), jac=True, method="L-BFGS-B",
-                             options={"maxiter": iterations, "maxcor": 20, "ftol": 1e-7})
+            found = minimize(
+                energy,
+                moved[self.free].ravel() * scale,
+                args=(regular,),
+                jac=True,
+                method="L-BFGS-B",
+                options={"maxiter": iterations, "maxcor": 20, "ftol": 1e-7},
+            )
             moved[self.free] = found.x.reshape(-1, 2) / scale
         return moved
 
 
 def corner_targets(ideal: np.ndarray) -> np.ndarray:
-    """Inverse target Jacobians (k, 4, 2, 2) of quads whose ideal shapes are given by corner positions ideal (k, 4, 2) [m]."""
+    """Inverse target Jacobians (k, 4, 2, 2) of quads whose ideal shapes are given by corner positions ideal (k, 4, 2)
+    [m]."""
     edges = np.stack([np.roll(ideal, -1, axis=1) - ideal, np.roll(ideal, 1, axis=1) - ideal], axis=-1)
     return np.ascontiguousarray(np.linalg.inv(edges))
 

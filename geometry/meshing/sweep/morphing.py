@@ -13,8 +13,9 @@ CORNER = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 class ElasticMorph:
     """Displacements of a section's inner nodes from those of its outline.
 
-    points : (n, 2) reference positions [m];  quads : (k, 4) anticlockwise;  fixed : (n,) bool, nodes with prescribed motion
-    Each quad's modulus is proportional to 1 / area, so that small quads keep their shape and large ones give way. Motions without strain
+    points : (n, 2) reference positions [m];  quads : (k, 4) anticlockwise;
+    fixed : (n,) bool, nodes with prescribed motion Each quad's modulus is proportional to 1 / area, so that small quads
+        keep their shape and large ones give way. Motions without strain
     (translations, small turns) are carried exactly, uniform strains where all quads have one area.
     """
 
@@ -31,7 +32,8 @@ class ElasticMorph:
         self.coupling = stiffness[free_dofs][:, fixed_dofs].tocsr()
 
     def carry(self, displacement: np.ndarray) -> np.ndarray:
-        """Displacements of all nodes (n, 2) [m] from those of the fixed nodes, given in the rows of `displacement` (n, 2)."""
+        """Displacements of all nodes (n, 2) [m] from those of the fixed nodes, given in the rows of `displacement` (n,
+        2)."""
         result = displacement.copy()
         result[self.free] = -self.solver.solve(self.coupling @ displacement[self.fixed].ravel()).reshape(-1, 2)
         return result
@@ -47,7 +49,9 @@ def plane_stiffness(points: np.ndarray, quads: np.ndarray, poisson: float = 0.3)
     element = np.zeros((len(quads), 8, 8))
     for r in POINTS:
         for s in POINTS:
-            local = 0.25 * np.stack([CORNER[:, 0] * (1 + CORNER[:, 1] * s), CORNER[:, 1] * (1 + CORNER[:, 0] * r)], axis=1)
+            local = 0.25 * np.stack(
+                [CORNER[:, 0] * (1 + CORNER[:, 1] * s), CORNER[:, 1] * (1 + CORNER[:, 0] * r)], axis=1
+            )
             jacobian = np.einsum("ia,kib->kab", local, corner)
             gradient = np.einsum("kab,ib->kia", np.linalg.inv(jacobian), local)
             strain = np.zeros((len(quads), 3, 8))

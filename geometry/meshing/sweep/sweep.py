@@ -16,14 +16,21 @@ from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces, orient
 from geometry.meshing.section.quads import QuadSection
 
 
-def sweep(section: QuadSection, positions: np.ndarray, name: str, surface_nodes: np.ndarray | None = None, cut_ends_clamped: bool = False) -> HexMesh:
+def sweep(
+    section: QuadSection,
+    positions: np.ndarray,
+    name: str,
+    surface_nodes: np.ndarray | None = None,
+    cut_ends_clamped: bool = False,
+) -> HexMesh:
     """Hexahedra through a section carried along stations.
 
     section   : quads and node sets of the section
     positions : (3 g + 1, n, 3) position [m] of every section node at every station (unused combinations are ignored)
     name      : the body's name;  surface_nodes : section nodes on the running surface, the whole outline if None
     cut_ends_clamped : clamp the nodes of the first and last station besides the base
-    surface is the sweep of the surface nodes; clamp the swept base. Raises MeshError where the stations are not 3 g + 1.
+    surface is the sweep of the surface nodes; clamp the swept base. Raises MeshError where the stations are not 3 g +
+    1.
     """
     stations = len(positions)
     if stations % 3 != 1 or stations < 4:
@@ -34,12 +41,22 @@ def sweep(section: QuadSection, positions: np.ndarray, name: str, surface_nodes:
     number[used] = np.arange(len(used))
     cells = number[cells]
     station, node = np.divmod(used, positions.shape[1])
-    on_outline, on_base = (np.isin(node, nodes) for nodes in (section.on_curve if surface_nodes is None else surface_nodes, section.base))
+    on_outline, on_base = (
+        np.isin(node, nodes) for nodes in (section.on_curve if surface_nodes is None else surface_nodes, section.base)
+    )
     surface, _ = boundary_faces(cells)
     along = station[surface].max(axis=1) > station[surface].min(axis=1)
     surface = surface[along & on_outline[surface].all(axis=1)]
     clamped = on_base | (cut_ends_clamped & ((station == 0) | (station == stations - 1)))
-    return HexMesh(positions.reshape(-1, 3)[used], cells, np.zeros(len(cells), np.int8), (name,), surface, np.zeros(len(surface), np.int8), np.flatnonzero(clamped))
+    return HexMesh(
+        positions.reshape(-1, 3)[used],
+        cells,
+        np.zeros(len(cells), np.int8),
+        (name,),
+        surface,
+        np.zeros(len(surface), np.int8),
+        np.flatnonzero(clamped),
+    )
 
 
 def _cells(section, stations):
@@ -48,16 +65,23 @@ def _cells(section, stations):
     slabs, groups = np.arange(stations - 1), np.arange(0, stations - 1, 3)
     fine = _between(section.fine, slabs, slabs + 1, count)
     coarse = _between(section.coarse, groups, groups + 3, count)
-    a, b, middle_a, middle_b, c, d = (section.strip.T[:, None, :] + 0 * groups[None, :, None])
+    a, b, middle_a, middle_b, c, d = section.strip.T[:, None, :] + 0 * groups[None, :, None]
     start = groups[:, None] * count
 
     def at(nodes, k):
         return nodes + start + k * count
 
-    sides = [((a, 0), (a, 1), (middle_a, 1), (c, 0)), ((a, 1), (a, 2), (middle_a, 2), (middle_a, 1)),
-             ((a, 2), (a, 3), (c, 3), (middle_a, 2)), ((middle_a, 1), (middle_a, 2), (c, 3), (c, 0))]
+    sides = [
+        ((a, 0), (a, 1), (middle_a, 1), (c, 0)),
+        ((a, 1), (a, 2), (middle_a, 2), (middle_a, 1)),
+        ((a, 2), (a, 3), (c, 3), (middle_a, 2)),
+        ((middle_a, 1), (middle_a, 2), (c, 3), (c, 0)),
+    ]
     opposite = {id(a): b, id(middle_a): middle_b, id(c): d}
-    strip = [np.stack([at(n, k) for n, k in side] + [at(opposite[id(n)], k) for n, k in side], axis=-1).reshape(-1, 8) for side in sides]
+    strip = [
+        np.stack([at(n, k) for n, k in side] + [at(opposite[id(n)], k) for n, k in side], axis=-1).reshape(-1, 8)
+        for side in sides
+    ]
     return np.concatenate([fine, *strip, coarse])
 
 

@@ -1,4 +1,5 @@
-"""Read and write profiles by the suffix of their file: .prw .prr .whl .ban .mpt .slcs, and two columns for all others."""
+"""Read and write profiles by the suffix of their file: .prw .prr .whl .ban .mpt .slcs, and two columns for all
+others."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,10 +8,10 @@ import numpy as np
 
 from geometry.profiles.formats.columns import read_columns, write_columns
 from geometry.profiles.formats.miniprof import read_miniprof, read_mpt
+from geometry.profiles.formats.raw import KINDS, RawProfile
 from geometry.profiles.formats.simpack import read_simpack, write_simpack
 from geometry.profiles.formats.slices import Slices, read_slices
 from geometry.profiles.profile import ProfileError
-from geometry.profiles.formats.raw import KINDS, RawProfile
 
 
 def read_raw(path: Path, kind: str | None = None, unit: float | None = None, number: int = 1) -> RawProfile:
@@ -41,7 +42,9 @@ def read_raw(path: Path, kind: str | None = None, unit: float | None = None, num
         return one_of(path, read_slices(path, unit), number)
     else:
         raw = read_columns(path)
-    known = {key: value for key, value in (("kind", kind), ("unit", unit), ("unit_told", unit and True)) if value is not None}
+    known = {
+        key: value for key, value in (("kind", kind), ("unit", unit), ("unit_told", unit and True)) if value is not None
+    }
     return replace(raw, **known)
 
 
@@ -51,7 +54,10 @@ def one_of(path: Path, slices: Slices, number: int) -> RawProfile:
     if not 1 <= number <= count:
         raise ProfileError(f"{path}: section {number} asked for, the file holds {count}")
     gaps = np.diff(x)
-    note = f"section {number} of {count}, at x = {x[number - 1]:.4f} m of {x[0]:.4f} to {x[-1]:.4f} m, {gaps.min():.4f} to {gaps.max():.4f} m apart"
+    note = (
+        f"section {number} of {count}, at x = {x[number - 1]:.4f} m of {x[0]:.4f} to {x[-1]:.4f} m, {gaps.min():.4f} to"
+        f" {gaps.max():.4f} m apart"
+    )
     if slices.features.size:
         note += f"; {slices.features.shape[1]} features along each section read, not used"
     section = slices.sections[number - 1]

@@ -1,13 +1,14 @@
-"""Two columns of text: y and z by blanks, tabs, semicolons or commas; decimal commas; headings and comments. Read and write."""
+"""Two columns of text: y and z by blanks, tabs, semicolons or commas; decimal commas; headings and comments. Read and
+write."""
 
 import re
 from pathlib import Path
 
 import numpy as np
 
-from geometry.profiles.profile import ProfileError
-from geometry.profiles.formats.units import UNITS
 from geometry.profiles.formats.raw import RawProfile, collect, numbers, read_text
+from geometry.profiles.formats.units import UNITS
+from geometry.profiles.profile import ProfileError
 
 COMMENT = ("#", "!", "%", "//", '"')
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
@@ -20,8 +21,14 @@ def read_columns(path: Path) -> RawProfile:
     Raises ProfileError with file and line for what is not a number, and for commas that may be both kinds.
     """
     lines, notes = read_text(path)
-    wanted = [(i, line.strip()) for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith(COMMENT)]
-    if wanted and not re.match(r"[+-]?[\d.]", wanted[0][1]) and not wanted[0][1].lower().startswith(("nan", "inf", "-inf")):
+    wanted = [
+        (i, line.strip()) for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith(COMMENT)
+    ]
+    if (
+        wanted
+        and not re.match(r"[+-]?[\d.]", wanted[0][1])
+        and not wanted[0][1].lower().startswith(("nan", "inf", "-inf"))
+    ):
         notes.append(f'heading "{wanted[0][1][:40]}" on line {wanted[0][0]}')
         wanted = wanted[1:]
     comma = has_decimal_comma([line for _, line in wanted], path)
@@ -44,7 +51,9 @@ def has_decimal_comma(lines: list[str], path: Path) -> bool:
     if all(len(words) >= 2 and not any(word.endswith(",") for word in words) for words in separated):
         return True
     if any(line.count(",") > 2 and not re.search(r"[;\t ]", line) for line in inside):
-        raise ProfileError(f'{path}: "{inside[0]}": commas both inside and between numbers; separate the columns by semicolons')
+        raise ProfileError(
+            f'{path}: "{inside[0]}": commas both inside and between numbers; separate the columns by semicolons'
+        )
     return False
 
 

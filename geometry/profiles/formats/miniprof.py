@@ -3,10 +3,10 @@
 import re
 from pathlib import Path
 
-from geometry.profiles.profile import ProfileError
 from geometry.profiles.formats.raw import RawProfile, collect, numbers, read_text
+from geometry.profiles.profile import ProfileError
 
-NUMBER_ROW = re.compile(r'^\s*[+-]?\.?\d')
+NUMBER_ROW = re.compile(r"^\s*[+-]?\.?\d")
 SECTION = re.compile(r"^\[Profile(\d+)(Info|Points)\]$", re.IGNORECASE)
 KEYED = re.compile(r"^\s*[A-Za-z]\w*\s*=")
 SHIFT = re.compile(r"^\s*([XY]Offset|Tilt)\s*=\s*([+-]?\d+\.?\d*)\s*$", re.IGNORECASE)
@@ -16,14 +16,22 @@ KINDS = {".whl": "wheel", ".ban": "rail"}
 def read_miniprof(path: Path) -> RawProfile:
     """Points of a .whl or .ban: rows of X, Y and perhaps angle and curvature [mm] after a header.
 
-    A point whose row begins with a quotation mark is switched off in the file and left out. The header's count of points
-    is held against what is there. The vertical axis is not declared: some files draw it up, some down.
+    A point whose row begins with a quotation mark is switched off in the file and left out. The header's count of
+    points is held against what is there. The vertical axis is not declared: some files draw it up, some down.
     """
     lines, notes = read_text(path)
     body = header_end(lines)
-    rows = [(i, numbers(line.split()[:2], path, i)) for i, line in enumerate(lines[body:], body + 1) if NUMBER_ROW.match(line)]
+    rows = [
+        (i, numbers(line.split()[:2], path, i))
+        for i, line in enumerate(lines[body:], body + 1)
+        if NUMBER_ROW.match(line)
+    ]
     off = sum(bool(re.match(r'^\s*"\s*[+-]?\.?\d', line)) for line in lines[body:])
-    strange = [i for i, line in enumerate(lines[body:], body + 1) if line.strip() and not NUMBER_ROW.match(line) and not line.lstrip().startswith('"')]
+    strange = [
+        i
+        for i, line in enumerate(lines[body:], body + 1)
+        if line.strip() and not NUMBER_ROW.match(line) and not line.lstrip().startswith('"')
+    ]
     if strange:
         raise ProfileError(f'{path}: line {strange[0]}: "{lines[strange[0] - 1].strip()[:40]}" is no point')
     if off:
@@ -38,7 +46,8 @@ def read_miniprof(path: Path) -> RawProfile:
 
 
 def header_end(lines: list[str]) -> int:
-    """Index of the first line after the header: after its last KEY=value, or, in the older layout without keys, after its first blank line."""
+    """Index of the first line after the header: after its last KEY=value, or, in the older layout without keys, after
+    its first blank line."""
     keyed = [i for i, line in enumerate(lines) if KEYED.match(line)]
     if keyed:
         return keyed[-1] + 1
@@ -58,4 +67,7 @@ def read_mpt(path: Path) -> list[RawProfile]:
             blocks.setdefault(name, []).append((number, numbers(text.split()[:2], path, number)))
     if not blocks:
         raise ProfileError(f"{path}: no [Profile..Points] in this file; is it a MiniProf .mpt?")
-    return [collect(rows, path, "MiniProf several", unit=1e-3, notes=(*notes, f"profile {key} of {len(blocks)}")) for key, rows in blocks.items()]
+    return [
+        collect(rows, path, "MiniProf several", unit=1e-3, notes=(*notes, f"profile {key} of {len(blocks)}"))
+        for key, rows in blocks.items()
+    ]

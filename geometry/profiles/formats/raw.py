@@ -38,7 +38,8 @@ class RawProfile:
 
 
 def read_text(path: Path) -> tuple[list[str], list[str]]:
-    """Lines of a text file without byte-order mark, and notes on its encoding. Raises ProfileError where it is no text."""
+    """Lines of a text file without byte-order mark, and notes on its encoding. Raises ProfileError where it is no
+    text."""
     data = Path(path).read_bytes()
     notes = []
     if data.startswith(b"\xef\xbb\xbf"):

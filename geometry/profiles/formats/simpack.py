@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.profiles.profile import ProfileError
 from geometry.profiles.formats.raw import RawProfile, collect, numbers, read_text
+from geometry.profiles.profile import ProfileError
 
 KEY = re.compile(r"^\s*([\w.]+)\s*=\s*('[^']*'|\S+)")
 COMMENT = re.compile(r"[!%]")
@@ -16,8 +16,9 @@ ASKED = ("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z", "inversion", "u
 def read_simpack(path: Path) -> RawProfile:
     """Points of a .prr or .prw with its shift, rotation, mirrors, order and unit applied as it declares them.
 
-    Simpack's vertical axis points down. Bounds, approximation and smoothing that the file asks for are not done: its points
-    are taken as they are; for smoothing a note says so. Raises ProfileError with file and line where it is malformed.
+    Simpack's vertical axis points down. Bounds, approximation and smoothing that the file asks for are not done: its
+    points are taken as they are; for smoothing a note says so. Raises ProfileError with file and line where it is
+    malformed.
     """
     lines, notes = read_text(path)
     keys, rows, inside, ended = {}, [], False, False
@@ -32,7 +33,9 @@ def read_simpack(path: Path) -> RawProfile:
         elif match := KEY.match(text):
             keys[match[1]] = match[2].strip("'")
     if not ended:
-        raise ProfileError(f"{path}: no {'point.end' if inside else 'point.begin'}: not a whole Simpack profile; export it again")
+        raise ProfileError(
+            f"{path}: no {'point.end' if inside else 'point.begin'}: not a whole Simpack profile; export it again"
+        )
     value = {key: declared(keys, key, path) for key in ASKED}
     if declared(keys, "approx.smooth", path):
         notes.append(f"asks for smoothing {keys['approx.smooth']}, which is not done")
@@ -74,7 +77,9 @@ def processed(raw: RawProfile, value: dict[str, float]) -> RawProfile:
     if value["inversion"]:
         points, lines = points[::-1], lines[::-1]
         notes.append("order inverted as the file asks")
-    return RawProfile(points.copy(), lines.copy(), raw.path, raw.layout, 1 / value["units.len.f"], raw.kind, raw.up, tuple(notes))
+    return RawProfile(
+        points.copy(), lines.copy(), raw.path, raw.layout, 1 / value["units.len.f"], raw.kind, raw.up, tuple(notes)
+    )
 
 
 def write_simpack(path: Path, points: np.ndarray, kind: str, comment: str = "") -> None:

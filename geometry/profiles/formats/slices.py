@@ -1,9 +1,11 @@
-"""Slices of a rail that changes along the track, .slcs of CONTACT: stations, one section file each, and features along each section.
+"""Slices of a rail that changes along the track, .slcs of CONTACT: stations, one section file each, and features along
+each section.
 
-Layout, after comments from % on: offset and scale of the stations; number of slices; numbers of features, kinks and accelerations; method;
-a row (station, 'file') a slice; with kinks a row of their parts, with accelerations a row of theirs; with 2 features or more a row (station,
-length along the section of each feature, -1 where it has none) a slice. Source: CONTACT's open-source reader, matlab/read_slices.m (V. Vollebregt,
-revision of 2023), and its test bank; the rows of kinks and accelerations, of which neither has an example, from memory of its user guide.
+Layout, after comments from % on: offset and scale of the stations; number of slices; numbers of features, kinks and
+accelerations; method; a row (station, 'file') a slice; with kinks a row of their parts, with accelerations a row of
+theirs; with 2 features or more a row (station, length along the section of each feature, -1 where it has none) a slice.
+Source: CONTACT's open-source reader, matlab/read_slices.m (V. Vollebregt, revision of 2023), and its test bank; the
+rows of kinks and accelerations, of which neither has an example, from memory of its user guide.
 """
 
 import re
@@ -13,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from geometry.profiles.formats.columns import read_columns
+from geometry.profiles.formats.raw import RawProfile, numbers, read_text
 from geometry.profiles.formats.simpack import read_simpack
 from geometry.profiles.formats.units import UNITS, WIDTHS, fitting_units
 from geometry.profiles.profile import ProfileError
-from geometry.profiles.formats.raw import RawProfile, numbers, read_text
 
 ROW = re.compile(r"""^\s*(\S+)\s+(['"])(.+?)\2""")
 ROUND_A_WHEEL = re.compile(r"\bTH_(OFFSET|SCALE|SLC|METHOD|INTPOL)\b", re.IGNORECASE)
@@ -28,8 +30,10 @@ class Slices:
     """Sections of one rail along the track.
 
     x : (m,)  stations, growing [m];  sections : the raw profile at each, in metres (unit 1)
-    features : (m, k)  length along each section of the features that belong together [m], NaN where a section has none; k = 0: none named
-    kinks, accelerations : numbers, from 1, of the parts between features after which the surface has a kink, or a jump of curvature
+    features : (m, k)  length along each section of the features that belong together [m], NaN where a section has none;
+        k = 0: none named
+    kinks, accelerations : numbers, from 1, of the parts between features after which the surface has a kink, or a jump
+        of curvature
     """
 
     x: np.ndarray
@@ -41,12 +45,15 @@ class Slices:
 
 
 def read_slices(path: Path, section_unit: float | None = None) -> Slices:
-    """Read a .slcs and the files it names (relative to it): .prr, or two columns with the vertical axis down. Stations times S_SCALE are mm.
+    """Read a .slcs and the files it names (relative to it): .prr, or two columns with the vertical axis down. Stations
+    times S_SCALE are mm.
 
-    section_unit : length of the unit of two-column sections [m]; None: what the files say, else the one that makes their widths fit. S_SCALE is
+    section_unit : length of the unit of two-column sections [m]; None: what the files say, else the one that makes
+        their widths fit. S_SCALE is
         the stations' own.
 
-    Raises ProfileError where a number is missing, stations do not grow, a section file is missing, counts disagree, or it is a wheel.
+    Raises ProfileError where a number is missing, stations do not grow, a section file is missing, counts disagree, or
+    it is a wheel.
     """
     path = Path(path)
     lines, _ = read_text(path)
@@ -71,7 +78,8 @@ def read_slices(path: Path, section_unit: float | None = None) -> Slices:
 
 
 def refuse_wheel(path: Path, lines: list[str]) -> None:
-    """Slices round a wheel (.slcw: flats, out-of-round) have angles for stations: no rail, and nothing here runs on such a wheel."""
+    """Slices round a wheel (.slcw: flats, out-of-round) have angles for stations: no rail, and nothing here runs on
+    such a wheel."""
     angles = next((i for i, line in enumerate(lines, 1) if ROUND_A_WHEEL.search(line)), None)
     if path.suffix.lower() == ".slcw" or angles is not None:
         where = "" if angles is None else f" (line {angles})"
@@ -108,7 +116,9 @@ def feature_table(path: Path, rows: list, named: np.ndarray, features: int) -> n
         seen.add(int(at[0]))
         table[at[0]] = [np.nan if v == -1 else v for v in values[1:]]
     if len(seen) != len(named):
-        raise ProfileError(f"{path}: NFEAT = {features}: features of {len(seen)} slice(s) are given, NSLC = {len(named)}")
+        raise ProfileError(
+            f"{path}: NFEAT = {features}: features of {len(seen)} slice(s) are given, NSLC = {len(named)}"
+        )
     return table
 
 
@@ -130,9 +140,24 @@ def in_metres(path: Path, sections: list[RawProfile], section_unit: float | None
         if len(fitting) != 1:
             raise ProfileError(f"{path}: its sections span {width:.4g} in the median; a rail is {1e3 * WIDTHS['rail'][0]:g} to {1e3 * WIDTHS['rail'][1]:g} mm wide: "
                                "state the unit of the sections")  # fmt: skip
-        section_unit, note = UNITS[fitting[0]], (f"sections in {fitting[0]} by their width of {1e3 * width * UNITS[fitting[0]]:.4g} mm in the median",)
+        section_unit, note = (
+            UNITS[fitting[0]],
+            (f"sections in {fitting[0]} by their width of {1e3 * width * UNITS[fitting[0]]:.4g} mm in the median",),
+        )
     out = []
     for raw in sections:
         unit = raw.unit if raw.unit is not None else section_unit
-        out.append(RawProfile(raw.points * unit, raw.lines, raw.path, raw.layout, 1.0, "rail", raw.up or -1, (*raw.notes, *(note if raw.unit is None else ())), placed=True))
+        out.append(
+            RawProfile(
+                raw.points * unit,
+                raw.lines,
+                raw.path,
+                raw.layout,
+                1.0,
+                "rail",
+                raw.up or -1,
+                (*raw.notes, *(note if raw.unit is None else ())),
+                placed=True,
+            )
+        )
     return tuple(out)
