@@ -22,7 +22,7 @@ from rail_fem.fe.state import LANES, N_STATE
 from rail_fem.fe.structure import Structure
 from rail_fem.output.sealed import SealError, read_sealed, write_sealed
 
-FORMAT = "4"
+FORMAT = "5"
 REMEDY = "remove it and --restart begins at the first step, or begin again with --overwrite"
 
 
@@ -82,11 +82,11 @@ def _restore_block_works(structure: Structure, rows: np.ndarray) -> None:
     structure.block_work[:] = np.where(same[:, None], works[:, 0], shared)
 
 
-def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, ties: Mapping[str, str]) -> None:
+def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mapping[str, str]) -> None:
     """Write everything that the next step needs.
 
-    owner : what holds the STATE, `dynamics` within it;  ties : what the file belongs to, such as case and mesh (root
-        only)
+    owner : what holds the STATE, `dynamics` within it;  identity : what the file belongs to, such as case and mesh
+        (root only)
     Collective. Errors: ValueError on all ranks where it cannot be written.
     """
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
@@ -99,17 +99,17 @@ def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, ties: Mapping[st
     plain = {}
     for key, leaf in gather_state(owner).items():
         (arrays if isinstance(leaf, np.ndarray) else plain)[key] = leaf
-    fault = None
+    message = None
     if comm.rank == 0:
         try:
             write_sealed(
                 path,
                 arrays | {"plain": np.frombuffer(json.dumps(plain).encode(), np.uint8)},
-                {"format": FORMAT, **ties},
+                {"format": FORMAT, **identity},
             )
         except OSError as error:
-            fault = f"cannot write the restart file {path}: {error}"
-    raise_together(comm, fault)
+            message = f"cannot write the restart file {path}: {error}"
+    raise_together(comm, message)
 
 
 def _restore_summed(summed: np.ndarray, dynamics: Dynamics) -> None:
@@ -122,17 +122,17 @@ def _restore_summed(summed: np.ndarray, dynamics: Dynamics) -> None:
         setattr(dynamics, name, part.copy() if isinstance(getattr(dynamics, name), np.ndarray) else float(part[0]))
 
 
-def load_checkpoint(path: Path, owner: Any, dynamics: Dynamics, ties: Mapping[str, str]) -> None:
-    """Restore a state saved by `save_checkpoint` with the same ties (root only). Collective. Errors: ValueError on all
-    ranks."""
+def load_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mapping[str, str]) -> None:
+    """Restore a state saved by `save_checkpoint` with the same identity (root only). Collective. Errors: ValueError on
+    all ranks."""
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
-    arrays, fault = None, None
+    arrays, message = None, None
     if comm.rank == 0:
         try:
-            arrays, _ = read_sealed(path, {"format": FORMAT, **ties}, REMEDY)
+            arrays, _ = read_sealed(path, {"format": FORMAT, **identity}, REMEDY)
         except SealError as error:
-            fault = str(error)
-    raise_together(comm, fault)
+            message = str(error)
+    raise_together(comm, message)
     arrays = comm.bcast(arrays, root=0)
     plain = json.loads(bytes(arrays.pop("plain")).decode())
     for name in s.NODAL:

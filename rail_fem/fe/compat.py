@@ -49,9 +49,9 @@ def with_neighbours(cells: np.ndarray, destination: np.ndarray) -> tuple[np.ndar
     if len(cells) == 0:
         return np.empty(0, np.int32), np.zeros(1, np.int32)
     rows, nodes = np.repeat(np.arange(len(cells)), 8), cells.ravel()
-    touches = sparse.csr_array((np.ones(rows.size, np.int32), (rows, nodes)))
+    incidence = sparse.csr_array((np.ones(rows.size, np.int32), (rows, nodes)))
     owns = sparse.csr_array((np.ones(len(cells), np.int32), (np.arange(len(cells)), destination)))
-    near = (touches @ (touches.T @ owns)).tocoo()
+    near = (incidence @ (incidence.T @ owns)).tocoo()
     other = near.col != destination[near.row]
     cell = np.concatenate([np.arange(len(cells)), near.row[other]])
     rank = np.concatenate([destination, near.col[other]])

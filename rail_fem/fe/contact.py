@@ -1,4 +1,5 @@
-"""Contact between two surfaces of a structure: who may touch, the forces of a step, on any number of ranks.
+"""Contact between two surfaces of a structure: which nodes may come into contact, the forces of a step, on any number
+of ranks.
 
 Surface data are replicated; what moves is gathered: each step the positions of the nodes near contact, by one sum over
 the ranks. Every rank then computes the same forces and applies those on the nodes that it owns.
@@ -17,7 +18,7 @@ from rail_fem.fe.structure import Structure
 
 OPPOSED = -0.3  # cosine between the normals of a node and of a facet that it can lie in
 START_REACH = 20e-3  # how deep a wrong start is looked for [m]
-BOX_PASSES = 3  # that narrow down where the surfaces may meet
+BOX_PASSES = 3  # that narrow down where the surfaces may come into contact
 
 
 @dataclass(frozen=True)
@@ -95,8 +96,8 @@ class Contact:
         "before",
         "slip",
         "force",
-        "carried",
-        "share",
+        "normal_force",
+        "tributary_area",
         "pressure_at",
         "sums",
     )
@@ -134,7 +135,7 @@ class Contact:
         self.offset = 0.0  # how far the wheel's frame has moved along x
         self.position, self.before = self.reference.copy(), self.reference.copy()
         self.force, self.slip = np.zeros((n, 3)), np.zeros((n, 3))
-        self.carried, self.share = np.zeros(n), np.zeros(n)
+        self.normal_force, self.tributary_area = np.zeros(n), np.zeros(n)
         self.pressure_at = np.zeros(n)
         self.sums = np.zeros(kernel.N_SUMS)
         self.steps_to_search, self.started = 0, False
@@ -160,7 +161,8 @@ class Contact:
         return out
 
     def search(self) -> None:
-        """Choose the nodes and facets that may touch before the next search, and where their projections start.
+        """Choose the nodes and facets that may come into contact before the next search, and where their projections
+        start.
         Collective."""
         position = self._gather_all(self.structure.x)
         position[self.is_wheel, 0] += self.offset
@@ -172,7 +174,7 @@ class Contact:
         self.slip[slaves] = keep_slip[slaves]
         self.position[:] = position
         self.steps_to_search = self.settings.refresh
-        self.force[:], self.carried[:], self.pressure_at[:] = 0.0, 0.0, 0.0
+        self.force[:], self.normal_force[:], self.pressure_at[:] = 0.0, 0.0, 0.0
         self._prepare()
 
     def _close_pairs(self, side: int, position: np.ndarray, near: np.ndarray, opposite: np.ndarray) -> kernel.Pairs:
@@ -199,21 +201,21 @@ class Contact:
         """For each side its nodes and the opposite facets within reach of the box that both surfaces share; none where
         they share no box. Replicated."""
         reach = self.settings.margin if self.started else START_REACH
-        (low, high), kept = (
+        (low, high), facets = (
             zip(*(kernel.facet_boxes(position, q, reach) for q in self.quads)),
             [np.arange(len(q)) for q in self.quads],
         )
         for _ in range(BOX_PASSES):
             boxes = [
-                (low[k][kept[k]].min(axis=0, initial=np.inf), high[k][kept[k]].max(axis=0, initial=-np.inf))
+                (low[k][facets[k]].min(axis=0, initial=np.inf), high[k][facets[k]].max(axis=0, initial=-np.inf))
                 for k in (0, 1)
             ]
-            kept = [
-                kept[k][((high[k][kept[k]] > boxes[1 - k][0]) & (low[k][kept[k]] < boxes[1 - k][1])).all(axis=1)]
+            facets = [
+                facets[k][((high[k][facets[k]] > boxes[1 - k][0]) & (low[k][facets[k]] < boxes[1 - k][1])).all(axis=1)]
                 for k in (0, 1)
             ]
-        nodes = [np.unique(self.quads[k][kept[k]]) for k in (0, 1)]
-        return [(nodes[k], kept[1 - k]) if len(kept[1 - k]) else (nodes[k][:0], kept[1 - k]) for k in (0, 1)]
+        nodes = [np.unique(self.quads[k][facets[k]]) for k in (0, 1)]
+        return [(nodes[k], facets[1 - k]) if len(facets[1 - k]) else (nodes[k][:0], facets[1 - k]) for k in (0, 1)]
 
     def _refuse_deep_start(self, position: np.ndarray, pairs: kernel.Pairs, side: int) -> None:
         """Raise ValueError where a surface starts deeper in the other than contact would believe: such nodes would
@@ -231,7 +233,7 @@ class Contact:
             raise ValueError(
                 f"the wheel starts inside the rail: {inside.sum()} surface node(s) are deeper than"
                 f" {self.settings.deepest * 1e3:g} mm, the worst by {-gap[worst] * 1e3:.3f} mm at ({x:.2f}, {y:.2f},"
-                f" {z:.2f}) mm: start with a gap or exact touch"
+                f" {z:.2f}) mm: start with a gap or exact initial contact"
             )
 
     def _prepare(self) -> None:
@@ -244,7 +246,7 @@ class Contact:
         slot = np.full(self.n, -1)
         slot[self.watched] = np.arange(len(self.watched))
         mine = watched[self.here]
-        # watched nodes of this rank: local number, place in the surface arrays
+        # watched nodes of this rank: local number, position in the surface arrays
         self.own_local, self.own_at = self.local[mine], self.here[mine]
         self.own_slot = slot[self.own_at]
         self.buffer = np.zeros((len(self.watched), 6))
@@ -270,9 +272,29 @@ class Contact:
         kernel.unpack(self.buffer, self.watched, self.n_rail, self.offset, dt * self.speed, self.before, self.position)
         s = self.settings
         kernel.contact_forces(
-            *self.pairs, self.watched, self.n_rail, self.area, self.inverse_mass, self.position, self.before, self.from_axle, self.spin, s.friction,
-            1.0 / s.stiffness, s.deepest, dt, self.share, self.carried, self.force, self.pressure_at, self.slip, self.sticking, self.moved, self.drag, self.sums,
-        )  # fmt: skip
+            *self.pairs,
+            self.watched,
+            self.n_rail,
+            self.area,
+            self.inverse_mass,
+            self.position,
+            self.before,
+            self.from_axle,
+            self.spin,
+            s.friction,
+            1.0 / s.stiffness,
+            s.deepest,
+            dt,
+            self.tributary_area,
+            self.normal_force,
+            self.force,
+            self.pressure_at,
+            self.slip,
+            self.sticking,
+            self.moved,
+            self.drag,
+            self.sums,
+        )
 
     def overlap(self) -> list[float]:
         """How deep the surfaces lie in one another after the step before the last, at the pairs that carry: largest
@@ -289,12 +311,12 @@ class Contact:
             )
             kernel.project_pairs(self.before, there)
             carries = pairs.active & (there.facets >= 0) & (pairs.pressure > 0)
-            depth, carried = (
+            depth, normal_force = (
                 np.maximum(-there.gap[carries], 0.0),
                 pairs.pressure[carries] * self.area[pairs.slaves[carries]],
             )
             deepest = max(deepest, float(depth.max(initial=0.0)))
-            work, force = work + float(carried @ depth), force + float(carried.sum())
+            work, force = work + float(normal_force @ depth), force + float(normal_force.sum())
         return [deepest, work, force]
 
     def turn(self, dt: float) -> float:

@@ -37,7 +37,7 @@ N_SUMS = 5
 class Pairs(NamedTuple):
     """Nodes of one surface over facets of the other, and what a step finds for them.
 
-    slaves : (k,) nodes;  facets : (k,) facet under each, -1 none;  where : (k, 2) its place xi, eta there
+    slaves : (k,) nodes;  facets : (k,) facet under each, -1 none;  where : (k, 2) its position xi, eta there
     quads, neighbours : (q, 4) nodes of the facets, facets across the edges 01, 12, 23, 30;
     usable : (q,) facets whose nodes are up to date gap [m], normal, weight of the facet's nodes, pressure [Pa], active
         : (k,), (k, 3), (k, 4), (k,), (k,)
@@ -89,16 +89,16 @@ def pack(x, v, dt, local, slot, buffer):
 
 
 @_compiled
-def unpack(buffer, watched, n_rail, offset, way, before, position):
-    """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) moved by offset and `way` of the
-    step."""
+def unpack(buffer, watched, n_rail, offset, travel, before, position):
+    """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) moved by offset and `travel` of
+    the step."""
     for i in range(watched.size):
         n = watched[i]
         for c in range(3):
             before[n, c], position[n, c] = buffer[i, c], buffer[i, 3 + c]
         if n >= n_rail:
             before[n, 0] += offset
-            position[n, 0] += offset + way
+            position[n, 0] += offset + travel
 
 
 @_compiled
@@ -207,32 +207,44 @@ def project_all(position, pairs, point, t1, t2):
 
 
 @_part
-def add_shares(pairs, area, factor, share):
-    """Area that each node carries for all active pairs -> share (n,)."""
+def add_tributary_areas(pairs, area, factor, tributary_area):
+    """Area that all active pairs put on each node -> tributary_area (n,)."""
     for i in range(pairs.slaves.size):
         if pairs.active[i]:
             s = pairs.slaves[i]
             a = factor * area[s]
-            share[s] += a
+            tributary_area[s] += a
             for k in range(4):
-                share[pairs.quads[pairs.facets[i], k]] += pairs.weight[i, k] * a
+                tributary_area[pairs.quads[pairs.facets[i], k]] += pairs.weight[i, k] * a
 
 
 @_part
-def pair_share(pairs, i, share, inverse_mass):
+def pair_mobility(pairs, i, tributary_area, inverse_mass):
     """D of pair i: what its pressure moves its gap by, over dt^2 [m3/kg]."""
     s, q = pairs.slaves[i], pairs.quads[pairs.facets[i]]
-    d = share[s] * inverse_mass[s]
+    d = tributary_area[s] * inverse_mass[s]
     for k in range(4):
-        d += pairs.weight[i, k] * share[q[k]] * inverse_mass[q[k]]
+        d += pairs.weight[i, k] * tributary_area[q[k]] * inverse_mass[q[k]]
     return d
 
 
 @_part
 def normal_forces(
-    pairs, area, factor, compliance, dt, share, inverse_mass, from_axle, of_wheel, carried, force, pressure_at, sums
+    pairs,
+    area,
+    factor,
+    compliance,
+    dt,
+    tributary_area,
+    inverse_mass,
+    from_axle,
+    of_wheel,
+    normal_force,
+    force,
+    pressure_at,
+    sums,
 ):
-    """Pressures of one pass, their forces on the nodes, and the scalar normal force that each node carries.
+    """Pressures of one pass, their forces on the nodes, and the scalar normal force on each node.
 
     of_wheel : 1 in the pass of the wheel's nodes, 0 in that of the rail's: there the wheel's material flows along the
         facets
@@ -243,11 +255,11 @@ def normal_forces(
         p = 0.0
         if pairs.active[i]:
             q = pairs.quads[pairs.facets[i]]
-            p = -pairs.gap[i] / (compliance + dt * dt * pair_share(pairs, i, share, inverse_mass))
+            p = -pairs.gap[i] / (compliance + dt * dt * pair_mobility(pairs, i, tributary_area, inverse_mass))
             f = factor * area[s] * p
-            carried[s] += f
+            normal_force[s] += f
             for k in range(4):
-                carried[q[k]] += weight[i, k] * f
+                normal_force[q[k]] += weight[i, k] * f
             for c in range(3):
                 force[s, c] += f * normal[i, c]
                 for k in range(4):
@@ -261,7 +273,7 @@ def normal_forces(
 
 @_part
 def material_flow(reference, position, quad, weight, flow, t1, t2, r1, r2, point):
-    """Velocity of the wheel's material through its mesh at a point of a facet, for 1 rad/s: e_y x r carried along the
+    """Velocity of the wheel's material through its mesh at a point of a facet, for 1 rad/s: e_y x r taken along the
     deformed facet."""
     xi = weight[1] + weight[2] - weight[0] - weight[3]
     eta = weight[2] + weight[3] - weight[0] - weight[1]
@@ -282,7 +294,7 @@ def material_flow(reference, position, quad, weight, flow, t1, t2, r1, r2, point
 def friction_forces(
     pairs,
     area,
-    share,
+    tributary_area,
     inverse_mass,
     position,
     before,
@@ -291,7 +303,7 @@ def friction_forces(
     friction,
     compliance,
     dt,
-    carried,
+    normal_force,
     slip,
     sticking,
     moved,
@@ -300,9 +312,9 @@ def friction_forces(
     sums,
 ):
     """Coulomb friction of the rail's nodes: elastic slip (n, 3) per node with the same implicit stiffness, returned to
-    the cone mu * carried.
+    the cone mu * normal_force.
 
-    moved, drag : (k, 3) out, way of the node over the wheel's material without contact [m] and friction force on the
+    moved, drag : (k, 3) out, path of the node over the wheel's material without contact [m] and friction force on the
         wheel [N]
     """
     flow, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
@@ -328,9 +340,9 @@ def friction_forces(
             trial[c] -= along * normal[i, c]
             size += trial[c] * trial[c]
         size = math.sqrt(size)
-        stiffness = area[s] / (compliance + dt * dt * pair_share(pairs, i, share, inverse_mass))
+        stiffness = area[s] / (compliance + dt * dt * pair_mobility(pairs, i, tributary_area, inverse_mass))
         f = stiffness * size
-        bound = friction * carried[s]
+        bound = friction * normal_force[s]
         sliding = f > bound
         if sliding:
             f = bound
@@ -370,17 +382,39 @@ def finish_slip(pairs, sticking, inverse_mass, force, dt, moved, drag, slip, sum
 
 @_compiled
 def contact_forces(
-    on_rail, on_wheel, watched, n_rail, area, inverse_mass, position, before, from_axle, spin, friction, compliance, deepest, dt,
-    share, carried, force, pressure_at, slip, sticking, moved, drag, sums,
-):  # fmt: skip
+    on_rail,
+    on_wheel,
+    watched,
+    n_rail,
+    area,
+    inverse_mass,
+    position,
+    before,
+    from_axle,
+    spin,
+    friction,
+    compliance,
+    deepest,
+    dt,
+    tributary_area,
+    normal_force,
+    force,
+    pressure_at,
+    slip,
+    sticking,
+    moved,
+    drag,
+    sums,
+):
     """All contact forces of a step.
 
     on_rail, on_wheel : Pairs of the rail's nodes over the wheel's facets and the reverse;
     watched : (w,) surface nodes in question, the wheel's from number n_rail on;
     area [m2], inverse_mass [1/kg] : (n,);  position, before : (n, 3) at the end of the step without
-    contact and at its start;  from_axle : (n, 3) reference place of the wheel's nodes [m];  compliance : 1 / penalty
+    contact and at its start;  from_axle : (n, 3) reference position of the wheel's nodes [m];  compliance : 1 / penalty
     per area [m/Pa]
-    share, carried, force, pressure_at, slip : (n,), (n,), (n, 3), (n,), (n, 3), the first four overwritten on `watched`
+    tributary_area, normal_force, force, pressure_at, slip : (n,), (n,), (n, 3), (n,), (n, 3), the first four
+        overwritten on `watched`
     sticking, moved, drag : of the rail's pairs, see `friction_forces`;  sums : (N_SUMS,) overwritten
     With friction the rail's pairs are left active where their node carries normal force, its own or of the wheel's
     nodes.
@@ -388,14 +422,14 @@ def contact_forces(
     point, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
     sums[:] = 0.0
     for n in watched:
-        share[n], carried[n], pressure_at[n] = 0.0, 0.0, 0.0
+        tributary_area[n], normal_force[n], pressure_at[n] = 0.0, 0.0, 0.0
         force[n, 0] = force[n, 1] = force[n, 2] = 0.0
     for side in range(2):
         pairs = on_wheel if side else on_rail
         project_all(position, pairs, point, t1, t2)
         for i in range(pairs.slaves.size):
             pairs.active[i] = pairs.facets[i] >= 0 and -deepest < pairs.gap[i] < 0.0
-        add_shares(pairs, area, 0.5, share)
+        add_tributary_areas(pairs, area, 0.5, tributary_area)
     for side in range(2):
         normal_forces(
             on_wheel if side else on_rail,
@@ -403,26 +437,26 @@ def contact_forces(
             0.5,
             compliance,
             dt,
-            share,
+            tributary_area,
             inverse_mass,
             from_axle,
             side,
-            carried,
+            normal_force,
             force,
             pressure_at,
             sums,
         )
     if friction > 0.0:
         for n in watched:
-            share[n] = 0.0
+            tributary_area[n] = 0.0
         # a node that only the wheel's nodes press rubs as well: at the rim of the patch there are some
         for i in range(on_rail.slaves.size):
-            on_rail.active[i] = on_rail.facets[i] >= 0 and carried[on_rail.slaves[i]] > 0.0
-        add_shares(on_rail, area, 1.0, share)
+            on_rail.active[i] = on_rail.facets[i] >= 0 and normal_force[on_rail.slaves[i]] > 0.0
+        add_tributary_areas(on_rail, area, 1.0, tributary_area)
         friction_forces(
             on_rail,
             area,
-            share,
+            tributary_area,
             inverse_mass,
             position,
             before,
@@ -431,7 +465,7 @@ def contact_forces(
             friction,
             compliance,
             dt,
-            carried,
+            normal_force,
             slip,
             sticking,
             moved,

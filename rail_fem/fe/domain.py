@@ -55,12 +55,12 @@ class Domain:
         self.comm = comm
         if comm.rank == 0:
             if len(cells) < comm.size:
-                fault = f"{comm.size} ranks for {len(cells)} elements: start no more ranks than there are elements"
+                message = f"{comm.size} ranks for {len(cells)} elements: start no more ranks than there are elements"
             else:
-                fault = None
+                message = None
         else:
-            fault = None
-        raise_together(comm, fault)
+            message = None
+        raise_together(comm, message)
         if comm.rank == 0:
             cells = np.asarray(cells, dtype=np.int64)
             cost = np.ones(len(cells)) if cost is None else cost
@@ -134,8 +134,8 @@ class Domain:
         return local[where], where
 
 
-def raise_together(comm: MPI.Comm, fault: str | None) -> None:
-    """Raise the first rank's fault on every rank, so that no rank waits for one that has gone. Collective."""
-    faults = [f for f in comm.allgather(fault) if f]
-    if faults:
-        raise ValueError(faults[0])
+def raise_together(comm: MPI.Comm, message: str | None) -> None:
+    """Raise the first rank's message on every rank, so that no rank waits for one that has gone. Collective."""
+    messages = [f for f in comm.allgather(message) if f]
+    if messages:
+        raise ValueError(messages[0])

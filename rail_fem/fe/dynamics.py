@@ -72,7 +72,7 @@ def group_reactions(force, members, first, out):
 
 
 @njit(cache=True, error_model="numpy")
-def give_velocity(v, members, velocity):
+def impose_velocity(v, members, velocity):
     """Velocity (3,) of a rigid group onto its nodes, in v (3 n,)."""
     for n in members:
         for c in range(3):
@@ -123,7 +123,7 @@ class Dynamics:
         "mass_damping",
         "contact_normal",
         "friction_work",
-        "drive_work",
+        "motion_work",
         "rotation",
         "time",
         "step_count",
@@ -163,7 +163,7 @@ class Dynamics:
         self.small_unknown = np.repeat(self.small.astype(np.int8), 3)
         self.inverse_mass = np.where(self.moving, np.repeat(1.0 / structure.mass, 3), 0.0)
         self.works = np.zeros(3)
-        self.contact_work, self.contact_normal, self.friction_work, self.drive_work = 0.0, 0.0, 0.0, 0.0
+        self.contact_work, self.contact_normal, self.friction_work, self.motion_work = 0.0, 0.0, 0.0, 0.0
         self.rotation = 0.0  # energy that a free wheel's rotation has gained since the start [J]
         self.time, self.step_count, self.dt = 0.0, 0, 0.0
         # energy balance at the last check, None: taken afresh at the next step [J]
@@ -212,7 +212,7 @@ class Dynamics:
 
     def _give_group_velocities(self) -> None:
         for group, local in zip(self.supports.groups, self.members):
-            give_velocity(self.structure.v, local, group.velocity)
+            impose_velocity(self.structure.v, local, group.velocity)
 
     def _contact(self, dt: float) -> None:
         c, s = self.contact, self.structure
@@ -221,10 +221,10 @@ class Dynamics:
             s.v, s.force, c.force, c.inverse_mass, c.own_local, c.own_at, self.small, dt, self.works
         )
         self.friction_work += c.sums[FRICTION_WORK]
-        self.drive_work += dt * c.speed * c.sums[TOWED]
+        self.motion_work += dt * c.speed * c.sums[TOWED]
         turning = c.turn(dt)
         if c.inertia is None:
-            self.drive_work += turning
+            self.motion_work += turning
         else:
             self.rotation += turning
         self.contact_normal = c.sums[NORMAL_ENERGY]
@@ -249,11 +249,11 @@ class Dynamics:
         balance has broken since the last check: by more than STOP_BALANCE of what the bodies hold or lost. A step 1 %
         too long is found within 50 steps. Collective."""
         s = self.structure
-        fault = None
+        message = None
         if not s.smallest_volume > 0 or not np.isfinite(s.v).all():
-            fault = s.inverted_fault() or "velocities are not finite"
+            message = s.inversion_message() or "velocities are not finite"
         try:
-            raise_together(self.comm, fault)
+            raise_together(self.comm, message)
             self._check_balance()
         except ValueError as error:
             raise ArithmeticError(f"step {self.step_count}, t = {self.time * 1e3:.4f} ms: {error}") from None
@@ -288,7 +288,7 @@ class Dynamics:
         balance = everything stored and lost minus everything put in; its change over time is the error of the
         integration. Velocities stand half a step before positions and stresses: kinetic energy and internal works get
         half the kick of the forces at hand. contact_loss = what the contact forces take from the bodies beyond penalty
-        energy, friction, drive and rotation: the error of the contact.
+        energy, friction, prescribed motion and rotation: the error of the contact.
         """
         s = self.structure
         finite, small = s.elastic_energy()
@@ -314,12 +314,14 @@ class Dynamics:
             "contact": contact,
             "contact_penalty": self.contact_normal,
             "friction": self.friction_work,
-            "drive": self.drive_work,
+            "prescribed_motion": self.motion_work,
             "rotation": self.rotation,
             "internal_work_mismatch": finite_work - (finite + plastic + hourglass + viscous),
         }
         stored = out["kinetic"] + out["lumped_kinetic"] + out["elastic"] + out["springs"]
         lost = plastic + hourglass + viscous + out["wheel_damping"] + mass_damping + out["dampers"]
         out["balance"] = stored + lost - out["loads"] - contact
-        out["contact_loss"] = -contact - out["drive"] - out["rotation"] - out["friction"] - out["contact_penalty"]
+        out["contact_loss"] = (
+            -contact - out["prescribed_motion"] - out["rotation"] - out["friction"] - out["contact_penalty"]
+        )
         return out

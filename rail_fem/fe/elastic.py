@@ -52,43 +52,43 @@ def fixed_geometry(x, nodes, filled, material_of, materials):
     smallest = np.inf
     for block in range(filled.size):
         gather_one(x, nodes, block * 8 * _W, nodal)
-        kept = out[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
+        fixed = out[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
         for e in range(_W):
             m = vector_modes(nodal, e)
             b, volume = mean_gradient(m)
             for k in range(6):
-                store(kept, 0, 3 * k, e, b[k])
+                store(fixed, 0, 3 * k, e, b[k])
             for k in range(4):
-                store(kept, 0, 18 + 3 * k, e, m[3 + k])
-            kept[30 * _W + e] = volume
-            kept[32 * _W + e] = materials[material_of[block], 6] * 8.0 * sum_of_squares(b) / volume
+                store(fixed, 0, 18 + 3 * k, e, m[3 + k])
+            fixed[30 * _W + e] = volume
+            fixed[32 * _W + e] = materials[material_of[block], 6] * 8.0 * sum_of_squares(b) / volume
             if not volume >= smallest:
                 smallest = volume
     return out, smallest
 
 
 @_part
-def elastic_forces(nodal, lame, shear, kept, own):
+def elastic_forces(nodal, lame, shear, fixed, own):
     """Stress and hourglass forces of a block -> own (N_FORCES*W,); nodal (24*W,) holds the displacement."""
     for e in range(_W):
         m = vector_modes(nodal, e)
         b = (
-            load(kept, 0, 0, e),
-            load(kept, 0, 3, e),
-            load(kept, 0, 6, e),
-            load(kept, 0, 9, e),
-            load(kept, 0, 12, e),
-            load(kept, 0, 15, e),
+            load(fixed, 0, 0, e),
+            load(fixed, 0, 3, e),
+            load(fixed, 0, 6, e),
+            load(fixed, 0, 9, e),
+            load(fixed, 0, 12, e),
+            load(fixed, 0, 15, e),
         )
-        l = field_gradient(m, b, kept[30 * _W + e])
+        l = field_gradient(m, b, fixed[30 * _W + e])
         stress = add_elastic((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), l, 1.0, lame, shear)
         store(own, 0, 0, e, stress[:3])
         store(own, 0, 3, e, stress[3:])
-        k = kept[32 * _W + e]
-        store(own, 0, HOURGLASS, e, hourglass_force(m[3], l, load(kept, 0, 18, e), k))
-        store(own, 0, HOURGLASS + 3, e, hourglass_force(m[4], l, load(kept, 0, 21, e), k))
-        store(own, 0, HOURGLASS + 6, e, hourglass_force(m[5], l, load(kept, 0, 24, e), k))
-        store(own, 0, HOURGLASS + 9, e, hourglass_force(m[6], l, load(kept, 0, 27, e), k))
+        k = fixed[32 * _W + e]
+        store(own, 0, HOURGLASS, e, hourglass_force(m[3], l, load(fixed, 0, 18, e), k))
+        store(own, 0, HOURGLASS + 3, e, hourglass_force(m[4], l, load(fixed, 0, 21, e), k))
+        store(own, 0, HOURGLASS + 6, e, hourglass_force(m[5], l, load(fixed, 0, 24, e), k))
+        store(own, 0, HOURGLASS + 9, e, hourglass_force(m[6], l, load(fixed, 0, 27, e), k))
 
 
 @njit(inline="always", **FAST)
@@ -116,9 +116,9 @@ def add_elastic_force(u, nodes, filled, material_of, materials, geometry, force)
     for block in range(filled.size):
         start, row = block * 8 * _W, material_of[block]
         gather_one(u, nodes, start, nodal)
-        kept = geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
-        elastic_forces(nodal, materials[row, 0], materials[row, 1], kept, own)
-        internal_force(own, kept, nodal)
+        fixed = geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
+        elastic_forces(nodal, materials[row, 0], materials[row, 1], fixed, own)
+        internal_force(own, fixed, nodal)
         scatter(nodal, nodes, start, filled[block], force)
 
 

@@ -29,7 +29,7 @@ from rail_fem.fe.plasticity import EXCESS, return_isotropic, return_kinematic
 from rail_fem.fe.state import HOURGLASS, KINEMATIC, LANES, N_STATE, YIELD
 
 _W = LANES
-N_KEPT = 35  # rows that `elastic_trial` keeps of a block, see there
+N_SCRATCH = 35  # rows of scratch data that `elastic_trial` leaves of a block, see there
 FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 _inlined = njit(inline="always", **FAST)
 _compiled = njit(cache=True, **FAST)
@@ -214,12 +214,12 @@ def store(a, s, k, e, u):
 
 
 @_part
-def elastic_trial(nodal, dt, material, state, kept):
+def elastic_trial(nodal, dt, material, state, scratch):
     """Everything of a block up to the elastic trial stress, and what the force needs of it.
 
     nodal : (48*W,) coordinates and velocities;  state : (N_STATE*W,), trial stress and hourglass forces are written
-    kept  : (N_KEPT*W,) b (18), hourglass coordinates g1..g4 (12), volume, viscous pressure, hourglass work, viscous
-        work,
+    scratch : (N_SCRATCH*W,) b (18), hourglass coordinates g1..g4 (12), volume, viscous pressure, hourglass work,
+        viscous work,
             von Mises stress minus yield stress
     """
     lame, shear, density, speed = material[0], material[1], material[2], material[3]
@@ -236,12 +236,16 @@ def elastic_trial(nodal, dt, material, state, kept):
         stress = add_elastic(rotate_stress(r, half), l, 0.5 * dt, lame, shear)
         store(state, 0, 0, e, stress[:3])
         store(state, 0, 3, e, stress[3:])
-        kept[EXCESS * _W + e] = von_mises(stress) - state[YIELD * _W + e]
+        scratch[EXCESS * _W + e] = von_mises(stress) - state[YIELD * _W + e]
         square = 8.0 * sum_of_squares(b)
         length = math.sqrt(1.5 / square) * volume
         rate = l[0][0] + l[1][1] + l[2][2]
-        closing = min(rate, 0.0)
-        viscous = density * length * (linear * speed * rate - quadratic * quadratic * length * closing * closing)
+        compression_rate = min(rate, 0.0)
+        viscous = (
+            density
+            * length
+            * (linear * speed * rate - quadratic * quadratic * length * compression_rate * compression_rate)
+        )
         k = hourglass * square / volume * dt
         q1, w1 = hourglass_step(load(state, 0, HOURGLASS, e), r, end, x[3], v[3], k)
         q2, w2 = hourglass_step(load(state, 0, HOURGLASS + 3, e), r, end, x[4], v[4], k)
@@ -251,20 +255,20 @@ def elastic_trial(nodal, dt, material, state, kept):
         store(state, 0, HOURGLASS + 3, e, q2)
         store(state, 0, HOURGLASS + 6, e, q3)
         store(state, 0, HOURGLASS + 9, e, q4)
-        store(kept, 0, 0, e, b[0])
-        store(kept, 0, 3, e, b[1])
-        store(kept, 0, 6, e, b[2])
-        store(kept, 0, 9, e, b[3])
-        store(kept, 0, 12, e, b[4])
-        store(kept, 0, 15, e, b[5])
-        store(kept, 0, 18, e, x[3])
-        store(kept, 0, 21, e, x[4])
-        store(kept, 0, 24, e, x[5])
-        store(kept, 0, 27, e, x[6])
-        kept[30 * _W + e] = volume
-        kept[31 * _W + e] = viscous
-        kept[32 * _W + e] = 8.0 * dt * (w1 + w2 + w3 + w4)
-        kept[33 * _W + e] = viscous * rate * volume * dt
+        store(scratch, 0, 0, e, b[0])
+        store(scratch, 0, 3, e, b[1])
+        store(scratch, 0, 6, e, b[2])
+        store(scratch, 0, 9, e, b[3])
+        store(scratch, 0, 12, e, b[4])
+        store(scratch, 0, 15, e, b[5])
+        store(scratch, 0, 18, e, x[3])
+        store(scratch, 0, 21, e, x[4])
+        store(scratch, 0, 24, e, x[5])
+        store(scratch, 0, 27, e, x[6])
+        scratch[30 * _W + e] = volume
+        scratch[31 * _W + e] = viscous
+        scratch[32 * _W + e] = 8.0 * dt * (w1 + w2 + w3 + w4)
+        scratch[33 * _W + e] = viscous * rate * volume * dt
 
 
 @_inlined
@@ -278,17 +282,22 @@ def hourglass_step(old, r, end, g, gv, k):
 
 
 @_part
-def internal_force(state, kept, f):
+def internal_force(state, scratch, f):
     """Nodal internal forces of a block -> f (24*W,): P b_I + hourglass, P = stress + viscous pressure - 8/V sum of Q
     (x) g."""
     for e in range(_W):
         t, u = load(state, 0, 0, e), load(state, 0, 3, e)
         q1, q2 = load(state, 0, HOURGLASS, e), load(state, 0, HOURGLASS + 3, e)
         q3, q4 = load(state, 0, HOURGLASS + 6, e), load(state, 0, HOURGLASS + 9, e)
-        b1, b2, b3 = load(kept, 0, 0, e), load(kept, 0, 3, e), load(kept, 0, 6, e)
-        c1, c2, c3 = load(kept, 0, 9, e), load(kept, 0, 12, e), load(kept, 0, 15, e)
-        g1, g2, g3, g4 = load(kept, 0, 18, e), load(kept, 0, 21, e), load(kept, 0, 24, e), load(kept, 0, 27, e)
-        k, p = 8.0 / kept[30 * _W + e], kept[31 * _W + e]
+        b1, b2, b3 = load(scratch, 0, 0, e), load(scratch, 0, 3, e), load(scratch, 0, 6, e)
+        c1, c2, c3 = load(scratch, 0, 9, e), load(scratch, 0, 12, e), load(scratch, 0, 15, e)
+        g1, g2, g3, g4 = (
+            load(scratch, 0, 18, e),
+            load(scratch, 0, 21, e),
+            load(scratch, 0, 24, e),
+            load(scratch, 0, 27, e),
+        )
+        k, p = 8.0 / scratch[30 * _W + e], scratch[31 * _W + e]
         rows = ((t[0] + p, u[2], u[1]), (u[2], t[1] + p, u[0]), (u[1], u[0], t[2] + p))
         for i in range(3):
             q = (q1[i], q2[i], q3[i], q4[i])
@@ -343,7 +352,7 @@ def update_elements(
     Returns the smallest element volume [m3]: not positive, or not a number, where an element has turned inside out.
     Rank-local. Allocates only its block buffers. Error: second order in dt (tests/fe/test_hexahedron.py).
     """
-    nodal, kept, drop = np.empty(48 * _W), np.empty(N_KEPT * _W), np.empty(_W)
+    nodal, scratch, return_factor = np.empty(48 * _W), np.empty(N_SCRATCH * _W), np.empty(_W)
     smallest = np.inf
     for block in range(filled.size):
         start, s, count, row = block * 8 * _W, block * N_STATE * _W, filled[block], material_of[block]
@@ -355,22 +364,24 @@ def update_elements(
             for k in range(6 * _W):
                 own[k] -= centre[k]
             turn_back_stress(nodal, dt, centre)
-            elastic_trial(nodal, dt, materials[row], own, kept)
+            elastic_trial(nodal, dt, materials[row], own, scratch)
             return_kinematic(
-                own, centre, kept, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], drop
+                own, centre, scratch, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], return_factor
             )
             for k in range(6 * _W):
                 own[k] += centre[k]
         else:
-            elastic_trial(nodal, dt, materials[row], own, kept)
-            return_isotropic(own, kept, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], drop)
+            elastic_trial(nodal, dt, materials[row], own, scratch)
+            return_isotropic(
+                own, scratch, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], return_factor
+            )
         for e in range(count):
-            work[3 * block] += kept[EXCESS * _W + e] * kept[30 * _W + e]
-            work[3 * block + 1] += kept[32 * _W + e]
-            work[3 * block + 2] += kept[33 * _W + e]
-            if not kept[30 * _W + e] >= smallest:
-                smallest = kept[30 * _W + e]
-        internal_force(own, kept, nodal)
+            work[3 * block] += scratch[EXCESS * _W + e] * scratch[30 * _W + e]
+            work[3 * block + 1] += scratch[32 * _W + e]
+            work[3 * block + 2] += scratch[33 * _W + e]
+            if not scratch[30 * _W + e] >= smallest:
+                smallest = scratch[30 * _W + e]
+        internal_force(own, scratch, nodal)
         scatter(nodal, nodes, start, count, force)
     return smallest
 

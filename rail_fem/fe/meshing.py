@@ -1,4 +1,4 @@
-"""The meshes of a scene, the wheel set down on the crossing."""
+"""The meshes of a scene, the wheel positioned on the crossing."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.wheel import mesh_wheel
 from geometry.path.wheel_path import rolling_radius
 from geometry.surfaces.crossing import CastCrossing
+from rail_fem.fe.initial_position import position_wheel
 from rail_fem.fe.passage import Running
-from rail_fem.fe.placing import place_wheel
 from rail_fem.light.fine_zone import crossing_spec, wheel_spec
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
 
 def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[HexMesh, float, float]:
-    """Crossing and wheel, the wheel set down at the start; the gap it had on the rigid path [m]; the height of its D0
+    """Crossing and wheel, the wheel positioned at the start; the gap it had on the rigid path [m]; the height of its D0
     [m]. Root only.
 
     Errors: MeshError, CrossingError, ProfileError.
@@ -31,7 +31,7 @@ def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[Hex
             scene.wheel.shape, scene.wheel.radius, wheel_spec(path, running.datum_y, settings.element_size)
         )
     height = datum_height(running, scene)
-    mesh, gap = place_wheel(rail, wheel, running.start, running.datum_y, height)
+    mesh, gap = position_wheel(rail, wheel, running.start, running.datum_y, height)
     return mesh, gap, height - gap
 
 

@@ -30,13 +30,13 @@ from rail_fem.light.rigid import anchored_path
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.explicit import FeSettings
 
-# lumped mass on the wheel while it settles [kg]: little inertia, so it finds rest within a millisecond
+# lumped mass on the wheel while it settles [kg]: little inertia, so it comes to rest within a millisecond
 SETTLING_MASS = 10.0
 MESH_MASS = 10.0  # about that of the wheel's mesh, which settles with it [kg]
 # gap below which nodes are watched [m], and for how many steps: in 100 of 0.15 us a wheel at 40 m/s
 MARGIN, SEARCH_EVERY = 0.15e-3, 100
 # moves 0.6 mm, and surfaces a tenth apart in slope close by 0.06 mm
-NEXT_PLACE = 2.5e-3  # where the contact at the start is looked at once more [m]
+NEXT_POSITION = 2.5e-3  # where the contact at the start is looked at once more [m]
 # an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.studies.kernel_speed)
 ELASTIC_COST = 0.75
 
@@ -45,7 +45,8 @@ ELASTIC_COST = 0.75
 class Running:
     """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y at the
     start [rad/s]:
-    that of pure rolling there, the rigid path around its way, lateral place of the wheel's D0 [m], its profile."""
+    that of pure rolling there, the rigid path around its travel, lateral position of the wheel's D0 [m], its
+    profile."""
 
     sign: float
     start: float
@@ -61,8 +62,8 @@ class Running:
         return (self.end - self.start) / self.speed
 
     def creep(self, spin: float, y: float) -> float:
-        """Longitudinal creep of a contact at lateral place y [m]: (speed - spin * rolling radius) / speed, + where the
-        wheel is braked."""
+        """Longitudinal creep of a contact at lateral position y [m]: (speed - spin * rolling radius) / speed, + where
+        the wheel is braked."""
         return (
             1.0
             - spin * float(rolling_radius(self.profile, self.path.radius, np.array([y - self.datum_y]))[0]) / self.speed
@@ -70,7 +71,7 @@ class Running:
 
     @property
     def transfers(self) -> np.ndarray:
-        """x where the rigid wheel touches wing and nose at once on its way (k,) [m]."""
+        """x where the rigid wheel is in contact with wing and nose at once on its travel (k,) [m]."""
         low, high = sorted((self.start, self.end))
         return self.path.transfers[(self.path.transfers >= low) & (self.path.transfers <= high)]
 
@@ -123,7 +124,7 @@ def build_passage(
 ) -> Passage:
     """Bodies, supports and contact. Collective.
 
-    mesh : wing, nose and wheel in place (root only, see rail_fem.fe.placing);
+    mesh : wing, nose and wheel in place (root only, see rail_fem.fe.initial_position);
     datum_height : of the wheel's D0 at the start [m]
     start : where settling ends; None: at rest under the static load
     """
@@ -141,9 +142,15 @@ def build_passage(
     )
     rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
     contact = Contact(
-        structure, rail, wheel, contact_settings(scene, settings, steels[0]), speed=running.speed, spin=running.spin,
-        axle=(running.start, running.datum_y, datum_height + scene.wheel.radius), inertia=scene.vehicle.wheel_spin_inertia if settings.spin == "free" else None,
-    )  # fmt: skip
+        structure,
+        rail,
+        wheel,
+        contact_settings(scene, settings, steels[0]),
+        speed=running.speed,
+        spin=running.spin,
+        axle=(running.start, running.datum_y, datum_height + scene.wheel.radius),
+        inertia=scene.vehicle.wheel_spin_inertia if settings.spin == "free" else None,
+    )
     dynamics = Dynamics(structure, supports, contact)
     masses = structure.region_masses()
     crossing.mesh_mass, axle.mesh_mass = float(masses[0] + masses[1]), float(masses[2])
@@ -200,7 +207,7 @@ def build_supports(
     start wants them.
 
     While it settles the axle is pressed down so that the contact comes to carry the start's force. Vertical only: the
-    lateral place and the speed of the wheel are given (thesis assumption 1).
+    lateral position and the speed of the wheel are given (thesis assumption 1).
     """
     vertical = (False, False, True)
     crossing = RigidGroup("crossing", base_nodes, free=vertical)
@@ -211,11 +218,13 @@ def build_supports(
         sprung = RigidGroup("sprung", np.empty(0, np.int64), mass, vertical, load=np.array([0.0, 0.0, -mass * GRAVITY]))
         groups.append(sprung)
         k = scene.vehicle.primary_stiffness
-        links.append(Link("suspension", sprung, axle, k, scene.vehicle.primary_damping, rest=start.suspension))
+        links.append(
+            Link("suspension", sprung, axle, k, scene.vehicle.primary_damping, natural_length=start.suspension)
+        )
         axle.load[2] += k * start.suspension
     if settings.foundation:
         k = scene.foundation.stiffness
-        links.append(Link("foundation", crossing, None, k, scene.foundation.damping, rest=start.foundation))
+        links.append(Link("foundation", crossing, None, k, scene.foundation.damping, natural_length=start.foundation))
     else:
         crossing.free = (False, False, False)
     settling = None
@@ -240,7 +249,7 @@ def contact_stiffness(scene: Scene, running: Running) -> float:
     For the settling damper, which this makes critical: a narrow nose that yields is four times softer than the wing.
     """
     load, materials = scene.static_wheel_load, scene.materials
-    table = contact_table(scene, running.start, running.start + running.sign * NEXT_PLACE, NEXT_PLACE)
+    table = contact_table(scene, running.start, running.start + running.sign * NEXT_POSITION, NEXT_POSITION)
     body, here = table.carrier(running.start)
     limit, give = (
         values[body, here] for values in grooves(table, (materials.wing.steel(), materials.nose.steel()), load)

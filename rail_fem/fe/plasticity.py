@@ -10,7 +10,8 @@ from kernel_cache import njit
 from rail_fem.fe.state import HOURGLASS, LANES, PLASTIC_STRAIN, YIELD
 
 _W = LANES
-# row of `kept`: von Mises minus yield stress of the trial state [Pa]; after the return the plastic work density [J/m3]
+# row of `scratch`: von Mises minus yield stress of the trial state [Pa]; after the return the plastic work density
+# [J/m3]
 EXCESS = 34
 _FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 _part = njit(forceinline=True, **_FAST)  # one copy, inside its caller
@@ -51,15 +52,15 @@ def curve_at(p, strain, stress):
 
 
 @_part
-def shrink(state, drop):
-    """Take the share drop[e] off the deviator and the hourglass forces of each lane; nothing, to the last bit, where it
-    is 0.
+def scale_deviator(state, return_factor):
+    """Take the fraction return_factor[e] off the deviator and the hourglass forces of each lane; nothing, to the last
+    bit, where it is 0.
 
     The hourglass forces stand for stresses in the element's corners: left elastic they would grow with the plastic
     strain and stiffen the flow (Taylor's bar spread 4 % less; tests/fe/test_taylor_bar.py).
     """
     for e in range(_W):
-        d = drop[e]
+        d = return_factor[e]
         mean = (state[e] + state[_W + e] + state[2 * _W + e]) / 3.0
         state[e] -= d * (state[e] - mean)
         state[_W + e] -= d * (state[_W + e] - mean)
@@ -71,43 +72,43 @@ def shrink(state, drop):
 
 
 @_part
-def return_isotropic(state, kept, count, shear, curve_strain, curve_stress, drop):
-    """Bring the first `count` lanes of a block back to the yield surface; kept[EXCESS] becomes the plastic work density
-    of the step.
+def return_isotropic(state, scratch, count, shear, curve_strain, curve_stress, return_factor):
+    """Bring the first `count` lanes of a block back to the yield surface; scratch[EXCESS] becomes the plastic work
+    density of the step.
 
-    state : trial stress, changed in place;  drop : (LANES,) buffer
+    state : trial stress, changed in place;  return_factor : (LANES,) buffer
     """
     flows = False
     for e in range(_W):
-        excess = kept[EXCESS * _W + e]
-        drop[e], kept[EXCESS * _W + e] = 0.0, 0.0
+        excess = scratch[EXCESS * _W + e]
+        return_factor[e], scratch[EXCESS * _W + e] = 0.0, 0.0
         if excess > 0.0 and e < count:
             p, von_mises = state[PLASTIC_STRAIN * _W + e], excess + state[YIELD * _W + e]
             dp, yield_stress = hardening_step(von_mises, p, shear, curve_strain, curve_stress)
-            drop[e] = 1.0 - yield_stress / von_mises
+            return_factor[e] = 1.0 - yield_stress / von_mises
             state[PLASTIC_STRAIN * _W + e] = p + dp
             state[YIELD * _W + e] = yield_stress
-            kept[EXCESS * _W + e] = yield_stress * dp
+            scratch[EXCESS * _W + e] = yield_stress * dp
             flows = True
     if flows:
-        shrink(state, drop)
+        scale_deviator(state, return_factor)
 
 
 @_part
-def return_kinematic(state, back, kept, count, shear, curve_strain, curve_stress, drop):
+def return_kinematic(state, back, scratch, count, shear, curve_strain, curve_stress, return_factor):
     """The same for kinematic hardening (Prager): the yield surface keeps its size and moves by what the curve rises.
 
     state : trial stress minus back stress;  back : (6*LANES,) back stress, both changed in place
     """
     flows = False
     for e in range(_W):
-        excess = kept[EXCESS * _W + e]
-        drop[e], kept[EXCESS * _W + e] = 0.0, 0.0
+        excess = scratch[EXCESS * _W + e]
+        return_factor[e], scratch[EXCESS * _W + e] = 0.0, 0.0
         if excess > 0.0 and e < count:
             p, size = state[PLASTIC_STRAIN * _W + e], state[YIELD * _W + e]
             before = curve_at(p, curve_strain, curve_stress)
             dp, after = hardening_step(excess + before, p, shear, curve_strain, curve_stress)
-            drop[e] = excess / (excess + size) if excess + size > 0.0 else 0.0
+            return_factor[e] = excess / (excess + size) if excess + size > 0.0 else 0.0
             mean = (state[e] + state[_W + e] + state[2 * _W + e]) / 3.0
             grown, power = (after - before) / (excess + size), 0.0
             for k in range(6):
@@ -115,7 +116,7 @@ def return_kinematic(state, back, kept, count, shear, curve_strain, curve_stress
                 back[k * _W + e] += grown * deviator
                 power += (1.0 if k < 3 else 2.0) * back[k * _W + e] * deviator
             state[PLASTIC_STRAIN * _W + e] = p + dp
-            kept[EXCESS * _W + e] = dp * (size + 1.5 * power / (excess + size))
+            scratch[EXCESS * _W + e] = dp * (size + 1.5 * power / (excess + size))
             flows = True
     if flows:
-        shrink(state, drop)
+        scale_deviator(state, return_factor)

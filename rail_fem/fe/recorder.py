@@ -1,4 +1,4 @@
-"""The histories of a pass: forces averaged over each interval, heights, place of contact, energies."""
+"""The histories of a pass: forces averaged over each interval, heights, position of contact, energies."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ FORCES = ("force", "force_wing", "force_nose", "force_longitudinal", "force_late
 
 
 @njit(cache=True, error_model="numpy")
-def add_step(force, carried, position, watched, n_rail, on_nose, total, moment):
+def add_step(force, normal_force, position, watched, n_rail, on_nose, total, moment):
     """Contact forces of a step added up over the rail's nodes `watched` (those below n_rail).
 
-    force : (n, 3) [N];  carried : (n,) normal force [N];  position : (n, 3) [m];
+    force : (n, 3) [N];  normal_force : (n,) normal force [N];  position : (n, 3) [m];
     on_nose : (n_rail,) 1 on the nose, 0 on the wing
-    total : (5,) in the order of FORCES [N];  moment : (3,) carried force and its moments of x and y [N, N m]
+    total : (5,) in the order of FORCES [N];  moment : (3,) normal force and its moments of x and y [N, N m]
     """
     for n in watched:
         if n >= n_rail:
@@ -25,9 +25,9 @@ def add_step(force, carried, position, watched, n_rail, on_nose, total, moment):
         total[1 + on_nose[n]] -= force[n, 2]
         total[3] -= force[n, 0]
         total[4] -= force[n, 1]
-        moment[0] += carried[n]
-        moment[1] += carried[n] * position[n, 0]
-        moment[2] += carried[n] * position[n, 1]
+        moment[0] += normal_force[n]
+        moment[1] += normal_force[n] * position[n, 0]
+        moment[2] += normal_force[n] * position[n, 1]
 
 
 class Recorder:
@@ -50,14 +50,16 @@ class Recorder:
         """Add the contact forces of the step. Replicated."""
         c = self.passage.dynamics.contact
         self.steps += 1
-        add_step(c.force, c.carried, c.position, c.watched, c.n_rail, self.passage.rail_region, self.total, self.moment)
+        add_step(
+            c.force, c.normal_force, c.position, c.watched, c.n_rail, self.passage.rail_region, self.total, self.moment
+        )
 
     def row(self, energies: dict[str, float]) -> None:
         """Close an interval."""
         p, d = self.passage, self.passage.dynamics
         row = dict(zip(FORCES, self.total / max(self.steps, 1)))
-        carried = self.moment[0]
-        centre = self.moment[1:] / carried if carried > 0 else (np.nan, np.nan)
+        normal_force = self.moment[0]
+        centre = self.moment[1:] / normal_force if normal_force > 0 else (np.nan, np.nan)
         row |= {
             "time": d.time,
             "x": p.running.start + d.contact.offset,
@@ -76,7 +78,7 @@ class Recorder:
             "energy_springs": energies["springs"],
             "energy_contact": energies["contact_penalty"],
             "energy_friction": energies["friction"],
-            "energy_external": energies["loads"] - energies["drive"],
+            "energy_external": energies["loads"] - energies["prescribed_motion"],
         }
         stored = sum(value for name, value in row.items() if name.startswith("energy_") and name != "energy_external")
         row["energy_balance"] = stored - row["energy_external"] - self.exchanged

@@ -26,8 +26,20 @@ class Run:
     """The time loop of one pass: `go` to the end, or `resume` first. limit, dt : stable step and step in use [s]."""
 
     STATE = (
-        "dynamics", "recorder", "limit", "dt", "settled", "start_energies", "frames", "next_row", "next_frame", "rechecks", "static_approach", "loop_time", "spent",
-    )  # fmt: skip
+        "dynamics",
+        "recorder",
+        "limit",
+        "dt",
+        "settled",
+        "start_energies",
+        "frames",
+        "next_row",
+        "next_frame",
+        "rechecks",
+        "static_approach",
+        "loop_time",
+        "spent",
+    )
     SCRATCH = ("started", "last_checkpoint")
 
     def __init__(
@@ -38,11 +50,11 @@ class Run:
         passage: Passage,
         folder: Path | None,
         progress,
-        ties: Mapping[str, str] | None = None,
+        identity: Mapping[str, str] | None = None,
     ):
-        """folder : takes fields and restart files, None for none;  ties : what a restart file belongs to, root only
+        """folder : takes fields and restart files, None for none;  identity : what a restart file belongs to, root only
         (rail_fem.output.sealed)"""
-        self.ties, self.started = ties or {}, time.perf_counter()
+        self.identity, self.started = identity or {}, time.perf_counter()
         self.comm, self.scene, self.settings, self.passage = comm, scene, settings, passage
         self.folder, self.progress = folder, progress
         self.dynamics, self.recorder = passage.dynamics, Recorder(passage)
@@ -62,7 +74,7 @@ class Run:
         """Write the restart file. Collective."""
         if self.folder is not None:
             self.spent, self.started = self.wall_time, time.perf_counter()
-            save_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.ties)
+            save_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.identity)
             self.last_checkpoint = time.perf_counter()
 
     @property
@@ -72,7 +84,7 @@ class Run:
 
     def resume(self) -> None:
         """Go on from the restart file. Collective."""
-        load_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.ties)
+        load_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.identity)
 
     # ---- the loop
 
@@ -94,7 +106,7 @@ class Run:
 
     @property
     def cut_off(self) -> str:
-        """Why the run ended before its way did; empty when it went to the end."""
+        """Why the run ended before its path did; empty when it went to the end."""
         running, d = self.passage.running, self.dynamics
         if d.time >= running.duration * (1 - 1e-12):
             return ""

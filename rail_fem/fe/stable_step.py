@@ -16,14 +16,14 @@ def largest_frequency(structure: Structure, free: np.ndarray, iterations: int = 
     bool).
 
     Lanczos without reorthogonalisation in the mass inner product: a lower bound that is within 1 % after 24 iterations
-    (tests/fe/test_stable_step.py). The start vector depends on the places of nodes only, so it is the same on any
+    (tests/fe/test_stable_step.py). The start vector depends on the positions of nodes only, so it is the same on any
     number of ranks, and on meshes that differ far from their smallest elements. Collective.
     """
     domain, comm = structure.domain, structure.domain.comm
     owned = 3 * domain.n_owned
     mass = np.repeat(structure.mass, 3)
-    place = domain.reference.reshape(-1, 3) @ START_WAVE
-    q = np.where(free, np.sin(np.repeat(place, 3) + np.tile([0.0, 2.0, 4.0], domain.n_nodes)), 0.0)
+    phase = domain.reference.reshape(-1, 3) @ START_WAVE
+    q = np.where(free, np.sin(np.repeat(phase, 3) + np.tile([0.0, 2.0, 4.0], domain.n_nodes)), 0.0)
 
     def product(a, b):
         return comm.allreduce(float(a[:owned] @ (mass[:owned] * b[:owned])), op=MPI.SUM)

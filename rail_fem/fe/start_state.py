@@ -1,4 +1,4 @@
-"""How a pass begins: at rest under the static load, or in the middle of one, as a cheaper rung has found it."""
+"""How a pass begins: at rest under the static load, or in the middle of one, as a less expensive model has found it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rail_fem.output.events import OPEN
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.light import RigidHertzSettings
 
-SPRUNG = 0  # place of the sprung mass in a light pass
+SPRUNG = 0  # index of the sprung mass in a light pass
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ class Structure:
         self.block_work = np.zeros((len(self.finite.filled), N_WORK))
         self.smallest_volume = smallest
         self.initial_volume = volumes(domain.reference, domain.cells)
-        raise_together(domain.comm, self._inverted_fault(self.initial_volume))
+        raise_together(domain.comm, self._inversion_message(self.initial_volume))
         self.mass = self._lumped_mass()
 
     @property
@@ -63,14 +63,14 @@ class Structure:
         """Plastic, hourglass and viscous work of all finite-strain elements so far (N_WORK,) [J]. Rank-local."""
         return self.block_work.sum(axis=0)
 
-    def _inverted_fault(self, volumes: np.ndarray) -> str | None:
+    def _inversion_message(self, volumes: np.ndarray) -> str | None:
         bad = np.flatnonzero(~(volumes > 0))
         if not len(bad):
             return None
         at = 1e3 * self.domain.reference.reshape(-1, 3)[self.domain.cells[bad[0]]].mean(axis=0)
         return (
             f"{len(bad)} element(s) turned inside out, the first is element {self.domain.cell_input[bad[0]]} at "
-            f"({at[0]:.2f}, {at[1]:.2f}, {at[2]:.2f}) mm, volume {volumes[bad[0]] * 1e9:.3g} mm3: mend the mesh there"
+            f"({at[0]:.2f}, {at[1]:.2f}, {at[2]:.2f}) mm, volume {volumes[bad[0]] * 1e9:.3g} mm3: repair the mesh there"
         )
 
     def _cell_mass(self) -> np.ndarray:
@@ -178,6 +178,6 @@ class Structure:
         self.domain.sum_to_owner(out)
         return out
 
-    def inverted_fault(self) -> str | None:
+    def inversion_message(self) -> str | None:
         """A sentence on the elements that are inside out now, or None. Rank-local."""
-        return self._inverted_fault(volumes(self.x, self.domain.cells))
+        return self._inversion_message(volumes(self.x, self.domain.cells))

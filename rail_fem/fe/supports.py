@@ -75,7 +75,7 @@ class RigidGroup:
 class Link:
     """Vertical spring and damper between two groups (b None: the ground).
 
-    Force on a: -stiffness * (za - zb - rest) - damping * (va - vb - rate). Energies: `spring_energy` stored,
+    Force on a: -stiffness * (za - zb - natural_length) - damping * (va - vb - rate). Energies: `spring_energy` stored,
     `dissipated` so far [J].
     """
 
@@ -84,23 +84,25 @@ class Link:
     b: RigidGroup | None
     stiffness: float
     damping: float
-    rest: float = 0.0
+    natural_length: float = 0.0
     rate: float = 0.0
     dissipated: float = 0.0
 
-    STATE = ("stiffness", "damping", "rest", "rate", "dissipated")
+    STATE = ("stiffness", "damping", "natural_length", "rate", "dissipated")
 
     def sign(self, group: RigidGroup) -> float:
         """Of the link's force on a group: 1 on a, -1 on b, 0 on others."""
         return 1.0 if self.a is group else -1.0 if self.b is group else 0.0
 
     def stretch(self) -> float:
-        """za - zb - rest [m]."""
+        """za - zb - natural_length [m]."""
         return (
-            float(self.a.displacement[2]) - (float(self.b.displacement[2]) if self.b is not None else 0.0) - self.rest
+            float(self.a.displacement[2])
+            - (float(self.b.displacement[2]) if self.b is not None else 0.0)
+            - self.natural_length
         )
 
-    def closing(self) -> float:
+    def stretch_rate(self) -> float:
         """va - vb [m/s]."""
         return float(self.a.velocity[2]) - (float(self.b.velocity[2]) if self.b is not None else 0.0)
 
@@ -110,11 +112,11 @@ class Link:
 
     def damper_force(self) -> float:
         """Of the damper on a, upwards [N]."""
-        return -self.damping * (self.closing() - self.rate)
+        return -self.damping * (self.stretch_rate() - self.rate)
 
     def spring_power(self) -> float:
         """Power of the spring on what it joins [W]."""
-        return self.spring_force() * self.closing()
+        return self.spring_force() * self.stretch_rate()
 
     def spring_energy(self) -> float:
         return 0.5 * self.stiffness * self.stretch() ** 2
@@ -132,7 +134,7 @@ class Supports:
         """Kick: velocities of all groups from element reactions (n_groups, 3) [N], loads and links. Replicated."""
         springs = [link.spring_force() for link in self.links]
         dampers = [link.damper_force() for link in self.links]
-        before = [link.closing() for link in self.links]
+        before = [link.stretch_rate() for link in self.links]
         for g, reaction in zip(self.groups, reactions):
             g.reaction[:] = reaction
             on_group = sum(
@@ -140,7 +142,7 @@ class Supports:
             )
             g.kick(on_group, dt)
         for link, damper, old in zip(self.links, dampers, before):
-            link.dissipated -= dt * damper * 0.5 * (old + link.closing())
+            link.dissipated -= dt * damper * 0.5 * (old + link.stretch_rate())
 
     def drift(self, dt: float) -> None:
         for g in self.groups:

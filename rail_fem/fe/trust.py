@@ -113,7 +113,7 @@ def mesh_noise(history: dict[str, np.ndarray], speed: float, element_size: float
 
 
 def report_rows(facts: dict) -> list[Row]:
-    """The trust report from the facts of a run (see rail_fem.fe.findings.trust_facts)."""
+    """The trust report from the facts of a run (see rail_fem.fe.diagnostics.trust_facts)."""
     shares, work, internal, approach = (
         facts["shares"],
         facts["impact_work"],
@@ -124,20 +124,62 @@ def report_rows(facts: dict) -> list[Row]:
     balance, loss = (last_known(shares[name]) for name in OF_IMPACT)
     largest, mean = facts["penetration"]
     return [
-        judged("energy balance of the bodies", abs(balance), f"{balance * work:.3g} J, {balance:.2%} of the impact's work {work:.4g} J"),
+        judged(
+            "energy balance of the bodies",
+            abs(balance),
+            f"{balance * work:.3g} J, {balance:.2%} of the impact's work {work:.4g} J",
+        ),
         judged("energy balance of the contact", abs(loss), f"{loss * work:.3g} J, {loss:.2%} of the impact's work"),
-        judged("hourglass energy, all bodies", hourglass, f"{hourglass:.2%} of the largest internal energy {internal:.4g} J"),
-        judged("hourglass energy where it yielded", facts["hourglass_zone"], f"{facts['hourglass_zone']:.2%} of the plastic work there"),
+        judged(
+            "hourglass energy, all bodies",
+            hourglass,
+            f"{hourglass:.2%} of the largest internal energy {internal:.4g} J",
+        ),
+        judged(
+            "hourglass energy where it yielded",
+            facts["hourglass_zone"],
+            f"{facts['hourglass_zone']:.2%} of the plastic work there",
+        ),
         judged("penalty energy", penalty, f"at most {penalty:.2%} of the largest internal energy up to that moment"),
-        judged("largest penetration", largest / approach, f"overlap after a step {largest * 1e6:.2f} um at worst, {largest / approach:.2%} of the approach {approach * 1e6:.0f} um under the static load"),
-        judged("mean penetration", mean / approach, f"force-weighted mean of the overlap {mean * 1e6:.2f} um, {mean / approach:.2%} of the approach"),
-        Row("gap at the start", facts["first_gap"], f"meshes were {facts['first_gap'] * 1e6:+.1f} um apart on the rigid path; the wheel was moved by that much onto first touch", "reported", GOOD),
+        judged(
+            "largest penetration",
+            largest / approach,
+            f"overlap after a step {largest * 1e6:.2f} um at worst, {largest / approach:.2%} of the approach"
+            f" {approach * 1e6:.0f} um under the static load",
+        ),
+        judged(
+            "mean penetration",
+            mean / approach,
+            f"force-weighted mean of the overlap {mean * 1e6:.2f} um, {mean / approach:.2%} of the approach",
+        ),
+        Row(
+            "gap at the start",
+            facts["initial_clearance"],
+            f"meshes were {facts['initial_clearance'] * 1e6:+.1f} um apart on the rigid path; the wheel was moved by"
+            " that much onto initial contact",
+            "reported",
+            GOOD,
+        ),
         _static_row(facts["static_error"], facts["resting"], facts["transfers"]),
-        Row("time step", facts["step"], f"{facts['step'] * 1e9:.1f} ns, {facts['step_ratio']:.2f} of the limit by Lanczos ({facts['limit'] * 1e9:.1f} ns); smallest element bound {facts['element_limit'] * 1e9:.1f} ns; re-checked {facts['rechecks']} times", "below the limit", GOOD),
-        Row("share of a step outside the element kernels", facts["outside"], f"{facts['outside']:.1%} (contact, supports, exchange, records, waiting for other ranks)", "reported", GOOD),
+        Row(
+            "time step",
+            facts["step"],
+            f"{facts['step'] * 1e9:.1f} ns, {facts['step_ratio']:.2f} of the limit by Lanczos"
+            f" ({facts['limit'] * 1e9:.1f} ns); smallest element bound {facts['element_limit'] * 1e9:.1f} ns;"
+            f" re-checked {facts['rechecks']} times",
+            "below the limit",
+            GOOD,
+        ),
+        Row(
+            "share of a step outside the element kernels",
+            facts["outside"],
+            f"{facts['outside']:.1%} (contact, supports, exchange, records, waiting for other ranks)",
+            "reported",
+            GOOD,
+        ),
         Row("added mass", 0.0, "0 %: no mass scaling", "0 by default", GOOD),
         _chatter_row(*facts["chatter"], facts["penalty_factor"]),
-    ]  # fmt: skip
+    ]
 
 
 def _static_row(error: float, resting: bool, transfers: bool) -> Row:
@@ -150,7 +192,7 @@ def _static_row(error: float, resting: bool, transfers: bool) -> Row:
         return Row(
             name,
             float("nan"),
-            f"the pass begins in motion, as rigid_hertz found it: its start is as wrong as that rung{absent}",
+            f"the pass begins in motion, as rigid_hertz found it: its start is as wrong as that model{absent}",
             rule,
             GOOD,
         )

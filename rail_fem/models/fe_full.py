@@ -16,10 +16,10 @@ from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import mesh_quality
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe import trust
-from rail_fem.fe.findings import slowest_elements, strain_peaks, trust_facts
+from rail_fem.fe.diagnostics import slowest_elements, strain_peaks, trust_facts
+from rail_fem.fe.initial_position import REGIONS
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import Running, build_passage, running_of
-from rail_fem.fe.placing import REGIONS
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
@@ -60,8 +60,8 @@ def solve_from(
     Errors: as `solve`."""
     comm, started = MPI.COMM_WORLD, time.perf_counter()
     running = on_root(lambda: running_of(scene, settings))
-    ties = {"case": digest(fingerprint(model, scene, settings))}
-    mesh, first_gap, datum, seal = placed_mesh(scene, settings, running, folder, restart, ties)
+    identity = {"case": digest(fingerprint(model, scene, settings))}
+    mesh, initial_clearance, datum, seal = positioned_mesh(scene, settings, running, folder, restart, identity)
     if progress and mesh is not None:
         progress.note(
             f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes; kernels are compiled now where they are not"
@@ -74,33 +74,38 @@ def solve_from(
         build_passage(comm, scene, settings, running, mesh, datum, start),
         folder,
         progress,
-        ties | {"mesh": seal},
+        identity | {"mesh": seal},
     )
     run.started = started
     if restart and folder is not None and on_root(lambda: (folder / CHECKPOINT).is_file()):
         run.resume()
     run.go()
-    return result_of(run, model, first_gap)
+    return result_of(run, model, initial_clearance)
 
 
-def placed_mesh(
-    scene: Scene, settings: FeSettings, running: Running, folder: Path | None, restart: bool, ties: Mapping[str, str]
+def positioned_mesh(
+    scene: Scene,
+    settings: FeSettings,
+    running: Running,
+    folder: Path | None,
+    restart: bool,
+    identity: Mapping[str, str],
 ) -> tuple[HexMesh | None, float, float, str]:
-    """Mesh in place (root only), gap before placing [m], height of D0 at the start [m], seal of the mesh's file (""
-    without a folder).
+    """Mesh in place (root only), gap before initial positioning [m], height of D0 at the start [m], seal of the mesh's
+    file ("" without a folder).
 
-    A restart reads the mesh of the run; ties : what its file belongs to. Collective. Errors: SealError for a file that
-    is damaged or another's.
+    A restart reads the mesh of the run; identity : what its file belongs to. Collective. Errors: SealError for a file
+    that is damaged or another's.
     """
     kept = []  # the mesh stays on root: too large to send
 
     def on_root_only():
         stored = None if folder is None else folder / MESH
         if restart and stored is not None and stored.is_file():
-            mesh, *about = _read_mesh(stored, ties)
+            mesh, *about = _read_mesh(stored, identity)
         else:
             mesh, gap, datum = make_mesh(scene, settings, running)
-            about = gap, datum, "" if stored is None else _write_mesh(stored, mesh, gap, datum, ties)
+            about = gap, datum, "" if stored is None else _write_mesh(stored, mesh, gap, datum, identity)
         kept.append(mesh)
         return about
 
@@ -108,14 +113,16 @@ def placed_mesh(
     return (kept[0] if kept else None), gap, datum, seal
 
 
-def _write_mesh(path: Path, mesh: HexMesh, gap: float, datum: float, ties: Mapping[str, str]) -> str:
+def _write_mesh(path: Path, mesh: HexMesh, gap: float, datum: float, identity: Mapping[str, str]) -> str:
     path.parent.mkdir(parents=True, exist_ok=True)
     write_text_atomically(path.with_name("mesh_quality.txt"), mesh_quality(mesh).report())
-    return write_sealed(path, {"gap": gap, "datum": datum} | {name: getattr(mesh, name) for name in MESH_ARRAYS}, ties)
+    return write_sealed(
+        path, {"gap": gap, "datum": datum} | {name: getattr(mesh, name) for name in MESH_ARRAYS}, identity
+    )
 
 
-def _read_mesh(path: Path, ties: Mapping[str, str]) -> tuple[HexMesh, float, float, str]:
-    stored, seal = read_sealed(path, ties, MESH_REMEDY)
+def _read_mesh(path: Path, identity: Mapping[str, str]) -> tuple[HexMesh, float, float, str]:
+    stored, seal = read_sealed(path, identity, MESH_REMEDY)
     return (
         HexMesh(region_names=REGIONS, **{name: stored[name] for name in MESH_ARRAYS}),
         float(stored["gap"]),
@@ -124,10 +131,10 @@ def _read_mesh(path: Path, ties: Mapping[str, str]) -> tuple[HexMesh, float, flo
     )
 
 
-def result_of(run: Run, model: str, first_gap: float) -> PassResult:
+def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
     """What the run found, replicated. Collective.
 
-    first_gap : of the meshes before placing [m]
+    initial_clearance : of the meshes before initial positioning [m]
     error_estimate holds what one run can know: the energy balance, the static load it should carry before the nose, and
     how much of the largest force comes and goes with each element (trust.mesh_noise). What the element size does to
     peaks and strains beyond that, no single run knows; "discretisation" is therefore NaN. rail_fem.studies.passage_size
@@ -135,7 +142,7 @@ def result_of(run: Run, model: str, first_gap: float) -> PassResult:
     """
     history, energies = run.recorder.history(), run.dynamics.energies()
     quality = mesh_quality(run.passage.mesh) if run.passage.mesh is not None else None
-    facts = trust_facts(run, history, quality, first_gap)
+    facts = trust_facts(run, history, quality, initial_clearance)
     rows = trust.report_rows(facts)
     slowest = run.comm.bcast(None if quality is None else slowest_elements(quality), root=0)
     side, settled = (run.scene.direction_sign, run.scene.static_wheel_load), run.settings.settle_time

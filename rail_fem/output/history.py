@@ -30,10 +30,10 @@ COLUMNS: dict[str, Column] = {
     ),
     "wheel_spin": Column("rad/s", "angular velocity of the wheel about its axle, + where it rolls towards +x"),
     "wheel_height": Column("mm", "height of the wheel's centre less the rolling radius"),
-    "crossing_height": Column("mm", "height of the crossing's base against its place at rest without load"),
+    "crossing_height": Column("mm", "height of the crossing's base against its position at rest without load"),
     "force_other": Column("kN", "vertical contact force on the other wheel of the wheelset"),
     "wheel_lateral": Column(
-        "mm", "lateral place of the wheel at rail level against its centred place, + towards the field side"
+        "mm", "lateral position of the wheel at rail level against its centred position, + towards the field side"
     ),
     "wheel_roll": Column("mrad", "roll of the wheelset, + lifts this wheel"),
     "wheel_yaw": Column("mrad", "yaw of the wheelset, + heads towards the field side"),
@@ -50,11 +50,11 @@ COLUMNS: dict[str, Column] = {
     "energy_springs": Column("J", "energy in suspension and foundation springs"),
     "energy_contact": Column("J", "energy in the contact penalty"),
     "energy_friction": Column("J", "work of friction"),
-    "energy_external": Column("J", "work of weight and drive"),
+    "energy_external": Column("J", "work of weight and of the prescribed forward motion"),
     "energy_contact_loss": Column(
         "J",
-        "what the contact takes from the bodies beyond penalty, friction and drive: the error of the contact; no part"
-        " of the sum below",
+        "what the contact takes from the bodies beyond penalty, friction and prescribed motion: the error of the"
+        " contact; no part of the sum below",
     ),
     "energy_balance": Column("J", "sum of the above against the work done from outside: 0 when nothing is lost"),
 }

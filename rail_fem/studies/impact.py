@@ -131,14 +131,14 @@ def settle(dynamics: Dynamics, load: float, energy: float, longest: float) -> No
 
 def rail_pressure(contact: Contact) -> np.ndarray:
     """Pressure at the rail's surface nodes (n_rail,) [Pa]: the normal force that each carries over its area."""
-    return contact.carried[: contact.n_rail] / contact.area[: contact.n_rail]
+    return contact.normal_force[: contact.n_rail] / contact.area[: contact.n_rail]
 
 
 def moment_axis(contact: Contact, axis: int, moment: float) -> float:
     """Half length [m] of the pressed area along an axis: sqrt(<x^2> / moment), moment 1/5 for an ellipse, 1/4 for a
     line contact."""
-    carried, x = contact.carried[: contact.n_rail], contact.reference[: contact.n_rail, axis]
-    return float(np.sqrt((carried * x**2).sum() / carried.sum() / moment))
+    normal_force, x = contact.normal_force[: contact.n_rail], contact.reference[: contact.n_rail, axis]
+    return float(np.sqrt((normal_force * x**2).sum() / normal_force.sum() / moment))
 
 
 @dataclass(frozen=True)

@@ -70,9 +70,18 @@ def main(out):
     if comm.rank == 0:
         reactions = np.array([group.reaction for group in dynamics.supports.groups[:2]])
         np.savez(
-            out, dt=dt, force=np.array(force), x=x, v=v, peeq=peeq[mesh.region == 0], stress=stress[mesh.region == 0],
-            pressure=contact.pressure_at, reactions=reactions, energies=np.array(list(energies.values())), ranks=comm.size,
-        )  # fmt: skip
+            out,
+            dt=dt,
+            force=np.array(force),
+            x=x,
+            v=v,
+            peeq=peeq[mesh.region == 0],
+            stress=stress[mesh.region == 0],
+            pressure=contact.pressure_at,
+            reactions=reactions,
+            energies=np.array(list(energies.values())),
+            ranks=comm.size,
+        )
 
 
 if __name__ == "__main__":

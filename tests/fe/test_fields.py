@@ -58,9 +58,9 @@ def test_components_are_named_and_stand_where_vtk_expects_them(frame):
     stress, read, _ = frame
     assert read["components"] == ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]
     exact = tensor(stress)
-    places = {"X": 0, "Y": 1, "Z": 2}
+    column = {"X": 0, "Y": 1, "Z": 2}
     for i, (a, b) in enumerate(read["components"]):
-        np.testing.assert_array_equal(np.array(read["stress"])[:, i], exact[:, places[a], places[b]])
+        np.testing.assert_array_equal(np.array(read["stress"])[:, i], exact[:, column[a], column[b]])
 
 
 def test_principal_stresses_by_vtk_are_the_eigenvalues_of_the_tensor(frame):

@@ -1,4 +1,4 @@
-"""Contact from hard starts: a gap, exact touch, overlaps, several patches, bodies that come from far."""
+"""Contact from hard starts: a gap, exact initial contact, overlaps, several patches, bodies that come from far."""
 
 import dataclasses
 

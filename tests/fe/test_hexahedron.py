@@ -31,13 +31,13 @@ def quadrature(corners):
 def test_mean_gradient_and_volume_are_those_of_gauss_quadrature(seed):
     mesh = distort(mesh_box((3.0, 2.0, 2.0), (3, 2, 2)), 0.25, seed)
     structure = structure_of(mesh, small=(0,))
-    kept = structure.geometry.reshape(-1, N_FIXED, LANES)
+    fixed = structure.geometry.reshape(-1, N_FIXED, LANES)
     found = volumes(structure.x, structure.domain.cells)
     for lane, cell in enumerate(structure.small.cell_of[: structure.small.n_cells]):
         gradient, volume = quadrature(structure.x.reshape(-1, 3)[structure.domain.cells[cell]])
         xi, eta, zeta = CORNERS.T
         mode = np.stack([xi, eta, zeta, eta * zeta, zeta * xi, xi * eta])
-        assert np.abs(mode.T @ kept[0, :18, lane].reshape(6, 3) - gradient).max() < 1e-13
+        assert np.abs(mode.T @ fixed[0, :18, lane].reshape(6, 3) - gradient).max() < 1e-13
         assert abs(found[cell] / volume - 1) < 1e-13
 
 

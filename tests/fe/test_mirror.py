@@ -1,4 +1,4 @@
-"""A left-hand crossing seen in a mirror is a right-hand one: the explicit rung gives the same pass, lateral forces
+"""A left-hand crossing seen in a mirror is a right-hand one: the explicit model gives the same pass, lateral forces
 turned about."""
 
 from dataclasses import replace

@@ -46,14 +46,14 @@ def bodies():
 
 def start_of(model: str, running):
     """fe_full begins at rest, fe_window in the middle of a pass; here that is made up."""
-    rest = resting(CASE.scene, running.speed * float(running.slope(running.start)))
+    at_rest = resting(CASE.scene, running.speed * float(running.slope(running.start)))
     return (
-        rest
+        at_rest
         if model == "fe_full"
         else replace(
-            rest,
-            force=1.3 * rest.force,
-            foundation=0.8 * rest.foundation,
+            at_rest,
+            force=1.3 * at_rest.force,
+            foundation=0.8 * at_rest.foundation,
             axle=-0.2,
             sprung=-0.05,
             crossing=-0.02,
@@ -164,7 +164,7 @@ def test_a_forgotten_attribute_is_found(bodies, tmp_path, monkeypatch):
             assert any(path.endswith(f".{name}") for path in differences(live, again)), f"{owner.__name__}.{name}"
 
 
-# ---- the whole rung, from its folder
+# ---- the whole model, from its folder
 
 WHOLE = SETTINGS.model_copy(update={"max_steps": 240, "field_frames": 3})
 

@@ -1,5 +1,5 @@
-"""On level rail a wheel that rolls drags nothing; one that is braked slides, and so does one that turns the wrong
-way."""
+"""On level rail a wheel that rolls drags nothing; one that is braked slides, and so does one that turns in
+the wrong sense."""
 
 import dataclasses
 from pathlib import Path
@@ -44,8 +44,8 @@ def rolled(scene, placed, monkeypatch, factor: float = 1.0, **changes):
 
 
 def friction_used(result, scene) -> tuple[float, float]:
-    """Longitudinal force, and friction's work per way, over the friction that the vertical force could carry; over the
-    last half of the way."""
+    """Longitudinal force, and friction's work per distance, over the friction that the vertical force could carry; over
+    the last half of the distance."""
     history = result.history
     late = history["x"] > history["x"][[0, -1]].mean()
     most = scene.friction * history["force"][late].mean()

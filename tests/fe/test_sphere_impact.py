@@ -46,9 +46,9 @@ def strike(size, block=0.05, cap=(0.006, 0.012), penalty=10.0, courant=0.9):
         approach.append(-plate.displacement[2])
     dynamics.check()
     force = np.array(force)
-    touching = np.flatnonzero(force > 1e-3 * force.max())
+    in_contact = np.flatnonzero(force > 1e-3 * force.max())
     momentum = structure.mass[flying] @ structure.v.reshape(-1, 3)[flying, 2] + plate.added_mass * plate.velocity[2]
-    duration = (touching[-1] - touching[0]) * dt
+    duration = (in_contact[-1] - in_contact[0]) * dt
     return (
         max(approach) / EXACT.approach,
         force.max() / EXACT.force,

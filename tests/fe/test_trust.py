@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from rail_fem.fe.findings import penetration
+from rail_fem.fe.diagnostics import penetration
 from rail_fem.fe.trust import BAD, GOOD, LIMITS, WARN, _static_row, judged, report_rows
 from rail_fem.output.history import complete_history
 from rail_fem.output.shares import last_known, numerical_shares
@@ -24,8 +24,16 @@ def energies():
     """An elastic body that is pressed with 20 J, let go to 1 J, and has taken 5 J of plastic work: 25 J at most. While
     it settles all is nonsense."""
     pressed = np.where(TIME < 6e-3, 20.0, 1.0)
-    history = {"time": TIME, "x": TIME * 30, "energy_elastic": pressed, "energy_plastic": np.full(101, 5.0), "energy_hourglass": np.linspace(0, 1.25, 101),
-               "energy_contact": np.where(TIME < 6e-3, 0.25, 0.0), "energy_contact_loss": 100 + TIME * 50, "energy_balance": -40 + np.where(TIME > SETTLED, 7 + 100 * TIME, 0)}  # fmt: skip
+    history = {
+        "time": TIME,
+        "x": TIME * 30,
+        "energy_elastic": pressed,
+        "energy_plastic": np.full(101, 5.0),
+        "energy_hourglass": np.linspace(0, 1.25, 101),
+        "energy_contact": np.where(TIME < 6e-3, 0.25, 0.0),
+        "energy_contact_loss": 100 + TIME * 50,
+        "energy_balance": -40 + np.where(TIME > SETTLED, 7 + 100 * TIME, 0),
+    }
     return complete_history(history)
 
 
@@ -35,16 +43,33 @@ def test_shares_are_those_of_the_largest_internal_energy_so_far_and_of_the_impac
     assert last_known(shares["energy_hourglass"]) == pytest.approx(1.25 / 25, rel=1e-12)
     # not 0.25 / 6, of what is left at the end
     assert np.nanmax(shares["energy_contact"]) == pytest.approx(0.25 / 25, rel=1e-12)
-    way = TIME[-1] - TIME[TIME > SETTLED][0]
-    assert last_known(shares["balance_contact"]) == pytest.approx(50 * way / WORK, rel=1e-12)
-    assert last_known(shares["balance_bodies"]) == pytest.approx(150 * way / WORK, rel=1e-12)
+    duration = TIME[-1] - TIME[TIME > SETTLED][0]
+    assert last_known(shares["balance_contact"]) == pytest.approx(50 * duration / WORK, rel=1e-12)
+    assert last_known(shares["balance_bodies"]) == pytest.approx(150 * duration / WORK, rel=1e-12)
 
 
 def facts(**changes):
     history = energies()
-    return {"shares": numerical_shares(history, SETTLED, WORK), "impact_work": WORK, "internal_energy": 25.0, "hourglass_zone": 0.02, "penetration": (9.7e-6, 3.3e-6),
-            "approach": 104e-6, "first_gap": 0.0, "resting": True, "transfers": True, "static_error": 0.004, "step": 1e-7, "step_ratio": 0.9, "limit": 1.1e-7, "element_limit": 1e-7,
-            "rechecks": 3, "outside": 0.2, "chatter": (0.0, 0.0), "penalty_factor": 1.0} | changes  # fmt: skip
+    return {
+        "shares": numerical_shares(history, SETTLED, WORK),
+        "impact_work": WORK,
+        "internal_energy": 25.0,
+        "hourglass_zone": 0.02,
+        "penetration": (9.7e-6, 3.3e-6),
+        "approach": 104e-6,
+        "initial_clearance": 0.0,
+        "resting": True,
+        "transfers": True,
+        "static_error": 0.004,
+        "step": 1e-7,
+        "step_ratio": 0.9,
+        "limit": 1.1e-7,
+        "element_limit": 1e-7,
+        "rechecks": 3,
+        "outside": 0.2,
+        "chatter": (0.0, 0.0),
+        "penalty_factor": 1.0,
+    } | changes
 
 
 def test_the_figure_of_the_energies_ends_with_the_numbers_of_the_report(tmp_path):

@@ -1,4 +1,4 @@
-"""The rung fe_window: the FE takes up the motion that rigid_hertz hands over."""
+"""The model fe_window: the FE takes up the motion that rigid_hertz hands over."""
 
 from pathlib import Path
 
@@ -26,9 +26,9 @@ def scene():
 def test_a_light_pass_that_has_not_moved_yet_hands_over_the_state_at_rest(scene):
     """On the flat start of the window: vertical speed of the path 0.02 m/s at most, forces to the settling of the first
     step."""
-    given, rest = from_rigid_hertz(scene, APPROACH, 0.0955), resting(scene, 0.0)
+    given, at_rest = from_rigid_hertz(scene, APPROACH, 0.0955), resting(scene, 0.0)
     assert (given.force, given.suspension, given.foundation) == pytest.approx(
-        (rest.force, rest.suspension, rest.foundation), rel=2e-3
+        (at_rest.force, at_rest.suspension, at_rest.foundation), rel=2e-3
     )
     assert np.abs([given.axle, given.sprung, given.crossing]).max() < 0.02
 

@@ -38,14 +38,14 @@ def meshes(scene):
 
 
 def fine_planes(mesh, region: int, low: float, high: float) -> np.ndarray:
-    """Distinct x of the nodes of a region, between two places [m]."""
+    """Distinct x of the nodes of a region, between two positions [m]."""
     x = mesh.points[np.unique(mesh.cells[mesh.region == region]), 0]
     return np.unique(np.round(x[(x > low) & (x < high)], 10))
 
 
 @pytest.mark.parametrize("other", [1, 2])
 def test_the_mesh_under_the_wheel_is_the_same_in_another_window(meshes, other):
-    """Where both windows are fine, all elements of wing and nose stand at the same places to round-off."""
+    """Where both windows are fine, all elements of wing and nose stand at the same positions to round-off."""
     low, high = 0.31, ENDS[0] + PATCH_REACH
     centres = [mesh.points[mesh.cells].mean(axis=1) for mesh in meshes]
     fine = [
@@ -53,12 +53,12 @@ def test_the_mesh_under_the_wheel_is_the_same_in_another_window(meshes, other):
         for centre, mesh in zip(centres, meshes)
     ]
     assert len(fine[0]) == len(fine[other]) > 500
-    order = [np.lexsort(np.round(places, 9).T) for places in fine]
+    order = [np.lexsort(np.round(positions, 9).T) for positions in fine]
     assert np.abs(fine[0][order[0]] - fine[other][order[other]]).max() < 1e-12
 
 
 def test_planes_between_slabs_are_counted_from_the_crossing(scene, meshes):
-    """Whole elements from the theoretical intersection on the wing, from its tip on the nose, at whatever place the
+    """Whole elements from the theoretical intersection on the wing, from its tip on the nose, at whatever position the
     window begins and ends."""
     for region, anchor in ((0, 0.0), (1, CastCrossing(scene.crossing.ratio).nose_x)):
         for mesh in meshes:
@@ -68,7 +68,7 @@ def test_planes_between_slabs_are_counted_from_the_crossing(scene, meshes):
 
 def test_the_end_of_the_window_changes_nothing_before_the_wheel_is_there(scene):
     """To the last bit as long as the crossing is held. From then on the steel behind the shorter end is missing where
-    the foundation shakes it, and where waves along the nose come to: force to 5e-7 until the wheel touches the nose,
+    the foundation shakes it, and where waves along the nose come to: force to 5e-7 until the wheel reaches the nose,
     and to 0.5 % while it is taken over, 25 to 60 mm before that end. (The ends of a mesh laid from the window's ends
     had changed it by 12 % of the force, all along.)"""
     taken_over = 0.375

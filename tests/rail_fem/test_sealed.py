@@ -13,12 +13,12 @@ ARRAYS = {
     "none": np.empty((0, 3)),
     "one": np.float64(3.5),
 }
-TIES = {"case": "a1", "mesh": "b2"}
+IDENTITY = {"case": "a1", "mesh": "b2"}
 
 
 @pytest.fixture
 def path(tmp_path):
-    write_sealed(tmp_path / "mesh.npz", ARRAYS, TIES)
+    write_sealed(tmp_path / "mesh.npz", ARRAYS, IDENTITY)
     return tmp_path / "mesh.npz"
 
 
@@ -38,9 +38,9 @@ def test_arrays_come_back_to_the_bit_and_one_seal_means_one_content(path, tmp_pa
             and arrays[name].shape == array.shape
             and arrays[name].tobytes() == array.tobytes()
         )
-    assert write_sealed(tmp_path / "again.npz", arrays, TIES) == seal
+    assert write_sealed(tmp_path / "again.npz", arrays, IDENTITY) == seal
     moved = arrays | {"points": arrays["points"] + np.eye(500, 3) * 1e-16}
-    assert write_sealed(tmp_path / "moved.npz", moved, TIES) != seal
+    assert write_sealed(tmp_path / "moved.npz", moved, IDENTITY) != seal
     assert [p.name for p in sorted(tmp_path.iterdir())] == ["again.npz", "mesh.npz", "moved.npz"]
 
 
@@ -93,19 +93,19 @@ DAMAGE = {
 @pytest.mark.parametrize("how", DAMAGE)
 def test_damaged_file_is_named_with_its_remedy(path, how):
     DAMAGE[how](path)
-    with pytest.raises(SealError, match=r"mesh\.npz: .*: begin again") as fault:
-        read_sealed(path, TIES, "begin again")
-    assert len(str(fault.value)) < 500
+    with pytest.raises(SealError, match=r"mesh\.npz: .*: begin again") as message:
+        read_sealed(path, IDENTITY, "begin again")
+    assert len(str(message.value)) < 500
 
 
 @pytest.mark.parametrize(
-    "ties, said",
+    "identity, said",
     [
         ({"case": "a2"}, "another case"),
         ({"case": "a1", "mesh": "b3"}, "another mesh"),
         ({"case": "", "mesh": ""}, "another case and another mesh"),
     ],
 )
-def test_file_of_another_run_says_whose(path, ties, said):
+def test_file_of_another_run_says_whose(path, identity, said):
     with pytest.raises(SealError, match=f"belongs to {said}: begin again"):
-        read_sealed(path, ties, "begin again")
+        read_sealed(path, identity, "begin again")

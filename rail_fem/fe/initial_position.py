@@ -1,4 +1,4 @@
-"""The wheel's mesh set down on the crossing's: along the rigid path first, then by the gap between the meshes
+"""The wheel's mesh positioned on the crossing's: along the rigid path first, then by the gap between the meshes
 themselves."""
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ REGIONS = ("wing", "nose", "wheel")
 FARTHEST = 20e-3  # surface nodes farther apart than this are not compared [m]
 
 
-def place_wheel(rail: HexMesh, wheel: HexMesh, x: float, y: float, height: float) -> tuple[HexMesh, float]:
+def position_wheel(rail: HexMesh, wheel: HexMesh, x: float, y: float, height: float) -> tuple[HexMesh, float]:
     """Both meshes in one, the wheel at x, y so that the smallest gap between the meshes is zero; and the gap it had on
     the rigid path [m].
 
@@ -33,8 +33,8 @@ def place_wheel(rail: HexMesh, wheel: HexMesh, x: float, y: float, height: float
 
 
 def smallest_gap(rail: HexMesh, wheel: HexMesh) -> float:
-    """Smallest vertical way between the surfaces, rail nodes against wheel facets and the reverse [m]; negative: they
-    overlap."""
+    """Smallest vertical distance between the surfaces, rail nodes against wheel facets and the reverse [m]; negative:
+    they overlap."""
     return min(_vertical_gap(rail, wheel), _vertical_gap(wheel, rail))
 
 

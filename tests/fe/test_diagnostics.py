@@ -9,8 +9,8 @@ from mpi4py import MPI
 
 from geometry.meshing.blocks import mesh_box
 from geometry.meshing.hexmesh import merge_bodies
+from rail_fem.fe.diagnostics import PATCH_REACH, static_error, strain_peaks
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.findings import PATCH_REACH, static_error, strain_peaks
 from rail_fem.fe.trust import BAD, GOOD, WARN, _chatter_row, chatter, mesh_noise
 from tests.fe.bodies import NO_VISCOSITY, STEEL, place, plastic, structure_of
 
@@ -24,12 +24,12 @@ TIME = np.arange(0.0, 0.01, PASSES / 20)
 def test_static_load_is_judged_between_settling_and_the_first_bend(sign):
     """3 % too much there; settling before it and the bend after it hold other forces, which must not count."""
     x = X if sign > 0 else X[::-1]
-    way = np.abs(x - x[0])
+    distance = np.abs(x - x[0])
     running = SimpleNamespace(
         sign=sign, start=x[0], slope=lambda at: np.where(np.abs(np.asarray(at) - x[0]) > 0.1, 1e-2, 0.0)
     )
-    force = np.where(way < 0.02, 9e5, np.where(way < 0.1 - 0.9 * PATCH_REACH, 1.03e5, 5e5))
-    found = {"time": way / SPEED, "x": x, "force": force}
+    force = np.where(distance < 0.02, 9e5, np.where(distance < 0.1 - 0.9 * PATCH_REACH, 1.03e5, 5e5))
+    found = {"time": distance / SPEED, "x": x, "force": force}
     assert static_error(found, 1e5, 0.0201 / SPEED, running) == pytest.approx(0.03, rel=1e-12)
     assert np.isnan(static_error(found, 1e5, 1.0, running))
     assert np.isnan(static_error({"time": np.empty(0), "x": np.empty(0)}, 1e5, 0.0, running))

@@ -18,10 +18,12 @@ from rail_fem.output.shares import largest_internal, numerical_shares
 LEVEL = 2e-4  # change of the rigid path's slope up to which running counts as steady [1]
 
 
-def trust_facts(run: Run, history: dict[str, np.ndarray], quality: MeshQuality | None, first_gap: float) -> dict:
+def trust_facts(
+    run: Run, history: dict[str, np.ndarray], quality: MeshQuality | None, initial_clearance: float
+) -> dict:
     """Facts for `trust.report_rows`, replicated. Collective.
 
-    quality : of the mesh on root, None elsewhere;  first_gap : of the meshes before placing [m]
+    quality : of the mesh on root, None elsewhere;  initial_clearance : of the meshes before initial positioning [m]
     """
     dynamics, settled = run.dynamics, run.settings.settle_time
     work = trust.impact_work(np.array(run.recorder.contact_work)[history["time"] > settled])
@@ -32,7 +34,7 @@ def trust_facts(run: Run, history: dict[str, np.ndarray], quality: MeshQuality |
         "hourglass_zone": zone_hourglass(run),
         "penetration": penetration(np.array(run.recorder.overlap).reshape(-1, 3)[history["time"] > settled]),
         "approach": run.static_approach if run.static_approach > 0 else float("nan"),
-        "first_gap": first_gap,
+        "initial_clearance": initial_clearance,
         "resting": run.passage.start.resting,
         "transfers": len(run.passage.running.transfers) > 0,
         "static_error": static_error(history, run.passage.static_load, settled, run.passage.running),

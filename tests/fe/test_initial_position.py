@@ -9,9 +9,9 @@ import pytest
 from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import rolling_radius
 from rail_fem.case.casefile import load_case
+from rail_fem.fe.initial_position import smallest_gap
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import running_of
-from rail_fem.fe.placing import smallest_gap
 
 CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
 SIZE = 5e-3
@@ -61,7 +61,7 @@ def test_far_tread_slope_of_the_scene_is_that_of_the_path():
 
 @pytest.mark.parametrize("changes, aside", [({}, 0.0), ({"back_to_back": 1.370}, 5e-3)])
 def test_wheel_is_set_down_at_its_lateral_place_and_touches(changes, aside):
-    """The meshes' gap on the rigid path is faceting, h^2 / 8 R of either surface; a wheel at another lateral place
+    """The meshes' gap on the rigid path is faceting, h^2 / 8 R of either surface; a wheel at another lateral position
     would be out by more."""
     here = scene(**changes)
     running = running_of(here, SETTINGS)
