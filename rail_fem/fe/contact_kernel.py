@@ -76,6 +76,49 @@ class Pairs(NamedTuple):
         )
 
 
+class Nodes(NamedTuple):
+    """Surface nodes, the rail's first, and where they are.
+
+    area [m2], inverse_mass [1/kg] : (n,);  from_axle : (n, 3) reference position of the wheel's nodes [m]
+    position, before : (n, 3) at the end of the step without contact, and at its start [m]
+    """
+
+    area: np.ndarray
+    inverse_mass: np.ndarray
+    from_axle: np.ndarray
+    position: np.ndarray
+    before: np.ndarray
+
+
+class Law(NamedTuple):
+    """compliance : 1 / penalty per area [m/Pa];  friction [1];  deepest : penetration beyond which a projection is not
+    believed [m]"""
+
+    compliance: float
+    friction: float
+    deepest: float
+
+
+class NodalForces(NamedTuple):
+    """What a step finds at the surface nodes: area that the active pairs put on each [m2], scalar normal force on each
+    [N], (n,); force on each (n, 3) [N]; pressure as a slave [Pa] (n,); elastic slip of the rail's nodes (n, 3) [m]."""
+
+    tributary_area: np.ndarray
+    normal_force: np.ndarray
+    force: np.ndarray
+    pressure_at: np.ndarray
+    slip: np.ndarray
+
+
+class Sliding(NamedTuple):
+    """Of the rail's k pairs: sticking (k,); path of the node over the wheel's material without contact (k, 3) [m];
+    friction force on the wheel (k, 3) [N]."""
+
+    sticking: np.ndarray
+    moved: np.ndarray
+    drag: np.ndarray
+
+
 @_compiled
 def pack(x, v, dt, local, slot, buffer):
     """Positions now and, without contact, after the step, of the nodes `local` of this rank -> rows `slot` of buffer
@@ -229,34 +272,23 @@ def pair_mobility(pairs, i, tributary_area, inverse_mass):
 
 
 @_part
-def normal_forces(
-    pairs,
-    area,
-    factor,
-    compliance,
-    dt,
-    tributary_area,
-    inverse_mass,
-    from_axle,
-    of_wheel,
-    normal_force,
-    force,
-    pressure_at,
-    sums,
-):
+def add_normal_forces(pairs, nodes, factor, law, dt, of_wheel, found, sums):
     """Pressures of one pass, their forces on the nodes, and the scalar normal force on each node.
 
     of_wheel : 1 in the pass of the wheel's nodes, 0 in that of the rail's: there the wheel's material flows along the
         facets
     """
-    normal, weight = pairs.normal, pairs.weight
+    normal, weight, force, normal_force = pairs.normal, pairs.weight, found.force, found.normal_force
+    compliance, from_axle = law.compliance, nodes.from_axle
     for i in range(pairs.slaves.size):
         s = pairs.slaves[i]
         p = 0.0
         if pairs.active[i]:
             q = pairs.quads[pairs.facets[i]]
-            p = -pairs.gap[i] / (compliance + dt * dt * pair_mobility(pairs, i, tributary_area, inverse_mass))
-            f = factor * area[s] * p
+            p = -pairs.gap[i] / (
+                compliance + dt * dt * pair_mobility(pairs, i, found.tributary_area, nodes.inverse_mass)
+            )
+            f = factor * nodes.area[s] * p
             normal_force[s] += f
             for k in range(4):
                 normal_force[q[k]] += weight[i, k] * f
@@ -268,7 +300,7 @@ def normal_forces(
             sums[AXLE_MOMENT] += of_wheel * f * (normal[i, 0] * from_axle[s, 2] - normal[i, 2] * from_axle[s, 0])
             sums[N_ACTIVE] += 1
         pairs.pressure[i] = p
-        pressure_at[s] = p
+        found.pressure_at[s] = p
 
 
 @_part
@@ -291,42 +323,20 @@ def material_flow(reference, position, quad, weight, flow, t1, t2, r1, r2, point
 
 
 @_part
-def friction_forces(
-    pairs,
-    area,
-    tributary_area,
-    inverse_mass,
-    position,
-    before,
-    from_axle,
-    spin,
-    friction,
-    compliance,
-    dt,
-    normal_force,
-    slip,
-    sticking,
-    moved,
-    drag,
-    force,
-    sums,
-):
-    """Coulomb friction of the rail's nodes: elastic slip (n, 3) per node with the same implicit stiffness, returned to
-    the cone mu * normal_force.
-
-    moved, drag : (k, 3) out, path of the node over the wheel's material without contact [m] and friction force on the
-        wheel [N]
-    """
+def add_friction_forces(pairs, nodes, law, spin, dt, found, sliding, sums):
+    """Coulomb friction of the rail's nodes: elastic slip per node with the same implicit stiffness, returned to the
+    cone friction * normal force; fills `sliding`."""
     flow, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
     r1, r2, point, trial = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    normal, weight = pairs.normal, pairs.weight
+    normal, weight, position, before = pairs.normal, pairs.weight, nodes.position, nodes.before
+    slip, force, moved, drag = found.slip, found.force, sliding.moved, sliding.drag
     for i in range(pairs.slaves.size):
         s = pairs.slaves[i]
         if not pairs.active[i]:
             slip[s, 0] = slip[s, 1] = slip[s, 2] = 0.0
             continue
         q = pairs.quads[pairs.facets[i]]
-        material_flow(from_axle, position, q, weight[i], flow, t1, t2, r1, r2, point)
+        material_flow(nodes.from_axle, position, q, weight[i], flow, t1, t2, r1, r2, point)
         along = 0.0
         for c in range(3):
             move = position[s, c] - before[s, c] - dt * spin * flow[c]
@@ -340,16 +350,18 @@ def friction_forces(
             trial[c] -= along * normal[i, c]
             size += trial[c] * trial[c]
         size = math.sqrt(size)
-        stiffness = area[s] / (compliance + dt * dt * pair_mobility(pairs, i, tributary_area, inverse_mass))
+        stiffness = nodes.area[s] / (
+            law.compliance + dt * dt * pair_mobility(pairs, i, found.tributary_area, nodes.inverse_mass)
+        )
         f = stiffness * size
-        bound = friction * normal_force[s]
-        sliding = f > bound
-        if sliding:
+        bound = law.friction * found.normal_force[s]
+        sliding_now = f > bound
+        if sliding_now:
             f = bound
         scale = f / size if size > 0.0 else 0.0
-        sticking[i] = not sliding
+        sliding.sticking[i] = not sliding_now
         for c in range(3):
-            slip[s, c] = trial[c] * (compliance * scale / area[s] if sliding else 1.0)
+            slip[s, c] = trial[c] * (law.compliance * scale / nodes.area[s] if sliding_now else 1.0)
             force[s, c] -= scale * trial[c]
             drag[i, c] = scale * trial[c]
             sums[AXLE_MOMENT] += drag[i, c] * flow[c]
@@ -358,9 +370,10 @@ def friction_forces(
 
 
 @_part
-def finish_slip(pairs, sticking, inverse_mass, force, dt, moved, drag, slip, sums):
+def finish_slip(pairs, inverse_mass, dt, found, sliding, sums):
     """After all forces: elastic slip of sticking nodes with what the contact forces move within the step, and the work
     of friction."""
+    slip, force = found.slip, found.force
     for i in range(pairs.slaves.size):
         if not pairs.active[i]:
             continue
@@ -371,109 +384,49 @@ def finish_slip(pairs, sticking, inverse_mass, force, dt, moved, drag, slip, sum
             for k in range(4):
                 change -= pairs.weight[i, k] * force[q[k], c] * inverse_mass[q[k]]
             change *= dt * dt
-            sums[FRICTION_WORK] += drag[i, c] * (moved[i, c] + change)
-            if sticking[i]:
+            sums[FRICTION_WORK] += sliding.drag[i, c] * (sliding.moved[i, c] + change)
+            if sliding.sticking[i]:
                 slip[s, c] += change
                 along += slip[s, c] * pairs.normal[i, c]
-        if sticking[i]:
+        if sliding.sticking[i]:
             for c in range(3):
                 slip[s, c] -= along * pairs.normal[i, c]
 
 
 @_compiled
-def contact_forces(
-    on_rail,
-    on_wheel,
-    watched,
-    n_rail,
-    area,
-    inverse_mass,
-    position,
-    before,
-    from_axle,
-    spin,
-    friction,
-    compliance,
-    deepest,
-    dt,
-    tributary_area,
-    normal_force,
-    force,
-    pressure_at,
-    slip,
-    sticking,
-    moved,
-    drag,
-    sums,
-):
+def contact_forces(on_rail, on_wheel, watched, n_rail, nodes, law, spin, dt, found, sliding, sums):
     """All contact forces of a step.
 
     on_rail, on_wheel : Pairs of the rail's nodes over the wheel's facets and the reverse;
-    watched : (w,) surface nodes in question, the wheel's from number n_rail on;
-    area [m2], inverse_mass [1/kg] : (n,);  position, before : (n, 3) at the end of the step without
-    contact and at its start;  from_axle : (n, 3) reference position of the wheel's nodes [m];  compliance : 1 / penalty
-    per area [m/Pa]
-    tributary_area, normal_force, force, pressure_at, slip : (n,), (n,), (n, 3), (n,), (n, 3), the first four
-        overwritten on `watched`
-    sticking, moved, drag : of the rail's pairs, see `friction_forces`;  sums : (N_SUMS,) overwritten
+    watched : (w,) surface nodes in question, the wheel's from number n_rail on;  nodes : Nodes;  law : Law;  spin of
+        the wheel [rad/s]
+    found : NodalForces, all but the slip overwritten on `watched`;  sliding : Sliding of the rail's pairs, overwritten;
+    sums : (N_SUMS,) overwritten
     With friction the rail's pairs are left active where their node carries normal force, its own or of the wheel's
     nodes.
     """
     point, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
     sums[:] = 0.0
     for n in watched:
-        tributary_area[n], normal_force[n], pressure_at[n] = 0.0, 0.0, 0.0
-        force[n, 0] = force[n, 1] = force[n, 2] = 0.0
+        found.tributary_area[n], found.normal_force[n], found.pressure_at[n] = 0.0, 0.0, 0.0
+        found.force[n, 0] = found.force[n, 1] = found.force[n, 2] = 0.0
     for side in range(2):
         pairs = on_wheel if side else on_rail
-        project_all(position, pairs, point, t1, t2)
+        project_all(nodes.position, pairs, point, t1, t2)
         for i in range(pairs.slaves.size):
-            pairs.active[i] = pairs.facets[i] >= 0 and -deepest < pairs.gap[i] < 0.0
-        add_tributary_areas(pairs, area, 0.5, tributary_area)
+            pairs.active[i] = pairs.facets[i] >= 0 and -law.deepest < pairs.gap[i] < 0.0
+        add_tributary_areas(pairs, nodes.area, 0.5, found.tributary_area)
     for side in range(2):
-        normal_forces(
-            on_wheel if side else on_rail,
-            area,
-            0.5,
-            compliance,
-            dt,
-            tributary_area,
-            inverse_mass,
-            from_axle,
-            side,
-            normal_force,
-            force,
-            pressure_at,
-            sums,
-        )
-    if friction > 0.0:
+        add_normal_forces(on_wheel if side else on_rail, nodes, 0.5, law, dt, side, found, sums)
+    if law.friction > 0.0:
         for n in watched:
-            tributary_area[n] = 0.0
+            found.tributary_area[n] = 0.0
         # a node that only the wheel's nodes press rubs as well: at the rim of the patch there are some
         for i in range(on_rail.slaves.size):
-            on_rail.active[i] = on_rail.facets[i] >= 0 and normal_force[on_rail.slaves[i]] > 0.0
-        add_tributary_areas(on_rail, area, 1.0, tributary_area)
-        friction_forces(
-            on_rail,
-            area,
-            tributary_area,
-            inverse_mass,
-            position,
-            before,
-            from_axle,
-            spin,
-            friction,
-            compliance,
-            dt,
-            normal_force,
-            slip,
-            sticking,
-            moved,
-            drag,
-            force,
-            sums,
-        )
-        finish_slip(on_rail, sticking, inverse_mass, force, dt, moved, drag, slip, sums)
+            on_rail.active[i] = on_rail.facets[i] >= 0 and found.normal_force[on_rail.slaves[i]] > 0.0
+        add_tributary_areas(on_rail, nodes.area, 1.0, found.tributary_area)
+        add_friction_forces(on_rail, nodes, law, spin, dt, found, sliding, sums)
+        finish_slip(on_rail, nodes.inverse_mass, dt, found, sliding, sums)
     for n in watched:
         if n >= n_rail:
-            sums[TOWED] += force[n, 0]
+            sums[TOWED] += found.force[n, 0]
