@@ -1,17 +1,21 @@
 """The command line: check | run | show | compare | sweep | report | profile | doctor. Every command says what it found
 and ends non-zero on a fault."""
 
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 
 from rail_fem import launcher
 from rail_fem.case.casefile import Case, CaseError, load_case
+from rail_fem.case.variations import VariationError, read_settings
 from rail_fem.commands import contact as pair
 from rail_fem.commands import start
+from rail_fem.commands.ending import say, stop, stop_run
+from rail_fem.commands.show_sweep import is_sweep, show_sweep, tell_sweep
 from rail_fem.commands.study import study
+from rail_fem.commands.sweep import SetOption, sweep
 from rail_fem.output.versions import own_version
 
 app = typer.Typer(
@@ -24,6 +28,7 @@ app.command("list")(start.names)
 app.command()(start.init)
 app.command()(pair.contact)
 app.command()(pair.patch)
+app.command()(sweep)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(study)
 
 
@@ -51,33 +56,12 @@ ModelOption = Annotated[
 ]
 
 
-def say(text: str) -> None:
-    """Print on rank 0."""
-    if launcher.rank() == 0:
-        typer.echo(text)
-
-
-def stop(text: str, code: int = 2) -> NoReturn:
-    """End with a fault that all ranks have met: the text on rank 0's standard error, the same exit code on every
-    rank."""
-    if launcher.rank() == 0:
-        typer.echo(text, err=True)
-    launcher.end_together()
-    raise typer.Exit(code)
-
-
-def stop_run(text: str) -> NoReturn:
-    """End after a fault in the run, with this rank's words: when all ranks meet it the root ends the job before the
-    others speak."""
-    typer.echo(text if launcher.rank() == 0 else f"rank {launcher.rank()}: {text}", err=True)
-    raise typer.Exit(1)
-
-
-def read_case(path: Path, model: str | None) -> tuple[Case, str]:
-    """The case and the name of the model to run; ends the program on a fault."""
+def read_case(path: Path, model: str | None, settings: list[str] | None = None) -> tuple[Case, str]:
+    """The case with what --set changes and the name of the model to run; ends the program on a fault."""
     try:
-        case = launcher.on_root(lambda: load_case(path))  # once for all ranks: they work on the same content
-    except CaseError as error:
+        changes = read_settings(settings or ())
+        case = launcher.on_root(lambda: load_case(path, changes))  # once for all ranks: they work on the same content
+    except (CaseError, VariationError) as error:
         stop(str(error))
     if model is None and len(case.runs) > 1:
         stop(f"{path}: has [run.*] for {', '.join(case.runs)}: choose one with --model")
@@ -91,12 +75,13 @@ def read_case(path: Path, model: str | None) -> tuple[Case, str]:
 def check(
     case: CaseArgument,
     model: ModelOption = None,
+    settings: SetOption = None,
     ranks: Annotated[int, typer.Option(help="ranks to estimate for", min=1)] = 2,
 ) -> None:
     """Read a case file and say what it means, what it will cost, and what is doubtful; nothing is meshed or written."""
     from rail_fem.show.report import case_report
 
-    loaded, name = read_case(case, model)
+    loaded, name = read_case(case, model, settings)
     report, faults = case_report(loaded, name, ranks)
     say(report)
     if faults:
@@ -108,6 +93,7 @@ def run(
     case: CaseArgument,
     out: Annotated[Path, typer.Option("--out", help="folder for everything the run writes")],
     model: ModelOption = None,
+    settings: SetOption = None,
     restart: Annotated[bool, typer.Option("--restart", help="go on with the run in the folder")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="remove the run in the folder first")] = False,
     expected: Annotated[
@@ -119,7 +105,7 @@ def run(
     from rail_fem.output.runfolder import digest, fingerprint
     from rail_fem.run.job import JobFault, run_case
 
-    loaded, name = read_case(case, model)
+    loaded, name = read_case(case, model, settings)
     if expected and expected != digest(fingerprint(name, loaded.scene, loaded.runs[name])):
         stop(f"{case}: the case or its profile file has changed since it was read for this run: start again")
     try:
@@ -130,7 +116,7 @@ def run(
         stop_run(f"{case}: the run failed: {fault}")
 
 
-class Figures(str, Enum):
+class Figures(StrEnum):
     """Which figures `show` draws."""
 
     missing = "missing"
@@ -140,18 +126,35 @@ class Figures(str, Enum):
 
 @app.command()
 def show(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run, or one that holds such")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="folder of a run, or of a sweep, or one that holds runs")
+    ],
     figures: Annotated[
         Figures, typer.Option(help="draw those that are missing, all anew, or none (nothing is written then)")
     ] = Figures.missing,
+    quantity: Annotated[
+        str | None, typer.Option(help="of a sweep: draw this, e.g. 'first impact', against --against")
+    ] = None,
+    against: Annotated[str | None, typer.Option(help="of a sweep: what varies, e.g. scene.speed or speed")] = None,
+    model: Annotated[list[str] | None, typer.Option("--model", help="of a sweep: only this model")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="of a sweep: PNG for the figure; default: DIR/figures/QUANTITY_against_KEY.png")
+    ] = None,
 ) -> None:
-    """Say what a run found, or how far it is; draw figures of a result that are missing."""
+    """Say what a run or a sweep found, or how far it is; draw figures that are missing, or a quantity against what
+    varies."""
     from rail_fem.show.report import folder_report
 
+    if quantity or against:
+        show_sweep(folder, quantity, against, model or [], out)
+        return
     try:
         if figures != Figures.none and (folder / "result.json").is_file():
             _draw_figures(folder, figures)
-        say(folder_report(folder))
+        if is_sweep(folder):
+            tell_sweep(folder)
+        else:
+            say(folder_report(folder))
     except (ValueError, OSError) as error:
         stop(str(error))
 
@@ -216,46 +219,6 @@ def share(text: str, option: str) -> float:
 
 
 @app.command()
-def sweep(
-    cases: Annotated[list[Path], typer.Argument(metavar="CASE...", help="case files, e.g. cases/thesis/*.toml")],
-    out: Annotated[Path, typer.Option("--out", help="folder of all results: OUT/CASE/MODEL")],
-    model: Annotated[
-        list[str] | None, typer.Option("--model", help="only this rung; may be given several times")
-    ] = None,
-    ranks: Annotated[int, typer.Option(help="for parallel rungs", min=1)] = 2,
-    only: Annotated[
-        int | None, typer.Option(help="only the case of this number, from 1: for job arrays", min=1)
-    ] = None,
-) -> None:
-    """Run many cases with every model that they name; started again, it goes on. Do not put mpirun in front."""
-    from rail_fem.ladder import LADDER
-    from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
-    from rail_fem.sweeps.sweep_report import sweep_report
-
-    unknown = sorted(set(model or ()) - set(LADDER))
-    if unknown:
-        stop(f"--model {', '.join(unknown)}: no such rung; choose among {', '.join(LADDER)}")
-    if only is not None and only > len(cases):
-        stop(f"--only {only}: there are {len(cases)} case(s)")
-    if launcher.rank_count() > 1:
-        stop("sweep starts mpirun itself, case by case: leave mpirun out and give --ranks")
-    try:
-        found, faults = read_cases(cases if only is None else [cases[only - 1]])
-    except ValueError as error:
-        stop(str(error))
-    for fault in faults:
-        typer.echo(f"left out: {fault}", err=True)
-    outcomes = run_sweep(jobs_of(found, out, model or ()), ranks, say)
-    report = sweep_report(outcomes, faults)
-    out.mkdir(parents=True, exist_ok=True)
-    if only is None:
-        (out / "sweep.md").write_text(report, encoding="utf-8")
-    say("\n" + report)
-    if faults or any(outcome.state == FAILED for outcome in outcomes):
-        raise typer.Exit(1)
-
-
-@app.command()
 def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a sweep: DIR/CASE/MODEL")],
     groups: Annotated[
@@ -278,9 +241,10 @@ def report(
     from rail_fem.sweeps.sweep_page import write_digest, write_page
 
     try:
-        say(
-            f"{write_page(folder, groups, out or folder / 'report') if digest is None else write_digest(folder, groups, digest, tuple(show or ()))}"
-        )
+        if digest is None:
+            say(str(write_page(folder, groups, out or folder / "report")))
+        else:
+            say(str(write_digest(folder, groups, digest, tuple(show or ()))))
     except (ValueError, OSError) as error:
         stop(str(error))
 

@@ -1,7 +1,7 @@
 """Case files: TOML text to a typed scene and typed numerics, with every fault reported at once."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -34,18 +34,24 @@ class CaseError(ValueError):
 
 @dataclass(frozen=True)
 class Case:
-    """A scene and, by the name of the model, its numerics."""
+    """A scene and, by the name of the model, its numerics.
+
+    changes : what was read in place of the file's values, by key;  name : of its folder in a sweep
+    """
 
     path: Path
     title: str
     scene: Scene
     runs: Mapping[str, Frozen]
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    name: str = ""
 
 
-def load_case(path: Path, changes: Mapping[str, Any] | None = None) -> Case:
+def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = "") -> Case:
     """Read and check a case file. Nothing is meshed or written. Errors: CaseError with all faults.
 
     changes : values in place of the file's, by keys such as "scene.speed" or "run.lumped.start"
+    name : of the case in a sweep; none: the file's
     """
     path = Path(path)
     table = _read_table(path)
@@ -77,7 +83,8 @@ def load_case(path: Path, changes: Mapping[str, Any] | None = None) -> Case:
             path,
             faults[:MOST_FAULTS] + ([f"and {len(faults) - MOST_FAULTS} more"] if len(faults) > MOST_FAULTS else []),
         )
-    return Case(path, title, scene, runs)
+    told = ", ".join(f"{key.removeprefix('scene.')} {value}" for key, value in (changes or {}).items())
+    return Case(path, f"{title}; {told}" if told else title, scene, runs, dict(changes or {}), name or path.stem)
 
 
 def _read_table(path: Path) -> dict[str, Any]:
@@ -90,6 +97,8 @@ def _read_table(path: Path) -> dict[str, Any]:
 def _change(table: dict[str, Any], key: str, value: Any, path: Path) -> None:
     *sections, last = key.split(".")
     for section in sections:
+        if isinstance(table.get(section), str) and sections[:2] == ["scene", "materials"]:
+            table[section] = {"grade": table[section]}  # a steel may stand there by its grade alone
         table = table.setdefault(section, {})
         if not isinstance(table, dict):
             raise CaseError(path, [f"{key}: cannot be changed, {section} is no table"])

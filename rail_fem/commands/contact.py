@@ -5,7 +5,7 @@ import io
 import json
 import warnings
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -20,7 +20,9 @@ from geometry.profiles.reading import read_profile
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import SIDES, Track, Wheelset
 from rail_fem.atomic import write_text_atomically
+from rail_fem.commands.ending import stop
 from rail_fem.light.contact_pairs import bring_together, plain_rail
+from rail_fem.scene.series import read_series
 from rail_fem.scene.units import QuantityError, parse
 
 WheelArgument = Annotated[str, typer.Argument(metavar="WHEEL", help=f"{', '.join(WHEEL_NAMES)}, or a profile file")]
@@ -29,14 +31,11 @@ RailArgument = Annotated[
 ]
 Inclination = Annotated[str, typer.Option(help="of a rail known by name: 1:20, 1:40, 0")]
 Length = Annotated[str, typer.Option(help="with its unit")]
-COLUMNS = ("shift [mm]", "yaw [mrad]", "side", "height [mm]", "roll [mrad]", "lateral position [mm]", "on the wheel from its flange back [mm]",
-           "on the rail [mm]", "contact angle [mrad]", "rolling radius [mm]", "ahead of the axle [mm]")  # fmt: skip
-
-
-def stop(text: str) -> NoReturn:
-    """End with a fault."""
-    typer.echo(text, err=True)
-    raise typer.Exit(2)
+COLUMNS = (
+    "shift [mm]", "yaw [mrad]", "side", "height [mm]", "roll [mrad]", "lateral position [mm]",
+    "on the wheel from its flange back [mm]", "on the rail [mm]", "contact angle [mrad]", "rolling radius [mm]",
+    "ahead of the axle [mm]",
+)  # fmt: skip
 
 
 def length(text: str, unit: str = "mm") -> float:
@@ -77,13 +76,11 @@ def profile_of(text: str, kind: str, inclination: float = 0.0) -> Profile:
 
 
 def series(text: str, unit: str) -> np.ndarray:
-    """ "3 mm", or "-6 mm:6 mm:13" for so many values evenly from one to the other."""
-    parts = text.split(":")
-    if len(parts) == 1:
-        return np.array([length(text, unit)])
-    if len(parts) != 3 or not parts[2].strip().isdigit() or not 2 <= int(parts[2]) <= 100_000:
-        stop(f'{text!r} is no series: write e.g. "-6 {unit}:6 {unit}:13" for 13 values from one to the other')
-    return np.linspace(length(parts[0], unit), length(parts[1], unit), int(parts[2]))
+    """ "3 mm", or "-6 mm:6 mm:13", in SI; ends the program where it is none."""
+    try:
+        return read_series(text, unit).values
+    except QuantityError as error:
+        stop(str(error))
 
 
 def contact(
@@ -139,8 +136,9 @@ def contact_rows(search: ContactSearch, shift: float, yaw: float) -> list[tuple]
     except ValueError as error:
         stop(f"shift {shift * 1e3:g} mm, yaw {yaw * 1e3:g} mrad: {error}")
     return [
-        (shift * 1e3, yaw * 1e3, side, state.z * 1e3, state.roll * 1e3, p.position[0, 1] * 1e3, p.from_flange_back[0] * 1e3, p.rail_station[0] * 1e3,
-         p.angle[0] * 1e3, p.rolling_radius[0] * 1e3, p.ahead[0] * 1e3)
+        (shift * 1e3, yaw * 1e3, side, state.z * 1e3, state.roll * 1e3, p.position[0, 1] * 1e3,
+         p.from_flange_back[0] * 1e3, p.rail_station[0] * 1e3, p.angle[0] * 1e3, p.rolling_radius[0] * 1e3,
+         p.ahead[0] * 1e3)
         for side, p in found
     ]  # fmt: skip
 
@@ -174,10 +172,15 @@ def patch(
         stop(str(error))
     centre = pair.point + pair.frame.T @ [*found.centre_of_pressure, 0.0]
     values = {
-        "first touch y [mm]": pair.point[1] * 1e3, "centre of pressure y [mm]": centre[1] * 1e3, "normal force [kN]": found.normal_force / 1e3,
-        "largest pressure [MPa]": found.max_pressure / 1e6, "contact area [mm2]": found.contact_area * 1e6, "length [mm]": found.extent[0] * 1e3,
-        "width [mm]": found.extent[1] * 1e3, "approach [um]": found.approach * 1e6,
-    }  # fmt: skip
+        "first touch y [mm]": pair.point[1] * 1e3,
+        "centre of pressure y [mm]": centre[1] * 1e3,
+        "normal force [kN]": found.normal_force / 1e3,
+        "largest pressure [MPa]": found.max_pressure / 1e6,
+        "contact area [mm2]": found.contact_area * 1e6,
+        "length [mm]": found.extent[0] * 1e3,
+        "width [mm]": found.extent[1] * 1e3,
+        "approach [um]": found.approach * 1e6,
+    }
     if figure is not None:
         from bem.halfspace.figures import patch_figure
 

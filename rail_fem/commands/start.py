@@ -17,9 +17,14 @@ from rail_fem.scene.steel import GRADES
 from rail_fem.scene.wheel_profile import WHEEL_NAMES
 
 EXAMPLES = {
-    "profile": '"P8"', "vehicle_sprung_mass": '"66.25 t"', "wheelset_unsprung_mass": '"1 t"', "stiffness": '"80 kN/mm"', "speed": '"75 mph"',
-    "direction": '"facing"', "grade": '"Mn13"',
-}  # fmt: skip
+    "profile": '"P8"',
+    "vehicle_sprung_mass": '"66.25 t"',
+    "wheelset_unsprung_mass": '"1 t"',
+    "stiffness": '"80 kN/mm"',
+    "speed": '"75 mph"',
+    "direction": '"facing"',
+    "grade": '"Mn13"',
+}
 
 
 def names() -> None:

@@ -19,6 +19,12 @@ from rail_fem.scene.units import show
 TOTAL, WING, NOSE = "#000000", "#0072B2", "#D55E00"
 GREEN, PURPLE, ORANGE, SKY, GREY = "#009E73", "#AA4499", "#E69F00", "#56B4E9", "#777777"
 BODY = {"wing": WING, "nose": NOSE}
+CURVES = (TOTAL, NOSE, WING, GREEN, ORANGE, PURPLE, SKY)  # where curves of one kind are told apart
+# colour and marker of each model, where models are told apart
+LINE_OF_MODEL = {
+    "p2_formula": (GREY, "D"), "lumped": (ORANGE, "^"), "rigid_hertz": (SKY, "o"), "bem_passage": (GREEN, "s"),
+    "fe_window": (PURPLE, "v"), "fe_full": (TOTAL, "P"),
+}  # fmt: skip
 NEVER_YIELDED = "#E4E4E4"
 STRAIN_COLOURS = "viridis_r"
 HALO = [withStroke(linewidth=4, foreground="white")]  # keeps letters legible over curves
@@ -55,12 +61,12 @@ def save(figure: Figure, path: Path, dots: int = DOTS) -> Path:
     return path
 
 
-def scene_words(scene: Scene) -> str:
-    """Crossing, wheel, speed, direction and load in one line."""
+def scene_words(scene: Scene, speed: bool = True) -> str:
+    """Crossing, wheel, speed if asked for, direction and load in one line."""
     wheel = scene.wheel.name
-    speed = f"{show(scene.speed, 'mph', 3)} ({show(scene.speed, 'km/h', 3)})"
+    fast = f"{show(scene.speed, 'mph', 3)} ({show(scene.speed, 'km/h', 3)}) " if speed else ""
     return (
-        f"{scene.crossing.family} crossing 1:{scene.crossing.ratio:g}, wheel {wheel}, {speed} {scene.direction}, wheel"
+        f"{scene.crossing.family} crossing 1:{scene.crossing.ratio:g}, wheel {wheel}, {fast}{scene.direction}, wheel"
         f" load {show(scene.static_wheel_load, 'kN', 3)}"
     )
 

@@ -28,10 +28,9 @@ def cost_figure(comparison: Comparison) -> Figure:
     above, below = figure.subplots(2, 1, gridspec_kw={"height_ratios": [1.2, 1]})
     draw_errors(above, comparison)
     draw_histories(below, comparison)
+    reference = comparison.names[comparison.results.index(comparison.reference)]
     figure.suptitle(
-        "Cost against error, held against"
-        f" {comparison.names[comparison.results.index(comparison.reference)]}\n{scene_words(comparison.reference.scene)}",
-        fontsize=14,
+        f"Cost against error, held against {reference}\n{scene_words(comparison.reference.scene)}", fontsize=14
     )
     return figure
 

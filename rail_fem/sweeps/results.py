@@ -1,26 +1,39 @@
-"""All results of a sweep's folder at once, for Python users."""
+"""All results of a sweep's folder at once: by case and model, and as one table with what varies as columns."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import csv
+import io
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+from rail_fem.ladder import LADDER
 from rail_fem.output.result import NAN, PassResult
+from rail_fem.scene.units import SHOWN
 from rail_fem.sweeps.compare import core_seconds
+from rail_fem.sweeps.parameters import Values, asked_values, shown_value, title_of, varied_keys
 from rail_fem.sweeps.sweep_report import Results, results_below
 
-TABLE_PEAKS = {"first_impact": ("kN", 1e-3), "largest_force": ("kN", 1e-3), "largest_force_wing": ("kN", 1e-3), "largest_force_nose": ("kN", 1e-3),
-               "plastic_strain_wing": ("%", 100.0), "plastic_strain_nose": ("%", 100.0)}  # fmt: skip
+# in every table, whether a model resolves it or not; further peaks follow them
+PEAKS = {"first_impact": "N", "largest_force": "N", "largest_force_wing": "N", "largest_force_nose": "N",
+         "plastic_strain_wing": "1", "plastic_strain_nose": "1"}  # fmt: skip
+DIGITS = 6  # of a number in the Markdown table
 
 
 @dataclass(frozen=True)
 class SweepResults:
-    """Results by case and model: `sweep["case_02"]["rigid_hertz"]`. unusable : a sentence on each run that is left
-    out"""
+    """Results by case and model: `sweep["case_02"]["rigid_hertz"]`.
+
+    unusable : a sentence on each run that is left out
+    asked : case -> model -> keys of the case file and their values [SI]
+    """
 
     results: Results
     unusable: tuple[str, ...]
+    asked: Mapping[str, Mapping[str, Values]] = field(default_factory=dict)
 
     def __getitem__(self, case: str) -> dict[str, PassResult]:
         if case not in self.results:
@@ -35,35 +48,98 @@ class SweepResults:
 
     def __repr__(self) -> str:
         runs = sum(map(len, self.results.values()))
-        return f"<SweepResults: {len(self)} cases, {runs} runs, {len(self.unusable)} left out>"
+        varied = f", {' and '.join(self.varied)} varied" if 0 < len(self.varied) < 4 else ""
+        return f"<SweepResults: {len(self)} cases, {runs} runs, {len(self.unusable)} left out{varied}>"
 
-    def to_dataframe(self):
-        """One row a run: case, model, speed, static load, peaks, transfer, core seconds. Errors: ModuleNotFoundError
-        where pandas is not installed."""
-        import pandas
+    @property
+    def varied(self) -> list[str]:
+        """Keys of the case file that differ between the runs, e.g. "scene.speed"."""
+        return varied_keys(values for of_case in self.asked.values() for values in of_case.values())
 
-        return pandas.DataFrame(
-            [self._row(case, result) for case, of_case in self.results.items() for result in of_case.values()]
-        )
+    def rows(self) -> list[dict[str, Any]]:
+        """One row a run: case, model, what varies, static load, peaks, transfer, error estimates, cost; units in the
+        names, NaN for what a model does not resolve. Sorted by what varies."""
+        runs = [(case, result) for case, of_case in self.results.items() for result in of_case.values()]
+        units = PEAKS | {name: peak.unit for _, result in runs for name, peak in result.peaks.items()}
+        varied = self.varied
+        rows = [self._row(case, result, varied, units) for case, result in runs]
+        order = {model: number for number, model in enumerate(LADDER)}
+        return sorted(rows, key=lambda row: ([_order(row[title_of(key)]) for key in varied], order[row["model"]]))
 
-    @staticmethod
-    def _row(case: str, result: PassResult) -> dict[str, object]:
-        row = {
-            "case": case,
-            "model": result.model,
-            "speed [m/s]": result.scene.speed,
-            "static load [kN]": result.scene.static_wheel_load / 1e3,
-        }
-        for name, (unit, factor) in TABLE_PEAKS.items():
+    def _row(self, case: str, result: PassResult, varied: list[str], units: Mapping[str, str]) -> dict[str, Any]:
+        asked = self.asked.get(case, {}).get(result.model, {})
+        row: dict[str, Any] = {"case": case, "model": result.model}
+        row |= {title_of(key): shown_value(key, asked.get(key, NAN)) for key in varied}
+        row |= {"speed [m/s]": result.scene.speed, "static load [kN]": result.scene.static_wheel_load / 1e3}
+        for name, si in units.items():
+            unit, factor = SHOWN.get(si, (si, 1.0))
             row[f"{name} [{unit}]"] = result.peaks[name].value * factor if name in result.peaks else NAN
         return row | {
             "transfer_x [mm]": result.transfer_x * 1e3,
+            "error estimate [%]": 100 * claimed_error(result),
             "core seconds": core_seconds(result),
             "warnings": len(result.warnings),
         }
 
+    def to_dataframe(self):
+        """The rows as a pandas.DataFrame. Errors: ModuleNotFoundError where pandas is not installed."""
+        import pandas
+
+        return pandas.DataFrame(self.rows())
+
+    def to_csv(self) -> str:
+        """The rows as CSV; empty where a model does not resolve a quantity."""
+        rows, text = self.rows(), io.StringIO()
+        writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({name: "" if _is_nan(value) else value for name, value in row.items()} for row in rows)
+        return text.getvalue()
+
+    def to_markdown(self) -> str:
+        """What varies, and the peaks that any model resolves, as a table."""
+        rows = self.rows()
+        head = [name for name in rows[0] if name != "case" and not all(_is_nan(row[name]) for row in rows)]
+        lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+        return (
+            "\n".join([*lines, *("| " + " | ".join(_cell(row[name]) for name in head) + " |" for row in rows)]) + "\n"
+        )
+
+    def plot(self, quantity: str, against: str, models: tuple[str, ...] = ()):
+        """A matplotlib Figure of a column of `rows` against what varies, a line for each model. Errors: ValueError for
+        a name that is none of the columns."""
+        from importlib import import_module  # the figure stands above the results it draws
+
+        return import_module("rail_fem.sweeps.parameter_figure").parameter_figure(self, quantity, against, models)
+
+
+def claimed_error(result: PassResult) -> float:
+    """What a run claims of its forces, relative: the sum of its estimates that are numbers; NaN without any."""
+    known = [abs(value) for value in result.error_estimate.values() if math.isfinite(value)]
+    return sum(known) if known else NAN
+
+
+def _is_nan(value: Any) -> bool:
+    return isinstance(value, float) and math.isnan(value)
+
+
+def _order(value: Any) -> tuple[bool, Any, str]:
+    """Numbers by size, then text, NaN last."""
+    number = isinstance(value, (int, float)) and not _is_nan(value)
+    return not number, value if number else 0.0, str(value)
+
+
+def _cell(value: Any) -> str:
+    if _is_nan(value):
+        return "-"
+    return f"{value:.{DIGITS}g}" if isinstance(value, float) else str(value)
+
 
 def load_sweep(folder: Path | str) -> SweepResults:
     """Read every result below DIR/CASE/MODEL. Errors: FileNotFoundError where there is none."""
-    results, unusable = results_below(Path(folder))
-    return SweepResults(results, tuple(unusable))
+    folder = Path(folder)
+    results, unusable = results_below(folder)
+    asked = {
+        case: {model: asked_values(folder / case / model, result) for model, result in of_case.items()}
+        for case, of_case in results.items()
+    }
+    return SweepResults(results, tuple(unusable), asked)

@@ -12,12 +12,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
-from rail_fem.case.casefile import Case, CaseError, load_case
+from rail_fem.case.casefile import Case
+from rail_fem.case.variations import as_setting, vary_case
 from rail_fem.ladder import LADDER
 from rail_fem.launcher import mpi_command, rank_environment
 from rail_fem.output.progress import duration
@@ -48,19 +49,27 @@ class Outcome:
     wall_time: float = 0.0
 
 
-def read_cases(paths: Iterable[Path]) -> tuple[list[Case], list[str]]:
-    """Cases that can be read, and the faults of the others. Errors: ValueError when two files have one name."""
+def read_cases(
+    paths: Iterable[Path], settings: Mapping[str, Any] | None = None, variations: Sequence[tuple[str, list[Any]]] = ()
+) -> tuple[list[Case], list[str]]:
+    """Cases that can be read, and the faults of the others.
+
+    settings, variations : of every file, as rail_fem.case.variations.vary_case takes them
+    Errors: ValueError when two cases have one name, VariationError.
+    """
     paths, cases, faults = [Path(p) for p in paths], [], []
-    names = [path.stem for path in paths]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ValueError(f"case files of one name would share a folder: {', '.join(twice)}; rename one")
+    _refuse_twice([path.stem for path in paths])
     for path in paths:
-        try:
-            cases.append(load_case(path))
-        except CaseError as error:
-            faults.append(str(error))
+        found, wrong = vary_case(path, settings or {}, variations)
+        cases += found
+        faults += wrong
+    _refuse_twice([case.name for case in cases])
     return cases, faults
+
+
+def _refuse_twice(names: list[str]) -> None:
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"case files of one name would share a folder: {', '.join(twice)}; rename one")
 
 
 def jobs_of(cases: Iterable[Case], out: Path, models: Iterable[str] = ()) -> list[Job]:
@@ -69,7 +78,7 @@ def jobs_of(cases: Iterable[Case], out: Path, models: Iterable[str] = ()) -> lis
     wanted = tuple(models) or tuple(LADDER)
     cases = list(cases)
     return [
-        Job(case, model, Path(out) / case.path.stem / model)
+        Job(case, model, Path(out) / case.name / model)
         for model in LADDER
         if model in wanted
         for case in cases
@@ -89,7 +98,7 @@ def run_sweep(jobs: list[Job], ranks: int, say: Callable[[str], None]) -> list[O
         eta = f"  {job.model}: {left} left, about {duration(left * sum(same) / len(same))}" if left and same else ""
         reason = f": {outcome.reason}" if outcome.reason else ""
         say(
-            f"[{number}/{len(jobs)}] {duration(spent)}  {job.case.path.stem} {job.model}: {outcome.state} in"
+            f"[{number}/{len(jobs)}] {duration(spent)}  {job.case.name} {job.model}: {outcome.state} in"
             f" {outcome.wall_time:.1f} s{reason}{eta}"
         )
     return outcomes
@@ -169,6 +178,7 @@ def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
         "--overwrite" if anew else "--restart",
         "--digest",
         digest(_mark(job)),
+        *(word for key, value in job.case.changes.items() for word in ("--set", as_setting(key, value))),
     ]
     job.folder.parent.mkdir(parents=True, exist_ok=True)
     log = job.folder.parent / f"{job.model}.log"

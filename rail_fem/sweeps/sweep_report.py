@@ -22,7 +22,7 @@ def sweep_report(outcomes: list[Outcome], faults: list[str]) -> str:
     results: Results = {}
     for outcome in outcomes:
         if outcome.state != FAILED:
-            results.setdefault(outcome.job.case.path.stem, {})[outcome.job.model] = load(outcome.job.folder)
+            results.setdefault(outcome.job.case.name, {})[outcome.job.model] = load(outcome.job.folder)
     return "\n".join(["# Sweep", "", *force_table(results), "", *failures(outcomes, faults)]).rstrip() + "\n"
 
 
@@ -137,7 +137,7 @@ def shown(result: PassResult, names: tuple[str, ...], factor: float) -> str:
 
 
 def failures(outcomes: list[Outcome], faults: list[str]) -> list[str]:
-    failed = [f"- {o.job.case.path.stem} {o.job.model}: {o.reason}" for o in outcomes if o.state == FAILED]
+    failed = [f"- {o.job.case.name} {o.job.model}: {o.reason}" for o in outcomes if o.state == FAILED]
     left_out = [f"- left out: {fault.splitlines()[0]}" for fault in faults]
     return (
         [f"{len(failed)} run(s) failed, {len(left_out)} case file(s) left out", *failed, *left_out]

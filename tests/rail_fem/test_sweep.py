@@ -107,7 +107,7 @@ def test_arguments_that_cannot_be(cases, tmp_path):
     for arguments, words in [
         ((cases[2], tmp_path / "b" / "good.toml"), "would share a folder: good"),
         ((cases[2], "--only", "2"), "there are 1 case(s)"),
-        ((cases[2], "--model", "guess"), "no such rung"),
+        ((cases[2], "--model", "guess"), "no such model"),
     ]:
         refused = sweep(*arguments, "--out", tmp_path / "out")
         assert refused.exit_code == 2 and words in " ".join(refused.output.split())

@@ -1,0 +1,102 @@
+"""`rail-fem sweep`: many cases, or one with some of its values varied, by every model that they name."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rail_fem import launcher
+from rail_fem.atomic import write_text_atomically
+from rail_fem.case.variations import VariationError, read_settings, read_variation
+from rail_fem.commands.ending import RUN_FAILED, say, stop
+from rail_fem.ladder import LADDER
+
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", help='a value in place of the case file\'s: "scene.speed=60 mph"; may be given several times'
+    ),
+]
+
+
+def sweep(
+    cases: Annotated[list[Path], typer.Argument(metavar="CASE...", help="case files, e.g. cases/thesis/*.toml")],
+    out: Annotated[Path, typer.Option("--out", help="folder of all results: OUT/CASE/MODEL")],
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            help=(
+                'a key and its values: "scene.speed=30mph:100mph:8" for eight evenly from one to the other, or'
+                ' "scene.wheel.profile=P8,P1"; several make a grid'
+            )
+        ),
+    ] = None,
+    settings: SetOption = None,
+    model: Annotated[
+        list[str] | None, typer.Option("--model", help="only this model; may be given several times")
+    ] = None,
+    ranks: Annotated[int, typer.Option(help="for parallel models", min=1)] = 2,
+    only: Annotated[
+        int | None, typer.Option(help="only the case of this number, from 1: for job arrays", min=1)
+    ] = None,
+) -> None:
+    """Run many cases with every model that they name; started again, it goes on. Do not put mpirun in front.
+
+    All results come into one folder, with sweep.md and sweep.csv: a row a run, what varies as columns. 'rail-fem show
+    OUT --quantity "first impact" --against speed' draws one against the other.
+    """
+    from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
+    from rail_fem.sweeps.sweep_report import sweep_report
+
+    one = only is not None
+    unknown = sorted(set(model or ()) - set(LADDER))
+    if unknown:
+        stop(f"--model {', '.join(unknown)}: no such model; choose among {', '.join(LADDER)}")
+    if launcher.rank_count() > 1:
+        stop("sweep starts mpirun itself, case by case: leave mpirun out and give --ranks")
+    try:
+        variations = [read_variation(text) for text in vary or ()]
+        if only is not None and not vary:
+            cases, only = chosen(cases, only), None
+        found, faults = read_cases(cases, read_settings(settings or ()), variations)
+    except (VariationError, ValueError) as error:
+        stop(str(error))
+    for fault in faults:
+        typer.echo(f"left out: {fault}", err=True)
+    if faults and (vary or settings):
+        stop("nothing was run: --vary and --set must give cases without a fault")
+    found = found if only is None else chosen(found, only)
+    outcomes = run_sweep(jobs_of(found, out, model or concerned(variations)), ranks, say)
+    out.mkdir(parents=True, exist_ok=True)
+    report = sweep_report(outcomes, faults)
+    if not one:
+        write_tables(out, report, bool(vary))
+    say("\n" + report)
+    if faults or any(outcome.state == FAILED for outcome in outcomes):
+        raise typer.Exit(RUN_FAILED)
+
+
+def chosen(cases: list, only: int) -> list:
+    """The case of this number alone; ends the program where there is none."""
+    if only > len(cases):
+        stop(f"--only {only}: there are {len(cases)} case(s)")
+    return cases[only - 1 : only]
+
+
+def concerned(variations: list[tuple[str, list]]) -> tuple[str, ...]:
+    """Models whose answers the variations change; () for all."""
+    models = {key.split(".")[1] for key, _ in variations if key.startswith("run.")}
+    return tuple(models) if all(key.startswith("run.") for key, _ in variations) else ()
+
+
+def write_tables(out: Path, report: str, varied: bool) -> None:
+    """sweep.md and sweep.csv of all results in the folder, also those of earlier sweeps."""
+    from rail_fem.sweeps.results import load_sweep
+
+    try:
+        sweep_ = load_sweep(out)
+    except FileNotFoundError:
+        write_text_atomically(out / "sweep.md", report)
+        return
+    write_text_atomically(out / "sweep.md", report + ("\n## What varies\n\n" + sweep_.to_markdown() if varied else ""))
+    write_text_atomically(out / "sweep.csv", sweep_.to_csv())

@@ -1,0 +1,160 @@
+"""Figure of a reported quantity against what varies in a sweep: a line for each model and each value of what else
+varies."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import AutoLocator
+
+from rail_fem.ladder import LADDER
+from rail_fem.show.style import CURVES, GREY, LINE_OF_MODEL, new_figure, scene_words
+from rail_fem.sweeps.parameters import find_column, title_of
+
+if TYPE_CHECKING:
+    from rail_fem.sweeps.results import SweepResults
+
+DASHES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (6, 2, 1, 2)), (0, (1, 1)), (0, (8, 2, 2, 2, 2, 2)))
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")  # where one model's lines are told apart
+FEW_VALUES = 12  # up to so many are all named on the axis
+IN_SCENE_WORDS = ("scene.crossing", "scene.wheel", "scene.direction", "scene.vehicle")
+NO_QUANTITY = ("case", "model")
+FIRST_IMPACT, P2 = "first_impact [kN]", "p2 [kN]"  # the formula's P2 is the force of the first impact
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the figure: rows of one model and of one value of each other key that varies."""
+
+    model: str
+    others: tuple[str, ...]
+    rows: list[dict[str, Any]]
+    words: str
+    kind: int  # of the lines of its model
+
+
+def parameter_figure(sweep: SweepResults, quantity: str, against: str, models: tuple[str, ...] = ()) -> Figure:
+    """The figure. quantity : a column of the sweep's rows, e.g. "first_impact";  against : what varies, e.g.
+    "scene.speed" or "speed";  models : only these
+
+    Errors: ValueError for names that are no columns, or where no run resolves the quantity.
+    """
+    rows = sweep.rows()
+    key = find_column(against, [title_of(key) for key in sweep.varied], "--against")
+    column = find_column(quantity, [name for name in rows[0] if name not in NO_QUANTITY], "--quantity")
+    rows = [_with_p2(row, column) for row in rows if not models or row["model"] in models]
+    rows = [row for row in rows if _drawable(row, column, key)]
+    if not rows:
+        raise ValueError(f"--quantity {quantity}: no run of {', '.join(models) or 'this sweep'} resolves it")
+    places = _places([row[key] for row in rows])
+    lines = _lines(rows, [name for name in map(title_of, sweep.varied) if name != key], column)
+    figure = new_figure(7.5)
+    axes = figure.subplots()
+    for number, line in enumerate(lines):
+        _draw_line(axes, line, (key, column), places, number, alone=len({one.model for one in lines}) == 1)
+    _draw_static_load(axes, rows, (key, column), places)
+    _label(axes, (key, column), places)
+    _give_title(figure, sweep, rows, column, key)
+    return figure
+
+
+def _with_p2(row: dict[str, Any], column: str) -> dict[str, Any]:
+    return row | {column: row.get(P2, math.nan)} if column == FIRST_IMPACT and math.isnan(row[column]) else row
+
+
+def _drawable(row: dict[str, Any], column: str, key: str) -> bool:
+    value, place = row[column], row[key]
+    return math.isfinite(value) and not (isinstance(place, float) and math.isnan(place))
+
+
+def _lines(rows: list[dict[str, Any]], others: list[str], column: str) -> list[Line]:
+    """From the least expensive model on, in the order of the other values; those that do not differ are not told."""
+    others = [name for name in others if len({str(row[name]) for row in rows if str(row[name]) != "nan"}) > 1]
+    lines: dict[tuple[str, ...], Line] = {}
+    for row in sorted(rows, key=lambda row: list(LADDER).index(row["model"])):
+        told = (row["model"], *(str(row[name]) for name in others))
+        if told not in lines:
+            kind = sum(line.model == row["model"] for line in lines.values())
+            lines[told] = Line(row["model"], told[1:], [], _words(row, others, column), kind)
+        lines[told].rows.append(row)
+    return list(lines.values())
+
+
+def _words(row: dict[str, Any], others: list[str], column: str) -> str:
+    told = [f"{row['model']} (its P2)" if column == FIRST_IMPACT and row["model"] == "p2_formula" else row["model"]]
+    for name in others:
+        key, _, unit = name.partition(" [")
+        value = f"{row[name]:.6g}" if isinstance(row[name], float) else str(row[name])
+        told.append(f"{key.rsplit('.', 1)[-1].replace('_', ' ')} {value} {unit.rstrip(']')}".rstrip())
+    return ", ".join(told)
+
+
+def _places(values: list[Any]) -> dict[Any, float]:
+    """Where each value stands on the axis: numbers at themselves, text in turn."""
+    known = list(dict.fromkeys(values))
+    numbers = all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in known)
+    return {value: float(value) if numbers else float(i) for i, value in enumerate(known)}
+
+
+def _draw_line(axes, line: Line, names: tuple[str, str], places: dict[Any, float], number: int, alone: bool) -> None:
+    """alone : the figure shows one model, whose lines are told apart by colour and marker"""
+    key, column = names
+    x = np.array([places[row[key]] for row in line.rows])
+    y = np.array([row[column] for row in line.rows])
+    colour, marker = LINE_OF_MODEL[line.model]
+    if alone:
+        colour, marker = CURVES[number % len(CURVES)], MARKERS[number % len(MARKERS)]
+    order, dashes = np.argsort(x, kind="stable"), DASHES[(number // len(CURVES) if alone else line.kind) % len(DASHES)]
+    look = dict(color=colour, ls=dashes, lw=2, marker=marker, ms=8, mfc="white", mew=2, zorder=3 + 0.01 * number)
+    axes.plot(x[order], y[order], label=line.words, **look)
+    error = np.array([row["error estimate [%]"] for row in line.rows]) / 100
+    if column.endswith("[kN]") and np.isfinite(error).any():
+        axes.errorbar(x, y, np.nan_to_num(error * np.abs(y)), fmt="none", ecolor=colour, elinewidth=1.5, capsize=5)
+
+
+def _draw_static_load(axes, rows, names, places) -> None:
+    key, column = names
+    if not column.endswith("[kN]") or column.startswith("static load"):
+        return
+    loads = sorted((places[row[key]], row["static load [kN]"]) for row in rows)
+    axes.plot(*np.transpose(loads), color=GREY, ls="--", lw=1.4, zorder=1, label="static wheel load")
+
+
+def _label(axes, names, places) -> None:
+    key, column = names
+    axes.set(xlabel=_axis_words(key), ylabel=_axis_words(column))
+    axes.margins(x=0.06, y=0.12)
+    if any(place != value for value, place in places.items()):
+        axes.set_xticks(list(places.values()), [str(value) for value in places])
+    elif len(places) <= FEW_VALUES:
+        axes.set_xticks(sorted(places.values()))
+    else:
+        axes.xaxis.set_major_locator(AutoLocator())
+    axes.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=2, mode="expand", frameon=False, handlelength=4.5
+    )
+
+
+def _axis_words(name: str) -> str:
+    bare, _, unit = name.partition(" [")
+    words = bare.removeprefix("scene.").replace("_", " ").replace(".", ", ")
+    return f"{words} [{unit}" if unit else words
+
+
+def _give_title(figure: Figure, sweep: SweepResults, rows: list[dict[str, Any]], column: str, key: str) -> None:
+    """What is seen; the scene, as far as it is the same for all; what the bars are."""
+    lines = [f"{_axis_words(column).partition(' [')[0]} against {_axis_words(key).partition(' [')[0]}"]
+    varied = set(sweep.varied)
+    if not any(name.startswith(IN_SCENE_WORDS) for name in varied):
+        scene = sweep[rows[0]["case"]][rows[0]["model"]].scene
+        lines.append(scene_words(scene, speed="scene.speed" not in varied))
+    errors = [row["error estimate [%]"] for row in rows if math.isfinite(row["error estimate [%]"])]
+    if column.endswith("[kN]") and errors:
+        lines.append(
+            f"bars: the error that each run itself claims, all its estimates added, {max(errors):.2g} % at most"
+        )
+    figure.suptitle("\n".join(lines), fontsize=13)
