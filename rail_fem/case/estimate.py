@@ -10,6 +10,7 @@ from rail_fem.settings.explicit import FeSettings
 
 BYTES_PER_CELL = 1000.0  # the explicit run's gate
 BYTES_PER_RANK = 350e6  # Python with dolfinx, numba and gmsh loaded, before any mesh
+FULL_BYTES_PER_CELL, FULL_COST = 360.0, 3.0  # what eight points need beside that, and what an update of theirs costs
 UPDATES_PER_SECOND = 8e6  # per core, everything in a step included
 SHORTEST_EDGE = 0.5  # shortest cell edge over element_size, in graded and slanted cells
 
@@ -39,8 +40,11 @@ def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate
     step = critical_step(scene, settings)
     duration = settings.settle_time + abs(settings.end - settings.start) / scene.speed
     steps = min(duration / step, settings.max_steps or float("inf"))
-    memory = cells * BYTES_PER_CELL + ranks * BYTES_PER_RANK
-    return Estimate(cells, steps, step, memory, cells * steps / (UPDATES_PER_SECOND * ranks))
+    memory, updates = cells * BYTES_PER_CELL + ranks * BYTES_PER_RANK, cells
+    if settings.element == "full":
+        memory += _crossing_cells(settings) * FULL_BYTES_PER_CELL
+        updates += _crossing_cells(settings) * (FULL_COST - 1)
+    return Estimate(cells, steps, step, memory, updates * steps / (UPDATES_PER_SECOND * ranks))
 
 
 def critical_step(scene: Scene, settings: FeSettings) -> float:

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
-from rail_fem.fe.state import KINEMATIC, LANES, N_MATERIAL, N_STATE, PLASTIC_STRAIN, STRESS, YIELD
+from rail_fem.fe.state import KINEMATIC, LANES, N_MATERIAL, N_STATE, PLASTIC_STRAIN, POINT_STATE, STRESS, YIELD
 from rail_fem.scene.steel import Steel
 
 
 @dataclass(frozen=True)
 class ElementSettings:
-    """Numerics of the element: hourglass stiffness as a fraction of 3.5 shear moduli, bulk viscosity coefficients [1].
+    """Numerics of the element: "one-point" with hourglass control or "full", of eight points; hourglass stiffness as a
+    fraction of 3.5 shear moduli, bulk viscosity coefficients [1].
 
     3.5 shear moduli are lame + 2 shear at a Poisson's ratio of 0.3. That modulus itself would make the hourglass modes
     of a nearly incompressible body as stiff as its volume, and lock it in bending (tests/fe/test_locking.py).
     """
 
+    element: Literal["one-point", "full"] = "one-point"
     hourglass: float = 0.06
     linear_viscosity: float = 0.06
     quadratic_viscosity: float = 1.2
@@ -66,7 +69,9 @@ class ElementBlocks:
         `stateless`. Rank-local.
     """
 
-    def __init__(self, cells: np.ndarray, material: np.ndarray, table: MaterialTable, stateless: bool = False):
+    def __init__(
+        self, cells: np.ndarray, material: np.ndarray, table: MaterialTable, stateless: bool = False, points: int = 1
+    ):
         order, filled, rows = [], [], []
         for row in np.unique(material):
             mine = np.flatnonzero(material == row)
@@ -84,12 +89,21 @@ class ElementBlocks:
             # padding repeats an element of the block: finite numbers, never scattered
             padded = np.where(padded < 0, padded[:, :1], padded)
         self.nodes = np.ascontiguousarray(cells[padded].transpose(0, 2, 1), dtype=np.uint32).ravel()
-        self.state = np.zeros(0 if stateless else len(order) * N_STATE * LANES)
-        self.entries = self.state.reshape(-1, N_STATE, LANES)
+        self.points, self.rows = points, N_STATE if points == 1 else points * POINT_STATE
+        self.state = np.zeros(0 if stateless else len(order) * self.rows * LANES)
+        self.entries = self.state.reshape(-1, self.rows, LANES)
         moves = table.rows[:, KINEMATIC].any()
-        self.back = np.zeros(self.state.size // N_STATE * 6 if moves else 0)
+        self.back = np.zeros(self.state.size // self.rows * 6 * points if moves else 0)
         if not stateless:
-            self.entries[:, YIELD, :] = table.curve_stress[table.curve_start[self.material_of]][:, None]
+            first = table.curve_stress[table.curve_start[self.material_of]]
+            for point in range(points):
+                self.entries[:, point * POINT_STATE + YIELD, :] = first[:, None]
+
+    def unstressed(self, n_blocks: int) -> np.ndarray:
+        """State of that many blocks without stress that never yield (n_blocks, rows, LANES)."""
+        state = np.zeros((n_blocks, self.rows, LANES))
+        state[:, [point * POINT_STATE + YIELD for point in range(self.points)], :] = np.inf
+        return state
 
     def in_cells(self, entries: np.ndarray) -> np.ndarray:
         """Entries (n_blocks, count, LANES) of blocks -> rows (m, count) in the order of `cells`."""
@@ -109,13 +123,17 @@ class ElementBlocks:
         """Entries first..first+count-1 of the state of each cell (m, count), in the order of `cells`."""
         return self.in_cells(self.entries[:, first : first + count, :])
 
+    def mean(self, first: int, count: int) -> np.ndarray:
+        """The same of the mean over each cell's points, of which each stands for an eighth of the reference cube."""
+        return sum(self.read(point * POINT_STATE + first, count) for point in range(self.points)) / self.points
+
     def stress(self) -> np.ndarray:
-        """Cauchy stress (m, 6), order VOIGT [Pa]."""
-        return self.read(STRESS, 6)
+        """Cauchy stress (m, 6), order VOIGT, mean over each cell [Pa]."""
+        return self.mean(STRESS, 6)
 
     def plastic_strain(self) -> np.ndarray:
-        """Cumulated equivalent plastic strain, PEEQ (m,)."""
-        return self.read(PLASTIC_STRAIN, 1)[:, 0]
+        """Cumulated equivalent plastic strain, PEEQ (m,), mean over each cell."""
+        return self.mean(PLASTIC_STRAIN, 1)[:, 0]
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from rail_fem.fe.blocks import ElementBlocks
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.saved_state import gather_state, restore_state
-from rail_fem.fe.state import LANES, N_STATE
+from rail_fem.fe.state import LANES
 from rail_fem.fe.structure import Structure
 from rail_fem.output.sealed import SealError, read_sealed, write_sealed
 
@@ -44,9 +44,13 @@ def gather_nodes(domain: Domain, field: np.ndarray) -> np.ndarray | None:
 
 
 def _element_state(blocks: ElementBlocks) -> np.ndarray:
-    """State of each element (m, N_STATE), with its back stress (m, N_STATE + 6) where there is one."""
-    state = blocks.read(0, N_STATE)
-    return np.column_stack([state, blocks.in_cells(blocks.back.reshape(-1, 6, LANES))]) if blocks.back.size else state
+    """State of each element (m, blocks.rows), then its back stress where there is one."""
+    state = blocks.read(0, blocks.rows)
+    return (
+        np.column_stack([state, blocks.in_cells(blocks.back.reshape(-1, 6 * blocks.points, LANES))])
+        if blocks.back.size
+        else state
+    )
 
 
 def _restore_elements(blocks: ElementBlocks, rows: np.ndarray) -> None:
@@ -54,9 +58,9 @@ def _restore_elements(blocks: ElementBlocks, rows: np.ndarray) -> None:
     state = blocks.in_blocks(rows)
     real = (blocks.cell_of >= 0).reshape(-1, 1, LANES)
     state = np.where(real, state, state[:, :, :1])
-    blocks.entries[:] = state[:, :N_STATE]
+    blocks.entries[:] = state[:, : blocks.rows]
     if blocks.back.size:
-        blocks.back[:] = state[:, N_STATE:].ravel()
+        blocks.back[:] = state[:, blocks.rows :].ravel()
 
 
 def _block_works(structure: Structure) -> np.ndarray:

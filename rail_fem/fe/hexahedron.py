@@ -366,14 +366,22 @@ def update_elements(
             turn_back_stress(nodal, dt, centre)
             elastic_trial(nodal, dt, materials[row], own, scratch)
             return_kinematic(
-                own, centre, scratch, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], return_factor
+                own,
+                centre,
+                scratch,
+                count,
+                materials[row, 1],
+                curve_strain[c0:c1],
+                curve_stress[c0:c1],
+                return_factor,
+                N_STATE,
             )
             for k in range(6 * _W):
                 own[k] += centre[k]
         else:
             elastic_trial(nodal, dt, materials[row], own, scratch)
             return_isotropic(
-                own, scratch, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], return_factor
+                own, scratch, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], return_factor, N_STATE
             )
         for e in range(count):
             work[3 * block] += scratch[EXCESS * _W + e] * scratch[30 * _W + e]
@@ -408,17 +416,28 @@ def stored_energy(x, nodes, filled, material_of, materials, state):
     for block in range(filled.size):
         start, s, row = block * 8 * _W, block * N_STATE * _W, material_of[block]
         lame, shear = materials[row, 0], materials[row, 1]
-        for a in range(8):
-            for e in range(_W):
-                n, k = 3 * nodes[start + a * _W + e], 3 * a * _W + e
-                nodal[k], nodal[k + _W], nodal[k + 2 * _W] = x[n], x[n + 1], x[n + 2]
+        gather_one(x, nodes, start, nodal)
         for e in range(filled[block]):
             b, volume = mean_gradient(vector_modes(nodal, e))
-            t, u = load(state, s, 0, e), load(state, s, 3, e)
-            trace = t[0] + t[1] + t[2]
-            squares = dot(t, t) + 2.0 * dot(u, u)
-            total += volume * (squares - lame / (3.0 * lame + 2.0 * shear) * trace * trace) / (4.0 * shear)
+            total += volume * energy_density(load(state, s, 0, e), load(state, s, 3, e), lame, shear)
     return total
+
+
+@_inlined
+def energy_density(t, u, lame, shear):
+    """Elastic energy of a stress, normal components t and shears u, per volume [J/m3]."""
+    trace = t[0] + t[1] + t[2]
+    squares = dot(t, t) + 2.0 * dot(u, u)
+    return (squares - lame / (3.0 * lame + 2.0 * shear) * trace * trace) / (4.0 * shear)
+
+
+@_part
+def gather_one(x, nodes, start, nodal):
+    """One nodal vector of one block -> nodal (24*W,), ordered node, component, lane."""
+    for a in range(8):
+        for e in range(_W):
+            n, k = 3 * nodes[start + a * _W + e], 3 * a * _W + e
+            nodal[k], nodal[k + _W], nodal[k + 2 * _W] = x[n], x[n + 1], x[n + 2]
 
 
 @_part

@@ -135,7 +135,7 @@ def build_passage(
     domain = Domain(comm, *(() if mesh is None else (mesh.points, mesh.cells, mesh.region, cost)))
     materials = scene.materials
     steels = [materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()]
-    structure = Structure(domain, steels, small=(2,), settings=ElementSettings(hourglass=settings.hourglass))
+    structure = Structure(domain, steels, small=(2,), settings=ElementSettings(settings.element, settings.hourglass))
     is_wheel = comm.bcast(None if mesh is None else _wheel_nodes(mesh)[mesh.clamp], root=0)
     crossing, axle, sprung, supports, settling = build_supports(
         scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel]

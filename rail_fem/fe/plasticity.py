@@ -52,9 +52,11 @@ def curve_at(p, strain, stress):
 
 
 @_part
-def scale_deviator(state, return_factor):
+def scale_deviator(state, return_factor, rows):
     """Take the fraction return_factor[e] off the deviator and the hourglass forces of each lane; nothing, to the last
     bit, where it is 0.
+
+    rows : of the state; those from HOURGLASS on, which only the one-point element has, are its hourglass forces
 
     The hourglass forces stand for stresses in the element's corners: left elastic they would grow with the plastic
     strain and stiffen the flow (Taylor's bar spread 4 % less; tests/fe/test_taylor_bar.py).
@@ -67,16 +69,17 @@ def scale_deviator(state, return_factor):
         state[2 * _W + e] -= d * (state[2 * _W + e] - mean)
         for k in range(3, 6):
             state[k * _W + e] -= d * state[k * _W + e]
-        for k in range(HOURGLASS, HOURGLASS + 12):
+        for k in range(HOURGLASS, rows):
             state[k * _W + e] -= d * state[k * _W + e]
 
 
 @_part
-def return_isotropic(state, scratch, count, shear, curve_strain, curve_stress, return_factor):
+def return_isotropic(state, scratch, count, shear, curve_strain, curve_stress, return_factor, rows):
     """Bring the first `count` lanes of a block back to the yield surface; scratch[EXCESS] becomes the plastic work
     density of the step.
 
-    state : trial stress, changed in place;  return_factor : (LANES,) buffer
+    state : trial stress, changed in place;  return_factor : (LANES,) buffer;  rows : of the
+    state, see `scale_deviator`
     """
     flows = False
     for e in range(_W):
@@ -91,11 +94,11 @@ def return_isotropic(state, scratch, count, shear, curve_strain, curve_stress, r
             scratch[EXCESS * _W + e] = yield_stress * dp
             flows = True
     if flows:
-        scale_deviator(state, return_factor)
+        scale_deviator(state, return_factor, rows)
 
 
 @_part
-def return_kinematic(state, back, scratch, count, shear, curve_strain, curve_stress, return_factor):
+def return_kinematic(state, back, scratch, count, shear, curve_strain, curve_stress, return_factor, rows):
     """The same for kinematic hardening (Prager): the yield surface keeps its size and moves by what the curve rises.
 
     state : trial stress minus back stress;  back : (6*LANES,) back stress, both changed in place
@@ -119,4 +122,4 @@ def return_kinematic(state, back, scratch, count, shear, curve_strain, curve_str
             scratch[EXCESS * _W + e] = dp * (size + 1.5 * power / (excess + size))
             flows = True
     if flows:
-        scale_deviator(state, return_factor)
+        scale_deviator(state, return_factor, rows)

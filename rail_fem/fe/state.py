@@ -11,6 +11,9 @@ PLASTIC_STRAIN = 6  # cumulated equivalent plastic strain [1]
 YIELD = 7  # yield stress at that plastic strain [Pa]
 HOURGLASS = 8  # generalised hourglass forces, 4 modes x 3 components, divided by 8 [N]
 N_STATE = 20
+# the fully integrated element: at each of its points the first POINT_STATE of these, point by point
+POINTS, POINT_STATE = 8, 8
+N_STATE_FULL = POINTS * POINT_STATE
 # columns of the material table
 LAME, SHEAR, DENSITY, SPEED, LINEAR_VISCOSITY, QUADRATIC_VISCOSITY, HOURGLASS_STIFFNESS, KINEMATIC = range(8)
 N_MATERIAL = 8

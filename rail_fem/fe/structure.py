@@ -9,7 +9,8 @@ from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.elastic import add_elastic_force, damped_displacement, elastic_stress, fixed_geometry
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
-from rail_fem.fe.state import KINEMATIC, LANES, LINEAR_VISCOSITY, N_STATE, N_WORK, QUADRATIC_VISCOSITY, YIELD
+from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
+from rail_fem.fe.state import KINEMATIC, LANES, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
 
 BLOCKS_AT_A_TIME = 64  # scratch state of a product with the stiffness
@@ -41,7 +42,12 @@ class Structure:
         self.table = material_table(steels, settings)
         is_small = np.isin(domain.region, small)
         self.finite_cells, self.small_cells = np.flatnonzero(~is_small), np.flatnonzero(is_small)
-        self.finite = ElementBlocks(domain.cells[self.finite_cells], domain.region[self.finite_cells], self.table)
+        full = settings.element == "full"
+        self.update_elements = update_full_elements if full else update_elements
+        self.stored_energy = stored_energy_full if full else stored_energy
+        self.finite = ElementBlocks(
+            domain.cells[self.finite_cells], domain.region[self.finite_cells], self.table, points=POINTS if full else 1
+        )
         self.small = ElementBlocks(
             domain.cells[self.small_cells], domain.region[self.small_cells], self.table, stateless=True
         )
@@ -96,7 +102,7 @@ class Structure:
         Rank-local."""
         t = self.table
         b = self.finite
-        self.smallest_volume = update_elements(
+        self.smallest_volume = self.update_elements(
             self.x,
             self.v,
             dt,
@@ -120,7 +126,7 @@ class Structure:
     def elastic_energy(self) -> tuple[float, float]:
         """Elastic energy of the finite-strain and of the small-displacement elements [J]. Rank-local."""
         b, rows = self.finite, self.table.rows
-        finite = stored_energy(self.x, b.nodes, b.filled, b.material_of, rows, b.state)
+        finite = self.stored_energy(self.x, b.nodes, b.filled, b.material_of, rows, b.state)
         b = self.small
         if not b.n_cells:
             return finite, 0.0
@@ -151,10 +157,9 @@ class Structure:
         for first in range(0, len(b.filled), BLOCKS_AT_A_TIME):
             part = slice(first, first + BLOCKS_AT_A_TIME)
             filled = b.filled[part]
-            state = np.zeros((len(filled), N_STATE, LANES))
-            state[:, YIELD, :] = np.inf
+            state = b.unstressed(len(filled))
             nodes, work = b.nodes.reshape(-1, 8 * LANES)[part].ravel(), np.zeros(N_WORK * len(filled))
-            update_elements(
+            self.update_elements(
                 self.x,
                 direction,
                 scale,

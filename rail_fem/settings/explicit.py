@@ -28,7 +28,14 @@ class FeSettings(Frozen):
     penalty: Annotated[
         float, Quantity("", 1e-3, 1e3, "factor on the contact penalty stiffness (10 times an element layer's)")
     ] = 1.0
-    hourglass: Annotated[float, Quantity("", 0, 1, "hourglass stiffness over 3.5 shear moduli")] = 0.01
+    element: Literal["one-point", "full"] = Field(
+        "one-point",
+        description="of the rails: one point with hourglass control, or eight points with mean dilatation, which has"
+        " no hourglass modes and judges the first at about three times the cost",
+    )
+    hourglass: Annotated[
+        float, Quantity("", 0, 1, "hourglass stiffness over 3.5 shear moduli, of the one-point element")
+    ] = 0.01
     settle_time: Annotated[float, Quantity("ms", 0, 1000, "settling phase before the pass")] = 1.2e-3
     spin: Literal["free", "held"] = Field(
         "free", description="the wheel's rotation: free against its inertia, or held at pure rolling at the start"

@@ -18,6 +18,7 @@ from mpi4py import MPI
 
 from geometry.meshing.blocks import mesh_box, mesh_cap
 from geometry.meshing.hexmesh import merge_bodies
+from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.compat import function_space
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.contact_kernel import N_ACTIVE
@@ -61,14 +62,14 @@ def block_domain(across: int) -> Domain:
     return Domain(MPI.COMM_SELF, box.points, box.cells, box.region)
 
 
-def finite_rate(domain: Domain, flowing: bool, effort: Effort) -> tuple[float, float]:
+def finite_rate(domain: Domain, flowing: bool, effort: Effort, element: str = "one-point") -> tuple[float, float]:
     """Updates per second of the finite-strain kernel, and the share of the elements that flowed in the last one.
 
     flowing : the body is first strained to yield (a few tenths of a percent) at rates that differ from element to
         element, then on at
     steps of 1e-6 strain, so that all elements take the plastic branch at every step; else the strain stays near 1e-7.
     """
-    s = Structure(domain, [STEEL])
+    s = Structure(domain, [STEEL], settings=ElementSettings(element))
     step, direction = 1e-7, np.random.default_rng(1).uniform(-1, 1, domain.n_nodes * 3)
     if flowing:
         s.v[:] = direction * 2e-3 * EDGE / step  # strains of about 1e-3 a step

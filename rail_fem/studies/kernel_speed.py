@@ -65,6 +65,7 @@ def kernel_rows(sizes: Sizes) -> list[Row]:
         unit, at = UPDATES, f"{across**3} elements"
         elastic_state, _ = kernels.finite_rate(domain, False, effort)
         plastic_state, share = kernels.finite_rate(domain, True, effort)
+        full, full_share = kernels.finite_rate(domain, True, effort, "full")
         small, one_point = kernels.elastic_rate(domain, effort), kernels.assembly_rate(domain, 1, effort)
         shipped, eight_points = (
             kernels.assembly_rate(domain, 1, effort, kernels.AS_SHIPPED),
@@ -77,6 +78,12 @@ def kernel_rows(sizes: Sizes) -> list[Row]:
                 plastic_state * MILLION,
                 unit,
                 f"{at}, {share:.1%} of them flowing",
+            ),
+            Row(
+                "finite strain, J2, 2x2x2 points: everything flows",
+                full * MILLION,
+                unit,
+                f"{at}, {full_share:.1%} of them flowing",
             ),
             Row("small displacement, elastic, hourglass", small * MILLION, unit, at),
             Row(

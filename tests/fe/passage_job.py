@@ -1,7 +1,9 @@
 """A short coarse pass, started by test_passage.py on 1, 2 and 3 ranks: prints its last numbers, and can be cut off and
 gone on with.
 
-    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [cut|restart]]
+    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [cut|restart|full]]
+
+full: with the fully integrated element.
 """
 
 import hashlib
@@ -30,6 +32,7 @@ def main() -> None:
             "settle_time": 5e-5,
             "history_interval": 2e-5,
             "field_frames": 2,
+            "element": "full" if how == "full" else "one-point",
         }
     )
     if how == "cut":  # save half way and stop there as a kill would: no last row, no result

@@ -45,6 +45,15 @@ def test_pass_is_the_same_on_any_number_of_ranks(one_rank, ranks):
         assert np.abs(np.array(found[name]) - exact).max() <= 1e-10 * max(np.abs(exact).max(), 1e-12), name
 
 
+@pytest.mark.mpi
+def test_pass_with_the_full_element_is_the_same_on_two_ranks(tmp_path):
+    one, two = (run_job(ranks, str(tmp_path / str(ranks)), "full") for ranks in (1, 2))
+    for name in ("force", "wheel_height", "energy_plastic"):
+        exact = np.array(one[name])
+        assert np.abs(np.array(two[name]) - exact).max() <= 1e-10 * max(np.abs(exact).max(), 1e-12), name
+    assert not np.any(one["energy_hourglass"])  # the wheel's small-displacement kernel has none in this row
+
+
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_restart_is_bitwise_the_same(one_rank, tmp_path, ranks):
     """Cut off half way after a restart file, gone on with: every column of the history to the last bit."""

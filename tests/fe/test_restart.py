@@ -62,13 +62,13 @@ def start_of(model: str, running):
     )
 
 
-def new_run(model: str, bodies, folder) -> Run:
+def new_run(model: str, bodies, folder, settings: FeSettings = SETTINGS) -> Run:
     running, mesh, datum = bodies
     return Run(
         MPI.COMM_WORLD,
         CASE.scene,
-        SETTINGS,
-        build_passage(MPI.COMM_WORLD, CASE.scene, SETTINGS, running, mesh, datum, start_of(model, running)),
+        settings,
+        build_passage(MPI.COMM_WORLD, CASE.scene, settings, running, mesh, datum, start_of(model, running)),
         folder,
         None,
     )
@@ -137,6 +137,18 @@ def test_every_attribute_of_a_restarted_run_is_that_of_the_run_that_went_on(mode
             steps(run, later - moment)
         assert differences(live, again) == [], f"at step {later}, restarted at step {moment}"
     assert live.recorder.rows and live.dynamics.contact.sums.any() and live.dynamics.structure.block_work.any()
+
+
+def test_a_restarted_run_of_the_full_element_is_the_run_that_went_on(bodies, tmp_path):
+    settings = SETTINGS.model_copy(update={"element": "full"})
+    live, again = (new_run("fe_full", bodies, tmp_path, settings) for _ in range(2))
+    steps(live, 180)
+    live.save()
+    again.resume()
+    assert differences(live, again) == []
+    for run in (live, again):
+        steps(run, 20)
+    assert differences(live, again) == [] and live.dynamics.structure.finite.state.any()
 
 
 FORGOTTEN = [

@@ -45,9 +45,9 @@ def quarter_cylinder(core: int, ring: int, along: int) -> HexMesh:
     )
 
 
-def fly(core: int, ring: int, along: int):
+def fly(core: int, ring: int, along: int, **options):
     """The structure after 80 us, and its energies before and after."""
-    structure = structure_of(quarter_cylinder(core, ring, along), COPPER)
+    structure = structure_of(quarter_cylinder(core, ring, along), COPPER, **options)
     fixed = np.stack([at(structure, axis, 0.0) for axis in range(3)], axis=1)
     structure.v.reshape(-1, 3)[~fixed[:, 2], 2] = -SPEED
     dynamics = Dynamics(structure, fixed=fixed)

@@ -1,0 +1,302 @@
+"""The second element: 8-node hexahedron with 2 x 2 x 2 points and mean dilatation, finite strain, J2 plasticity.
+
+It judges the one-point element (rail_fem.fe.hexahedron): nothing but the mesh in common, no hourglass modes to control,
+and nothing to choose. Stress update and return mapping are those of the one-point element, at every point.
+
+Kinematics in the modes of the trilinear map (rail_fem.fe.hexahedron): the covariant vector along reference axis k
+depends on the two other coordinates alone,
+    X_k(p, q) = a_k + p g_(k+2) + q g_(k+1) + p q g_4,   p along axis k+1, q along axis k+2, indices cyclic,
+so twelve vectors serve the eight points, for the coordinates and for the velocities; forces gather the same way.
+Mean dilatation: the divergence of each point is replaced by the element's volume mean, which the mean gradient of the
+one-point element gives exactly, and the pressures act through that gradient, so that stress power and nodal power are
+equal to round-off and volume does not lock.
+
+Source: Hughes, The Finite Element Method (1987), section 4.5 (B-bar, mean dilatation); Simo, Taylor & Pister, Comput.
+Methods Appl. Mech. Eng. 51 (1985) 177, for finite strain.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kernel_cache import njit
+from rail_fem.fe.hexahedron import (
+    FAST,
+    N_SCRATCH,
+    add_elastic,
+    cross,
+    dot,
+    energy_density,
+    field_gradient,
+    gather,
+    gather_one,
+    load,
+    mean_gradient,
+    rotate_stress,
+    scatter,
+    step_rotation,
+    store,
+    sum_of_squares,
+    times,
+    to_mid_step,
+    vector_modes,
+    von_mises,
+)
+from rail_fem.fe.plasticity import EXCESS, return_isotropic, return_kinematic
+from rail_fem.fe.state import KINEMATIC, LANES, N_STATE_FULL, POINT_STATE, POINTS, YIELD
+
+_W = LANES
+_G = 1.0 / math.sqrt(3.0)
+_VECTORS = 36  # rows of the twelve vectors X_k(p, q): axis, sign of p, sign of q, component
+_MEAN = 22  # rows of what belongs to the whole element: mean gradient (18), volume, divergence, integral of the
+# pressure over the volume, viscous work
+_VOLUME, _DIVERGENCE, _PRESSURE, _VISCOUS = 18, 19, 20, 21
+_JACOBIAN = 30  # row of a point's scratch: volume it stands for; rows 0 to 8 are its contravariant area vectors
+_compiled = njit(cache=True, **FAST)
+_part = njit(forceinline=True, **FAST)
+_inlined = njit(inline="always", **FAST)
+
+
+@_inlined
+def covariant(a, second, first, last, p, q):
+    """X_k at (p, q): a_k + p g_(k+2) + q g_(k+1) + p q g_4."""
+    return (
+        a[0] + p * second[0] + q * first[0] + p * q * last[0],
+        a[1] + p * second[1] + q * first[1] + p * q * last[1],
+        a[2] + p * second[2] + q * first[2] + p * q * last[2],
+    )
+
+
+@_inlined
+def store_covariant(vectors, e, m):
+    """The twelve vectors X_k(+-, +-) of the field with modes m."""
+    for s in range(4):
+        p, q = _G if s % 2 else -_G, _G if s // 2 else -_G
+        store(vectors, 0, 3 * s, e, covariant(m[0], m[5], m[4], m[6], p, q))
+        store(vectors, 0, 12 + 3 * s, e, covariant(m[1], m[3], m[5], m[6], p, q))
+        store(vectors, 0, 24 + 3 * s, e, covariant(m[2], m[4], m[3], m[6], p, q))
+
+
+@_part
+def whole_element(nodal, dt, material, vectors, rates, mean):
+    """Of a block: covariant vectors of coordinates and velocities (_VECTORS*W,), and `mean` (_MEAN*W,)."""
+    density, speed, linear, quadratic = material[2], material[3], material[4], material[5]
+    for e in range(_W):
+        x, v = vector_modes(nodal, e), vector_modes(nodal, 24 * _W + e)
+        b, volume = mean_gradient(x)
+        end = field_gradient(v, b, volume)
+        for k in range(3):
+            for i in range(3):
+                mean[(3 * k + i) * _W + e] = b[k][i]
+                mean[(9 + 3 * k + i) * _W + e] = b[3 + k][i]
+        mean[_VOLUME * _W + e] = volume
+        mean[_DIVERGENCE * _W + e] = end[0][0] + end[1][1] + end[2][2]
+        mid = to_mid_step(end, dt)
+        rate = mid[0][0] + mid[1][1] + mid[2][2]
+        length = math.sqrt(1.5 / (8.0 * sum_of_squares(b))) * volume
+        closing = min(rate, 0.0)
+        viscous = density * length * (linear * speed * rate - quadratic * quadratic * length * closing * closing)
+        mean[_PRESSURE * _W + e] = viscous * volume  # the points' pressures are added to it
+        mean[_VISCOUS * _W + e] = viscous * rate * volume * dt
+        store_covariant(vectors, e, x)
+        store_covariant(rates, e, v)
+
+
+@_inlined
+def rows_at(point):
+    """First rows of the three covariant vectors of a point, whose bits are the signs of xi, eta, zeta."""
+    xi, eta, zeta = point & 1, (point >> 1) & 1, point >> 2
+    return 3 * (eta + 2 * zeta), 12 + 3 * (zeta + 2 * xi), 24 + 3 * (xi + 2 * eta)
+
+
+@_inlined
+def gradient_component(v1, v2, v3, c1, c2, c3, i, j, s):
+    return s * (v1[i] * c1[j] + v2[i] * c2[j] + v3[i] * c3[j])
+
+
+@_part
+def point_trial(vectors, rates, mean, point, dt, material, state, back, turns_back, scratch):
+    """Trial stress of one point of a block, and what its force needs -> scratch: area vectors, volume, excess.
+
+    state : (POINT_STATE*W,) of this point;  back : (6*W,) its back stress, turned along where `turns_back`
+    """
+    lame, shear = material[0], material[1]
+    r1, r2, r3 = rows_at(point)
+    for e in range(_W):
+        x1, x2, x3 = load(vectors, 0, r1, e), load(vectors, 0, r2, e), load(vectors, 0, r3, e)
+        v1, v2, v3 = load(rates, 0, r1, e), load(rates, 0, r2, e), load(rates, 0, r3, e)
+        c1, c2, c3 = cross(x2, x3), cross(x3, x1), cross(x1, x2)
+        jacobian = dot(x1, c1)
+        s = 1.0 / jacobian
+        g00 = gradient_component(v1, v2, v3, c1, c2, c3, 0, 0, s)
+        g11 = gradient_component(v1, v2, v3, c1, c2, c3, 1, 1, s)
+        g22 = gradient_component(v1, v2, v3, c1, c2, c3, 2, 2, s)
+        dilatation = (mean[_DIVERGENCE * _W + e] - g00 - g11 - g22) / 3.0
+        g = (
+            (
+                g00 + dilatation,
+                gradient_component(v1, v2, v3, c1, c2, c3, 0, 1, s),
+                gradient_component(v1, v2, v3, c1, c2, c3, 0, 2, s),
+            ),
+            (
+                gradient_component(v1, v2, v3, c1, c2, c3, 1, 0, s),
+                g11 + dilatation,
+                gradient_component(v1, v2, v3, c1, c2, c3, 1, 2, s),
+            ),
+            (
+                gradient_component(v1, v2, v3, c1, c2, c3, 2, 0, s),
+                gradient_component(v1, v2, v3, c1, c2, c3, 2, 1, s),
+                g22 + dilatation,
+            ),
+        )
+        l = to_mid_step(g, dt)
+        r = step_rotation(l, dt)
+        old = load(state, 0, 0, e) + load(state, 0, 3, e)
+        half = add_elastic(old, l, 0.5 * dt, lame, shear)
+        stress = add_elastic(rotate_stress(r, half), l, 0.5 * dt, lame, shear)
+        store(state, 0, 0, e, stress[:3])
+        store(state, 0, 3, e, stress[3:])
+        store(scratch, 0, 0, e, c1)
+        store(scratch, 0, 3, e, c2)
+        store(scratch, 0, 6, e, c3)
+        scratch[_JACOBIAN * _W + e] = jacobian
+        scratch[EXCESS * _W + e] = von_mises(stress) - state[YIELD * _W + e]
+        if turns_back:
+            turned = rotate_stress(r, load(back, 0, 0, e) + load(back, 0, 3, e))
+            store(back, 0, 0, e, turned[:3])
+            store(back, 0, 3, e, turned[3:])
+
+
+@_inlined
+def add(a, k, e, u):
+    a[k * _W + e] += u[0]
+    a[(k + 1) * _W + e] += u[1]
+    a[(k + 2) * _W + e] += u[2]
+
+
+@_part
+def add_point_force(state, scratch, point, mean, forces):
+    """The deviator of a point acts on its area vectors: added to the twelve force vectors; its pressure to the mean."""
+    r1, r2, r3 = rows_at(point)
+    for e in range(_W):
+        t, u = load(state, 0, 0, e), load(state, 0, 3, e)
+        pressure = (t[0] + t[1] + t[2]) / 3.0
+        mean[_PRESSURE * _W + e] += pressure * scratch[_JACOBIAN * _W + e]
+        d0, d1, d2 = t[0] - pressure, t[1] - pressure, t[2] - pressure
+        rows = ((d0, u[2], u[1]), (u[2], d1, u[0]), (u[1], u[0], d2))
+        add(forces, r1, e, times(rows, load(scratch, 0, 0, e)))
+        add(forces, r2, e, times(rows, load(scratch, 0, 3, e)))
+        add(forces, r3, e, times(rows, load(scratch, 0, 6, e)))
+
+
+@_inlined
+def signed_sums(forces, row, i, e):
+    """Of the four vectors of an axis: sum, sum with the sign of p, of q, of p q (the signs' size _G put in)."""
+    a, b = forces[(row + i) * _W + e], forces[(row + 3 + i) * _W + e]
+    c, d = forces[(row + 6 + i) * _W + e], forces[(row + 9 + i) * _W + e]
+    return a + b + c + d, _G * (b + d - a - c), _G * (c + d - a - b), _G * _G * (a + d - b - c)
+
+
+@_part
+def nodal_force(forces, mean, f):
+    """Twelve force vectors and the mean pressure of a block -> nodal internal forces f (24*W,)."""
+    for e in range(_W):
+        p = mean[_PRESSURE * _W + e] / mean[_VOLUME * _W + e]
+        for i in range(3):
+            s1, p1, q1, w1 = signed_sums(forces, 0, i, e)
+            s2, p2, q2, w2 = signed_sums(forces, 12, i, e)
+            s3, p3, q3, w3 = signed_sums(forces, 24, i, e)
+            fx = 0.125 * s1 + p * mean[i * _W + e]
+            fy = 0.125 * s2 + p * mean[(3 + i) * _W + e]
+            fz = 0.125 * s3 + p * mean[(6 + i) * _W + e]
+            h1 = 0.125 * (p2 + q3) + p * mean[(9 + i) * _W + e]
+            h2 = 0.125 * (q1 + p3) + p * mean[(12 + i) * _W + e]
+            h3 = 0.125 * (p1 + q2) + p * mean[(15 + i) * _W + e]
+            h4 = 0.125 * (w1 + w2 + w3)
+            x_low, x_top, y_low, y_top = fx - h2, fx + h2, fy - h1, fy + h1
+            d_low, d_top = h3 - h4, h3 + h4
+            f[i * _W + e] = d_low - x_low - y_low - fz
+            f[(3 + i) * _W + e] = x_low - y_low - d_low - fz
+            f[(6 + i) * _W + e] = x_low + y_low + d_low - fz
+            f[(9 + i) * _W + e] = y_low - x_low - d_low - fz
+            f[(12 + i) * _W + e] = d_top - x_top - y_top + fz
+            f[(15 + i) * _W + e] = x_top - y_top - d_top + fz
+            f[(18 + i) * _W + e] = x_top + y_top + d_top + fz
+            f[(21 + i) * _W + e] = y_top - x_top - d_top + fz
+
+
+@_compiled
+def update_full_elements(
+    x, v, dt, nodes, filled, material_of, materials, curve_start, curve_strain, curve_stress, state, back, force, work
+):
+    """One step of every block: as `rail_fem.fe.hexahedron.update_elements`, at eight points an element.
+
+    state : (n_blocks*N_STATE_FULL*LANES,), point by point POINT_STATE rows;  back : (n_blocks*8*6*LANES,) or empty;
+    everything else, and what is returned, as there: the second work of a block, of hourglass control, stays 0.
+    """
+    nodal, vectors, rates = np.empty(48 * _W), np.empty(_VECTORS * _W), np.empty(_VECTORS * _W)
+    forces, mean, scratch, return_factor = (
+        np.empty(_VECTORS * _W),
+        np.empty(_MEAN * _W),
+        np.empty(N_SCRATCH * _W),
+        np.empty(_W),
+    )
+    none = np.empty(0)
+    smallest = np.inf
+    for block in range(filled.size):
+        start, s, count, row = block * 8 * _W, block * N_STATE_FULL * _W, filled[block], material_of[block]
+        gather(x, v, nodes, start, nodal)
+        whole_element(nodal, dt, materials[row], vectors, rates, mean)
+        forces[:] = 0.0
+        c0, c1 = curve_start[row], curve_start[row + 1]
+        strain, stress = curve_strain[c0:c1], curve_stress[c0:c1]
+        for point in range(POINTS):
+            own = state[s + point * POINT_STATE * _W : s + (point + 1) * POINT_STATE * _W]
+            if materials[row, KINEMATIC] > 0.0:
+                first = (block * POINTS + point) * 6 * _W
+                centre = back[first : first + 6 * _W]
+                for k in range(6 * _W):
+                    own[k] -= centre[k]
+                point_trial(vectors, rates, mean, point, dt, materials[row], own, centre, True, scratch)
+                return_kinematic(
+                    own, centre, scratch, count, materials[row, 1], strain, stress, return_factor, POINT_STATE
+                )
+                for k in range(6 * _W):
+                    own[k] += centre[k]
+            else:
+                point_trial(vectors, rates, mean, point, dt, materials[row], own, none, False, scratch)
+                return_isotropic(own, scratch, count, materials[row, 1], strain, stress, return_factor, POINT_STATE)
+            add_point_force(own, scratch, point, mean, forces)
+            for e in range(count):
+                work[3 * block] += scratch[EXCESS * _W + e] * scratch[_JACOBIAN * _W + e]
+                if not scratch[_JACOBIAN * _W + e] > 0.0:
+                    smallest = min(smallest, scratch[_JACOBIAN * _W + e])
+        for e in range(count):
+            work[3 * block + 2] += mean[_VISCOUS * _W + e]
+            if not mean[_VOLUME * _W + e] >= smallest:
+                smallest = mean[_VOLUME * _W + e]
+        nodal_force(forces, mean, nodal)
+        scatter(nodal, nodes, start, count, force)
+    return smallest
+
+
+@_compiled
+def stored_energy_full(x, nodes, filled, material_of, materials, state):
+    """Elastic energy [J] of the stresses of all points on the geometry x."""
+    nodal, vectors, total = np.empty(24 * _W), np.empty(_VECTORS * _W), 0.0
+    for block in range(filled.size):
+        start, row = block * 8 * _W, material_of[block]
+        lame, shear = materials[row, 0], materials[row, 1]
+        gather_one(x, nodes, start, nodal)
+        for e in range(filled[block]):
+            store_covariant(vectors, e, vector_modes(nodal, e))
+        for point in range(POINTS):
+            s = (block * POINTS + point) * POINT_STATE * _W
+            r1, r2, r3 = rows_at(point)
+            for e in range(filled[block]):
+                x2, x3 = load(vectors, 0, r2, e), load(vectors, 0, r3, e)
+                volume = dot(load(vectors, 0, r1, e), cross(x2, x3))
+                total += volume * energy_density(load(state, s, 0, e), load(state, s, 3, e), lame, shear)
+    return total
