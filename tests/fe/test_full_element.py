@@ -1,4 +1,4 @@
-"""The fully integrated element against its own weak form by quadrature, against exact solutions and the first element."""
+"""The fully integrated element against its weak form by quadrature, exact solutions and the first element."""
 
 import numpy as np
 import pytest
