@@ -16,6 +16,8 @@ With x forward and z up, +y is to the left: the model is the left rail and the l
 Everything is SI inside the program (m, kg, s, N, Pa); mm and kN exist only in case files, tables and plots.
 """
 
+import numpy as np
+
 VOIGT = ("xx", "yy", "zz", "yz", "xz", "xy")
 
 # Lateral position of the wheel's tread datum D0 for a centred wheelset:
@@ -27,3 +29,8 @@ GAUGE_POINT_DEPTH = 0.014
 def tread_datum_y(gauge: float = 1.435, back_to_back: float = 1.360) -> float:
     """Lateral position of D0 [m] of the left wheel of a centred wheelset (gauge and back-to-back in m)."""
     return GAUGE_FACE_Y - gauge / 2 + back_to_back / 2 + 0.070
+
+
+def as_tensor(stress: np.ndarray) -> np.ndarray:
+    """Symmetric tensors (..., 3, 3) from six components (..., 6) in the order VOIGT."""
+    return stress[..., [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(*stress.shape[:-1], 3, 3)

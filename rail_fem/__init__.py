@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rail_fem.case.casefile import Case, CaseError, load_case
     from rail_fem.case.examples import example
+    from rail_fem.export.entry import export_dolfinx
     from rail_fem.ladder import LADDER, solve
     from rail_fem.output.result import PassResult, Peak
     from rail_fem.output.result import load as load_result
@@ -21,14 +22,27 @@ if TYPE_CHECKING:
     from rail_fem.sweeps.results import SweepResults, load_sweep
 
 __all__ = [
-    "LADDER", "Case", "CaseError", "PassResult", "Peak", "Scene", "SweepResults", "example", "load_case", "load_result", "load_sweep", "solve",
-]  # fmt: skip
+    "LADDER",
+    "Case",
+    "CaseError",
+    "PassResult",
+    "Peak",
+    "Scene",
+    "SweepResults",
+    "example",
+    "export_dolfinx",
+    "load_case",
+    "load_result",
+    "load_sweep",
+    "solve",
+]
 
 _HOMES = {
     "Case": "rail_fem.case.casefile",
     "CaseError": "rail_fem.case.casefile",
     "load_case": "rail_fem.case.casefile",
     "example": "rail_fem.case.examples",
+    "export_dolfinx": "rail_fem.export.entry",
     "LADDER": "rail_fem.ladder",
     "solve": "rail_fem.ladder",
     "PassResult": "rail_fem.output.result",

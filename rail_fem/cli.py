@@ -13,6 +13,7 @@ from rail_fem.case.variations import VariationError, read_settings
 from rail_fem.commands import contact as pair
 from rail_fem.commands import start
 from rail_fem.commands.ending import say, stop, stop_run
+from rail_fem.commands.export import export
 from rail_fem.commands.show_sweep import is_sweep, show_sweep, tell_sweep
 from rail_fem.commands.study import study
 from rail_fem.commands.sweep import SetOption, sweep
@@ -29,6 +30,7 @@ app.command()(start.init)
 app.command()(pair.contact)
 app.command()(pair.patch)
 app.command()(sweep)
+app.command()(export)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(study)
 
 

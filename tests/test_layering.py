@@ -45,7 +45,7 @@ def is_heavy(path: Path) -> bool:
     room, *rest = (
         path.relative_to(ROOT / "rail_fem").parts if path.is_relative_to(ROOT / "rail_fem") else (path.parent.name,)
     )
-    if room == "studies":
+    if room in ("studies", "export"):
         return bool(
             re.search(
                 r"rail_fem\.(fe|static_fe)\b|^(from|import) (dolfinx|mpi4py|petsc4py|ufl)",
@@ -68,7 +68,7 @@ def test_arrows_point_one_way(package):
 # Rooms of rail_fem from the ground up: each may import what stands before it.
 STOREYS = (
     ("atomic", "stopping", "launcher"), ("scene",), ("settings",), ("output",), ("ladder",), ("light",), ("fe",), ("static_fe", "models"), ("case",), ("show",),
-    ("run",), ("sweeps",), ("studies",), ("commands",), ("cli",),
+    ("export",), ("run",), ("sweeps",), ("studies",), ("commands",), ("cli",),
 )  # fmt: skip
 
 

@@ -4,7 +4,7 @@ version."""
 from __future__ import annotations
 
 import numpy as np
-from dolfinx import fem, graph, la
+from dolfinx import cpp, fem, graph, la
 from dolfinx import mesh as dmesh
 from scipy import sparse
 
@@ -109,3 +109,68 @@ def evaluate(expression, mesh, cells: np.ndarray) -> np.ndarray:
         return np.asarray(expression.eval(mesh, cells)).ravel()
     except TypeError:
         return np.asarray(expression.eval(cells)).ravel()
+
+
+def create_shared_mesh(comm, cells: np.ndarray, points: np.ndarray):
+    """A dolfinx mesh for forms and files, partitioned by dolfinx, with ghost cells across shared facets; arrays on
+    root, cells (m, 8) in dolfinx order."""
+    domain, mode = hexahedral_domain(), dmesh.GhostMode.shared_facet
+    if hasattr(domain, "ufl_coordinate_element"):
+        return dmesh.create_mesh(comm, cells, points, domain, mode)
+    return dmesh.create_mesh(comm, cells, points, domain, dmesh.create_cell_partitioner(mode))
+
+
+def facet_nodes(mesh, facets: np.ndarray) -> np.ndarray:
+    """Geometry nodes (k, 4) of quadrilateral facets (k,) of a hexahedral mesh; rank-local."""
+    facets = np.asarray(facets, np.int32)
+    mesh.topology.create_connectivity(2, 3)
+    if hasattr(dmesh, "entities_to_geometry"):
+        nodes = dmesh.entities_to_geometry(mesh, 2, facets)
+    else:
+        nodes = cpp.mesh.entities_to_geometry(mesh._mesh, 2, facets, False)
+    return np.asarray(nodes).reshape(-1, 4)
+
+
+def discontinuous(mesh, degree: int = 0, shape: tuple[int, ...] = ()):
+    """The space of polynomials of a degree in each cell (0: constants): scalars, or of a shape such as (3, 3)."""
+    try:
+        import basix.ufl
+
+        element = basix.ufl.element("DG", mesh.basix_cell(), degree, shape=shape)
+    except ImportError:
+        import ufl
+
+        cell = mesh.ufl_cell()
+        element = ufl.TensorElement("DG", cell, degree, shape=shape) if shape else ufl.FiniteElement("DG", cell, degree)
+    return function_space(mesh, element)
+
+
+def cell_dofs(space) -> np.ndarray:
+    """Degrees of freedom of each local cell (m, n), blocks counted once; rank-local."""
+    dofs = space.dofmap.list
+    return np.asarray(dofs.array).reshape(dofs.num_nodes, -1) if hasattr(dofs, "array") else np.asarray(dofs)
+
+
+def write_tags(file, mesh, tags) -> None:
+    """Mesh tags into an open XDMFFile. Collective."""
+    try:
+        file.write_meshtags(tags, mesh.geometry)
+    except TypeError:
+        file.write_meshtags(tags)
+
+
+def vtx_writer():
+    """dolfinx's writer of VTX (.bp) files; None where dolfinx was built without ADIOS2."""
+    from dolfinx import io
+
+    return getattr(io, "VTXWriter", None) if getattr(cpp.common, "has_adios2", False) else None
+
+
+def gmsh_mesh(model, comm):
+    """Mesh, cell tags and facet tags of a Gmsh model that root holds (others None). Collective."""
+    try:
+        from dolfinx.io import gmshio
+    except ImportError:
+        from dolfinx.io import gmsh as gmshio
+    found = gmshio.model_to_mesh(model, comm, 0)
+    return found[0], found[1], found[2]

@@ -12,18 +12,16 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from geometry.axes import VOIGT
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.fe.blocks import von_mises
 from rail_fem.fe.checkpoint import gather_nodes, gather_rows
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.output.fields import VTK_COMPONENTS, VTK_ORDER
 
-VTK_COMPONENTS = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 TIME_VALUE = (
     '<FieldData><DataArray type="Float64" Name="TimeValue" NumberOfTuples="1"'
     ' format="ascii">{!r}</DataArray></FieldData>'
 )
-VTK_ORDER = [VOIGT.index(name.lower()) for name in VTK_COMPONENTS]
 
 
 def gather_cells(dynamics: Dynamics) -> np.ndarray | None:

@@ -11,9 +11,8 @@ from scipy.spatial import cKDTree
 from geometry.meshing.hexmesh import HexMesh, merge_bodies
 from rail_fem.fe import contact_kernel as kernel
 from rail_fem.fe.contact import Surface, edge_neighbours
+from rail_fem.output.fields import REGIONS
 
-# in the order of their numbers in every mesh of a pass; a short window may hold no nose
-REGIONS = ("wing", "nose", "wheel")
 FARTHEST = 20e-3  # surface nodes farther apart than this are not compared [m]
 
 

@@ -24,13 +24,14 @@ from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
 from rail_fem.output.events import end_doubts, force_peaks, transfer_place
+from rail_fem.output.fields import MESH, REGIONS
 from rail_fem.output.result import Cost, PassResult
 from rail_fem.output.runfolder import digest, fingerprint
 from rail_fem.output.sealed import read_sealed, write_sealed
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
-MESH, MESH_ARRAYS = "mesh.npz", ("points", "cells", "region", "surface", "surface_region", "clamp")
+MESH_ARRAYS = ("points", "cells", "region", "surface", "surface_region", "clamp")
 MESH_REMEDY = "remove it: --restart makes the mesh again, and goes on with the run if it comes out the same"
 
 

@@ -3,21 +3,16 @@ section."""
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from geometry.meshing.hexmesh import boundary_faces
+from rail_fem.output.fields import REGIONS, FieldsError, field_file, read_fields
 
-REGIONS = ("wing", "nose", "wheel")
 SEEN = 0.05  # a face is seen from above when the upward part of its unit normal exceeds this
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
-
-
-class FieldsError(ValueError):
-    """Fields that are not there or cannot be drawn: which file, what is wrong, what to do."""
 
 
 @dataclass(frozen=True)
@@ -46,51 +41,18 @@ class CrossingFields:
         return self.points[self.cells[cell]].mean(axis=0)
 
 
-def field_file(folder: Path) -> Path:
-    """The last fields that a run wrote: final.vtu, or else its last frame. Errors: FieldsError."""
-    fields = Path(folder) / "fields"
-    final = fields / "final.vtu"
-    frames = [final] if final.is_file() else sorted(fields.glob("frame_*.vtu"))
-    if not frames:
-        raise FieldsError(
-            f"{fields}: no final.vtu and no frame_*.vtu there; the run wrote no fields, or they were moved"
-        )
-    return frames[-1]
-
-
 def read_crossing(folder: Path) -> CrossingFields:
     """Wing and nose from the last fields of a run. Errors: FieldsError."""
-    import meshio  # with the explicit models only
-
     path = field_file(folder)
-    try:
-        mesh = meshio.read(path)
-        cells = mesh.cells_dict["hexahedron"]
-        region, strain = (
-            np.asarray(mesh.cell_data_dict[name]["hexahedron"]).ravel() for name in ("region", "plastic_strain")
-        )
-    except KeyError as error:
-        raise FieldsError(
-            f"{path}: holds no {error.args[0]} on hexahedra; is it a field file of this program?"
-        ) from None
-    except (
-        meshio.ReadError,
-        OSError,
-        ValueError,
-        SystemExit,
-        SyntaxError,
-        zlib.error,
-    ) as error:  # a cut-off file fails in the XML reader
-        raise FieldsError(f"{path}: cannot be read ({type(error).__name__}: {error}); run the case again") from None
-    crossing = region < REGIONS.index("wheel")
+    found = read_fields(path)
+    crossing = found.region < REGIONS.index("wheel")
     if not crossing.any():
-        raise FieldsError(f"{path}: none of its {len(region)} cells belongs to wing (region 0) or nose (region 1)")
-    if not np.isfinite(strain[crossing]).all():
         raise FieldsError(
-            f"{path}: plastic strain is not a number in {int((~np.isfinite(strain[crossing])).sum())} cells; the run"
-            " was unstable"
+            f"{path}: none of its {len(found.region)} cells belongs to wing (region 0) or nose (region 1)"
         )
-    return CrossingFields(mesh.points, cells[crossing], region[crossing].astype(int), strain[crossing], path.name)
+    return CrossingFields(
+        found.points, found.cells[crossing], found.region[crossing], found.plastic_strain[crossing], path.name
+    )
 
 
 def faces_from_above(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -79,8 +79,3 @@ def momentum(structure: Structure) -> tuple[np.ndarray, np.ndarray]:
     """Linear and angular momentum, (3,) each [kg m/s], [kg m2/s]."""
     p = structure.mass[:, None] * structure.v.reshape(-1, 3)
     return p.sum(axis=0), np.cross(structure.x.reshape(-1, 3), p).sum(axis=0)
-
-
-def tensor(voigt: np.ndarray) -> np.ndarray:
-    """Stresses (n, 6), order VOIGT, as matrices (n, 3, 3)."""
-    return voigt[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)

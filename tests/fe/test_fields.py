@@ -8,11 +8,12 @@ import meshio
 import numpy as np
 import pytest
 
+from geometry.axes import as_tensor
 from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.blocks import von_mises
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.fields import VTK_ORDER, gather_cells, write_frame
-from tests.fe.bodies import distort, place, structure_of, tensor
+from tests.fe.bodies import distort, place, structure_of
 
 READ = """
 import json, sys, vtk
@@ -57,7 +58,7 @@ def frame(tmp_path_factory):
 def test_components_are_named_and_stand_where_vtk_expects_them(frame):
     stress, read, _ = frame
     assert read["components"] == ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]
-    exact = tensor(stress)
+    exact = as_tensor(stress)
     column = {"X": 0, "Y": 1, "Z": 2}
     for i, (a, b) in enumerate(read["components"]):
         np.testing.assert_array_equal(np.array(read["stress"])[:, i], exact[:, column[a], column[b]])
@@ -66,10 +67,10 @@ def test_components_are_named_and_stand_where_vtk_expects_them(frame):
 def test_principal_stresses_by_vtk_are_the_eigenvalues_of_the_tensor(frame):
     """Shears exchanged would change them; the trace alone would not tell. VTK works in double precision."""
     stress, read, _ = frame
-    exact = np.sort(np.linalg.eigvalsh(tensor(stress)), axis=1)[:, ::-1]
+    exact = np.sort(np.linalg.eigvalsh(as_tensor(stress)), axis=1)[:, ::-1]
     found = np.sort(np.array(read["principal"]).T, axis=1)[:, ::-1]
     assert np.abs(found - exact).max() < 1e-9 * np.abs(exact).max()
-    exchanged = np.linalg.eigvalsh(tensor(stress[:, [0, 1, 2, 5, 3, 4]]))[:, ::-1]
+    exchanged = np.linalg.eigvalsh(as_tensor(stress[:, [0, 1, 2, 5, 3, 4]]))[:, ::-1]
     assert np.abs(exchanged - exact).max() > 0.01 * np.abs(exact).max()
     np.testing.assert_allclose(read["von_mises"], von_mises(stress), rtol=1e-12)
 

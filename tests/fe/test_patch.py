@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from geometry.axes import as_tensor
 from geometry.meshing.blocks import mesh_box
-from tests.fe.bodies import NO_VISCOSITY, STEEL, distort, lame, place, structure_of, tensor
+from tests.fe.bodies import NO_VISCOSITY, STEEL, distort, lame, place, structure_of
 
 MOTION = np.array([[0.010, 0.004, -0.002], [0.003, -0.006, 0.005], [-0.001, 0.002, 0.008]])
 
@@ -31,7 +32,7 @@ def test_affine_motion_of_distorted_cells_gives_one_stress_and_no_force_inside(k
     structure = structure_of(mesh, settings=NO_VISCOSITY, small=(0,) if small else ())
     start = structure.x.reshape(-1, 3).copy()
     place(structure, start + start @ MOTION.T, 1e-7)
-    stress = tensor(structure.small_stress() if small else structure.finite.stress())
+    stress = as_tensor(structure.small_stress() if small else structure.finite.stress())
     exact = hooke((MOTION + MOTION.T) / 2) if small else one_step_stress(MOTION)
     assert np.abs(stress - exact).max() < 1e-12 * np.abs(exact).max()
     inside = np.zeros(len(mesh.points), bool)

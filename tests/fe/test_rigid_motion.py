@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from geometry.axes import as_tensor
 from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.dynamics import Dynamics
-from tests.fe.bodies import STEEL, distort, momentum, place, plastic, structure_of, tensor
+from tests.fe.bodies import STEEL, distort, momentum, place, plastic, structure_of
 
 
 def rotation(axis, angle):
@@ -49,11 +50,11 @@ def test_stress_turns_with_the_body():
     structure = structure_of(body())
     stretched = structure.x.reshape(-1, 3) * [1.001, 1.0, 0.999]
     place(structure, stretched, 1e-7)
-    before, angles = tensor(structure.finite.stress()), np.linspace(0, (20 + 1 / 3) * 2 * np.pi, 400)
+    before, angles = as_tensor(structure.finite.stress()), np.linspace(0, (20 + 1 / 3) * 2 * np.pi, 400)
     for angle in angles[1:]:
         place(structure, stretched @ rotation(np.array([1.0, 2.0, -0.5]), angle).T, 1e-7)
     r = rotation(np.array([1.0, 2.0, -0.5]), angles[-1])
-    assert np.abs(tensor(structure.finite.stress()) - r @ before @ r.T).max() < 1e-10 * STEEL.youngs_modulus
+    assert np.abs(as_tensor(structure.finite.stress()) - r @ before @ r.T).max() < 1e-10 * STEEL.youngs_modulus
 
 
 @pytest.mark.parametrize("steel", [STEEL, plastic(STEEL, 300e6, 2e9)], ids=["elastic", "plastic"])
