@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from rail_fem import launcher
+from rail_fem.commands.ending import say, stop
 
 
 def export(
@@ -13,7 +14,7 @@ def export(
     to: Annotated[
         Path,
         typer.Option(
-            "--to", help="file to write: .xdmf or .bp by dolfinx; .vtu .vtk .msh .inp .med .avs by meshio"
+            "--to", help="file to write: .xdmf or .bp by dolfinx; .vtu .vtk .msh .inp .med by meshio"
         ),
     ],
     frame: Annotated[
@@ -33,12 +34,8 @@ def export(
             launcher.on_root(lambda: write_by_meshio(to, read_tagged(folder, frame), deformed))
             written = [to]
     except (FieldsError, ExportError, OSError) as error:
-        if launcher.rank() == 0:
-            typer.echo(str(error), err=True)
-        launcher.end_together()
-        raise typer.Exit(2) from None
-    if launcher.rank() == 0:
-        typer.echo("written: " + ", ".join(map(str, written)))
+        stop(str(error))
+    say("written: " + ", ".join(map(str, written)))
 
 
 def _by_dolfinx(folder: Path, to: Path, frame: int | None, deformed: bool) -> list[Path]:
