@@ -17,7 +17,6 @@ from geometry.meshing.quality import mesh_quality
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe import trust
 from rail_fem.fe.diagnostics import slowest_elements, strain_peaks, trust_facts
-from rail_fem.fe.initial_position import REGIONS
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.run import CHECKPOINT, Run
