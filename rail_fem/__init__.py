@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from rail_fem.case.casefile import Case, CaseError, load_case
     from rail_fem.case.examples import example
     from rail_fem.export.entry import export_dolfinx
-    from rail_fem.ladder import LADDER, solve
+    from rail_fem.hierarchy import MODELS, solve
     from rail_fem.output.result import PassResult, Peak
     from rail_fem.output.result import load as load_result
     from rail_fem.scene.scene import Scene
     from rail_fem.sweeps.results import SweepResults, load_sweep
 
 __all__ = [
-    "LADDER",
+    "MODELS",
     "Case",
     "CaseError",
     "PassResult",
@@ -43,8 +43,8 @@ _HOMES = {
     "load_case": "rail_fem.case.casefile",
     "example": "rail_fem.case.examples",
     "export_dolfinx": "rail_fem.export.entry",
-    "LADDER": "rail_fem.ladder",
-    "solve": "rail_fem.ladder",
+    "MODELS": "rail_fem.hierarchy",
+    "solve": "rail_fem.hierarchy",
     "PassResult": "rail_fem.output.result",
     "Peak": "rail_fem.output.result",
     "load_result": "rail_fem.output.result:load",

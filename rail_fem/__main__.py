@@ -4,7 +4,7 @@ sentence."""
 import sys
 
 from rail_fem import stopping
-from rail_fem.run.installation import REMEDY, explain, numpy_fault
+from rail_fem.run.installation import REMEDY, explain, numpy_mismatch
 
 
 def main() -> None:
@@ -14,8 +14,8 @@ def main() -> None:
         from rail_fem.run.doctor import tell
 
         sys.exit(tell())
-    if fault := numpy_fault():
-        sys.exit(f"rail-fem: {fault}: {REMEDY}")
+    if mismatch := numpy_mismatch():
+        sys.exit(f"rail-fem: {mismatch}: {REMEDY}")
     try:
         from rail_fem.cli import main as command_line
 

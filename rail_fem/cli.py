@@ -80,14 +80,15 @@ def check(
     settings: SetOption = None,
     ranks: Annotated[int, typer.Option(help="ranks to estimate for", min=1)] = 2,
 ) -> None:
-    """Read a case file and say what it means, what it will cost, and what is doubtful; nothing is meshed or written."""
+    """Read a case file and say what it means, what it will cost, and what calls for a warning; nothing is meshed or
+    written."""
     from rail_fem.show.report import case_report
 
     loaded, name = read_case(case, model, settings)
-    report, faults = case_report(loaded, name, ranks)
+    report, errors = case_report(loaded, name, ranks)
     say(report)
-    if faults:
-        stop("\n  ".join([f"{case}: {len(faults)} fault(s)", *faults]))
+    if errors:
+        stop("\n  ".join([f"{case}: {len(errors)} input error(s)", *errors]))
 
 
 @app.command()
@@ -105,17 +106,17 @@ def run(
     """Run a case; with mpirun in front, on several ranks. The folder must be empty, or see --restart and
     --overwrite."""
     from rail_fem.output.runfolder import digest, fingerprint
-    from rail_fem.run.job import JobFault, run_case
+    from rail_fem.run.job import JobError, run_case
 
     loaded, name = read_case(case, model, settings)
     if expected and expected != digest(fingerprint(name, loaded.scene, loaded.runs[name])):
         stop(f"{case}: the case or its profile file has changed since it was read for this run: start again")
     try:
-        fault = run_case(loaded, name, out, restart, overwrite, say)
-    except JobFault as error:
+        failure = run_case(loaded, name, out, restart, overwrite, say)
+    except JobError as error:
         stop(str(error))
-    if fault:
-        stop_run(f"{case}: the run failed: {fault}")
+    if failure:
+        stop_run(f"{case}: the run failed: {failure}")
 
 
 class Figures(StrEnum):
@@ -177,9 +178,9 @@ def compare(
         list[Path], typer.Argument(metavar="DIR...", help="folders of runs of one scene, or folders that hold such")
     ],
     reference: Annotated[
-        Path | None, typer.Option(help="the run that the others are held against; default: the dearest rung")
+        Path | None, typer.Option(help="the run that the others are held against; default: the most expensive model")
     ] = None,
-    within: Annotated[str | None, typer.Option(help="name the cheapest run within this error, e.g. 5%")] = None,
+    within: Annotated[str | None, typer.Option(help="name the least expensive run within this error, e.g. 5%")] = None,
     quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "first impact",
     out: Annotated[Path | None, typer.Option(help="folder for compare.md and compare.png")] = None,
 ) -> None:
@@ -197,7 +198,7 @@ def compare(
         words = (
             [text]
             + ([side_by_side.advice(found, limit, quantity) + "\n"] if limit is not None else [])
-            + [side_by_side.doubts(found)]
+            + [side_by_side.warnings(found)]
         )
         say("\n".join(words).rstrip())
         if out is not None:
@@ -238,7 +239,7 @@ def report(
         typer.Option("--show", help="figure of the digest, by its name in the report; may be given several times"),
     ] = None,
 ) -> None:
-    """The page of a sweep: tables, trends in words checked on every rung with reasons and controls, figures of each
+    """The page of a sweep: tables, trends in words checked on every model with reasons and controls, figures of each
     group."""
     from rail_fem.sweeps.sweep_page import write_digest, write_page
 
@@ -268,7 +269,7 @@ def profile(
         typer.Option(
             "--mirror/--no-mirror",
             help=(
-                "of a rail: exchange its sides, or keep them; default: kept, with a doubt where its shape speaks"
+                "of a rail: exchange its sides, or keep them; default: kept, with a warning where its shape speaks"
                 " against it"
             ),
         ),

@@ -47,24 +47,24 @@ def on_root(action: Callable[[], Answer]) -> Answer:
     world = _world()
     if world is None:
         return action()
-    answer, fault = None, None
+    answer, failure = None, None
     if world.rank == 0:
         try:
             answer = action()
         except Exception as error:
-            fault = error
-    answer, sent = world.bcast((answer, _as_message(fault)))
-    if fault or sent:
-        raise fault or sent
+            failure = error
+    answer, sent = world.bcast((answer, _as_message(failure)))
+    if failure or sent:
+        raise failure or sent
     return answer
 
 
-def _as_message(fault: Exception | None) -> Exception | None:
+def _as_message(failure: Exception | None) -> Exception | None:
     """The exception itself where it survives pickling, else a RuntimeError with its words."""
     try:
-        return pickle.loads(pickle.dumps(fault))
+        return pickle.loads(pickle.dumps(failure))
     except Exception:
-        return RuntimeError(f"{type(fault).__name__}: {fault}")
+        return RuntimeError(f"{type(failure).__name__}: {failure}")
 
 
 def let_root_end_first() -> None:

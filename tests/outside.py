@@ -60,5 +60,11 @@ def report(skipped: dict[str, list[str]]) -> list[str]:
         names = sorted({test.split("[")[0] for test in tests})
         source = next((text for start, text in SOURCES.items() if name.startswith(start)), "not named")
         lines += [f"  {name}: {len(tests)} test(s)", f"    from: {source}", *(f"    {test}" for test in names)]
-    return [*lines, f"Put the files into a folder and name it: {VARIABLE}=FOLDER ./test.sh (the part before the / is a folder in it). Beside each such test one runs",
-            "that needs no outside file."]  # fmt: skip
+    return [
+        *lines,
+        (
+            f"Put the files into a folder and name it: {VARIABLE}=FOLDER ./test.sh (the part before the / is a folder"
+            " in it). Beside each such test one runs"
+        ),
+        "that needs no outside file.",
+    ]

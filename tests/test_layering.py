@@ -71,7 +71,7 @@ STOREYS = (
     ("scene",),
     ("settings",),
     ("output",),
-    ("ladder",),
+    ("hierarchy",),
     ("light",),
     ("fe",),
     ("static_fe", "models"),

@@ -7,8 +7,13 @@ from tests.outside import ABSENT, PROJECT, VARIABLE, outside, report
 
 
 def test_a_run_names_the_tests_that_it_did_not_run_and_where_their_files_can_be_had(tmp_path):
-    run = subprocess.run([sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", "tests/geometry/test_rail.py"], cwd=PROJECT, text=True,
-                         capture_output=True, env={"PATH": "/usr/bin:/bin", VARIABLE: str(tmp_path), "PYTHONPATH": str(PROJECT)})  # fmt: skip
+    run = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", "tests/geometry/test_rail.py"],
+        cwd=PROJECT,
+        text=True,
+        capture_output=True,
+        env={"PATH": "/usr/bin:/bin", VARIABLE: str(tmp_path), "PYTHONPATH": str(PROJECT)},
+    )
     assert run.returncode == 0, run.stdout
     assert "3 test(s) were NOT RUN" in run.stdout and "profiles/rail_60E2_head_upright.csv: 1 test(s)" in run.stdout
     assert (

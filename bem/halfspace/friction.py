@@ -109,7 +109,9 @@ def solve_friction(
     traction = np.zeros_like(rigid_slip)
     stick = np.zeros(bound.shape, bool)
     work = np.empty((2, *operator.size))
-    for iteration in range(1, max_iterations + 1):
+    iterations, residual = 0, np.inf
+    while iterations < max_iterations and not residual <= tolerance:
+        iterations += 1
         _load(state, rigid_slip, shift, work)
         spectrum = fft.rfft2(work, axes=(1, 2))
         _apply(spectrum, *inverse)
@@ -117,10 +119,8 @@ def solve_friction(
         uniform.enforce(elastic)
         difference, size = _update(state, elastic, bound, _RELAXATION, traction, stick)
         residual = np.sqrt(difference / size) if size > 0 else float(difference > 0)
-        if residual <= tolerance:
-            break
     slip = (operator.product(traction) + rigid_slip + uniform.slip[:, None, None]) * (bound > 0)
-    return FrictionSolution(traction, slip, stick, uniform.slip, iteration, float(residual))
+    return FrictionSolution(traction, slip, stick, uniform.slip, iterations, float(residual))
 
 
 def _step_factor(grid: Grid, rolling: bool) -> float:

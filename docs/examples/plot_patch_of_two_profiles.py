@@ -9,11 +9,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import bem
-from rail_fem.light.contact_pairs import plain_rail_tie
+from rail_fem.light.contact_pairs import plain_rail_pair
 
 # %%
 # The pair: the wheel lowered onto the rail, seen from the point where it first touches.
-pair = plain_rail_tie(rail="60E1")
+pair = plain_rail_pair(rail="60E1")
 
 # %%
 # The patch: pressure of two elastic half-spaces on the true gap of the two profiles.

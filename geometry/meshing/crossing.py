@@ -273,8 +273,8 @@ def _reference_section(curves, columns, sizes):
             section = mesh_section(
                 curves[station], [columns[station]], sizes, _elsewhere(curves, columns, station, sizes)
             )
-        except MeshError as fault:
-            faults.append(fault)
+        except MeshError as error:
+            faults.append(error)
             continue
         found.append((section.badness, station, section))
         if section.badness < FLAT_CORNER:

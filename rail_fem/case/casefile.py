@@ -1,4 +1,4 @@
-"""Case files: TOML text to a typed scene and typed numerics, with every fault reported at once."""
+"""Case files: TOML text to a typed scene and typed numerics, with every input error reported at once."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -7,29 +7,29 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from rail_fem.case.casefaults import describe_faults, plain, quoted, suggest
 from rail_fem.case.casetext import CaseTextError, read_table
-from rail_fem.ladder import LADDER
+from rail_fem.case.input_errors import describe_errors, plain, quoted, suggest
+from rail_fem.hierarchy import MODELS
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.units import typed
 from rail_fem.settings.light import PassSettings
 
 CASE_VERSION = 1
 LONGEST_TITLE = 200
-MOST_FAULTS = 50  # told of one file
+MOST_ERRORS = 50  # told of one file
 FEWEST_ROWS = 10  # of a history
 TOP_KEYS = ("version", "title", "scene", "run")
 
 
 class CaseError(ValueError):
-    """A case file that cannot be run; `faults` holds one line for each fault."""
+    """A case file that cannot be run; `errors` holds one line for each."""
 
-    def __init__(self, path: Path, faults: list[str]):
-        self.path, self.faults = path, faults
-        super().__init__("\n  ".join([f"{path}: {len(faults)} fault(s)", *faults]))
+    def __init__(self, path: Path, errors: list[str]):
+        self.path, self.errors = path, errors
+        super().__init__("\n  ".join([f"{path}: {len(errors)} input error(s)", *errors]))
 
     def __reduce__(self):
-        return CaseError, (self.path, self.faults)  # as it goes from rank to rank
+        return CaseError, (self.path, self.errors)  # as it goes from rank to rank
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Case:
 
 
 def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = "") -> Case:
-    """Read and check a case file. Nothing is meshed or written. Errors: CaseError with all faults.
+    """Read and check a case file. Nothing is meshed or written. Errors: CaseError with all input errors.
 
     changes : values in place of the file's, by keys such as "scene.speed" or "run.lumped.start"
     name : of the case in a sweep; none: the file's
@@ -66,22 +66,22 @@ def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = 
                 "use the program that the file was written for, or rewrite it after cases/nose_transfer.toml"
             ],
         )
-    faults = [f"{plain(key)}: unknown key{suggest(key, TOP_KEYS)}" for key in table if key not in TOP_KEYS]
+    errors = [f"{plain(key)}: unknown key{suggest(key, TOP_KEYS)}" for key in table if key not in TOP_KEYS]
     title = table.get("title", path.stem)
     if not isinstance(title, str) or not title.isprintable() or len(title) > LONGEST_TITLE:
-        faults.append(
+        errors.append(
             f'title: {typed(title)} is not a line of text of at most {LONGEST_TITLE} characters, write e.g. "nose'
             ' transfer, facing"'
         )
     context = {"units_required": True, "folder": path.resolve().parent}
-    scene = _read_section(Scene, table.get("scene"), "scene", context, faults)
-    runs = _read_runs(table.get("run"), context, faults)
+    scene = _read_section(Scene, table.get("scene"), "scene", context, errors)
+    runs = _read_runs(table.get("run"), context, errors)
     if scene is not None:
-        faults += [fault for name, run in runs.items() for fault in _disagreements(scene, name, run)]
-    if faults:
+        errors += [error for name, run in runs.items() for error in _disagreements(scene, name, run)]
+    if errors:
         raise CaseError(
             path,
-            faults[:MOST_FAULTS] + ([f"and {len(faults) - MOST_FAULTS} more"] if len(faults) > MOST_FAULTS else []),
+            errors[:MOST_ERRORS] + ([f"and {len(errors) - MOST_ERRORS} more"] if len(errors) > MOST_ERRORS else []),
         )
     told = ", ".join(f"{key.removeprefix('scene.')} {value}" for key, value in (changes or {}).items())
     return Case(path, f"{title}; {told}" if told else title, scene, runs, dict(changes or {}), name or path.stem)
@@ -105,34 +105,34 @@ def _change(table: dict[str, Any], key: str, value: Any, path: Path) -> None:
     table[last] = value
 
 
-def _read_section(section: type[Frozen], value: Any, key: str, context: dict, faults: list[str]) -> Any:
+def _read_section(section: type[Frozen], value: Any, key: str, context: dict, errors: list[str]) -> Any:
     if value is None:
-        faults.append(f"{key}: missing, write a table [{key}]")
+        errors.append(f"{key}: missing, write a table [{key}]")
         return None
     try:
         return section.model_validate(value, context=context)
     except ValidationError as error:
-        faults += describe_faults(error, section, key, most=4 * MOST_FAULTS)
+        errors += describe_errors(error, section, key, most=4 * MOST_ERRORS)
         return None
 
 
-def _read_runs(value: Any, context: dict, faults: list[str]) -> dict[str, Frozen]:
+def _read_runs(value: Any, context: dict, errors: list[str]) -> dict[str, Frozen]:
     if not isinstance(value, dict) or not value:
-        faults.append(f"run: missing, write a table [run.MODEL] (it may be empty); models: {', '.join(LADDER)}")
+        errors.append(f"run: missing, write a table [run.MODEL] (it may be empty); models: {', '.join(MODELS)}")
         return {}
     runs = {}
     for name, table in value.items():
-        if name not in LADDER:
-            faults.append(f"run.{plain(name)}: unknown model{suggest(name, LADDER)}; models: {', '.join(LADDER)}")
+        if name not in MODELS:
+            errors.append(f"run.{plain(name)}: unknown model{suggest(name, MODELS)}; models: {', '.join(MODELS)}")
             continue
-        settings = _read_section(LADDER[name].settings, table, f"run.{name}", context, faults)
+        settings = _read_section(MODELS[name].settings, table, f"run.{name}", context, errors)
         if settings is not None:
             runs[name] = settings
     return runs
 
 
 def _disagreements(scene: Scene, name: str, run: Frozen) -> list[str]:
-    """Faults that only scene and numerics together show."""
+    """Input errors that only scene and numerics together show."""
     start, end = (
         run.window(scene) if isinstance(run, PassSettings) else (getattr(run, "start", None), getattr(run, "end", None))
     )
@@ -145,26 +145,26 @@ def _disagreements(scene: Scene, name: str, run: Frozen) -> list[str]:
             " exchange the two"
         ]
     return [
-        f"run.{name}.{fault}"
-        for fault in (*_too_long(abs(end - start) / scene.speed, run), *_late_approach(scene, start, run))
+        f"run.{name}.{error}"
+        for error in (*_too_long(abs(end - start) / scene.speed, run), *_late_approach(scene, start, run))
     ]
 
 
 def _too_long(duration: float, run: Frozen) -> list[str]:
     """Times that do not fit into a pass of `duration` [s]."""
     whole = f"the pass takes {duration * 1e3:.4g} ms"
-    faults = []
+    errors = []
     if getattr(run, "settle_time", 0.0) >= duration:
-        faults.append(
+        errors.append(
             f"settle_time: {run.settle_time * 1e3:g} ms, but {whole}: the wheel would never be let go; settle for less,"
             " or run farther"
         )
     if duration < FEWEST_ROWS * run.history_interval:
-        faults.append(
+        errors.append(
             f"history_interval: {run.history_interval * 1e6:g} us gives {duration / run.history_interval:.2g} rows,"
             f" {whole}; at most {duration / FEWEST_ROWS * 1e6:.3g} us gives {FEWEST_ROWS}"
         )
-    return faults
+    return errors
 
 
 def _late_approach(scene: Scene, start: float, run: Frozen) -> list[str]:

@@ -82,16 +82,16 @@ def impossible(scene: Scene, settings: FeSettings, ranks: int = 1, model: str = 
     """Faults that stop a run before anything is meshed: too little memory, more ranks than cells."""
     estimate, free = estimate_run(scene, settings, ranks), available_memory()
     size = f"{settings.element_size * 1e3:g} mm"
-    faults = []
+    errors = []
     if estimate.memory > free:
-        faults.append(
+        errors.append(
             f"run.{model}.element_size: {size} makes about {estimate.cells:.2g} cells on {ranks} rank(s), which need"
             f" {estimate.memory / 1e9:.3g} GB; {free / 1e9:.3g} GB are free:"
             f" {_size_that_fits(scene, settings, ranks, free)}"
         )
     if ranks > estimate.cells:
-        faults.append(f"run.{model}: {ranks} ranks for about {estimate.cells:.0f} cells of {size}: start fewer ranks")
-    return faults
+        errors.append(f"run.{model}: {ranks} ranks for about {estimate.cells:.0f} cells of {size}: start fewer ranks")
+    return errors
 
 
 def _size_that_fits(scene: Scene, settings: FeSettings, ranks: int, free: float) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from rail_fem.case.casefaults import choices_of, meaning, quantity_of
+from rail_fem.case.input_errors import choices_of, meaning, quantity_of
 
 WRITTEN = ("digest",)  # by runs into their own case.json
 
@@ -37,9 +37,15 @@ def section_keys(section: type[BaseModel], values: BaseModel | None = None) -> I
             continue
         quantity, table = quantity_of(field), field.annotation if isinstance(field.annotation, type) else None
         yield Key(
-            name, quantity.unit if quantity else "", _allowed(field, quantity), _default(field, quantity) if values is None or not field.is_required() else getattr(values, name),
-            meaning(field), field.is_required(), table if table and issubclass(table, BaseModel) else None, None if field.is_required() else field.default,
-        )  # fmt: skip
+            name,
+            quantity.unit if quantity else "",
+            _allowed(field, quantity),
+            _default(field, quantity) if values is None or not field.is_required() else getattr(values, name),
+            meaning(field),
+            field.is_required(),
+            table if table and issubclass(table, BaseModel) else None,
+            None if field.is_required() else field.default,
+        )
 
 
 def _allowed(field: Any, quantity: Any) -> str:

@@ -14,9 +14,9 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from rail_fem.case.casefaults import quantity_of, suggest
 from rail_fem.case.casefile import Case, CaseError, load_case
-from rail_fem.ladder import LADDER
+from rail_fem.case.input_errors import quantity_of, suggest
+from rail_fem.hierarchy import MODELS
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.series import is_series, read_series
 from rail_fem.scene.units import QuantityError, typed
@@ -102,10 +102,10 @@ def _section_of(key: str) -> tuple[type[BaseModel], list[str]]:
     top, *names = key.split(".")
     if top == "scene" and names:
         return Scene, names
-    if top == "run" and len(names) > 1 and names[0] in LADDER:
-        return LADDER[names[0]].settings, names[1:]
+    if top == "run" and len(names) > 1 and names[0] in MODELS:
+        return MODELS[names[0]].settings, names[1:]
     if top == "run" and names:
-        raise VariationError(f"{key}: write run.MODEL.KEY with a model among {', '.join(LADDER)}")
+        raise VariationError(f"{key}: write run.MODEL.KEY with a model among {', '.join(MODELS)}")
     raise VariationError(f"{key}: unknown key{suggest(top, ('scene', 'run'))}; write scene.KEY or run.MODEL.KEY")
 
 
@@ -135,15 +135,15 @@ def vary_case(
     """
     if both := sorted(set(settings) & {key for key, _ in variations}):
         raise VariationError(f"{', '.join(both)}: both set and varied")
-    cases, faults = [], []
+    cases, errors = [], []
     short = short_keys([key for key, _ in variations])
     for change in combinations(variations):
         words = {short[key]: value for key, value in change.items()}
         try:
             cases.append(load_case(path, {**settings, **change}, folder_name(Path(path).stem, words)))
         except CaseError as error:
-            faults += error.faults
-    return cases, [str(CaseError(path, list(dict.fromkeys(faults))))] if faults else []
+            errors += error.errors
+    return cases, [str(CaseError(path, list(dict.fromkeys(errors))))] if errors else []
 
 
 def short_keys(keys: Sequence[str]) -> dict[str, str]:

@@ -1,9 +1,9 @@
-"""What is allowed in a case but doubtful: one warning each, with both numbers. `check` says it, and every result and
-trust report repeats it."""
+"""What is allowed in a case but calls for a warning: one warning each, with both numbers. `check` says it, and every
+result and trust report repeats it."""
 
 from bem.exact.hertz import PointContact, point_contact
 from bem.material import Elastic, contact_modulus
-from rail_fem.light.rigid import placement_doubts
+from rail_fem.light.rigid import window_warnings
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -28,74 +28,74 @@ def static_patch(scene: Scene) -> PointContact:
     return point_contact(scene.static_wheel_load, scene.wheel.radius, TREAD_RADIUS, modulus)
 
 
-def case_doubts(scene: Scene, settings: Frozen) -> list[str]:
-    """All doubts about a case run by one model. settings : of the model, placed. Errors: as
+def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
+    """All warnings about a case run by one model. settings : of the model, placed. Errors: as
     rail_fem.light.rigid.window_path."""
-    doubts = scene_doubts(scene)
+    warnings = scene_warnings(scene)
     return (
-        doubts + fe_doubts(scene, settings) + placement_doubts(scene, settings)
+        warnings + fe_warnings(scene, settings) + window_warnings(scene, settings)
         if isinstance(settings, FeSettings)
-        else doubts
+        else warnings
     )
 
 
-def scene_doubts(scene: Scene) -> list[str]:
-    """Doubts about the physics."""
-    doubts = [] if scene.wheel.measured is None else scene.wheel.measured.doubts
+def scene_warnings(scene: Scene) -> list[str]:
+    """Warnings about the physics."""
+    warnings = [] if scene.wheel.measured is None else scene.wheel.measured.warnings
     if scene.wheel.profile in STAND_INS:
-        doubts.append(
+        warnings.append(
             f"wheel profile {scene.wheel.profile} is a stand-in ({STAND_INS[scene.wheel.profile]}), not a measured"
             " wheel"
         )
     if not COMPARED_RATIOS[0] <= scene.crossing.ratio <= COMPARED_RATIOS[1]:
-        doubts.append(
+        warnings.append(
             f"crossing 1:{scene.crossing.ratio:g}: the parametric crossing was compared at 1:{COMPARED_RATIOS[0]:g} and"
             f" 1:{COMPARED_RATIOS[1]:g} only"
         )
     if scene.friction > 0.7:
-        doubts.append(f"friction {scene.friction:g} > 0.7: steel on steel, dry, has 0.2 to 0.6")
+        warnings.append(f"friction {scene.friction:g} > 0.7: steel on steel, dry, has 0.2 to 0.6")
     if 0 < scene.foundation.track_mass < LEAST_TRACK_MASS:
-        doubts.append(
+        warnings.append(
             f"track mass {scene.foundation.track_mass:g} kg < {LEAST_TRACK_MASS:g} kg: rail and half a sleeper weigh"
             " some hundred kg; is its unit right?"
         )
     if any(not 0 <= material.steel().poisson < 0.45 for material in (scene.materials.wing, scene.materials.nose)):
-        doubts.append("Poisson's ratio >= 0.45: the critical step falls with the bulk modulus")
-    return doubts
+        warnings.append("Poisson's ratio >= 0.45: the critical step falls with the bulk modulus")
+    return warnings
 
 
-def fe_doubts(scene: Scene, settings: FeSettings) -> list[str]:
-    """Doubts about the numerics of an explicit FE run of this scene."""
-    doubts = []
+def fe_warnings(scene: Scene, settings: FeSettings) -> list[str]:
+    """Warnings about the numerics of an explicit FE run of this scene."""
+    warnings = []
     patch = static_patch(scene)
     across, needed = 2 * min(patch.semi_x, patch.semi_y), ELEMENTS_ACROSS_PATCH * settings.element_size
     if across < needed:
-        doubts.append(
+        warnings.append(
             f"patch {across * 1e3:.1f} mm < {ELEMENTS_ACROSS_PATCH} elements of {settings.element_size * 1e3:g} mm:"
             " pressure and plastic strain will be coarse"
         )
     if settings.courant > 0.95:
-        doubts.append(
+        warnings.append(
             f"courant {settings.courant:g} > 0.95: contact stiffens the surface, the step may become unstable"
         )
     settling, way = settings.settle_time * scene.speed, abs(settings.end - settings.start)
     if settling > way / 2:
-        doubts.append(
+        warnings.append(
             f"the wheel rolls {settling * 1e3:.4g} of {way * 1e3:.4g} mm while it settles: less than half of the window"
             " is a pass"
         )
     if settings.field_frames > MANY_FRAMES:
-        doubts.append(
+        warnings.append(
             f"{settings.field_frames} field outputs > {MANY_FRAMES}: they will fill the disk and take most of the time"
         )
     if settings.history_interval < SHORT_INTERVAL:
-        doubts.append(
+        warnings.append(
             f"history interval {settings.history_interval * 1e6:g} us < {SHORT_INTERVAL * 1e6:g} us: energies are"
             " summed nearly every step"
         )
     if not 0.1 <= settings.penalty <= 10:
-        doubts.append(
+        warnings.append(
             f"penalty {settings.penalty:g} is outside [0.1, 10]: soft contact overlaps, stiff contact chatters and"
             " needs a shorter step"
         )
-    return doubts
+    return warnings

@@ -11,7 +11,7 @@ from rail_fem.atomic import write_text_atomically
 from rail_fem.case.examples import examples
 from rail_fem.case.keys import Key, section_keys
 from rail_fem.commands.study import STUDIES
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import GRADES
 from rail_fem.scene.wheel_profile import WHEEL_NAMES
@@ -30,8 +30,8 @@ EXAMPLES = {
 def names() -> None:
     """What there is: models, wheels, rails, steels, studies."""
     typer.echo("models, from the least to the most expensive")
-    for name, rung in LADDER.items():
-        typer.echo(f"  {name:14s} {rung.meaning}{'; on several ranks' if rung.parallel else ''}")
+    for name, model in MODELS.items():
+        typer.echo(f"  {name:14s} {model.meaning}{'; on several ranks' if model.parallel else ''}")
     typer.echo(f"wheels     {', '.join(WHEEL_NAMES)}, or the path of a profile file")
     typer.echo(f"rails      {', '.join(HEADS)}, or the path of a profile file")
     typer.echo(f"steels     {', '.join(GRADES)}")
@@ -51,9 +51,9 @@ def init(
 ) -> None:
     """Write a case file to begin with: every key with unit, range, default and meaning; what has a default is commented
     out."""
-    unknown = [name for name in model if name not in LADDER]
+    unknown = [name for name in model if name not in MODELS]
     if unknown:
-        typer.echo(f"no model {', '.join(unknown)}: choose from {', '.join(LADDER)}", err=True)
+        typer.echo(f"no model {', '.join(unknown)}: choose from {', '.join(MODELS)}", err=True)
         raise typer.Exit(2)
     if file.exists():
         typer.echo(f"{file} is there already: remove it or give another name", err=True)
@@ -74,7 +74,7 @@ def template(models: list[str]) -> Iterator[str]:
     yield 'version = 1\ntitle = "a worn wheel passes a crossing"'
     yield from _section("scene", Scene)
     for model in models:
-        yield from _section(f"run.{model}", LADDER[model].settings)
+        yield from _section(f"run.{model}", MODELS[model].settings)
 
 
 def _section(name: str, section: type, values: Any = None) -> Iterator[str]:

@@ -9,7 +9,7 @@ from rail_fem import launcher
 from rail_fem.atomic import write_text_atomically
 from rail_fem.case.variations import VariationError, read_settings, read_variation
 from rail_fem.commands.ending import RUN_FAILED, say, stop
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 
 SetOption = Annotated[
     list[str] | None,
@@ -49,30 +49,30 @@ def sweep(
     from rail_fem.sweeps.sweep_report import sweep_report
 
     one = only is not None
-    unknown = sorted(set(model or ()) - set(LADDER))
+    unknown = sorted(set(model or ()) - set(MODELS))
     if unknown:
-        stop(f"--model {', '.join(unknown)}: no such model; choose among {', '.join(LADDER)}")
+        stop(f"--model {', '.join(unknown)}: no such model; choose among {', '.join(MODELS)}")
     if launcher.rank_count() > 1:
         stop("sweep starts mpirun itself, case by case: leave mpirun out and give --ranks")
     try:
         variations = [read_variation(text) for text in vary or ()]
         if only is not None and not vary:
             cases, only = chosen(cases, only), None
-        found, faults = read_cases(cases, read_settings(settings or ()), variations)
+        found, errors = read_cases(cases, read_settings(settings or ()), variations)
     except (VariationError, ValueError) as error:
         stop(str(error))
-    for fault in faults:
-        typer.echo(f"left out: {fault}", err=True)
-    if faults and (vary or settings):
-        stop("nothing was run: --vary and --set must give cases without a fault")
+    for error in errors:
+        typer.echo(f"left out: {error}", err=True)
+    if errors and (vary or settings):
+        stop("nothing was run: --vary and --set must give cases without a error")
     found = found if only is None else chosen(found, only)
     outcomes = run_sweep(jobs_of(found, out, model or concerned(variations)), ranks, say)
     out.mkdir(parents=True, exist_ok=True)
-    report = sweep_report(outcomes, faults)
+    report = sweep_report(outcomes, errors)
     if not one:
         write_tables(out, report, bool(vary))
     say("\n" + report)
-    if faults or any(outcome.state == FAILED for outcome in outcomes):
+    if errors or any(outcome.state == FAILED for outcome in outcomes):
         raise typer.Exit(RUN_FAILED)
 
 

@@ -1,1 +1,1 @@
-"""What the light rungs stand on: rigid paths, contact tables, load sharing, grooves, masses, springs and dampers."""
+"""What the light models stand on: rigid paths, contact tables, load sharing, grooves, masses, springs and dampers."""

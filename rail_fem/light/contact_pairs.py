@@ -6,12 +6,12 @@ forward and s lateral lie in the common tangent plane, h along its normal into t
 h(x', s), exact on the profiles; the gap is their difference and knows nothing of rails any more. It is what the
 half-space and the slices of `bem` take.
 
-    tie = plain_rail_tie()                                        # P8 on BS113A, gauge 1435, back-to-back 1360, rail
-    1:20 patch = normal_contact(tie.gap, tie.wheel_steel, tie.rail_steel, load=tie.normal_force(49505.0),
-    window=tie.window())
-    rail, wheel = tie.slice_profiles(0.0)                         # (n, 2) s, h at x' = 0, for a slice
+    pair = plain_rail_pair()                                        # P8 on BS113A, gauge 1435, back-to-back 1360, rail
+    1:20 patch = normal_contact(pair.gap, pair.wheel_steel, pair.rail_steel, load=pair.normal_force(49505.0),
+    window=pair.window())
+    rail, wheel = pair.slice_profiles(0.0)                         # (n, 2) s, h at x' = 0, for a slice
 
-Axes: geometry.axes. Error of the heights: 1e-12 m against the profiles (tests/rail_fem/test_patch_ties.py).
+Axes: geometry.axes. Error of the heights: 1e-12 m against the profiles (tests/rail_fem/test_contact_pairs.py).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _EXACT = 1e-11  # heights are iterated to this [m]
 _BEND = 0.5e-3  # half the chord over which curvatures are taken [m]
 
 
-class TieError(ValueError):
+class ContactPairError(ValueError):
     """A wheel that cannot be brought to touch: says what, where, what to do."""
 
 
@@ -71,7 +71,7 @@ def crossing_surface(crossing: CastCrossing, body: str | None = None) -> Surface
 
 
 @dataclass(frozen=True)
-class Tie:
+class ContactPair:
     """point (3,) [m] : first touch; frame (3, 3) : rows x' forward, s lateral, normal into the wheel
     wheel, rail : surfaces in place, touching there
     """
@@ -145,11 +145,11 @@ def bring_together(
     steels: tuple[Elastic, Elastic] = (STEEL, STEEL),
     reach: float = 0.0,
     label: str = "",
-) -> Tie:
+) -> ContactPair:
     """Lower a wheel whose tread datum is at (x, y) [m] onto a rail.
 
     reach : how far ahead and behind the axle it may touch [m], 0 for a straight rail, where it touches below the axle
-    steels : wheel, rail. Raises TieError where nothing lies below the wheel.
+    steels : wheel, rail. Raises ContactPairError where nothing lies below the wheel.
     """
     hanging = WheelSurface(profile, rolling_radius, (*datum, 0.0))
     y = datum[1] + profile.points[:, 0]
@@ -159,7 +159,7 @@ def bring_together(
         x, y = np.meshgrid(*(np.linspace(a, b, n) for a, b, n in zip(low, high, counts)), indexing="ij")
         opening = hanging(x, y) - rail(x, y)
         if not np.isfinite(opening).any():
-            raise TieError(
+            raise ContactPairError(
                 f"{label or profile.label}: no rail lies below the wheel with its datum at x = {datum[0]:g}, y ="
                 f" {datum[1]:g} m"
             )
@@ -167,10 +167,10 @@ def bring_together(
         best = np.array([x[i, j], y[i, j]])
         step = 2 * (high - low) / np.maximum(np.array(counts) - 1, 1)
         low, high, counts = best - step, best + step, [1 if reach == 0 else 21, 21]
-    return tie_at(profile, rail, datum, best, rolling_radius, *steels, label=label)
+    return pair_at(profile, rail, datum, best, rolling_radius, *steels, label=label)
 
 
-def tie_at(
+def pair_at(
     profile: Profile,
     rail: Surface,
     datum: tuple[float, float],
@@ -179,19 +179,21 @@ def tie_at(
     wheel_steel: Elastic = STEEL,
     rail_steel: Elastic = STEEL,
     label: str = "",
-) -> Tie:
+) -> ContactPair:
     """A wheel with its tread datum at (x, y) [m] that touches the rail first at `touch` (2,) x, y [m], as a search has
     found.
 
-    Raises TieError where one of the two has no surface there.
+    Raises ContactPairError where one of the two has no surface there.
     """
     hanging, at = WheelSurface(profile, rolling_radius, (*datum, 0.0)), np.asarray(touch, float)
     height = float(rail(at[:1], at[1:])[0])
     least = float(hanging(at[:1], at[1:])[0]) - height
     if not np.isfinite(least):
-        raise TieError(f"{label or profile.label}: wheel or rail has no surface at x = {at[0]:g}, y = {at[1]:g} m")
+        raise ContactPairError(
+            f"{label or profile.label}: wheel or rail has no surface at x = {at[0]:g}, y = {at[1]:g} m"
+        )
     wheel, point = WheelSurface(profile, rolling_radius, (*datum, -least)), np.array([*at, height])
-    return Tie(point, _frame(wheel, rail, point), wheel, rail, wheel_steel, rail_steel, label)
+    return ContactPair(point, _frame(wheel, rail, point), wheel, rail, wheel_steel, rail_steel, label)
 
 
 def _frame(wheel: Surface, rail: Surface, point: np.ndarray) -> np.ndarray:
@@ -228,7 +230,7 @@ def _heights(surface: Surface, point: np.ndarray, frame: np.ndarray, x: np.ndarr
     return np.where(np.abs(miss) <= 1e-9, height, np.nan)
 
 
-def plain_rail_tie(
+def plain_rail_pair(
     wheel: str = "P8",
     rail: str = "56E1",
     lateral: float = 0.0,
@@ -238,7 +240,7 @@ def plain_rail_tie(
     rolling_radius: float = ROLLING_RADIUS,
     wheel_steel: Elastic = STEEL,
     rail_steel: Elastic = STEEL,
-) -> Tie:
+) -> ContactPair:
     """A wheel on plain line, the wheelset shifted by `lateral` [m] towards the field side; lengths in m."""
     datum = 0.0, tread_datum_y(gauge, back_to_back) + lateral
     profile = wheel_profile(wheel)
@@ -253,21 +255,21 @@ def plain_rail_tie(
 
 
 def plain_rail_section(
-    tie: Tie, rail: str = "56E1", inclination: float = 1 / 20, below: float = 0.100, above: float = 0.150
+    pair: ContactPair, rail: str = "56E1", inclination: float = 1 / 20, below: float = 0.100, above: float = 0.150
 ) -> tuple[Body, Body]:
-    """Rail and wheel of `plain_rail_tie` as plane bodies y, z in place: the thesis' fourth case of chapter 5.
+    """Rail and wheel of `plain_rail_pair` as plane bodies y, z in place: the thesis' fourth case of chapter 5.
 
     The whole profiles, closed by straight sides to held edges `below` the crown and `above` the tread datum [m].
     """
-    _, y, z = tie.wheel.place
-    wheel = tie.wheel.profile.points + [y, z]
+    _, y, z = pair.wheel.place
+    wheel = pair.wheel.profile.points + [y, z]
     return (
-        Body(block_behind(rail_head(rail, inclination).points, -below), tie.rail_steel),
-        Body(block_behind(wheel, z + above), tie.wheel_steel),
+        Body(block_behind(rail_head(rail, inclination).points, -below), pair.rail_steel),
+        Body(block_behind(wheel, z + above), pair.wheel_steel),
     )
 
 
-def crossing_tie(
+def crossing_pair(
     crossing: CastCrossing,
     x: float,
     body: str | None = None,
@@ -276,7 +278,7 @@ def crossing_tie(
     rolling_radius: float = ROLLING_RADIUS,
     wheel_steel: Elastic = STEEL,
     rail_steel: Elastic = STEEL,
-) -> Tie:
+) -> ContactPair:
     """A wheel with its axle over x [m] of a crossing, on its "wing", its "nose", or whichever it meets first."""
     datum = x, tread_datum_y() + lateral
     return bring_together(

@@ -21,7 +21,7 @@ ENDS = 25e-3  # of a body beyond its fine part [m]
 ALWAYS_FITS = 3.5e-3  # element size up to which every band is more than two elements wide [m]
 
 
-def mesh_faults(scene: Scene, settings: FeSettings, model: str) -> list[str]:
+def mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     """Why the mesher must refuse this element size, if it must: bands that are too narrow for it. Takes a second for
     coarse elements."""
     size = settings.element_size

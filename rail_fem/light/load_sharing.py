@@ -32,7 +32,7 @@ class LoadedSide:
     patch (n, 2) : semi-axes along the rail and across it of the ellipse with the same second moments of pressure as the
     patch [m]: Hertz' ellipse where
         there is one, and about the half width of patches that are none
-    warnings : what is doubtful
+    warnings : what makes the answer uncertain
 
     Two places that merge are told apart at the saddle of the gap between them, where pressure may run through: there
     the sum is sure, the shares are a matter of that border. A place that the others have pressed away carries nothing;
@@ -123,7 +123,7 @@ def _between_bounds(
     modulus: float,
 ) -> tuple[float, float, float]:
     """Roll, height of the pivot and worst relative imbalance, by bounds that close: for every roll the height at which
-    the left wheel carries its load, and the roll at which the right one then does. A hundred times dearer than
+    the left wheel carries its load, and the roll at which the right one then does. A hundred times more expensive than
     load_kernel.settle_loaded, and never led astray."""
     arm, sides = search.wheelset.datum_arm, search.sides
     carried = lambda side, roll, height: carried_by(
@@ -271,30 +271,30 @@ def _described(
         centre,
         np.where(bears, station, contacts.station),
         patch,
-        _doubts(contacts, carried, left_over),
+        _warnings(contacts, carried, left_over),
     )
 
 
-def _doubts(contacts: Contacts, carried: np.ndarray, left_over: float) -> tuple[str, ...]:
+def _warnings(contacts: Contacts, carried: np.ndarray, left_over: float) -> tuple[str, ...]:
     """Where the forces are not the half-space's, the half-space not what the bodies are, or the wheel not on its
     rail."""
-    side, doubts = contacts.side, []
+    side, warnings = contacts.side, []
     if contacts.derailed:
-        doubts.append(f"{side}: derailed, the wheel stands on the tip of its flange")
+        warnings.append(f"{side}: derailed, the wheel stands on the tip of its flange")
     if left_over > LEFT_OVER:
-        doubts.append(f"{side}: the pressure is not converged, {left_over:.1g} of the depth is left")
+        warnings.append(f"{side}: the pressure is not converged, {left_over:.1g} of the depth is left")
     if (carried[12] > CUT * -contacts.gap)[carried[0] > 0].any():
-        doubts.append(
+        warnings.append(
             f"{side}: a profile ends within the contact, {carried[12].max():.2g} m under the other body's surface; give"
             " more of it"
         )
     turn = (carried[10] - carried[11]).max(initial=0.0)
     if turn > MOST_TURN:
-        doubts.append(
+        warnings.append(
             f"{side}: the contact angle changes by {np.degrees(turn):.0f} degrees over one patch, which is no"
             " half-space any more"
         )
-    return tuple(doubts)
+    return tuple(warnings)
 
 
 def _largest_load(modulus: float) -> float:

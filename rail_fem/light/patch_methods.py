@@ -1,6 +1,6 @@
 """One static patch by every method of `bem`: what the thesis' Table 6-3 compares, P8 on BS113A under 49,505 N.
 
-    table = method_rows(thesis_tie("56E1"), "56E1")
+    table = method_rows(thesis_pair("56E1"), "56E1")
 
 The thesis gives its profiles only as pictures and names its rail a generic BS113A. Two heads are compared here. On the
 BS113A of the standard (56E1) the crown's arc of 305 mm ends 5.9 mm from the middle, and no lateral shift makes the
@@ -28,7 +28,7 @@ from bem.patch import Patch
 from bem.slices.assumed_load import hertz_of, loaded_slices
 from bem.slices.coupled import slice_contact
 from bem.slices.slices import SliceGap, Slices, wheel_on_prism
-from rail_fem.light.contact_pairs import Tie, plain_rail_section, plain_rail_tie
+from rail_fem.light.contact_pairs import ContactPair, plain_rail_pair, plain_rail_section
 
 WHEEL_LOAD = 49505.0
 BLOCKS = "2.5D (b), the finite elements' blocks"
@@ -76,22 +76,26 @@ THESIS_ROWS = (
 )
 
 
-def thesis_tie(rail: str) -> Tie:
+def thesis_pair(rail: str) -> ContactPair:
     """P8 on a rail inclined 1:20, gauge 1435, back-to-back 1360, wheelset centred, E 201 GPa."""
-    return plain_rail_tie(rail=rail, wheel_steel=THESIS_STEEL, rail_steel=THESIS_STEEL)
+    return plain_rail_pair(rail=rail, wheel_steel=THESIS_STEEL, rail_steel=THESIS_STEEL)
 
 
-def section_slices(tie: Tie, rail: str) -> Slices:
+def section_slices(pair: ContactPair, rail: str) -> Slices:
     """Slices of wheel and rail in place: whole profiles, the wheel turned about its axle."""
-    lower, upper = plain_rail_section(tie, rail)
-    return wheel_on_prism(lower, upper, tie.wheel.place[2] + tie.wheel.rolling_radius)
+    lower, upper = plain_rail_section(pair, rail)
+    return wheel_on_prism(lower, upper, pair.wheel.place[2] + pair.wheel.rolling_radius)
 
 
 def method_rows(
-    tie: Tie, rail: str, wheel_load: float = WHEEL_LOAD, cells: tuple[int, int] = (50, 80), threads: int | None = None
+    pair: ContactPair,
+    rail: str,
+    wheel_load: float = WHEEL_LOAD,
+    cells: tuple[int, int] = (50, 80),
+    threads: int | None = None,
 ) -> list[MethodRow]:
-    """Hertz, 2.5D by load, 2.5D by displacement and the half-space on one tie, for a wheel load [N]."""
-    slices = section_slices(tie, rail)
+    """Hertz, 2.5D by load, 2.5D by displacement and the half-space on one contact pair, for a wheel load [N]."""
+    slices = section_slices(pair, rail)
     exact: PointContact = hertz_of(SliceGap(slices), wheel_load)
     rows = [
         MethodRow(
@@ -116,11 +120,11 @@ def method_rows(
         )
     )
     patch = normal_contact(
-        tie.gap,
-        tie.wheel_steel,
-        tie.rail_steel,
-        load=tie.normal_force(wheel_load),
-        window=tie.window(),
+        pair.gap,
+        pair.wheel_steel,
+        pair.rail_steel,
+        load=pair.normal_force(wheel_load),
+        window=pair.window(),
         cells=88,
         estimate=False,
     )

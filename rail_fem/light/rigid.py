@@ -67,7 +67,7 @@ def placed(scene: Scene, settings: Frozen) -> Frozen:
     return settings.model_copy(update=chosen)
 
 
-def placement_faults(scene: Scene, settings: FeSettings, model: str) -> list[str]:
+def window_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     """Why the wheel cannot run over this window, if it cannot; and where it would settle across a transfer. settings :
     placed"""
     try:
@@ -91,7 +91,7 @@ def running_start(scene: Scene, settings: FeSettings) -> float:
     return ends[0] if scene.direction_sign > 0 else ends[1]
 
 
-def placement_doubts(scene: Scene, settings: FeSettings) -> list[str]:
+def window_warnings(scene: Scene, settings: FeSettings) -> list[str]:
     """A window in which the wheel never changes from wing to nose, or one that starts or ends while it does."""
     path = window_path(scene, settings)
     if len(path.transfers) == 0:

@@ -1,4 +1,4 @@
-"""Where a light rung leaves the ground it stands on: flags with the reason and the number, from what the rung itself
+"""Where a light model leaves the ground it stands on: flags with the reason and the number, from what the model itself
 found.
 
 A flag is {"what", "reason", "where"}: plain values, so that a result file carries them.

@@ -1,4 +1,4 @@
-"""Few masses on springs and dampers, pressed by one wheel on several contacts: the time step of the light rungs.
+"""Few masses on springs and dampers, pressed by one wheel on several contacts: the time step of the light models.
 
 All contacts act along one coordinate, s = coupling . q (wheel less track). A body at distance s is approached by d =
 height - s and pushes with the force F that solves d = (F / stiffness)^(1 / exponent) + give * max(F - limit, 0): Hertz'

@@ -1,4 +1,4 @@
-"""A pass of a few masses over contacts: from a scene and its contacts to histories, for the rungs lumped and
+"""A pass of a few masses over contacts: from a scene and its contacts to histories, for the models lumped and
 rigid_hertz.
 
 q = (sprung mass, wheel, track): heights [m]; the wheel's is that of its axle less the rolling radius, the track's that
@@ -57,8 +57,8 @@ def scene_masses(scene: Scene) -> Masses:
     mass = np.array([vehicle.wheel_sprung_mass, vehicle.wheel_unsprung_mass, foundation.track_mass])
     if not (mass > 0).all():
         raise ValueError(
-            f"scene.foundation.track_mass: {foundation.track_mass:g} kg, the light rungs need a mass under the contact:"
-            " give more than 0 kg"
+            f"scene.foundation.track_mass: {foundation.track_mass:g} kg, the light models need a mass under the"
+            " contact: give more than 0 kg"
         )
     between = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
     under = np.diag([0.0, 0.0, 1.0])

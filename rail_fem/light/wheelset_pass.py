@@ -47,7 +47,7 @@ LEAST_RATIO, MOST_RATIO = 0.05, 20.0  # of a patch's semi-axes for which Kalker'
 
 @dataclass(frozen=True)
 class WheelsetPass:
-    """The pass as the light rungs know it, of the wheel over the crossing, and what the wheelset adds to its histories
+    """The pass as the light models know it, of the wheel over the crossing, and what the wheelset adds to its histories
     (m,)."""
 
     light: LightPass

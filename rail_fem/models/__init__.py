@@ -1,1 +1,1 @@
-"""The rungs of the ladder, one file each."""
+"""The models of the hierarchy, one file each."""

@@ -1,4 +1,4 @@
-"""Rung bem_passage: as rigid_hertz, but stiffness and patches of the contacts come from the half-space solver of `bem`
+"""Model bem_passage: as rigid_hertz, but stiffness and patches of the contacts come from the half-space solver of `bem`
 on the true gaps.
 
 At places along the way, on each body that the wheel can reach there, the gap of the true surfaces is solved under the
@@ -21,7 +21,7 @@ from bem.material import Elastic
 from bem.patch import Patch as SolvedPatch
 from bem.patch import PatchCutError
 from geometry.surfaces.crossing import CastCrossing
-from rail_fem.light.contact_pairs import Tie, crossing_surface, tie_at
+from rail_fem.light.contact_pairs import ContactPair, crossing_surface, pair_at
 from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
 from rail_fem.light.groove import contacts_of
 from rail_fem.light.validity import bem_flags
@@ -71,7 +71,9 @@ def solved_table(key: TableKey, patch_spacing: float, cells: int) -> ContactTabl
     for b in range(len(BODIES)):
         reached = np.flatnonzero((hertz.stiffness[b] > 0) & (hertz.height[b] > hertz.height.max(axis=0) - HIDDEN))
         chosen = np.unique(np.r_[reached[::every], reached[-1:]])
-        factor = [approach_stiffness(tie_of(key, hertz, b, i), key.load, cells) / hertz.stiffness[b, i] for i in chosen]
+        factor = [
+            approach_stiffness(pair_of(key, hertz, b, i), key.load, cells) / hertz.stiffness[b, i] for i in chosen
+        ]
         if len(chosen):
             stiffness[b] *= np.interp(hertz.x, hertz.x[chosen], factor)
     return replace(hertz, stiffness=stiffness, search_time=hertz.search_time + time.perf_counter() - started)
@@ -83,12 +85,12 @@ def _crossing(ratio: float) -> CastCrossing:
     return CastCrossing(ratio)
 
 
-def tie_of(key: TableKey, table: ContactTable, body: int, index: int, x: float | None = None) -> Tie:
+def pair_of(key: TableKey, table: ContactTable, body: int, index: int, x: float | None = None) -> ContactPair:
     """Wheel and body touching at the table's contact point, shifted with the wheel to x [m]."""
     x = float(table.x[index]) if x is None else x
     point = table.point[body, index, :2] + [x - table.x[index], 0.0]
     steels = (Elastic(*key.steels[k]) for k in (2, body))
-    return tie_at(
+    return pair_at(
         key.wheel,
         crossing_surface(_crossing(key.ratio), BODIES[body]),
         (x, key.datum),
@@ -99,18 +101,18 @@ def tie_of(key: TableKey, table: ContactTable, body: int, index: int, x: float |
     )
 
 
-def solved_patch(tie: Tie, load: float, cells: int, estimate: bool) -> SolvedPatch:
+def solved_patch(pair: ContactPair, load: float, cells: int, estimate: bool) -> SolvedPatch:
     """Patch under a vertical load [N]. A cone on the wing's plane touches over its whole width: where a window cuts the
     patch, it is widened."""
     length, width = WINDOW
     while True:
         try:
             return normal_contact(
-                tie.gap,
-                tie.wheel_steel,
-                tie.rail_steel,
-                load=tie.normal_force(load),
-                window=tie.window(length, width),
+                pair.gap,
+                pair.wheel_steel,
+                pair.rail_steel,
+                load=pair.normal_force(load),
+                window=pair.window(length, width),
                 cells=cells,
                 estimate=estimate,
             )
@@ -120,9 +122,9 @@ def solved_patch(tie: Tie, load: float, cells: int, estimate: bool) -> SolvedPat
             width = min(1.6 * width, WIDEST)
 
 
-def approach_stiffness(tie: Tie, load: float, cells: int) -> float:
+def approach_stiffness(pair: ContactPair, load: float, cells: int) -> float:
     """K of F = K d^1.5 [N/m^1.5], F and d vertical, that meets the solved approach at this load."""
-    vertical = solved_patch(tie, load, cells, estimate=False).approach / tie.frame[2, 2]
+    vertical = solved_patch(pair, load, cells, estimate=False).approach / pair.frame[2, 2]
     return load / vertical**1.5
 
 
@@ -137,8 +139,8 @@ def solved_patches(
                 continue
             touched = np.flatnonzero(np.isfinite(table.point[b, :, 0]))
             near = int(touched[np.argmin(np.abs(table.x[touched] - run.x[i]))])
-            tie = tie_of(key, table, b, near, float(run.x[i]))
-            patch = solved_patch(tie, float(run.force[b, i]), settings.cells, estimate=True)
+            pair = pair_of(key, table, b, near, float(run.x[i]))
+            patch = solved_patch(pair, float(run.force[b, i]), settings.cells, estimate=True)
             length, width = (
                 float(np.ptp(np.flatnonzero((patch.pressure > 0).any(axis=1 - k))) + 1) * side
                 for k, side in enumerate((patch.grid.dx, patch.grid.dy))
@@ -147,8 +149,8 @@ def solved_patches(
                 (
                     Patch(
                         float(run.time[i]),
-                        float(tie.point[0]),
-                        float(tie.point[1]),
+                        float(pair.point[0]),
+                        float(pair.point[1]),
                         body,
                         length,
                         width,

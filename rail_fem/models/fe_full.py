@@ -1,4 +1,4 @@
-"""Rung fe_full: the pass by explicit elastoplastic finite elements, from the case to the result.
+"""Model fe_full: the pass by explicit elastoplastic finite elements, from the case to the result.
 
 Mesh and place the wheel; let it settle under a damper while it rolls; let go; run to the end, recording; judge the run.
 """
@@ -22,7 +22,7 @@ from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
-from rail_fem.output.events import end_doubts, force_peaks, transfer_place
+from rail_fem.output.events import end_warnings, force_peaks, transfer_place
 from rail_fem.output.fields import MESH, REGIONS
 from rail_fem.output.result import Cost, PassResult
 from rail_fem.output.runfolder import digest, fingerprint
@@ -56,7 +56,7 @@ def solve_from(
     restart: bool,
     progress,
 ) -> PassResult:
-    """One pass from a state where settling ends (None: at rest), its result under the name of a rung. Collective.
+    """One pass from a state where settling ends (None: at rest), its result under the name of a model. Collective.
     Errors: as `solve`."""
     comm, started = MPI.COMM_WORLD, time.perf_counter()
     running = on_root(lambda: running_of(scene, settings))
@@ -170,7 +170,7 @@ def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
             "rigid_transfers": run.passage.running.transfers.tolist(),
         },
         warnings=tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != trust.GOOD)
-        + end_doubts(history, peaks, run.scene.static_wheel_load, settled),
+        + end_warnings(history, peaks, run.scene.static_wheel_load, settled),
         cut_off=run.cut_off,
     )
 

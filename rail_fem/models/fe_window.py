@@ -1,4 +1,4 @@
-"""Rung fe_window: the explicit FE of fe_full over the nose alone, begun in the middle of the pass as rigid_hertz has
+"""Model fe_window: the explicit FE of fe_full over the nose alone, begun in the middle of the pass as rigid_hertz has
 found it.
 
 rigid_hertz runs from the approach to where the FE's settling ends: its contact force, spring compressions and

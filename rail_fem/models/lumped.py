@@ -1,4 +1,4 @@
-"""Rung lumped: sprung mass, wheel and track mass with one contact spring over the rigid wheel path.
+"""Model lumped: sprung mass, wheel and track mass with one contact spring over the rigid wheel path.
 
 Resolves the force history of one contact. Blind to how wing and nose share the load, to the patch, to plastic flow and
 waves.
@@ -23,7 +23,7 @@ from rail_fem.light.vertical_pass import (
     run_pass,
     step_error,
 )
-from rail_fem.output.events import end_doubts, force_peaks
+from rail_fem.output.events import end_warnings, force_peaks
 from rail_fem.output.result import Cost, PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import LumpedSettings
@@ -59,7 +59,7 @@ def solve(
         cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
         error_estimate={"time_step": step_error(run, coarse), "contact_stiffness": force_change(run, softer)},
         trust={"validity": flags, "contact_constant": constant},
-        warnings=flag_warnings(flags) + end_doubts(columns, peaks, load),
+        warnings=flag_warnings(flags) + end_warnings(columns, peaks, load),
     )
 
 

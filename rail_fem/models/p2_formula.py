@@ -1,4 +1,4 @@
-"""Rung p2_formula: the standard's force at the nose, from the dip angle of the rigid wheel path.
+"""Model p2_formula: the standard's force at the nose, from the dip angle of the rigid wheel path.
 
 Resolves the sustained peak P2 and the high-frequency peak P1. Blind to the history, the patch, plastic flow, and
 impacts elsewhere.

@@ -1,5 +1,5 @@
-"""Rung rigid_hertz: the wheel rolls over the true surfaces of wing and nose, each contact with the Hertz law of its own
-curvatures.
+"""Model rigid_hertz: the wheel rolls over the true surfaces of wing and nose, each contact with the Hertz law of its
+own curvatures.
 
 Both bodies may carry at once, or none. Resolves the force on wing and nose, where it acts, and the size and pressure of
 the patches as far as they are ellipses. One contact on each body (its nearest place). Blind to conformity, edges,
@@ -26,7 +26,7 @@ from rail_fem.light.vertical_pass import (
     step_error,
 )
 from rail_fem.light.wheelset_pass import run_wheelset, surfaces_of
-from rail_fem.output.events import end_doubts, force_peaks, transfer_place
+from rail_fem.output.events import end_warnings, force_peaks, transfer_place
 from rail_fem.output.result import Cost, PassResult, Patch, Peak
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import GrooveSettings, RigidHertzSettings
@@ -111,7 +111,7 @@ def pass_result(
         cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
         error_estimate=errors,
         trust={"validity": flags, "rigid_transfers": table.transfers.tolist()},
-        warnings=flag_warnings(flags) + end_doubts(columns, peaks, scene.static_wheel_load),
+        warnings=flag_warnings(flags) + end_warnings(columns, peaks, scene.static_wheel_load),
     )
 
 

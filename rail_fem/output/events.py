@@ -120,7 +120,7 @@ def peak_at(history: Mapping[str, np.ndarray], column: str, row: int) -> Peak:
     )
 
 
-def end_doubts(
+def end_warnings(
     history: Mapping[str, np.ndarray], peaks: Mapping[str, Peak], static_load: float, settled: float = -np.inf
 ) -> tuple[str, ...]:
     """What may be an accident of the window: a force that has not settled at its end, peaks close to one of its
@@ -129,11 +129,11 @@ def end_doubts(
     x, force = rows["x"], rows.get("force", np.empty(0))
     if not len(force):
         return ()
-    left, doubts = np.abs(x[-1] - x), []
+    left, warnings = np.abs(x[-1] - x), []
     at_end, before = force[left <= END_STRETCH].mean(), force[(left > END_STRETCH) & (left <= 2 * END_STRETCH)]
     if at_end > HIGH_END * static_load:
         trend = " and rising" if len(before) and at_end > before.mean() else ""
-        doubts.append(
+        warnings.append(
             f"the run ends at x = {x[-1] * 1e3:.0f} mm with {at_end / static_load:.2f} times the static load{trend}: a"
             " larger force may follow, let it go on"
         )
@@ -141,11 +141,11 @@ def end_doubts(
         near = min(abs(peak.x - x[0]), abs(peak.x - x[-1]))
         if name in ("first_impact", *LARGEST.values()) and peak.value > NOTABLE * static_load and near < NEAR_END:
             end = "begins" if abs(peak.x - x[0]) < abs(peak.x - x[-1]) else "ends"
-            doubts.append(
+            warnings.append(
                 f"{name.replace('_', ' ')} {peak.value / 1e3:.1f} kN lies {near * 1e3:.1f} mm from where the way {end}"
                 f" (x = {peak.x * 1e3:.1f} mm): it may be an accident of the window"
             )
-    return tuple(doubts)
+    return tuple(warnings)
 
 
 def settling_end(result: PassResult) -> tuple[float, float]:

@@ -69,13 +69,13 @@ class Progress:
                 self._open_bar()
         return self
 
-    def __exit__(self, kind, fault, trace) -> None:
+    def __exit__(self, kind, error, trace) -> None:
         if kind is None:
             self._end("cut off" if self._cut_off else "finished", self._cut_off)
         elif issubclass(kind, KeyboardInterrupt):
             self._end("stopped", GO_ON)
         else:
-            self._end("failed", f"{kind.__name__}: {fault}")
+            self._end("failed", f"{kind.__name__}: {error}")
         self._words.close()
 
     def _stopped(self) -> str:

@@ -1,6 +1,6 @@
-"""What a rung of the ladder says about one pass, and its files.
+"""What a model says about one pass, and its files.
 
-What a rung does not resolve is NaN, never 0 and never borrowed from another rung.
+What a model does not resolve is NaN, never 0 and never borrowed from another model.
 """
 
 import csv
@@ -70,9 +70,9 @@ class Cost:
 class PassResult:
     """One pass by one model.
 
-    model          : name of the rung
+    model          : name of the model
     scene          : the scene that was solved
-    settings       : the rung's numerics as plain values [SI]
+    settings       : the model's numerics as plain values [SI]
     history        : name -> (n,) [SI], the columns of rail_fem.output.history.COLUMNS; columns left out become NaN
     peaks          : name -> Peak: "first_impact", "largest_force", "largest_force_wing", "largest_force_nose"
         (rail_fem.output.events), "plastic_strain_wing", ...
@@ -117,7 +117,7 @@ class PassResult:
 
     def summary_rows(self) -> list[tuple[str, str]]:
         """What was found in engineers' units: peaks with their places, transfer, steps and time; a fault first."""
-        rows = [("fault", self.fault)] if self.fault else []
+        rows = [("message", self.fault)] if self.fault else []
         for name, peak in self.peaks.items():
             rows.append(
                 (
@@ -227,9 +227,9 @@ def _read(folder: Path) -> PassResult:
     try:
         summary["scene"] = Scene.model_validate(summary["scene"], context={"run_folder": folder})
     except ValidationError as error:
-        fault = error.errors()[0]
+        first = error.errors()[0]
         raise ResultError(
-            f"{folder / 'result.json'}: scene.{'.'.join(map(str, fault['loc']))}: {fault['msg']}"
+            f"{folder / 'result.json'}: scene.{'.'.join(map(str, first['loc']))}: {first['msg']}"
         ) from error
     summary["cost"] = Cost(**summary["cost"])
     summary["peaks"] = {name: Peak(**peak) for name, peak in summary["peaks"].items()}

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rail_fem import launcher
 from rail_fem.output.versions import versions
-from rail_fem.run.installation import NEEDED, missing, numpy_fault
+from rail_fem.run.installation import NEEDED, missing, numpy_mismatch
 
 PROBE_SECONDS = 120
 
@@ -98,7 +98,7 @@ def tell() -> int:
     for finding in examine():
         print(finding.line(), flush=True)
         broken += not finding.well
-    print(f"{broken} fault(s)" if broken else "all well")
+    print(f"{broken} input error(s)" if broken else "all well")
     return 1 if broken else 0
 
 
@@ -109,14 +109,14 @@ def examine() -> Iterator[Finding]:
     yield Finding(
         "python", well, f"{found['python']} at {sys.executable}", "use Debian 12 or 13, whose python3 is 3.11 or newer"
     )
-    fault = numpy_fault()
+    mismatch = numpy_mismatch()
     yield Finding(
         "numpy",
-        not fault,
-        fault or found["numpy"],
+        not mismatch,
+        mismatch or found["numpy"],
         "./setup.sh, which puts the distribution's back; the rest can only be looked at then",
     )
-    if fault:
+    if mismatch:
         return
     gone = missing([*NEEDED])
     shown = ", ".join(f"{name} {found[name]}" for name in found if name not in ("python", "system", "git"))

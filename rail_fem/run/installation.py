@@ -1,7 +1,7 @@
 """Whether the environment still holds what setup.sh put there: looked up among the files, nothing is imported, so it
 takes no time.
 
-`python -m rail_fem.run.installation` prints a line for each fault and ends with 1; setup.sh calls it every time. What a
+`python -m rail_fem.run.installation` prints a line for each error and ends with 1; setup.sh calls it every time. What a
 package that is there does when it is used, only `doctor` tries.
 """
 
@@ -11,8 +11,26 @@ from importlib.util import find_spec
 from pathlib import Path
 
 # name to import -> name to install, where that differs
-NEEDED = {"numpy": "", "scipy": "", "numba": "", "gmsh": "", "meshio": "", "pyvista": "", "matplotlib": "", "pydantic": "", "pint": "", "typer": "",
-          "rich": "", "dolfinx": "", "mpi4py": "", "petsc4py": "", "pytest": "", "xdist": "pytest-xdist", "hypothesis": ""}  # fmt: skip
+NEEDED = {
+    "numpy": "",
+    "scipy": "",
+    "numba": "",
+    "gmsh": "",
+    "meshio": "",
+    "pyvista": "",
+    "matplotlib": "",
+    "pydantic": "",
+    "pint": "",
+    "typer": "",
+    # fmt: skip
+    "rich": "",
+    "dolfinx": "",
+    "mpi4py": "",
+    "petsc4py": "",
+    "pytest": "",
+    "xdist": "pytest-xdist",
+    "hypothesis": "",
+}
 REMEDY = "./setup.sh mends it"
 
 
@@ -21,7 +39,7 @@ def missing(names: list[str]) -> list[str]:
     return [name for name in names if (spec := find_spec(name)) is None or spec.origin is None]
 
 
-def numpy_fault() -> str:
+def numpy_mismatch() -> str:
     """What is wrong with NumPy's series; empty where it is the one that setup.sh wrote down: that of the distribution,
     which dolfinx was built with."""
     written = Path(sys.prefix) / "constraints.txt"
@@ -40,9 +58,9 @@ def numpy_fault() -> str:
     )
 
 
-def faults() -> list[str]:
-    """A line for each fault of the environment."""
-    series = numpy_fault()
+def errors() -> list[str]:
+    """A line for each error of the environment."""
+    series = numpy_mismatch()
     return [
         *filter(None, [series]),
         *(f"the package {name} is missing" for name in missing([*NEEDED]) if not (series and name == "numpy")),
@@ -65,11 +83,11 @@ def explain(error: Exception) -> str:
 
 
 def main() -> int:
-    """Print the faults, or with --broken the names under which the missing packages are installed."""
+    """Print the errors, or with --broken the names under which the missing packages are installed."""
     if sys.argv[1:] == ["--broken"]:
         print(*(NEEDED[name] or name for name in missing([*NEEDED])))
         return 0
-    found = faults()
+    found = errors()
     print(*found, sep="\n", end="\n" if found else "")
     return 1 if found else 0
 

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from rail_fem import ladder, launcher
+from rail_fem import hierarchy, launcher
 from rail_fem.case.casefile import Case
-from rail_fem.case.preflight import run_faults
-from rail_fem.case.warnings import case_doubts
+from rail_fem.case.preflight import preflight_errors
+from rail_fem.case.warnings import case_warnings
 from rail_fem.light.rigid import placed
 from rail_fem.output.progress import Progress, mark_ended, read_status
 from rail_fem.output.result import PassResult, load
@@ -19,7 +19,7 @@ from rail_fem.show.figures import draw_run
 from rail_fem.show.report import result_report
 
 
-class JobFault(RuntimeError):
+class JobError(RuntimeError):
     """A run that cannot start; the message says what to do."""
 
 
@@ -37,27 +37,27 @@ def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: boo
     models.
 
     Nothing is meshed or written before everything that can be known has been checked.
-    Errors: JobFault when the run cannot start.
+    Errors: JobError when the run cannot start.
     """
     settings = case.runs[model]
-    if ladder.smoke_requested():
+    if hierarchy.smoke_requested():
         settings = settings.smoke()
         say("RAIL_FEM_SMOKE: a few coarse steps only; the result has no meaning")
     ranks = launcher.rank_count()
-    if ranks > 1 and not ladder.LADDER[model].parallel:
-        raise JobFault(f"model {model} runs on one rank, {ranks} were started: leave mpirun out")
-    faults = launcher.on_root(lambda: run_faults(case.scene, settings, ranks, model))
-    if faults:
-        raise JobFault("\n  ".join([f"{case.path}: {len(faults)} fault(s)", *faults]))
+    if ranks > 1 and not hierarchy.MODELS[model].parallel:
+        raise JobError(f"model {model} runs on one rank, {ranks} were started: leave mpirun out")
+    errors = launcher.on_root(lambda: preflight_errors(case.scene, settings, ranks, model))
+    if errors:
+        raise JobError("\n  ".join([f"{case.path}: {len(errors)} input error(s)", *errors]))
     mark = fingerprint(model, case.scene, settings)
     with contextlib.ExitStack() as stack:
         try:
-            ladder.load(model)
+            hierarchy.load(model)
             launcher.on_root(lambda: stack.enter_context(held(folder)))
             goes_on = launcher.on_root(lambda: prepare_folder(folder, mark, restart, overwrite))
             launcher.on_root(lambda: case.scene.keep_files(folder))
-        except (RunFolderError, ladder.ModelUnavailable, OSError) as error:
-            raise JobFault(str(error)) from error
+        except (RunFolderError, hierarchy.ModelUnavailable, OSError) as error:
+            raise JobError(str(error)) from error
         if goes_on and (how := launcher.on_root(lambda: ended(folder, settings))):
             say(f"{folder}: {how} already; --overwrite begins again")
             launcher.on_root(lambda: _draw(folder, say, missing_only=True))
@@ -86,27 +86,27 @@ def ended(folder: Path, settings: Frozen) -> str:
 def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: bool, say: Callable[[str], None]) -> str:
     try:
         with Progress(folder, title=case.title, active=launcher.rank() == 0) as progress:
-            result: PassResult = ladder.solve(
+            result: PassResult = hierarchy.solve(
                 model, case.scene, settings, folder=folder, restart=goes_on, progress=progress
             )
-            if ladder.smoke_requested():
+            if hierarchy.smoke_requested():
                 result = replace(result, cut_off="")  # it is all that was asked for
             if result.cut_off:
                 progress.cut_off(f"{result.cut_off}; give more steps, or none, and --restart goes on")
-            doubts = launcher.on_root(lambda: case_doubts(case.scene, placed(case.scene, settings)))
-            result = replace(result, warnings=(*doubts, *result.warnings))
+            warnings = launcher.on_root(lambda: case_warnings(case.scene, placed(case.scene, settings)))
+            result = replace(result, warnings=(*warnings, *result.warnings))
             launcher.on_root(lambda: result.save(folder))
             say(result_report(result))
             launcher.on_root(lambda: _draw(folder, say))
             if result.fault:
                 raise RunFailed(result.fault)
-    except Exception as fault:
-        _let_root_speak(folder, f"{type(fault).__name__}: {fault}")
-        if isinstance(fault, RunFailed):
-            return str(fault)
-        if not isinstance(fault, EXPECTED):
+    except Exception as error:
+        _let_root_speak(folder, f"{type(error).__name__}: {error}")
+        if isinstance(error, RunFailed):
+            return str(error)
+        if not isinstance(error, EXPECTED):
             raise
-        return f"{fault} ({_keep_trace(folder)})"
+        return f"{error} ({_keep_trace(folder)})"
     return ""
 
 
@@ -114,9 +114,9 @@ def _draw(folder: Path, say: Callable[[str], None], missing_only: bool = False) 
     """Figures of the run. A figure that cannot be drawn is told of; the result is safe and `show` draws again."""
     try:
         draw_run(folder, missing_only)
-    except Exception as fault:
+    except Exception as error:
         say(
-            f"no figures: {type(fault).__name__}: {fault} ({_keep_trace(folder)}); the result is saved, 'rail_fem show"
+            f"no figures: {type(error).__name__}: {error} ({_keep_trace(folder)}); the result is saved, 'rail_fem show"
             f" {folder}' draws again"
         )
 

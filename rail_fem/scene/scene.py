@@ -122,14 +122,14 @@ class Wheel(Frozen):
                 f"give a path relative to the case file, one of {', '.join(WHEEL_NAMES)}, or the {KEPT} of a run that"
                 " has used it"
             )
-            raise _fault("absent_file", f'no file "{path.name}" in {path.parent}: {remedy}')
+            raise _input_error("absent_file", f'no file "{path.name}" in {path.parent}: {remedy}')
         return str(path)
 
     @field_validator("measured", mode="plain")
     @classmethod
     def _read_once(cls, measured: Any, info: ValidationInfo) -> MeasuredWheel | None:
         if measured is not None:
-            raise _fault("not_a_key", "unknown key")
+            raise _input_error("not_a_key", "unknown key")
         profile, told = info.data.get("profile", WHEEL_NAMES[0]), {name: info.data.get(name) for name in READING}
         if profile in WHEEL_NAMES:
             _refuse_reading(profile if "profile" in info.data else "", told)
@@ -139,7 +139,7 @@ class Wheel(Frozen):
         try:
             return read_wheel(Path(profile), Reading() if "run_folder" in (info.context or {}) else Reading(**told))
         except (OSError, ValueError) as error:
-            raise _fault("profile_file", str(error), key="profile") from error
+            raise _input_error("profile_file", str(error), key="profile") from error
 
     @field_validator("digest")
     @classmethod
@@ -147,7 +147,7 @@ class Wheel(Frozen):
         measured = info.data.get("measured")
         found = measured.digest if measured else ""
         if digest and measured and digest != found:
-            raise _fault(
+            raise _input_error(
                 "changed_file", f"{measured.source} has other content ({found[:12]}) than is stated ({digest[:12]})"
             )
         return found
@@ -176,7 +176,7 @@ class Wheel(Frozen):
 def _refuse_reading(profile: str, told: dict[str, Any]) -> None:
     for name, value in told.items():
         if profile and value is not None:
-            raise _fault(
+            raise _input_error(
                 "not_of_a_name", f"is told of a profile file, {profile} is known by its name: leave it out", key=name
             )
 
@@ -187,9 +187,9 @@ def _kept(profile: str, info: ValidationInfo) -> MeasuredWheel | None:
     return kept if kept is not None and kept.source == profile else None
 
 
-def _fault(kind: str, text: str, **about: str) -> PydanticCustomError:
+def _input_error(kind: str, text: str, **about: str) -> PydanticCustomError:
     """key : which field the fault is of, where another one met it"""
-    return PydanticCustomError(kind, "{fault}", {"fault": text, **about})
+    return PydanticCustomError(kind, "{message}", {"message": text, **about})
 
 
 class Vehicle(Frozen):
@@ -274,13 +274,13 @@ class Material(Frozen):
         try:
             steel = self.steel()
         except ValueError as error:
-            raise PydanticCustomError("steel", "{fault}", {"fault": str(error)}) from error
+            raise PydanticCustomError("steel", "{message}", {"message": str(error)}) from error
         if steel.is_elastic and self.strength != 1.0:
             raise PydanticCustomError(
                 "steel",
-                "{fault}",
+                "{message}",
                 {
-                    "fault": (
+                    "message": (
                         f"{self.grade} is elastic, strength has nothing to scale: leave it out, or give a hardening"
                         " curve"
                     )
@@ -324,9 +324,9 @@ class Scene(Frozen):
         if not 0.02 < clearance < 0.2:
             raise PydanticCustomError(
                 "geometry",
-                "{fault}",
+                "{message}",
                 {
-                    "fault": (
+                    "message": (
                         f"gauge {self.gauge * 1e3:g} mm less back_to_back {self.back_to_back * 1e3:g} mm is"
                         f" {clearance * 1e3:g} mm, must lie between 20 and 200 mm"
                     )

@@ -204,7 +204,7 @@ class Quantity:
         try:
             return self.read(value, bool(info.context and info.context.get("units_required")))
         except QuantityError as error:
-            raise PydanticCustomError("quantity", "{fault}", {"fault": str(error)}) from error
+            raise PydanticCustomError("quantity", "{message}", {"message": str(error)}) from error
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.with_info_plain_validator_function(self._validate)

@@ -47,8 +47,8 @@ class MeasuredWheel:
     profile: Profile
 
     @property
-    def doubts(self) -> list[str]:
-        """What was mended or is doubtful in the file, one line each."""
+    def warnings(self) -> list[str]:
+        """What was mended or calls for a warning in the file, one line each."""
         return [
             f"wheel profile {Path(self.source).name}: {text}" for weight, text in self.findings if weight != "found"
         ]

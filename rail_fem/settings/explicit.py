@@ -1,4 +1,4 @@
-"""Numerics of each model, apart from the physics: one typed class a rung, read from [run.<model>] of a case file."""
+"""Numerics of each model, apart from the physics: one typed class a model, read from [run.<model>] of a case file."""
 
 from typing import Annotated, ClassVar, Literal
 
@@ -53,9 +53,9 @@ class FeSettings(Frozen):
         if None not in (self.start, self.end) and abs(self.end - self.start) < 4 * self.element_size:
             raise PydanticCustomError(
                 "window",
-                "{fault}",
+                "{message}",
                 {
-                    "fault": (
+                    "message": (
                         f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than 4 elements of"
                         f" {self.element_size * 1e3:g} mm apart"
                     )

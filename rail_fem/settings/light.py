@@ -1,4 +1,4 @@
-"""Numerics of the light rungs, one typed class each, read from [run.<model>] of a case file."""
+"""Numerics of the light models, one typed class each, read from [run.<model>] of a case file."""
 
 from typing import Annotated, Literal
 
@@ -13,10 +13,10 @@ SHORTEST_WINDOW = 0.01
 
 
 class LightSettings(Frozen):
-    """What every light rung takes."""
+    """What every light model takes."""
 
     def smoke(self) -> "LightSettings":
-        """These rungs are quick as they are."""
+        """These models are quick as they are."""
         return self
 
 
@@ -64,9 +64,9 @@ class PassSettings(LightSettings):
         if self.start is not None and self.end is not None and abs(self.end - self.start) < SHORTEST_WINDOW:
             raise PydanticCustomError(
                 "window",
-                "{fault}",
+                "{message}",
                 {
-                    "fault": (
+                    "message": (
                         f"start {self.start * 1e3:g} mm and end {self.end * 1e3:g} mm are less than"
                         f" {SHORTEST_WINDOW * 1e3:g} mm apart"
                     )

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.output.result import PassResult, load
 from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import LINES, energies_figure
@@ -58,7 +58,7 @@ def titles(result: PassResult) -> list[str]:
         "force": len(result.history["x"]) or result.fault,
         "creep": np.isfinite(result.history["force_longitudinal"]).any(),
         "energies": any(np.isfinite(result.history[column]).any() for column in LINES),
-        **dict.fromkeys(STRAIN, result.model not in LADDER or LADDER[result.model].parallel),
+        **dict.fromkeys(STRAIN, result.model not in MODELS or MODELS[result.model].parallel),
     }
     return [title for title, there in has.items() if there]
 
@@ -67,6 +67,6 @@ def strain_figures(folder: Path, result: PassResult, name: str) -> dict[str, Fig
     """The figures that need fields; in words what is wrong with them, if anything is."""
     try:
         fields = read_crossing(folder)
-    except FieldsError as fault:
-        return {title: words_instead(str(fault)) for title in STRAIN}
+    except FieldsError as error:
+        return {title: words_instead(str(error)) for title in STRAIN}
     return {title: draw(result, fields, name) for title, draw in STRAIN.items()}

@@ -1,4 +1,4 @@
-"""Figures of one case by several rungs: their contact forces beneath one another, and the wheel's path with its dip
+"""Figures of one case by several models: their contact forces beneath one another, and the wheel's path with its dip
 angle."""
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ TANGENT = 60.0  # half length of the tangents drawn [mm]
 
 
 def forces_figure(results: Mapping[str, PassResult]) -> Figure:
-    """A panel for each rung, all with the same axes: force on the wheel, and its shares on wing and nose."""
+    """A panel for each model, all with the same axes: force on the wheel, and its shares on wing and nose."""
     figure = new_figure(1.6 + 3.6 * len(results))
     panels = np.atleast_1d(figure.subplots(len(results), 1, sharex=True, sharey=True))
     for axes, (model, result) in zip(panels, results.items()):
@@ -34,7 +34,7 @@ def forces_figure(results: Mapping[str, PassResult]) -> Figure:
         axes.legend(loc="upper left", ncols=4)
         axes.margins(y=0.18)
     panels[-1].set_xlabel("position x of the wheel's centre [mm]   (x = 0: gauge lines intersect)")
-    figure.suptitle(f"Contact force by several rungs\n{scene_words(next(iter(results.values())).scene)}", fontsize=14)
+    figure.suptitle(f"Contact force by several models\n{scene_words(next(iter(results.values())).scene)}", fontsize=14)
     return figure
 
 

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel
 
-from rail_fem.case.casefaults import meaning, quantity_of
 from rail_fem.case.casefile import Case
 from rail_fem.case.estimate import available_memory, estimate_run
-from rail_fem.case.preflight import run_faults
-from rail_fem.case.warnings import case_doubts, scene_doubts, static_patch
+from rail_fem.case.input_errors import meaning, quantity_of
+from rail_fem.case.preflight import preflight_errors
+from rail_fem.case.warnings import case_warnings, scene_warnings, static_patch
 from rail_fem.light.rigid import placed, window_path
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.progress import duration, read_status
@@ -20,22 +20,22 @@ from rail_fem.settings.explicit import FeSettings
 
 
 def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
-    """The scene and numerics in engineers' units, derived numbers, cost and doubts; and the faults that forbid the
-    run."""
+    """The scene and numerics in engineers' units, derived numbers, cost and warnings; and the input errors that forbid
+    the run."""
     scene, settings = case.scene, case.runs[model]
-    faults = run_faults(scene, settings, ranks, model)
+    errors = preflight_errors(scene, settings, ranks, model)
     explicit = isinstance(settings, FeSettings)
-    settings = settings if faults else placed(scene, settings)
-    doubts = scene_doubts(scene) if faults else case_doubts(scene, settings)
+    settings = settings if errors else placed(scene, settings)
+    warnings = scene_warnings(scene) if errors else case_warnings(scene, settings)
     lines = [case.title, "", "scene", *_section(scene), *_measured(scene), "", "derived", *_derived(scene)]
-    if not faults and explicit:
+    if not errors and explicit:
         lines += _rigid(scene, settings)
     lines += ["", f"run.{model}", *_section(settings)]
     if explicit:
         lines += ["", f"cost on {ranks} rank(s), to a factor of about two", *_cost(scene, settings, ranks)]
     else:
         lines += ["", "cost", _row("wall time", "some seconds", "most of it for the search of the surfaces")]
-    return "\n".join([*lines, "", f"{len(doubts)} warning(s)", *(f"  {doubt}" for doubt in doubts)]), faults
+    return "\n".join([*lines, "", f"{len(warnings)} warning(s)", *(f"  {warning}" for warning in warnings)]), errors
 
 
 def _row(name: str, value: str, text: str = "") -> str:

@@ -34,7 +34,10 @@ SETTINGS = (
     (4 * MM, 1 * MM),
     (4 * MM, 0.25 * MM),
 )
-NAMES = "sections_mm,stations_mm,time_ms,median_place_error_mm,place_error_95_mm,largest_place_error_mm,median_force_error,largest_force_error"
+NAMES = (
+    "sections_mm,stations_mm,time_ms,median_position_error_mm,position_error_95_mm,largest_position_error_mm,"
+    "median_force_error,largest_force_error"
+)
 
 
 def main() -> None:

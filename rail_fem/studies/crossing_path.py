@@ -33,17 +33,31 @@ APPROACH = 0.1 * MM  # elastic approach of a wheel under 80 to 100 kN, whose pat
 RADIUS = 0.46
 # geometry_and_materials.md 3.7, on the benchmark's sections at 1:9.25, radius 460 mm, found by others with cuts of the
 # sections: lift [mm], steepest climb [mrad], lowest x [mm], fall, rise, dip [mrad]
-REFERENCE = {"P8": (0.49, 21.6, 272, 7.3, 11.0, 18.3), "P8-worn": (1.10, 34.6, 304, 7.1, 7.9, 15.0), "P8-hollow": (2.70, 62, np.nan, np.nan, np.nan, 0.0),
-             "P1": (-0.28, 0.0, 298, 5.4, 13.4, 18.8), "S1002": (0.61, 16.8, 276, 7.2, 10.3, 17.6)}  # fmt: skip
+REFERENCE = {
+    "P8": (0.49, 21.6, 272, 7.3, 11.0, 18.3),
+    "P8-worn": (1.10, 34.6, 304, 7.1, 7.9, 15.0),
+    "P8-hollow": (2.70, 62, np.nan, np.nan, np.nan, 0.0),
+    "P1": (-0.28, 0.0, 298, 5.4, 13.4, 18.8),
+    "S1002": (0.61, 16.8, 276, 7.2, 10.3, 17.6),
+}
 REASONS = """Differences to the reference (1:9.25): lift, lowest point, fall, rise and dip agree to 0.01 mm, 1 mm, 0.1,
 0.2 and 0.2 mrad. The steepest climb is here the slope of the path over the fitted surface, exact; there it was taken
 over the sections, 11 mm apart on the ramp, between which straight lines make it up to a fifth steeper (hollow wheel: 60
 here, 62 there, 68 over the sections by our own route). The hollow wheel has no dip in both; that it is carried on the
 wing to x = 518 mm is not found here: over the surface and over the sections alike the nose takes it at 447 mm, and at
 500 mm the wing is 3.9 mm clear of it."""
-COLUMNS = (("ramp_lift", "lift mm", 1e3, 2), ("ramp_slope", "climb mrad", 1e3, 1), ("ramp_x", "at x mm", 1e3, 0), ("lowest_x", "lowest x mm", 1e3, 0),
-           ("transfer_x", "transfer x mm", 1e3, 0), ("fall", "fall mrad", 1e3, 1), ("rise", "rise mrad", 1e3, 1), ("dip", "dip mrad", 1e3, 1),
-           ("trailing_slope", "trailing climb mrad", 1e3, 1), ("trailing_x", "at x mm", 1e3, 0))  # fmt: skip
+COLUMNS = (
+    ("ramp_lift", "lift mm", 1e3, 2),
+    ("ramp_slope", "climb mrad", 1e3, 1),
+    ("ramp_x", "at x mm", 1e3, 0),
+    ("lowest_x", "lowest x mm", 1e3, 0),
+    ("transfer_x", "transfer x mm", 1e3, 0),
+    ("fall", "fall mrad", 1e3, 1),
+    ("rise", "rise mrad", 1e3, 1),
+    ("dip", "dip mrad", 1e3, 1),
+    ("trailing_slope", "trailing climb mrad", 1e3, 1),
+    ("trailing_x", "at x mm", 1e3, 0),
+)
 
 
 def run_over(crossing: CastCrossing, name: str, spacing: float = 1 * MM, radius: float = RADIUS) -> WheelPath:

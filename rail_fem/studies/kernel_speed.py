@@ -18,7 +18,7 @@ from pathlib import Path
 import typer
 
 from rail_fem.atomic import write_text_atomically
-from rail_fem.ladder import smoke_requested
+from rail_fem.hierarchy import smoke_requested
 from rail_fem.launcher import rank_count
 from rail_fem.output.versions import versions
 from rail_fem.studies.kernel_ranks import memory_per_element, study_ranks

@@ -60,10 +60,12 @@ def table(results: list[PassResult]) -> str:
         hourglass = next(row["value"] for row in r.trust["rows"] if row["name"].startswith("hourglass energy, all"))
         last, best = r is finest, finest.peaks["first_impact"].value
         rows.append(
-            f"| {r.settings['element_size'] * 1e3:g} | {cost.elements} | {cost.steps} | {cost.wall_time:.0f} | {cost.updates_per_second / cost.ranks / 1e6:.1f} "
-            f"| {'reference' if last else f'{history_error(r, finest):.1%}'} | {nose / 1e3:.1f} | {'-' if last else f'{nose / best - 1:+.1%}'} "
-            f"| {wing * 100:.1f}, {strain * 100:.1f} | {r.transfer_x * 1e3:.1f} | {hourglass:.1%} |"
-        )  # fmt: skip
+            f"| {r.settings['element_size'] * 1e3:g} | {cost.elements} | {cost.steps} | {cost.wall_time:.0f} |"
+            f" {cost.updates_per_second / cost.ranks / 1e6:.1f} |"
+            f" {'reference' if last else f'{history_error(r, finest):.1%}'} | {nose / 1e3:.1f} |"
+            f" {'-' if last else f'{nose / best - 1:+.1%}'} | {wing * 100:.1f}, {strain * 100:.1f} |"
+            f" {r.transfer_x * 1e3:.1f} | {hourglass:.1%} |"
+        )
     return "\n".join(rows) + "\n"
 
 

@@ -5,10 +5,10 @@
     python -m rail_fem.studies.patch_methods --size 1 --size 0.7    other element sizes along the patch [mm], three
     fifths of that across
 
-Blocks with the true faces of a tie (rail_fem/light/contact_pairs.py) under the thesis' wheel load; the judge is the
-limit of three sizes (rail_fem/static_fe/finite_series.py, rail_fem/static_fe/solid_contact.py). Length, width and area
-are read from nodal or cell pressures of all methods in one way (bem/patch_edge.py). The table ends with the same finite
-elements at the thesis' element sizes, and with the thesis' own rows.
+Blocks with the true faces of a contact pair (rail_fem/light/contact_pairs.py) under the thesis' wheel load; the judge
+is the limit of three sizes (rail_fem/static_fe/finite_series.py, rail_fem/static_fe/solid_contact.py). Length, width
+and area are read from nodal or cell pressures of all methods in one way (bem/patch_edge.py). The table ends with the
+same finite elements at the thesis' element sizes, and with the thesis' own rows.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ import typer
 from bem.patch import Patch
 from bem.slices.coupled import slice_contact
 from rail_fem.atomic import write_text_atomically
-from rail_fem.light.contact_pairs import Tie
-from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, method_rows, table, thesis_tie
+from rail_fem.light.contact_pairs import ContactPair
+from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, method_rows, table, thesis_pair
 from rail_fem.static_fe.finite_series import finite_series, limit_row, map_difference, to_stderr, zone_about
 from rail_fem.static_fe.solid_blocks import BlockPair
 from rail_fem.static_fe.solid_contact import finite_patch
@@ -35,24 +35,26 @@ THESIS_HEAD = "60E1"  # rail_fem/light/patch_methods.py says why
 RAILS = ("56E1", "60E1")
 
 
-def tie_blocks(
-    tie: Tie, length: float = 0.030, across: tuple[float, float] = (-0.022, 0.026), depth: float = 0.035
+def pair_blocks(
+    pair: ContactPair, length: float = 0.030, across: tuple[float, float] = (-0.022, 0.026), depth: float = 0.035
 ) -> BlockPair:
-    """Blocks cut from wheel and rail of a tie about its touch [m]."""
-    return BlockPair(tie.rail_height, tie.wheel_height, across, across, length, depth, tie.rail_steel, tie.wheel_steel)
+    """Blocks cut from wheel and rail of a contact pair about its first point of contact [m]."""
+    return BlockPair(
+        pair.rail_height, pair.wheel_height, across, across, length, depth, pair.rail_steel, pair.wheel_steel
+    )
 
 
 def judged_rows(rail: str, sizes: list[float], report=to_stderr) -> tuple[list[MethodRow], MethodRow, str]:
     """Every method of `bem` and finite elements of these sizes [m] along x'; the judge; and what it is uncertain by, in
     words."""
-    tie = thesis_tie(rail)
-    load, pair = tie.normal_force(WHEEL_LOAD), tie_blocks(tie)
+    pair = thesis_pair(rail)
+    load, blocks = pair.normal_force(WHEEL_LOAD), pair_blocks(pair)
     report(f"P8 on {rail}: the methods of bem")
-    rows = method_rows(tie, rail)
+    rows = method_rows(pair, rail)
     rows.insert(
-        -1, MethodRow.of(BLOCKS, slice_contact(pair.slices(), load=load, length=(-0.014, 0.014), estimate=False))
+        -1, MethodRow.of(BLOCKS, slice_contact(blocks.slices(), load=load, length=(-0.014, 0.014), estimate=False))
     )
-    series = finite_series(pair, load, rows[-1].patch, sizes, report)
+    series = finite_series(blocks, load, rows[-1].patch, sizes, report)
     judge, miss = limit_row(series)
     words = ", ".join(f"{name.replace('_', ' ')} {value:.1%}" for name, value in miss.items())
     return (
@@ -68,9 +70,9 @@ def thesis_mesh_row(rail: str, expected: Patch) -> MethodRow:
 
     Its elements are 0.2 mm long; across, its patch of 18.88 mm is 50 of them.
     """
-    tie = thesis_tie(rail)
+    pair = thesis_pair(rail)
     zone = replace(zone_about(expected, *THESIS_ELEMENT), down=8 * THESIS_ELEMENT[0], growth=1.25)
-    patch = finite_patch(tie_blocks(tie), tie.normal_force(WHEEL_LOAD), zone, expected)
+    patch = finite_patch(pair_blocks(pair), pair.normal_force(WHEEL_LOAD), zone, expected)
     rows, columns = (np.count_nonzero(patch.contact.any(axis=axis)) + 1 for axis in (1, 0))
     row = MethodRow.of("finite elements at the thesis' 0.2 x 0.38 mm, read to the next node", patch)
     return replace(row, length=rows * patch.grid.dx, width=columns * patch.grid.dy)

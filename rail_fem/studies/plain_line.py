@@ -55,9 +55,8 @@ def main() -> None:
     )
     for row in rows:
         print(
-            "resolution {:5.2f} mm: {:6.3f} ms a loaded state, largest error of a point {:.2e} mm, of a force {:.1e}".format(
-                *row
-            )
+            "resolution {:5.2f} mm: {:6.3f} ms a loaded state, largest error of a point {:.2e} mm,"
+            " of a force {:.1e}".format(*row)
         )
 
 
@@ -85,7 +84,10 @@ def write_curves(path: Path, curves: ShiftCurves, loaded: list[LoadedWheelset]) 
             carried,
         ]
     )
-    names = "shift,radius_difference,angle_difference,rail_left,rail_right,wheel_left,wheel_right,roll_mrad,lateral_force,points_left"
+    names = (
+        "shift,radius_difference,angle_difference,rail_left,rail_right,wheel_left,wheel_right,roll_mrad,"
+        "lateral_force,points_left"
+    )
     np.savetxt(path, columns, delimiter=",", fmt="%.6f", header=names, comments="")
 
 

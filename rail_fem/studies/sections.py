@@ -26,14 +26,14 @@ from bem.plane.coulomb import Drive
 from bem.verification.cases import CASES
 from bem.verification.cases import LOAD as BLOCK_LOAD
 from bem.verification.plane_study import EXACT, study
-from rail_fem.light.contact_pairs import plain_rail_section, plain_rail_tie
+from rail_fem.light.contact_pairs import plain_rail_pair, plain_rail_section
 
 RAIL_LOAD = 4e6  # of the wheel on the rail, per m of thickness [N/m]: the thesis' pressure of 740 MPa within 5 %
 
 
 def wheel_on_rail(rail_young: float) -> tuple[Body, Body]:
     """P8 on BS113A 1:20, gauge 1435, back-to-back 1360: rail of a modulus [Pa] fixed, wheel of 210 GPa moving."""
-    return plain_rail_section(plain_rail_tie(rail_steel=Elastic(rail_young, 0.3)))
+    return plain_rail_section(plain_rail_pair(rail_steel=Elastic(rail_young, 0.3)))
 
 
 def cases() -> dict[str, tuple[Body, Body, Drive]]:

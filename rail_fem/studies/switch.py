@@ -98,8 +98,19 @@ def write(path: Path, found: Pass, switch: Switch) -> None:
     [degrees], shift [mm], axle height [mm]."""
     k = found.index
     shift, height = (np.array([getattr(s.state, name) for s in found.states]) for name in ("y", "z"))
-    rows = np.column_stack([found.x[k], found.place / MM, found.on_tongue, found.force / 1e3, np.degrees(found.angle), shift[k] / MM, (height - height[0])[k] / MM,
-                            [switch.width(x) / MM for x in found.x[k]], [switch.top(x) / MM for x in found.x[k]]])  # fmt: skip
+    rows = np.column_stack(
+        [
+            found.x[k],
+            found.place / MM,
+            found.on_tongue,
+            found.force / 1e3,
+            np.degrees(found.angle),
+            shift[k] / MM,
+            (height - height[0])[k] / MM,
+            [switch.width(x) / MM for x in found.x[k]],
+            [switch.top(x) / MM for x in found.x[k]],
+        ]
+    )
     np.savetxt(
         path,
         rows,
@@ -187,14 +198,18 @@ def draw_section(axis, switch: Switch, found: Pass, at: float, wheel: str) -> No
     x, state = float(found.x[k]), found.states[k].state
     track = switch.track(x)
     origin = track.gauge_offset("left") + track.left_place.lateral
-    for profile, colour, words in ((switch.stock, "#DDDDDD", "stock rail"), (switch.tongue(x), "#C2C2C2", "tongue")):
+    for profile, colour in ((switch.stock, "#DDDDDD"), (switch.tongue(x), "#C2C2C2")):
         y, z = profile.points.T / MM
         axis.fill_between(y, z, -36, color=colour, lw=0)
         axis.plot(y, z, color="#555555", lw=0.9)
     s, tread = wheel_profile(wheel).points.T
     along, radius = state.datum_arm + s, state.radius - tread
-    axis.plot((state.y + along * np.cos(state.roll) + radius * np.sin(state.roll) - origin) / MM, (state.z + along * np.sin(state.roll) - radius * np.cos(state.roll)) / MM,
-              color="black", lw=1.4)  # fmt: skip
+    axis.plot(
+        (state.y + along * np.cos(state.roll) + radius * np.sin(state.roll) - origin) / MM,
+        (state.z + along * np.sin(state.roll) - radius * np.cos(state.roll)) / MM,
+        color="black",
+        lw=1.4,
+    )
     for y, tongue, force, a in zip(
         *(v[found.index == k] for v in (found.place, found.on_tongue, found.force, found.angle))
     ):

@@ -57,9 +57,14 @@ class Site:
 
 
 def _sites() -> dict[str, Site]:
-    columns = {"a": (-0.36, -0.29, 10.82, 0.39, -0.02, 70.00, 78.28), "b": (-1.00, -1.61, 11.46, -0.11, 0.02, 61.67, 62.16),
-               "c": (1.79, 0.00, 7.48, 3.00, -0.06, 87.50, 87.49), "d": (10.40, 0.22, 5.62, -2.50, 0.16, 86.67, 87.49),
-               "e": (-1.19, 0.58, 24.75, -0.27, 0.01, 60.83, 59.86), "f": (0.45, 0.02, 163.10, -4.72, 0.07, 55.83, 73.67)}  # fmt: skip
+    columns = {
+        "a": (-0.36, -0.29, 10.82, 0.39, -0.02, 70.00, 78.28),
+        "b": (-1.00, -1.61, 11.46, -0.11, 0.02, 61.67, 62.16),
+        "c": (1.79, 0.00, 7.48, 3.00, -0.06, 87.50, 87.49),
+        "d": (10.40, 0.22, 5.62, -2.50, 0.16, 86.67, 87.49),
+        "e": (-1.19, 0.58, 24.75, -0.27, 0.01, 60.83, 59.86),
+        "f": (0.45, 0.02, 163.10, -4.72, 0.07, 55.83, 73.67),
+    }
     return {k: Site(k, *(v * MM for v in c[:4]), np.radians(c[4]), c[5] * MM, c[6] * MM) for k, c in columns.items()}
 
 
@@ -161,13 +166,15 @@ def sensitivities(site: Site) -> dict[str, float]:
     search = nominal.searches[round(lean, 4)]
     loaded = rest(search, (WHEEL_LOAD, WHEEL_LOAD), -shift, site.yaw).left
     mean = float(loaded.contacts.from_flange_back @ loaded.normal_force / loaded.normal_force.sum())
-    return {"gauge +1 mm": nominal.at(shift + 0.5 * MM, lean, site.yaw) - here,
-            "back-to-back +1 mm": Places(wheel_profile("P8"), 1.361).at(shift, lean, site.yaw) - here,
-            "shift inwards 1 mm": nominal.at(shift + 1 * MM, lean, site.yaw) - here,
-            "rail upright by 10 mrad": nominal.at(shift, lean - 0.01, site.yaw) - here,
-            "yaw +5 mrad": nominal.at(shift, lean, site.yaw + 5e-3) - here,
-            "wheel load 49 kN": mean - here,
-            "tread worn 0.1 mm": Places(worn_wheel((0.1, *WEAR_GUESS[1:]))).at(shift, lean, site.yaw) - here}  # fmt: skip
+    return {
+        "gauge +1 mm": nominal.at(shift + 0.5 * MM, lean, site.yaw) - here,
+        "back-to-back +1 mm": Places(wheel_profile("P8"), 1.361).at(shift, lean, site.yaw) - here,
+        "shift inwards 1 mm": nominal.at(shift + 1 * MM, lean, site.yaw) - here,
+        "rail upright by 10 mrad": nominal.at(shift, lean - 0.01, site.yaw) - here,
+        "yaw +5 mrad": nominal.at(shift, lean, site.yaw + 5e-3) - here,
+        "wheel load 49 kN": mean - here,
+        "tread worn 0.1 mm": Places(worn_wheel((0.1, *WEAR_GUESS[1:]))).at(shift, lean, site.yaw) - here,
+    }
 
 
 def flange_shift(search: ContactSearch, held_at: str = "rail") -> float:

@@ -1,1 +1,1 @@
-"""Over many runs: sweeps, comparison of rungs, trends, pages."""
+"""Over many runs: sweeps, comparison of models, trends, pages."""

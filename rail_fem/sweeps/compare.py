@@ -1,4 +1,4 @@
-"""Results of one scene side by side: what each rung costs, how far it is from a reference, what it says of itself."""
+"""Results of one scene side by side: what each model costs, how far it is from a reference, what it says of itself."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.output.events import NEAR_END, force_peaks
 from rail_fem.output.result import NAN, PassResult, Peak, load
 from rail_fem.output.runfolder import differences
@@ -144,15 +144,15 @@ class Comparison:
     """Results of one scene and the one that the others are held against."""
 
     reference: PassResult
-    results: tuple[PassResult, ...]  # the cheapest first, the reference among them
+    results: tuple[PassResult, ...]  # the least expensive first, the reference among them
     names: tuple[str, ...]
 
     def error(self, result: PassResult, quantity: str) -> float:
         """Relative; 0 for the reference itself, NaN where not resolved."""
         return QUANTITIES[quantity].error(result, self.reference)
 
-    def cheapest_within(self, limit: float, quantity: str) -> int | None:
-        """Index of the cheapest result whose error is at most `limit`; None when only the reference is."""
+    def least_expensive_within(self, limit: float, quantity: str) -> int | None:
+        """Index of the least expensive result whose error is at most `limit`; None when only the reference is."""
         good = [
             i for i, r in enumerate(self.results) if r is not self.reference and abs(self.error(r, quantity)) <= limit
         ]
@@ -179,7 +179,8 @@ def result_folders(folders: list[Path]) -> list[Path]:
 
 
 def compare(folders: list[Path], reference: Path | None = None) -> Comparison:
-    """Load the results below `folders`; the reference is that of the dearest rung, or the one in folder `reference`.
+    """Load the results below `folders`; the reference is that of the most expensive model, or the one in folder
+    `reference`.
 
     Errors: CompareError for failed or unreadable results, results of unlike scenes (with the keys that differ), fewer
     than two.
@@ -189,7 +190,7 @@ def compare(folders: list[Path], reference: Path | None = None) -> Comparison:
     if len(loaded) < 2:
         raise CompareError(f"{paths[0]}: one result only, there is nothing to compare it with")
     loaded.sort(key=lambda pair: (core_seconds(pair[1]), str(pair[0])))
-    order = list(LADDER)
+    order = list(MODELS)
     chosen = next((i for i, (path, _) in enumerate(loaded) if reference and path == Path(reference)), None)
     if chosen is None:
         chosen = max(range(len(loaded)), key=lambda i: (order.index(loaded[i][1].model), core_seconds(loaded[i][1])))
@@ -207,8 +208,8 @@ def _load(path: Path) -> PassResult:
         ) from error
     if result.fault:
         raise CompareError(f"{path}: that run failed ({result.fault}): leave it out or run it again")
-    if result.model not in LADDER:
-        raise CompareError(f"{path}: model {result.model} is no rung of this program ({', '.join(LADDER)})")
+    if result.model not in MODELS:
+        raise CompareError(f"{path}: model {result.model} is no model of this program ({', '.join(MODELS)})")
     return result
 
 
@@ -239,13 +240,13 @@ def _short_names(paths: list[Path]) -> tuple[str, ...]:
 
 
 def table(comparison: Comparison) -> str:
-    """Markdown: a row for each result, cheapest first. A force is marked "outside" where the one that a run states lies
-    outside the common way, "at its end" where that on the way lies within 10 mm of an end of it: it may then be an
-    accident of the window."""
+    """Markdown: a row for each result, least expensive first. A force is marked "outside" where the one that a run
+    states lies outside the common way, "at its end" where that on the way lies within 10 mm of an end of it: it may
+    then be an accident of the window."""
     lines = [
-        "| run | rung | core seconds | common way [mm] | "
+        "| run | model | core seconds | common way [mm] | "
         + " | ".join(QUANTITIES)
-        + " | transfer x [mm] | its own error estimate | doubts |",
+        + " | transfer x [mm] | its own error estimate | warnings |",
         "|" + "---|" * (len(QUANTITIES) + 7),
     ]
     for name, result in zip(comparison.names, comparison.results):
@@ -278,7 +279,7 @@ def _shown(comparison: Comparison, result: PassResult, quantity: str) -> str:
     )
 
 
-def doubts(comparison: Comparison) -> str:
+def warnings(comparison: Comparison) -> str:
     """What each result warns of, by its name."""
     return "\n".join(
         "\n  ".join([f"{name}:", *result.warnings])
@@ -288,22 +289,23 @@ def doubts(comparison: Comparison) -> str:
 
 
 def advice(comparison: Comparison, limit: float, quantity: str) -> str:
-    """The cheapest result within a relative error, in a sentence that says how far to trust it."""
+    """The least expensive result within a relative error, in a sentence that says how far to trust it."""
     reference = comparison.names[comparison.results.index(comparison.reference)]
-    found = comparison.cheapest_within(limit, quantity)
+    found = comparison.least_expensive_within(limit, quantity)
     claimed = [v for v in comparison.reference.error_estimate.values() if np.isfinite(v)]
     caution = f"; {reference} itself claims no less than {max(claimed):.2%}" if claimed and max(claimed) > limit else ""
     if found is None:
         return (
-            f"nothing cheaper than {reference} is within {limit:.3g} of it in {QUANTITIES[quantity].meaning}{caution}"
+            f"nothing less expensive than {reference} is within {limit:.3g} of it in"
+            f" {QUANTITIES[quantity].meaning}{caution}"
         )
     result, ratio = (
         comparison.results[found],
         core_seconds(comparison.reference) / core_seconds(comparison.results[found]),
     )
-    flags = f", with {len(result.warnings)} doubt(s) of its own" if result.warnings else ""
+    flags = f", with {len(result.warnings)} warning(s) of its own" if result.warnings else ""
     return (
-        f"{comparison.names[found]} ({result.model}) is the cheapest within {limit:.3g} of {reference} in"
+        f"{comparison.names[found]} ({result.model}) is the least expensive within {limit:.3g} of {reference} in"
         f" {QUANTITIES[quantity].meaning}: off by {comparison.error(result, quantity):+.1%} at a cost {ratio:.3g} times"
         f" less{flags}{caution}"
     )

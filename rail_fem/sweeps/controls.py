@@ -1,4 +1,4 @@
-"""Controls of a trend: the same cases with one thing changed, run by a light rung, to see whether that thing makes the
+"""Controls of a trend: the same cases with one thing changed, run by a light model, to see whether that thing makes the
 trend.
 
 A reason why a trend differs from a source is no more than a guess until the change that it names has been made.
@@ -9,13 +9,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from rail_fem.case.casefile import load_case
-from rail_fem.ladder import solve
+from rail_fem.hierarchy import solve
 from rail_fem.sweeps.trends import MEASURES, Control, Finding, Trend, TrendError, check
 
 
 def run_control(control: Control, trend: Trend, folder: Path) -> Finding:
-    """What the control's rung finds. folder : of the case files CASE.toml. Errors: CaseError, TrendError for a case
-    that lacks the rung, the rung's own."""
+    """What the control's model finds. folder : of the case files CASE.toml. Errors: CaseError, TrendError for a case
+    that lacks the model, the model's own."""
     asked = trend.model_copy(
         update={"quantity": control.quantity or trend.quantity, "order": control.order or trend.order}
     )

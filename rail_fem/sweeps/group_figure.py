@@ -12,7 +12,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import show
@@ -122,11 +122,11 @@ def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str,
 def summary_figure(
     results: Mapping[str, Mapping[str, PassResult]], measures: Mapping[str, Measure], title: str
 ) -> Figure:
-    """Bars over all cases, a panel for each measure by its words, a colour for each rung."""
+    """Bars over all cases, a panel for each measure by its words, a colour for each model."""
     resolved = lambda model: any(
         np.isfinite(m.of(of_case[model])) for of_case in results.values() if model in of_case for m in measures.values()
     )
-    models = [model for model in LADDER if resolved(model)]
+    models = [model for model in MODELS if resolved(model)]
     figure = new_figure(1.5 + 3.2 * len(measures))
     panels = np.atleast_1d(figure.subplots(len(measures), 1, sharex=True))
     place, width = np.arange(len(results)), 0.8 / max(len(models), 1)

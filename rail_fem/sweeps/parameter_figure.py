@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator
 
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.show.style import CURVES, GREY, LINE_OF_MODEL, new_figure, scene_words
 from rail_fem.sweeps.parameters import find_column, title_of
 
@@ -75,7 +75,7 @@ def _lines(rows: list[dict[str, Any]], others: list[str], column: str) -> list[L
     """From the least expensive model on, in the order of the other values; those that do not differ are not told."""
     others = [name for name in others if len({str(row[name]) for row in rows if str(row[name]) != "nan"}) > 1]
     lines: dict[tuple[str, ...], Line] = {}
-    for row in sorted(rows, key=lambda row: list(LADDER).index(row["model"])):
+    for row in sorted(rows, key=lambda row: list(MODELS).index(row["model"])):
         told = (row["model"], *(str(row[name]) for name in others))
         if told not in lines:
             kind = sum(line.model == row["model"] for line in lines.values())

@@ -1,9 +1,9 @@
-"""What a source gives for the P2 force of each case, beside the same by our formula and the peaks of our rungs: the
+"""What a source gives for the P2 force of each case, beside the same by our formula and the peaks of our models: the
 thesis' table 7-5."""
 
 from __future__ import annotations
 
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p2_force, p2_increment, unsprung_mass
 from rail_fem.scene.scene import Scene
@@ -16,11 +16,11 @@ LAST_DIGIT = 0.005  # half of it, of the printed dip angles [mrad]
 
 def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
     """Markdown: a row for each published case that the sweep has; nothing without rows."""
-    rungs = [model for model in LADDER if any(model in of_case for of_case in results.values())]
+    models = [model for model in MODELS if any(model in of_case for of_case in results.values())]
     mine = [row for row in rows if row.case in results]
-    if not mine or not rungs:
+    if not mine or not models:
         return []
-    moving = [model for model in rungs if model not in ("p2_formula", "lumped")]
+    moving = [model for model in models if model not in ("p2_formula", "lumped")]
     head = [
         "case",
         "P0 [kN]",

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.output.result import NAN, PassResult
 from rail_fem.scene.units import SHOWN
 from rail_fem.sweeps.compare import core_seconds
@@ -63,7 +63,7 @@ class SweepResults:
         units = PEAKS | {name: peak.unit for _, result in runs for name, peak in result.peaks.items()}
         varied = self.varied
         rows = [self._row(case, result, varied, units) for case, result in runs]
-        order = {model: number for number, model in enumerate(LADDER)}
+        order = {model: number for number, model in enumerate(MODELS)}
         return sorted(rows, key=lambda row: ([_order(row[title_of(key)]) for key in varied], order[row["model"]]))
 
     def _row(self, case: str, result: PassResult, varied: list[str], units: Mapping[str, str]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Many cases, one after the other: each [run.MODEL] of each case file in OUT/CASE/MODEL.
 
 A sweep says at the start what it cannot run, goes on after a failure, and when it is started again passes over what is
-finished and goes on with what was cut off. Light rungs run in this process, parallel ones under mpirun.
+finished and goes on with what was cut off. Light models run in this process, parallel ones under mpirun.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from typing import Any, TextIO
 
 from rail_fem.case.casefile import Case
 from rail_fem.case.variations import as_setting, vary_case
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.launcher import mpi_command, rank_environment
 from rail_fem.output.progress import duration
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs
-from rail_fem.run.job import JobFault, run_case
+from rail_fem.run.job import JobError, run_case
 
 PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux
 FINISHED, FAILED, SKIPPED = "finished", "FAILED", "finished before"
@@ -52,19 +52,19 @@ class Outcome:
 def read_cases(
     paths: Iterable[Path], settings: Mapping[str, Any] | None = None, variations: Sequence[tuple[str, list[Any]]] = ()
 ) -> tuple[list[Case], list[str]]:
-    """Cases that can be read, and the faults of the others.
+    """Cases that can be read, and the errors of the others.
 
     settings, variations : of every file, as rail_fem.case.variations.vary_case takes them
     Errors: ValueError when two cases have one name, VariationError.
     """
-    paths, cases, faults = [Path(p) for p in paths], [], []
+    paths, cases, errors = [Path(p) for p in paths], [], []
     _refuse_twice([path.stem for path in paths])
     for path in paths:
         found, wrong = vary_case(path, settings or {}, variations)
         cases += found
-        faults += wrong
+        errors += wrong
     _refuse_twice([case.name for case in cases])
-    return cases, faults
+    return cases, errors
 
 
 def _refuse_twice(names: list[str]) -> None:
@@ -73,13 +73,13 @@ def _refuse_twice(names: list[str]) -> None:
 
 
 def jobs_of(cases: Iterable[Case], out: Path, models: Iterable[str] = ()) -> list[Job]:
-    """Jobs from the cheapest rung to the dearest, so that the quick answers come first. models : only these rungs;
-    none: all that a case has."""
-    wanted = tuple(models) or tuple(LADDER)
+    """Jobs from the least expensive model to the most expensive, so that the quick answers come first. models : only
+    these models; none: all that a case has."""
+    wanted = tuple(models) or tuple(MODELS)
     cases = list(cases)
     return [
         Job(case, model, Path(out) / case.name / model)
-        for model in LADDER
+        for model in MODELS
         if model in wanted
         for case in cases
         if model in case.runs
@@ -87,7 +87,7 @@ def jobs_of(cases: Iterable[Case], out: Path, models: Iterable[str] = ()) -> lis
 
 
 def run_sweep(jobs: list[Job], ranks: int, say: Callable[[str], None]) -> list[Outcome]:
-    """Run all jobs; a line for each with the time that is left. ranks : for parallel rungs."""
+    """Run all jobs; a line for each with the time that is left. ranks : for parallel models."""
     outcomes, started = [], time.perf_counter()
     for number, job in enumerate(jobs, 1):
         outcome = run_job(job, ranks)
@@ -111,16 +111,16 @@ def run_job(job: Job, ranks: int) -> Outcome:
         anew = profile_changed(job)
         if not anew and is_finished(job):
             return Outcome(job, SKIPPED)
-        if LADDER[job.model].parallel:
-            fault = _under_mpirun(job, ranks, anew)
+        if MODELS[job.model].parallel:
+            failure = _under_mpirun(job, ranks, anew)
         else:
-            fault = run_case(job.case, job.model, job.folder, not anew, anew, lambda text: None)
-    except (JobFault, ValueError, ArithmeticError, OSError) as error:
-        anew, fault = False, f"{type(error).__name__}: {error}" if not isinstance(error, JobFault) else str(error)
+            failure = run_case(job.case, job.model, job.folder, not anew, anew, lambda text: None)
+    except (JobError, ValueError, ArithmeticError, OSError) as error:
+        anew, failure = False, f"{type(error).__name__}: {error}" if not isinstance(error, JobError) else str(error)
     return Outcome(
         job,
-        FAILED if fault else FINISHED,
-        fault or ("its profile file had changed" if anew else ""),
+        FAILED if failure else FINISHED,
+        failure or ("its profile file had changed" if anew else ""),
         time.perf_counter() - started,
     )
 
@@ -159,7 +159,7 @@ def is_finished(job: Job) -> bool:
 
 
 def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
-    """Run as `rail_fem run` in processes of their own, words into run.log beside the folder; returns the fault.
+    """Run as `rail_fem run` in processes of their own, words into run.log beside the folder; returns the failure.
 
     They read the case again, and refuse another content than this sweep has read.
     """
@@ -183,18 +183,23 @@ def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
     job.folder.parent.mkdir(parents=True, exist_ok=True)
     log = job.folder.parent / f"{job.model}.log"
     with log.open("a", encoding="utf-8") as stream:
-        code = run_tied([*mpi_command(ranks), *program], stream, rank_environment())
+        code = run_bound([*mpi_command(ranks), *program], stream, rank_environment())
     return f"exit code {code}, see {log}" if code else ""
 
 
-def run_tied(command: list[str], stream: TextIO, environment: Mapping[str, str]) -> int:
+def run_bound(command: list[str], stream: TextIO, environment: Mapping[str, str]) -> int:
     """Exit code of a command that is told to end when this process dies, even by a kill: else it would go on writing
     where a second sweep does.
 
     Linux only; elsewhere it outlives a kill.
     """
     control = getattr(ctypes.CDLL(None), "prctl", None)
-    tie = None if control is None else lambda: control(PARENT_DEATH_SIGNAL, int(signal.SIGTERM))
+    end_with_parent = None if control is None else lambda: control(PARENT_DEATH_SIGNAL, int(signal.SIGTERM))
     return subprocess.run(
-        command, stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT, env=environment, preexec_fn=tie
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=stream,
+        stderr=subprocess.STDOUT,
+        env=environment,
+        preexec_fn=end_with_parent,
     ).returncode

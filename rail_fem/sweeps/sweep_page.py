@@ -11,7 +11,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from rail_fem.atomic import write_text_atomically
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.output.result import PassResult
 from rail_fem.output.trust_text import GOOD
 from rail_fem.output.versions import versions
@@ -30,7 +30,7 @@ SUMMARY = {
     "largest force\non the wing": "largest wing force",
     "largest plastic strain\nof the nose": "nose strain",
 }
-BESIDE = ("rigid_hertz", "fe_full")  # rungs whose forces are drawn beneath one another
+BESIDE = ("rigid_hertz", "fe_full")  # models whose forces are drawn beneath one another
 COMPACT = 80  # dots per inch of a page for a repository
 
 
@@ -116,7 +116,7 @@ def page_lines(
         "",
         *count_lines(source.group, results),
         "",
-        "## All cases, every rung",
+        "## All cases, every model",
         "",
         *force_table(results),
         "",
@@ -126,7 +126,7 @@ def page_lines(
     lines += ["Left out:", "", *(f"- {sentence}" for sentence in unusable), ""] if unusable else []
     lines += [*cost_lines(results), ""]
     table = published_table(source.published, results)
-    lines += ["## P2 force: published, by formula, and the peaks of the rungs", "", *table, ""] if table else []
+    lines += ["## P2 force: published, by formula, and the peaks of the models", "", *table, ""] if table else []
     for group in source.group:
         lines += [f"## {group.title}", "", *trend_lines(group, results, groups.parent), ""]
     return lines
@@ -140,16 +140,16 @@ def trust_lines(results: Results) -> list[str]:
         return []
     which = "; ".join(f"{name} in {failed.count(name)}" for name in dict.fromkeys(failed)) or "none"
     return [
-        f"Element size and trust report are those of the dearest rung of a row. Of {len(reports)} explicit runs,"
-        f" {sum(any(row['verdict'] != GOOD for row in rows) for rows in reports)} fail rows of their own trust report:"
-        f" {which}. A size in bold is not that of the other rows."
+        f"Element size and trust report are those of the most expensive model of a row. Of {len(reports)} explicit"
+        f" runs, {sum(any(row['verdict'] != GOOD for row in rows) for rows in reports)} fail rows of their own trust"
+        f" report: {which}. A size in bold is not that of the other rows."
     ]
 
 
 def cost_lines(results: Results) -> list[str]:
-    """What each rung took over all its cases."""
+    """What each model took over all its cases."""
     costs = {
-        model: [core_seconds(of_case[model]) for of_case in results.values() if model in of_case] for model in LADDER
+        model: [core_seconds(of_case[model]) for of_case in results.values() if model in of_case] for model in MODELS
     }
     return [
         "Core seconds of all cases (figures and start of the program left out): "
@@ -175,15 +175,15 @@ def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:
     found = [
         Picture(
             "summary",
-            "Largest forces and plastic strain of all cases, every rung",
+            "Largest forces and plastic strain of all cases, every model",
             source.summary_figures,
-            lambda: summary_figure(results, measures, "All cases, every rung"),
+            lambda: summary_figure(results, measures, "All cases, every model"),
         )
     ]
     of_reference = results.get(source.reference, {})
     beside = {model: of_reference[model] for model in BESIDE if model in of_reference}
     if beside:
-        (forces, heights), dearest = source.reference_figures, list(beside.values())[-1]
+        (forces, heights), most_expensive = source.reference_figures, list(beside.values())[-1]
         found += [
             Picture(
                 "reference_forces",
@@ -195,7 +195,7 @@ def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:
                 "reference_dip",
                 f"Displacements and dip angle of {source.reference}",
                 heights,
-                lambda: dip_figure(dearest),
+                lambda: dip_figure(most_expensive),
             ),
         ]
     for group in source.group:
@@ -204,9 +204,9 @@ def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:
 
 
 def group_pictures(group: Group, results: Results, folder: Path) -> list[Picture]:
-    """Histories and plastic strain of a group, by the dearest rung that all its cases have; nothing where there is
-    none."""
-    common = [model for model in LADDER if all(model in results.get(case, {}) for case in group.cases)]
+    """Histories and plastic strain of a group, by the most expensive model that all its cases have; nothing where there
+    is none."""
+    common = [model for model in MODELS if all(model in results.get(case, {}) for case in group.cases)]
     if not common:
         return []
     model, name = common[-1], re.sub(r"\W+", "_", group.title.lower())

@@ -1,4 +1,4 @@
-"""The table of a sweep: every case by every rung."""
+"""The table of a sweep: every case by every model."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from rail_fem.case.casefile import load_case
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.output.result import NAN, PassResult, load
 from rail_fem.output.runfolder import differences
 from rail_fem.output.trust_text import verdict_words
@@ -17,13 +17,13 @@ from rail_fem.sweeps.sweep import FAILED, Outcome
 Results = dict[str, dict[str, PassResult]]  # case -> model -> result
 
 
-def sweep_report(outcomes: list[Outcome], faults: list[str]) -> str:
-    """Markdown: forces and strains of each case and rung, then what failed."""
+def sweep_report(outcomes: list[Outcome], errors: list[str]) -> str:
+    """Markdown: forces and strains of each case and model, then what failed."""
     results: Results = {}
     for outcome in outcomes:
         if outcome.state != FAILED:
             results.setdefault(outcome.job.case.name, {})[outcome.job.model] = load(outcome.job.folder)
-    return "\n".join(["# Sweep", "", *force_table(results), "", *failures(outcomes, faults)]).rstrip() + "\n"
+    return "\n".join(["# Sweep", "", *force_table(results), "", *failures(outcomes, errors)]).rstrip() + "\n"
 
 
 def results_below(folder: Path, cases: Path | None = None) -> tuple[Results, list[str]]:
@@ -65,16 +65,16 @@ def _unlike_case(result: PassResult, cases: Path | None, name: str) -> list[str]
 
 
 def force_table(results: Results) -> list[str]:
-    """A row for each case: static load, forces by each rung [kN], plastic strain [%], transfer place [mm], core
-    seconds; of the dearest rung the element size, bold where most cases have another, and its trust report's
+    """A row for each case: static load, forces by each model [kN], plastic strain [%], transfer place [mm], core
+    seconds; of the most expensive model the element size, bold where most cases have another, and its trust report's
     verdict."""
-    rungs = [model for model in LADDER if any(model in of_case for of_case in results.values())]
-    if not rungs:
+    models = [model for model in MODELS if any(model in of_case for of_case in results.values())]
+    if not models:
         return ["No results."]
     head = [
         "case",
         "static load [kN]",
-        *(f"{model}: first impact; largest on wing / nose [kN]" for model in rungs),
+        *(f"{model}: first impact; largest on wing / nose [kN]" for model in models),
         "PEEQ wing / nose [%]",
         "transfer x [mm]",
         "core seconds",
@@ -84,8 +84,8 @@ def force_table(results: Results) -> list[str]:
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     usual = usual_size(results)
     for case, by_model in results.items():
-        last = by_model[[model for model in rungs if model in by_model][-1]]
-        forces = [forces_of(by_model[model]) if model in by_model else "-" for model in rungs]
+        last = by_model[[model for model in models if model in by_model][-1]]
+        forces = [forces_of(by_model[model]) if model in by_model else "-" for model in models]
         strains = shown(last, ("plastic_strain_wing",), 100.0) + " / " + shown(last, ("plastic_strain_nose",), 100.0)
         place = "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}"
         lines.append(
@@ -120,7 +120,7 @@ def size_of(result: PassResult, usual: float) -> str:
 
 
 def forces_of(result: PassResult) -> str:
-    """First impact; largest force on wing / nose [kN]; where a rung knows no bodies, that on the whole wheel."""
+    """First impact; largest force on wing / nose [kN]; where a model knows no bodies, that on the whole wheel."""
     first, wing, nose, wheel = (
         shown(result, names, 1e-3)
         for names in (FIRST_IMPACT, ("largest_force_wing",), ("largest_force_nose",), ("largest_force",))
@@ -136,9 +136,9 @@ def shown(result: PassResult, names: tuple[str, ...], factor: float) -> str:
     return "-" if np.isnan(value) else f"{value:.1f}"
 
 
-def failures(outcomes: list[Outcome], faults: list[str]) -> list[str]:
+def failures(outcomes: list[Outcome], errors: list[str]) -> list[str]:
     failed = [f"- {o.job.case.name} {o.job.model}: {o.reason}" for o in outcomes if o.state == FAILED]
-    left_out = [f"- left out: {fault.splitlines()[0]}" for fault in faults]
+    left_out = [f"- left out: {error.splitlines()[0]}" for error in errors]
     return (
         [f"{len(failed)} run(s) failed, {len(left_out)} case file(s) left out", *failed, *left_out]
         if failed or left_out

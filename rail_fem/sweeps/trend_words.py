@@ -1,4 +1,4 @@
-"""Trends in words: what is published, what each rung finds, why it differs, and what the controls say."""
+"""Trends in words: what is published, what each model finds, why it differs, and what the controls say."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ def trend_lines(group: Group, results: Results, cases: Path) -> list[str]:
             f"- **{trend.says}** ({trend.quantity}: {' < '.join(trend.order)})"
             + (f"; published: {trend.published}" if trend.published else "")
         )
-        lines += [f"  - {finding.words(unit)}" for finding in found] or ["  - no rung has all of these results"]
+        lines += [f"  - {finding.words(unit)}" for finding in found] or ["  - no model has all of these results"]
         lines += [f"  - {word} because: {trend.because}"] if trend.because and (word := reason_word(found)) else []
         lines += [f"  - control: {control_words(control, trend, cases)}" for control in trend.control]
     return lines
 
 
 def reason_word(found: list[Finding]) -> str:
-    """What the dearest rung that resolves the trend makes of it, if it does not agree; "differs" where a cheaper one
-    does; "" where all agree."""
+    """What the most expensive model that resolves the trend makes of it, if it does not agree; "differs" where a less
+    expensive one does; "" where all agree."""
     verdicts = [finding.verdict for finding in found]
     if not verdicts or set(verdicts) == {"agrees"}:
         return ""
     if verdicts[-1] == "agrees":
-        return "some rungs differ" if "differs" in verdicts else "some rungs see no change"
+        return "some models differ" if "differs" in verdicts else "some models see no change"
     return {"differs": "differs", "same": "no change"}[verdicts[-1]]
 
 
 def count_lines(groups: tuple[Group, ...], results: Results) -> list[str]:
-    """How many trends agree by the dearest rung of each, and which do not."""
+    """How many trends agree by the most expensive model of each, and which do not."""
     judged = [
         (group, trend, found[-1]) for group in groups for trend in group.trend if (found := check(trend, results))
     ]
@@ -47,7 +47,8 @@ def count_lines(groups: tuple[Group, ...], results: Results) -> list[str]:
     ]
     differ, same = named("differs"), named("same")
     lines = [
-        f"{len(judged) - len(differ) - len(same)} of {len(judged)} trends agree by the dearest rung that resolves them."
+        f"{len(judged) - len(differ) - len(same)} of {len(judged)} trends agree by the most expensive model that"
+        " resolves them."
     ]
     lines += [f"{len(differ)} differ: " + "; ".join(differ) + "."] if differ else []
     return lines + ([f"{len(same)} show no change above 1 %: " + "; ".join(same) + "."] if same else [])

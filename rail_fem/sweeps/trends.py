@@ -1,4 +1,4 @@
-"""Trends over cases: a sentence like "a faster wheel strikes the nose harder", checked on the results of every rung
+"""Trends over cases: a sentence like "a faster wheel strikes the nose harder", checked on the results of every model
 that resolves it.
 
 Read from a TOML file, so that a study of one's own can state its own:
@@ -12,7 +12,7 @@ Read from a TOML file, so that a study of one's own can state its own:
     quantity = "first impact"
     order = ["case_03", "case_02", "case_01"]    # from the smallest to the largest
     published = "129.0, 172.5, 234.0 kN"         # what a source found, as text
-    because = "why a rung differs"               # shown where one does
+    because = "why a model differs"               # shown where one does
 
     [[group.trend.control]]                      # an experiment that changes one thing (rail_fem.sweeps.controls)
     says = "begun on the falling wing, the force rises with speed"
@@ -31,7 +31,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Frozen
 from rail_fem.sweeps.compare import FIRST_IMPACT, peak
@@ -42,7 +42,7 @@ Results = Mapping[str, Mapping[str, PassResult]]  # case -> model -> result
 
 
 class TrendError(ValueError):
-    """A file of trends that cannot be used; the message holds all faults."""
+    """A file of trends that cannot be used; the message holds all input errors."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ Change = str | float | int | bool | dict
 
 
 class Control(Frozen):
-    """An experiment by a light rung on the trend's cases with `change` made in all of them, `only` in one; quantity,
+    """An experiment by a light model on the trend's cases with `change` made in all of them, `only` in one; quantity,
     order: as the trend's unless given."""
 
     says: str
@@ -103,16 +103,16 @@ class Control(Frozen):
 
     @model_validator(mode="after")
     def _runs_here(self) -> Control:
-        if self.model not in LADDER or LADDER[self.model].parallel:
+        if self.model not in MODELS or MODELS[self.model].parallel:
             raise ValueError(
-                f"model '{self.model}' of a control is none of the light rungs"
-                f" {', '.join(m for m, rung in LADDER.items() if not rung.parallel)}"
+                f"model '{self.model}' of a control is none of the light models"
+                f" {', '.join(m for m, model in MODELS.items() if not model.parallel)}"
             )
         return self
 
 
 class Trend(Frozen):
-    """quantity : of MEASURES;  order : cases from the smallest to the largest value;  because : why rungs differ"""
+    """quantity : of MEASURES;  order : cases from the smallest to the largest value;  because : why models differ"""
 
     says: str
     quantity: str
@@ -149,7 +149,7 @@ class Published(Frozen):
 
 
 class Source(Frozen):
-    """A file of groups. reference : the case whose rungs are drawn beside one another, and what these figures stand
+    """A file of groups. reference : the case whose models are drawn beside one another, and what these figures stand
     for; absent : source's figures that have no like here, and why"""
 
     group: tuple[Group, ...]
@@ -170,13 +170,13 @@ def load_source(path: Path) -> Source:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise TrendError(f"{path}: cannot be read: {error}") from error
     except ValidationError as error:
-        faults = [f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}" for fault in error.errors()]
-        raise TrendError("\n  ".join([f"{path}: {len(faults)} fault(s)", *faults])) from error
+        errors = [f"{'.'.join(map(str, error['loc']))}: {error['msg']}" for error in error.errors()]
+        raise TrendError("\n  ".join([f"{path}: {len(errors)} input error(s)", *errors])) from error
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What one rung says of a trend. verdict : agrees, differs, same (no change above SAME);  values in the trend's
+    """What one model says of a trend. verdict : agrees, differs, same (no change above SAME);  values in the trend's
     order, shown units"""
 
     model: str
@@ -188,9 +188,9 @@ class Finding:
 
 
 def check(trend: Trend, results: Results) -> list[Finding]:
-    """A finding for every rung that resolves the quantity in all cases of the trend, cheapest first."""
+    """A finding for every model that resolves the quantity in all cases of the trend, least expensive first."""
     measure, found = MEASURES[trend.quantity], []
-    for model in LADDER:
+    for model in MODELS:
         values = [
             measure.of(results[case][model]) if model in results.get(case, {}) else np.nan for case in trend.order
         ]

@@ -42,6 +42,6 @@ SHORT = {
 def test_two_hundred_cases_are_within_their_estimates(part):
     """95 % within, half of the estimates below five times the error; plane contact: the accuracy asked for is no
     estimate, but kept."""
-    for quantity, (cases, covered, ratio, _) in summary(rows_of(part, SEED, PARTS[part][0])).items():
+    for quantity, (_, covered, ratio, _) in summary(rows_of(part, SEED, PARTS[part][0])).items():
         assert covered >= COVERED, quantity
         assert ratio < (MEDIAN if part != "plane" else np.inf), quantity

@@ -92,9 +92,9 @@ def test_grid_that_cuts_the_patch_says_where_and_by_how_much():
     times that."""
     grid = Grid.over((-0.012, 0.005), (-0.012, 0.012), 34, 48)
     x, y = grid.points()
-    with pytest.raises(PatchCutError, match=r"x_max: \d+ cells.*extend by about") as fault:
+    with pytest.raises(PatchCutError, match=r"x_max: \d+ cells.*extend by about") as error:
         normal_contact(x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e5, grid=grid)
-    advice = float(str(fault.value).split("extend by about ")[1].split(" m")[0])
+    advice = float(str(error.value).split("extend by about ")[1].split(" m")[0])
     assert 2.2e-3 <= advice <= 22e-3
     assert normal_contact(
         x**2 / 0.92 + y**2 / 0.6, STEEL, STEEL, load=1e5, grid=grid, cut=True

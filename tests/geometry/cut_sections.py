@@ -24,5 +24,8 @@ def write_cut_sections(folder: Path, stations: np.ndarray, number: float = 9.25,
             simpack(np.column_stack([y, z]) / MM, "rail", f"% x = {x / MM:.2f} mm\n"),
         )
     names = "".join(f"  {x / MM:10.3f} 'cut/section_{k}.prr'\n" for k, x in enumerate(stations, 1))
-    return written(folder / "crossing.slcs", f"% cut from the parametric crossing\n 0.0 1.0 S_OFFSET [mm], S_SCALE [mm/mm]\n {len(stations)} NSLC\n 0 0 0 NFEAT, NKINK, NACCEL\n"
-                   f" 1 S_METHOD\n\n{names}")  # fmt: skip
+    return written(
+        folder / "crossing.slcs",
+        f"% cut from the parametric crossing\n 0.0 1.0 S_OFFSET [mm], S_SCALE [mm/mm]\n {len(stations)} NSLC\n 0 0 0"
+        f" NFEAT, NKINK, NACCEL\n 1 S_METHOD\n\n{names}",
+    )

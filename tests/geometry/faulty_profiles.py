@@ -60,5 +60,8 @@ def written(path, text: str):
 
 def simpack(points: np.ndarray, kind: str, comment: str = "") -> str:
     """A .prr or .prw [mm], vertical axis down, as CONTACT's test bank has them: short header, comments from %."""
-    return (f"header.begin\n  version  = 1\n  type     = {int(kind == 'wheel')}\nheader.end\nspline.begin\n  approx.smooth = 0.0\n{comment}"
-            f"  units.len.f   = 1000.\n  units.ang.f   =    1.\n  point.begin\n{rows(points * [1, -1], '{:12.6f} {:12.6f}')}  point.end\nspline.end\n")  # fmt: skip
+    return (
+        f"header.begin\n  version  = 1\n  type     = {int(kind == 'wheel')}\nheader.end\nspline.begin\n  approx.smooth"
+        f" = 0.0\n{comment}  units.len.f   = 1000.\n  units.ang.f   =    1.\n "
+        f" point.begin\n{rows(points * [1, -1], '{:12.6f} {:12.6f}')}  point.end\nspline.end\n"
+    )

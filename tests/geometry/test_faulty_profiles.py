@@ -196,8 +196,10 @@ def slcs(sections: int, features: int = 0, stations=None, kinks: str = "", scale
         else ""
     )
     nkink = 1 if kinks else 0
-    return (f"% made\n\n 0.0 {scale:.1f} S_OFFSET [{unit}], S_SCALE [mm/{unit}]\n {sections} NSLC\n {features} {nkink} 0 NFEAT, NKINK, NACCEL\n 1 S_METHOD\n\n"
-            f"{names}\n% parts\n{kinks}% features\n{table}")  # fmt: skip
+    return (
+        f"% made\n\n 0.0 {scale:.1f} S_OFFSET [{unit}], S_SCALE [mm/{unit}]\n {sections} NSLC\n {features} {nkink} 0"
+        f" NFEAT, NKINK, NACCEL\n 1 S_METHOD\n\n{names}\n% parts\n{kinks}% features\n{table}"
+    )
 
 
 def test_slices_of_simpack_sections_with_features_and_kinks_are_read(tmp_path):

@@ -132,11 +132,19 @@ def test_the_manchester_files_agree_with_each_other_and_with_the_standard():
     assert np.abs(wheel_profile("S1002").height(y) - z).max() < 2e-7
 
 
-@pytest.mark.parametrize("name, kind, flange_back, shift", [
-    ("Car7216_0001r.whl", "wheel", None, -70.0), ("MBench_S1002_v3.prw", "wheel", None, None), ("MBench_UIC60_v3.ban", "rail", None, None),
-    ("MBench_UIC60_v3.prr", "rail", None, None), ("SNX00500.mpt", "rail", None, None), ("avg_HR.BAN", "rail", None, None),
-    ("avg_wheel.whl", "wheel", None, -70.0), ("worn_high_mileage.prw", "wheel", 0.0, -70.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "name, kind, flange_back, shift",
+    [
+        ("Car7216_0001r.whl", "wheel", None, -70.0),
+        ("MBench_S1002_v3.prw", "wheel", None, None),
+        ("MBench_UIC60_v3.ban", "rail", None, None),
+        ("MBench_UIC60_v3.prr", "rail", None, None),
+        ("SNX00500.mpt", "rail", None, None),
+        ("avg_HR.BAN", "rail", None, None),
+        ("avg_wheel.whl", "wheel", None, -70.0),
+        ("worn_high_mileage.prw", "wheel", 0.0, -70.0),
+    ],
+)
 def test_every_sample_file_is_read(name, kind, flange_back, shift):
     """Wheels measured from their flange back stand on it; our own files with the same faults: test_faulty_profiles."""
     diagnosis = examine(read_raw(found(f"formats/{name}")), flange_back=flange_back)

@@ -58,13 +58,26 @@ def standin_history(direction: str = "facing", load: float = 86e3) -> dict[str, 
     elastic = 15 * (force / load) ** 2
     plastic = 4 / (1 + np.exp(-(along - TRANSFER) / 5e-4))
     return {
-        "time": time, "x": x, "force": force, "force_wing": force * (1 - on_nose), "force_nose": force * on_nose,
-        "force_longitudinal": 0.1 * force * on_nose, "creep_longitudinal": -2e-3 * on_nose,
-        "wheel_height": -1.2e-3 - 0.6e-3 * np.exp(-0.5 * ((along - 0.36) / 0.05) ** 2), "crossing_height": -0.54e-3 * np.minimum(time / SETTLE, 1),
-        "contact_x": np.where(carried, x, np.nan), "contact_y": contact_y,
-        "energy_elastic": elastic, "energy_plastic": plastic, "energy_hourglass": 0.02 * plastic, "energy_contact": 0.01 * elastic,
-        "energy_viscosity": 0.03 * plastic, "energy_balance": 0.002 * plastic, "energy_friction": 0.3 * plastic, "energy_external": elastic + 1.5 * plastic,
-    }  # fmt: skip
+        "time": time,
+        "x": x,
+        "force": force,
+        "force_wing": force * (1 - on_nose),
+        "force_nose": force * on_nose,
+        "force_longitudinal": 0.1 * force * on_nose,
+        "creep_longitudinal": -2e-3 * on_nose,
+        "wheel_height": -1.2e-3 - 0.6e-3 * np.exp(-0.5 * ((along - 0.36) / 0.05) ** 2),
+        "crossing_height": -0.54e-3 * np.minimum(time / SETTLE, 1),
+        "contact_x": np.where(carried, x, np.nan),
+        "contact_y": contact_y,
+        "energy_elastic": elastic,
+        "energy_plastic": plastic,
+        "energy_hourglass": 0.02 * plastic,
+        "energy_contact": 0.01 * elastic,
+        "energy_viscosity": 0.03 * plastic,
+        "energy_balance": 0.002 * plastic,
+        "energy_friction": 0.3 * plastic,
+        "energy_external": elastic + 1.5 * plastic,
+    }
 
 
 def write_fields(path: Path, mesh: HexMesh, strain: np.ndarray, **more: np.ndarray) -> None:
@@ -89,9 +102,12 @@ def write_fields(path: Path, mesh: HexMesh, strain: np.ndarray, **more: np.ndarr
 def write_run(folder: Path, direction: str = "facing", **changes) -> PassResult:
     """history, result and fields/final.vtu of the made-up run; `changes` replace entries of the result."""
     values = {
-        "model": "fe_full", "scene": make_scene().model_copy(update={"direction": direction}), "settings": {"settle_time": SETTLE, "element_size": 2.5e-3},
-        "history": standin_history(direction), "transfer_x": TRANSFER,
-    }  # fmt: skip
+        "model": "fe_full",
+        "scene": make_scene().model_copy(update={"direction": direction}),
+        "settings": {"settle_time": SETTLE, "element_size": 2.5e-3},
+        "history": standin_history(direction),
+        "transfer_x": TRANSFER,
+    }
     result = PassResult(**(values | changes))
     result.save(folder)
     mesh = standin_mesh()

@@ -1,4 +1,4 @@
-"""The rung bem_passage: its contact law on surfaces with an exact one, and a pass beside rigid_hertz."""
+"""The model bem_passage: its contact law on surfaces with an exact one, and a pass beside rigid_hertz."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from bem.material import STEEL, contact_modulus
 from geometry.profiles.profile import Profile, arc
 from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import load_case
-from rail_fem.light.contact_pairs import TieError, tie_at
+from rail_fem.light.contact_pairs import ContactPairError, pair_at
 from rail_fem.light.contact_table import table_key, table_of
 from rail_fem.models import bem_passage, rigid_hertz
 
@@ -22,9 +22,9 @@ def test_law_of_a_crowned_wheel_on_a_cylinder_is_hertz(crown):
     """A straight tread (arc of 50 m) of 425 mm on a crown: the half-space at 32 and 64 cells against the closed form,
     the gap is a paraboloid to (width / radius)^2."""
     wheel = Profile.from_pieces([arc((-0.03, 0.0), (0.03, 0.0), -50.0, 1e-4)], "tread")
-    tie = tie_at(wheel, lambda x, y: np.sqrt(crown**2 - y**2) - crown + 0 * x, (0.0, 0.0), np.zeros(2), 0.425)
+    pair = pair_at(wheel, lambda x, y: np.sqrt(crown**2 - y**2) - crown + 0 * x, (0.0, 0.0), np.zeros(2), 0.425)
     exact = contact_stiffness(0.425, 1 / (1 / crown - 1 / 50.0), contact_modulus(STEEL, STEEL))
-    errors = [abs(bem_passage.approach_stiffness(tie, 80e3, cells) / exact - 1) for cells in (16, 32, 64)]
+    errors = [abs(bem_passage.approach_stiffness(pair, 80e3, cells) / exact - 1) for cells in (16, 32, 64)]
     assert errors[1] < 5e-3 and errors[2] < errors[0]
 
 
@@ -61,7 +61,7 @@ def test_a_cone_that_touches_the_wing_over_its_whole_width_gets_its_patch():
     case = load_case(ROOT / "cases" / "thesis" / "case_08.toml")
     scene, settings = case.scene, case.runs["bem_passage"]
     key = table_key(scene, *settings.window(scene), settings.path_spacing)
-    table, place = table_of(key), bem_passage.tie_of(key, table_of(key), 0, 0)
+    table, place = table_of(key), bem_passage.pair_of(key, table_of(key), 0, 0)
     patch = bem_passage.solved_patch(place, scene.static_wheel_load, 16, estimate=False)
     assert 0.025 < patch.extent[1] < bem_passage.WIDEST and patch.normal_force == pytest.approx(
         scene.static_wheel_load, rel=0.02
@@ -84,5 +84,5 @@ def test_p1_and_hollow_wheels_are_answered(name):
 
 def test_a_touch_beside_the_rail_is_refused():
     wheel = Profile.from_pieces([arc((-0.03, 0.0), (0.03, 0.0), -50.0, 1e-4)], "tread")
-    with pytest.raises(TieError, match="no surface at x = 0, y = 0.2"):
-        tie_at(wheel, lambda x, y: np.where(np.abs(y) < 0.1, 0.0, np.nan) + 0 * x, (0.0, 0.0), np.array([0.0, 0.2]))
+    with pytest.raises(ContactPairError, match="no surface at x = 0, y = 0.2"):
+        pair_at(wheel, lambda x, y: np.where(np.abs(y) < 0.1, 0.0, np.nan) + 0 * x, (0.0, 0.0), np.array([0.0, 0.2]))

@@ -8,13 +8,13 @@ ROOT = Path(__file__).resolve().parents[2]
 GOOD = (ROOT / "cases" / "nose_transfer.toml").read_text(encoding="utf-8")
 
 
-def faults_of(tmp_path, text) -> list[str]:
+def errors_of(tmp_path, text) -> list[str]:
     path = tmp_path / "case.toml"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    with pytest.raises(CaseError) as fault:
+    with pytest.raises(CaseError) as error:
         load_case(path)
-    assert str(fault.value).splitlines()[0] == f"{path}: {len(fault.value.faults)} fault(s)"
-    return fault.value.faults
+    assert str(error.value).splitlines()[0] == f"{path}: {len(error.value.errors)} input error(s)"
+    return error.value.errors
 
 
 @pytest.mark.parametrize("name, events", [("nose_transfer", [0.35]), ("whole_crossing", [-0.7, 0.35])])
@@ -61,7 +61,7 @@ element_size = "1.5 mn"
 end = "nan mm"
 suspension = "maybe"
 """
-    faults = faults_of(tmp_path, text)
+    errors = errors_of(tmp_path, text)
     expected = [
         "titel: unknown key, did you mean 'title'?",
         "scene.sped: unknown key, did you mean 'speed'?",
@@ -93,7 +93,7 @@ suspension = "maybe"
             " primary suspension)"
         ),
     ]
-    assert sorted(faults) == sorted(expected)
+    assert sorted(errors) == sorted(expected)
 
 
 @pytest.mark.parametrize(
@@ -111,11 +111,11 @@ suspension = "maybe"
     ],
 )
 def test_files_of_another_kind_are_refused_in_one_sentence(tmp_path, text, said):
-    assert any(said in fault for fault in faults_of(tmp_path, text))
+    assert any(said in error for error in errors_of(tmp_path, text))
 
 
 def test_another_version_is_the_only_fault_then_reported(tmp_path):
-    assert len(faults_of(tmp_path, GOOD.replace("version = 1", "version = 2").replace("speed =", "sped ="))) == 1
+    assert len(errors_of(tmp_path, GOOD.replace("version = 1", "version = 2").replace("speed =", "sped ="))) == 1
 
 
 def test_absent_case_file_is_a_fault(tmp_path):
@@ -131,7 +131,7 @@ def test_window_must_lie_along_the_direction_of_travel(tmp_path, direction, star
         GOOD.partition("[run.fe_full]")[0].replace('"facing"', f'"{direction}"')
         + f'[run.fe_full]\nstart = "{start}"\nend = "{end}"\n'
     )
-    assert "exchange the two" in faults_of(tmp_path, text)[0]
+    assert "exchange the two" in errors_of(tmp_path, text)[0]
 
 
 def test_byte_order_mark_is_read_over(tmp_path):

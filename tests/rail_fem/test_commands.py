@@ -11,7 +11,7 @@ import geometry
 from rail_fem.case.casefile import load_case
 from rail_fem.cli import app
 from rail_fem.commands.study import STUDIES
-from rail_fem.ladder import LADDER
+from rail_fem.hierarchy import MODELS
 
 
 def call(*words: str, code: int = 0) -> str:
@@ -35,10 +35,10 @@ def test_the_version_is_that_of_the_package():
 
 def test_everything_that_can_be_chosen_is_listed():
     text = call("list")
-    assert all(name in text for name in (*LADDER, *STUDIES, "P8-worn", "60E1", "Mn13"))
+    assert all(name in text for name in (*MODELS, *STUDIES, "P8-worn", "60E1", "Mn13"))
 
 
-@pytest.mark.parametrize("model", LADDER)
+@pytest.mark.parametrize("model", MODELS)
 def test_a_new_case_file_can_be_run_and_its_comments_are_the_defaults(tmp_path, model):
     """As written, and with every commented key that has a value uncommented, the file is the same case."""
     file = tmp_path / "case.toml"
@@ -106,13 +106,22 @@ def test_the_patch_of_the_command_carries_the_load(tmp_path):
     assert heavier["largest pressure [MPa]"] > found["largest pressure [MPa]"] > 500
 
 
-@pytest.mark.parametrize(("words", "said"), [
-    (("contact", "P9", "60E1"), "no wheel 'P9'"), (("contact", "P8", "UIC61"), "no rail"), (("contact", "nothere.csv", "60E1"), "no such file"),
-    (("contact", "P8", "60E1", "--shift", "3"), "has no unit"), (("contact", "P8", "60E1", "--shift", "1 mm:2 mm"), "no series"),
-    (("contact", "P8", "60E1", "--inclination", "steep"), "1:20"), (("patch", "P8", "60E1", "--load", "-5 kN"), "give a vertical force"),
-    (("patch", "P8", "60E1", "--load", "5 mm"), "dimension"), (("patch", "P8", "60E1", "--load", "50 kN", "--shift", "300 mm"), ""),
-    (("study", "nothing"), "plain-line"), (("study", "plain-line", "--quick"), "no short form"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("contact", "P9", "60E1"), "no wheel 'P9'"),
+        (("contact", "P8", "UIC61"), "no rail"),
+        (("contact", "nothere.csv", "60E1"), "no such file"),
+        (("contact", "P8", "60E1", "--shift", "3"), "has no unit"),
+        (("contact", "P8", "60E1", "--shift", "1 mm:2 mm"), "no series"),
+        (("contact", "P8", "60E1", "--inclination", "steep"), "1:20"),
+        (("patch", "P8", "60E1", "--load", "-5 kN"), "give a vertical force"),
+        (("patch", "P8", "60E1", "--load", "5 mm"), "dimension"),
+        (("patch", "P8", "60E1", "--load", "50 kN", "--shift", "300 mm"), ""),
+        (("study", "nothing"), "plain-line"),
+        (("study", "plain-line", "--quick"), "no short form"),
+    ],
+)
 def test_every_mistake_is_a_sentence(words, said):
     text = call(*words, code=2)
     assert said in text and "Traceback" not in text

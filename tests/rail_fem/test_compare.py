@@ -1,4 +1,4 @@
-"""Results side by side: errors against a known history, refusals, the cheapest that is good enough."""
+"""Results side by side: errors against a known history, refusals, the least expensive that is good enough."""
 
 import json
 from dataclasses import replace
@@ -129,14 +129,14 @@ def test_a_strain_outside_the_common_way_is_not_compared():
 
 def test_the_cheapest_within_an_error_is_named_with_its_cost_and_doubts(folders):
     found = compare([folders])
-    assert "middle (rigid_hertz) is the cheapest within 0.05" in advice(
+    assert "middle (rigid_hertz) is the least expensive within 0.05" in advice(
         found, 0.05, "first impact"
     ) and "2e+03 times less" in advice(found, 0.05, "first impact")
     assert "cheap (lumped)" in advice(found, 0.6, "first impact")
-    assert "nothing cheaper than dear" in advice(
+    assert "nothing less expensive than dear" in advice(
         found, 0.001, "first impact"
     ) and "itself claims no less than 1.00%" in advice(found, 0.001, "first impact")
-    assert "nothing cheaper" in advice(found, 0.5, "strain")  # what nobody resolves nobody meets
+    assert "nothing less expensive" in advice(found, 0.5, "strain")  # what nobody resolves nobody meets
     assert compare([folders / "middle", folders / "cheap"], folders / "cheap").reference.model == "lumped"
 
 
@@ -162,7 +162,7 @@ def test_what_cannot_be_compared_is_refused_by_name(folders, tmp_path):
 def test_command_writes_table_and_figure_and_refuses_nonsense(folders, tmp_path):
     run = lambda *arguments: CliRunner().invoke(cli.app, ["compare", *map(str, arguments)])
     done = run(folders, "--within", "5%", "--out", tmp_path / "page")
-    assert done.exit_code == 0 and "cheapest within 0.05" in done.output
+    assert done.exit_code == 0 and "least expensive within 0.05" in done.output
     assert (tmp_path / "page" / "compare.png").stat().st_size > 10_000 and "rigid_hertz" in (
         tmp_path / "page" / "compare.md"
     ).read_text()

@@ -6,7 +6,7 @@ from geometry.meshing.quality import mesh_quality
 from rail_fem.case import estimate
 from rail_fem.case.casefile import load_case
 from rail_fem.case.estimate import critical_step, estimate_run, impossible
-from rail_fem.case.warnings import fe_doubts, scene_doubts, static_patch
+from rail_fem.case.warnings import fe_warnings, scene_warnings, static_patch
 from rail_fem.settings.explicit import FeSettings
 from tests.rail_fem.test_scene import make_scene
 
@@ -62,8 +62,8 @@ def test_too_little_memory_and_too_many_ranks_are_found_before_meshing(monkeypat
 
 def test_size_that_is_said_to_fit_does_fit(monkeypatch):
     monkeypatch.setattr(estimate, "available_memory", lambda: 2e9)
-    fault = impossible(SCENE, FeSettings(element_size=0.1e-3))[0]
-    size = float(fault.split()[-3]) * 1e-3
+    error = impossible(SCENE, FeSettings(element_size=0.1e-3))[0]
+    size = float(error.split()[-3]) * 1e-3
     assert impossible(SCENE, FeSettings(element_size=size)) == []
 
 
@@ -78,7 +78,7 @@ def test_static_patch_carries_the_static_load():
 
 
 def test_doubts_name_both_numbers():
-    assert any("0.9 > 0.7" in doubt for doubt in scene_doubts(make_scene(friction=0.9)))
-    assert any("6 elements of 4 mm" in doubt for doubt in fe_doubts(SCENE, FeSettings(element_size=4e-3)))
-    assert any("penalty 50" in doubt for doubt in fe_doubts(SCENE, FeSettings(penalty=50)))
-    assert fe_doubts(SCENE, FeSettings(element_size=1e-3)) == []
+    assert any("0.9 > 0.7" in warning for warning in scene_warnings(make_scene(friction=0.9)))
+    assert any("6 elements of 4 mm" in warning for warning in fe_warnings(SCENE, FeSettings(element_size=4e-3)))
+    assert any("penalty 50" in warning for warning in fe_warnings(SCENE, FeSettings(penalty=50)))
+    assert fe_warnings(SCENE, FeSettings(element_size=1e-3)) == []

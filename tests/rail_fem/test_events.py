@@ -6,7 +6,7 @@ import pytest
 
 from bem.exact.hertz import tangent_stiffness
 from rail_fem.light.contact_table import contact_table
-from rail_fem.output.events import OPEN, end_doubts, first_maximum, force_peaks, transfer_place
+from rail_fem.output.events import OPEN, end_warnings, first_maximum, force_peaks, transfer_place
 from tests.rail_fem.test_scene import make_scene
 
 LOAD = 1e5
@@ -121,7 +121,7 @@ def test_a_model_of_one_body_knows_no_transfer():
     assert (
         np.isnan(transfer_place(nothing, FACING, LOAD))
         and force_peaks(nothing, FACING, LOAD) == {}
-        and end_doubts(nothing, {}, LOAD) == ()
+        and end_warnings(nothing, {}, LOAD) == ()
     )
 
 
@@ -132,7 +132,7 @@ def test_a_model_of_one_body_knows_no_transfer():
 ], ids=["rising", "below the limit", "falling"])  # fmt: skip
 def test_a_run_that_ends_under_more_than_its_static_load_says_so(end, words):
     found = history(on_nose((0.35, 1.0)), force=end)
-    said = [text for text in end_doubts(found, {}, LOAD) if "the run ends" in text]
+    said = [text for text in end_warnings(found, {}, LOAD) if "the run ends" in text]
     assert len(said) == (words != "1.17") and all(words in text and "x = 700 mm" in text for text in said)
 
 
@@ -144,12 +144,12 @@ def test_a_peak_close_to_an_end_of_the_way_says_so(at, near):
     found = history(on_nose((0.35, 1.0)), force=lambda x: LOAD + bump(at, LOAD, 2e-3)(x))
     said = [
         text
-        for text in end_doubts(found, force_peaks(found, FACING, LOAD), LOAD)
+        for text in end_warnings(found, force_peaks(found, FACING, LOAD), LOAD)
         if text.startswith("largest force 200.0 kN")
     ]
     assert len(said) == bool(near) and all(near in text for text in said)
     steady = history(on_nose((0.35, 1.0)))
-    assert end_doubts(steady, force_peaks(steady, FACING, LOAD), LOAD) == ()  # a constant force has no peak
+    assert end_warnings(steady, force_peaks(steady, FACING, LOAD), LOAD) == ()  # a constant force has no peak
 
 
 def test_contact_stiffness_is_the_derivative_of_the_force_and_the_carrier_is_the_higher_body():

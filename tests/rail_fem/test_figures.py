@@ -88,7 +88,8 @@ def test_figures_need_neither_display_nor_vtk_and_leave_matplotlib_as_it_was(tmp
 import sys, numba, matplotlib
 before = matplotlib.rcParams.copy()  # a dict of them would look for a backend, and import pyplot for that
 from rail_fem.show.figures import draw_run, strain_figures
-print(len(draw_run({str(tmp_path)!r})), [m for m in sys.modules if m.startswith(("vtk", "pyvista")) or m == "matplotlib.pyplot"], before == matplotlib.rcParams.copy())
+heavy = [m for m in sys.modules if m.startswith(("vtk", "pyvista")) or m == "matplotlib.pyplot"]
+print(len(draw_run({str(tmp_path)!r})), heavy, before == matplotlib.rcParams.copy())
 """
     answer = run_alone("-W", "error::RuntimeWarning", "-c", code)
     assert answer.stdout.strip() == "5 [] True", answer.stderr
@@ -397,8 +398,9 @@ def test_pyvista_reads_the_fields_back(tmp_path):
 import pyvista
 m = pyvista.read({str(tmp_path / "fields" / "final.vtu")!r})
 c = m.cell_data
-print(m.n_cells, m.n_points, set(m.celltypes.tolist()), [int((c["region"] == i).sum()) for i in range(3)], c["plastic_strain"].max(), c["stress"].shape[1],
-      m.point_data["displacement"].shape[1], m.compute_cell_sizes(length=False, area=False)["Volume"][c["region"] == 0].sum())
+volume = m.compute_cell_sizes(length=False, area=False)["Volume"][c["region"] == 0].sum()
+print(m.n_cells, m.n_points, set(m.celltypes.tolist()), [int((c["region"] == i).sum()) for i in range(3)],
+      c["plastic_strain"].max(), c["stress"].shape[1], m.point_data["displacement"].shape[1], volume)
 """
     answer = run_alone("-c", code)
     strain = standin_strain(mesh)

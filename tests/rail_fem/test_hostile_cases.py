@@ -1,4 +1,4 @@
-"""Case files from a stranger: each is refused in words, at once, whatever it holds; what no run survives is a fault
+"""Case files from a stranger: each is refused in words, at once, whatever it holds; what no run survives is a error
 before the run."""
 
 import os
@@ -9,10 +9,10 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.case.warnings import case_doubts
+from rail_fem.case.warnings import case_warnings
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
-from tests.rail_fem.test_casefile import GOOD, faults_of
+from tests.rail_fem.test_casefile import GOOD, errors_of
 
 LIGHT = GOOD.partition("[run.fe_full]")[0]
 BARE = LIGHT.partition("[scene.materials]")[0]
@@ -38,27 +38,40 @@ def changed(line, text=GOOD):
 
 
 NESTED = {
-    "arrays": "x = " + "[" * 900 + "]" * 900, "deeper arrays": "x = " + "[" * 100_000 + "]" * 100_000, "tables": "x = " + "{a = " * 5000 + "1" + "}" * 5000,
-    "unclosed": "[" * 100_000, "behind a text": 'x = ["""a"""", ' + "[" * 5000 + "]" * 5000 + ', "b"]',
-}  # fmt: skip
+    "arrays": "x = " + "[" * 900 + "]" * 900,
+    "deeper arrays": "x = " + "[" * 100_000 + "]" * 100_000,
+    "tables": "x = " + "{a = " * 5000 + "1" + "}" * 5000,
+    "unclosed": "[" * 100_000,
+    "behind a text": 'x = ["""a"""", ' + "[" * 5000 + "]" * 5000 + ', "b"]',
+}
 LARGE = {
-    "dots": "a" + ".a" * 50_000 + " = 1", "quoted dots": '"a"' + '."a"' * 50_000 + " = 1", "header": "[a" + ".a" * 50_000 + "]", "keys": "".join(f"k{i} = 1\n" for i in range(100_000)),
-    "digits": "x = " + "1" * 5000, "digits in a list": "x = [" + "1" * 5000 + "]", "float": "x = 1." + "1" * 500_000, "title": 'title = "' + "x" * 10_000_000 + '"', "list": "x = [" + "1, " * 200_000 + "]",
-    "escaped quotes": 'title = ' + '"""\\' * 200_000, "open text": 'x = """' + "a" * 1_000_000, "open single": "x = '''" + "a'" * 500_000, "blanks": " \n" * 300_000 + "x",
-}  # fmt: skip
+    "dots": "a" + ".a" * 50_000 + " = 1",
+    "quoted dots": '"a"' + '."a"' * 50_000 + " = 1",
+    "header": "[a" + ".a" * 50_000 + "]",
+    "keys": "".join(f"k{i} = 1\n" for i in range(100_000)),
+    "digits": "x = " + "1" * 5000,
+    "digits in a list": "x = [" + "1" * 5000 + "]",
+    "float": "x = 1." + "1" * 500_000,
+    "title": 'title = "' + "x" * 10_000_000 + '"',
+    "list": "x = [" + "1, " * 200_000 + "]",
+    "escaped quotes": "title = " + '"""\\' * 200_000,
+    "open text": 'x = """' + "a" * 1_000_000,
+    "open single": "x = '''" + "a'" * 500_000,
+    "blanks": " \n" * 300_000 + "x",
+}
 
 
 @pytest.mark.parametrize("name", [*NESTED, *LARGE])
 def test_text_that_is_too_deep_or_too_large_is_refused_before_it_is_parsed(tmp_path, name):
-    faults = faults_of(tmp_path, GOOD + "\n" + (NESTED | LARGE)[name])
-    assert len(faults) == 1 and len(faults[0]) < 300 and faults[0].isprintable()
+    errors = errors_of(tmp_path, GOOD + "\n" + (NESTED | LARGE)[name])
+    assert len(errors) == 1 and len(errors[0]) < 300 and errors[0].isprintable()
 
 
 def test_a_thousand_unknown_keys_are_told_of_in_part(tmp_path):
-    faults = faults_of(
+    errors = errors_of(
         tmp_path, GOOD.replace("[scene]\n", "[scene]\n" + "".join(f"speeed_{i} = 1\n" for i in range(1000)))
     )
-    assert len(faults) == 51 and faults[-1] == "and 150 more"  # of those of a section 200 are looked at
+    assert len(errors) == 51 and errors[-1] == "and 150 more"  # of those of a section 200 are looked at
 
 
 def test_pipes_devices_and_folders_are_no_case_files(tmp_path):
@@ -73,26 +86,41 @@ def test_comments_cost_nothing(tmp_path):
     assert load_case(tmp_path / "case.toml").title.startswith("UK cast")
 
 
-@pytest.mark.parametrize("line, said", [
-    ('speed = "75 mph**9**9**9"', "scene.speed: "), ('speed = "75 mph^2"', "scene.speed: "), ("speed = 1" + "0" * 90, "has no unit"), ('speed = "75 mph\\u0000"', "scene.speed: "),
-    ('speed = "75 mph\\u001b[2J"', "scene.speed: "), ('speed = ["75 mph"]', "is not a quantity"), ('speed = "600 mph"', "is outside [0.5, 350] mph"),
-    ('title = "a\\nb"', "title: "), ('title = "\\u001b[31mred"', "title: "), ("title = 3", "title: "), ('direction = "faci\\u0000ng"', "scene.direction: "),
-    ('profile = "a\\u0000.csv"', "scene.wheel.profile: "), ('profile = "' + "a" * 300 + '.csv"', "scene.wheel.profile: "), ('profile = "' + "a" * 1500 + '.csv"', "scene.wheel.profile: "),
-    ('profile = "/dev/zero.csv"', "scene.wheel.profile: "), ('profile = ".."', "scene.wheel.profile: "),
-    ('friction = "30 deg"', "[angle], not that of a plain number"), ('friction = "0.3 rad"', "[angle]"),
-    ('vehicle_sprung_mass = "66.25 ton"', 'write "t" for 1000 kg'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "line, said",
+    [
+        ('speed = "75 mph**9**9**9"', "scene.speed: "),
+        ('speed = "75 mph^2"', "scene.speed: "),
+        ("speed = 1" + "0" * 90, "has no unit"),
+        ('speed = "75 mph\\u0000"', "scene.speed: "),
+        ('speed = "75 mph\\u001b[2J"', "scene.speed: "),
+        ('speed = ["75 mph"]', "is not a quantity"),
+        ('speed = "600 mph"', "is outside [0.5, 350] mph"),
+        ('title = "a\\nb"', "title: "),
+        ('title = "\\u001b[31mred"', "title: "),
+        ("title = 3", "title: "),
+        ('direction = "faci\\u0000ng"', "scene.direction: "),
+        ('profile = "a\\u0000.csv"', "scene.wheel.profile: "),
+        ('profile = "' + "a" * 300 + '.csv"', "scene.wheel.profile: "),
+        ('profile = "' + "a" * 1500 + '.csv"', "scene.wheel.profile: "),
+        ('profile = "/dev/zero.csv"', "scene.wheel.profile: "),
+        ('profile = ".."', "scene.wheel.profile: "),
+        ('friction = "30 deg"', "[angle], not that of a plain number"),
+        ('friction = "0.3 rad"', "[angle]"),
+        ('vehicle_sprung_mass = "66.25 ton"', 'write "t" for 1000 kg'),
+    ],
+)
 def test_values_that_cannot_be_meant_are_refused_on_one_line(tmp_path, line, said):
-    faults = faults_of(tmp_path, changed(line))
-    assert len(faults) == 1 and said in faults[0] and faults[0].isprintable() and len(faults[0]) < 2100
+    errors = errors_of(tmp_path, changed(line))
+    assert len(errors) == 1 and said in errors[0] and errors[0].isprintable() and len(errors[0]) < 2100
 
 
 @pytest.mark.parametrize(
     "key, said", [('label = "a\\nb"', "scene.label"), ('"sp\\u001bed" = 1', "unknown key, did you mean 'speed'?")]
 )
 def test_a_key_more_in_the_scene(tmp_path, key, said):
-    faults = faults_of(tmp_path, GOOD.replace("[scene]\n", f"[scene]\n{key}\n"))
-    assert len(faults) == 1 and said in faults[0] and faults[0].isprintable()
+    errors = errors_of(tmp_path, GOOD.replace("[scene]\n", f"[scene]\n{key}\n"))
+    assert len(errors) == 1 and said in errors[0] and errors[0].isprintable()
 
 
 @pytest.mark.parametrize(
@@ -113,8 +141,8 @@ def test_a_key_more_in_the_scene(tmp_path, key, said):
 )
 def test_faults_of_a_material(tmp_path, material, said):
     assert any(
-        said in fault
-        for fault in faults_of(tmp_path, BARE + f"[scene.materials]\nwing = {material}\n[run.p2_formula]\n")
+        said in error
+        for error in errors_of(tmp_path, BARE + f"[scene.materials]\nwing = {material}\n[run.p2_formula]\n")
     )
 
 
@@ -134,14 +162,14 @@ def test_faults_of_a_material(tmp_path, material, said):
     ],
 )
 def test_numerics_that_no_run_survives_are_faults(tmp_path, line, said):
-    faults = faults_of(tmp_path, WINDOW + line + "\n")
-    assert len(faults) == 1 and said in faults[0]
+    errors = errors_of(tmp_path, WINDOW + line + "\n")
+    assert len(errors) == 1 and said in errors[0]
 
 
 def test_light_rungs_refuse_a_history_of_one_row_too(tmp_path):
     assert (
         "history_interval: 100000 us gives"
-        in faults_of(tmp_path, LIGHT + '[run.lumped]\nhistory_interval = "1e5 us"\n')[0]
+        in errors_of(tmp_path, LIGHT + '[run.lumped]\nhistory_interval = "1e5 us"\n')[0]
     )
 
 
@@ -197,7 +225,7 @@ def test_what_is_allowed_but_doubtful_is_a_warning_of_the_case(tmp_path, old, ne
     assert old in WINDOW
     (tmp_path / "case.toml").write_text(WINDOW.replace(old, new))
     case = load_case(tmp_path / "case.toml")
-    assert said in " ".join(case_doubts(case.scene, case.runs["fe_window"]))
+    assert said in " ".join(case_warnings(case.scene, case.runs["fe_window"]))
     shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
     assert said in " ".join(shown.output.split("warning(s)")[1].split())
 

@@ -9,7 +9,7 @@ import pytest
 
 from rail_fem.run import installation
 from rail_fem.run.doctor import examine
-from rail_fem.run.installation import NEEDED, explain, missing, numpy_fault
+from rail_fem.run.installation import NEEDED, explain, missing, numpy_mismatch
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -22,17 +22,17 @@ def test_packages_are_missing_where_python_finds_none_or_an_emptied_folder(tmp_p
 
 
 @pytest.mark.parametrize(
-    "written, fault", [("numpy==1.24.*", True), ("numpy==1.2.*", True), ("numpy==9.10.*", False), (None, False)]
+    "written, mismatch", [("numpy==1.24.*", True), ("numpy==1.2.*", True), ("numpy==9.10.*", False), (None, False)]
 )
-def test_numpy_must_be_of_the_series_that_was_written_down(tmp_path, monkeypatch, written, fault):
+def test_numpy_must_be_of_the_series_that_was_written_down(tmp_path, monkeypatch, written, mismatch):
     """9.10.2 is of the series 9.10 alone."""
     if written:
         (tmp_path / "constraints.txt").write_text(f"{written}\n")
     monkeypatch.setattr(sys, "prefix", str(tmp_path))
     monkeypatch.setattr(installation.importlib.metadata, "version", lambda name: "9.10.2")
-    assert bool(numpy_fault()) == fault
-    if fault:
-        assert "NumPy 9.10.2 has taken the place of the distribution's 1.2" in numpy_fault()
+    assert bool(numpy_mismatch()) == mismatch
+    if mismatch:
+        assert "NumPy 9.10.2 has taken the place of the distribution's 1.2" in numpy_mismatch()
 
 
 def test_doctor_looks_at_numpy_first_and_names_its_remedy_alone(tmp_path, monkeypatch):

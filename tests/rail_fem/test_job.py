@@ -1,4 +1,4 @@
-"""The command line from case file to saved folder, with a toy rung in place of the FE model."""
+"""The command line from case file to saved folder, with a toy model in place of the FE model."""
 
 import json
 import os
@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from rail_fem import cli, ladder, launcher
+from rail_fem import cli, hierarchy, launcher
 from rail_fem.case import estimate
 from rail_fem.output.progress import read_status
 from rail_fem.output.result import load
 from rail_fem.run import job
 from rail_fem.scene.scene import GRAVITY
-from tests.rail_fem.toy_rung import ToySettings
+from tests.rail_fem.toy_model import ToySettings
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.fixture
 def case(tmp_path, monkeypatch):
     monkeypatch.setitem(
-        ladder.LADDER, "toy", ladder.Rung("tests.rail_fem.toy_rung", ToySettings, False, "a mass on a spring")
+        hierarchy.MODELS, "toy", hierarchy.Model("tests.rail_fem.toy_model", ToySettings, False, "a mass on a spring")
     )
     monkeypatch.delenv("RAIL_FEM_SMOKE", raising=False)
     text = (ROOT / "cases" / "nose_transfer.toml").read_text().partition("[run.fe_full]")[0] + "[run.toy]\n"
@@ -272,10 +272,10 @@ def test_patch_of_too_few_elements_is_doubted_with_both_numbers(case):
 
 
 def test_missing_library_of_a_model_is_a_sentence(case, tmp_path, monkeypatch):
-    broken = tmp_path / "rung_without_library.py"
+    broken = tmp_path / "model_without_library.py"
     broken.write_text("import library_that_is_not_there\n")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setitem(ladder.LADDER, "toy", ladder.Rung("rung_without_library", ToySettings, False, ""))
+    monkeypatch.setitem(hierarchy.MODELS, "toy", hierarchy.Model("model_without_library", ToySettings, False, ""))
     answer = call("run", case, "--out", tmp_path / "out")
     assert (
         answer.exit_code == 2 and "needs library_that_is_not_there" in answer.stderr and "./setup.sh" in answer.stderr
@@ -290,10 +290,10 @@ def test_show_of_a_folder_without_a_run_says_so(tmp_path):
 
 ON_RANKS = """
 import sys
-from rail_fem import cli, ladder
-from tests.rail_fem.toy_rung import ToySettings
+from rail_fem import cli, hierarchy
+from tests.rail_fem.toy_model import ToySettings
 toy = "a mass on a spring, the same on every rank"
-ladder.LADDER["toy"] = ladder.Rung("tests.rail_fem.toy_rung", ToySettings, True, toy)
+hierarchy.MODELS["toy"] = hierarchy.Model("tests.rail_fem.toy_model", ToySettings, True, toy)
 sys.argv = ["rail-fem", *sys.argv[1:]]
 cli.main()
 """

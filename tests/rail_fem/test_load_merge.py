@@ -20,7 +20,7 @@ from geometry.profiles.profile import Profile
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.contact_pairs import plain_rail, tie_at
+from rail_fem.light.contact_pairs import pair_at, plain_rail
 from rail_fem.light.load_sharing import LoadedSide, pressed
 
 MM, UM = 1e-3, 1e-6
@@ -49,7 +49,7 @@ def judged(
     deepest = np.argmax(-points.gap / points.normal[:, 2])
     at = points.position[deepest] * [1, -1, 1]
     datum = 0.0, search.wheelset.datum_arm - state.y
-    touching = tie_at(
+    touching = pair_at(
         search.wheelset.left,
         plain_rail(search.track.placed("left")),
         datum,
@@ -59,14 +59,14 @@ def judged(
         STEEL,
     )
     wheel = replace(touching.wheel, place=(*datum, state.z - search.wheelset.radius))  # lowered, not along the normal
-    tie = replace(touching, wheel=wheel)
+    pair = replace(touching, wheel=wheel)
     x, y = np.meshgrid(np.linspace(0, 12 * MM, 40), np.linspace(-45 * MM, 45 * MM, 600), indexing="ij")
-    near = tie.gap(x, y) < 0
+    near = pair.gap(x, y) < 0
     length, low, high = x[near].max() + 0.5 * MM, y[near].min() - 0.3 * MM, y[near].max() + 0.3 * MM
     patch = normal_contact(
-        tie.gap, STEEL, STEEL, approach=0.0, grid=Grid.over((-length, length), (low, high), *cells), estimate=False
+        pair.gap, STEEL, STEEL, approach=0.0, grid=Grid.over((-length, length), (low, high), *cells), estimate=False
     )
-    return patch, ((points.position * [1, -1, 1] - at) @ tie.frame[1])
+    return patch, ((points.position * [1, -1, 1] - at) @ pair.frame[1])
 
 
 def share_of_first(patch: Patch, places: np.ndarray) -> float:

@@ -18,7 +18,7 @@ from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.light.contact_pairs import plain_rail_tie
+from rail_fem.light.contact_pairs import plain_rail_pair
 from rail_fem.light.load_kernel import loaded_side
 from rail_fem.light.load_sharing import STEEL_MODULUS, _between_bounds, pressed, rest, rest_under, rest_wheel
 
@@ -92,14 +92,16 @@ def test_two_crowns_carry_equal_shares_and_what_the_half_space_says(apart, depth
 @pytest.mark.parametrize("lateral, band", [(0.0, 0.07), (2 * MM, 0.02), (9.5 * MM, 0.03)])
 def test_p8_on_bs113a_carries_what_the_half_space_says(lateral, band):
     """One patch over arcs of different radii, 49.5 kN: Hertz with the curvatures at the point errs by 31, 8 and 7 %."""
-    tie, steel = plain_rail_tie(lateral=lateral), Elastic(210e9, 0.3)
-    load = tie.normal_force(49.5e3)
-    judge = normal_contact(tie.gap, steel, steel, load=load, window=tie.window(), estimate=False)
+    pair, steel = plain_rail_pair(lateral=lateral), Elastic(210e9, 0.3)
+    load = pair.normal_force(49.5e3)
+    judge = normal_contact(pair.gap, steel, steel, load=load, window=pair.window(), estimate=False)
     search = p8_search()
     stations, wheel, rail, tip, _ = search.sides["left"]
     pose = search.pose(Wheelset(wheel_profile("P8"), y=lateral), "left")
     touch = -lowest(stations, wheel, rail, pose, tip)[0]
-    _, force, _ = loaded_side(stations, wheel, rail, tip, pose, touch - judge.approach / tie.frame[2, 2], STEEL_MODULUS)
+    _, force, _ = loaded_side(
+        stations, wheel, rail, tip, pose, touch - judge.approach / pair.frame[2, 2], STEEL_MODULUS
+    )
     assert force[0].sum() == pytest.approx(load, rel=band)
 
 
@@ -329,4 +331,4 @@ def test_where_a_profile_ends_in_the_contact_it_is_said():
     # its highest point is its crown
     cut = ContactSearch(search.wheelset, Track(Profile.from_points(kept - [0.0, kept[:, 1].max()])))
     assert rest(search, (80e3, 80e3)).left.warnings == ()
-    assert any("a profile ends" in doubt for doubt in rest(cut, (80e3, 80e3)).left.warnings)
+    assert any("a profile ends" in warning for warning in rest(cut, (80e3, 80e3)).left.warnings)

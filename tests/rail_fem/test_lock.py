@@ -31,11 +31,11 @@ def other(tmp_path):
 def test_folder_of_a_living_run_is_refused_and_untouched(tmp_path, other):
     before = (tmp_path / lock.LOCK).read_text()
     with (
-        pytest.raises(RunFolderError, match=rf"process {other.pid} on .* runs there: wait until it ends") as fault,
+        pytest.raises(RunFolderError, match=rf"process {other.pid} on .* runs there: wait until it ends") as error,
         held(tmp_path),
     ):
         pass
-    assert "choose another folder" in str(fault.value) and (tmp_path / lock.LOCK).read_text() == before
+    assert "choose another folder" in str(error.value) and (tmp_path / lock.LOCK).read_text() == before
 
 
 @pytest.mark.parametrize("reaped", [True, False])

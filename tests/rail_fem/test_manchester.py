@@ -254,7 +254,7 @@ def test_brute_force_on_every_point_of_the_wheel_finds_the_same(row, rail):
     the published place between the deepest point and the mean of the penetrating strip, 0.15 mm for CONTACT's own steps
     of 0.2 mm."""
     shift, roll, *wheels = PUBLISHED[row]
-    for side, (touch, loaded, _, place, _, _) in zip(("left", "right"), wheels):
+    for side, (_, loaded, _, place, _, _) in zip(("left", "right"), wheels):
         # on the standard's arcs the wheel has to come lower to touch
         depth = loaded * MM + (40e-6 if rail == "EN" else 0.0)
         least, mean, low, high = strip(rail, shift, roll, side, depth, 0.025 * MM if shift > 6.2 else 0.05 * MM)

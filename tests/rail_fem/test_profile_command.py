@@ -1,4 +1,4 @@
-"""`rail-fem profile`: what is doubtful can be told by an option, nothing is drawn unasked, faults are sentences."""
+"""`rail-fem profile`: warnings can be told by an option, nothing is drawn unasked, faults are sentences."""
 
 import numpy as np
 import pytest

@@ -57,14 +57,14 @@ def test_status_file_is_not_written_more_often_than_every_interval(tmp_path, clo
 
 
 @pytest.mark.parametrize(
-    "fault, state, said",
+    "failure, state, said",
     [(ValueError("unstable at x = 0.3 m"), "failed", "unstable at x"), (KeyboardInterrupt(), "stopped", "--restart")],
 )
-def test_status_file_says_how_a_run_ended(tmp_path, fault, state, said):
-    with pytest.raises(type(fault)):
+def test_status_file_says_how_a_run_ended(tmp_path, failure, state, said):
+    with pytest.raises(type(failure)):
         with Progress(tmp_path, stream=io.StringIO()) as progress:
             progress.update(step=3, time=1e-4, end_time=1e-3, energy_balance=float("nan"))
-            raise fault
+            raise failure
     status = read_status(tmp_path)
     assert (
         status["state"] == state

@@ -32,11 +32,11 @@ def test_folder_of_a_run_is_only_gone_on_with_or_emptied_when_asked(tmp_path):
 def test_restart_of_another_case_names_what_differs(tmp_path):
     prepare_folder(tmp_path, CASE)
     other = fingerprint("fe_full", make_scene(speed="50 mph"), FeSettings(element_size="2 mm"))
-    with pytest.raises(RunFolderError) as fault:
+    with pytest.raises(RunFolderError) as error:
         prepare_folder(tmp_path, other, restart=True)
-    assert "2 difference(s)" in str(fault.value)
-    assert "scene.speed: 33.528 there, 22.352 in this case (SI)" in str(fault.value)
-    assert "run.fe_full.element_size: 0.0015 there, 0.002 in this case (SI)" in str(fault.value)
+    assert "2 difference(s)" in str(error.value)
+    assert "scene.speed: 33.528 there, 22.352 in this case (SI)" in str(error.value)
+    assert "run.fe_full.element_size: 0.0015 there, 0.002 in this case (SI)" in str(error.value)
 
 
 def test_restart_may_change_how_often_it_saves_and_where_it_stops(tmp_path):

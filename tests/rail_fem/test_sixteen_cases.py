@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rail_fem.case.casefile import load_case
-from rail_fem.ladder import LADDER, solve
+from rail_fem.hierarchy import MODELS, solve
 from rail_fem.sweeps.trends import load_source
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,7 +42,7 @@ def test_its_figures_lie_beside_it_and_are_small(page):
 
 @pytest.mark.parametrize("case", CASES[1::7], ids=lambda case: case.stem)
 def test_its_numbers_are_those_of_the_program(page, case):
-    """The light rungs, as they are printed."""
+    """The light models, as they are printed."""
     found = load_case(case)
     row = next(line for line in page.splitlines() if line.startswith(f"| {case.stem} |"))
     cells = row.split(" | ")
@@ -50,4 +50,4 @@ def test_its_numbers_are_those_of_the_program(page, case):
     first, wing, nose = (
         result.peaks[name].value / 1e3 for name in ("first_impact", "largest_force_wing", "largest_force_nose")
     )
-    assert cells[2 + list(LADDER).index("rigid_hertz")] == f"{first:.1f}; {wing:.1f} / {nose:.1f}"
+    assert cells[2 + list(MODELS).index("rigid_hertz")] == f"{first:.1f}; {wing:.1f} / {nose:.1f}"

@@ -48,8 +48,17 @@ def started():
     begun = []
 
     def start(command, *arguments, **variables):
-        begun.append(subprocess.Popen([*command, *map(str, arguments)], cwd=ROOT, env=os.environ | variables, stdout=subprocess.PIPE,
-                                      stderr=subprocess.PIPE, text=True, preexec_fn=listening))  # fmt: skip
+        begun.append(
+            subprocess.Popen(
+                [*command, *map(str, arguments)],
+                cwd=ROOT,
+                env=os.environ | variables,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                preexec_fn=listening,
+            )
+        )
         return begun[-1]
 
     yield start

@@ -68,12 +68,12 @@ def test_a_killed_job_is_done_again(cases, tmp_path):
     )
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the tie is Linux'")
+@pytest.mark.skipif(sys.platform != "linux", reason="the death signal is Linux'")
 def test_a_killed_sweep_takes_its_run_with_it():
     """Or the run would go on writing into the folder that the next sweep goes on in."""
     program = (
-        "import os, sys; from rail_fem.sweeps.sweep import run_tied; run_tied([sys.executable, '-c', 'import os, time;"
-        " print(os.getpid(), flush=True); time.sleep(60)'], sys.stdout, os.environ)"
+        "import os, sys; from rail_fem.sweeps.sweep import run_bound; run_bound([sys.executable, '-c', 'import os,"
+        " time; print(os.getpid(), flush=True); time.sleep(60)'], sys.stdout, os.environ)"
     )
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, cwd=ROOT) as parent:
         child = int(parent.stdout.readline())

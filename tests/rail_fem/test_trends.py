@@ -1,4 +1,4 @@
-"""Trends of a sweep: verdicts on numbers that are known, faults of the file, and the page with its figures."""
+"""Trends of a sweep: verdicts on numbers that are known, input errors of the file, and the page with its figures."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from rail_fem import cli, ladder
+from rail_fem import cli, hierarchy
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.light.dip import trajectory_dip
 from rail_fem.output.result import PassResult, Peak
@@ -67,7 +67,7 @@ def test_a_rung_is_judged_only_where_it_has_all_cases():
 
 
 def test_the_count_goes_by_the_most_expensive_model():
-    """A cheap model that agrees does not hide that the dearest differs."""
+    """A cheap model that agrees does not hide that the most expensive differs."""
     trend = Trend(says="more", quantity="first impact", order=("a", "b"))
     results = {
         "a": {"lumped": made("lumped", 1e5), "fe_full": made("fe_full", 2e5)},
@@ -85,16 +85,29 @@ def test_the_trends_of_the_thesis_name_cases_that_exist():
 
 @pytest.mark.parametrize(
     "text, words",
-    [("[[group]]\ntitle = 'a'\n", "cases"), ("[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='colour'\norder=['b','b']\n", "'colour' is not one of"),
-     ("[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='first impact'\norder=['b','b']\n[[group.trend.control]]\nsays='d'\nquantity='smell'\n", "'smell' is not one of"),
-     ("[[group]]\ntitle='a'\ncases=['b']\ntrends=1\n", "group.0.trends"), ("[[group]\n", "cannot be read")],
-)  # fmt: skip
+    [
+        ("[[group]]\ntitle = 'a'\n", "cases"),
+        (
+            "[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='colour'\norder=['b','b']\n",
+            "'colour' is not one of",
+        ),
+        (
+            (
+                "[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='first"
+                " impact'\norder=['b','b']\n[[group.trend.control]]\nsays='d'\nquantity='smell'\n"
+            ),
+            "'smell' is not one of",
+        ),
+        ("[[group]]\ntitle='a'\ncases=['b']\ntrends=1\n", "group.0.trends"),
+        ("[[group]\n", "cannot be read"),
+    ],
+)
 def test_faults_of_a_file_of_trends_are_named(tmp_path, text, words):
     path = tmp_path / "trends.toml"
     path.write_text(text)
-    with pytest.raises(TrendError, match="trends.toml") as fault:
+    with pytest.raises(TrendError, match="trends.toml") as error:
         load_source(path)
-    assert words in str(fault.value)
+    assert words in str(error.value)
 
 
 def test_the_page_holds_table_trends_and_figures(tmp_path):
@@ -103,9 +116,9 @@ def test_the_page_holds_table_trends_and_figures(tmp_path):
             made(model, nose).save(tmp_path / "sweep" / case / model)
     trends = tmp_path / "trends.toml"
     trends.write_text(
-        "reference='slow'\nabsent=['7-99: a"
-        " photograph']\n[[group]]\ntitle='Speed'\ncases=['slow','fast']\nfigures=['7-13','']\n[[group.trend]]\nsays='faster"
-        " is harder'\nquantity='first impact'\norder=['slow','fast']\npublished='1, 2'\n"
+        "reference='slow'\nabsent=['7-99: a photograph']\n"
+        "[[group]]\ntitle='Speed'\ncases=['slow','fast']\nfigures=['7-13','']\n"
+        "[[group.trend]]\nsays='faster is harder'\nquantity='first impact'\norder=['slow','fast']\npublished='1, 2'\n"
     )
     run = lambda *arguments: CliRunner().invoke(cli.app, ["report", *map(str, arguments), "--groups", str(trends)])
     done = run(tmp_path / "sweep")
@@ -144,9 +157,9 @@ def test_a_reason_is_said_only_where_a_rung_does_not_agree(tmp_path):
         of(1e5, 1e5)
     )
     mixed = {case: of(1e5, 2e5)[case] | of(2e5, 1e5, "lumped")[case] for case in "ab"}
-    assert "  - some rungs differ because" in say(mixed)
+    assert "  - some models differ because" in say(mixed)
     assert count_lines((group(trend),), of(2e5, 1e5)) == [
-        "0 of 1 trends agree by the dearest rung that resolves them.",
+        "0 of 1 trends agree by the most expensive model that resolves them.",
         "1 differ: Speed: faster is harder (first impact; fe_full).",
     ]
 
@@ -165,29 +178,33 @@ def test_a_control_changes_what_it_says_and_nothing_else():
 
 @pytest.mark.parametrize(
     "control, words",
-    [({"change": {"scene.speeed": "50 mph"}}, "scene.speeed: unknown key"), ({"change": {"version.of": 1}}, "version is no table"), ({"change": {"run.rigid_hertz.start": 300}}, "run.rigid_hertz.start")],
-)  # fmt: skip
+    [
+        ({"change": {"scene.speeed": "50 mph"}}, "scene.speeed: unknown key"),
+        ({"change": {"version.of": 1}}, "version is no table"),
+        ({"change": {"run.rigid_hertz.start": 300}}, "run.rigid_hertz.start"),
+    ],
+)
 def test_a_change_that_cannot_be_made_is_named(control, words):
-    with pytest.raises(CaseError) as fault:
+    with pytest.raises(CaseError) as error:
         run_control(Control(says="bad", **control), TREND, TRENDS.parent)
-    assert words in " ".join(str(fault.value).split())
+    assert words in " ".join(str(error.value).split())
 
 
 def test_controls_are_light_rungs_that_resolve_the_trend():
-    with pytest.raises(ValueError, match="none of the light rungs p2_formula"):
+    with pytest.raises(ValueError, match="none of the light models p2_formula"):
         Control(says="dear", model="fe_full")
     with pytest.raises(TrendError, match="lumped does not resolve the first impact"):
         run_control(Control(says="blind", model="lumped"), TREND, TRENDS.parent)
 
 
 def test_every_trend_of_the_thesis_that_a_rung_of_the_sweep_contradicts_has_a_reason():
-    """By the quick rungs, run here: the page leaves no difference without a because."""
+    """By the quick models, run here: the page leaves no difference without a because."""
     groups = load_source(TRENDS).group
     results = {}
     for name in {case for group in groups for trend in group.trend for case in trend.order}:
         case = load_case(TRENDS.parent / f"{name}.toml")
         results[name] = {
-            model: ladder.solve(model, case.scene, case.runs[model])
+            model: hierarchy.solve(model, case.scene, case.runs[model])
             for model in ("p2_formula", "lumped", "rigid_hertz")
         }
     bare = [
@@ -215,7 +232,7 @@ def test_dip_of_a_bent_path_is_the_angle_between_its_sides():
 
 def test_table_7_5_beside_our_columns():
     source, case = load_source(TRENDS), load_case(TRENDS.parent / "case_02.toml")
-    results = {"case_02": {"p2_formula": ladder.solve("p2_formula", case.scene, case.runs["p2_formula"])}}
+    results = {"case_02": {"p2_formula": hierarchy.solve("p2_formula", case.scene, case.runs["p2_formula"])}}
     head, _, row = published_table(source.published, results)
     cells = dict(zip([c.strip() for c in head.split("|")], [c.strip() for c in row.split("|")]))
     assert (
@@ -233,7 +250,9 @@ def test_results_of_an_older_scene_are_named_and_left_out_of_the_page(tmp_path):
     for name in ("new", "old"):
         (tmp_path / f"{name}.toml").write_text(text)
         case = load_case(tmp_path / f"{name}.toml")
-        ladder.solve("p2_formula", case.scene, case.runs["p2_formula"]).save(tmp_path / "sweep" / name / "p2_formula")
+        hierarchy.solve("p2_formula", case.scene, case.runs["p2_formula"]).save(
+            tmp_path / "sweep" / name / "p2_formula"
+        )
     (tmp_path / "trends.toml").write_text("[[group]]\ntitle='Speed'\ncases=['old','new']\n")
     (tmp_path / "old.toml").write_text(text.replace('speed = "75 mph"', 'speed = "50 mph"'))
     run = lambda: CliRunner().invoke(

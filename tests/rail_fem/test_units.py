@@ -48,9 +48,9 @@ def test_units_are_converted_to_si(text, unit, value):
     ],
 )
 def test_text_that_is_no_length_is_refused_with_a_remedy(text, said):
-    with pytest.raises(QuantityError) as fault:
+    with pytest.raises(QuantityError) as error:
         LENGTH.read(text)
-    assert said in str(fault.value)
+    assert said in str(error.value)
 
 
 @pytest.mark.parametrize("value", [True, None, [1], {"value": 1}, float("nan"), float("inf")])
@@ -127,13 +127,13 @@ def test_products_and_quotients_of_known_units_with_small_exponents_are_read(tex
     ],
 )
 def test_expressions_that_are_no_unit_are_refused_in_no_time_and_on_one_short_line(text, unit, said):
-    with pytest.raises(QuantityError) as fault:
+    with pytest.raises(QuantityError) as error:
         parse(text, unit)
-    assert said in str(fault.value) and len(str(fault.value)) < 300 and str(fault.value).isprintable()
+    assert said in str(error.value) and len(str(error.value)) < 300 and str(error.value).isprintable()
 
 
 @pytest.mark.parametrize("value", [10**400, -(10**400), [0] * 100_000, {"a": "b" * 100_000}, "x" * 10_000_000])
 def test_huge_values_are_refused_on_one_short_line(value):
-    with pytest.raises(QuantityError) as fault:
+    with pytest.raises(QuantityError) as error:
         LENGTH.read(value)
-    assert len(str(fault.value)) < 300
+    assert len(str(error.value)) < 300

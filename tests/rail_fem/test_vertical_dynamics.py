@@ -1,4 +1,4 @@
-"""The light rungs' time step: exact on two masses, second order, momentum and energy kept."""
+"""The light models' time step: exact on two masses, second order, momentum and energy kept."""
 
 import numpy as np
 import pytest

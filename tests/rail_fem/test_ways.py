@@ -1,5 +1,5 @@
 """Over which way a model runs: one way for all that are given none, a window around the transfer, no settling across
-it; doubts reach the result."""
+it; warnings reach the result."""
 
 from pathlib import Path
 
@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from rail_fem import cli
-from rail_fem.case.preflight import run_faults
-from rail_fem.case.warnings import case_doubts
+from rail_fem.case.preflight import preflight_errors
+from rail_fem.case.warnings import case_warnings
 from rail_fem.light.rigid import CLEAR, FOLLOW, LEAD, placed, rigid_path
 from rail_fem.output.result import load
 from rail_fem.scene.units import si_factor
@@ -48,7 +48,7 @@ def test_a_window_that_is_given_no_place_lies_around_the_transfer_of_this_wheel(
     assert transfers.min() - let_go == pytest.approx(
         LEAD, abs=1e-4
     ) and sign * settings.end - transfers.max() == pytest.approx(FOLLOW, abs=1e-4)
-    assert run_faults(scene, FeWindowSettings(element_size=3e-3), 1, "fe_window") == []
+    assert preflight_errors(scene, FeWindowSettings(element_size=3e-3), 1, "fe_window") == []
     given = FeWindowSettings(start=0.2, end=0.5)
     assert placed(scene, given) is given and placed(scene, FeWindowSettings(start=0.2)).start == 0.2
 
@@ -60,13 +60,13 @@ def test_a_window_that_is_given_no_place_lies_around_the_transfer_of_this_wheel(
 def test_a_wheel_that_would_settle_across_its_transfer_is_refused_with_the_remedy(direction, start, end, refused):
     """At 75 mph 1.2 ms of settling are 40 mm; a rigid worn P8 changes body at 353 mm, and 20 mm must lie between."""
     scene = scene_of(direction)
-    faults = run_faults(scene, FeSettings(element_size=3e-3, start=start, end=end), 1, "fe_full")
-    assert len(faults) == refused
-    for fault in faults:
-        assert "changes body at 353 mm" in fault and "take a shorter settle_time" in fault
-        remedy = float(fault.split("x = ")[-1].split(" mm")[0]) * 1e-3
+    errors = preflight_errors(scene, FeSettings(element_size=3e-3, start=start, end=end), 1, "fe_full")
+    assert len(errors) == refused
+    for error in errors:
+        assert "changes body at 353 mm" in error and "take a shorter settle_time" in error
+        remedy = float(error.split("x = ")[-1].split(" mm")[0]) * 1e-3
         shifted = FeSettings(element_size=3e-3, start=remedy - scene.direction_sign * 1e-3, end=end)
-        assert run_faults(scene, shifted, 1, "fe_full") == []
+        assert preflight_errors(scene, shifted, 1, "fe_full") == []
     assert CLEAR == 20e-3
 
 
@@ -81,7 +81,7 @@ def test_what_check_doubts_stands_in_result_and_trust_report(tmp_path):
     said = " ".join(call("check", case).output.split())
     assert call("run", case, "--out", tmp_path / "out").exit_code == 0
     result = load(tmp_path / "out")
-    doubts = case_doubts(result.scene, LumpedSettings())
-    assert len(doubts) == 2 and "1:12" in doubts[1] and "stand-in" in doubts[0]
+    warnings = case_warnings(result.scene, LumpedSettings())
+    assert len(warnings) == 2 and "1:12" in warnings[1] and "stand-in" in warnings[0]
     report = (tmp_path / "out" / "trust.txt").read_text()
-    assert all(doubt in said and doubt in result.warnings and doubt in report for doubt in doubts)
+    assert all(warning in said and warning in result.warnings and warning in report for warning in warnings)

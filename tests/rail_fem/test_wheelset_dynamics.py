@@ -66,8 +66,23 @@ def lateral_creep_force(load, lateral_speed, friction=0.3):
     side, two = np.array([1.0, -1.0]), np.ones((2, 1))
     shift, speed, into, stiff = np.array([-0.01, 0.01]), np.zeros(8), np.empty(8), np.empty((2, 8, 8))
     speed[LATERAL] = lateral_speed
-    _creep(np.zeros(8), speed, 0, side, 0.75 * side[:, None], shift, np.full((2, 1, 2), 0.42), 7e6 * np.ones((2, 1, 2)), 86e3, friction, 0.42, 33.5,
-           load * two[:, 0], into, stiff)  # fmt: skip
+    _creep(
+        np.zeros(8),
+        speed,
+        0,
+        side,
+        0.75 * side[:, None],
+        shift,
+        np.full((2, 1, 2), 0.42),
+        7e6 * np.ones((2, 1, 2)),
+        86e3,
+        friction,
+        0.42,
+        33.5,
+        load * two[:, 0],
+        into,
+        stiff,
+    )
     return into[LATERAL]
 
 

@@ -17,9 +17,9 @@ from geometry.profiles.doctor import examine
 from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.formats.simpack import write_simpack
 from geometry.profiles.wheel import wheel_profile
-from rail_fem import cli, ladder
+from rail_fem import cli, hierarchy
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.case.warnings import scene_doubts
+from rail_fem.case.warnings import scene_warnings
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import digest, fingerprint
 from rail_fem.scene.wheel_profile import KEPT, read_wheel
@@ -101,7 +101,7 @@ def test_a_wheel_that_is_given_another_file_without_reading_it_says_so(tmp_path)
     write(tmp_path / "wheel.csv")
     wheel = load_case(case_with(tmp_path)).scene.wheel
     with pytest.raises(ValueError, match="other.csv was not read"):
-        wheel.model_copy(update={"profile": "other.csv"}).shape
+        _ = wheel.model_copy(update={"profile": "other.csv"}).shape
     assert wheel.model_copy(update={"profile": "P8"}).shape == wheel_profile("P8")
 
 
@@ -127,7 +127,7 @@ def test_name_place_and_comments_of_a_file_change_nothing_and_its_content_does(t
 
 def test_two_contents_under_one_name_are_two_wheels_for_every_cache(tmp_path):
     """In one process: tables and forces of the second content are those of a process that never saw the first."""
-    solve = lambda case: ladder.solve("bem_passage", case.scene, case.runs["bem_passage"])
+    solve = lambda case: hierarchy.solve("bem_passage", case.scene, case.runs["bem_passage"])
     peak = lambda: solve(load_case(path)).history["force"].max()
     path = case_with(
         tmp_path,
@@ -190,7 +190,7 @@ def test_a_run_is_shown_gone_on_with_and_repeated_from_its_own_folder(tmp_path):
     stored = load(tmp_path / "run")
     assert (
         stored.scene.wheel.shape == shape
-        and "smoothed" in " ".join(scene_doubts(stored.scene))
+        and "smoothed" in " ".join(scene_warnings(stored.scene))
         and stored.scene.wheel.name == "wheel.csv"
     )
     assert command("show", tmp_path / "run").exit_code == 0
@@ -255,15 +255,26 @@ def test_a_case_that_changed_while_it_waited_is_refused(tmp_path):
 # One reader
 
 
-@pytest.mark.parametrize("change", [
-    dict(scale=1.0), dict(form="{:.6f}, {:.6f}, 0.5"), dict(form="{:.6f};{:.6f}"), dict(points=P8[::-1]), dict(points=P8 * [1, -1]),
-    dict(points=P8 * [-1, 1]), dict(points=P8 + [0.01, 0.004]), dict(points=np.repeat(P8, 2, axis=0)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "change",
+    [
+        dict(scale=1.0),
+        dict(form="{:.6f}, {:.6f}, 0.5"),
+        dict(form="{:.6f};{:.6f}"),
+        dict(points=P8[::-1]),
+        dict(points=P8 * [1, -1]),
+        dict(points=P8 * [-1, 1]),
+        dict(points=P8 + [0.01, 0.004]),
+        dict(points=np.repeat(P8, 2, axis=0)),
+    ],
+)
 def test_a_case_reads_what_the_profile_command_reads_and_says_what_was_mended(tmp_path, change):
     write(tmp_path / "wheel.csv", **change)
     scene, found = load_case(case_with(tmp_path)).scene, examine(read_raw(tmp_path / "wheel.csv", "wheel"))
     assert scene.wheel.shape == found.profile.graph_part()
-    assert scene_doubts(scene) == [f"wheel profile wheel.csv: {f.text}" for f in found.findings if f.weight != "found"]
+    assert scene_warnings(scene) == [
+        f"wheel profile wheel.csv: {f.text}" for f in found.findings if f.weight != "found"
+    ]
     assert (
         np.abs(scene.wheel.shape.height([-0.03, 0.0, 0.04]) - wheel_profile("P8").height([-0.03, 0.0, 0.04])).max()
         < 42e-6
@@ -281,24 +292,30 @@ def test_scatter_is_smoothed_in_text_as_in_simpack_and_said(tmp_path):
     write_simpack(tmp_path / "wheel.prw", rough, "wheel")
     text, simpack = (load_case(case_with(tmp_path, name)).scene for name in ("wheel.csv", "wheel.prw"))
     assert np.abs(text.wheel.shape.points - simpack.wheel.shape.points).max() < 1e-9
-    assert any("smoothed: points moved by" in doubt for doubt in scene_doubts(text))
+    assert any("smoothed: points moved by" in warning for warning in scene_warnings(text))
     check = command("check", tmp_path / "case.toml", "--model", "lumped")
     assert check.exit_code == 0 and "wheel profile wheel.prw: scatter" in one_line(check).split("warning(s)")[1]
 
 
-@pytest.mark.parametrize("change, said", [
-    (dict(points=P8[:15]), "wide"), (dict(scale=1e5), "fits neither mm, m nor inch"), (dict(points=P8[P8[:, 0] > -0.02]), "wide"),
-    (dict(points=P8[P8[:, 0] < 0.01]), "wide"), (dict(points=P8[::20], head="", form="{:.3f} {:.3f} x"), "is not a number"),
-    (dict(points=np.vstack([P8, [np.nan, 0]])), "not finite"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        (dict(points=P8[:15]), "wide"),
+        (dict(scale=1e5), "fits neither mm, m nor inch"),
+        (dict(points=P8[P8[:, 0] > -0.02]), "wide"),
+        (dict(points=P8[P8[:, 0] < 0.01]), "wide"),
+        (dict(points=P8[::20], head="", form="{:.3f} {:.3f} x"), "is not a number"),
+        (dict(points=np.vstack([P8, [np.nan, 0]])), "not finite"),
+    ],
+)
 def test_a_file_that_is_no_wheel_is_a_fault_of_the_case(tmp_path, change, said):
     write(tmp_path / "wheel.csv", **change)
-    with pytest.raises(CaseError) as fault:
+    with pytest.raises(CaseError) as error:
         load_case(case_with(tmp_path))
     assert (
-        len(fault.value.faults) == 1
-        and fault.value.faults[0].startswith("scene.wheel.profile: ")
-        and said in fault.value.faults[0]
+        len(error.value.errors) == 1
+        and error.value.errors[0].startswith("scene.wheel.profile: ")
+        and said in error.value.errors[0]
     )
 
 
@@ -339,7 +356,7 @@ def test_a_case_tells_what_its_file_does_not_say(tmp_path):
         np.abs(scene.wheel.shape.height([-0.03, 0.0, 0.04]) - wheel_profile("P8").height([-0.03, 0.0, 0.04])).max()
         < 50e-6
     )
-    assert "3 um taken out as told" in " ".join(scene_doubts(scene))
+    assert "3 um taken out as told" in " ".join(scene_warnings(scene))
 
 
 def test_how_a_file_is_read_belongs_to_its_content(tmp_path):
@@ -376,6 +393,6 @@ def test_a_result_of_a_file_read_as_told_is_read_back(tmp_path):
     ],
 )
 def test_what_cannot_be_told_of_a_wheel(tmp_path, line, said):
-    with pytest.raises(CaseError) as fault:
+    with pytest.raises(CaseError) as error:
         load_case(told(tmp_path, line, name="P8"))
-    assert any(said in line for line in fault.value.faults)
+    assert any(said in line for line in error.value.errors)

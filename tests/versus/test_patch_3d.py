@@ -6,10 +6,10 @@ import pytest
 
 from bem.halfspace.normal import normal_contact
 from bem.slices.coupled import slice_contact
-from rail_fem.light.patch_methods import THESIS_ROWS, WHEEL_LOAD, effective_area, thesis_tie
+from rail_fem.light.patch_methods import THESIS_ROWS, WHEEL_LOAD, effective_area, thesis_pair
 from rail_fem.static_fe.finite_series import finite_series, map_difference
 from rail_fem.studies import patch_methods as study_patch
-from rail_fem.studies.patch_methods import COMPARED, judged_rows, thesis_mesh_row, tie_blocks
+from rail_fem.studies.patch_methods import COMPARED, judged_rows, pair_blocks, thesis_mesh_row
 
 ASKED = 0.02  # of pressure and patch, by the issue
 
@@ -19,14 +19,16 @@ def test_p8_on_bs113a_meets_finite_elements():
     finite elements' edge scatters by a seventh of an element on each side (Hertz), their area begins up to a sixth of
     an element outside. Maps: a band of half an element along the edge, where pressure is about a quarter of its mean,
     is 3 % of the norm."""
-    tie = thesis_tie("56E1")
-    load, pair = tie.normal_force(WHEEL_LOAD), tie_blocks(tie)
+    pair = thesis_pair("56E1")
+    load, blocks = pair.normal_force(WHEEL_LOAD), pair_blocks(pair)
     half_space = normal_contact(
-        tie.gap, tie.wheel_steel, tie.rail_steel, load=load, window=tie.window(), cells=88, estimate=False
+        pair.gap, pair.wheel_steel, pair.rail_steel, load=load, window=pair.window(), cells=88, estimate=False
     )
-    slices = slice_contact(pair.slices(), load=load, cells=(50, 80), length=(-0.014, 0.014), threads=1, estimate=False)
+    slices = slice_contact(
+        blocks.slices(), load=load, cells=(50, 80), length=(-0.014, 0.014), threads=1, estimate=False
+    )
     said = []
-    coarse, finite = finite_series(pair, load, half_space, [1e-3, 0.7e-3], said.append)
+    coarse, finite = finite_series(blocks, load, half_space, [1e-3, 0.7e-3], said.append)
     assert len(said) == 2 and "to go" in said[0] and "0 s to go" in said[1]
     assert finite.normal_force == pytest.approx(load, rel=1e-4)
     for patch in (half_space, slices):
@@ -44,18 +46,18 @@ def test_p8_on_bs113a_meets_finite_elements():
 
 
 def test_a_map_differs_from_itself_by_nothing_and_from_a_shifted_one():
-    tie = thesis_tie("56E1")
+    pair = thesis_pair("56E1")
     patch = normal_contact(
-        tie.gap, tie.wheel_steel, tie.rail_steel, load=5e4, window=tie.window(), cells=60, estimate=False
+        pair.gap, pair.wheel_steel, pair.rail_steel, load=5e4, window=pair.window(), cells=60, estimate=False
     )
     # averaged over its own cells: half of a cell's pressure is lost at the edge
     assert map_difference(patch, patch) < 0.03
     moved = normal_contact(
-        lambda x, y: tie.gap(x - 1e-3, y),
-        tie.wheel_steel,
-        tie.rail_steel,
+        lambda x, y: pair.gap(x - 1e-3, y),
+        pair.wheel_steel,
+        pair.rail_steel,
         load=5e4,
-        window=tie.window(),
+        window=pair.window(),
         cells=60,
         estimate=False,
     )
@@ -78,13 +80,13 @@ def test_half_space_and_slices_are_within_two_percent_of_converged_finite_elemen
 def test_the_thesis_finite_elements_are_met_by_ours_of_its_sizes():
     """Pressure 1 %, length half an element, both of them the thesis' own; its width is 1.1 mm more than ours, which the
     mesh does not explain."""
-    tie = thesis_tie("60E1")
+    pair = thesis_pair("60E1")
     half_space = normal_contact(
-        tie.gap,
-        tie.wheel_steel,
-        tie.rail_steel,
-        load=tie.normal_force(WHEEL_LOAD),
-        window=tie.window(),
+        pair.gap,
+        pair.wheel_steel,
+        pair.rail_steel,
+        load=pair.normal_force(WHEEL_LOAD),
+        window=pair.window(),
         cells=88,
         estimate=False,
     )
@@ -96,7 +98,7 @@ def test_the_thesis_finite_elements_are_met_by_ours_of_its_sizes():
 
 def test_the_study_command_saves_its_table_and_figures(tmp_path, monkeypatch):
     monkeypatch.setattr(study_patch, "RAILS", ("60E1",))
-    monkeypatch.setattr(study_patch, "method_rows", lambda tie, rail: short_rows(tie, rail))
+    monkeypatch.setattr(study_patch, "method_rows", lambda pair, rail: short_rows(pair, rail))
     study_patch.main([1.5, 1.0], tmp_path / "patch", thesis=False)
     text = (tmp_path / "patch.md").read_text()
     assert (
@@ -109,7 +111,7 @@ def test_the_study_command_saves_its_table_and_figures(tmp_path, monkeypatch):
         assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
 
 
-def short_rows(tie, rail):
+def short_rows(pair, rail):
     from rail_fem.light.patch_methods import method_rows
 
-    return method_rows(tie, rail, cells=(12, 24), threads=1)
+    return method_rows(pair, rail, cells=(12, 24), threads=1)

@@ -42,8 +42,8 @@ def try_sizes(make: Callable[[SectionSizes], Made], fine: float, depth: float, c
     for triple_ring in (True, False) if 3 * fine <= TRIPLE_LIMIT * coarse else (False,):
         try:
             return make(SectionSizes(fine, depth, coarse, growth, triple_ring=triple_ring))
-        except MeshError as fault:
-            faults.append(fault)
+        except MeshError as error:
+            faults.append(error)
     raise faults[0]
 
 

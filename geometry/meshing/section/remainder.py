@@ -85,8 +85,8 @@ def fill_rest(parts: SectionParts, loops: list[np.ndarray], elsewhere: Sequence[
         try:
             points, quads = fill_with_quads(rest.polygon(parts.curve.at), parts.sizes.coarse, angles)
             found.append((badness(points, quads, angles), rest, points, quads))
-        except MeshError as fault:
-            faults.append(fault)
+        except MeshError as error:
+            faults.append(error)
     if not found:
         raise faults[0]
     least, rest, points, quads = min(found, key=lambda attempt: attempt[0])

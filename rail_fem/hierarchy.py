@@ -1,6 +1,6 @@
-"""The ladder of models: each rung is one file in rail_fem/models with `solve(scene, settings, ...) -> PassResult`.
+"""The hierarchy of models: each model is one file in rail_fem/models with `solve(scene, settings, ...) -> PassResult`.
 
-A rung is imported only when it is asked for, so the light part runs without dolfinx and MPI.
+A model is imported only when it is asked for, so the light part runs without dolfinx and MPI.
 """
 
 import importlib
@@ -24,11 +24,11 @@ OWN_PACKAGES = ("rail_fem", "bem", "geometry")
 
 
 class ModelUnavailable(RuntimeError):
-    """A rung whose libraries are not installed; the message says how to get them."""
+    """A model whose libraries are not installed; the message says how to get them."""
 
 
 @dataclass(frozen=True)
-class Rung:
+class Model:
     """Where a model lives and what its numerics are called. parallel: runs on all ranks of mpirun."""
 
     module: str
@@ -37,29 +37,29 @@ class Rung:
     meaning: str
 
 
-LADDER: dict[str, Rung] = {  # from the cheapest to the dearest
-    "p2_formula": Rung(
+MODELS: dict[str, Model] = {  # from the least expensive to the most expensive
+    "p2_formula": Model(
         "rail_fem.models.p2_formula", P2Settings, False, "the standard's formula for the force at the nose"
     ),
-    "lumped": Rung(
+    "lumped": Model(
         "rail_fem.models.lumped", LumpedSettings, False, "a few masses and one contact spring over the rigid wheel path"
     ),
-    "rigid_hertz": Rung(
+    "rigid_hertz": Model(
         "rail_fem.models.rigid_hertz", RigidHertzSettings, False, "Hertz contacts on the true surfaces of wing and nose"
     ),
-    "bem_passage": Rung(
+    "bem_passage": Model(
         "rail_fem.models.bem_passage",
         BemPassageSettings,
         False,
         "as rigid_hertz, with stiffness and patches from boundary elements",
     ),
-    "fe_window": Rung(
+    "fe_window": Model(
         "rail_fem.models.fe_window",
         FeWindowSettings,
         True,
         "explicit elastoplastic FE of the nose alone, begun as rigid_hertz arrives there",
     ),
-    "fe_full": Rung(
+    "fe_full": Model(
         "rail_fem.models.fe_full", FeSettings, True, "explicit elastoplastic FE of the whole window, the reference"
     ),
 }
@@ -71,9 +71,9 @@ def smoke_requested() -> bool:
 
 
 def load(model: str) -> ModuleType:
-    """Import one rung. Errors: KeyError for an unknown model, ModelUnavailable when its libraries are missing."""
+    """Import one model. Errors: KeyError for an unknown model, ModelUnavailable when its libraries are missing."""
     try:
-        return importlib.import_module(LADDER[model].module)
+        return importlib.import_module(MODELS[model].module)
     except ImportError as error:
         if (error.name or "").partition(".")[0] in OWN_PACKAGES:
             raise
@@ -100,5 +100,5 @@ def solve(
     """
     solver = load(model)
     if not isinstance(settings, Frozen):
-        settings = LADDER[model].settings.model_validate(dict(settings or {}))
+        settings = MODELS[model].settings.model_validate(dict(settings or {}))
     return solver.solve(scene, settings, folder=folder, restart=restart, progress=progress)

@@ -1,6 +1,6 @@
-"""A rung small enough for tests of the machinery: a mass dropped onto a spring, by central differences.
+"""A model small enough for tests of the machinery: a mass dropped onto a spring, by central differences.
 
-It keeps a restart file, reports progress, and fails on demand, as a real rung does.
+It keeps a restart file, reports progress, and fails on demand, as a real model does.
 """
 
 import json
@@ -51,7 +51,7 @@ def solve(scene, settings, folder=None, restart=False, progress=None):
     if launcher.rank_count() > 1:
         from mpi4py import MPI
 
-        MPI.COMM_WORLD.barrier()  # ranks need each other, as in a real rung
+        MPI.COMM_WORLD.barrier()  # ranks need each other, as in a real model
     time, x, force = np.array(rows).T
     return PassResult(
         "toy",

@@ -1,4 +1,4 @@
-"""Faults of a case file in words: each with its key, the value as typed, and the remedy."""
+"""Input errors of a case file in words: each with its key, the value as typed, and the remedy."""
 
 import difflib
 from collections.abc import Iterable
@@ -18,15 +18,15 @@ def suggest(word: str, known: Iterable[str]) -> str:
     return f", did you mean '{close[0]}'?" if close else ""
 
 
-def describe_faults(error: ValidationError, section: type[BaseModel], key: str, most: int = 1000) -> list[str]:
-    """One line for each fault, up to `most`, that pydantic found in `section`, which the file calls `key`."""
-    return [f"{_dotted(key, _place(fault))}: {_remedy(fault, section, key)}" for fault in error.errors()[:most]]
+def describe_errors(error: ValidationError, section: type[BaseModel], key: str, most: int = 1000) -> list[str]:
+    """One line for each input error, up to `most`, that pydantic found in `section`, which the file calls `key`."""
+    return [f"{_dotted(key, _place(error))}: {_remedy(error, section, key)}" for error in error.errors()[:most]]
 
 
-def _place(fault: dict[str, Any]) -> tuple:
-    """Where a fault is; of the field that it names, if it names one."""
-    own = fault.get("ctx", {}).get("key")
-    return (*fault["loc"][:-1], own) if own else fault["loc"]
+def _place(error: dict[str, Any]) -> tuple:
+    """Where an input error is; of the field that it names, if it names one."""
+    own = error.get("ctx", {}).get("key")
+    return (*error["loc"][:-1], own) if own else error["loc"]
 
 
 def plain(word: Any) -> str:
@@ -52,20 +52,20 @@ def _dotted(key: str, place: tuple) -> str:
     return key
 
 
-def _remedy(fault: dict[str, Any], section: type[BaseModel], key: str) -> str:
-    place, kind, value = fault["loc"], fault["type"], quoted(fault["input"])
+def _remedy(error: dict[str, Any], section: type[BaseModel], key: str) -> str:
+    place, kind, value = error["loc"], error["type"], quoted(error["input"])
     if kind == "extra_forbidden":
         return _unknown_key(place, section, key)
     if kind == "missing":
         return f"missing ({meaning(_field(section, place))})"
     if kind in ("choice", "literal_error"):
-        choices = fault["ctx"].get("choices") or choices_of(_field(section, place).annotation)
-        return f"unknown value {value}{suggest(str(fault['input']), choices)} (choose from: {', '.join(choices)})"
+        choices = error["ctx"].get("choices") or choices_of(_field(section, place).annotation)
+        return f"unknown value {value}{suggest(str(error['input']), choices)} (choose from: {', '.join(choices)})"
     if kind in ("model_type", "model_attributes_type"):
         return f"{value} is not a table, write [{_dotted(key, place)}] with its keys below"
-    if "fault" in fault.get("ctx", {}):
-        return fault["ctx"]["fault"]
-    message = fault["msg"].removeprefix("Input should be ")
+    if "message" in error.get("ctx", {}):
+        return error["ctx"]["message"]
+    message = error["msg"].removeprefix("Input should be ")
     return f"{value} must be {message} ({meaning(_field(section, place))})"
 
 
