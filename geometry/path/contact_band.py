@@ -13,6 +13,7 @@ import numpy as np
 from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import WheelPath
 from geometry.profiles.profile import Profile
+from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.crossing_surface import NO_METAL
 from kernel_cache import njit
@@ -40,7 +41,7 @@ def nearest(x, y, surface, axle_x, axle, radius, reach):
 
 
 def clearance(
-    crossing: CastCrossing,
+    crossing: AnyCrossing,
     wheel: Profile,
     path: WheelPath,
     x: np.ndarray,
@@ -117,7 +118,15 @@ def path_numbers(path: WheelPath, crossing: CastCrossing) -> PathNumbers:
     rise = (height(after + on) - height(after)) / on
     backwards = int(np.argmin(path.slope))
     return PathNumbers(
-        ramp_lift=float(path.height[ramp][-1]), ramp_slope=max(float(path.slope[steepest]), 0.0), ramp_x=float(x[steepest]),
-        lowest_x=float(x[lowest]), lowest=float(-path.height[lowest]), transfer_x=transfer, fall=fall, rise=rise,
-        dip=fall + rise if rise > LEAST_RISE else 0.0, trailing_slope=float(-path.slope[backwards]), trailing_x=float(x[backwards]),
-    )  # fmt: skip
+        ramp_lift=float(path.height[ramp][-1]),
+        ramp_slope=max(float(path.slope[steepest]), 0.0),
+        ramp_x=float(x[steepest]),
+        lowest_x=float(x[lowest]),
+        lowest=float(-path.height[lowest]),
+        transfer_x=transfer,
+        fall=fall,
+        rise=rise,
+        dip=fall + rise if rise > LEAST_RISE else 0.0,
+        trailing_slope=float(-path.slope[backwards]),
+        trailing_x=float(x[backwards]),
+    )

@@ -4,8 +4,9 @@ surface."""
 import numpy as np
 
 from geometry.profiles.profile import Profile, hermite, hermite_many
-from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.crossing_surface import NO_METAL, nose_height, wing_height
+from geometry.surfaces.any_crossing import AnyCrossing
+from geometry.surfaces.crossing_surface import NO_METAL
+from geometry.surfaces.surface_height import surface_height
 from kernel_cache import njit
 
 PEAKS = 4  # lateral places kept per station of the first search
@@ -24,8 +25,8 @@ class BodySearch:
     by all axle positions: moving the wheel along x changes only how far the wheel has risen away from a station.
     """
 
-    def __init__(self, crossing: CastCrossing, wheel: Profile, body: str, x, radius, datum, resolution, reach):
-        self.surface = (body == "nose", crossing.shape, crossing.loft)
+    def __init__(self, crossing: AnyCrossing, wheel: Profile, body: str, x, radius, datum, resolution, reach):
+        self.surface = (body == "nose", *crossing.tables)
         self.profile = wheel.hermite_table()
         self.radius, self.datum, self.reach = radius, datum, reach
         self.spacing, self.step = resolution, STATION_RATIO * resolution
@@ -47,11 +48,6 @@ class BodySearch:
     def first_search(self, x: np.ndarray) -> np.ndarray:
         """Axle height less radius (n,) of the first search alone; NaN where out of reach."""
         return search_all(x, self.stations, self.peaks, self.reach)
-
-
-@njit(cache=True)
-def surface_height(x, y, nose, c, loft):
-    return nose_height(x, y, c) if nose else wing_height(x, y, c, loft)
 
 
 @njit(cache=True)

@@ -12,9 +12,10 @@ import numpy as np
 from geometry.axes import tread_datum_y
 from geometry.path.path_search import BodySearch
 from geometry.profiles.profile import Profile
-from geometry.surfaces.crossing import CastCrossing, CrossingError
+from geometry.surfaces.any_crossing import AnyCrossing
+from geometry.surfaces.crossing import CrossingError
 
-PLAIN_LINE_X = -5.0  # where the axle's height on plain line is taken [m]
+LARGEST_FALL = 15e-3  # of the axle below or above plain line, beyond which the wheel has left its rail [m]
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class WheelPath:
 
 
 def wheel_path(
-    crossing: CastCrossing,
+    crossing: AnyCrossing,
     wheel: Profile,
     x: np.ndarray,
     radius: float = 0.425,
@@ -85,8 +86,9 @@ def wheel_path(
     carrier = np.where((nose_height == best)[:, None], nose_point, wing_point)
     ahead = carrier[:, 0] - x
     rolling = rolling_radius(wheel, radius, carrier[:, 1] - datum)
-    plain_x = np.array([PLAIN_LINE_X])
+    plain_x = np.array([crossing.plain_x])
     plain, _ = find("wing", plain_x).contacts(plain_x)
+    check_height(x, best - plain[0], lateral_shift)
     return WheelPath(
         x=x,
         height=best - plain[0],
@@ -124,7 +126,19 @@ def transfer_places(
     return np.array(sorted(places))
 
 
-def check_inputs(crossing: CastCrossing, x: np.ndarray, radius: float, resolution: float, reach: float) -> None:
+def check_height(x: np.ndarray, height: np.ndarray, lateral_shift: float) -> None:
+    """A wheel whose axle leaves plain line's height by more than any crossing has derailed. Errors: CrossingError."""
+    worst = int(np.argmax(np.abs(height)))
+    if np.isnan(height[worst]) or abs(height[worst]) > LARGEST_FALL:
+        first = int(np.argmax(~(np.abs(height) <= LARGEST_FALL)))
+        does = "falls into the flangeway" if height[first] < 0 else "climbs with its flange"
+        raise CrossingError(
+            f"the wheel derails: at x = {x[first]:g} m its axle lies {1e3 * height[first]:+.1f} mm from plain line's"
+            f" height (at most {1e3 * LARGEST_FALL:g}), it {does}; lateral shift {1e3 * lateral_shift:g} mm"
+        )
+
+
+def check_inputs(crossing: AnyCrossing, x: np.ndarray, radius: float, resolution: float, reach: float) -> None:
     low, high = crossing.x_range
     if not (np.isfinite(x).all() and x.size):
         raise CrossingError("wheel_path: x must hold at least one finite axle position")

@@ -13,9 +13,9 @@ from geometry.surfaces.crossing_surface import (
     fall_start_y,
     field_edge_y,
     knuckle_centre,
+    leg_progress,
     nose_gauge_y,
     rib_height,
-    smoothstep,
     topped_corner_arc,
     topping_height,
     wing_centre,
@@ -26,9 +26,27 @@ from geometry.surfaces.leg_transition import along, cast_leg, leg_loft, lengths,
 
 MM = 1e-3
 BENCHMARK_RATIO = 9.25
+PLAIN_LINE_X = -5.0  # where the axle's height on plain line is taken [m]
 BODIES = ("wing", "nose")
 WING_SEGMENTS = {"face": 16, "corner": 16, "plane": 24, "shoulder": 40, "side": 12}
 NOSE_SEGMENTS = {"face": 16, "corner": 16, "top": 12, "field top": 12, "field corner": 16, "field face": 16}
+CAST_LIMITS = {  # of the parameters, SI
+    "ratio": (4.0, 40.0),
+    "flangeway": (0.030, 0.070),
+    "topping_slope": (0.0, 0.05),
+    "topping_depth": (0.002, 0.010),
+    "transition_length": (0.02, 1.0),
+    "transition_smoothness": (0.0, 2.0),
+    "leg_lowering": (-0.003, 0.005),
+    "leg_fade": (0.05, 1.0),
+    "wing_raise": (-0.003, 0.008),
+    "wing_flare": (0.0, 0.05),
+    "flare_start": (0.0, 1.2),
+    "nose_lowering": (-0.0015, 0.005),
+    "nose_widening": (-0.006, 0.006),
+    "gauge_widening": (-0.002, 0.006),
+}
+NARROWEST_WING = 8 * MM  # between its gauge face 14 mm down and its field side
 DENSE = 300  # points by which a segment's length is measured
 
 
@@ -44,7 +62,14 @@ class CastCrossing:
     ratio : N, unit crossing angle by centre line measure, angle = 2 atan(1 / 2N)
     flangeway : between wing and nose, 14 mm down
     topping_slope, topping_depth : of the topped nose where it begins (slope at ratio 9.25; it falls with the stretch)
-    transition_length : of the machined change from the 56E1 rail to the cast section
+    transition_length : of the machined change from the 56E1 rail to the cast section; its end stays where it is
+    transition_smoothness : 0 straight between both, 1 cubic with level ends (the benchmark), 2 quintic
+    leg_lowering, leg_fade : depth by which the running surface is cut down at the end of that change, and the length
+        over which it regains its height
+    wing_raise : height that the wing gains from the knuckle to the theoretical intersection, and keeps
+    wing_flare, flare_start : further opening of the flangeway [rad] behind a place x
+    nose_lowering : of the whole topping line;  nose_widening : of the nose, half on each side
+    gauge_widening : the nose's through-route face stands back from the gauge line by so much
 
     wing: plain rail, leg, knuckle and wing rail in one body; nose: begins at nose_x with a blunt ramp.
     Not modelled: floor fillets, rail foot and web (the bodies go straight down to the floor), the heel ends.
@@ -58,20 +83,34 @@ class CastCrossing:
     topping_slope: float = 0.015262
     topping_depth: float = 4.224 * MM
     transition_length: float = 116.2 * MM
+    transition_smoothness: float = 1.0
+    leg_lowering: float = 0.0
+    leg_fade: float = 0.3
+    wing_raise: float = 0.0
+    wing_flare: float = 0.0
+    flare_start: float = 0.5
+    nose_lowering: float = 0.0
+    nose_widening: float = 0.0
+    gauge_widening: float = 0.0
 
     def __post_init__(self):
-        limits = {
-            "ratio": (4.0, 40.0),
-            "flangeway": (0.030, 0.070),
-            "topping_slope": (0.0, 0.05),
-            "topping_depth": (0.002, 0.010),
-            "transition_length": (0.02, 1.0),
-        }
         for field in fields(self):
-            low, high = limits[field.name]
+            low, high = CAST_LIMITS[field.name]
             value = getattr(self, field.name)
             if not (np.isfinite(value) and low <= value <= high):
                 raise CrossingError(f"crossing: {field.name} = {value:g} is outside [{low:g}, {high:g}]")
+        self._check_wing_width()
+
+    def _check_wing_width(self) -> None:
+        """A wing whose face has been moved through its body is no wing."""
+        for x in np.linspace(0.0, self.x_range[1], 40):
+            width = field_edge_y(x, self.shape) - wing_gauge_y(x, self.shape)
+            if width < NARROWEST_WING:
+                raise CrossingError(
+                    f"crossing: at x = {x / MM:.0f} mm the wing is {width / MM:.1f} mm wide, at least"
+                    f" {NARROWEST_WING / MM:g} are needed: take a smaller flangeway ({self.flangeway / MM:g} mm) or"
+                    f" wing_flare ({self.wing_flare * 1e3:g} mrad from x = {self.flare_start / MM:g} mm)"
+                )
 
     @property
     def stretch(self) -> float:
@@ -98,13 +137,32 @@ class CastCrossing:
         """(8, n)  the two lines between which the leg transition is lofted."""
         return leg_loft(self.shape)
 
+    @property
+    def plain_x(self) -> float:
+        """x of plain rail, where the axle's height counts as 0 [m]."""
+        return PLAIN_LINE_X
+
+    @property
+    def leg_range(self) -> tuple[float, float]:
+        """x of the change from the plain rail to the cast section [m]."""
+        return self.shape.leg_start, self.shape.leg_end
+
+    @property
+    def tables(self) -> tuple[CrossingShape, np.ndarray]:
+        """What the compiled search takes (geometry.surfaces.surface_height)."""
+        return self.shape, self.loft
+
+    def heights(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
+        """Heights (n,) [m] of "wing" or "nose" at x, y (n,); NO_METAL where the body is not."""
+        return body_heights(x, y, body == "nose", self.shape, self.loft)
+
     def top_height(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
         """Exact height z [m] of the surface of "wing" or "nose" at x, y [m] (broadcast); NaN where the body is not."""
         x, y = (np.array(v, float) for v in np.broadcast_arrays(x, y))
         self._check_x(x)
         if body not in BODIES:
             raise CrossingError(f"unknown body {body!r}; known: {', '.join(BODIES)}")
-        height = body_heights(x.ravel(), y.ravel(), body == "nose", self.shape, self.loft).reshape(x.shape)
+        height = self.heights(x.ravel(), y.ravel(), body).reshape(x.shape)
         return np.where(height > -0.5, height, np.nan)
 
     def wing_section(self, x: float) -> np.ndarray:
@@ -116,7 +174,7 @@ class CastCrossing:
         self._check_x(x)
         if x < self.shape.leg_end:
             first, second = self._leg_points
-            s = smoothstep((x - self.shape.leg_start) / (self.shape.leg_end - self.shape.leg_start))
+            s = leg_progress(x, self.shape)
             return first + s * (second - first)
         return self._sample(x, "wing", self._wing_ends(x), WING_SEGMENTS)
 
@@ -172,10 +230,11 @@ class CastCrossing:
         touch, flat, _, _ = topped_corner_arc(*topping_height(x, c), c)
         face_end = c.leg_centre_y - c.leg_radius / np.sqrt(1 + c.leg_face**2)
         roof = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
-        start, end = min(face_end, touch), min(roof, flat)
+        sides = foot, min(face_end, touch), min(roof, flat)  # as through_side_y counts them
+        left = [y - c.nose_widening / 2 + c.nose_setback for y in sides]
         right = nose_gauge_y(x, c)
-        mirrored = [right - (y - c.gauge_line) / c.cos_angle for y in (end, start, foot)]
-        return [foot, start, end, centre_line_y(x, c), *mirrored]
+        mirrored = [right - (y - c.nose_widening / 2 - c.gauge_line) / c.cos_angle for y in sides[::-1]]
+        return [*left, centre_line_y(x, c), *mirrored]
 
     def _sample(self, x: float, body: str, ends: list[float], segments: dict[str, int]) -> np.ndarray:
         """Points on the exact surface between the segments' end positions, evenly spaced along each segment's
@@ -227,15 +286,15 @@ def crossing_shape(crossing: CastCrossing) -> CrossingShape:
     """
     stretch = crossing.stretch
     angle = 2 * np.arctan(1 / (2 * crossing.ratio))
-    leg_start = (-729.1 - 234.3 * (stretch - 1)) * MM
+    leg_end = (-729.1 + 116.2 - 234.3 * (stretch - 1)) * MM
     cast = cast_leg()
     return CrossingShape(
         stretch=stretch,
         cast_slope=cast.slope,
         gauge_line=cast.gauge_line,
         gauge_depth=cast.gauge_depth,
-        leg_start=leg_start,
-        leg_end=leg_start + crossing.transition_length,
+        leg_start=leg_end - crossing.transition_length,
+        leg_end=leg_end,
         leg_face=cast.face,
         leg_radius=cast.radius,
         leg_centre_y=cast.centre[0],
@@ -269,10 +328,20 @@ def crossing_shape(crossing: CastCrossing) -> CrossingShape:
         edge_x=662.87 * MM,
         edge_y=126.23 * MM,
         topping_x=162.188 * MM,
-        topping_depth=crossing.topping_depth,
+        topping_depth=crossing.topping_depth + crossing.nose_lowering,
         topping_slope=crossing.topping_slope,
         blunt_radius=56.872 * MM,
         blunt_slope=0.72230,
         nose_x=118.94 * MM,
         nose_radius=6.95 * MM,
+        leg_smoothness=crossing.transition_smoothness,
+        leg_lowering=crossing.leg_lowering,
+        leg_fade=crossing.leg_fade,
+        wing_raise=crossing.wing_raise,
+        raise_start=-474.35 * MM * stretch,
+        raise_end=0.0,
+        wing_flare=crossing.wing_flare,
+        flare_start=crossing.flare_start,
+        nose_setback=crossing.gauge_widening,
+        nose_widening=crossing.nose_widening,
     )

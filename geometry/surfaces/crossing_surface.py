@@ -63,6 +63,16 @@ class CrossingShape(NamedTuple):
     blunt_slope: float  # of the blunt ramp, dz/dX
     nose_x: float  # X of the first metal of the nose
     nose_radius: float  # of the topped nose's corners
+    leg_smoothness: float  # of the transition's blend, 0 straight, 1 cubic, 2 quintic
+    leg_lowering: float  # of the running surface at the end of the transition
+    leg_fade: float  # x over which the leg regains its height
+    wing_raise: float  # of the running surface between raise_start and raise_end, held behind
+    raise_start: float
+    raise_end: float
+    wing_flare: float  # further dy/dx of the wing's faces behind flare_start
+    flare_start: float
+    nose_setback: float  # of the nose's through-route face from the gauge line
+    nose_widening: float  # of the nose, half on each side
 
 
 @njit(cache=True)
@@ -70,6 +80,31 @@ def smoothstep(t):
     """0 below 0, 1 above 1, cubic between: continuous slope."""
     t = min(max(t, 0.0), 1.0)
     return t * t * (3.0 - 2.0 * t)
+
+
+@njit(cache=True)
+def blend(t, smoothness):
+    """0 below 0, 1 above 1; between: straight (smoothness 0), cubic with level ends (1), quintic with straight ends
+    too (2), and mixtures."""
+    t = min(max(t, 0.0), 1.0)
+    cubic = t * t * (3.0 - 2.0 * t)
+    if smoothness <= 1.0:
+        return t + smoothness * (cubic - t)
+    return cubic + (smoothness - 1.0) * (t * t * t * (10.0 + t * (6.0 * t - 15.0)) - cubic)
+
+
+@njit(cache=True)
+def leg_progress(x, c):
+    """How far the leg transition has gone at x: 0 plain rail, 1 cast section."""
+    return blend((x - c.leg_start) / (c.leg_end - c.leg_start), c.leg_smoothness)
+
+
+@njit(cache=True)
+def wing_lift(x, c):
+    """By how much the wing body lies above the benchmark's at x: raised towards the nose, lowered about the leg's
+    end."""
+    lift = c.wing_raise * smoothstep((x - c.raise_start) / (c.raise_end - c.raise_start))
+    return lift - c.leg_lowering * leg_progress(x, c) * (1.0 - smoothstep((x - c.leg_end) / c.leg_fade))
 
 
 @njit(cache=True)
@@ -107,8 +142,8 @@ def nose_gauge_y(x, c):
 
 @njit(cache=True)
 def wing_gauge_y(x, c):
-    """y of the wing's lower gauge face, 14 mm down: parallel to the nose."""
-    return nose_gauge_y(x, c) + c.flangeway
+    """y of the wing's lower gauge face, 14 mm down: parallel to the nose, or flared from it."""
+    return nose_gauge_y(x, c) + c.flangeway + c.wing_flare * max(x - c.flare_start, 0.0)
 
 
 @njit(cache=True)
@@ -225,12 +260,14 @@ def leg_height(y, c):
 def wing_height(x, y, c, loft):
     """Height of the wing body (plain rail, leg, knuckle, wing) at one point."""
     if x < c.leg_end:
-        return loft_height(y, smoothstep((x - c.leg_start) / (c.leg_end - c.leg_start)), loft)
+        height = loft_height(y, leg_progress(x, c), loft)
+        return height + wing_lift(x, c) if height > 0.5 * NO_METAL else height
     height = min(wing_top(x, y, c), leg_height(y, c))
     knuckle_y, knuckle_z = knuckle_centre(x, c)
     height = min(height, corner(y, c.knuckle_face, c.knuckle_radius, knuckle_y, knuckle_z, c.cast_slope))
     wing_y, wing_z = wing_centre(x, c)
-    return min(height, corner(y, c.wing_face, c.wing_radius, wing_y, wing_z, wing_plane(c)[1]))
+    height = min(height, corner(y, c.wing_face, c.wing_radius, wing_y, wing_z, wing_plane(c)[1]))
+    return height + wing_lift(x, c) if height > 0.5 * NO_METAL else height
 
 
 @njit(cache=True)
@@ -283,9 +320,10 @@ def centre_line_x(x, y, c):
 
 @njit(cache=True)
 def through_side_y(x, y, c):
-    """y at the same distance from the through route's gauge line as (x, y) is from the nearer gauge line of the
+    """y at the same distance from the through route's gauge line as (x, y) is from the nearer gauge face of the
     nose."""
-    return min(y, c.gauge_line + c.cos_angle * (nose_gauge_y(x, c) - y))
+    near, far = y - c.nose_setback, c.gauge_line + c.cos_angle * (nose_gauge_y(x, c) - y)
+    return min(near, far) + 0.5 * c.nose_widening
 
 
 @njit(cache=True)

@@ -46,7 +46,7 @@ class SectionCrossing:
     def from_points(cls, x: np.ndarray, sections: list[np.ndarray]) -> "SectionCrossing":
         """Sections (n, 2) of y, z up [m], y growing. Raises ProfileError where a section turns back or holds no
         body."""
-        pairs = [split(points, float(at)) for at, points in zip(x, sections)]
+        pairs = tracked([split(points, float(at)) for at, points in zip(x, sections)])
         return cls(np.asarray(x, float), tuple(wing for wing, _ in pairs), tuple(nose for _, nose in pairs))
 
     def height(self, x: float, y: np.ndarray, body: str) -> np.ndarray:
@@ -80,6 +80,19 @@ def split(points: np.ndarray, x: float) -> tuple[Body | None, Body | None]:
             " level: is its vertical axis up?"
         )
     return found[-1], (found[-2] if len(found) > 1 else None)
+
+
+def tracked(pairs: list[tuple[Body | None, Body | None]]) -> list[tuple[Body | None, Body | None]]:
+    """Bodies told apart along the track: where the wing has ended, the one body that is left is the nose."""
+    found: list[tuple[Body | None, Body | None]] = []
+    wing = nose = None
+    for last, before in pairs:
+        if before is None and nose is not None and last is not None:
+            ended = wing is None or abs(last.face - nose.face) < abs(last.face - wing.face)
+            last, before = (None, last) if ended else (last, None)
+        found.append((last, before))
+        wing, nose = last, before or nose
+    return found
 
 
 def body_of(y: np.ndarray, z: np.ndarray, start: int, end: int) -> Body:

@@ -1,0 +1,10 @@
+"""What paths, contact tables and meshes ask of a crossing, whichever it is: parametric or by its own sections.
+
+Both have: heights(x, y, body), top_height(x, y, body), wing_section(x), nose_section(x), x_range, plain_x, nose_x,
+leg_range, tables.
+"""
+
+from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.measured_crossing import MeasuredCrossing
+
+AnyCrossing = CastCrossing | MeasuredCrossing
