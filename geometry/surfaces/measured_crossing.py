@@ -195,6 +195,7 @@ def check_sections(sections: SectionCrossing) -> None:
     x = sections.x
     if len(x) < FEWEST:
         raise CrossingError(f"{len(x)} section(s): a crossing needs at least {FEWEST}")
+    _check_datum(sections)
     for name, bodies in (("wing", sections.wings), ("nose", sections.noses)):
         there = np.array([body is not None for body in bodies])
         found = np.flatnonzero(there)
@@ -204,7 +205,6 @@ def check_sections(sections: SectionCrossing) -> None:
                 f"section at x = {x[gap]:g} m lacks the {name} that the sections before and behind it have"
             )
         _check_jumps(name, x[found], [bodies[i] for i in found])
-    _check_datum(sections)
 
 
 def _check_datum(sections: SectionCrossing) -> None:
@@ -243,7 +243,8 @@ def _check_jumps(name: str, x: np.ndarray, bodies: list[Body]) -> None:
             k = int(np.argmax(bad))
             raise CrossingError(
                 f"between the sections at x = {x_seen[k]:g} and {x_seen[k + 1]:g} m the {name}'s {what} jumps by"
-                f" {step[k] / MM:.1f} mm: are both of one unit, one side and one zero?"
+                f" {step[k] / MM:.1f} mm: are both of one unit, one side and one zero? Where y of all sections runs the other way, give"
+                " mirror = true"
             )
 
 

@@ -4,6 +4,7 @@ result and trust report repeats it."""
 from bem.exact.hertz import PointContact, point_contact
 from bem.material import Elastic, contact_modulus
 from rail_fem.light.rigid import window_warnings
+from rail_fem.scene.crossing import CAST
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -47,7 +48,7 @@ def scene_warnings(scene: Scene) -> list[str]:
             f"wheel profile {scene.wheel.profile} is a stand-in ({STAND_INS[scene.wheel.profile]}), not a measured"
             " wheel"
         )
-    if not COMPARED_RATIOS[0] <= scene.crossing.ratio <= COMPARED_RATIOS[1]:
+    if scene.crossing.family == CAST and not COMPARED_RATIOS[0] <= scene.crossing.ratio <= COMPARED_RATIOS[1]:
         warnings.append(
             f"crossing 1:{scene.crossing.ratio:g}: the parametric crossing was compared at 1:{COMPARED_RATIOS[0]:g} and"
             f" 1:{COMPARED_RATIOS[1]:g} only"

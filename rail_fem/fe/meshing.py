@@ -9,7 +9,6 @@ from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.wheel import mesh_wheel
 from geometry.path.wheel_path import rolling_radius
-from geometry.surfaces.crossing import CastCrossing
 from rail_fem.fe.initial_position import position_wheel
 from rail_fem.fe.passage import Running
 from rail_fem.light.fine_zone import crossing_spec, wheel_spec
@@ -23,7 +22,7 @@ def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[Hex
 
     Errors: MeshError, CrossingError, ProfileError.
     """
-    crossing, path = CastCrossing(scene.crossing.ratio), running.path
+    crossing, path = scene.crossing.surface, running.path
     low, high = sorted((running.start, running.end))
     with gmsh_process():
         rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings.element_size))

@@ -29,7 +29,7 @@ from geometry.axes import tread_datum_y
 from geometry.profiles.profile import Profile
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
-from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.any_crossing import AnyCrossing
 
 Surface = Callable[[np.ndarray, np.ndarray], np.ndarray]  # z(x, y) [m], NaN where the body is not
 
@@ -63,7 +63,7 @@ def plain_rail(profile: Profile) -> Surface:
     return lambda x, y: head.height(np.asarray(y) + 0.0 * np.asarray(x))
 
 
-def crossing_surface(crossing: CastCrossing, body: str | None = None) -> Surface:
+def crossing_surface(crossing: AnyCrossing, body: str | None = None) -> Surface:
     """The running surface of a crossing: "wing", "nose", or the higher of both."""
     if body is not None:
         return lambda x, y: crossing.top_height(x, y, body)
@@ -270,7 +270,7 @@ def plain_rail_section(
 
 
 def crossing_pair(
-    crossing: CastCrossing,
+    crossing: AnyCrossing,
     x: float,
     body: str | None = None,
     wheel: str = "P8",

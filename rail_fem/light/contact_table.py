@@ -21,8 +21,7 @@ from bem.material import Elastic, contact_modulus
 from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import WheelPath, rolling_radius, wheel_path
 from geometry.profiles.profile import Profile, hermite_many
-from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.crossing_surface import body_heights
+from geometry.surfaces.any_crossing import AnyCrossing
 from rail_fem.scene.scene import Scene
 
 BODIES = ("wing", "nose")
@@ -98,7 +97,7 @@ class TableKey(NamedTuple):
     """All that a table depends on. steels : Young's modulus [Pa] and Poisson's ratio of wing, nose and wheel;  datum :
     y of the wheel's tread datum [m]"""
 
-    ratio: float
+    crossing: AnyCrossing
     wheel: Profile
     radius: float
     datum: float
@@ -118,7 +117,7 @@ def table_key(scene: Scene, start: float, end: float, spacing: float, shift: flo
     )
     wheel = scene.wheel
     return TableKey(
-        scene.crossing.ratio,
+        scene.crossing.surface,
         wheel.shape,
         wheel.radius,
         scene.wheel_datum_y + shift,
@@ -141,20 +140,19 @@ def contact_table(scene: Scene, start: float, end: float, spacing: float, shift:
 
 
 @functools.lru_cache(maxsize=32)
-def _path(ratio, wheel: Profile, radius, datum, low, high, spacing) -> tuple[CastCrossing, WheelPath, float]:
-    """Crossing, rigid path and the time that it took [s]."""
+def _path(crossing: AnyCrossing, wheel: Profile, radius, datum, low, high, spacing) -> tuple[WheelPath, float]:
+    """Rigid path and the time that it took [s]."""
     started = time.perf_counter()
-    crossing = CastCrossing(ratio=ratio)
     x = np.linspace(low, high, max(2, int(np.ceil((high - low) / spacing - 1e-9))) + 1)
     path = wheel_path(crossing, wheel, x, radius, datum - tread_datum_y())
-    return crossing, path, time.perf_counter() - started
+    return path, time.perf_counter() - started
 
 
 @functools.lru_cache(maxsize=64)
 def table_of(key: TableKey) -> ContactTable:
     """The table of a key. Errors: as contact_table."""
-    crossing, path, search_time = _path(*key[:7])
-    wheel, radius, datum, steels, load = key.wheel, key.radius, key.datum, key.steels, key.load
+    path, search_time = _path(*key[:7])
+    crossing, wheel, radius, datum, steels, load = key.crossing, key.wheel, key.radius, key.datum, key.steels, key.load
     started = time.perf_counter()
     moduli = tuple(contact_modulus(Elastic(*rail), Elastic(*steels[2])) for rail in steels[:2])
     points = np.stack([path.wing_point, path.nose_point])
@@ -258,14 +256,12 @@ def _below(gap: np.ndarray, places: np.ndarray, depth: np.ndarray) -> tuple[np.n
 
 
 def surface_gap(
-    crossing: CastCrossing, wheel: Profile, body: int, x, at_x, at_y, radius: float, datum: float
+    crossing: AnyCrossing, wheel: Profile, body: int, x, at_x, at_y, radius: float, datum: float
 ) -> np.ndarray:
     """How far the wheel with its axle over x is above a body's surface at places (at_x, at_y), up to a constant [m];
     inf without metal."""
     x, at_x, at_y = np.broadcast_arrays(x, at_x, at_y)
-    rail = body_heights(at_x.ravel().copy(), at_y.ravel().copy(), body == 1, crossing.shape, crossing.loft).reshape(
-        x.shape
-    )
+    rail = crossing.heights(at_x.ravel().copy(), at_y.ravel().copy(), BODIES[body]).reshape(x.shape)
     tread = hermite_many((at_y - datum).ravel(), *wheel.hermite_table())[0].reshape(x.shape)
     rolling, ahead = radius - tread, at_x - x
     with np.errstate(invalid="ignore"):

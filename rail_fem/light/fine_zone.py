@@ -8,7 +8,7 @@ from geometry.meshing.crossing import BodyMeshSpec, CrossingMeshSpec, check_band
 from geometry.meshing.hexmesh import MeshError
 from geometry.meshing.wheel import WheelMeshSpec, check_wheel_bands
 from geometry.path.wheel_path import WheelPath
-from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.any_crossing import AnyCrossing
 from rail_fem.light.rigid import anchored_path
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
@@ -28,7 +28,7 @@ def mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     if size <= ALWAYS_FITS:
         return []
     low, high = sorted((settings.start, settings.end))
-    crossing, path = CastCrossing(scene.crossing.ratio), anchored_path(scene, low, high)
+    crossing, path = scene.crossing.surface, anchored_path(scene, low, high)
     try:
         check_bands(crossing, crossing_spec(crossing, path, low, high, size))
         check_wheel_bands(scene.wheel.shape, scene.wheel.radius, wheel_spec(path, scene.wheel_datum_y, size))
@@ -43,7 +43,7 @@ def wheel_spec(path: WheelPath, datum_y: float, size: float) -> WheelMeshSpec:
     return WheelMeshSpec(size, bands=wheel_bands(path, datum_y), fine_half_length=PATCH_REACH + 4e-3)
 
 
-def crossing_spec(crossing: CastCrossing, path: WheelPath, low: float, high: float, size: float) -> CrossingMeshSpec:
+def crossing_spec(crossing: AnyCrossing, path: WheelPath, low: float, high: float, size: float) -> CrossingMeshSpec:
     """Fine where the rigid wheel comes near: the cheaper model says where the fine mesh must lie.
 
     path : over the stretch that decides the mesh (rail_fem.light.rigid.anchored_path);

@@ -13,6 +13,7 @@ ANCHORED_SPACING = 1e-3  # between those of `anchored_path`, counted from x = 0
 AROUND = 0.02  # of the path beyond the way [m]
 PLAIN_BEFORE_LEG = 0.2  # plain rail before the leg's transition that is still of the same stretch [m]
 FULL_NOSE = 0.69  # where the nose of the 1:9.25 crossing has long been a full rail; stretches with the ratio [m]
+LAST_NOSE = 1.5  # of any crossing: behind it a design stretch ends where the run does [m]
 BEYOND_PATH = 0.11  # of the modelled crossing that a wheel needs ahead of its last place [m]
 CLEAR = 20e-3  # at least between the end of settling and a transfer: a patch's length [m]
 # of a window that is placed: released before the transfer, and run on behind the first impact [m]
@@ -22,7 +23,7 @@ LEAD, FOLLOW = 35e-3, 160e-3
 def rigid_path(scene: Scene, x: np.ndarray) -> WheelPath:
     """Path of the scene's wheel at axle positions x (n,) [m]. Errors: CrossingError where the crossing ends."""
     shift = scene.wheel_datum_y - tread_datum_y()
-    return wheel_path(CastCrossing(ratio=scene.crossing.ratio), scene.wheel.shape, x, scene.wheel.radius, shift)
+    return wheel_path(scene.crossing.surface, scene.wheel.shape, x, scene.wheel.radius, shift)
 
 
 def anchored_path(scene: Scene, low: float, high: float) -> WheelPath:
@@ -33,10 +34,11 @@ def anchored_path(scene: Scene, low: float, high: float) -> WheelPath:
     leg and the plain rail before it; the first behind `high` of where the nose is a full rail and as far as the
     crossing goes.
     """
-    crossing = CastCrossing(scene.crossing.ratio)
-    low, high, shape = low - AROUND, high + AROUND, crossing.shape
-    begin = next(x for x in (0.0, shape.leg_end, shape.leg_start - PLAIN_BEFORE_LEG, low) if x <= low)
-    end = next(x for x in (FULL_NOSE * crossing.stretch, crossing.x_range[1] - BEYOND_PATH, high) if x >= high)
+    crossing = scene.crossing.surface
+    low, high, leg = low - AROUND, high + AROUND, crossing.leg_range
+    full_nose = FULL_NOSE * (crossing.stretch if isinstance(crossing, CastCrossing) else 1.0)
+    begin = next(x for x in (0.0, leg[1], leg[0] - PLAIN_BEFORE_LEG, low) if x <= low)
+    end = next(x for x in (full_nose, min(crossing.x_range[1] - BEYOND_PATH, LAST_NOSE), high) if x >= high)
     return rigid_path(
         scene, np.arange(np.floor(begin / ANCHORED_SPACING), np.ceil(end / ANCHORED_SPACING) + 1) * ANCHORED_SPACING
     )

@@ -15,8 +15,7 @@ import numpy as np
 from bem.exact.kalker_table import coefficients
 from geometry.axes import GAUGE_FACE_Y
 from geometry.path.path_search import BodySearch
-from geometry.path.wheel_path import PLAIN_LINE_X, rolling_radius
-from geometry.surfaces.crossing import CastCrossing
+from geometry.path.wheel_path import rolling_radius
 from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
 from rail_fem.light.vertical_dynamics import ContactLaw, Motion, rest_distance
 from rail_fem.light.vertical_pass import Contacts, LightPass, half_steps, scene_masses
@@ -71,12 +70,13 @@ def surfaces_of(scene: Scene, settings: RigidHertzSettings) -> Surfaces:
     count = int(np.ceil(reach / LATERAL_SPACING))
     shift = LATERAL_SPACING * np.arange(-count, count + 1)
     start, end = settings.window(scene)
+    crossing = scene.crossing.surface
     over = tuple(contact_table(scene, start, end, settings.path_spacing, s) for s in shift)
     plain = tuple(
-        contact_table(scene, PLAIN_LINE_X, PLAIN_LINE_X + 2 * settings.path_spacing, settings.path_spacing, s)
+        contact_table(scene, crossing.plain_x, crossing.plain_x + 2 * settings.path_spacing, settings.path_spacing, s)
         for s in shift
     )
-    crossing, x = CastCrossing(ratio=scene.crossing.ratio), np.array([PLAIN_LINE_X])
+    x = np.array([crossing.plain_x])
     height = [
         BodySearch(
             crossing, scene.wheel.shape, "wing", x, scene.wheel.radius, scene.wheel_datum_y + s, SEARCH, REACH

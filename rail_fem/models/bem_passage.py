@@ -20,7 +20,6 @@ from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
 from bem.patch import Patch as SolvedPatch
 from bem.patch import PatchCutError
-from geometry.surfaces.crossing import CastCrossing
 from rail_fem.light.contact_pairs import ContactPair, crossing_surface, pair_at
 from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
 from rail_fem.light.groove import contacts_of
@@ -79,12 +78,6 @@ def solved_table(key: TableKey, patch_spacing: float, cells: int) -> ContactTabl
     return replace(hertz, stiffness=stiffness, search_time=hertz.search_time + time.perf_counter() - started)
 
 
-@functools.lru_cache(maxsize=4)
-def _crossing(ratio: float) -> CastCrossing:
-    """Kept for its loft, which takes longer to make than a patch to solve."""
-    return CastCrossing(ratio)
-
-
 def pair_of(key: TableKey, table: ContactTable, body: int, index: int, x: float | None = None) -> ContactPair:
     """Wheel and body touching at the table's contact point, shifted with the wheel to x [m]."""
     x = float(table.x[index]) if x is None else x
@@ -92,7 +85,7 @@ def pair_of(key: TableKey, table: ContactTable, body: int, index: int, x: float 
     steels = (Elastic(*key.steels[k]) for k in (2, body))
     return pair_at(
         key.wheel,
-        crossing_surface(_crossing(key.ratio), BODIES[body]),
+        crossing_surface(key.crossing, BODIES[body]),
         (x, key.datum),
         point,
         key.radius,

@@ -7,15 +7,16 @@ that.
 """
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
 from geometry.axes import tread_datum_y
+from rail_fem.scene.base import PRINTABLE, Count, Frozen, input_error
+from rail_fem.scene.crossing import Crossing
 from rail_fem.scene.steel import GRADES, Steel
 from rail_fem.scene.units import Quantity
 from rail_fem.scene.wheel_profile import KEPT, WHEEL_NAMES, MeasuredWheel, Reading, read_wheel, wheel_shape
@@ -26,42 +27,6 @@ if TYPE_CHECKING:
 GRAVITY = 9.81
 SPIN_GYRATION = 0.25  # of a wheelset about its axle, where a case gives no inertia [m]
 READING = tuple(Reading.__dataclass_fields__)  # keys of a wheel that say how its profile file is to be read
-PRINTABLE = r"^[^\x00-\x1f\x7f-\x9f]*$"  # one line without control characters
-
-
-Count = Annotated[int, Strict()]  # true is no count of 1
-
-
-class Frozen(BaseModel):
-    """Base of every typed section of a case: immutable, no unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    def replace(self, **changes: Any) -> Self:
-        """The same section with other values, each checked as a case file's: text with its unit, or a number in SI; a
-        dict changes a part.
-
-            scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"})
-
-        Errors: pydantic.ValidationError (a ValueError) that names every key at fault.
-        """
-        return self._replaced(changes, {})
-
-    def _replaced(self, changes: Mapping[str, Any], context: dict[str, Any]) -> Self:
-        values = {name: getattr(self, name) for name, field in type(self).model_fields.items() if not field.exclude}
-        for name, change in changes.items():
-            part = values.get(name)
-            values[name] = (
-                part.replace(**change) if isinstance(part, Frozen) and isinstance(change, Mapping) else change
-            )
-        return type(self).model_validate(values, context=context)
-
-
-class Crossing(Frozen):
-    """A cast crossing 1 in `ratio` of one family of design rules."""
-
-    family: Literal["UK-cast"] = Field("UK-cast", description="family of design rules")
-    ratio: Annotated[float, Quantity("", 6, 32, "crossing ratio N of 1:N")] = 10.75
 
 
 class Wheel(Frozen):
@@ -122,14 +87,14 @@ class Wheel(Frozen):
                 f"give a path relative to the case file, one of {', '.join(WHEEL_NAMES)}, or the {KEPT} of a run that"
                 " has used it"
             )
-            raise _input_error("absent_file", f'no file "{path.name}" in {path.parent}: {remedy}')
+            raise input_error("absent_file", f'no file "{path.name}" in {path.parent}: {remedy}')
         return str(path)
 
     @field_validator("measured", mode="plain")
     @classmethod
     def _read_once(cls, measured: Any, info: ValidationInfo) -> MeasuredWheel | None:
         if measured is not None:
-            raise _input_error("not_a_key", "unknown key")
+            raise input_error("not_a_key", "unknown key")
         profile, told = info.data.get("profile", WHEEL_NAMES[0]), {name: info.data.get(name) for name in READING}
         if profile in WHEEL_NAMES:
             _refuse_reading(profile if "profile" in info.data else "", told)
@@ -139,7 +104,7 @@ class Wheel(Frozen):
         try:
             return read_wheel(Path(profile), Reading() if "run_folder" in (info.context or {}) else Reading(**told))
         except (OSError, ValueError) as error:
-            raise _input_error("profile_file", str(error), key="profile") from error
+            raise input_error("profile_file", str(error), key="profile") from error
 
     @field_validator("digest")
     @classmethod
@@ -147,7 +112,7 @@ class Wheel(Frozen):
         measured = info.data.get("measured")
         found = measured.digest if measured else ""
         if digest and measured and digest != found:
-            raise _input_error(
+            raise input_error(
                 "changed_file", f"{measured.source} has other content ({found[:12]}) than is stated ({digest[:12]})"
             )
         return found
@@ -176,7 +141,7 @@ class Wheel(Frozen):
 def _refuse_reading(profile: str, told: dict[str, Any]) -> None:
     for name, value in told.items():
         if profile and value is not None:
-            raise _input_error(
+            raise input_error(
                 "not_of_a_name", f"is told of a profile file, {profile} is known by its name: leave it out", key=name
             )
 
@@ -185,11 +150,6 @@ def _kept(profile: str, info: ValidationInfo) -> MeasuredWheel | None:
     """What was read of this profile file before, where the context holds it."""
     kept = (info.context or {}).get("kept")
     return kept if kept is not None and kept.source == profile else None
-
-
-def _input_error(kind: str, text: str, **about: str) -> PydanticCustomError:
-    """key : which field the fault is of, where another one met it"""
-    return PydanticCustomError(kind, "{message}", {"message": text, **about})
 
 
 class Vehicle(Frozen):
@@ -336,7 +296,7 @@ class Scene(Frozen):
 
     def plain(self) -> dict[str, Any]:
         """All that a model sees, as plain values [SI]: a profile file by its content, not by its name or place."""
-        plain = self.model_dump(mode="json")
+        plain = self.model_dump(mode="json") | {"crossing": self.crossing.plain()}
         digest = plain["wheel"].pop("digest")
         for name in READING:  # part of the digest
             plain["wheel"].pop(name)
@@ -349,6 +309,8 @@ class Scene(Frozen):
         OSError."""
         if self.wheel.measured is not None:
             self.wheel.measured.keep(folder)
+        if self.crossing.read is not None:
+            self.crossing.read.keep(folder)
 
     @property
     def static_wheel_load(self) -> float:

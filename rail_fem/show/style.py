@@ -66,7 +66,7 @@ def scene_words(scene: Scene, speed: bool = True) -> str:
     wheel = scene.wheel.name
     fast = f"{show(scene.speed, 'mph', 3)} ({show(scene.speed, 'km/h', 3)}) " if speed else ""
     return (
-        f"{scene.crossing.family} crossing 1:{scene.crossing.ratio:g}, wheel {wheel}, {fast}{scene.direction}, wheel"
+        f"{scene.crossing.name}, wheel {wheel}, {fast}{scene.direction}, wheel"
         f" load {show(scene.static_wheel_load, 'kN', 3)}"
     )
 

@@ -1,0 +1,173 @@
+"""The crossing of a scene: a cast crossing by its parameters, or any crossing by its own sections."""
+
+import functools
+import os
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from geometry.surfaces.any_crossing import AnyCrossing
+from geometry.surfaces.crossing import CastCrossing, CrossingError
+from rail_fem.scene.base import PRINTABLE, Frozen, input_error
+from rail_fem.scene.section_files import KEPT, CrossingFile, SectionReading, read_crossing
+from rail_fem.scene.units import Quantity
+
+CAST, SECTIONS = "UK-cast", "sections"
+CAST_KEYS = (
+    "ratio", "flangeway", "topping_slope", "topping_depth", "transition_length", "transition_smoothness",
+    "leg_lowering", "leg_fade", "wing_raise", "wing_flare", "flare_start", "nose_lowering", "nose_widening",
+    "gauge_widening",
+)  # fmt: skip
+READING = ("stations", "unit", "station_unit", "mirror", "lateral", "height")
+
+
+class Crossing(Frozen):
+    """Family UK-cast: by the design rules of the 56E1-R245-1:9.25 benchmark crossing, stretched to 1 in `ratio`.
+
+    Family sections: by a file of its own sections, measured or drawn; see docs/case_file.md for the forms it may have.
+    """
+
+    family: Literal["UK-cast", "sections"] = Field(CAST, description="by design rules, or by a file of sections")
+    ratio: Annotated[float, Quantity("", 6, 32, "crossing ratio N of 1:N")] = 10.75
+    flangeway: Annotated[float, Quantity("mm", 30, 70, "flangeway between wing and nose, 14 mm down")] = 41.24e-3
+    topping_slope: Annotated[float, Quantity("mrad", 0, 50, "rise of the topped nose at 1:9.25")] = 0.015262
+    topping_depth: Annotated[float, Quantity("mm", 2, 10, "depth of the topped nose where its rise begins")] = 4.224e-3
+    transition_length: Annotated[
+        float, Quantity("mm", 20, 1000, "length of the leg's change from plain rail to cast section; its end is fixed")
+    ] = 116.2e-3
+    transition_smoothness: Annotated[
+        float, Quantity("", 0, 2, "shape of that change: 0 straight, 1 cubic with level ends, 2 quintic")
+    ] = 1.0
+    leg_lowering: Annotated[float, Quantity("mm", -3, 5, "depth cut off the running surface at the leg's end")] = 0.0
+    leg_fade: Annotated[float, Quantity("mm", 50, 1000, "length over which the leg regains its height")] = 0.3
+    wing_raise: Annotated[
+        float, Quantity("mm", -3, 8, "height that the wing gains from knuckle to theoretical intersection")
+    ] = 0.0
+    wing_flare: Annotated[float, Quantity("mrad", 0, 50, "further opening of the flangeway by the wing")] = 0.0
+    flare_start: Annotated[float, Quantity("mm", 0, 1200, "x where the wing's flare begins")] = 0.5
+    nose_lowering: Annotated[float, Quantity("mm", -1.5, 5, "depth by which the whole nose is lowered")] = 0.0
+    nose_widening: Annotated[float, Quantity("mm", -6, 6, "added width of the nose, half on each side")] = 0.0
+    gauge_widening: Annotated[
+        float, Quantity("mm", -2, 6, "distance of the nose's through-route face behind the gauge line")
+    ] = 0.0
+    file: str = Field(
+        "",
+        max_length=400,
+        pattern=PRINTABLE,
+        description="of family sections: a .slcs, a .csv of x, y, z, or a folder of sections",
+    )
+    stations: str = Field(
+        "",
+        max_length=400,
+        pattern=PRINTABLE,
+        description="list of stations in a folder of sections; none: stations.csv",
+    )
+    unit: Literal["mm", "cm", "m", "inch"] | None = Field(None, description="unit of the sections; none: as they say")
+    station_unit: Literal["mm", "cm", "m", "inch"] | None = Field(
+        None, description="unit of a folder's stations; none: as the list says"
+    )
+    mirror: bool = Field(False, description="exchange the sections' sides: y is to grow towards the wing's field side")
+    lateral: Annotated[float, Quantity("mm", -2000, 2000, "added to the sections' y")] = 0.0
+    height: Annotated[float, Quantity("mm", -500, 500, "added to the sections' z")] = 0.0
+    extend: bool = Field(False, description="carry both ends on straight beyond the first and last section")
+    read: SkipJsonSchema[Any] = Field(None, exclude=True, repr=False, validate_default=True)
+    digest: str = Field("", validate_default=True, description="digest of the sections")
+
+    @field_validator("file")
+    @classmethod
+    def _file_is_there(cls, file: str, info: ValidationInfo) -> str:
+        context = info.context or {}
+        if not file or _kept(file, info):
+            return file
+        in_run = "run_folder" in context
+        path = Path(context["run_folder"]) / KEPT if in_run else Path(context.get("folder", ".")) / file
+        if not os.path.exists(path):
+            raise input_error(
+                "absent_file",
+                f'no file "{path.name}" in {path.parent}: give a path relative to the case file, or the {KEPT} of a run'
+                " that has used it",
+            )
+        return str(path)
+
+    @field_validator("read", mode="plain")
+    @classmethod
+    def _read_once(cls, read: Any, info: ValidationInfo) -> CrossingFile | None:
+        if read is not None:
+            raise input_error("not_a_key", "unknown key")
+        if "file" not in info.data or not info.data["file"]:
+            return None
+        if kept := _kept(info.data["file"], info):
+            return kept
+        told = {} if "run_folder" in (info.context or {}) else {name: info.data.get(name) for name in READING}
+        try:
+            reading = SectionReading(**{name: value for name, value in told.items() if value is not None})
+            return read_crossing(Path(info.data["file"]), reading)
+        except (OSError, ValueError) as error:
+            raise input_error("crossing_file", str(error), key="file") from error
+
+    @field_validator("digest")
+    @classmethod
+    def _is_what_was_read(cls, digest: str, info: ValidationInfo) -> str:
+        read = info.data.get("read")
+        found = read.digest if read else ""
+        if digest and read and digest != found:
+            raise input_error(
+                "changed_file", f"{read.source} has other sections ({found[:12]}) than are stated ({digest[:12]})"
+            )
+        return found
+
+    @model_validator(mode="after")
+    def _is_one_family(self) -> Self:
+        other = CAST_KEYS if self.family == SECTIONS else ("file", *READING, "extend")
+        told = [name for name in other if getattr(self, name) != type(self).model_fields[name].default]
+        if told:
+            raise input_error(
+                "family", f"does not belong to family {self.family}: leave it out", key=f"crossing.{told[0]}"
+            )
+        if self.family == SECTIONS and not self.file:
+            raise input_error("family", "family sections needs the file of its sections", key="crossing.file")
+        try:
+            self.surface.x_range  # noqa: B018 an impossible shape is refused now
+        except CrossingError as error:
+            raise input_error("crossing", str(error)) from error
+        return self
+
+    def replace(self, **changes: Any) -> Self:
+        """As Frozen.replace; a file of sections that stays is not read again."""
+        if not {"file", *READING} & set(changes):
+            return self._replaced(changes, {"kept_crossing": self.read})
+        return self._replaced({"digest": ""} | changes, {})
+
+    @property
+    def name(self) -> str:
+        """What titles call the crossing."""
+        return f"{CAST} crossing 1:{self.ratio:g}" if self.family == CAST else f"crossing {Path(self.file).name}"
+
+    @property
+    def surface(self) -> AnyCrossing:
+        """The crossing itself; the same object for the same numbers or sections. Errors: CrossingError."""
+        if self.read is not None:
+            return self.read.crossing(self.extend)
+        return _cast(tuple(getattr(self, name) for name in CAST_KEYS))
+
+    def plain(self) -> dict[str, Any]:
+        """All that a model sees, as plain values: of a file its content, of parameters those that are not the
+        benchmark's."""
+        if self.family == SECTIONS:
+            return {"family": self.family, "extend": self.extend, "sections": f"of content {self.digest}"}
+        changed = [name for name in CAST_KEYS[1:] if getattr(self, name) != type(self).model_fields[name].default]
+        return {"family": self.family, "ratio": self.ratio, **{name: getattr(self, name) for name in changed}}
+
+
+@functools.lru_cache(maxsize=64)
+def _cast(numbers: tuple[float, ...]) -> CastCrossing:
+    """Kept for its loft, which takes longer to make than a patch to solve."""
+    return CastCrossing(**dict(zip(CAST_KEYS, numbers)))
+
+
+def _kept(file: str, info: ValidationInfo) -> CrossingFile | None:
+    """What was read of this file before, where the context holds it."""
+    kept = (info.context or {}).get("kept_crossing")
+    return kept if kept is not None and kept.source == file else None

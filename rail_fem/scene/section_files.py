@@ -1,0 +1,189 @@
+"""Sections of a crossing from files, read once: a .slcs, a table of x, y, z, or a folder of two-column files.
+
+A run keeps what it used as crossing_sections.csv in its folder, to the last bit, so that it can be shown, gone on with
+and repeated when the first file has gone or has changed.
+"""
+
+import functools
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from geometry.profiles.formats.columns import UNIT_SAID, read_columns
+from geometry.profiles.formats.raw import RawProfile, numbers, read_text
+from geometry.profiles.formats.simpack import read_simpack
+from geometry.profiles.formats.slices import read_slices
+from geometry.profiles.formats.units import UNITS, WIDTHS, fitting_units
+from geometry.profiles.profile import ProfileError
+from geometry.surfaces.measured_crossing import MeasuredCrossing, measured_crossing, moved
+from rail_fem.atomic import write_text_atomically
+
+KEPT = "crossing_sections.csv"
+STATIONS = "stations.csv"
+LARGEST_FILE = 200_000_000  # bytes
+SPLIT = re.compile(r"[;,\s]+")
+
+
+@dataclass(frozen=True)
+class SectionReading:
+    """What is known of the files and overrules what they say.
+
+    stations : name of the list of stations in a folder;  unit, station_unit : "mm", "cm", "m" or "inch"
+    mirror : y grows towards the gauge side in the files;  lateral, height : added to y and z [m]
+    """
+
+    stations: str = ""
+    unit: str | None = None
+    station_unit: str | None = None
+    mirror: bool = False
+    lateral: float = 0.0
+    height: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class CrossingFile:
+    """Sections as they were read: x (m,) stations, sections of y, z up in the project's axes [m].
+
+    source : path of the file;  digest : SHA-256 of stations and points, not of names and comments
+    """
+
+    source: str
+    x: np.ndarray
+    sections: tuple[np.ndarray, ...]
+
+    @functools.cached_property
+    def digest(self) -> str:
+        data = hashlib.sha256(np.ascontiguousarray(self.x, "<f8").tobytes())
+        for points in self.sections:
+            data.update(f"{points.shape}".encode() + np.ascontiguousarray(points, "<f8").tobytes())
+        return data.hexdigest()
+
+    def crossing(self, extend: bool) -> MeasuredCrossing:
+        """The crossing; the same object for the same sections. Errors: CrossingError."""
+        return _crossing(self.digest, extend, _Sections(self))
+
+    def keep(self, folder: Path) -> None:
+        """Write crossing_sections.csv into a run's folder. Errors: OSError."""
+        rows = [
+            f"{float(x)!r},{float(y)!r},{float(z)!r}" for x, points in zip(self.x, self.sections) for y, z in points
+        ]
+        head = ["# rail-fem sections of a crossing as a run used them", "# unit: m", "x,y,z"]
+        write_text_atomically(Path(folder) / KEPT, "\n".join([*head, *rows]) + "\n")
+
+
+class _Sections:
+    """Sections that a cache's key does not look at: their digest stands beside them."""
+
+    def __init__(self, file: CrossingFile):
+        self.file = file
+
+    def __eq__(self, other) -> bool:
+        return isinstance(other, _Sections)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+@functools.lru_cache(maxsize=8)
+def _crossing(digest: str, extend: bool, sections: _Sections) -> MeasuredCrossing:
+    file = sections.file
+    return measured_crossing(file.x, list(file.sections), extend, Path(file.source).name)
+
+
+def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> CrossingFile:
+    """Read a crossing's sections. Errors: ProfileError that says file, place and remedy; CrossingError for sections
+    that are no crossing; OSError."""
+    path = Path(path)
+    if path.is_dir():
+        x, sections = _read_folder(path, reading)
+    elif path.stat().st_size > LARGEST_FILE:
+        raise ProfileError(f"{path}: {path.stat().st_size / 1e6:.0f} MB, sections have at most {LARGEST_FILE / 1e6:g}")
+    elif path.suffix.lower() == ".slcs":
+        found = read_slices(path, UNITS.get(reading.unit))
+        x, sections = found.x, [raw.points * [1.0, raw.up or -1] for raw in found.sections]
+    elif path.suffix.lower() in (".csv", ".txt"):
+        x, sections = _read_table(path, reading)
+    else:
+        raise ProfileError(
+            f'{path}: sections are read from a .slcs, a .csv of x, y, z, or a folder; "{path.suffix}" is none of them'
+        )
+    sections = tuple(moved(points, reading.mirror, reading.lateral, reading.height) for points in sections)
+    file = CrossingFile(str(path), np.asarray(x, float), sections)
+    file.crossing(False)
+    return file
+
+
+def _read_table(path: Path, reading: SectionReading) -> tuple[np.ndarray, list[np.ndarray]]:
+    """A table of x, y, z with z up; rows of one section stand together, its unit in the file or told."""
+    lines, _ = read_text(path)
+    factor = UNITS.get(reading.unit) or _said_unit(lines)
+    if factor is None:
+        raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give unit')
+    rows = [(i, line) for i, line in enumerate(lines, 1) if re.match(r"\s*[+-]?\.?\d", line)]
+    values = np.array([numbers(SPLIT.split(line.strip()), path, i, 3)[:3] for i, line in rows]) * factor
+    if not len(values):
+        raise ProfileError(f"{path}: holds no row of x, y, z")
+    starts = np.flatnonzero(np.r_[True, np.diff(values[:, 0]) != 0])
+    return values[starts, 0], np.split(values[:, 1:], starts[1:])
+
+
+def _read_folder(folder: Path, reading: SectionReading) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Two-column files (or .prr) named, with their stations, in a list: a row holds the file's name and x."""
+    path = folder / (reading.stations or STATIONS)
+    if not path.is_file():
+        raise ProfileError(
+            f'{folder}: no list of stations "{path.name}": one row a section with its x and the name of its file'
+        )
+    lines, _ = read_text(path)
+    factor = UNITS.get(reading.station_unit) or _said_unit(lines)
+    if factor is None:
+        raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give station_unit')
+    x, raw = [], []
+    for i, line in enumerate(lines, 1):
+        words = [word for word in SPLIT.split(line.split("#")[0].strip()) if word]
+        if not words:
+            continue
+        files = [word for word in words if (folder / word.strip("\"'")).is_file()]
+        if len(files) != 1 or len(words) < 2:
+            if not x and not re.match(r"[+-]?\.?\d", words[0]):
+                continue  # a heading
+            raise ProfileError(f'{path}: line {i}: "{line.strip()[:60]}" names no file of {folder.name} beside its x')
+        file = folder / files[0].strip("\"'")
+        x.append(numbers([word for word in words if word != files[0]], path, i, 1)[0] * factor)
+        raw.append(read_simpack(file) if file.suffix.lower() == ".prr" else read_columns(file))
+    if not x:
+        raise ProfileError(f"{path}: names no section")
+    return np.array(x), _in_metres(folder, raw, UNITS.get(reading.unit))
+
+
+def _in_metres(folder: Path, raw: list[RawProfile], told: float | None) -> list[np.ndarray]:
+    """Sections in metres, z up, y growing. One unit for all that do not say theirs."""
+    unit = told
+    silent = [part for part in raw if part.unit is None]
+    if unit is None and silent:
+        width = float(np.median([np.ptp(part.points[:, 0]) for part in silent]))
+        fitting = fitting_units(width, "rail")
+        if len(fitting) != 1:
+            limits = " to ".join(f"{1e3 * limit:g}" for limit in WIDTHS["rail"])
+            raise ProfileError(
+                f"{folder}: its sections span {width:.4g} in the median, a rail is {limits} mm wide: give unit"
+            )
+        unit = UNITS[fitting[0]]
+    sections = [part.points * (part.unit or unit) for part in raw]
+    sections = [points if points[0, 0] < points[-1, 0] else points[::-1] for points in sections]
+    up = raw[0].up or _up(sections[0])
+    return [points * [1.0, part.up or up] for points, part in zip(sections, raw)]
+
+
+def _up(points: np.ndarray) -> int:
+    """+1 where the middle of a rail head lies above its ends."""
+    middle = np.median(points[len(points) // 3 : 2 * len(points) // 3, 1])
+    return 1 if middle > 0.5 * (points[0, 1] + points[-1, 1]) else -1
+
+
+def _said_unit(lines: list[str]) -> float | None:
+    said = [UNIT_SAID.search(line) for line in lines if line.lstrip().startswith("#")]
+    return next((UNITS[{"in": "inch"}.get(m[1].lower(), m[1].lower())] for m in said if m), None)

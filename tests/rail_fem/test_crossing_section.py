@@ -1,0 +1,145 @@
+"""[scene.crossing]: parameters of the cast crossing, and crossings by files of their own sections."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from geometry.surfaces.crossing import CastCrossing
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.models import rigid_hertz
+from rail_fem.output.result import load
+from rail_fem.scene.scene import Crossing, Scene
+from rail_fem.scene.section_files import KEPT
+from tests.geometry.cut_sections import write_cut_sections
+from tests.outside import needs, outside
+from tests.rail_fem.test_casefile import GOOD
+
+MM = 1e-3
+STATIONS = np.concatenate([[-1.0, -0.9], np.arange(-0.8, -0.05, 0.05), np.arange(0.0, 0.85, 0.01)])
+RUN = '[run.rigid_hertz]\nstart = "95 mm"\nend = "600 mm"\n'
+
+
+def case_with(folder, *lines, name="case.toml"):
+    """The reference case with these lines for its crossing, run by rigid_hertz."""
+    scene = GOOD.partition("[run.")[0].replace('family = "UK-cast"\nratio = 10.75', "\n".join(lines))
+    path = folder / name
+    path.write_text(scene + RUN, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sections")
+    write_cut_sections(folder, STATIONS)
+    return folder
+
+
+SECTIONS = 'family = "sections"', 'file = "crossing.slcs"', "extend = true"
+
+
+def test_a_pass_over_sections_is_the_pass_over_the_surface_they_were_cut_from(files, tmp_path):
+    """Light model, 1:9.25: the force history to 2 %, where sections lie 10 mm apart."""
+    by_sections, by_rules = load_case(case_with(files, *SECTIONS)), load_case(case_with(tmp_path, "ratio = 9.25"))
+    runs = [rigid_hertz.solve(case.scene, case.runs["rigid_hertz"]) for case in (by_sections, by_rules)]
+    one, two = (run.history["force"] for run in runs)
+    assert np.linalg.norm(one - two) < 0.02 * np.linalg.norm(two)
+    assert runs[0].peaks["first_impact"].value == pytest.approx(runs[1].peaks["first_impact"].value, rel=0.02)
+    runs[0].save(tmp_path / "run")
+    assert load(tmp_path / "run").scene.plain() == by_sections.scene.plain()
+
+
+def test_sections_are_known_by_their_content_and_kept_to_the_last_bit(files, tmp_path):
+    shutil.copytree(files / "cut", tmp_path / "cut")
+    shutil.copy(files / "crossing.slcs", tmp_path)
+    scene = load_case(case_with(tmp_path, *SECTIONS)).scene
+    assert scene.plain() == load_case(case_with(files, *SECTIONS)).scene.plain()
+    assert scene.replace(speed=20.0).crossing.surface is scene.crossing.surface
+    scene.keep_files(tmp_path)
+    again = Scene.model_validate(scene.model_dump(mode="json"), context={"run_folder": tmp_path})
+    assert again.plain() == scene.plain() and again.crossing.surface is scene.crossing.surface
+    text = (tmp_path / KEPT).read_text().replace("-0.06", "-0.0600001", 1)
+    (tmp_path / KEPT).write_text(text)
+    with pytest.raises(ValueError, match="has other sections"):
+        Scene.model_validate(scene.model_dump(mode="json"), context={"run_folder": tmp_path})
+
+
+def test_a_folder_with_its_stations_and_a_table_are_the_same_crossing(files, tmp_path):
+    crossing = Crossing(family="sections", file=str(files / "crossing.slcs"))
+    crossing.read.keep(tmp_path)
+    assert Crossing(family="sections", file=str(tmp_path / KEPT)).digest == crossing.digest
+    rows = ["# unit: m", "file, x"]
+    for k, (x, points) in enumerate(zip(crossing.read.x, crossing.read.sections)):
+        np.savetxt(tmp_path / f"s{k}.txt", points / MM, fmt="%.12f")
+        rows.append(f"s{k}.txt, {x!r}")
+    (tmp_path / "stations.csv").write_text("\n".join(rows))
+    folder = Crossing(family="sections", file=str(tmp_path))
+    assert np.abs(folder.read.sections[40] - crossing.read.sections[40]).max() < 1e-12
+    with pytest.raises(ValueError, match="no list of stations"):
+        Crossing(family="sections", file=str(tmp_path), stations="there.csv")
+
+
+def test_all_parameters_of_the_cast_crossing_reach_it(tmp_path):
+    lines = (
+        "ratio = 10.75",
+        'flangeway = "44 mm"',
+        'transition_length = "300 mm"',
+        "transition_smoothness = 2",
+        'leg_lowering = "0.5 mm"',
+        'wing_raise = "1 mm"',
+        'wing_flare = "10 mrad"',
+        'flare_start = "600 mm"',
+        'nose_lowering = "0.5 mm"',
+        'nose_widening = "1 mm"',
+        'gauge_widening = "1 mm"',
+        'topping_depth = "5 mm"',
+    )
+    scene = load_case(case_with(tmp_path, *lines)).scene
+    base, cast, x = CastCrossing(10.75), scene.crossing.surface, np.array([0.3])
+    assert scene.crossing.plain()["transition_length"] == 0.3 and "topping_slope" not in scene.crossing.plain()
+    rise = lambda x, y, body: float(cast.top_height(x, y, body) - base.top_height(x, y, body))
+    assert rise(0.01, 0.02, "wing") == pytest.approx(1 * MM, abs=1e-9)
+    assert rise(cast.leg_range[1], 0.01, "wing") == pytest.approx(-0.5 * MM, abs=1e-9)
+    assert rise(0.25, -0.022, "nose") == pytest.approx(-1.276 * MM, abs=1e-6)  # lowered by 0.5, topped 0.776 deeper
+    assert cast.leg_range[1] - cast.leg_range[0] == pytest.approx(0.3)
+    for body in ("wing", "nose"):  # the mesh's outlines lie on the changed surface
+        line = getattr(cast, f"{body}_section")(x[0])[4:-14]
+        assert np.nanmax(np.abs(cast.top_height(x[0], line[:, 0], body) - line[:, 1])) < 1e-7
+
+
+def test_unchanged_parameters_leave_a_case_what_it_was(tmp_path):
+    assert load_case(case_with(tmp_path, "ratio = 10.75")).scene.plain()["crossing"] == {
+        "family": "UK-cast",
+        "ratio": 10.75,
+    }
+
+
+@pytest.mark.parametrize(
+    "lines, complaint",
+    [
+        (['family = "sections"'], "scene.crossing.file: family sections needs the file"),
+        (['family = "sections"', 'file = "no.slcs"'], 'scene.crossing.file: no file "no.slcs"'),
+        (['family = "sections"', 'file = "case.toml"'], 'scene.crossing.file: .*".toml" is none of them'),
+        ([*SECTIONS, 'flangeway = "50 mm"'], "scene.crossing.flangeway: does not belong to family sections"),
+        (['file = "crossing.slcs"'], "scene.crossing.file: does not belong to family UK-cast"),
+        ([*SECTIONS, "mirror = true"], "scene.crossing.file: .* mirror = true"),
+        (['wing_flare = "50 mrad"', 'flare_start = "0 mm"', 'flangeway = "70 mm"'], "the wing is .* mm wide"),
+        (['flangeway = "90 mm"'], "scene.crossing.flangeway: .* is outside"),
+        (['flangway = "40 mm"'], "did you mean 'flangeway'"),
+    ],
+)
+def test_crossings_that_cannot_be_are_refused_by_key(files, lines, complaint):
+    with pytest.raises(CaseError, match=complaint):
+        load_case(case_with(files, *lines, name="bad.toml"))
+
+
+@needs("formats/uk_crossing.slcs")
+def test_the_benchmarks_sections_run_as_the_parametric_crossing(tmp_path):
+    """148 public sections; the force history is 3.5 % off (L2): what 24 mm between sections leave."""
+    file = outside("formats/uk_crossing.slcs")
+    cases = [
+        load_case(case_with(tmp_path, 'family = "sections"', f"file = '{file}'")),
+        load_case(case_with(tmp_path, "ratio = 9.25")),
+    ]
+    one, two = (rigid_hertz.solve(case.scene, case.runs["rigid_hertz"]).history["force"] for case in cases)
+    assert np.linalg.norm(one - two) < 0.045 * np.linalg.norm(two)
