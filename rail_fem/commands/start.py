@@ -35,7 +35,7 @@ def names() -> None:
     typer.echo(f"wheels     {', '.join(WHEEL_NAMES)}, or the path of a profile file")
     typer.echo(f"rails      {', '.join(HEADS)}, or the path of a profile file")
     typer.echo(f"steels     {', '.join(GRADES)}")
-    typer.echo("crossings  UK-cast 1:6 to 1:32 (scene.crossing.ratio), or any by its sections (family = \"sections\")")
+    typer.echo('crossings  UK-cast 1:6 to 1:32 (scene.crossing.ratio), or any by its sections (family = "sections")')
     for name, path in examples().items():
         typer.echo(f"example    {name}: {path}")
     typer.echo("studies")
