@@ -243,7 +243,8 @@ def _check_jumps(name: str, x: np.ndarray, bodies: list[Body]) -> None:
             k = int(np.argmax(bad))
             raise CrossingError(
                 f"between the sections at x = {x_seen[k]:g} and {x_seen[k + 1]:g} m the {name}'s {what} jumps by"
-                f" {step[k] / MM:.1f} mm: are both of one unit, one side and one zero? Where y of all sections runs the other way, give"
+                f" {step[k] / MM:.1f} mm: are both of one unit, one side and one zero? Where y of all sections"
+                " runs the other way, give"
                 " mirror = true"
             )
 
