@@ -1,0 +1,246 @@
+"""Influence of plastic strain in layers of equal cuboids on stress and surface: exact kernels, products by FFT.
+
+Along the surface offsets repeat: a convolution (padded FFT, no periodicity). In depth every pair of layers has its own
+kernel. Mirror symmetry makes each kernel's spectrum real up to a factor i per odd direction, and a quadrant of the
+wave numbers enough; what is multiplied per wave number is one real matrix over all layers and components.
+Stress is the mean over a cell (exact in depth, Gauss points along the surface), so that the elastic energy of any
+plastic strain is positive, as it must be: stress at the cells' centres would gain energy from strains that alternate
+from cell to cell, and a steel that hardens little would take to them. Displacement is at the centres of the surface's
+cells.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from bem.material import Elastic
+from bem.patch import ContactInputError
+from bem.plastic.corners import COUNT, MONOMIALS, corner_planes
+from bem.plastic.cuboid import coefficient_tables, facing_layers
+from bem.plastic.deviator import FROM_DEVIATOR, MEAN, ODD_X, ODD_Y, TO_DEVIATOR
+from bem.plastic.symbols import PAIRS, depth_parity
+from kernel_cache import njit
+
+MOST_MEMORY = 4e9  # of a kernel [B]
+_GAUSS = 3  # points each way of a cell's mean stress
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cuboids of sides dx, dy, dz [m], nx by ny along the surface, nz layers from the surface down."""
+
+    dx: float
+    dy: float
+    dz: float
+    nx: int
+    ny: int
+    nz: int
+
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        """Of a field of deviators: (nz, 5, nx, ny)."""
+        return self.nz, 5, self.nx, self.ny
+
+    @property
+    def depths(self) -> np.ndarray:
+        """(nz,) depths of the centres [m]."""
+        return (np.arange(self.nz) + 0.5) * self.dz
+
+    @property
+    def volume(self) -> float:
+        return self.dx * self.dy * self.dz
+
+    @property
+    def period(self) -> tuple[int, int]:
+        """Even FFT lengths that hold all offsets."""
+        return tuple(2 * fft.next_fast_len(count, real=True) for count in (self.nx, self.ny))
+
+    @property
+    def kernel_memory(self) -> int:
+        """Bytes of the stress kernel."""
+        px, py = self.period
+        return 8 * (px // 2 + 1) * (py // 2 + 1) * (5 * self.nz) ** 2
+
+    def refuse_too_large(self) -> None:
+        """Raise ContactInputError, with the numbers, for a kernel beyond MOST_MEMORY, before anything is allocated."""
+        if self.kernel_memory > MOST_MEMORY:
+            raise ContactInputError(
+                f"{self.nx} x {self.ny} x {self.nz} cells need {self.kernel_memory / 1e9:.3g} GB for their influence, "
+                f"more than {MOST_MEMORY / 1e9:g} GB: take larger cells, fewer layers, or a shorter window"
+            )
+
+
+def _spectra(cells: Cells, period: tuple[int, int], levels: np.ndarray, gauss: int) -> np.ndarray:
+    """(levels, 36, kx, ky) real spectra of the corner functions' differences over a cell, quadrant of wave numbers.
+
+    gauss : points each way over which the observer's cell is averaged; 1 is its centre
+    """
+    reach = period[0] // 2, period[1] // 2
+    spectra = np.empty((len(levels), COUNT, reach[0] + 1, reach[1] + 1))
+    points, weights = np.polynomial.legendre.leggauss(gauss)
+    for k, level in enumerate(levels):
+        plane = 0.0
+        for p, one in zip(points / 2, weights / 2):
+            for q, two in zip(points / 2, weights / 2):
+                x, y = ((np.arange(r + 2) - 0.5 + off) * h for r, off, h in zip(reach, (p, q), (cells.dx, cells.dy)))
+                plane = plane + one * two * corner_planes(x, y, np.array([level]))[0]
+        plane = np.diff(np.diff(plane, axis=1), axis=2)
+        for f, (a, b, _) in enumerate(MONOMIALS):
+            spectra[k, f] = _quadrant(plane[f], a % 2 == 0, b % 2 == 0)
+    return spectra
+
+
+def _quadrant(quarter: np.ndarray, odd_x: bool, odd_y: bool) -> np.ndarray:
+    """S of spectrum = i^(odd_x + odd_y) S, from a quarter (n + 1, m + 1) of an even or odd plane, period (2 n, 2 m)."""
+    for axis, odd in ((0, odd_x), (1, odd_y)):
+        if odd:
+            inner = quarter[1:-1] if axis == 0 else quarter[:, 1:-1]
+            padding = [(1, 1), (0, 0)] if axis == 0 else [(0, 0), (1, 1)]
+            quarter = -np.pad(fft.dst(inner, type=1, axis=axis), padding)
+        else:
+            quarter = fft.dct(quarter, type=1, axis=axis)
+    return quarter
+
+
+def _tables(elastic: Elastic, name: str, rows: np.ndarray, unit: float) -> tuple[np.ndarray, np.ndarray]:
+    """Full space and surface: (outputs, 5, 34, 2, 2) of rows (outputs, components) of a field by deviators."""
+    tables = coefficient_tables(elastic.poisson)
+    return tuple(
+        unit * np.einsum("oi,ikfmn,kc->ocfmn", rows, tables[f"{part} {name}"], FROM_DEVIATOR)
+        for part in ("full", "surface")
+    )
+
+
+def _order(odd_out: np.ndarray, odd_in: np.ndarray) -> np.ndarray:
+    """(outputs, 5) sign that makes the spectra real: -1 for each direction that is odd in the strain alone."""
+    return (-1.0) ** ((1 - odd_out)[:, None] * odd_in[None, :])
+
+
+def _signs(odd_x: np.ndarray, odd_y: np.ndarray) -> np.ndarray:
+    return _order(odd_x, ODD_X) * _order(odd_y, ODD_Y)
+
+
+class StressInfluence:
+    """Deviatoric stress by plastic strain within one box of cells.
+
+    Errors: ContactInputError before anything is allocated where the kernel would need more than 4 GB.
+    """
+
+    def __init__(self, cells: Cells, elastic: Elastic) -> None:
+        cells.refuse_too_large()
+        self.cells, self.elastic, self.products = cells, elastic, 0
+        self.levels = np.arange(2 * cells.nz + 1) * cells.dz
+        self._corner_spectra = _spectra(cells, cells.period, self.levels, _GAUSS)
+        self.matrix = self._matrix(TO_DEVIATOR, ODD_X, ODD_Y)
+        self._mean = None
+        px, py = cells.period
+        self.phase = 1j ** (ODD_X + ODD_Y)
+        self._partner = (-np.arange(px // 2 + 1)) % px
+
+    def deviator(self, strain: np.ndarray) -> np.ndarray:
+        """(nz, 5, nx, ny) stress [Pa] by plastic strain (nz, 5, nx, ny)."""
+        self.products += 1
+        return self._product(self.matrix, strain, self.phase)
+
+    def mean(self, strain: np.ndarray) -> np.ndarray:
+        """(nz, nx, ny) mean stress [Pa] by plastic strain (nz, 5, nx, ny)."""
+        if self._mean is None:
+            none = np.zeros(1, int)
+            self._mean = self._matrix(MEAN[None, :], none, none)
+        return self._product(self._mean, strain, np.ones(1))[:, 0]
+
+    def _product(self, matrix: np.ndarray, strain: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        cells, (px, py), outputs = self.cells, self.cells.period, len(phase)
+        spectrum = fft.rfft2(strain.reshape(-1, cells.nx, cells.ny), s=(px, py)).reshape(cells.nz, 5, px, -1)
+        spectrum *= self.phase.conj()[None, :, None, None]
+        columns = _gather(spectrum, ODD_X)
+        rows = np.matmul(matrix, columns)
+        odd = ODD_X if outputs == 5 else np.zeros(1, int)
+        answer = _scatter(rows, px, py // 2 + 1, cells.nz, outputs, odd)
+        answer *= phase[None, :, None, None]
+        field = fft.irfft2(answer.reshape(-1, px, py // 2 + 1), s=(px, py))
+        return field[:, : cells.nx, : cells.ny].reshape(cells.nz, outputs, cells.nx, cells.ny)
+
+    def _matrix(self, rows: np.ndarray, odd_x: np.ndarray, odd_y: np.ndarray) -> np.ndarray:
+        """(modes, nz outputs, nz 5): one real matrix per wave number of the quadrant."""
+        cells, elastic = self.cells, self.elastic
+        signs = _signs(odd_x, odd_y)
+        full, surface = (
+            t * signs[..., None, None, None] for t in _tables(elastic, "layer stress", rows, elastic.shear)
+        )
+        face = _tables(elastic, "stress", rows, elastic.shear)[0][..., 0, 0] * signs[..., None]
+        above = np.array([[depth_parity(pair, k) for k in range(6)] for pair in PAIRS])
+        turned = np.sign(np.einsum("oi,ik,kc->oc", np.abs(rows), above, np.abs(FROM_DEVIATOR)))
+        flat = self._corner_spectra.reshape(len(self.levels), COUNT, -1)
+        weigh = lambda table: np.einsum("ocf,lfk->lock", table, flat, optimize=True)
+        near = weigh(full[..., 0, 0]) + self.levels[:, None, None, None] * weigh(full[..., 1, 0])
+        parts = [weigh(surface[..., m, n]) for m in (0, 1) for n in (0, 1)]
+        own = np.array([rows @ facing_layers(FROM_DEVIATOR[:, c], elastic) for c in range(5)]).T * signs
+        touching = np.einsum("ocf,fk->ock", face, flat[0]) * (1 + turned)[..., None] + own[..., None]
+        return _assemble(near, turned, touching, *parts, cells.nz, cells.dz)
+
+
+@njit(cache=True)
+def _assemble(near, turned, touching, p00, p01, p10, p11, nz, dz):
+    """Means over layer i of the field of layer j: second differences over the distances of their faces."""
+    levels, outputs, inputs, modes = near.shape
+    matrix = np.empty((modes, nz * outputs, nz * inputs))
+    for i in range(nz):
+        for j in range(nz):
+            far = abs(i - j)
+            for o in range(outputs):
+                for c in range(inputs):
+                    side = turned[o, c] if i < j else 1.0
+                    for k in range(modes):
+                        if i == j:
+                            value = touching[o, c, k] - (1 + turned[o, c]) * (near[0, o, c, k] - near[1, o, c, k]) / dz
+                        else:
+                            value = (
+                                side / dz * (near[far - 1, o, c, k] - 2 * near[far, o, c, k] + near[far + 1, o, c, k])
+                            )
+                        for a in range(2):
+                            for b in range(2):
+                                level, z, source = i + j + a + b, (i + a) * dz, (j + b) * dz
+                                sign = (1.0 if a == b else -1.0) / dz
+                                value += sign * (
+                                    p00[level, o, c, k] + z * p10[level, o, c, k]
+                                    + source * (p01[level, o, c, k] + z * p11[level, o, c, k])
+                                )  # fmt: skip
+                        matrix[k, i * outputs + o, j * inputs + c] = value
+    return matrix
+
+
+@njit(cache=True)
+def _gather(spectrum, odd):
+    """(modes, nz 5, 4) real columns: real and imaginary part at kx and at -kx, the latter mirrored."""
+    nz, inputs, px, half = spectrum.shape
+    out = np.empty(((px // 2 + 1) * half, nz * inputs, 4))
+    for k in range(nz):
+        for c in range(inputs):
+            sign = -1.0 if odd[c] else 1.0
+            for i in range(px // 2 + 1):
+                for j in range(half):
+                    one, two = spectrum[k, c, i, j], spectrum[k, c, (px - i) % px, j]
+                    mode = i * half + j
+                    out[mode, k * inputs + c, 0] = one.real
+                    out[mode, k * inputs + c, 1] = one.imag
+                    out[mode, k * inputs + c, 2] = sign * two.real
+                    out[mode, k * inputs + c, 3] = sign * two.imag
+    return out
+
+
+@njit(cache=True)
+def _scatter(rows, px, half, nz, outputs, odd):
+    out = np.empty((nz, outputs, px, half), np.complex128)
+    for k in range(nz):
+        for c in range(outputs):
+            sign = -1.0 if odd[c] else 1.0
+            for i in range(px // 2 + 1):
+                for j in range(half):
+                    row = rows[i * half + j, k * outputs + c]
+                    out[k, c, (px - i) % px, j] = sign * (row[2] + 1j * row[3])
+                    out[k, c, i, j] = row[0] + 1j * row[1]
+    return out

@@ -1,0 +1,85 @@
+"""What the surface and the yielding cells feel of each other: stress below loads, displacement above plastic strain."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import fft
+
+from bem.halfspace.influence import forward, padded_shape
+from bem.halfspace.stress import rectangle_stress
+from bem.material import Elastic
+from bem.patch import Grid
+from bem.plastic.corners import corner_planes
+from bem.plastic.cuboid import coefficient_tables
+from bem.plastic.deviator import FROM_DEVIATOR, MEAN, TO_DEVIATOR
+from bem.plastic.symbols import depth_parity
+
+
+def _offsets(count: int, side: float) -> np.ndarray:
+    """Edges of cells at all offsets -(count - 1) .. count - 1 between two cells."""
+    return (np.arange(-count + 1, count + 1) - 0.5) * side
+
+
+class LoadStress:
+    """Deviator and mean stress at the centres of layers below a loaded grid, in depth-positive axes.
+
+    loads : 0 pressure, 1 and 2 tractions along x and y on the body
+    """
+
+    def __init__(self, grid: Grid, depths: np.ndarray, poisson: float, loads: tuple[int, ...] = (0,)) -> None:
+        self.grid, self.size, self.loads = grid, padded_shape(*grid.shape), loads
+        x, y = _offsets(grid.nx, grid.dx), _offsets(grid.ny, grid.dy)
+        rows = np.vstack([TO_DEVIATOR, MEAN])
+        self.spectra = []
+        for load in loads:
+            kernels = np.stack([np.tensordot(rows, rectangle_stress(load, x, y, z, poisson), 1) for z in depths])
+            self.spectra.append(fft.rfft2(kernels, s=self.size))
+
+    def __call__(self, fields: tuple[np.ndarray, ...]) -> tuple[np.ndarray, np.ndarray]:
+        """(nz, 5, nx, ny) deviator and (nz, nx, ny) mean stress [Pa] under loads (nx, ny) [Pa], one for each of
+        `loads`."""
+        nx, ny = self.grid.shape
+        total = sum(kernel * forward(field, self.size) for kernel, field in zip(self.spectra, fields))
+        columns = fft.ifft(total, axis=2, overwrite_x=True)[:, :, nx - 1 : 2 * nx - 1]
+        stress = fft.irfft(columns, n=self.size[1], axis=3)[..., ny - 1 : 2 * ny - 1]
+        return np.ascontiguousarray(stress[:, :5]), stress[:, 5]
+
+
+class SurfaceDisplacement:
+    """Displacement of the surface by plastic strain below a grid, at the centres of its cells, positive downwards.
+
+    directions : 2 normal, 0 and 1 along x and y
+    """
+
+    def __init__(
+        self, grid: Grid, layers: int, thickness: float, elastic: Elastic, directions: tuple[int, ...] = (2,)
+    ) -> None:
+        self.grid, self.size, self.directions = grid, padded_shape(*grid.shape), directions
+        x, y = _offsets(grid.nx, grid.dx), _offsets(grid.ny, grid.dy)
+        levels = np.arange(layers + 1) * thickness
+        tables = coefficient_tables(elastic.poisson)
+        parity = np.array([[depth_parity((i,), k) for k in range(6)] for i in directions])
+        full = tables["full displacement"][list(directions)] * parity[..., None, None, None]
+        free = tables["surface displacement"][list(directions)]
+        faces = np.stack([_face(x, y, z, full, free) for z in levels])
+        kernels = np.diff(np.diff(faces[:-1] - faces[1:], axis=-2), axis=-1)
+        self.spectra = fft.rfft2(kernels, s=self.size)
+
+    def __call__(self, strain: np.ndarray) -> np.ndarray:
+        """(directions, nx, ny) displacement [m] by plastic strain (nz, 5, nx, ny)."""
+        nx, ny = self.grid.shape
+        spectrum = fft.rfft2(strain, s=self.size)
+        total = np.einsum("kdcij,kcij->dij", self.spectra[: len(strain)], spectrum)
+        field = fft.irfft2(total, s=self.size)
+        return field[:, nx - 1 : 2 * nx - 1, ny - 1 : 2 * ny - 1]
+
+    def normal(self, strain: np.ndarray) -> np.ndarray:
+        """(nx, ny) [m], of directions that begin with the normal one."""
+        return self(strain)[0]
+
+
+def _face(x: np.ndarray, y: np.ndarray, z: float, full: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """(directions, 5, ...) corner values of a layer's face at depth z, seen from the surface."""
+    values = corner_planes(x, y, np.array([z]))[0]
+    table = full[..., 0, 0] + z * full[..., 1, 0] + free[..., 0, 0] + z * free[..., 0, 1]
+    return np.einsum("dkf,kc,fij->dcij", table, FROM_DEVIATOR, values, optimize=True)

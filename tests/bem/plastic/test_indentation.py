@@ -1,0 +1,65 @@
+"""A sphere pressed into an elastic-plastic half-space."""
+
+import numpy as np
+import pytest
+
+from bem.halfspace.normal import normal_contact
+from bem.material import Elastic, contact_modulus
+from bem.patch import ContactInputError, Grid
+from bem.plastic.contact import PlasticHalfSpace
+from bem.plastic.hardening import Hardening
+
+STEEL, RIGID = Elastic(210e9, 0.3), Elastic(1e17, 0.3)
+RADIUS, YIELD = 0.1, 310e6
+MODULUS = contact_modulus(RIGID, STEEL)
+FIRST = np.pi**3 * RADIUS**2 * (1.6 * YIELD) ** 3 / (6 * MODULUS**2)  # load of p0 = 1.6 Y; Johnson (1985), eq. 6.9
+
+
+def sphere(load, cells_per_radius=8, width=1.7, depth=1.8, hardening=Hardening.linear(YIELD, 2e9)):
+    radius = (0.75 * load * RADIUS / MODULUS) ** (1 / 3)
+    n = 2 * int(np.ceil(width * cells_per_radius))
+    half = n / 2 * radius / cells_per_radius
+    grid = Grid.over((-half, half), (-half, half), n, n)
+    x, y = grid.points()
+    body = PlasticHalfSpace(grid, grid.dx, int(depth * cells_per_radius), RIGID, STEEL, hardening)
+    return body, (x**2 + y**2) / (2 * RADIUS)
+
+
+def test_below_first_yield_it_is_the_elastic_contact():
+    body, gap = sphere(0.9 * FIRST)
+    found = body.press(gap, 0.9 * FIRST)
+    elastic = normal_contact(gap, RIGID, STEEL, load=0.9 * FIRST, grid=body.grid, estimate=False)
+    assert found.state.peeq.max() == 0
+    assert np.array_equal(found.patch.pressure, elastic.pressure)
+
+
+def test_yield_begins_at_a_pressure_of_1_60_yield_stresses():
+    """nu = 0.3, at the depth 0.48 a; the layer nearest to it is off by a quarter of a cell at most."""
+    for share, yields in ((0.97, False), (1.03, True)):
+        body, gap = sphere(share**3 * FIRST, 12, 1.3, 1.2)
+        peeq = body.press(gap, share**3 * FIRST).state.peeq
+        assert (peeq.max() > 0) == yields
+    k = np.unravel_index(peeq.argmax(), peeq.shape)[0]
+    radius = (0.75 * 1.03**3 * FIRST * RADIUS / MODULUS) ** (1 / 3)
+    assert body.depths[k] == pytest.approx(0.48 * radius, abs=1.01 * body.thickness)
+
+
+@pytest.mark.parametrize("hardening", [Hardening.linear(YIELD), Hardening.linear(YIELD, 1e10, kinematic=True)])
+def test_unloading_leaves_stress_in_balance(hardening):
+    """Resultant of the residual normal stress over a plane through the middle is nothing beside its parts, von Mises
+    stays below the yield stress, and reloading to the same load is elastic."""
+    body, gap = sphere(4 * FIRST, 6, 2.0, 2.2, hardening)
+    body.press(gap, 2 * FIRST)
+    pressed = body.press(gap, 4 * FIRST)
+    left = body.press(gap, 1e-3 * FIRST)
+    again = body.press(gap, 4 * FIRST)
+    change = again.state.peeq - left.state.peeq
+    assert pressed.surface.max() > 0 and pressed.surface[0].max() < 0.1 * pressed.surface.max()
+    assert change.max() < 0.02 * pressed.state.peeq.max()
+    assert again.patch.contact_area == pytest.approx(pressed.patch.contact_area, rel=0.03)
+
+
+def test_a_zone_that_reaches_the_edge_is_named():
+    body, gap = sphere(8 * FIRST, 6, 1.7, 0.8)
+    with pytest.raises(ContactInputError, match="deepest layer"):
+        body.press(gap, 8 * FIRST)
