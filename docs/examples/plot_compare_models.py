@@ -2,8 +2,8 @@
 Light models of one scene beside each other
 ===========================================
 
-A spring over the rigid wheel's path bounds the force from above; contacts that may press a plastic groove come near the
-finite elements.
+A spring over the rigid wheel's path bounds the force from above; contacts that may be plastically indented come near
+the finite elements.
 """
 
 import matplotlib.pyplot as plt
@@ -14,7 +14,7 @@ scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
 way = {"start": "95 mm", "end": "700 mm"}
 runs = {
     "lumped": rail_fem.solve("lumped", scene, way),
-    "rigid_hertz, elastic": rail_fem.solve("rigid_hertz", scene, {**way, "grooves": False}),
+    "rigid_hertz, elastic": rail_fem.solve("rigid_hertz", scene, {**way, "plastic_indentation": False}),
     "rigid_hertz": rail_fem.solve("rigid_hertz", scene, way),
 }
 formula = rail_fem.solve("p2_formula", scene)

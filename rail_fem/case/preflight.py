@@ -3,7 +3,7 @@
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.case.estimate import impossible
 from rail_fem.light.fine_zone import mesh_errors
-from rail_fem.light.rigid import placed, window_errors
+from rail_fem.light.rigid import window_errors, with_window
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -14,7 +14,7 @@ def preflight_errors(scene: Scene, settings: Frozen, ranks: int, model: str) -> 
     if not isinstance(settings, FeSettings):
         return []
     try:
-        settings = placed(scene, settings)
+        settings = with_window(scene, settings)
     except (CrossingError, ValueError) as error:
         return [f"run.{model}.start, end: {error}"]
     errors = impossible(scene, settings, ranks, model) + window_errors(scene, settings, model)

@@ -30,7 +30,7 @@ def static_patch(scene: Scene) -> PointContact:
 
 
 def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
-    """All warnings about a case run by one model. settings : of the model, placed. Errors: as
+    """All warnings about a case run by one model. settings : of the model, with start and end. Errors: as
     rail_fem.light.rigid.window_path."""
     warnings = scene_warnings(scene)
     return (

@@ -172,7 +172,7 @@ def patch(
         stop(str(error))
     centre = pair.point + pair.frame.T @ [*found.centre_of_pressure, 0.0]
     values = {
-        "first touch y [mm]": pair.point[1] * 1e3,
+        "first point of contact y [mm]": pair.point[1] * 1e3,
         "centre of pressure y [mm]": centre[1] * 1e3,
         "normal force [kN]": found.normal_force / 1e3,
         "largest pressure [MPa]": found.max_pressure / 1e6,

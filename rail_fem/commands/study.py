@@ -36,7 +36,7 @@ STUDIES = {
     "sections": Study("rail_fem.studies.sections", "the plane case studies of the thesis by boundary elements"),
     "plane-contact": Study("rail_fem.studies.plane_contact", "boundary elements against finite elements in the plane"),
     "patch-methods": Study(
-        "rail_fem.studies.patch_methods", "one patch by every method, static finite elements as judge"
+        "rail_fem.studies.patch_methods", "one patch by every method, static finite elements as reference solution"
     ),
     "patch-limits": Study("rail_fem.studies.patch_limits", "where the half-space is wrong and the slices are right"),
     "patch-speed": Study("rail_fem.studies.patch_speed", "speed against error of all patch solvers on one patch"),

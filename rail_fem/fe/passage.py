@@ -25,7 +25,7 @@ from rail_fem.fe.start_state import StartState, resting
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.light.contact_table import contact_table
-from rail_fem.light.groove import grooves
+from rail_fem.light.plastic_indentation import plastic_indentation
 from rail_fem.light.rigid import anchored_path
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.explicit import FeSettings
@@ -244,18 +244,19 @@ def build_supports(
 
 def contact_stiffness(scene: Scene, running: Running) -> float:
     """Of the wheel on the body below it at the start, under the static load [N/m]: Hertz' contact in series with the
-    groove that it presses.
+    plastic indentation under it.
 
     For the settling damper, which this makes critical: a narrow nose that yields is four times softer than the wing.
     """
     load, materials = scene.static_wheel_load, scene.materials
     table = contact_table(scene, running.start, running.start + running.sign * NEXT_POSITION, NEXT_POSITION)
     body, here = table.carrier(running.start)
-    limit, give = (
-        values[body, here] for values in grooves(table, (materials.wing.steel(), materials.nose.steel()), load)
+    yield_load, plastic_compliance = (
+        values[body, here]
+        for values in plastic_indentation(table, (materials.wing.steel(), materials.nose.steel()), load)
     )
     elastic = tangent_stiffness(table.stiffness[body, here], load)
-    return float(1 / (1 / elastic + (give if load > limit else 0.0)))
+    return float(1 / (1 / elastic + (plastic_compliance if load > yield_load else 0.0)))
 
 
 def _set_lumped_masses(

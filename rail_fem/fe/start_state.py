@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rail_fem.light.contact_table import contact_table
-from rail_fem.light.groove import contacts_of
+from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.vertical_pass import TRACK, WHEEL, run_pass
 from rail_fem.output.events import OPEN
 from rail_fem.scene.scene import GRAVITY, Scene

@@ -1,1 +1,2 @@
-"""What the light models stand on: rigid paths, contact tables, load sharing, grooves, masses, springs and dampers."""
+"""What the light models stand on: rigid paths, contact tables, load sharing, plastic indentation, masses, springs and
+dampers."""

@@ -1,9 +1,9 @@
-"""A wheel brought to touch a rail or a crossing, seen from the contact patch: gaps and slices for the contact solvers
-of `bem`.
+"""A wheel brought into contact with a rail or a crossing, seen from the contact patch: gaps and slices for the contact
+solvers of `bem`.
 
-The wheel is lowered along z at a given lateral place until it touches. The patch's frame stands at that point: x'
-forward and s lateral lie in the common tangent plane, h along its normal into the wheel. Both surfaces become heights
-h(x', s), exact on the profiles; the gap is their difference and knows nothing of rails any more. It is what the
+The wheel is lowered along z at a given lateral position until it comes into contact. The patch's frame stands at that
+point: x' forward and s lateral lie in the common tangent plane, h along its normal into the wheel. Both surfaces become
+heights h(x', s), exact on the profiles; the gap is their difference and knows nothing of rails any more. It is what the
 half-space and the slices of `bem` take.
 
     pair = plain_rail_pair()                                        # P8 on BS113A, gauge 1435, back-to-back 1360, rail
@@ -39,7 +39,7 @@ _BEND = 0.5e-3  # half the chord over which curvatures are taken [m]
 
 
 class ContactPairError(ValueError):
-    """A wheel that cannot be brought to touch: says what, where, what to do."""
+    """A wheel that cannot be brought into contact with: says what, where, what to do."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +48,10 @@ class WheelSurface:
 
     profile: Profile
     rolling_radius: float = ROLLING_RADIUS
-    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __call__(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        x0, y0, z0 = self.place
+        x0, y0, z0 = self.position
         radius = self.rolling_radius - self.profile.height(np.asarray(y) - y0)
         with np.errstate(invalid="ignore"):
             return z0 + self.rolling_radius - np.sqrt(radius**2 - (np.asarray(x) - x0) ** 2)
@@ -72,7 +72,7 @@ def crossing_surface(crossing: AnyCrossing, body: str | None = None) -> Surface:
 
 @dataclass(frozen=True)
 class ContactPair:
-    """point (3,) [m] : first touch; frame (3, 3) : rows x' forward, s lateral, normal into the wheel
+    """point (3,) [m] : first point of contact; frame (3, 3) : rows x' forward, s lateral, normal into the wheel
     wheel, rail : surfaces in place, touching there
     """
 
@@ -99,7 +99,8 @@ class ContactPair:
         return _heights(self.wheel, self.point, self.frame, x, s)
 
     def gap(self, x: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Gap [m] along the normal at (x', s) [m], 0 at the first touch; +inf where a body has no surface."""
+        """Gap [m] along the normal at (x', s) [m], 0 at the first point of contact; +inf where a body has no
+        surface."""
         gap = self.wheel_height(x, s) - self.rail_height(x, s)
         return np.where(np.isfinite(gap), gap, np.inf)
 
@@ -120,18 +121,18 @@ class ContactPair:
         return wheel_load / float(self.frame[2, 2])
 
     def window(self, length: float = 0.012, width: float = 0.02) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Search window of +- length, +- width [m] about the first touch, as bem.halfspace.normal.normal_contact takes
-        it."""
+        """Search window of +- length, +- width [m] about the first point of contact, as
+        bem.halfspace.normal.normal_contact takes it."""
         return (-length, length), (-width, width)
 
     def radii(self) -> tuple[float, float]:
-        """Relative radii [m] along x' and s at the first touch, from a chord of 1 mm."""
+        """Relative radii [m] along x' and s at the first point of contact, from a chord of 1 mm."""
         along = self.gap(np.array([-_BEND, _BEND]), np.zeros(2)).mean()
         across = self.gap(np.zeros(2), np.array([-_BEND, _BEND])).mean()
         return _BEND**2 / (2 * along), _BEND**2 / (2 * across)
 
     def hertz(self, wheel_load: float) -> PointContact:
-        """Hertz' contact of the radii at the first touch; blind to all that changes within the patch."""
+        """Hertz' contact of the radii at the first point of contact; blind to all that changes within the patch."""
         return point_contact(
             self.normal_force(wheel_load), *self.radii(), contact_modulus(self.wheel_steel, self.rail_steel)
         )
@@ -148,7 +149,8 @@ def bring_together(
 ) -> ContactPair:
     """Lower a wheel whose tread datum is at (x, y) [m] onto a rail.
 
-    reach : how far ahead and behind the axle it may touch [m], 0 for a straight rail, where it touches below the axle
+    reach : how far ahead and behind the axle it may touch [m], 0 for a straight rail, where it is in contact below the
+        axle
     steels : wheel, rail. Raises ContactPairError where nothing lies below the wheel.
     """
     hanging = WheelSurface(profile, rolling_radius, (*datum, 0.0))
@@ -174,7 +176,7 @@ def pair_at(
     profile: Profile,
     rail: Surface,
     datum: tuple[float, float],
-    touch: np.ndarray,
+    first_point: np.ndarray,
     rolling_radius: float = ROLLING_RADIUS,
     wheel_steel: Elastic = STEEL,
     rail_steel: Elastic = STEEL,
@@ -185,7 +187,7 @@ def pair_at(
 
     Raises ContactPairError where one of the two has no surface there.
     """
-    hanging, at = WheelSurface(profile, rolling_radius, (*datum, 0.0)), np.asarray(touch, float)
+    hanging, at = WheelSurface(profile, rolling_radius, (*datum, 0.0)), np.asarray(first_point, float)
     height = float(rail(at[:1], at[1:])[0])
     least = float(hanging(at[:1], at[1:])[0]) - height
     if not np.isfinite(least):
@@ -261,7 +263,7 @@ def plain_rail_section(
 
     The whole profiles, closed by straight sides to held edges `below` the crown and `above` the tread datum [m].
     """
-    _, y, z = pair.wheel.place
+    _, y, z = pair.wheel.position
     wheel = pair.wheel.profile.points + [y, z]
     return (
         Body(block_behind(rail_head(rail, inclination).points, -below), pair.rail_steel),

@@ -4,7 +4,7 @@ touches, how stiff it is.
 Each contact is the paraboloid whose intersection with a plane, as deep as the virtual penetration of Kik and Piotrowski
 (0.55 of the approach under the static load), has the length, width and area of the intersection of the true surfaces
 there. So edges and corners count by what they carry. Where the intersection is no ellipse about the contact point,
-Hertz' theory is a guess: `lopsided`.
+Hertz' theory is a guess: `asymmetry`.
 Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual penetration).
 """
 
@@ -39,14 +39,14 @@ FAR = 1.0  # gap where there is no surface [m]
 class ContactTable:
     """Contacts of a scene's wheel with wing and nose (b = 0, 1) at axle positions x (n,) [m].
 
-    height    : (2, n)    axle height, relative to plain line, at which the wheel touches the body [m]; -inf out of
-        reach
+    height    : (2, n)    axle height, relative to plain line, at which the wheel comes into contact with the body [m];
+        -inf out of reach
     slope     : (2, n)    its derivative to x [1]
-    point     : (2, n, 3) where they touch [m]
+    point     : (2, n, 3) where they are in contact [m]
     stiffness : (2, n)    K of F = K d^1.5, vertical force over vertical approach [N/m^1.5]; 0 out of reach
     radii     : (2, n, 2) relative radii along and across the rail [m]
     angle     : (2, n)    slope angle of the surfaces there, across the track [rad]; > 0 rises towards the field side
-    lopsided  : (2, n)    distance of the intersection's middle from the contact point over its half-width [1]
+    asymmetry : (2, n)    distance of the intersection's middle from the contact point over its half-width [1]
     transfers : (k,)      x where a rigid wheel changes body [m]
     modulus   : E* of wheel and each body [Pa]
     search_time : what finding it cost, also where it was kept from another scene [s]
@@ -59,26 +59,26 @@ class ContactTable:
     stiffness: np.ndarray
     radii: np.ndarray
     angle: np.ndarray
-    lopsided: np.ndarray
+    asymmetry: np.ndarray
     transfers: np.ndarray
     modulus: tuple[float, float]
     search_time: float = 0.0
 
     def height_at(self, x: np.ndarray) -> np.ndarray:
-        """(2, m) heights at x (m,) [m]: cubic Hermite between the table's places, -inf where one of the two is out of
-        reach."""
+        """(2, m) heights at x (m,) [m]: cubic Hermite between the table's positions, -inf where one of the two is out
+        of reach."""
         return np.stack([_hermite(x, self.x, h, s) for h, s in zip(self.height, self.slope)])
 
     def between(self, x: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """(2, m) values (2, n) of the table at x (m,), linear between its places."""
+        """(2, m) values (2, n) of the table at x (m,), linear between its positions."""
         return np.stack([np.interp(x, self.x, row) for row in values])
 
     def nearest(self, x: np.ndarray) -> np.ndarray:
-        """(m,) index of the table's place nearest to x."""
+        """(m,) index of the table's position nearest to x."""
         return np.clip(np.rint((np.asarray(x) - self.x[0]) / (self.x[1] - self.x[0])).astype(int), 0, len(self.x) - 1)
 
     def carrier(self, x: float) -> tuple[int, int]:
-        """Which body (of BODIES) a rigid wheel at x stands on, and the index of the table's nearest place."""
+        """Which body (of BODIES) a rigid wheel at x stands on, and the index of the table's nearest position."""
         i = int(self.nearest(x))
         return int(np.argmax(self.height[:, i])), i
 
@@ -167,7 +167,7 @@ def table_of(key: TableKey) -> ContactTable:
         gather("stiffness"),
         gather("radii"),
         gather("angle"),
-        gather("lopsided"),
+        gather("asymmetry"),
         path.transfers,
         moduli,
         search_time + time.perf_counter() - started,
@@ -196,7 +196,7 @@ def _contacts(
     gap, along, across = _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle)
     depth = np.full(len(x), FIRST_DEPTH)
     for _ in range(ROUNDS):
-        radii, lopsided = equivalent_paraboloid(gap, along, across, depth)
+        radii, asymmetry = equivalent_paraboloid(gap, along, across, depth)
         constant = hertz_constants(radii, modulus)
         depth = np.clip(VIRTUAL * (load / np.cos(angle) / constant) ** (2 / 3), *DEPTHS)
     found = {
@@ -204,7 +204,7 @@ def _contacts(
         "angle": angle,
         "stiffness": constant * np.cos(angle) ** 2.5,
         "radii": radii,
-        "lopsided": lopsided,
+        "asymmetry": asymmetry,
     }
     shape = lambda values: np.full((len(near), *values.shape[1:]), 0.0)
     return {name: _placed(shape(values), near, values) for name, values in found.items()}
@@ -231,7 +231,7 @@ def _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle) -> tuple[np
 def equivalent_paraboloid(
     gap: np.ndarray, along: np.ndarray, across: np.ndarray, depth: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Radii (n, 2) [m] of the paraboloid that intersects to `depth` (n,) as the gap (n, p, q) does, and how lopsided
+    """Radii (n, 2) [m] of the paraboloid that intersects to `depth` (n,) as the gap (n, p, q) does, and how asymmetric
     that is (n,).
 
     Length, width and area are those of the place where the gap, linear between its samples, is below the depth.
@@ -247,12 +247,12 @@ def equivalent_paraboloid(
     return radii, np.abs(middle) / (width / 2)
 
 
-def _below(gap: np.ndarray, places: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _below(gap: np.ndarray, positions: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Length (...) [m] of the places (q,) where gap (..., q) is below depth (..., 1), and their middle."""
     low, high = np.minimum(gap[..., 1:], gap[..., :-1]), np.maximum(gap[..., 1:], gap[..., :-1])
-    share = np.clip((depth - low) / np.maximum(high - low, 1e-15), 0, 1) * np.diff(places)
+    share = np.clip((depth - low) / np.maximum(high - low, 1e-15), 0, 1) * np.diff(positions)
     length = share.sum(axis=-1)
-    return length, (share * (places[1:] + places[:-1]) / 2).sum(axis=-1) / np.maximum(length, 1e-15)
+    return length, (share * (positions[1:] + positions[:-1]) / 2).sum(axis=-1) / np.maximum(length, 1e-15)
 
 
 def surface_gap(

@@ -47,8 +47,8 @@ def crossing_spec(crossing: AnyCrossing, path: WheelPath, low: float, high: floa
     """Fine where the rigid wheel comes near: the cheaper model says where the fine mesh must lie.
 
     path : over the stretch that decides the mesh (rail_fem.light.rigid.anchored_path);
-    low, high : the wheel's way [m];  size : of an element [m] Slabs are counted from x = 0 on the wing and from the tip
-        on the nose.
+    low, high : the wheel's path [m];  size : of an element [m] Slabs are counted from x = 0 on the wing and from the
+        tip on the nose.
     """
     bodies = {}
     for name, gap, point, anchor in (

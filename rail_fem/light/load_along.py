@@ -15,7 +15,7 @@ LONGEST = 4  # times the wheel's own half patch
 
 
 def reach_along(strip, index, rail):
-    """Reach of the overlap behind and ahead of a strip's lowest place [m]; index of its branch."""
+    """Reach of the overlap behind and ahead of a strip's lowest point [m]; index of its branch."""
     raise NotImplementedError("compiled code only")
 
 
@@ -30,7 +30,7 @@ def _reach_along(strip, index, rail):
 
 
 def depth_along(strip, index, away, rail):
-    """Depth along the normal [m] at a distance along x from a strip's lowest place."""
+    """Depth along the normal [m] at a distance along x from a strip's lowest point."""
     raise NotImplementedError("compiled code only")
 
 

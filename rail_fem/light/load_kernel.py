@@ -243,7 +243,7 @@ def strips_of(edges, part, found, height, wheel, rail, pose):
 
 @njit(cache=True, error_model="numpy")
 def cells_of(strips, found, rail):
-    """Strip and row (c,) of every cell, its distance from the strip's lowest place (c,), depth (c,), and the length of
+    """Strip and row (c,) of every cell, its distance from the strip's lowest point (c,), depth (c,), and the length of
     all [m]."""
     m = strips.shape[1]
     length = 2 * max(strips[BEHIND].max(), strips[AHEAD].max()) / ROWS

@@ -68,7 +68,7 @@ class LoadedWheelset:
         return float(self.left.force[:, 1].sum() + self.right.force[:, 1].sum())
 
 
-def rest(
+def static_equilibrium(
     search: ContactSearch,
     loads: tuple[float, float],
     lateral: float = 0.0,
@@ -86,7 +86,7 @@ def rest(
     Raises WheelsetError for loads that are negative, not finite or so large that bodies would penetrate by more than 1
     mm along the normal.
     """
-    search.check_place(lateral, yaw, held_at)
+    search.check_position(lateral, yaw, held_at)
     _check(loads, modulus)
     lateral = within_stops(search, lateral, yaw, held_at)
     lever = search.wheelset.radius if held_at == "rail" else 0.0
@@ -137,15 +137,19 @@ def _between_bounds(
         return height, carried("right", roll, height) / loads[1] - 1
 
     def height_under(side: str, roll: float, load: float) -> float:
-        touching = -least_gap(sides[side], SIDES[side], lateral, yaw, roll, lever, arm, False)[0]
+        in_contact = -least_gap(sides[side], SIDES[side], lateral, yaw, roll, lever, arm, False)[0]
         deep = (load / (0.7 * modulus)) ** (2 / 3)
-        while load > 0 and carried(side, roll, touching - deep) < load:
+        while load > 0 and carried(side, roll, in_contact - deep) < load:
             deep *= 2
         return (
-            touching
+            in_contact
             if load == 0
             else brentq(
-                lambda height: carried(side, roll, height) / load - 1, touching - deep, touching, xtol=1e-17, rtol=1e-15
+                lambda height: carried(side, roll, height) / load - 1,
+                in_contact - deep,
+                in_contact,
+                xtol=1e-17,
+                rtol=1e-15,
             )
         )
 
@@ -163,7 +167,7 @@ def _between_bounds(
     return roll, height, max(before, abs(left_over))
 
 
-def rest_under(
+def equilibrium_under(
     search: ContactSearch,
     loads: tuple[float, float],
     lateral_load: float = 0.0,
@@ -180,10 +184,10 @@ def rest_under(
     within 15 mm.
     """
     total, cant = sum(loads), search.track.cant
-    check_range("rest_under", (("lateral_load", lateral_load, -10 * total, 10 * total),))
+    check_range("equilibrium_under", (("lateral_load", lateral_load, -10 * total, 10 * total),))
     onto = tuple(load * np.cos(cant) for load in loads)
     along = lateral_load - total * np.sin(cant)
-    left_over = lambda y: (rest(search, onto, y, yaw, modulus=modulus).lateral_force + along) / total
+    left_over = lambda y: (static_equilibrium(search, onto, y, yaw, modulus=modulus).lateral_force + along) / total
     low, high = -LARGEST_LATERAL, LARGEST_LATERAL
     if not left_over(low) > 0 > left_over(high):
         canted = f" and cant {cant:g} rad" if cant else ""
@@ -191,10 +195,10 @@ def rest_under(
             f"lateral load {lateral_load:g} N{canted} is not held within +-{LARGEST_LATERAL:g} m: it climbs the rail;"
             " lessen it"
         )
-    return rest(search, onto, brentq(left_over, low, high, xtol=1e-14, rtol=1e-13), yaw, modulus=modulus)
+    return static_equilibrium(search, onto, brentq(left_over, low, high, xtol=1e-14, rtol=1e-13), yaw, modulus=modulus)
 
 
-def rest_wheel(
+def wheel_equilibrium(
     search: ContactSearch, side: str, load: float, state: Wheelset | None = None, modulus: float = STEEL_MODULUS
 ) -> tuple[Wheelset, LoadedSide]:
     """One wheel under a vertical load [N] on it, the axle's place, yaw and roll held: how high the axle then is, and
@@ -202,27 +206,27 @@ def rest_wheel(
 
     state : place, yaw and roll; its height does not count; None: the search's wheelset. The other wheel is left out.
 
-        state, found = rest_wheel(ContactSearch(Wheelset(wheel), Track(rail)), "left", 100e3)
+        state, found = wheel_equilibrium(ContactSearch(Wheelset(wheel), Track(rail)), "left", 100e3)
 
     Error: the load is met to 1e-9. Raises WheelsetError for a load that is not positive or would need a penetration of
     more than 1 mm.
     """
     check_side(side)
     most = _largest_load(modulus)
-    check_range("rest_wheel", (("load [N]", load, most * 1e-12, most), ("modulus", modulus, 1e6, 1e13)))
+    check_range("wheel_equilibrium", (("load [N]", load, most * 1e-12, most), ("modulus", modulus, 1e6, 1e13)))
     state = search.wheelset if state is None else state
-    touching = replace(state, z=state.z - float(search.contacts(state, side).vertical_gap.min()))
+    in_contact = replace(state, z=state.z - float(search.contacts(state, side).vertical_gap.min()))
     low, high = 0.0, (load / (0.7 * modulus)) ** (2 / 3)
     excess = lambda depth: (
-        pressed(search, replace(touching, z=touching.z - depth), side, modulus).force[:, 2].sum() / load - 1
+        side_held(search, replace(in_contact, z=in_contact.z - depth), side, modulus).force[:, 2].sum() / load - 1
     )
     while excess(high) < 0:  # ends: beyond DEEPEST `pressed` refuses
         low, high = high, 2 * high
-    resting = replace(touching, z=touching.z - brentq(excess, low, high, xtol=1e-18, rtol=1e-10))
-    return resting, pressed(search, resting, side, modulus)
+    equilibrium = replace(in_contact, z=in_contact.z - brentq(excess, low, high, xtol=1e-18, rtol=1e-10))
+    return equilibrium, side_held(search, equilibrium, side, modulus)
 
 
-def pressed(search: ContactSearch, state: Wheelset, side: str, modulus: float = STEEL_MODULUS) -> LoadedSide:
+def side_held(search: ContactSearch, state: Wheelset, side: str, modulus: float = STEEL_MODULUS) -> LoadedSide:
     """What a side carries with the wheelset held where it is, wherever that is; no points where it penetrates nowhere.
 
     Continuous in the state: tests/rail_fem/test_load_merge.py on prismatic rails, test_load_continuity.py on others.

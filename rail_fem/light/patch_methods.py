@@ -11,7 +11,7 @@ is an inference from its numbers, not something it says.
 
 Static finite elements of the thesis' sizes, 0.2 x 0.38 mm, on that head give 918 MPa, and 9.60 x 17.77 mm read to the
 next node without pressure, as a contour plot shows it: the thesis' 9.59 mm in length is its element on each side of
-9.24 mm. Its width, 18.88 mm, is 1.1 mm more, which the mesh does not explain. The lateral place might: 0.25 mm of it
+9.24 mm. Its width, 18.88 mm, is 1.1 mm more, which the mesh does not explain. The lateral position might: 0.25 mm of it
 change the width by 1.6 mm, pressure by 8 %.
 """
 
@@ -84,7 +84,7 @@ def thesis_pair(rail: str) -> ContactPair:
 def section_slices(pair: ContactPair, rail: str) -> Slices:
     """Slices of wheel and rail in place: whole profiles, the wheel turned about its axle."""
     lower, upper = plain_rail_section(pair, rail)
-    return wheel_on_prism(lower, upper, pair.wheel.place[2] + pair.wheel.rolling_radius)
+    return wheel_on_prism(lower, upper, pair.wheel.position[2] + pair.wheel.rolling_radius)
 
 
 def method_rows(
@@ -131,15 +131,15 @@ def method_rows(
     return [*rows, MethodRow.of("half-space", patch)]
 
 
-def table(rows: list[MethodRow], judge: MethodRow) -> str:
-    """Markdown; each quantity, and its difference to the judge's where it is not the judge."""
+def table(rows: list[MethodRow], reference: MethodRow) -> str:
+    """Markdown; each quantity, and its difference to the reference's where it is not the reference."""
     names = ("p_max [MPa]", "2a [mm]", "2b [mm]", "area [mm2]", "effective area [mm2]")
     lines = ["| method | " + " | ".join(names) + " | seconds |", "|---" * (len(names) + 2) + "|"]
     for row in rows:
         cells = [
-            _cell(value / unit, digits, None if row is judge else value / right - 1)
+            _cell(value / unit, digits, None if row is reference else value / right - 1)
             for value, right, unit, digits in zip(
-                _numbers(row), _numbers(judge), (1e6, 1e-3, 1e-3, 1e-6, 1e-6), (1, 2, 2, 1, 1)
+                _numbers(row), _numbers(reference), (1e6, 1e-3, 1e-3, 1e-6, 1e-6), (1, 2, 2, 1, 1)
             )
         ]
         lines.append(
@@ -164,7 +164,7 @@ def _cell(value: float, digits: int, difference: float | None) -> str:
     )
 
 
-def touch_of(patch: Patch) -> float:
-    """Lateral coordinate of the first touch [m]: where the gap of the middle section is least."""
+def contact_point_of(patch: Patch) -> float:
+    """Lateral coordinate of the first point of contact [m]: where the gap of the middle section is least."""
     middle = patch.gap[np.abs(patch.grid.x).argmin()]
     return float(patch.grid.y[np.argmin(middle)])

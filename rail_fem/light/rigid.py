@@ -6,17 +6,17 @@ from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import WheelPath, wheel_path
 from geometry.surfaces.crossing import CastCrossing, CrossingError
 from rail_fem.scene.scene import Frozen, Scene
-from rail_fem.settings.explicit import WAY, FeSettings
+from rail_fem.settings.explicit import COMMON_WINDOW, FeSettings
 
 SPACING = 5e-3  # between the axle positions that are looked at [m]
 ANCHORED_SPACING = 1e-3  # between those of `anchored_path`, counted from x = 0
-AROUND = 0.02  # of the path beyond the way [m]
+AROUND = 0.02  # of the path beyond the window [m]
 PLAIN_BEFORE_LEG = 0.2  # plain rail before the leg's transition that is still of the same stretch [m]
 FULL_NOSE = 0.69  # where the nose of the 1:9.25 crossing has long been a full rail; stretches with the ratio [m]
 LAST_NOSE = 1.5  # of any crossing: behind it a design stretch ends where the run does [m]
 BEYOND_PATH = 0.11  # of the modelled crossing that a wheel needs ahead of its last place [m]
 CLEAR = 20e-3  # at least between the end of settling and a transfer: a patch's length [m]
-# of a window that is placed: released before the transfer, and run on behind the first impact [m]
+# of a window around the transfer: released before the transfer, and run on behind the first impact [m]
 LEAD, FOLLOW = 35e-3, 160e-3
 
 
@@ -27,7 +27,7 @@ def rigid_path(scene: Scene, x: np.ndarray) -> WheelPath:
 
 
 def anchored_path(scene: Scene, low: float, high: float) -> WheelPath:
-    """The path around the way from `low` to `high` [m], over a stretch that does not hang on where exactly the way
+    """The path around the stretch from `low` to `high` [m], over a stretch that does not hang on where exactly the path
     ends. Errors: CrossingError.
 
     The stretch ends at places on the crossing: the last before `low` of the theoretical intersection, the end of the
@@ -50,18 +50,19 @@ def window_path(scene: Scene, settings: FeSettings) -> WheelPath:
     return rigid_path(scene, np.linspace(settings.start, settings.end, count))
 
 
-def placed(scene: Scene, settings: Frozen) -> Frozen:
+def with_window(scene: Scene, settings: Frozen) -> Frozen:
     """The settings of any model, with start and end where fe_window's leave them open: so that the wheel has settled
     LEAD before the place where a rigid wheel changes body, and runs on for FOLLOW behind it.
 
-    Errors: CrossingError, ValueError where a rigid wheel changes body nowhere on the common way.
+    Errors: CrossingError, ValueError where a rigid wheel changes body nowhere on the common path.
     """
     if not isinstance(settings, FeSettings) or None not in (settings.start, settings.end):
         return settings
-    transfers = scene.direction_sign * rigid_path(scene, np.arange(*WAY, SPACING)).transfers
+    transfers = scene.direction_sign * rigid_path(scene, np.arange(*COMMON_WINDOW, SPACING)).transfers
     if not len(transfers):
         raise ValueError(
-            f"a rigid wheel never changes body between x = {WAY[0] * 1e3:g} and {WAY[1] * 1e3:g} mm: give start and end"
+            f"a rigid wheel never changes body between x = {COMMON_WINDOW[0] * 1e3:g} and {COMMON_WINDOW[1] * 1e3:g}"
+            " mm: give start and end"
         )
     start = transfers.min() - LEAD - scene.speed * settings.settle_time
     chosen = {"start": start, "end": transfers.max() + FOLLOW}
@@ -71,7 +72,7 @@ def placed(scene: Scene, settings: Frozen) -> Frozen:
 
 def window_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     """Why the wheel cannot run over this window, if it cannot; and where it would settle across a transfer. settings :
-    placed"""
+    with start and end"""
     try:
         path = window_path(scene, settings)
     except (CrossingError, ValueError) as error:

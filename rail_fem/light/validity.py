@@ -14,7 +14,7 @@ from rail_fem.scene.scene import Scene
 # largest Hertz pressure over yield stress at first yield below a point contact (Johnson 1985, section 6.1)
 FIRST_YIELD = 1.6
 # middle of the intersection off the contact point, over its half-width, beyond which Hertz' patch is a guess
-LOPSIDED = 0.25
+MOST_ASYMMETRY = 0.25
 LARGEST_SHARE = 0.3  # of a patch's semi-axis in the smallest radius, beyond which a half-space is none
 SUDDEN = 0.5  # share of the lumped constant that the true one may differ by
 
@@ -113,15 +113,15 @@ def hertz_flags(
         loaded = run.force[b] > 0.1 * scene.static_wheel_load
         if not loaded.any():
             continue
-        lopsided = np.where(loaded, table.lopsided[b, near], 0.0)
-        if lopsided.max() > LOPSIDED:
-            i = int(np.argmax(lopsided))
-            share = float((lopsided > LOPSIDED).sum() / loaded.sum())
+        asymmetry = np.where(loaded, table.asymmetry[b, near], 0.0)
+        if asymmetry.max() > MOST_ASYMMETRY:
+            i = int(np.argmax(asymmetry))
+            share = float((asymmetry > MOST_ASYMMETRY).sum() / loaded.sum())
             flags.append(
                 flag(
                     "edge",
-                    f"{body}: the contact lies beside the middle of its patch on {share:.0%} of the loaded way, by up"
-                    f" to {lopsided[i]:.0%} of the half-width: Hertz' patch and pressure are a guess",
+                    f"{body}: the contact lies beside the middle of its patch on {share:.0%} of the loaded path, by up"
+                    f" to {asymmetry[i]:.0%} of the half-width: Hertz' patch and pressure are a guess",
                     f"x = {run.x[i] * 1e3:.0f} mm",
                 )
             )

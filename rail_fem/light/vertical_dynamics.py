@@ -1,9 +1,10 @@
-"""Few masses on springs and dampers, pressed by one wheel on several contacts: the time step of the light models.
+"""Few masses on springs and dampers, loaded by one wheel on several contacts: the time step of the light models.
 
 All contacts act along one coordinate, s = coupling . q (wheel less track). A body at distance s is approached by d =
-height - s and pushes with the force F that solves d = (F / stiffness)^(1 / exponent) + give * max(F - limit, 0): Hertz'
-law, and a plastic groove above the limit. F only grows with d, so each step closes with one equation for s that has
-exactly one root. Scheme: implicit midpoint rule, second order, symplectic where nothing damps, unconditionally stable.
+height - s and pushes with the force F that solves d = (F / stiffness)^(1 / exponent) + plastic_compliance * max(F -
+yield_load, 0): Hertz' law, and a plastic indentation above the yield load. F only grows with d, so each step closes
+with one equation for s that has exactly one root. Scheme: implicit midpoint rule, second order, symplectic where
+nothing damps, unconditionally stable.
 Source: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), section II.1.
 """
 
@@ -37,14 +38,14 @@ class Motion:
     """What came out, at the m + 1 ends of the steps but for `force`.
 
     position, velocity : (m + 1, n) [m, m/s];  force : (bodies, m) mean over each step [N]
-    drive : (m,) work of each step done by moving the path under the wheel [J];
+    path_work : (m,) work of each step done by moving the path under the wheel [J];
     loss : (m,) work of each step in the dampers [J]
     """
 
     position: np.ndarray
     velocity: np.ndarray
     force: np.ndarray
-    drive: np.ndarray
+    path_work: np.ndarray
     loss: np.ndarray
 
 
@@ -52,25 +53,28 @@ class Motion:
 class ContactLaw:
     """Contacts at the ends and middles of m steps.
 
-    height : (bodies, 2 m + 1) axle height at which the wheel touches [m]; -inf out of reach
+    height : (bodies, 2 m + 1) axle height at which the wheel comes into contact [m]; -inf out of reach
     stiffness : (bodies, 2 m + 1) [N/m^exponent]
-    limit, give : (bodies, 2 m + 1) force at which a groove begins [N] and its depth per force above [m/N]; None:
-        elastic
+    yield_load, plastic_compliance : (bodies, 2 m + 1) force at which plastic indentation begins [N] and its depth per
+        force above [m/N]; None: elastic
     exponent : 1.5 (Hertz) or 1 (linear)
     """
 
     height: np.ndarray
     stiffness: np.ndarray
-    limit: np.ndarray | None = None
-    give: np.ndarray | None = None
+    yield_load: np.ndarray | None = None
+    plastic_compliance: np.ndarray | None = None
     exponent: float = 1.5
 
     @property
     def arrays(self) -> tuple:
-        """What the kernels take: height, (stiffness, limit, give), exponent."""
+        """What the kernels take: height, (stiffness, yield_load, plastic_compliance), exponent."""
         none = np.zeros_like(self.stiffness)
-        limit, give = none if self.limit is None else self.limit, none if self.give is None else self.give
-        return self.height, np.stack([self.stiffness, limit, give], axis=-1), self.exponent
+        yield_load, plastic_compliance = (
+            none if self.yield_load is None else self.yield_load,
+            none if self.plastic_compliance is None else self.plastic_compliance,
+        )
+        return self.height, np.stack([self.stiffness, yield_load, plastic_compliance], axis=-1), self.exponent
 
 
 def integrate(masses: Masses, position: np.ndarray, velocity: np.ndarray, step: float, law: ContactLaw) -> Motion:
@@ -111,22 +115,22 @@ def integrate(masses: Masses, position: np.ndarray, velocity: np.ndarray, step: 
 
 @njit(cache=True)
 def contact_force(depth, law, exponent):
-    """Force [N] at an approach [m] and its derivative; law: (stiffness, limit, give).
+    """Force [N] at an approach [m] and its derivative; law: (stiffness, yield_load, plastic_compliance).
 
     Beyond the limit by Newton's method from the limit up: the depth is a concave function of the force, so no iterate
     overshoots.
     """
-    stiffness, limit, give = law
+    stiffness, yield_load, plastic_compliance = law
     if depth <= 0:
         return 0.0, 0.0
     force = stiffness * depth**exponent
-    if give == 0.0 or force <= limit:
+    if plastic_compliance == 0.0 or force <= yield_load:
         return force, exponent * force / depth
-    force = max(limit, 1e-12)
+    force = max(yield_load, 1e-12)
     for _ in range(MOST_ITERATIONS):
         elastic = (force / stiffness) ** (1 / exponent)
-        slope = elastic / (exponent * force) + give
-        change = (depth - elastic - give * (force - limit)) / slope
+        slope = elastic / (exponent * force) + plastic_compliance
+        change = (depth - elastic - plastic_compliance * (force - yield_load)) / slope
         force += change
         if change <= 1e-14 * force:
             break
@@ -144,17 +148,17 @@ def contact_forces(s, height, law, exponent, out):
 
 
 @njit(cache=True)
-def closing_distance(free, compliance, height, law, exponent, out):
+def solve_distance(unloaded, compliance, height, law, exponent, out):
     """Root s of s = free + compliance * sum of forces(s); `out` (bodies,) holds the forces there.
 
     Newton's method, held between the bounds that are known: the forces fall with s and are 0 at the highest body.
     """
-    low, high, s = free, max(free, height.max()), free
+    low, high, s = unloaded, max(unloaded, height.max()), unloaded
     for _ in range(MOST_ITERATIONS):
         slope = contact_forces(s, height, law, exponent, out)
-        rest = free + compliance * out.sum() - s
-        low, high = (s, high) if rest >= 0 else (low, s)
-        new = s + rest / (1.0 - compliance * slope)
+        residual = unloaded + compliance * out.sum() - s
+        low, high = (s, high) if residual >= 0 else (low, s)
+        new = s + residual / (1.0 - compliance * slope)
         if not low <= new <= high:
             new = (low + high) / 2
         change, s = new - s, new
@@ -166,14 +170,14 @@ def closing_distance(free, compliance, height, law, exponent, out):
 
 @njit(cache=True)
 def contact_energy(s, height, law, exponent):
-    """Work that bringing the contacts to distance s takes [J]; of a groove, this is not given back."""
+    """Work that bringing the contacts to distance s takes [J]; of a plastic indentation, this is not given back."""
     energy = 0.0
     for b in range(len(height)):
         force, _ = contact_force(height[b] - s, law[b], exponent)
         if force > 0:
-            stiffness, limit, give = law[b]
+            stiffness, yield_load, plastic_compliance = law[b]
             energy += force * (force / stiffness) ** (1 / exponent) / (1 + 1 / exponent) / exponent
-            energy += give * max(force**2 - limit**2, 0.0) / 2
+            energy += plastic_compliance * max(force**2 - yield_load**2, 0.0) / 2
     return energy
 
 
@@ -190,40 +194,40 @@ def contact_energies(s, height, law, exponent):
 def _march(mass, spring, damper, load, coupling, inverse, q, v, step, height, law, exponent):
     steps = (height.shape[1] - 1) // 2
     position, velocity = np.empty((steps + 1, len(q))), np.empty((steps + 1, len(q)))
-    force, drive, loss = np.empty((height.shape[0], steps)), np.empty(steps), np.empty(steps)
+    force, path_work, loss = np.empty((height.shape[0], steps)), np.empty(steps), np.empty(steps)
     now = np.empty(height.shape[0])
     position[0], velocity[0] = q, v
     reply = inverse @ coupling
     compliance = step / 2 * (coupling @ reply)
     for i in range(steps):
         still = inverse @ (2 / step * mass * v - spring @ q + load)
-        free = coupling @ (q + step / 2 * still)
-        s = closing_distance(free, compliance, height[:, 2 * i + 1], law[:, 2 * i + 1], exponent, now)
+        unloaded = coupling @ (q + step / 2 * still)
+        s = solve_distance(unloaded, compliance, height[:, 2 * i + 1], law[:, 2 * i + 1], exponent, now)
         middle = still + reply * now.sum()
         q = q + step * middle
         v = 2 * middle - v
         position[i + 1], velocity[i + 1] = q, v
         force[:, i] = now
-        drive[i] = _drive_work(s, height, law, exponent, i)
+        path_work[i] = _path_work(s, height, law, exponent, i)
         loss[i] = step * (middle @ (damper @ middle))
-    return position, velocity, force, drive, loss
+    return position, velocity, force, path_work, loss
 
 
 @njit(cache=True)
-def _drive_work(s, height, law, exponent, i):
+def _path_work(s, height, law, exponent, i):
     """Work done on the contacts by moving the path on during step i, at the distance of its middle."""
     after = contact_energy(s, height[:, 2 * i + 2], law[:, 2 * i + 2], exponent)
     return after - contact_energy(s, height[:, 2 * i], law[:, 2 * i], exponent)
 
 
-def rest_distance(load: float, law: ContactLaw) -> float:
+def static_distance(load: float, law: ContactLaw) -> float:
     """Distance s [m] at which the contacts carry `load` [N] at the first of the law's times, to round-off."""
     heights, laws, exponent = law.arrays
     height, at, out = heights[:, 0], laws[:, 0], np.empty(len(heights))
     best = int(np.argmax(height))
-    stiffness, limit, give = at[best]
+    stiffness, yield_load, plastic_compliance = at[best]
     high = float(height[best])
-    low = high - (load / stiffness) ** (1 / exponent) - give * max(load - limit, 0.0)
+    low = high - (load / stiffness) ** (1 / exponent) - plastic_compliance * max(load - yield_load, 0.0)
     while (low + high) / 2 not in (low, high):
         middle = (low + high) / 2
         contact_forces(middle, height, at, exponent, out)

@@ -2,7 +2,7 @@
 rigid_hertz.
 
 q = (sprung mass, wheel, track): heights [m]; the wheel's is that of its axle less the rolling radius, the track's that
-of its place at rest without load. Vertical only; the wheel runs straight on at the scene's speed (assumptions of the
+of its position at rest without load. Vertical only; the wheel runs straight on at the scene's speed (assumptions of the
 thesis, section 7.2.1.1).
 """
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.light.vertical_dynamics import ContactLaw, Masses, Motion, contact_energies, integrate, rest_distance
+from rail_fem.light.vertical_dynamics import ContactLaw, Masses, Motion, contact_energies, integrate, static_distance
 from rail_fem.output.events import OPEN, peak_at
 from rail_fem.output.result import Peak
 from rail_fem.scene.scene import GRAVITY, Scene
@@ -62,7 +62,7 @@ def scene_masses(scene: Scene) -> Masses:
         )
     between = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
     under = np.diag([0.0, 0.0, 1.0])
-    load = np.array([-mass[0], -mass[1], 0.0]) * GRAVITY  # the track's own weight is in its place at rest
+    load = np.array([-mass[0], -mass[1], 0.0]) * GRAVITY  # the track's own weight is in its position at rest
     return Masses(
         mass,
         vehicle.primary_stiffness * between + foundation.stiffness * under,
@@ -77,7 +77,7 @@ def run_pass(scene: Scene, settings: PassSettings, contacts: Contacts, step: flo
     FloatingPointError."""
     step, x = half_steps(scene, settings, step)
     law, masses = contacts(x), scene_masses(scene)
-    position, velocity = resting_start(scene, masses, law, step)
+    position, velocity = static_start(scene, masses, law, step)
     motion = integrate(masses, position, velocity, step, law)
     height, stiffness, exponent = law.arrays
     energy = contact_energies(motion.position @ masses.coupling, height[:, ::2], stiffness[:, ::2], exponent)
@@ -87,8 +87,8 @@ def run_pass(scene: Scene, settings: PassSettings, contacts: Contacts, step: flo
 
 
 def half_steps(scene: Scene, settings: PassSettings, step: float | None = None) -> tuple[float, np.ndarray]:
-    """Time step [s], the settings' or `step` or a little less, and wheel places x (2 m + 1,) [m] at ends and middles of
-    m steps over the window.
+    """Time step [s], the settings' or `step` or a little less, and wheel positions x (2 m + 1,) [m] at ends and middles
+    of m steps over the window.
 
     Errors: ValueError for a step count beyond reason.
     """
@@ -103,10 +103,10 @@ def half_steps(scene: Scene, settings: PassSettings, step: float | None = None) 
     return duration / count, np.linspace(start, end, 2 * count + 1)
 
 
-def resting_start(scene: Scene, masses: Masses, law: ContactLaw, step: float):
+def static_start(scene: Scene, masses: Masses, law: ContactLaw, step: float):
     """Heights and velocities (3,), (3,) of steady running along the path's first slope under the static load."""
     load = scene.static_wheel_load
-    distance = rest_distance(load, law)
+    distance = static_distance(load, law)
     track = -load / scene.foundation.stiffness
     wheel = distance + track
     sprung = wheel - masses.mass[0] * GRAVITY / scene.vehicle.primary_stiffness
@@ -133,12 +133,12 @@ def common_history(run: LightPass) -> dict[str, np.ndarray]:
 
 
 def energy_columns(run: LightPass) -> dict[str, np.ndarray]:
-    """Energies (m,) [J] after each step. external: weight and the drive over the path; balance: what the scheme loses,
+    """Energies (m,) [J] after each step. external: weight and the motion over the path; balance: what the scheme loses,
     second order in the step."""
     q, v, masses = run.motion.position, run.motion.velocity, run.masses
     kinetic = 0.5 * (v**2) @ masses.mass
     springs = 0.5 * np.einsum("mi,ij,mj->m", q, masses.stiffness, q)
-    external = np.r_[0.0, np.cumsum(run.motion.drive)] + (q - q[0]) @ masses.load
+    external = np.r_[0.0, np.cumsum(run.motion.path_work)] + (q - q[0]) @ masses.load
     damping = np.r_[0.0, np.cumsum(run.motion.loss)]
     total = kinetic + springs + run.contact_energy + damping - external
     columns = {

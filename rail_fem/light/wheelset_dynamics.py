@@ -5,7 +5,7 @@ q = (sprung mass left and right, wheelset height z, roll phi, lateral y, yaw psi
 geometry.wheelset: y to the left, phi > 0 lifts the left wheel, psi > 0 heads to the left. A contact's potential is the
 work of its approach
     d = H(x, u) - z - phi (Y - y) + r phi^2 / 2 + track,   u = side * (y + r phi),
-H the height at which a wheel shifted by u towards its field side touches the rail, Y the contact's place across the
+H the height at which a wheel shifted by u towards its field side touches the rail, Y the contact's position across the
 track. Its gradient gives every force: of the normal, of the contact angle (dH/du), and the lever in roll. So lateral
 and roll motion exchange energy with the vertical one exactly; what it leaves out is of second order in the slopes and
 of third in y and phi. Creep forces: Kalker's linear theory, bounded by friction as Vermeulen and Johnson do; spin
@@ -29,19 +29,19 @@ CLOSED = 1e-14  # to which heights [m] and angles [rad] are found at the middle 
 
 @dataclass(frozen=True)
 class WheelsetContacts:
-    """c contacts at the ends and middles of m steps, t = 2 m + 1, on a grid of k evenly spaced lateral places of the
+    """c contacts at the ends and middles of m steps, t = 2 m + 1, on a grid of k evenly spaced lateral position of the
     wheel.
 
     side   : (c,) +1 left, -1 right;  place : (c, t) Y, across the track from its middle, + to the left [m]
     shift  : (k,) u [m];  height, slope : (c, t, k) H [m] (-inf out of reach) and dH/du [1];
     radius : (c, t, k) of the wheel there [m]
-    law    : (c, t, 3) Hertz constant [N/m^1.5], groove's limit [N] and give [m/N]
+    law    : (c, t, 3) Hertz constant [N/m^1.5], yield load [N] and plastic compliance [m/N]
     creep  : (c, t, 2) longitudinal and lateral creep coefficient [N] at the normal force `reference` [N]; they grow
         with its 2/3 power
     """
 
     side: np.ndarray
-    place: np.ndarray
+    contact_y: np.ndarray
     shift: np.ndarray
     height: np.ndarray
     slope: np.ndarray
@@ -57,14 +57,14 @@ class WheelsetSystem:
     """Linear part: mass (8,), stiffness, damping (8, 8), load (8,); free (8,) 1 where the motion is let go, 0 where it
     is held.
 
-    rolling_radius [m];  speed V > 0 along the way [m/s];  stop : clearance [m] and stiffness [N/m] of the check rail
+    rolling_radius [m];  speed V > 0 along the path [m/s];  stop : clearance [m] and stiffness [N/m] of the check rail
     """
 
     mass: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
     load: np.ndarray
-    free: np.ndarray
+    free_dofs: np.ndarray
     rolling_radius: float
     speed: float
     stop: tuple[float, float]
@@ -72,13 +72,13 @@ class WheelsetSystem:
 
 @dataclass(frozen=True)
 class WheelsetMotion:
-    """position, velocity (m + 1, 8); force (c, m) in each step's middle [N]; works of each step (m,) [J]: drive on the
-    contacts, dampers, creep."""
+    """position, velocity (m + 1, 8); force (c, m) in each step's middle [N]; works of each step (m,) [J]: of the path
+    on the contacts, dampers, creep."""
 
     position: np.ndarray
     velocity: np.ndarray
     force: np.ndarray
-    drive: np.ndarray
+    path_work: np.ndarray
     loss: np.ndarray
     friction: np.ndarray
 
@@ -89,8 +89,8 @@ def march(
     """From the start (8,), (8,) over all steps of `step` [s]. Error: second order in the step
     (tests/rail_fem/test_wheelset_dynamics.py).
 
-    Errors: ValueError when the wheelset leaves the lateral places of the contacts, FloatingPointError when a step does
-    not close.
+    Errors: ValueError when the wheelset leaves the lateral position of the contacts, FloatingPointError when a step
+    does not close.
     """
     c = contacts
     found = _march(
@@ -98,12 +98,12 @@ def march(
         system.stiffness,
         system.damping,
         system.load,
-        system.free,
+        system.free_dofs,
         system.rolling_radius,
         system.speed,
         *system.stop,
         c.side,
-        c.place,
+        c.contact_y,
         c.shift,
         c.height,
         c.slope,
@@ -119,14 +119,14 @@ def march(
     bad, motion = found[-1], WheelsetMotion(*found[:-1])
     if bad >= 0:
         raise FloatingPointError(
-            f"wheelset dynamics: step {bad} of {len(motion.drive)} does not close, t = {bad * step:.4g} s: take a"
+            f"wheelset dynamics: step {bad} of {len(motion.path_work)} does not close, t = {bad * step:.4g} s: take a"
             " shorter time_step"
         )
     across = motion.position[:, LATERAL] + system.rolling_radius * motion.position[:, ROLL]
     if np.abs(across).max() > np.abs(c.shift).max():
         i = int(np.argmax(np.abs(across) > np.abs(c.shift).max()))
         raise ValueError(
-            f"wheelset dynamics: lateral place {across[i] * 1e3:.2f} mm at step {i} is beyond the"
+            f"wheelset dynamics: lateral position {across[i] * 1e3:.2f} mm at step {i} is beyond the"
             f" {np.abs(c.shift).max() * 1e3:.1f} mm that were looked at: widen lateral_range"
         )
     return motion
@@ -138,7 +138,7 @@ def potential(system: WheelsetSystem, contacts: WheelsetContacts, position: np.n
     return _potentials(
         position,
         c.side,
-        c.place[:, ::2],
+        c.contact_y[:, ::2],
         c.shift,
         c.height[:, ::2],
         c.slope[:, ::2],
@@ -169,39 +169,39 @@ def surface(u, shift, height, slope):
 
 
 @njit(cache=True)
-def approach(q, side, place, shift, height, slope, rolling, gradient):
+def approach(q, side, contact_y, shift, height, slope, rolling, gradient):
     """Approach d of one contact and d2H/du2; `gradient` (8,) takes d's derivative to q."""
     value, tangent, bend = surface(side * (q[4] + rolling * q[3]), shift, height, slope)
     gradient[:] = 0.0
     gradient[2] = -1.0
-    gradient[3] = side * rolling * tangent - (place - q[4]) + rolling * q[3]
+    gradient[3] = side * rolling * tangent - (contact_y - q[4]) + rolling * q[3]
     gradient[4] = side * tangent + q[3]
     gradient[6 if side > 0 else 7] = 1.0
-    return value - q[2] - q[3] * (place - q[4]) + rolling * q[3] ** 2 / 2 + q[6 if side > 0 else 7], bend
+    return value - q[2] - q[3] * (contact_y - q[4]) + rolling * q[3] ** 2 / 2 + q[6 if side > 0 else 7], bend
 
 
 @njit(cache=True)
-def _energy(q, t, side, place, shift, height, slope, law, rolling, clearance, check):
+def _energy(q, t, side, contact_y, shift, height, slope, law, rolling, clearance, check):
     """Energy of all contacts at time t of the arrays, and of the check rail."""
     gradient, none = np.empty(8), np.zeros(1)
     energy = 0.5 * check * max(q[4] + rolling * q[3] - clearance, 0.0) ** 2
     for c in range(len(side)):
-        d, _ = approach(q, side[c], place[c, t], shift, height[c, t], slope[c, t], rolling, gradient)
+        d, _ = approach(q, side[c], contact_y[c, t], shift, height[c, t], slope[c, t], rolling, gradient)
         if d > 0:
             energy += contact_energy(-d, none, law[c, t : t + 1], 1.5)
     return energy
 
 
 @njit(cache=True)
-def _potentials(position, side, place, shift, height, slope, law, rolling, clearance, check):
+def _potentials(position, side, contact_y, shift, height, slope, law, rolling, clearance, check):
     out = np.empty(len(position))
     for i in range(len(position)):
-        out[i] = _energy(position[i], i, side, place, shift, height, slope, law, rolling, clearance, check)
+        out[i] = _energy(position[i], i, side, contact_y, shift, height, slope, law, rolling, clearance, check)
     return out
 
 
 @njit(cache=True)
-def _normal(q, t, side, place, shift, height, slope, law, rolling, clearance, check, force, into, stiff):
+def _normal(q, t, side, contact_y, shift, height, slope, law, rolling, clearance, check, force, into, stiff):
     """Forces of contacts (c,), their generalised force into (8,), and minus its derivative to q (8, 8)."""
     gradient = np.empty(8)
     into[:], stiff[:] = 0.0, 0.0
@@ -214,7 +214,7 @@ def _normal(q, t, side, place, shift, height, slope, law, rolling, clearance, ch
         stiff[4, 3] += check * rolling
         stiff[3, 3] += check * rolling**2
     for c in range(len(side)):
-        d, bend = approach(q, side[c], place[c, t], shift, height[c, t], slope[c, t], rolling, gradient)
+        d, bend = approach(q, side[c], contact_y[c, t], shift, height[c, t], slope[c, t], rolling, gradient)
         force[c], rate = contact_force(d, law[c, t], 1.5)
         into -= force[c] * gradient
         for i in range(8):
@@ -228,7 +228,7 @@ def _normal(q, t, side, place, shift, height, slope, law, rolling, clearance, ch
 
 
 @njit(cache=True)
-def _creep(q, v, t, side, place, shift, radius, creep, reference, friction, rolling, speed, force, into, stiff):
+def _creep(q, v, t, side, contact_y, shift, radius, creep, reference, friction, rolling, speed, force, into, stiff):
     """Generalised creep force (8,); stiff[0], stiff[1] (8, 8): minus its derivative to v and to q, with the share that
     friction leaves held."""
     into[:], stiff[:] = 0.0, 0.0
@@ -243,7 +243,7 @@ def _creep(q, v, t, side, place, shift, radius, creep, reference, friction, roll
     for c in range(len(side)):
         if force[c] <= 0:
             continue
-        grown, arm = (force[c] / reference) ** (2 / 3), place[c, t]
+        grown, arm = (force[c] / reference) ** (2 / 3), contact_y[c, t]
         along = -arm * v[5] / speed - (at[c] - mean) / rolling
         wanted_x, wanted_y = -creep[c, t, 0] * grown * along, -creep[c, t, 1] * grown * lateral
         size = np.hypot(wanted_x, wanted_y) / (3 * friction * force[c])
@@ -267,13 +267,13 @@ def _march(
     spring,
     damper,
     load,
-    free,
+    free_dofs,
     rolling,
     speed,
     clearance,
     check,
     side,
-    place,
+    contact_y,
     shift,
     height,
     slope,
@@ -286,29 +286,31 @@ def _march(
     v,
     step,
 ):
-    steps = (place.shape[1] - 1) // 2
+    steps = (contact_y.shape[1] - 1) // 2
     position, velocity = np.zeros((steps + 1, 8)), np.zeros((steps + 1, 8))
-    force, drive, loss, rubbed = np.zeros((len(side), steps)), np.zeros(steps), np.zeros(steps), np.zeros(steps)
+    force, path_work, loss, rubbed = np.zeros((len(side), steps)), np.zeros(steps), np.zeros(steps), np.zeros(steps)
     position[0], velocity[0] = q, v
-    now, pressed, stiff, dragged, slip = (
+    now, normal_load, stiff, creep_load, slip = (
         np.zeros(len(side)),
         np.zeros(8),
         np.zeros((8, 8)),
         np.zeros(8),
         np.zeros((2, 8, 8)),
     )
-    held = np.diag(1.0 - free)
+    held = np.diag(1.0 - free_dofs)
     for i in range(steps):
         t, middle, closed = 2 * i + 1, v.copy(), False
         for _ in range(MOST_ITERATIONS):
             at = q + step / 2 * middle
-            _normal(at, t, side, place, shift, height, slope, law, rolling, clearance, check, now, pressed, stiff)
+            _normal(
+                at, t, side, contact_y, shift, height, slope, law, rolling, clearance, check, now, normal_load, stiff
+            )
             _creep(
                 at,
                 middle,
                 t,
                 side,
-                place,
+                contact_y,
                 shift,
                 radius,
                 creep,
@@ -317,26 +319,26 @@ def _march(
                 rolling,
                 speed,
                 now,
-                dragged,
+                creep_load,
                 slip,
             )
-            rest = 2 / step * mass * (middle - v) + spring @ at + damper @ middle - load - pressed - dragged
+            residual = 2 / step * mass * (middle - v) + spring @ at + damper @ middle - load - normal_load - creep_load
             tangent = np.diag(2 / step * mass) + damper + step / 2 * (spring + stiff + slip[1]) + slip[0]
             for k in range(8):
-                if free[k] == 0.0:
-                    tangent[k, :], tangent[:, k], rest[k] = 0.0, 0.0, 0.0
-            change = np.linalg.solve(tangent + held, rest)
+                if free_dofs[k] == 0.0:
+                    tangent[k, :], tangent[:, k], residual[k] = 0.0, 0.0, 0.0
+            change = np.linalg.solve(tangent + held, residual)
             middle = middle - change
             closed = np.abs(change).max() * step / 2 <= CLOSED
             if closed:
                 break
         if not closed:
-            return position, velocity, force, drive, loss, rubbed, i
+            return position, velocity, force, path_work, loss, rubbed, i
         at = q + step / 2 * middle
-        drive[i] = _energy(at, t + 1, side, place, shift, height, slope, law, rolling, clearance, check) - _energy(
-            at, t - 1, side, place, shift, height, slope, law, rolling, clearance, check
-        )
-        loss[i], rubbed[i], force[:, i] = step * (middle @ (damper @ middle)), -step * (middle @ dragged), now
+        path_work[i] = _energy(
+            at, t + 1, side, contact_y, shift, height, slope, law, rolling, clearance, check
+        ) - _energy(at, t - 1, side, contact_y, shift, height, slope, law, rolling, clearance, check)
+        loss[i], rubbed[i], force[:, i] = step * (middle @ (damper @ middle)), -step * (middle @ creep_load), now
         q, v = q + step * middle, 2 * middle - v
         position[i + 1], velocity[i + 1] = q, v
-    return position, velocity, force, drive, loss, rubbed, -1
+    return position, velocity, force, path_work, loss, rubbed, -1

@@ -1,11 +1,11 @@
 """A pass of a wheelset: the scene's wheel over the crossing, the other wheel on its stock rail, from a scene to a
 LightPass.
 
-The surfaces are searched for the wheel at several lateral places (contact_table), the stock rail is the crossing's own
-rail ahead of the leg, mirrored. Each rail stands on a foundation and track mass of its own, each side of the wheelset
-under a sprung mass above its tread datum. Starts centred and parallel to the track. Left out: lateral and yaw springs
-of the suspension (they act over metres), lateral motion of the rails, the change of a contact's stiffness with the
-lateral place, plastic grooves in the stock rail.
+The surfaces are searched for the wheel at several lateral positions (contact_table), the stock rail is the crossing's
+own rail ahead of the leg, mirrored. Each rail stands on a foundation and track mass of its own, each side of the
+wheelset under a sprung mass above its tread datum. Starts centred and parallel to the track. Left out: lateral and yaw
+springs of the suspension (they act over metres), lateral motion of the rails, the change of a contact's stiffness with
+the lateral position, plastic indentation in the stock rail.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from geometry.axes import GAUGE_FACE_Y
 from geometry.path.path_search import BodySearch
 from geometry.path.wheel_path import rolling_radius
 from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
-from rail_fem.light.vertical_dynamics import ContactLaw, Motion, rest_distance
+from rail_fem.light.vertical_dynamics import ContactLaw, Motion, static_distance
 from rail_fem.light.vertical_pass import Contacts, LightPass, half_steps, scene_masses
 from rail_fem.light.wheelset_dynamics import (
     HEIGHT,
@@ -37,7 +37,7 @@ from rail_fem.light.wheelset_dynamics import (
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.light import RigidHertzSettings
 
-LATERAL_SPACING = 0.5e-3  # between the lateral places that are searched [m]
+LATERAL_SPACING = 0.5e-3  # between the lateral positions that are searched [m]
 SEARCH, REACH = 0.25e-3, 0.1  # of the plain rail, as geometry.path.wheel_path does
 CHECK_STIFFNESS = 50e6  # of the check rail [N/m]
 ROUNDS = 6  # of the levers at the start; each round gains three digits
@@ -55,8 +55,8 @@ class WheelsetPass:
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Tables of the wheel at lateral places shift (k,) [m] over the crossing, the same on plain line, and plain line's
-    height there (k,) [m]."""
+    """Tables of the wheel at lateral positions shift (k,) [m] over the crossing, the same on plain line, and plain
+    line's height there (k,) [m]."""
 
     shift: np.ndarray
     over: tuple[ContactTable, ...]
@@ -66,7 +66,7 @@ class Surfaces:
 
 def surfaces_of(scene: Scene, settings: RigidHertzSettings) -> Surfaces:
     """Search the surfaces. Errors: as contact_table."""
-    reach = settings.lateral_range if settings.freedom == "lateral_roll" else LATERAL_SPACING
+    reach = settings.lateral_range if settings.degrees_of_freedom == "lateral_roll" else LATERAL_SPACING
     count = int(np.ceil(reach / LATERAL_SPACING))
     shift = LATERAL_SPACING * np.arange(-count, count + 1)
     start, end = settings.window(scene)
@@ -112,12 +112,12 @@ def wheelset_system(scene: Scene, settings: RigidHertzSettings) -> WheelsetSyste
         damping[track, track] += scene.foundation.damping
     load = np.zeros(8)
     load[[SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT]] = -GRAVITY * mass[[SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT]]
-    free = np.ones(8)
-    if settings.freedom == "roll":
-        free[[LATERAL, YAW]] = 0.0
+    free_dofs = np.ones(8)
+    if settings.degrees_of_freedom == "roll":
+        free_dofs[[LATERAL, YAW]] = 0.0
     clearance = np.inf if settings.check_rail is None else settings.check_rail - (scene.gauge - scene.back_to_back) / 2
     return WheelsetSystem(
-        mass, stiffness, damping, load, free, scene.wheel.radius, scene.speed, (clearance, CHECK_STIFFNESS)
+        mass, stiffness, damping, load, free_dofs, scene.wheel.radius, scene.speed, (clearance, CHECK_STIFFNESS)
     )
 
 
@@ -132,7 +132,7 @@ def track_middle(scene: Scene) -> float:
 
 
 def wheelset_contacts(scene: Scene, law: ContactLaw, surfaces: Surfaces, x: np.ndarray) -> WheelsetContacts:
-    """Wing, nose and stock rail at wheel places x (t,)."""
+    """Wing, nose and stock rail at wheel positions x (t,)."""
     middle, centre = len(surfaces.shift) // 2, track_middle(scene)
     table = surfaces.over[middle]
     heights = np.stack([t.height_at(x) for t in surfaces.over], axis=-1) + surfaces.level
@@ -141,9 +141,14 @@ def wheelset_contacts(scene: Scene, law: ContactLaw, surfaces: Surfaces, x: np.n
         [t.between(x, wheel_radii(scene, t, shift)) for t, shift in zip(surfaces.over, surfaces.shift)], axis=-1
     )
     plain, none = surfaces.plain, np.zeros_like(law.stiffness)
-    places = np.stack([known(table.point[b, :, 1], scene.wheel_datum_y) for b in range(len(BODIES))]) - centre
+    contact_y = np.stack([known(table.point[b, :, 1], scene.wheel_datum_y) for b in range(len(BODIES))]) - centre
     laws = np.stack(
-        [law.stiffness, none if law.limit is None else law.limit, none if law.give is None else law.give], axis=-1
+        [
+            law.stiffness,
+            none if law.yield_load is None else law.yield_load,
+            none if law.plastic_compliance is None else law.plastic_compliance,
+        ],
+        axis=-1,
     )
     repeat = lambda row: np.broadcast_to(row, (1, len(x), *np.shape(row)))
     stock = plain[middle]
@@ -151,7 +156,7 @@ def wheelset_contacts(scene: Scene, law: ContactLaw, surfaces: Surfaces, x: np.n
     creeps = np.stack([table.between(x, creep[..., k]) for k in range(2)], axis=-1)
     return WheelsetContacts(
         side=np.array([1.0, 1.0, -1.0]),
-        place=np.concatenate([table.between(x, places), repeat(centre - stock.point[0, 0, 1])]),
+        contact_y=np.concatenate([table.between(x, contact_y), repeat(centre - stock.point[0, 0, 1])]),
         shift=surfaces.shift,
         height=np.concatenate([heights, repeat(surfaces.level)]),
         slope=np.concatenate([slopes, repeat(np.array([np.tan(t.angle[0, 0]) for t in plain]))]),
@@ -174,7 +179,7 @@ def known(values: np.ndarray, otherwise: float) -> np.ndarray:
 
 
 def wheel_radii(scene: Scene, table: ContactTable, shift: float) -> np.ndarray:
-    """(2, n) radius of the wheel where it touches [m]."""
+    """(2, n) radius of the wheel where it is in contact [m]."""
     datum = scene.wheel_datum_y + shift
     return np.stack(
         [rolling_radius(scene.wheel.shape, scene.wheel.radius, known(row[:, 1], datum) - datum) for row in table.point]
@@ -205,10 +210,10 @@ def start_of(
     left = contacts.side > 0
     height = contacts.height[:, :2, centred]
     carrier = int(np.argmax(np.where(left, height[:, 0], -np.inf)))
-    arms = np.array([contacts.place[carrier, 0], -contacts.place[~left, 0][0]])
+    arms = np.array([contacts.contact_y[carrier, 0], -contacts.contact_y[~left, 0][0]])
     loads = 2 * scene.static_wheel_load * arms[::-1] / arms.sum()
-    rest = [
-        rest_distance(
+    static = [
+        static_distance(
             load,
             ContactLaw(
                 np.repeat(height[rows, :1], 3, axis=1),
@@ -218,7 +223,7 @@ def start_of(
         for load, rows in zip(loads, (left, ~left))
     ]
     track = -loads / scene.foundation.stiffness
-    wheels, position, velocity = np.array(rest) + track, np.zeros(8), np.zeros(8)
+    wheels, position, velocity = np.array(static) + track, np.zeros(8), np.zeros(8)
     # levers are taken from the middle of the axle, which lies to the side of the track's when the wheels are centred
     for _ in range(ROUNDS):
         both = np.array([[1.0, arms[0] - position[LATERAL]], [1.0, -arms[1] - position[LATERAL]]])
@@ -244,10 +249,10 @@ def as_light(
     of_left = lambda a: np.stack([a[:, SPRUNG_LEFT], a[:, HEIGHT] + arm * a[:, ROLL], a[:, TRACK_LEFT]], axis=1)
     energy = potential(system, contacts, q)
     light = LightPass(
-        (np.arange(len(motion.drive)) + 0.5) * step,
+        (np.arange(len(motion.path_work)) + 0.5) * step,
         x[1::2],
         motion.force[:2],
-        Motion(of_left(q), of_left(v), motion.force[:2], motion.drive, motion.loss),
+        Motion(of_left(q), of_left(v), motion.force[:2], motion.path_work, motion.loss),
         scene_masses(scene),
         step,
         energy,
@@ -273,7 +278,7 @@ def energy_columns(system: WheelsetSystem, motion: WheelsetMotion, contact: np.n
         "contact": contact,
         "damping": summed(motion.loss),
         "friction": summed(motion.friction),
-        "external": summed(motion.drive) + (q - q[0]) @ system.load,
+        "external": summed(motion.path_work) + (q - q[0]) @ system.load,
     }
     balance = sum(values for name, values in parts.items() if name != "external") - parts["external"]
     return {f"energy_{name}": values[1:] for name, values in (parts | {"balance": balance - balance[0]}).items()}

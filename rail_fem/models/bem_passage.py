@@ -1,12 +1,12 @@
 """Model bem_passage: as rigid_hertz, but stiffness and patches of the contacts come from the half-space solver of `bem`
 on the true gaps.
 
-At places along the way, on each body that the wheel can reach there, the gap of the true surfaces is solved under the
-static load; its force over approach^1.5 is the contact's law, in place of the Hertz constant of a fitted paraboloid. At
-the moments that matter (start, largest forces, most even sharing, end) the patches are solved under the forces that the
-pass found. Resolves what rigid_hertz does, and the shape and pressure of patches that are no ellipses. Blind to edges
-(the half-space goes on beyond them), plastic flow within a patch and waves, which it flags. Source of the law: F = K
-d^1.5 holds exactly for Hertz, and secantly at the static load for other gaps.
+At positions along the path, on each body that the wheel can reach there, the gap of the true surfaces is solved under
+the static load; its force over approach^1.5 is the contact's law, in place of the Hertz constant of a fitted
+paraboloid. At the moments that matter (start, largest forces, most even sharing, end) the patches are solved under the
+forces that the pass found. Resolves what rigid_hertz does, and the shape and pressure of patches that are no ellipses.
+Blind to edges (the half-space goes on beyond them), plastic flow within a patch and waves, which it flags. Source of
+the law: F = K d^1.5 holds exactly for Hertz, and secantly at the static load for other gaps.
 """
 
 import functools
@@ -22,7 +22,7 @@ from bem.patch import Patch as SolvedPatch
 from bem.patch import PatchCutError
 from rail_fem.light.contact_pairs import ContactPair, crossing_surface, pair_at
 from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
-from rail_fem.light.groove import contacts_of
+from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import bem_flags
 from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
 from rail_fem.models.rigid_hertz import moments, pass_result

@@ -1,6 +1,7 @@
 """Model fe_full: the pass by explicit elastoplastic finite elements, from the case to the result.
 
-Mesh and place the wheel; let it settle under a damper while it rolls; let go; run to the end, recording; judge the run.
+Mesh and position the wheel; let it settle under a damper while it rolls; let go; run to the end, recording; judge the
+run.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
-from rail_fem.output.events import end_warnings, force_peaks, transfer_place
+from rail_fem.output.events import end_warnings, force_peaks, transfer_position
 from rail_fem.output.fields import MESH, REGIONS
 from rail_fem.output.result import Cost, PassResult
 from rail_fem.output.runfolder import digest, fingerprint
@@ -153,7 +154,7 @@ def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
         settings=run.settings.model_dump(mode="json"),
         history=history,
         peaks=peaks | strain_peaks(run),
-        transfer_x=transfer_place(history, *side, settled),
+        transfer_x=transfer_position(history, *side, settled),
         energies={name: float(value) for name, value in energies.items()} | {"impact_work": facts["impact_work"]},
         cost=_cost(run),
         error_estimate={

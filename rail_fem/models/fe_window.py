@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rail_fem.fe.start_state import from_rigid_hertz
 from rail_fem.launcher import on_root
-from rail_fem.light.rigid import placed, running_start
+from rail_fem.light.rigid import running_start, with_window
 from rail_fem.models.fe_full import solve_from
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
@@ -23,7 +23,7 @@ def solve(
 ) -> PassResult:
     """One window. Collective on MPI.COMM_WORLD. Errors: as fe_full, and ValueError where rigid_hertz finds the wheel in
     the air at the start."""
-    settings = on_root(lambda given=settings: placed(scene, given))
+    settings = on_root(lambda given=settings: with_window(scene, given))
     released = running_start(scene, settings) + scene.direction_sign * scene.speed * settings.settle_time
     approach = RigidHertzSettings(start=settings.approach_start, end=settings.end)
     start = on_root(lambda: from_rigid_hertz(scene, approach, released))

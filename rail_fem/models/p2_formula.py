@@ -33,23 +33,23 @@ def solve(
     """
     table = contact_table(scene, *LOOKED_AT, SPACING) if settings.dip_angle is None else None
     started = time.perf_counter()
-    dip, place, constant = (settings.dip_angle, NAN, None) if table is None else rigid_dip(table)
+    dip, transfer, constant = (settings.dip_angle, NAN, None) if table is None else rigid_dip(table)
     load, mass = scene.static_wheel_load, unsprung_mass(scene, settings.unsprung)
     foundation = scene.foundation
     increment = p2_increment(dip, scene.speed, mass, foundation.track_mass, foundation.stiffness)
     chosen = p2_force(load, increment, settings.reading)
     peaks = {
-        "p2": Peak(chosen, "N", x=place),
-        "p2_increment_times_1.2": Peak(p2_force(load, increment), "N", x=place),
-        "p2_all_times_1.2": Peak(p2_force(load, increment, "all"), "N", x=place),
-        "force_foundation": Peak(load + increment, "N", x=place),
+        "p2": Peak(chosen, "N", x=transfer),
+        "p2_increment_times_1.2": Peak(p2_force(load, increment), "N", x=transfer),
+        "p2_all_times_1.2": Peak(p2_force(load, increment, "all"), "N", x=transfer),
+        "force_foundation": Peak(load + increment, "N", x=transfer),
     }
     if constant:
         linear = tangent_stiffness(constant, load)
         peaks["p1"] = Peak(
             p1_force(load, dip, scene.speed, linear, scene.vehicle.wheel_unsprung_mass, foundation.track_mass),
             "N",
-            x=place,
+            x=transfer,
         )
     flags = p2_flags(scene, dip) + limit_flags(chosen)
     return PassResult(
@@ -58,7 +58,7 @@ def solve(
         settings=settings.model_dump(mode="json"),
         history={"time": np.empty(0), "x": np.empty(0)},
         peaks=peaks,
-        transfer_x=place,
+        transfer_x=transfer,
         cost=Cost((table.search_time if table else 0.0) + time.perf_counter() - started, 0, 1),
         error_estimate={"force": NAN},
         trust={"validity": flags, "dip_angle": dip, "unsprung_mass": mass},
@@ -75,10 +75,13 @@ def rigid_dip(table: ContactTable) -> tuple[float, float, float]:
     """
     if not len(table.transfers):
         raise ValueError("p2_formula: a rigid wheel never changes from wing to nose in this scene: give dip_angle")
-    place = float(table.transfers[0])
-    before, after = (table.x > place - BESIDE) & (table.x < place), (table.x > place) & (table.x < place + BESIDE)
+    transfer = float(table.transfers[0])
+    before, after = (
+        (table.x > transfer - BESIDE) & (table.x < transfer),
+        (table.x > transfer) & (table.x < transfer + BESIDE),
+    )
     dip = float(table.slope[1, after].max() - table.slope[0, before].min())
-    return dip, place, float(table.stiffness[1, table.nearest([place])[0]])
+    return dip, transfer, float(table.stiffness[1, table.nearest([transfer])[0]])
 
 
 def limit_flags(force: float) -> list[Flag]:

@@ -2,9 +2,9 @@
 own curvatures.
 
 Both bodies may carry at once, or none. Resolves the force on wing and nose, where it acts, and the size and pressure of
-the patches as far as they are ellipses. One contact on each body (its nearest place). Blind to conformity, edges,
-plastic flow and waves, which it flags. The wheel moves up and down; with `freedom` it is one of a wheelset that rolls,
-and moves laterally and in yaw, on crossing and stock rail.
+the patches as far as they are ellipses. One contact on each body (its nearest position). Blind to conformity, edges,
+plastic flow and waves, which it flags. The wheel moves up and down; with `degrees_of_freedom` it is one of a wheelset
+that rolls, and moves laterally and in yaw, on crossing and stock rail.
 """
 
 import time
@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
-from rail_fem.light.groove import contacts_of
+from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import Flag, flag_warnings, hertz_flags
 from rail_fem.light.vertical_pass import (
     LightPass,
@@ -26,10 +26,10 @@ from rail_fem.light.vertical_pass import (
     step_error,
 )
 from rail_fem.light.wheelset_pass import run_wheelset, surfaces_of
-from rail_fem.output.events import end_warnings, force_peaks, transfer_place
+from rail_fem.output.events import end_warnings, force_peaks, transfer_position
 from rail_fem.output.result import Cost, PassResult, Patch, Peak
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.light import GrooveSettings, RigidHertzSettings
+from rail_fem.settings.light import IndentationSettings, RigidHertzSettings
 
 
 def solve(
@@ -40,7 +40,7 @@ def solve(
 
     Errors: CrossingError where the window leaves the crossing, ValueError.
     """
-    if settings.freedom != "vertical":
+    if settings.degrees_of_freedom != "vertical":
         return solve_wheelset(scene, settings)
     table = contact_table(scene, *settings.window(scene), settings.path_spacing)
     started = time.perf_counter()
@@ -83,7 +83,7 @@ def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
 def pass_result(
     model: str,
     scene: Scene,
-    settings: GrooveSettings,
+    settings: IndentationSettings,
     table: ContactTable,
     run: LightPass,
     patches: tuple[Patch, ...],
@@ -106,7 +106,7 @@ def pass_result(
         history=history,
         patches=patches,
         peaks=peaks | {"force_foundation": foundation_peak(run)} | pressure_peaks(patches),
-        transfer_x=transfer_place(columns, *side),
+        transfer_x=transfer_position(columns, *side),
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
         cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
         error_estimate=errors,
@@ -122,7 +122,7 @@ def every_second(table: ContactTable) -> ContactTable:
         table.x[keep],
         *(
             getattr(table, name)[:, keep]
-            for name in ("height", "slope", "point", "stiffness", "radii", "angle", "lopsided")
+            for name in ("height", "slope", "point", "stiffness", "radii", "angle", "asymmetry")
         ),
         table.transfers,
         table.modulus,
@@ -130,7 +130,7 @@ def every_second(table: ContactTable) -> ContactTable:
 
 
 def points_at(table: ContactTable, x: np.ndarray) -> np.ndarray:
-    """(2, m, 3) contact points, that of the nearest place of the table moved along with the wheel [m]."""
+    """(2, m, 3) contact points, that of the nearest position of the table moved along with the wheel [m]."""
     near = table.nearest(x)
     return table.point[:, near] + np.stack([x - table.x[near], np.zeros(len(x)), np.zeros(len(x))], axis=1)
 

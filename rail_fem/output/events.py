@@ -64,7 +64,7 @@ def transfer_row(force: np.ndarray, nose: np.ndarray, sign: float, static_load: 
     return int(after[0]) if len(after) else None
 
 
-def transfer_place(
+def transfer_position(
     history: Mapping[str, np.ndarray], sign: float, static_load: float, settled: float = -np.inf
 ) -> float:
     """x [m] of the transfer among the rows after `settled` [s]; NaN where there is none, or where the model knows one

@@ -149,7 +149,7 @@ class PassResult:
         return pandas.DataFrame(table, columns=header)
 
     def plot_force(self, title: str = ""):
-        """A matplotlib Figure of forces, wheel height and crossing height along the way."""
+        """A matplotlib Figure of forces, wheel height and crossing height along the path."""
         from importlib import import_module  # figures stand above results: asked for by name, only when one is drawn
 
         return import_module("rail_fem.show.force").force_figure(self, title or self.model)

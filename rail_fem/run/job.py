@@ -10,7 +10,7 @@ from rail_fem import hierarchy, launcher
 from rail_fem.case.casefile import Case
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
-from rail_fem.light.rigid import placed
+from rail_fem.light.rigid import with_window
 from rail_fem.output.progress import Progress, mark_ended, read_status
 from rail_fem.output.result import PassResult, load
 from rail_fem.output.runfolder import RunFolderError, fingerprint, held, prepare_folder
@@ -93,7 +93,7 @@ def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: boo
                 result = replace(result, cut_off="")  # it is all that was asked for
             if result.cut_off:
                 progress.cut_off(f"{result.cut_off}; give more steps, or none, and --restart goes on")
-            warnings = launcher.on_root(lambda: case_warnings(case.scene, placed(case.scene, settings)))
+            warnings = launcher.on_root(lambda: case_warnings(case.scene, with_window(case.scene, settings)))
             result = replace(result, warnings=(*warnings, *result.warnings))
             launcher.on_root(lambda: result.save(folder))
             say(result_report(result))

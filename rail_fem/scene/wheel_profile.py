@@ -90,7 +90,7 @@ class Reading:
 
 
 def read_wheel(path: Path, reading: Reading = Reading()) -> MeasuredWheel:
-    """Read a wheel profile file of any format, mend it and judge it. Errors: ProfileError that says where and what is
+    """Read a wheel profile file of any format, repair and examine it. Errors: ProfileError that says where and what is
     wrong, OSError."""
     about = Path(path).stat()
     if not S_ISREG(about.st_mode):

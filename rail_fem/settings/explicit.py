@@ -10,7 +10,7 @@ from rail_fem.scene.units import Quantity
 
 # every model's way unless a case gives another: from the wing ahead of its bend to behind the landing after the nose's
 # first impact [m]
-WAY = 0.095, 0.700
+COMMON_WINDOW = 0.095, 0.700
 SMOKE_ELEMENT_SIZE = 6e-3
 SMOKE_STEPS = 50
 
@@ -22,8 +22,8 @@ class FeSettings(Frozen):
     free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps")
 
     element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 2.0e-3
-    start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = WAY[0]
-    end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the end")] = WAY[1]
+    start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = COMMON_WINDOW[0]
+    end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the end")] = COMMON_WINDOW[1]
     courant: Annotated[float, Quantity("", 0.05, 0.97, "time step over the critical step")] = 0.9
     penalty: Annotated[
         float, Quantity("", 1e-3, 1e3, "factor on the contact penalty stiffness (10 times an element layer's)")

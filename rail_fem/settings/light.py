@@ -7,7 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from rail_fem.scene.scene import Count, Frozen, Scene
 from rail_fem.scene.units import Quantity
-from rail_fem.settings.explicit import WAY
+from rail_fem.settings.explicit import COMMON_WINDOW
 
 SHORTEST_WINDOW = 0.01
 
@@ -55,7 +55,7 @@ class PassSettings(LightSettings):
     ) = None
     time_step: Annotated[float, Quantity("us", 0.01, 1000, "time step")] = 10e-6
     path_spacing: Annotated[
-        float, Quantity("mm", 0.1, 20, "distance between places where the surfaces are searched for contact")
+        float, Quantity("mm", 0.1, 20, "distance between positions where the surfaces are searched for contact")
     ] = 2.5e-3
     history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
 
@@ -76,7 +76,7 @@ class PassSettings(LightSettings):
 
     def window(self, scene: Scene) -> tuple[float, float]:
         """Start and end [m] in the scene's direction; what is not given is that of the way common to all models."""
-        first, last = WAY if scene.direction_sign > 0 else WAY[::-1]
+        first, last = COMMON_WINDOW if scene.direction_sign > 0 else COMMON_WINDOW[::-1]
         return first if self.start is None else self.start, last if self.end is None else self.end
 
 
@@ -94,26 +94,26 @@ class LumpedSettings(PassSettings):
     ) = None
 
 
-class GrooveSettings(PassSettings):
-    """Contacts on wing and nose that may press plastic grooves."""
+class IndentationSettings(PassSettings):
+    """Contacts on wing and nose that may be plastically indented."""
 
-    grooves: bool = Field(
+    plastic_indentation: bool = Field(
         True,
-        description="a contact whose mean pressure reaches the steel's limit presses a plastic groove; off: elastic",
+        description="a contact whose mean pressure reaches the steel's limit is plastically indented; off: elastic",
     )
 
 
-class RigidHertzSettings(GrooveSettings):
+class RigidHertzSettings(IndentationSettings):
     """Contacts found on the true surfaces of wing and nose, each with its own Hertz law."""
 
-    freedom: Literal["vertical", "roll", "lateral_roll"] = Field(
+    degrees_of_freedom: Literal["vertical", "roll", "lateral_roll"] = Field(
         "vertical",
         description=(
             "of the wheel, or of a wheelset whose other wheel runs on its stock rail: roll, or roll, lateral and yaw"
         ),
     )
     lateral_range: Annotated[
-        float, Quantity("mm", 0.5, 12, "how far to each side contacts are looked for; freedom lateral_roll")
+        float, Quantity("mm", 0.5, 12, "how far to each side contacts are looked for; degrees_of_freedom lateral_roll")
     ] = 4e-3
     gyration: (
         Annotated[
@@ -135,10 +135,11 @@ class RigidHertzSettings(GrooveSettings):
     ) = None
 
 
-class BemPassageSettings(GrooveSettings):
+class BemPassageSettings(IndentationSettings):
     """As rigid_hertz, with contacts solved on the true gaps."""
 
     patch_spacing: Annotated[
-        float, Quantity("mm", 0.5, 100, "distance between places where the gap is solved for the contact's stiffness")
+        float,
+        Quantity("mm", 0.5, 100, "distance between positions where the gap is solved for the contact's stiffness"),
     ] = 10e-3
     cells: Count = Field(32, ge=8, le=512, description="cells across a patch, each way")

@@ -84,7 +84,7 @@ def curve(result: PassResult, column: str) -> tuple[str, np.ndarray]:
         return WORDS.get(column, COLUMNS[column].meaning), values
     values = values - start_value(result, column)
     if column == "energy_kinetic" and np.isfinite(result.history["energy_external"]).any():
-        return f"kinetic energy less work of weight and drive{CHANGED}", values - result.history[
+        return f"kinetic energy less work of weight and prescribed motion{CHANGED}", values - result.history[
             "energy_external"
         ] + start_value(result, "energy_external")
     return WORDS.get(column, COLUMNS[column].meaning) + CHANGED, values

@@ -10,7 +10,7 @@ from rail_fem.case.estimate import available_memory, estimate_run
 from rail_fem.case.input_errors import meaning, quantity_of
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings, scene_warnings, static_patch
-from rail_fem.light.rigid import placed, window_path
+from rail_fem.light.rigid import window_path, with_window
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.progress import duration, read_status
 from rail_fem.output.result import PassResult, load
@@ -25,7 +25,7 @@ def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
     scene, settings = case.scene, case.runs[model]
     errors = preflight_errors(scene, settings, ranks, model)
     explicit = isinstance(settings, FeSettings)
-    settings = settings if errors else placed(scene, settings)
+    settings = settings if errors else with_window(scene, settings)
     warnings = scene_warnings(scene) if errors else case_warnings(scene, settings)
     lines = [case.title, "", "scene", *_section(scene), *_measured(scene), "", "derived", *_derived(scene)]
     if not errors and explicit:

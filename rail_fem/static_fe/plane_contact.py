@@ -1,4 +1,4 @@
-"""Frictionless contact of two plane bodies by static finite elements: the judge of bem/plane/contact.py.
+"""Frictionless contact of two plane bodies by static finite elements: the reference solution for bem/plane/contact.py.
 
 The pressure has a value, none negative, at each node of the upper face and is linear between them; the gap is closed in
 the mean, weighted with the same hats (a mortar method). Points of the two faces with the same x face each other; the

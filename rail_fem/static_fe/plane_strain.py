@@ -1,7 +1,7 @@
 """Static plane-strain elasticity of one body by dolfinx: 6-node triangles that follow the body's smooth outline.
 
-The judge of the boundary elements: another discretisation, another library, another solver. It shares with them only
-the outline's curve. A held edge moves with the holder; the rest is free or under contact pressure.
+The reference solution for the boundary elements: another discretisation, another library, another solver. It shares
+with them only the outline's curve. A held edge moves with the holder; the rest is free or under contact pressure.
 Error: second order in stress, third in displacement where the solution is smooth (tests/versus/test_plane_strain.py).
 """
 

@@ -27,7 +27,7 @@ _SAME = 1e-9  # lines nearer than this are one line [m]
 
 @dataclass(frozen=True)
 class BlockPair:
-    """Two blocks about their first touch.
+    """Two blocks about their first point of contact.
 
     lower, upper : faces;  length : both reach to +- this along x [m];  depth : behind the touch [m]
     lower_across, upper_across : (2,) from, to along s [m]

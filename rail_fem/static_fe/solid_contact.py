@@ -1,5 +1,5 @@
-"""Frictionless contact of two elastic blocks by static finite elements in three dimensions: the judge of the patch
-solvers of `bem`.
+"""Frictionless contact of two elastic blocks by static finite elements in three dimensions: the reference solution for
+the patch solvers of `bem`.
 
 Nodes of both faces stand opposite each other. With N = (-dh/dx, -dh/ds, 1) of the mean of both faces, a pair is open by
 

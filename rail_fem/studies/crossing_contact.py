@@ -18,7 +18,7 @@ from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import SIDES, Track, Wheelset
-from rail_fem.light.load_sharing import rest
+from rail_fem.light.load_sharing import static_equilibrium
 
 MM = 1e-3
 RANGE = -0.7, 0.5  # of the axle [m]
@@ -111,7 +111,7 @@ def search_of(crossing: CastCrossing, wheel: str, spacing: float, resolution: fl
 def answers(search: SurfaceSearch, states: np.ndarray, repeats: int) -> tuple[np.ndarray, float]:
     """(count, 2, 6)  mean place and total force of left and right; mean processor time of a state [s], the least of
     several rounds."""
-    solve = lambda s: rest(search.at(s[0]), (s[3], s[4]), s[1], s[2])
+    solve = lambda s: static_equilibrium(search.at(s[0]), (s[3], s[4]), s[1], s[2])
     solve(states[0])
     least = np.inf
     for _ in range(repeats):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
-from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, touch_of
+from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, contact_point_of
 from rail_fem.show.style import GREEN, NOSE, ORANGE, TOTAL, WING, lettering, new_figure, save
 
 STYLES = {
@@ -29,7 +29,7 @@ def drawn_rows(rows: list[MethodRow]) -> list[tuple[MethodRow, str, str]]:
 def across_from_touch(row: MethodRow) -> np.ndarray:
     """s of a patch's columns [m], from the touch; slices of whole profiles count from the middle of the track."""
     whole = row.method.startswith("2.5D") and row.method != BLOCKS
-    return row.patch.grid.y - (touch_of(row.patch) if whole else 0.0)
+    return row.patch.grid.y - (contact_point_of(row.patch) if whole else 0.0)
 
 
 def draw_profiles(cases: dict[str, list[MethodRow]], path: Path) -> None:

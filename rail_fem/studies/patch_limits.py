@@ -4,7 +4,7 @@ the rail's.
     python -m rail_fem.studies.patch_limits --out limits        a table (limits.md) and a figure (limits.png)
 
 Edge: a wheel of 460 mm on a crown of 300 mm that ends in a square edge at some distance from the touch, or at both
-sides, as on a crossing's nose. Conformal: a hollow tread of almost the crown's radius. Judge: the limit of static
+sides, as on a crossing's nose. Conformal: a hollow tread of almost the crown's radius. Reference: the limit of static
 finite elements (rail_fem/static_fe/finite_series.py).
 """
 
@@ -114,9 +114,9 @@ def rows_of(case: Case, sizes: list[float], report=to_stderr) -> tuple[list[Meth
     light = light_patches(case)
     report(case.name)
     series = finite_series(case.pair, case.load, light[SLICES], sizes, report)
-    judge, miss = limit_row(series)
+    reference, miss = limit_row(series)
     rows = [MethodRow.of(HALF_SPACE, light[HALF_SPACE]), seen_along_approach(SLICES, light[SLICES])]
-    return [*rows, *(MethodRow.of(patch.method, patch) for patch in series), judge], judge, miss
+    return [*rows, *(MethodRow.of(patch.method, patch) for patch in series), reference], reference, miss
 
 
 def centre_across(row: MethodRow) -> float:
@@ -172,12 +172,12 @@ def main(
     """Half-space and slices beside an edge and under a hollow tread, against finite elements."""
     found, text = {}, ""
     for case in CASES:
-        rows, judge, miss = rows_of(case, [value * 1e-3 for value in size])
+        rows, reference, miss = rows_of(case, [value * 1e-3 for value in size])
         found[case.name] = rows
         words = ", ".join(f"{name.replace('_', ' ')} {value:.1%}" for name, value in miss.items())
         text += (
             f"{case.name}, {case.load / 1e3:g} kN; in brackets the difference to the finite elements'"
-            f" limit\n\n{table(rows, judge)}\nUncertainty of the limit: {words}.\n"
+            f" limit\n\n{table(rows, reference)}\nUncertainty of the limit: {words}.\n"
         )
         centres = ", ".join(f"{row.method} {centre_across(row) * 1e3:+.3f}" for row in (rows[0], rows[1], rows[-2]))
         text += f"Centre of pressure across, from the touch [mm]: {centres}.\n\n"

@@ -1,14 +1,15 @@
-"""The contact patch of P8 on BS113A by every method of `bem`, with static finite elements in three dimensions as judge.
+"""The contact patch of P8 on BS113A by every method of `bem`, with static finite elements in three dimensions as
+reference solution.
 
     python -m rail_fem.studies.patch_methods --out patch        a table (patch.md) and two figures: patch.png
     (profiles), patch_maps.png (pressure maps)
     python -m rail_fem.studies.patch_methods --size 1 --size 0.7    other element sizes along the patch [mm], three
     fifths of that across
 
-Blocks with the true faces of a contact pair (rail_fem/light/contact_pairs.py) under the thesis' wheel load; the judge
-is the limit of three sizes (rail_fem/static_fe/finite_series.py, rail_fem/static_fe/solid_contact.py). Length, width
-and area are read from nodal or cell pressures of all methods in one way (bem/patch_edge.py). The table ends with the
-same finite elements at the thesis' element sizes, and with the thesis' own rows.
+Blocks with the true faces of a contact pair (rail_fem/light/contact_pairs.py) under the thesis' wheel load; the
+reference is the limit of three sizes (rail_fem/static_fe/finite_series.py, rail_fem/static_fe/solid_contact.py).
+Length, width and area are read from nodal or cell pressures of all methods in one way (bem/patch_edge.py). The table
+ends with the same finite elements at the thesis' element sizes, and with the thesis' own rows.
 """
 
 from __future__ import annotations
@@ -44,9 +45,9 @@ def pair_blocks(
     )
 
 
-def judged_rows(rail: str, sizes: list[float], report=to_stderr) -> tuple[list[MethodRow], MethodRow, str]:
-    """Every method of `bem` and finite elements of these sizes [m] along x'; the judge; and what it is uncertain by, in
-    words."""
+def reference_rows(rail: str, sizes: list[float], report=to_stderr) -> tuple[list[MethodRow], MethodRow, str]:
+    """Every method of `bem` and finite elements of these sizes [m] along x'; the reference; and what it is uncertain
+    by, in words."""
     pair = thesis_pair(rail)
     load, blocks = pair.normal_force(WHEEL_LOAD), pair_blocks(pair)
     report(f"P8 on {rail}: the methods of bem")
@@ -55,11 +56,11 @@ def judged_rows(rail: str, sizes: list[float], report=to_stderr) -> tuple[list[M
         -1, MethodRow.of(BLOCKS, slice_contact(blocks.slices(), load=load, length=(-0.014, 0.014), estimate=False))
     )
     series = finite_series(blocks, load, rows[-1].patch, sizes, report)
-    judge, miss = limit_row(series)
+    reference, miss = limit_row(series)
     words = ", ".join(f"{name.replace('_', ' ')} {value:.1%}" for name, value in miss.items())
     return (
-        [*rows, *(MethodRow.of(patch.method, patch) for patch in series), judge],
-        judge,
+        [*rows, *(MethodRow.of(patch.method, patch) for patch in series), reference],
+        reference,
         f"Uncertainty of the limit: {words}.",
     )
 
@@ -94,12 +95,12 @@ def main(
     """P8 on BS113A, 49,505 N: all patch solvers against finite elements, beside the thesis."""
     cases, text = {}, ""
     for rail in RAILS:
-        rows, judge, words = judged_rows(rail, [value * 1e-3 for value in size])
+        rows, reference, words = reference_rows(rail, [value * 1e-3 for value in size])
         cases[rail] = rows
-        thesis_rows = [thesis_mesh_row(rail, judge.patch)] if thesis and rail == THESIS_HEAD else []
+        thesis_rows = [thesis_mesh_row(rail, reference.patch)] if thesis and rail == THESIS_HEAD else []
         text += (
             f"P8 on {rail}, {WHEEL_LOAD:.0f} N; in brackets the difference to the finite elements'"
-            f" limit\n\n{table([*rows, *thesis_rows, *THESIS_ROWS], judge)}\n{words}\n"
+            f" limit\n\n{table([*rows, *thesis_rows, *THESIS_ROWS], reference)}\n{words}\n"
         )
         text += f"Pressure map of the finest finite elements, L2 difference to: {map_words(rows)}\n\n"
     write_text_atomically(out.with_suffix(".md"), text)

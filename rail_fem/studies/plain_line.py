@@ -14,7 +14,7 @@ from geometry.contact.conicity import ShiftCurves, equivalent_conicity, shift_cu
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.load_sharing import LoadedWheelset, rest
+from rail_fem.light.load_sharing import LoadedWheelset, static_equilibrium
 
 MM = 1e-3
 AXLE_LOAD = 98.15e3  # thesis Table 3-1 [N]
@@ -32,7 +32,7 @@ def main() -> None:
     )
     shift = np.arange(-120, 121) * 0.1 * MM
     curves = shift_curves(search, shift)
-    loaded = [rest(search, (AXLE_LOAD / 2, AXLE_LOAD / 2), y) for y in shift]
+    loaded = [static_equilibrium(search, (AXLE_LOAD / 2, AXLE_LOAD / 2), y) for y in shift]
     conicity = [equivalent_conicity(curves, a) for a in AMPLITUDES]
     write_curves(out / "plain_line.csv", curves, loaded)
     draw(
@@ -117,7 +117,7 @@ def _answers(search: ContactSearch, states: np.ndarray) -> tuple[float, np.ndarr
     spent = []
     for _ in range(2):
         start = time.process_time()
-        found = [rest(search, (left, right), y, yaw) for y, yaw, left, right in states]
+        found = [static_equilibrium(search, (left, right), y, yaw) for y, yaw, left, right in states]
         spent.append(time.process_time() - start)
     most = [int(np.argmax(f.left.normal_force)) for f in found]
     return min(spent), np.array(
@@ -146,7 +146,7 @@ def draw(path: Path, curves: ShiftCurves, loaded: list[LoadedWheelset], conicity
             axes[1, 1].scatter(
                 np.full(len(points), y), points, s=3e-4 * getattr(l, side).normal_force, color=colour, lw=0
             )
-    axes[1, 0].set(title="first touch on the rail, + to the field side", ylabel="mm from the rail's middle")
+    axes[1, 0].set(title="first point of contact on the rail, + to the field side", ylabel="mm from the rail's middle")
     axes[1, 0].legend()
     axes[1, 1].set(
         title=f"carrying points under {AXLE_LOAD / 1e3:g} kN, size: force", ylabel="mm from the rail's middle"

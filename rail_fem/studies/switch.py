@@ -18,7 +18,7 @@ from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.surfaces.switch import Switch
 from geometry.wheelset import Wheelset
-from rail_fem.light.load_sharing import LoadedWheelset, rest_under
+from rail_fem.light.load_sharing import LoadedWheelset, equilibrium_under
 from rail_fem.show.style import NOSE, WING, lettering, new_figure, save
 
 MM = 1e-3
@@ -62,7 +62,9 @@ def run_through(switch: Switch, wheel: str = "P8", x: np.ndarray | None = None, 
     states, rows = [], []
     for k, at in enumerate(x):
         search = ContactSearch(Wheelset(wheel_profile(wheel)), switch.track(float(at)))
-        found = rest_under(search, (AXLE_LOAD / 2, AXLE_LOAD / 2), push * AXLE_LOAD, YAW * min(at / YAW_LENGTH, 1.0))
+        found = equilibrium_under(
+            search, (AXLE_LOAD / 2, AXLE_LOAD / 2), push * AXLE_LOAD, YAW * min(at / YAW_LENGTH, 1.0)
+        )
         states.append(found)
         tongue, contacts = switch.tongue(float(at)), found.left.contacts
         top = np.nan_to_num(tongue.height(contacts.rail_station), nan=-1.0)

@@ -30,7 +30,7 @@ from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.profile import Profile
 from geometry.profiles.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.load_sharing import rest
+from rail_fem.light.load_sharing import static_equilibrium
 
 MM = 1e-3
 THEORETICAL_STEP, MEASURED_STEP = 5 / 6 * MM, 2.3023 * MM  # of the printed places
@@ -164,7 +164,7 @@ def sensitivities(site: Site) -> dict[str, float]:
     shift, lean = one.inward(site), one.lean(site)
     here = nominal.at(shift, lean, site.yaw)
     search = nominal.searches[round(lean, 4)]
-    loaded = rest(search, (WHEEL_LOAD, WHEEL_LOAD), -shift, site.yaw).left
+    loaded = static_equilibrium(search, (WHEEL_LOAD, WHEEL_LOAD), -shift, site.yaw).left
     mean = float(loaded.contacts.from_flange_back @ loaded.normal_force / loaded.normal_force.sum())
     return {
         "gauge +1 mm": nominal.at(shift + 0.5 * MM, lean, site.yaw) - here,

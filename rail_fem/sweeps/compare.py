@@ -22,8 +22,8 @@ class CompareError(ValueError):
 
 @dataclass(frozen=True)
 class Quantity:
-    """How far a result is from the reference on their common way: `error(result, reference)` relative, NaN where one of
-    them does not resolve
+    """How far a result is from the reference on their common path: `error(result, reference)` relative, NaN where one
+    of them does not resolve
     it. forces : names of the peaks it is about"""
 
     meaning: str
@@ -51,9 +51,9 @@ class Way:
         return f"{self.low * 1e3:.0f} to {self.high * 1e3:.0f}" if self.high > self.low else "none"
 
 
-def common_way(result: PassResult, reference: PassResult) -> Way:
+def common_path(result: PassResult, reference: PassResult) -> Way:
     """A result without history (a formula) is compared over all of the reference's way."""
-    ways = [way for way in map(settled_way, (result, reference)) if len(way)]
+    ways = [way for way in map(settled_path, (result, reference)) if len(way)]
     return Way(max((way.min() for way in ways), default=NAN), min((way.max() for way in ways), default=NAN))
 
 
@@ -70,10 +70,10 @@ def forces_on(result: PassResult, way: Way) -> dict[str, Peak]:
 
 
 def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
-    """Relative difference of a force, both taken on the common way."""
+    """Relative difference of a force, both taken on the common path."""
 
     def error(result: PassResult, reference: PassResult) -> float:
-        way = common_way(result, reference)
+        way = common_path(result, reference)
         values = [
             next((found[name].value for name in names if name in found), NAN)
             for found in (forces_on(r, way) for r in (result, reference))
@@ -84,10 +84,10 @@ def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
 
 
 def of_strain(name: str) -> Callable[[PassResult, PassResult], float]:
-    """Relative difference of a strain, which has no history; NaN where one of the two lies outside the common way."""
+    """Relative difference of a strain, which has no history; NaN where one of the two lies outside the common path."""
 
     def error(result: PassResult, reference: PassResult) -> float:
-        way = common_way(result, reference)
+        way = common_path(result, reference)
         found = [r.peaks.get(name) for r in (result, reference)]
         return found[0].value / found[1].value - 1 if all(p and way.holds(p.x) for p in found) else NAN
 
@@ -95,8 +95,8 @@ def of_strain(name: str) -> Callable[[PassResult, PassResult], float]:
 
 
 def accident(result: PassResult, reference: PassResult, *names: str) -> str:
-    """Why a force on the common way may be an accident of it, for result or reference; "" where it is none."""
-    way, moving = common_way(result, reference), [one for one in (result, reference) if len(one.history["x"])]
+    """Why a force on the common path may be an accident of it, for result or reference; "" where it is none."""
+    way, moving = common_path(result, reference), [one for one in (result, reference) if len(one.history["x"])]
     stated = [one.peaks[name].x for one in moving for name in names if name in one.peaks]
     taken = [found[name].x for found in (forces_on(one, way) for one in moving) for name in names if name in found]
     if not all(map(way.holds, stated)):
@@ -104,7 +104,7 @@ def accident(result: PassResult, reference: PassResult, *names: str) -> str:
     return "at its end" if any(min(x - way.low, way.high - x) < NEAR_END for x in taken) else ""
 
 
-def settled_way(result: PassResult) -> np.ndarray:
+def settled_path(result: PassResult) -> np.ndarray:
     """Places x (n,) of a history's rows after its settling [m]."""
     return result.history["x"][result.history["time"] > result.settings.get("settle_time", -1.0)]
 
@@ -116,8 +116,8 @@ def along(result: PassResult, x: np.ndarray, name: str) -> np.ndarray:
 
 
 def history_error(result: PassResult, reference: PassResult, name: str = "force") -> float:
-    """Relative L2 difference of a history over the common way; NaN where there is none."""
-    way, x = common_way(result, reference), settled_way(reference)
+    """Relative L2 difference of a history over the common path; NaN where there is none."""
+    way, x = common_path(result, reference), settled_path(reference)
     x = x[(x >= way.low) & (x <= way.high)]
     if not len(x) or not len(result.history["x"]):
         return NAN
@@ -241,10 +241,10 @@ def _short_names(paths: list[Path]) -> tuple[str, ...]:
 
 def table(comparison: Comparison) -> str:
     """Markdown: a row for each result, least expensive first. A force is marked "outside" where the one that a run
-    states lies outside the common way, "at its end" where that on the way lies within 10 mm of an end of it: it may
+    states lies outside the common path, "at its end" where that on the way lies within 10 mm of an end of it: it may
     then be an accident of the window."""
     lines = [
-        "| run | model | core seconds | common way [mm] | "
+        "| run | model | core seconds | common path [mm] | "
         + " | ".join(QUANTITIES)
         + " | transfer x [mm] | its own error estimate | warnings |",
         "|" + "---|" * (len(QUANTITIES) + 7),
@@ -257,8 +257,9 @@ def table(comparison: Comparison) -> str:
             or "none claimed"
         )
         lines.append(
-            f"| {name} | {result.model} | {core_seconds(result):.3g} | {common_way(result, comparison.reference).words}"
-            f" | {' | '.join(errors)} | {place} | {own} | {len(result.warnings)} |"
+            f"| {name} | {result.model} | {core_seconds(result):.3g} |"
+            f" {common_path(result, comparison.reference).words} | {' | '.join(errors)} | {place} | {own} |"
+            f" {len(result.warnings)} |"
         )
     return "\n".join(lines) + "\n"
 

@@ -54,13 +54,13 @@ PANELS = (
     ("force", "vertical contact\nforce [kN]", 1e-3, 2.2),
     ("wheel_height", "wheel height [mm]", 1e3, 1.4),
     ("crossing_height", "crossing\nheight [mm]", 1e3, 1.0),
-    ("contact_y", "lateral place\nof contact [mm]", 1e3, 1.2),
+    ("contact_y", "lateral position\nof contact [mm]", 1e3, 1.2),
 )  # column, words, factor, height of the panel
 
 
 def group_figure(title: str, results: Mapping[str, PassResult]) -> Figure:
-    """Contact force, height of the wheel and of the crossing, lateral place of contact of each case over the place of
-    the wheel."""
+    """Contact force, height of the wheel and of the crossing, lateral position of contact of each case over the place
+    of the wheel."""
     figure = new_figure(14.0)
     panels = figure.subplots(len(PANELS), 1, sharex=True, gridspec_kw={"height_ratios": [panel[3] for panel in PANELS]})
     for (name, result), colour in zip(results.items(), COLOURS * len(results)):

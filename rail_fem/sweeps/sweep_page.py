@@ -215,7 +215,7 @@ def group_pictures(group: Group, results: Results, folder: Path) -> list[Picture
     found = [
         Picture(
             name,
-            f"{group.title}: force, wheel, crossing, lateral place of contact ({model})",
+            f"{group.title}: force, wheel, crossing, lateral position of contact ({model})",
             group.figures[0],
             lambda: group_figure(group.title, mine),
         )

@@ -65,7 +65,7 @@ def _unlike_case(result: PassResult, cases: Path | None, name: str) -> list[str]
 
 
 def force_table(results: Results) -> list[str]:
-    """A row for each case: static load, forces by each model [kN], plastic strain [%], transfer place [mm], core
+    """A row for each case: static load, forces by each model [kN], plastic strain [%], transfer position [mm], core
     seconds; of the most expensive model the element size, bold where most cases have another, and its trust report's
     verdict."""
     models = [model for model in MODELS if any(model in of_case for of_case in results.values())]

@@ -167,7 +167,7 @@ def test_gap_at_an_approach_is_that_of_two_circles():
 
 
 def test_pressed_along_a_steep_flank_is_the_contact_pressed_straight_into_it():
-    """Pressure 0.2 %, force and approach 0.1 %; with the gap of the first touch 1.3 %, 2.8 % and 3.2 %."""
+    """Pressure 0.2 %, force and approach 0.1 %; with the gap of the first point of contact 1.3 %, 2.8 % and 3.2 %."""
     straight, deep, down, approach = flank()
     exact = on_flank(straight, approach=deep)
     for drive in ({"approach": approach}, {"load": float(exact.force[1])}):
@@ -200,8 +200,8 @@ def edge_bodies():
 
 
 def test_beside_an_edge_a_long_patch_is_plane_strain_and_the_half_space_is_wrong():
-    """Patch 3 mm wide whose middle lies 2 mm from the edge: 2D boundary elements as judge, 2 %; the half-space's peak
-    misses the place."""
+    """Patch 3 mm wide whose middle lies 2 mm from the edge: 2D boundary elements as reference solution, 2 %; the
+    half-space's peak misses the place."""
     lower, upper = edge_bodies()
     grid = Grid.over((-0.5, 0.5), (-0.0035, 0.002), 41, 66)
     patch = slice_contact(Slices(lower, upper), load=2e6, grid=grid, cut=True, threads=1, estimate=False)

@@ -24,7 +24,7 @@ def wheel():
 
 
 def polar(points):
-    """Angle from straight down, lateral place, distance from the axle of points (..., 3)."""
+    """Angle from straight down, lateral position, distance from the axle of points (..., 3)."""
     x, y, z = np.moveaxis(points, -1, 0)
     return np.arctan2(x, RADIUS - z), y, np.hypot(x, RADIUS - z)
 

@@ -163,7 +163,7 @@ PUBLISHED = {
 
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_paths_over_the_benchmark_crossing_match_the_published_ones(name):
-    """Differences: 0.01 mm in lift, 0.7 mrad in the steepest rise, 2 mm in the lowest place; rise as a mean over 55
+    """Differences: 0.01 mm in lift, 0.7 mrad in the steepest rise, 2 mm in the lowest point; rise as a mean over 55
     mm."""
     lift, steepest, lowest, fall, rise = PUBLISHED[name]
     crossing, wheel = CastCrossing(9.25), wheel_profile(name)

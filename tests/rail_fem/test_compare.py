@@ -17,7 +17,7 @@ from rail_fem.sweeps.compare import (
     CompareError,
     Comparison,
     advice,
-    common_way,
+    common_path,
     compare,
     forces_on,
     history_error,
@@ -29,7 +29,7 @@ SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
 
 
 def made(model: str, factor: float, seconds: float, way=(0.1, 0.5), rows=401, backwards=False) -> PassResult:
-    """A force of 100 kN (1 + sin 20 x) along the way, times a factor, on the nose from x = 0.26 m on: first impact and
+    """A force of 100 kN (1 + sin 20 x) along the path, times a factor, on the nose from x = 0.26 m on: first impact and
     largest force of 200 kN at 0.3927 m."""
     x = np.linspace(*way, rows)[:: -1 if backwards else 1]
     force = factor * 1e5 * (1 + np.sin(20 * x))
@@ -99,9 +99,9 @@ def test_forces_are_compared_on_the_common_way_and_marked_where_it_cuts_a_peak(e
     """The reference ran to 0.5 m and has its largest force at 0.393 m: what the shorter run could not see must not
     count as its error."""
     short, reference = made("rigid_hertz", 1.1, 1.0, way=(0.2, end)), made("fe_full", 1.0, 9.0)
-    assert common_way(short, reference).words == f"200 to {end * 1e3:.0f}"
+    assert common_path(short, reference).words == f"200 to {end * 1e3:.0f}"
     for result, factor in ((short, 1.1), (reference, 1.0)):
-        assert forces_on(result, common_way(short, reference))["largest_force"].value == pytest.approx(
+        assert forces_on(result, common_path(short, reference))["largest_force"].value == pytest.approx(
             factor * largest, rel=1e-3
         )
     assert QUANTITIES["largest force"].error(short, reference) == pytest.approx(0.1, rel=1e-2)

@@ -1,4 +1,5 @@
-"""Wheels brought to touch: exact gaps on shapes that are known, the thesis' P8 on BS113A, and places on a crossing."""
+"""Wheels brought into contact: exact gaps on shapes that are known, the thesis' P8 on BS113A, and places on a
+crossing."""
 
 import numpy as np
 import pytest

@@ -16,7 +16,7 @@ from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.surfaces.sections import SectionCrossing
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.load_sharing import rest
+from rail_fem.light.load_sharing import static_equilibrium
 from tests.outside import needs, outside
 
 MM = 1e-3
@@ -36,9 +36,9 @@ ROWS = (
 )
 
 RAILS = [pytest.param("benchmark", marks=needs("formats/uk_crossing.slcs")), "parametric"]
-# how far first touch [m], places ahead and aside [mm], forces [of the load] and the loaded height [m] may be off. On
-# the parametric crossing, which needs no file, the wing is as high as the benchmark's within 0.1 um and the nose 8.0 um
-# lower: of an approach of 30 um
+# how far the first point of contact [m], places ahead and aside [mm], forces [of the load] and the loaded height [m]
+# may be off. On the parametric crossing, which needs no file, the wing is as high as the benchmark's within 0.1 um and
+# the nose 8.0 um lower: of an approach of 30 um
 GATES = {"benchmark": (1.5e-6, 0.25, 0.2, 0.02, 2e-6), "parametric": (8.5e-6, 0.3, 0.35, 0.17, 8e-6)}
 
 
@@ -96,7 +96,7 @@ def test_wing_and_nose_share_the_load_as_contact_says(row, rail, gates):
     shift, height, *published = row
     carried = [(point[3], point[2]) for point in published if point]
     load = sum(force * np.cos(angle) for force, angle in carried)
-    loaded = rest(wheelset_at(shift * MM, rail), (load, load), modulus=MODULUS)
+    loaded = static_equilibrium(wheelset_at(shift * MM, rail), (load, load), modulus=MODULUS)
     ours = loaded.left
     for point, mine in zip(published, (ours.contacts.rail_station > 0, ours.contacts.rail_station < 0)):
         assert ours.normal_force[mine].sum() == pytest.approx(point[3] if point else 0.0, abs=gates[3] * load)

@@ -114,7 +114,7 @@ def test_formula_fails_the_more_the_less_its_assumptions_hold(leave):
 
 @pytest.mark.parametrize("direction", ["facing", "trailing"])
 def test_the_dip_is_that_of_the_transfer_though_the_wheel_was_lower_before(direction):
-    """Over straight pieces: 5 mrad down, 6 up (the lowest place), then at the transfer 8 down and 7 up: its angle is
+    """Over straight pieces: 5 mrad down, 6 up (the lowest point), then at the transfer 8 down and 7 up: its angle is
     that of 8 and 7."""
     bends = np.array([-0.20, -0.05, -0.01, 0.01, 0.20])
     slopes = np.array([-5.0, 6.0, -8.0, 7.0]) * 1e-3

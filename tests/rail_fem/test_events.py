@@ -6,7 +6,7 @@ import pytest
 
 from bem.exact.hertz import tangent_stiffness
 from rail_fem.light.contact_table import contact_table
-from rail_fem.output.events import OPEN, end_warnings, first_maximum, force_peaks, transfer_place
+from rail_fem.output.events import OPEN, end_warnings, first_maximum, force_peaks, transfer_position
 from tests.rail_fem.test_scene import make_scene
 
 LOAD = 1e5
@@ -36,15 +36,15 @@ def test_the_transfer_of_a_clean_pass_is_the_same_place_in_both_directions(sign)
     """The nose's share goes linearly from 0 to 1 over 40 mm around x = 350.4 mm, between two rows: exact, whichever way
     the wheel runs."""
     share = lambda x: np.clip((x - 0.3504) / 0.04 + 0.5, 0, 1)
-    assert transfer_place(history(share, sign), sign, LOAD) == pytest.approx(0.3504, abs=1e-12)
+    assert transfer_position(history(share, sign), sign, LOAD) == pytest.approx(0.3504, abs=1e-12)
 
 
 def test_a_wheel_that_bounces_between_the_bodies_has_transferred_at_the_last_change():
     """On the nose from 0.330 to 0.345 and from 0.361 mm on. Facing it comes to stay on the nose at 0.361; trailing it
     comes to stay on the wing at 0.330: for good means in the order of time, for every model."""
     share = on_nose((0.3295, 0.3455), (0.3605, 1.0))
-    assert transfer_place(history(share), FACING, LOAD) == pytest.approx(0.3605, abs=1e-12)
-    assert transfer_place(history(share, TRAILING), TRAILING, LOAD) == pytest.approx(0.3295, abs=1e-12)
+    assert transfer_position(history(share), FACING, LOAD) == pytest.approx(0.3605, abs=1e-12)
+    assert transfer_position(history(share, TRAILING), TRAILING, LOAD) == pytest.approx(0.3295, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -52,20 +52,20 @@ def test_a_wheel_that_bounces_between_the_bodies_has_transferred_at_the_last_cha
 )
 def test_there_is_no_transfer_where_the_nose_does_not_take_over(stretches):
     found = history(on_nose(*stretches))
-    assert np.isnan(transfer_place(found, FACING, LOAD)) and "first_impact" not in force_peaks(found, FACING, LOAD)
+    assert np.isnan(transfer_position(found, FACING, LOAD)) and "first_impact" not in force_peaks(found, FACING, LOAD)
 
 
 def test_after_a_flight_the_transfer_is_where_the_wheel_lands():
     force = lambda x: np.where((x > 0.3405) & (x < 0.3705), 0.0, LOAD)
-    assert transfer_place(history(on_nose((0.35, 1.0)), force=force), FACING, LOAD) == pytest.approx(0.371)
-    assert transfer_place(history(on_nose((0.35, 1.0)), TRAILING, force), TRAILING, LOAD) == pytest.approx(0.340)
+    assert transfer_position(history(on_nose((0.35, 1.0)), force=force), FACING, LOAD) == pytest.approx(0.371)
+    assert transfer_position(history(on_nose((0.35, 1.0)), TRAILING, force), TRAILING, LOAD) == pytest.approx(0.340)
 
 
 def test_less_than_a_thousandth_of_the_static_load_is_no_contact():
     """Beyond the transfer something brushes the wing; on every model the same threshold decides whether that counts."""
     for brushed, place in ((0.9 * OPEN * LOAD, 0.3505), (1.1 * OPEN * LOAD, np.nan)):
         found = history(on_nose((0.3505, 0.6005)), force=lambda x: np.where(x > 0.6, brushed, LOAD))
-        assert transfer_place(found, FACING, LOAD) == pytest.approx(place, nan_ok=True)
+        assert transfer_position(found, FACING, LOAD) == pytest.approx(place, nan_ok=True)
 
 
 def test_rows_of_the_settling_count_for_nothing():
@@ -73,7 +73,7 @@ def test_rows_of_the_settling_count_for_nothing():
     settled = found["time"][100]  # at x = 0.3 m
     assert force_peaks(found, FACING, LOAD)["largest_force"].x == pytest.approx(0.25, abs=1e-3)
     assert force_peaks(found, FACING, LOAD, settled)["largest_force"].x > 0.3
-    assert np.isnan(transfer_place(found, FACING, LOAD, found["time"][200]))
+    assert np.isnan(transfer_position(found, FACING, LOAD, found["time"][200]))
 
 
 @pytest.mark.parametrize("sign, body", [(FACING, "nose"), (TRAILING, "wing")])
@@ -116,10 +116,12 @@ def test_a_model_of_one_body_knows_no_transfer():
         for name, values in history(on_nose((0.35, 1.0))).items()
         if name not in ("force_wing", "force_nose")
     }
-    assert np.isnan(transfer_place(found, FACING, LOAD)) and set(force_peaks(found, FACING, LOAD)) == {"largest_force"}
+    assert np.isnan(transfer_position(found, FACING, LOAD)) and set(force_peaks(found, FACING, LOAD)) == {
+        "largest_force"
+    }
     nothing = {name: np.empty(0) for name in ("time", "x")}
     assert (
-        np.isnan(transfer_place(nothing, FACING, LOAD))
+        np.isnan(transfer_position(nothing, FACING, LOAD))
         and force_peaks(nothing, FACING, LOAD) == {}
         and end_warnings(nothing, {}, LOAD) == ()
     )

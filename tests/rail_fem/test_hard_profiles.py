@@ -10,7 +10,7 @@ from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.light.load_sharing import rest
+from rail_fem.light.load_sharing import static_equilibrium
 
 MM = 1e-3
 WHEEL, RAIL = wheel_profile("P8"), rail_head("56E1", 1 / 20)
@@ -77,7 +77,7 @@ def stands(wheel, rail) -> None:
             and np.isfinite(np.concatenate([found.position[0], found.angle, found.curvature[0]])).all()
         )
         try:
-            loaded = rest(search, (LOAD, LOAD), lateral, 5e-3)
+            loaded = static_equilibrium(search, (LOAD, LOAD), lateral, 5e-3)
         except WheelsetError as error:
             assert "rough" in str(error)
             continue

@@ -11,7 +11,7 @@ from geometry.path.wheel_path import wheel_path
 from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.light.contact_table import contact_table, equivalent_paraboloid, hertz_constants, patch_sizes
-from rail_fem.light.groove import contacts_of
+from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import hertz_flags
 from rail_fem.light.vertical_dynamics import integrate
 from rail_fem.light.vertical_pass import run_pass
@@ -45,14 +45,14 @@ def test_equivalent_paraboloid_of_a_paraboloid_is_itself():
     for n in (50, 100, 200):
         along, across = np.linspace(-14e-3, 14e-3, n), np.linspace(-8e-3, 8e-3, n)
         gap = along[None, :, None] ** 2 / (2 * radii[0]) + across[None, None, :] ** 2 / (2 * radii[1])
-        found, lopsided = equivalent_paraboloid(gap, along, across, depth)
-        assert lopsided[0] < 1e-12
+        found, asymmetry = equivalent_paraboloid(gap, along, across, depth)
+        assert asymmetry[0] < 1e-12
         errors.append(np.abs(found[0] / radii - 1).max())
     assert errors[-1] < 5e-4 and errors[-1] < errors[0]
 
 
 def test_a_wheel_that_runs_downhill_is_pushed_on(scene):
-    """On the falling wing the frictionless contact pushes along the way by force times fall, that of the rigid path: a
+    """On the falling wing the frictionless contact pushes along the path by force times fall, that of the rigid path: a
     trailing wheel climbs there."""
     at = np.array([0.28, 0.30])
     fall = -wheel_path(CastCrossing(scene.crossing.ratio), scene.wheel.shape, at, scene.wheel.radius).slope
@@ -67,9 +67,9 @@ def test_a_linear_spring_rests_where_hertz_rests_under_the_static_load(scene):
     table, constant, load = contact_table(scene, 0.095, 0.12, 1e-3), 9e10, scene.static_wheel_load
     at = np.array([0.1, 0.11])
     laws = [lumped.one_contact(table, constant, name, load)(at) for name in ("hertz", "linear")]
-    rest = lambda law, force: law.height - (force / law.stiffness) ** (1 / law.exponent)
-    assert rest(laws[1], load) == pytest.approx(rest(laws[0], load), abs=1e-12)
-    softer = [(rest(law, load) - rest(law, 1.001 * load)) for law in laws]
+    static_height = lambda law, force: law.height - (force / law.stiffness) ** (1 / law.exponent)
+    assert static_height(laws[1], load) == pytest.approx(static_height(laws[0], load), abs=1e-12)
+    softer = [(static_height(law, load) - static_height(law, 1.001 * load)) for law in laws]
     assert softer[1] == pytest.approx(softer[0], rel=1e-3)
 
 
@@ -111,10 +111,10 @@ def test_contacts_beside_their_patch_are_flagged_and_those_in_its_middle_are_not
     """Two of four loaded rows lie beside the middle of their patch: the flag says 50 %."""
     run = SimpleNamespace(x=np.arange(5) * 1e-3, force=np.array([[1e5, 1e5, 1e5, 1e5, 0.0], [0.0] * 5]))
     found = {}
-    for name, lopsided in (("middle", np.zeros(5)), ("beside", np.array([0.0, 0.9, 0.8, 0.0, 0.9]))):
+    for name, asymmetry in (("middle", np.zeros(5)), ("beside", np.array([0.0, 0.9, 0.8, 0.0, 0.9]))):
         table = SimpleNamespace(
             nearest=lambda x: np.arange(len(x)),
-            lopsided=np.stack([lopsided, lopsided]),
+            asymmetry=np.stack([asymmetry, asymmetry]),
             angle=np.zeros((2, 5)),
             radii=np.full((2, 5, 2), 0.4),
         )
@@ -133,7 +133,7 @@ def test_elastic_contact_is_harder_and_harder_steel_too(scene):
     peak = lambda s, **options: (
         rigid_hertz.solve(s, RigidHertzSettings(**NOSE, **options)).peaks["largest_force_nose"].value
     )
-    assert peak(scene) < peak(strong) < peak(scene, grooves=False)
+    assert peak(scene) < peak(strong) < peak(scene, plastic_indentation=False)
 
 
 @pytest.mark.parametrize("model, settings", [(lumped, LumpedSettings), (rigid_hertz, RigidHertzSettings)])
@@ -164,13 +164,13 @@ def test_facing_and_trailing_cases_meet_the_same_transfer(scene):
 
 
 def test_a_pass_run_backwards_returns_to_its_start(scene):
-    """Without dampers and grooves the trailing pass that begins with the facing one's end, velocities turned about, is
-    the same motion backwards.
+    """Without dampers and plastic indentation the trailing pass that begins with the facing one's end, velocities
+    turned about, is the same motion backwards.
 
     The implicit midpoint rule has this symmetry exactly; round-off of 1e-15 m a step grows through two impacts, to less
     than a nanometre.
     """
-    settings = RigidHertzSettings(**NOSE, grooves=False)
+    settings = RigidHertzSettings(**NOSE, plastic_indentation=False)
     free = scene.model_copy(
         update={
             "vehicle": scene.vehicle.model_copy(update={"primary_damping": 0.0}),

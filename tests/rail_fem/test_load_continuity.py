@@ -22,7 +22,7 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.light.load_sharing import STEEL_MODULUS, pressed, rest
+from rail_fem.light.load_sharing import STEEL_MODULUS, side_held, static_equilibrium
 from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
 
 MM, UM = 1e-3, 1e-6
@@ -59,14 +59,14 @@ def test_a_sphere_on_a_crest_carries_what_hertz_says(radius, depth):
     bow = lambda x, y: 0 * y + np.sign(radius) * (np.sqrt(radius**2 - x**2) - abs(radius))
     search = on_left(sphere(), surface(bow, np.linspace(-1, 1, 101) * min(0.25, 0.9 * abs(radius))))
     exact = point_contact_of_approach(depth, 1 / (1 / RADIUS + 1 / radius), RADIUS, STEEL_MODULUS).force
-    assert pressed(search, sunk(search, depth), "left").force[:, 2].sum() == pytest.approx(exact, rel=4e-3)
+    assert side_held(search, sunk(search, depth), "left").force[:, 2].sum() == pytest.approx(exact, rel=4e-3)
 
 
 @pytest.mark.parametrize("lateral, yaw", [(0.0, 0.0), (6.5 * MM, 0.02), (-7 * MM, -0.01)])
 def test_a_prismatic_rail_carries_what_the_prismatic_search_gives(lateral, yaw):
     wheelset, track = Wheelset(wheel_profile("P8")), Track.plain_line()
     prism, loft = (
-        rest(s, (60e3, 50e3), lateral, yaw)
+        static_equilibrium(s, (60e3, 50e3), lateral, yaw)
         for s in (ContactSearch(wheelset, track), SurfaceSearch(wheelset, track).at(1.0))
     )
     # the mixed curvature is taken from how the strip runs, not from the wheel's
@@ -84,7 +84,7 @@ def test_force_is_continuous_as_a_valley_flattens_and_two_points_become_one(dept
         search = on_left(
             sphere(), surface(lambda x, y: slope * np.sqrt(x**2 + width**2) + 0 * y, np.arange(-0.15, 0.1501, 3 * MM))
         )
-        found = pressed(search, sunk(search, depth), "left")
+        found = side_held(search, sunk(search, depth), "left")
         counts[len(found.normal_force)] += 1
         return found.force.sum(axis=0)
 
@@ -113,7 +113,7 @@ def test_no_force_jumps_by_one_percent_as_two_crowns_merge(depth):
     def force(apart):
         search = ContactSearch(Wheelset(wheel, radius=RADIUS), Track(crowns(apart)))
         state = search.settle()
-        return pressed(search, replace(state, z=state.z - depth), "left").force.sum(axis=0)
+        return side_held(search, replace(state, z=state.z - depth), "left").force.sum(axis=0)
 
     assert jump(force, 0.1 * MM, 14 * MM, 40, 1e-6) < 0.01
 
@@ -129,12 +129,12 @@ def jumps_on_lines(search_at, count: int, seed: int) -> np.ndarray:
     random, found = np.random.default_rng(seed), []
     for _ in range(count):
         search = search_at(random.uniform(-0.7, 0.5))
-        state = rest(search, (60e3, 60e3), random.uniform(-9, 9) * MM, random.uniform(-0.02, 0.02)).state
+        state = static_equilibrium(search, (60e3, 60e3), random.uniform(-9, 9) * MM, random.uniform(-0.02, 0.02)).state
         way = dict(x=10 * MM, y=2 * MM, z=0.1 * MM, yaw=3e-3, roll=1e-4)
         way = {name: size * random.uniform(-1, 1) for name, size in way.items()}
         along = lambda t: replace(state, **{name: getattr(state, name) + t * size for name, size in way.items()})
         try:
-            found.append(jump(lambda t: pressed(search, along(t), "left").force.sum(axis=0), 0.0, 1.0, 20))
+            found.append(jump(lambda t: side_held(search, along(t), "left").force.sum(axis=0), 0.0, 1.0, 20))
         except WheelsetError as error:
             assert "no elastic contact" in str(error)
     return np.array(found)
@@ -183,7 +183,7 @@ def outcomes(count: int, seed: int, noise: float, rail: RailSurface | None) -> C
         search = whole if rail is None else whole.at(random.uniform(-0.7, 0.5))
         loads = 10 ** random.uniform(0, 5.2, 2)
         try:
-            found = rest(search, tuple(loads), random.uniform(-10, 10) * MM, random.uniform(-0.03, 0.03))
+            found = static_equilibrium(search, tuple(loads), random.uniform(-10, 10) * MM, random.uniform(-0.03, 0.03))
         except WheelsetError as error:
             text = str(error)
             counts["rough" if "rough" in text else "no rail" if "over no rail" in text else text] += 1

@@ -21,7 +21,7 @@ from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile, worn
 from geometry.wheelset import Track, Wheelset
 from rail_fem.light.contact_pairs import pair_at, plain_rail
-from rail_fem.light.load_sharing import LoadedSide, pressed
+from rail_fem.light.load_sharing import LoadedSide, side_held
 
 MM, UM = 1e-3, 1e-6
 STEEL = Elastic(210e9, 0.3)
@@ -36,7 +36,7 @@ def search(
 
 
 def sunk(search: ContactSearch, lateral: float, depth: float) -> Wheelset:
-    """The axle level and at `lateral`, the right wheel `depth` under where it touches."""
+    """The axle level and at `lateral`, the right wheel `depth` under where it is in contact."""
     state = replace(search.wheelset, y=lateral)
     clear = search.contacts(state, "right")
     return replace(state, z=state.z - (clear.gap / clear.normal[:, 2]).min() - depth)
@@ -58,7 +58,9 @@ def judged(
         STEEL,
         STEEL,
     )
-    wheel = replace(touching.wheel, place=(*datum, state.z - search.wheelset.radius))  # lowered, not along the normal
+    wheel = replace(
+        touching.wheel, position=(*datum, state.z - search.wheelset.radius)
+    )  # lowered, not along the normal
     pair = replace(touching, wheel=wheel)
     x, y = np.meshgrid(np.linspace(0, 12 * MM, 40), np.linspace(-45 * MM, 45 * MM, 600), indexing="ij")
     near = pair.gap(x, y) < 0
@@ -79,7 +81,7 @@ def share_of_first(patch: Patch, places: np.ndarray) -> float:
 def departure(search: ContactSearch, lateral: float, depth: float) -> tuple[float, float, LoadedSide]:
     """Of force (relative) and share from the half-space's."""
     state = sunk(search, lateral, depth)
-    side = pressed(search, state, "right")
+    side = side_held(search, state, "right")
     patch, places = judged(search, state, side.contacts)
     force = np.linalg.norm(side.force.sum(axis=0)) / patch.normal_force - 1
     if len(places) != 2:
@@ -127,7 +129,7 @@ def test_the_force_does_not_jump_over_a_tenth_of_a_micrometre(first):
     """At one height, over a point's birth, the change of the deepest, a point's end: steps differ from their neighbours
     by less than 2e-4 of the force."""
     state, places = sunk(search(), -first * MM, 120 * UM), -first * MM - 0.1 * UM * np.arange(300)
-    sides = [pressed(search(), replace(state, y=y), "right") for y in places]
+    sides = [side_held(search(), replace(state, y=y), "right") for y in places]
     forces = np.array([side.force.sum(axis=0) for side in sides])
     assert np.abs(np.diff(forces, 2, axis=0)).max() < 2e-4 * np.abs(forces).max()
 
@@ -147,14 +149,14 @@ def test_points_that_the_search_misses_still_carry():
         rough = ContactSearch(Wheelset(wheel_profile("S1002"), radius=0.46), Track(waves), resolution)
         state = sunk(search(), -5.3 * MM, 120 * UM)
         forces.append(
-            [pressed(rough, replace(state, y=-5.3 * MM - k * 20 * UM), "right").force.sum(axis=0) for k in range(10)]
+            [side_held(rough, replace(state, y=-5.3 * MM - k * 20 * UM), "right").force.sum(axis=0) for k in range(10)]
         )
     assert np.array(forces[0]) == pytest.approx(np.array(forces[1]), rel=0.02)
 
 
 def test_centre_of_pressure_and_patch_of_one_point_are_hertz_and_of_two_lie_where_the_half_space_has_them():
     state = sunk(search(), -5.5 * MM, 130 * UM)
-    side = pressed(search(), state, "right")
+    side = side_held(search(), state, "right")
     patch, _ = judged(search(), state, side.contacts)
     at = side.contacts.position[np.argmin(side.contacts.gap)]
     across = (side.centre_of_pressure - at) @ np.cross(side.contacts.normal[np.argmin(side.contacts.gap)], [1, 0, 0])

@@ -20,7 +20,14 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.contact_pairs import plain_rail_pair
 from rail_fem.light.load_kernel import loaded_side
-from rail_fem.light.load_sharing import STEEL_MODULUS, _between_bounds, pressed, rest, rest_under, rest_wheel
+from rail_fem.light.load_sharing import (
+    STEEL_MODULUS,
+    _between_bounds,
+    equilibrium_under,
+    side_held,
+    static_equilibrium,
+    wheel_equilibrium,
+)
 
 MM, UM = 1e-3, 1e-6
 RADIUS = 0.45
@@ -50,7 +57,7 @@ def crowns(radius: float, apart: float, half: float = 30 * MM) -> Profile:
 
 
 def side_force(search: ContactSearch, depth: float, lateral: float = 0.0, yaw: float = 0.0) -> np.ndarray:
-    """(3, n) forces of the left side, the wheelset pressed down by depth from where it touches."""
+    """(3, n) forces of the left side, the wheelset pressed down by depth from where it is in contact."""
     state = search.settle(lateral, yaw)
     stations, wheel, rail, tip, _ = search.sides["left"]
     return loaded_side(stations, wheel, rail, tip, search.pose(state, "left"), state.z - depth, STEEL_MODULUS)[1]
@@ -85,8 +92,8 @@ def test_two_crowns_carry_equal_shares_and_what_the_half_space_says(apart, depth
     assert forces[0] == pytest.approx(forces[1], rel=1e-6)
     gap = lambda x, y: x**2 / (2 * RADIUS) + (np.abs(y) - apart / 2) ** 2 / 0.16
     steel, window = Elastic(210e9, 0.3), ((-15 * MM, 15 * MM), (-15 * MM, 15 * MM))
-    judge = normal_contact(gap, steel, steel, approach=depth, window=window, estimate=False).normal_force
-    assert forces.sum() == pytest.approx(judge, rel=band)
+    reference = normal_contact(gap, steel, steel, approach=depth, window=window, estimate=False).normal_force
+    assert forces.sum() == pytest.approx(reference, rel=band)
 
 
 @pytest.mark.parametrize("lateral, band", [(0.0, 0.07), (2 * MM, 0.02), (9.5 * MM, 0.03)])
@@ -94,13 +101,13 @@ def test_p8_on_bs113a_carries_what_the_half_space_says(lateral, band):
     """One patch over arcs of different radii, 49.5 kN: Hertz with the curvatures at the point errs by 31, 8 and 7 %."""
     pair, steel = plain_rail_pair(lateral=lateral), Elastic(210e9, 0.3)
     load = pair.normal_force(49.5e3)
-    judge = normal_contact(pair.gap, steel, steel, load=load, window=pair.window(), estimate=False)
+    reference = normal_contact(pair.gap, steel, steel, load=load, window=pair.window(), estimate=False)
     search = p8_search()
     stations, wheel, rail, tip, _ = search.sides["left"]
     pose = search.pose(Wheelset(wheel_profile("P8"), y=lateral), "left")
     touch = -lowest(stations, wheel, rail, pose, tip)[0]
     _, force, _ = loaded_side(
-        stations, wheel, rail, tip, pose, touch - judge.approach / pair.frame[2, 2], STEEL_MODULUS
+        stations, wheel, rail, tip, pose, touch - reference.approach / pair.frame[2, 2], STEEL_MODULUS
     )
     assert force[0].sum() == pytest.approx(load, rel=band)
 
@@ -170,7 +177,7 @@ def p8_search() -> ContactSearch:
 @pytest.mark.parametrize("load", [1e-3, 1.0, 49e3, 120e3])
 @pytest.mark.parametrize("lateral", [0.0, -0.85 * MM, 10.6 * MM, 11.0 * MM])
 def test_vertical_loads_are_met(load, lateral):
-    found = rest(p8_search(), (load, 0.7 * load), lateral)
+    found = static_equilibrium(p8_search(), (load, 0.7 * load), lateral)
     assert found.left.force[:, 2].sum() == pytest.approx(load, rel=1e-6)
     assert found.right.force[:, 2].sum() == pytest.approx(0.7 * load, rel=1e-6)
     assert (found.left.normal_force > 0).all() and np.isfinite(found.left.patch).all()
@@ -181,25 +188,25 @@ def test_lateral_force_is_continuous_through_every_jump_of_the_contact():
     over them."""
     search, loads = p8_search(), (49e3, 49e3)
     shift = list(np.linspace(0, 12 * MM, 25))
-    force = [rest(search, loads, y).lateral_force for y in shift]
+    force = [static_equilibrium(search, loads, y).lateral_force for y in shift]
     for _ in range(300):
         k = int(np.argmax(np.abs(np.diff(force))))
         middle = (shift[k] + shift[k + 1]) / 2
         shift.insert(k + 1, middle)
-        force.insert(k + 1, rest(search, loads, middle).lateral_force)
+        force.insert(k + 1, static_equilibrium(search, loads, middle).lateral_force)
     assert np.abs(np.diff(force)).max() < 0.01 * sum(loads)
 
 
 @pytest.mark.parametrize("push", [0.0, 5e3, -20e3, 40e3])
 def test_a_free_wheelset_shifts_until_the_lateral_load_is_held(push):
-    found = rest_under(p8_search(), (49e3, 49e3), push)
+    found = equilibrium_under(p8_search(), (49e3, 49e3), push)
     assert found.lateral_force + push == pytest.approx(0, abs=1e-6 * 98e3)
     assert found.left.force[:, 2].sum() == pytest.approx(49e3, rel=1e-6)
     assert push == 0 or np.sign(found.state.y + 0.425 * found.state.roll) == np.sign(push)
 
 
 def test_a_load_of_zero_just_touches_and_carries_nothing():
-    found = rest(p8_search(), (0.0, 49e3))
+    found = static_equilibrium(p8_search(), (0.0, 49e3))
     assert found.left.normal_force.sum() < 1e-3
     assert found.right.force[:, 2].sum() == pytest.approx(49e3, rel=1e-6)
 
@@ -207,7 +214,7 @@ def test_a_load_of_zero_just_touches_and_carries_nothing():
 @pytest.mark.parametrize("loads", [(-1.0, 1.0), (np.nan, 1.0), (1e9, 1e9)])
 def test_loads_that_cannot_be_are_refused(loads):
     with pytest.raises(WheelsetError, match="load"):
-        rest(p8_search(), loads)
+        static_equilibrium(p8_search(), loads)
 
 
 def loaded_states(count: int, seed: int, noise: float) -> int:
@@ -231,7 +238,7 @@ def loaded_states(count: int, seed: int, noise: float) -> int:
         loads = 10 ** random.uniform(0, 5.2, 2)
         place = random.uniform(-12, 12) * MM, random.uniform(-0.03, 0.03)
         try:
-            found = rest(search, loads, *place)
+            found = static_equilibrium(search, loads, *place)
         except WheelsetError as error:
             assert "rough" in str(error)
             refused += 1
@@ -271,7 +278,7 @@ def test_one_wheel_under_a_given_load_stands_where_hertz_says(side, load):
     """Cylinder of 450 mm on a crown of 300 mm; the axle's height, the patch and its middle."""
     search = ContactSearch(Wheelset(cylinder(), radius=RADIUS, z=0.6), Track(crowns(0.3, 0.0)))
     exact = point_contact(load, RADIUS, 0.3, STEEL_MODULUS)
-    state, found = rest_wheel(search, side, load)
+    state, found = wheel_equilibrium(search, side, load)
     assert found.force[:, 2].sum() == pytest.approx(load, rel=1e-8)
     assert RADIUS - state.z == pytest.approx(exact.approach, rel=2e-3)
     assert found.patch[0] == pytest.approx([exact.semi_x, exact.semi_y], rel=0.01)
@@ -288,30 +295,30 @@ def flange_pressed(overlap: float):
 def test_how_deep_a_wheel_may_be_pressed_is_measured_along_the_normal():
     """On a flank a vertical overlap of 1.2 mm is less than half of that along the normal, where 1 mm is the limit."""
     search, state = flange_pressed(1.2 * MM)
-    found = pressed(search, state, "left")
+    found = side_held(search, state, "left")
     assert found.contacts.angle.max() > np.radians(55) and -found.contacts.gap.min() < 0.7 * MM
     with pytest.raises(WheelsetError, match="along the normal"):
-        pressed(*flange_pressed(4 * MM), "left")
+        side_held(*flange_pressed(4 * MM), "left")
 
 
 def test_where_pressed_refuses_rest_does_too():
     """130 t on each crown of 1 mm radius."""
     search = ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(1 * MM, 0.0, 0.9 * MM)))
     with pytest.raises(WheelsetError, match="along the normal"):
-        rest(search, (1.3e6, 1.3e6))
+        static_equilibrium(search, (1.3e6, 1.3e6))
 
 
 def test_a_wheel_on_the_tip_of_its_flange_is_said_to_be_derailed():
     search = p8_search()
-    assert rest(search, (49e3, 49e3), 10 * MM).left.warnings == ()
-    found = rest(search, (49e3, 49e3), 35 * MM)
+    assert static_equilibrium(search, (49e3, 49e3), 10 * MM).left.warnings == ()
+    found = static_equilibrium(search, (49e3, 49e3), 35 * MM)
     assert "derailed" in found.left.warnings[0] and found.right.warnings == ()
 
 
 def test_bounds_that_close_find_the_rest_that_secants_find():
     """The way taken where the secants of both sides lead astray."""
     search = p8_search()
-    sure = rest(search, (40e3, 60e3), 10.6 * MM, 0.01)
+    sure = static_equilibrium(search, (40e3, 60e3), 10.6 * MM, 0.01)
     pivot = search.wheelset.radius
     roll, height, left_over = _between_bounds(
         search, (40e3, 60e3), 10.6 * MM, 0.01, pivot, sure.state.roll + 3e-4, STEEL_MODULUS
@@ -326,9 +333,9 @@ def test_where_a_profile_ends_in_the_contact_it_is_said():
     """The rail's head is cut off 1 mm beside the middle of the patch."""
     points = rail_head("60E1", 1 / 40).graph_part().points
     search = ContactSearch(Wheelset(wheel_profile("S1002"), radius=0.46), Track(rail_head("60E1", 1 / 40)))
-    station = rest(search, (80e3, 80e3)).left.contacts.rail_station[0]
+    station = static_equilibrium(search, (80e3, 80e3)).left.contacts.rail_station[0]
     kept = points[points[:, 0] < station + 1 * MM]
     # its highest point is its crown
     cut = ContactSearch(search.wheelset, Track(Profile.from_points(kept - [0.0, kept[:, 1].max()])))
-    assert rest(search, (80e3, 80e3)).left.warnings == ()
-    assert any("a profile ends" in warning for warning in rest(cut, (80e3, 80e3)).left.warnings)
+    assert static_equilibrium(search, (80e3, 80e3)).left.warnings == ()
+    assert any("a profile ends" in warning for warning in static_equilibrium(cut, (80e3, 80e3)).left.warnings)

@@ -22,14 +22,15 @@ from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.load_sharing import rest
+from rail_fem.light.load_sharing import static_equilibrium
 from tests.outside import found
 
 FILE = "formats/MBench_UIC60_v3.prr"
 MM, RADIUS, YAW = 1e-3, 0.46, 2.4
 MODULUS = 82e9 / (1 - 0.28)
-# shift [mm], roll [mrad], and for each wheel: depth of the axle under 460 mm at first touch and under 10 kN [mm], place
-# ahead of the axle and from the track's middle [mm], contact angle [rad], place on the wheel from its datum [mm]
+# shift [mm], roll [mrad], and for each wheel: depth of the axle under 460 mm at first point of contact and under 10 kN
+# [mm], place ahead of the axle and from the track's middle [mm], contact angle [rad], place on the wheel from its datum
+# [mm]
 PUBLISHED = (
     # fmt: off
     (0.0, 0.0, (0.1821, 0.1981, 0.0000, 751.8726, 0.0290, 1.8726), (0.1821, 0.1981, 0.0000, 751.8726, 0.0290, 1.8726)),
@@ -176,8 +177,8 @@ def posed(rail: str, shift: float, roll: float, z: float):
 
 
 def compared(rail: str) -> dict:
-    """{(shift, side): ours less published: first touch [um], place on rail [mm], angle [degrees], place on wheel, ahead
-    [mm]}."""
+    """{(shift, side): ours less published: first point of contact [um], place on rail [mm], angle [degrees], place on
+    wheel, ahead [mm]}."""
     rows = {}
     for shift, roll, *wheels in PUBLISHED:
         for side, (touch, _, ahead, place, angle, station) in zip(("left", "right"), wheels):
@@ -276,7 +277,9 @@ def test_loaded_wheels_settle_to_the_published_roll_and_height(rail, angle, heig
     for shift, roll, *wheels in PUBLISHED:
         if shift > 6:
             continue
-        found = rest(search(rail), (10e3, 10e3), -shift * MM, -YAW * shift * 1e-3, held_at="axle", modulus=MODULUS)
+        found = static_equilibrium(
+            search(rail), (10e3, 10e3), -shift * MM, -YAW * shift * 1e-3, held_at="axle", modulus=MODULUS
+        )
         error = (np.arcsin(np.sin(found.state.roll) / np.cos(YAW * shift * 1e-3)) - roll * 1e-3) / 1e-6
         depth = (RADIUS - found.state.z - wheels[0][1] * MM) / 1e-6
         single = rail == "file" and 1 <= shift <= 4.5

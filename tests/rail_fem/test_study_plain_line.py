@@ -6,7 +6,7 @@ from geometry.contact.conicity import shift_curves
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import wheel_profile
 from geometry.wheelset import Track, Wheelset
-from rail_fem.light.load_sharing import rest
+from rail_fem.light.load_sharing import static_equilibrium
 from rail_fem.studies.plain_line import draw, speed_against_error, write_curves
 
 MM = 1e-3
@@ -15,7 +15,7 @@ MM = 1e-3
 def test_tables_and_figure_of_a_short_study(tmp_path):
     search = ContactSearch(Wheelset(wheel_profile("P8")), Track.plain_line())
     shift = np.linspace(-12, 12, 9) * MM
-    curves, loaded = shift_curves(search, shift), [rest(search, (49e3, 49e3), y) for y in shift]
+    curves, loaded = shift_curves(search, shift), [static_equilibrium(search, (49e3, 49e3), y) for y in shift]
     write_curves(tmp_path / "curves.csv", curves, loaded)
     table = np.genfromtxt(tmp_path / "curves.csv", delimiter=",", names=True)
     assert np.allclose(table["shift"], shift / MM) and np.allclose(

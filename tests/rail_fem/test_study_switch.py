@@ -11,7 +11,7 @@ from geometry.profiles.rail import gauge_face
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.switch import Switch
 from geometry.wheelset import Track, Wheelset, WheelsetError
-from rail_fem.light.load_sharing import rest
+from rail_fem.light.load_sharing import static_equilibrium
 from rail_fem.studies.switch import AXLE_LOAD, MM, draw, report, run_through, write
 
 X = np.array([0.0, 0.3, 0.7, 1.2, 1.8, 2.0, 2.05, 2.1, 2.15, 2.4, 3.0, 4.0])
@@ -69,7 +69,7 @@ def test_a_wheel_that_is_not_pushed_stays_on_the_stock_rail_until_its_tread_meet
     rail carries."""
     switch = Switch()
     search = ContactSearch(Wheelset(wheel_profile("P8")), switch.track(0.7))
-    found = rest(search, (AXLE_LOAD / 2, AXLE_LOAD / 2), 8.2 * MM, 2e-3)
+    found = static_equilibrium(search, (AXLE_LOAD / 2, AXLE_LOAD / 2), 8.2 * MM, 2e-3)
     assert found.left.contacts.rail_station[np.argmax(found.left.normal_force)] > -20 * MM
 
 

@@ -46,7 +46,7 @@ def test_a_series_is_even_in_the_unit_in_which_it_is_typed():
     assert key == "scene.speed" and values == [f"{speed} mph" for speed in range(30, 101, 10)]
     assert read_variation("scene.friction = 0.1:0.5:3")[1] == ["0.1", "0.3", "0.5"]
     assert read_variation("scene.wheel.profile=P8, P1")[1] == ["P8", "P1"]
-    assert read_variation("run.rigid_hertz.grooves=true,false")[1] == [True, False]
+    assert read_variation("run.rigid_hertz.plastic_indentation=true,false")[1] == [True, False]
 
 
 @pytest.mark.parametrize(

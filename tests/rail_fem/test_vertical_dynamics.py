@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from rail_fem.light.vertical_dynamics import ContactLaw, Masses, contact_energy, contact_force, integrate, rest_distance
+from rail_fem.light.vertical_dynamics import (
+    ContactLaw,
+    Masses,
+    contact_energy,
+    contact_force,
+    integrate,
+    static_distance,
+)
 from tests.order import assert_order
 
 WHEEL, TRACK, SPRING = 500.0, 750.0, 1.2e9
@@ -17,23 +24,32 @@ def free_pair(load=0.0):
     )
 
 
-def law(steps, stiffness, exponent, height=None, **groove):
+def law(steps, stiffness, exponent, height=None, **plastic_indentation):
     height = np.zeros(2 * steps + 1) if height is None else height
     fill = lambda value: np.full((1, 2 * steps + 1), value)
     return ContactLaw(
-        height[None], fill(stiffness), exponent=exponent, **{name: fill(value) for name, value in groove.items()}
+        height[None],
+        fill(stiffness),
+        exponent=exponent,
+        **{name: fill(value) for name, value in plastic_indentation.items()},
     )
 
 
-@pytest.mark.parametrize("exponent, groove", [(1.0, {}), (1.5, {}), (1.5, {"limit": 5e3, "give": 2e-9})])
-def test_second_order_on_every_contact_law(exponent, groove):
+@pytest.mark.parametrize(
+    "exponent, plastic_indentation", [(1.0, {}), (1.5, {}), (1.5, {"yield_load": 5e3, "plastic_compliance": 2e-9})]
+)
+def test_second_order_on_every_contact_law(exponent, plastic_indentation):
     """One lasting contact, a load of 86 kN, started away from rest; against a hundred times finer steps."""
     duration, stiffness = 4e-3, SPRING if exponent == 1 else 4e10
 
     def end(steps):
         start = np.array([-1.2e-4, 0.0])
         return integrate(
-            free_pair(86e3), start, np.zeros(2), duration / steps, law(steps, stiffness, exponent, **groove)
+            free_pair(86e3),
+            start,
+            np.zeros(2),
+            duration / steps,
+            law(steps, stiffness, exponent, **plastic_indentation),
         ).position[-1]
 
     steps = np.array([40, 80, 160])
@@ -47,16 +63,16 @@ def test_two_masses_on_a_linear_contact_follow_the_closed_form():
     steps, amplitude, load = 200, 3e-5, 86e3
     omega = np.sqrt(SPRING * (1 / WHEEL + 1 / TRACK))
     step = 6e-3 / steps
-    rest = -load / SPRING
-    start = np.array([rest + amplitude, 0.0])
+    equilibrium = -load / SPRING
+    start = np.array([equilibrium + amplitude, 0.0])
     motion = integrate(free_pair(load), start, np.zeros(2), step, law(steps, SPRING, 1.0))
     phase = 2 * np.arctan(omega * step / 2) * np.arange(steps + 1)
     np.testing.assert_allclose(
-        motion.position @ [1, -1] - rest, amplitude * np.cos(phase), atol=1e-11 * steps * amplitude
+        motion.position @ [1, -1] - equilibrium, amplitude * np.cos(phase), atol=1e-11 * steps * amplitude
     )
     exact = amplitude * np.cos(omega * step * np.arange(steps + 1))
     assert (
-        np.abs(motion.position @ [1, -1] - rest - exact).max()
+        np.abs(motion.position @ [1, -1] - equilibrium - exact).max()
         < 1.01 * amplitude * omega * 6e-3 * (omega * step) ** 2 / 12
     )  # the scheme's own phase error
 
@@ -102,7 +118,7 @@ def test_groove_law_is_the_sum_of_both_depths_and_its_energy_the_work():
 
 def test_static_rest_carries_the_load():
     two = ContactLaw(np.array([[0.0] * 3, [2e-5] * 3]), np.full((2, 3), 4e10))
-    s = rest_distance(86e3, two)
+    s = static_distance(86e3, two)
     assert sum(contact_force(h - s, (4e10, 0.0, 0.0), 1.5)[0] for h in (0.0, 2e-5)) == pytest.approx(86e3, rel=1e-10)
 
 

@@ -10,10 +10,10 @@ from typer.testing import CliRunner
 from rail_fem import cli
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
-from rail_fem.light.rigid import CLEAR, FOLLOW, LEAD, placed, rigid_path
+from rail_fem.light.rigid import CLEAR, FOLLOW, LEAD, rigid_path, with_window
 from rail_fem.output.result import load
 from rail_fem.scene.units import si_factor
-from rail_fem.settings.explicit import WAY, FeSettings, FeWindowSettings
+from rail_fem.settings.explicit import COMMON_WINDOW, FeSettings, FeWindowSettings
 from rail_fem.settings.light import BemPassageSettings, LumpedSettings, RigidHertzSettings
 from tests.rail_fem.test_scene import make_scene
 
@@ -30,7 +30,7 @@ def test_models_that_are_given_no_way_run_over_the_same(direction):
     ways = {
         tuple(sorted(settings().window(scene))) for settings in (LumpedSettings, RigidHertzSettings, BemPassageSettings)
     }
-    assert ways == {tuple(sorted((explicit.start, explicit.end)))} == {WAY}
+    assert ways == {tuple(sorted((explicit.start, explicit.end)))} == {COMMON_WINDOW}
 
 
 @pytest.mark.parametrize(
@@ -42,15 +42,15 @@ def test_a_window_that_is_given_no_place_lies_around_the_transfer_of_this_wheel(
     is never refused."""
     scene = scene_of(direction, speed=mph * si_factor("mph"))
     scene = scene.model_copy(update={"wheel": scene.wheel.model_copy(update={"profile": profile})})
-    settings, sign = placed(scene, FeWindowSettings()), scene.direction_sign
-    transfers = sign * rigid_path(scene, np.arange(*WAY, 5e-3)).transfers
+    settings, sign = with_window(scene, FeWindowSettings()), scene.direction_sign
+    transfers = sign * rigid_path(scene, np.arange(*COMMON_WINDOW, 5e-3)).transfers
     let_go = sign * settings.start + scene.speed * settings.settle_time
     assert transfers.min() - let_go == pytest.approx(
         LEAD, abs=1e-4
     ) and sign * settings.end - transfers.max() == pytest.approx(FOLLOW, abs=1e-4)
     assert preflight_errors(scene, FeWindowSettings(element_size=3e-3), 1, "fe_window") == []
     given = FeWindowSettings(start=0.2, end=0.5)
-    assert placed(scene, given) is given and placed(scene, FeWindowSettings(start=0.2)).start == 0.2
+    assert with_window(scene, given) is given and with_window(scene, FeWindowSettings(start=0.2)).start == 0.2
 
 
 @pytest.mark.parametrize("direction, start, end, refused", [

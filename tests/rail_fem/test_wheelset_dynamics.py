@@ -10,7 +10,7 @@ from scipy.optimize import fsolve
 
 from rail_fem.case.casefile import load_case
 from rail_fem.light.contact_table import contact_table
-from rail_fem.light.groove import contacts_of
+from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.vertical_pass import run_pass
 from rail_fem.light.wheelset_dynamics import (
     HEIGHT,
@@ -37,7 +37,9 @@ from tests.order import assert_order
 ROOT = Path(__file__).resolve().parents[2]
 CASE = load_case(ROOT / "cases" / "thesis" / "case_02.toml")
 SCENE = CASE.scene
-SHORT = CASE.runs["rigid_hertz"].model_copy(update={"end": 0.30, "lateral_range": 1e-3, "freedom": "lateral_roll"})
+SHORT = CASE.runs["rigid_hertz"].model_copy(
+    update={"end": 0.30, "lateral_range": 1e-3, "degrees_of_freedom": "lateral_roll"}
+)
 # order and sign of q seen in a mirror
 MIRROR = np.array([1, 0, 2, 3, 4, 5, 7, 6]), np.array([1, 1, 1, -1, -1, -1, 1, 1])
 
@@ -52,7 +54,7 @@ def moved(surfaces, settings=SHORT, step=10e-6, change=lambda contacts: contacts
     start, end = settings.window(SCENE)
     count = int(round((end - start) / SCENE.speed / step))
     table = surfaces.over[len(surfaces.over) // 2]
-    law = contacts_of(SCENE, settings.model_copy(update={"grooves": False}), table)
+    law = contacts_of(SCENE, settings.model_copy(update={"plastic_indentation": False}), table)
     x = np.linspace(start, end, 2 * count + 1)
     contacts, system = change(wheelset_contacts(SCENE, law(x), surfaces, x)), wheelset_system(SCENE, settings)
     system = system if rolling_radius is None else replace(system, rolling_radius=rolling_radius)
@@ -105,15 +107,17 @@ def test_without_cant_of_the_surfaces_each_side_is_the_vertical_model(surfaces):
         middle = c.height[:, :, len(c.shift) // 2, None]
         return replace(
             c,
-            place=np.sign(c.place) * arm,
+            contact_y=np.sign(c.contact_y) * arm,
             height=np.broadcast_to(middle, c.height.shape),
             slope=0 * c.slope,
             friction=0.0,
         )
 
-    _, _, motion = moved(surfaces, SHORT.model_copy(update={"freedom": "roll"}), change=uncoupled, rolling_radius=0.0)
+    _, _, motion = moved(
+        surfaces, SHORT.model_copy(update={"degrees_of_freedom": "roll"}), change=uncoupled, rolling_radius=0.0
+    )
     settings = SHORT.model_copy(
-        update={"grooves": False, "time_step": (0.30 - 0.095) / SCENE.speed / len(motion.drive)}
+        update={"plastic_indentation": False, "time_step": (0.30 - 0.095) / SCENE.speed / len(motion.path_work)}
     )
     table = contact_table(SCENE, *settings.window(SCENE), settings.path_spacing)
     alone = run_pass(SCENE, settings, contacts_of(SCENE, settings, table))
@@ -127,7 +131,7 @@ def test_a_mirror_changes_nothing(surfaces):
     """The crossing under the right wheel: roll, lateral and yaw change sign, forces stay, to round-off."""
     system, contacts, motion = moved(surfaces)
     order, sign = MIRROR
-    seen = replace(contacts, side=-contacts.side, place=-contacts.place)
+    seen = replace(contacts, side=-contacts.side, contact_y=-contacts.contact_y)
     start = motion.position[0][order] * sign, motion.velocity[0][order] * sign
     mirrored = march(system, seen, *start, motion_step(motion))
     np.testing.assert_allclose(mirrored.position[:, order] * sign, motion.position, rtol=0, atol=1e-12)
@@ -135,7 +139,7 @@ def test_a_mirror_changes_nothing(surfaces):
 
 
 def motion_step(motion) -> float:
-    return (0.30 - 0.095) / SCENE.speed / len(motion.drive)
+    return (0.30 - 0.095) / SCENE.speed / len(motion.path_work)
 
 
 def test_second_order_in_the_step_and_energy_is_kept(surfaces):
@@ -216,7 +220,7 @@ def test_gravitational_stiffness_of_cones_is_that_of_plane_geometry():
         start = np.zeros(8)
         start[LATERAL], start[ROLL], start[HEIGHT] = y, exact_height(y)[1], -((LOAD / 2 / stiffness) ** (2 / 3))
         end = march(
-            replace(system, damping=critical, free=HELD),
+            replace(system, damping=critical, free_dofs=HELD),
             contacts,
             start,
             np.zeros(8),
@@ -282,15 +286,17 @@ def test_a_wheelset_that_leaves_the_places_looked_at_is_refused():
 
 
 def test_freedom_of_the_wheelset_changes_the_reference_pass_little():
-    """The thesis holds the wheel at its lateral place; let go, it moves less than 0.1 mm within the 13 ms of the pass,
-    and the nose's force by less than 2 %."""
+    """The thesis holds the wheel at its lateral position; let go, it moves less than 0.1 mm within the 13 ms of the
+    pass, and the nose's force by less than 2 %."""
     settings = CASE.runs["rigid_hertz"]
-    held, free = (
-        rigid_hertz.solve(SCENE, settings.model_copy(update={"freedom": f, "lateral_range": 1e-3}))
+    held, free_dofs = (
+        rigid_hertz.solve(SCENE, settings.model_copy(update={"degrees_of_freedom": f, "lateral_range": 1e-3}))
         for f in ("vertical", "lateral_roll")
     )
-    assert free.peaks["largest_force_nose"].value == pytest.approx(held.peaks["largest_force_nose"].value, rel=0.02)
-    assert 0.01e-3 < np.abs(free.history["wheel_lateral"]).max() < 0.1e-3
-    assert np.isnan(held.history["wheel_lateral"]).all() and free.history["force_other"].mean() == pytest.approx(
+    assert free_dofs.peaks["largest_force_nose"].value == pytest.approx(
+        held.peaks["largest_force_nose"].value, rel=0.02
+    )
+    assert 0.01e-3 < np.abs(free_dofs.history["wheel_lateral"]).max() < 0.1e-3
+    assert np.isnan(held.history["wheel_lateral"]).all() and free_dofs.history["force_other"].mean() == pytest.approx(
         SCENE.static_wheel_load, rel=0.1
     )

@@ -1,4 +1,4 @@
-"""Where the half-space is wrong, static finite elements as judge: the 2.5D slices must be right there."""
+"""Where the half-space is wrong, static finite elements as reference solution: the 2.5D slices must be right there."""
 
 import pytest
 
@@ -66,12 +66,12 @@ def test_under_a_hollow_tread_the_half_space_is_low_and_the_slices_are_right():
 def test_slices_are_within_two_percent_of_the_limit_in_every_case(case):
     """Pressure, length, width and effective area; the area's own limit is uncertain by up to 2 % (two edges between
     nodes on 8 mm)."""
-    rows, judge, miss = rows_of(case, [1e-3, 0.7e-3, 0.5e-3], lambda line: None)
+    rows, reference, miss = rows_of(case, [1e-3, 0.7e-3, 0.5e-3], lambda line: None)
     slices = rows[1]
-    assert slices.max_pressure == pytest.approx(judge.max_pressure, rel=5e-3)
-    assert slices.effective_area == pytest.approx(judge.effective_area, rel=5e-3)
+    assert slices.max_pressure == pytest.approx(reference.max_pressure, rel=5e-3)
+    assert slices.effective_area == pytest.approx(reference.effective_area, rel=5e-3)
     for name in ("length", "width", "area"):
-        assert getattr(slices, name) == pytest.approx(getattr(judge, name), rel=0.02 + miss[name]), name
+        assert getattr(slices, name) == pytest.approx(getattr(reference, name), rel=0.02 + miss[name]), name
 
 
 def test_the_study_command_saves_its_table_and_figure(tmp_path, monkeypatch):

@@ -9,7 +9,7 @@ from bem.slices.coupled import slice_contact
 from rail_fem.light.patch_methods import THESIS_ROWS, WHEEL_LOAD, effective_area, thesis_pair
 from rail_fem.static_fe.finite_series import finite_series, map_difference
 from rail_fem.studies import patch_methods as study_patch
-from rail_fem.studies.patch_methods import COMPARED, judged_rows, pair_blocks, thesis_mesh_row
+from rail_fem.studies.patch_methods import COMPARED, pair_blocks, reference_rows, thesis_mesh_row
 
 ASKED = 0.02  # of pressure and patch, by the issue
 
@@ -68,12 +68,12 @@ def test_a_map_differs_from_itself_by_nothing_and_from_a_shifted_one():
 @pytest.mark.parametrize("rail", ["56E1", "60E1"])
 def test_half_space_and_slices_are_within_two_percent_of_converged_finite_elements(rail):
     """Pressure, length, width, area and effective area against the limit of 0.7, 0.5 and 0.35 mm."""
-    rows, judge, _ = judged_rows(rail, [1e-3, 0.7e-3, 0.5e-3, 0.35e-3], lambda line: None)
+    rows, reference, _ = reference_rows(rail, [1e-3, 0.7e-3, 0.5e-3, 0.35e-3], lambda line: None)
     found = {row.method: row for row in rows}
     for method in COMPARED:
         for name in ("max_pressure", "length", "width", "area", "effective_area"):
-            assert getattr(found[method], name) == pytest.approx(getattr(judge, name), rel=ASKED), (method, name)
-        assert map_difference(judge.patch, found[method].patch) < 0.025
+            assert getattr(found[method], name) == pytest.approx(getattr(reference, name), rel=ASKED), (method, name)
+        assert map_difference(reference.patch, found[method].patch) < 0.025
 
 
 @pytest.mark.validate

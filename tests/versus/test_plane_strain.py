@@ -1,5 +1,5 @@
-"""The thesis' four case studies in the plane by boundary elements and by static finite elements, and the judge's own
-error."""
+"""The thesis' four case studies in the plane by boundary elements and by static finite elements, and the reference's
+own error."""
 
 import numpy as np
 import pytest
