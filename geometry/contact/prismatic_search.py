@@ -127,11 +127,11 @@ class ContactSearch:
         Raises WheelsetError where a wheel stands over no rail, or the roll is not found, or the flange backs do not
         fit.
         """
-        self.check_place(lateral, yaw, held_at)
+        self.check_position(lateral, yaw, held_at)
         return self.touching(within_stops(self, lateral, yaw, held_at), yaw, held_at, roll)
 
     @staticmethod
-    def check_place(lateral: float, yaw: float, held_at: str) -> None:
+    def check_position(lateral: float, yaw: float, held_at: str) -> None:
         """Raise WheelsetError for a place that no wheelset on a track has."""
         if held_at not in ("rail", "axle"):
             raise WheelsetError(f'held_at = {held_at!r} is neither "rail" nor "axle"')
