@@ -65,23 +65,33 @@ class ElementBlocks:
 
     cells : (m, 8) local nodes, VTK order;  material : (m,) row of the table;
     cell_of : (n_blocks*LANES,) index into `cells`, -1 in padding
+    slab : (m,) slab of each cell, or None: all in one; slab_of : (n_blocks,) a block holds cells of one slab, and
+        blocks of a material stand in the order of their slabs
     nodes, filled, material_of, state, back : as `hexahedron.update_elements` wants them; no state is kept when
         `stateless`. Rank-local.
     """
 
     def __init__(
-        self, cells: np.ndarray, material: np.ndarray, table: MaterialTable, stateless: bool = False, points: int = 1
+        self,
+        cells: np.ndarray,
+        material: np.ndarray,
+        table: MaterialTable,
+        stateless: bool = False,
+        points: int = 1,
+        slab: np.ndarray | None = None,
     ):
-        order, filled, rows = [], [], []
-        for row in np.unique(material):
-            mine = np.flatnonzero(material == row)
+        order, filled, kinds = [], [], []
+        slab = np.zeros(len(material), np.int64) if slab is None else slab
+        alike = np.lexsort((slab, material))
+        changes = np.flatnonzero(np.diff(material[alike]) | np.diff(slab[alike])) + 1
+        for mine in np.split(alike, changes) if len(alike) else ():
             for first in range(0, len(mine), LANES):
                 lanes = mine[first : first + LANES]
                 filled.append(len(lanes))
-                rows.append(row)
+                kinds.append((material[mine[0]], slab[mine[0]]))
                 order.append(np.concatenate([lanes, np.full(LANES - len(lanes), -1)]))
         self.filled = np.array(filled, np.int64)
-        self.material_of = np.array(rows, np.int64)
+        self.material_of, self.slab_of = (np.array([k[c] for k in kinds], np.int64) for c in (0, 1))
         self.cell_of = np.concatenate(order) if order else np.empty(0, np.int64)
         self.n_cells = len(cells)
         padded = self.cell_of.reshape(-1, LANES).copy()
@@ -104,6 +114,16 @@ class ElementBlocks:
         state = np.zeros((n_blocks, self.rows, LANES))
         state[:, [point * POINT_STATE + YIELD for point in range(self.points)], :] = np.inf
         return state
+
+    def part(self, first: int, last: int) -> tuple[np.ndarray, ...]:
+        """Views of nodes, filled, material_of, state and back of the blocks first..last-1."""
+        return (
+            self.nodes[8 * LANES * first : 8 * LANES * last],
+            self.filled[first:last],
+            self.material_of[first:last],
+            self.state[self.rows * LANES * first : self.rows * LANES * last],
+            self.back[6 * self.points * LANES * first : 6 * self.points * LANES * last],
+        )
 
     def in_cells(self, entries: np.ndarray) -> np.ndarray:
         """Entries (n_blocks, count, LANES) of blocks -> rows (m, count) in the order of `cells`."""

@@ -94,6 +94,7 @@ def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mappin
     Collective. Errors: ValueError on all ranks where it cannot be written.
     """
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
+    dynamics.bring_up()
     arrays = {f"nodal/{name}": gather_nodes(domain, getattr(s, name)) for name in s.NODAL}
     finite = domain.cell_input[s.finite_cells]
     arrays["finite"] = gather_rows(comm, finite, _element_state(s.finite), domain.m_global)

@@ -129,6 +129,7 @@ class Contact:
         if fixed is not None:
             self.inverse_mass[self._gather_all(np.where(fixed, 1.0, 0.0)).max(axis=1) > 0.5] = 0.0
         self.quads = (rail.quads.astype(np.int64), wheel.quads.astype(np.int64) + self.n_rail)
+        self.reachable = np.ones(len(rail.quads), np.bool_)  # facets of the rail that a search looks at
         self.neighbours = tuple(edge_neighbours(q) for q in self.quads)
         self.area = sum(tributary_areas(self.reference, q) for q in self.quads)
         self.from_axle = self.reference - np.asarray(axle)
@@ -182,9 +183,10 @@ class Contact:
         them. Replicated."""
         quads, neighbours = self.quads[1 - side], self.neighbours[1 - side]
         facets, where = np.empty(0, np.int64), np.empty((0, 2))
+        allowed = np.ones(len(quads), np.bool_) if side == 0 else self.reachable
         if len(near):
             _, nearest = cKDTree(position[quads[opposite]].mean(axis=1)).query(position[near])
-            every = self._pairs(side, near, opposite[nearest], np.zeros((len(near), 2)), np.ones(len(quads), np.bool_))
+            every = self._pairs(side, near, opposite[nearest], np.zeros((len(near), 2)), allowed.copy())
             kernel.project_pairs(position, every)
             if not self.started:
                 self._refuse_deep_start(position, every, side)
@@ -195,6 +197,7 @@ class Contact:
         for _ in range(2):
             around = neighbours[usable]
             usable[around[around >= 0]] = True
+        usable &= allowed
         return self._pairs(side, near, facets, where, usable)
 
     def _candidates(self, position: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -203,7 +206,7 @@ class Contact:
         reach = self.settings.margin if self.started else START_REACH
         (low, high), facets = (
             zip(*(kernel.facet_boxes(position, q, reach) for q in self.quads)),
-            [np.arange(len(q)) for q in self.quads],
+            [np.flatnonzero(self.reachable), np.arange(len(self.quads[1]))],
         )
         for _ in range(BOX_PASSES):
             boxes = [
@@ -283,6 +286,11 @@ class Contact:
             kernel.Sliding(self.sticking, self.moved, self.drag),
             self.sums,
         )
+
+    def carrying_x(self) -> np.ndarray:
+        """Positions along x [m] of the rail's nodes that carry normal force. Replicated."""
+        carries = np.flatnonzero(self.normal_force[: self.n_rail] > 0)
+        return self.position[carries, 0]
 
     def overlap(self) -> list[float]:
         """How deep the surfaces lie in one another after the step before the last, at the pairs that carry: largest

@@ -12,27 +12,9 @@ from dolfinx import la
 from mpi4py import MPI
 
 from rail_fem.fe.compat import SUM, create_hexahedral_mesh, geometry_dofmap, original_cells
+from rail_fem.fe.partition import balanced_parts
 
 VTK_TO_DOLFINX = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # its own inverse
-
-
-def balanced_parts(centres: np.ndarray, cost: np.ndarray, parts: int) -> np.ndarray:
-    """Recursive bisection of cells along the longest side of their box, by cost.
-
-    centres : (m, 3) [m];  cost : (m,) relative cost of a cell.  Returns (m,) part of each cell, 0..parts-1. Root only.
-    """
-    part = np.zeros(len(centres), dtype=np.int32)
-    if parts == 1:
-        return part
-    left = parts // 2
-    axis = int(np.argmax(np.ptp(centres, axis=0)))
-    order = np.argsort(centres[:, axis], kind="stable")
-    share = np.cumsum(cost[order]) / cost.sum()
-    split = int(np.searchsorted(share, left / parts))
-    low, high = order[:split], order[split:]
-    part[low] = balanced_parts(centres[low], cost[low], left)
-    part[high] = left + balanced_parts(centres[high], cost[high], parts - left)
-    return part
 
 
 class Domain:
@@ -41,6 +23,7 @@ class Domain:
     Parameters (root only, others pass None)
     ----------
     points : (n, 3) [m];  cells : (m, 8) VTK order;  region : (m,) int;  cost : (m,) relative cost of an update, or None
+    part : (m,) rank of each cell; None: pieces along the longest side, by cost
 
     Attributes (rank-local unless said)
     ----------
@@ -51,7 +34,7 @@ class Domain:
     n_global, m_global : replicated totals
     """
 
-    def __init__(self, comm: MPI.Comm, points=None, cells=None, region=None, cost=None):
+    def __init__(self, comm: MPI.Comm, points=None, cells=None, region=None, cost=None, part=None):
         self.comm = comm
         if comm.rank == 0:
             if len(cells) < comm.size:
@@ -64,7 +47,7 @@ class Domain:
         if comm.rank == 0:
             cells = np.asarray(cells, dtype=np.int64)
             cost = np.ones(len(cells)) if cost is None else cost
-            destination = balanced_parts(points[cells].mean(axis=1), cost, comm.size)
+            destination = balanced_parts(points[cells].mean(axis=1), cost, comm.size) if part is None else part
             ordered, points = cells[:, VTK_TO_DOLFINX], np.ascontiguousarray(points, dtype=float)
         else:
             ordered, points, destination = np.empty((0, 8), np.int64), np.empty((0, 3)), np.empty(0, np.int32)
@@ -83,6 +66,10 @@ class Domain:
         self.region = region[self.cell_input]
         self._shared: list[tuple[np.ndarray, la.Vector]] = []
         self.shared_vector()  # the buffer of all other fields
+
+    def cell_centres(self) -> np.ndarray:
+        """Mean reference positions of the nodes of each cell (m_local, 3) [m]. Rank-local."""
+        return self.reference.reshape(-1, 3)[self.cells].mean(axis=1)
 
     def nodal_vector(self) -> np.ndarray:
         return np.zeros(3 * self.n_nodes)

@@ -19,6 +19,7 @@ from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK, VISCOUS_WORK
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Supports
+from rail_fem.fe.window import TravellingWindow
 
 WHEEL_DAMPING = 0.06  # share of critical damping that the small-displacement kernel gives the highest frequency
 
@@ -28,33 +29,35 @@ ROUND_OFF, LEAST_ENERGY = 1e-9, 1e-12  # of the springs energy; [J]
 
 
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
-def kick(v, force, inverse_mass, mass_damping, dt, small, works):
+def kick(v, force, inverse_mass, mass_damping, dt, small, runs, works):
     """Velocities of owned nodes from internal forces; sums up the internal work.
 
     v, force, inverse_mass, small : (3 n,), inverse_mass 0 where a direction is held or a rigid group moves it, small 1
-        on the small-
-    displacement bodies;  mass_damping [1/s];  works : (3,) internal work of finite-strain nodes, of small-displacement
-    nodes, damping work, added to [J]
+        on the small-displacement bodies;  mass_damping [1/s]
+    runs : (k, 2) the unknowns that a step computes, in ranges first..last-1
+    works : (3,) internal work of finite-strain nodes, of small-displacement nodes, damping work, added to [J]
     """
     all_power, small_power, damping_work = 0.0, 0.0, 0.0
-    for i in range(v.size):
-        old = v[i]
-        new = old + dt * force[i] * inverse_mass[i]
-        v[i] = new
-        power = 0.5 * force[i] * (old + new)
-        all_power += power
-        small_power += small[i] * power
+    for r in range(runs.shape[0]):
+        for i in range(runs[r, 0], runs[r, 1]):
+            old = v[i]
+            new = old + dt * force[i] * inverse_mass[i]
+            v[i] = new
+            power = 0.5 * force[i] * (old + new)
+            all_power += power
+            small_power += small[i] * power
     if mass_damping > 0.0:
-        for i in range(v.size):
-            if inverse_mass[i] > 0.0:
-                push = 0.5 * dt * force[i] * inverse_mass[i]
-                mean = v[i] - push  # the velocity before the kick and half of it
-                old = mean - push
-                lost = dt * mass_damping * old
-                v[i] -= lost
-                damping_work += lost / inverse_mass[i] * (mean - 0.5 * lost)
-                all_power -= 0.5 * force[i] * lost
-                small_power -= 0.5 * small[i] * force[i] * lost
+        for r in range(runs.shape[0]):
+            for i in range(runs[r, 0], runs[r, 1]):
+                if inverse_mass[i] > 0.0:
+                    push = 0.5 * dt * force[i] * inverse_mass[i]
+                    mean = v[i] - push  # the velocity before the kick and half of it
+                    old = mean - push
+                    lost = dt * mass_damping * old
+                    v[i] -= lost
+                    damping_work += lost / inverse_mass[i] * (mean - 0.5 * lost)
+                    all_power -= 0.5 * force[i] * lost
+                    small_power -= 0.5 * small[i] * force[i] * lost
     works[0] -= dt * (all_power - small_power)
     works[1] -= dt * small_power
     works[2] += damping_work
@@ -80,11 +83,12 @@ def impose_velocity(v, members, velocity):
 
 
 @njit(cache=True, error_model="numpy")
-def drift(x, v, dt, force):
-    """Positions after the step; forces start at 0."""
-    for i in range(x.size):
-        x[i] += dt * v[i]
-        force[i] = 0.0
+def drift(x, v, dt, force, runs):
+    """Positions after the step of the unknowns in ranges `runs` (k, 2); forces start at 0."""
+    for r in range(runs.shape[0]):
+        for i in range(runs[r, 0], runs[r, 1]):
+            x[i] += dt * v[i]
+            force[i] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -109,11 +113,17 @@ def apply_contact(v, internal, force, inverse_mass, local, at, small, dt, works)
     return work
 
 
+def runs(nodes: np.ndarray) -> np.ndarray:
+    """Ranges first..last-1 (k, 2) of the unknowns of nodes (n,) bool."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], nodes, [False]]).astype(np.int8)))
+    return (3 * edges.reshape(-1, 2)).astype(np.uint64)  # a signed index costs a test at every access
+
+
 class Dynamics:
     """A structure with its supports and, by choice, a contact, moving in time.
 
     fixed : (n_nodes, 3) bool of local nodes, directions held (symmetry planes);
-    mass_damping : alpha [1/s], for relaxation to rest
+    mass_damping : alpha [1/s], for relaxation to rest;  window : what of the bodies is active, None for all of them
     """
 
     STATE = (
@@ -129,6 +139,8 @@ class Dynamics:
         "step_count",
         "dt",
         "balance_mark",
+        "window",
+        "updates",
     )
     SUMMED = ("works", "contact_work", "kernel_time")  # each rank's part of a sum
     SCRATCH = ("reactions",)
@@ -140,28 +152,28 @@ class Dynamics:
         contact: Contact = None,
         fixed: np.ndarray | None = None,
         mass_damping: float = 0.0,
+        window: TravellingWindow | None = None,
     ):
+        self.window = window
         self.structure, self.supports, self.contact = structure, supports or Supports([]), contact
         self.domain, self.comm = structure.domain, structure.domain.comm
         self.mass_damping = mass_damping
         n = self.domain.n_nodes
         held = np.zeros((n, 3), bool) if fixed is None else np.array(fixed, bool)
-        grouped, self.members, owned_members = np.zeros(n, bool), [], []
+        grouped, self.grouped = np.zeros(n, bool), []
         for group in self.supports.groups:
             local, _ = self.domain.local_nodes(group.input_nodes, owned_only=False)
             grouped[local] = True
-            self.members.append(local)
-            owned_members.append(local[local < self.domain.n_owned])
-            group.node_mass = self.comm.allreduce(float(structure.mass[owned_members[-1]].sum()))
+            self.grouped.append(local)
+            group.node_mass = self.comm.allreduce(float(structure.mass[local[local < self.domain.n_owned]].sum()))
         self.held = np.flatnonzero(held & ~grouped[:, None])  # unknowns at rest
-        self.moving = ~held.ravel() & ~np.repeat(grouped, 3)  # unknowns that move on their own
-        self.owned_members = np.concatenate([np.empty(0, np.int64), *owned_members])
-        self.first_member = np.cumsum([0, *map(len, owned_members)])
+        self.moving = ~held.ravel() & ~np.repeat(grouped, 3)  # unknowns that move on their own where they are active
         self.reactions = np.zeros((len(self.supports.groups), 3))
         self.small = np.zeros(n, np.int64)
         self.small[self.domain.cells[structure.small_cells].ravel()] = 1
         self.small_unknown = np.repeat(self.small.astype(np.int8), 3)
-        self.inverse_mass = np.where(self.moving, np.repeat(1.0 / structure.mass, 3), 0.0)
+        self.updates = 0  # of elements so far, of all ranks
+        self.after_restore()
         self.works = np.zeros(3)
         self.contact_work, self.contact_normal, self.friction_work, self.motion_work = 0.0, 0.0, 0.0, 0.0
         self.rotation = 0.0  # energy that a free wheel's rotation has gained since the start [J]
@@ -171,12 +183,37 @@ class Dynamics:
         self.kernel_time = 0.0  # wall time in the element kernels on this rank [s]
         self._give_group_velocities()
 
+    def after_restore(self) -> None:
+        """What follows from the active slabs. Rank-local but for the mass of the base."""
+        if self.window is not None:
+            self.window.take_mass()
+        self._follow_window()
+
+    def _follow_window(self) -> None:
+        """Which nodes a step moves, on their own and with each rigid group. Rank-local."""
+        n, w = self.domain.n_nodes, self.window
+        touched, inside = (np.ones(n, bool),) * 2 if w is None else (w.reach.touched, w.reach.inside)
+        self.members = [
+            local[touched[local]] if w is None or group is not w.group else np.flatnonzero(touched & w.rigid)
+            for group, local in zip(self.supports.groups, self.grouped)
+        ]
+        owned = [local[local < self.domain.n_owned] for local in self.members]
+        self.owned_members = np.concatenate([np.empty(0, np.int64), *owned])
+        self.first_member = np.cumsum([0, *map(len, owned)])
+        free = self.moving & np.repeat(inside, 3)
+        self.inverse_mass = np.where(free, np.repeat(1.0 / self.structure.mass, 3), 0.0)
+        self.runs, self.owned_runs = runs(touched), runs(touched[: self.domain.n_owned])
+        self.updated_cells = self.domain.m_global if w is None else w.updated_cells
+        if w is not None and self.contact is not None:
+            self.contact.reachable = w.facets
+
     # ---- step size
 
     def stable_step(self, courant: float = 0.9) -> float:
         """courant times the stable step of the bodies as they are now, few digits [s]; sets the wheel's damping to
         match. Collective."""
         s = self.structure
+        self.bring_up()
         frequency = 1 / round_down(1 / largest_frequency(s, self.moving), 4)
         s.damping = 2 * WHEEL_DAMPING / frequency
         ratio = max(s.settings.linear_viscosity, WHEEL_DAMPING if s.small.n_cells else 0.0)
@@ -190,16 +227,28 @@ class Dynamics:
             self.balance_mark = self._lagging_balance(self.energies())
         self._kick(dt)
         self._drift(dt)
+        if self.window is not None and self.window.advance(self.contact.offset):
+            self._follow_window()
         self._forces(dt)
         self.time += dt
         self.step_count += 1
+        self.updates += self.updated_cells
         self.dt = dt
 
     def _kick(self, dt: float) -> None:
         s, n = self.structure, 3 * self.domain.n_owned
         if len(self.held):
             s.v[self.held] = 0.0
-        kick(s.v[:n], s.force[:n], self.inverse_mass[:n], self.mass_damping, dt, self.small_unknown[:n], self.works)
+        kick(
+            s.v[:n],
+            s.force[:n],
+            self.inverse_mass[:n],
+            self.mass_damping,
+            dt,
+            self.small_unknown[:n],
+            self.owned_runs,
+            self.works,
+        )
         if len(self.reactions):
             group_reactions(s.force, self.owned_members, self.first_member, self.reactions)
             if self.comm.size > 1:
@@ -230,7 +279,7 @@ class Dynamics:
         self.contact_normal = c.sums[NORMAL_ENERGY]
 
     def _drift(self, dt: float) -> None:
-        drift(self.structure.x, self.structure.v, dt, self.structure.force)
+        drift(self.structure.x, self.structure.v, dt, self.structure.force, self.runs)
         self.supports.drift(dt)
         if self.contact is not None:
             self.contact.offset += dt * self.contact.speed
@@ -244,6 +293,11 @@ class Dynamics:
 
     # ---- what is known of it
 
+    def bring_up(self) -> None:
+        """Nodes outside the window to where they are now, for those who look at all of the bodies. Rank-local."""
+        if self.window is not None:
+            self.window.bring_up()
+
     def check(self) -> None:
         """Raise ArithmeticError on all ranks when an element is inside out, a number is not finite or the energy
         balance has broken since the last check: by more than STOP_BALANCE of what the bodies hold or lost. A step 1 %
@@ -254,9 +308,16 @@ class Dynamics:
             message = s.inversion_message() or "velocities are not finite"
         try:
             raise_together(self.comm, message)
+            self._check_window()
             self._check_balance()
         except ValueError as error:
             raise ArithmeticError(f"step {self.step_count}, t = {self.time * 1e3:.4f} ms: {error}") from None
+
+    def _check_window(self) -> None:
+        if self.window is not None:
+            message = self.window.end_message(self.contact.carrying_x(), self.contact.offset)
+            if message:
+                raise ValueError(message)
 
     def _check_balance(self) -> None:
         e = self.energies()
@@ -286,11 +347,13 @@ class Dynamics:
         """All energies and works so far [J], replicated. Collective.
 
         balance = everything stored and lost minus everything put in; its change over time is the error of the
-        integration. Velocities stand half a step before positions and stresses: kinetic energy and internal works get
+        integration. left_elastic (part of elastic) and left_kinetic have left with slabs that the window left behind.
+        Velocities stand half a step before positions and stresses: kinetic energy and internal works get
         half the kick of the forces at hand. contact_loss = what the contact forces take from the bodies beyond penalty
         energy, friction, prescribed motion and rotation: the error of the contact.
         """
-        s = self.structure
+        s, w = self.structure, self.window
+        self.bring_up()
         finite, small = s.elastic_energy()
         n = 3 * self.domain.n_owned
         power = s.force[:n] * s.v[:n]
@@ -299,12 +362,16 @@ class Dynamics:
         local = np.array([s.kinetic_energy() + half[0], finite, small, *s.work, *works, self.contact_work])
         total = self.comm.allreduce(local, op=MPI.SUM)
         kinetic, finite, small = total[:3]
+        left_elastic, left_kinetic = (0.0, 0.0) if w is None else (w.left_elastic, w.left_kinetic)
+        finite += left_elastic
         plastic, hourglass, viscous = total[3 + PLASTIC_WORK], total[3 + HOURGLASS_WORK], total[3 + VISCOUS_WORK]
         finite_work, small_work, mass_damping, contact = total[6:]
         kinetic += 0.5 * self.dt * self.supports.spring_power()
         out = {
             "kinetic": kinetic,
             "elastic": finite + small,
+            "left_elastic": left_elastic,
+            "left_kinetic": left_kinetic,
             "plastic": plastic,
             "hourglass": hourglass,
             "viscous": viscous,
@@ -319,7 +386,7 @@ class Dynamics:
             "internal_work_mismatch": finite_work - (finite + plastic + hourglass + viscous),
         }
         stored = out["kinetic"] + out["lumped_kinetic"] + out["elastic"] + out["springs"]
-        lost = plastic + hourglass + viscous + out["wheel_damping"] + mass_damping + out["dampers"]
+        lost = plastic + hourglass + viscous + out["wheel_damping"] + mass_damping + out["dampers"] + left_kinetic
         out["balance"] = stored + lost - out["loads"] - contact
         out["contact_loss"] = (
             -contact - out["prescribed_motion"] - out["rotation"] - out["friction"] - out["contact_penalty"]

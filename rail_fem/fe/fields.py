@@ -40,6 +40,7 @@ def write_frame(
 ) -> None:
     """One VTU file [SI]. points, cells, region: the input mesh, root only. Collective. Errors: OSError on root."""
     domain = dynamics.domain
+    dynamics.bring_up()
     state, x = gather_cells(dynamics), gather_nodes(domain, dynamics.structure.x)
     if domain.comm.rank != 0:
         return

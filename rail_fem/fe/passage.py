@@ -21,9 +21,11 @@ from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.slabs import Slabs, cut_into_slabs, slab_parts
 from rail_fem.fe.start_state import StartState, resting
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
+from rail_fem.fe.window import Extent, TravellingWindow
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.plastic_indentation import plastic_indentation
 from rail_fem.light.rigid import anchored_path
@@ -131,11 +133,17 @@ def build_passage(
     start = start or resting(scene, running.speed * float(running.slope(running.start)))
     surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp), root=0)
     quads, quad_region, clamp = surface
-    cost = None if mesh is None else np.where(mesh.region == 2, ELASTIC_COST, 1.0)
-    domain = Domain(comm, *(() if mesh is None else (mesh.points, mesh.cells, mesh.region, cost)))
+    slabs = comm.bcast(None if mesh is None or not settings.has_window else rail_slabs(mesh), root=0)
+    domain = Domain(comm, *(() if mesh is None else shared_mesh(mesh, slabs, comm.size)))
     materials = scene.materials
     steels = [materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()]
-    structure = Structure(domain, steels, small=(2,), settings=ElementSettings(settings.element, settings.hourglass))
+    structure = Structure(
+        domain,
+        steels,
+        small=(2,),
+        settings=ElementSettings(settings.element, settings.hourglass),
+        slab=None if slabs is None else slabs.of_cells(domain.cell_centres()[:, 0], domain.region),
+    )
     is_wheel = comm.bcast(None if mesh is None else _wheel_nodes(mesh)[mesh.clamp], root=0)
     crossing, axle, sprung, supports, settling = build_supports(
         scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel]
@@ -151,7 +159,13 @@ def build_passage(
         axle=(running.start, running.datum_y, datum_height + scene.wheel.radius),
         inertia=scene.vehicle.wheel_spin_inertia if settings.spin == "free" else None,
     )
-    dynamics = Dynamics(structure, supports, contact)
+    window = None
+    if slabs is not None:
+        extent = Extent(running.start, running.sign, *settings.window_lengths)
+        centres = contact.reference[rail.quads].mean(axis=1)[:, 0]
+        of_facets = quad_region[quad_region != 2]
+        window = TravellingWindow(structure, slabs, extent, crossing, of_facets, slabs.of_cells(centres, of_facets))
+    dynamics = Dynamics(structure, supports, contact, window=window)
     masses = structure.region_masses()
     crossing.mesh_mass, axle.mesh_mass = float(masses[0] + masses[1]), float(masses[2])
     _set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
@@ -175,6 +189,21 @@ def build_passage(
         datum_height + lifted,
         deflection,
     )
+
+
+def rail_slabs(mesh: HexMesh) -> Slabs:
+    """Slabs of wing and nose, which a window lets enter and leave."""
+    return cut_into_slabs(mesh.points, mesh.cells, mesh.region, bodies=(0, 1))
+
+
+def shared_mesh(mesh: HexMesh, slabs: Slabs | None, ranks: int) -> tuple:
+    """What a Domain is made from. With slabs, each of them and the wheel are shared evenly among the ranks."""
+    cost = np.where(mesh.region == 2, ELASTIC_COST, 1.0)
+    part = None
+    if slabs is not None:
+        centres = mesh.points[mesh.cells].mean(axis=1)
+        part = slab_parts(centres, cost, mesh.region, slabs.of_cells(centres[:, 0], mesh.region), ranks)
+    return mesh.points, mesh.cells, mesh.region, cost, part
 
 
 def _wheel_nodes(mesh: HexMesh) -> np.ndarray:

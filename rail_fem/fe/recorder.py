@@ -74,7 +74,10 @@ class Recorder:
             "energy_plastic": energies["plastic"],
             "energy_hourglass": energies["hourglass"],
             "energy_viscosity": energies["viscous"],
-            "energy_damping": energies["dampers"] + energies["wheel_damping"] + energies["mass_damping"],
+            "energy_damping": energies["dampers"]
+            + energies["wheel_damping"]
+            + energies["mass_damping"]
+            + energies["left_kinetic"],
             "energy_springs": energies["springs"],
             "energy_contact": energies["contact_penalty"],
             "energy_friction": energies["friction"],

@@ -22,8 +22,10 @@ class Structure:
     steels : one for each region of the domain;  small : regions on the small-displacement elastic kernel (the others:
         finite strain, J2)
     damping : beta of the small-displacement kernel [s], set by Dynamics.stable_step
+    slab : (m,) slab of each cell of the rank, where some of the body may be inactive (rail_fem.fe.window)
 
-    Attributes (rank-local): x, v, force (3 n_nodes,);  mass (n_nodes,) of whole nodes also on ghosts;
+    Attributes (rank-local): x, v, force (3 n_nodes,);  anchor (3 n_nodes,) with slabs only: position relative to the
+    rigid base of nodes outside the window;  mass (n_nodes,) of whole nodes also on ghosts;
     block_work (n_blocks, N_WORK) plastic, hourglass and viscous work of each finite-strain block so far [J].
     """
 
@@ -37,6 +39,7 @@ class Structure:
         steels: list[Steel],
         small: tuple[int, ...] = (),
         settings: ElementSettings = ElementSettings(),
+        slab: np.ndarray | None = None,
     ):
         self.domain, self.settings, self.steels = domain, settings, steels
         self.table = material_table(steels, settings)
@@ -46,12 +49,20 @@ class Structure:
         self.update_elements = update_full_elements if full else update_elements
         self.stored_energy = stored_energy_full if full else stored_energy
         self.finite = ElementBlocks(
-            domain.cells[self.finite_cells], domain.region[self.finite_cells], self.table, points=POINTS if full else 1
+            domain.cells[self.finite_cells],
+            domain.region[self.finite_cells],
+            self.table,
+            points=POINTS if full else 1,
+            slab=None if slab is None else slab[self.finite_cells],
         )
+        self.active = [(0, len(self.finite.filled))]  # ranges of the finite-strain blocks that a step computes
         self.small = ElementBlocks(
             domain.cells[self.small_cells], domain.region[self.small_cells], self.table, stateless=True
         )
         self.x, self.v, self.force = domain.reference.copy(), domain.shared_vector(), domain.shared_vector()
+        if slab is not None:
+            self.anchor = domain.reference.copy()
+            self.NODAL = (*self.NODAL, "anchor")
         self.u = domain.nodal_vector()  # displacement and damping of the small-displacement nodes, 0 elsewhere
         self.small_nodes = np.unique(domain.cells[self.small_cells])
         self.geometry, smallest = fixed_geometry(
@@ -100,39 +111,46 @@ class Structure:
     def add_internal_force(self, dt: float) -> None:
         """Minus the internal force at the present x and v, added to `force` of owned and ghost nodes; updates stresses.
         Rank-local."""
-        t = self.table
-        b = self.finite
-        self.smallest_volume = self.update_elements(
-            self.x,
-            self.v,
-            dt,
-            b.nodes,
-            b.filled,
-            b.material_of,
-            t.rows,
-            t.curve_start,
-            t.curve_strain,
-            t.curve_stress,
-            b.state,
-            b.back,
-            self.force,
-            self.block_work.ravel(),
-        )
+        t, b = self.table, self.finite
+        self.smallest_volume = np.inf
+        for first, last in self.active:
+            nodes, filled, material_of, state, back = b.part(first, last)
+            smallest = self.update_elements(
+                self.x,
+                self.v,
+                dt,
+                nodes,
+                filled,
+                material_of,
+                t.rows,
+                t.curve_start,
+                t.curve_strain,
+                t.curve_stress,
+                state,
+                back,
+                self.force,
+                self.block_work.ravel()[N_WORK * first : N_WORK * last],
+            )
+            self.smallest_volume = np.minimum(self.smallest_volume, smallest)  # keeps what is not a number
         b = self.small
         if b.n_cells:
             damped_displacement(self.x, self.domain.reference, self.v, self.damping, self.small_nodes, self.u)
             add_elastic_force(self.u, b.nodes, b.filled, b.material_of, t.rows, self.geometry, self.force)
 
     def elastic_energy(self) -> tuple[float, float]:
-        """Elastic energy of the finite-strain and of the small-displacement elements [J]. Rank-local."""
-        b, rows = self.finite, self.table.rows
-        finite = self.stored_energy(self.x, b.nodes, b.filled, b.material_of, rows, b.state)
+        """Elastic energy of the active finite-strain and of the small-displacement elements [J]. Rank-local."""
+        rows, finite = self.table.rows, sum(self.energy_of_blocks(*blocks) for blocks in self.active)
         b = self.small
         if not b.n_cells:
             return finite, 0.0
         displacement, force = self.x - self.domain.reference, self.domain.nodal_vector()
         add_elastic_force(displacement, b.nodes, b.filled, b.material_of, rows, self.geometry, force)
         return finite, -0.5 * float(force @ displacement)
+
+    def energy_of_blocks(self, first: int, last: int) -> float:
+        """Elastic energy of the finite-strain blocks first..last-1 [J]. Rank-local."""
+        nodes, filled, material_of, state, _ = self.finite.part(first, last)
+        return self.stored_energy(self.x, nodes, filled, material_of, self.table.rows, state)
 
     def small_stress(self) -> np.ndarray:
         """Stress of the small-displacement elements (m, 6), order VOIGT [Pa], without damping. Rank-local."""

@@ -180,4 +180,4 @@ def _cost(run: Run) -> Cost:
     """Collective."""
     elements, steps = run.dynamics.domain.m_global, run.dynamics.step_count
     memory = run.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
-    return Cost(run.wall_time, elements, steps, run.comm.size, elements * steps / max(run.loop_time, 1e-9), memory)
+    return Cost(run.wall_time, elements, steps, run.comm.size, run.dynamics.updates / max(run.loop_time, 1e-9), memory)

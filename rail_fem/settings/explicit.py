@@ -43,6 +43,13 @@ class FeSettings(Frozen):
     suspension: bool = Field(True, description="sprung mass and primary suspension")
     foundation: bool = Field(True, description="foundation spring and damper; off: fixed base")
     track_mass: bool = Field(True, description="added mass of the track under the crossing")
+    window_ahead: (
+        Annotated[float, Quantity("mm", 0, 5000, "length of the travelling window ahead of the wheel; none: all")]
+        | None
+    ) = None
+    window_behind: (
+        Annotated[float, Quantity("mm", 0, 5000, "length of the travelling window behind the wheel; none: all")] | None
+    ) = None
     history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
     field_frames: Count = Field(10, ge=1, le=10000, description="number of field outputs over the pass")
     checkpoint_interval: Annotated[float, Quantity("s", 1, 1e6, "wall time between restart files")] = 60.0
@@ -62,6 +69,16 @@ class FeSettings(Frozen):
                 },
             )
         return self
+
+    @property
+    def window_lengths(self) -> tuple[float, float]:
+        """Of the travelling window ahead of the wheel and behind it [m]; infinite where it has no end."""
+        return tuple(float("inf") if length is None else length for length in (self.window_ahead, self.window_behind))
+
+    @property
+    def has_window(self) -> bool:
+        """Whether only what lies near the wheel is computed."""
+        return min(self.window_lengths) < float("inf")
 
     def smoke(self) -> "FeSettings":
         """The same path through the program in a few coarse steps (RAIL_FEM_SMOKE=1)."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rail_fem.fe.domain import balanced_parts
+from rail_fem.fe.partition import balanced_parts
 from rail_fem.launcher import mpi_command, rank_environment
 
 ROOT = Path(__file__).resolve().parents[2]

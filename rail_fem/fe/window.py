@@ -1,0 +1,246 @@
+"""A window that travels with the wheel: only the slabs of the rail near it are computed.
+
+A slab enters ahead in the state it has (no stress, or what an earlier pass left there) with the motion of the rigid
+base. Behind, a slab leaves: its nodes move with the base from then on, at the offset that they had, and stress, plastic
+strain and shape stay as they are. The nodes of the planes at both ends of the window belong to the rigid base too, so
+what the window's steel presses against is the base, and the body weighs the same at any moment: a node's mass is its
+own or the base's. Momentum is kept where nodes leave (the base takes theirs up). The kinetic energy that this takes and
+the elastic energy that leaves in the slabs are booked (`left_kinetic`, `left_elastic`), so that the balance of energies
+closes.
+
+Nodes outside are not touched by a step. Their place is what it was relative to the base (`anchor`), and `bring_up`
+gives them their position and velocity when somebody looks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rail_fem.fe.slabs import SHORTEST, Slabs
+from rail_fem.fe.state import PLASTIC_WORK
+from rail_fem.fe.structure import Structure
+from rail_fem.fe.supports import RigidGroup
+
+
+@dataclass(frozen=True)
+class Extent:
+    """The window along the track: x of the wheel at the start [m], direction of travel (+1, -1), lengths ahead of the
+    wheel and behind it [m] (infinite: all of the body)."""
+
+    start: float
+    sign: float
+    ahead: float
+    behind: float
+
+    def ends(self, offset: float) -> tuple[float, float]:
+        """Low and high end [m] when the wheel has moved by `offset` along x [m]."""
+        ends = self.start + offset + self.sign * np.array([-self.behind, self.ahead])
+        return float(ends.min()), float(ends.max())
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Nodes of a rank that the window concerns, (n_nodes,) bool: touched: with an element in it, inside: with all of
+    their elements in it. Nodes of bodies that are not cut into slabs are inside."""
+
+    touched: np.ndarray
+    inside: np.ndarray
+
+
+class TravellingWindow:
+    """Which slabs are active, and what enters and leaves.
+
+    slabs : of the bodies on `group`, the rigid base that all of them stand on
+    facet_region, facet_slab : (q,) of the rail's contact facets
+
+    Attributes: active (n_regions, 2) range of active slabs of each body;  left_elastic, left_kinetic : energy that left
+    with slabs so far [J];  late_flow : plastic work done in slabs while they were the last of the window [J]; all
+    replicated.
+    """
+
+    STATE = ("active", "left_elastic", "left_kinetic", "late_flow", "rear_work", "updated_cells")
+    SCRATCH = ("quiet_until",)
+
+    def __init__(
+        self,
+        structure: Structure,
+        slabs: Slabs,
+        extent: Extent,
+        group: RigidGroup,
+        facet_region: np.ndarray,
+        facet_slab: np.ndarray,
+    ):
+        self.structure, self.slabs, self.extent, self.group = structure, slabs, extent, group
+        self.facet_region, self.facet_slab = facet_region, facet_slab
+        domain = structure.domain
+        self.comm = domain.comm
+        region = np.zeros(domain.n_nodes, np.int64)
+        region[domain.cells.ravel()] = np.repeat(domain.region, 8)
+        self.region, self.in_slabs = region, (slabs.counts > 0)[region]
+        self.first, self.last = slabs.of_nodes(domain.reference[::3], region)
+        clamped, _ = domain.local_nodes(group.input_nodes, owned_only=False)
+        self.clamped = np.zeros(domain.n_nodes, bool)
+        self.clamped[clamped] = True
+        self.active = slabs.near(*extent.ends(0.0))
+        self.left_elastic, self.left_kinetic, self.late_flow = 0.0, 0.0, 0.0
+        self.rear_work = np.zeros(len(slabs.planes))
+        self.reach = self._reach(self.active)
+        self._activate()
+        self.updated_cells = self._count_cells()
+        self.quiet_until = 0.0  # distance of the wheel from its start up to which no slab enters or leaves [m]
+
+    def after_restore(self) -> None:
+        """What follows from the range of active slabs. Rank-local."""
+        self.reach = self._reach(self.active)
+        self._activate()
+        self.quiet_until = 0.0
+
+    def _reach(self, active: np.ndarray) -> Reach:
+        first, end = active[self.region].T
+        touched = (self.last >= first) & (self.first < end)
+        inside = (self.first >= first) & (self.last < end)
+        return Reach(touched | ~self.in_slabs, inside | ~self.in_slabs)
+
+    def _blocks(self, ranges: np.ndarray) -> list[tuple[int, int]]:
+        """Ranges of finite-strain blocks that hold the slabs `ranges` (n_regions, 2), one for each body that has any.
+        Rank-local."""
+        blocks, out = self.structure.finite, []
+        for region in np.flatnonzero(self.slabs.counts):
+            low, high = ranges[region]
+            at = np.flatnonzero((blocks.material_of == region) & (blocks.slab_of >= low) & (blocks.slab_of < high))
+            if len(at):
+                out.append((int(at[0]), int(at[-1]) + 1))
+        return out
+
+    def _activate(self) -> None:
+        """Tell the structure which blocks to compute: those of active slabs, and of bodies without slabs."""
+        blocks = self.structure.finite
+        uncut = np.setdiff1d(blocks.material_of, np.flatnonzero(self.slabs.counts))
+        whole = [np.flatnonzero(blocks.material_of == region) for region in uncut]
+        self.structure.active = self._blocks(self.active) + [(int(at[0]), int(at[-1]) + 1) for at in whole]
+
+    def _count_cells(self) -> int:
+        """Cells that a step computes, of all ranks. Collective."""
+        s = self.structure
+        finite = sum(int(s.finite.filled[first:last].sum()) for first, last in s.active)
+        return int(self.comm.allreduce(finite + s.small.n_cells))
+
+    @property
+    def rigid(self) -> np.ndarray:
+        """Nodes (n_nodes,) bool that belong to the base now. Rank-local."""
+        return self.in_slabs & (self.clamped | ~self.reach.inside)
+
+    @property
+    def facets(self) -> np.ndarray:
+        """Contact facets of the rail (q,) bool in active slabs. Replicated."""
+        first, end = self.active[self.facet_region].T
+        return (self.facet_slab >= first) & (self.facet_slab < end)
+
+    def bring_up(self) -> None:
+        """Positions and velocities of the nodes outside, which no step touches. Rank-local."""
+        outside = ~self.reach.touched
+        self._place(outside)
+        self.structure.v.reshape(-1, 3)[outside] = self.group.velocity
+
+    def _place(self, nodes: np.ndarray) -> None:
+        s = self.structure
+        s.x.reshape(-1, 3)[nodes] = s.anchor.reshape(-1, 3)[nodes] + self.group.displacement
+
+    def advance(self, offset: float) -> bool:
+        """Let slabs enter and leave where the wheel has moved on by `offset` [m] since the start; true where any did.
+        Between the drift of a step and its forces. Collective."""
+        if abs(offset) < self.quiet_until:
+            return False
+        self.quiet_until = self._next_event(offset)
+        active = self.slabs.near(*self.extent.ends(offset))
+        if np.array_equal(active, self.active):
+            return False
+        s, before, after, was_rigid = self.structure, self.reach, self._reach(active), self.rigid
+        self._enter(before, after)
+        leaves, enters = self._blocks(self._less(self.active, active)), self._blocks(self._less(active, self.active))
+        elastic = sum(s.energy_of_blocks(*b) for b in leaves) - sum(s.energy_of_blocks(*b) for b in enters)
+        self.left_elastic += float(self.comm.allreduce(elastic))
+        self._book_late_flow(self.active, active)
+        self.active, self.reach = active, after
+        self._activate()
+        self._take_up(self.rigid & ~was_rigid)
+        gone = before.touched & ~after.touched
+        s.anchor.reshape(-1, 3)[gone] = s.x.reshape(-1, 3)[gone] - self.group.displacement
+        self.updated_cells = self._count_cells()
+        return True
+
+    def _next_event(self, offset: float) -> float:
+        """Distance of the wheel from its start [m] at which an end of the window comes to the next plane."""
+        ends = np.array(self.extent.ends(offset))
+        ahead = np.concatenate([self.extent.sign * (planes[:, None] - ends).ravel() for planes in self.slabs.planes])
+        return abs(offset) + float(ahead[ahead > 0].min(initial=np.inf))
+
+    def _enter(self, before: Reach, after: Reach) -> None:
+        coming = after.touched & ~before.touched
+        self._place(coming)
+        self.structure.v.reshape(-1, 3)[coming] = self.group.velocity
+
+    def _less(self, ranges: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Slabs in `ranges` (n_regions, 2) that are not in `others`, which lack some at one end or all."""
+        out = np.zeros_like(ranges)
+        for region, ((first, end), (low, high)) in enumerate(zip(ranges, others)):
+            kept = [slab for slab in range(first, end) if not low <= slab < high]
+            out[region] = (kept[0], kept[-1] + 1) if kept else (0, 0)
+        return out
+
+    def _take_up(self, leaving: np.ndarray) -> None:
+        """The base takes up the momentum of nodes (n_nodes,) bool that join it. Collective."""
+        s, group, owned = self.structure, self.group, self.structure.domain.n_owned
+        v, mass = s.v.reshape(-1, 3), s.mass
+        theirs, own = mass[:owned][leaving[:owned]], v[:owned][leaving[:owned]]
+        sums = self.comm.allreduce(np.array([*(theirs @ own), 0.5 * theirs @ (own**2).sum(axis=1), theirs.sum()]))
+        momentum, kinetic, joined = sums[:3], sums[3], sums[4]
+        self.take_mass()
+        old = group.velocity.copy()
+        kinetic += 0.5 * (group.mass - joined) * old @ old
+        for c in range(3):
+            if group.free[c] and group.mass > 0:
+                group.velocity[c] = ((group.mass - joined) * old[c] + momentum[c]) / group.mass
+        self.left_kinetic += float(kinetic - 0.5 * group.mass * group.velocity @ group.velocity)
+        v[self.rigid & self.reach.touched] = group.velocity
+
+    def take_mass(self) -> None:
+        """The mass of the nodes that belong to the base now. Collective."""
+        owned = self.structure.domain.n_owned
+        self.group.node_mass = float(self.comm.allreduce(self.structure.mass[:owned][self.rigid[:owned]].sum()))
+
+    def _rear(self, active: np.ndarray) -> np.ndarray:
+        """The slab of each body (n_regions,) that leaves next; -1 where none is active."""
+        rear = active[:, 0] if self.extent.sign > 0 else active[:, 1] - 1
+        return np.where(active[:, 1] > active[:, 0], rear, -1)
+
+    def _plastic_work(self, slab: np.ndarray) -> np.ndarray:
+        """Plastic work (n_regions,) so far in one slab of each body [J]. Rank-local."""
+        ranges = np.column_stack([slab, slab + 1])
+        out = np.zeros(len(slab))
+        for first, last in self._blocks(ranges):
+            out[self.structure.finite.material_of[first]] = self.structure.block_work[first:last, PLASTIC_WORK].sum()
+        return out
+
+    def _book_late_flow(self, active: np.ndarray, later: np.ndarray) -> None:
+        """Plastic work done in a slab that leaves since it became the last of the window. Collective."""
+        left, last = self._rear(active), self._rear(later)
+        work = self.comm.allreduce(np.array([self._plastic_work(left), self._plastic_work(last)]))
+        changed = left != last
+        self.late_flow += float((work[0] - self.rear_work)[changed].sum())
+        self.rear_work[changed] = work[1][changed]
+
+    def end_message(self, x: np.ndarray, offset: float) -> str | None:
+        """A sentence where contact, at positions x (k,) [m], comes as near to an end of the window as a slab; or None.
+        Replicated."""
+        low, high = self.extent.ends(offset)
+        if not len(x) or (x.min() > low + SHORTEST and x.max() < high - SHORTEST):
+            return None
+        wheel = self.extent.start + offset
+        return (
+            f"contact from x = {x.min() * 1e3:.1f} to {x.max() * 1e3:.1f} mm comes to the end of the travelling window"
+            f" ({low * 1e3:.1f} to {high * 1e3:.1f} mm, wheel at {wheel * 1e3:.1f} mm): make window_ahead or"
+            f" window_behind longer than {1e3 * (abs(x - wheel).max() + 2 * SHORTEST):.0f} mm"
+        )
