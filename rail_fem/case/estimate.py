@@ -36,14 +36,16 @@ class Estimate:
 def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate:
     """Estimate without meshing. Error: within a factor of two of the mesher's count
     (tests/rail_fem/test_estimate.py)."""
-    cells = _crossing_cells(settings) + _wheel_cells(settings)
+    length = abs(settings.end - settings.start) + 2 * END_MARGIN
+    rail, wheel = _crossing_cells(settings, length), _wheel_cells(settings)
+    active, cells = _crossing_cells(settings, min(length, sum(settings.window_lengths))), rail + wheel
     step = critical_step(scene, settings)
     duration = settings.settle_time + abs(settings.end - settings.start) / scene.speed
     steps = min(duration / step, settings.max_steps or float("inf"))
-    memory, updates = cells * BYTES_PER_CELL + ranks * BYTES_PER_RANK, cells
+    memory, updates = cells * BYTES_PER_CELL + ranks * BYTES_PER_RANK, active + wheel
     if settings.element == "full":
-        memory += _crossing_cells(settings) * FULL_BYTES_PER_CELL
-        updates += _crossing_cells(settings) * (FULL_COST - 1)
+        memory += rail * FULL_BYTES_PER_CELL
+        updates += active * (FULL_COST - 1)
     return Estimate(cells, steps, step, memory, updates * steps / (UPDATES_PER_SECOND * ranks))
 
 
@@ -58,8 +60,8 @@ def _speed(steel: Steel) -> float:
     return steel.wave_speed
 
 
-def _crossing_cells(settings: FeSettings) -> float:
-    size, length = settings.element_size, abs(settings.end - settings.start) + 2 * END_MARGIN
+def _crossing_cells(settings: FeSettings, length: float) -> float:
+    size = settings.element_size
     return length / size * (RAIL_AREA / size**2 + RAIL_LINE / size)
 
 

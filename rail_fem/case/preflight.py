@@ -2,6 +2,7 @@
 
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.case.estimate import impossible
+from rail_fem.case.travelling_window import length_errors
 from rail_fem.light.fine_zone import mesh_errors
 from rail_fem.light.rigid import window_errors, with_window
 from rail_fem.scene.scene import Frozen, Scene
@@ -10,7 +11,7 @@ from rail_fem.settings.explicit import FeSettings
 
 def preflight_errors(scene: Scene, settings: Frozen, ranks: int, model: str) -> list[str]:
     """Too little memory, more ranks than cells, a window that leaves the crossing or settles across a transfer,
-    elements too large for it; one line each with the remedy."""
+    a travelling window that is too short, elements too large for it; one line each with the remedy."""
     if not isinstance(settings, FeSettings):
         return []
     try:
@@ -18,4 +19,5 @@ def preflight_errors(scene: Scene, settings: Frozen, ranks: int, model: str) -> 
     except (CrossingError, ValueError) as error:
         return [f"run.{model}.start, end: {error}"]
     errors = impossible(scene, settings, ranks, model) + window_errors(scene, settings, model)
+    errors += length_errors(scene, settings, model)
     return errors or mesh_errors(scene, settings, model)

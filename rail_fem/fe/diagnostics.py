@@ -10,6 +10,7 @@ from rail_fem.fe import trust
 from rail_fem.fe.fields import gather_cells
 from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
+from rail_fem.fe.state import PLASTIC_WORK
 from rail_fem.light.fine_zone import PATCH_REACH
 from rail_fem.output.history import complete_history
 from rail_fem.output.result import Peak
@@ -45,7 +46,23 @@ def trust_facts(
         "rechecks": run.rechecks,
         "chatter": trust.chatter(history, run.scene.speed, run.settings.element_size, settled),
         "penalty_factor": run.settings.penalty,
+        "window": window_facts(run),
         "outside": 1.0 - run.comm.allreduce(dynamics.kernel_time) / run.comm.size / max(run.loop_time, 1e-9),
+    }
+
+
+def window_facts(run: Run) -> dict[str, float] | None:
+    """Energies that left with slabs, plastic work in slabs as they left and in all [J], share of elements computed;
+    None without a travelling window. Collective."""
+    d = run.dynamics
+    if d.window is None:
+        return None
+    return {
+        "left_kinetic": d.window.left_kinetic,
+        "left_elastic": d.window.left_elastic,
+        "late_flow": d.window.late_flow,
+        "plastic": float(run.comm.allreduce(d.structure.work[PLASTIC_WORK])),
+        "share": d.updates / max(d.step_count, 1) / d.domain.m_global,
     }
 
 

@@ -31,6 +31,11 @@ class Slabs:
         """Slabs of each region (n_regions,)."""
         return np.array([max(len(planes) - 1, 0) for planes in self.planes], np.int64)
 
+    @property
+    def shortest(self) -> float:
+        """Length of the shortest slab [m]."""
+        return float(min(np.diff(planes).min() for planes in self.planes if len(planes)))
+
     def of_cells(self, centre_x: np.ndarray, region: np.ndarray) -> np.ndarray:
         """Slab of each cell (m,), from its centre's reference x and its region; 0 in a body without slabs."""
         out = np.zeros(len(region), np.int64)

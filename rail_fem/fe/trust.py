@@ -37,6 +37,7 @@ LIMITS = {
     "mean penetration": Limit(0.05, 0.25),
     "static load before the transfer": Limit(0.02, 0.10),
     "chatter": Limit(0.01, 0.10),
+    "ends of the travelling window": Limit(0.01, 0.05),
 }
 STOP_BALANCE = LIMITS["energy balance of the bodies"].bad  # of the impact's work: a run that loses more is stopped
 
@@ -210,6 +211,21 @@ def _static_row(error: float, resting: bool, transfers: bool) -> Row:
         abs(error),
         f"mean force up to the first bend of the rigid path is {error:+.2%} off the static load{absent}",
     )
+
+
+def _window_rows(window: dict | None, work: float) -> list[Row]:
+    """What was lost where slabs left a travelling window; no row without one. window : energies [J], see
+    rail_fem.fe.diagnostics.window_facts;  work : of the impact [J]"""
+    if window is None:
+        return []
+    lost = abs(window["left_kinetic"]) / work if work else 0.0
+    late = window["late_flow"] / window["plastic"] if window["plastic"] > 0 else 0.0
+    shown = (
+        f"kinetic energy that ended with slabs {lost:.2%} of the impact's work; plastic work in the last slab before it"
+        f" left {late:.2%} of all; {window['left_elastic']:.3g} J stay behind as residual stress;"
+        f" {window['share']:.0%} of the elements computed"
+    )
+    return [judged("ends of the travelling window", max(lost, late), shown)]
 
 
 def _chatter_row(share: float, force: float, penalty: float) -> Row:

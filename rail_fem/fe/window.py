@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.fe.slabs import SHORTEST, Slabs
+from rail_fem.fe.slabs import Slabs
 from rail_fem.fe.state import PLASTIC_WORK
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import RigidGroup
@@ -235,12 +235,12 @@ class TravellingWindow:
     def end_message(self, x: np.ndarray, offset: float) -> str | None:
         """A sentence where contact, at positions x (k,) [m], comes as near to an end of the window as a slab; or None.
         Replicated."""
-        low, high = self.extent.ends(offset)
-        if not len(x) or (x.min() > low + SHORTEST and x.max() < high - SHORTEST):
+        (low, high), slab = self.extent.ends(offset), self.slabs.shortest
+        if not len(x) or (x.min() > low + slab and x.max() < high - slab):
             return None
         wheel = self.extent.start + offset
         return (
             f"contact from x = {x.min() * 1e3:.1f} to {x.max() * 1e3:.1f} mm comes to the end of the travelling window"
-            f" ({low * 1e3:.1f} to {high * 1e3:.1f} mm, wheel at {wheel * 1e3:.1f} mm): make window_ahead or"
-            f" window_behind longer than {1e3 * (abs(x - wheel).max() + 2 * SHORTEST):.0f} mm"
+            f" ({low * 1e3:.1f} to {high * 1e3:.1f} mm, wheel at {wheel * 1e3:.1f} mm): make window_ahead and"
+            f" window_behind longer than {1e3 * (abs(x - wheel).max() + slab):.0f} mm"
         )

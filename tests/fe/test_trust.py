@@ -69,6 +69,7 @@ def facts(**changes):
         "outside": 0.2,
         "chatter": (0.0, 0.0),
         "penalty_factor": 1.0,
+        "window": None,
     } | changes
 
 
@@ -112,6 +113,16 @@ def test_rows_name_what_they_divide_by():
     assert (
         "3.30 um, 3.17% of the approach" in rows["mean penetration"].shown and rows["mean penetration"].verdict == GOOD
     )
+
+
+def test_a_travelling_window_is_judged_by_what_was_cut_off_at_its_ends():
+    """By the larger of kinetic energy lost over the impact's work and plastic work done in the last slab over all."""
+    assert "ends of the travelling window" not in {row.name for row in report_rows(facts())}
+    for kinetic, late, expected in ((0.004 * WORK, 0.0, GOOD), (0.0, 0.4, WARN), (0.06 * WORK, 0.0, BAD)):
+        window = {"left_kinetic": kinetic, "left_elastic": 1.0, "late_flow": late, "plastic": 20.0, "share": 0.3}
+        row = {row.name: row for row in report_rows(facts(window=window))}["ends of the travelling window"]
+        assert row.verdict == expected
+        assert row.value == pytest.approx(max(kinetic / WORK, late / 20.0), rel=1e-12)
 
 
 def test_penetration_is_weighted_by_the_force():

@@ -1,0 +1,47 @@
+"""A travelling window that is too short is refused before anything is meshed; a shorter window is less work."""
+
+from pathlib import Path
+
+import pytest
+
+from rail_fem.case.casefile import load_case
+from rail_fem.case.estimate import estimate_run
+from rail_fem.case.preflight import preflight_errors
+from rail_fem.case.travelling_window import least_window, length_errors
+
+CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
+SETTINGS = CASE.runs["fe_full"]
+
+
+def with_window(**lengths):
+    return SETTINGS.model_copy(update=lengths)
+
+
+def test_a_window_shorter_than_patch_and_plastic_zone_is_refused_with_the_length_to_use():
+    least = least_window(CASE.scene, SETTINGS)
+    assert 0.015 < least < 0.040
+    settings = with_window(window_ahead=0.010, window_behind=0.060)
+    (message,) = preflight_errors(CASE.scene, settings, 1, "fe_full")
+    assert (
+        message.startswith("run.fe_full.window_ahead: 10 mm is shorter than")
+        and f"give {least * 1e3:.0f} mm" in message
+    )
+    assert len(length_errors(CASE.scene, with_window(window_ahead=0.0, window_behind=0.0), "fe_full")) == 2
+    for enough in (with_window(), with_window(window_ahead=1.001 * least), with_window(window_behind=1.001 * least)):
+        assert length_errors(CASE.scene, enough, "fe_full") == []
+
+
+def test_a_heavier_load_needs_a_longer_window():
+    heavy = CASE.scene.model_copy(
+        update={"vehicle": CASE.scene.vehicle.model_copy(update={"vehicle_sprung_mass": 8 * 66.25e3})}
+    )
+    assert least_window(heavy, SETTINGS) > 1.5 * least_window(CASE.scene, SETTINGS)
+
+
+def test_work_follows_the_window_and_memory_the_body():
+    whole, windowed = (
+        estimate_run(CASE.scene, s) for s in (SETTINGS, with_window(window_ahead=0.05, window_behind=0.05))
+    )
+    assert windowed.wall_time < 0.7 * whole.wall_time and windowed.memory == whole.memory
+    wide = estimate_run(CASE.scene, with_window(window_ahead=2.0, window_behind=2.0))
+    assert wide.wall_time == pytest.approx(whole.wall_time)
