@@ -180,6 +180,7 @@ def report_rows(facts: dict) -> list[Row]:
         ),
         Row("added mass", 0.0, "0 %: no mass scaling", "0 by default", GOOD),
         _chatter_row(*facts["chatter"], facts["penalty_factor"]),
+        *_window_rows(facts["window"], work),
     ]
 
 

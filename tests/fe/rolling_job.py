@@ -38,7 +38,7 @@ def bodies():
     return merge_bodies([block, cap])
 
 
-def rolling(comm, ahead: float | None = None, behind: float | None = None, shortest: float = 3 * MM, load: float = 3e3):
+def rolling(comm, ahead: float | None = None, behind: float | None = None, shortest: float = 3 * MM, load: float = 4e3):
     """The scene at its start. ahead, behind : of the travelling window [m], None for the whole block."""
     mesh = bodies()
     slabs = None if ahead is None else cut_into_slabs(mesh.points, mesh.cells, mesh.region, (0,), shortest)
@@ -52,7 +52,7 @@ def rolling(comm, ahead: float | None = None, behind: float | None = None, short
     vertical = (False, False, True)
     base = RigidGroup("base", mesh.clamp[~is_cap], free=vertical)
     plate = RigidGroup("plate", mesh.clamp[is_cap], 0.5, vertical, load=np.array([0.0, 0.0, -load]))
-    plate.velocity = np.array([0.0, 0.0, -0.3])
+    plate.velocity = np.array([0.0, 0.0, -0.6])
     structure.v.reshape(-1, 3)[np.unique(domain.cells[domain.region == 1])] = plate.velocity
     block, cap = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
     settings = ContactSettings(MN13.density * MN13.wave_speed**2 / SIZE, friction=0.3, refresh=20)

@@ -56,7 +56,7 @@ def test_what_has_left_stays_as_it_was(windowed):
     touched = slabs.planes[0][active[0, 0]]
     nodes = np.flatnonzero(scene.dynamics.domain.reference[::3] < touched - 1e-9)
     nodes = nodes[np.isin(nodes, scene.dynamics.domain.cells[scene.dynamics.domain.region == 0])]
-    assert early[behind, 6].max() > 1e-3 and np.abs(early[behind, :6]).max() > 1e7
+    assert early[behind, 6].max() > 1e-4 and np.abs(early[behind, :6]).max() > 1e6
     assert np.array_equal(early[behind], late[behind])
     assert np.abs(shape[nodes] - late_shape[nodes]).max() < 1e-15
     assert np.abs(scene.base.displacement).max() > 1e-6  # the base itself has moved
