@@ -1,6 +1,6 @@
 #!/bin/bash
 # Makes everything ready on Debian 12 or 13: distribution packages, and a virtual environment in .venv. Safe to call again:
-# then it only looks whether all is still there and NumPy the distribution's, and mends what is not.
+# then it only looks whether all is still there and NumPy the distribution's, and repairs what is not.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8
@@ -66,7 +66,7 @@ stamp=$({ pwd; "$PYTHON" --version; cat setup.sh pyproject.toml; } | sha256sum |
 if [ "$(cat .venv/.stamp 2>/dev/null)" != "$stamp" ] || [ ! -x .venv/bin/python ]; then
   echo "setup: making the virtual environment .venv"
 elif fault=$(faults) && [ -n "$fault" ]; then
-  echo "setup: mending the virtual environment .venv: $(paste -sd ';' <<<"$fault")"
+  echo "setup: repairing the virtual environment .venv: $(paste -sd ';' <<<"$fault")"
 else
   exit 0
 fi

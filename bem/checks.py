@@ -50,7 +50,7 @@ def plane_points(points: object, error: type[ValueError]) -> np.ndarray:
     if not finite.all():
         first = int(np.argmin(finite))
         raise error(
-            f"point {first} of {len(points)} is {point_text(points[first])}, not finite: drop or mend it"
+            f"point {first} of {len(points)} is {point_text(points[first])}, not finite: drop or repair it"
             f" ({int((~finite).sum())} such points)"
         )
     return points

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from scipy import ndimage
 
-from bem.patch_edge import covered_area, edge_places
+from bem.patch_edge import covered_area, edge_positions
 
 HALF_SPACE = "half-space"  # method of patches whose pressure is the half-space's for their gap
 
@@ -52,7 +52,7 @@ class Grid:
         ):
             raise ContactInputError(
                 f"grid: cell sides {self.dx!r} x {self.dy!r} m at ({self.x_first!r}, {self.y_first!r}) "
-                "m: give finite places and positive sides"
+                "m: give finite positions and positive sides"
             )
         if self.nx < 1 or self.ny < 1:
             raise ContactInputError(f"grid: {self.nx} x {self.ny} cells: give at least one each way")
@@ -253,7 +253,7 @@ class Patch:
     @property
     def extent(self) -> tuple[float, float]:
         """Length along x and width along y of the patch [m], to a fraction of a cell (bem/patch_edge.py)."""
-        x_min, x_max, y_min, y_max = edge_places(self.grid, self.pressure)
+        x_min, x_max, y_min, y_max = edge_positions(self.grid, self.pressure)
         return x_max - x_min, y_max - y_min
 
     def parts(self) -> list[PatchPart]:
@@ -271,7 +271,7 @@ def _part(grid: Grid, pressure: np.ndarray) -> PatchPart:
         covered_area(grid, pressure),
         float(total * area),
         centre,
-        edge_places(grid, pressure),
+        edge_positions(grid, pressure),
         float(pressure.max()),
         cells,
     )

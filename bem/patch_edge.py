@@ -11,21 +11,21 @@ from __future__ import annotations
 import numpy as np
 
 
-def edge_places(grid, pressure: np.ndarray) -> tuple[float, float, float, float]:
+def edge_positions(grid, pressure: np.ndarray) -> tuple[float, float, float, float]:
     """(x_min, x_max, y_min, y_max) of the patch's edge [m]; NaN without contact. grid: bem.patch.Grid."""
     if not (pressure > 0).any():
         return np.nan, np.nan, np.nan, np.nan
     along_x, along_y = (pressure**2).max(axis=1), (pressure**2).max(axis=0)
-    return *_zero_places(along_x, grid.x, grid.dx), *_zero_places(along_y, grid.y, grid.dy)
+    return *_zero_positions(along_x, grid.x, grid.dx), *_zero_positions(along_y, grid.y, grid.dy)
 
 
-def _zero_places(squares: np.ndarray, places: np.ndarray, step: float) -> tuple[float, float]:
+def _zero_positions(squares: np.ndarray, positions: np.ndarray, step: float) -> tuple[float, float]:
     filled = np.flatnonzero(squares > 0)
     padded = np.pad(squares, 1)
     first, last = filled[0], filled[-1]
     return (
-        float(places[first] - step * _reach(squares[first], padded[first + 2])),
-        float(places[last] + step * _reach(squares[last], padded[last])),
+        float(positions[first] - step * _reach(squares[first], padded[first + 2])),
+        float(positions[last] + step * _reach(squares[last], padded[last])),
     )
 
 

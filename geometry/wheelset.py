@@ -90,8 +90,8 @@ class Wheelset:
 
 
 @dataclass(frozen=True)
-class RailPlace:
-    """How far a rail has left its nominal place: lateral and vertical [m] in track axes, roll [rad] about its crown
+class RailPosition:
+    """How far a rail has left its nominal position: lateral and vertical [m] in track axes, roll [rad] about its crown
     point."""
 
     lateral: float = 0.0
@@ -128,9 +128,9 @@ class Track:
         left
     gauge : distance of the gauge points, which lie on the gauge faces gauge_point below the crowns
     cant : of the track plane, + when the left rail is the higher one [rad]; track axes lie in that plane, so that
-        places do not depend on
+        positions do not depend on
         it and weight does: `level`, and rest_under of rail_fem.light.load_sharing
-    left_place, right_place : the 3 degrees of freedom of each rail
+    left_position, right_position : the 3 degrees of freedom of each rail
     left_check, right_check : check rails; a flange back stops there (geometry.contact.flange_back)
     """
 
@@ -139,8 +139,8 @@ class Track:
     gauge: float = 1.435
     gauge_point: float = GAUGE_POINT_DEPTH
     cant: float = 0.0
-    left_place: RailPlace = field(default_factory=RailPlace)
-    right_place: RailPlace = field(default_factory=RailPlace)
+    left_position: RailPosition = field(default_factory=RailPosition)
+    right_position: RailPosition = field(default_factory=RailPosition)
     left_check: CheckRail | None = None
     right_check: CheckRail | None = None
 
@@ -186,11 +186,11 @@ class Track:
         return self.gauge / 2 - gauge_face(points, self.gauge_point)
 
     def placed(self, side: str) -> Profile:
-        """The running part of a rail in side axes, moved and rolled as its place says."""
-        place, sign, profile = getattr(self, f"{side}_place"), SIDES[side], self.profile(side)
-        roll = sign * place.roll
+        """The running part of a rail in side axes, moved and rolled as its position says."""
+        position, sign, profile = getattr(self, f"{side}_place"), SIDES[side], self.profile(side)
+        roll = sign * position.roll
         turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
-        points = profile.points @ turn + [self.gauge_offset(side) + sign * place.lateral, place.vertical]
+        points = profile.points @ turn + [self.gauge_offset(side) + sign * position.lateral, position.vertical]
         angles = profile.angle_before + roll, profile.angle_after + roll
         return Profile(points, *angles, profile.curvature, profile.label, profile.provenance).from_above()
 
@@ -208,8 +208,11 @@ def check_crown(side: str, rail: Profile) -> None:
     check_width(f"{side} rail", rail)
     crown = float(rail.points[:, 1].max())
     if abs(crown) > OFF_CROWN:
-        raise WheelsetError(f"{side} rail {rail.label}: its crown lies at z = {1e3 * crown:.3f} mm, a track's crowns at 0: move it with rail.shifted(0, {-crown:.6f}), "
-                            "read it by geometry.profiles.doctor, or lower the rail by RailPlace(vertical=...)")  # fmt: skip
+        raise WheelsetError(
+            f"{side} rail {rail.label}: its crown lies at z = {1e3 * crown:.3f} mm, a track's crowns at 0: move it with"
+            f" rail.shifted(0, {-crown:.6f}), read it by geometry.profiles.doctor, or lower the rail by"
+            " RailPosition(vertical=...)"
+        )
 
 
 def wheel_table(wheelset: Wheelset, side: str) -> np.ndarray:
@@ -218,5 +221,5 @@ def wheel_table(wheelset: Wheelset, side: str) -> np.ndarray:
         return np.array(wheelset.profile(side).hermite_table())
     except ProfileError as error:
         raise WheelsetError(
-            f"{side} wheel: {error}; mend it with the profile doctor, or use Profile.graph_part()"
+            f"{side} wheel: {error}; repair it with the profile doctor, or use Profile.graph_part()"
         ) from error

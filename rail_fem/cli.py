@@ -282,9 +282,9 @@ def profile(
         ),
     ] = "crown",
     picture: Annotated[Path | None, typer.Option(help="draw it into this file")] = None,
-    write: Annotated[Path | None, typer.Option(help="write the mended profile: .prr .prw .txt .csv")] = None,
+    write: Annotated[Path | None, typer.Option(help="write the repaired profile: .prr .prw .txt .csv")] = None,
 ) -> None:
-    """Profile doctor: what a profile file holds, what was mended, what is refused; with a picture where one is asked
+    """Profile doctor: what a profile file holds, what was repaired, what is refused; with a picture where one is asked
     for."""
     from geometry.profiles.doctor import examine
     from geometry.profiles.figure import draw_diagnosis
@@ -313,7 +313,7 @@ def profile(
 
 
 def origin_of(text: str) -> str | tuple[float, float]:
-    """--origin as geometry.profiles.doctor.examine takes it: a word, or two numbers in mm as a place in m."""
+    """--origin as geometry.profiles.doctor.examine takes it: a word, or two numbers in mm as a position in m."""
     words = text.split(",")
     if len(words) != 2:
         return text

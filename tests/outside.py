@@ -18,7 +18,7 @@ CONTACT = "test bank of CONTACT (Apache 2.0): github.com/eve70a/CONTACT, folder 
 SOURCES = {
     "formats/uk_crossing.slcs": f"sections of the S&C benchmark's UK crossing, 1:9.25; {CONTACT}",
     "formats": CONTACT,
-    "profiles/wheel_P": "this project's own stand-ins for worn wheels and P1; not public",
+    "profiles/wheel_P": "this project's own surrogates for worn wheels and P1; not public",
     "profiles/wheel_": (
         "wheel profiles of EN 13715, as transcribed in github.com/rohrbecka/EN13715; y and z of the standard in two"
         " columns, in mm"

@@ -64,7 +64,7 @@ def flexibilities(
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float, float, float]:
     """(semi_x, semi_y, x, y) [m] of the ellipse with the patch's area, centre and ratio of second moments of area."""
-    x, y = (places[pressure > 0] for places in grid.points())
+    x, y = (positions[pressure > 0] for positions in grid.points())
     ratio = np.sqrt((x.var() + grid.dx**2 / 12) / (y.var() + grid.dy**2 / 12))
     radius = np.sqrt(covered_area(grid, pressure) / np.pi)
     return radius * np.sqrt(ratio), radius / np.sqrt(ratio), float(x.mean()), float(y.mean())
@@ -113,7 +113,7 @@ def fastsim(
 
 
 def _centres(patch: Patch) -> tuple[float, float, float, float]:
-    x, y = (places[patch.contact] for places in patch.grid.points())
+    x, y = (positions[patch.contact] for positions in patch.grid.points())
     return float(x.min()), float(x.max()), float(y.min()), float(y.max())
 
 
@@ -161,7 +161,7 @@ def _march(square, limit, labels, rates, x, y, dx, direction, traction, slip, st
     nx, ny = square.shape
     for j in range(ny):
         before = 0
-        place, qx, qy = 0.0, 0.0, 0.0
+        position, qx, qy = 0.0, 0.0, 0.0
         for step in range(nx):
             i = nx - 1 - step if direction > 0 else step
             part = labels[i, j]
@@ -174,13 +174,13 @@ def _march(square, limit, labels, rates, x, y, dx, direction, traction, slip, st
             if part != before:
                 front = _reach(square[i, j], square[behind, j] if inside_behind else 0.0)
                 qx, qy = 0.0, 0.0
-                place = x[i] + direction * front * dx
+                position = x[i] + direction * front * dx
             if not inside_behind:
                 rear = _reach(square[i, j], square[ahead, j] if part == before else 0.0)
             centre = x[i] + direction * (front - rear) / 2 * dx
-            length = abs(place - centre)
+            length = abs(position - centre)
             cover = front + rear
-            across, along = y[j] - rates[part, 7], (place + centre) / 2 - rates[part, 6]
+            across, along = y[j] - rates[part, 7], (position + centre) / 2 - rates[part, 6]
             tx = qx - length * (rates[part, 0] - rates[part, 2] * across)
             ty = qy - length * (rates[part, 1] + rates[part, 2] * along)
             bound = limit[i, j] / cover
@@ -198,7 +198,7 @@ def _march(square, limit, labels, rates, x, y, dx, direction, traction, slip, st
                     tx, ty = tx * bound / size, ty * bound / size
             qx, qy = tx, ty
             traction[i, j, 0], traction[i, j, 1] = qx * cover, qy * cover
-            place, before = centre, part
+            position, before = centre, part
 
 
 def _estimate(

@@ -64,7 +64,7 @@ def _name_axes(axes) -> None:
 
 def _arrows(axes, patch: Patch, field: np.ndarray) -> None:
     every = max(1, max(patch.grid.shape) // 18)
-    x, y = (places[::every, ::every] * _MM for places in patch.grid.points())
+    x, y = (positions[::every, ::every] * _MM for positions in patch.grid.points())
     here = patch.contact[::every, ::every]
     along, across = field[::every, ::every, 0], field[::every, ::every, 1]
     axes.quiver(y[here], x[here], across[here], along[here], color="white", angles="xy", pivot="mid", width=0.004)
@@ -221,7 +221,7 @@ def conformal_figure(rows: list[dict], path: str | None = None):
             label=name,
         )
     profile.set(
-        xlabel="place on the face [degrees]",
+        xlabel="position on the face [degrees]",
         ylabel="pressure x radius / line load",
         title=f"pressure across the contact, half-angle {widest['degrees']:g} degrees",
         ylim=(0, None),

@@ -109,7 +109,7 @@ def check_creepage(creepage: Creepage, bounds: tuple[float, float, float, float]
 
 
 def check_shift(shift: Creepage, bounds: tuple[float, float, float, float]) -> None:
-    """Refuses a shift longer than the patch: the half-space problem knows one place of the bodies only."""
+    """Refuses a shift longer than the patch: the half-space problem knows one position of the bodies only."""
     _check_finite(shift)
     length = max(bounds[1] - bounds[0], bounds[3] - bounds[2])
     distance = _largest_slip(shift, bounds)
@@ -135,18 +135,18 @@ def check_force(force: tuple[float | None, float | None], limit: float) -> None:
 def check_inside(pressure: np.ndarray, grid: Grid) -> None:
     """Refuses a solution whose patch touches the grid's edge, and says on which side by how much."""
     sides = {"x_min": pressure, "x_max": pressure[::-1], "y_min": pressure.T, "y_max": pressure.T[::-1]}
-    faults = []
+    errors = []
     for name, field in sides.items():
         if field[0].any():
             step = grid.dx if name[0] == "x" else grid.dy
-            faults.append(
+            errors.append(
                 f"{name}: {np.count_nonzero(field[0])} cells, up to {field[0].max() / pressure.max():.0%} of the"
                 f" largest pressure, extend by about {_missing(field, step):.2g} m"
             )
-    if faults:
+    if errors:
         raise PatchCutError(
             "the grid cuts the patch at "
-            + "; ".join(faults)
+            + "; ".join(errors)
             + " (or allow it with cut=True where the bodies end there)"
         )
 

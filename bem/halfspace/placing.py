@@ -10,7 +10,7 @@ from scipy import ndimage
 from bem.halfspace.input import check_inside, gap_values
 from bem.halfspace.pressure import NormalOperator, solve_pressure
 from bem.material import Pair
-from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError, edge_places
+from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError, edge_positions
 
 GapFunction = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Window = tuple[tuple[float, float], tuple[float, float]]
@@ -34,7 +34,7 @@ def place_grid(
 ) -> Grid:
     """Grid of `cells` that holds every patch inside the window with a margin of 1.5 cells.
 
-    gap(x, y) -> gap [m] for arrays of places; window : ((x_min, x_max), (y_min, y_max)) [m]
+    gap(x, y) -> gap [m] for arrays of positions; window : ((x_min, x_max), (y_min, y_max)) [m]
     The window is solved coarsely and narrowed to the cells that touch or could touch, until the patch is 12 cells
     across. Where the gap is so steep that cells could touch far from the patch, the box comes to rest before: then the
     cells are halved. Patches that lie between the cells of the first search (a 40th of the window) can be missed.
@@ -58,16 +58,16 @@ def place_grid(
 def _unresolved(grid: Grid, contact: np.ndarray) -> str:
     """What the search is left with: where the bodies touch, and that it is too small against the box that holds it."""
     labels, count = ndimage.label(contact, structure=np.ones((3, 3)))
-    places = [
+    positions = [
         f"x = {round(grid.x[i].mean(), 9):.3g}, y = {round(grid.y[j].mean(), 9):.3g} m ({len(np.unique(i))} x"
         f" {len(np.unique(j))} cells)"
         for i, j in (np.nonzero(labels == number) for number in range(1, min(count, 4) + 1))
     ]
     x_min, x_max, y_min, y_max = grid.edges
     return (
-        f"the bodies touch at {count} place(s), {'; '.join(places)}: too small or too far apart to be resolved together"
-        f" by a search with {grid.nx} x {grid.ny} cells over x {x_min:.3g} to {x_max:.3g}, y {y_min:.3g} to {y_max:.3g}"
-        f" m, where {_RESOLVED} across are wanted; give a window about one of them, or a grid"
+        f"the bodies touch at {count} position(s), {'; '.join(positions)}: too small or too far apart to be resolved"
+        f" together by a search with {grid.nx} x {grid.ny} cells over x {x_min:.3g} to {x_max:.3g}, y {y_min:.3g} to"
+        f" {y_max:.3g} m, where {_RESOLVED} across are wanted; give a window about one of them, or a grid"
     )
 
 
@@ -100,7 +100,7 @@ def _narrow(
     contact = solution.pressure > 0
     across = [np.count_nonzero(contact.any(axis=axis)) for axis in (1, 0)]
     if min(across) >= _RESOLVED:
-        x_min, x_max, y_min, y_max = edge_places(grid, solution.pressure)
+        x_min, x_max, y_min, y_max = edge_positions(grid, solution.pressure)
         return ((x_min - grid.dx, x_max + grid.dx), (y_min - grid.dy, y_max + grid.dy)), True, contact
     open_gap = operator.displacement(solution.pressure) + values - solution.approach
     return _box(grid, contact | (open_gap < _variation(values))), False, contact

@@ -207,7 +207,7 @@ def _rigid_slip(problem: _Problem) -> np.ndarray:
 
     The elastic slip is measured from centre to centre, half a cell ahead of the tractions. As in lattices of
     singularities (Pistolesi's quarter-point rule) the edge without traction then acts a quarter of a cell ahead of the
-    last such place:
+    last such position:
     the solved patch lies a quarter of a cell ahead of the given one, which this takes back. Measured: at 24 cells the
     force of pure spin is off by 0.3 % so, by 3 % with the slip at the centres or half a cell ahead.
     """

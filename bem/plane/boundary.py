@@ -275,8 +275,8 @@ def cell_resultants(mesh: BoundaryMesh, element: np.ndarray, load: Callable) -> 
     length = np.abs(step)
     normal = np.column_stack([step.imag, -step.real]) / length[:, None]
     for cell, offset in ((mesh.first, 0.0), (mesh.last, 0.5)):
-        for place, weight in zip(_GAUSS, _GAUSS_WEIGHT):
-            z = start + step * (offset + (1 + place) / 4)
+        for position, weight in zip(_GAUSS, _GAUSS_WEIGHT):
+            z = start + step * (offset + (1 + position) / 4)
             value = np.asarray(load(np.column_stack([z.real, z.imag]), normal), float)
             if value.shape not in ((), z.shape) or not np.isfinite(value).all():
                 raise ConditionError(

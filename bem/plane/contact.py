@@ -18,7 +18,7 @@ from bem.plane.body import Body, CondensedBody
 from bem.plane.boundary import MEMORY_LIMIT, EquilibriumError, check_memory
 from bem.plane.contact_result import ContactResult, trust_warnings
 from bem.plane.coulomb import FORWARD, OPEN, STICK, ContactState, ContactSystem, Drive, refuse_bad_friction, solve_step
-from bem.plane.first_touch import nearest_places
+from bem.plane.initial_contact import nearest_positions
 from bem.plane.mesh import mesh_outline
 from bem.plane.pairing import Interface, PairingError, pair
 from bem.plane.zone import NARROWEST, EstimatedPatch, estimate_patches, peak_sharpness, runs, sizing
@@ -154,12 +154,12 @@ def _load_steps(drive: Drive | Sequence[Drive], steps: int | None, friction: flo
     return list(drive)
 
 
-def _bring_to_touch(fixed: Body, moving: Body, drives: list[Drive], reach: float):
+def _bring_into_contact(fixed: Body, moving: Body, drives: list[Drive], reach: float):
     """Translate the moving body until it touches, so that only the deformation remains to be found; motions lose what
     it took.
 
     Bodies driven by a motion that overlap as placed are left so: the overlap is part of the motion.
-    Returns the body, the drives, the translation and the places (m, 2) [m] where the bodies are nearest.
+    Returns the body, the drives, the translation and the positions (m, 2) [m] where the bodies are nearest.
     """
     nothing = moving, drives, np.zeros(2), np.zeros((0, 2))
     last = next((d for d in reversed(drives) if not _zero(d)), None)
@@ -170,12 +170,12 @@ def _bring_to_touch(fixed: Body, moving: Body, drives: list[Drive], reach: float
     if not way.any():
         return nothing
     unit, travel = way / np.hypot(*way), float(np.hypot(*way))
-    places = nearest_places(fixed, moving, unit, reach)
-    if by_load and not places:
+    positions = nearest_positions(fixed, moving, unit, reach)
+    if by_load and not positions:
         _refuse_apart(fixed, moving, last, unit, reach)
-    distance = places[0][0] if places else np.inf
+    distance = positions[0][0] if positions else np.inf
     closing = unit * (distance if by_load else min(max(distance, 0.0), travel))
-    near = np.array([point for _, point in places]).reshape(-1, 2) + closing
+    near = np.array([point for _, point in positions]).reshape(-1, 2) + closing
     if not by_load:
         drives = [replace(d, motion=d.motion - np.r_[closing, 0.0]) for d in drives]
     return moving.moved(closing), drives, closing, near
@@ -183,7 +183,7 @@ def _bring_to_touch(fixed: Body, moving: Body, drives: list[Drive], reach: float
 
 def _refuse_apart(fixed: Body, moving: Body, drive: Drive, way: np.ndarray, reach: float) -> None:
     """Say why a load never brings the bodies together."""
-    if nearest_places(fixed, moving, -way, reach):
+    if nearest_positions(fixed, moving, -way, reach):
         raise LoadError(_PULLS.format(*np.nan_to_num(drive.load)))
     raise PairingError(
         f"moved along ({way[0]:.3g}, {way[1]:.3g}) the moving body's face {moving.face!r}, {_span(moving)}, never meets"
@@ -216,7 +216,7 @@ def solve_contact(
     clock = dict.fromkeys(("zone", "mesh", "factorise", "condense", "steps"), 0.0)
     reach = settings.reach or moving.outline.size / 2
     tick = time.perf_counter()
-    moving, drives, closing, near = _bring_to_touch(fixed, moving, drives, reach)
+    moving, drives, closing, near = _bring_into_contact(fixed, moving, drives, reach)
     greatest = max((d for d in drives if not _zero(d)), key=lambda d: np.nansum(np.abs(d.load)), default=None)
     patches = [] if greatest is None else estimate_patches(fixed, moving, greatest, friction, reach, near)
     clock["zone"] = time.perf_counter() - tick

@@ -66,19 +66,19 @@ class Curve:
 
     def at(self, s: np.ndarray) -> np.ndarray:
         """Points (m, 2) at parameters s (m,) [m]."""
-        return self._places(s)[..., :2]
+        return self._positions(s)[..., :2]
 
     def direction(self, s: np.ndarray) -> np.ndarray:
         """Unit tangents (m, 2) at parameters s (m,) [m]."""
-        return self._places(s)[..., 2:]
+        return self._positions(s)[..., 2:]
 
-    def _places(self, s: np.ndarray) -> np.ndarray:
+    def _positions(self, s: np.ndarray) -> np.ndarray:
         s = np.asarray(s, float)
-        return _places(np.ascontiguousarray(s.ravel()), self.knots, self.points, self.tangents).reshape(*s.shape, 4)
+        return _positions(np.ascontiguousarray(s.ravel()), self.knots, self.points, self.tangents).reshape(*s.shape, 4)
 
 
 @njit(cache=True, nogil=True)
-def curve_place(s, knots, points, tangents):
+def curve_position(s, knots, points, tangents):
     """Point x, y [m] and unit tangent of a Curve's arrays at one parameter s [m]."""
     i = min(max(np.searchsorted(knots, s, side="right") - 1, 0), len(knots) - 2)
     width = knots[i + 1] - knots[i]
@@ -95,11 +95,13 @@ def curve_place(s, knots, points, tangents):
 
 
 @njit(cache=True, nogil=True)
-def _places(s, knots, points, tangents):
-    places = np.empty((len(s), 4))
+def _positions(s, knots, points, tangents):
+    positions = np.empty((len(s), 4))
     for k in range(len(s)):
-        places[k, 0], places[k, 1], places[k, 2], places[k, 3] = curve_place(s[k], knots, points, tangents)
-    return places
+        positions[k, 0], positions[k, 1], positions[k, 2], positions[k, 3] = curve_position(
+            s[k], knots, points, tangents
+        )
+    return positions
 
 
 def split_at_corners(points: np.ndarray, corner: float) -> list[np.ndarray]:

@@ -30,7 +30,7 @@ _OUTSIDE = 0.05  # farther outside than this a point is outside the body: a chor
 MOST_POINTS = 20_000_000  # of a grid: their fields take 1.3 GB
 
 
-class PlaceError(ValueError):
+class PositionError(ValueError):
     """Points at which no field can be given."""
 
 
@@ -62,7 +62,7 @@ def _locate(mesh: BoundaryMesh, points: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 def displacement_at(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
     """Displacement (m, 2) [m] at points (m, 2) [m]; nan outside the body."""
-    points = plane_points(points, PlaceError)
+    points = plane_points(points, PositionError)
     return _inside_displacement(solution, points, _locate(solution.mesh, points))
 
 
@@ -86,7 +86,7 @@ def _displacement(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
 
 def stress_at(solution: BoundarySolution, points: np.ndarray) -> np.ndarray:
     """Stress (m, 3) xx, yy, xy [Pa] at points (m, 2) [m]; nan outside the body."""
-    points = plane_points(points, PlaceError)
+    points = plane_points(points, PositionError)
     return _inside_stress(solution, points, _locate(solution.mesh, points))
 
 
@@ -143,8 +143,8 @@ def _bridged(solution: BoundarySolution, element: np.ndarray, beside: np.ndarray
     stress = _sum(solution, start[element] + step[element] * np.clip(fraction, _VERTEX, 1 - _VERTEX))
     chosen = np.flatnonzero((np.abs(fraction - 0.5) > 0.5 - _VERTEX) & (beside != element))
     if len(chosen):
-        place = np.where(fraction[chosen] < 0.5, 1 - _VERTEX, _VERTEX)
-        other = _sum(solution, start[beside[chosen]] + step[beside[chosen]] * place)
+        position = np.where(fraction[chosen] < 0.5, 1 - _VERTEX, _VERTEX)
+        other = _sum(solution, start[beside[chosen]] + step[beside[chosen]] * position)
         here, there = _VERTEX * mesh.lengths[element[chosen]], _VERTEX * mesh.lengths[beside[chosen]]
         away = np.minimum(fraction, 1 - fraction)[chosen] * mesh.lengths[element[chosen]]
         share = ((here - away) / (here + there))[:, None]
@@ -206,8 +206,8 @@ def field_at(solution: BoundarySolution, points: np.ndarray) -> Field:
     """Everything at points (..., 2) [m] of any shape."""
     points = np.asarray(points, float)
     if points.ndim < 2:
-        raise PlaceError(f"points have the shape {points.shape}: give an array (..., 2) of at least two dimensions")
-    flat, shape = plane_points(points.reshape(-1, points.shape[-1]), PlaceError), points.shape[:-1]
+        raise PositionError(f"points have the shape {points.shape}: give an array (..., 2) of at least two dimensions")
+    flat, shape = plane_points(points.reshape(-1, points.shape[-1]), PositionError), points.shape[:-1]
     located = _locate(solution.mesh, flat)
     stress, moved = _inside_stress(solution, flat, located), _inside_displacement(solution, flat, located)
     return Field(
@@ -225,9 +225,9 @@ def grid_below(
 
     middle : (2,) [m] a point near the face; half_width : of the grid along the face [m]; depth, size : of the grid [m]
     """
-    refuse_unless_positive(PlaceError, half_width=half_width, depth=depth, size=size)
+    refuse_unless_positive(PositionError, half_width=half_width, depth=depth, size=size)
     if 2 * half_width / size * (depth / size) > MOST_POINTS:
-        raise PlaceError(
+        raise PositionError(
             f"a grid of {2 * half_width:g} by {depth:g} m at {size:g} m has {2 * half_width * depth / size**2:.3g}"
             f" points, more than {MOST_POINTS:.3g}: choose a larger size"
         )

@@ -1,6 +1,6 @@
 """Boundary mesh: straight elements between points of the outline, and the cells that carry the conditions.
 
-A density (a hat of fictitious force) belongs to each vertex on a smooth piece of boundary; a corner, and the place
+A density (a hat of fictitious force) belongs to each vertex on a smooth piece of boundary; a corner, and the position
 where one edge's name gives way to another's, has two, one for each side. The cell of a density is the half of each of
 its elements next to it: tractions are imposed as resultants over cells, displacements at the cell's middle.
 """
@@ -31,7 +31,7 @@ class Zone:
 class Sizing:
     """Wanted element length: coarse far away, growing by `growth` per metre of distance from the zones.
 
-    coarse : largest element [m]; zones : fine places; growth : increase of size per distance
+    coarse : largest element [m]; zones : fine positions; growth : increase of size per distance
     """
 
     coarse: float
@@ -113,10 +113,10 @@ class BoundaryMesh:
 
     def positions(self) -> np.ndarray:
         """Where each density sits (n, 2): its vertex [m]."""
-        place = np.empty((self.densities, 2))
-        place[self.first] = self.vertices
-        place[self.last] = self.vertices[self.following]
-        return place
+        position = np.empty((self.densities, 2))
+        position[self.first] = self.vertices
+        position[self.last] = self.vertices[self.following]
+        return position
 
     def paths(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Halves of elements: complex points (2k,), indices of both ends (2k,) each, the cell (2k,) each half belongs

@@ -28,7 +28,7 @@ class Edge:
 
 
 @njit(cache=True)
-def _first_crossing(a, b, loop, place):
+def _first_crossing(a, b, loop, position):
     """Indices of the first two segments a[i]-b[i] that cross or touch without being neighbours, or (-1, -1)."""
     n = a.shape[0]
     for i in range(n):
@@ -44,9 +44,9 @@ def _first_crossing(a, b, loop, place):
             ):
                 continue
             if loop[i] == loop[j] and (
-                place[j] - place[i] == 1
-                or (place[i] == 0 and j + 1 < n and loop[j + 1] != loop[j])
-                or (place[i] == 0 and j + 1 == n)
+                position[j] - position[i] == 1
+                or (position[i] == 0 and j + 1 < n and loop[j + 1] != loop[j])
+                or (position[i] == 0 and j + 1 == n)
             ):
                 continue  # neighbours share an end
             ex, ey = b[j, 0] - a[j, 0], b[j, 1] - a[j, 1]
@@ -140,13 +140,13 @@ class Outline:
         begin = np.vstack(polygons)
         end = np.vstack([np.roll(polygon, -1, axis=0) for polygon in polygons])
         loop = np.concatenate([np.full(len(polygon), k) for k, polygon in enumerate(polygons)])
-        place = np.concatenate([np.arange(len(polygon)) for polygon in polygons])
-        i, j = _first_crossing(begin, end, loop, place)
+        position = np.concatenate([np.arange(len(polygon)) for polygon in polygons])
+        i, j = _first_crossing(begin, end, loop, position)
         if i >= 0:
-            place_met = point_text(_meeting(begin[i], end[i], begin[j], end[j]))
+            position_met = point_text(_meeting(begin[i], end[i], begin[j], end[j]))
             raise OutlineError(
-                f"the outline crosses or touches itself near {place_met} m (segment {place[i]} of loop {loop[i]} and "
-                f"segment {place[j]} of loop {loop[j]}): mend the profile or remove its loop"
+                f"the outline crosses or touches itself near {position_met} m (segment {position[i]} of loop {loop[i]}"
+                f" and segment {position[j]} of loop {loop[j]}): repair the profile or remove its loop"
             )
 
     def _refuse_nesting(self, polygons: list[np.ndarray], outer: int) -> None:

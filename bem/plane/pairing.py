@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.plane.curve import Curve, curve_place
+from bem.plane.curve import Curve, curve_position
 from bem.plane.mesh import BoundaryMesh
 from bem.plane.outline import Outline
 from kernel_cache import njit
@@ -90,7 +90,7 @@ def _feet_on_curve(start, points, normals, knots, through, tangents):
     for k in range(len(start)):
         s, nx, ny = start[k], normals[k, 0], normals[k, 1]
         for count in range(NEWTON + 1):
-            x, y, dx, dy = curve_place(s, knots, through, tangents)
+            x, y, dx, dy = curve_position(s, knots, through, tangents)
             x, y = x - points[k, 0], y - points[k, 1]
             if count < NEWTON:
                 s = min(max(s - (y * nx - x * ny) / (dy * nx - dx * ny), 0.0), knots[-1])
@@ -179,22 +179,22 @@ class _Chain:
         a = self.mesh.vertices[self.elements]
         return a, self.mesh.vertices[self.mesh.following[self.elements]]
 
-    def cell(self, place: np.ndarray) -> np.ndarray:
+    def cell(self, position: np.ndarray) -> np.ndarray:
         """Density whose cell holds the coordinate."""
-        k = np.clip(np.searchsorted(self.begin, place, side="right") - 1, 0, len(self.begin) - 1)
+        k = np.clip(np.searchsorted(self.begin, position, side="right") - 1, 0, len(self.begin) - 1)
         element = self.elements[k]
-        return np.where(place < self.middle[k], self.mesh.first[element], self.mesh.last[element])
+        return np.where(position < self.middle[k], self.mesh.first[element], self.mesh.last[element])
 
 
-def _transfer(slave: BoundaryMesh, nodes: np.ndarray, chain: _Chain, place: np.ndarray) -> np.ndarray:
-    """Forces (Nm, n) on the master's cells of unit tractions at the slave's nodes; place (k, 2) : feet of element ends,
-    nan if none."""
+def _transfer(slave: BoundaryMesh, nodes: np.ndarray, chain: _Chain, position: np.ndarray) -> np.ndarray:
+    """Forces (Nm, n) on the master's cells of unit tractions at the slave's nodes; position (k, 2) : feet of element
+    ends, nan if none."""
     column = np.full(slave.densities, -1)
     column[nodes] = np.arange(len(nodes))
     matrix = np.zeros((chain.mesh.densities, len(nodes)))
     used = np.flatnonzero((column[slave.first] >= 0) | (column[slave.last] >= 0))
     for e in used:
-        a, b = place[e]
+        a, b = position[e]
         torn = not abs(b - a) < 3 * slave.lengths[e]  # also when an end has no foot
         a, b = (b if np.isnan(a) else a), (a if np.isnan(b) else b)
         if torn or a == b:
@@ -245,7 +245,7 @@ def pair(
     nodes = candidates[chosen]
     opposite = begin[feet.segment] + feet.fraction[:, None] * (end - begin)[feet.segment]
     on_slave = _own_cells(slave, nodes)
-    place = _element_feet(slave, nodes, chain, begin, end, reach)
+    position = _element_feet(slave, nodes, chain, begin, end, reach)
     return Interface(
         nodes,
         slave.middles[nodes],
@@ -254,7 +254,7 @@ def pair(
         gap[chosen],
         opposite[chosen],
         _two_axes(on_slave),
-        _two_axes(_transfer(slave, nodes, chain, place)),
+        _two_axes(_transfer(slave, nodes, chain, position)),
     )
 
 
@@ -263,19 +263,19 @@ def _element_feet(
 ) -> np.ndarray:
     """Chain coordinate (k, 2) of the feet of both ends of each slave element that carries a node; nan where there is
     none."""
-    place = np.full((slave.elements, 2), np.nan)
+    position = np.full((slave.elements, 2), np.nan)
     carries = np.zeros(slave.densities, bool)
     carries[nodes] = True
     used = np.flatnonzero(carries[slave.first] | carries[slave.last])
     for side, vertex, density in ((0, used, slave.first[used]), (1, slave.following[used], slave.last[used])):
         feet = meet(slave.vertices[vertex], slave.normals[density], begin, end, reach, BEHIND)
         along = chain.begin[feet.segment] + feet.fraction * (chain.end - chain.begin)[feet.segment]
-        place[used, side] = np.where(feet.found, along, np.nan)
+        position[used, side] = np.where(feet.found, along, np.nan)
     # a node met the master though neither end of its element did
-    inner = np.isnan(place[used]).all(axis=1)
+    inner = np.isnan(position[used]).all(axis=1)
     for e in used[inner]:
         both = [slave.first[e], slave.last[e]]
         feet = meet(slave.middles[both], slave.normals[both], begin, end, reach, BEHIND)
         along = chain.begin[feet.segment] + feet.fraction * (chain.end - chain.begin)[feet.segment]
-        place[e] = along[feet.found].mean() if feet.found.any() else np.nan
-    return place
+        position[e] = along[feet.found].mean() if feet.found.any() else np.nan
+    return position

@@ -51,18 +51,18 @@ class PointLoad:
         share = np.clip(((self._at - start) * np.conj(step)).real / np.abs(step) ** 2, 0, 1)
         distance = np.abs(self._at - start - share * step)
         nearest = int(np.argmin(distance))
-        place = f"the point ({self._at.real:.6g}, {self._at.imag:.6g}) m of a load or hub"
+        position = f"the point ({self._at.real:.6g}, {self._at.imag:.6g}) m of a load or hub"
         if distance[nearest] < 0.5 * mesh.lengths[nearest]:
             raise PointLoadError(
-                f"{place} lies {distance[nearest]:.3g} m from the boundary, less than half its element of "
+                f"{position} lies {distance[nearest]:.3g} m from the boundary, less than half its element of "
                 f"{mesh.lengths[nearest]:.3g} m: move it inward, or refine the mesh there"
             )
         turns = np.angle((mesh.end - self._at) / (start - self._at)).sum() / (2 * np.pi)
         if round(turns) != (0 if mesh.infinite else 1):
             (low_x, low_y), (high_x, high_y) = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
             raise PointLoadError(
-                f"{place} lies outside the body, whose boundary spans x {low_x:.6g} to {high_x:.6g}, y {low_y:.6g} to "
-                f"{high_y:.6g} m: move it inside"
+                f"{position} lies outside the body, whose boundary spans x {low_x:.6g} to {high_x:.6g}, y {low_y:.6g}"
+                f" to {high_y:.6g} m: move it inside"
             )
 
     def path_force(self, begin: np.ndarray, end: np.ndarray, material: Elastic) -> np.ndarray:

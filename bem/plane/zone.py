@@ -151,7 +151,7 @@ def estimate_patches(
 ) -> list[EstimatedPatch]:
     """Patches of half-planes under a drive, each resolved by at least `enough` samples; empty where nothing touches.
 
-    near : (m, 2) [m] places where the faces are nearest, sampled finely from the start so that no narrow patch is
+    near : (m, 2) [m] positions where the faces are nearest, sampled finely from the start so that no narrow patch is
         missed
     """
     start = [Zone(near, 1e-4 * slave.outline.size)] if len(near) else []

@@ -154,7 +154,7 @@ def _line_loads(load: float, sharing: Sharing, semi_length: float, slices: int) 
         shares = np.asarray(sharing(middles), float)
         if shares.shape != middles.shape or not np.isfinite(shares).all() or shares.min() < 0 or not shares.sum() > 0:
             raise ContactInputError(
-                f"sharing gave {shares!r} for {slices} places: give as many finite line loads >= 0, not all zero"
+                f"sharing gave {shares!r} for {slices} positions: give as many finite line loads >= 0, not all zero"
             )
         return middles, load * shares / shares.sum() / step
     return middles, load * np.diff({"elliptic": elliptic, "parabolic": parabolic}[sharing](edges, semi_length)) / step
@@ -230,9 +230,9 @@ def _slices(gap: SliceGap, plane: ContactResult, x: np.ndarray, y: np.ndarray, l
     change[~np.isfinite(change)] = gap.reach
     states, start = [None] * len(x), plane.last.state
     middle = len(x) // 2
-    for places in (range(middle, len(x)), range(middle - 1, -1, -1)):
+    for positions in (range(middle, len(x)), range(middle - 1, -1, -1)):
         state = start
-        for k in places:
+        for k in positions:
             system = replace(plane.system, gap=plane.system.gap + change[k])
             states[k] = solve_step(system, Drive.of(force=(None, -line_load[k])), 0.0, state=state)
             state = states[k].state

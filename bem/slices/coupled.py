@@ -105,12 +105,12 @@ class SliceOperator(NormalOperator):
     def rest(self, pressure: np.ndarray) -> np.ndarray:
         """(nx, ny) displacement [m] that the cross-sections add, under pressure (nx, ny) [Pa]."""
         total = np.zeros_like(pressure)
-        for places, spectrum in self._rests:
-            loads = fft.rfft(pressure @ places * self.grid.dy, n=self._along, axis=0)
+        for positions, spectrum in self._rests:
+            loads = fft.rfft(pressure @ positions * self.grid.dy, n=self._along, axis=0)
             moved = fft.irfft(np.einsum("kij,kj->ki", spectrum, loads, optimize=True), n=self._along, axis=0)[
                 : self.grid.nx
             ]
-            total += moved @ places.T
+            total += moved @ positions.T
         return total
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:

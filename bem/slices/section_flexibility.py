@@ -53,10 +53,10 @@ class Flexibility:
     rest: np.ndarray
     densities: int
 
-    def interpolation(self, places: np.ndarray) -> np.ndarray:
-        """Matrix (n, m): values at the stations -> at places (n,) along the face; constant beyond the outer
+    def interpolation(self, positions: np.ndarray) -> np.ndarray:
+        """Matrix (n, m): values at the stations -> at positions (n,) along the face; constant beyond the outer
         stations."""
-        clipped = np.clip(places, self.stations[0], self.stations[-1])
+        clipped = np.clip(positions, self.stations[0], self.stations[-1])
         return CubicSpline(self.stations, np.eye(len(self.stations)))(clipped)
 
     def between_slices(self, grid: Grid) -> np.ndarray:
@@ -127,11 +127,13 @@ def body_flexibility(
 
     values = np.array(parallel(rest, wavenumbers, threads))
     values = (values + values.transpose(0, 2, 1)) / 2
-    places = along[1][cKDTree(along[0]).query(mesh.middles[nodes])[1]]
-    order = np.argsort(places, kind="stable")
+    positions = along[1][cKDTree(along[0]).query(mesh.middles[nodes])[1]]
+    order = np.argsort(positions, kind="stable")
     # stations beyond the lower face's end fall on that end
-    order = order[np.r_[True, np.diff(places[order]) > 0.02 * size]]
-    return Flexibility(places[order], wavenumbers, _without_mesh_error(values[:, order][:, :, order]), mesh.densities)
+    order = order[np.r_[True, np.diff(positions[order]) > 0.02 * size]]
+    return Flexibility(
+        positions[order], wavenumbers, _without_mesh_error(values[:, order][:, :, order]), mesh.densities
+    )
 
 
 def parallel(action, items, threads: int) -> list:
@@ -191,23 +193,23 @@ class _Straightened:
             np.where(column[mesh.first[e]] < 0, m, column[mesh.first[e]]),
             np.where(column[mesh.last[e]] < 0, m, column[mesh.last[e]]),
         )
-        self.places = np.empty(m + 1)
+        self.positions = np.empty(m + 1)
         middle = {True: 0.25, False: 0.0}
         for element, at, first, last in zip(e, self.start, self.first, self.last):
-            self.places[first] = at + middle[not mesh.smooth[mesh.first[element]]] * lengths[element]
-            self.places[last] = at + lengths[element] * (1 - middle[not mesh.smooth[mesh.last[element]]])
-        self.places, self.m = self.places[:m], m
+            self.positions[first] = at + middle[not mesh.smooth[mesh.first[element]]] * lengths[element]
+            self.positions[last] = at + lengths[element] * (1 - middle[not mesh.smooth[mesh.last[element]]])
+        self.positions, self.m = self.positions[:m], m
         log_r, _ = displacement_integrals(
-            self.places + 0j, self.start + 0j, self.end + 0j, self.first, self.last, m + 1
+            self.positions + 0j, self.start + 0j, self.end + 0j, self.first, self.last, m + 1
         )
         self.log_r = log_r[:, :m]
 
     def half_space(self, wavenumber: float, plane_modulus: float) -> np.ndarray:
         """Displacement amplitude (m, m) [m/Pa] of a half-space under the hats: 2 K0(k r) / (pi E') integrated."""
         values = np.zeros((self.m, self.m + 1))
-        for place, weight in zip(_GAUSS, _WEIGHTS):
-            rise = (1 + place) / 2
-            distance = np.abs(self.places[:, None] - (self.start + rise * (self.end - self.start)))
+        for position, weight in zip(_GAUSS, _WEIGHTS):
+            rise = (1 + position) / 2
+            distance = np.abs(self.positions[:, None] - (self.start + rise * (self.end - self.start)))
             regular = bessel_rests_of(wavenumber * distance) - np.log(wavenumber / 2)
             share = weight / 2 * (self.end - self.start) * regular
             np.add.at(values.T, self.first, (share * (1 - rise)).T)

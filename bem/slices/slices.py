@@ -17,7 +17,7 @@ from scipy.interpolate import make_interp_spline
 from bem.patch import ContactInputError, NoContactError
 from bem.plane.body import Body
 from bem.plane.curve import Curve
-from bem.plane.first_touch import nearest_places
+from bem.plane.initial_contact import nearest_positions
 from bem.plane.pairing import BEHIND, smooth_gap
 
 Section = Callable[[float], list[np.ndarray]]
@@ -82,45 +82,45 @@ def slices_of_profiles(
     upper_profiles: Sequence[np.ndarray] | None = None,
     way: tuple[float, float] = (0.0, -1.0),
 ) -> Slices:
-    """Slices from measured or cut profiles (n, 2) [m] at places x (m,) [m], cubic in between; None: the body is a
+    """Slices from measured or cut profiles (n, 2) [m] at positions x (m,) [m], cubic in between; None: the body is a
     prism.
 
     Profiles of one body must have the same number of points, each on its own line along x.
     """
-    places = np.asarray(x, float)
-    if places.ndim != 1 or len(places) < 2 or not (np.diff(places) > 0).all():
-        raise ContactInputError("x of the slices: give at least two places in rising order [m]")
+    positions = np.asarray(x, float)
+    if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():
+        raise ContactInputError("x of the slices: give at least two positions in rising order [m]")
     return Slices(
         lower,
         upper,
-        _between(places, lower_profiles, lower, "lower"),
-        _between(places, upper_profiles, upper, "upper"),
+        _between(positions, lower_profiles, lower, "lower"),
+        _between(positions, upper_profiles, upper, "upper"),
         way,
     )
 
 
-def _between(places: np.ndarray, profiles: Sequence[np.ndarray] | None, body: Body, name: str) -> Section | None:
+def _between(positions: np.ndarray, profiles: Sequence[np.ndarray] | None, body: Body, name: str) -> Section | None:
     if profiles is None:
         return None
     shapes = {np.shape(profile) for profile in profiles}
-    if len(profiles) != len(places) or len(shapes) != 1:
+    if len(profiles) != len(positions) or len(shapes) != 1:
         raise ContactInputError(
-            f"{name} profiles: {len(profiles)} of shapes {sorted(shapes)} for {len(places)} places: give one per place,"
-            " all with the same number of points"
+            f"{name} profiles: {len(profiles)} of shapes {sorted(shapes)} for {len(positions)} positions: give one per"
+            " position, all with the same number of points"
         )
     stack = np.asarray(profiles, float)
     if not np.isfinite(stack).all():
         raise ContactInputError(
-            f"{name} profile at x = {places[np.argwhere(~np.isfinite(stack))[0][0]]:g} m is not finite"
+            f"{name} profile at x = {positions[np.argwhere(~np.isfinite(stack))[0][0]]:g} m is not finite"
         )
     ends = body.outline.edge_curves(body.face)
     if (ends[-1].points[-1] - ends[0].points[0]) @ (stack[0, -1] - stack[0, 0]) < 0:
         stack = stack[:, ::-1]
 
-    between = make_interp_spline(places, stack, k=min(3, len(places) - 1))
+    between = make_interp_spline(positions, stack, k=min(3, len(positions) - 1))
 
     def section(x: float) -> list[np.ndarray]:
-        return [between(x)] if places[0] <= x <= places[-1] else []
+        return [between(x)] if positions[0] <= x <= positions[-1] else []
 
     return section
 
@@ -142,7 +142,7 @@ class SliceGap:
     def __post_init__(self) -> None:
         slices, way = self.slices, np.array(self.slices.way)
         self.reach = self.reach or slices.upper.outline.size / 2
-        near = nearest_places(slices.lower, slices.upper, way, self.reach)
+        near = nearest_positions(slices.lower, slices.upper, way, self.reach)
         if not near:
             raise NoContactError(
                 f"moved along ({way[0]:.3g}, {way[1]:.3g}) the sections at x = 0 never meet within {self.reach:g} m:"
@@ -196,15 +196,15 @@ class SliceGap:
         approach : [m] by which the undeformed upper body is pushed on after the touch; the gap is negative where they
             overlap
         """
-        place = self.closing + approach * np.array(self.slices.way)
+        position = self.closing + approach * np.array(self.slices.way)
         rows = np.asarray(y)[0]
         points, normals = self.face(rows)
         outside = (rows < self.window[0]) | (rows > self.window[1])
-        values = np.array([self._slice(float(at), points, normals, place) for at in np.asarray(x)[:, 0]])
+        values = np.array([self._slice(float(at), points, normals, position) for at in np.asarray(x)[:, 0]])
         values[:, outside] = np.inf
         return values
 
-    def _slice(self, x: float, points: np.ndarray, normals: np.ndarray, place: np.ndarray) -> np.ndarray:
+    def _slice(self, x: float, points: np.ndarray, normals: np.ndarray, position: np.ndarray) -> np.ndarray:
         slices = self.slices
         pieces = (
             [c.points for c in slices.upper.outline.edge_curves(slices.upper.face)]
@@ -213,7 +213,7 @@ class SliceGap:
         )
         if not pieces:
             return np.full(len(points), np.inf)
-        gap = smooth_gap(points, normals, [Curve.through(piece + place) for piece in pieces], self.reach, BEHIND)
+        gap = smooth_gap(points, normals, [Curve.through(piece + position) for piece in pieces], self.reach, BEHIND)
         if slices.lower_section is not None:
             lower = slices.lower_section(x)
             if not lower:

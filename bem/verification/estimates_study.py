@@ -46,12 +46,12 @@ def gap_function(draw: np.random.Generator) -> Callable[[np.ndarray, np.ndarray]
     turn = draw.uniform(0, np.pi) * (draw.random() < 0.3)
     left, right = 15 * np.abs(draw.normal(size=2)) * (draw.random() < 0.5)
     flat = draw.uniform(0, 3e4) * (draw.random() < 0.4)
-    height, place = draw.uniform(0, 8e-6) * (draw.random() < 0.25), draw.uniform(2e-3, 6e-3)
+    height, position = draw.uniform(0, 8e-6) * (draw.random() < 0.25), draw.uniform(2e-3, 6e-3)
 
     def gap(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         u, v = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
         sides = left * np.maximum(-v, 0) ** 3 + right * np.maximum(v, 0) ** 3 + flat * v**4
-        return u**2 / (2 * radii[0]) + v**2 / (2 * radii[1]) + sides - height * np.exp(-(((v - place) / 2e-3) ** 2))
+        return u**2 / (2 * radii[0]) + v**2 / (2 * radii[1]) + sides - height * np.exp(-(((v - position) / 2e-3) ** 2))
 
     return gap
 

@@ -100,13 +100,13 @@ def _convergence(title: str, names: list[str], rows: np.ndarray):
             left.loglog(rows[:, 0], np.maximum(rows[:, k], _LEAST), label=label, **style)
     left.set_ylim(_LEAST / 1.5, None)
     right.loglog(rows[:, 0], rows[:, names.index("seconds")], "k^-")
-    for place in (0, -1):
+    for position in (0, -1):
         right.annotate(
-            f"{rows[place, 1]:.0f} {names[1]}",
-            (rows[place, 0], rows[place, names.index("seconds")]),
-            ha="left" if place == 0 else "right",
+            f"{rows[position, 1]:.0f} {names[1]}",
+            (rows[position, 0], rows[position, names.index("seconds")]),
+            ha="left" if position == 0 else "right",
             textcoords="offset points",
-            xytext=(0, 10) if place == 0 else (-10, 0),
+            xytext=(0, 10) if position == 0 else (-10, 0),
             fontsize=9,
         )
     what = "element size in the contact [mm]" if "boundary" in title else "spacing of the internal points [mm]"
@@ -186,8 +186,8 @@ def draw_fields(folder: Path, name: str, result: ContactResult, field: Field) ->
         drawn = axis.contourf(y, z, values, 24, cmap="turbo")
         figure.colorbar(drawn, ax=axis, label=label)
         axis.set(xlabel="y [mm]", ylabel="z [mm]", aspect="equal")
-    place = np.unravel_index(np.nanargmax(field.von_mises), field.von_mises.shape)
-    stress.plot(y[place], z[place], "w+", markersize=12)
+    position = np.unravel_index(np.nanargmax(field.von_mises), field.von_mises.shape)
+    stress.plot(y[position], z[position], "w+", markersize=12)
     stress.set_title(f"fixed body: von Mises stress, largest {np.nanmax(field.von_mises) / 1e6:.0f} MPa (+)")
     moved.set_title(f"fixed body: displacement along z, lowest {np.nanmin(down):.4f} mm")
     figure.suptitle(name)

@@ -16,7 +16,7 @@ import geometry
 import rail_fem
 
 # %%
-# A stand-in for a measured file: a P8 with 0.4 mm worn off its tread and 10 micrometres of scatter.
+# A surrogate for a measured file: a P8 with 0.4 mm worn off its tread and 10 micrometres of scatter.
 points = geometry.wheel_profile("P8").points * 1e3
 worn = points[:, 1] - 0.4 * np.exp(-((points[:, 0] / 25) ** 4))
 noise = np.random.default_rng(1).normal(0, 0.01, len(points))

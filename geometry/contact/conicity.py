@@ -1,4 +1,5 @@
-"""Rolling radius difference, contact angles and places against lateral shift, and the equivalent conicity of EN 15302.
+"""Rolling radius difference, contact angles and positions against lateral shift, and the equivalent conicity of EN
+15302.
 
 A free wheelset follows y'' + Dr(y) / (e r0) = 0 along the track (Klingel), e the distance of the rolling circles, r0
 the radius, Dr the rolling radius difference. A pair of cones has Dr = 2 y tan(gamma) and the wavelength L = 2 pi sqrt(e

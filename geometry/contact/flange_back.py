@@ -25,8 +25,8 @@ def reach_of_circles(stations: np.ndarray, radius: np.ndarray, state: Wheelset, 
     share = (state.z + along * sine_roll - top) / (radius * cosine_roll)
     with np.errstate(invalid="ignore"):
         ahead = np.sqrt(1 - share**2)
-    place = sign * state.y + along * cosine_roll * cosine_yaw
-    # y = place + radius (sin theta sin yaw + cos theta sin roll cos yaw): least at the top's level, unless its own
+    position = sign * state.y + along * cosine_roll * cosine_yaw
+    # y = position + radius (sin theta sin yaw + cos theta sin roll cos yaw): least at the top's level, unless its own
     # least lies lower
     own = np.arctan2(abs(sine_yaw), sine_roll * cosine_yaw) + np.pi
     lowest = np.where(
@@ -34,7 +34,7 @@ def reach_of_circles(stations: np.ndarray, radius: np.ndarray, state: Wheelset, 
         np.hypot(sine_yaw, sine_roll * cosine_yaw) * -1.0,
         share * sine_roll * cosine_yaw - ahead * abs(sine_yaw),
     )
-    return np.where(share <= 1, place + radius * lowest, np.inf)
+    return np.where(share <= 1, position + radius * lowest, np.inf)
 
 
 def back_gap(state: Wheelset, side: str, check: CheckRail, face: float) -> float:

@@ -1,10 +1,10 @@
-"""Places where a wheel comes nearest to a rail, and the wheelset set down on two.
+"""Positions where a wheel comes nearest to a rail, and the wheelset set down on two.
 
-The gap is taken as a function of the station s on the wheel alone: at every station at that place of the wheel's circle
-that is nearest to the rail along x (geometry.contact.wheel_outline for prismatic rails, geometry.surfaces.loft_kernel
-for lofted ones). A lofted rail has a branch of the gap for each of its bodies, and more where a wheel can touch one
-body ahead of and behind the axle. Side axes of geometry.wheelset; pose, wheel and prismatic rail as in
-geometry.contact.wheel_outline. Heights are over the pivot's.
+The gap is taken as a function of the station s on the wheel alone: at every station at that position of the wheel's
+circle that is nearest to the rail along x (geometry.contact.wheel_outline for prismatic rails,
+geometry.surfaces.loft_kernel for lofted ones). A lofted rail has a branch of the gap for each of its bodies, and more
+where a wheel can touch one body ahead of and behind the axle. Side axes of geometry.wheelset; pose, wheel and prismatic
+rail as in geometry.contact.wheel_outline. Heights are over the pivot's.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from geometry.contact.wheel_outline import cubic, cubic_in, outline_of
 from kernel_cache import njit
 
 MOST_POINTS = 24
-PLACE = 5  # rows of a place: station, gap, wheel's slope there, dz/dx, branch
+PLACE = 5  # rows of a position: station, gap, wheel's slope there, dz/dx, branch
 NO_RAIL = 1e3  # gap where there is no rail or no outline [m]
 
 
@@ -35,8 +35,8 @@ def gap_at(s, wheel, rail, pose, tip):
 
 @njit(cache=True, error_model="numpy")
 def gaps_on_prism(stations, wheel, rail, pose, tip):
-    """Gap and its derivative (n,) at all stations (4, n): place and the wheel's height, slope, bend there. As gap_at,
-    but in one walk along the rail."""
+    """Gap and its derivative (n,) at all stations (4, n): position and the wheel's height, slope, bend there. As
+    gap_at, but in one walk along the rail."""
     count, last = stations.shape[1], rail.shape[1] - 1
     gap, tilt = np.empty(count), np.empty(count)
     i = 0
@@ -93,7 +93,7 @@ def turning_place(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
     Returns the station, the gap there (NO_RAIL: none found), the derivative. Ends at a width of 1e-13 m, where it
     stands at a kink.
     """
-    side, best, place, least = 0, NO_RAIL, low, 1e300
+    side, best, position, least = 0, NO_RAIL, low, 1e300
     for count in range(90):
         s = (
             0.5 * (low + high)
@@ -102,7 +102,7 @@ def turning_place(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
         )
         gap, tilt = gap_at(s, wheel, rail, pose, tip)
         if gap < NO_RAIL and abs(tilt) < least:
-            best, place, least = gap, s, abs(tilt)
+            best, position, least = gap, s, abs(tilt)
         if least < 1e-15 or high - low < 1e-13:
             break
         if (tilt > 0) == (tilt_high > 0):
@@ -117,8 +117,8 @@ def turning_place(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
         for s in (low, high):
             gap, tilt = gap_at(s, wheel, rail, pose, tip)
             if gap < NO_RAIL and (s == low or gap < best or best >= NO_RAIL):
-                best, place, least = gap, s, abs(tilt)
-    return place, best, least
+                best, position, least = gap, s, abs(tilt)
+    return position, best, least
 
 
 @njit(cache=True, error_model="numpy")
@@ -128,7 +128,7 @@ def edge_place(s, tread, low, high, rail, pose):
 
     NO_RAIL where there is none: the edge is not what touches.
     """
-    best, place = NO_RAIL, 0.0
+    best, position = NO_RAIL, 0.0
     for _ in range(56):  # a convex edge: the outline is flatter than the rail at `low`, steeper at `high`
         slope = 0.5 * (low + high)
         there, away, _, _, z, height, tangent, rail_slope, _, _, _, _, _, _, _ = meet(s, tread, slope, 0.0, rail, pose)
@@ -136,12 +136,12 @@ def edge_place(s, tread, low, high, rail, pose):
             steeper = away > 0 if away != 0 else slope > 0
         else:
             steeper = tangent > rail_slope
-            best, place = z - height, slope
+            best, position = z - height, slope
         if steeper:
             high = slope
         else:
             low = slope
-    return best, place
+    return best, position
 
 
 @njit(cache=True, error_model="numpy")
@@ -207,11 +207,11 @@ def places_on_branch(stations, wheel, rail, pose, tip, level):
 
 
 @njit(cache=True, error_model="numpy")
-def nearest_places(stations, wheel, rail, pose, tip, level):
+def nearest_positions(stations, wheel, rail, pose, tip, level):
     """Local minima (PLACE, k) of the gap on all branches, those that may lie below `level` only, each branch in order
     of station.
 
-    level : gap [m]; pass -NO_RAIL for the lowest minimum alone. Places that another body of the rail covers are left
+    level : gap [m]; pass -NO_RAIL for the lowest minimum alone. Positions that another body of the rail covers are left
         out.
     """
     if branches(rail) == 1:
@@ -232,7 +232,7 @@ def nearest_places(stations, wheel, rail, pose, tip, level):
 
 @njit(cache=True, error_model="numpy")
 def keep(found, count, at, value, slope, steep, index=0.0):
-    """Append a place; with the list full the shallowest gives way."""
+    """Append a position; with the list full the shallowest gives way."""
     if count == found.shape[1]:
         worst = np.argmax(found[1])
         if value >= found[1, worst]:
@@ -251,12 +251,12 @@ def ready(stations, rail, pose):
 
 
 @njit(cache=True, error_model="numpy")
-def roll_arm(place, wheel, rail, pose):
-    """d gap / d roll about the pivot at a fixed station of a place (PLACE,) [m/rad]: the rotation's displacement normal
-    to the rail's slope."""
-    tread, _, _ = cubic(place[0], wheel)
+def roll_arm(position, wheel, rail, pose):
+    """d gap / d roll about the pivot at a fixed station of a position (PLACE,) [m/rad]: the rotation's displacement
+    normal to the rail's slope."""
+    tread, _, _ = cubic(position[0], wheel)
     _, _, x, y, z, _, slope, _, _, _, _, steep, _, _, _ = meet(
-        place[0], tread, place[2], 0.0, branch(rail, int(place[4]), place[3]), pose
+        position[0], tread, position[2], 0.0, branch(rail, int(position[4]), position[3]), pose
     )
     return pose[2] * (y - pose[0]) - pose[1] * x + (slope * pose[2] - steep * pose[1]) * z
 
@@ -270,7 +270,7 @@ def side_pose(sign, lateral, yaw, roll, lever, arm, radius):
 @njit(cache=True, error_model="numpy")
 def lowest(stations, wheel, rail, pose, tip):
     """Least gap of a side, and its change with roll [m/rad]; NO_RAIL where the wheel stands over no rail."""
-    found = nearest_places(stations, wheel, rail, pose, tip, -NO_RAIL)
+    found = nearest_positions(stations, wheel, rail, pose, tip, -NO_RAIL)
     if found.shape[1] == 0:
         return NO_RAIL, 0.0
     i = np.argmin(found[1])
@@ -311,19 +311,19 @@ def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
 
 
 @njit(cache=True, error_model="numpy")
-def contact_row(place, wheel, rail, pose):
-    """At a place (PLACE,), where the wheel's slope is taken as given (at an edge it is any between two): x, y of the
+def contact_row(position, wheel, rail, pose):
+    """At a position (PLACE,), where the wheel's slope is taken as given (at an edge it is any between two): x, y of the
     wheel's point from the pivot, z, slopes dz/dx and dz/dy, rolling radius, vertical gap, relative curvatures A_xx,
     A_xt, A_tt.
 
     x and t lie in the tangent plane, along the rail and across it. Curvatures [1/m] of the gap 1/2 A : (x, t)(x, t),
     both bodies taken together.
     """
-    slope = place[2]
-    tread, _, bend = cubic(place[0], wheel)
-    track = branch(rail, int(place[4]), place[3])
+    slope = position[2]
+    tread, _, bend = cubic(position[0], wheel)
+    track = branch(rail, int(position[4]), position[3])
     _, _, x, y, z, height, tangent, rail_slope, _, sine, cosine, steep, zxx, zxy, zyy = meet(
-        place[0], tread, slope, bend, track, pose
+        position[0], tread, slope, bend, track, pose
     )
     radius, stretch = pose[7] - tread, np.sqrt(1 + slope * slope)
     round_axle, meridian = 1.0 / (radius * stretch), bend / stretch**3

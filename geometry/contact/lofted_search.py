@@ -9,8 +9,8 @@ sections.
     rail_fem.light.load_sharing.pressed(search, state, "left")        # forces at any given state
 
 A side without a surface is the track's plain rail. Surfaces have the axes of geometry.axes (gauge face at y = -35 mm, +
-to the field side) whichever side they lie on; running towards -x (trailing) is the same place of the wheelset, so that
-only a `Motion` knows of it.
+to the field side) whichever side they lie on; running towards -x (trailing) is the same position of the wheelset, so
+that only a `Motion` knows of it.
 """
 
 import copy
@@ -87,10 +87,10 @@ class SurfaceSearch(ContactSearch):
         """A side with the axle's middle at x [m]; own: with tables of its own for what a search notes there."""
         if self.surfaces[side] is None:
             return self.sides[side]
-        stations, wheel, (xs, nodes, bodies, windows, place, ridges, wavy), tip, radius = self.sides[side]
+        stations, wheel, (xs, nodes, bodies, windows, position, ridges, wavy), tip, radius = self.sides[side]
         if own:
-            windows, place, ridges = windows.copy(), np.zeros(2), ridges.copy()
-        return stations, wheel, (xs, nodes, bodies, windows, np.array([x, place[1]]), ridges, wavy), tip, radius
+            windows, position, ridges = windows.copy(), np.zeros(2), ridges.copy()
+        return stations, wheel, (xs, nodes, bodies, windows, np.array([x, position[1]]), ridges, wavy), tip, radius
 
     def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return (

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from geometry.contact.flange_back import within_stops
-from geometry.contact.gap_kernel import NO_RAIL, contact_row, nearest_places, ready, roll_and_height, side_pose
+from geometry.contact.gap_kernel import NO_RAIL, contact_row, nearest_positions, ready, roll_and_height, side_pose
 from geometry.contact.wheel_outline import cubic
 from geometry.wheelset import FLANGE_BACK, SIDES, Track, Wheelset, WheelsetError, check_range, check_side, wheel_table
 
@@ -58,7 +58,7 @@ class Contacts:
 
     @property
     def from_flange_back(self) -> np.ndarray:
-        """(n,)  place on the wheel from its flange back [m]."""
+        """(n,)  position on the wheel from its flange back [m]."""
         return FLANGE_BACK + self.station
 
     @property
@@ -103,10 +103,10 @@ class ContactSearch:
         at the datum."""
         wheel, rail = wheel_table(self.wheelset, side), np.array(self.track.placed(side).hermite_table())
         count = max(int(np.ceil((wheel[0, -1] - wheel[0, 0]) / self.resolution)), 4)
-        places = np.linspace(wheel[0, 0], wheel[0, -1], count + 1)
+        positions = np.linspace(wheel[0, 0], wheel[0, -1], count + 1)
         if wheel.shape[1] < 3 * count:  # a measured profile: between its own points it cannot turn more than once
-            places = np.unique(np.concatenate([places, wheel[0]]))
-        stations = np.array([(s, *cubic(s, wheel)) for s in places]).T.copy()
+            positions = np.unique(np.concatenate([positions, wheel[0]]))
+        stations = np.array([(s, *cubic(s, wheel)) for s in positions]).T.copy()
         return stations, wheel, rail, float(wheel[0, np.argmin(wheel[1])]), self.wheelset.radius_of(side)
 
     def pose(self, state: Wheelset, side: str) -> tuple:
@@ -132,7 +132,7 @@ class ContactSearch:
 
     @staticmethod
     def check_position(lateral: float, yaw: float, held_at: str) -> None:
-        """Raise WheelsetError for a place that no wheelset on a track has."""
+        """Raise WheelsetError for a position that no wheelset on a track has."""
         if held_at not in ("rail", "axle"):
             raise WheelsetError(f'held_at = {held_at!r} is neither "rail" nor "axle"')
         check_range("wheelset", (("lateral", lateral, -0.5, 0.5), ("yaw", yaw, -0.1, 0.1)))
@@ -167,7 +167,7 @@ class ContactSearch:
         check_side(side)
         pose, (stations, wheel, rail, tip, _) = self.pose(state, side), self.rail_under(state, side)
         ready(stations, rail, pose)
-        found = nearest_places(stations, wheel, rail, pose, tip, max(reach, 0.0) - state.z)
+        found = nearest_positions(stations, wheel, rail, pose, tip, max(reach, 0.0) - state.z)
         if found.shape[1] == 0:
             raise WheelsetError(f"{side} wheel stands over no rail at y = {state.y:g} m")
         gaps = found[1] + state.z
@@ -175,7 +175,7 @@ class ContactSearch:
         return self.described(state, side, found[:, near])
 
     def described(self, state: Wheelset, side: str, found: np.ndarray) -> Contacts:
-        """Contacts at places (PLACE, n) that geometry.contact.gap_kernel.nearest_places found."""
+        """Contacts at positions (PLACE, n) that geometry.contact.gap_kernel.nearest_positions found."""
         pose, sign, (_, wheel, rail, _, _) = self.pose(state, side), SIDES[side], self.rail_under(state, side)
         x, y, z, steep, slope, radius, gap, along, mixed, across = (
             np.array([contact_row(place, wheel, rail, pose) for place in found.T.copy()]).reshape(-1, 10).T

@@ -73,9 +73,9 @@ def _branch(rail, index, slope):
 
 @njit(cache=True, error_model="numpy")
 def loft_branch(rail, index, slope):
-    xs, nodes, bodies, windows, place, ridges, _ = rail
+    xs, nodes, bodies, windows, position, ridges, _ = rail
     windows[index, 0] = slope
-    return xs, nodes, bodies[int(windows[index, 6])], windows[index], place, ridges
+    return xs, nodes, bodies[int(windows[index, 6])], windows[index], position, ridges
 
 
 def steepness(track):
@@ -104,13 +104,13 @@ def _covered(rail, index, x, y, z):
 
 @njit(cache=True, error_model="numpy")
 def covered_by_loft(rail, index, x, y, z):
-    xs, nodes, bodies, windows, place, ridges, _ = rail
+    xs, nodes, bodies, windows, position, ridges, _ = rail
     body = int(windows[index, 6])
-    for k in range(int(place[1])):
+    for k in range(int(position[1])):
         other = int(windows[k, 6])
         if other != body:
-            track = (xs, nodes, bodies[other], windows[k], place, ridges)
-            beyond, aside, height, _, _, _, _, _ = loft_at(place[0] + x, y, track)
+            track = (xs, nodes, bodies[other], windows[k], position, ridges)
+            beyond, aside, height, _, _, _, _, _ = loft_at(position[0] + x, y, track)
             if beyond == 0 and aside == 0 and height > z + 1e-9:
                 return True
     return False
@@ -131,9 +131,9 @@ def _prepare(stations, rail, pose):
 
 @njit(cache=True, error_model="numpy")
 def start_branch(rail, count, body, side, seed):
-    xs, _, bodies, windows, place, _, _ = rail
+    xs, _, bodies, windows, position, _, _ = rail
     first, sections, n = bodies[body, 0], bodies[body, 1], bodies[body, 2]
-    section = min(max(np.searchsorted(xs[first : first + sections], place[0]) - 1, 0), sections - 2) + first
+    section = min(max(np.searchsorted(xs[first : first + sections], position[0]) - 1, 0), sections - 2) + first
     row = 0.0 if side == 0 else count + 1.0
     windows[count] = np.array([0.0, section, n // 2, row, side, seed, body, 0.0])
 
@@ -141,17 +141,17 @@ def start_branch(rail, count, body, side, seed):
 @njit(cache=True, error_model="numpy")
 def find_branches(stations, rail, pose):
     """Branches of all bodies within reach of the wheel."""
-    xs, nodes, bodies, windows, place, ridges, wavy = rail
+    xs, nodes, bodies, windows, position, ridges, wavy = rail
     count, reach = 0, 1.2 * WIDEST * pose[7]
     for b in range(bodies.shape[0]):
         first, end = bodies[b, 0], bodies[b, 0] + bodies[b, 1]
-        if xs[first] > place[0] + reach or xs[end - 1] < place[0] - reach or count > MOST_WINDOWS - 2:
+        if xs[first] > position[0] + reach or xs[end - 1] < position[0] - reach or count > MOST_WINDOWS - 2:
             continue
         start_branch(rail, count, b, 0, 0.0)
-        near = (xs[first:end] > place[0] - reach) & (xs[first:end] < place[0] + reach)
+        near = (xs[first:end] > position[0] - reach) & (xs[first:end] < position[0] + reach)
         seed = -1
         if wavy[first:end][near].any():
-            track = (xs, nodes, bodies[b], windows[count], place, ridges)
+            track = (xs, nodes, bodies[b], windows[count], position, ridges)
             seed = find_ridges(stations, track, ridges[count + 1], ridges[count + 1 + MOST_WINDOWS], pose)
         if seed >= 0:
             ridges[count + 2], ridges[count + 2 + MOST_WINDOWS] = ridges[count + 1], ridges[count + 1 + MOST_WINDOWS]
@@ -159,7 +159,7 @@ def find_branches(stations, rail, pose):
             start_branch(rail, count + 1, b, 1, stations[0, seed])
             count += 1
         count += 1
-    place[1] = count
+    position[1] = count
 
 
 @njit(cache=True, error_model="numpy")

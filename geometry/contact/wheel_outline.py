@@ -10,7 +10,7 @@ theta forward from the lowest point of the circle, e the axle's direction. Seen 
 wheel's outline (Y, Z)(s), with slope -n_y / n_z, so that contact is a problem of two plane curves. Side axes of
 geometry.wheelset.
 
-pose : (8,)  lateral place of the pivot, sin and cos of yaw, sin and cos of roll, height of the axle over the pivot,
+pose : (8,)  lateral position of the pivot, sin and cos of yaw, sin and cos of roll, height of the axle over the pivot,
     distance along
 the axle to the tread datum, radius there. Tables: (4, n) rows of Profile.hermite_table. Heights are over the pivot's.
 """
@@ -22,7 +22,8 @@ from kernel_cache import njit
 
 @njit(cache=True, error_model="numpy")
 def cubic(at, table):
-    """Height, slope, second derivative of a Hermite table at one place inside it; beyond its ends those of the ends."""
+    """Height, slope, second derivative of a Hermite table at one position inside it; beyond its ends those of the
+    ends."""
     low, high = 0, table.shape[1] - 1
     at = min(max(at, table[0, 0]), table[0, high])
     while high - low > 1:
@@ -52,7 +53,7 @@ def cubic_in(at, i, table):
 def outline_of(s, tread, slope, bend, pose):
     """Point of the outline at station s from the wheel's height, slope, second derivative: (there is one, x, y, z,
     slope dz/dy, dy/ds, sin, cos of theta)."""
-    place, sy, cy, sr, cr, lever, arm, datum_radius = pose
+    position, sy, cy, sr, cr, lever, arm, datum_radius = pose
     radius, tilt, along = datum_radius - tread, -slope, arm + s
     size = np.sqrt(cy * cy + sr * sr * sy * sy)
     part = -tilt * cr * sy / size
@@ -65,7 +66,7 @@ def outline_of(s, tread, slope, bend, pose):
     mx, my, mz = sine * cy - cosine * sr * sy, sine * sy + cosine * sr * cy, -cosine * cr
     ny, nz = my - tilt * cr * cy, mz - tilt * sr
     x = -along * cr * sy + radius * mx + lever * sr * sy
-    y = place + along * cr * cy + radius * my - lever * sr * cy
+    y = position + along * cr * cy + radius * my - lever * sr * cy
     z = along * sr + radius * mz + lever * cr
     advance = cr * cy + tilt * my + radius * (cosine * sy - sine * sr * cy) * bend * cr * sy / (size * rest)
     return nz < -1e-3, x, y, z, (-ny / nz if nz < -1e-3 else 0.0), advance, sine, cosine

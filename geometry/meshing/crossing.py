@@ -19,7 +19,7 @@ from geometry.meshing.sweep.matching import feature_lengths, outline_arcs
 from geometry.meshing.sweep.sweep import sweep
 
 SAMPLES = 25  # sections at which the mesh of one is judged before it is carried to all
-# places in the design, one of which is meshed: early, as a nose changes most by its tip
+# positions in the design, one of which is meshed: early, as a nose changes most by its tip
 REFERENCES = (0.15, 0.5, 0.85, 0.0, 0.3, 0.7, 1.0)
 Band = tuple[float, float] | Callable[[float], tuple[float, float]]
 
@@ -31,7 +31,7 @@ class BodyMeshSpec:
     x_range : part of the crossing modelled;  fine_x : where the slabs have the fine length, inside x_range
     band : lateral range (y0, y1) where the wheel runs, constant or a function of x; fine there over fine_x
     fine_depth : depth of the fine block;  coarse : largest element size away from it
-    anchor : a place on the body from which its slabs are counted, so that the mesh under the wheel does not hang on
+    anchor : a position on the body from which its slabs are counted, so that the mesh under the wheel does not hang on
         where x_range ends:
     slabs are then exactly element_size long and fine_x grows by up to three of them at each end; None: they divide
     fine_x evenly
@@ -74,7 +74,7 @@ def mesh_crossing(crossing, spec: CrossingMeshSpec) -> HexMesh:
     crossing : has wing_section(x) and nose_section(x) -> (n, 2) y, z [m] (None where the body is not), the same feature
     at the same index for all x. Surface nodes lie on the sections' outlines to round-off at every station; between
     stations and nodes the faceting error is second order in the size.
-    Raises MeshError where the spec does not fit the crossing, with place and sizes.
+    Raises MeshError where the spec does not fit the crossing, with position and sizes.
     """
     bodies = [
         (name, getattr(spec, name), getattr(crossing, f"{name}_section"))
@@ -121,7 +121,7 @@ def _mesh_body(name, body, section_at, spec):
 
 @dataclass(frozen=True)
 class Stations:
-    """Places x of the planes between slabs [m], three slabs to a group.
+    """Positions x of the planes between slabs [m], three slabs to a group.
 
     design : (n,) fine slabs of the stretch that decides the mesh;
     first, last : those of them between which the body is modelled
@@ -219,29 +219,29 @@ def _chain(before, after, first, reference, last, count):
 
 def check_body(name: str, body: BodyMeshSpec, spec: CrossingMeshSpec) -> None:
     """Refuse what cannot be meshed before any geometry is evaluated; raises MeshError."""
-    faults = []
+    errors = []
     numbers = [spec.element_size, spec.base, spec.growth, body.fine_depth, body.coarse, *body.x_range, *body.fine_x]
     if not np.isfinite(numbers).all():
-        faults.append(f"all lengths must be finite numbers, these are {numbers}")
+        errors.append(f"all lengths must be finite numbers, these are {numbers}")
     elif not spec.element_size > 0:
-        faults.append(f"element_size {spec.element_size} m must be positive")
+        errors.append(f"element_size {spec.element_size} m must be positive")
     else:
         if not body.x_range[0] <= body.fine_x[0] < body.fine_x[1] <= body.x_range[1]:
-            faults.append(f"fine_x {body.fine_x} m must be a range inside x_range {body.x_range} m")
+            errors.append(f"fine_x {body.fine_x} m must be a range inside x_range {body.x_range} m")
         if body.coarse < spec.element_size:
-            faults.append(
+            errors.append(
                 f"coarse size {body.coarse * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm:"
                 " take smaller elements or a larger coarse size"
             )
         if body.fine_depth < spec.element_size:
-            faults.append(
+            errors.append(
                 f"fine_depth {body.fine_depth * 1e3:.2f} mm is below the element size {spec.element_size * 1e3:.2f} mm:"
                 " take smaller elements or a deeper fine zone"
             )
         if not 1.05 <= spec.growth <= 3:
-            faults.append(f"growth {spec.growth} is outside [1.05, 3]")
-    if faults:
-        raise MeshError(f"mesh of the {name}: " + "; ".join(faults))
+            errors.append(f"growth {spec.growth} is outside [1.05, 3]")
+    if errors:
+        raise MeshError(f"mesh of the {name}: " + "; ".join(errors))
 
 
 def _curve(section_at, x, base, name):
@@ -266,7 +266,7 @@ def _columns(name, body, x, curves, sizes):
 def _reference_section(curves, columns, sizes):
     """The station that is meshed and its mesh: the middle of the design, or another one if corners would be flat
     elsewhere."""
-    found, faults = [], []
+    found, errors = [], []
     for share in REFERENCES:
         station = int(share * (len(curves) - 1))
         try:
@@ -274,13 +274,13 @@ def _reference_section(curves, columns, sizes):
                 curves[station], [columns[station]], sizes, _elsewhere(curves, columns, station, sizes)
             )
         except MeshError as error:
-            faults.append(error)
+            errors.append(error)
             continue
         found.append((section.badness, station, section))
         if section.badness < FLAT_CORNER:
             break
     if not found:
-        raise faults[0]
+        raise errors[0]
     return min(found, key=lambda trial: trial[0])[1:]
 
 

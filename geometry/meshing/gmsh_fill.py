@@ -94,7 +94,7 @@ def _subdivided(polygon, first, points, triangles, quads):
 
 
 def badness(points: np.ndarray, quads: np.ndarray, angles: np.ndarray) -> float:
-    """How far a quad mesh is from a regular one by its connections alone, which no smoothing can mend.
+    """How far a quad mesh is from a regular one by its connections alone, which no smoothing can repair.
 
     Each node's angle (2 pi inside, angles (s, n) [rad] in s shapes of the boundary on its n first nodes) shared among
     its quads should be a right angle; the sixth powers of the worst deviations are summed: a flat corner (15) outweighs

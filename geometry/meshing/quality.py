@@ -171,8 +171,8 @@ def check_shapes(mesh: HexMesh, remedy: str) -> None:
     jacobian = scaled_jacobian(corner)
     worst = jacobian.argmin()
     if not jacobian[worst] >= LEAST_JACOBIAN:
-        place = ", ".join(f"{v * 1e3:.1f}" for v in corner[worst].mean(axis=0))
+        position = ", ".join(f"{v * 1e3:.1f}" for v in corner[worst].mean(axis=0))
         raise MeshError(
             f"the {mesh.region_names[mesh.region[worst]]}'s mesh has a folded or flat cell (scaled Jacobian"
-            f" {jacobian[worst]:.3f}) at ({place}) mm: {remedy}"
+            f" {jacobian[worst]:.3f}) at ({position}) mm: {remedy}"
         )

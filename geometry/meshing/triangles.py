@@ -1,4 +1,4 @@
-"""Triangles inside a polygon by Gmsh, on exactly the polygon's own boundary points, fine near given places."""
+"""Triangles inside a polygon by Gmsh, on exactly the polygon's own boundary points, fine near given positions."""
 
 import numpy as np
 
@@ -8,28 +8,28 @@ from geometry.meshing.hexmesh import MeshError
 
 
 def fill_with_triangles(
-    polygon: np.ndarray, places: np.ndarray, size: float, reach: float, coarse: float, growth: float
+    polygon: np.ndarray, positions: np.ndarray, size: float, reach: float, coarse: float, growth: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Triangles that fill a simple polygon whose edges become element edges.
 
     polygon : (n, 2) corners anticlockwise; they become the first n nodes and no other node lies on the boundary
-    places : (k, 2) of them the elements are of `size` up to the distance `reach`, beyond it larger by `growth` per
+    positions : (k, 2) of them the elements are of `size` up to the distance `reach`, beyond it larger by `growth` per
         distance up to
     `coarse` [all in one unit]
     Returns nodes (m, 2) and triangles (t, 3), anticlockwise. Raises MeshError where Gmsh fails.
     """
     _check_simple(polygon)
-    return in_gmsh_process(_fill, polygon, places, size, reach, coarse, growth)
+    return in_gmsh_process(_fill, polygon, positions, size, reach, coarse, growth)
 
 
-def _fill(polygon, places, size, reach, coarse, growth):
+def _fill(polygon, positions, size, reach, coarse, growth):
     """The same in Gmsh's process."""
     scale = 1.0 / np.ptp(polygon, axis=0).max()
     with gmsh_session() as gmsh:
         gmsh.model.add("plane")
         try:
             corners = _define(
-                gmsh, polygon * scale, places * scale, (size * scale, reach * scale, coarse * scale, growth)
+                gmsh, polygon * scale, positions * scale, (size * scale, reach * scale, coarse * scale, growth)
             )
             gmsh.model.mesh.generate(2)
             points, triangles, _ = _read(gmsh, corners)
@@ -41,11 +41,11 @@ def _fill(polygon, places, size, reach, coarse, growth):
             gmsh.model.remove()
     if not len(triangles):
         raise MeshError(f"Gmsh found no triangles in a polygon of {len(polygon)} edges; change the element sizes")
-    used = np.union1d(np.arange(len(polygon)), triangles)  # the places are nodes of their own, of no triangle
+    used = np.union1d(np.arange(len(polygon)), triangles)  # the positions are nodes of their own, of no triangle
     return points[used] / scale, np.searchsorted(used, triangles)
 
 
-def _define(gmsh, polygon, places, sizes):
+def _define(gmsh, polygon, positions, sizes):
     size, reach, coarse, growth = sizes
     geo, field, count = gmsh.model.geo, gmsh.model.mesh.field, len(polygon)
     corners = [geo.addPoint(x, y, 0.0) for x, y in polygon]
@@ -53,7 +53,7 @@ def _define(gmsh, polygon, places, sizes):
     for line in lines:
         geo.mesh.setTransfiniteCurve(line, 2)
     geo.addPlaneSurface([geo.addCurveLoop(lines)])
-    near = [geo.addPoint(x, y, 0.0) for x, y in places]
+    near = [geo.addPoint(x, y, 0.0) for x, y in positions]
     geo.synchronize()
     distance, threshold = field.add("Distance"), field.add("Threshold")
     field.setNumbers(distance, "PointsList", near)

@@ -99,8 +99,8 @@ def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:
 
 
 def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
-    """Refuse what cannot be meshed; raises MeshError with every fault."""
-    faults = []
+    """Refuse what cannot be meshed; raises MeshError with every input error."""
+    errors = []
     numbers = [
         radius,
         spec.element_size,
@@ -112,32 +112,32 @@ def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
         spec.growth,
     ]
     if not np.isfinite(numbers).all() or min(numbers) <= 0:
-        faults.append(f"all sizes must be positive finite numbers, these are {numbers}")
+        errors.append(f"all sizes must be positive finite numbers, these are {numbers}")
     else:
         if not spec.rim_depth < 0.9 * radius:
-            faults.append(
+            errors.append(
                 f"rim_depth {spec.rim_depth * 1e3:.1f} mm must be below 0.9 of the radius {radius * 1e3:.1f} mm"
             )
         if not spec.fine_half_length <= radius * spec.half_angle or spec.half_angle > np.pi / 2:
-            faults.append(
+            errors.append(
                 f"fine_half_length {spec.fine_half_length * 1e3:.1f} mm must lie in the sector of"
                 f" +-{np.degrees(spec.half_angle):.1f} degrees, and that within +-90"
             )
         if spec.coarse < spec.element_size or spec.fine_depth < spec.element_size:
-            faults.append(
+            errors.append(
                 f"coarse {spec.coarse * 1e3:.2f} mm and fine_depth {spec.fine_depth * 1e3:.2f} mm must not be below the"
                 f" element size {spec.element_size * 1e3:.2f} mm: take smaller elements"
             )
         if not 1.05 <= spec.growth <= 3:
-            faults.append(f"growth {spec.growth} is outside [1.05, 3]")
+            errors.append(f"growth {spec.growth} is outside [1.05, 3]")
     if (
         not spec.bands
         or any(not start < end for start, end in spec.bands)
         or any(a[1] >= b[0] for a, b in zip(spec.bands, spec.bands[1:]))
     ):
-        faults.append(f"bands {spec.bands} must be at least one range (y0, y1) with y0 < y1, in order and apart")
-    if faults:
-        raise MeshError("mesh of the wheel: " + "; ".join(faults))
+        errors.append(f"bands {spec.bands} must be at least one range (y0, y1) with y0 < y1, in order and apart")
+    if errors:
+        raise MeshError("mesh of the wheel: " + "; ".join(errors))
 
 
 def _outline(points, spec):

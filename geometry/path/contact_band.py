@@ -25,7 +25,7 @@ AWAY = 1.0  # clearance where there is no surface or no wheel [m]
 def nearest(x, y, surface, axle_x, axle, radius, reach):
     """Least clearance (n, m) [m] of rolling circles over surface heights (n, m) at x (n,), y (m,).
 
-    axle_x, axle : (k,)  growing places of the axle and its heights;  radius : (m,)  of the wheel at y, NaN beside it
+    axle_x, axle : (k,)  growing positions of the axle and its heights;  radius : (m,)  of the wheel at y, NaN beside it
     """
     out = np.full(surface.shape, AWAY)
     for i in range(len(x)):

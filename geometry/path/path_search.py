@@ -1,4 +1,4 @@
-"""Highest place of a rigid wheel over one body of a crossing: first search on a grid, then refinement on the exact
+"""Highest position of a rigid wheel over one body of a crossing: first search on a grid, then refinement on the exact
 surface."""
 
 import numpy as np
@@ -9,20 +9,20 @@ from geometry.surfaces.crossing_surface import NO_METAL
 from geometry.surfaces.surface_height import surface_height
 from kernel_cache import njit
 
-PEAKS = 4  # lateral places kept per station of the first search
+PEAKS = 4  # lateral positions kept per station of the first search
 # spacing of the stations along x over the lateral spacing: the wheel's curvature is that much smaller
 STATION_RATIO = 8
-SEPARATION = 2e-3  # lateral places closer than this are one [m]
-DOUBT = 320.0  # times the resolution squared: places whose first-search heights differ by less are all refined [1/m]
-CLOSE = 2e-8  # width to which a place is closed in [m]
+SEPARATION = 2e-3  # lateral positions closer than this are one [m]
+DOUBT = 320.0  # times the resolution squared: positions whose first-search heights differ by less are all refined [1/m]
+CLOSE = 2e-8  # width to which a position is closed in [m]
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
 class BodySearch:
     """Contacts of one wheel with one body ("wing" or "nose") over a range of axle positions.
 
-    The first search tabulates, at stations along x, the lateral places where surface minus profile peaks. It is shared
-    by all axle positions: moving the wheel along x changes only how far the wheel has risen away from a station.
+    The first search tabulates, at stations along x, the lateral positions where surface minus profile peaks. It is
+    shared by all axle positions: moving the wheel along x changes only how far the wheel has risen away from a station.
     """
 
     def __init__(self, crossing: AnyCrossing, wheel: Profile, body: str, x, radius, datum, resolution, reach):
@@ -52,7 +52,7 @@ class BodySearch:
 
 @njit(cache=True)
 def lateral_peaks(stations, y, tread, radius, nose, c, loft):
-    """Places where surface minus profile peaks at each station, highest first; NaN where there are fewer than PEAKS.
+    """Positions where surface minus profile peaks at each station, highest first; NaN where there are fewer than PEAKS.
 
     Returns (m, PEAKS, 3): y, surface minus profile, radius of the wheel there.
     """
@@ -94,10 +94,10 @@ def station_range(at, stations, reach):
 
 @njit(cache=True)
 def search_all(x, stations, peaks, reach):
-    """Highest place (n,) over all stations within reach."""
+    """Highest position (n,) over all stations within reach."""
     out = np.full(len(x), np.nan)
     for i in range(len(x)):
-        value, station, _ = best_place(x[i], stations, peaks, reach, out, 0)
+        value, station, _ = best_position(x[i], stations, peaks, reach, out, 0)
         if station >= 0:
             out[i] = value
     return out
@@ -112,8 +112,9 @@ def clear_of(y, found, count):
 
 
 @njit(cache=True)
-def best_place(at, stations, peaks, reach, found, count):
-    """Station and peak of the highest place clear of those already found: (height, station, peak), station -1: none."""
+def best_position(at, stations, peaks, reach, found, count):
+    """Station and peak of the highest position clear of those already found: (height, station, peak), station -1:
+    none."""
     best, station, peak = -np.inf, -1, -1
     first, last = station_range(at, stations, reach)
     for s in range(first, last):
@@ -128,21 +129,21 @@ def best_place(at, stations, peaks, reach, found, count):
 
 @njit(cache=True)
 def refine_all(x, stations, peaks, reach, spacing, radius, datum, profile, nose, c, loft):
-    """Refined height (n,) and point (n, 3): the best of all places that the first search cannot tell apart."""
+    """Refined height (n,) and point (n, 3): the best of all positions that the first search cannot tell apart."""
     height, point = np.full(len(x), np.nan), np.full((len(x), 3), np.nan)
     step = stations[1] - stations[0]
     found = np.empty(PEAKS)
     for i in range(len(x)):
         top = -np.inf
         for count in range(PEAKS):
-            value, s, k = best_place(x[i], stations, peaks, reach, found, count)
+            value, s, k = best_position(x[i], stations, peaks, reach, found, count)
             if s < 0 or value < top - DOUBT * spacing * spacing:
                 break
             top = max(top, value)
             found[count] = peaks[s, k, 0]
             guess = stations[s] - x[i], peaks[s, k, 0]
             z, ahead, y = climb(x[i], guess, reach, step, spacing, radius, datum, profile, nose, c, loft)
-            # a place at the rim is not where they meet
+            # a position at the rim is not where they meet
             if abs(ahead) < reach and (np.isnan(height[i]) or z > height[i]):
                 height[i] = z
                 point[i, 0], point[i, 1] = x[i] + ahead, y
@@ -152,7 +153,7 @@ def refine_all(x, stations, peaks, reach, spacing, radius, datum, profile, nose,
 
 @njit(cache=True)
 def clearance(at, ahead, y, radius, datum, profile, nose, c, loft):
-    """Axle height less radius at which the wheel touches the surface at this place."""
+    """Axle height less radius at which the wheel touches the surface at this position."""
     z = surface_height(at + ahead, y, nose, c, loft)
     if z < 0.5 * NO_METAL:
         return -np.inf
@@ -164,32 +165,32 @@ def clearance(at, ahead, y, radius, datum, profile, nose, c, loft):
 
 @njit(cache=True)
 def along_wheel(at, y, low, high, radius, datum, profile, nose, c, loft):
-    """Highest place along x at this y by golden section between low and high: (height, ahead).
+    """Highest position along x at this y by golden section between low and high: (height, ahead).
 
     One call of `clearance` serves all evaluations: every further one would be compiled in again.
     """
     a, b = low, high
     p, q = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
     fp, fq = -np.inf, -np.inf
-    place, count = p, 0
+    position, count = p, 0
     while b - a > CLOSE:
-        value = clearance(at, place, y, radius, datum, profile, nose, c, loft)
-        if place == p:
+        value = clearance(at, position, y, radius, datum, profile, nose, c, loft)
+        if position == p:
             fp = value
         else:
             fq = value
         count += 1
         if count == 1:
-            place = q
+            position = q
         elif fp >= fq:
             b, q, fq = q, p, fp
             p = b - GOLDEN * (b - a)
-            place = p
+            position = p
         else:
             a, p, fp = p, q, fq
             q = a + GOLDEN * (b - a)
-            place = q
-    return (fq, q) if place == p else (fp, p)  # the better of the last two: the other was about to be replaced
+            position = q
+    return (fq, q) if position == p else (fp, p)  # the better of the last two: the other was about to be replaced
 
 
 @njit(cache=True)
@@ -200,7 +201,7 @@ def climb(at, guess, reach, step, spacing, radius, datum, profile, nose, c, loft
     while abs(ahead) < reach:
         new, new_ahead, new_y = refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft)
         inside = abs(new_ahead - ahead) < 1.9 * step and abs(new_y - y) < 1.9 * spacing
-        higher = new > z + 1e-12  # along a line contact the place may wander without end
+        higher = new > z + 1e-12  # along a line contact the position may wander without end
         z, ahead, y = max(new, z), new_ahead, new_y
         if inside or not higher:
             break
@@ -209,7 +210,7 @@ def climb(at, guess, reach, step, spacing, radius, datum, profile, nose, c, loft
 
 @njit(cache=True)
 def refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft):
-    """Highest place near a first guess: golden section over y of the highest place along x. (height, ahead, y).
+    """Highest position near a first guess: golden section over y of the highest position along x. (height, ahead, y).
 
     Needs no derivatives, so that edges and kinks of either surface are found as they are; the ends of the window are
     looked at too, as a wheel may stand on its rim.
@@ -218,30 +219,32 @@ def refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft):
     p, q = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
     fp, fq = -np.inf, -np.inf
     best, best_ahead, best_y = -np.inf, ahead, y
-    place, count = a, 0
+    position, count = a, 0
     while b - a > CLOSE:
-        value, along = along_wheel(at, place, ahead - 2 * step, ahead + 2 * step, radius, datum, profile, nose, c, loft)
+        value, along = along_wheel(
+            at, position, ahead - 2 * step, ahead + 2 * step, radius, datum, profile, nose, c, loft
+        )
         if value > best:
-            best, best_ahead, best_y = value, along, place
+            best, best_ahead, best_y = value, along, position
         count += 1
         if count == 1:
-            place = b
+            position = b
             continue
         if count == 2:
-            place = p
+            position = p
             continue
-        if place == p:
+        if position == p:
             fp = value
         else:
             fq = value
         if count == 3:
-            place = q
+            position = q
         elif fp >= fq:
             b, q, fq = q, p, fp
             p = b - GOLDEN * (b - a)
-            place = p
+            position = p
         else:
             a, p, fp = p, q, fq
             q = a + GOLDEN * (b - a)
-            place = q
+            position = q
     return best, best_ahead, best_y

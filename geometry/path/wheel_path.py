@@ -1,6 +1,6 @@
 """Path of a rigid wheel over a crossing: axle height, contact points on wing and nose, transfer. Axes: geometry.axes.
 
-The wheel is a body of revolution that rolls straight on at a fixed lateral place. Its axle stands as high as the
+The wheel is a body of revolution that rolls straight on at a fixed lateral position. Its axle stands as high as the
 highest of all points where it would touch: H(x) = max over (x', y) of z_rail(x', y) + sqrt(r(y)^2 - (x' - x)^2), so
 that contact ahead of or behind the axle is found as it is. Facing and trailing differ in the direction of travel only.
 """
@@ -23,7 +23,7 @@ class WheelPath:
     """What a rigid wheel does over a crossing; arrays over the n axle positions x [m].
 
     height : (n,)  axle height relative to plain line [m]
-    slope : (n,)  d height / dx, exact (from the contact point's place ahead of the axle) [1]
+    slope : (n,)  d height / dx, exact (from the contact point's position ahead of the axle) [1]
     wing_point, nose_point : (n, 3)  nearest point of wing and nose, where they touch or would touch first [m]
     wing_gap, nose_gap : (n,)  height by which that body is clear of the wheel [m]; 0 where it carries; NaN: out of
         reach
@@ -97,7 +97,7 @@ def wheel_path(
         nose_point=nose_point,
         wing_gap=best - wing_height,
         nose_gap=best - nose_height,
-        transfers=transfer_places(x, wing, nose, wing_height, nose_height),
+        transfers=transfer_positions(x, wing, nose, wing_height, nose_height),
         radius=radius,
         wheel=wheel.label,
     )
@@ -108,12 +108,12 @@ def rolling_radius(wheel: Profile, radius: float, y: np.ndarray) -> np.ndarray:
     return radius - wheel.height(y)
 
 
-def transfer_places(
+def transfer_positions(
     x: np.ndarray, wing: BodySearch, nose: BodySearch, wing_height: np.ndarray, nose_height: np.ndarray
 ) -> np.ndarray:
     """x (k,) where wing and nose carry at once: sign changes of their difference, closed in by bisection to 1e-7 m."""
     difference = wing_height - nose_height
-    places = []
+    positions = []
     for i in np.flatnonzero(np.diff(np.sign(difference)) != 0):
         low, high, sign = x[i], x[i + 1], np.sign(difference[i])
         if not np.isfinite(difference[i] + difference[i + 1]):
@@ -122,8 +122,8 @@ def transfer_places(
             middle = np.array([(low + high) / 2])
             gap = wing.contacts(middle)[0][0] - nose.contacts(middle)[0][0]
             low, high = (middle[0], high) if np.sign(gap) == sign else (low, middle[0])
-        places.append((low + high) / 2)
-    return np.array(sorted(places))
+        positions.append((low + high) / 2)
+    return np.array(sorted(positions))
 
 
 def check_height(x: np.ndarray, height: np.ndarray, lateral_shift: float) -> None:

@@ -43,8 +43,11 @@ def on_datum(points: np.ndarray, out, flange_back: float | None = None, origin_i
     elif measured is not None:
         back, how = measured, "from the flange back as measured"
     else:
-        raise ProfileError(f"the flange back is not measured: the line begins on the flange, at y = {1e3 * y[0]:.3f} mm, {1e3 * (np.median(z) - z[0]):.1f} mm beyond the "
-                           "tread, where it is not vertical: give flange_back, its y in the file (0 in many files)")  # fmt: skip
+        raise ProfileError(
+            f"the flange back is not measured: the line begins on the flange, at y = {1e3 * y[0]:.3f} mm,"
+            f" {1e3 * (np.median(z) - z[0]):.1f} mm beyond the tread, where it is not vertical: give flange_back, its y"
+            " in the file (0 in many files)"
+        )
     return set_from(points, back, how, out)
 
 
@@ -53,13 +56,13 @@ def on_own_datum(points, tread: float, measured: float | None, out) -> np.ndarra
     out.say("found", f"tread datum at the file's own (0, 0): flange {1e3 * -points[:, 1].min():.2f} mm high")
     if abs(tread) > OFF_DATUM:
         out.say(
-            "doubt",
+            "warning",
             f"the tread passes {1e3 * tread:+.2f} mm off the file's datum: the wheel's radius is then taken at the"
             " datum, not on the tread",
         )
     if measured is not None and abs(measured + BACK_TO_DATUM) > OFF_DATUM:
         out.say(
-            "doubt",
+            "warning",
             f"the flange back is measured at y = {1e3 * measured:.2f} mm, the file's datum puts it at -70 mm: give"
             " flange_back if the measured one counts",
         )
@@ -96,11 +99,13 @@ def set_from(points, back: float, how: str, out) -> np.ndarray:
     z_shift = -np.interp(0.0, moved[top:, 0], moved[top:, 1])
     height = -(moved[:, 1].min() + z_shift)
     if not FLANGE[0] < height < FLANGE[1]:
-        raise ProfileError(f"the flange stands {1e3 * height:.4g} mm over the tread 70 mm from its back; one is {1e3 * FLANGE[0]:g} to "
-                           f"{1e3 * FLANGE[1]:g} mm: is the whole flange measured, and is it a wheel?")  # fmt: skip
+        raise ProfileError(
+            f"the flange stands {1e3 * height:.4g} mm over the tread 70 mm from its back; one is {1e3 * FLANGE[0]:g} to"
+            f" {1e3 * FLANGE[1]:g} mm: is the whole flange measured, and is it a wheel?"
+        )
     y_shift = -BACK_TO_DATUM - back
     out.say(
-        "mended",
+        "repaired",
         f"set on the tread datum 70 mm {how}: shifted by {1e3 * y_shift:.3f}, {1e3 * z_shift:.3f} mm; flange"
         f" {1e3 * height:.2f} mm high",
     )
@@ -120,7 +125,7 @@ def on_crown(
     crown = fitted_crown(points) if scatter else float(points[:, 1].max())
     if not isinstance(origin, str):
         out.say(
-            "mended",
+            "repaired",
             f"moved by {-1e3 * origin[0]:.3f}, {-1e3 * origin[1]:.3f} mm, as told; crown at z ="
             f" {1e3 * (crown - origin[1]):.3f} mm",
         )
@@ -130,11 +135,11 @@ def on_crown(
     if origin == "file" or placed:
         why = "as told" if origin == "file" else "a section among others"
         out.say(
-            "doubt" if origin == "file" else "found",
+            "warning" if origin == "file" else "found",
             f"crown at z = {1e3 * crown:.3f} mm by the file's own zero, kept ({why})",
         )
         return points
-    out.say("mended", f"crown set to z = 0: moved by {-1e3 * crown:.3f} mm in height")
+    out.say("repaired", f"crown set to z = 0: moved by {-1e3 * crown:.3f} mm in height")
     return points - [0.0, crown]
 
 

@@ -1,4 +1,4 @@
-"""Profile doctor: judge a raw profile, mend what can be mended and say so, refuse the rest with file, line and
+"""Profile doctor: examine a raw profile, repair what can be repaired and say so, refuse the rest with file, line and
 reason."""
 
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from geometry.profiles.datum import on_crown, on_datum
-from geometry.profiles.faults import (
+from geometry.profiles.defects import (
     first_crossing,
     gaps,
     kinks,
@@ -27,14 +27,14 @@ NOISE = 5e-6  # scatter that is smoothed [m]; finer is the print of a standard
 PRINTED = 1e-8  # scatter below which numbers are printed finely enough for any spacing [m]
 DENSE = 1e-3, 0.05e-3  # points nearer than noise / first [m], but at most second [m], show their noise and no tangent
 WIDEST_GAP = 25e-3
-MOST_TAKEN_OUT = 0.05  # share of points that mending may take out
+MOST_TAKEN_OUT = 0.05  # share of points that repairing may take out
 LEANING = 0.1e-3  # of a face over its own foot that is worth saying [m]
 ORIGIN_IS_BACK = ("MiniProf",)  # formats that measure a wheel from its flange back
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """One thing said about a profile. weight: "found", "mended" or "doubt"."""
+    """One thing said about a profile. weight: "found", "repaired" or "warning"."""
 
     weight: str
     text: str
@@ -42,10 +42,10 @@ class Finding:
 
 @dataclass(eq=False)
 class Diagnosis:
-    """What the doctor found and the profile after mending.
+    """What the doctor found and the profile after repairing.
 
     profile : Profile  in geometry.axes [m];  raw_points : (n, 2) as read, in metres and in the same axes, before
-        mending
+        repairing
     kind, unit_name, noise [m] : what it is
     """
 
@@ -74,13 +74,13 @@ def examine(
     flange_back: float | None = None,
     origin: str | tuple[float, float] = "crown",
 ) -> Diagnosis:
-    """Diagnose and mend; the result's profile lies in geometry.axes: a wheel with its datum at (0, 0), a rail with its
-    crown at z = 0.
+    """Diagnose and repair; the result's profile lies in geometry.axes: a wheel with its datum at (0, 0), a rail with
+    its crown at z = 0.
 
     smooth : take out scatter above 5 um (kinks stay)
     smoothing : the scatter to take out [m], whatever the points show; None: what they show
-    mirror : of a rail, exchange its sides (True) or keep them (False); None: kept, with a doubt where its shape speaks
-        against it
+    mirror : of a rail, exchange its sides (True) or keep them (False); None: kept, with a warning where its shape
+        speaks against it
     flange_back : of a wheel, y of its flange back in the file [m]; None: see geometry.profiles.datum
     origin : of a rail, what becomes (0, 0): "crown" in height only, "file" its own zero, or (y, z) in the file [m]
 
@@ -90,23 +90,23 @@ def examine(
     """
     kind = raw.kind or guess_kind(raw)
     refuse_options(raw, kind, smoothing, mirror, flange_back, origin)
-    unit, name, remark, doubt = find_unit(raw, kind)
+    unit, name, remark, warning = find_unit(raw, kind)
     points, lines = raw.points.astype(float) * unit, raw.lines
     out = Diagnosis(kind, name, points)
     out.say("found", f"{len(points)} points as {raw.layout}, taken as a {kind} in {name}{remark}")
     if raw.kind is None:
-        out.say("doubt", f"rail or wheel is not said: taken as a {kind} by its shape; name the kind if that is wrong")
-    if doubt:
-        out.say("doubt", doubt)
+        out.say("warning", f"rail or wheel is not said: taken as a {kind} by its shape; name the kind if that is wrong")
+    if warning:
+        out.say("warning", warning)
     for note in raw.notes:
         out.say("found", note)
     points, lines = without_repeats(points, lines, out)
     points, lines, turned = upright(points, lines, raw, kind, mirror, out)
-    points, lines = untangled(points, lines, raw, out)
+    points, lines = without_loops(points, lines, raw, out)
     refuse_loops(points, lines, raw)
-    judge_gaps(points, lines, raw, out)
+    examine_gaps(points, lines, raw, out)
     points, lines = without_spikes(*without_crowd(points, lines, out), out)
-    points, corners = quietened(points, smooth, smoothing, out)
+    points, corners = smooth_points(points, smooth, smoothing, out)
     try:
         if kind == "wheel":
             points = on_datum(
@@ -122,7 +122,7 @@ def examine(
             )
     except ProfileError as error:
         raise ProfileError(f"{raw.path}: {error}") from None
-    judge_walls(points, kind, out)
+    examine_walls(points, kind, out)
     out.profile = with_corners(points, corners, raw.path.name)
     return out
 
@@ -166,12 +166,12 @@ def with_corners(points: np.ndarray, corners: np.ndarray, name: str) -> Profile:
 def without_repeats(points, lines, out):
     same = repeated(points)
     if same.any():
-        out.say("mended", f"{same.sum()} repeated point(s) taken out, the first on line {lines[np.argmax(same)]}")
+        out.say("repaired", f"{same.sum()} repeated point(s) taken out, the first on line {lines[np.argmax(same)]}")
     points, lines = points[~same], lines[~same]
     if len(points) < 3:
         raise ProfileError(f"{len(points)} different point(s) left; a profile needs at least 3")
     if len(points) < 30:
-        out.say("doubt", f"only {len(points)} points: curvature, and with it pressure, is a guess")
+        out.say("warning", f"only {len(points)} points: curvature, and with it pressure, is a guess")
     return points, lines
 
 
@@ -184,7 +184,7 @@ def upright(points, lines, raw, kind, mirror, out):
         out.say("found", f"vertical axis points down {'by its format' if raw.up == up else 'by its shape'}: turned up")
     if side < 0:
         out.say(
-            "mended",
+            "repaired",
             (
                 "mirrored: the flange lay on the side of +y"
                 if kind == "wheel"
@@ -193,24 +193,26 @@ def upright(points, lines, raw, kind, mirror, out):
         )
     if points[0, 0] > points[-1, 0]:
         points, lines = points[::-1], lines[::-1]
-        out.say("mended" if raw.layout != "Simpack" else "found", "order reversed: it ran from the field side")
+        out.say("repaired" if raw.layout != "Simpack" else "found", "order reversed: it ran from the field side")
     if kind == "rail" and mirror is None and not raw.placed:
-        judge_gauge_side(points, out)
+        examine_gauge_side(points, out)
     return points.copy(), lines.copy(), np.array([side, up])
 
 
 def wheel_turn(points, raw, out) -> tuple[int, int]:
-    """(up, side) of a wheel: by its shape; where its format declares another axis, with a doubt."""
+    """(up, side) of a wheel: by its shape; where its format declares another axis, with a warning."""
     poses = wheel_poses(points)
     declared = [pose for pose in poses if raw.up in (None, pose[0])]
     if not poses:
-        raise ProfileError(f"{raw.path}: no flange found: nothing at either end stands 20 to 45 mm over a tread and is 8 to 45 mm thick 10 mm beyond it: "
-                           "is the whole flange measured, is the unit right, and is it a wheel?")  # fmt: skip
+        raise ProfileError(
+            f"{raw.path}: no flange found: nothing at either end stands 20 to 45 mm over a tread and is 8 to 45 mm"
+            " thick 10 mm beyond it: is the whole flange measured, is the unit right, and is it a wheel?"
+        )
     if len(declared or poses) > 1:
         raise ProfileError(f"{raw.path}: both ends look like a flange: cut the line behind the rim")
     if not declared:
         out.say(
-            "doubt",
+            "warning",
             f"by its format the vertical axis points {'up' if raw.up > 0 else 'down'}, by its flange the other way:"
             " taken by its flange",
         )
@@ -224,7 +226,7 @@ def rail_turn(points, raw, out) -> int:
         return shape
     if certain and shape != raw.up and not raw.placed:
         out.say(
-            "doubt",
+            "warning",
             f"by its format the vertical axis points {'up' if raw.up > 0 else 'down'}, by its head the other way: taken"
             " by its head",
         )
@@ -232,26 +234,32 @@ def rail_turn(points, raw, out) -> int:
     return raw.up
 
 
-def judge_gauge_side(points, out):
+def examine_gauge_side(points, out):
     """The gauge side of a measured rail reaches lower; where neither does the file's own side is kept."""
     left, right = points[0, 1], points[-1, 1]
     if abs(left - right) < 2e-3:
-        out.say("doubt", "gauge side not to be told (both sides reach equally low): taken at -y; option mirror says it")
+        out.say(
+            "warning", "gauge side not to be told (both sides reach equally low): taken at -y; option mirror says it"
+        )
     elif left > right:
-        out.say("doubt", "the side of +y reaches lower, as gauge sides do: if gauge lies there, use the option mirror")
+        out.say(
+            "warning", "the side of +y reaches lower, as gauge sides do: if gauge lies there, use the option mirror"
+        )
 
 
-def untangled(points, lines, raw, out):
+def without_loops(points, lines, raw, out):
     before = reversals(points)
     if len(before) == 0:
         return points, lines
     keep = without_zigzag(points, int(max(3, MOST_TAKEN_OUT * len(points))))
     if len(reversals(points[keep])):
         at = lines[before[0]]
-        raise ProfileError(f"{raw.path}: line {at}: the line turns back on itself here and at {len(before) - 1} more place(s); "
-                           "more than 5 % of its points would have to go: measure again, or smooth it first")  # fmt: skip
+        raise ProfileError(
+            f"{raw.path}: line {at}: the line turns back on itself here and at {len(before) - 1} more place(s); "
+            "more than 5 % of its points would have to go: measure again, or smooth it first"
+        )
     out.say(
-        "mended",
+        "repaired",
         f"zig-zag: {len(points) - len(keep)} point(s) that turned back taken out, the first on line {lines[before[0]]}",
     )
     return points[keep], lines[keep]
@@ -261,17 +269,19 @@ def refuse_loops(points, lines, raw):
     i, j = first_crossing(points)
     if i >= 0:
         y, z = 1e3 * points[i]
-        raise ProfileError(f"{raw.path}: line {lines[i]}: the profile crosses itself with line {lines[j]} near y={y:.2f} z={z:.2f} mm: a loop; "
-                           "take out the points between")  # fmt: skip
+        raise ProfileError(
+            f"{raw.path}: line {lines[i]}: the profile crosses itself with line {lines[j]} near y={y:.2f} z={z:.2f} mm:"
+            " a loop; take out the points between"
+        )
 
 
-def judge_gaps(points, lines, raw, out):
+def examine_gaps(points, lines, raw, out):
     for i in gaps(points):
         size = np.hypot(*(points[i + 1] - points[i]))
         text = f"gap of {1e3 * size:.1f} mm between lines {lines[i]} and {lines[i + 1]} (y={1e3 * points[i, 0]:.1f} mm)"
         if size > WIDEST_GAP:
             raise ProfileError(f"{raw.path}: {text}: wider than {1e3 * WIDEST_GAP:g} mm, too wide to bridge")
-        out.say("doubt", f"{text}: bridged by the curve through its ends")
+        out.say("warning", f"{text}: bridged by the curve through its ends")
 
 
 def without_crowd(points, lines, out):
@@ -282,8 +292,12 @@ def without_crowd(points, lines, out):
         return points, lines
     keep = thinned(points, kinks(points, noise), min(noise / DENSE[0], DENSE[1]))
     if len(keep) < len(points):
-        out.say("mended", f"{len(points) - len(keep)} point(s) left out that lie nearer to their neighbour than {1e3 * min(noise / DENSE[0], DENSE[1]):.2g} mm: "
-                f"with {1e6 * noise:.2g} um of scatter they show no tangent")  # fmt: skip
+        out.say(
+            "repaired",
+            f"{len(points) - len(keep)} point(s) left out that lie nearer to their neighbour than"
+            f" {1e3 * min(noise / DENSE[0], DENSE[1]):.2g} mm: with {1e6 * noise:.2g} um of scatter they show no"
+            " tangent",
+        )
     return points[keep], lines[keep]
 
 
@@ -299,7 +313,7 @@ def without_spikes(points, lines, out):
         far = np.hypot(*(quiet - points).T)
         first = int(np.argmax(far))
         out.say(
-            "mended",
+            "repaired",
             f"{len(found)} point(s) stood out of the line by up to {1e6 * far.max():.2g} um (line {lines[first]}, y ="
             f" {1e3 * points[first, 0]:.1f} mm): put back in line",
         )
@@ -307,7 +321,7 @@ def without_spikes(points, lines, out):
     return points, lines
 
 
-def quietened(points, smooth, smoothing, out):
+def smooth_points(points, smooth, smoothing, out):
     out.noise = noise_level(points)
     corners = kinks(points, out.noise)
     if len(corners):
@@ -315,7 +329,7 @@ def quietened(points, smooth, smoothing, out):
         out.say("found", f"{len(corners)} kink(s), kept: y = {where}{' ...' if len(corners) > 5 else ''} mm")
     if not smooth or smoothing is None and out.noise <= NOISE:
         out.say(
-            "doubt" if out.noise > NOISE else "found",
+            "warning" if out.noise > NOISE else "found",
             f"scatter {1e6 * out.noise:.2g} um: " + ("left as it is" if out.noise > NOISE else "not smoothed"),
         )
         return points, corners
@@ -330,14 +344,14 @@ def quietened(points, smooth, smoothing, out):
     moved = np.hypot(*(quiet - points).T)
     rms = np.sqrt(np.mean(moved**2))
     out.say(
-        "mended",
+        "repaired",
         f"scatter {1e6 * out.noise:.2g} um {amount}: points moved by {1e6 * moved.max():.2g} um at most,"
         f" {1e6 * rms:.2g} um rms",
     )
     return quiet, all_corners
 
 
-def judge_walls(points, kind, out):
+def examine_walls(points, kind, out):
     angle = np.degrees(np.arctan2(*np.diff(points, axis=0).T[::-1]))
     over = np.abs(angle) > 90.0
     wall = np.abs(np.abs(angle) - 90.0) < 2.0
@@ -348,7 +362,7 @@ def judge_walls(points, kind, out):
     lean, depth = overhang(points)
     if kind == "rail" and lean > LEANING:
         out.say(
-            "doubt",
+            "warning",
             f"the gauge face leans over by {1e3 * lean:.2f} mm, {1e3 * depth:.1f} mm below the crown: a wheel that"
             " comes from above cannot reach what lies beneath",
         )

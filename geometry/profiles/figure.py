@@ -1,4 +1,4 @@
-"""Picture of a diagnosed profile: as read and as mended, its tangent and its curvature along the line."""
+"""Picture of a diagnosed profile: as read and as repaired, its tangent and its curvature along the line."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ MM = 1e-3
 
 
 def draw_diagnosis(found: Diagnosis, path: Path) -> Path:
-    """Draw the profile [mm], how far mending moved it, and its curvature; findings beneath. Returns the file."""
+    """Draw the profile [mm], how far repairing moved it, and its curvature; findings beneath. Returns the file."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -41,7 +41,8 @@ def draw_diagnosis(found: Diagnosis, path: Path) -> Path:
 
 
 def best_match(found: Diagnosis) -> np.ndarray:
-    """The points as read [m], mirrored and shifted onto the mended profile, so that only what mending changed shows."""
+    """The points as read [m], mirrored and shifted onto the repaired profile, so that only what repairing changed
+    shows."""
     raw, used = found.raw_points, found.profile.points
     options = [raw * [a, b] for a in (1, -1) for b in (1, -1)]
     moved = [p + (used.max(axis=0) + used.min(axis=0)) / 2 - (p.max(axis=0) + p.min(axis=0)) / 2 for p in options]

@@ -1,5 +1,5 @@
 """What a line of points is by its shape: its unit, rail or wheel, which way up, at which end its flange. Nothing is
-mended here."""
+repaired here."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ STRAIGHT, TURNED = np.radians(30.0), np.radians(60.0)
 
 
 def find_unit(raw: RawProfile, kind: str) -> tuple[float, str, str, str]:
-    """Length of the unit [m], its name, a remark, a doubt. What the caller told holds; what the file declares, unless
+    """Length of the unit [m], its name, a remark, a warning. What the caller told holds; what the file declares, unless
     another unit fits better.
 
     Where neither says, the one unit that makes the width fit. Raises ProfileError where there is none, or the file's

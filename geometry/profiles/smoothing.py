@@ -3,7 +3,7 @@ Pure kernels."""
 
 import numpy as np
 
-from geometry.profiles.faults import SHARP, turns
+from geometry.profiles.defects import SHARP, turns
 
 FARTHEST = 4.0  # times the noise: a point that a smoothing spline would move farther is a corner that it cannot follow
 
@@ -42,7 +42,7 @@ def corner_turns(points: np.ndarray, noise: float) -> np.ndarray:
 
 
 def from_neighbours(points: np.ndarray, k: int) -> np.ndarray:
-    """(2,)  the place of point k on the cubic through two neighbours on either side; at the rims as many as there
+    """(2,)  the position of point k on the cubic through two neighbours on either side; at the rims as many as there
     are."""
     near = np.array([i for i in (k - 2, k - 1, k + 1, k + 2) if 0 <= i < len(points)])
     s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points[near[0] : near[-1] + 1], axis=0).T))])

@@ -34,7 +34,7 @@ S1002_ROOT = (
 def wheel_profile(name: str, outer_slope: float = 0.067) -> Profile:
     """The wheel profile of this name, from flange back to field side.
 
-    name : "P8" (or "EPS"), "P8-worn", "P8-hollow", "P1" or "S1002"; all but P8 and S1002 are stand-ins and say so in
+    name : "P8" (or "EPS"), "P8-worn", "P8-hollow", "P1" or "S1002"; all but P8 and S1002 are surrogates and say so in
         their label
     outer_slope : slope of the far tread of the P8 family beyond y = 29 mm, 0.05 to 0.15 [1]
 
@@ -64,7 +64,7 @@ def _build(name: str, outer_slope: float) -> Profile:
 
 
 def eps_p8(outer_slope: float = 0.067) -> Profile:
-    """EN 13715 EPS, h 30, e 28.5, width 135 mm: the stand-in for P8."""
+    """EN 13715 EPS, h 30, e 28.5, width 135 mm: the surrogate for P8."""
     pieces = [
         *flange(
             flange_height=30, root_start=(-42.427, 12.000), face_start=(-44.530, 17.779), tip_end=(-51.758, 27.568)
@@ -124,7 +124,7 @@ def worn(new: Profile, depth: float, width: float, label: str, centre: float = -
     before, after = np.where(keep, new.angle_before, before), np.where(keep, new.angle_after, after)
     curvature = np.where(loss > 0, np.nan, new.curvature)
     source = (
-        f"SYNTHETIC stand-in, not a measurement: {new.provenance}, less {depth / MM:g} mm * exp(-|(y + 2 mm) /"
+        f"SYNTHETIC surrogate, not a measurement: {new.provenance}, less {depth / MM:g} mm * exp(-|(y + 2 mm) /"
         f" {width / MM:g} mm|^4)"
     )
     return Profile(np.column_stack([y, z + loss]), before, after, curvature, label, source)

@@ -51,7 +51,7 @@ DENSE = 300  # points by which a segment's length is measured
 
 
 class CrossingError(ValueError):
-    """A crossing, or a place on it, that does not exist: says what, where, how large."""
+    """A crossing, or a position on it, that does not exist: says what, where, how large."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class CastCrossing:
     leg_lowering, leg_fade : depth by which the running surface is cut down at the end of that change, and the length
         over which it regains its height
     wing_raise : height that the wing gains from the knuckle to the theoretical intersection, and keeps
-    wing_flare, flare_start : further opening of the flangeway [rad] behind a place x
+    wing_flare, flare_start : further opening of the flangeway [rad] behind a position x
     nose_lowering : of the whole topping line;  nose_widening : of the nose, half on each side
     gauge_widening : the nose's through-route face stands back from the gauge line by so much
 
@@ -282,7 +282,7 @@ def crossing_shape(crossing: CastCrossing) -> CrossingShape:
     """Numbers of the surface: benchmark fits [mm, 1:9.25], stretched along x by the ratio.
 
     The taper angle is 2 atan(1 / 2N): at 1:9.25 the benchmark's gauge lines part by 0.108425 = tan of it.
-    The machined leg end keeps its length; its place follows the published 1:10.75 proposal (end at -654 mm).
+    The machined leg end keeps its length; its position follows the published 1:10.75 proposal (end at -654 mm).
     """
     stretch = crossing.stretch
     angle = 2 * np.arctan(1 / (2 * crossing.ratio))

@@ -1,20 +1,20 @@
 """Height of a lofted rail body with its derivatives, and where a wheel's circle comes nearest to it along x.
 
 A circle of the wheel (station s, geometry.contact.wheel_outline) and a surface z(x, y) are nearest to each other, at
-fixed y, where both have the same slope p = dz/dx. With p given the place on the circle is closed:
+fixed y, where both have the same slope p = dz/dx. With p given the position on the circle is closed:
 
     C sin(theta - theta0) = -r' b,  b = cos(roll) sin(yaw) - p sin(roll),  q = sin(roll) sin(yaw) + p cos(roll),  C^2 =
     cos^2 yaw + q^2, tan theta0 = q / cos(yaw),
 
-so that p is all there is to find: p = dz/dx at the place that p leads to. For p = 0 this is the outline on a prismatic
-rail.
+so that p is all there is to find: p = dz/dx at the position that p leads to. For p = 0 this is the outline on a
+prismatic rail.
 
-track : (x (S,), nodes (N, 8), body (4,), memory (MEMORY,), place (2,), ridges (1 + 2 windows, stations)), see
+track : (x (S,), nodes (N, 8), body (4,), memory (MEMORY,), position (2,), ridges (1 + 2 windows, stations)), see
     geometry.surfaces.lofted_rail
 body : first section, number of sections, nodes of each, first node
 memory : slope p, section and node of the last evaluation, row of `ridges` (0: none), -1 or 1 below or above that ridge,
     station of the branch, body
-place : x of the axle's middle [m], number of branches
+position : x of the axle's middle [m], number of branches
 ridges : stations; for each branch, p at which the gap along x is highest between it and its neighbour; for each, where
     that ridge ends
 """
@@ -26,7 +26,7 @@ from kernel_cache import njit
 MEMORY = 8
 WIDEST = 0.25  # largest slope dz/dx of a surface at a contact
 NO_METAL = -1.0  # height where there is no body [m]
-CLOSE = 1e-12  # of the slope p: moves the place by radius times that [m]
+CLOSE = 1e-12  # of the slope p: moves the position by radius times that [m]
 
 
 @njit(cache=True, error_model="numpy")
@@ -106,9 +106,9 @@ def loft_at(x, y, track):
 
 @njit(cache=True, error_model="numpy")
 def circle_place(p, s, tread, slope, pose):
-    """Place on the circle at station s where the wheel has the slope dz/dx = p: (there is one, x, y, z, n_y, n_z, sin,
-    cos, C cos(theta - theta0), b)."""
-    place, sy, cy, sr, cr, lever, arm, datum_radius = pose
+    """Position on the circle at station s where the wheel has the slope dz/dx = p: (there is one, x, y, z, n_y, n_z,
+    sin, cos, C cos(theta - theta0), b)."""
+    position, sy, cy, sr, cr, lever, arm, datum_radius = pose
     radius, tilt, along = datum_radius - tread, -slope, arm + s
     q, b = sr * sy + p * cr, cr * sy - p * sr
     size = np.sqrt(cy * cy + q * q)
@@ -119,15 +119,15 @@ def circle_place(p, s, tread, slope, pose):
     sine, cosine = (part * cy + rest * q) / size, (rest * cy - part * q) / size
     mx, my, mz = sine * cy - cosine * sr * sy, sine * sy + cosine * sr * cy, -cosine * cr
     x = -along * cr * sy + radius * mx + lever * sr * sy
-    y = place + along * cr * cy + radius * my - lever * sr * cy
+    y = position + along * cr * cy + radius * my - lever * sr * cy
     z = along * sr + radius * mz + lever * cr
     return True, x, y, z, my - tilt * cr * cy, mz - tilt * sr, sine, cosine, size * rest, b
 
 
 @njit(cache=True, error_model="numpy")
 def meet_loft(s, tread, slope, bend, track, pose):
-    """As geometry.contact.rail_kinds.meet, on a lofted body: Newton on p, kept between a place where the gap falls with
-    p and one where it rises.
+    """As geometry.contact.rail_kinds.meet, on a lofted body: Newton on p, kept between a position where the gap falls
+    with p and one where it rises.
 
     On an edge that runs across, dz/dx jumps past p: there the surface's slope is that mean of both sides' with dz/dx =
     p.
@@ -219,8 +219,8 @@ def nowhere(away):
 
 @njit(cache=True, error_model="numpy")
 def slope_excess(p, s, tread, slope, track, pose):
-    """p less the surface's slope at the place that p leads to, and whether there is such a place: the gap along x falls
-    where it is negative."""
+    """p less the surface's slope at the position that p leads to, and whether there is such a position: the gap along x
+    falls where it is negative."""
     there, x, y, _, _, nz, _, _, _, _ = circle_place(p, s, tread, slope, pose)
     if not there or nz > -1e-3:
         return 0.0, False

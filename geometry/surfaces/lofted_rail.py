@@ -2,8 +2,8 @@
 rails. Axes: geometry.axes.
 
 Sections of one body have the same number of nodes and the same feature at the same node. Between sections every node's
-place, height and slopes follow a cubic spline in x (continuous curvature); between nodes the height is a cubic in y. So
-planes are exact, however they lie, and so are prisms; elsewhere the error is of fourth order in the spacing of the
+position, height and slopes follow a cubic spline in x (continuous curvature); between nodes the height is a cubic in y.
+So planes are exact, however they lie, and so are prisms; elsewhere the error is of fourth order in the spacing of the
 sections and of the nodes.
 """
 
@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
+from geometry.profiles.defects import kinks, noise_level
 from geometry.profiles.doctor import with_corners
-from geometry.profiles.faults import kinks, noise_level
 from geometry.profiles.profile import STEEP, Profile, ProfileError
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.loft_kernel import MEMORY, loft_at
@@ -256,8 +256,8 @@ def _height(section: Profile | np.ndarray, points: np.ndarray, y: np.ndarray) ->
 
 
 def _cast_body(crossing: CastCrossing, body: str, x: np.ndarray, refined: int) -> LoftedBody:
-    """Sections of a parametric crossing with nodes at the places of its own sections, `refined` times as dense, on the
-    exact surface."""
+    """Sections of a parametric crossing with nodes at the positions of its own sections, `refined` times as dense, on
+    the exact surface."""
     section, features = (
         (crossing.wing_section, crossing.wing_features)
         if body == "wing"

@@ -1,7 +1,7 @@
 """A crossing by its own sections, measured or drawn, with all that models ask of a crossing. Axes: geometry.axes.
 
 What CastCrossing gives by closed forms, MeasuredCrossing gives by tables through the sections: heights, sections with
-the same features at the same points for the mesh, places of nose and plain rail.
+the same features at the same points for the mesh, positions of nose and plain rail.
 """
 
 from collections.abc import Callable
@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from geometry.profiles.defects import kinks, noise_level
 from geometry.profiles.doctor import with_corners
-from geometry.profiles.faults import kinks, noise_level
 from geometry.profiles.profile import ProfileError
 from geometry.surfaces.crossing import BODIES, PLAIN_LINE_X, CrossingError, feature_indices
 from geometry.surfaces.crossing_surface import FLOOR, NO_METAL
@@ -22,7 +22,7 @@ from geometry.surfaces.sections import FACE_DEPTH, Body, SectionCrossing
 MM = 1e-3
 BEYOND = 20.0  # by which ends are extended on request [m]
 FEWEST = 4  # sections
-LEAST_END = 0.15  # of the crossing before the first place where an axle may stand [m]
+LEAST_END = 0.15  # of the crossing before the first position where an axle may stand [m]
 SIDE_ERROR, HEIGHT_ERROR = 3 * MM, 3 * MM  # of the first section against the gauge line and rail level
 LARGEST_JUMP, LARGEST_SLOPE = 4 * MM, 0.3  # of a face or a top from section to section, beside what a taper explains
 SEGMENTS = {"face": 16, "corner": 48, "top": 96, "side": 12}
@@ -190,7 +190,7 @@ def _smooth_line(body: Body, label: str) -> tuple[np.ndarray, Callable[[np.ndarr
 
 
 def check_sections(sections: SectionCrossing) -> None:
-    """Refuse sections that cannot be one crossing in the project's axes. Errors: CrossingError with place, size and
+    """Refuse sections that cannot be one crossing in the project's axes. Errors: CrossingError with position, size and
     remedy."""
     x = sections.x
     if len(x) < FEWEST:

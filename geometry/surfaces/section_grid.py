@@ -93,9 +93,9 @@ def grid_height(x, y, grid):
         and u <= grid.high[i] + t * (grid.high[i + 1] - grid.high[i])
     ):
         return NO_METAL
-    place = (u - grid.first) / grid.step
-    j = min(max(int(place), 1), grid.z.shape[1] - 3)
-    r = place - j
+    position = (u - grid.first) / grid.step
+    j = min(max(int(position), 1), grid.z.shape[1] - 3)
+    r = position - j
     z0 = a * grid.z[i, j - 1] + b * grid.z_slope[i, j - 1] + c * grid.z[i + 1, j - 1] + e * grid.z_slope[i + 1, j - 1]
     z1 = a * grid.z[i, j] + b * grid.z_slope[i, j] + c * grid.z[i + 1, j] + e * grid.z_slope[i + 1, j]
     z2 = a * grid.z[i, j + 1] + b * grid.z_slope[i, j + 1] + c * grid.z[i + 1, j + 1] + e * grid.z_slope[i + 1, j + 1]

@@ -2,8 +2,8 @@
 side.
 
 Two sections are matched where their tangents pass the same angles (gauge face, gauge corner, crown, field corner) and
-by length between such places. Points that match move on straight lines. A corner of 12.7 mm radius beside one of 5 mm
-then becomes one of 9 mm, where interpolation at equal y would lay two half corners over each other (zig-zag).
+by length between such positions. Points that match move on straight lines. A corner of 12.7 mm radius beside one of 5
+mm then becomes one of 9 mm, where interpolation at equal y would lay two half corners over each other (zig-zag).
 """
 
 from collections.abc import Sequence
@@ -21,8 +21,8 @@ POINTS = 240  # a feature interval
 
 
 def marks(profile: Profile, angles: np.ndarray = ANGLES) -> np.ndarray:
-    """(len(angles) + 2,)  lengths along the profile of its start, of the first places where the tangent has turned down
-    to each angle, of its end [m].
+    """(len(angles) + 2,)  lengths along the profile of its start, of the first positions where the tangent has turned
+    down to each angle, of its end [m].
 
     The tangent's least value so far is what is looked at, so that a hollow does not count as a feature twice.
     """

@@ -1,7 +1,7 @@
 """A crossing from its own measured or drawn sections, and the rigid wheel's path over it. Axes: geometry.axes.
 
-Between two sections each body (wing, nose) keeps its shape beside its gauge face: the face's place and the heights at
-equal distances from it are linear in x. So a face that runs aslant stays sharp, where interpolation at equal y would
+Between two sections each body (wing, nose) keeps its shape beside its gauge face: the face's position and the heights
+at equal distances from it are linear in x. So a face that runs aslant stays sharp, where interpolation at equal y would
 smear it over its shift between sections.
 """
 
@@ -131,7 +131,7 @@ def section_path(
 ) -> SectionPath:
     """Path of a rigid wheel, not yawed, with its tread datum at y = datum [m], over axle positions x (n,) [m].
 
-    spacing : of the cuts between which contact ahead and behind is looked for;  lateral : of the places across [m]
+    spacing : of the cuts between which contact ahead and behind is looked for;  lateral : of the positions across [m]
     Error: spacing^2 / (8 radius), 1.2 um, and slope times half of `lateral` at edges, on surfaces as interpolated
     between the sections.
     Raises ProfileError where x leaves the sections.
@@ -167,8 +167,8 @@ def section_path(
         best = int(np.argmax(tops[near, :, 0] - rise))
         at[k], which[k] = near[best // 2], best % 2
         height[k] = (tops[near, :, 0] - rise).ravel()[best]
-    place = tops[at, which, 1].astype(int)
-    point = np.column_stack([cuts[at], y[place], tops[at, which, 0] + tread[place]])
+    position = tops[at, which, 1].astype(int)
+    point = np.column_stack([cuts[at], y[position], tops[at, which, 0] + tread[position]])
     return SectionPath(x, height - tops[-1, 0, 0], which == 1, point)
 
 

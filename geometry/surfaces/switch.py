@@ -1,10 +1,10 @@
-"""A switch: a planed tongue that closes to a stock rail. PARAMETRIC, our own shape, not a drawing. Axes: geometry.axes,
-left rails.
+"""A switch: a planed switch rail that closes to a stock rail. PARAMETRIC, our own shape, not a drawing. Axes:
+geometry.axes, left rails.
 
-x runs from the tongue's toe towards the heel (facing). The stock rail lies straight with its own axes at y = 0; the
-tongue's gauge face leaves the stock rail's by width(x) = entry * x + x^2 / (2 R) towards the track. Its top begins
-below the gauge corner of the stock rail and rises with its width. It is planed to fit the stock rail's head, so that
-its back stands at one y.
+x runs from the switch rail's toe towards the heel (facing). The stock rail lies straight with its own axes at y = 0;
+the switch rail's gauge face leaves the stock rail's by width(x) = entry * x + x^2 / (2 R) towards the track. Its top
+begins below the gauge corner of the stock rail and rises with its width. It is planed to fit the stock rail's head, so
+that its back stands at one y.
 """
 
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ from geometry.profiles.profile import Profile, ProfileError, arc, line
 from geometry.profiles.rail import gauge_face, rail_head
 from geometry.surfaces.lofted_rail import LoftedBody, RailSurface
 from geometry.surfaces.section_loft import SectionLoft, matched_body, upper_line
-from geometry.wheelset import RailPlace, Track, check_range
+from geometry.wheelset import RailPosition, Track, check_range
 
 MM = 1e-3
-BACK = -30.5 * MM  # y of the tongue's back
+BACK = -30.5 * MM  # y of the switch rail's back
 FLOOR = -36 * MM
 SPACING = 0.1 * MM
 
@@ -31,8 +31,8 @@ class Switch:
 
     rail : head of the stock rail;  radius : of the turnout's curve;  entry : angle at the toe [rad]
     heights : ((width, height of the top), ...)  growing widths; beyond the last the top keeps its height
-    corner : radius of the tongue's gauge corner where it is wide;  face : lean of its gauge face, dy/dz
-    spacing : of the sections from which the tongue is lofted
+    corner : radius of the switch rail's gauge corner where it is wide;  face : lean of its gauge face, dy/dz
+    spacing : of the sections from which the switch rail is lofted
     """
 
     rail: str = "56E1"
@@ -51,8 +51,17 @@ class Switch:
     spacing: float = 0.25
 
     def __post_init__(self):
-        check_range("switch", (("radius", self.radius, 50, 1e5), ("entry", self.entry, 0, 0.1), ("corner", self.corner, 1e-3, 30e-3), ("face", self.face, 0.01, 0.5),
-                               ("length", self.length, 1.0, 50.0), ("spacing", self.spacing, 0.01, 2.0)))  # fmt: skip
+        check_range(
+            "switch",
+            (
+                ("radius", self.radius, 50, 1e5),
+                ("entry", self.entry, 0, 0.1),
+                ("corner", self.corner, 1e-3, 30e-3),
+                ("face", self.face, 0.01, 0.5),
+                ("length", self.length, 1.0, 50.0),
+                ("spacing", self.spacing, 0.01, 2.0),
+            ),
+        )
         widths, tops = np.array(self.heights).T
         if np.any(np.diff(widths) <= 0) or np.any(np.diff(tops) < 0) or tops.max() > 2 * MM or tops.min() < -25 * MM:
             raise ProfileError(
@@ -70,16 +79,16 @@ class Switch:
         return gauge_face(self.stock.points)
 
     def width(self, x: float) -> float:
-        """Distance of the tongue's gauge face from the stock rail's, 14 mm down [m]."""
+        """Distance of the switch rail's gauge face from the stock rail's, 14 mm down [m]."""
         return self.entry * x + x * x / (2 * self.radius)
 
     def top(self, x: float) -> float:
-        """Height of the tongue's flat top [m]."""
+        """Height of the switch rail's flat top [m]."""
         widths, tops = np.array(self.heights).T
         return float(PchipInterpolator(widths, tops)(np.clip(self.width(x), widths[0], widths[-1])))
 
-    def drawn_tongue(self, x: float) -> Profile:
-        """The tongue's section as drawn: gauge face, corner, flat top, back."""
+    def drawn_switch_rail(self, x: float) -> Profile:
+        """The switch rail's section as drawn: gauge face, corner, flat top, back."""
         top, width = self.top(x), max(self.width(x), 0.05 * MM)
         corner = min(self.corner, 0.5 * (width + BACK - self.gauge_line))
         lean = np.arctan(self.face)
@@ -93,45 +102,47 @@ class Switch:
         back = np.array([max(BACK, crown[0] + 0.2 * MM), top])
         pieces = [line(foot, start, 10 * SPACING), arc(start, crown, -corner, SPACING), line(crown, back, 10 * SPACING),
                   line(back, (back[0] + (top - FLOOR) / 20, FLOOR), 10 * SPACING)]  # fmt: skip
-        return Profile.from_pieces(pieces, f"tongue at {x:g} m", "PARAMETRIC, not a drawing")
+        return Profile.from_pieces(pieces, f"switch rail at {x:g} m", "PARAMETRIC, not a drawing")
 
     @cached_property
     def loft(self) -> SectionLoft:
-        """The tongue from its sections, as it would be from measured ones."""
+        """The switch rail from its sections, as it would be from measured ones."""
         x = np.linspace(0, self.length, int(np.ceil(self.length / self.spacing)) + 1)
-        return SectionLoft(x, tuple(self.drawn_tongue(float(at)) for at in x))
+        return SectionLoft(x, tuple(self.drawn_switch_rail(float(at)) for at in x))
 
-    def tongue(self, x: float) -> Profile:
-        """The tongue's section at x, interpolated between its sections."""
+    def switch_rail(self, x: float) -> Profile:
+        """The switch rail's section at x, interpolated between its sections."""
         return self.loft.section(x)
 
     def section(self, x: float) -> Profile:
-        """What a wheel meets: the higher of stock rail and tongue."""
-        return upper_line(self.stock, self.tongue(x), f"switch at {x:g} m")
+        """What a wheel meets: the higher of stock rail and switch rail."""
+        return upper_line(self.stock, self.switch_rail(x), f"switch at {x:g} m")
 
     def track(self, x: float, gauge: float = 1.435) -> Track:
         """Left rail: the switch; right rail: a plain head. y = 0 is the middle of the turnout's curve: half a gauge
-        from the tongue's gauge line.
+        from the switch rail's gauge line.
 
         So the stock rail moves outwards by width(x), and both rails of the curve stay where they are.
         """
         section = self.section(x)
         own = Track(section, self.stock, gauge=gauge)
         wanted = gauge / 2 - self.gauge_line + self.width(x)
-        return Track(section, self.stock, gauge=gauge, left_place=RailPlace(lateral=wanted - own.gauge_offset("left")))
+        return Track(
+            section, self.stock, gauge=gauge, left_position=RailPosition(lateral=wanted - own.gauge_offset("left"))
+        )
 
     def surfaces(self, spacing: float = 0.05) -> tuple[RailSurface, RailSurface]:
-        """Left rail (stock rail and tongue from 20 mm behind the toe) and right rail (a plain head along the turnout's
-        curve) as surfaces.
+        """Left rail (stock rail and switch rail from 20 mm behind the toe) and right rail (a plain head along the
+        turnout's curve) as surfaces.
 
         In the axes of the straight track, for geometry.contact.lofted_search; `track` gives the same section by section
         in those of the curve.
         """
         x = np.linspace(20 * MM, self.length, int(np.ceil(self.length / spacing)) + 1)
-        tongue = matched_body(x, [self.drawn_tongue(float(at)) for at in x], label="tongue")
+        switch_rail = matched_body(x, [self.drawn_switch_rail(float(at)) for at in x], label="switch rail")
         head = self.stock.graph_part()
         along = np.linspace(-1.0, self.length + 1.0, int((self.length + 2.0) / spacing) + 1)
         plain = LoftedBody.prism(head, tuple(along))
         aside = np.array([self.width(max(at, 0.0)) for at in along])[:, None]
         right = LoftedBody(plain.x, plain.y + aside, plain.z, plain.after, plain.before, "right rail")
-        return RailSurface((LoftedBody.prism(head, (-1.0, self.length + 1.0)), tongue)), RailSurface((right,))
+        return RailSurface((LoftedBody.prism(head, (-1.0, self.length + 1.0)), switch_rail)), RailSurface((right,))

@@ -84,7 +84,7 @@ def _line(found: re.Match) -> int:
 
 
 def _blank(found: re.Match) -> str:
-    """A comment gives nothing, a string its quotes and line ends, so that places stay on their lines."""
+    """A comment gives nothing, a string its quotes and line ends, so that positions stay on their lines."""
     text = found[0]
     if text.startswith("#"):
         return ""

@@ -20,10 +20,10 @@ def suggest(word: str, known: Iterable[str]) -> str:
 
 def describe_errors(error: ValidationError, section: type[BaseModel], key: str, most: int = 1000) -> list[str]:
     """One line for each input error, up to `most`, that pydantic found in `section`, which the file calls `key`."""
-    return [f"{_dotted(key, _place(error))}: {_remedy(error, section, key)}" for error in error.errors()[:most]]
+    return [f"{_dotted(key, _position(error))}: {_remedy(error, section, key)}" for error in error.errors()[:most]]
 
 
-def _place(error: dict[str, Any]) -> tuple:
+def _position(error: dict[str, Any]) -> tuple:
     """Where an input error is; of the field that it names, if it names one."""
     own = error.get("ctx", {}).get("key")
     return (*error["loc"][:-1], own) if own else error["loc"]
@@ -46,31 +46,31 @@ def choices_of(annotation: Any) -> tuple[str, ...]:
     return tuple(choice for member in get_args(annotation) for choice in choices_of(member))
 
 
-def _dotted(key: str, place: tuple) -> str:
-    for step in place:
+def _dotted(key: str, position: tuple) -> str:
+    for step in position:
         key += f"[{step}]" if isinstance(step, int) else f".{plain(step)}"
     return key
 
 
 def _remedy(error: dict[str, Any], section: type[BaseModel], key: str) -> str:
-    place, kind, value = error["loc"], error["type"], quoted(error["input"])
+    position, kind, value = error["loc"], error["type"], quoted(error["input"])
     if kind == "extra_forbidden":
-        return _unknown_key(place, section, key)
+        return _unknown_key(position, section, key)
     if kind == "missing":
-        return f"missing ({meaning(_field(section, place))})"
+        return f"missing ({meaning(_field(section, position))})"
     if kind in ("choice", "literal_error"):
-        choices = error["ctx"].get("choices") or choices_of(_field(section, place).annotation)
+        choices = error["ctx"].get("choices") or choices_of(_field(section, position).annotation)
         return f"unknown value {value}{suggest(str(error['input']), choices)} (choose from: {', '.join(choices)})"
     if kind in ("model_type", "model_attributes_type"):
-        return f"{value} is not a table, write [{_dotted(key, place)}] with its keys below"
+        return f"{value} is not a table, write [{_dotted(key, position)}] with its keys below"
     if "message" in error.get("ctx", {}):
         return error["ctx"]["message"]
     message = error["msg"].removeprefix("Input should be ")
-    return f"{value} must be {message} ({meaning(_field(section, place))})"
+    return f"{value} must be {message} ({meaning(_field(section, position))})"
 
 
-def _unknown_key(place: tuple, section: type[BaseModel], key: str) -> str:
-    parent, name = _model_at(section, place[:-1]), str(place[-1])
+def _unknown_key(position: tuple, section: type[BaseModel], key: str) -> str:
+    parent, name = _model_at(section, position[:-1]), str(position[-1])
     close = suggest(name, parent.model_fields)
     elsewhere = [path for path in _all_keys(section, key) if path.rsplit(".", 1)[-1] == name]
     return f"unknown key, it belongs in {elsewhere[0]}" if elsewhere and not close else f"unknown key{close}"
@@ -89,14 +89,14 @@ def _is_model(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
-def _model_at(section: type[BaseModel], place: tuple) -> type[BaseModel]:
-    for name in place:
+def _model_at(section: type[BaseModel], position: tuple) -> type[BaseModel]:
+    for name in position:
         section = section.model_fields[name].annotation
     return section
 
 
-def _field(section: type[BaseModel], place: tuple) -> FieldInfo:
-    names = [step for step in place if isinstance(step, str)]
+def _field(section: type[BaseModel], position: tuple) -> FieldInfo:
+    names = [step for step in position if isinstance(step, str)]
     return _model_at(section, tuple(names[:-1])).model_fields[names[-1]]
 
 

@@ -14,7 +14,7 @@ ELEMENTS_ACROSS_PATCH = 6
 LEAST_TRACK_MASS = 50.0  # [kg]
 MANY_FRAMES = 500
 SHORT_INTERVAL = 1e-6  # of a history [s]
-STAND_INS = {
+SURROGATES = {
     "P8-worn": "nominal P8 with 0.8 mm of assumed tread wear",
     "P8-hollow": "nominal P8 with 3 mm of assumed hollow wear",
     "P1": "a 1:20 cone built from recalled dimensions",
@@ -43,9 +43,9 @@ def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
 def scene_warnings(scene: Scene) -> list[str]:
     """Warnings about the physics."""
     warnings = [] if scene.wheel.measured is None else scene.wheel.measured.warnings
-    if scene.wheel.profile in STAND_INS:
+    if scene.wheel.profile in SURROGATES:
         warnings.append(
-            f"wheel profile {scene.wheel.profile} is a stand-in ({STAND_INS[scene.wheel.profile]}), not a measured"
+            f"wheel profile {scene.wheel.profile} is a surrogate ({SURROGATES[scene.wheel.profile]}), not a measured"
             " wheel"
         )
     if scene.crossing.family == CAST and not COMPARED_RATIOS[0] <= scene.crossing.ratio <= COMPARED_RATIOS[1]:

@@ -56,7 +56,7 @@ def slope(text: str) -> float:
 
 
 def profile_of(text: str, kind: str, inclination: float = 0.0) -> Profile:
-    """A profile by name or from a file; what was mended or calls for a warning is printed."""
+    """A profile by name or from a file; what was repaired or calls for a warning is printed."""
     try:
         if kind == "wheel" and text in WHEEL_NAMES:
             return wheel_profile(text)

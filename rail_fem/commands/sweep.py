@@ -61,10 +61,10 @@ def sweep(
         found, errors = read_cases(cases, read_settings(settings or ()), variations)
     except (VariationError, ValueError) as error:
         stop(str(error))
-    for error in errors:
-        typer.echo(f"left out: {error}", err=True)
+    for message in errors:
+        typer.echo(f"left out: {message}", err=True)
     if errors and (vary or settings):
-        stop("nothing was run: --vary and --set must give cases without a error")
+        stop("nothing was run: --vary and --set must give cases without an input error")
     found = found if only is None else chosen(found, only)
     outcomes = run_sweep(jobs_of(found, out, model or concerned(variations)), ranks, say)
     out.mkdir(parents=True, exist_ok=True)

@@ -24,7 +24,7 @@ def write_by_meshio(path: Path, run: TaggedFields, deformed: bool = False) -> No
 
     .msh (Gmsh 2.2): bodies and surfaces as named physical groups, which dolfinx.io.gmshio reads; fields as views, which
         Gmsh reads and meshio itself does not
-    .inp (Abaqus): bodies as element sets, surfaces as node sets; the format has no place for fields
+    .inp (Abaqus): bodies as element sets, surfaces as node sets; the format holds no fields
     .vtu .vtk .med: tags of the bodies and fields as data of nodes and cells
     Errors: ExportError for another suffix, or what meshio lacks for one of these; OSError.
     """

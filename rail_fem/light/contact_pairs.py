@@ -44,7 +44,7 @@ class ContactPairError(ValueError):
 
 @dataclass(frozen=True)
 class WheelSurface:
-    """Underside z(x, y) [m] of a wheel of revolution, its tread datum at (x, y, z) = place, axle along y."""
+    """Underside z(x, y) [m] of a wheel of revolution, its tread datum at (x, y, z) = position, axle along y."""
 
     profile: Profile
     rolling_radius: float = ROLLING_RADIUS

@@ -29,7 +29,7 @@ VIRTUAL = 0.55  # virtual penetration over approach
 FIRST_DEPTH = 50e-6  # of the first intersection [m]
 DEPTHS = (5e-6, 300e-6)  # at least and at most [m]
 ROUNDS = 4  # of intersection and depth
-REACH = (14e-3, 18e-3)  # half length and half width of the place that is looked at [m]
+REACH = (14e-3, 18e-3)  # half length and half width of the position that is looked at [m]
 SAMPLES = (25, 49)  # along and across, denser in the middle
 NO_METAL = -0.5  # heights below: no surface there [m]
 FAR = 1.0  # gap where there is no surface [m]
@@ -234,7 +234,7 @@ def equivalent_paraboloid(
     """Radii (n, 2) [m] of the paraboloid that intersects to `depth` (n,) as the gap (n, p, q) does, and how asymmetric
     that is (n,).
 
-    Length, width and area are those of the place where the gap, linear between its samples, is below the depth.
+    Length, width and area are those of the position where the gap, linear between its samples, is below the depth.
     """
     rows, columns = gap.min(axis=2), gap.min(axis=1)
     length, _ = _below(rows, along, depth[:, None])
@@ -248,7 +248,7 @@ def equivalent_paraboloid(
 
 
 def _below(gap: np.ndarray, positions: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Length (...) [m] of the places (q,) where gap (..., q) is below depth (..., 1), and their middle."""
+    """Length (...) [m] of the positions (q,) where gap (..., q) is below depth (..., 1), and their middle."""
     low, high = np.minimum(gap[..., 1:], gap[..., :-1]), np.maximum(gap[..., 1:], gap[..., :-1])
     share = np.clip((depth - low) / np.maximum(high - low, 1e-15), 0, 1) * np.diff(positions)
     length = share.sum(axis=-1)
@@ -258,7 +258,7 @@ def _below(gap: np.ndarray, positions: np.ndarray, depth: np.ndarray) -> tuple[n
 def surface_gap(
     crossing: AnyCrossing, wheel: Profile, body: int, x, at_x, at_y, radius: float, datum: float
 ) -> np.ndarray:
-    """How far the wheel with its axle over x is above a body's surface at places (at_x, at_y), up to a constant [m];
+    """How far the wheel with its axle over x is above a body's surface at positions (at_x, at_y), up to a constant [m];
     inf without metal."""
     x, at_x, at_y = np.broadcast_arrays(x, at_x, at_y)
     rail = crossing.heights(at_x.ravel().copy(), at_y.ravel().copy(), BODIES[body]).reshape(x.shape)

@@ -1,5 +1,5 @@
 """Overlap of wheel and rail along x: a parabola on prismatic rails, on others a cut through the lofted body up to the
-ridge before another place."""
+ridge before another position."""
 
 import numpy as np
 from numba import types

@@ -1,16 +1,17 @@
-"""Forces between a wheel and a rail that overlap each other by a little, shared between all places where they do.
+"""Forces between a wheel and a rail that overlap each other by a little, shared between all positions where they do.
 
 Every minimum of the gap owns the part of the profile up to the saddles beside it. All that overlaps is cut into strips
 across, whose edges lie at equal shares of the width and of the way up and down that the depth makes: both change
-continuously as places meet, begin and vanish, and with them the strips and the forces (rail_fem.light.load_pressure),
-whatever minima the search has told apart. A strip over a saddle gives each side its share.
+continuously as positions meet, begin and vanish, and with them the strips and the forces
+(rail_fem.light.load_pressure), whatever minima the search has told apart. A strip over a saddle gives each side its
+share.
 
 Error: tests/rail_fem/test_load_merge.py, test_load_sharing.py; on rails that change along x test_load_continuity.py.
 """
 
 import numpy as np
 
-from geometry.contact.gap_kernel import NO_RAIL, gap_at, least_gap, nearest_places, roll_and_height, side_pose
+from geometry.contact.gap_kernel import NO_RAIL, gap_at, least_gap, nearest_positions, roll_and_height, side_pose
 from geometry.contact.rail_kinds import branch, meet
 from geometry.contact.wheel_outline import cubic
 from kernel_cache import njit
@@ -37,13 +38,13 @@ from rail_fem.light.load_pressure import (
     solve_forces,
 )
 
-STRIPS = 32  # across, on all places together
+STRIPS = 32  # across, on all positions together
 POINTS = np.array([-1.0, 1.0]) / np.sqrt(3)  # of a strip, where the gap is taken
-# of a place: normal force, its parts across, up and forward; the same times x, y, z, station; times x x, times (y y + z
-# z); largest and least tilt;
+# of a position: normal force, its parts across, up and forward; the same times x, y, z, station; times x x, times (y y
+# + z z); largest and least tilt;
 CARRIED = 13
 # overlap left where a profile ends [m]
-MOST_ADVANCE = 1.5  # dy/ds; more of it is a narrow place where the points run along an edge
+MOST_ADVANCE = 1.5  # dy/ds; more of it is a narrow position where the points run along an edge
 ROUNDS = 60
 CLOSE = 1e-7  # relative, of the vertical force of each side
 
@@ -266,7 +267,7 @@ def cells_of(strips, found, rail):
 
 @njit(cache=True, error_model="numpy")
 def add_carried(force, strip, away, length, strips, found, ends, carried):
-    """Add the cells' forces (c,) to the places (CARRIED, n) on whose parts they lie."""
+    """Add the cells' forces (c,) to the positions (CARRIED, n) on whose parts they lie."""
     for c in range(len(force)):
         if force[c] == 0:
             continue
@@ -329,7 +330,7 @@ def side_forces(found, height, wheel, rail, pose, tip, modulus):
 @njit(cache=True, error_model="numpy")
 def loaded_side(stations, wheel, rail, tip, pose, height, modulus):
     """Minima (PLACE, n) of a side that overlap, what they carry (CARRIED, n), the error left over the largest depth."""
-    found = nearest_places(stations, wheel, rail, pose, tip, -height)
+    found = nearest_positions(stations, wheel, rail, pose, tip, -height)
     keep = 0
     for k in range(found.shape[1]):
         if found[1, k] + height < 0:

@@ -1,14 +1,14 @@
 """Forces between two bodies that overlap by a little: the half-space on cells that follow the patch.
 
-The places that overlap come as strips across, each cut into cells along its lowest line. In every cell with a force F
->= 0
+The positions that overlap come as strips across, each cut into cells along its lowest line. In every cell with a force
+F >= 0
 
     e = sum_j G_ij F_j - depth_i >= 0,   e F = 0,   G_ij = n_i . n_j <1 / r> / (pi E*),
 
 depth and displacement along the cell's own normal n, <1 / r> the mean over a cell (Love's integral where near). On one
-plane this is the half-space of Boussinesq; places that face each other at an angle press each other down by its cosine.
-G is the product, entry by entry, of two positive matrices and so positive itself (Schur): there is one answer, and it
-changes continuously with the depths.
+plane this is the half-space of Boussinesq; positions that face each other at an angle press each other down by its
+cosine. G is the product, entry by entry, of two positive matrices and so positive itself (Schur): there is one answer,
+and it changes continuously with the depths.
 
 Error against Hertz: 0.3 % of the force (tests/rail_fem/test_load_sharing.py); against bem.halfspace.normal:
 tests/rail_fem/test_load_merge.py.
@@ -22,9 +22,9 @@ from kernel_cache import njit
 
 ROWS = 14  # of cells, along the longest strip
 LOW, HIGH, X, Y, Z, NX, NY, NZ, WIDTH, DEPTH, BEND, BEHIND, AHEAD, SLOPE, PART, STRIP = range(16)
-# of a strip: stations of its edges; place and unit normal; width along the surface; depth along the normal and what the
-# wheel takes from it along x, 1/2 BEND x^2; reach of the overlap behind and ahead; dz/dx; part of the profile it lies
-# on; STRIP: their number
+# of a strip: stations of its edges; position and unit normal; width along the surface; depth along the normal and what
+# the wheel takes from it along x, 1/2 BEND x^2; reach of the overlap behind and ahead; dz/dx; part of the profile it
+# lies on; STRIP: their number
 ITERATIONS = 300
 RESIDUAL = 1e-9  # of the largest depth
 NEAR = 1.6  # cells from which the first two terms of the series are good to 0.3 %

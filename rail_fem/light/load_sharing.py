@@ -17,26 +17,28 @@ DEEPEST = 1e-3  # penetration along the normal beyond which no elastic contact i
 MISSED = 1e-6  # relative, of a vertical load that counts as met
 CUT = 0.05  # of the penetration: more of it where a profile ends is said
 LEFT_OVER = 1e-6  # of the depth: more of it is said
-MOST_TURN = np.radians(30)  # of the normal over one place: cos is 0.87, and a half-space no longer what the bodies are
+MOST_TURN = np.radians(
+    30
+)  # of the normal over one position: cos is 0.87, and a half-space no longer what the bodies are
 LARGEST_LATERAL = 15e-3
 
 
 @dataclass(frozen=True)
 class LoadedSide:
-    """What carries on one side; arrays over its n places, in the order of contacts.
+    """What carries on one side; arrays over its n positions, in the order of contacts.
 
     contacts : at the points of deepest penetration;  normal_force (n,) [N];
     force (n, 3) on the wheel in track axes [N]
-    centre_of_pressure (n, 3) : mean of the place by pressure, in track axes [m];
+    centre_of_pressure (n, 3) : mean of the position by pressure, in track axes [m];
     pressure_station (n,) : the same on the wheel profile [m]
     patch (n, 2) : semi-axes along the rail and across it of the ellipse with the same second moments of pressure as the
     patch [m]: Hertz' ellipse where
         there is one, and about the half width of patches that are none
     warnings : what makes the answer uncertain
 
-    Two places that merge are told apart at the saddle of the gap between them, where pressure may run through: there
-    the sum is sure, the shares are a matter of that border. A place that the others have pressed away carries nothing;
-    its patch is 0 and its centre the deepest point.
+    Two positions that merge are told apart at the saddle of the gap between them, where pressure may run through: there
+    the sum is sure, the shares are a matter of that border. A position that the others have pressed away carries
+    nothing; its patch is 0 and its centre the deepest point.
     """
 
     contacts: Contacts
@@ -201,10 +203,10 @@ def equilibrium_under(
 def wheel_equilibrium(
     search: ContactSearch, side: str, load: float, state: Wheelset | None = None, modulus: float = STEEL_MODULUS
 ) -> tuple[Wheelset, LoadedSide]:
-    """One wheel under a vertical load [N] on it, the axle's place, yaw and roll held: how high the axle then is, and
+    """One wheel under a vertical load [N] on it, the axle's position, yaw and roll held: how high the axle then is, and
     what the wheel carries.
 
-    state : place, yaw and roll; its height does not count; None: the search's wheelset. The other wheel is left out.
+    state : position, yaw and roll; its height does not count; None: the search's wheelset. The other wheel is left out.
 
         state, found = wheel_equilibrium(ContactSearch(Wheelset(wheel), Track(rail)), "left", 100e3)
 

@@ -5,9 +5,9 @@
 The thesis gives its profiles only as pictures and names its rail a generic BS113A. Two heads are compared here. On the
 BS113A of the standard (56E1) the crown's arc of 305 mm ends 5.9 mm from the middle, and no lateral shift makes the
 patch wider than 14.9 mm. With the crown's arc out to 10.2 mm, as on a 60E1 head, the same wheel on a centred wheelset
-meets the thesis' contact angle (0.083 against 0.086), its place (10.8 against 10.6 mm from the middle of the head), its
-FE pressure (926 against 921 MPa) and nearly its patch. So the thesis' figures are read here as those of such a head; it
-is an inference from its numbers, not something it says.
+meets the thesis' contact angle (0.083 against 0.086), its position (10.8 against 10.6 mm from the middle of the head),
+its FE pressure (926 against 921 MPa) and nearly its patch. So the thesis' figures are read here as those of such a
+head; it is an inference from its numbers, not something it says.
 
 Static finite elements of the thesis' sizes, 0.2 x 0.38 mm, on that head give 918 MPa, and 9.60 x 17.77 mm read to the
 next node without pressure, as a contour plot shows it: the thesis' 9.59 mm in length is its element on each side of

@@ -14,7 +14,7 @@ AROUND = 0.02  # of the path beyond the window [m]
 PLAIN_BEFORE_LEG = 0.2  # plain rail before the leg's transition that is still of the same stretch [m]
 FULL_NOSE = 0.69  # where the nose of the 1:9.25 crossing has long been a full rail; stretches with the ratio [m]
 LAST_NOSE = 1.5  # of any crossing: behind it a design stretch ends where the run does [m]
-BEYOND_PATH = 0.11  # of the modelled crossing that a wheel needs ahead of its last place [m]
+BEYOND_PATH = 0.11  # of the modelled crossing that a wheel needs ahead of its last position [m]
 CLEAR = 20e-3  # at least between the end of settling and a transfer: a patch's length [m]
 # of a window around the transfer: released before the transfer, and run on behind the first impact [m]
 LEAD, FOLLOW = 35e-3, 160e-3
@@ -30,7 +30,7 @@ def anchored_path(scene: Scene, low: float, high: float) -> WheelPath:
     """The path around the stretch from `low` to `high` [m], over a stretch that does not hang on where exactly the path
     ends. Errors: CrossingError.
 
-    The stretch ends at places on the crossing: the last before `low` of the theoretical intersection, the end of the
+    The stretch ends at positions on the crossing: the last before `low` of the theoretical intersection, the end of the
     leg and the plain rail before it; the first behind `high` of where the nose is a full rail and as far as the
     crossing goes.
     """
@@ -52,7 +52,7 @@ def window_path(scene: Scene, settings: FeSettings) -> WheelPath:
 
 def with_window(scene: Scene, settings: Frozen) -> Frozen:
     """The settings of any model, with start and end where fe_window's leave them open: so that the wheel has settled
-    LEAD before the place where a rigid wheel changes body, and runs on for FOLLOW behind it.
+    LEAD before the position where a rigid wheel changes body, and runs on for FOLLOW behind it.
 
     Errors: CrossingError, ValueError where a rigid wheel changes body nowhere on the common path.
     """

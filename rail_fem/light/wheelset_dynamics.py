@@ -32,7 +32,7 @@ class WheelsetContacts:
     """c contacts at the ends and middles of m steps, t = 2 m + 1, on a grid of k evenly spaced lateral position of the
     wheel.
 
-    side   : (c,) +1 left, -1 right;  place : (c, t) Y, across the track from its middle, + to the left [m]
+    side   : (c,) +1 left, -1 right;  position : (c, t) Y, across the track from its middle, + to the left [m]
     shift  : (k,) u [m];  height, slope : (c, t, k) H [m] (-inf out of reach) and dH/du [1];
     radius : (c, t, k) of the wheel there [m]
     law    : (c, t, 3) Hertz constant [N/m^1.5], yield load [N] and plastic compliance [m/N]
@@ -150,7 +150,7 @@ def potential(system: WheelsetSystem, contacts: WheelsetContacts, position: np.n
 
 @njit(cache=True)
 def surface(u, shift, height, slope):
-    """H, dH/du and d2H/du2 at u: cubic Hermite on the grid, its ends going on straight; -inf beside a place out of
+    """H, dH/du and d2H/du2 at u: cubic Hermite on the grid, its ends going on straight; -inf beside a position out of
     reach."""
     step = shift[1] - shift[0]
     i = int(min(max((u - shift[0]) // step, 0), len(shift) - 2))

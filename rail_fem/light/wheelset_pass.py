@@ -171,7 +171,7 @@ def wheelset_contacts(scene: Scene, law: ContactLaw, surfaces: Surfaces, x: np.n
 
 
 def known(values: np.ndarray, otherwise: float) -> np.ndarray:
-    """Values (n,) with those of the nearest known place where there is none."""
+    """Values (n,) with those of the nearest known position where there is none."""
     there = np.flatnonzero(np.isfinite(values))
     return (
         np.full(len(values), otherwise) if not len(there) else np.interp(np.arange(len(values)), there, values[there])

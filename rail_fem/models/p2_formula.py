@@ -69,7 +69,7 @@ def solve(
 def rigid_dip(table: ContactTable) -> tuple[float, float, float]:
     """Dip angle [rad] of the rigid path at the transfer, its x [m], and the nose's Hertz constant there.
 
-    The angle between the steepest fall and the steepest rise within BESIDE of the place where the path bends (the
+    The angle between the steepest fall and the steepest rise within BESIDE of the position where the path bends (the
     standard's "acute angle between the tangents to the wheel trajectory at the point where it abruptly changes
     direction").
     """

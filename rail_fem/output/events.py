@@ -7,8 +7,8 @@ runs.
 - *In contact*: the force on the wheel is above OPEN of the static load. All models share this threshold.
 - *Transfer*: where the body that the wheel comes to (facing: the nose; trailing: the wing) takes over half of the force
 for good; a
-  wheel that bounces nose, wing, nose, wing has transferred at the last change. Between two rows in contact the place is
-  interpolated; after a flight it is the row of the landing.
+  wheel that bounces nose, wing, nose, wing has transferred at the last change. Between two rows in contact the position
+  is interpolated; after a flight it is the row of the landing.
 - *First impact*: the first maximum of the force on that body from the transfer on, that is the largest value before the
 force falls by
   more than FALL of the static load below it. What shakes with the mesh falls by less; what comes after a flight is

@@ -28,7 +28,7 @@ RESULT_VERSION = 2
 
 @dataclass(frozen=True)
 class Peak:
-    """A largest value and where it is: value in `unit` (SI), place in m, time in s."""
+    """A largest value and where it is: value in `unit` (SI), position in m, time in s."""
 
     value: float
     unit: str
@@ -116,8 +116,8 @@ class PassResult:
         return f"<table><caption>{html.escape(self.model)}</caption>{rows}</table>"
 
     def summary_rows(self) -> list[tuple[str, str]]:
-        """What was found in engineers' units: peaks with their places, transfer, steps and time; a fault first."""
-        rows = [("message", self.fault)] if self.fault else []
+        """What was found in engineers' units: peaks with their positions, transfer, steps and time; a fault first."""
+        rows = [("failure", self.fault)] if self.fault else []
         for name, peak in self.peaks.items():
             rows.append(
                 (

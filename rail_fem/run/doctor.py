@@ -1,4 +1,4 @@
-"""What is installed, whether it works, and how to mend it. Each probe runs in a process of its own: a crash is a
+"""What is installed, whether it works, and how to repair it. Each probe runs in a process of its own: a crash is a
 finding."""
 
 import subprocess

@@ -31,7 +31,7 @@ NEEDED = {
     "xdist": "pytest-xdist",
     "hypothesis": "",
 }
-REMEDY = "./setup.sh mends it"
+REMEDY = "./setup.sh repairs it"
 
 
 def missing(names: list[str]) -> list[str]:

@@ -295,7 +295,7 @@ class Scene(Frozen):
         return self
 
     def plain(self) -> dict[str, Any]:
-        """All that a model sees, as plain values [SI]: a profile file by its content, not by its name or place."""
+        """All that a model sees, as plain values [SI]: a profile file by its content, not by its name or position."""
         plain = self.model_dump(mode="json") | {"crossing": self.crossing.plain()}
         digest = plain["wheel"].pop("digest")
         for name in READING:  # part of the digest

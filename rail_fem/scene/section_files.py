@@ -94,7 +94,7 @@ def _crossing(digest: str, extend: bool, sections: _Sections) -> MeasuredCrossin
 
 
 def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> CrossingFile:
-    """Read a crossing's sections. Errors: ProfileError that says file, place and remedy; CrossingError for sections
+    """Read a crossing's sections. Errors: ProfileError that says file, position and remedy; CrossingError for sections
     that are no crossing; OSError."""
     path = Path(path)
     if path.is_dir():

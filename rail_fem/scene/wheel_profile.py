@@ -36,7 +36,7 @@ class MeasuredWheel:
 
     source  : path of the file
     digest  : SHA-256 of the points and declarations that were read and of how they were to be read; not of the file's
-        name, place or comments
+        name, position or comments
     findings : the profile doctor's, as (weight, text)
     profile : the line that models use, z a function of y
     """
@@ -48,7 +48,7 @@ class MeasuredWheel:
 
     @property
     def warnings(self) -> list[str]:
-        """What was mended or calls for a warning in the file, one line each."""
+        """What was repaired or calls for a warning in the file, one line each."""
         return [
             f"wheel profile {Path(self.source).name}: {text}" for weight, text in self.findings if weight != "found"
         ]
@@ -112,7 +112,8 @@ def _judged(path: Path, raw: RawProfile, reading: Reading) -> MeasuredWheel:
 
 
 def _digest(raw: RawProfile, reading: Reading) -> str:
-    """Of the points as read and of how they are to be read: mending rounds differently on each machine, reading not."""
+    """Of the points as read and of how they are to be read: repairing rounds differently on each machine, reading
+    not."""
     declared = repr((raw.points.shape, raw.unit, raw.kind, raw.up, raw.layout, reading.smoothing, reading.flange_back))
     return _sha(declared.encode() + np.ascontiguousarray(raw.points, "<f8").tobytes())
 
@@ -137,7 +138,7 @@ def _read_kept(path: Path) -> MeasuredWheel | None:
         io.StringIO("\n".join(line for line in lines if not line.startswith(("#", "y")))), delimiter=",", ndmin=2
     )
     label = next(text for key, text in notes if key == "label")
-    findings = tuple((key, text) for key, text in notes if key in ("found", "mended", "doubt"))
+    findings = tuple((key, text) for key, text in notes if key in ("found", "repaired", "warning"))
     return MeasuredWheel(
         str(path), words["read"], findings, Profile(table[:, :2], *table[:, 2:].T, label, f"file {path}")
     )

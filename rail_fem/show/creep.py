@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from rail_fem.output.events import settling_end
 from rail_fem.output.result import PassResult
-from rail_fem.show.places import label_distance, legend_above, mark_places
+from rail_fem.show.positions import label_distance, legend_above, mark_positions
 from rail_fem.show.style import GREY, TOTAL, give_title, new_figure, words_instead
 
 OPEN = 1e-3  # of the static load, below which a contact has no creep to speak of
@@ -49,7 +49,7 @@ def draw_force(axes, result: PassResult) -> None:
         label=f"friction {result.scene.friction:g} times the vertical force",
     )
     axes.plot(1e3 * x, force / 1e3, color=TOTAL, lw=2, label=words)
-    mark_places(axes, result)
+    mark_positions(axes, result)
     axes.set_ylabel("longitudinal force [kN]")
     legend_above(axes)
 
@@ -65,5 +65,5 @@ def draw_creep(axes, result: PassResult) -> None:
         axes.axhline(0.0, color=GREY, lw=1.2, ls="--")
     else:
         axes.text(0.5, 0.5, "creep not resolved", transform=axes.transAxes, ha="center")
-    mark_places(axes, result, label=False)
+    mark_positions(axes, result, label=False)
     axes.set_ylabel("longitudinal creep [%]")

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.result import PassResult
 from rail_fem.output.shares import largest_internal, last_known, numerical_shares
-from rail_fem.show.places import label_distance, legend_above, mark_places
+from rail_fem.show.positions import label_distance, legend_above, mark_positions
 from rail_fem.show.style import (
     GREEN,
     GREY,
@@ -66,7 +66,7 @@ def energies_figure(result: PassResult, name: str) -> Figure:
         colour, line = LINES[column]
         words, values = curve(result, column)
         panels[0].plot(1e3 * history["x"], values, color=colour, ls=line, lw=2, label=words)
-    mark_places(panels[0], result)
+    mark_positions(panels[0], result)
     panels[0].set_ylabel("energy [J]")
     legend_above(panels[0])
     if shares:
@@ -129,7 +129,7 @@ def draw_shares(axes, result: PassResult, shares: dict[str, np.ndarray]) -> None
             axes.axhline(
                 limit, color=SHARES[name][1], ls=(0, (5, 4)), lw=1.2, label=f"{row['name']}, limit: {limit:g} %"
             )
-    mark_places(axes, result, label=False)
+    mark_positions(axes, result, label=False)
     axes.set_ylabel("numerical energy\nafter settling [%]")
     low, high = share_range(shares)
     axes.set_ylim(low, high)

@@ -17,7 +17,7 @@ EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4]
 
 @dataclass(frozen=True)
 class CrossingFields:
-    """Hexahedra of the crossing, in the undeformed place.
+    """Hexahedra of the crossing, in the undeformed position.
 
     points : (n, 3) [m];  cells : (m, 8) VTK order;  region : (m,) 0 wing, 1 nose;  plastic_strain : (m,) PEEQ [1]
     source : name of the file
@@ -90,11 +90,14 @@ def _round_polygon(corners: np.ndarray) -> np.ndarray:
     return corners[np.argsort(np.arctan2(away[:, 1], away[:, 0]))]
 
 
-def depth_below(polygons: list[np.ndarray], place: np.ndarray) -> float:
+def depth_below(polygons: list[np.ndarray], position: np.ndarray) -> float:
     """How far the section's upper outline stands above a point (2,) y, z [m]."""
     return (
-        max((upper_height(polygon, place[0]) for polygon in polygons if np.ptp(polygon[:, 0]) > 0), default=place[1])
-        - place[1]
+        max(
+            (upper_height(polygon, position[0]) for polygon in polygons if np.ptp(polygon[:, 0]) > 0),
+            default=position[1],
+        )
+        - position[1]
     )
 
 

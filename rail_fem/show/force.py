@@ -9,7 +9,7 @@ from geometry.surfaces.crossing import CrossingError
 from rail_fem.light.rigid import rigid_path
 from rail_fem.output.events import LARGEST, receiving_body, settling_end, stated_peaks
 from rail_fem.output.result import PassResult, Peak
-from rail_fem.show.places import label_distance, legend_above, mark_places
+from rail_fem.show.positions import label_distance, legend_above, mark_positions
 from rail_fem.show.style import BODY, GREY, HALO, PURPLE, TOTAL, give_title, new_figure, words_instead
 
 PATH_POINTS = 150  # of the rigid wheel path
@@ -58,7 +58,7 @@ def draw_forces(axes, result: PassResult) -> None:
         ring(axes, first, "D", PURPLE, words)
     load = result.scene.static_wheel_load
     axes.axhline(load / 1e3, color=GREY, ls="--", lw=1.6, zorder=1.5, label=f"static wheel load: {load / 1e3:.1f} kN")
-    mark_places(axes, result)
+    mark_positions(axes, result)
     axes.margins(y=0.1)
     axes.set_ylim(bottom=-0.03 * axes.get_ylim()[1])
     axes.set_ylabel("vertical force [kN]")
@@ -67,13 +67,13 @@ def draw_forces(axes, result: PassResult) -> None:
 
 def ring(axes, peak: Peak, marker: str, colour: str, label: str = "_nolegend_") -> None:
     """A ring around a force with its value beside it."""
-    place = 1e3 * peak.x, peak.value / 1e3
-    axes.plot(*place, marker, ms=9, mfc="none", mec=colour, mew=2, ls="none", zorder=3, label=label)
-    near_the_right = place[0] > 0.93 * axes.get_xlim()[1] + 0.07 * axes.get_xlim()[0]
+    position = 1e3 * peak.x, peak.value / 1e3
+    axes.plot(*position, marker, ms=9, mfc="none", mec=colour, mew=2, ls="none", zorder=3, label=label)
+    near_the_right = position[0] > 0.93 * axes.get_xlim()[1] + 0.07 * axes.get_xlim()[0]
     offset, side = ((-8, 8), "right") if near_the_right else ((8, 6), "left")
     axes.annotate(
-        f"{place[1]:.0f} kN",
-        place,
+        f"{position[1]:.0f} kN",
+        position,
         offset,
         textcoords="offset points",
         ha=side,
@@ -104,7 +104,7 @@ def draw_wheel(axes, result: PassResult) -> None:
         legend_above(axes)
     else:
         axes.text(0.5, 0.5, "wheel height not resolved", transform=axes.transAxes, ha="center")
-    mark_places(axes, result, label=False)
+    mark_positions(axes, result, label=False)
     axes.set_ylabel("wheel height [mm]")
 
 
@@ -114,7 +114,7 @@ def draw_crossing(axes, result: PassResult) -> None:
         axes.plot(1e3 * x, 1e3 * height, color=TOTAL, lw=2)
     else:
         axes.text(0.5, 0.5, "crossing height not resolved", transform=axes.transAxes, ha="center")
-    mark_places(axes, result, label=False)
+    mark_positions(axes, result, label=False)
     axes.set_ylabel("crossing [mm]")
 
 

@@ -73,7 +73,7 @@ def mpl_colour(text: str) -> np.ndarray:
 
 
 def contact_path(result: PassResult) -> tuple[np.ndarray, np.ndarray]:
-    """Places of contact [mm], NaN where there is none; so the line breaks there."""
+    """Positions of contact [mm], NaN where there is none; so the line breaks there."""
     x, y = result.history["contact_x"], result.history["contact_y"]
     lost = ~(result.history["force"] > 0)
     return np.where(lost, np.nan, 1e3 * x), np.where(lost, np.nan, 1e3 * y)

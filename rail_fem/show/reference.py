@@ -46,9 +46,9 @@ def dip_figure(result: PassResult) -> Figure:
     axes.plot(x, 1e3 * result.history["wheel_height"], color=TOTAL, lw=2.4, label="wheel")
     axes.plot(x, 1e3 * result.history["crossing_height"], color=GREEN, lw=2.0, label="crossing")
     dip = trajectory_dip(result)
-    for place, height, slope in (dip.fall, dip.rise) if np.isfinite(dip.angle) else ():
+    for position, height, slope in (dip.fall, dip.rise) if np.isfinite(dip.angle) else ():
         reach = np.array([-TANGENT, TANGENT])
-        axes.plot(1e3 * place + reach, 1e3 * height + slope * reach, color=ORANGE, lw=2.0)
+        axes.plot(1e3 * position + reach, 1e3 * height + slope * reach, color=ORANGE, lw=2.0)
     if np.isfinite(dip.angle):
         axes.plot(
             [],

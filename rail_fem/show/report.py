@@ -88,10 +88,10 @@ def _derived(scene: Scene) -> list[str]:
 
 def _rigid(scene: Scene, settings) -> list[str]:
     path = window_path(scene, settings)
-    places = ", ".join(show(x, "mm", 4) for x in path.transfers) or "nowhere in the window"
+    positions = ", ".join(show(x, "mm", 4) for x in path.transfers) or "nowhere in the window"
     steepest = np.abs(path.slope).argmax()
     return [
-        _row("rigid wheel changes body at", places, "wing and nose carry at once there"),
+        _row("rigid wheel changes body at", positions, "wing and nose carry at once there"),
         _row(
             "steepest rigid wheel path",
             f"{path.slope[steepest] * 1e3:.3g} mrad",

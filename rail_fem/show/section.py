@@ -41,10 +41,10 @@ def section_figure(result: PassResult, fields: CrossingFields, name: str) -> Fig
 def draw_section(column, fields: CrossingFields, body: str, worst: int, colours: ScalarMappable) -> None:
     """Whole section and close view (the two axes of `column`) of a body at the x of its worst cell."""
     mine = np.flatnonzero(fields.region == REGIONS.index(body))
-    place = fields.centre(worst)
-    polygons, cut = cut_at(fields.points, fields.cells[mine], place[0])
+    position = fields.centre(worst)
+    polygons, cut = cut_at(fields.points, fields.cells[mine], position[0])
     strain = fields.plastic_strain[mine[cut]]
-    depth = depth_below(polygons, place[1:])
+    depth = depth_below(polygons, position[1:])
     shown = [1e3 * polygon for polygon in polygons]
     painted = np.where((strain > 0)[:, None], colours.to_rgba(100 * strain), mpl_colour(NEVER_YIELDED))
     y, z, half = close_view(shown, strain)
@@ -59,10 +59,10 @@ def draw_section(column, fields: CrossingFields, body: str, worst: int, colours:
         aspect="equal",
         ylabel="z [mm]",
     )
-    whole.set_title(f"{body}: section at x = {1e3 * place[0]:.1f} mm", color=BODY[body], weight="bold")
+    whole.set_title(f"{body}: section at x = {1e3 * position[0]:.1f} mm", color=BODY[body], weight="bold")
     close.add_collection(PolyCollection(shown, facecolors=painted, edgecolors="#555555", linewidths=0.5))
     words = f"at most {100 * fields.plastic_strain[worst]:.2f} %\n{1e3 * depth:.2f} mm below the surface"
-    close.plot(1e3 * place[1], 1e3 * place[2], "o", ms=12, mfc="none", mec=BODY[body], mew=2.5, label=words)
+    close.plot(1e3 * position[1], 1e3 * position[2], "o", ms=12, mfc="none", mec=BODY[body], mew=2.5, label=words)
     close.legend(loc="lower left")
     close.set(
         xlim=(y - half, y + half),

@@ -17,7 +17,7 @@ from bem.material import Elastic
 
 
 def line_matrices(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness and mass (n, n) of linear elements between the places (n,) [m] of a line."""
+    """Stiffness and mass (n, n) of linear elements between the positions (n,) [m] of a line."""
     step, n = np.diff(line), len(line)
     stiff, mass = np.zeros((n, n)), np.zeros((n, n))
     for i, h in enumerate(step):

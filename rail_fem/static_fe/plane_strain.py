@@ -35,17 +35,17 @@ class PlaneStrainError(ValueError):
 
 @dataclass(frozen=True)
 class Fineness:
-    """size [m] of the elements up to `reach` [m] from the places (k, 2) [m]; beyond it they grow by `growth` per
+    """size [m] of the elements up to `reach` [m] from the positions (k, 2) [m]; beyond it they grow by `growth` per
     distance up to `coarse` [m]."""
 
-    places: np.ndarray
+    positions: np.ndarray
     size: float
     reach: float
     coarse: float
     growth: float = 0.15
 
     def along_boundary(self) -> Sizing:
-        return Sizing(self.coarse, [Zone(self.places, self.size, self.reach)], self.growth)
+        return Sizing(self.coarse, [Zone(self.positions, self.size, self.reach)], self.growth)
 
 
 def boundary_nodes(body: Body, fineness: Fineness) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -67,7 +67,7 @@ def quadratic_triangles(corners: np.ndarray, middles: np.ndarray, fineness: Fine
     """Nodes (m, 2) and 6-node triangles (t, 6) in dolfinx order. The first 2n nodes are the boundary's corners and
     middles."""
     points, triangles = fill_with_triangles(
-        corners, fineness.places, fineness.size, fineness.reach, fineness.coarse, fineness.growth
+        corners, fineness.positions, fineness.size, fineness.reach, fineness.coarse, fineness.growth
     )
     n = len(corners)
     edges = np.sort(triangles[:, [[1, 2], [0, 2], [0, 1]]], axis=2)  # dolfinx: edge i lies opposite vertex i
@@ -80,12 +80,12 @@ def quadratic_triangles(corners: np.ndarray, middles: np.ndarray, fineness: Fine
     centre[on_boundary] = middles
     # nodes in the order: corners, boundary middles, inner vertices, inner middles
     inner = np.setdiff1d(np.arange(len(unique)), on_boundary)
-    place = np.empty(len(unique), np.int64)
-    place[on_boundary] = n + np.arange(n)
-    place[inner] = n + len(points) + np.arange(len(inner))
+    position = np.empty(len(unique), np.int64)
+    position[on_boundary] = n + np.arange(n)
+    position[inner] = n + len(points) + np.arange(len(inner))
     vertex = np.r_[np.arange(n), n + np.arange(n, len(points))]
     nodes = np.vstack([points[:n], middles, points[n:], centre[inner]])
-    return nodes, np.column_stack([vertex[triangles], place[number]])
+    return nodes, np.column_stack([vertex[triangles], position[number]])
 
 
 class PlaneBody:
@@ -109,7 +109,7 @@ class PlaneBody:
         away, self.dof_of = cKDTree(self.space.tabulate_dof_coordinates()[:, :2]).query(self.nodes)
         if away.max() > 1e-9 * fineness.size:
             raise PlaneStrainError(
-                f"node {int(away.argmax())} has no place in the function space ({away.max():.3g} m off)"
+                f"node {int(away.argmax())} has no position in the function space ({away.max():.3g} m off)"
             )
         self._factorise()
 

@@ -53,7 +53,7 @@ class BlockPair:
         there = (np.asarray(s) >= low - _SAME) & (np.asarray(s) <= high + _SAME) & (np.abs(x) <= self.length)
         return np.where(there, self.upper(x, np.clip(s, low, high)) - self.lower(x, np.clip(s, low, high)), np.inf)
 
-    def slices(self, places: int = 41, points: int = 481) -> Slices:
+    def slices(self, positions: int = 41, points: int = 481) -> Slices:
         """The same blocks for the slices of `bem`, prisms of their sections at x = 0 with the true gap. The lower face
         must not change along x."""
         lines = [np.linspace(*across, points) for across in (self.lower_across, self.upper_across)]
@@ -62,9 +62,9 @@ class BlockPair:
             Body(block_behind(faces[0], -self.depth), self.lower_steel),
             Body(block_behind(faces[1], self.depth), self.upper_steel),
         )
-        x, s = np.linspace(-self.length, self.length, places) / 2, lines[1]
+        x, s = np.linspace(-self.length, self.length, positions) / 2, lines[1]
         return slices_of_profiles(
-            *bodies, x, upper_profiles=[np.column_stack([s, self.upper(0 * s + place, s)]) for place in x]
+            *bodies, x, upper_profiles=[np.column_stack([s, self.upper(0 * s + position, s)]) for position in x]
         )
 
 

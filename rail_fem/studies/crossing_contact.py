@@ -53,8 +53,8 @@ def main() -> None:
     np.savetxt(out / "crossing_contact.csv", rows, delimiter=",", fmt="%.6g", header=NAMES, comments="")
     for row in rows:
         print(
-            "sections {:4.1f} mm, stations {:4.2f} mm: {:6.2f} ms a loaded state; place off by {:.1e} (median) {:.1e}"
-            " (95 %) {:.1e} mm (most); force by {:.1e} (median) {:.1e} (most)".format(*row)
+            "sections {:4.1f} mm, stations {:4.2f} mm: {:6.2f} ms a loaded state; position off by {:.1e} (median)"
+            " {:.1e} (95 %) {:.1e} mm (most); force by {:.1e} (median) {:.1e} (most)".format(*row)
         )
     draw(
         out / "crossing_contact.png",
@@ -79,7 +79,7 @@ def random_states(count: int, seed: int = 1) -> np.ndarray:
 def speed_against_error(
     crossing: CastCrossing, wheel: str, count: int, settings=SETTINGS, refined=REFINED
 ) -> np.ndarray:
-    """Rows as NAMES says. Place: mean of a side's points, weighted by force, so that it does not jump; force: vector
+    """Rows as NAMES says. Position: mean of a side's points, weighted by force, so that it does not jump; force: vector
     sum over the load."""
     states = random_states(count)
     exact, _ = answers(search_of(crossing, wheel, *refined), states, 1)
@@ -109,7 +109,7 @@ def search_of(crossing: CastCrossing, wheel: str, spacing: float, resolution: fl
 
 
 def answers(search: SurfaceSearch, states: np.ndarray, repeats: int) -> tuple[np.ndarray, float]:
-    """(count, 2, 6)  mean place and total force of left and right; mean processor time of a state [s], the least of
+    """(count, 2, 6)  mean position and total force of left and right; mean processor time of a state [s], the least of
     several rounds."""
     solve = lambda s: static_equilibrium(search.at(s[0]), (s[3], s[4]), s[1], s[2])
     solve(states[0])
@@ -125,7 +125,7 @@ def answers(search: SurfaceSearch, states: np.ndarray, repeats: int) -> tuple[np
 
 
 def draw(path: Path, rows: np.ndarray, title: str) -> Path:
-    """Time against the error of a point's place. Returns the file."""
+    """Time against the error of a point's position. Returns the file."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -150,7 +150,9 @@ def draw(path: Path, rows: np.ndarray, title: str) -> Path:
     axis.axvline(0.01, color="grey", lw=0.8, ls="--")
     axis.axhline(1.0, color="grey", lw=0.8, ls="--")
     axis.set(
-        xlabel="error of a side's place of contact [mm]", ylabel="time of a loaded state, both sides [ms]", title=title
+        xlabel="error of a side's position of contact [mm]",
+        ylabel="time of a loaded state, both sides [ms]",
+        title=title,
     )
     axis.grid(alpha=0.3, which="both")
     axis.legend(fontsize=8)

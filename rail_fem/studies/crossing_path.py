@@ -4,8 +4,8 @@ lowest point, transfer, dip angle.
 python -m rail_fem.studies.crossing_path --out DIR [--ratio 9.25] [--wheels P8 my.whl] [--sections uk_crossing.slcs]
 draws contact_bands.png, writes the table
 
-The paths are rigid and quasi-static: run backwards (trailing) a wheel touches the same places, and every climb becomes
-a fall.
+The paths are rigid and quasi-static: run backwards (trailing) a wheel touches the same positions, and every climb
+becomes a fall.
 """
 
 import argparse
@@ -146,7 +146,7 @@ def draw(path: Path, crossing: CastCrossing, paths: dict[str, WheelPath], number
         y = np.arange(-60, 130.1, 0.25) * MM
         for axis, (name, run) in zip(axes, paths.items()):
             draw_plan(axis, crossing, run, numbers[name], name, x, y)
-        name_places(axes[0], crossing)
+        name_positions(axes[0], crossing)
         draw_heights(axes[-1], paths, numbers)
         axes[-1].set_xlim(x[0] / MM, x[-1] / MM)
         figure.suptitle(
@@ -175,10 +175,10 @@ def draw_plan(
         np.where(run.on_nose, np.nan, run.contact_point[:, 1]),
         np.where(run.on_nose, run.contact_point[:, 1], np.nan),
     )
-    for places, edges in zip(carried, bands):
+    for positions, edges in zip(carried, bands):
         width = np.interp(run.contact_point[:, 0], x, np.nan_to_num(edges[:, 1] - edges[:, 0]))
-        known = (width < LINE_CONTACT) & (np.abs(np.gradient(places)) < 0.5 * MM)
-        axis.plot(run.contact_point[:, 0] / MM, np.where(known, places, np.nan) / MM, color="white", lw=0.8)
+        known = (width < LINE_CONTACT) & (np.abs(np.gradient(positions)) < 0.5 * MM)
+        axis.plot(run.contact_point[:, 0] / MM, np.where(known, positions, np.nan) / MM, color="white", lw=0.8)
     axis.axvline(n.transfer_x / MM, color="black", lw=1.0, ls="--")
     axis.text(n.transfer_x / MM + 6, 112, f"transfer {n.transfer_x / MM:.0f}", va="center", path_effects=HALO)
     climbs = f"ramp {n.ramp_lift / MM:+.2f} mm" + (
@@ -190,7 +190,7 @@ def draw_plan(
     axis.set(ylim=(y[0] / MM, y[-1] / MM), ylabel="y [mm], + field side")
 
 
-def name_places(axis, crossing: CastCrossing) -> None:
+def name_positions(axis, crossing: CastCrossing) -> None:
     """Names of the crossing's parts and of the colours, on the first plan."""
     c = crossing.shape
     named = (

@@ -21,7 +21,7 @@ import typer
 from bem.halfspace.normal import normal_contact
 from bem.material import STEEL
 from bem.patch import Patch
-from bem.patch_edge import edge_places
+from bem.patch_edge import edge_positions
 from bem.slices.coupled import SlicePatch, slice_contact
 from rail_fem.atomic import write_text_atomically
 from rail_fem.light.patch_methods import MethodRow, table
@@ -99,7 +99,7 @@ def light_patches(case: Case, cells: tuple[int, int] = (50, 80)) -> dict[str, Pa
 
 def seen_along_approach(method: str, patch: SlicePatch) -> MethodRow:
     """Slices lie along the face; width and areas as finite elements and half-space have them, in the tangent plane."""
-    x_min, x_max, s_min, s_max = edge_places(patch.grid, patch.pressure)
+    x_min, x_max, s_min, s_max = edge_positions(patch.grid, patch.pressure)
     width = np.interp([s_min, s_max], patch.grid.y, patch.points[:, 0])
     share = -(patch.normals @ patch.way)
     area = patch.contact_area * (patch.contact @ share).sum() / patch.contact.sum()

@@ -50,7 +50,7 @@ def main() -> None:
         rows,
         delimiter=",",
         fmt="%.6g",
-        header="resolution_mm,time_ms,largest_place_error_mm,largest_share_error",
+        header="resolution_mm,time_ms,largest_position_error_mm,largest_share_error",
         comments="",
     )
     for row in rows:
@@ -92,7 +92,7 @@ def write_curves(path: Path, curves: ShiftCurves, loaded: list[LoadedWheelset]) 
 
 
 def speed_against_error(search: ContactSearch, count: int = 200, seed: int = 1) -> np.ndarray:
-    """Rows: resolution [mm], time of one loaded state [ms], largest error of a carrying point's place [mm] and of a
+    """Rows: resolution [mm], time of one loaded state [ms], largest error of a carrying point's position [mm] and of a
     normal force over the wheel load [1], against the finest search, at random shifts, yaws and loads."""
     random = np.random.default_rng(seed)
     states = np.column_stack(
@@ -112,8 +112,8 @@ def speed_against_error(search: ContactSearch, count: int = 200, seed: int = 1) 
 
 
 def _answers(search: ContactSearch, states: np.ndarray) -> tuple[float, np.ndarray]:
-    """Least processor time of two passes [s]; (n, 4) place of the most loaded point of the left wheel [m], its share of
-    the wheel load."""
+    """Least processor time of two passes [s]; (n, 4) position of the most loaded point of the left wheel [m], its share
+    of the wheel load."""
     spent = []
     for _ in range(2):
         start = time.process_time()

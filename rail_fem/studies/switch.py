@@ -1,9 +1,9 @@
 """Study: a wheelset through a switch, facing, as in the thesis' Fig. 3-12 in kind: contact goes from the stock rail to
-the tongue.
+the switch rail.
 
 python -m rail_fem.studies.switch --out DIR [--wheel P8]   draws switch.png, writes switch.csv; half a minute
 
-The tongue is parametric (geometry.surfaces.switch), not a drawing; the thesis' is not public. The wheelset is free
+The switch rail is parametric (geometry.surfaces.switch), not a drawing; the thesis' is not public. The wheelset is free
 across the track and pushed outwards, as in a curve. Sections are looked at one by one as prismatic rails; against the
 whole surface that is 15 um in height and 0.3 mm in place (tests/rail_fem/test_study_switch.py).
 """
@@ -26,27 +26,27 @@ AXLE_LOAD = 200e3  # thesis 3.9 [N]
 PUSH = 0.1  # lateral load outwards over the axle load
 YAW, YAW_LENGTH = 8.55e-3, 1.0  # thesis 3.9: 0 to -8.55 mrad (its sign); reached after this length [rad, m]
 SHOWN = 0.7, 1.5, 2.1, 3.0  # sections drawn [m]
-BODIES = (("stock rail", WING), ("tongue", NOSE))
+BODIES = (("stock rail", WING), ("switch rail", NOSE))
 
 
 @dataclass(frozen=True)
 class Pass:
     """What a wheelset does at x (n,) [m]: where it rests, and for each left point (k,) its index in x, y on the stock
-    rail's axes [m], whether the tongue carries it, its normal force [N], the vertical part of it (along the mean normal
-    of its strip) [N], contact angle [rad]."""
+    rail's axes [m], whether the switch rail carries it, its normal force [N], the vertical part of it (along the mean
+    normal of its strip) [N], contact angle [rad]."""
 
     x: np.ndarray
     states: tuple[LoadedWheelset, ...]
     index: np.ndarray
-    place: np.ndarray
-    on_tongue: np.ndarray
+    position: np.ndarray
+    on_switch_rail: np.ndarray
     force: np.ndarray
     vertical: np.ndarray
     angle: np.ndarray
 
-    def share(self, tongue: bool) -> np.ndarray:
+    def share(self, switch_rail: bool) -> np.ndarray:
         """(n,)  part of the left wheel's vertical load that one body carries."""
-        mine = self.on_tongue == tongue
+        mine = self.on_switch_rail == switch_rail
         return np.bincount(self.index[mine], self.vertical[mine], len(self.x)) / np.bincount(
             self.index, self.vertical, len(self.x)
         )
@@ -66,8 +66,8 @@ def run_through(switch: Switch, wheel: str = "P8", x: np.ndarray | None = None, 
             search, (AXLE_LOAD / 2, AXLE_LOAD / 2), push * AXLE_LOAD, YAW * min(at / YAW_LENGTH, 1.0)
         )
         states.append(found)
-        tongue, contacts = switch.tongue(float(at)), found.left.contacts
-        top = np.nan_to_num(tongue.height(contacts.rail_station), nan=-1.0)
+        switch_rail, contacts = switch.switch_rail(float(at)), found.left.contacts
+        top = np.nan_to_num(switch_rail.height(contacts.rail_station), nan=-1.0)
         stock = np.nan_to_num(switch.stock.height(contacts.rail_station), nan=-1.0)
         rows += [
             (k, *row)
@@ -75,12 +75,12 @@ def run_through(switch: Switch, wheel: str = "P8", x: np.ndarray | None = None, 
                 contacts.rail_station, top > stock, found.left.normal_force, found.left.force[:, 2], contacts.angle
             )
         ]
-    index, place, on_tongue, force, vertical, angle = (np.array(column) for column in zip(*rows))
-    return Pass(x, tuple(states), index, place, on_tongue.astype(bool), force, vertical, angle)
+    index, position, on_switch_rail, force, vertical, angle = (np.array(column) for column in zip(*rows))
+    return Pass(x, tuple(states), index, position, on_switch_rail.astype(bool), force, vertical, angle)
 
 
 def report(found: Pass) -> str:
-    """Where the tongue begins to carry, where it carries half and all, and where two or more points carry."""
+    """Where the switch rail begins to carry, where it carries half and all, and where two or more points carry."""
     share, several = found.share(True), found.x[found.points() > 1]
     first = lambda least: f"{found.x[np.argmax(share >= least)]:.2f} m" if (share >= least).any() else "never"
     spans = (
@@ -89,22 +89,22 @@ def report(found: Pass) -> str:
         else "nowhere"
     )
     return (
-        f"tongue carries from {first(1e-3)}, half of the wheel load from {first(0.5)}, all from {first(0.999)}\nseveral"
-        f" points on the left wheel: {spans}\nsteepest contact on the tongue"
-        f" {np.degrees(found.angle[found.on_tongue].max()):.1f} degrees"
+        f"switch rail carries from {first(1e-3)}, half of the wheel load from {first(0.5)}, all from"
+        f" {first(0.999)}\nseveral points on the left wheel: {spans}\nsteepest contact on the switch rail"
+        f" {np.degrees(found.angle[found.on_switch_rail].max()):.1f} degrees"
     )
 
 
 def write(path: Path, found: Pass, switch: Switch) -> None:
-    """One row a point: x [m], y on the stock rail's axes [mm], body (0 stock rail, 1 tongue), force [kN], angle
+    """One row a point: x [m], y on the stock rail's axes [mm], body (0 stock rail, 1 switch rail), force [kN], angle
     [degrees], shift [mm], axle height [mm]."""
     k = found.index
     shift, height = (np.array([getattr(s.state, name) for s in found.states]) for name in ("y", "z"))
     rows = np.column_stack(
         [
             found.x[k],
-            found.place / MM,
-            found.on_tongue,
+            found.position / MM,
+            found.on_switch_rail,
             found.force / 1e3,
             np.degrees(found.angle),
             shift[k] / MM,
@@ -118,7 +118,9 @@ def write(path: Path, found: Pass, switch: Switch) -> None:
         rows,
         delimiter=",",
         fmt="%.5f",
-        header="x_m,y_mm,on_tongue,normal_force_kN,angle_deg,shift_mm,axle_height_mm,tongue_width_mm,tongue_top_mm",
+        header=(
+            "x_m,y_mm,on_switch_rail,normal_force_kN,angle_deg,shift_mm,axle_height_mm,tongue_width_mm,tongue_top_mm"
+        ),
         comments="",
     )
 
@@ -137,7 +139,7 @@ def draw(path: Path, switch: Switch, found: Pass, wheel: str) -> Path:
         figure.suptitle(
             f"{wheel} through a parametric switch (R {switch.radius:g} m, {switch.rail} stock rail), facing to the"
             f" right, axle load {AXLE_LOAD / 1e3:g} kN,\npushed outwards by {PUSH:.0%} of it; after the thesis' Fig."
-            " 3-12, its tongue is not public",
+            " 3-12, its switch rail is not public",
             fontsize=15,
         )
         return save(figure, path)
@@ -149,7 +151,7 @@ def draw_plan(axis, switch: Switch, found: Pass) -> None:
     edge = np.array([switch.gauge_line - switch.width(v) for v in x]) / MM
     axis.fill_between(x, switch.gauge_line / MM, -switch.gauge_line / MM, color="#E3E3E3", lw=0)
     axis.fill_between(x, edge, switch.gauge_line / MM, color="#CFCFCF", lw=0)
-    for value, words in ((np.full(len(x), switch.gauge_line / MM), "stock rail"), (edge, "tongue")):
+    for value, words in ((np.full(len(x), switch.gauge_line / MM), "stock rail"), (edge, "switch rail")):
         axis.plot(x, value, color="#555555", lw=1.0)
         at = -1 if words == "stock rail" else 120
         axis.annotate(
@@ -160,11 +162,11 @@ def draw_plan(axis, switch: Switch, found: Pass) -> None:
             ha="right",
             style="italic",
         )
-    for tongue, (name, colour) in enumerate(BODIES):
-        mine = found.on_tongue == bool(tongue)
+    for switch_rail, (name, colour) in enumerate(BODIES):
+        mine = found.on_switch_rail == bool(switch_rail)
         axis.scatter(
             found.x[found.index[mine]],
-            found.place[mine] / MM,
+            found.position[mine] / MM,
             s=6e-4 * found.force[mine],
             color=colour,
             label=f"contact on the {name}",
@@ -183,8 +185,8 @@ def draw_plan(axis, switch: Switch, found: Pass) -> None:
 
 
 def draw_shares(axis, found: Pass) -> None:
-    for tongue, (name, colour) in enumerate(BODIES):
-        axis.plot(found.x, 100 * found.share(bool(tongue)), color=colour, label=f"load on the {name} [%]")
+    for switch_rail, (name, colour) in enumerate(BODIES):
+        axis.plot(found.x, 100 * found.share(bool(switch_rail)), color=colour, label=f"load on the {name} [%]")
     axis.plot(
         found.x, 10 * found.points(), color="black", lw=1.0, drawstyle="steps-mid", label="points that carry, times 10"
     )
@@ -195,12 +197,12 @@ def draw_shares(axis, found: Pass) -> None:
 
 
 def draw_section(axis, switch: Switch, found: Pass, at: float, wheel: str) -> None:
-    """Stock rail, tongue and the wheel where it rests, looking along the track; contacts marked."""
+    """Stock rail, switch rail and the wheel where it rests, looking along the track; contacts marked."""
     k = int(np.argmin(np.abs(found.x - at)))
     x, state = float(found.x[k]), found.states[k].state
     track = switch.track(x)
-    origin = track.gauge_offset("left") + track.left_place.lateral
-    for profile, colour in ((switch.stock, "#DDDDDD"), (switch.tongue(x), "#C2C2C2")):
+    origin = track.gauge_offset("left") + track.left_position.lateral
+    for profile, colour in ((switch.stock, "#DDDDDD"), (switch.switch_rail(x), "#C2C2C2")):
         y, z = profile.points.T / MM
         axis.fill_between(y, z, -36, color=colour, lw=0)
         axis.plot(y, z, color="#555555", lw=0.9)
@@ -212,17 +214,17 @@ def draw_section(axis, switch: Switch, found: Pass, at: float, wheel: str) -> No
         color="black",
         lw=1.4,
     )
-    for y, tongue, force, a in zip(
-        *(v[found.index == k] for v in (found.place, found.on_tongue, found.force, found.angle))
+    for y, switch_rail, force, a in zip(
+        *(v[found.index == k] for v in (found.position, found.on_switch_rail, found.force, found.angle))
     ):
-        z = float((switch.tongue(x) if tongue else switch.stock).height(np.array(y)))
-        axis.plot(y / MM, z / MM, "o", ms=9, color=BODIES[int(tongue)][1], mec="white")
+        z = float((switch.switch_rail(x) if switch_rail else switch.stock).height(np.array(y)))
+        axis.plot(y / MM, z / MM, "o", ms=9, color=BODIES[int(switch_rail)][1], mec="white")
         axis.annotate(
             f"{force / 1e3:.0f} kN, {np.degrees(a):.0f}\u00b0", (y / MM, z / MM), (9, 11), textcoords="offset points"
         )
     axis.set(xlim=(-95, 40), ylim=(-36, 12), aspect="equal", xlabel="y on the stock rail [mm]", ylabel="z [mm]")
     axis.set_title(
-        f"x = {x:.2f} m, tongue {switch.width(x) / MM:.1f} mm wide, top {switch.top(x) / MM:.1f} mm", loc="left"
+        f"x = {x:.2f} m, switch rail {switch.width(x) / MM:.1f} mm wide, top {switch.top(x) / MM:.1f} mm", loc="left"
     )
 
 

@@ -4,10 +4,10 @@
 python -m rail_fem.studies.thesis_sites --out DIR   prints and writes the tables, draws thesis_sites.png; about a minute
 
 What comes out:
-- All printed "theoretical" places are multiples of 5/6 mm and all "experimental" ones of 2.3023 mm: they were counted
-in picture points, which are
+- All printed "theoretical" positions are multiples of 5/6 mm and all "experimental" ones of 2.3023 mm: they were
+counted in picture points, which are
   as coarse as the difference of 1 mm that they are said to meet.
-- The six theoretical places are one rising curve of the wheel's shift towards the track's middle, when a positive
+- The six theoretical positions are one rising curve of the wheel's shift towards the track's middle, when a positive
 offset of Table 3-2 is
   such a shift and half of the gauge variation adds to it. The other sign gives no curve at all.
 - The nominal P8 on BS113A at 1:20 has the slopes of that curve but not its jump: no reading of the offsets, gauge,
@@ -33,7 +33,7 @@ from geometry.wheelset import Track, Wheelset
 from rail_fem.light.load_sharing import static_equilibrium
 
 MM = 1e-3
-THEORETICAL_STEP, MEASURED_STEP = 5 / 6 * MM, 2.3023 * MM  # of the printed places
+THEORETICAL_STEP, MEASURED_STEP = 5 / 6 * MM, 2.3023 * MM  # of the printed positions
 INCLINATION = 1 / 20  # Table 3-1
 WHEEL_LOAD = 98.15e3 / 2
 FITTED = ("b", "c", "d", "e")
@@ -73,7 +73,7 @@ SITES = _sites()
 
 @dataclass(frozen=True)
 class Reading:
-    """How Table 3-2 is understood; the defaults are the only ones that order the six places.
+    """How Table 3-2 is understood; the defaults are the only ones that order the six positions.
 
     sign : +1: a positive offset moves the wheel that was seen towards the track's middle;
     gauge_share : of the gauge variation at this rail
@@ -103,8 +103,8 @@ class Reading:
         return max(self.inclination + self.level_share * site.cross_level / 1.5, 0.0)
 
 
-class Places:
-    """Place of contact from the flange back for one wheel, each state looked for once."""
+class ContactPositions:
+    """Position of contact from the flange back for one wheel, each state looked for once."""
 
     def __init__(self, wheel: Profile, back_to_back: float = 1.360):
         self.wheelset, self.searches, self.known = Wheelset(wheel, back_to_back=back_to_back), {}, {}
@@ -125,7 +125,7 @@ class Places:
         return self.at(reading.inward(site), reading.lean(site), site.yaw)
 
     def misses(self, reading: Reading = Reading(), names: str = FITTED) -> np.ndarray:
-        """(n,)  place less the thesis' theoretical one at these sites [m]."""
+        """(n,)  position less the thesis' theoretical one at these sites [m]."""
         return np.array([self.site(SITES[k], reading) - SITES[k].theoretical for k in names])
 
 
@@ -137,9 +137,9 @@ def readings(play_step: float = 0.25 * MM) -> list[Reading]:
     return [Reading(*map(float, c)) for c in itertools.product(*choices)]
 
 
-def best_reading(places: Places, candidates: list[Reading]) -> tuple[Reading, float]:
+def best_reading(positions: ContactPositions, candidates: list[Reading]) -> tuple[Reading, float]:
     """The reading whose largest miss at sites b to e is least, and that miss [m]."""
-    misses = [np.abs(places.misses(r)).max() for r in candidates]
+    misses = [np.abs(positions.misses(r)).max() for r in candidates]
     best = int(np.argmin(misses))
     return candidates[best], float(misses[best])
 
@@ -153,14 +153,14 @@ def worn_wheel(numbers: tuple[float, float, float]) -> Profile:
 def fitted_wheel() -> tuple[tuple[float, float, float], float]:
     """Wear (depth, half width, middle) [mm] that brings b to e nearest with the readings' defaults, and the largest
     miss left [m]."""
-    miss = lambda x: np.abs(Places(worn_wheel(x)).misses()).max() if 0 <= x[0] < 3 and 8 < x[1] < 40 else 1.0
+    miss = lambda x: np.abs(ContactPositions(worn_wheel(x)).misses()).max() if 0 <= x[0] < 3 and 8 < x[1] < 40 else 1.0
     found = minimize(miss, WEAR_GUESS, method="Nelder-Mead", options={"xatol": 0.01, "fatol": 1e-5, "maxfev": 60})
     return tuple(float(v) for v in found.x), float(found.fun)
 
 
 def sensitivities(site: Site) -> dict[str, float]:
-    """Change of the place [m] for a change of what is not known, nominal profiles."""
-    nominal, one = Places(wheel_profile("P8")), Reading()
+    """Change of the position [m] for a change of what is not known, nominal profiles."""
+    nominal, one = ContactPositions(wheel_profile("P8")), Reading()
     shift, lean = one.inward(site), one.lean(site)
     here = nominal.at(shift, lean, site.yaw)
     search = nominal.searches[round(lean, 4)]
@@ -168,12 +168,12 @@ def sensitivities(site: Site) -> dict[str, float]:
     mean = float(loaded.contacts.from_flange_back @ loaded.normal_force / loaded.normal_force.sum())
     return {
         "gauge +1 mm": nominal.at(shift + 0.5 * MM, lean, site.yaw) - here,
-        "back-to-back +1 mm": Places(wheel_profile("P8"), 1.361).at(shift, lean, site.yaw) - here,
+        "back-to-back +1 mm": ContactPositions(wheel_profile("P8"), 1.361).at(shift, lean, site.yaw) - here,
         "shift inwards 1 mm": nominal.at(shift + 1 * MM, lean, site.yaw) - here,
         "rail upright by 10 mrad": nominal.at(shift, lean - 0.01, site.yaw) - here,
         "yaw +5 mrad": nominal.at(shift, lean, site.yaw + 5e-3) - here,
         "wheel load 49 kN": mean - here,
-        "tread worn 0.1 mm": Places(worn_wheel((0.1, *WEAR_GUESS[1:]))).at(shift, lean, site.yaw) - here,
+        "tread worn 0.1 mm": ContactPositions(worn_wheel((0.1, *WEAR_GUESS[1:]))).at(shift, lean, site.yaw) - here,
     }
 
 
@@ -204,8 +204,8 @@ def flange_shifts() -> dict[str, float]:
 
 def tables() -> str:
     """All tables as text."""
-    nominal, (wear, left) = Places(wheel_profile("P8")), fitted_wheel()
-    fitted, (reading, miss) = Places(worn_wheel(wear)), best_reading(nominal, readings())
+    nominal, (wear, left) = ContactPositions(wheel_profile("P8")), fitted_wheel()
+    fitted, (reading, miss) = ContactPositions(worn_wheel(wear)), best_reading(nominal, readings())
     rows = ["site  shift inwards  thesis  measured   nominal P8    worn P8   [mm from the flange back]"]
     for s in SITES.values():
         rows.append(
@@ -220,7 +220,7 @@ def tables() -> str:
         f"nominal P8: nearest of {len(readings())} readings misses one of b to e by {miss / MM:.2f} mm ({reading})"
     )
     names = list(sensitivities(SITES["b"]))
-    rows += ["", "change of the place [mm], nominal P8   " + "  ".join(FITTED)]
+    rows += ["", "change of the position [mm], nominal P8   " + "  ".join(FITTED)]
     change = {k: sensitivities(SITES[k]) for k in FITTED}
     rows += [f"  {name:<26}" + " ".join(f"{change[k][name] / MM:7.2f}" for k in FITTED) for name in names]
     rows += ["", "shift at which the contact goes over to the flange [mm]; thesis: about 9"]
@@ -228,8 +228,8 @@ def tables() -> str:
 
 
 def draw(path: Path) -> Path:
-    """Place of contact against the inward shift: nominal and worn wheel, and the thesis' six sites with the size of its
-    picture points."""
+    """Position of contact against the inward shift: nominal and worn wheel, and the thesis' six sites with the size of
+    its picture points."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -243,8 +243,8 @@ def draw(path: Path) -> Path:
         (f"P8 worn {wear[0]:.2f} mm (synthetic), rail 1:20", worn_wheel(wear), INCLINATION, "black"),
     )
     for label, wheel, lean, colour in curves:
-        places = Places(wheel)
-        axis.plot(shift / MM, [places.at(y, lean) / MM for y in shift], ".", ms=3, color=colour, label=label)
+        positions = ContactPositions(wheel)
+        axis.plot(shift / MM, [positions.at(y, lean) / MM for y in shift], ".", ms=3, color=colour, label=label)
     at = [Reading().inward(s) / MM for s in SITES.values()]
     for name, step, colour, marker in (
         ("theoretical", THEORETICAL_STEP, "tab:red", "s"),

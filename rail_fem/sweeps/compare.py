@@ -105,12 +105,12 @@ def accident(result: PassResult, reference: PassResult, *names: str) -> str:
 
 
 def settled_path(result: PassResult) -> np.ndarray:
-    """Places x (n,) of a history's rows after its settling [m]."""
+    """Positions x (n,) of a history's rows after its settling [m]."""
     return result.history["x"][result.history["time"] > result.settings.get("settle_time", -1.0)]
 
 
 def along(result: PassResult, x: np.ndarray, name: str) -> np.ndarray:
-    """A history at places x (n,)."""
+    """A history at positions x (n,)."""
     order = np.argsort(result.history["x"], kind="stable")
     return np.interp(x, result.history["x"][order], result.history[name][order])
 
@@ -251,14 +251,14 @@ def table(comparison: Comparison) -> str:
     ]
     for name, result in zip(comparison.names, comparison.results):
         errors = [_shown(comparison, result, quantity) for quantity in QUANTITIES]
-        place = "-" if np.isnan(result.transfer_x) else f"{result.transfer_x * 1e3:.1f}"
+        position = "-" if np.isnan(result.transfer_x) else f"{result.transfer_x * 1e3:.1f}"
         own = (
             ", ".join(f"{key} {value:.2g}" for key, value in result.error_estimate.items() if np.isfinite(value))
             or "none claimed"
         )
         lines.append(
             f"| {name} | {result.model} | {core_seconds(result):.3g} |"
-            f" {common_path(result, comparison.reference).words} | {' | '.join(errors)} | {place} | {own} |"
+            f" {common_path(result, comparison.reference).words} | {' | '.join(errors)} | {position} | {own} |"
             f" {len(result.warnings)} |"
         )
     return "\n".join(lines) + "\n"

@@ -59,8 +59,8 @@ PANELS = (
 
 
 def group_figure(title: str, results: Mapping[str, PassResult]) -> Figure:
-    """Contact force, height of the wheel and of the crossing, lateral position of contact of each case over the place
-    of the wheel."""
+    """Contact force, height of the wheel and of the crossing, lateral position of contact of each case over the
+    position of the wheel."""
     figure = new_figure(14.0)
     panels = figure.subplots(len(PANELS), 1, sharex=True, gridspec_kw={"height_ratios": [panel[3] for panel in PANELS]})
     for (name, result), colour in zip(results.items(), COLOURS * len(results)):
@@ -129,7 +129,7 @@ def summary_figure(
     models = [model for model in MODELS if resolved(model)]
     figure = new_figure(1.5 + 3.2 * len(measures))
     panels = np.atleast_1d(figure.subplots(len(measures), 1, sharex=True))
-    place, width = np.arange(len(results)), 0.8 / max(len(models), 1)
+    position, width = np.arange(len(results)), 0.8 / max(len(models), 1)
     for axes, (words, measure) in zip(panels, measures.items()):
         for k, model in enumerate(models):
             values = [
@@ -138,7 +138,7 @@ def summary_figure(
             ]
             if np.isfinite(values).any():
                 axes.bar(
-                    place + (k - (len(models) - 1) / 2) * width,
+                    position + (k - (len(models) - 1) / 2) * width,
                     values,
                     width,
                     color=COLOURS[k % len(COLOURS)],
@@ -148,6 +148,6 @@ def summary_figure(
         axes.set_ylim(top=1.25 * axes.get_ylim()[1])
         if axes.patches:
             axes.legend(loc="upper left", ncols=len(models))
-    panels[-1].set_xticks(place, list(results), rotation=45, ha="right")
+    panels[-1].set_xticks(position, list(results), rotation=45, ha="right")
     figure.suptitle(title, fontsize=14)
     return figure

@@ -50,14 +50,14 @@ def parameter_figure(sweep: SweepResults, quantity: str, against: str, models: t
     rows = [row for row in rows if _drawable(row, column, key)]
     if not rows:
         raise ValueError(f"--quantity {quantity}: no run of {', '.join(models) or 'this sweep'} resolves it")
-    places = _places([row[key] for row in rows])
+    positions = _positions([row[key] for row in rows])
     lines = _lines(rows, [name for name in map(title_of, sweep.varied) if name != key], column)
     figure = new_figure(7.5)
     axes = figure.subplots()
     for number, line in enumerate(lines):
-        _draw_line(axes, line, (key, column), places, number, alone=len({one.model for one in lines}) == 1)
-    _draw_static_load(axes, rows, (key, column), places)
-    _label(axes, (key, column), places)
+        _draw_line(axes, line, (key, column), positions, number, alone=len({one.model for one in lines}) == 1)
+    _draw_static_load(axes, rows, (key, column), positions)
+    _label(axes, (key, column), positions)
     _give_title(figure, sweep, rows, column, key)
     return figure
 
@@ -67,8 +67,8 @@ def _with_p2(row: dict[str, Any], column: str) -> dict[str, Any]:
 
 
 def _drawable(row: dict[str, Any], column: str, key: str) -> bool:
-    value, place = row[column], row[key]
-    return math.isfinite(value) and not (isinstance(place, float) and math.isnan(place))
+    value, position = row[column], row[key]
+    return math.isfinite(value) and not (isinstance(position, float) and math.isnan(position))
 
 
 def _lines(rows: list[dict[str, Any]], others: list[str], column: str) -> list[Line]:
@@ -93,17 +93,17 @@ def _words(row: dict[str, Any], others: list[str], column: str) -> str:
     return ", ".join(told)
 
 
-def _places(values: list[Any]) -> dict[Any, float]:
+def _positions(values: list[Any]) -> dict[Any, float]:
     """Where each value stands on the axis: numbers at themselves, text in turn."""
     known = list(dict.fromkeys(values))
     numbers = all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in known)
     return {value: float(value) if numbers else float(i) for i, value in enumerate(known)}
 
 
-def _draw_line(axes, line: Line, names: tuple[str, str], places: dict[Any, float], number: int, alone: bool) -> None:
+def _draw_line(axes, line: Line, names: tuple[str, str], positions: dict[Any, float], number: int, alone: bool) -> None:
     """alone : the figure shows one model, whose lines are told apart by colour and marker"""
     key, column = names
-    x = np.array([places[row[key]] for row in line.rows])
+    x = np.array([positions[row[key]] for row in line.rows])
     y = np.array([row[column] for row in line.rows])
     colour, marker = LINE_OF_MODEL[line.model]
     if alone:
@@ -116,22 +116,22 @@ def _draw_line(axes, line: Line, names: tuple[str, str], places: dict[Any, float
         axes.errorbar(x, y, np.nan_to_num(error * np.abs(y)), fmt="none", ecolor=colour, elinewidth=1.5, capsize=5)
 
 
-def _draw_static_load(axes, rows, names, places) -> None:
+def _draw_static_load(axes, rows, names, positions) -> None:
     key, column = names
     if not column.endswith("[kN]") or column.startswith("static load"):
         return
-    loads = sorted((places[row[key]], row["static load [kN]"]) for row in rows)
+    loads = sorted((positions[row[key]], row["static load [kN]"]) for row in rows)
     axes.plot(*np.transpose(loads), color=GREY, ls="--", lw=1.4, zorder=1, label="static wheel load")
 
 
-def _label(axes, names, places) -> None:
+def _label(axes, names, positions) -> None:
     key, column = names
     axes.set(xlabel=_axis_words(key), ylabel=_axis_words(column))
     axes.margins(x=0.06, y=0.12)
-    if any(place != value for value, place in places.items()):
-        axes.set_xticks(list(places.values()), [str(value) for value in places])
-    elif len(places) <= FEW_VALUES:
-        axes.set_xticks(sorted(places.values()))
+    if any(position != value for value, position in positions.items()):
+        axes.set_xticks(list(positions.values()), [str(value) for value in positions])
+    elif len(positions) <= FEW_VALUES:
+        axes.set_xticks(sorted(positions.values()))
     else:
         axes.xaxis.set_major_locator(AutoLocator())
     axes.legend(

@@ -87,7 +87,7 @@ def force_table(results: Results) -> list[str]:
         last = by_model[[model for model in models if model in by_model][-1]]
         forces = [forces_of(by_model[model]) if model in by_model else "-" for model in models]
         strains = shown(last, ("plastic_strain_wing",), 100.0) + " / " + shown(last, ("plastic_strain_nose",), 100.0)
-        place = "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}"
+        position = "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}"
         lines.append(
             "| "
             + " | ".join(
@@ -96,7 +96,7 @@ def force_table(results: Results) -> list[str]:
                     f"{last.scene.static_wheel_load / 1e3:.2f}",
                     *forces,
                     strains,
-                    place,
+                    position,
                     f"{sum(map(core_seconds, by_model.values())):.1f}",
                     size_of(last, usual),
                     verdict_words(last.trust) or "-",

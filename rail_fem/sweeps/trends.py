@@ -55,19 +55,19 @@ class Measure:
 
 
 def largest_dip(result: PassResult) -> float:
-    """How far the crossing's base goes down below its place at the start [m]."""
+    """How far the crossing's base goes down below its position at the start [m]."""
     height = result.history["crossing_height"]
     return float(height[np.isfinite(height)][0] - np.nanmin(height)) if np.isfinite(height).any() else np.nan
 
 
 def deepest(result: PassResult) -> float:
-    """How far the crossing's base goes down below its place without load [m]."""
+    """How far the crossing's base goes down below its position without load [m]."""
     height = result.history["crossing_height"]
     return float(-np.nanmin(height)) if np.isfinite(height).any() else np.nan
 
 
 def swing(result: PassResult) -> float:
-    """From the highest place of the crossing's base before its lowest to the lowest [m]."""
+    """From the highest position of the crossing's base before its lowest to the lowest [m]."""
     height = result.history["crossing_height"]
     height = height[np.isfinite(height)]
     return float(height[: height.argmin() + 1].max() - height.min()) if len(height) else np.nan

@@ -72,7 +72,7 @@ def test_slices_by_load_ask_for_the_length_that_hertz_cannot_give(ratio):
 )
 def test_a_wheel_far_below_the_rails_radius_rides_on_two_edges_and_that_is_said(solve):
     with pytest.raises(
-        ContactInputError, match=r"touch at 2 place\(s\), x = 0, y = -0.0.*give a window about one of them"
+        ContactInputError, match=r"touch at 2 position\(s\), x = 0, y = -0.0.*give a window about one of them"
     ):
         solve()
 

@@ -133,17 +133,23 @@ def test_patch_of_the_half_space_gives_the_ellipse_s_forces():
 
 def test_ellipse_off_the_origin_has_the_creepages_of_its_place():
     """Spin about the origin is spin about the centre and (-spin y, spin x) of creepage there."""
-    place = ellipse()
+    position = ellipse()
     moved = Patch(
-        Grid(place.grid.x_first + 2e-3, place.grid.y_first - 3e-3, place.grid.dx, place.grid.dy, *place.grid.shape),
+        Grid(
+            position.grid.x_first + 2e-3,
+            position.grid.y_first - 3e-3,
+            position.grid.dx,
+            position.grid.dy,
+            *position.grid.shape,
+        ),
         None,
-        place.pressure,
+        position.pressure,
         np.nan,
         "moved",
     )
     rolled = fastsim(moved, STEEL, STEEL, 0.3, Creepage(1e-3, 2e-4, 0.3))
-    same = fastsim(place, STEEL, STEEL, 0.3, Creepage(1e-3 + 0.3 * 3e-3, 2e-4 + 0.3 * 2e-3, 0.3))
-    np.testing.assert_allclose(rolled.traction, same.traction, atol=1e-6 * 0.3 * place.max_pressure)
+    same = fastsim(position, STEEL, STEEL, 0.3, Creepage(1e-3 + 0.3 * 3e-3, 2e-4 + 0.3 * 2e-3, 0.3))
+    np.testing.assert_allclose(rolled.traction, same.traction, atol=1e-6 * 0.3 * position.max_pressure)
 
 
 def test_two_separate_patches_are_two_ellipses():

@@ -1,4 +1,4 @@
-"""What the patch solvers refuse, with a reason that names the place and the size; and what they answer empty."""
+"""What the patch solvers refuse, with a reason that names the position and the size; and what they answer empty."""
 
 import numpy as np
 import pytest

@@ -94,8 +94,8 @@ def test_point_force_resultant_is_the_stress_summed_along_the_path():
     a, b, at, force = 0.7 - 0.3j, 1.9 + 0.4j, 0.2 + 0.5j, 1.1 + 0.6j
     step = b - a
     normal = -1j * step / abs(step)
-    place, share = np.polynomial.legendre.leggauss(60)
-    xx, yy, xy = point_force_stress(a + step * (1 + place) / 2, at, force, KAPPA).T
+    position, share = np.polynomial.legendre.leggauss(60)
+    xx, yy, xy = point_force_stress(a + step * (1 + position) / 2, at, force, KAPPA).T
     expected = (
         np.sum(share * (xx * normal.real + xy * normal.imag + 1j * (xy * normal.real + yy * normal.imag)))
         * abs(step)

@@ -43,7 +43,7 @@ def test_every_problem_of_the_table_has_an_order(monkeypatch, capsys, tmp_path):
 )
 def test_orders_and_finest_errors_are_those_demanded(name, wanted):
     """VERIFICATION D: 1.5 on closed bodies. In contacts the largest pressure is smooth; a profile has its square-root
-    edge between two nodes, L2 error of first order, seen from 0.6 up through the scatter of the edge's place."""
+    edge between two nodes, L2 error of first order, seen from 0.6 up through the scatter of the edge's position."""
     _, errors, orders = measure(BY_NAME[name])
     for order, finest, (least, most) in zip(orders, errors[-1], wanted):
         assert order > least and finest < most

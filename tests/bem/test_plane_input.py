@@ -1,4 +1,4 @@
-"""Input that the plane methods refuse, each with the cause, the place or value, and what to do; nothing becomes a
+"""Input that the plane methods refuse, each with the cause, the position or value, and what to do; nothing becomes a
 silent nan."""
 
 import numpy as np
@@ -14,7 +14,7 @@ from bem.plane.boundary import FIXED, Condition, ConditionError, EquilibriumErro
 from bem.plane.contact import Settings, SettingsError, solve_contact
 from bem.plane.coulomb import Drive, FrictionError
 from bem.plane.curve import CurveError, arc
-from bem.plane.internal import PlaceError, field_at, grid_below, stress_at
+from bem.plane.internal import PositionError, field_at, grid_below, stress_at
 from bem.plane.mesh import Sizing, Zone, mesh_outline
 from bem.plane.outline import Edge, Outline, OutlineError
 from bem.plane.point_load import PointLoad, PointLoadError
@@ -162,15 +162,23 @@ def test_materials_and_bodies(error, message, call):
             lambda: solve_boundary(MESH, STEEL, {"bottom": FIXED}, (PointLoad((0.5, 1.0)),)),
         ),
         (PointLoadError, "not finite", lambda: PointLoad((0.5, 0.5), (np.nan, 0.0))),
-        (PlaceError, r"shape \(3,\)", lambda: stress_at(solve_boundary(MESH, STEEL, {"bottom": FIXED}), np.zeros(3))),
         (
-            PlaceError,
+            PositionError,
+            r"shape \(3,\)",
+            lambda: stress_at(solve_boundary(MESH, STEEL, {"bottom": FIXED}), np.zeros(3)),
+        ),
+        (
+            PositionError,
             r"point 1 of 2 is \(nan, 0.5\)",
             lambda: field_at(PRESSED.solution("fixed"), np.array([[0, 0.5], [np.nan, 0.5]])),
         ),
-        (PlaceError, "two dimensions", lambda: field_at(PRESSED.solution("fixed"), 3.0)),
-        (PlaceError, "size = 0.0", lambda: grid_below(FIXED_BODY.outline, "face", np.zeros(2), 0.01, 0.015, 0.0)),
-        (PlaceError, r"3e\+14 points", lambda: grid_below(FIXED_BODY.outline, "face", np.zeros(2), 0.01, 0.015, 1e-9)),
+        (PositionError, "two dimensions", lambda: field_at(PRESSED.solution("fixed"), 3.0)),
+        (PositionError, "size = 0.0", lambda: grid_below(FIXED_BODY.outline, "face", np.zeros(2), 0.01, 0.015, 0.0)),
+        (
+            PositionError,
+            r"3e\+14 points",
+            lambda: grid_below(FIXED_BODY.outline, "face", np.zeros(2), 0.01, 0.015, 1e-9),
+        ),
     ]
 )
 def test_conditions_and_places(error, message, call):

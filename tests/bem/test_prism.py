@@ -56,8 +56,8 @@ def cell_forces(mesh, k):
     step = mesh.vertices[mesh.following] - mesh.vertices
     normal = np.column_stack([step[:, 1], -step[:, 0]]) / mesh.lengths[:, None]
     for cell, offset in ((mesh.first, 0.0), (mesh.last, 0.5)):
-        for place, weight in zip(_GAUSS, _WEIGHTS):
-            t = line_traction(mesh.vertices + step * (offset + (1 + place) / 4) - SOURCE, normal, k)
+        for position, weight in zip(_GAUSS, _WEIGHTS):
+            t = line_traction(mesh.vertices + step * (offset + (1 + position) / 4) - SOURCE, normal, k)
             for c in range(3):
                 np.add.at(force[c], cell, t[:, c] * weight / 4 * mesh.lengths)
     return force.reshape(-1, 1)
@@ -88,7 +88,7 @@ def test_bessel_rests_keep_their_digits():
 
 def test_line_field_is_the_sum_of_kelvins_point_forces():
     """Kelvin's solution integrated over 6 m of the wave, whose tail beyond is of the order 1 / (k (3 m)^2)."""
-    away, place, k = np.array([0.004, -0.007]), 0.003, 150.0
+    away, position, k = np.array([0.004, -0.007]), 0.003, 150.0
     panels = np.linspace(-3, 3, 301)
 
     def kelvin(i, j, x):
@@ -99,10 +99,10 @@ def test_line_field_is_the_sum_of_kelvins_point_forces():
     for i, j in ((0, 0), (0, 1), (2, 1), (0, 2), (2, 2)):
         wave = np.cos if j < 2 else np.sin
         total = sum(
-            quad(lambda t: kelvin(i, j, np.array([*away, place - t])) * wave(k * t), a, b)[0]
+            quad(lambda t: kelvin(i, j, np.array([*away, position - t])) * wave(k * t), a, b)[0]
             for a, b in zip(panels, panels[1:])
         )
-        here = np.cos(k * place) if i < 2 else np.sin(k * place)
+        here = np.cos(k * position) if i < 2 else np.sin(k * position)
         assert total == pytest.approx(here * field[i, j], abs=0.01 * field[0, 0])
 
 

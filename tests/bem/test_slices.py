@@ -201,7 +201,7 @@ def edge_bodies():
 
 def test_beside_an_edge_a_long_patch_is_plane_strain_and_the_half_space_is_wrong():
     """Patch 3 mm wide whose middle lies 2 mm from the edge: 2D boundary elements as reference solution, 2 %; the
-    half-space's peak misses the place."""
+    half-space's peak misses the position."""
     lower, upper = edge_bodies()
     grid = Grid.over((-0.5, 0.5), (-0.0035, 0.002), 41, 66)
     patch = slice_contact(Slices(lower, upper), load=2e6, grid=grid, cut=True, threads=1, estimate=False)
@@ -237,12 +237,12 @@ def test_load_and_approach_are_two_ways_to_the_same_patch_and_threads_change_not
 
 
 def test_measured_slices_are_the_wheel():
-    """The wheel cut at 41 places, handed over as profiles: pressure within 0.5 % of the body of revolution (cubic
+    """The wheel cut at 41 positions, handed over as profiles: pressure within 0.5 % of the body of revolution (cubic
     between slices)."""
     lower, upper = (getattr(wheel_and_rail(0.3, 0.46, 0.03, 0.06), name) for name in ("lower", "upper"))
     wheel = wheel_on_prism(lower, upper, 0.46)
     x = np.linspace(-0.012, 0.012, 41)
-    cut = slices_of_profiles(lower, upper, x, upper_profiles=[wheel.upper_section(place)[0] for place in x])
+    cut = slices_of_profiles(lower, upper, x, upper_profiles=[wheel.upper_section(position)[0] for position in x])
     expected = slice_contact(wheel, load=5e4, cells=(30, 30), threads=1, estimate=False)
     found = slice_contact(cut, load=5e4, cells=(30, 30), length=(-0.012, 0.012), threads=1, estimate=False)
     assert found.max_pressure == pytest.approx(expected.max_pressure, rel=5e-3)

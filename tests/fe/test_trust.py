@@ -13,7 +13,7 @@ from rail_fem.output.shares import last_known, numerical_shares
 from rail_fem.output.trust_text import trust_text, verdict_words
 from rail_fem.show.energies import resolved_shares
 from tests.fe.test_rebound import STEELS, throw
-from tests.rail_fem.standin_run import write_run
+from tests.rail_fem.surrogate_run import write_run
 
 TIME = np.linspace(0.0, 10e-3, 101)
 SETTLED = 2e-3
@@ -146,9 +146,9 @@ def test_the_static_row_says_where_there_is_nothing_to_judge():
 
 def test_report_and_verdict_in_words():
     trust = {"rows": [row.plain() for row in report_rows(facts(hourglass_zone=0.064))], "slowest": ["element 7"]}
-    text = trust_text(trust, ["the wheel is a stand-in"])
+    text = trust_text(trust, ["the wheel is a surrogate"])
     assert (
-        "1 warning(s)\n    the wheel is a stand-in" in text
+        "1 warning(s)\n    the wheel is a surrogate" in text
         and "element 7" in text
         and text.count("(rule: ") == len(trust["rows"])
     )

@@ -13,7 +13,7 @@ REFERENCE = np.array(
 
 
 def jacobians(corner: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Determinant (m,) of dx / d xi of trilinear cells (m, 8, 3) at one reference place (3,)."""
+    """Determinant (m,) of dx / d xi of trilinear cells (m, 8, 3) at one reference position (3,)."""
     factor = 1 + REFERENCE * at
     gradient = (
         REFERENCE

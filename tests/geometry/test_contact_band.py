@@ -31,7 +31,7 @@ def test_a_cone_on_the_rail_crown_runs_on_a_band_of_hertz_width():
 
 
 def test_the_clearance_of_the_touched_place_is_zero_and_none_is_below():
-    """Spacing h of the axle's places: h^2 / (8 R) = 0.3 um above what the exact path would leave."""
+    """Spacing h of the axle's positions: h^2 / (8 R) = 0.3 um above what the exact path would leave."""
     crossing, wheel = CastCrossing(9.25), wheel_profile("P8")
     run = wheel_path(crossing, wheel, np.arange(0.2, 0.35, 1 * MM))
     y = np.arange(-60, 80, 0.5) * MM

@@ -1,8 +1,8 @@
 """Contact points: closed forms for sphere, cylinder and cone, yawed and rolled; symmetry; several points; published
 flange jump.
 
-TIGHT: places and heights are exact but for the profiles' Hermite interpolation. On arcs of 0.3 m sampled every 0.1 mm
-its slope errs by less than h^3 z'''' ~ 1e-12 * 3 / 0.3^3 ~ 1e-10, which moves a contact of relative radius 0.2 m by
+TIGHT: positions and heights are exact but for the profiles' Hermite interpolation. On arcs of 0.3 m sampled every 0.1
+mm its slope errs by less than h^3 z'''' ~ 1e-12 * 3 / 0.3^3 ~ 1e-10, which moves a contact of relative radius 0.2 m by
 2e-11 m.
 """
 
@@ -16,7 +16,7 @@ from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
 from geometry.profiles.profile import Profile, arc, graph, line
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
-from geometry.wheelset import RailPlace, Track, Wheelset, WheelsetError
+from geometry.wheelset import RailPosition, Track, Wheelset, WheelsetError
 
 MM = 1e-3
 TIGHT = 1e-9
@@ -45,8 +45,8 @@ def cone_wheel(slope: float, low: float = -50 * MM, high: float = 60 * MM) -> Pr
     return Profile.from_pieces([line((low, slope * low), (high, slope * high), 1 * MM)], "cone")
 
 
-def search_for(wheel: Profile, rail: Profile, **places) -> ContactSearch:
-    return ContactSearch(Wheelset(wheel, radius=RADIUS), Track(rail, **places))
+def search_for(wheel: Profile, rail: Profile, **positions) -> ContactSearch:
+    return ContactSearch(Wheelset(wheel, radius=RADIUS), Track(rail, **positions))
 
 
 def rail_axis(search: ContactSearch, side: str) -> np.ndarray:
@@ -67,7 +67,7 @@ def axle(state: Wheelset) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("lateral, yaw, lift", [(0, 0, 0), (4 * MM, 0.03, 0), (-7 * MM, -0.06, 8 * MM)])
 def test_spheres_touch_crowns_where_the_distance_of_their_centres_says(lateral, yaw, lift):
     """Two equations for height and roll: each sphere's centre is RADIUS + CROWN from its rail's axis."""
-    search = search_for(bowl(RADIUS, 60 * MM), crown_rail(), left_place=RailPlace(vertical=lift))
+    search = search_for(bowl(RADIUS, 60 * MM), crown_rail(), left_position=RailPosition(vertical=lift))
     state = search.settle(lateral, yaw, held_at="axle")
     arm = search.wheelset.datum_arm
 
@@ -97,7 +97,7 @@ def test_spheres_touch_crowns_where_the_distance_of_their_centres_says(lateral, 
 @pytest.mark.parametrize("yaw, lift", [(0.0, 0.0), (0.05, 0.0), (-0.08, 5 * MM), (0.02, -12 * MM)])
 def test_cylinders_touch_on_the_common_perpendicular_of_two_skew_lines(yaw, lift):
     """Wheel cylinder and rail crown: distance of axle and rail axis = RADIUS + CROWN; crossed at the yaw angle."""
-    search = search_for(cone_wheel(0.0), crown_rail(), left_place=RailPlace(vertical=lift))
+    search = search_for(cone_wheel(0.0), crown_rail(), left_position=RailPosition(vertical=lift))
     state = search.settle(0.0, yaw)
     start, direction = axle(state)
     for side in ("left", "right"):
@@ -262,7 +262,7 @@ def test_points_are_the_same_at_any_resolution():
                 for side in ("left", "right")
             ]
         )
-    # a place where slopes are flat: round-off 1e-15 / (curvature ~ 3 / m) and kinks of the second derivative
+    # a position where slopes are flat: round-off 1e-15 / (curvature ~ 3 / m) and kinks of the second derivative
     assert np.abs(np.subtract(*answers)).max() < 1e-7
 
 

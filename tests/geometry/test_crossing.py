@@ -70,7 +70,7 @@ def test_nose_is_symmetric_about_its_centre_line():
     heights, images = crossing.top_height(x, y, "nose"), crossing.top_height(*mirrored.T, "nose")
     near = heights > -30 * MM
     assert near.sum() > 100
-    # steep faces magnify the rounding of the mirrored place: slope 4 times 1e-16 m, many operations
+    # steep faces magnify the rounding of the mirrored position: slope 4 times 1e-16 m, many operations
     assert np.abs(heights - images)[near].max() < 1e-13
 
 

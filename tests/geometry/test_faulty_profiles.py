@@ -1,4 +1,4 @@
-"""Files of every format with the faults that real ones have: read right, mended with a word, or refused with the
+"""Files of every format with the faults that real ones have: read right, repaired with a word, or refused with the
 remedy. No outside file."""
 
 import numpy as np
@@ -42,8 +42,8 @@ def test_a_wheel_whose_rim_face_reaches_farther_than_its_flange_stands_on_its_fl
     kept, the spline between them 4 um at the root."""
     found = examine(read_raw(written(tmp_path / "a.whl", MINIPROF_OLD + rows(measured_wheel()))))
     assert off_tread(found) < 5 * UM
-    assert says(found, "mended", "from the file's y = 0, the flange back by its format: shifted by -70.000")
-    assert not says(found, "mended", "mirrored")
+    assert says(found, "repaired", "from the file's y = 0, the flange back by its format: shifted by -70.000")
+    assert not says(found, "repaired", "mirrored")
 
 
 DISGUISES = [
@@ -101,7 +101,7 @@ def test_a_wheel_whose_flange_back_is_not_measured_asks_for_it_and_is_then_right
     ):
         examine(read_raw(file))
     found = examine(read_raw(file), flange_back=0.0)
-    assert off_tread(found) < 5 * UM and says(found, "mended", "from the flange back as told")
+    assert off_tread(found) < 5 * UM and says(found, "repaired", "from the flange back as told")
     shifted = written(tmp_path / "b.prw", simpack((points + [12.5, 3.0]) * [1, -1], "wheel"))
     assert off_tread(examine(read_raw(shifted), flange_back=12.5 * MM)) < 5 * UM
     mirrored = raw(points * [-MM, MM], "wheel")
@@ -113,22 +113,22 @@ def test_a_wheel_whose_flange_back_is_not_measured_asks_for_it_and_is_then_right
 
 def test_a_flange_back_measured_beside_a_files_own_datum_is_said():
     points = wheel_profile("P8").points[::3] + [1.0 * MM, 0.0]
-    assert says(examine(raw(points, "wheel")), "doubt", "flange back is measured at y = -69.00 mm")
+    assert says(examine(raw(points, "wheel")), "warning", "flange back is measured at y = -69.00 mm")
 
 
 def test_the_crown_of_a_rail_is_set_to_zero_and_its_gauge_side_mirrored_as_told(tmp_path):
     file = written(tmp_path / "a.ban", MINIPROF_KEYS.format(count=999) + rows(measured_rail()))
     found = examine(read_raw(file))
-    assert says(found, "mended", "crown set to z = 0: moved by 6.010 mm") and says(
-        found, "doubt", "use the option mirror"
+    assert says(found, "repaired", "crown set to z = 0: moved by 6.010 mm") and says(
+        found, "warning", "use the option mirror"
     )
     told = examine(read_raw(file), mirror=True)
     y = np.linspace(-30, 30, 301) * MM
     assert np.abs(told.profile.height(y) - rail_head("60E1").height(y)).max() < 0.5 * UM
-    assert says(told, "mended", "mirrored as told") and not says(told, "doubt", "mirror")
+    assert says(told, "repaired", "mirrored as told") and not says(told, "warning", "mirror")
     kept = examine(read_raw(file), origin="file")
     assert kept.profile.points[:, 1].max() == pytest.approx(-6.01 * MM, abs=1e-9) and says(
-        kept, "doubt", "kept (as told)"
+        kept, "warning", "kept (as told)"
     )
     placed = examine(read_raw(file), mirror=True, origin=(2 * MM, -6.01 * MM))
     crown = placed.profile.points[np.argmax(placed.profile.points[:, 1])]
@@ -151,13 +151,13 @@ def test_a_format_whose_axis_points_the_other_way_than_the_shape_is_doubted():
     """A .prr and a .prw exported with z up: taken by their shape, with a word."""
     for kind, points in (("rail", rail_head("60E1").points), ("wheel", wheel_profile("P8").points)):
         found = examine(RawProfile(points, np.arange(len(points)), raw(points).path, "Simpack", 1.0, kind, -1))
-        assert says(found, "doubt", "by its format the vertical axis points down")
+        assert says(found, "warning", "by its format the vertical axis points down")
         assert np.abs(found.profile.points - points).max() < 1e-12
 
 
 def test_a_leaning_gauge_face_is_said_and_its_foot_stays_in_reach_of_a_flange():
     found = examine(raw(leaning_rail(), "rail", up=1))
-    assert says(found, "doubt", "the gauge face leans over by 2.00 mm")
+    assert says(found, "warning", "the gauge face leans over by 2.00 mm")
     placed = Track(found.profile).placed("left")
     assert placed.is_graph
     whole, offset = found.profile.points, Track(found.profile).gauge_offset("left")
@@ -252,11 +252,11 @@ def test_a_declared_unit_holds_where_no_other_fits_and_a_told_one_always():
     y = np.linspace(-10, 10, 81)
     narrow = np.column_stack([y, -(y**2) / 600])
     found = examine(raw(narrow, "rail", unit=1e-3, up=1))
-    assert says(found, "doubt", "in mm as declared the rail is 20 mm wide") and np.ptp(
+    assert says(found, "warning", "in mm as declared the rail is 20 mm wide") and np.ptp(
         found.profile.points[:, 0]
     ) == pytest.approx(20 * MM)
     head = rail_head("60E1").points[::3] / MM
-    assert says(examine(raw(head, "rail", unit=0.0254, unit_told=True)), "doubt", "in inch as told the rail is 1")
+    assert says(examine(raw(head, "rail", unit=0.0254, unit_told=True)), "warning", "in inch as told the rail is 1")
     with pytest.raises(ProfileError, match="would fit in mm: state the unit"):
         examine(raw(head, "rail", unit=0.0254))
 
@@ -271,11 +271,11 @@ def test_single_points_that_stand_out_of_a_quiet_line_are_put_back(kind, points)
     for at, height in ((len(clean) // 3, 0.3 * MM), (len(clean) // 2, -0.05 * MM)):
         spiked[at, 1] += height
     found = examine(raw(spiked, kind))
-    assert says(found, "mended", "2 point(s) stood out of the line")
+    assert says(found, "repaired", "2 point(s) stood out of the line")
     near = np.clip(clean[:, 0], -46 * MM if kind == "wheel" else -30 * MM, 30 * MM)
     off = found.profile.graph_part().height(near) - examine(raw(clean, kind)).profile.graph_part().height(near)
     assert np.abs(off).max() < 30 * UM  # of 300, where the points' distance changes
-    assert not says(examine(raw(clean, kind)), "mended", "stood out")
+    assert not says(examine(raw(clean, kind)), "repaired", "stood out")
 
 
 def test_points_nearer_than_their_print_shows_a_tangent_are_left_out():
@@ -285,7 +285,7 @@ def test_points_nearer_than_their_print_shows_a_tangent_are_left_out():
     points = np.round(np.column_stack([y, -(y**2) / 60]), 4)
     points = points[np.append(True, np.hypot(*np.diff(points, axis=0).T) > 0)]
     found = examine(raw(points, "rail", unit=1e-3, up=1))
-    assert says(found, "mended", "nearer to their neighbour")
+    assert says(found, "repaired", "nearer to their neighbour")
     inner = np.abs(found.profile.points[:, 0]) < 29 * MM
     assert np.abs(np.tan(found.profile.angle_after) + found.profile.points[:, 0] / 0.03)[inner].max() < 0.02
 
@@ -297,7 +297,7 @@ def test_the_scatter_to_take_out_can_be_told(level):
     clean = rail_head("60E1", spacing=0.4 * MM).points
     noisy = clean + np.random.default_rng(7).normal(0, level, clean.shape)
     found = examine(raw(noisy, up=1), smoothing=level)
-    assert says(found, "mended", f"{level / UM:.3g} um taken out as told")
+    assert says(found, "repaired", f"{level / UM:.3g} um taken out as told")
     crown = np.linspace(-20, 20, 201) * MM
     off = lambda profile: np.std(profile.graph_part().height(crown) - rail_head("60E1").height(crown))
     assert off(found.profile) < 0.6 * off(examine(raw(noisy, up=1), smooth=False).profile)

@@ -49,8 +49,8 @@ def test_ends_go_straight_on_where_that_is_asked_for(sections):
 
 
 def test_outlines_have_the_same_points_and_lie_on_the_surface(crossing):
-    for body, places in (("wing", (-0.7, 0.1, 0.4)), ("nose", (0.25, 0.4))):
-        for x in places:
+    for body, positions in (("wing", (-0.7, 0.1, 0.4)), ("nose", (0.25, 0.4))):
+        for x in positions:
             line = getattr(crossing, f"{body}_section")(x)
             assert len(line) == sum(SEGMENTS.values()) + 1
             head = line[SEGMENTS["face"] + 1 : -SEGMENTS["side"] - 2]

@@ -99,7 +99,7 @@ def test_cap_lies_on_its_exact_surface(facing, shape, radii):
 
 
 @pytest.mark.parametrize(
-    "make, fault",
+    "make, message",
     [
         (lambda: mesh_box((1.0, -1.0, 1.0), (1, 1, 1)), "must be positive"),
         (lambda: mesh_box((1.0, 1.0, 1.0), (1, 0, 1)), "counts at least 1"),
@@ -121,6 +121,6 @@ def test_cap_lies_on_its_exact_surface(facing, shape, radii):
         (lambda: mesh_half_cylinder_block(0.4, 0.02, 1e-3, 0.02, -2e-3, 4e-3, 4e-3), "size -0.002 m must be positive"),
     ],
 )
-def test_block_that_cannot_be_is_refused_with_the_remedy(make, fault):
-    with pytest.raises(MeshError, match=fault):
+def test_block_that_cannot_be_is_refused_with_the_remedy(make, message):
+    with pytest.raises(MeshError, match=message):
         make()

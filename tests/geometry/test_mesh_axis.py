@@ -48,7 +48,7 @@ def test_graded_line_is_fine_where_asked_and_grows_outside(left, fine, right, si
 
 
 @pytest.mark.parametrize(
-    "arguments, fault",
+    "arguments, message",
     [
         (
             ((0.0, 1.0, (0.2, 1.2), 0.1)),
@@ -60,6 +60,6 @@ def test_graded_line_is_fine_where_asked_and_grows_outside(left, fine, right, si
         (((0.0, 1.0, (0.2, 0.4), 0.1, 1.0)), "growth 1.0 above 1"),
     ],
 )
-def test_line_that_cannot_be_divided_is_refused(arguments, fault):
-    with pytest.raises(MeshError, match=fault):
+def test_line_that_cannot_be_divided_is_refused(arguments, message):
+    with pytest.raises(MeshError, match=message):
         graded_line(*arguments)

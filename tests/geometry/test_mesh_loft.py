@@ -200,7 +200,7 @@ def _distance(points, polyline):
 
 
 @pytest.mark.parametrize(
-    "size, changes, fault",
+    "size, changes, message",
     [
         (0.0, {}, "mesh of the wing: element_size 0.0 m must be positive"),
         (-1 * MM, {}, "element_size -0.001 m must be positive"),
@@ -224,8 +224,8 @@ def _distance(points, polyline):
         (4 * MM, {"band": (0.01, -0.01)}, "is empty; give"),
     ],
 )
-def test_bad_spec_is_refused_with_place_size_and_remedy(size, changes, fault):
-    with pytest.raises(MeshError, match=fault):
+def test_bad_spec_is_refused_with_place_size_and_remedy(size, changes, message):
+    with pytest.raises(MeshError, match=message):
         mesh_crossing(StraightRail(), rail_spec(size, **changes))
 
 

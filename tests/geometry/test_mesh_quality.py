@@ -85,8 +85,8 @@ def test_report_shows_the_numbers_in_their_units():
 @pytest.mark.parametrize("seed", range(5))
 def test_volume_and_mean_gradient_of_any_trilinear_cell(seed):
     """Volume against Gauss points, which are exact; the gradient against its definition: it sums to zero, reproduces
-    linear fields exactly, and is the derivative of the volume (a cubic of one node's place, so differences of +-1 are
-    exact)."""
+    linear fields exactly, and is the derivative of the volume (a cubic of one node's position, so differences of +-1
+    are exact)."""
     random = np.random.default_rng(seed)
     corner = REFERENCE / 2 + random.uniform(-0.2, 0.2, (20, 8, 3))
     volume, gradient = cell_volume(corner), mean_gradient(corner)

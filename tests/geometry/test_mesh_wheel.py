@@ -145,7 +145,7 @@ def test_two_bands_make_two_fine_patches_and_a_cut_profile_stays_in_its_range():
 
 
 @pytest.mark.parametrize(
-    "radius, changes, fault",
+    "radius, changes, message",
     [
         (RADIUS, {"element_size": 0.0}, "all sizes must be positive finite"),
         (RADIUS, {"element_size": -1 * MM}, "all sizes must be positive finite"),
@@ -186,6 +186,6 @@ def test_two_bands_make_two_fine_patches_and_a_cut_profile_stays_in_its_range():
         ),
     ],
 )
-def test_bad_spec_is_refused_with_place_size_and_remedy(radius, changes, fault):
-    with pytest.raises(MeshError, match=fault):
+def test_bad_spec_is_refused_with_place_size_and_remedy(radius, changes, message):
+    with pytest.raises(MeshError, match=message):
         mesh_wheel(PROFILE, radius, replace(SPEC, **changes))

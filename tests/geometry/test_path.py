@@ -83,13 +83,13 @@ def test_a_cylinder_on_a_ramp_touches_ahead_of_its_axle():
     y = tread_datum_y() - 15 * MM  # the plane rises to the field side, like the centre line's foot
     plane = crossing.top_height(x, y, "nose")
     assert np.abs(height - (plane + RADIUS * (np.sqrt(1 + a * a) - 1))).max() < TIGHT
-    # a flat maximum: place to sqrt(2 R * round-off) = 1e-8, times the golden section's own 2e-8
+    # a flat maximum: position to sqrt(2 R * round-off) = 1e-8, times the golden section's own 2e-8
     assert np.abs(point[:, 0] - x - RADIUS * a / np.sqrt(1 + a * a)).max() < 1e-7
 
 
 def test_the_slope_on_a_ramp_is_the_ramps():
-    """The wheel climbs as its ramp does, 5 % here, of which a slope taken as ahead / R would lack 6e-5. Place to 1e-7
-    m, over R."""
+    """The wheel climbs as its ramp does, 5 % here, of which a slope taken as ahead / R would lack 6e-5. Position to
+    1e-7 m, over R."""
     crossing, x = CastCrossing(9.25, topping_slope=0.05, topping_depth=10 * MM), np.array([0.28, 0.29, 0.30])
     path = wheel_path(crossing, cone(0.0, -22 * MM, -15 * MM), x)
     y = path.nose_point[:, 1]

@@ -1,4 +1,4 @@
-"""Profile doctor: each malformed profile is mended with a visible report or refused with file, line and reason."""
+"""Profile doctor: each malformed profile is repaired with a visible report or refused with file, line and reason."""
 
 from pathlib import Path
 
@@ -38,7 +38,7 @@ def test_unit_mirror_axis_and_order_of_a_wheel_give_the_same_profile(scale, name
     found = examine(raw(points, "wheel"))
     assert found.unit_name == name
     assert np.abs(found.profile.points - WHEEL).max() < 1e-12
-    assert says(found, "mended", "mirrored") == (mirror < 0)
+    assert says(found, "repaired", "mirrored") == (mirror < 0)
 
 
 def test_a_declared_unit_that_cannot_be_is_refused_with_the_one_that_fits():
@@ -48,7 +48,7 @@ def test_a_declared_unit_that_cannot_be_is_refused_with_the_one_that_fits():
 
 def test_a_measured_wheel_is_set_on_its_datum():
     found = examine(raw(WHEEL + [0.0712, -0.0034], "wheel"))
-    assert says(found, "mended", "set on the tread datum")
+    assert says(found, "repaired", "set on the tread datum")
     assert np.abs(found.profile.points - WHEEL).max() < 2.5e-7  # the EN arc passes D0 itself at 0.19 um
 
 
@@ -57,20 +57,20 @@ def test_where_a_measured_wheels_zero_lies_does_not_change_its_flange(raised):
     """Its height counts from the tread; a file may have its zero anywhere, at the flange's tip or on the axle's
     side."""
     found = examine(raw(WHEEL + [0.0712, raised * MM], "wheel"))
-    assert says(found, "mended", f"{-raised:.3f} mm; flange {-WHEEL[:, 1].min() / MM:.2f} mm high")
+    assert says(found, "repaired", f"{-raised:.3f} mm; flange {-WHEEL[:, 1].min() / MM:.2f} mm high")
     assert np.abs(found.profile.points - WHEEL).max() < 2.5e-7
 
 
 def test_repeated_points_are_taken_out_and_said():
     found = examine(raw(np.repeat(RAIL, 2, axis=0)))
-    assert says(found, "mended", f"{len(RAIL)} repeated point(s) taken out, the first on line 2")
+    assert says(found, "repaired", f"{len(RAIL)} repeated point(s) taken out, the first on line 2")
     assert np.array_equal(found.profile.points, RAIL)
 
 
 def test_zigzag_is_mended_by_taking_out_what_turns_back():
     points = np.insert(RAIL, 60, RAIL[40] + [0, 1 * MM * 0], axis=0)
     found = examine(raw(points))
-    assert says(found, "mended", "zig-zag: 1 point(s)")
+    assert says(found, "repaired", "zig-zag: 1 point(s)")
     assert np.array_equal(found.profile.points, RAIL)
 
 
@@ -108,7 +108,7 @@ def test_noise_is_measured_and_taken_out(level):
     noisy = clean + rng.normal(0, level, clean.shape)
     assert noise_level(noisy) == pytest.approx(level, rel=0.25)
     found = examine(raw(noisy))
-    assert says(found, "mended", "smoothed")
+    assert says(found, "repaired", "smoothed")
     crown = np.linspace(-0.02, 0.02, 201)
     left = found.profile.graph_part().height(crown) - rail_head("60E1").height(crown)
     assert np.sqrt(np.mean(left**2)) < 0.5 * level
@@ -124,7 +124,7 @@ def test_a_kink_is_told_from_noise_and_kept():
 
 def test_gaps_are_bridged_with_a_doubt_or_refused():
     narrow = np.delete(RAIL, slice(60, 95), axis=0)
-    assert says(examine(raw(narrow)), "doubt", "gap of")
+    assert says(examine(raw(narrow)), "warning", "gap of")
     y = RAIL[:, 0]
     with pytest.raises(ProfileError, match="too wide to bridge"):
         examine(raw(RAIL[(y < -15 * MM) | (y > 15 * MM)]))
@@ -141,7 +141,7 @@ def test_few_and_many_points_are_taken(count):
     y = np.linspace(-35, 35, count) * MM
     found = examine(raw(np.column_stack([y, -(y**2) / 0.6])))
     assert len(found.profile.points) == count
-    assert says(found, "doubt", "only 5 points") == (count == 5)
+    assert says(found, "warning", "only 5 points") == (count == 5)
 
 
 def test_the_picture_is_drawn(tmp_path):
@@ -172,11 +172,11 @@ def test_a_hollow_wheel_says_that_its_tread_is_off_its_datum():
     slightly = worn(wheel_profile("P8"), 1.5 * MM, 33 * MM, "hollow").points
     found = examine(raw(slightly, "wheel"))
     assert (
-        says(found, "doubt", "passes +1.50 mm off the file's datum")
+        says(found, "warning", "passes +1.50 mm off the file's datum")
         and np.abs(found.profile.points - slightly).max() < 1e-12
     )
-    assert says(examine(raw(wheel_profile("P8-hollow").points, "wheel")), "mended", "shifted by 0.000, -3.000 mm")
-    assert not says(examine(raw(WHEEL, "wheel")), "doubt", "off the file's datum")
+    assert says(examine(raw(wheel_profile("P8-hollow").points, "wheel")), "repaired", "shifted by 0.000, -3.000 mm")
+    assert not says(examine(raw(WHEEL, "wheel")), "warning", "off the file's datum")
 
 
 @pytest.mark.parametrize("count, noise", [(8, 1e-3), (100, 1e-3), (377, 1e-1)])

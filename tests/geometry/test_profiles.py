@@ -1,4 +1,4 @@
-"""Profile: exact on lines and arcs, tangents and kinks kept, bad input refused with its place."""
+"""Profile: exact on lines and arcs, tangents and kinks kept, bad input refused with its position."""
 
 import numpy as np
 import pytest

@@ -3,7 +3,7 @@ test_wheel, test_rail, test_crossing_benchmark.
 
 Sources: EN 13715:2020, annexes A and D, table D.1, and EN 13674-1:2017, as transcribed in github.com/rohrbecka/EN13715
 and EN13674; S1002's polynomials in EN 13715, annex C; heights of the S&C benchmark's UK crossing 56E1-R245-1:9.25
-(Bezin, Palsson et al., Veh. Syst. Dyn. 61 (2023) 644) read off its sections in CONTACT's test bank, 96 places out of
+(Bezin, Palsson et al., Veh. Syst. Dyn. 61 (2023) 644) read off its sections in CONTACT's test bank, 96 positions out of
 70,000.
 """
 
@@ -171,7 +171,7 @@ def test_heads_pass_the_printed_arcs_of_en_13674(name):
 
 
 def test_the_parametric_crossing_stands_as_high_as_the_benchmarks_sections():
-    """95 places of wing, nose and leg: 0.08 mm, the leg transition and the knuckle's edge; outside of these 0.012
+    """95 positions of wing, nose and leg: 0.08 mm, the leg transition and the knuckle's edge; outside of these 0.012
     mm."""
     crossing, y = CastCrossing(9.25), np.array(AT) * MM
     off = {}

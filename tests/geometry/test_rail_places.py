@@ -7,7 +7,7 @@ import pytest
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
-from geometry.wheelset import RailPlace, Track, Wheelset
+from geometry.wheelset import RailPosition, Track, Wheelset
 
 MM = 1e-3
 TIGHT = 1e-9
@@ -20,8 +20,8 @@ def touching(track: Track, lateral: float = 0.0, yaw: float = 0.01):
 
 
 def test_both_rails_aside_are_the_wheelset_aside_the_other_way():
-    place = RailPlace(lateral=1.5 * MM)
-    moved, points = touching(Track.plain_line(left_place=place, right_place=place), lateral=3.5 * MM)
+    place = RailPosition(lateral=1.5 * MM)
+    moved, points = touching(Track.plain_line(left_position=place, right_position=place), lateral=3.5 * MM)
     plain, reference = touching(Track.plain_line(), lateral=2.0 * MM)
     assert (moved.z, moved.roll) == pytest.approx((plain.z, plain.roll), abs=TIGHT)
     for side in points:
@@ -32,7 +32,7 @@ def test_both_rails_aside_are_the_wheelset_aside_the_other_way():
 
 def test_rails_apart_are_a_wider_gauge():
     wide, points = touching(
-        Track.plain_line(left_place=RailPlace(lateral=2 * MM), right_place=RailPlace(lateral=-2 * MM))
+        Track.plain_line(left_position=RailPosition(lateral=2 * MM), right_position=RailPosition(lateral=-2 * MM))
     )
     gauge, reference = touching(Track.plain_line(gauge=1.439))
     assert (wide.z, wide.roll) == pytest.approx((gauge.z, gauge.roll), abs=TIGHT)
@@ -40,13 +40,13 @@ def test_rails_apart_are_a_wider_gauge():
 
 
 def test_rails_up_lift_the_wheelset_and_one_rail_up_rolls_it():
-    up = RailPlace(vertical=4 * MM)
-    lifted, _ = touching(Track.plain_line(left_place=up, right_place=up))
+    up = RailPosition(vertical=4 * MM)
+    lifted, _ = touching(Track.plain_line(left_position=up, right_position=up))
     plain, _ = touching(Track.plain_line())
     assert lifted.z - plain.z == pytest.approx(4 * MM, abs=TIGHT) and lifted.roll == pytest.approx(
         plain.roll, abs=TIGHT
     )
-    left, _ = touching(Track.plain_line(left_place=up))
+    left, _ = touching(Track.plain_line(left_position=up))
     assert left.roll == pytest.approx(4 * MM / 1.5, rel=0.03)  # over the distance of the contacts, about 1.5 m
 
 
@@ -55,7 +55,7 @@ def test_an_upright_rail_rolled_towards_the_track_is_an_inclined_one(side, turn)
     """Rolled about its crown point by atan 1:20; the inclined head's own origin is put where the rolled head's highest
     point is."""
     angle = np.arctan(1 / 20)
-    track = Track(rail_head("56E1"), **{f"{side}_place": RailPlace(roll=turn * angle)})
+    track = Track(rail_head("56E1"), **{f"{side}_place": RailPosition(roll=turn * angle)})
     rolled = track.placed(side)
     top = rolled.points[np.argmax(rolled.points[:, 1])]
     head = rail_head("56E1", 1 / 20).points
@@ -68,8 +68,8 @@ def test_an_upright_rail_rolled_towards_the_track_is_an_inclined_one(side, turn)
 
 
 def test_the_rail_station_is_the_place_on_the_unmoved_profile():
-    place = RailPlace(lateral=1 * MM, vertical=-2 * MM, roll=0.02)
-    track = Track.plain_line(left_place=place)
+    place = RailPosition(lateral=1 * MM, vertical=-2 * MM, roll=0.02)
+    track = Track.plain_line(left_position=place)
     _, points = touching(track)
     own, at = track.left.graph_part(), points["left"].rail_station[0]
     turned = np.array([[np.cos(0.02), np.sin(0.02)], [-np.sin(0.02), np.cos(0.02)]])

@@ -50,13 +50,13 @@ def turns(profile: Profile) -> float:
 @pytest.mark.parametrize("first", [0.5, 1.5])
 def test_a_thin_and_a_wide_section_join_without_a_zig_zag(first, share):
     """Both are convex, and so is what lies between: it turns left by no more than 1e-4 rad in all."""
-    section = between(Switch().drawn_tongue(first), rail_head("56E1"), share)
+    section = between(Switch().drawn_switch_rail(first), rail_head("56E1"), share)
     assert turns(section) < 1e-4 and section.is_graph
 
 
 def test_averages_at_equal_y_would_make_a_staircase_of_two_faces():
-    """What matching is for: two tongues whose faces stand 20 mm apart."""
-    pair = Switch().drawn_tongue(1.5), Switch().drawn_tongue(3.0)
+    """What matching is for: two switch rails whose faces stand 20 mm apart."""
+    pair = Switch().drawn_switch_rail(1.5), Switch().drawn_switch_rail(3.0)
     y = np.arange(-78, -29, 0.2) * MM
     naive = np.mean([np.interp(y, *p.points.T, left=-36 * MM) for p in pair], axis=0)
     assert turns(Profile.from_points(np.column_stack([y, naive]))) > 1.0
@@ -64,14 +64,14 @@ def test_averages_at_equal_y_would_make_a_staircase_of_two_faces():
 
 
 def test_sections_of_a_tongue_converge_to_its_drawing():
-    """Second order in their distance: the tongue's width is quadratic in x."""
+    """Second order in their distance: the switch rail's width is quadratic in x."""
     steps, errors = np.array([0.8, 0.4, 0.2]), []
     for step in steps:
         switch, x = Switch(heights=((0.0, -14e-3), (80e-3, -2e-3)), spacing=step, length=4.8), 2.0 + step / 2
         drawn, lofted = (
-            switch.drawn_tongue(x),
+            switch.drawn_switch_rail(x),
             SectionLoft(
-                np.array([2.0, 2.0 + step]), (switch.drawn_tongue(2.0), switch.drawn_tongue(2.0 + step))
+                np.array([2.0, 2.0 + step]), (switch.drawn_switch_rail(2.0), switch.drawn_switch_rail(2.0 + step))
             ).section(x),
         )
         y = np.linspace(drawn.points[0, 0] + 1 * MM, -31 * MM, 400)
@@ -82,7 +82,7 @@ def test_sections_of_a_tongue_converge_to_its_drawing():
 @pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
 def test_a_flat_top_stays_flat_up_to_its_edge(share):
     """The edge keeps both of its tangents: no cubic swings over it."""
-    pair = Switch().drawn_tongue(2.0), Switch().drawn_tongue(3.0)
+    pair = Switch().drawn_switch_rail(2.0), Switch().drawn_switch_rail(3.0)
     section = between(*pair, share)
     tops = [p.points[:, 1].max() for p in pair]
     top = (1 - share) * tops[0] + share * tops[1]
@@ -103,11 +103,11 @@ def test_marks_grow_along_a_section_and_a_hollow_is_no_feature():
 
 
 def test_a_matched_body_passes_through_its_sections_and_refuses_features_that_come_and_go():
-    """Through the drawn tongues to what 24 nodes on a feature leave: the joint of corner and flat top lies within one,
-    1 mm between nodes, where the curvature jumps by 79 / m: less than 79 (0.5 mm)^2 / 8 = 2.5 um there, nothing
+    """Through the drawn switch rails to what 24 nodes on a feature leave: the joint of corner and flat top lies within
+    one, 1 mm between nodes, where the curvature jumps by 79 / m: less than 79 (0.5 mm)^2 / 8 = 2.5 um there, nothing
     elsewhere."""
     x = np.array([2.0, 2.5, 3.0])
-    drawn = [Switch().drawn_tongue(at) for at in x]
+    drawn = [Switch().drawn_switch_rail(at) for at in x]
     surface = RailSurface((matched_body(x, drawn),))
     y = np.linspace(-50, -30.6, 300) * MM
     miss = np.abs(surface.height(np.full(300, 2.5), y) - drawn[1].height(y))

@@ -235,7 +235,7 @@ def test_the_loft_converges_to_the_crossing_it_was_cut_from(crossing):
 
 
 def random_states(rail: RailSurface, count: int, seed: int, noise: float) -> int:
-    """Random places, shifts and yaws on the crossing, a new noisy wheel every 50; returns how many stood on finite
+    """Random positions, shifts and yaws on the crossing, a new noisy wheel every 50; returns how many stood on finite
     points."""
     random, new, stood = np.random.default_rng(seed), wheel_profile("P8"), 0
     for k in range(count):

@@ -61,14 +61,14 @@ def test_a_cone_that_touches_the_wing_over_its_whole_width_gets_its_patch():
     case = load_case(ROOT / "cases" / "thesis" / "case_08.toml")
     scene, settings = case.scene, case.runs["bem_passage"]
     key = table_key(scene, *settings.window(scene), settings.path_spacing)
-    table, place = table_of(key), bem_passage.pair_of(key, table_of(key), 0, 0)
-    patch = bem_passage.solved_patch(place, scene.static_wheel_load, 16, estimate=False)
+    table, position = table_of(key), bem_passage.pair_of(key, table_of(key), 0, 0)
+    patch = bem_passage.solved_patch(position, scene.static_wheel_load, 16, estimate=False)
     assert 0.025 < patch.extent[1] < bem_passage.WIDEST and patch.normal_force == pytest.approx(
         scene.static_wheel_load, rel=0.02
     )
     crossing = CastCrossing(scene.crossing.ratio)
     columns = np.flatnonzero((patch.pressure > 0).any(axis=0))
-    sides = place.point[1] + patch.grid.y[columns[[0, -1]]] * place.frame[1, 1]
+    sides = position.point[1] + patch.grid.y[columns[[0, -1]]] * position.frame[1, 1]
     metal = crossing.top_height(np.full(2, table.x[0]), sides, "wing")
     assert np.isfinite(metal).all()  # pressure only where there is a wing
 

@@ -1,4 +1,4 @@
-"""Wheels brought into contact: exact gaps on shapes that are known, the thesis' P8 on BS113A, and places on a
+"""Wheels brought into contact: exact gaps on shapes that are known, the thesis' P8 on BS113A, and positions on a
 crossing."""
 
 import numpy as np

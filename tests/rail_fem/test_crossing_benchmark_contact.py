@@ -36,7 +36,7 @@ ROWS = (
 )
 
 RAILS = [pytest.param("benchmark", marks=needs("formats/uk_crossing.slcs")), "parametric"]
-# how far the first point of contact [m], places ahead and aside [mm], forces [of the load] and the loaded height [m]
+# how far the first point of contact [m], positions ahead and aside [mm], forces [of the load] and the loaded height [m]
 # may be off. On the parametric crossing, which needs no file, the wing is as high as the benchmark's within 0.1 um and
 # the nose 8.0 um lower: of an approach of 30 um
 GATES = {"benchmark": (1.5e-6, 0.25, 0.2, 0.02, 2e-6), "parametric": (8.5e-6, 0.3, 0.35, 0.17, 8e-6)}
@@ -87,8 +87,8 @@ def test_the_wheel_touches_wing_and_nose_where_and_as_high_as_contact_says(row, 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]} mm")
 def test_wing_and_nose_share_the_load_as_contact_says(row, rail, gates):
-    """Our half-space over both places against CONTACT's of each by itself with friction: forces within 2 % of the load,
-    height within 2 um of 30 um.
+    """Our half-space over both positions against CONTACT's of each by itself with friction: forces within 2 % of the
+    load, height within 2 um of 30 um.
 
     The rigid heights differ by up to 1.5 um (test above), and 1 um of it between wing and nose, 250 and 430 N/um in
     series, moves 1.6 % of the load. The load here is what CONTACT's normal forces carry without its friction.

@@ -63,9 +63,9 @@ def test_after_a_flight_the_transfer_is_where_the_wheel_lands():
 
 def test_less_than_a_thousandth_of_the_static_load_is_no_contact():
     """Beyond the transfer something brushes the wing; on every model the same threshold decides whether that counts."""
-    for brushed, place in ((0.9 * OPEN * LOAD, 0.3505), (1.1 * OPEN * LOAD, np.nan)):
+    for brushed, position in ((0.9 * OPEN * LOAD, 0.3505), (1.1 * OPEN * LOAD, np.nan)):
         found = history(on_nose((0.3505, 0.6005)), force=lambda x: np.where(x > 0.6, brushed, LOAD))
-        assert transfer_position(found, FACING, LOAD) == pytest.approx(place, nan_ok=True)
+        assert transfer_position(found, FACING, LOAD) == pytest.approx(position, nan_ok=True)
 
 
 def test_rows_of_the_settling_count_for_nothing():
@@ -80,18 +80,18 @@ def test_rows_of_the_settling_count_for_nothing():
 def test_the_first_impact_is_that_of_the_body_that_takes_over_not_the_largest_force(sign, body):
     """Landings of 1.8 and 2.6 times the load after the transfer at 0.45 m, and one of 3 before it: the first is the
     first, the largest the largest."""
-    place = lambda ahead: 0.45 + sign * ahead
+    position = lambda ahead: 0.45 + sign * ahead
     force = lambda x: (
         0.2 * LOAD
-        + bump(place(0.06), 1.8 * LOAD)(x)
-        + bump(place(0.18), 2.6 * LOAD)(x)
-        + bump(place(-0.15), 3.0 * LOAD)(x)
+        + bump(position(0.06), 1.8 * LOAD)(x)
+        + bump(position(0.18), 2.6 * LOAD)(x)
+        + bump(position(-0.15), 3.0 * LOAD)(x)
     )
     found = force_peaks(history(on_nose((0.45, 1.0)), sign, force), sign, LOAD)
     first, largest = found["first_impact"], found["largest_force"]
-    assert (first.x, first.value) == pytest.approx((place(0.06), 2.0 * LOAD), rel=1e-3)
-    assert (largest.x, largest.value) == pytest.approx((place(-0.15), 3.2 * LOAD), rel=1e-3)
-    assert found[f"largest_force_{body}"].x == pytest.approx(place(0.18), abs=1e-3)
+    assert (first.x, first.value) == pytest.approx((position(0.06), 2.0 * LOAD), rel=1e-3)
+    assert (largest.x, largest.value) == pytest.approx((position(-0.15), 3.2 * LOAD), rel=1e-3)
+    assert found[f"largest_force_{body}"].x == pytest.approx(position(0.18), abs=1e-3)
 
 
 def test_what_shakes_with_the_mesh_is_no_impact():

@@ -21,14 +21,14 @@ from rail_fem.show.figures import draw_run, strain_figures
 from rail_fem.show.force import force_figure
 from rail_fem.show.plan import cut_in_strips, plan_figure, view_box
 from rail_fem.show.section import section_figure
-from tests.rail_fem.standin_run import (
+from tests.rail_fem.surrogate_run import (
     MOST,
     SETTLE,
     WORST,
     bump,
-    standin_history,
-    standin_mesh,
-    standin_strain,
+    surrogate_history,
+    surrogate_mesh,
+    surrogate_strain,
     write_fields,
     write_run,
 )
@@ -111,7 +111,7 @@ def test_title_names_crossing_wheel_speed_direction_and_fault(tmp_path):
         assert part in said
 
 
-# ---- places and values
+# ---- positions and values
 
 
 def test_peaks_are_those_after_the_settling(tmp_path):
@@ -163,9 +163,9 @@ def test_stated_rigid_path_is_drawn_as_it_is(tmp_path):
 
 
 def test_worst_surface_element_of_each_body_is_named_with_its_place(tmp_path):
-    result, mesh = write_run(tmp_path), standin_mesh()
+    result, mesh = write_run(tmp_path), surrogate_mesh()
     said = words(plan_figure(result, read_crossing(tmp_path), "run"))
-    strain, centre = standin_strain(mesh), mesh.points[mesh.cells].mean(axis=1)
+    strain, centre = surrogate_strain(mesh), mesh.points[mesh.cells].mean(axis=1)
     for i, body in enumerate(("wing", "nose")):
         worst = np.flatnonzero(mesh.region == i)[strain[mesh.region == i].argmax()]
         assert np.abs(centre[worst, :2] - WORST[body][:2]).max() < 2e-3  # within the element of 2.5 x 3 mm
@@ -232,7 +232,7 @@ def test_view_shows_the_whole_mesh_where_nothing_happened():
 
 
 def test_nothing_yielded_is_said(tmp_path):
-    result, mesh = write_run(tmp_path), standin_mesh()
+    result, mesh = write_run(tmp_path), surrogate_mesh()
     write_fields(tmp_path / "fields" / "final.vtu", mesh, np.zeros(len(mesh.cells)))
     fields = read_crossing(tmp_path)
     assert "nothing has yielded" in words(plan_figure(result, fields, "run"))
@@ -241,8 +241,8 @@ def test_nothing_yielded_is_said(tmp_path):
 
 
 def test_body_that_never_yielded_has_no_section(tmp_path):
-    result, mesh = write_run(tmp_path), standin_mesh()
-    strain = standin_strain(mesh)
+    result, mesh = write_run(tmp_path), surrogate_mesh()
+    strain = surrogate_strain(mesh)
     strain[mesh.region == 0] = 0.0
     write_fields(tmp_path / "fields" / "final.vtu", mesh, strain)
     said = words(section_figure(result, read_crossing(tmp_path), "run"))
@@ -251,7 +251,7 @@ def test_body_that_never_yielded_has_no_section(tmp_path):
 
 @pytest.mark.parametrize("absent, present", [("wing", "nose"), ("nose", "wing")])
 def test_body_that_the_wheel_never_touched_is_said(tmp_path, absent, present):
-    history = standin_history()
+    history = surrogate_history()
     history[f"force_{absent}"] = np.zeros_like(history["force"])
     history[f"force_{present}"] = history["force"]
     result = write_run(tmp_path, history=history, transfer_x=float("nan"))
@@ -260,7 +260,7 @@ def test_body_that_the_wheel_never_touched_is_said(tmp_path, absent, present):
 
 
 def test_columns_that_a_model_does_not_resolve_are_left_out(tmp_path):
-    full = standin_history()
+    full = surrogate_history()
     result = write_run(tmp_path, history={name: full[name] for name in ("time", "x", "force")})
     said = words(force_figure(result, "run"))
     assert "on the nose" not in said and "crossing height not resolved" in said
@@ -279,14 +279,14 @@ def test_empty_history_of_a_failed_run_is_said(tmp_path):
 
 
 def test_force_that_is_zero_throughout_is_drawn(tmp_path):
-    history = standin_history() | {name: np.zeros(600) for name in ("force", "force_wing", "force_nose")}
+    history = surrogate_history() | {name: np.zeros(600) for name in ("force", "force_wing", "force_nose")}
     write_run(tmp_path, history=history, transfer_x=float("nan"))
     assert {path.name for path in draw_run(tmp_path)} == NAMES
 
 
 def test_last_frame_stands_in_for_final_fields(tmp_path):
     write_run(tmp_path)
-    mesh, fields = standin_mesh(), tmp_path / "fields"
+    mesh, fields = surrogate_mesh(), tmp_path / "fields"
     (fields / "final.vtu").rename(fields / "frame_0003.vtu")
     write_fields(fields / "frame_0000.vtu", mesh, np.zeros(len(mesh.cells)))
     found = read_crossing(tmp_path)
@@ -297,7 +297,7 @@ def test_last_frame_stands_in_for_final_fields(tmp_path):
 
 
 def spoil_region(path, mesh):
-    write_fields(path, mesh, standin_strain(mesh), region=None)
+    write_fields(path, mesh, surrogate_strain(mesh), region=None)
 
 
 def spoil_strain(path, mesh):
@@ -305,7 +305,7 @@ def spoil_strain(path, mesh):
 
 
 def spoil_bodies(path, mesh):
-    write_fields(path, mesh, standin_strain(mesh), region=np.full(len(mesh.cells), 2, np.int32))
+    write_fields(path, mesh, surrogate_strain(mesh), region=np.full(len(mesh.cells), 2, np.int32))
 
 
 def cut_short(path, mesh):
@@ -328,7 +328,7 @@ def remove(path, mesh):
 )
 def test_fields_that_cannot_be_drawn_are_named_in_the_figure(tmp_path, spoil, said):
     result = write_run(tmp_path)
-    spoil(tmp_path / "fields" / "final.vtu", standin_mesh())
+    spoil(tmp_path / "fields" / "final.vtu", surrogate_mesh())
     with pytest.raises(FieldsError, match=said):
         read_crossing(tmp_path)
     for figure in strain_figures(tmp_path, result, "run").values():
@@ -371,7 +371,7 @@ def test_largest_internal_energy_so_far_bridges_what_is_unknown():
     ],
 )
 def test_a_model_gets_no_pictures_of_what_it_does_not_resolve(tmp_path, model, columns, drawn):
-    full = standin_history() | {"energy_springs": np.ones(600)}
+    full = surrogate_history() | {"energy_springs": np.ones(600)}
     history = {"time": [], "x": []} if columns is None else {name: full[name] for name in ("time", "x", *columns)}
     PassResult(model, make_scene(), {}, history).save(tmp_path)
     assert {path.name for path in draw_run(tmp_path)} == drawn
@@ -393,7 +393,7 @@ def test_the_figure_says_where_it_settles_and_what_first_strikes(tmp_path):
 
 def test_pyvista_reads_the_fields_back(tmp_path):
     write_run(tmp_path)
-    mesh = standin_mesh()
+    mesh = surrogate_mesh()
     code = f"""
 import pyvista
 m = pyvista.read({str(tmp_path / "fields" / "final.vtu")!r})
@@ -403,7 +403,7 @@ print(m.n_cells, m.n_points, set(m.celltypes.tolist()), [int((c["region"] == i).
       c["plastic_strain"].max(), c["stress"].shape[1], m.point_data["displacement"].shape[1], volume)
 """
     answer = run_alone("-c", code)
-    strain = standin_strain(mesh)
+    strain = surrogate_strain(mesh)
     counts = [int((mesh.region == i).sum()) for i in range(3)]
     start = f"{len(mesh.cells)} {len(mesh.points)} {{12}} {counts} {strain.max()} 6 3 "
     assert answer.stdout.startswith(start), answer.stdout + answer.stderr
@@ -431,5 +431,5 @@ def test_script_says_what_it_misses(tmp_path):
 def test_creep_is_drawn_where_the_wheel_is_in_contact_and_said_to_be_missing_where_it_is_not(tmp_path):
     said = words(creep_figure(write_run(tmp_path), "run"))
     assert "largest +" in said and "friction 0.3 times the vertical force" in said and "creep not resolved" not in said
-    lost = {name: column for name, column in standin_history().items() if name != "creep_longitudinal"}
+    lost = {name: column for name, column in surrogate_history().items() if name != "creep_longitudinal"}
     assert "creep not resolved" in words(creep_figure(write_run(tmp_path / "lost", history=lost), "run"))

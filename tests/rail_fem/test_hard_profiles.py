@@ -1,4 +1,4 @@
-"""Every malformed or extreme profile that is mended goes all the way: file, doctor, contact search, loaded rest. What
+"""Every malformed or extreme profile that is repaired goes all the way: file, doctor, contact search, loaded rest. What
 is refused: test_profile_doctor."""
 
 import numpy as np
@@ -68,7 +68,7 @@ def through_a_file(folder, points: np.ndarray, form: str = "{:.4f} {:.4f}", star
 
 
 def stands(wheel, rail) -> None:
-    """At five shifts: a place on both rails, the loads met, all numbers finite; or a word about roughness."""
+    """At five shifts: a position on both rails, the loads met, all numbers finite; or a word about roughness."""
     search = ContactSearch(Wheelset(wheel.graph_part()), Track(rail))
     for lateral in np.array([-9.0, -3.0, 0.0, 4.0, 9.0]) * MM:
         found = search.contacts(search.settle(lateral, 5e-3), "left").lowest()

@@ -260,7 +260,7 @@ def test_check_shows_units_derived_numbers_cost_and_doubts(case, tmp_path):
         "steps",
         "memory",
         "wall time",
-        "is a stand-in",
+        "is a surrogate",
     ):
         assert words in answer.output, words
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml"]

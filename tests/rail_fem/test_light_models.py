@@ -85,7 +85,7 @@ def test_rigid_hertz_starts_at_rest_under_the_static_load(scene):
 def test_rigid_hertz_finds_the_reference_pass_of_the_fe_model(scene):
     """fe_full at 2 mm: first impact 195.1 kN at 404.1 mm, wing 128.9 kN at 259.3 mm, load on the nose from 359.0 mm on.
 
-    The bands are what a model without waves and with Tabor's plastic pressure can claim: forces 15 %, places half a
+    The bands are what a model without waves and with Tabor's plastic pressure can claim: forces 15 %, positions half a
     patch.
     """
     result = rigid_hertz.solve(scene, RigidHertzSettings(**NOSE))

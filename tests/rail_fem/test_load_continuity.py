@@ -37,17 +37,17 @@ def sunk(search: ContactSearch, depth: float) -> Wheelset:
 def jump(force, low: float, high: float, steps: int = 40, smallest: float = 1e-7) -> float:
     """Largest change of force(t) (a vector [N]) over a step of `smallest` of the way, over its largest size; the
     largest step is halved on and on."""
-    places = list(np.linspace(low, high, steps + 1))
-    values = [force(t) for t in places]
+    positions = list(np.linspace(low, high, steps + 1))
+    values = [force(t) for t in positions]
     for _ in range(150):
         change = np.linalg.norm(np.diff(values, axis=0), axis=1)
         k = int(np.argmax(change))
-        if places[k + 1] - places[k] < smallest * (high - low):
+        if positions[k + 1] - positions[k] < smallest * (high - low):
             break
-        middle = 0.5 * (places[k] + places[k + 1])
-        places.insert(k + 1, middle)
+        middle = 0.5 * (positions[k] + positions[k + 1])
+        positions.insert(k + 1, middle)
         values.insert(k + 1, force(middle))
-    change, step = np.linalg.norm(np.diff(values, axis=0), axis=1), np.diff(places)
+    change, step = np.linalg.norm(np.diff(values, axis=0), axis=1), np.diff(positions)
     sizes = np.linalg.norm(values, axis=1).max()
     return float(max(change[step < 1e-3 * (high - low)], default=0.0) / max(sizes, 1e3))
 
@@ -140,7 +140,7 @@ def jumps_on_lines(search_at, count: int, seed: int) -> np.ndarray:
     return np.array(found)
 
 
-@pytest.mark.parametrize("place", ["plain line", "crossing"])
+@pytest.mark.parametrize("position", ["plain line", "crossing"])
 def test_no_force_jumps_by_one_percent_on_random_lines(rail, place):
     wheelset, track = Wheelset(wheel_profile("P8")), Track.plain_line()
     plain, crossing = ContactSearch(wheelset, track), SurfaceSearch(wheelset, track, left=rail)
@@ -158,7 +158,7 @@ def test_hardly_any_of_many_random_lines_has_a_jump(rail):
 
 
 def outcomes(count: int, seed: int, noise: float, rail: RailSurface | None) -> Counter:
-    """Random places, shifts, yaws, gauges and loads on plain line (rail None) or on the crossing; what the profile
+    """Random positions, shifts, yaws, gauges and loads on plain line (rail None) or on the crossing; what the profile
     doctor makes of wheels with scatter.
 
     Every answer is finite and carries its loads; every refusal is a WheelsetError, counted by its reason.
@@ -206,7 +206,7 @@ def test_random_loaded_states_on_the_crossing_rest_in_equilibrium(rail, noise):
 
 @pytest.mark.validate
 @pytest.mark.parametrize("noise", [0.0, 10 * UM, 30 * UM, 100 * UM])
-@pytest.mark.parametrize("place", ["plain line", "crossing"])
+@pytest.mark.parametrize("position", ["plain line", "crossing"])
 def test_ten_thousand_random_loaded_states(rail, place, noise):
     counts = outcomes(2500, 11, noise, rail if place == "crossing" else None)
     print(f"{place}, noise {noise / UM:g} um: {dict(counts)}")

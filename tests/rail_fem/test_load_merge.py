@@ -71,10 +71,10 @@ def judged(
     return patch, ((points.position * [1, -1, 1] - at) @ pair.frame[1])
 
 
-def share_of_first(patch: Patch, places: np.ndarray) -> float:
+def share_of_first(patch: Patch, positions: np.ndarray) -> float:
     """Share of the point with the lesser y of two, up to the highest gap between them."""
     line, gap = patch.pressure.sum(axis=0), patch.gap.min(axis=0)
-    first, second = np.searchsorted(patch.grid.y, np.sort(places)[[0, -1]])
+    first, second = np.searchsorted(patch.grid.y, np.sort(positions)[[0, -1]])
     return float(line[: first + np.argmax(gap[first:second])].sum() / line.sum())
 
 
@@ -82,11 +82,15 @@ def departure(search: ContactSearch, lateral: float, depth: float) -> tuple[floa
     """Of force (relative) and share from the half-space's."""
     state = sunk(search, lateral, depth)
     side = side_held(search, state, "right")
-    patch, places = judged(search, state, side.contacts)
+    patch, positions = judged(search, state, side.contacts)
     force = np.linalg.norm(side.force.sum(axis=0)) / patch.normal_force - 1
-    if len(places) != 2:
+    if len(positions) != 2:
         return force, 0.0, side
-    return force, side.normal_force[np.argmin(places)] / side.normal_force.sum() - share_of_first(patch, places), side
+    return (
+        force,
+        side.normal_force[np.argmin(positions)] / side.normal_force.sum() - share_of_first(patch, positions),
+        side,
+    )
 
 
 @pytest.mark.parametrize("shift", [4.9, 5.2, 5.5, 5.8])
@@ -128,8 +132,8 @@ def test_over_shifts_and_depths_the_force_is_the_half_spaces(wheel, rail, inclin
 def test_the_force_does_not_jump_over_a_tenth_of_a_micrometre(first):
     """At one height, over a point's birth, the change of the deepest, a point's end: steps differ from their neighbours
     by less than 2e-4 of the force."""
-    state, places = sunk(search(), -first * MM, 120 * UM), -first * MM - 0.1 * UM * np.arange(300)
-    sides = [side_held(search(), replace(state, y=y), "right") for y in places]
+    state, positions = sunk(search(), -first * MM, 120 * UM), -first * MM - 0.1 * UM * np.arange(300)
+    sides = [side_held(search(), replace(state, y=y), "right") for y in positions]
     forces = np.array([side.force.sum(axis=0) for side in sides])
     assert np.abs(np.diff(forces, 2, axis=0)).max() < 2e-4 * np.abs(forces).max()
 

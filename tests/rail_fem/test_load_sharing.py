@@ -122,13 +122,13 @@ def test_the_force_is_continuous_as_two_crowns_merge_into_one(depth):
     change."""
 
     def forces(count):
-        places = np.linspace(14 * MM, 0.02 * MM, count)
+        positions = np.linspace(14 * MM, 0.02 * MM, count)
         return np.array(
             [
                 side_force(ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(crowns(0.08, a, 10 * MM))), depth)[
                     2
                 ].sum()
-                for a in places
+                for a in positions
             ]
         )
 

@@ -1,4 +1,4 @@
-"""S1002 on UIC60 against the published run of the Manchester contact benchmark, case A-2.2: heights, places, angles,
+"""S1002 on UIC60 against the published run of the Manchester contact benchmark, case A-2.2: heights, positions, angles,
 loaded equilibrium.
 
 Shackleton & Iwnicki, Vehicle Syst. Dyn. 46 (2008) 129: gauge 1435, back-to-back 1360 mm, shift 0 to 10 mm with 2.4 mrad
@@ -29,8 +29,8 @@ FILE = "formats/MBench_UIC60_v3.prr"
 MM, RADIUS, YAW = 1e-3, 0.46, 2.4
 MODULUS = 82e9 / (1 - 0.28)
 # shift [mm], roll [mrad], and for each wheel: depth of the axle under 460 mm at first point of contact and under 10 kN
-# [mm], place ahead of the axle and from the track's middle [mm], contact angle [rad], place on the wheel from its datum
-# [mm]
+# [mm], position ahead of the axle and from the track's middle [mm], contact angle [rad], position on the wheel from its
+# datum [mm]
 PUBLISHED = (
     # fmt: off
     (0.0, 0.0, (0.1821, 0.1981, 0.0000, 751.8726, 0.0290, 1.8726), (0.1821, 0.1981, 0.0000, 751.8726, 0.0290, 1.8726)),
@@ -177,8 +177,8 @@ def posed(rail: str, shift: float, roll: float, z: float):
 
 
 def compared(rail: str) -> dict:
-    """{(shift, side): ours less published: first point of contact [um], place on rail [mm], angle [degrees], place on
-    wheel, ahead [mm]}."""
+    """{(shift, side): ours less published: first point of contact [um], position on rail [mm], angle [degrees],
+    position on wheel, ahead [mm]}."""
     rows = {}
     for shift, roll, *wheels in PUBLISHED:
         for side, (touch, _, ahead, place, angle, station) in zip(("left", "right"), wheels):
@@ -223,8 +223,8 @@ def test_all_rows_but_the_longest_patches_are_within_a_millimetre(rail, later):
 def strip(
     rail: str, shift: float, roll: float, side: str, depth: float, spacing: float = 0.05 * MM
 ) -> tuple[float, float, float, float]:
-    """By brute force, no search and no derivative: least gap, mean place weighted by penetration, and both ends of what
-    penetrates [m].
+    """By brute force, no search and no derivative: least gap, mean position weighted by penetration, and both ends of
+    what penetrates [m].
 
     Every circle of the wheel is cut into points 0.25 mrad apart; each is held against the rail's table.
     """
@@ -252,8 +252,8 @@ def strip(
 def test_brute_force_on_every_point_of_the_wheel_finds_the_same(row, rail):
     """First touch to what 0.25 mrad on a circle (r dt^2 / 8 = 4 nm) and 0.05 mm across leave (half the change of slope,
     on the tread 5 / m, times (25 um)^2: 2 nm; on a flange of 66 degrees, relative radius 20 mm, half as wide: 0.06 um);
-    the published place between the deepest point and the mean of the penetrating strip, 0.15 mm for CONTACT's own steps
-    of 0.2 mm."""
+    the published position between the deepest point and the mean of the penetrating strip, 0.15 mm for CONTACT's own
+    steps of 0.2 mm."""
     shift, roll, *wheels = PUBLISHED[row]
     for side, (_, loaded, _, place, _, _) in zip(("left", "right"), wheels):
         # on the standard's arcs the wheel has to come lower to touch
@@ -286,8 +286,8 @@ def test_loaded_wheels_settle_to_the_published_roll_and_height(rail, angle, heig
         assert abs(error) < (0.3 if single else angle) and abs(depth) < (0.3 if single else height), shift
 
 
-@pytest.mark.parametrize("rail, places", [("EN", [0.0, 5.0, 6.0]), ("file", [0.0, 4.5, 6.0])])
-def test_the_contact_jumps_where_the_published_one_does(rail, places):
+@pytest.mark.parametrize("rail, positions", [("EN", [0.0, 5.0, 6.0]), ("file", [0.0, 4.5, 6.0])])
+def test_the_contact_jumps_where_the_published_one_does(rail, positions):
     """Published: from 1.9 to -6.0 mm between 0 and 0.5, from -16.7 to -28.0 between 4.5 and 5, from -31 to -40 between
     6 and 6.5 mm of shift."""
     stations = [
@@ -299,4 +299,4 @@ def test_the_contact_jumps_where_the_published_one_does(rail, places):
         for y, *_ in PUBLISHED
     ]
     jumps = np.flatnonzero(np.diff(stations) < -5)
-    assert [PUBLISHED[k][0] for k in jumps] == places
+    assert [PUBLISHED[k][0] for k in jumps] == positions

@@ -44,7 +44,7 @@ def test_result_reads_back_as_it_was_saved(tmp_path):
         "trust",
         "transfer_x",
         "versions",
-        "message",
+        "fault",
     ):
         assert getattr(back, name) == getattr(result, name), name
     assert back.peaks["largest_force_nose"].value == 188.18e3 and np.isnan(back.peaks["largest_force_nose"].y)

@@ -27,9 +27,9 @@ def test_the_tongue_has_the_width_and_height_that_it_is_given(x):
     """14 mm below the stock rail's crown, where gauges are measured; a quarter of a metre between sections: 0.25^2 / (8
     * 290 m) = 27 um."""
     switch = Switch()
-    tongue = switch.tongue(x)
-    assert switch.gauge_line - gauge_face(tongue.points) == pytest.approx(switch.entry * x + x**2 / 580, abs=30e-6)
-    assert tongue.points[:, 1].max() == pytest.approx(switch.top(x), abs=30e-6)
+    switch_rail = switch.switch_rail(x)
+    assert switch.gauge_line - gauge_face(switch_rail.points) == pytest.approx(switch.entry * x + x**2 / 580, abs=30e-6)
+    assert switch_rail.points[:, 1].max() == pytest.approx(switch.top(x), abs=30e-6)
 
 
 def test_at_the_toe_the_wheel_meets_the_stock_rail_alone():
@@ -39,12 +39,12 @@ def test_at_the_toe_the_wheel_meets_the_stock_rail_alone():
 
 
 def test_the_turnouts_own_middle_is_half_a_gauge_from_the_tongue():
-    """The gauge holds at every x where the tongue's face reaches gauge depth, and the right rail does not move."""
+    """The gauge holds at every x where the switch rail's face reaches gauge depth, and the right rail does not move."""
     for x in (1.0, 3.0):
         track = Switch().track(x)
-        placed = track.gauge_offset("left") + track.left_place.lateral + gauge_face(track.left.points)
+        placed = track.gauge_offset("left") + track.left_position.lateral + gauge_face(track.left.points)
         assert placed == pytest.approx(0.7175, abs=30e-6)
-        assert track.right_place.lateral == 0.0
+        assert track.right_position.lateral == 0.0
 
 
 def test_the_load_goes_from_the_stock_rail_to_the_tongue(passed):
@@ -55,18 +55,18 @@ def test_the_load_goes_from_the_stock_rail_to_the_tongue(passed):
 
 
 def test_in_between_the_wheel_stands_on_both_with_its_flange_on_the_tongue(passed):
-    """Thesis 3.9: one point on the head of the stock rail, one at the gauge corner of the tongue; more when the tread
-    is reached."""
+    """Thesis 3.9: one point on the head of the stock rail, one at the gauge corner of the switch rail; more when the
+    tread is reached."""
     for x in (0.7, 1.2, 1.8):
         mine = passed.index == np.argmin(np.abs(X - x))
-        assert passed.on_tongue[mine].tolist() == [True, False]
+        assert passed.on_switch_rail[mine].tolist() == [True, False]
         assert np.degrees(passed.angle[mine][0]) > 65 and np.degrees(passed.angle[mine][1]) < 15
     assert passed.points().max() == 3 and passed.points()[-1] == 1
 
 
 def test_a_wheel_that_is_not_pushed_stays_on_the_stock_rail_until_its_tread_meets_the_tongue():
-    """Held at 8.2 mm, the largest offset of thesis 3.9, at 0.7 m, it just touches the tongue or not at all; the stock
-    rail carries."""
+    """Held at 8.2 mm, the largest offset of thesis 3.9, at 0.7 m, it just touches the switch rail or not at all; the
+    stock rail carries."""
     switch = Switch()
     search = ContactSearch(Wheelset(wheel_profile("P8")), switch.track(0.7))
     found = static_equilibrium(search, (AXLE_LOAD / 2, AXLE_LOAD / 2), 8.2 * MM, 2e-3)
@@ -75,8 +75,8 @@ def test_a_wheel_that_is_not_pushed_stays_on_the_stock_rail_until_its_tread_meet
 
 def test_sections_one_by_one_stand_as_the_whole_surface_does():
     """In the straight track's axes the wheelset heads along the curve, by entry + x / R to the right of it. What prisms
-    leave out: the tongue's
-    climb of 1 : 300 (0.25 mm of place on it, 12 um of height), and 1 - cos of the heading (8 um)."""
+    leave out: the switch rail's
+    climb of 1 : 300 (0.25 mm of position on it, 12 um of height), and 1 - cos of the heading (8 um)."""
     switch = Switch()
     left, right = switch.surfaces()
     surface = SurfaceSearch(Wheelset(wheel_profile("P8")), Track(switch.stock), left, right)
@@ -86,14 +86,14 @@ def test_sections_one_by_one_stand_as_the_whole_surface_does():
         prism = ContactSearch(Wheelset(wheel_profile("P8")), switch.track(x))
         state = prism.settle(lateral, attack)
         assert whole.z == pytest.approx(state.z, abs=15e-6) and whole.roll == pytest.approx(state.roll, abs=20e-6)
-        places = [s.contacts(at, "left").lowest().rail_station[0] for s, at in ((here, whole), (prism, state))]
-        assert places[0] == pytest.approx(places[1], abs=0.3 * MM)
+        positions = [s.contacts(at, "left").lowest().rail_station[0] for s, at in ((here, whole), (prism, state))]
+        assert positions[0] == pytest.approx(positions[1], abs=0.3 * MM)
 
 
 def test_the_study_writes_its_table_and_figure(tmp_path, passed):
     write(tmp_path / "switch.csv", passed, Switch())
     table = np.genfromtxt(tmp_path / "switch.csv", delimiter=",", names=True)
-    assert len(table) == len(passed.place) and np.allclose(table["normal_force_kN"], passed.force / 1e3, atol=1e-5)
+    assert len(table) == len(passed.position) and np.allclose(table["normal_force_kN"], passed.force / 1e3, atol=1e-5)
     assert "half of the wheel load from 2.10 m" in report(passed)
     assert draw(tmp_path / "switch.png", Switch(), passed, "P8").stat().st_size > 50_000
 

@@ -1,5 +1,5 @@
-"""Thesis Table 3-3: how its places were read, how its offsets count, what nominal profiles cannot and a worn wheel can;
-the flange jump of P8."""
+"""Thesis Table 3-3: how its positions were read, how its offsets count, what nominal profiles cannot and a worn wheel
+can; the flange jump of P8."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from rail_fem.studies.thesis_sites import (
     MM,
     SITES,
     THEORETICAL_STEP,
-    Places,
+    ContactPositions,
     Reading,
     best_reading,
     draw,
@@ -29,7 +29,7 @@ from rail_fem.studies.thesis_sites import (
 
 @pytest.fixture(scope="module")
 def nominal():
-    return Places(wheel_profile("P8"))
+    return ContactPositions(wheel_profile("P8"))
 
 
 @pytest.mark.parametrize("name, step", [("theoretical", THEORETICAL_STEP), ("measured", MEASURED_STEP)])
@@ -43,7 +43,7 @@ def test_the_printed_places_were_counted_in_picture_points(name, step):
 def test_the_six_places_are_one_curve_for_one_sign_of_the_offset_only():
     def order(reading):
         rows = sorted((reading.inward(s), s.theoretical) for s in SITES.values())
-        return bool(np.all(np.diff([place for _, place in rows]) > 0))
+        return bool(np.all(np.diff([position for _, position in rows]) > 0))
 
     assert order(Reading())
     assert not any(
@@ -74,8 +74,8 @@ def test_no_reading_at_all_lets_nominal_profiles_meet_sites_b_to_e(nominal):
 
 def test_a_tread_worn_by_half_a_millimetre_meets_sites_b_to_e():
     """Within half a picture point, at the inclination, gauge and back-to-back of Table 3-1."""
-    assert np.abs(Places(worn_wheel((0.51, 10.9, 5.0))).misses()).max() < THEORETICAL_STEP / 2
-    assert np.abs(Places(worn_wheel((0.0, 10.9, 5.0))).misses()).max() > 5 * MM
+    assert np.abs(ContactPositions(worn_wheel((0.51, 10.9, 5.0))).misses()).max() < THEORETICAL_STEP / 2
+    assert np.abs(ContactPositions(worn_wheel((0.0, 10.9, 5.0))).misses()).max() > 5 * MM
 
 
 def test_b_and_e_feel_wear_more_than_any_tolerance_of_the_track():

@@ -177,7 +177,7 @@ def test_a_model_whose_numerics_vary_runs_alone(case, tmp_path):
     sweep = load_sweep(out)
     assert sweep.varied == ["run.p2_formula.reading"]
     assert {row["run.p2_formula.reading"] for row in sweep.rows()} == {"increment", "all"}
-    places = [text.get_text() for text in sweep.plot("p2", "reading").axes[0].get_xticklabels()]
-    assert sorted(places) == ["all", "increment"]
+    positions = [text.get_text() for text in sweep.plot("p2", "reading").axes[0].get_xticklabels()]
+    assert sorted(positions) == ["all", "increment"]
     marks = [json.loads(path.read_text())["run.p2_formula"]["reading"] for path in out.glob("*/*/case.json")]
     assert sorted(marks) == ["all", "increment"]

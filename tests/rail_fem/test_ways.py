@@ -71,7 +71,7 @@ def test_a_wheel_that_would_settle_across_its_transfer_is_refused_with_the_remed
 
 
 def test_what_check_doubts_stands_in_result_and_trust_report(tmp_path):
-    """A crossing scaled beyond what was compared, and a stand-in for a worn wheel."""
+    """A crossing scaled beyond what was compared, and a surrogate for a worn wheel."""
     case = tmp_path / "case.toml"
     case.write_text(
         CASE.partition("[run.fe_full]")[0].replace("ratio = 10.75", "ratio = 12")
@@ -82,6 +82,6 @@ def test_what_check_doubts_stands_in_result_and_trust_report(tmp_path):
     assert call("run", case, "--out", tmp_path / "out").exit_code == 0
     result = load(tmp_path / "out")
     warnings = case_warnings(result.scene, LumpedSettings())
-    assert len(warnings) == 2 and "1:12" in warnings[1] and "stand-in" in warnings[0]
+    assert len(warnings) == 2 and "1:12" in warnings[1] and "surrogate" in warnings[0]
     report = (tmp_path / "out" / "trust.txt").read_text()
     assert all(warning in said and warning in result.warnings and warning in report for warning in warnings)

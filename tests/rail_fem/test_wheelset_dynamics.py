@@ -162,7 +162,7 @@ HELD = np.array([1.0, 1, 1, 1, 0, 0, 1, 1])  # lateral and yaw
 
 
 def cones(steps, speed=30.0, friction=0.0, stiffness=1e14, creep=1e7, mass=1000.0, slope=CONE):
-    """Two cones of 1:20 on two rails that touch them at fixed places; no suspension, tracks that do not give."""
+    """Two cones of 1:20 on two rails that touch them at fixed positions; no suspension, tracks that do not give."""
     shift, times = np.linspace(-0.02, 0.02, 5), 2 * steps + 1
     line = np.broadcast_to(slope * shift, (2, times, 5))
     side = np.array([1.0, -1.0])
@@ -208,11 +208,11 @@ def test_gravitational_stiffness_of_cones_is_that_of_plane_geometry():
 
     The model leaves out slope^2 against 1, and contacts of 1e12 N/m^1.5 give by 20 um against a radius of 425 mm.
     """
-    places, stiffness = np.array([-1e-3, 0.0, 1e-3]), 1e12
-    exact = LOAD * np.diff([exact_height(y)[0] for y in places], 2)[0] / 1e-6
+    positions, stiffness = np.array([-1e-3, 0.0, 1e-3]), 1e12
+    exact = LOAD * np.diff([exact_height(y)[0] for y in positions], 2)[0] / 1e-6
     rate = 2 * 1.5 * stiffness ** (2 / 3) * (LOAD / 2) ** (1 / 3)
     energies = []
-    for y in places:
+    for y in positions:
         system, contacts = cones(2000, stiffness=stiffness)
         critical = np.diag(
             [0, 0, *(2 * np.sqrt(rate * np.array([1, ARM**2]) * system.mass[[HEIGHT, ROLL]])), 0, 0, 1e10, 1e10]

@@ -28,9 +28,9 @@ def hertz_line(across: float):
     x, a = np.linspace(-HALF, HALF, 6001), EXACT.half_width
     cylinder = Body(block_behind(np.column_stack([x, 0.5 - np.sqrt(0.25 - x**2)]), 0.4), BODY)
     flat = Body(block_behind(np.array([[-HALF, 0.0], [HALF, 0.0]]), -0.4), BODY)
-    places = np.column_stack([np.linspace(-a, a, 9), np.zeros(9)])
+    positions = np.column_stack([np.linspace(-a, a, 9), np.zeros(9)])
     found = solve_plane_contact(
-        flat, cylinder, EXACT.force, Fineness(places, a / across, a, 0.05, 0.2), (-3 * a, 3 * a)
+        flat, cylinder, EXACT.force, Fineness(positions, a / across, a, 0.05, 0.2), (-3 * a, 3 * a)
     )
     inner = np.abs(found.x) < 0.8 * a
     depth = np.linspace(0.5 * a, a, 501)

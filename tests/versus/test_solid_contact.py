@@ -71,7 +71,7 @@ def test_the_preconditioner_knows_its_own_face():
     i, j = np.array([1, 2, 0]), np.array([3, 1, 0])
     for component in range(3):
         at = 3 * ((i * 4 + j) * 3) + component
-        whole = np.array([inverse(np.eye(108)[place])[at] for place in at])
+        whole = np.array([inverse(np.eye(108)[position])[at] for position in at])
         np.testing.assert_allclose(inverse.between_face_nodes(component, i, j), whole, atol=1e-12 * np.abs(whole).max())
 
 

@@ -13,8 +13,8 @@ class SectionCurve:
     """Outline of a section from base to base over the running surface; the body lies below it (right of its direction).
 
     points : (n, 2) y and height [m], y rising in the large, height up; first and last point on the base
-    index  : (n,) place of each point in the section it was cut from: sections along x have the same feature at the same
-        index
+    index  : (n,) position of each point in the section it was cut from: sections along x have the same feature at the
+        same index
     """
 
     points: np.ndarray

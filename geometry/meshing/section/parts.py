@@ -38,13 +38,13 @@ def try_sizes(make: Callable[[SectionSizes], Made], fine: float, depth: float, c
 
     Raises the first MeshError where nothing succeeds.
     """
-    faults = []
+    errors = []
     for triple_ring in (True, False) if 3 * fine <= TRIPLE_LIMIT * coarse else (False,):
         try:
             return make(SectionSizes(fine, depth, coarse, growth, triple_ring=triple_ring))
         except MeshError as error:
-            faults.append(error)
-    raise faults[0]
+            errors.append(error)
+    raise errors[0]
 
 
 @dataclass

@@ -19,7 +19,7 @@ import numpy as np
 from geometry.meshing.hexmesh import MeshError
 from geometry.meshing.section.curve import SectionCurve
 from geometry.meshing.section.parts import SectionParts, SectionSizes
-from geometry.meshing.section.remainder import Outline, fill_rest
+from geometry.meshing.section.remainder import Outline, fill_remainder
 from geometry.meshing.section.rings import STRIP_MIDDLE, add_block, add_strip, add_triple_ring, ring_width
 from geometry.meshing.section.smoothing import Smoother
 
@@ -73,7 +73,7 @@ def mesh_section(
             chain = add_triple_ring(parts, chain)
         loops.append(add_strip(parts, chain))
     parts.smooth(np.zeros(0, dtype=int), rounds=(1e-3,))
-    base, badness = fill_rest(parts, loops, elsewhere)
+    base, badness = fill_remainder(parts, loops, elsewhere)
     smoother = parts.smooth(base, rounds=(0.1, 1e-2, 1e-3))
     points, strip = np.array(parts.points), parts.all_of("strip")
     on_curve = np.array(sorted(parts.arc, key=parts.arc.get))

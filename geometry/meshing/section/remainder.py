@@ -21,7 +21,7 @@ class Remainder:
 
     loops : outer chains (node numbers) of the blocks' rings, left to right
     pieces : arc lengths [m] of the outline's nodes left of, between and right of the loops, their ends included
-    base : (b, 2) places inside the base, left to right [m]
+    base : (b, 2) positions inside the base, left to right [m]
     """
 
     parts: SectionParts
@@ -30,32 +30,32 @@ class Remainder:
     base: np.ndarray
 
     def walk(self) -> list[tuple[str, np.ndarray]]:
-        """The boundary anticlockwise from the left foot: ("outline", arc lengths), ("base", places) or ("ring", node
+        """The boundary anticlockwise from the left foot: ("outline", arc lengths), ("base", positions) or ("ring", node
         numbers)."""
         steps = [("outline", self.pieces[0][:1]), ("base", self.base), ("outline", self.pieces[-1][:0:-1])]
         for loop, piece in zip(self.loops[::-1], self.pieces[-2::-1]):
             steps += [("ring", loop[::-1]), ("outline", piece[-2:0:-1])]
         return steps
 
-    def polygon(self, place: Outline) -> np.ndarray:
+    def polygon(self, position: Outline) -> np.ndarray:
         """Corners (k, 2) where the outline's arc lengths are at `place`; the base stretches, inner ring nodes stay."""
         curve, corners = self.parts.curve, []
-        feet = place(np.array([0.0, curve.length]))
+        feet = position(np.array([0.0, curve.length]))
         for kind, part in self.walk():
             if kind == "outline":
-                corners.append(place(part))
+                corners.append(position(part))
             elif kind == "base":
                 share = (part - curve.points[0])[:, :1] / (curve.points[-1] - curve.points[0])[0]
                 corners.append(feet[:1] + share * (feet[1:] - feet[:1]))
             else:
-                ends = place(np.array([self.parts.arc[int(part[end])] for end in (0, -1)]))
+                ends = position(np.array([self.parts.arc[int(part[end])] for end in (0, -1)]))
                 corners.append(np.concatenate([ends[:1], self.parts.at(part)[1:-1], ends[1:]]))
         return np.concatenate(corners)
 
     def angles(self, elsewhere: Sequence[Outline]) -> np.ndarray:
         """Inner angles (s, k) [rad] at the corners on this section and elsewhere; at ring nodes this section's
         everywhere."""
-        angles = np.stack([inner_angles(self.polygon(place)) for place in (self.parts.curve.at, *elsewhere)])
+        angles = np.stack([inner_angles(self.polygon(position)) for position in (self.parts.curve.at, *elsewhere)])
         ring = np.concatenate([np.full(len(part), kind == "ring") for kind, part in self.walk()])
         angles[:, ring] = angles[0, ring]
         return angles
@@ -71,14 +71,16 @@ class Remainder:
         return np.concatenate(numbers), np.concatenate([numbers[0], numbers[1], numbers[2][:1]])
 
 
-def fill_rest(parts: SectionParts, loops: list[np.ndarray], elsewhere: Sequence[Outline]) -> tuple[np.ndarray, float]:
+def fill_remainder(
+    parts: SectionParts, loops: list[np.ndarray], elsewhere: Sequence[Outline]
+) -> tuple[np.ndarray, float]:
     """Add the coarse quads, the best of several divisions of the boundary; returns the base's nodes from left to right
     and the badness.
 
     loops : outer chains of the rings;  elsewhere : the outline's arc lengths on other sections
     Raises MeshError where no division can be filled.
     """
-    found, faults = [], []
+    found, errors = [], []
     for factor in FACTORS:
         rest = divide_boundary(parts, loops, factor)
         angles = rest.angles(elsewhere)
@@ -86,9 +88,9 @@ def fill_rest(parts: SectionParts, loops: list[np.ndarray], elsewhere: Sequence[
             points, quads = fill_with_quads(rest.polygon(parts.curve.at), parts.sizes.coarse, angles)
             found.append((badness(points, quads, angles), rest, points, quads))
         except MeshError as error:
-            faults.append(error)
+            errors.append(error)
     if not found:
-        raise faults[0]
+        raise errors[0]
     least, rest, points, quads = min(found, key=lambda attempt: attempt[0])
     ring, base = rest.add_nodes()
     number = np.concatenate([ring, parts.add_nodes(points[len(ring) :])])

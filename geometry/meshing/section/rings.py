@@ -121,7 +121,7 @@ def add_strip(parts: SectionParts, chain: np.ndarray) -> np.ndarray:
 def offset_chain(
     parts: SectionParts, chain: np.ndarray, distance: float, sides: int
 ) -> tuple[np.ndarray, tuple[float, float]]:
-    """Places (k, 2) of a chain moved outwards (to its right), and the arc lengths of its ends.
+    """Positions (k, 2) of a chain moved outwards (to its right), and the arc lengths of its ends.
 
     The ends slide along the outline by `distance` [m]; inner nodes move by START_SHARE of it, in directions that turn
     from the outline's to their own normal over the first and last `sides` edges.

@@ -58,7 +58,7 @@ def _outwards(chain):
 
 
 def _follow(section, morph, before, outline, fixed):
-    """Positions (n, 2) from those of the neighbouring station and the new places of the fixed nodes: carried, then
+    """Positions (n, 2) from those of the neighbouring station and the new positions of the fixed nodes: carried, then
     smoothed."""
     shift = outline - before
     moved = before + morph.carry(shift)

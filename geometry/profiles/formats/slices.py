@@ -83,8 +83,10 @@ def refuse_wheel(path: Path, lines: list[str]) -> None:
     angles = next((i for i, line in enumerate(lines, 1) if ROUND_A_WHEEL.search(line)), None)
     if path.suffix.lower() == ".slcw" or angles is not None:
         where = "" if angles is None else f" (line {angles})"
-        raise ProfileError(f"{path}: slices round a wheel, with angles for stations{where}: a wheel with a flat or out of round is not supported; read one of its section "
-                           "files as a wheel")  # fmt: skip
+        raise ProfileError(
+            f"{path}: slices round a wheel, with angles for stations{where}: a wheel with a flat or out of round is not"
+            " supported; read one of its section files as a wheel"
+        )
 
 
 def values_of(row: tuple[int, str], path: Path, least: int) -> list[float]:
@@ -110,8 +112,13 @@ def feature_table(path: Path, rows: list, named: np.ndarray, features: int) -> n
         values = values_of(row, path, features + 1)
         at = np.flatnonzero(np.abs(named - values[0]) < 1e-3)
         if len(values) != features + 1 or len(at) != 1 or at[0] in seen:
-            why = (f"{len(values) - 1} positions, NFEAT = {features}" if len(values) != features + 1 else
-                   f"{len(at)} slices at its station" if len(at) != 1 else "features of its slice are given twice")  # fmt: skip
+            why = (
+                f"{len(values) - 1} positions, NFEAT = {features}"
+                if len(values) != features + 1  # fmt: skip
+                else f"{len(at)} slices at its station"
+                if len(at) != 1
+                else "features of its slice are given twice"
+            )
             raise ProfileError(f"{path}: line {row[0]}: features at {values[0]:g}: {why}")
         seen.add(int(at[0]))
         table[at[0]] = [np.nan if v == -1 else v for v in values[1:]]
@@ -138,8 +145,10 @@ def in_metres(path: Path, sections: list[RawProfile], section_unit: float | None
         width = float(np.median([np.ptp(raw.points[:, 0]) for raw in silent]))
         fitting = fitting_units(width, "rail")
         if len(fitting) != 1:
-            raise ProfileError(f"{path}: its sections span {width:.4g} in the median; a rail is {1e3 * WIDTHS['rail'][0]:g} to {1e3 * WIDTHS['rail'][1]:g} mm wide: "
-                               "state the unit of the sections")  # fmt: skip
+            raise ProfileError(
+                f"{path}: its sections span {width:.4g} in the median; a rail is {1e3 * WIDTHS['rail'][0]:g} to"
+                f" {1e3 * WIDTHS['rail'][1]:g} mm wide: state the unit of the sections"
+            )
         section_unit, note = (
             UNITS[fitting[0]],
             (f"sections in {fitting[0]} by their width of {1e3 * width * UNITS[fitting[0]]:.4g} mm in the median",),

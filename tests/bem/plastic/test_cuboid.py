@@ -90,8 +90,8 @@ def test_stress_is_in_equilibrium_and_hookes_of_the_displacement_inside_and_outs
     strain = UNIT[component]
     stress = lambda p: cuboid_stress(p, BOX, strain, STEEL)
     slope = gradient(stress, points)
-    place = ((0, 5, 4), (5, 1, 3), (4, 3, 2))
-    divergence = np.stack([sum(slope[:, place[i][j], j] for j in range(3)) for i in range(3)])
+    position = ((0, 5, 4), (5, 1, 3), (4, 3, 2))
+    divergence = np.stack([sum(slope[:, position[i][j], j] for j in range(3)) for i in range(3)])
     size = np.abs(stress(points)).max()
     assert np.abs(divergence).max() < 1e-6 * size  # h^4 f'''''/30 with f''''' below 1e6 near the faces
     u = gradient(lambda p: cuboid_displacement(p, BOX, strain, STEEL), points)

@@ -128,8 +128,8 @@ def spikes(points: np.ndarray, least: float, most: int) -> list[int]:
     """
     points, found = points.copy(), []
     for _ in range(most):
-        place = between_neighbours(points)
-        off = np.hypot(*(place - points[2:-2]).T)
+        position = between_neighbours(points)
+        off = np.hypot(*(position - points[2:-2]).T)
         off[[k - 2 for k in found]] = 0.0
         for i in np.argsort(-off)[:8]:
             k = int(i) + 2
@@ -138,10 +138,10 @@ def spikes(points: np.ndarray, least: float, most: int) -> list[int]:
             first = max(k - 3, 0)
             near = points[first : k + 4].copy()
             before = np.abs(turns(near)).sum()
-            near[k - first] = place[i]
+            near[k - first] = position[i]
             if np.abs(turns(near)).sum() < before / 3:
                 found.append(k)
-                points[k] = place[i]
+                points[k] = position[i]
                 break
         else:
             break

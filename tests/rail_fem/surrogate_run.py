@@ -17,7 +17,7 @@ WORST = {"wing": (0.347, 0.032, 0.0), "nose": (0.356, -0.022, 0.0)}  # middle of
 MOST = {"wing": 0.012, "nose": 0.034}
 
 
-def standin_mesh() -> HexMesh:
+def surrogate_mesh() -> HexMesh:
     """Wing and nose as blocks, the wheel as a cap above them."""
     x = np.linspace(0.25, 0.45, 81)
     wing = mesh_grid(x, np.linspace(0.01, 0.055, 16), np.linspace(-0.02, 0.0, 9), "wing")
@@ -28,13 +28,13 @@ def standin_mesh() -> HexMesh:
 
 
 def bump(points: np.ndarray, body: str) -> np.ndarray:
-    """Plastic strain around its worst place, zero where it would be small."""
+    """Plastic strain around its worst position, zero where it would be small."""
     away = (points - WORST[body]) / (6e-3, 4e-3, 3e-3)
     strain = MOST[body] * np.exp(-0.5 * (away**2).sum(axis=1))
     return np.where(strain > 0.02 * MOST[body], strain, 0.0)
 
 
-def standin_strain(mesh: HexMesh) -> np.ndarray:
+def surrogate_strain(mesh: HexMesh) -> np.ndarray:
     centre = mesh.points[mesh.cells].mean(axis=1)
     strain = np.zeros(len(centre))
     for i, body in enumerate(("wing", "nose")):
@@ -42,7 +42,7 @@ def standin_strain(mesh: HexMesh) -> np.ndarray:
     return strain
 
 
-def standin_history(direction: str = "facing", load: float = 86e3) -> dict[str, np.ndarray]:
+def surrogate_history(direction: str = "facing", load: float = 86e3) -> dict[str, np.ndarray]:
     """Settling, running on one body, a short loss of contact, impact on the other."""
     time = np.arange(0.0, 6.0e-3, 1e-5)
     x = (0.25 + 33.5 * time) if direction == "facing" else (0.45 - 33.5 * time)
@@ -105,11 +105,11 @@ def write_run(folder: Path, direction: str = "facing", **changes) -> PassResult:
         "model": "fe_full",
         "scene": make_scene().model_copy(update={"direction": direction}),
         "settings": {"settle_time": SETTLE, "element_size": 2.5e-3},
-        "history": standin_history(direction),
+        "history": surrogate_history(direction),
         "transfer_x": TRANSFER,
     }
     result = PassResult(**(values | changes))
     result.save(folder)
-    mesh = standin_mesh()
-    write_fields(Path(folder) / "fields" / "final.vtu", mesh, standin_strain(mesh))
+    mesh = surrogate_mesh()
+    write_fields(Path(folder) / "fields" / "final.vtu", mesh, surrogate_strain(mesh))
     return result

@@ -9,7 +9,7 @@ from bem.plane.curve import Curve
 from bem.plane.pairing import smooth_gap
 
 _SAMPLES = 101
-_MOST = 8  # nearest places that are worth a look
+_MOST = 8  # nearest positions that are worth a look
 
 
 def _distances(curve: Curve, s: np.ndarray, targets: list[Curve], way: np.ndarray, reach: float) -> np.ndarray:
@@ -22,7 +22,7 @@ def _distances(curve: Curve, s: np.ndarray, targets: list[Curve], way: np.ndarra
     return gap
 
 
-def _nearest_places(
+def _nearest_positions(
     curve: Curve, targets: list[Curve], way: np.ndarray, reach: float
 ) -> list[tuple[float, np.ndarray]]:
     """Local minima of the distance along a curve, refined: (distance [m], point (2,) [m])."""
@@ -32,16 +32,16 @@ def _nearest_places(
     lowest = np.flatnonzero(np.isfinite(gap) & (gap <= padded[:-2]) & (gap <= padded[2:]))
     found = []
     for start in lowest[np.argsort(gap[lowest], kind="stable")][:_MOST]:
-        s, place = coarse, start
+        s, position = coarse, start
         for _ in range(3):
-            s = np.linspace(s[max(place - 1, 0)], s[min(place + 1, len(s) - 1)], 13)
+            s = np.linspace(s[max(position - 1, 0)], s[min(position + 1, len(s) - 1)], 13)
             finer = _distances(curve, s, targets, way, reach)
-            place = int(np.argmin(finer))
-        found.append((float(finer[place]), curve.at(s[place : place + 1])[0]))
+            position = int(np.argmin(finer))
+        found.append((float(finer[position]), curve.at(s[position : position + 1])[0]))
     return found
 
 
-def nearest_places(fixed: Body, moving: Body, way: np.ndarray, reach: float) -> list[tuple[float, np.ndarray]]:
+def nearest_positions(fixed: Body, moving: Body, way: np.ndarray, reach: float) -> list[tuple[float, np.ndarray]]:
     """Where the faces come nearest along the unit vector `way` (2,): (distance [m], point (2,) [m] of the moving body),
     nearest first.
 
@@ -49,8 +49,10 @@ def nearest_places(fixed: Body, moving: Body, way: np.ndarray, reach: float) -> 
     nothing is looked for beyond `reach` [m], and the list is empty when the faces never meet.
     """
     ours, theirs = moving.outline.edge_curves(moving.face), fixed.outline.edge_curves(fixed.face)
-    places = [place for curve in ours for place in _nearest_places(curve, theirs, way, reach)]
+    positions = [position for curve in ours for position in _nearest_positions(curve, theirs, way, reach)]
     for curve in theirs:
-        places += [(distance, point - distance * way) for distance, point in _nearest_places(curve, ours, -way, reach)]
-    places = [place for place in places if np.isfinite(place[0])]
-    return sorted(places, key=lambda place: place[0])[: 2 * _MOST]
+        positions += [
+            (distance, point - distance * way) for distance, point in _nearest_positions(curve, ours, -way, reach)
+        ]
+    positions = [position for position in positions if np.isfinite(position[0])]
+    return sorted(positions, key=lambda position: position[0])[: 2 * _MOST]

@@ -1,4 +1,4 @@
-"""What the figures over the running distance have in common: the axis, the direction of travel, the places that are
+"""What the figures over the running distance have in common: the axis, the direction of travel, the positions that are
 marked."""
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from rail_fem.output.result import PassResult
 from rail_fem.show.style import GREEN, ORANGE, PURPLE
 
 
-def mark_places(axes, result: PassResult, label: bool = True) -> None:
+def mark_positions(axes, result: PassResult, label: bool = True) -> None:
     """A line at the transfer, shades while it settles and where contact is lost; `label`: with their words for the
     legend."""
     words = lambda text: text if label else "_nolegend_"
