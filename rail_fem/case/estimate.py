@@ -4,6 +4,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from rail_fem.light.mass_scaling import SHARE, quasi_static_factor
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import FeSettings
@@ -19,7 +20,9 @@ SHORTEST_EDGE = 0.5  # shortest cell edge over element_size, in graded and slant
 # whatever the window.
 RAIL_AREA, RAIL_LINE = 30e-6, 213e-3
 WHEEL_AREA, WHEEL_LINE = 28.5e-3, 9.8
+TWIN_COST = 0.1  # of the twin that gives the error bars, over the run's own
 END_MARGIN = 0.024  # of the rail beyond start and end
+RAIL_MASS, WHEEL_MASS = 35.0, 14.0  # of the meshes: crossing [kg/m], wheel [kg]
 
 
 @dataclass(frozen=True)
@@ -46,14 +49,25 @@ def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate
     if settings.element == "full":
         memory += rail * FULL_BYTES_PER_CELL
         updates += active * (FULL_COST - 1)
+    updates *= 1 + (TWIN_COST if settings.error_twin else 0.0)
     return Estimate(cells, steps, step, memory, updates * steps / (UPDATES_PER_SECOND * ranks))
 
 
 def critical_step(scene: Scene, settings: FeSettings) -> float:
-    """Courant number times shortest edge over the fastest wave [s]."""
+    """Courant number times shortest edge over the fastest wave, mass scaling included [s]."""
     materials = scene.materials
     fastest = max(_speed(steel) for steel in (materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()))
-    return settings.courant * SHORTEST_EDGE * settings.element_size / fastest
+    return settings.courant * SHORTEST_EDGE * settings.element_size * _mass_factor(scene, settings) ** 0.5 / fastest
+
+
+def _mass_factor(scene: Scene, settings: FeSettings) -> float:
+    """Of mass scaling, with masses of the meshes by rule where it is "auto"."""
+    if settings.mass_scaling != "auto":
+        return settings.mass_scaling
+    rail = RAIL_MASS * (abs(settings.end - settings.start) + 2 * END_MARGIN)
+    track = scene.foundation.track_mass / rail if settings.track_mass else 1.0
+    bound = min(track if settings.foundation else float("inf"), scene.vehicle.wheel_unsprung_mass / WHEEL_MASS)
+    return max(1.0, min(quasi_static_factor(scene), SHARE * bound))
 
 
 def _speed(steel: Steel) -> float:

@@ -36,11 +36,12 @@ def section_keys(section: type[BaseModel], values: BaseModel | None = None) -> I
         if field.exclude or name in WRITTEN:
             continue
         quantity, table = quantity_of(field), field.annotation if isinstance(field.annotation, type) else None
+        fixed = values is None or not field.is_required()
         yield Key(
             name,
             quantity.unit if quantity else "",
             _allowed(field, quantity),
-            _default(field, quantity) if values is None or not field.is_required() else getattr(values, name),
+            _default(field, quantity) if fixed else getattr(values, name),
             meaning(field),
             field.is_required(),
             table if table and issubclass(table, BaseModel) else None,
@@ -50,7 +51,8 @@ def section_keys(section: type[BaseModel], values: BaseModel | None = None) -> I
 
 def _allowed(field: Any, quantity: Any) -> str:
     if quantity is not None:
-        return f"{quantity.low:g} to {quantity.high:g} {quantity.unit}".strip()
+        words = "".join(f' or "{word}"' for word in quantity.words)
+        return f"{quantity.low:g} to {quantity.high:g} {quantity.unit}".strip() + words
     if choices := choices_of(field.annotation):
         return ", ".join(choices)
     limits = {type(limit).__name__.lower(): limit for limit in field.metadata}

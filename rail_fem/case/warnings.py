@@ -1,15 +1,13 @@
 """What is allowed in a case but calls for a warning: one warning each, with both numbers. `check` says it, and every
 result and trust report repeats it."""
 
-from bem.exact.hertz import PointContact, point_contact
-from bem.material import Elastic, contact_modulus
+from rail_fem.light.mass_scaling import static_patch
 from rail_fem.light.rigid import window_warnings
 from rail_fem.scene.crossing import CAST
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
 
 COMPARED_RATIOS = 9.25, 10.75  # between which the parametric crossing was held against anything
-TREAD_RADIUS = 0.330  # transverse radius of an EPS (P8) tread at the datum; the casting's top is a plane there
 ELEMENTS_ACROSS_PATCH = 6
 LEAST_TRACK_MASS = 50.0  # [kg]
 MANY_FRAMES = 500
@@ -19,14 +17,6 @@ SURROGATES = {
     "P8-hollow": "nominal P8 with 3 mm of assumed hollow wear",
     "P1": "a 1:20 cone built from recalled dimensions",
 }
-
-
-def static_patch(scene: Scene) -> PointContact:
-    """Hertz patch of the static load on the planar top of the casting; a first guess, before geometry and plastic
-    flow."""
-    wheel, wing = scene.materials.wheel.steel(), scene.materials.wing.steel()
-    modulus = contact_modulus(*(Elastic(steel.youngs_modulus, steel.poisson) for steel in (wheel, wing)))
-    return point_contact(scene.static_wheel_load, scene.wheel.radius, TREAD_RADIUS, modulus)
 
 
 def case_warnings(scene: Scene, settings: Frozen) -> list[str]:

@@ -66,12 +66,14 @@ def node_normals(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
 @dataclass(frozen=True)
 class ContactSettings:
     """stiffness : penalty per area [Pa/m];  friction [1];  margin : gap below which a node is watched [m];
-    refresh : steps between searches;  deepest : penetration beyond which a projection is not believed [m]"""
+    refresh, travel : steps, and travel of the wheel [m], after which a search is due;
+    deepest : penetration beyond which a projection is not believed [m]"""
 
     stiffness: float
     friction: float = 0.0
     margin: float = 0.3e-3
     refresh: int = 50
+    travel: float = np.inf
     deepest: float = 1e-3
 
 
@@ -90,6 +92,7 @@ class Contact:
         "offset",
         "spin",
         "steps_to_search",
+        "searched_at",
         "started",
         "pairs",
         "position",
@@ -139,7 +142,7 @@ class Contact:
         self.normal_force, self.tributary_area = np.zeros(n), np.zeros(n)
         self.pressure_at = np.zeros(n)
         self.sums = np.zeros(kernel.N_SUMS)
-        self.steps_to_search, self.started = 0, False
+        self.steps_to_search, self.searched_at, self.started = 0, 0.0, False
         self.pairs = [
             self._pairs(side, np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2))) for side in (0, 1)
         ]
@@ -174,7 +177,7 @@ class Contact:
         self.slip = np.zeros_like(keep_slip)
         self.slip[slaves] = keep_slip[slaves]
         self.position[:] = position
-        self.steps_to_search = self.settings.refresh
+        self.steps_to_search, self.searched_at = self.settings.refresh, self.offset
         self.force[:], self.normal_force[:], self.pressure_at[:] = 0.0, 0.0, 0.0
         self._prepare()
 
@@ -263,7 +266,7 @@ class Contact:
     def add_forces(self, dt: float) -> None:
         """Contact forces of the step that `structure.v` (velocity without contact) would make from `structure.x` ->
         `force`. Collective."""
-        if self.steps_to_search <= 0:
+        if self.steps_to_search <= 0 or abs(self.offset - self.searched_at) > self.settings.travel:
             self.search()
         self.steps_to_search -= 1
         if not len(self.watched):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.meshing.quality import MeshQuality
+from geometry.meshing.quality import MeshQuality, cell_volume
 from rail_fem.fe import trust
 from rail_fem.fe.fields import gather_cells
 from rail_fem.fe.passage import Running
@@ -26,13 +26,14 @@ def trust_facts(
 
     quality : of the mesh on root, None elsewhere;  initial_clearance : of the meshes before initial positioning [m]
     """
-    dynamics, settled = run.dynamics, run.settings.settle_time
+    dynamics, settled, scaling = run.dynamics, run.settings.settle_time, run.passage.scaling
     work = trust.impact_work(np.array(run.recorder.contact_work)[history["time"] > settled])
     return {
         "shares": numerical_shares(complete_history(history), settled, work),
         "impact_work": work,
         "internal_energy": float(np.nanmax(largest_internal(complete_history(history)), initial=0.0)),
         "hourglass_zone": zone_hourglass(run),
+        "deforming": deforming_share(run, history, settled),
         "penetration": penetration(np.array(run.recorder.overlap).reshape(-1, 3)[history["time"] > settled]),
         "approach": run.static_approach if run.static_approach > 0 else float("nan"),
         "initial_clearance": initial_clearance,
@@ -42,7 +43,8 @@ def trust_facts(
         "step": run.dt,
         "limit": run.limit,
         "step_ratio": run.dt / run.limit,
-        "element_limit": run.comm.bcast(quality.worst_step if quality else None, root=0),
+        "element_limit": run.comm.bcast(quality.worst_step if quality else None, root=0) * scaling.factor**0.5,
+        "scaling": scaling,
         "rechecks": run.rechecks,
         "chatter": trust.chatter(history, run.scene.speed, run.settings.element_size, settled),
         "penalty_factor": run.settings.penalty,
@@ -73,6 +75,19 @@ def penetration(rows: np.ndarray) -> tuple[float, float]:
     return (float(rows[:, 0].max()), float(rows[:, 1].sum() / force)) if force > 0 else (float("nan"), float("nan"))
 
 
+def deforming_share(run: Run, history: dict[str, np.ndarray], settled: float) -> tuple[float, float]:
+    """Kinetic energy of deformation over internal energy after settling: mean of the one over mean of the other, and
+    their largest ratio at one moment; NaN without rows. What is quasi-static has little of it."""
+    after = history["time"] > settled
+    moving, internal = (
+        np.array(run.recorder.deforming)[after],
+        (history["energy_elastic"] + history["energy_plastic"])[after] if after.any() else np.empty(0),
+    )
+    if not len(moving) or not internal.mean() > 0:
+        return float("nan"), float("nan")
+    return float(moving.mean() / internal.mean()), float((moving / np.maximum(internal, 1e-300)).max())
+
+
 def zone_hourglass(run: Run) -> float:
     """Hourglass work over plastic work in the blocks of elements that yielded. Collective."""
     work = run.dynamics.structure.block_work
@@ -89,8 +104,12 @@ def strain_peaks(run: Run) -> dict[str, Peak]:
         mine = np.flatnonzero(mesh.region == region)
         if len(mine):
             worst = mine[np.argmax(cells[mine, 6])]
+            corners = mesh.points[mesh.cells[worst]]
             found[f"plastic_strain_{name}"] = Peak(
-                float(cells[worst, 6]), "1", *map(float, mesh.points[mesh.cells[worst]].mean(axis=0))
+                float(cells[worst, 6]),
+                "1",
+                *map(float, corners.mean(axis=0)),
+                size=float(np.cbrt(cell_volume(corners[None])[0])),
             )
     return run.comm.bcast(found, root=0)
 

@@ -21,6 +21,7 @@ from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.mass_scaling import MassScaling, choose_scaling
 from rail_fem.fe.slabs import Slabs, cut_into_slabs, slab_parts
 from rail_fem.fe.start_state import StartState, resting
 from rail_fem.fe.structure import Structure
@@ -35,9 +36,9 @@ from rail_fem.settings.explicit import FeSettings
 # lumped mass on the wheel while it settles [kg]: little inertia, so it comes to rest within a millisecond
 SETTLING_MASS = 10.0
 MESH_MASS = 10.0  # about that of the wheel's mesh, which settles with it [kg]
-# gap below which nodes are watched [m], and for how many steps: in 100 of 0.15 us a wheel at 40 m/s
-MARGIN, SEARCH_EVERY = 0.15e-3, 100
-# moves 0.6 mm, and surfaces a tenth apart in slope close by 0.06 mm
+# gap below which nodes are watched [m]; a search is due after so many steps, or when the wheel has moved on by TRAVEL:
+# surfaces a tenth apart in slope close by 0.06 mm then
+MARGIN, SEARCH_EVERY, TRAVEL = 0.15e-3, 100, 0.6e-3
 NEXT_POSITION = 2.5e-3  # where the contact at the start is looked at once more [m]
 # an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.studies.kernel_speed)
 ELASTIC_COST = 0.75
@@ -103,6 +104,7 @@ class Passage:
 
     dynamics: Dynamics
     running: Running
+    body_of: np.ndarray  # (n_nodes,) 0 crossing, 1 wheel: body of each local node
     crossing: RigidGroup
     axle: RigidGroup
     sprung: RigidGroup | None
@@ -113,6 +115,7 @@ class Passage:
     static_load: float  # NaN where the pass does not begin at rest
     datum_height: float  # of the wheel's D0 at the start, over a crossing at rest under the static load [m]
     static_deflection: float  # of the foundation at the start [m]
+    scaling: MassScaling
 
 
 def build_passage(
@@ -137,16 +140,17 @@ def build_passage(
     domain = Domain(comm, *(() if mesh is None else shared_mesh(mesh, slabs, comm.size)))
     materials = scene.materials
     steels = [materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()]
+    scaling = choose_scaling(scene, settings, steels, mesh, comm)
     structure = Structure(
         domain,
-        steels,
+        scaling.densities(steels),
         small=(2,),
         settings=ElementSettings(settings.element, settings.hourglass),
         slab=None if slabs is None else slabs.of_cells(domain.cell_centres()[:, 0], domain.region),
     )
     is_wheel = comm.bcast(None if mesh is None else _wheel_nodes(mesh)[mesh.clamp], root=0)
     crossing, axle, sprung, supports, settling = build_supports(
-        scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel]
+        scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel], scaling.factor
     )
     rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
     contact = Contact(
@@ -169,7 +173,7 @@ def build_passage(
     masses = structure.region_masses()
     crossing.mesh_mass, axle.mesh_mass = float(masses[0] + masses[1]), float(masses[2])
     _set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
-    _start_velocities(dynamics, domain, running, axle, sprung)
+    start_velocities(dynamics, running, axle, sprung)
     region = np.zeros(len(rail.nodes), np.int64)
     region[rail.quads[quad_region[quad_region != 2] == 1].ravel()] = 1
     static = scene.static_wheel_load / scene.foundation.stiffness
@@ -178,6 +182,7 @@ def build_passage(
     return Passage(
         dynamics,
         running,
+        _body_of_nodes(domain),
         crossing,
         axle,
         sprung,
@@ -188,7 +193,14 @@ def build_passage(
         load,
         datum_height + lifted,
         deflection,
+        scaling,
     )
+
+
+def _body_of_nodes(domain: Domain) -> np.ndarray:
+    out = np.zeros(domain.n_nodes, np.int64)
+    out[domain.cells[domain.region == 2].ravel()] = 1
+    return out
 
 
 def rail_slabs(mesh: HexMesh) -> Slabs:
@@ -221,6 +233,7 @@ def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettin
         friction=scene.friction,
         margin=MARGIN,
         refresh=SEARCH_EVERY,
+        travel=TRAVEL,
     )
 
 
@@ -231,9 +244,10 @@ def build_supports(
     start: StartState,
     base_nodes: np.ndarray,
     rim_nodes: np.ndarray,
+    factor: float = 1.0,
 ):
     """Crossing on its foundation, axle with half a wheelset, sprung mass on the primary suspension; springs as the
-    start wants them.
+    start wants them. factor : of mass scaling.
 
     While it settles the axle is pressed down so that the contact comes to carry the start's force. Vertical only: the
     lateral position and the speed of the wheel are given (thesis assumption 1).
@@ -264,7 +278,7 @@ def build_supports(
             axle,
             None,
             0.0,
-            2 * np.sqrt(contact_stiffness(scene, running) * (SETTLING_MASS + MESH_MASS)),
+            2 * np.sqrt(contact_stiffness(scene, running) * (SETTLING_MASS + factor * MESH_MASS)),
             rate=rate,
         )
         links.append(settling)
@@ -308,12 +322,10 @@ def _set_lumped_masses(
         crossing.free = (False, False, False)
 
 
-def _start_velocities(
-    dynamics: Dynamics, domain: Domain, running: Running, axle: RigidGroup, sprung: RigidGroup | None
-) -> None:
+def start_velocities(dynamics: Dynamics, running: Running, axle: RigidGroup, sprung: RigidGroup | None) -> None:
     """Wheel and vehicle start along the slope of the rigid path, so that steady running needs no force beyond the
     weight."""
-    vertical = running.speed * float(running.slope(running.start))
+    vertical, domain = running.speed * float(running.slope(running.start)), dynamics.domain
     wheel = np.unique(domain.cells[domain.region == 2])
     dynamics.structure.v.reshape(-1, 3)[wheel, 2] = vertical
     for group in (axle, sprung):
@@ -325,14 +337,16 @@ def _start_velocities(
 def end_settling(passage: Passage, scene: Scene, settings: FeSettings) -> None:
     """Damper off, true masses on, foundation free. Energies of the lumped masses change here; the balance starts
     afresh."""
-    passage.settling.damping, passage.dynamics.balance_mark = 0.0, None
+    passage.dynamics.balance_mark = None
+    if passage.settling is not None:
+        passage.settling.damping = 0.0
     _set_lumped_masses(scene, settings, passage.crossing, passage.axle, settled=True)
     passage.crossing.free = (False, False, settings.foundation)
     if not passage.start.resting:
-        _take_up(passage, scene, settings)
+        take_up(passage, scene, settings)
 
 
-def _take_up(passage: Passage, scene: Scene, settings: FeSettings) -> None:
+def take_up(passage: Passage, scene: Scene, settings: FeSettings) -> None:
     """The motion of a pass that does not begin at rest: each body gets what its group's velocity changes by, all of it
     alike."""
     start, domain, v = passage.start, passage.dynamics.domain, passage.dynamics.structure.v.reshape(-1, 3)

@@ -30,15 +30,32 @@ def add_step(force, normal_force, position, watched, n_rail, on_nose, total, mom
         moment[2] += normal_force[n] * position[n, 1]
 
 
+@njit(cache=True, error_model="numpy")
+def add_motion(v, mass, body_of, n, out):
+    """What says how much of the bodies' motion is not that of a rigid one: mass, momentum and kinetic energy of each.
+
+    v : (3 n_nodes,);  mass, body_of : (n_nodes,), of which the first `n` count;  out : (bodies, 5) mass [kg], momentum
+    along x, y, z [kg m/s], kinetic energy [J], added to
+    """
+    for i in range(n):
+        row, m = out[body_of[i]], mass[i]
+        row[0] += m
+        for c in range(3):
+            speed = v[3 * i + c]
+            row[1 + c] += m * speed
+            row[4] += 0.5 * m * speed * speed
+
+
 class Recorder:
     """Call `after_step` each step and `row` when an interval is over. All numbers replicated; `row` is collective."""
 
-    STATE = ("rows", "contact_work", "overlap", "exchanged", "total", "moment", "steps")
+    STATE = ("rows", "contact_work", "deforming", "overlap", "exchanged", "total", "moment", "steps")
 
     def __init__(self, passage: Passage):
         self.passage = passage
         self.rows: list[dict[str, float]] = []
         self.contact_work: list[float] = []  # on the bodies, at each row [J]
+        self.deforming: list[float] = []  # kinetic energy of the meshes beyond rigid motion, at each row [J]
         self.exchanged = 0.0  # energy that came with other lumped masses and velocities where settling ended [J]
         self.overlap: list[list[float]] = []  # Contact.overlap at each row
         self._clear()
@@ -88,8 +105,16 @@ class Recorder:
         row["energy_contact_loss"] = energies["contact_loss"]
         self.rows.append(row)
         self.contact_work.append(energies["contact"])
+        self.deforming.append(self._deforming())
         self.overlap.append(d.contact.overlap())
         self._clear()
+
+    def _deforming(self) -> float:
+        """Kinetic energy of the meshes beyond that of each body's mean velocity [J]. Collective."""
+        s, motion = self.passage.dynamics.structure, np.zeros((2, 5))
+        add_motion(s.v, s.mass, self.passage.body_of, s.domain.n_owned, motion)
+        motion = s.domain.comm.allreduce(motion)
+        return float((motion[:, 4] - 0.5 * (motion[:, 1:4] ** 2).sum(axis=1) / motion[:, 0]).sum())
 
     def history(self) -> dict[str, np.ndarray]:
         """Columns (n,) in the names of rail_fem.output.history."""

@@ -12,8 +12,9 @@ import numpy as np
 from rail_fem.fe import trust
 from rail_fem.fe.checkpoint import load_checkpoint, save_checkpoint
 from rail_fem.fe.fields import write_collection, write_frame
-from rail_fem.fe.passage import Passage, end_settling
+from rail_fem.fe.passage import Passage, end_settling, take_up
 from rail_fem.fe.recorder import Recorder
+from rail_fem.fe.static_start import settle_in_place
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -30,6 +31,7 @@ class Run:
         "recorder",
         "limit",
         "dt",
+        "at_rest",
         "settled",
         "start_energies",
         "frames",
@@ -60,7 +62,7 @@ class Run:
         self.dynamics, self.recorder = passage.dynamics, Recorder(passage)
         self.limit = self.dynamics.stable_step(1.0)
         self.dt = self.dynamics.stable_step(settings.courant)
-        self.settled = passage.settling is None
+        self.at_rest, self.settled = False, passage.settling is None
         self.start_energies = None if not self.settled else self.dynamics.energies()
         self.frames: list[list] = []  # time [s], file name
         self.next_row, self.next_frame, self.rechecks = settings.history_interval, 0.0, 0
@@ -88,9 +90,20 @@ class Run:
 
     # ---- the loop
 
+    def begin(self) -> None:
+        """Bring the wheel to rest where it stands, under the load of the start. Collective."""
+        found = settle_in_place(self.passage, self.scene, self.settings.max_steps)
+        self.at_rest, self.static_approach = True, found.approach
+        if self.settled:
+            if not self.passage.start.resting:
+                take_up(self.passage, self.scene, self.settings)
+            self.start_energies = self.dynamics.energies()
+
     def go(self) -> None:
-        """Run to the end of the window or to max_steps. The last restart file holds the state before the end is
-        recorded, so that a restart after it records it once more, and the same. Collective."""
+        """From rest, unless resumed, run to the end of the window or to max_steps. The last restart file holds the
+        state before the end is recorded, so that a restart after it records it once more, and the same. Collective."""
+        if not self.at_rest:
+            self.begin()
         while not self._over():
             self._step()
         self.save()
@@ -135,10 +148,7 @@ class Run:
             self.save()
 
     def _let_go(self) -> None:
-        running, d = self.passage.running, self.dynamics
-        x = running.start + d.contact.offset
-        rigid = float(running.height(x)) - float(running.height(running.start))
-        self.static_approach = rigid - self.passage.axle.displacement[2]
+        d = self.dynamics
         before = d.energies()["balance"]
         end_settling(self.passage, self.scene, self.settings)
         self.settled, self.start_energies = True, d.energies()

@@ -73,7 +73,7 @@ class Structure:
         self.smallest_volume = smallest
         self.initial_volume = volumes(domain.reference, domain.cells)
         raise_together(domain.comm, self._inversion_message(self.initial_volume))
-        self.mass = self._lumped_mass()
+        self.mass = self.lumped_mass()
 
     @property
     def work(self) -> np.ndarray:
@@ -100,9 +100,10 @@ class Structure:
             np.bincount(self.domain.region, self._cell_mass(), minlength=len(self.steels))
         )
 
-    def _lumped_mass(self) -> np.ndarray:
+    def lumped_mass(self, factor: np.ndarray | float = 1.0) -> np.ndarray:
+        """Masses of the nodes (n_nodes,) [kg], those of the cells times `factor` (m,). Collective."""
         vector = self.domain.nodal_vector()
-        share = np.repeat(self._cell_mass() / 8, 8)
+        share = np.repeat(factor * self._cell_mass() / 8, 8)
         np.add.at(vector, 3 * self.domain.cells.ravel(), share)
         self.domain.sum_to_owner(vector)
         self.domain.copy_to_ghosts(vector)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rail_fem.fe.mass_scaling import MassScaling
 from rail_fem.output.shares import OF_IMPACT, last_known
 
 GOOD, WARN, BAD = "good", "warning", "bad"
@@ -36,6 +37,7 @@ LIMITS = {
     "largest penetration": Limit(0.05, 0.25),
     "mean penetration": Limit(0.05, 0.25),
     "static load before the transfer": Limit(0.02, 0.10),
+    "kinetic energy of deformation": Limit(0.02, 0.10),
     "chatter": Limit(0.01, 0.10),
     "ends of the travelling window": Limit(0.01, 0.05),
 }
@@ -178,7 +180,7 @@ def report_rows(facts: dict) -> list[Row]:
             "reported",
             GOOD,
         ),
-        Row("added mass", 0.0, "0 %: no mass scaling", "0 by default", GOOD),
+        *_scaling_rows(facts["scaling"], *facts["deforming"]),
         _chatter_row(*facts["chatter"], facts["penalty_factor"]),
         *_window_rows(facts["window"], work),
     ]
@@ -227,6 +229,27 @@ def _window_rows(window: dict | None, work: float) -> list[Row]:
         f" {window['share']:.0%} of the elements computed"
     )
     return [judged("ends of the travelling window", max(lost, late), shown)]
+
+
+def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[Row]:
+    """What the elements weigh beyond steel, and whether their inertia shows."""
+    added = scaling.added / sum(scaling.steel.values())
+    bodies = ", ".join(
+        f"{name} {scaling.factor * mass:.0f} of {scaling.bodies[name]:.0f} kg" for name, mass in scaling.steel.items()
+    )
+    shown = (
+        f"density times {scaling.factor:.4g} ({scaling.why}): {scaling.added:.0f} kg more in the meshes ({bodies}), as"
+        f" much less in the lumped masses; a wave takes {scaling.transit:.2f} of the time that the patch takes to pass"
+        if scaling.factor > 1
+        else "0 %: no mass scaling"
+    )
+    share = f"{mean:.2%} of the internal energy in the mean, {largest:.2%} at most"
+    return [
+        Row("added mass", added, shown, "rigid masses are the case's; chatter and waves are not those of steel", GOOD)
+        if scaling.factor > 1
+        else Row("added mass", added, shown, "0 by default", GOOD),
+        judged("kinetic energy of deformation", mean, share),
+    ]
 
 
 def _chatter_row(share: float, force: float, penalty: float) -> Row:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from mpi4py import MPI
@@ -19,18 +20,22 @@ from rail_fem.atomic import write_text_atomically
 from rail_fem.fe import trust
 from rail_fem.fe.diagnostics import slowest_elements, strain_peaks, trust_facts
 from rail_fem.fe.meshing import make_mesh
+from rail_fem.fe.metal import metal
 from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
+from rail_fem.output.error_bars import error_bars
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
 from rail_fem.output.fields import MESH, REGIONS
-from rail_fem.output.result import Cost, PassResult
+from rail_fem.output.quantities import FORCES, REPORTED
+from rail_fem.output.result import Cost, PassResult, load
 from rail_fem.output.runfolder import digest, fingerprint
 from rail_fem.output.sealed import read_sealed, write_sealed
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
+TWIN = 2.0  # size of the twin's elements over the run's
 MESH_ARRAYS = ("points", "cells", "region", "surface", "surface_region", "clamp")
 MESH_REMEDY = "remove it: --restart makes the mesh again, and goes on with the run if it comes out the same"
 
@@ -60,6 +65,7 @@ def solve_from(
     """One pass from a state where settling ends (None: at rest), its result under the name of a model. Collective.
     Errors: as `solve`."""
     comm, started = MPI.COMM_WORLD, time.perf_counter()
+    twin = _twin(scene, settings, start, model, folder, restart, progress)
     running = on_root(lambda: running_of(scene, settings))
     identity = {"case": digest(fingerprint(model, scene, settings))}
     mesh, initial_clearance, datum, seal = positioned_mesh(scene, settings, running, folder, restart, identity)
@@ -81,7 +87,53 @@ def solve_from(
     if restart and folder is not None and on_root(lambda: (folder / CHECKPOINT).is_file()):
         run.resume()
     run.go()
-    return result_of(run, model, initial_clearance)
+    result = result_of(run, model, initial_clearance)
+    return result if twin is None else with_bars(result, twin)
+
+
+def _twin(
+    scene: Scene,
+    settings: FeSettings,
+    start: StartState | None,
+    model: str,
+    folder: Path | None,
+    restart: bool,
+    progress,
+) -> PassResult | str | None:
+    """The same pass on elements TWIN times as large; why there is none; None where none is asked for. A restart takes
+    the one that is there. Collective."""
+    if not settings.error_twin:
+        return None
+    if settings.max_steps is not None:
+        return "max_steps cuts the run off"
+    below = None if folder is None else folder / "twin"
+    if restart and below is not None and on_root(lambda: (below / "result.json").is_file()):
+        return on_root(lambda: load(below))
+    coarse = settings.model_copy(
+        update={"element_size": TWIN * settings.element_size, "error_twin": False, "field_frames": 1}
+    )
+    if progress is not None:
+        progress.note(f"first its coarse twin, elements of {coarse.element_size * 1e3:g} mm: for the error bars")
+    try:
+        result = solve_from(scene, coarse, start, model, below, restart, None)
+    except ValueError as error:
+        return f"no twin of {coarse.element_size * 1e3:g} mm: {error}"
+    if below is not None:
+        on_root(lambda: result.save(below))
+    return result
+
+
+def with_bars(result: PassResult, twin: PassResult | str) -> PassResult:
+    """The result with the error bars that its twin gives; with a warning where there is no twin."""
+    bars = {} if isinstance(twin, str) else error_bars(result, twin)
+    warnings = (
+        result.warnings
+        if bars
+        else (*result.warnings, f"no error bars: {twin if isinstance(twin, str) else 'cut off'}")
+    )
+    known = [bars[name] / abs(REPORTED[name].of(result)) for name in FORCES if bars.get(name)]
+    estimate = {**result.error_estimate, "discretisation": max(known, default=float("nan"))}
+    return replace(result, error_bars=bars, warnings=warnings, error_estimate=estimate)
 
 
 def positioned_mesh(
@@ -138,8 +190,8 @@ def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
     initial_clearance : of the meshes before initial positioning [m]
     error_estimate holds what one run can know: the energy balance, the static load it should carry before the nose, and
     how much of the largest force comes and goes with each element (trust.mesh_noise). What the element size does to
-    peaks and strains beyond that, no single run knows; "discretisation" is therefore NaN. rail_fem.studies.passage_size
-    measures it by runs at several sizes.
+    peaks and strains beyond that, no single run knows: "discretisation" is NaN unless a coarse twin says it
+    (`error_twin`). rail_fem.studies.passage_size measures it by runs at several sizes.
     """
     history, energies = run.recorder.history(), run.dynamics.energies()
     quality = mesh_quality(run.passage.mesh) if run.passage.mesh is not None else None
@@ -165,6 +217,7 @@ def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
             ),
             "discretisation": float("nan"),
         },
+        metal=metal(run),
         trust={
             "rows": [row.plain() for row in rows],
             "slowest": slowest,

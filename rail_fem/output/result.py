@@ -28,7 +28,8 @@ RESULT_VERSION = 2
 
 @dataclass(frozen=True)
 class Peak:
-    """A largest value and where it is: value in `unit` (SI), position in m, time in s."""
+    """A largest value and where it is: value in `unit` (SI), position in m, time in s; size of its element [m] where
+    the value grows as that shrinks."""
 
     value: float
     unit: str
@@ -36,6 +37,7 @@ class Peak:
     y: float = NAN
     z: float = NAN
     time: float = NAN
+    size: float = NAN
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,9 @@ class PassResult:
         (rail_fem.output.events); NaN if it never does
     energies       : final energies [J] and their balance error
     error_estimate : quantity -> relative error that the run claims; NaN where it makes no claim
+    error_bars     : name of rail_fem.output.quantities.REPORTED -> half width of the interval in which the run claims
+        that its limit for vanishing elements lies [SI]; a name that is not there is not claimed
+    metal          : body -> what the pass leaves in it, plain values of rail_fem.output.plastic_zone.PlasticZone [SI]
     trust          : row -> what the trust report found (plain values)
     fault          : why the run failed; empty when it did not
     cut_off        : what ended the run before the end of its way, as its settings ask; empty when it went to the end
@@ -96,6 +101,8 @@ class PassResult:
     energies: Mapping[str, float] = field(default_factory=dict)
     cost: Cost = Cost()
     error_estimate: Mapping[str, float] = field(default_factory=dict)
+    error_bars: Mapping[str, float] = field(default_factory=dict)
+    metal: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     trust: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=versions)
@@ -123,7 +130,8 @@ class PassResult:
                 (
                     name.replace("_", " "),
                     engineering(peak.value, peak.unit, 4)
-                    + (f" at x = {peak.x * 1e3:.1f} mm" if math.isfinite(peak.x) else ""),
+                    + (f" at x = {peak.x * 1e3:.1f} mm" if math.isfinite(peak.x) else "")
+                    + (f", in an element of {peak.size * 1e3:.2g} mm" if math.isfinite(peak.size) else ""),
                 )
             )
         if math.isfinite(self.transfer_x):

@@ -162,6 +162,7 @@ class Quantity:
     unit    : engineers' unit; "" for a plain number
     low, high : the range allowed, in that unit
     meaning : what the field is, in a few words
+    words   : that may stand in place of a value, such as "auto"
 
     Text is read with its unit and kept in SI. A bare number is SI, unless the validation context says
     `units_required` (case files do): then a field that has a unit refuses it.
@@ -171,13 +172,17 @@ class Quantity:
     low: float
     high: float
     meaning: str
+    words: tuple[str, ...] = ()
 
     def read(self, value: Any, units_required: bool = False) -> float:
         """The value in SI. Errors: QuantityError with the value as typed and the remedy."""
         if isinstance(value, bool) or not isinstance(value, (int, float, str)):
             raise QuantityError(f"{typed(value)} is not a quantity, write e.g. {_example(self.unit)}")
         if isinstance(value, str):
-            in_si, in_unit = parse(value, self.unit)
+            try:
+                in_si, in_unit = parse(value, self.unit)
+            except QuantityError as error:
+                raise QuantityError(f"{error}" + "".join(f' or "{word}"' for word in self.words)) from None
         elif units_required and self.unit:
             raise QuantityError(f'{typed(value)} has no unit, write e.g. "{typed(value)} {self.unit}"')
         elif abs(value) > LARGEST or value != value:
@@ -195,12 +200,15 @@ class Quantity:
 
     def range(self) -> str:
         """The range allowed, in the unit: "[0.5, 350] mph"."""
-        return f"[{self.low:g}, {self.high:g}] {self.unit}".strip()
+        choices = "".join(f' or "{word}"' for word in self.words)
+        return f"[{self.low:g}, {self.high:g}] {self.unit}".strip() + choices
 
-    def show(self, value: float) -> str:
-        return show(value, self.unit)
+    def show(self, value: float | str) -> str:
+        return value if isinstance(value, str) else show(value, self.unit)
 
-    def _validate(self, value: Any, info: core_schema.ValidationInfo) -> float:
+    def _validate(self, value: Any, info: core_schema.ValidationInfo) -> float | str:
+        if isinstance(value, str) and value in self.words:
+            return value
         try:
             return self.read(value, bool(info.context and info.context.get("units_required")))
         except QuantityError as error:

@@ -36,7 +36,20 @@ class FeSettings(Frozen):
     hourglass: Annotated[
         float, Quantity("", 0, 1, "hourglass stiffness over 3.5 shear moduli, of the one-point element")
     ] = 0.01
-    settle_time: Annotated[float, Quantity("ms", 0, 1000, "settling phase before the pass")] = 1.2e-3
+    mass_scaling: Annotated[
+        float | str,
+        Quantity(
+            "",
+            1,
+            1e4,
+            "factor on the density of all elements, the bodies' masses kept: steps longer by its root, waves slower by"
+            " it; auto: as far as that does not show",
+            words=("auto",),
+        ),
+    ] = 1.0
+    settle_time: Annotated[
+        float, Quantity("ms", 0, 1000, "run under a damper from the static start, before the pass")
+    ] = 0.0
     spin: Literal["free", "held"] = Field(
         "free", description="the wheel's rotation: free against its inertia, or held at pure rolling at the start"
     )
@@ -53,6 +66,9 @@ class FeSettings(Frozen):
     history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
     field_frames: Count = Field(10, ge=1, le=10000, description="number of field outputs over the pass")
     checkpoint_interval: Annotated[float, Quantity("s", 1, 1e6, "wall time between restart files")] = 60.0
+    error_twin: bool = Field(
+        False, description="first the same pass on elements of twice the size (a tenth of the cost): error bars"
+    )
     max_steps: Count | None = Field(None, ge=1, description="stop after this many steps; none: the whole pass")
 
     @model_validator(mode="after")

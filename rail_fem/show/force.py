@@ -47,7 +47,7 @@ def draw_forces(axes, result: PassResult) -> None:
         found = f"largest {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm" if peak else "never touched"
         axes.plot(1e3 * history["x"], values / 1e3, color=colour, lw=width, zorder=order, label=f"{words}: {found}")
         if peak and column != "force":
-            ring(axes, peak, "o", colour)
+            ring(axes, peak, "o", colour, bar=result.error_bars.get(LARGEST[column], 0.0))
     first = peaks.get("first_impact")
     if first:
         body = receiving_body(result.scene.direction_sign)
@@ -55,7 +55,7 @@ def draw_forces(axes, result: PassResult) -> None:
             f"first impact, on the {'nose' if body == 'force_nose' else 'wing rail'}: {first.value / 1e3:.1f} kN at x ="
             f" {first.x * 1e3:.1f} mm"
         )
-        ring(axes, first, "D", PURPLE, words)
+        ring(axes, first, "D", PURPLE, words, result.error_bars.get("first_impact", 0.0))
     load = result.scene.static_wheel_load
     axes.axhline(load / 1e3, color=GREY, ls="--", lw=1.6, zorder=1.5, label=f"static wheel load: {load / 1e3:.1f} kN")
     mark_positions(axes, result)
@@ -65,14 +65,16 @@ def draw_forces(axes, result: PassResult) -> None:
     legend_above(axes)
 
 
-def ring(axes, peak: Peak, marker: str, colour: str, label: str = "_nolegend_") -> None:
-    """A ring around a force with its value beside it."""
+def ring(axes, peak: Peak, marker: str, colour: str, label: str = "_nolegend_", bar: float = 0.0) -> None:
+    """A ring around a force with its value and error bar [N] beside it."""
     position = 1e3 * peak.x, peak.value / 1e3
+    if bar > 0:
+        axes.errorbar(*position, yerr=bar / 1e3, color=colour, capsize=5, lw=2, zorder=3)
     axes.plot(*position, marker, ms=9, mfc="none", mec=colour, mew=2, ls="none", zorder=3, label=label)
     near_the_right = position[0] > 0.93 * axes.get_xlim()[1] + 0.07 * axes.get_xlim()[0]
     offset, side = ((-8, 8), "right") if near_the_right else ((8, 6), "left")
     axes.annotate(
-        f"{position[1]:.0f} kN",
+        f"{position[1]:.0f} kN" if not bar > 0 else f"{position[1]:.0f} \u00b1 {bar / 1e3:.0f} kN",
         position,
         offset,
         textcoords="offset points",

@@ -9,14 +9,17 @@ from rail_fem.case.casefile import Case
 from rail_fem.case.estimate import available_memory, estimate_run
 from rail_fem.case.input_errors import meaning, quantity_of
 from rail_fem.case.preflight import preflight_errors
-from rail_fem.case.warnings import case_warnings, scene_warnings, static_patch
+from rail_fem.case.warnings import case_warnings, scene_warnings
+from rail_fem.light.mass_scaling import static_patch
 from rail_fem.light.rigid import window_path, with_window
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.progress import duration, read_status
+from rail_fem.output.quantities import FORCES
 from rail_fem.output.result import PassResult, load
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering, show
 from rail_fem.settings.explicit import FeSettings
+from rail_fem.show.metal import metal_rows, with_bar
 
 
 def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
@@ -124,16 +127,19 @@ def result_report(result: PassResult) -> str:
         lines.append(
             _row(
                 name,
-                engineering(peak.value, peak.unit),
-                f"at x = {show(peak.x, shown, 5)}, y = {show(peak.y, shown, 4)}",
+                with_bar(result, name, 5) if name in FORCES else engineering(peak.value, peak.unit),
+                f"at x = {show(peak.x, shown, 5)}, y = {show(peak.y, shown, 4)}"
+                + (f", in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else ""),
             )
         )
     lines += [
         "",
         _row(
             "transfer from wing to nose",
-            "none" if np.isnan(result.transfer_x) else f"x = {show(result.transfer_x, shown, 5)}",
+            "none" if np.isnan(result.transfer_x) else f"x = {with_bar(result, 'transfer_x', 5)}",
         ),
+        *(["", "metal"] if result.metal else []),
+        *(f"  {name:<58}{value:<22}{text}".rstrip() for name, value, text in metal_rows(result)),
         "",
         "error estimate",
     ]

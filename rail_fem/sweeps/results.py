@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rail_fem.hierarchy import MODELS
+from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult
 from rail_fem.scene.units import SHOWN
 from rail_fem.sweeps.compare import core_seconds
@@ -18,8 +19,8 @@ from rail_fem.sweeps.parameters import Values, asked_values, shown_value, title_
 from rail_fem.sweeps.sweep_report import Results, results_below
 
 # in every table, whether a model resolves it or not; further peaks follow them
-PEAKS = {"first_impact": "N", "largest_force": "N", "largest_force_wing": "N", "largest_force_nose": "N",
-         "plastic_strain_wing": "1", "plastic_strain_nose": "1"}  # fmt: skip
+PEAKS = {"first_impact": "N", "largest_force": "N", "largest_force_wing": "N", "largest_force_nose": "N"}
+STRAINS = ("worst_1000_wing", "worst_1000_nose", "block_wing", "block_nose", "integral_wing", "integral_nose")
 DIGITS = 6  # of a number in the Markdown table
 
 
@@ -74,6 +75,9 @@ class SweepResults:
         for name, si in units.items():
             unit, factor = SHOWN.get(si, (si, 1.0))
             row[f"{name} [{unit}]"] = result.peaks[name].value * factor if name in result.peaks else NAN
+        for name in STRAINS:
+            unit, factor = {"1": ("%", 100.0), "m^3": ("mm3", 1e9)}[REPORTED[name].unit]
+            row[f"plastic_strain_{name} [{unit}]"] = REPORTED[name].of(result) * factor
         return row | {
             "transfer_x [mm]": result.transfer_x * 1e3,
             "error estimate [%]": 100 * claimed_error(result),

@@ -28,7 +28,7 @@ SUMMARY = {
     "first impact": "first impact",
     "largest force": "largest force",
     "largest force\non the wing": "largest wing force",
-    "largest plastic strain\nof the nose": "nose strain",
+    "mean plastic strain of the\nnose's worst 5 x 5 x 3 mm": "nose strain",
 }
 BESIDE = ("rigid_hertz", "fe_full")  # models whose forces are drawn beneath one another
 COMPACT = 80  # dots per inch of a page for a repository

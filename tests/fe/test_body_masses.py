@@ -1,5 +1,6 @@
 """Each body of a pass weighs what the case says, its mesh included, whatever the mesh."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from mpi4py import MPI
 from rail_fem.case.casefile import load_case
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import build_passage, end_settling, running_of
+from rail_fem.light.mass_scaling import SHARE
 from rail_fem.settings.explicit import FeSettings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -51,3 +53,81 @@ def test_a_mesh_heavier_than_its_body_is_refused(scene):
         passage_of(light, element_size=5e-3, start=0.31, end=0.40)
     passage, _, crossing = passage_of(light, element_size=5e-3, start=0.31, end=0.40, track_mass=False)
     assert passage.crossing.added_mass == 0.0 and crossing == pytest.approx(passage.crossing.mesh_mass, rel=1e-12)
+
+
+@pytest.fixture(scope="module")
+def made(scene):
+    """A short window's running and mesh, for every mass scaling alike."""
+    settings = FeSettings(**WINDOW)
+    running = running_of(scene, settings)
+    return running, make_mesh(scene, settings, running)
+
+
+WINDOW = {"element_size": 5e-3, "start": 0.31, "end": 0.40}
+
+
+def scaled_passage(scene, made, **settings):
+    running, (mesh, _, datum) = made
+    settings = FeSettings(**WINDOW, **settings)
+    passage = build_passage(MPI.COMM_SELF, scene, settings, running, mesh, datum)
+    end_settling(passage, scene, settings)
+    return passage
+
+
+@pytest.mark.parametrize("factor", [1.0, 7.3, 25.0, "auto"])
+def test_bodies_weigh_and_turn_as_the_case_says_at_any_mass_scaling(scene, made, factor):
+    """The lumped masses give back what the meshes gain; the wheel's rotation has the case's inertia."""
+    passage = scaled_passage(scene, made, mass_scaling=factor)
+    mass, wheel = passage.dynamics.structure.mass, passage.body_of == 1
+    assert mass[wheel].sum() + passage.axle.added_mass == pytest.approx(scene.vehicle.wheel_unsprung_mass, rel=1e-12)
+    assert mass[~wheel].sum() + passage.crossing.added_mass == pytest.approx(scene.foundation.track_mass, rel=1e-12)
+    assert passage.dynamics.contact.inertia == scene.vehicle.wheel_spin_inertia
+    assert mass.sum() == pytest.approx(passage.scaling.factor * sum(passage.scaling.steel.values()), rel=1e-12)
+    assert (passage.dynamics.contact.inverse_mass > 0).all()
+
+
+def test_the_stable_step_grows_with_the_root_of_the_factor(scene, made):
+    """Frequencies of all modes fall alike, so the damping ratios at the highest stay what they were."""
+    plain, heavy = (scaled_passage(scene, made, mass_scaling=factor).dynamics for factor in (1.0, 16.0))
+    assert heavy.stable_step() == pytest.approx(4 * plain.stable_step(), rel=2e-3)
+    assert heavy.structure.damping == pytest.approx(4 * plain.structure.damping, rel=2e-3)
+
+
+def test_a_factor_with_which_a_mesh_outweighs_its_body_is_refused_with_the_largest_that_does_not(scene, made):
+    with pytest.raises(
+        ValueError, match=r"mass_scaling 60: the mesh of the wheel would weigh .* at most ([\d.]+)"
+    ) as found:
+        scaled_passage(scene, made, mass_scaling=60.0)
+    largest = float(re.search(r"at most ([\d.]+)", str(found.value))[1])
+    assert scaled_passage(scene, made, mass_scaling=largest).axle.added_mass >= 0
+    with pytest.raises(ValueError, match="at most 1 is possible"):
+        scaled_passage(scene, made, mass_scaling=2.0, track_mass=False)
+
+
+def test_auto_takes_less_at_higher_speed_and_never_more_than_its_share(scene, made):
+    fast = scene.replace(speed="350 mph")
+    factors = [scaled_passage(s, made, mass_scaling="auto").scaling.factor for s in (scene, fast)]
+    assert 1.0 < factors[1] < 3.0 < 15.0 < factors[0]
+    passage = scaled_passage(scene, made, mass_scaling="auto")
+    for group, name in ((passage.axle, "wheel"), (passage.crossing, "crossing")):
+        assert group.mesh_mass <= SHARE * passage.scaling.bodies[name] * (1 + 1e-12)
+
+
+def test_a_body_in_flight_answers_a_force_as_the_unscaled_one(scene, made):
+    """The wheel alone, off the rail, under its static load for 200 steps: momentum over mass is weight times time over
+    the case's mass, whatever the elements weigh."""
+    for factor in (1.0, 25.0):
+        passage = scaled_passage(scene, made, mass_scaling=factor)
+        d, axle = passage.dynamics, passage.axle
+        d.contact = None
+        d.supports.links.clear()
+        axle.load[:] = [0.0, 0.0, -1e5]
+        d.structure.v[:], axle.velocity = 0.0, np.zeros(3)
+        dt = d.stable_step()
+        for _ in range(200):
+            d.step(dt)
+        wheel = passage.body_of == 1
+        momentum = d.structure.mass[wheel] @ d.structure.v.reshape(-1, 3)[wheel, 2] + axle.added_mass * axle.velocity[2]
+        assert momentum / scene.vehicle.wheel_unsprung_mass == pytest.approx(
+            -1e5 * d.time / scene.vehicle.wheel_unsprung_mass, rel=1e-9
+        )

@@ -8,9 +8,10 @@ import pytest
 from mpi4py import MPI
 
 from geometry.meshing.blocks import mesh_box
-from geometry.meshing.hexmesh import merge_bodies
+from geometry.meshing.hexmesh import boundary_faces, merge_bodies
 from rail_fem.fe.diagnostics import PATCH_REACH, static_error, strain_peaks
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.metal import metal
 from rail_fem.fe.trust import BAD, GOOD, WARN, _chatter_row, chatter, mesh_noise
 from tests.fe.bodies import NO_VISCOSITY, STEEL, place, plastic, structure_of
 
@@ -101,3 +102,32 @@ def test_the_largest_plastic_strain_is_that_of_its_own_body_and_place():
     )
     # uniaxial strain e: the equivalent plastic strain of perfect plasticity is 2/3 e less the yield strain, 2/3 of 3e-6
     assert (wing.value, nose.value) == pytest.approx((2 / 3 * 0.02 / 1.01, 2 / 3 * 0.04 / 1.02), rel=1e-3)
+
+
+def test_what_is_left_in_the_metal_is_that_of_each_body():
+    """Bars of cells of 4 mm as above, four cells strained in each: their integral. The nose stands where the crossing
+    took it; the wing's surface has fallen by 0.3 mm more; strips by the wheel do not count."""
+    size = 4e-3
+    bars = [mesh_box((6 * size, 2 * size, 2 * size), (6, 2, 2), name=name) for name in ("wing", "nose", "wheel")]
+    mesh = merge_bodies([replace(bar, points=bar.points + [0.0, 5 * size * k, 0.0]) for k, bar in enumerate(bars)])
+    faces, owner = boundary_faces(mesh.cells)
+    mesh = replace(mesh, surface=faces, surface_region=mesh.region[owner])
+    structure = structure_of(mesh, *[plastic(STEEL, 1e6)] * 3, settings=NO_VISCOSITY)
+    x, y, _ = structure.domain.reference.reshape(-1, 3).T / size
+    pulled = size * np.where(y < 3, 0.02 * (x > 1.5), np.where(y < 8, 0.04 * (x > 3.5), 0.08 * (x > 0.5)))
+    fall = np.where(y < 3, 0.3e-3, 0.0) + 1e-3
+    moved = pulled[:, None] * [1.0, 0.0, 0.0] - fall[:, None] * [0.0, 0.0, 1.0]
+    place(structure, structure.domain.reference.reshape(-1, 3) + moved, 1.0)
+    dynamics, crossing = Dynamics(structure), SimpleNamespace(displacement=np.array([0.0, 0.0, -1e-3]))
+    dynamics.contact = SimpleNamespace(offset=0.05)
+    passage = SimpleNamespace(mesh=mesh, running=SimpleNamespace(start=0.0), crossing=crossing)
+    found = metal(SimpleNamespace(dynamics=dynamics, passage=passage, comm=MPI.COMM_SELF))
+    assert found.keys() == {"wing", "nose"}
+    wing, nose = found["wing"], found["nose"]
+    assert wing["values"]["integral"] == pytest.approx(4 * size**3 * 2 / 3 * 0.02 / 1.01, rel=1e-3)
+    assert nose["values"]["worst_100"] == pytest.approx(2 / 3 * 0.04 / 1.02, rel=1e-3)
+    assert nose["values"]["volume_1"] == pytest.approx(4 * size**3) and nose["values"]["volume_3"] == 0.0
+    assert nose["size"] == pytest.approx(size) and nose["position"][0] == pytest.approx(3.5 * size)
+    assert max(wing["surface"]["fall"]) == pytest.approx(0.3e-3) and not nose["unloaded"] and wing["unloaded"]
+    assert max(nose["surface"]["fall"]) == pytest.approx(0.0, abs=1e-12)
+    assert max(wing["surface"]["x"]) < 0.01 < max(x) * size

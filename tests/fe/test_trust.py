@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from rail_fem.fe.diagnostics import penetration
+from rail_fem.fe.mass_scaling import MassScaling
 from rail_fem.fe.trust import BAD, GOOD, LIMITS, WARN, _static_row, judged, report_rows
 from rail_fem.output.history import complete_history
 from rail_fem.output.shares import last_known, numerical_shares
@@ -18,6 +19,7 @@ from tests.rail_fem.surrogate_run import write_run
 TIME = np.linspace(0.0, 10e-3, 101)
 SETTLED = 2e-3
 WORK = 50.0
+UNSCALED = MassScaling(1.0, {"crossing": 20.0, "wheel": 14.0}, {"crossing": 750.0, "wheel": 500.0}, 0.04, "")
 
 
 def energies():
@@ -70,6 +72,8 @@ def facts(**changes):
         "chatter": (0.0, 0.0),
         "penalty_factor": 1.0,
         "window": None,
+        "scaling": UNSCALED,
+        "deforming": (0.004, 0.02),
     } | changes
 
 
@@ -154,7 +158,7 @@ def test_report_and_verdict_in_words():
     )
     words = verdict_words(trust)
     assert (
-        words.startswith("3 of 13 rows fail: ")
+        words.startswith("3 of 14 rows fail: ")
         and "hourglass energy where it yielded 6.4%" in words
         and "energy balance of the bodies" in words
     )

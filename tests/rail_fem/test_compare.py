@@ -117,14 +117,32 @@ def test_a_formula_without_history_is_held_against_the_first_impact():
     )
 
 
+def strained(result, mean: float, x: float):
+    """The result with a mean strain of the nose's worst block, there."""
+    return replace(result, metal={"nose": {"values": {"block": mean}, "block": [x, 0.0, 0.0]}})
+
+
 def test_a_strain_outside_the_common_way_is_not_compared():
-    strained = lambda at: replace(made("fe_full", 1.0, 1.0), peaks={"plastic_strain_nose": Peak(0.05, "1", x=at)})
-    window = replace(
-        made("fe_window", 1.0, 1.0, way=(0.3, 0.5)), peaks={"plastic_strain_nose": Peak(0.04, "1", x=0.35)}
+    """Means over a stated volume are compared, never the largest value of an element."""
+    window = strained(made("fe_window", 1.0, 1.0, way=(0.3, 0.5)), 0.04, 0.35)
+    error = QUANTITIES["strain"].error
+    assert error(window, strained(made("fe_full", 1.0, 1.0), 0.05, 0.36)) == pytest.approx(-0.2)
+    assert np.isnan(error(window, strained(made("fe_full", 1.0, 1.0), 0.05, 0.25)))
+    assert np.isnan(error(window, made("fe_full", 1.0, 1.0)))
+
+
+def test_the_references_error_bar_counts_against_who_wants_to_be_within(folders):
+    """Off by 4 %, and the reference's own limit within 2 %: within 6 %, not within 5 %."""
+    found = compare([folders])
+    claims = replace(found.reference, error_bars={"first_impact": 0.02 * found.reference.peaks["first_impact"].value})
+    results = tuple(claims if r is found.reference else r for r in found.results)
+    barred = replace(found, reference=claims, results=results)
+    assert (
+        found.least_expensive_within(0.05, "first impact") is not None
+        and barred.least_expensive_within(0.05, "first impact") is None
     )
-    assert QUANTITIES["strain"].error(window, strained(0.36)) == pytest.approx(-0.2) and np.isnan(
-        QUANTITIES["strain"].error(window, strained(0.25))
-    )
+    assert barred.least_expensive_within(0.061, "first impact") == found.least_expensive_within(0.05, "first impact")
+    assert "the error bar of dear, 2.00%, is counted in" in advice(barred, 0.061, "first impact")
 
 
 def test_the_cheapest_within_an_error_is_named_with_its_cost_and_doubts(folders):

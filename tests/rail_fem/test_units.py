@@ -1,5 +1,8 @@
+from typing import Annotated
+
 import pytest
 from hypothesis import given, strategies
+from pydantic import BaseModel
 
 from rail_fem.scene.units import Quantity, QuantityError, parse, show
 
@@ -137,3 +140,16 @@ def test_huge_values_are_refused_on_one_short_line(value):
     with pytest.raises(QuantityError) as error:
         LENGTH.read(value)
     assert len(str(error.value)) < 300
+
+
+def test_a_word_may_stand_in_place_of_a_value():
+    """As written only; every message names it."""
+
+    class Section(BaseModel):
+        factor: Annotated[float | str, Quantity("", 1, 100, "factor", words=("auto",))]
+
+    assert Section(factor="auto").factor == "auto" and Section(factor="2.5").factor == 2.5
+    for wrong in ("Auto", "0.5", 1000, "fast"):
+        with pytest.raises(ValueError, match='or "auto"'):
+            Section(factor=wrong)
+    assert Quantity("", 1, 100, "factor", words=("auto",)).show("auto") == "auto"

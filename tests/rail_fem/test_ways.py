@@ -60,7 +60,9 @@ def test_a_window_that_is_given_no_place_lies_around_the_transfer_of_this_wheel(
 def test_a_wheel_that_would_settle_across_its_transfer_is_refused_with_the_remedy(direction, start, end, refused):
     """At 75 mph 1.2 ms of settling are 40 mm; a rigid worn P8 changes body at 353 mm, and 20 mm must lie between."""
     scene = scene_of(direction)
-    errors = preflight_errors(scene, FeSettings(element_size=3e-3, start=start, end=end), 1, "fe_full")
+    errors = preflight_errors(
+        scene, FeSettings(element_size=3e-3, start=start, end=end, settle_time=1.2e-3), 1, "fe_full"
+    )
     assert len(errors) == refused
     for error in errors:
         assert "changes body at 353 mm" in error and "take a shorter settle_time" in error

@@ -1,0 +1,117 @@
+"""The wheel brought to rest on the crossing where it stands, under the load of the pass's start: dynamic relaxation.
+
+Central differences in a time of their own: element masses with which all elements have the same critical step, damping
+critical for the wheel on its contact, a load that grows smoothly to its full value; nothing rolls and nothing rubs.
+Displacement, stress and plastic strain of the static contact remain. The foundation and the suspension balance the load
+by their natural lengths, so that nothing moves when the wheel is let go on a straight path.
+
+Source of the method: Underwood, Dynamic relaxation, in Belytschko and Hughes (eds), Computational Methods for Transient
+Analysis (1983), ch. 5 (from memory, not verified).
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+from mpi4py import MPI
+
+from geometry.meshing.quality import eigen_length
+from rail_fem.fe.contact import Contact, Surface
+from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.passage import Passage, contact_stiffness, start_velocities
+from rail_fem.fe.state import LINEAR_VISCOSITY, QUADRATIC_VISCOSITY
+from rail_fem.fe.structure import Structure
+from rail_fem.fe.supports import RigidGroup, Supports
+from rail_fem.scene.scene import Scene
+
+COURANT = 0.9
+DAMPING = 1.6  # over the lowest frequency; 2 would be critical if the contact were as stiff while the load grows
+RAMP, PATIENCE = 3.0, 60.0  # times of the load's growth and of giving up, over one over the lowest frequency
+LOAD_ERROR, ENERGY_SHARE = 3e-3, 1e-5  # at rest: force off the load, kinetic energy over the work of the load
+LOOK = 20  # steps between looks
+
+
+@dataclass(frozen=True)
+class StaticStart:
+    """approach : of the wheel to the crossing [m];  error : force of contact over the load, less 1;  steps : taken"""
+
+    approach: float
+    error: float
+    steps: int
+
+
+def settle_in_place(passage: Passage, scene: Scene, most_steps: int | None = None) -> StaticStart:
+    """Static contact at the start of the pass, without motion. Collective.
+
+    most_steps : after which it is taken as it is, for runs that are cut off anyway
+    Errors: ArithmeticError where the wheel does not come to rest.
+    """
+    stiffness = contact_stiffness(scene, passage.running)
+    relaxing, axle, frequency = _relaxing(passage, stiffness)
+    error = _relax(relaxing, axle, passage.start.force, frequency, stiffness, most_steps)
+    passage.axle.displacement[2] = axle.displacement[2]
+    if passage.sprung is not None:
+        passage.sprung.displacement[2] = axle.displacement[2]
+    passage.dynamics.structure.v[:] = 0.0
+    start_velocities(passage.dynamics, passage.running, passage.axle, passage.sprung)
+    passage.dynamics.begin_here()
+    return StaticStart(-float(axle.displacement[2]), error, relaxing.step_count)
+
+
+def _relaxing(passage: Passage, stiffness: float) -> tuple[Dynamics, RigidGroup, float]:
+    """The same nodes and elements with masses and supports of their own, the wheel's group, and the frequency of the
+    wheel on its contact [rad/s]. Collective."""
+    structure = _with_even_steps(passage.dynamics.structure)
+    base = RigidGroup("base", passage.crossing.input_nodes)
+    axle = RigidGroup("axle", passage.axle.input_nodes, free=(False, False, True))
+    of_pass = passage.dynamics.contact
+    surfaces = (
+        Surface(of_pass.input_nodes[: of_pass.n_rail], of_pass.quads[0]),
+        Surface(of_pass.input_nodes[of_pass.n_rail :], of_pass.quads[1] - of_pass.n_rail),
+    )
+    contact = Contact(structure, *surfaces, replace(of_pass.settings, friction=0.0))
+    owned = structure.domain.n_owned
+    wheel = structure.mass[:owned] @ passage.body_of[:owned]
+    frequency = np.sqrt(stiffness / structure.domain.comm.allreduce(float(wheel)))
+    structure.v[:] = 0.0
+    still = ~passage.dynamics.moving.reshape(-1, 3) & (passage.body_of == 0)[:, None]
+    relaxing = Dynamics(structure, Supports([base, axle]), contact, still, DAMPING * frequency)
+    return relaxing, axle, frequency
+
+
+def _with_even_steps(structure: Structure) -> Structure:
+    """A structure over the same state whose elements all have the critical step of the one that has the least;
+    without bulk viscosity, which would overdamp the large ones. Collective."""
+    own = copy(structure)
+    length = eigen_length(own.domain.reference.reshape(-1, 3)[own.domain.cells])
+    least = own.domain.comm.allreduce(float(length.min(initial=np.inf)), op=MPI.MIN)
+    own.mass = structure.lumped_mass((least / length) ** 2)
+    rows = structure.table.rows.copy()
+    rows[:, [LINEAR_VISCOSITY, QUADRATIC_VISCOSITY]] = 0.0
+    own.table = replace(structure.table, rows=rows)
+    own.settings = replace(structure.settings, linear_viscosity=0.0, quadratic_viscosity=0.0)
+    return own
+
+
+def _relax(d: Dynamics, axle: RigidGroup, load: float, frequency: float, stiffness: float, most_steps) -> float:
+    """Steps until the contact carries the load [N] and nothing moves; the force's relative error then. Collective."""
+    dt, work = d.stable_step(COURANT), load**2 / (2 * stiffness)
+    while True:
+        phase = min(1.0, d.time * frequency / RAMP)
+        axle.load[2] = -load * phase**2 * (3 - 2 * phase)
+        axle.velocity *= 1 - d.mass_damping * dt
+        d.step(dt)
+        cut = most_steps is not None and d.step_count >= most_steps
+        if (d.step_count % LOOK or phase < 1) and not cut:
+            continue
+        error = -float(d.contact.force[: d.contact.n_rail, 2].sum()) / load - 1
+        kinetic = d.comm.allreduce(d.structure.kinetic_energy())
+        if cut or abs(error) < LOAD_ERROR and kinetic < ENERGY_SHARE * work:
+            return error
+        if d.time * frequency > PATIENCE or not np.isfinite(kinetic):
+            raise ArithmeticError(
+                f"the wheel does not come to rest at the start: after {d.step_count} steps the contact lacks"
+                f" {-error:.2%} of {load / 1e3:.1f} kN, kinetic energy {kinetic:.2g} J: begin elsewhere"
+            )

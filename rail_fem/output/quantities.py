@@ -1,0 +1,62 @@
+"""The numbers that a result reports, by name: the one list for tables, comparisons and error bars."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from rail_fem.output import plastic_zone
+from rail_fem.output.result import NAN, PassResult
+
+BODIES = ("nose", "wing")
+FORCES = {
+    "first_impact": "first impact after the transfer",
+    "largest_force": "largest force on the wheel",
+    "largest_force_wing": "largest force on the wing rail",
+    "largest_force_nose": "largest force on the nose",
+}
+STRAIN = {
+    "worst_10": "mean plastic strain of the worst 10 mm3",
+    "worst_100": "mean plastic strain of the worst 100 mm3",
+    "worst_1000": "mean plastic strain of the worst 1000 mm3",
+    "block": "mean plastic strain of the worst 5 x 5 x 3 mm",
+    "integral": "plastic strain integrated over the volume",
+    "volume_1": "volume with more than 1 % plastic strain",
+    "volume_3": "volume with more than 3 % plastic strain",
+    "volume_5": "volume with more than 5 % plastic strain",
+    "volume_10": "volume with more than 10 % plastic strain",
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """unit : SI;  meaning : in words;  of : result -> value, NaN where it is not resolved"""
+
+    unit: str
+    meaning: str
+    of: Callable[[PassResult], float]
+
+
+def _force(name: str) -> Callable[[PassResult], float]:
+    return lambda result: result.peaks[name].value if name in result.peaks else NAN
+
+
+def _strain(body: str, name: str) -> Callable[[PassResult], float]:
+    return lambda result: result.metal[body]["values"].get(name, NAN) if body in result.metal else NAN
+
+
+REPORTED: dict[str, Quantity] = {
+    **{name: Quantity("N", words, _force(name)) for name, words in FORCES.items()},
+    "transfer_x": Quantity("m", "transfer", lambda result: result.transfer_x),
+    **{
+        f"{name}_{body}": Quantity(plastic_zone.UNITS[name], f"{words}, {body}", _strain(body, name))
+        for body in BODIES
+        for name, words in STRAIN.items()
+    },
+}
+
+
+def reported(result: PassResult) -> dict[str, float]:
+    """All quantities that the result resolves, by name [SI]."""
+    values = {name: quantity.of(result) for name, quantity in REPORTED.items()}
+    return {name: value for name, value in values.items() if value == value}

@@ -1,0 +1,66 @@
+"""Plastic strain, residual stress and change of the running surface of a result in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from rail_fem.output.plastic_zone import BLOCK
+from rail_fem.output.quantities import REPORTED, STRAIN
+from rail_fem.output.result import PassResult
+from rail_fem.scene.units import engineering
+
+CUBIC_MM = 1e9
+
+
+def amount(value: float, unit: str, digits: int = 4) -> str:
+    """A value in engineers' units, volumes in mm3."""
+    if math.isnan(value):
+        return "not resolved"
+    return f"{value * CUBIC_MM:.{digits}g} mm3" if unit == "m^3" else engineering(value, unit, digits)
+
+
+def with_bar(result: PassResult, name: str, digits: int = 4) -> str:
+    """A reported quantity with its error bar, where the run claims one."""
+    quantity = REPORTED[name]
+    value, bar = quantity.of(result), result.error_bars.get(name, math.nan)
+    if math.isnan(value) or math.isnan(bar):
+        return amount(value, quantity.unit, digits)
+    return f"{amount(value, quantity.unit, digits)} +- {amount(bar, quantity.unit, 2)}"
+
+
+def metal_rows(result: PassResult) -> list[tuple[str, str, str]]:
+    """Name, value with its bar, remark; for each body that the pass resolves."""
+    rows = []
+    for body, left in result.metal.items():
+        rows += [(f"{body}: {words}", with_bar(result, f"{name}_{body}"), "") for name, words in STRAIN.items()]
+        rows.append((f"{body}: largest plastic strain of an element", *_maximum(left)))
+        rows += _stress(body, left) + _surface(body, left)
+    return rows
+
+
+def _maximum(left: Mapping) -> tuple[str, str]:
+    at = ", ".join(f"{1e3 * c:.1f}" for c in left["position"])
+    remark = f"of {1e3 * left['size']:.2g} mm at ({at}) mm; it grows as the elements shrink"
+    return amount(left["maximum"], "1"), remark
+
+
+def _stress(body: str, left: Mapping) -> list[tuple[str, str, str]]:
+    depth, stress = np.array(left["depth"]), np.array(left["stress"], dtype=float).reshape(-1, 2)
+    inside = depth < BLOCK[2]
+    if not left["unloaded"] or not np.isfinite(stress[inside]).all():
+        return []
+    along, across = stress[inside].mean(axis=0)
+    remark = "mean of the same 5 x 5 x 3 mm; + tension"
+    return [(f"{body}: residual stress along, across", f"{along / 1e6:.0f}, {across / 1e6:.0f} MPa", remark)]
+
+
+def _surface(body: str, left: Mapping) -> list[tuple[str, str, str]]:
+    fall = np.array(left["surface"]["fall"])
+    if not len(fall):
+        return []
+    at = int(fall.argmax())
+    where = f"at x = {1e3 * left['surface']['x'][at]:.0f} mm"
+    return [(f"{body}: running surface fallen by", f"{1e3 * fall[at]:.3f} mm", where)]
