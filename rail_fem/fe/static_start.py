@@ -76,7 +76,7 @@ def _relaxing(passage: Passage, stiffness: float) -> tuple[Dynamics, RigidGroup,
     wheel = structure.mass[:owned] @ passage.body_of[:owned]
     frequency = np.sqrt(stiffness / structure.domain.comm.allreduce(float(wheel)))
     structure.v[:] = 0.0
-    still = ~passage.dynamics.moving.reshape(-1, 3) & (passage.body_of == 0)[:, None]
+    still = (passage.dynamics.inverse_mass == 0.0).reshape(-1, 3) & (passage.body_of == 0)[:, None]
     relaxing = Dynamics(structure, Supports([base, axle]), contact, still, DAMPING * frequency)
     return relaxing, axle, frequency
 
