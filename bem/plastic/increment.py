@@ -94,7 +94,7 @@ def _newton_step(influence, returned: Returned, residual: np.ndarray, shear: flo
     """Solves (I - M^1/2 E M^1/2) w = -M^1/2 E residual by conjugate gradients; the step is M^1/2 w - residual."""
 
     def spread(field: np.ndarray) -> np.ndarray:
-        return field + influence.deviator(field) / (2 * shear)
+        return field + influence.rough_deviator(field) / (2 * shear)
 
     right = -returned.root(spread(residual))
     w = np.zeros_like(right)

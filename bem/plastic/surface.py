@@ -35,11 +35,11 @@ class LoadStress:
             kernels = np.stack([np.tensordot(rows, rectangle_stress(load, x, y, z, poisson), 1) for z in depths])
             self.spectra.append(fft.rfft2(kernels, s=self.size))
 
-    def __call__(self, fields: tuple[np.ndarray, ...]) -> tuple[np.ndarray, np.ndarray]:
+    def __call__(self, fields: tuple[np.ndarray, ...], layers: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """(nz, 5, nx, ny) deviator and (nz, nx, ny) mean stress [Pa] under loads (nx, ny) [Pa], one for each of
-        `loads`."""
+        `loads`; of the first `layers` only, where given."""
         nx, ny = self.grid.shape
-        total = sum(kernel * forward(field, self.size) for kernel, field in zip(self.spectra, fields))
+        total = sum(kernel[:layers] * forward(field, self.size) for kernel, field in zip(self.spectra, fields))
         columns = fft.ifft(total, axis=2, overwrite_x=True)[:, :, nx - 1 : 2 * nx - 1]
         stress = fft.irfft(columns, n=self.size[1], axis=3)[..., ny - 1 : 2 * ny - 1]
         return np.ascontiguousarray(stress[:, :5]), stress[:, 5]
@@ -68,10 +68,10 @@ class SurfaceDisplacement:
     def __call__(self, strain: np.ndarray) -> np.ndarray:
         """(directions, nx, ny) displacement [m] by plastic strain (nz, 5, nx, ny)."""
         nx, ny = self.grid.shape
-        spectrum = fft.rfft2(strain, s=self.size)
+        spectrum = fft.fft(fft.rfft(strain, n=self.size[1], axis=3), n=self.size[0], axis=2, overwrite_x=True)
         total = np.einsum("kdcij,kcij->dij", self.spectra[: len(strain)], spectrum)
-        field = fft.irfft2(total, s=self.size)
-        return field[:, nx - 1 : 2 * nx - 1, ny - 1 : 2 * ny - 1]
+        columns = fft.ifft(total, axis=1, overwrite_x=True)[:, nx - 1 : 2 * nx - 1]
+        return fft.irfft(columns, n=self.size[1], axis=2)[:, :, ny - 1 : 2 * ny - 1]
 
     def normal(self, strain: np.ndarray) -> np.ndarray:
         """(nx, ny) [m], of directions that begin with the normal one."""

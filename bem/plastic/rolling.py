@@ -1,0 +1,190 @@
+"""Rolling over an elastic-plastic half-space: a window that travels with the patch over a track that remembers.
+
+The track keeps plastic strain, back stress, residual stress and residual surface of all its columns; the window holds
+the columns under the patch now. A step solves the window's plastic strain, and what this adds to the residual stress
+and surface is added over a stretch of the track, a `reach` ahead and behind. A periodic track is a ring: the wheel
+meets its own track again.
+Source: the idea of repeated semi-analytical steps is that of Nelias, Antaluca, Boucly and Cretu, J. Tribol. 129 (2007)
+761 (not looked at). Error: stress beyond `reach` is left out; it falls with the square of the reach over the depth of
+the zone (tests/bem/plastic/test_rolling.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bem.patch import ContactInputError, Grid
+from bem.plastic.body import Box, PlasticBody, Trial
+from bem.plastic.influence import Cells
+from bem.plastic.return_map import PlasticState
+from bem.plastic.surface import SurfaceDisplacement
+
+
+class PlasticTrack:
+    """The track under a travelling window.
+
+    body     : the window; its grid's x is counted from the patch
+    columns  : of the track, at least the window's
+    reach    : columns ahead and behind of a step's plastic strain in which its stress is felt
+    state, residual, surface : as of PlasticBody, over all columns
+    """
+
+    def __init__(self, body: PlasticBody, columns: int, reach: int, periodic: bool = False) -> None:
+        if columns < body.grid.nx or reach < 1:
+            raise ContactInputError(
+                f"track of {columns} columns with a reach of {reach}: give at least the window's {body.grid.nx}"
+                " columns and a reach of 1"
+            )
+        if periodic and reach > columns // 2:
+            raise ContactInputError(f"reach of {reach} columns on a ring of {columns}: give at most half the ring")
+        self.body, self.columns, self.reach, self.periodic = body, int(columns), int(reach), periodic
+        ny, nz = body.grid.ny, body.layers
+        self.state = PlasticState.virgin((nz, 5, columns, ny))
+        self.residual = np.zeros((nz, 5, columns, ny))
+        self.surface = np.zeros((columns, ny))
+        self._known: Box | None = None
+        self._surface_kernel: tuple[int, SurfaceDisplacement] | None = None
+
+    @property
+    def last(self) -> int:
+        """Largest column at which the window can stand (a ring has no such)."""
+        return self.columns - 1 if self.periodic else self.columns - self.body.grid.nx
+
+    def stand(self, column: int) -> None:
+        """Put the window's first column on a column of the track."""
+        if not 0 <= column <= self.last:
+            raise ContactInputError(f"column {column} of the track: the window can stand at 0 to {self.last}")
+        at = np.arange(column, column + self.body.grid.nx) % self.columns
+        body = self.body
+        body.state = PlasticState(self.state.strain[:, :, at], self.state.back[:, :, at], self.state.peeq[:, at])
+        body.residual, body.surface = self.residual[:, :, at], self.surface[at]
+        self.column, self._at = column, at
+
+    def accept(self, trial: Trial | None) -> None:
+        """The window's step becomes the track's."""
+        if trial is None or not (trial.returned.along > 0).any():
+            return
+        body, at, box = self.body, self._at, trial.box
+        if self._known is not None and (box.y != self._known.y or box.layers != self._known.layers):
+            self._known = box
+            self._feel_again(box)
+        self._known = box
+        body.accept(trial)
+        self.state.strain[:, :, at], self.state.back[:, :, at] = body.state.strain, body.state.back
+        self.state.peeq[:, at] = body.state.peeq
+        self._feel(box, trial.returned.increment, self.column + box.x.start)
+
+    def _feel(self, box: Box, increment: np.ndarray, first: int) -> None:
+        """Adds stress and surface by an increment (nz, 5, nx, ny) of plastic strain that begins at column `first`."""
+        count = increment.shape[2]
+        low, high = first - self.reach, first + count + self.reach
+        if not self.periodic:
+            low, high = max(low, 0), min(high, self.columns)
+        cells = Cells(
+            self.body.grid.dx, self.body.grid.dy, self.body.thickness, count + 2 * self.reach, increment.shape[3],
+            increment.shape[0],
+        )  # fmt: skip
+        wide = np.zeros((cells.nz, 5, cells.nx, cells.ny))
+        wide[:, :, self.reach : self.reach + count] = increment
+        stress = self.body.influence(cells).rough_deviator(wide)
+        full = np.zeros((cells.nz, 5, cells.nx, self.body.grid.ny))
+        full[:, :, self.reach : self.reach + count, box.y] = increment
+        lowered = self._surface_of(cells.nx).normal(full)
+        skip = low - (first - self.reach)
+        for k, column in enumerate(np.arange(low, high) % self.columns):
+            self.residual[: box.layers, :, column, box.y] += stress[:, :, k + skip]
+            self.surface[column] += lowered[k + skip]
+
+    def _surface_of(self, count: int) -> SurfaceDisplacement:
+        grid = self.body.grid
+        if self._surface_kernel is None or self._surface_kernel[0] != count:
+            wide = Grid(0.0, grid.y_first, grid.dx, grid.dy, count, grid.ny)
+            kernel = SurfaceDisplacement(wide, self.body.layers, self.body.thickness, self.body.elastic)
+            self._surface_kernel = count, kernel
+        return self._surface_kernel[1]
+
+    def _feel_again(self, box: Box) -> None:
+        """The residual stress and surface of the whole track anew, in a larger box."""
+        self.residual[:], self.surface[:] = 0.0, 0.0
+        width = box.x.stop - box.x.start
+        for first in range(0, self.columns, width):
+            part = self.state.strain[: box.layers, :, first : first + width, box.y]
+            if part.any():
+                increment = np.zeros((box.layers, 5, width, part.shape[3]))
+                increment[:, :, : part.shape[2]] = part
+                self._feel(box, increment, first)
+        self.body.residual, self.body.surface = self.residual[:, :, self._at], self.surface[self._at]
+
+
+@dataclass
+class Passes:
+    """Repeated passes over a ring.
+
+    growth : (passes,) largest growth of the equivalent plastic strain in each pass, of the mean over the ring
+    section : (nz, ny) equivalent plastic strain after the last pass, mean over the ring
+    per_pass : (nz, ny) its growth in the last pass
+    verdict : "elastic", "elastic shakedown", "steady growth" (plastic shakedown or ratchetting, told apart by the
+        strain itself) or "not steady"
+    strain_growth : (nz, 5, ny) growth of the plastic strain itself in the last pass
+    solved : passes that were solved; the others of a steady state go on with its growth
+    """
+
+    growth: np.ndarray
+    section: np.ndarray
+    per_pass: np.ndarray
+    strain_growth: np.ndarray
+    verdict: str
+    solved: int
+
+
+def repeat_passes(
+    track: PlasticTrack,
+    deviator: np.ndarray,
+    passes: int,
+    stride: int = 1,
+    steady: float = 0.01,
+    shakedown: float = 1e-7,
+) -> Passes:
+    """Roll a given load over a ring again and again until its state is steady, and go on with the steady growth.
+
+    deviator : (nz, 5, nx, ny) of the load in the window [Pa]; stride : columns a step
+    steady   : change of the growth per pass over the growth, below which it is taken for steady
+    shakedown : growth per pass below which the body has come to rest elastically
+
+    Error of the extrapolation: at most `steady` of the growth per pass, times the passes left; the plastic strain is
+    then that of the pass solved last plus growth times the passes left, stresses stay those of the pass solved last.
+    """
+    if not track.periodic:
+        raise ContactInputError("repeated passes need a ring: make the track with periodic=True")
+    growth, previous, verdict = [], None, "not steady"
+    for number in range(passes):
+        before, strain = track.state.peeq.mean(axis=1), track.state.strain.mean(axis=2)
+        one_pass(track, deviator, stride)
+        change = track.state.peeq.mean(axis=1) - before
+        strain_growth = track.state.strain.mean(axis=2) - strain
+        growth.append(float(change.max()))
+        if growth[-1] <= shakedown:
+            verdict = "elastic" if number == 0 else "elastic shakedown"
+            break
+        if previous is not None and np.abs(change - previous).max() <= steady * change.max():
+            verdict = "steady growth"
+            break
+        previous = change
+    solved = len(growth)
+    left = passes - solved if verdict == "steady growth" else 0
+    growth += [growth[-1]] * left + [0.0] * (passes - solved - left)
+    return Passes(
+        np.array(growth), track.state.peeq.mean(axis=1) + left * change, change, strain_growth, verdict, solved
+    )
+
+
+def one_pass(track: PlasticTrack, deviator: np.ndarray, stride: int = 1) -> None:
+    """The load once around a ring, or from end to end of a track."""
+    trial = None
+    for column in range(0, track.last + 1, stride):
+        track.stand(column)
+        track.body.look(deviator)
+        trial = track.body.attempt(deviator, trial, 1e-5)
+        track.accept(trial)
