@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings, FeWindowSettings
 from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
+from rail_fem.settings.plastic import BemPlasticSettings
 
 if TYPE_CHECKING:
     from rail_fem.output.progress import Progress
@@ -52,6 +53,12 @@ MODELS: dict[str, Model] = {  # from the least expensive to the most expensive
         BemPassageSettings,
         False,
         "as rigid_hertz, with stiffness and patches from boundary elements",
+    ),
+    "bem_plastic": Model(
+        "rail_fem.models.bem_plastic",
+        BemPlasticSettings,
+        False,
+        "forces as rigid_hertz, rolled over an elastoplastic half-space along wing and nose",
     ),
     "fe_window": Model(
         "rail_fem.models.fe_window",

@@ -23,6 +23,7 @@ CURVES = (TOTAL, NOSE, WING, GREEN, ORANGE, PURPLE, SKY)  # where curves of one 
 # colour and marker of each model, where models are told apart
 LINE_OF_MODEL = {
     "p2_formula": (GREY, "D"), "lumped": (ORANGE, "^"), "rigid_hertz": (SKY, "o"), "bem_passage": (GREEN, "s"),
+    "bem_plastic": ("#332288", "X"),
     "fe_window": (PURPLE, "v"), "fe_full": (TOTAL, "P"),
 }  # fmt: skip
 NEVER_YIELDED = "#E4E4E4"

@@ -84,7 +84,7 @@ suspension = "maybe"
         ),
         (
             "run.fe_ful: unknown model, did you mean 'fe_full'?; models: p2_formula, lumped, rigid_hertz, bem_passage,"
-            " fe_window, fe_full"
+            " bem_plastic, fe_window, fe_full"
         ),
         'run.fe_full.element_size: "1.5 mn": unknown unit "mn", write e.g. "1 mm"',
         'run.fe_full.end: "nan mm" is not a finite number',

@@ -1,0 +1,173 @@
+"""Model bem_plastic: plastic flow along wing and nose from the forces of rigid_hertz, on an elastoplastic half-space.
+
+The pass itself (forces, motion, transfer) is that of rigid_hertz with plastic indentation. Its normal forces then roll
+over the true surfaces of wing and nose: at every position the contact is solved on the true gap, changed by what was
+pressed before, together with J2 plasticity below it (bem.plastic). Resolves plastic strain, residual stress, the new
+surface, and plastic patches. The forces do not feel the flow beyond what rigid_hertz' indentation law gives. Blind to
+edges, friction, waves and large strain, which it flags.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from bem.material import Elastic
+from bem.plastic.contact import LARGE_STRAIN
+from bem.plastic.hardening import Hardening
+from rail_fem.light.contact_pairs import crossing_surface
+from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, contact_table, patch_sizes, table_key
+from rail_fem.light.plastic_fields import write_archive, write_vtu
+from rail_fem.light.plastic_indentation import contacts_of
+from rail_fem.light.plastic_rolling import Flow, Station, roll_along
+from rail_fem.light.validity import Flag, flag, lift_flags
+from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
+from rail_fem.models.bem_passage import pair_of
+from rail_fem.models.rigid_hertz import moments, pass_result, patches_at
+from rail_fem.output.result import Cost, PassResult, Peak
+from rail_fem.scene.scene import Scene
+from rail_fem.scene.steel import Steel
+from rail_fem.settings.plastic import BemPlasticSettings
+
+CARRIES = 0.05  # of the static load, from which a body is rolled over
+COARSER = 2.0  # cells of the error estimate over the run's
+
+
+def solve(
+    scene: Scene, settings: BemPlasticSettings, folder: Path | None = None, restart: bool = False, progress=None
+) -> PassResult:
+    """One pass. Error: forces as rigid_hertz; plastic strain of about first order in the cell, by twice the side.
+
+    Errors: those of rigid_hertz, ContactInputError, NoEquilibriumError where a force cannot be carried.
+    """
+    window = settings.window(scene)
+    key, table = table_key(scene, *window, settings.path_spacing), contact_table(scene, *window, settings.path_spacing)
+    started = time.perf_counter()
+    contacts = contacts_of(scene, settings, table)
+    run = run_pass(scene, settings, contacts)
+    coarse = run_pass(scene, settings, contacts, 2 * run.step)
+    steels = {"wing": scene.materials.wing.steel(), "nose": scene.materials.nose.steel()}
+    flows, estimates, flags = {}, {}, lift_flags(lift_offs(run, scene.static_wheel_load))
+    for b, body in enumerate(BODIES):
+        stations = stations_of(key, table, run, b, settings.step, CARRIES * scene.static_wheel_load)
+        if not stations or steels[body].is_elastic:
+            flags += [flag("elastic", f"{body}: its steel has no yield curve, nothing flows")] if stations else []
+            continue
+        flow = _rolled(stations, key, b, steels[body], settings, settings.cell_size, _reporter(progress, b))
+        flows[body] = flow
+        if settings.error_estimate and flow.block_mean() > 0:
+            rough = _rolled(stations, key, b, steels[body], settings, COARSER * settings.cell_size)
+            estimates[body] = abs(rough.block_mean() / flow.block_mean() - 1)
+        flags += flow_flags(body, flow)
+    patches = patches_at(table, run, moments(run))
+    errors = {"time_step": step_error(run, coarse)}
+    errors |= {f"plastic_strain_{body}": value for body, value in estimates.items()}
+    result = pass_result("bem_plastic", scene, settings, table, run, patches, flags, errors, started)
+    return _with_flow(result, flows, run, folder, key, started)
+
+
+def stations_of(
+    key: TableKey, table: ContactTable, run: LightPass, body: int, step: float, least: float
+) -> list[Station]:
+    """Positions about every `step` [m] where a body carries more than `least` [N], in the order of the pass."""
+    force, (low, high) = run.force[body], sorted((run.x[0], run.x[-1]))
+    wanted = np.linspace(low, high, max(2, int(np.ceil((high - low) / step)) + 1))
+    nearest = np.unique([int(np.argmin(np.abs(run.x - x))) for x in wanted])
+    touched = np.flatnonzero(np.isfinite(table.point[body, :, 0]))
+    stations = []
+    for i in nearest:
+        if not len(touched) or force[i] < least:
+            continue
+        near = int(touched[np.argmin(np.abs(table.x[touched] - run.x[i]))])
+        pair = pair_of(key, table, body, near, float(run.x[i]))
+        normal = pair.normal_force(float(force[i]))
+        axes = patch_sizes(np.array([normal]), table.radii[body, near : near + 1], table.modulus[body])[0]
+        stations.append(Station(float(run.time[i]), pair, normal, (float(axes[0]), float(axes[1]))))
+    return stations
+
+
+def hardening_of(steel: Steel, kinematic: bool) -> Hardening:
+    """The yield curve of a steel as bem.plastic takes it."""
+    return Hardening(steel.hardening_strain, steel.hardening_stress, kinematic or steel.hardening == "kinematic")
+
+
+def _rolled(
+    stations: list[Station],
+    key: TableKey,
+    body: int,
+    steel: Steel,
+    settings: BemPlasticSettings,
+    side: float,
+    report: Callable[[float], None] = lambda share: None,
+) -> Flow:
+    elastic = Elastic(*key.steels[2]), Elastic(*key.steels[body])
+    return roll_along(stations, elastic, hardening_of(steel, settings.kinematic), side, settings.agreement, report)
+
+
+def _reporter(progress, body: int) -> Callable[[float], None]:
+    if progress is None:
+        return lambda share: None
+    return lambda share: progress.update(
+        step=int(1000 * share), time=(body + share) / 2, end_time=1.0, message=f"plastic flow along the {BODIES[body]}"
+    )
+
+
+def flow_flags(body: str, flow: Flow) -> list[Flag]:
+    """Where a half-space in small strain must not be believed."""
+    strain, x, _, _ = flow.worst()
+    where, flags = f"x = {x * 1e3:.0f} mm", []
+    if flow.edge_distance < flow.zone_depth:
+        flags.append(
+            flag(
+                "edge",
+                f"{body}: the plastic zone, {flow.zone_depth * 1e3:.1f} mm deep, comes within"
+                f" {flow.edge_distance * 1e3:.1f} mm of where the body has no surface: true flow there is larger",
+            )
+        )
+    if strain > LARGE_STRAIN:
+        flags.append(
+            flag(
+                "large strain",
+                f"{body}: plastic strain up to {strain:.1%}; above {LARGE_STRAIN:.0%} the half-space of small strain is"
+                " an approximation",
+                where,
+            )
+        )
+    flags.append(
+        flag("no friction", f"{body}: creep forces are left out; they raise the flow near the surface and shift it")
+    )
+    return flags
+
+
+def _with_flow(result: PassResult, flows: dict[str, Flow], run: LightPass, folder, key, started: float) -> PassResult:
+    peaks, trust, cells, notes = dict(result.peaks), dict(result.trust), 0, ()
+    for body, flow in flows.items():
+        strain, x, y, depth = flow.worst()
+        peaks[f"plastic_strain_{body}"] = Peak(strain, "1", x=x, y=y, z=-depth)
+        worst = max(flow.stations, key=lambda station: station.max_pressure)
+        peaks[f"pressure_{body}"] = Peak(worst.max_pressure, "Pa")
+        trust[f"plastic_flow_{body}"] = {
+            "block_mean": flow.block_mean(),
+            "volume_integral": flow.volume_integral,
+            "zone_depth": flow.zone_depth,
+            "edge_distance": flow.edge_distance,
+            "deepest_groove": float(flow.lowered.max()),
+            "highest_lip": float(-flow.lowered.min()),
+            "stations": len(flow.stations),
+        }
+        cells += int(np.count_nonzero(flow.peeq))
+    if folder is not None and flows:
+        write_archive(folder, flows)
+        heights = {body: _height(key, body) for body in flows}
+        if not write_vtu(folder, flows, heights, float(run.time[-1])):
+            notes = ("no fields/final.vtu: meshio is not installed (it comes with the explicit models)",)
+    cost = Cost(result.cost.wall_time, cells, result.cost.steps)
+    return replace(
+        result, peaks=peaks, trust=trust, cost=cost, warnings=result.warnings + notes
+    )  # fmt: skip
+
+
+def _height(key: TableKey, body: str):
+    return crossing_surface(key.crossing, body)

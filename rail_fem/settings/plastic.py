@@ -1,0 +1,30 @@
+"""Numerics of the model bem_plastic, read from [run.bem_plastic] of a case file."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from rail_fem.scene.units import Quantity
+from rail_fem.settings.light import IndentationSettings
+
+SMOKE_CELL = 3e-3
+
+
+class BemPlasticSettings(IndentationSettings):
+    """Forces as rigid_hertz finds them, rolled over a plastic half-space along wing and nose."""
+
+    cell_size: Annotated[float, Quantity("mm", 0.1, 5, "side of the cells that hold plastic strain")] = 1.5e-3
+    step: Annotated[float, Quantity("mm", 0.1, 20, "distance between positions of the wheel that are solved")] = 3e-3
+    agreement: Annotated[
+        float, Quantity("", 1e-6, 1e-1, "change of the surface over the approach at which pressure and flow agree")
+    ] = 2e-3
+    kinematic: bool = Field(
+        False, description="kinematic hardening whatever the steel says; off: as the steel's curve is declared"
+    )
+    error_estimate: bool = Field(True, description="roll once more on cells of twice the side, for the error estimate")
+
+    def smoke(self) -> "BemPlasticSettings":
+        """The same path through the program on coarse cells (RAIL_FEM_SMOKE=1)."""
+        return self.model_copy(
+            update={"cell_size": max(self.cell_size, SMOKE_CELL), "step": max(self.step, 4 * SMOKE_CELL)}
+        )
