@@ -80,7 +80,7 @@ def _crossing_cells(settings: FeSettings, length: float) -> float:
 
 
 def _wheel_cells(settings: FeSettings) -> float:
-    return WHEEL_AREA / settings.element_size**2 + WHEEL_LINE / settings.element_size
+    return WHEEL_AREA / settings.wheel_size**2 + WHEEL_LINE / settings.wheel_size
 
 
 def available_memory() -> float:

@@ -18,6 +18,8 @@ from rail_fem.fe.structure import Structure
 
 OPPOSED = -0.3  # cosine between the normals of a node and of a facet that it can lie in
 START_REACH = 20e-3  # how deep a wrong start is looked for [m]
+# fastest that surfaces close: by travelling over surfaces so much apart in slope [1], and on their own [m/s]
+SLOPE, APPROACH = 0.1, 2.0
 BOX_PASSES = 3  # that narrow down where the surfaces may come into contact
 
 
@@ -66,14 +68,13 @@ def node_normals(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
 @dataclass(frozen=True)
 class ContactSettings:
     """stiffness : penalty per area [Pa/m];  friction [1];  margin : gap below which a node is watched [m];
-    refresh, travel : steps, and travel of the wheel [m], after which a search is due;
+    refresh : most steps between searches, None: as many as the motion allows;
     deepest : penetration beyond which a projection is not believed [m]"""
 
     stiffness: float
     friction: float = 0.0
     margin: float = 0.3e-3
-    refresh: int = 50
-    travel: float = np.inf
+    refresh: int | None = 50
     deepest: float = 1e-3
 
 
@@ -177,7 +178,6 @@ class Contact:
         self.slip = np.zeros_like(keep_slip)
         self.slip[slaves] = keep_slip[slaves]
         self.position[:] = position
-        self.steps_to_search, self.searched_at = self.settings.refresh, self.offset
         self.force[:], self.normal_force[:], self.pressure_at[:] = 0.0, 0.0, 0.0
         self._prepare()
 
@@ -266,8 +266,9 @@ class Contact:
     def add_forces(self, dt: float) -> None:
         """Contact forces of the step that `structure.v` (velocity without contact) would make from `structure.x` ->
         `force`. Collective."""
-        if self.steps_to_search <= 0 or abs(self.offset - self.searched_at) > self.settings.travel:
+        if self.steps_to_search <= 0:
             self.search()
+            self.steps_to_search = self.steps_between_searches(dt)
         self.steps_to_search -= 1
         if not len(self.watched):
             self.sums[:] = 0.0
@@ -289,6 +290,13 @@ class Contact:
             kernel.Sliding(self.sticking, self.moved, self.drag),
             self.sums,
         )
+
+    def steps_between_searches(self, dt: float) -> int:
+        """How many steps of dt [s] surfaces need to come half the margin nearer: no node that is not watched is in
+        contact before the next search."""
+        closing = SLOPE * abs(self.speed) + APPROACH
+        steps = max(int(0.5 * self.settings.margin / (closing * dt)), 1)
+        return steps if self.settings.refresh is None else min(steps, self.settings.refresh)
 
     def carrying_x(self) -> np.ndarray:
         """Positions along x [m] of the rail's nodes that carry normal force. Replicated."""

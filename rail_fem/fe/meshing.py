@@ -27,7 +27,7 @@ def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[Hex
     with gmsh_process():
         rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings.element_size))
         wheel = mesh_wheel(
-            scene.wheel.shape, scene.wheel.radius, wheel_spec(path, running.datum_y, settings.element_size)
+            scene.wheel.shape, scene.wheel.radius, wheel_spec(path, running.datum_y, settings.wheel_size)
         )
     height = datum_height(running, scene)
     mesh, gap = position_wheel(rail, wheel, running.start, running.datum_y, height)

@@ -36,9 +36,7 @@ from rail_fem.settings.explicit import FeSettings
 # lumped mass on the wheel while it settles [kg]: little inertia, so it comes to rest within a millisecond
 SETTLING_MASS = 10.0
 MESH_MASS = 10.0  # about that of the wheel's mesh, which settles with it [kg]
-# gap below which nodes are watched [m]; a search is due after so many steps, or when the wheel has moved on by TRAVEL:
-# surfaces a tenth apart in slope close by 0.06 mm then
-MARGIN, SEARCH_EVERY, TRAVEL = 0.15e-3, 100, 0.6e-3
+MARGIN = 0.15e-3  # gap below which nodes are watched [m]
 NEXT_POSITION = 2.5e-3  # where the contact at the start is looked at once more [m]
 # an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.studies.kernel_speed)
 ELASTIC_COST = 0.75
@@ -229,11 +227,7 @@ def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettin
     shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
     wave = 2 * shear * (1 - steel.poisson) / (1 - 2 * steel.poisson)
     return ContactSettings(
-        10 * settings.penalty * wave / settings.element_size,
-        friction=scene.friction,
-        margin=MARGIN,
-        refresh=SEARCH_EVERY,
-        travel=TRAVEL,
+        10 * settings.penalty * wave / settings.element_size, friction=scene.friction, margin=MARGIN, refresh=None
     )
 
 

@@ -25,13 +25,14 @@ def mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     """Why the mesher must refuse this element size, if it must: bands that are too narrow for it. Takes a second for
     coarse elements."""
     size = settings.element_size
-    if size <= ALWAYS_FITS:
+    if max(size, settings.wheel_size) <= ALWAYS_FITS:
         return []
     low, high = sorted((settings.start, settings.end))
     crossing, path = scene.crossing.surface, anchored_path(scene, low, high)
     try:
         check_bands(crossing, crossing_spec(crossing, path, low, high, size))
-        check_wheel_bands(scene.wheel.shape, scene.wheel.radius, wheel_spec(path, scene.wheel_datum_y, size))
+        wheel = wheel_spec(path, scene.wheel_datum_y, settings.wheel_size)
+        check_wheel_bands(scene.wheel.shape, scene.wheel.radius, wheel)
     except MeshError as error:
         return [f"run.{model}.element_size: {size * 1e3:g} mm cannot be meshed: {error}"]
     return []

@@ -22,6 +22,9 @@ class FeSettings(Frozen):
     free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps")
 
     element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 2.0e-3
+    wheel_element_size: (
+        Annotated[float, Quantity("mm", 0.1, 20, "element size in the wheel's patch; none: element_size")] | None
+    ) = None
     start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = COMMON_WINDOW[0]
     end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the end")] = COMMON_WINDOW[1]
     courant: Annotated[float, Quantity("", 0.05, 0.97, "time step over the critical step")] = 0.9
@@ -87,6 +90,11 @@ class FeSettings(Frozen):
         return self
 
     @property
+    def wheel_size(self) -> float:
+        """Element size in the wheel's patch [m]."""
+        return self.element_size if self.wheel_element_size is None else self.wheel_element_size
+
+    @property
     def window_lengths(self) -> tuple[float, float]:
         """Of the travelling window ahead of the wheel and behind it [m]; infinite where it has no end."""
         return tuple(float("inf") if length is None else length for length in (self.window_ahead, self.window_behind))
@@ -101,6 +109,7 @@ class FeSettings(Frozen):
         return self.model_copy(
             update={
                 "element_size": max(self.element_size, SMOKE_ELEMENT_SIZE),
+                "wheel_element_size": self.wheel_element_size and max(self.wheel_element_size, SMOKE_ELEMENT_SIZE),
                 "max_steps": min(self.max_steps or SMOKE_STEPS, SMOKE_STEPS),
                 "field_frames": 1,
             }
