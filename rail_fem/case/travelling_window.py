@@ -1,6 +1,10 @@
 """Whether a travelling window is long enough for what it has to hold, known before anything is meshed."""
 
+import numpy as np
+
 from rail_fem.case.warnings import static_patch
+from rail_fem.light.fine_zone import NEAR
+from rail_fem.light.rigid import window_path
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -9,21 +13,43 @@ ZONE = 1.0  # plastic flow ahead of the patch and behind it, over the patch's ha
 SLAB, SLAB_ELEMENTS = 6e-3, 3  # slabs enter and leave whole: the longer of these and of so many elements [m]
 
 
-def least_window(scene: Scene, settings: FeSettings) -> float:
-    """Shortest window ahead of the wheel or behind it [m]: half the patch under an impact (Hertz, so with the cube root
-    of the force), the plastic zone beyond it, and a slab."""
-    half_patch = static_patch(scene).semi_x * IMPACT ** (1 / 3)
-    return (1 + ZONE) * half_patch + max(SLAB, SLAB_ELEMENTS * settings.element_size)
+def largest_half_patch(scene: Scene) -> float:
+    """Half length of the patch under an impact [m]: Hertz, so with the cube root of the force."""
+    return static_patch(scene).semi_x * IMPACT ** (1 / 3)
+
+
+def contact_reach(scene: Scene, settings: FeSettings) -> tuple[float, float]:
+    """How far ahead of the axle and behind it the rigid wheel is in contact somewhere on its path, or about to be [m].
+    Errors: CrossingError."""
+    path = window_path(scene, settings)
+    offsets = [0.0]
+    for gap, point in ((path.wing_gap, path.wing_point), (path.nose_gap, path.nose_point)):
+        near = gap < NEAR
+        offsets += list(scene.direction_sign * (point[near, 0] - path.x[near]))
+    known = np.array(offsets)[np.isfinite(offsets)]
+    return float(known.max()), float(-known.min())
+
+
+def least_window(scene: Scene, settings: FeSettings) -> tuple[float, float]:
+    """Shortest window ahead of the wheel and behind it [m]: to where the rigid wheel is in contact, half a patch, the
+    plastic zone beyond it, and a slab. Errors: CrossingError."""
+    around = (1 + ZONE) * largest_half_patch(scene) + max(SLAB, SLAB_ELEMENTS * settings.element_size)
+    ahead, behind = contact_reach(scene, settings)
+    return ahead + around, behind + around
 
 
 def length_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     """Why a travelling window is too short, one line for each end; none where it is long enough or not asked for."""
-    least = least_window(scene, settings)
-    half_patch = static_patch(scene).semi_x * IMPACT ** (1 / 3)
+    if not settings.has_window:
+        return []
+    reach, least = contact_reach(scene, settings), least_window(scene, settings)
     return [
-        f"run.{model}.{name}: {length * 1e3:g} mm is shorter than the {least * 1e3:.0f} mm that half a patch"
-        f" ({half_patch * 1e3:.1f} mm under {IMPACT:g} times the static load), the plastic zone beside it and a slab of"
-        f" elements need: give {least * 1e3:.0f} mm or more"
-        for name, length in zip(("window_ahead", "window_behind"), settings.window_lengths)
-        if length < least
+        f"run.{model}.{name}: {length * 1e3:g} mm is shorter than {enough * 1e3:.0f} mm, which contact up to"
+        f" {offset * 1e3:.1f} mm from the axle, half a patch ({largest_half_patch(scene) * 1e3:.1f} mm under {IMPACT:g}"
+        f" times the static load), the plastic zone beside it and a slab of elements need: give {enough * 1e3:.0f} mm"
+        " or more"
+        for name, length, offset, enough in zip(
+            ("window_ahead", "window_behind"), settings.window_lengths, reach, least
+        )
+        if length < enough
     ]
