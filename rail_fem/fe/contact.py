@@ -93,7 +93,6 @@ class Contact:
         "offset",
         "spin",
         "steps_to_search",
-        "searched_at",
         "started",
         "pairs",
         "position",
@@ -143,7 +142,7 @@ class Contact:
         self.normal_force, self.tributary_area = np.zeros(n), np.zeros(n)
         self.pressure_at = np.zeros(n)
         self.sums = np.zeros(kernel.N_SUMS)
-        self.steps_to_search, self.searched_at, self.started = 0, 0.0, False
+        self.steps_to_search, self.started = 0, False
         self.pairs = [
             self._pairs(side, np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2))) for side in (0, 1)
         ]
