@@ -1,0 +1,194 @@
+"""J2 plasticity for many cycles: a sum of back stresses with dynamic recovery, and isotropic hardening that saturates.
+
+Each back stress follows Abdel-Karim and Ohno,
+    d alpha = 2/3 C d eps_p - mu gamma alpha dp   within   |alpha| <= C / gamma,
+the bound held by radial projection: mu = 1 is Armstrong and Frederick (a sum of them Chaboche's), which ratchets for
+ever; mu = 0 is the first model of Ohno and Wang, which stops; between them lies what steels do. Yield stress:
+    Y(p) = yield_stress + hardening (1 - exp(-hardening_rate p)).
+Norms are von Mises': |a| = sqrt(3/2 a:a), p the equivalent plastic strain.
+
+Sources: Armstrong & Frederick, CEGB report RD/B/N731 (1966); Chaboche, Int. J. Plasticity 5 (1989) 247; Ohno & Wang,
+Int. J. Plasticity 9 (1993) 375; Abdel-Karim & Ohno, Int. J. Plasticity 16 (2000) 225; implicit integration: Kobayashi &
+Ohno, Int. J. Numer. Meth. Eng. 53 (2002) 2217. Cited from memory of their equations, not opened; what is coded is what
+stands above, held to closed forms and to an independent integration (tests/rail_fem/test_cyclic_law.py).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kernel_cache import njit
+
+_TOLERANCE, _MOST = 1e-14, 100  # of the plastic strain increment against the elastic one; iterations
+
+
+class CyclicLaw(NamedTuple):
+    """A steel's constants. Make one by `cyclic_law`, which checks them.
+
+    shear, bulk [Pa];  yield_stress, hardening [Pa], hardening_rate [1];
+    modulus : (k,) C of each back stress [Pa];  recovery : (k,) gamma [1];  mixing : (k,) mu, 0 to 1
+    """
+
+    shear: float
+    bulk: float
+    yield_stress: float
+    hardening: float
+    hardening_rate: float
+    modulus: np.ndarray
+    recovery: np.ndarray
+    mixing: np.ndarray
+
+
+def cyclic_law(
+    youngs_modulus: float,
+    poisson: float,
+    yield_stress: float,
+    modulus: np.ndarray = (),
+    recovery: np.ndarray = (),
+    mixing: np.ndarray | float = 1.0,
+    hardening: float = 0.0,
+    hardening_rate: float = 0.0,
+) -> CyclicLaw:
+    """A law from Young's modulus [Pa] and Poisson's ratio; no back stress and no hardening: perfectly plastic.
+
+    hardening may be negative (cyclic softening) as long as the yield stress stays positive.
+    Errors: ValueError that names the constant, its value and its limit.
+    """
+    modulus, recovery = np.atleast_1d(np.asarray(modulus, float)), np.atleast_1d(np.asarray(recovery, float))
+    mixing = np.broadcast_to(np.asarray(mixing, float), modulus.shape).copy()
+    if modulus.shape != recovery.shape or modulus.ndim != 1:
+        raise ValueError(f"cyclic law: {modulus.size} moduli and {recovery.size} recoveries: give as many of each")
+    _within("youngs_modulus", youngs_modulus, 0, np.inf, open_below=True)
+    _within("poisson", poisson, -1, 0.5, open_below=True, open_above=True)
+    _within("yield_stress", yield_stress, 0, np.inf, open_below=True)
+    _within("hardening", hardening, -yield_stress, np.inf, open_below=True)
+    _within("hardening_rate", hardening_rate, 0, np.inf)
+    for k in range(modulus.size):
+        _within(f"modulus {k + 1}", modulus[k], 0, np.inf, open_below=True)
+        _within(f"recovery {k + 1}", recovery[k], 0, np.inf)
+        _within(f"mixing {k + 1}", mixing[k], 0, 1)
+    shear = youngs_modulus / (2 * (1 + poisson))
+    bulk = youngs_modulus / (3 * (1 - 2 * poisson))
+    return CyclicLaw(
+        shear, bulk, float(yield_stress), float(hardening), float(hardening_rate), modulus, recovery, mixing
+    )
+
+
+def _within(name: str, value: float, low: float, high: float, open_below: bool = False, open_above: bool = False):
+    fits = np.isfinite(value) and low <= value <= high and not (open_below and value == low)
+    if not fits or (open_above and value == high):
+        brackets = "(" if open_below else "[", ")" if open_above or not np.isfinite(high) else "]"
+        raise ValueError(f"cyclic law: {name} is {value!r}, must lie in {brackets[0]}{low:g}, {high:g}{brackets[1]}")
+
+
+@njit(cache=True)
+def equivalent(a: np.ndarray) -> float:
+    """sqrt(3/2 a:a) of a deviator (6,), order VOIGT, tensor shears."""
+    return math.sqrt(1.5 * (a[0] ** 2 + a[1] ** 2 + a[2] ** 2) + 3.0 * (a[3] ** 2 + a[4] ** 2 + a[5] ** 2))
+
+
+@njit(cache=True)
+def yield_stress_at(law: CyclicLaw, p: float) -> float:
+    return law.yield_stress - law.hardening * math.expm1(-law.hardening_rate * p)
+
+
+@njit(cache=True)
+def _plastic_increment(law, trial, back, p, direction, factor):
+    """dp of the step from the trial deviator; leaves the flow direction (6,), |direction| = 1, and factor (k,), by
+    which back stress k is multiplied after it has grown by C dp direction.
+
+    Solves |trial - sum factor back| = Y(p + dp) + (3 G + sum factor C) dp: Newton's method with the recovery part of
+    the factors in the derivative, the projected part by substitution; safeguarded by a bracket.
+    """
+    low, dp, k = 0.0, 0.0, law.modulus.size
+    high = equivalent(trial)
+    for i in range(k):
+        high += equivalent(back[i])
+    high /= 3.0 * law.shear
+    largest, factor[:] = high, 1.0
+    for _ in range(_MOST):
+        stiffness, slope = 3.0 * law.shear, 0.0
+        direction[:] = trial
+        for i in range(k):
+            stiffness += factor[i] * law.modulus[i]
+            direction -= factor[i] * back[i]
+        size = equivalent(direction)
+        direction /= size
+        for i in range(k):
+            recovery = law.mixing[i] * law.recovery[i]
+            fall = recovery * factor[i] ** 2
+            slope += fall * (1.5 * _double_dot(direction, back[i]) + law.modulus[i] * dp)
+        decay = law.hardening * math.exp(-law.hardening_rate * (p + dp))
+        residual = size - yield_stress_at(law, p + dp) - stiffness * dp
+        if residual > 0.0:
+            low = dp
+        else:
+            high = dp
+        step = residual / max(stiffness + law.hardening_rate * decay - slope, 0.1 * stiffness)
+        new = dp + step
+        if not low <= new <= high:
+            new = 0.5 * (low + high)
+        done = abs(new - dp) <= _TOLERANCE * largest
+        moved = _update_factors(law, back, new, direction, factor)
+        dp = new
+        if done and moved <= _TOLERANCE * 10:
+            break
+        if moved > 0.0 and high - low <= 1e-3 * largest:
+            low, high = 0.0, largest  # the projected factors moved the root: the bracket is that of another equation
+    return dp
+
+
+@njit(cache=True)
+def _update_factors(law, back, dp, direction, factor):
+    """Factors of the back stresses for dp along direction; returns their largest change where one is projected."""
+    moved = 0.0
+    for i in range(law.modulus.size):
+        grown = back[i] + law.modulus[i] * dp * direction
+        new = 1.0 / (1.0 + law.mixing[i] * law.recovery[i] * dp)
+        if law.recovery[i] > 0.0 and law.mixing[i] < 1.0:
+            size = equivalent(grown)
+            if size * new * law.recovery[i] > law.modulus[i]:
+                new = law.modulus[i] / (law.recovery[i] * size)
+                moved = max(moved, abs(new - factor[i]))
+        factor[i] = new
+    return moved
+
+
+@njit(cache=True)
+def _double_dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+
+
+@njit(cache=True)
+def update(law: CyclicLaw, strain_increment: np.ndarray, stress: np.ndarray, back: np.ndarray, p: float) -> float:
+    """One backward Euler step of a point: stress (6,) and back stresses (k, 6) are changed in place.
+
+    strain_increment : (6,), order VOIGT, tensor shears [1];  stress, back [Pa];  p : equivalent plastic strain
+    Returns the plastic strain after the step. Exact at rest and for one back stress without recovery under
+    proportional loading; else first order in the increment (tests/rail_fem/test_cyclic_law.py).
+    """
+    k = law.modulus.size
+    volume = (strain_increment[0] + strain_increment[1] + strain_increment[2]) / 3.0
+    pressure = (stress[0] + stress[1] + stress[2]) / 3.0
+    trial, inner = np.empty(6), np.empty(6)
+    for j in range(6):
+        diagonal = 1.0 if j < 3 else 0.0
+        trial[j] = stress[j] - diagonal * pressure + 2.0 * law.shear * (strain_increment[j] - diagonal * volume)
+        inner[j] = trial[j]
+        for i in range(k):
+            inner[j] -= back[i, j]
+    pressure += 3.0 * law.bulk * volume
+    if equivalent(inner) > yield_stress_at(law, p):
+        direction, factor = np.empty(6), np.empty(k)
+        dp = _plastic_increment(law, trial, back, p, direction, factor)
+        p += dp
+        for j in range(6):
+            for i in range(k):
+                back[i, j] = factor[i] * (back[i, j] + law.modulus[i] * dp * direction[j])
+            trial[j] -= 3.0 * law.shear * dp * direction[j]
+    for j in range(6):
+        stress[j] = trial[j] + (pressure if j < 3 else 0.0)
+    return p
