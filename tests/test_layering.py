@@ -68,6 +68,7 @@ def test_arrows_point_one_way(package):
 # Rooms of rail_fem from the ground up: each may import what stands before it.
 STOREYS = (
     ("atomic", "stopping", "launcher"),
+    ("cyclic",),
     ("scene",),
     ("settings",),
     ("output",),

@@ -42,6 +42,11 @@ STUDIES = {
     "patch-speed": Study("rail_fem.studies.patch_speed", "speed against error of all patch solvers on one patch"),
     "impact": Study("rail_fem.studies.impact", "explicit contact held to Hertz at several element sizes"),
     "passage-size": Study("rail_fem.studies.passage_size", "one pass at several element sizes"),
+    "ratchetting": Study(
+        "rail_fem.studies.ratchetting",
+        "shakedown or ratchetting under many passes of a line contact, by four laws of cyclic plasticity",
+        ("--quick",),
+    ),
     "kernel-speed": Study("rail_fem.studies.kernel_speed", "element kernels against dolfinx's own assembly"),
     "plane-orders": Study(
         "bem.verification.orders", "plane boundary elements against exact solutions, with their orders"

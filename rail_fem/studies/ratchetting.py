@@ -2,8 +2,8 @@
 
     rail-fem study ratchetting --out ratchetting        ratchetting.csv and ratchetting.png in the folder
 
-Left: uniaxial cycles, where the law of one back stress has a closed form. Middle: plastic strain that a pass adds to
-the worst depth. Right: the verdict over pressure and traction, beside the elastic limit and the shakedown limit of
+Left: uniaxial cycles, where the law of one back stress has a closed form. Middle: residual shear strain that a
+pass adds to the worst depth. Right: the verdict over pressure and traction, beside the elastic limit and the shakedown limit of
 perfect plasticity. The steel's constants are made up for a yield stress of 300 MPa, not those of a rail.
 """
 
@@ -40,9 +40,9 @@ def laws() -> dict[str, CyclicLaw]:
 
 
 def growth_by_pass(law: CyclicLaw, ratio: float, traction: float, passes: int, steps: int) -> np.ndarray:
-    """Equivalent plastic strain (passes,) that each pass adds to the depth where the last one adds most."""
+    """Residual shear strain (passes,) that each pass adds to the depth where the last one adds most."""
     history = rolling_line_contact(law, HALF_WIDTH, ratio * SHEAR_YIELD, traction, DEPTHS, passes, steps)
-    added = np.diff(history.plastic_strain, axis=0, prepend=0.0)
+    added = np.abs(np.diff(history.shear, axis=0, prepend=0.0))
     return added[:, np.argmax(added[-1])]
 
 
@@ -76,7 +76,7 @@ def main(
     with (out / "ratchetting.csv").open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         head = ["law", "strain after the first cycle", f"after {cycles}", "added by the last cycle"]
-        table.writerow([*head, "plastic strain of the first pass", f"of pass {passes}"])
+        table.writerow([*head, "shear strain added by the first pass", f"by pass {passes}"])
         table.writerows(rows)
     exact = ratchet_strain(30e9, 150.0, YIELD, *STRESS_CYCLE)
     _draw(uniaxial, exact, rolling, ratios, tractions, found, out / "ratchetting.png")
@@ -108,8 +108,8 @@ def _draw(uniaxial, exact, rolling, ratios, tractions, found, path) -> None:
     left.legend(fontsize=8)
     middle.set(
         xlabel="pass",
-        ylabel="equivalent plastic strain added at the worst depth",
-        title="rolling line contact, p0 = 4.6 k, traction 0.1 of the pressure",
+        ylabel="shear strain added by a pass, worst depth",
+        title="rolling, p0 = 4.6 k, traction 0.1 of it",
     )
     colours = ("#f0f0f0", "#c6dbef", "#fdd0a2", "#d95f0e", "#555555")
     right.pcolormesh(tractions, ratios, found.T, cmap=ListedColormap(colours), vmin=-0.5, vmax=4.5, shading="nearest")
@@ -119,8 +119,8 @@ def _draw(uniaxial, exact, rolling, ratios, tractions, found, path) -> None:
     right.text(0.012, 4.04, "shakedown limit of perfect plasticity 4.00", fontsize=8)
     right.legend(
         handles=[Patch(color=c, label=v) for c, v in zip(colours, (*VERDICTS, "no equilibrium"), strict=True)],
-        fontsize=8,
-        loc="upper right",
+        fontsize=7,
+        loc="lower left",
     )
     right.set(
         xlabel="traction over pressure",
