@@ -3,8 +3,8 @@
     rail-fem study ratchetting --out ratchetting        ratchetting.csv and ratchetting.png in the folder
 
 Left: uniaxial cycles, where the law of one back stress has a closed form. Middle: residual shear strain that a pass
-adds to the worst depth. Right: the verdict over pressure and traction, beside the elastic limit and the shakedown limit of
-perfect plasticity. The steel's constants are made up for a yield stress of 300 MPa, not those of a rail.
+adds to the worst depth. Right: the verdict over pressure and traction, beside the elastic limit and the shakedown limit
+of perfect plasticity. The steel's constants are made up for a yield stress of 300 MPa, not those of a rail.
 """
 
 from __future__ import annotations
