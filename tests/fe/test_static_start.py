@@ -1,0 +1,99 @@
+"""The wheel begins at rest: the static contact is solved where it stands, and nothing moves when it is let go."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from rail_fem.case.casefile import load_case
+from rail_fem.fe.meshing import make_mesh
+from rail_fem.fe.passage import build_passage, contact_stiffness, running_of
+from rail_fem.fe.run import Run
+from rail_fem.fe.start_state import resting
+from rail_fem.fe.static_start import settle_in_place
+from rail_fem.models import fe_full
+from rail_fem.scene.scene import Material
+from rail_fem.settings.explicit import FeSettings
+
+ROOT = Path(__file__).resolve().parents[2]
+SETTINGS = FeSettings(
+    element_size=5e-3, start=0.095, end=0.125, history_interval=10e-6, field_frames=1, mass_scaling="auto"
+)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return load_case(ROOT / "cases" / "nose_transfer.toml").scene
+
+
+@pytest.fixture(scope="module")
+def bodies(scene):
+    running = running_of(scene, SETTINGS)
+    return running, make_mesh(scene, SETTINGS, running)
+
+
+def passage_of(scene, bodies, **changes):
+    running, (mesh, _, datum) = bodies
+    return build_passage(MPI.COMM_SELF, scene, SETTINGS.model_copy(update=changes), running, mesh, datum)
+
+
+def test_the_contact_carries_the_load_and_nothing_moves(scene, bodies):
+    """Within the tolerance of the relaxation; masses and speeds are afterwards those of the pass."""
+    passage = passage_of(scene, bodies)
+    dynamics = passage.dynamics
+    mass, found = dynamics.structure.mass.copy(), settle_in_place(passage, scene)
+    assert abs(found.error) < 3e-3 and found.approach > 0
+    assert np.array_equal(dynamics.structure.mass, mass) and dynamics.time == 0.0 and dynamics.step_count == 0
+    v = dynamics.structure.v.reshape(-1, 3)
+    vertical = passage.running.speed * float(passage.running.slope(passage.running.start))
+    assert (v[passage.body_of == 0] == 0.0).all() and np.ptp(v[passage.body_of == 1, 2]) == 0.0
+    assert v[passage.body_of == 1, 2] == pytest.approx(vertical)
+    energies = dynamics.energies()
+    assert energies["wheel_damping"] == pytest.approx(0.0, abs=1e-9 * energies["elastic"])
+    assert energies["internal_work_mismatch"] == pytest.approx(0.0, abs=1e-9 * energies["elastic"])
+
+
+def test_the_static_contact_is_the_same_at_any_mass_scaling(scene, bodies):
+    """Masses of the relaxation are its own: approach and plastic strain to the tolerance of the load."""
+    found = []
+    for factor in (1.0, 20.0):
+        passage = passage_of(scene, bodies, mass_scaling=factor)
+        start = settle_in_place(passage, scene)
+        found.append((start.approach, passage.dynamics.structure.finite.plastic_strain().max()))
+    assert found[0] == pytest.approx(found[1], rel=3e-3)
+
+
+def test_an_elastic_approach_is_that_of_hertz_within_a_coarse_mesh(scene, bodies):
+    """Tangent stiffness k of Hertz' contact: 1.5 F / k; elements of 5 mm hold two across the patch's half width, and
+    wheel and rail of finite depth add to it."""
+    elastic = scene.model_copy(update={"materials": scene.materials.model_copy(update={"wing": Material(grade="R8T")})})
+    start = settle_in_place(passage_of(elastic, bodies), elastic)
+    hertz = 1.5 * elastic.static_wheel_load / contact_stiffness(elastic, bodies[0])
+    assert start.approach == pytest.approx(hertz, rel=0.3)
+
+
+def test_let_go_on_a_straight_path_the_wheel_stays_at_rest(scene, bodies, monkeypatch):
+    """The force stays at the static load and the wheel at its height from the first row on; friction begins at none."""
+    monkeypatch.setattr(fe_full, "make_mesh", lambda *given: bodies[1])
+    result = fe_full.solve(scene, SETTINGS)
+    force, height = result.history["force"], result.history["wheel_height"]
+    assert np.abs(force / scene.static_wheel_load - 1).max() < 0.04  # elements of 5 mm come and go beneath it
+    assert abs(force.mean() / scene.static_wheel_load - 1) < 0.01
+    assert np.ptp(height) < 3e-6
+
+
+def test_a_start_in_motion_takes_up_its_velocities_at_once(scene, bodies):
+    """What fe_window begins with: force of the start, velocities of the bodies as they are given."""
+    running, (mesh, _, datum) = bodies
+    rest = resting(scene, 0.0)
+    start = replace(rest, force=1.2 * rest.force, axle=-0.2, sprung=-0.05, crossing=-0.02, resting=False)
+    passage = build_passage(MPI.COMM_SELF, scene, SETTINGS, running, mesh, datum, start)
+    run = Run(MPI.COMM_SELF, scene, SETTINGS, passage, None, None)
+    run.begin()
+    assert passage.axle.velocity[2] == -0.2 and passage.sprung.velocity[2] == -0.05
+    assert passage.crossing.velocity[2] == -0.02
+    run._step()
+    force = -passage.dynamics.contact.force[: passage.dynamics.contact.n_rail, 2].sum()
+    assert force == pytest.approx(start.force, rel=0.05)  # the surface's nodes take up their velocity in this step
