@@ -1,0 +1,79 @@
+"""Error bars from a coarse twin: exact for what converges at the order, never below the scatter, none where not
+known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rail_fem.output.error_bars import ORDER, SAFETY, SCATTER, SCATTER_SIZE, TRANSFER_SCATTER, error_bars
+from rail_fem.output.quantities import REPORTED, reported
+from rail_fem.output.result import PassResult, Peak, load
+from rail_fem.show.report import result_report
+from tests.rail_fem.test_scene import make_scene
+
+FORCE, STRAIN, TRANSFER = 190e3, 0.08, 0.357
+MM = 1e-3
+
+
+def at_size(size, slope=1.0, **changes):
+    """A result whose quantities are off by slope times a share that falls with the square of the size: 8 % at 2 mm."""
+    off = 1 + slope * 0.08 * (size / (2 * MM)) ** 2
+    zone = {"values": dict.fromkeys(("block", "worst_1000"), STRAIN * off) | {"integral": 4e-7 * off, "volume_3": 0.0}}
+    return PassResult(
+        "fe_full",
+        make_scene(),
+        {"element_size": size},
+        {"time": np.empty(0), "x": np.empty(0)},
+        peaks={"first_impact": Peak(FORCE * off, "N", x=0.38)},
+        transfer_x=TRANSFER + (size / (2 * MM)) ** 2 * 1e-3,
+        metal={"nose": zone},
+        **changes,
+    )
+
+
+@pytest.mark.parametrize("slope", [-1.0, 1.0])
+def test_what_converges_at_the_order_lies_within_its_bar_by_the_safety_factor(slope):
+    result, twin = at_size(2 * MM, slope), at_size(4 * MM, slope)
+    bars = error_bars(result, twin)
+    limit = {"first_impact": FORCE, "block_nose": STRAIN, "worst_1000_nose": STRAIN, "integral_nose": 4e-7}
+    kinds = {"first_impact": "force", "block_nose": "strain", "worst_1000_nose": "strain", "integral_nose": "volume"}
+    for name, exact in limit.items():
+        true = abs(REPORTED[name].of(result) - exact)
+        scatter = SCATTER[kinds[name]] * REPORTED[name].of(result)
+        assert bars[name] == pytest.approx(SAFETY * true + scatter, rel=1e-9)
+    assert bars["transfer_x"] == pytest.approx(SAFETY * 1e-3 + TRANSFER_SCATTER * 2 * MM, rel=1e-9)
+    assert "volume_3_nose" not in bars and ORDER == 2.0  # no volume on either mesh: nothing is known of it
+
+
+def test_equal_results_leave_the_scatter_which_falls_with_the_square_of_the_size():
+    for size in (2 * MM, 1 * MM, 0.5 * MM):
+        bars = error_bars(at_size(size, 0.0), at_size(2 * size, 0.0))
+        assert bars["first_impact"] == pytest.approx(SCATTER["force"] * FORCE * (size / SCATTER_SIZE) ** 2, rel=1e-9)
+
+
+def test_a_quantity_that_one_of_them_does_not_resolve_has_no_bar():
+    bare = replace(at_size(4 * MM), peaks={}, metal={})
+    assert set(error_bars(at_size(2 * MM), bare)) == {"transfer_x"}
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_run_that_was_cut_off_claims_nothing(which):
+    pair = [at_size(2 * MM), at_size(4 * MM)]
+    pair[which] = replace(pair[which], cut_off="max_steps = 10 ended it")
+    assert error_bars(*pair) == {}
+    assert error_bars(at_size(2 * MM), at_size(2 * MM)) == {}
+
+
+def test_bars_are_kept_and_printed(tmp_path):
+    result = at_size(2 * MM)
+    result.metal["nose"].update(
+        maximum=0.1, size=2e-3, position=[0.38, -0.02, -0.003], block=[0.38, -0.02, -0.001], depth=[], profile=[],
+        stress=[], unloaded=False, surface={"x": [0.3], "fall": [4e-4]},
+    )  # fmt: skip
+    result = replace(result, error_bars=error_bars(result, at_size(4 * MM)))
+    result.save(tmp_path)
+    again = load(tmp_path)
+    assert again.error_bars == pytest.approx(result.error_bars) and reported(again) == pytest.approx(reported(result))
+    text = result_report(again)
+    assert "205.2 kN +- " in text and "of 2 mm at (380.0, -20.0, -3.0) mm" in text
