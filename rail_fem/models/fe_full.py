@@ -1,7 +1,6 @@
 """Model fe_full: the pass by explicit elastoplastic finite elements, from the case to the result.
 
-Mesh and position the wheel; let it settle under a damper while it rolls; let go; run to the end, recording; judge the
-run.
+Mesh and position the wheel; bring it to rest where it stands; let go; run to the end, recording; judge the run.
 """
 
 from __future__ import annotations
