@@ -187,7 +187,7 @@ class Track:
 
     def placed(self, side: str) -> Profile:
         """The running part of a rail in side axes, moved and rolled as its position says."""
-        position, sign, profile = getattr(self, f"{side}_place"), SIDES[side], self.profile(side)
+        position, sign, profile = getattr(self, f"{side}_position"), SIDES[side], self.profile(side)
         roll = sign * position.roll
         turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
         points = profile.points @ turn + [self.gauge_offset(side) + sign * position.lateral, position.vertical]

@@ -2,7 +2,7 @@
 
 Two bodies in contact act as one half-space with combined constants (shear G, Poisson nu, coupling K):
 1/G = (1/G1 + 1/G2)/2, nu/G = (nu1/G1 + nu2/G2)/2, K/G = ((1 - 2 nu1)/G1 - (1 - 2 nu2)/G2)/4.
-With u the displacement of body 1 minus that of body 2 (u_n: closing taken out, positive opens the gap),
+With u the displacement of body 1 minus that of body 2 (u_n: approach taken out, positive opens the gap),
 traction (qx, qy) on body 1, pressure p, r the distance to the load:
     pi G u_n = sum (1 - nu)/r p + K (x qx + y qy)/r^2
     pi G u_x = sum ((1 - nu)/r + nu x^2/r^3) qx + nu x y/r^3 qy - K x/r^2 p            (u_y likewise)

@@ -1,4 +1,5 @@
-"""What a contact solver refuses, and what it warns of: gaps, drives, friction, creepages, grids that cut the patch."""
+"""What a contact solver refuses, and what it warns of: gaps, controls, friction, creepages, grids that cut the
+patch."""
 
 from __future__ import annotations
 
@@ -61,7 +62,7 @@ def check_cells(cells: int | tuple[int, int]) -> tuple[int, int]:
     return int(both[0]), int(both[1])
 
 
-def check_drive(load: float | None, approach: float | None) -> None:
+def check_control(load: float | None, approach: float | None) -> None:
     """Exactly one of load [N] >= 0 and approach [m] is given and finite."""
     if (load is None) == (approach is None):
         raise ContactInputError(f"load = {load!r} N, approach = {approach!r} m: give exactly one of them")

@@ -16,8 +16,8 @@ import numpy as np
 
 from bem.checks import refuse_unless_positive
 from bem.halfspace.coarse import coarse_field, coarse_grid, edge_share, error_bound, fine_pressure
-from bem.halfspace.input import check_cells, check_drive, check_inside, gap_values, strain_warning
-from bem.halfspace.placing import Window, evaluate_gap, place_grid, widened
+from bem.halfspace.input import check_cells, check_control, check_inside, gap_values, strain_warning
+from bem.halfspace.positioning import Window, evaluate_gap, position_grid, widened
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, ErrorEstimate, Grid, Patch
@@ -60,7 +60,7 @@ def normal_contact(
 
     Error: bem/halfspace/pressure.py. Source: there.
     """
-    check_drive(load, approach)
+    check_control(load, approach)
     started = time.perf_counter()
     pair = Pair.of(first, second)
     cells = check_cells(cells)
@@ -84,7 +84,7 @@ def _placed(gap, pair, load, approach, window, cells, accuracy, estimate) -> Pat
         raise ContactInputError(
             "without a grid: give gap as a function gap(x, y) and a search window ((x_min, x_max), (y_min, y_max))"
         )
-    grid = place_grid(gap, window, pair, load, approach, cells)
+    grid = position_grid(gap, window, pair, load, approach, cells)
     stretches = 0
     while True:
         patch = _solve(gap, grid, pair, load, approach, estimate or accuracy is not None)

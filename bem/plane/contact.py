@@ -1,4 +1,5 @@
-"""Frictional contact of two elastic bodies by boundary elements: touch, zone, meshes, condensation, load steps, checks.
+"""Frictional contact of two elastic bodies by boundary elements: initial contact, zone, meshes, condensation, load
+steps, checks.
 
 One body is fixed, the other moves; loads and motions are those of the moving body's holder. The softer of the two (the
 moving one if they are alike) carries the tractions and has the finer mesh: it is the slave of the pairing. So every
@@ -17,7 +18,16 @@ from bem.checks import refuse_unless_positive
 from bem.plane.body import Body, CondensedBody
 from bem.plane.boundary import MEMORY_LIMIT, EquilibriumError, check_memory
 from bem.plane.contact_result import ContactResult, trust_warnings
-from bem.plane.coulomb import FORWARD, OPEN, STICK, ContactState, ContactSystem, Drive, refuse_bad_friction, solve_step
+from bem.plane.coulomb import (
+    FORWARD,
+    OPEN,
+    STICK,
+    ContactState,
+    ContactSystem,
+    Control,
+    refuse_bad_friction,
+    solve_step,
+)
 from bem.plane.initial_contact import nearest_positions
 from bem.plane.mesh import mesh_outline
 from bem.plane.pairing import Interface, PairingError, pair
@@ -103,92 +113,94 @@ def contact_system(interface: Interface, carrier: CondensedBody, other: Condense
     return ContactSystem(interface.gap, compliance, turn, turn.T * np.r_[interface.mass, interface.mass])
 
 
-def _zero(drive: Drive) -> bool:
-    return bool(drive.loaded.any() and not np.nan_to_num(drive.load).any() and not np.nan_to_num(drive.motion).any())
+def _zero(control: Control) -> bool:
+    return bool(
+        control.loaded.any() and not np.nan_to_num(control.load).any() and not np.nan_to_num(control.motion).any()
+    )
 
 
-def _refuse_pull(drive: Drive, system: ContactSystem) -> None:
-    load = np.nan_to_num(drive.load)
+def _refuse_pull(control: Control, system: ContactSystem) -> None:
+    load = np.nan_to_num(control.load)
     if load[:2].any() and not (load[:2] @ system.forces[:2, : system.nodes]).min() < 0:
         raise LoadError(_PULLS.format(*load))
 
 
 def _march(
-    system: ContactSystem, drives: Sequence[Drive], friction: float, start: np.ndarray | None
+    system: ContactSystem, controls: Sequence[Control], friction: float, start: np.ndarray | None
 ) -> list[ContactState]:
     """All load steps, each from the slips of the one before."""
     n = system.nodes
     steps, before, state = [], np.zeros(n), start
-    for drive in drives:
-        if _zero(drive):
+    for control in controls:
+        if _zero(control):
             steps.append(
                 ContactState(
                     np.zeros(n), np.zeros(n), system.gap.copy(), before.copy(), np.zeros(n, int), np.zeros(3), 0
                 )
             )
             continue
-        _refuse_pull(drive, system)
-        step = solve_step(system, drive, friction, before, state)
+        _refuse_pull(control, system)
+        step = solve_step(system, control, friction, before, state)
         steps.append(step)
         before, state = step.slip, step.state
     return steps
 
 
-def ramp(drive: Drive, steps: int) -> list[Drive]:
-    """A drive reached in steps from nothing, with the squares of equal shares: a smooth contact then grows evenly."""
-    return [Drive(drive.motion * (k / steps) ** 2, drive.load * (k / steps) ** 2) for k in range(1, steps + 1)]
+def ramp(control: Control, steps: int) -> list[Control]:
+    """A control reached in steps from nothing, with the squares of equal shares: a smooth contact then grows evenly."""
+    return [Control(control.motion * (k / steps) ** 2, control.load * (k / steps) ** 2) for k in range(1, steps + 1)]
 
 
-def _load_steps(drive: Drive | Sequence[Drive], steps: int | None, friction: float) -> list[Drive]:
-    """The drives one by one; refuses what is none."""
+def _load_steps(control: Control | Sequence[Control], steps: int | None, friction: float) -> list[Control]:
+    """The controls one by one; refuses what is none."""
     if steps is not None and not (isinstance(steps, (int, np.integer)) and steps > 0):
         raise SettingsError(f"steps = {steps!r}: must be a positive whole number")
-    if isinstance(drive, Drive):
-        return ramp(drive, steps or (1 if friction == 0 else 10))
-    if not isinstance(drive, Sequence) or not all(isinstance(each, Drive) for each in drive):
+    if isinstance(control, Control):
+        return ramp(control, steps or (1 if friction == 0 else 10))
+    if not isinstance(control, Sequence) or not all(isinstance(each, Control) for each in control):
         raise EquilibriumError(
-            f"drive = {drive!r}: give a Drive (Drive.of(force=(None, -1e6)), for one), or a list of them"
+            f"control = {control!r}: give a Control (Control.of(force=(None, -1e6)), for one), or a list of them"
         )
-    if not drive:
+    if not control:
         raise EquilibriumError("no load step was given")
-    return list(drive)
+    return list(control)
 
 
-def _bring_into_contact(fixed: Body, moving: Body, drives: list[Drive], reach: float):
+def _bring_into_contact(fixed: Body, moving: Body, controls: list[Control], reach: float):
     """Translate the moving body until it touches, so that only the deformation remains to be found; motions lose what
     it took.
 
-    Bodies driven by a motion that overlap as placed are left so: the overlap is part of the motion.
-    Returns the body, the drives, the translation and the positions (m, 2) [m] where the bodies are nearest.
+    Bodies controlled by a motion that overlap as placed are left so: the overlap is part of the motion.
+    Returns the body, the controls, the translation and the positions (m, 2) [m] where the bodies are nearest.
     """
-    nothing = moving, drives, np.zeros(2), np.zeros((0, 2))
-    last = next((d for d in reversed(drives) if not _zero(d)), None)
+    nothing = moving, controls, np.zeros(2), np.zeros((0, 2))
+    last = next((d for d in reversed(controls) if not _zero(d)), None)
     if last is None:
         return nothing
     by_load = bool(np.nan_to_num(last.load[:2]).any())
-    way = np.nan_to_num(last.load[:2] if by_load else last.motion[:2])
-    if not way.any():
+    direction = np.nan_to_num(last.load[:2] if by_load else last.motion[:2])
+    if not direction.any():
         return nothing
-    unit, travel = way / np.hypot(*way), float(np.hypot(*way))
+    unit, travel = direction / np.hypot(*direction), float(np.hypot(*direction))
     positions = nearest_positions(fixed, moving, unit, reach)
     if by_load and not positions:
         _refuse_apart(fixed, moving, last, unit, reach)
     distance = positions[0][0] if positions else np.inf
-    closing = unit * (distance if by_load else min(max(distance, 0.0), travel))
-    near = np.array([point for _, point in positions]).reshape(-1, 2) + closing
+    initial_approach = unit * (distance if by_load else min(max(distance, 0.0), travel))
+    near = np.array([point for _, point in positions]).reshape(-1, 2) + initial_approach
     if not by_load:
-        drives = [replace(d, motion=d.motion - np.r_[closing, 0.0]) for d in drives]
-    return moving.moved(closing), drives, closing, near
+        controls = [replace(d, motion=d.motion - np.r_[initial_approach, 0.0]) for d in controls]
+    return moving.moved(initial_approach), controls, initial_approach, near
 
 
-def _refuse_apart(fixed: Body, moving: Body, drive: Drive, way: np.ndarray, reach: float) -> None:
+def _refuse_apart(fixed: Body, moving: Body, control: Control, direction: np.ndarray, reach: float) -> None:
     """Say why a load never brings the bodies together."""
-    if nearest_positions(fixed, moving, -way, reach):
-        raise LoadError(_PULLS.format(*np.nan_to_num(drive.load)))
+    if nearest_positions(fixed, moving, -direction, reach):
+        raise LoadError(_PULLS.format(*np.nan_to_num(control.load)))
     raise PairingError(
-        f"moved along ({way[0]:.3g}, {way[1]:.3g}) the moving body's face {moving.face!r}, {_span(moving)}, never meets"
-        f" the fixed body's {fixed.face!r}, {_span(fixed)}, within {reach:g} m: check positions and the direction, or"
-        " raise reach"
+        f"moved along ({direction[0]:.3g}, {direction[1]:.3g}) the moving body's face {moving.face!r}, {_span(moving)},"
+        f" never meets the fixed body's {fixed.face!r}, {_span(fixed)}, within {reach:g} m: check positions and the"
+        " direction, or raise reach"
     )
 
 
@@ -201,31 +213,31 @@ def _span(body: Body) -> str:
 def solve_contact(
     fixed: Body,
     moving: Body,
-    drive: Drive | Sequence[Drive],
+    control: Control | Sequence[Control],
     friction: float = 0.0,
     settings: Settings = Settings(),
     steps: int | None = None,
 ) -> ContactResult:
-    """Contact of two bodies under one drive (reached in `steps`, default 1 without friction, 10 with) or a sequence of
-    drives.
+    """Contact of two bodies under one control (reached in `steps`, default 1 without friction, 10 with) or a sequence
+    of controls.
 
     Raises PairingError, LoadError, EquilibriumError, ConvergenceError with what is wrong and what to do.
     """
     refuse_bad_friction(friction)
-    drives = _load_steps(drive, steps, friction)
+    controls = _load_steps(control, steps, friction)
     clock = dict.fromkeys(("zone", "mesh", "factorise", "condense", "steps"), 0.0)
     reach = settings.reach or moving.outline.size / 2
     tick = time.perf_counter()
-    moving, drives, closing, near = _bring_into_contact(fixed, moving, drives, reach)
-    greatest = max((d for d in drives if not _zero(d)), key=lambda d: np.nansum(np.abs(d.load)), default=None)
+    moving, controls, initial_approach, near = _bring_into_contact(fixed, moving, controls, reach)
+    greatest = max((d for d in controls if not _zero(d)), key=lambda d: np.nansum(np.abs(d.load)), default=None)
     patches = [] if greatest is None else estimate_patches(fixed, moving, greatest, friction, reach, near)
     clock["zone"] = time.perf_counter() - tick
     for _ in range(settings.rounds):
-        result = _solve_on_mesh(fixed, moving, drives, friction, settings, patches, reach, clock)
+        result = _solve_on_mesh(fixed, moving, controls, friction, settings, patches, reach, clock)
         unresolved, patches = _unresolved(result, patches, settings)
         if not unresolved:
             break
-    result.closing, result.seconds = closing, clock
+    result.initial_approach, result.seconds = initial_approach, clock
     result.warnings += trust_warnings(result)
     if unresolved:
         result.warnings.append(f"{len(unresolved)} patches are coarser than asked for after {settings.rounds} rounds")
@@ -239,7 +251,7 @@ def solve_contact(
     return result
 
 
-def _solve_on_mesh(fixed, moving, drives, friction, settings, patches, reach, clock) -> ContactResult:
+def _solve_on_mesh(fixed, moving, controls, friction, settings, patches, reach, clock) -> ContactResult:
     ticks = [time.perf_counter()]
     carrier = "fixed" if fixed.material.plane_modulus < 0.999 * moving.material.plane_modulus else "moving"
     sizes = [settings.size or element_size(p.sharpness, settings.accuracy) for p in patches]
@@ -271,11 +283,11 @@ def _solve_on_mesh(fixed, moving, drives, friction, settings, patches, reach, cl
     for patch in patches:
         near = np.hypot(*(interface.points[:, None] - patch.points).T).min(axis=0) < 0.3 * patch.half_width
         start[near] = STICK if friction > 0 else FORWARD
-    states = _march(system, drives, friction, start if (start != OPEN).any() else None)
+    states = _march(system, controls, friction, start if (start != OPEN).any() else None)
     ticks.append(time.perf_counter())
     for name, spent in zip(("mesh", "factorise", "condense", "steps"), np.diff(ticks)):
         clock[name] += spent
-    return ContactResult(interface, system, pillar, mover, carrier, np.zeros(2), drives, states, friction)
+    return ContactResult(interface, system, pillar, mover, carrier, np.zeros(2), controls, states, friction)
 
 
 def _share(slave: Body, master: Body) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from bem.checks import point_text
 from bem.plane.body import CondensedBody
 from bem.plane.boundary import BoundarySolution
-from bem.plane.coulomb import STICK, ContactState, ContactSystem, Drive
+from bem.plane.coulomb import STICK, ContactState, ContactSystem, Control
 from bem.plane.pairing import Interface
 from bem.plane.zone import runs
 
@@ -35,8 +35,9 @@ class ContactResult:
 
     carrier : "moving" or "fixed", the body whose mesh carries the tractions; its normals and tangents are the
         interface's
-    closing : (2,) [m] translation of the moving body that brought it to touch before loading; coordinates are after it
-    steps   : one ContactState per drive: pressure, shear on the carrier along its tangent, gap, slip of the carrier
+    initial_approach : (2,) [m] translation of the moving body that brought it into contact before loading; coordinates
+        are after it
+    steps   : one ContactState per control: pressure, shear on the carrier along its tangent, gap, slip of the carrier
         over the other
     warnings : what to know before trusting it; seconds : time by stage
     """
@@ -46,8 +47,8 @@ class ContactResult:
     fixed: CondensedBody
     moving: CondensedBody
     carrier: str
-    closing: np.ndarray
-    drives: list[Drive]
+    initial_approach: np.ndarray
+    controls: list[Control]
     steps: list[ContactState]
     friction: float
     warnings: list[str] = field(default_factory=list)
@@ -55,7 +56,7 @@ class ContactResult:
 
     @property
     def last(self) -> ContactState:
-        """State after the last drive."""
+        """State after the last control."""
         return self.steps[-1]
 
     @property
@@ -107,7 +108,7 @@ class ContactResult:
         ]
 
     def solution(self, body: str, step: int = -1) -> BoundarySolution:
-        """Field of the "fixed" or the "moving" body at a step, for bem.plane.internal (without the closing
+        """Field of the "fixed" or the "moving" body at a step, for bem.plane.internal (without the initial approach
         translation)."""
         if body not in ("fixed", "moving"):
             raise ValueError(f"body {body!r}: there are 'fixed' and 'moving'")
@@ -117,10 +118,10 @@ class ContactResult:
         return self.moving.solution(amplitude, self.steps[step].motion, np.zeros(2))
 
 
-def _edge(points: np.ndarray, pressure: np.ndarray, node: int, way: int, count: int) -> np.ndarray:
+def _edge(points: np.ndarray, pressure: np.ndarray, node: int, direction: int, count: int) -> np.ndarray:
     """Where the square of a quantity, linear over the last two nodes of a run, vanishes; at most one element
     outward."""
-    outside, inside = node + way, node - way
+    outside, inside = node + direction, node - direction
     if not 0 <= outside < len(points) or pressure[outside] > 0:
         return points[node]
     fraction = 0.5
@@ -145,8 +146,8 @@ def trust_warnings(result: ContactResult) -> list[str]:
                 f"the patch at {point_text(patch.begin)} m has {len(patch.nodes)} nodes: below 6 its pressure is rough;"
                 " ask for a smaller size"
             )
-    overlap, driven = -result.interface.gap.min(), not result.drives[-1].loaded[:2].any()
-    if overlap > _OVERLAP * min(result.fixed.body.outline.size, result.moving.body.outline.size) and driven:
+    overlap, controlled = -result.interface.gap.min(), not result.controls[-1].loaded[:2].any()
+    if overlap > _OVERLAP * min(result.fixed.body.outline.size, result.moving.body.outline.size) and controlled:
         notes.append(
             f"the bodies overlap by {overlap:.4g} m as placed: with a motion prescribed, that presses them too"
         )

@@ -4,7 +4,7 @@ At each node: pressure p and shear traction q on the slave, gap g and slip s (sl
 
     [g; s] = [gap_0; 0] + compliance [p; q] + rigid motion            motion: (x, y, rotation) of the slave
     p >= 0, g >= 0, p g = 0;   |q| <= mu p;   q = -mu p sign(s - s_before) where they differ
-    forces [p; q] + load = 0 for the components of the motion that are driven by a load
+    forces [p; q] + load = 0 for the components of the motion that are controlled by a load
 
 The states (open, stick, slip forward or backward) are found by block principal pivoting: all nodes that contradict
 their state change together; when that no longer makes progress, one at a time (Judice and Pires 1994, for friction
@@ -60,8 +60,8 @@ class ContactSystem:
 
 
 @dataclass(frozen=True)
-class Drive:
-    """What drives the slave: for x, y and rotation either a motion [m, m, rad] or a load [N/m, N/m, N]; the other is
+class Control:
+    """What controls the slave: for x, y and rotation either a motion [m, m, rad] or a load [N/m, N/m, N]; the other is
     nan."""
 
     motion: np.ndarray
@@ -72,7 +72,7 @@ class Drive:
         if motion.shape != (3,) or load.shape != (3,):
             raise EquilibriumError(
                 f"motion and load have the shapes {motion.shape} and {load.shape}: give three components each, x, y and"
-                " rotation (Drive.of does)"
+                " rotation (Control.of does)"
             )
         if np.any(np.isnan(motion) == np.isnan(load)) or np.isinf([motion, load]).any():
             raise EquilibriumError(
@@ -82,8 +82,8 @@ class Drive:
     @classmethod
     def of(
         cls, force=(None, None), motion=(None, None), rotation: float | None = 0.0, moment: float | None = None
-    ) -> Drive:
-        """Drive from components; what has neither force nor motion is kept from moving."""
+    ) -> Control:
+        """Control from components; what has neither force nor motion is kept from moving."""
         if any(not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 for pair in (force, motion)):
             raise EquilibriumError(f"force {force!r}, motion {motion!r}: give (x, y), each a number or None")
         loads = [*force, moment]
@@ -101,7 +101,7 @@ class Drive:
 
     @property
     def loaded(self) -> np.ndarray:
-        """(3,) bool: driven by a load."""
+        """(3,) bool: controlled by a load."""
         return np.isnan(self.motion)
 
 
@@ -129,12 +129,12 @@ def _solve_regular(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return lu_solve(factors, right, overwrite_b=True, check_finite=False)
 
 
-def _solve_linear(system: ContactSystem, drive: Drive, friction: np.ndarray, before: np.ndarray, state: np.ndarray):
+def _solve_linear(system: ContactSystem, control: Control, friction: np.ndarray, before: np.ndarray, state: np.ndarray):
     """Pressures, shears and motion for given states; equations are scaled so that all unknowns are of one size."""
     n = system.nodes
     closed, stick = np.flatnonzero(state != OPEN), np.flatnonzero(state == STICK)
-    loaded = np.flatnonzero(drive.loaded)
-    known = np.nan_to_num(drive.motion)
+    loaded = np.flatnonzero(control.loaded)
+    known = np.nan_to_num(control.motion)
     if not len(closed) and not len(loaded):
         return np.zeros(n), np.zeros(n), known
     unit = np.abs(np.diag(system.compliance)[:n]).mean()
@@ -151,7 +151,8 @@ def _solve_linear(system: ContactSystem, drive: Drive, friction: np.ndarray, bef
     matrix[:a, a:] = system.motion[np.ix_(rows, loaded)] / arm[loaded]
     matrix[a:, :a] = force[loaded] / (length * arm[loaded])[:, None]
     right = np.r_[
-        -(np.r_[system.gap, -before] + system.motion @ known)[rows] / unit, -drive.load[loaded] / (length * arm[loaded])
+        -(np.r_[system.gap, -before] + system.motion @ known)[rows] / unit,
+        -control.load[loaded] / (length * arm[loaded]),
     ]
     answer = _solve_regular(matrix, right)
     pressure, shear, motion = np.zeros(n), np.zeros(n), known.copy()
@@ -169,16 +170,16 @@ def _contradictions(pressure, shear, gap, slipped, state, friction, unit):
     wanted, size = state.copy(), np.zeros(len(state))
     pull = (state != OPEN) & (pressure < -tolerance)
     # a sticking node that is pulled first slips: its shear, not its pressure, may be what is wrong
-    rough = np.isinf(friction)
-    against = np.where(rough, STICK, np.where(slipped > 0, BACKWARD, FORWARD))
-    wanted[pull] = np.where((state == STICK) & (shear != 0) & ~rough, np.where(shear > 0, FORWARD, BACKWARD), OPEN)[
+    no_slip = np.isinf(friction)
+    against = np.where(no_slip, STICK, np.where(slipped > 0, BACKWARD, FORWARD))
+    wanted[pull] = np.where((state == STICK) & (shear != 0) & ~no_slip, np.where(shear > 0, FORWARD, BACKWARD), OPEN)[
         pull
     ]
     size[pull] = -pressure[pull]
     overlap = (state == OPEN) & (-gap / unit > tolerance)
     wanted[overlap], size[overlap] = against[overlap], -gap[overlap] / unit
-    excess = np.abs(shear) - np.where(rough, 0.0, friction) * np.maximum(pressure, 0)
-    slide = (state == STICK) & ~pull & ~rough & (excess > tolerance)
+    excess = np.abs(shear) - np.where(no_slip, 0.0, friction) * np.maximum(pressure, 0)
+    slide = (state == STICK) & ~pull & ~no_slip & (excess > tolerance)
     wanted[slide], size[slide] = np.where(shear > 0, FORWARD, BACKWARD)[slide], excess[slide]
     along = np.where(np.abs(state) == 1, state, 0) * slipped / unit
     back = (along > tolerance) & ~pull & (friction > 0)
@@ -188,7 +189,7 @@ def _contradictions(pressure, shear, gap, slipped, state, friction, unit):
 
 def solve_step(
     system: ContactSystem,
-    drive: Drive,
+    control: Control,
     friction: float | np.ndarray,
     before: np.ndarray | None = None,
     state: np.ndarray | None = None,
@@ -203,18 +204,18 @@ def solve_step(
     """
     friction = np.broadcast_to(np.asarray(friction, float), system.nodes)
     try:
-        return _pivot(system, drive, friction, before, state, limit)
+        return _pivot(system, control, friction, before, state, limit)
     except ConvergenceError:
         if not 1 < friction.max() < np.inf:
             raise
-        rough = _pivot(system, drive, np.where(friction > 1, np.inf, friction), before, state, limit)
+        no_slip = _pivot(system, control, np.where(friction > 1, np.inf, friction), before, state, limit)
         # high friction: from where nothing slides
-        return _pivot(system, drive, friction, before, rough.state, limit)
+        return _pivot(system, control, friction, before, no_slip.state, limit)
 
 
 def _pivot(
     system: ContactSystem,
-    drive: Drive,
+    control: Control,
     friction: np.ndarray,
     before: np.ndarray | None,
     state: np.ndarray | None,
@@ -225,13 +226,13 @@ def _pivot(
     before = np.zeros(n) if before is None else before
     closed = np.where(friction > 0, STICK, FORWARD)
     state = closed.copy() if state is None else state.copy()
-    if drive.loaded.any() and not (state != OPEN).any():
+    if control.loaded.any() and not (state != OPEN).any():
         state = closed.copy()
     unit = np.abs(np.diag(system.compliance)[:n]).mean()
     fewest, patience = 3 * n + 1, 8
     limit = limit or 60 + 4 * n
     for iteration in range(1, limit + 1):
-        pressure, shear, motion = _attempt(system, drive, friction, before, state)
+        pressure, shear, motion = _attempt(system, control, friction, before, state)
         moved = system.compliance @ np.r_[pressure, shear] + system.motion @ motion
         gap, slip = system.gap + moved[:n], moved[n:]
         wanted, size = _contradictions(pressure, shear, gap, slip - before, state, friction, unit)
@@ -245,7 +246,7 @@ def _pivot(
         change = wrong if patience > 0 else wrong[[np.argmax(size[wrong])]]
         following = state.copy()
         following[change] = wanted[change]
-        state = _keep_hold(following, state, pressure, shear, friction, drive)
+        state = _keep_hold(following, state, pressure, shear, friction, control)
     remedy = (
         f"lower the friction {friction.max():g}" if friction.max() <= 1 else "give the friction of dry bodies, below 1"
     )
@@ -255,13 +256,15 @@ def _pivot(
     )
 
 
-def _attempt(system, drive, friction, before, state):
+def _attempt(system, control, friction, before, state):
     try:
-        return _solve_linear(system, drive, friction, before, state)
+        return _solve_linear(system, control, friction, before, state)
     except LinAlgError:
         loads = ", ".join(
             f"{name} {value:.4g} {unit}"
-            for name, value, unit, loaded in zip(("x", "y", "moment"), drive.load, ("N/m", "N/m", "N"), drive.loaded)
+            for name, value, unit, loaded in zip(
+                ("x", "y", "moment"), control.load, ("N/m", "N/m", "N"), control.loaded
+            )
             if loaded
         )
         raise EquilibriumError(
@@ -271,8 +274,8 @@ def _attempt(system, drive, friction, before, state):
         ) from None
 
 
-def _keep_hold(state, former, pressure, shear, friction, drive):
-    """Load-driven bodies must touch somewhere: if every node would open, keep the one that is pressed most."""
-    if drive.loaded.any() and not (state != OPEN).any():
+def _keep_hold(state, former, pressure, shear, friction, control):
+    """Load-controlled bodies must touch somewhere: if every node would open, keep the one that is pressed most."""
+    if control.loaded.any() and not (state != OPEN).any():
         state[np.argmax(pressure)] = former[np.argmax(pressure)]
     return state

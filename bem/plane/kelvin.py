@@ -28,7 +28,7 @@ import numpy as np
 from kernel_cache import njit
 
 _FAR = 25.0  # |eta|^2 beyond which the series is used: 11 terms give 25^-11 = 4e-16
-_TOUCH = 1e-9  # a point nearer than this (in half lengths) to an element lies on its left side
+_ON_CORNER = 1e-9  # a point nearer than this (in half lengths) to an element lies on its left side
 _K = np.arange(14)
 _ODD = 1 / (2 * _K + 1)  # series of Lambda
 _PAIR = 1 / ((2 * _K + 1) * (2 * _K + 3))  # series of the rising weight
@@ -120,9 +120,9 @@ def _log_integrals(eta, size):
 def _local(point, middle, to_local):
     """Point in the frame of the element, scaled to (-1, 1); points on the element are put on its left side."""
     eta = (point - middle) * to_local
-    if abs(eta.imag) < _TOUCH and abs(eta.real) < 1.0 + _TOUCH:
+    if abs(eta.imag) < _ON_CORNER and abs(eta.real) < 1.0 + _ON_CORNER:
         x = eta.real
-        if abs(abs(x) - 1.0) < _TOUCH:
+        if abs(abs(x) - 1.0) < _ON_CORNER:
             x = 1.0 if x > 0 else -1.0
         return complex(x, 0.0)
     return eta

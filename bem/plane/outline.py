@@ -59,7 +59,7 @@ def _first_crossing(a, b, loop, position):
     return -1, -1
 
 
-def _meeting(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+def _crossing_point(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
     """Where segments a-b and c-d (2,) [m] that meet do so; of segments on one line, an end that lies on the other."""
     along, other = b - a, d - c
     turn = along[0] * other[1] - along[1] * other[0]
@@ -143,7 +143,7 @@ class Outline:
         position = np.concatenate([np.arange(len(polygon)) for polygon in polygons])
         i, j = _first_crossing(begin, end, loop, position)
         if i >= 0:
-            position_met = point_text(_meeting(begin[i], end[i], begin[j], end[j]))
+            position_met = point_text(_crossing_point(begin[i], end[i], begin[j], end[j]))
             raise OutlineError(
                 f"the outline crosses or touches itself near {position_met} m (segment {position[i]} of loop {loop[i]}"
                 f" and segment {position[j]} of loop {loop[j]}): repair the profile or remove its loop"

@@ -36,7 +36,7 @@ class Feet:
     gap: np.ndarray
 
 
-def meet(
+def intersect(
     points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.ndarray, reach: float, behind: float = 1.0
 ) -> Feet:
     """Nearest meeting, ahead or behind, of lines through points (m, 2) along unit normals with segments (k, 2) that
@@ -46,7 +46,7 @@ def meet(
     Meetings farther than `reach` [m] ahead, or `behind` times that behind, do not count.
     """
     arrays = (np.ascontiguousarray(array, dtype=float) for array in (points, normals, begin, end))
-    return Feet(*_meet(*arrays, reach, behind))
+    return Feet(*_intersect(*arrays, reach, behind))
 
 
 _SLACK = 1e-9  # of a segment's length, by which a meeting may lie beyond its ends
@@ -54,7 +54,7 @@ NEWTON = 4  # steps along a curve
 
 
 @njit(cache=True, nogil=True)
-def _meet(points, normals, begin, end, reach, behind):
+def _intersect(points, normals, begin, end, reach, behind):
     count = len(points)
     found, segment, fraction, gap = (
         np.zeros(count, np.bool_),
@@ -113,7 +113,7 @@ def smooth_feet(
     parameter = [np.unique(np.r_[c.knots, np.linspace(0, c.length, 65)]) for c in curves]
     samples = [c.at(s) for c, s in zip(curves, parameter)]
     owner = np.concatenate([np.full(len(s) - 1, k) for k, s in enumerate(parameter)])
-    feet = meet(
+    feet = intersect(
         points, normals, np.vstack([s[:-1] for s in samples]), np.vstack([s[1:] for s in samples]), reach, behind
     )
     low, high = np.concatenate([s[:-1] for s in parameter]), np.concatenate([s[1:] for s in parameter])
@@ -230,7 +230,7 @@ def pair(
     chain = _Chain(master, master_face)
     begin, end = chain.vertices()
     candidates = slave.of_edge(slave_face)
-    feet = meet(slave.middles[candidates], slave.normals[candidates], begin, end, reach, BEHIND)
+    feet = intersect(slave.middles[candidates], slave.normals[candidates], begin, end, reach, BEHIND)
     gap, facing = smooth_feet(
         slave.middles[candidates], slave.normals[candidates], master_outline.edge_curves(master_face), reach, BEHIND
     )
@@ -268,14 +268,14 @@ def _element_feet(
     carries[nodes] = True
     used = np.flatnonzero(carries[slave.first] | carries[slave.last])
     for side, vertex, density in ((0, used, slave.first[used]), (1, slave.following[used], slave.last[used])):
-        feet = meet(slave.vertices[vertex], slave.normals[density], begin, end, reach, BEHIND)
+        feet = intersect(slave.vertices[vertex], slave.normals[density], begin, end, reach, BEHIND)
         along = chain.begin[feet.segment] + feet.fraction * (chain.end - chain.begin)[feet.segment]
         position[used, side] = np.where(feet.found, along, np.nan)
     # a node met the master though neither end of its element did
     inner = np.isnan(position[used]).all(axis=1)
     for e in used[inner]:
         both = [slave.first[e], slave.last[e]]
-        feet = meet(slave.middles[both], slave.normals[both], begin, end, reach, BEHIND)
+        feet = intersect(slave.middles[both], slave.normals[both], begin, end, reach, BEHIND)
         along = chain.begin[feet.segment] + feet.fraction * (chain.end - chain.begin)[feet.segment]
         position[e] = along[feet.found].mean() if feet.found.any() else np.nan
     return position

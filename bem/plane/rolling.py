@@ -13,11 +13,11 @@ import numpy as np
 
 from bem.checks import refuse_unless_finite
 from bem.plane.contact import ContactResult
-from bem.plane.coulomb import OPEN, STICK, ContactState, ContactSystem, Drive, refuse_bad_friction, solve_step
+from bem.plane.coulomb import OPEN, STICK, ContactState, ContactSystem, Control, refuse_bad_friction, solve_step
 
 
 class RollingError(ValueError):
-    """Rolling that is not defined: what drives it, or which way it goes."""
+    """Rolling that is not defined: what moves it, or which way it goes."""
 
 
 def rolling_system(system: ContactSystem, distance: np.ndarray, leading: np.ndarray) -> ContactSystem:
@@ -40,7 +40,7 @@ def solve_rolling(
     tangential_load: float | None = None,
     forward: int = 1,
 ) -> tuple[ContactState, float]:
-    """Steady rolling of a contact that has been pressed together (its last drive is kept in y and rotation).
+    """Steady rolling of a contact that has been pressed together (its last control is kept in y and rotation).
 
     creepage        : slave's surface velocity over the master's along the slave's tangent, over the rolling speed, or
         None
@@ -64,11 +64,11 @@ def solve_rolling(
     leading = np.clip(np.arange(n) + forward, 0, n - 1)
     distance = np.hypot(*(points[leading] - points).T)
     distance[leading == np.arange(n)] = distance[distance > 0].mean()
-    last = pressed.drives[-1]
-    drive = Drive(
+    last = pressed.controls[-1]
+    control = Control(
         np.r_[np.nan if creepage is None else creepage, last.motion[1:]],
         np.r_[np.nan if tangential_load is None else tangential_load, last.load[1:]],
     )
     start = np.where(pressed.last.state == OPEN, OPEN, STICK)
-    state = solve_step(rolling_system(pressed.system, distance, leading), drive, friction, state=start)
+    state = solve_step(rolling_system(pressed.system, distance, leading), control, friction, state=start)
     return state, float(state.motion[0])

@@ -16,7 +16,7 @@ import numpy as np
 from bem.material import contact_modulus
 from bem.plane.body import Body
 from bem.plane.boundary import EquilibriumError
-from bem.plane.coulomb import ContactState, ContactSystem, ConvergenceError, Drive, solve_step
+from bem.plane.coulomb import ContactState, ContactSystem, Control, ConvergenceError, solve_step
 from bem.plane.kelvin import displacement_integrals
 from bem.plane.mesh import BoundaryMesh, Sizing, Zone, mesh_outline
 from bem.plane.outline import CORNER, Outline
@@ -93,7 +93,7 @@ def _half_plane_system(
 
 
 def _estimate_once(
-    master: Body, slave: Body, drive: Drive, friction: float, size, reach: float
+    master: Body, slave: Body, control: Control, friction: float, size, reach: float
 ) -> list[EstimatedPatch]:
     mesh = mesh_outline(slave.outline, size)
     nodes = mesh.of_edge(slave.face)
@@ -107,7 +107,7 @@ def _estimate_once(
     level = 2 * max(master.outline.size, slave.outline.size)
     system = _half_plane_system(mesh, nodes, gap, contact_modulus(master.material, slave.material), level)
     pressed = (system.forces[:, : len(nodes)] != 0).any(axis=0)  # a node without an element on the face carries nothing
-    state = _estimated_state(_of_nodes(system, pressed), drive, friction)
+    state = _estimated_state(_of_nodes(system, pressed), control, friction)
     points = mesh.middles[nodes][pressed]
     feet = points + gap[pressed, None] * mesh.normals[nodes][pressed]
     found = []
@@ -123,20 +123,20 @@ def _estimate_once(
     return found
 
 
-def _estimated_state(system: ContactSystem, drive: Drive, friction: float) -> ContactState:
+def _estimated_state(system: ContactSystem, control: Control, friction: float) -> ContactState:
     """With friction nothing slides; where that has no consistent states, as with rough faces, and the load allows it,
     everything does."""
     if friction > 0:
         try:
-            return solve_step(system, drive, np.inf)
+            return solve_step(system, control, np.inf)
         except ConvergenceError as failure:
             try:
-                return solve_step(system, drive, 0.0)
+                return solve_step(system, control, 0.0)
             except EquilibriumError:
                 raise ConvergenceError(
                     f"the estimate of the contact zone, in which nothing slides: {failure}"
                 ) from None
-    return solve_step(system, drive, 0.0)
+    return solve_step(system, control, 0.0)
 
 
 def _of_nodes(system: ContactSystem, chosen: np.ndarray) -> ContactSystem:
@@ -147,9 +147,9 @@ def _of_nodes(system: ContactSystem, chosen: np.ndarray) -> ContactSystem:
 
 
 def estimate_patches(
-    master: Body, slave: Body, drive: Drive, friction: float, reach: float, near: np.ndarray, enough: int = 12
+    master: Body, slave: Body, control: Control, friction: float, reach: float, near: np.ndarray, enough: int = 12
 ) -> list[EstimatedPatch]:
-    """Patches of half-planes under a drive, each resolved by at least `enough` samples; empty where nothing touches.
+    """Patches of half-planes under a control, each resolved by at least `enough` samples; empty where nothing touches.
 
     near : (m, 2) [m] positions where the faces are nearest, sampled finely from the start so that no narrow patch is
         missed
@@ -158,7 +158,7 @@ def estimate_patches(
     size: object = Sizing(slave.outline.size / 60, start, 0.4)
     patches = []
     for _ in range(12):
-        patches = _estimate_once(master, slave, drive, friction, size, reach)
+        patches = _estimate_once(master, slave, control, friction, size, reach)
         if all(len(patch.points) >= 2 * enough for patch in patches):
             break
         size = Sizing(

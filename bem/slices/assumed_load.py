@@ -27,12 +27,12 @@ from scipy.spatial import cKDTree
 
 from bem.exact.hertz import point_contact
 from bem.halfspace.coarse import relative_change
-from bem.halfspace.input import check_drive, strain_warning
+from bem.halfspace.input import check_control, strain_warning
 from bem.material import contact_modulus
 from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.contact_result import ContactResult
-from bem.plane.coulomb import Drive, solve_step
+from bem.plane.coulomb import Control, solve_step
 from bem.plane.zone import runs
 from bem.slices.coupled import SlicePatch
 from bem.slices.slices import SliceGap, Slices
@@ -82,7 +82,7 @@ def loaded_slices(
     do.
     """
     started = time.perf_counter()
-    check_drive(load, None)
+    check_control(load, None)
     _check(slices, load, sharing, semi_length, cells)
     gap = SliceGap(slices)
     semi_length = semi_length or hertz_of(gap, load).semi_x
@@ -112,7 +112,7 @@ def hertz_of(gap: SliceGap, load: float):
 
 
 def _radii(gap: SliceGap, chord: np.ndarray) -> np.ndarray:
-    across = np.array([-chord[1], 0.0, chord[1]]) + gap.touch[0]
+    across = np.array([-chord[1], 0.0, chord[1]]) + gap.first_point[0]
     along = np.array([-chord[0], 0.0, chord[0]])
     x, y = np.meshgrid(along, across, indexing="ij")
     g = gap(x, y)
@@ -129,7 +129,7 @@ def _radii(gap: SliceGap, chord: np.ndarray) -> np.ndarray:
 def _check(slices: Slices, load: float, sharing: Sharing, semi_length: float | None, cells: tuple[int, int]) -> None:
     if not load > 0:
         raise ContactInputError(
-            f"load {load!r} N: slices driven by load need a load > 0; for the empty patch of 0 N use slice_contact"
+            f"load {load!r} N: slices controlled by load need a load > 0; for the empty patch of 0 N use slice_contact"
         )
     if not (callable(sharing) or sharing in ("elliptic", "parabolic")):
         raise ContactInputError(f"sharing {sharing!r}: give 'elliptic', 'parabolic' or a function of x [m]")
@@ -137,10 +137,10 @@ def _check(slices: Slices, load: float, sharing: Sharing, semi_length: float | N
         raise ContactInputError(
             f"semi_length {semi_length!r} m: give half the patch's length, a finite positive number"
         )
-    if slices.way != (0.0, -1.0):
+    if slices.direction != (0.0, -1.0):
         raise ContactInputError(
-            f"way {slices.way}: slices driven by load press along (0, -1); turn both bodies so that this is their"
-            " approach"
+            f"direction {slices.direction}: slices controlled by load press along (0, -1); turn both bodies so that"
+            " this is their approach"
         )
     if cells[0] < 1 or cells[1] < 4:
         raise ContactInputError(f"cells {cells}: give at least 1 slice and 4 cells across")
@@ -173,7 +173,7 @@ def _solve(
     points, normals = gap.face(grid.y)
     pressure = np.sqrt(np.maximum([np.interp(grid.y, y[order], row) for row in squares], 0.0))
     # cells hold what the elements carry
-    pressure *= load / ((pressure @ -(normals @ np.array(gap.slices.way))).sum() * grid.cell_area)
+    pressure *= load / ((pressure @ -(normals @ np.array(gap.slices.direction))).sum() * grid.cell_area)
     pressed = np.any(squares > 0, axis=0)
     coarsest = np.diff(y[order])[pressed[1:] | pressed[:-1]].max()
     notes = (
@@ -196,8 +196,8 @@ def _solve(
         warnings=notes,
         points=points,
         normals=normals,
-        way=np.array(gap.slices.way),
-        closing=gap.closing,
+        direction=np.array(gap.slices.direction),
+        initial_approach=gap.initial_approach,
         slice_approach=np.array([-state.motion[1] for state in states]),
     )
 
@@ -205,10 +205,10 @@ def _solve(
 def _plane_contact(gap: SliceGap, line_load: float, across: int) -> tuple[float, ContactResult]:
     """Element size [m] and contact of the middle slice under the largest line load: first coarse for its width, then at
     that size."""
-    drive = Drive.of(force=(None, -line_load))
-    coarse = solve_contact(gap.slices.lower, gap.upper, drive, settings=Settings(accuracy=0.05))
+    control = Control.of(force=(None, -line_load))
+    coarse = solve_contact(gap.slices.lower, gap.upper, control, settings=Settings(accuracy=0.05))
     size = sum(patch.width for patch in coarse.patches()) / max(across - 2 * _MARGIN, 4)
-    return size, solve_contact(gap.slices.lower, gap.upper, drive, settings=Settings(size=size))
+    return size, solve_contact(gap.slices.lower, gap.upper, control, settings=Settings(size=size))
 
 
 def _coordinates(gap: SliceGap, points: np.ndarray) -> np.ndarray:
@@ -234,7 +234,7 @@ def _slices(gap: SliceGap, plane: ContactResult, x: np.ndarray, y: np.ndarray, l
         state = start
         for k in positions:
             system = replace(plane.system, gap=plane.system.gap + change[k])
-            states[k] = solve_step(system, Drive.of(force=(None, -line_load[k])), 0.0, state=state)
+            states[k] = solve_step(system, Control.of(force=(None, -line_load[k])), 0.0, state=state)
             state = states[k].state
     return states
 
@@ -243,8 +243,8 @@ def _squares(y: np.ndarray, pressure: np.ndarray) -> np.ndarray:
     """Pressure squared at nodes in order; beside each run of pressed nodes the square is led on linearly below zero."""
     squares = pressure**2
     for run in runs(pressure > 0):
-        for edge, way in ((run[0], -1), (run[-1], 1)):
-            outside, inside = edge + way, edge - way
+        for edge, direction in ((run[0], -1), (run[-1], 1)):
+            outside, inside = edge + direction, edge - direction
             if 0 <= outside < len(y) and pressure[outside] <= 0:
                 slope = (
                     (squares[edge] - squares[inside]) / abs(y[edge] - y[inside])

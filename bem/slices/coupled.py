@@ -1,13 +1,13 @@
-"""Contact patch by slices, driven by displacement: the 2.5D method (b).
+"""Contact patch by slices, controlled by displacement: the 2.5D method (b).
 
 Each slice has its own gap, measured between the bodies' sections there. All slices share one approach; how the load is
 shared along the patch comes out and is not assumed. Slices feel each other through the elastic bodies:
 
-    displacement = half-space (three-dimensional, all cells)  +  rest of each body's cross-section (three-dimensional
-    prism)
+    displacement = half-space (three-dimensional, all cells)  +  correction of each body's cross-section
+    (three-dimensional prism)
 
-The rest holds what a half-space has not: the curvature of conforming faces, the nearness of an edge, the depth of the
-body and how it is held. It is found by boundary elements in the section, wavenumber by wavenumber
+The correction holds what a half-space has not: the curvature of conforming faces, the nearness of an edge, the depth of
+the body and how it is held. It is found by boundary elements in the section, wavenumber by wavenumber
 (bem/slices/section_flexibility.py).
 
 Three-dimensional: the gap in every slice, the elasticity of both bodies as prisms of their section at x = 0, and with
@@ -16,10 +16,11 @@ plane-strain one's (bem/plane/contact.py). The gap is that of the undeformed bod
 turns: on a steep face they slide along each other by more than the patch's depth while they close. Not
 three-dimensional: the bodies' elasticity does not know that their sections change along x (a wheel's roundness, a nose
 that widens), nor their ends; the normal's component along x is neglected (x/R); pressures act along the lower face's
-normals, and developed lengths along it take the place of distances in the half-space's share, which the rest makes up
-for. No friction. Source of the idea: displacement-driven slices are the further work named in the thesis, chapter
-6.2.4.
-Error: half-space: bem/halfspace/pressure.py; rest: second order in the station spacing (tests/bem/test_slices.py).
+normals, and developed lengths along it take the place of distances in the half-space's share, which the correction
+makes up for. No friction. Source of the idea: displacement-controlled slices are the further work named in the thesis,
+chapter 6.2.4.
+Error: half-space: bem/halfspace/pressure.py; correction: second order in the station spacing
+(tests/bem/test_slices.py).
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ import numpy as np
 from scipy import fft
 
 from bem.halfspace.coarse import coarse_grid, error_bound
-from bem.halfspace.input import check_cells, check_drive, check_inside, strain_warning
-from bem.halfspace.placing import Window, evaluate_gap, place_grid, widened
+from bem.halfspace.input import check_cells, check_control, check_inside, strain_warning
+from bem.halfspace.positioning import Window, evaluate_gap, position_grid, widened
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
 from bem.material import Pair
 from bem.patch import ContactInputError, Cost, ErrorEstimate, Grid, NoContactError, Patch
@@ -57,14 +58,14 @@ class SlicePatch(Patch):
     gap : along the lower face's normals at the approach, and led back from there in a line: closed by approach * cosine
     points, normals : (ny, 2) [m] where the grid's lateral coordinate lies in the section, and the lower face's outward
         normals
-    way : (2,) direction of the approach; seconds : time by stage; closing : (2,) [m] move of the upper body to touch at
-        x = 0
+    direction : (2,) direction of the approach; seconds : time by stage; initial_approach : (2,) [m] move of the upper
+        body into contact at x = 0
     """
 
     points: np.ndarray | None = None
     normals: np.ndarray | None = None
-    way: np.ndarray | None = None
-    closing: np.ndarray | None = None
+    direction: np.ndarray | None = None
+    initial_approach: np.ndarray | None = None
     seconds: dict[str, float] | None = None
 
     @property
@@ -79,33 +80,33 @@ class SlicePatch(Patch):
     @property
     def line_load(self) -> np.ndarray:
         """(nx,) load along the approach in each slice [N/m]."""
-        return self.pressure @ -(self.normals @ self.way) * self.grid.dy
+        return self.pressure @ -(self.normals @ self.direction) * self.grid.dy
 
 
 class SliceOperator(NormalOperator):
-    """Displacement along the approach under loads along the approach: half-space and rests, both divided by the
+    """Displacement along the approach under loads along the approach: half-space and corrections, both divided by the
     cosines.
 
     With P = cosine * pressure and all displacements over the cosine, contact on a curved face has the form of contact
     on a plane.
     """
 
-    def __init__(self, grid: Grid, pair: Pair, rests: list[Flexibility], cosines: np.ndarray) -> None:
+    def __init__(self, grid: Grid, pair: Pair, corrections: list[Flexibility], cosines: np.ndarray) -> None:
         super().__init__(grid, pair)
         self.cosines = cosines
         self._along = fft.next_fast_len(2 * grid.nx, real=True)
-        self._rests = []
-        for rest in rests:
-            kernel = rest.between_slices(grid)
+        self._corrections = []
+        for correction in corrections:
+            kernel = correction.between_slices(grid)
             wrapped = np.zeros((self._along, *kernel.shape[1:]))
             wrapped[: grid.nx] = kernel
             wrapped[self._along - grid.nx + 1 :] = kernel[:0:-1]
-            self._rests.append((rest.interpolation(grid.y), fft.rfft(wrapped, axis=0).real))
+            self._corrections.append((correction.interpolation(grid.y), fft.rfft(wrapped, axis=0).real))
 
-    def rest(self, pressure: np.ndarray) -> np.ndarray:
+    def correction(self, pressure: np.ndarray) -> np.ndarray:
         """(nx, ny) displacement [m] that the cross-sections add, under pressure (nx, ny) [Pa]."""
         total = np.zeros_like(pressure)
-        for positions, spectrum in self._rests:
+        for positions, spectrum in self._corrections:
             loads = fft.rfft(pressure @ positions * self.grid.dy, n=self._along, axis=0)
             moved = fft.irfft(np.einsum("kij,kj->ki", spectrum, loads, optimize=True), n=self._along, axis=0)[
                 : self.grid.nx
@@ -115,7 +116,7 @@ class SliceOperator(NormalOperator):
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
         load = pressure / self.cosines
-        return (super().displacement(load) + self.rest(load)) / self.cosines
+        return (super().displacement(load) + self.correction(load)) / self.cosines
 
     def precondition(self, residual: np.ndarray) -> np.ndarray:
         return super().precondition(residual * self.cosines) * self.cosines
@@ -136,18 +137,18 @@ def slice_contact(
 ) -> SlicePatch:
     """Frictionless contact of the two bodies of `slices`.
 
-    load [N] along slices.way, or approach [m] of the held edges after touch at x = 0: one of them
+    load [N] along slices.direction, or approach [m] of the held edges after contact at x = 0: one of them
     cells    : slices along x, cells across; they are laid over the patch, which is searched for within `length`
                ((x_min, x_max) [m], default as long as the lower face is wide on both sides) and the lower face; or
                `grid`
-    stations : across the patch, where the cross-sections' rest is computed; threads : default all processors of this
-        process
+    stations : across the patch, where the cross-sections' correction is computed; threads : default all processors of
+        this process
     cut      : allow the patch to reach the grid's edge; a patch that reaches the end of a face is always allowed
     estimate : also solve with doubled and fourfold cells and half the stations, for the error estimate
 
     Raises ContactInputError and its kinds, OutlineError, with what is wrong and what to do.
     """
-    check_drive(load, approach)
+    check_control(load, approach)
     cells = check_cells(cells)
     clock = _Clock()
     first, second = slices.upper.material, slices.lower.material
@@ -160,8 +161,8 @@ def slice_contact(
     if given:
         _check_beside_face(grid, gap)
     else:
-        grid = place_grid(problem.gap_along, window, problem.pair, load, approach, cells)
-    clock.stop("placing")
+        grid = position_grid(problem.gap_along, window, problem.pair, load, approach, cells)
+    clock.stop("positioning")
     patch = _solve(problem, grid, window, stations, clock, 1 if given else _MOST_STRETCHES, cut)
     if estimate:
         patch.error = _estimate(problem, patch, stations)
@@ -230,14 +231,14 @@ def _solve(
     problem: _Problem, grid: Grid, window: Window, stations: int, clock: _Clock, attempts: int, cut: bool
 ) -> SlicePatch:
     """Solve on a grid that is stretched as long as it cuts the patch and attempts are left."""
-    low, high, rests = np.inf, -np.inf, []
+    low, high, corrections = np.inf, -np.inf, []
     for attempt in range(attempts):
         width = grid.edges[3] - grid.edges[2]
         if grid.edges[2] < low or grid.edges[3] > high:
             low, high = grid.edges[2] - _ZONE * width, grid.edges[3] + _ZONE * width
-            rests = problem.flexibilities(low, high, width / stations, grid.nx * grid.dx)
+            corrections = problem.flexibilities(low, high, width / stations, grid.nx * grid.dx)
             clock.stop("sections")
-        patch = _solve_on(problem, grid, rests)
+        patch = _solve_on(problem, grid, corrections)
         clock.stop("contact")
         if cut or not _cut(patch, window).any():
             return patch
@@ -258,10 +259,10 @@ def _cut(patch: Patch, window: Window) -> np.ndarray:
     return inner
 
 
-def _solve_on(problem: _Problem, grid: Grid, rests: list[Flexibility]) -> SlicePatch:
+def _solve_on(problem: _Problem, grid: Grid, corrections: list[Flexibility]) -> SlicePatch:
     """Contact on one grid; the gap is taken anew at the approach found until it stays."""
     cosines = problem.cosines(grid.y)
-    operator = SliceOperator(grid, problem.pair, rests, cosines)
+    operator = SliceOperator(grid, problem.pair, corrections, cosines)
     along = _gap_at(problem, grid, problem.approach or 0.0)
     solution = _pressed(problem, operator, along, None)
     iterations, change = solution.iterations, 0.0
@@ -287,7 +288,7 @@ def _solve_on(problem: _Problem, grid: Grid, rests: list[Flexibility]) -> SliceP
         notes += (
             (
                 f"the gap still changes by {change:.1g} of the deepest closure after it was taken anew {_MOST_TURNS}"
-                " times: the bodies slide along each other as far as they close; press along a way nearer to the"
+                " times: the bodies slide along each other as far as they close; press along a direction nearer to the"
                 " face's normal"
             ),
         )
@@ -302,8 +303,8 @@ def _solve_on(problem: _Problem, grid: Grid, rests: list[Flexibility]) -> SliceP
         warnings=notes,
         points=points,
         normals=normals,
-        way=np.array(problem.gap.slices.way),
-        closing=problem.gap.closing,
+        direction=np.array(problem.gap.slices.direction),
+        initial_approach=problem.gap.initial_approach,
     )
 
 
@@ -337,10 +338,10 @@ def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstima
     try:
         low, high = grid.edges[2:]
         width = fine.grid.ny * fine.grid.dy
-        rests = problem.flexibilities(
+        corrections = problem.flexibilities(
             low - _ZONE * width, high + _ZONE * width, 2 * width / stations, grid.nx * grid.dx
         )
-        levels = [fine, _solve_on(problem, grid, rests), _solve_on(problem, coarse_grid(grid), rests)]
+        levels = [fine, _solve_on(problem, grid, corrections), _solve_on(problem, coarse_grid(grid), corrections)]
     except NoContactError:
         return ErrorEstimate()
     normal = [patch.approach if problem.approach is None else patch.normal_force for patch in levels]
@@ -357,18 +358,18 @@ def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstima
 def _untouched(problem: _Problem, grid: Grid, clock: _Clock) -> SlicePatch:
     values = evaluate_gap(problem.gap, grid)
     points, normals = problem.gap.face(grid.y)
-    clock.stop("placing")
+    clock.stop("positioning")
     return SlicePatch(
         grid,
         values,
         np.zeros(grid.shape),
         float(values.min()),
         "2.5D slices",
-        cost=Cost(clock.seconds["placing"], 0, 0),
+        cost=Cost(clock.seconds["positioning"], 0, 0),
         warnings=("load 0 N: the bodies touch without pressure, the patch is empty",),
         points=points,
         normals=normals,
-        way=np.array(problem.gap.slices.way),
-        closing=problem.gap.closing,
+        direction=np.array(problem.gap.slices.direction),
+        initial_approach=problem.gap.initial_approach,
         seconds=clock.seconds,
     )

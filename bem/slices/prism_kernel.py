@@ -10,7 +10,8 @@ nu)), G = k K1 / r, H = (k^2 K0 + 2 G) / r^2, and xn the distance along the norm
     2 pi T_33 = xn (2 c k^2 K0 - G)
 
 For k -> 0 this is plane strain and, apart from it, shear along the prism. The functions below integrate what k adds to
-those two (regular, or a logarithm times a length), by Gauss' rule; the singular rest is exact (bem/plane/kelvin.py).
+those two (regular, or a logarithm times a length), by Gauss' rule; the singular remainder is exact
+(bem/plane/kelvin.py).
 Source: Fourier transform of Kelvin's solution in the form of Papkovich and Neuber; checked against quadrature of
 Kelvin's solution along the line, and T against derivatives of U (tests/bem/test_prism.py).
 """
@@ -26,7 +27,7 @@ _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 @njit(cache=True)
-def bessel_rests(z):
+def bessel_remainders(z):
     """K0(z) + ln(z/2) and z K1(z) - 1 without cancellation for small z; (K0, K1 of scipy to 2e-7 above z = 2)."""
     if z <= 2.0:
         t, log = 0.25 * z * z, np.log(0.5 * z)
@@ -59,12 +60,12 @@ def bessel_rests(z):
 
 
 @njit(cache=True, nogil=True)
-def bessel_rests_of(z):
+def bessel_remainders_of(z):
     """K0(z) + ln(z/2) of an array (m, n) of positive numbers."""
     out = np.empty(z.shape)
     for i in range(z.shape[0]):
         for j in range(z.shape[1]):
-            out[i, j] = bessel_rests(z[i, j])[0]
+            out[i, j] = bessel_remainders(z[i, j])[0]
     return out
 
 
@@ -89,7 +90,7 @@ def add_wave_displacement(points, start, step, first, last, wavenumber, poisson,
                     x, y = points[i, 0] - px, points[i, 1] - py
                     square = x * x + y * y
                     z = wavenumber * np.sqrt(square)
-                    rest0, rest1 = bessel_rests(z)
+                    rest0, rest1 = bessel_remainders(z)
                     bulk, twist = (1 - c) * (rest0 - level) + 0.5 * c, c * rest1 / square
                     out[0, 0, i, hat] += weight * (bulk + twist * x * x)
                     out[1, 1, i, hat] += weight * (bulk + twist * y * y)
@@ -122,12 +123,12 @@ def add_wave_resultants(points, normals, widths, cells, start, step, first, last
                 square = x * x + y * y
                 across = x * nx + y * ny
                 z = wavenumber * np.sqrt(square)
-                rest0, rest1 = bessel_rests(z)
+                rest0, rest1 = bessel_remainders(z)
                 zero = rest0 - np.log(0.5 * z)
-                g_rest = rest1 / square
-                g_whole = g_rest + 1 / square
-                h_rest = (wavenumber**2 * zero + 2 * g_rest) / square
-                skew, bend = (1 - 2 * c) * g_rest, 2 * c * h_rest * across
+                g_remainder = rest1 / square
+                g_whole = g_remainder + 1 / square
+                h_remainder = (wavenumber**2 * zero + 2 * g_remainder) / square
+                skew, bend = (1 - 2 * c) * g_remainder, 2 * c * h_remainder * across
                 log, pull = (1 - 2 * c) * (rest0 - level), 2 * c * g_whole * across
                 t00 = -skew * across - bend * x * x
                 t11 = -skew * across - bend * y * y
@@ -135,7 +136,7 @@ def add_wave_resultants(points, normals, widths, cells, start, step, first, last
                 t10 = skew * (ny * x - y * nx) - bend * x * y
                 t20, t21 = -wavenumber * (log * nx + pull * x), -wavenumber * (log * ny + pull * y)
                 t02, t12 = -wavenumber * (log * nx - pull * x), -wavenumber * (log * ny - pull * y)
-                t22 = across * (2 * c * wavenumber**2 * zero - g_rest)
+                t22 = across * (2 * c * wavenumber**2 * zero - g_remainder)
                 share = 0.5 * _WEIGHTS[g] * length * widths[i]
                 cell = cells[i]
                 for side in range(2):

@@ -1,14 +1,14 @@
 """What a body's real cross-section adds to the half-space: by wavenumber along the prism, and from slice to slice.
 
-The surface of a prism gives way to pressure p as a half-space would (Boussinesq, three-dimensional) plus a rest. The
-rest is smooth: the half-space holds the singularity. So it is computed at few stations across the face and few
-wavenumbers along the prism (bem/slices/prism.py), interpolated, and transformed back:
+The surface of a prism gives way to pressure p as a half-space would (Boussinesq, three-dimensional) plus a correction.
+The correction is smooth: the half-space holds the singularity. So it is computed at few stations across the face and
+few wavenumbers along the prism (bem/slices/prism.py), interpolated, and transformed back:
 
-    rest(x, s, s') = 1/pi integral over k > 0 of rest(k, s, s') cos(k x)
+    correction(x, s, s') = 1/pi integral over k > 0 of correction(k, s, s') cos(k x)
 
-Below the least wavenumber the rest is linear in ln k (the half-space's level), which is integrated in closed form;
-above the largest it has died away. The diagonal of the discrete rest carries an error of the mesh alone, the same at
-every station:
+Below the least wavenumber the correction is linear in ln k (the half-space's level), which is integrated in closed
+form; above the largest it has died away. The diagonal of the discrete correction carries an error of the mesh alone,
+the same at every station:
 it is read off from neighbours and taken back. Wavenumbers are independent of each other and go to `threads` in
 parallel.
 """
@@ -29,7 +29,7 @@ from bem.plane.mesh import BoundaryMesh, Sizing, Zone, mesh_outline
 from bem.plane.outline import OutlineError
 from bem.plane.pairing import _own_cells
 from bem.slices.prism import PrismSection
-from bem.slices.prism_kernel import bessel_rests_of
+from bem.slices.prism_kernel import bessel_remainders_of
 
 _PER_DECADE = 4.5  # wavenumbers
 _COARSE = 0.08  # largest element over the body's size
@@ -41,16 +41,16 @@ _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 @dataclass(frozen=True)
 class Flexibility:
-    """Rest of one body's flexibility at m stations and q wavenumbers.
+    """Correction of one body's flexibility at m stations and q wavenumbers.
 
-    stations (m,) [m] along the lower body's face; wavenumbers (q,) [1/m]; rest (q, m, m) [m^2/N]: amplitude of the
-    displacement into the body under a unit line load with the wavenumber, symmetric; densities : unknowns of the
+    stations (m,) [m] along the lower body's face; wavenumbers (q,) [1/m]; correction (q, m, m) [m^2/N]: amplitude of
+    the displacement into the body under a unit line load with the wavenumber, symmetric; densities : unknowns of the
     section's mesh
     """
 
     stations: np.ndarray
     wavenumbers: np.ndarray
-    rest: np.ndarray
+    correction: np.ndarray
     densities: int
 
     def interpolation(self, positions: np.ndarray) -> np.ndarray:
@@ -63,7 +63,7 @@ class Flexibility:
         """(nx, m, m) [1/(N/m)]: displacement in slice j under unit pressure times width on slice 0, by distance j
         dx."""
         nodes, weights = self._quadrature(grid.nx * grid.dx)
-        spline = CubicSpline(np.log(self.wavenumbers), self.rest)
+        spline = CubicSpline(np.log(self.wavenumbers), self.correction)
         m = len(self.stations)
         cell = weights * np.sinc(nodes * grid.dx / (2 * np.pi)) * grid.dx / np.pi
         cosine = np.cos(np.outer(grid.dx * np.arange(grid.nx), nodes)) * cell
@@ -71,12 +71,12 @@ class Flexibility:
         return kernel + self._below_least() * grid.dx / np.pi
 
     def _below_least(self) -> np.ndarray:
-        """Integral of the rest over wavenumbers from 0 to the least, for a rest linear in ln k."""
+        """Integral of the correction over wavenumbers from 0 to the least, for a correction linear in ln k."""
         low, slope = (
             np.log(self.wavenumbers[0]),
-            (self.rest[1] - self.rest[0]) / np.log(self.wavenumbers[1] / self.wavenumbers[0]),
+            (self.correction[1] - self.correction[0]) / np.log(self.wavenumbers[1] / self.wavenumbers[0]),
         )
-        return self.wavenumbers[0] * (self.rest[0] + slope * (low - 1) - slope * low)
+        return self.wavenumbers[0] * (self.correction[0] + slope * (low - 1) - slope * low)
 
     def _quadrature(self, length: float) -> tuple[np.ndarray, np.ndarray]:
         """Gauss points and weights over the wavenumbers, panels within a factor 2 and half a turn of cos(k length)."""
@@ -120,12 +120,12 @@ def body_flexibility(
     mass = own.sum(axis=0)
     flat = _Straightened(mesh, nodes)
 
-    def rest(wavenumber: float) -> np.ndarray:
+    def correction(wavenumber: float) -> np.ndarray:
         x, y, _ = section.respond(wavenumber, forces)
         inward = -(x * normals[:, :1] + y * normals[:, 1:])
         return (inward - flat.half_space(wavenumber, body.material.plane_modulus)) / mass
 
-    values = np.array(parallel(rest, wavenumbers, threads))
+    values = np.array(parallel(correction, wavenumbers, threads))
     values = (values + values.transpose(0, 2, 1)) / 2
     positions = along[1][cKDTree(along[0]).query(mesh.middles[nodes])[1]]
     order = np.argsort(positions, kind="stable")
@@ -164,8 +164,8 @@ def _wavenumbers(depth: float, size: float, length: float) -> np.ndarray:
 
 
 def _without_mesh_error(values: np.ndarray) -> np.ndarray:
-    """Takes from the diagonal what is not in its neighbours across it: (4 rest(s-h, s+h) - rest(s-2h, s+2h)) / 3 is
-    rest(s, s)."""
+    """Takes from the diagonal what is not in its neighbours across it: (4 correction(s-h, s+h) - correction(s-2h,
+    s+2h)) / 3 is correction(s, s)."""
     m = values.shape[1]
     if m < 7:
         return values
@@ -210,7 +210,7 @@ class _Straightened:
         for position, weight in zip(_GAUSS, _WEIGHTS):
             rise = (1 + position) / 2
             distance = np.abs(self.positions[:, None] - (self.start + rise * (self.end - self.start)))
-            regular = bessel_rests_of(wavenumber * distance) - np.log(wavenumber / 2)
+            regular = bessel_remainders_of(wavenumber * distance) - np.log(wavenumber / 2)
             share = weight / 2 * (self.end - self.start) * regular
             np.add.at(values.T, self.first, (share * (1 - rise)).T)
             np.add.at(values.T, self.last, (share * rise).T)

@@ -31,25 +31,27 @@ class Slices:
     lower, upper : Body, the sections at x = 0; both need a held edge (or be infinite)
     lower_section, upper_section : x [m] -> smooth pieces [(n, 2), ...] [m] of the face there; None where the body is a
         prism
-    way : (2,) unit vector along which the upper body approaches
+    direction : (2,) unit vector along which the upper body approaches
     """
 
     lower: Body
     upper: Body
     lower_section: Section | None = None
     upper_section: Section | None = None
-    way: tuple[float, float] = (0.0, -1.0)
+    direction: tuple[float, float] = (0.0, -1.0)
 
     def __post_init__(self) -> None:
-        way = np.asarray(self.way, float)
-        if way.shape != (2,) or not np.isfinite(way).all() or not np.hypot(*way) > 0:
+        direction = np.asarray(self.direction, float)
+        if direction.shape != (2,) or not np.isfinite(direction).all() or not np.hypot(*direction) > 0:
             raise ContactInputError(
-                f"way {self.way!r}: give the direction (lateral, up) along which the upper body approaches"
+                f"direction {self.direction!r}: give the direction (lateral, up) along which the upper body approaches"
             )
-        object.__setattr__(self, "way", tuple(way / np.hypot(*way)))
+        object.__setattr__(self, "way", tuple(direction / np.hypot(*direction)))
 
 
-def wheel_on_prism(lower: Body, upper: Body, axis_height: float, way: tuple[float, float] = (0.0, -1.0)) -> Slices:
+def wheel_on_prism(
+    lower: Body, upper: Body, axis_height: float, direction: tuple[float, float] = (0.0, -1.0)
+) -> Slices:
     """A body of revolution over a prism.
 
     upper : its meridian section; the axis of revolution is lateral, at `axis_height` [m] in the upper section's frame
@@ -71,7 +73,7 @@ def wheel_on_prism(lower: Body, upper: Body, axis_height: float, way: tuple[floa
                 found.append(np.column_stack([piece[reached, 0], axis_height - np.sqrt(radius[reached] ** 2 - x**2)]))
         return found
 
-    return Slices(lower, upper, upper_section=section, way=way)
+    return Slices(lower, upper, upper_section=section, direction=direction)
 
 
 def slices_of_profiles(
@@ -80,7 +82,7 @@ def slices_of_profiles(
     x: Sequence[float],
     lower_profiles: Sequence[np.ndarray] | None = None,
     upper_profiles: Sequence[np.ndarray] | None = None,
-    way: tuple[float, float] = (0.0, -1.0),
+    direction: tuple[float, float] = (0.0, -1.0),
 ) -> Slices:
     """Slices from measured or cut profiles (n, 2) [m] at positions x (m,) [m], cubic in between; None: the body is a
     prism.
@@ -95,7 +97,7 @@ def slices_of_profiles(
         upper,
         _between(positions, lower_profiles, lower, "lower"),
         _between(positions, upper_profiles, upper, "upper"),
-        way,
+        direction,
     )
 
 
@@ -127,46 +129,46 @@ def _between(positions: np.ndarray, profiles: Sequence[np.ndarray] | None, body:
 
 @dataclass
 class SliceGap:
-    """Gap function over (x, s) with the upper body brought to touch at x = 0, and from there on by an approach along
-    the way.
+    """Gap function over (x, s) with the upper body brought into contact at x = 0, and from there on by an approach
+    along the direction.
 
-    closing : (2,) [m] by which the upper body was moved to touch; upper : Body there; reach : largest gap considered
-        [m]
+    initial_approach : (2,) [m] by which the upper body was moved into contact; upper : Body there; reach : largest gap
+        considered [m]
     """
 
     slices: Slices
     reach: float | None = None
-    closing: np.ndarray = field(init=False)
+    initial_approach: np.ndarray = field(init=False)
     upper: Body = field(init=False)
 
     def __post_init__(self) -> None:
-        slices, way = self.slices, np.array(self.slices.way)
+        slices, direction = self.slices, np.array(self.slices.direction)
         self.reach = self.reach or slices.upper.outline.size / 2
-        near = nearest_positions(slices.lower, slices.upper, way, self.reach)
+        near = nearest_positions(slices.lower, slices.upper, direction, self.reach)
         if not near:
             raise NoContactError(
-                f"moved along ({way[0]:.3g}, {way[1]:.3g}) the sections at x = 0 never meet within {self.reach:g} m:"
-                " check their positions, or raise reach"
+                f"moved along ({direction[0]:.3g}, {direction[1]:.3g}) the sections at x = 0 never meet within"
+                f" {self.reach:g} m: check their positions, or raise reach"
             )
-        self.closing = near[0][0] * way
-        self.upper = slices.upper.moved(self.closing)
-        self.touch = near[0][1] + self.closing
+        self.initial_approach = near[0][0] * direction
+        self.upper = slices.upper.moved(self.initial_approach)
+        self.first_point = near[0][1] + self.initial_approach
         self.curves = slices.lower.outline.edge_curves(slices.lower.face)
         self.begin = np.r_[0.0, np.cumsum([curve.length for curve in self.curves])]
         points = self.points(np.linspace(0, self.begin[-1], _SAMPLES))
         turned = self.curves[-1].points[-1][0] < self.curves[0].points[0][0]
         # s as the grid sees it grows to the left-hand side's lateral axis
         self.sense = -1.0 if turned else 1.0
-        self.origin = float(np.linspace(0, self.begin[-1], _SAMPLES)[np.hypot(*(points - self.touch).T).argmin()])
+        self.origin = float(np.linspace(0, self.begin[-1], _SAMPLES)[np.hypot(*(points - self.first_point).T).argmin()])
 
     @property
     def window(self) -> tuple[float, float]:
         """Range of the face's coordinate [m]; it equals the lateral coordinate where the bodies touch."""
-        ends = self.touch[0] + self.sense * (np.array([0.0, self.begin[-1]]) - self.origin)
+        ends = self.first_point[0] + self.sense * (np.array([0.0, self.begin[-1]]) - self.origin)
         return float(ends.min()), float(ends.max())
 
     def _arc(self, y: np.ndarray) -> np.ndarray:
-        return self.origin + self.sense * (np.asarray(y, float) - self.touch[0])
+        return self.origin + self.sense * (np.asarray(y, float) - self.first_point[0])
 
     def points(self, s: np.ndarray) -> np.ndarray:
         """Points (m, 2) [m] of the lower face at arc lengths (m,) [m]."""
@@ -188,15 +190,15 @@ class SliceGap:
 
     def cosines(self, y: np.ndarray) -> np.ndarray:
         """(m,) share of the approach that closes the gap at the grid's lateral coordinates."""
-        return -self.face(y)[1] @ np.array(self.slices.way)
+        return -self.face(y)[1] @ np.array(self.slices.direction)
 
     def __call__(self, x: np.ndarray, y: np.ndarray, approach: float = 0.0) -> np.ndarray:
         """(nx, ny) gap [m] along the normals at points of a grid (nx, ny); +inf where a body has no surface.
 
-        approach : [m] by which the undeformed upper body is pushed on after the touch; the gap is negative where they
-            overlap
+        approach : [m] by which the undeformed upper body is pushed on after initial contact; the gap is negative where
+            they overlap
         """
-        position = self.closing + approach * np.array(self.slices.way)
+        position = self.initial_approach + approach * np.array(self.slices.direction)
         rows = np.asarray(y)[0]
         points, normals = self.face(rows)
         outside = (rows < self.window[0]) | (rows > self.window[1])

@@ -18,11 +18,11 @@ import numpy as np
 
 from bem.material import STEEL, Elastic
 from bem.plane.body import Body
-from bem.plane.coulomb import Drive
+from bem.plane.coulomb import Control
 from bem.plane.outline import block_behind
 
 HALF_WIDTH, HEIGHT = 0.015, 0.020
-LOAD = Drive.of(force=(None, -10e6))
+LOAD = Control.of(force=(None, -10e6))
 
 
 def _arc_face(radius: float, points: int = 241) -> np.ndarray:

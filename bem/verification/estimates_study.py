@@ -23,7 +23,7 @@ from bem.material import STEEL, Pair
 from bem.patch import Creepage, Grid, Patch
 from bem.plane.body import Body
 from bem.plane.contact import Settings, solve_contact
-from bem.plane.coulomb import Drive
+from bem.plane.coulomb import Control
 from bem.plane.outline import block_behind
 from bem.slices.coupled import slice_contact
 from bem.slices.slices import Slices, wheel_on_prism
@@ -73,10 +73,10 @@ def normal_case(draw: np.random.Generator) -> list[Row]:
     """Normal contact by load or by approach, gap as a function or as an array."""
     gap, load, placed = _drawn_patch(draw, 16, 60)
     by_load = draw.random() < 0.6
-    drive = {"load": load} if by_load else {"approach": placed.approach}
+    control = {"load": load} if by_load else {"approach": placed.approach}
     given = gap(*placed.grid.points()) if draw.random() < 0.3 else gap
-    patch = normal_contact(given, STEEL, STEEL, grid=placed.grid, **drive)
-    fine = normal_contact(gap, STEEL, STEEL, grid=refined(placed.grid, 6), estimate=False, **drive)
+    patch = normal_contact(given, STEEL, STEEL, grid=placed.grid, **control)
+    fine = normal_contact(gap, STEEL, STEEL, grid=refined(placed.grid, 6), estimate=False, **control)
     return _normal_rows("half-space", patch, fine, by_load)
 
 
@@ -105,7 +105,7 @@ def tangential_case(draw: np.random.Generator, method: str) -> list[Row]:
     gap, load, patch = _drawn_patch(draw, 20, 48)
     fine = normal_contact(gap, STEEL, STEEL, grid=refined(patch.grid, 4), load=load, estimate=False)
     semi_x, semi_y, _, _ = equivalent_ellipse(patch.grid, patch.pressure)
-    friction, way = draw.uniform(0.1, 0.5), draw.normal(size=3) * [1, 1, draw.random() < 0.7]
+    friction, direction = draw.uniform(0.1, 0.5), draw.normal(size=3) * [1, 1, draw.random() < 0.7]
     scale = (
         friction
         * load
@@ -116,8 +116,8 @@ def tangential_case(draw: np.random.Generator, method: str) -> list[Row]:
     )
     parts = (
         np.exp(draw.uniform(np.log(0.1), np.log(6)))
-        * way
-        / np.linalg.norm(way)
+        * direction
+        / np.linalg.norm(direction)
         * scale
         * [1, 1, 1 / np.sqrt(semi_x * semi_y)]
     )
@@ -153,7 +153,7 @@ def drawn_slices(draw: np.random.Generator) -> Slices:
     width = min(0.02, 0.6 * crown)
     lower, upper = block_behind(_arc(-crown, width), -0.04), block_behind(_arc(hollow, width), 0.04)
     return wheel_on_prism(
-        Body(lower, STEEL), Body(upper, STEEL), wheel, way=(float(np.sin(slant)), -float(np.cos(slant)))
+        Body(lower, STEEL), Body(upper, STEEL), wheel, direction=(float(np.sin(slant)), -float(np.cos(slant)))
     )
 
 
@@ -176,12 +176,12 @@ def plane_case(draw: np.random.Generator) -> list[Row]:
     first = np.exp(draw.uniform(np.log(0.03), np.log(0.3)))
     second = -1.15 * first if draw.random() < 0.3 else np.exp(draw.uniform(np.log(0.03), np.log(0.3)))
     bodies = Body(block_behind(_arc(-second, 0.015), -0.03), STEEL), Body(block_behind(_arc(first, 0.015), 0.03), STEEL)
-    drive, accuracy = (
-        Drive.of(force=(None, -float(np.exp(draw.uniform(np.log(5e5), np.log(5e6)))))),
+    control, accuracy = (
+        Control.of(force=(None, -float(np.exp(draw.uniform(np.log(5e5), np.log(5e6)))))),
         draw.uniform(0.005, 0.03),
     )
     found, true = (
-        solve_contact(*bodies, drive, settings=Settings(accuracy=asked)).last.pressure.max()
+        solve_contact(*bodies, control, settings=Settings(accuracy=asked)).last.pressure.max()
         for asked in (accuracy, accuracy / 20)
     )
     return [Row("plane: largest pressure", accuracy, relative_change(found, true))]

@@ -23,7 +23,7 @@ from bem.plane.body import Body
 from bem.plane.boundary import BoundaryProblem, BoundarySolution, Condition, cell_resultants, solve_boundary
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.contact_result import ContactResult
-from bem.plane.coulomb import STICK, Drive
+from bem.plane.coulomb import STICK, Control
 from bem.plane.curve import arc
 from bem.plane.internal import displacement_at, stress_at
 from bem.plane.mesh import Sizing, Zone, mesh_outline
@@ -165,7 +165,7 @@ def hertz_errors(cells: float) -> tuple[float, float]:
     profile in L2."""
     hertz = line_contact_of_width(HALF_WIDTH, DISC_RADIUS / 2, contact_modulus(SOFT_STEEL, SOFT_STEEL))
     bodies = two_discs(DISC_RADIUS, SOFT_STEEL, SOFT_STEEL)
-    result = solve_contact(*bodies, Drive.of(force=(None, -hertz.force)), settings=Settings(size=HALF_WIDTH / cells))
+    result = solve_contact(*bodies, Control.of(force=(None, -hertz.force)), settings=Settings(size=HALF_WIDTH / cells))
     pressure = result.last.pressure
     return (
         abs(pressure.max() / hertz.max_pressure - 1),
@@ -179,7 +179,7 @@ def pin_errors(cells: float, semi_angle: float) -> tuple[float, float]:
     load = contact_modulus(STEEL, STEEL) * PIN_CLEARANCE / pin_clearance(semi_angle)
     settings = Settings(size=PIN_RADIUS * semi_angle / cells, coarse=0.25)
     result = solve_contact(
-        *pin_and_hole(PIN_RADIUS, PIN_CLEARANCE, STEEL), Drive.of(force=(None, -load)), settings=settings
+        *pin_and_hole(PIN_RADIUS, PIN_CLEARANCE, STEEL), Control.of(force=(None, -load)), settings=settings
     )
     points, pressure = result.interface.points, result.last.pressure * PIN_RADIUS / load
     exact = pin_pressure(np.arctan2(points[:, 0], -points[:, 1]), semi_angle)
@@ -191,9 +191,9 @@ def pressed_discs(cells: float, shares: list[float]) -> tuple[ContactResult, flo
     [Pa]."""
     hertz = line_contact_of_width(HALF_WIDTH, DISC_RADIUS / 2, contact_modulus(SOFT_STEEL, SOFT_STEEL))
     limit = FRICTION * hertz.force
-    drives = [Drive.of(force=(share * limit, -hertz.force)) for share in shares]
+    controls = [Control.of(force=(share * limit, -hertz.force)) for share in shares]
     result = solve_contact(
-        *two_discs(DISC_RADIUS, SOFT_STEEL, SOFT_STEEL), drives, FRICTION, Settings(size=HALF_WIDTH / cells)
+        *two_discs(DISC_RADIUS, SOFT_STEEL, SOFT_STEEL), controls, FRICTION, Settings(size=HALF_WIDTH / cells)
     )
     return result, limit, FRICTION * hertz.max_pressure
 
@@ -229,7 +229,7 @@ def spence_ratios(cells: float, steps: int) -> np.ndarray:
     hertz = line_contact_of_width(HALF_WIDTH, DISC_RADIUS / 2, contact_modulus(*UNLIKE))
     result = solve_contact(
         *two_discs(DISC_RADIUS, *UNLIKE),
-        Drive.of(force=(None, -hertz.force)),
+        Control.of(force=(None, -hertz.force)),
         spence_friction(),
         Settings(size=HALF_WIDTH / cells),
         steps=steps,

@@ -83,7 +83,7 @@ def pin_in_hole(degrees: float) -> tuple[SlicePatch, Patch, int]:
         held="hub",
     )
     slices = Slices(hole, pin)
-    middle, reach = SliceGap(slices).touch[0], 1.15 * PIN_RADIUS * angle
+    middle, reach = SliceGap(slices).first_point[0], 1.15 * PIN_RADIUS * angle
     grid = Grid.over((-1, 1), (middle - reach, middle + reach), 41, 80)
     load = 2 * STEEL.plane_modulus / 2 * CLEARANCE / pin_clearance(angle)
     patch = slice_contact(slices, load=load, grid=grid, cut=True, threads=1, estimate=False)

@@ -28,7 +28,7 @@ from bem.plane.body import Body
 from bem.plane.boundary import Condition, solve_boundary
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.contact_result import ContactResult
-from bem.plane.coulomb import Drive
+from bem.plane.coulomb import Control
 from bem.plane.internal import Field, field_at, grid_below, stress_at
 from bem.plane.mesh import Sizing, mesh_outline
 from bem.plane.outline import block_behind
@@ -37,7 +37,7 @@ from bem.verification.exact_problems import hertz_errors, pin_errors, ring
 
 MM = 1e-3
 Table = tuple[list[str], np.ndarray]
-Case = tuple[Body, Body, Drive]
+Case = tuple[Body, Body, Control]
 
 
 def _sizes(*values: float) -> list[float]:
@@ -56,9 +56,9 @@ def _timed(call: Callable, runs: int = 3):
     return answer, best
 
 
-def solve_case(fixed: Body, moving: Body, drive: Drive, size: float) -> ContactResult:
+def solve_case(fixed: Body, moving: Body, control: Control, size: float) -> ContactResult:
     """Contact of a case at an element size [m]."""
-    return solve_contact(fixed, moving, drive, settings=Settings(size=size))
+    return solve_contact(fixed, moving, control, settings=Settings(size=size))
 
 
 def field_below(result: ContactResult, size: float) -> Field:
@@ -69,12 +69,12 @@ def field_below(result: ContactResult, size: float) -> Field:
     return field_at(result.solution("fixed"), grid)
 
 
-def boundary_convergence(fixed: Body, moving: Body, drive: Drive) -> Table:
+def boundary_convergence(fixed: Body, moving: Body, control: Control) -> Table:
     """Largest pressure and displacement against the boundary mesh; error against the finest, change against the one
     before."""
     rows = []
     for size in _sizes(1.0, 0.7, 0.5, 0.35, 0.25, 0.2, 0.14, 0.1, 0.07, 0.05):
-        result, seconds = _timed(lambda: solve_case(fixed, moving, drive, size * MM))
+        result, seconds = _timed(lambda: solve_case(fixed, moving, control, size * MM))
         field = field_below(result, 0.5 * MM)
         rows.append(
             [
@@ -88,9 +88,9 @@ def boundary_convergence(fixed: Body, moving: Body, drive: Drive) -> Table:
     return _with_errors(["size_mm", "elements", "pressure_MPa", "displacement_mm", "seconds"], np.array(rows), (2, 3))
 
 
-def internal_convergence(fixed: Body, moving: Body, drive: Drive) -> Table:
+def internal_convergence(fixed: Body, moving: Body, control: Control) -> Table:
     """Largest von Mises stress and displacement against the internal grid, at a boundary mesh of 0.2 mm."""
-    result, rows = solve_case(fixed, moving, drive, 0.2 * MM), []
+    result, rows = solve_case(fixed, moving, control, 0.2 * MM), []
     for size in _sizes(1.0, 0.7, 0.5, 0.35, 0.25, 0.2, 0.14, 0.1, 0.07, 0.05):
         field, seconds = _timed(lambda: field_below(result, size * MM))
         rows.append(
@@ -165,17 +165,17 @@ def scaling() -> Table:
     return ["densities", "seconds", "peak_MB", "error_hoop_pct"], np.array(rows)
 
 
-def one_case(fixed: Body, moving: Body, drive: Drive) -> Table:
+def one_case(fixed: Body, moving: Body, control: Control) -> Table:
     """The whole of one case at the thesis' 0.2 mm: zone, meshes, contact and internal field (the thesis: 404 to 640
     s)."""
 
     def whole():
-        result = solve_case(fixed, moving, drive, 0.2 * MM)
+        result = solve_case(fixed, moving, control, 0.2 * MM)
         return result, field_below(result, 0.2 * MM)
 
     whole()
     (result, field), total = _timed(whole, runs=5)
-    _, contact = _timed(lambda: solve_case(fixed, moving, drive, 0.2 * MM), runs=5)
+    _, contact = _timed(lambda: solve_case(fixed, moving, control, 0.2 * MM), runs=5)
     row = [
         contact,
         total,
@@ -226,8 +226,8 @@ def _print(title: str, table: Table) -> None:
 
 
 def study(cases: dict[str, Case], out: Path | None, others: dict[str, Callable[[], Table]]) -> None:
-    """Study cases (name -> fixed body, moving body, drive) and others (title -> table); print all, and write them into
-    the folder `out`."""
+    """Study cases (name -> fixed body, moving body, control) and others (title -> table); print all, and write them
+    into the folder `out`."""
     work = {}
     for name, case in cases.items():
         work[f"{name}: one case at 0.2 mm"] = lambda case=case: one_case(*case)
@@ -264,7 +264,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--load", type=float, default=4e6, help="load for --profiles, N per m of thickness")
     options = parser.parse_args(arguments)
     if options.profiles:
-        study({"profiles": (*profile_case(*options.profiles), Drive.of(force=(None, -options.load)))}, options.out, {})
+        study(
+            {"profiles": (*profile_case(*options.profiles), Control.of(force=(None, -options.load)))}, options.out, {}
+        )
     else:
         study({name: (*case(), LOAD) for name, case in CASES.items()}, options.out, EXACT)
 

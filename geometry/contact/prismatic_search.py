@@ -178,7 +178,7 @@ class ContactSearch:
         """Contacts at positions (PLACE, n) that geometry.contact.gap_kernel.nearest_positions found."""
         pose, sign, (_, wheel, rail, _, _) = self.pose(state, side), SIDES[side], self.rail_under(state, side)
         x, y, z, steep, slope, radius, gap, along, mixed, across = (
-            np.array([contact_row(place, wheel, rail, pose) for place in found.T.copy()]).reshape(-1, 10).T
+            np.array([contact_row(minimum, wheel, rail, pose) for minimum in found.T.copy()]).reshape(-1, 10).T
         )
         position = np.column_stack([x + state.x, sign * y, z + state.z])
         size = np.sqrt(1 + steep**2 + slope**2)
@@ -220,9 +220,9 @@ class ContactSearch:
 
     def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         """y (n,) [m] on the unmoved rail profile of points y, z (n,) in side axes."""
-        place, sign = getattr(self.track, f"{side}_place"), SIDES[side]
-        return np.cos(place.roll) * (y - self.offsets[side] - sign * place.lateral) + sign * np.sin(place.roll) * (
-            z - place.vertical
+        offset, sign = getattr(self.track, f"{side}_position"), SIDES[side]
+        return np.cos(offset.roll) * (y - self.offsets[side] - sign * offset.lateral) + sign * np.sin(offset.roll) * (
+            z - offset.vertical
         )
 
 

@@ -86,16 +86,16 @@ def speed_against_error(
     rows = []
     for spacing, resolution in settings:
         found, spent = answers(search_of(crossing, wheel, spacing, resolution), states, 3)
-        place = np.linalg.norm(found[..., :3] - exact[..., :3], axis=2).max(axis=1) / MM
+        distance = np.linalg.norm(found[..., :3] - exact[..., :3], axis=2).max(axis=1) / MM
         force = (np.linalg.norm(found[..., 3:] - exact[..., 3:], axis=2) / states[:, 3:]).max(axis=1)
         rows.append(
             [
                 spacing / MM,
                 resolution / MM,
                 spent * 1e3,
-                np.median(place),
-                np.percentile(place, 95),
-                place.max(),
+                np.median(distance),
+                np.percentile(distance, 95),
+                distance.max(),
                 np.median(force),
                 force.max(),
             ]

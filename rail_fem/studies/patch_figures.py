@@ -26,7 +26,7 @@ def drawn_rows(rows: list[MethodRow]) -> list[tuple[MethodRow, str, str]]:
     return [*found, (finest, *FINITE)]
 
 
-def across_from_touch(row: MethodRow) -> np.ndarray:
+def across_from_contact(row: MethodRow) -> np.ndarray:
     """s of a patch's columns [m], from the touch; slices of whole profiles count from the middle of the track."""
     whole = row.method.startswith("2.5D") and row.method != BLOCKS
     return row.patch.grid.y - (contact_point_of(row.patch) if whole else 0.0)
@@ -47,7 +47,7 @@ def draw_profiles(cases: dict[str, list[MethodRow]], path: Path) -> None:
                     "label": row.method,
                 }
                 patch, middle = row.patch, int(np.abs(row.patch.grid.x).argmin())
-                across.plot(across_from_touch(row) * 1e3, patch.pressure[middle] / 1e6, style, **kind)
+                across.plot(across_from_contact(row) * 1e3, patch.pressure[middle] / 1e6, style, **kind)
                 along.plot(patch.grid.x * 1e3, patch.pressure.max(axis=1) / 1e6, style, **kind)
             across.axhline(
                 THESIS_ROWS[0].max_pressure / 1e6,
@@ -90,7 +90,7 @@ def _map_line(figure, line, name: str, finest: MethodRow, others: list[MethodRow
     top = max(row.max_pressure for row in (finest, *others)) / 1e6
     for axis, row in zip(line, (finest, *others)):
         drawn = axis.pcolormesh(
-            across_from_touch(row) * 1e3,
+            across_from_contact(row) * 1e3,
             row.patch.grid.x * 1e3,
             np.where(row.patch.pressure > 0, row.patch.pressure / 1e6, np.nan),
             cmap="viridis",
@@ -103,7 +103,7 @@ def _map_line(figure, line, name: str, finest: MethodRow, others: list[MethodRow
     figure.colorbar(drawn, ax=line[:3], label="pressure [MPa]", shrink=0.9)
     for axis, row in zip(line[3:], others):
         inside = RegularGridInterpolator(
-            (row.patch.grid.x, across_from_touch(row)), row.patch.pressure, bounds_error=False, fill_value=0.0
+            (row.patch.grid.x, across_from_contact(row)), row.patch.pressure, bounds_error=False, fill_value=0.0
         )
         miss = (inside(tuple(np.meshgrid(x, s, indexing="ij"))) - finest.patch.pressure) / finest.max_pressure * 100
         drawn = axis.pcolormesh(

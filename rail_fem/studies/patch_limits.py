@@ -101,7 +101,7 @@ def seen_along_approach(method: str, patch: SlicePatch) -> MethodRow:
     """Slices lie along the face; width and areas as finite elements and half-space have them, in the tangent plane."""
     x_min, x_max, s_min, s_max = edge_positions(patch.grid, patch.pressure)
     width = np.interp([s_min, s_max], patch.grid.y, patch.points[:, 0])
-    share = -(patch.normals @ patch.way)
+    share = -(patch.normals @ patch.direction)
     area = patch.contact_area * (patch.contact @ share).sum() / patch.contact.sum()
     effective = 9 / 8 * (patch.pressure @ share).sum() ** 2 / ((patch.pressure**2) @ share).sum() * patch.grid.cell_area
     return MethodRow(

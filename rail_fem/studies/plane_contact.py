@@ -20,7 +20,7 @@ from scipy.integrate import trapezoid
 
 from bem.plane.contact import Settings, solve_contact
 from bem.plane.contact_result import ContactResult
-from bem.plane.coulomb import Drive
+from bem.plane.coulomb import Control
 from bem.plane.internal import field_at
 from bem.verification.cases import CASES
 from rail_fem.atomic import write_text_atomically
@@ -73,7 +73,7 @@ def compare(case: str, size: float) -> Comparison:
     make, load = PROBLEMS[case]
     fixed, moving = make()
     tick = time.perf_counter()
-    boundary = solve_contact(fixed, moving, Drive.of(force=(None, -load)), settings=Settings(size=size))
+    boundary = solve_contact(fixed, moving, Control.of(force=(None, -load)), settings=Settings(size=size))
     between = time.perf_counter()
     x, pressure, touched = _profile(boundary)
     far = fixed.outline.size / 15

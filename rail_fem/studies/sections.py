@@ -22,7 +22,7 @@ import typer
 
 from bem.material import Elastic
 from bem.plane.body import Body
-from bem.plane.coulomb import Drive
+from bem.plane.coulomb import Control
 from bem.verification.cases import CASES
 from bem.verification.cases import LOAD as BLOCK_LOAD
 from bem.verification.plane_study import EXACT, study
@@ -36,11 +36,14 @@ def wheel_on_rail(rail_young: float) -> tuple[Body, Body]:
     return plain_rail_section(plain_rail_pair(rail_steel=Elastic(rail_young, 0.3)))
 
 
-def cases() -> dict[str, tuple[Body, Body, Drive]]:
-    """The four case studies, the fourth with two moduli: name -> fixed body, moving body, drive."""
+def cases() -> dict[str, tuple[Body, Body, Control]]:
+    """The four case studies, the fourth with two moduli: name -> fixed body, moving body, control."""
     found = {name: (*case(), BLOCK_LOAD) for name, case in CASES.items()}
     for young in (210, 190):
-        found[f"P8 on BS113A, rail of {young} GPa"] = (*wheel_on_rail(young * 1e9), Drive.of(force=(None, -RAIL_LOAD)))
+        found[f"P8 on BS113A, rail of {young} GPa"] = (
+            *wheel_on_rail(young * 1e9),
+            Control.of(force=(None, -RAIL_LOAD)),
+        )
     return found
 
 

@@ -7,7 +7,7 @@ import pytest
 from bem.exact.conformal import pin_clearance, pin_pressure
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.plane.contact import Settings, solve_contact
-from bem.plane.coulomb import Drive
+from bem.plane.coulomb import Control
 from bem.plane.zone import NARROWEST, peak_sharpness
 from bem.verification.cases import CASES, LOAD, blocks
 from bem.verification.exact_problems import PIN_CLEARANCE, PIN_RADIUS, pin_and_hole
@@ -16,11 +16,11 @@ from rail_fem.studies.sections import RAIL_LOAD, wheel_on_rail
 ASKED = [0.03, 0.01, 0.002]
 
 
-def misses(fixed, moving, drive, exact):
+def misses(fixed, moving, control, exact):
     """Errors of the largest pressure over what was asked for, one for each of ASKED; nothing may be warned of."""
     found = []
     for accuracy in ASKED:
-        result = solve_contact(fixed, moving, drive, settings=Settings(accuracy=accuracy))
+        result = solve_contact(fixed, moving, control, settings=Settings(accuracy=accuracy))
         assert not result.warnings
         found.append(abs(result.last.pressure.max() / exact - 1) / accuracy)
     return found
@@ -31,16 +31,16 @@ def test_pins_in_holes(degrees):
     angle = np.radians(degrees)
     load = contact_modulus(STEEL, STEEL) * PIN_CLEARANCE / pin_clearance(angle)
     exact = pin_pressure(0.0, angle) * load / PIN_RADIUS
-    assert max(misses(*pin_and_hole(PIN_RADIUS, PIN_CLEARANCE, STEEL), Drive.of(force=(None, -load)), exact)) < 1
+    assert max(misses(*pin_and_hole(PIN_RADIUS, PIN_CLEARANCE, STEEL), Control.of(force=(None, -load)), exact)) < 1
 
 
 @pytest.mark.parametrize("case", [*CASES.values(), lambda: wheel_on_rail(190e9)], ids=[*CASES, "wheel on rail"])
 def test_case_studies_and_a_wheel_on_a_rail(case):
     """Against 0.07 mm, itself within 0.1 % (rail_fem.studies.sections). The wheel peaks over 1.2 mm of a patch of 13
     mm."""
-    drive = Drive.of(force=(None, -RAIL_LOAD)) if case not in CASES.values() else LOAD
-    fine = solve_contact(*case(), drive, settings=Settings(size=0.07e-3)).last.pressure.max()
-    assert max(misses(*case(), drive, fine)) < 1
+    control = Control.of(force=(None, -RAIL_LOAD)) if case not in CASES.values() else LOAD
+    fine = solve_contact(*case(), control, settings=Settings(size=0.07e-3)).last.pressure.max()
+    assert max(misses(*case(), control, fine)) < 1
 
 
 def test_sharpness_of_an_ellipse_is_its_half_width():
@@ -53,5 +53,5 @@ def test_sharpness_of_an_ellipse_is_its_half_width():
 
 def test_a_peak_at_an_edge_is_warned_of():
     flat, wide = np.array([[-0.005, 0.0], [0.005, 0.0]]), np.array([[-0.05, 0.0], [0.05, 0.0]])
-    result = solve_contact(*blocks(flat, wide, Elastic(210e13, 0.3), height=0.05), Drive.of(force=(None, -1e6)))
+    result = solve_contact(*blocks(flat, wide, Elastic(210e13, 0.3), height=0.05), Control.of(force=(None, -1e6)))
     assert any("as at an edge" in note for note in result.warnings)

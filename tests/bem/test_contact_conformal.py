@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from bem.exact.conformal import pin_clearance, pin_pressure, pin_semi_angle
 from bem.material import STEEL, contact_modulus
 from bem.plane.contact import Settings, solve_contact
-from bem.plane.coulomb import Drive
+from bem.plane.coulomb import Control
 from bem.verification.exact_problems import pin_and_hole
 
 # VERIFICATION D: contact semi-angle [degrees], E* dR / P, p0 R / P
@@ -36,7 +36,7 @@ def test_narrow_pin_contact_is_hertz():
 def solve_pin(clearance, size):
     load = contact_modulus(STEEL, STEEL) * CLEARANCE / clearance
     return solve_contact(
-        *pin_and_hole(RADIUS, CLEARANCE, STEEL), Drive.of(force=(None, -load)), settings=Settings(size=size)
+        *pin_and_hole(RADIUS, CLEARANCE, STEEL), Control.of(force=(None, -load)), settings=Settings(size=size)
     ), load
 
 
@@ -70,7 +70,7 @@ def test_interference_is_pressed_all_round_by_no_load():
     Hoop strain of the hole p (1 + nu) / E, of the solid pin -p (1 + nu) (1 - 2 nu) / E: p = E dR / (2 R (1 - nu^2)).
     """
     hole, pin = pin_and_hole(RADIUS, -CLEARANCE, STEEL)
-    result = solve_contact(hole, pin, Drive.of(motion=(0.0, 0.0)), settings=Settings(coarse=0.03))
+    result = solve_contact(hole, pin, Control.of(motion=(0.0, 0.0)), settings=Settings(coarse=0.03))
     expected = STEEL.plane_modulus / 2 * CLEARANCE / RADIUS
     np.testing.assert_allclose(result.last.pressure, expected, rtol=0.02)
     assert result.patches()[0].nodes.size == len(result.interface.nodes)

@@ -156,7 +156,7 @@ def test_very_high_friction_is_that_of_faces_on_which_nothing_slides(friction):
     lower, upper = non_conformal()
     soft = Body(lower.outline, Elastic(70e9, 0.33), held=lower.held)
     for below in (lower, soft):
-        rough, high = (
+        no_slip, high = (
             solve_contact(below, upper, LOAD, mu, settings=Settings(size=0.4e-3)).last for mu in (np.inf, friction)
         )
-        np.testing.assert_allclose(high.pressure, rough.pressure, atol=0.02 * rough.pressure.max())
+        np.testing.assert_allclose(high.pressure, no_slip.pressure, atol=0.02 * no_slip.pressure.max())

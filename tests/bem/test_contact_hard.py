@@ -8,7 +8,7 @@ from bem.material import STEEL, Elastic
 from bem.plane.body import Body
 from bem.plane.boundary import EquilibriumError, TooLargeError
 from bem.plane.contact import LoadError, Settings, solve_contact
-from bem.plane.coulomb import ConvergenceError, Drive, solve_step
+from bem.plane.coulomb import Control, ConvergenceError, solve_step
 from bem.plane.internal import field_at, grid_below
 from bem.plane.outline import OutlineError
 from bem.plane.pairing import PairingError
@@ -29,11 +29,11 @@ def healthy(result):
 @pytest.mark.parametrize("case", CASES.values(), ids=list(CASES))
 def test_the_three_cases_converge(case):
     """Largest pressure at 0.2 mm within 0.5 % of 0.05 mm, displacement within 0.2 %."""
-    fine, rough = (healthy(solve_contact(*case(), LOAD, settings=Settings(size=size))) for size in (0.1e-3, 0.2e-3))
-    assert rough.last.pressure.max() == pytest.approx(fine.last.pressure.max(), rel=0.005)
-    assert rough.last.motion[1] == pytest.approx(fine.last.motion[1], rel=0.002)
-    assert not rough.warnings
-    assert rough.force()[1] == pytest.approx(10e6, rel=1e-11)
+    fine, no_slip = (healthy(solve_contact(*case(), LOAD, settings=Settings(size=size))) for size in (0.1e-3, 0.2e-3))
+    assert no_slip.last.pressure.max() == pytest.approx(fine.last.pressure.max(), rel=0.005)
+    assert no_slip.last.motion[1] == pytest.approx(fine.last.motion[1], rel=0.002)
+    assert not no_slip.warnings
+    assert no_slip.force()[1] == pytest.approx(10e6, rel=1e-11)
 
 
 def test_two_patches_share_the_load_equally():
@@ -50,7 +50,7 @@ def test_a_second_patch_that_closes_under_load_is_found_and_resolved():
     lower = tilted.outline.edge_curves("face")[0].points[::-1].copy()
     lower[:, 1] -= np.where(lower[:, 0] > 0, 20e-6, 0.0) * np.clip(lower[:, 0] / 1e-3, 0, 1)
     fixed = blocks(np.array([[-1, 1], [1, 1.0]]), lower)[0]
-    light = healthy(solve_contact(fixed, moving, Drive.of(force=(None, -1e5)), settings=Settings(size=0.1e-3)))
+    light = healthy(solve_contact(fixed, moving, Control.of(force=(None, -1e5)), settings=Settings(size=0.1e-3)))
     heavy = healthy(solve_contact(fixed, moving, LOAD, settings=Settings(size=0.1e-3)))
     assert len(light.patches()) == 1 and len(heavy.patches()) == 2
     for patch in heavy.patches():
@@ -99,7 +99,7 @@ def test_flat_punch_balances_whichever_body_is_narrow(upper, lower):
 
 @pytest.mark.parametrize("load", [1e-6, 1.0, 1e3, 1e9])
 def test_any_positive_load_is_borne(load):
-    result = healthy(solve_contact(*non_conformal(), Drive.of(force=(None, -load))))
+    result = healthy(solve_contact(*non_conformal(), Control.of(force=(None, -load))))
     assert result.force()[1] == pytest.approx(load, rel=1e-9)
     if load == 1e9:
         assert any("small strains" in note for note in result.warnings)
@@ -108,20 +108,20 @@ def test_any_positive_load_is_borne(load):
 
 
 def test_no_load_gives_an_empty_answer_that_says_so():
-    result = solve_contact(*non_conformal(), Drive.of(force=(None, 0.0)))
+    result = solve_contact(*non_conformal(), Control.of(force=(None, 0.0)))
     assert not result.last.pressure.any() and not result.patches()
     assert any("do not touch" in note for note in result.warnings)
     assert np.all(field_at(result.solution("fixed"), np.array([[0.0, -0.01]])).stress == 0)
 
 
 def test_a_patch_smaller_than_the_elements_is_warned_of():
-    result = healthy(solve_contact(*non_conformal(), Drive.of(force=(None, -1e-3)), settings=COARSE))
+    result = healthy(solve_contact(*non_conformal(), Control.of(force=(None, -1e-3)), settings=COARSE))
     assert any("rough" in note for note in result.warnings)
 
 
 @pytest.mark.parametrize("friction", [1e-4, 0.3, 10.0, np.inf])
 def test_any_friction_is_borne(friction):
-    result = healthy(solve_contact(*conformal(), Drive.of(force=(None, -10e6)), friction, COARSE, steps=5))
+    result = healthy(solve_contact(*conformal(), Control.of(force=(None, -10e6)), friction, COARSE, steps=5))
     if np.isfinite(friction):
         assert np.all(np.abs(result.last.shear) <= friction * result.last.pressure * (1 + 1e-9) + 1e-3)
     assert result.force()[1] == pytest.approx(10e6, rel=1e-10)
@@ -132,25 +132,25 @@ def test_a_wheel_that_may_tilt_and_one_that_is_held_aslant():
     fixed, moving = non_conformal()
     result = healthy(
         solve_contact(
-            fixed, moving.moved(np.array([1e-3, 0.0])), Drive.of(force=(None, -10e6), moment=0.0), settings=COARSE
+            fixed, moving.moved(np.array([1e-3, 0.0])), Control.of(force=(None, -10e6), moment=0.0), settings=COARSE
         )
     )
     assert abs(result.force()[2]) < 1e-9 * 10e6 * 0.015
     assert result.last.motion[2] != 0
-    held = healthy(solve_contact(fixed, moving, Drive.of(force=(None, -10e6), rotation=1e-4), settings=COARSE))
+    held = healthy(solve_contact(fixed, moving, Control.of(force=(None, -10e6), rotation=1e-4), settings=COARSE))
     assert abs(held.force()[2]) > 1.0
 
 
 def test_soft_on_hard_takes_the_soft_bodys_mesh():
     fixed, moving = non_conformal()
     result = healthy(
-        solve_contact(fixed, Body(moving.outline, Elastic(1e7, 0.49)), Drive.of(force=(None, -1e3)), settings=COARSE)
+        solve_contact(fixed, Body(moving.outline, Elastic(1e7, 0.49)), Control.of(force=(None, -1e3)), settings=COARSE)
     )
     assert result.carrier == "moving"
     assert (
         healthy(
             solve_contact(
-                Body(fixed.outline, Elastic(1e7, 0.49)), moving, Drive.of(force=(None, -1e3)), settings=COARSE
+                Body(fixed.outline, Elastic(1e7, 0.49)), moving, Control.of(force=(None, -1e3)), settings=COARSE
             )
         ).carrier
         == "fixed"
@@ -161,7 +161,7 @@ def test_bodies_may_be_exchanged():
     """Which body moves is a matter of names."""
     fixed, moving = non_conformal()
     one = solve_contact(fixed, moving, LOAD, settings=Settings(size=0.2e-3))
-    other = solve_contact(moving, fixed, Drive.of(force=(None, 10e6)), settings=Settings(size=0.2e-3))
+    other = solve_contact(moving, fixed, Control.of(force=(None, 10e6)), settings=Settings(size=0.2e-3))
     assert one.last.pressure.max() == pytest.approx(other.last.pressure.max(), rel=1e-3)
     assert one.last.motion[1] == pytest.approx(-other.last.motion[1], rel=1e-3)
 
@@ -200,7 +200,7 @@ FIXED, MOVING = non_conformal()
 @pytest.mark.parametrize(
     "error, message, call",
     [
-        (LoadError, "pulls it away", lambda: solve_contact(FIXED, MOVING, Drive.of(force=(None, 1e6)))),
+        (LoadError, "pulls it away", lambda: solve_contact(FIXED, MOVING, Control.of(force=(None, 1e6)))),
         (
             PairingError,
             "x 0.085 to 0.115 .* never meets .* x -0.015 to 0.015",
@@ -209,17 +209,17 @@ FIXED, MOVING = non_conformal()
         (
             EquilibriumError,
             r"x 1e\+06 N/m, y -1e\+07 N/m\) cannot be balanced",
-            lambda: solve_contact(FIXED, MOVING, Drive.of(force=(1e6, -10e6)), settings=COARSE),
+            lambda: solve_contact(FIXED, MOVING, Control.of(force=(1e6, -10e6)), settings=COARSE),
         ),
         (
             EquilibriumError,
             "cannot be balanced",
             lambda: solve_contact(
-                FIXED, MOVING, [Drive.of(force=(0, -10e6)), Drive.of(force=(4e6, -10e6))], 0.3, COARSE
+                FIXED, MOVING, [Control.of(force=(0, -10e6)), Control.of(force=(4e6, -10e6))], 0.3, COARSE
             ),
         ),
-        (EquilibriumError, "finite", lambda: Drive.of(force=(None, np.nan))),
-        (EquilibriumError, "both a load", lambda: Drive.of(force=(None, -1.0), motion=(None, -1.0))),
+        (EquilibriumError, "finite", lambda: Control.of(force=(None, np.nan))),
+        (EquilibriumError, "both a load", lambda: Control.of(force=(None, -1.0), motion=(None, -1.0))),
         (EquilibriumError, "no load step", lambda: solve_contact(FIXED, MOVING, [])),
         (ValueError, "friction", lambda: solve_contact(FIXED, MOVING, LOAD, friction=-0.1)),
         (ValueError, "friction", lambda: solve_contact(FIXED, MOVING, LOAD, friction=np.nan)),
@@ -236,10 +236,10 @@ def test_what_has_no_answer_is_refused_with_the_reason(error, message, call):
 
 
 def test_states_that_never_settle_are_an_error_and_not_a_hang():
-    drive = Drive.of(force=(0.6e6, -10e6))
-    result = solve_contact(*non_conformal(), drive, 0.3, COARSE)
+    control = Control.of(force=(0.6e6, -10e6))
+    result = solve_contact(*non_conformal(), control, 0.3, COARSE)
     with pytest.raises(ConvergenceError, match="more steps"):
-        solve_step(result.system, drive, 0.3, limit=1)
+        solve_step(result.system, control, 0.3, limit=1)
 
 
 def test_elements_that_no_memory_holds_are_refused_before_they_are_laid():
@@ -248,7 +248,7 @@ def test_elements_that_no_memory_holds_are_refused_before_they_are_laid():
 
 
 def test_stick_zones_of_a_contact_in_which_nothing_slides():
-    result = solve_contact(*non_conformal(), Drive.of(force=(1e5, -1e7)), np.inf, settings=COARSE)
+    result = solve_contact(*non_conformal(), Control.of(force=(1e5, -1e7)), np.inf, settings=COARSE)
     zones = result.stick_zones()
     assert len(zones) == len(result.patches()) == 1 and np.isfinite(zones).all()
 
@@ -263,9 +263,11 @@ def test_an_overlap_is_judged_by_the_bodies_size(scale):
     )
     upper = upper.moved(np.array([0.0, -1e-6 * scale]))
     by_motion = solve_contact(
-        lower, upper, Drive.of(motion=(None, -1e-6 * scale)), settings=Settings(size=0.4e-3 * scale)
+        lower, upper, Control.of(motion=(None, -1e-6 * scale)), settings=Settings(size=0.4e-3 * scale)
     )
-    by_load = solve_contact(lower, upper, Drive.of(force=(None, -1e7 * scale)), settings=Settings(size=0.4e-3 * scale))
+    by_load = solve_contact(
+        lower, upper, Control.of(force=(None, -1e7 * scale)), settings=Settings(size=0.4e-3 * scale)
+    )
     assert any("overlap" in note for note in by_motion.warnings) and not any(
         "overlap" in note for note in by_load.warnings
     )

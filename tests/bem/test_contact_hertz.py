@@ -7,7 +7,7 @@ from bem.exact.hertz import line_contact_of_width
 from bem.exact.subsurface import line_stress, max_shear_plane
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.plane.contact import Settings, element_size, solve_contact
-from bem.plane.coulomb import Drive
+from bem.plane.coulomb import Control
 from bem.plane.internal import displacement_at, field_at, stress_at
 from bem.verification.exact_problems import SOFT_STEEL, disc, two_discs
 
@@ -17,7 +17,7 @@ A = 1e-3  # half-width; the discs' radius is a thousand times that, the relative
 def pressed(lower=SOFT_STEEL, upper=SOFT_STEEL, cells=12, **settings):
     hertz = line_contact_of_width(A, 0.5, contact_modulus(lower, upper))
     options = Settings(size=A / cells) if not settings else Settings(**settings)
-    return solve_contact(*two_discs(1.0, lower, upper), Drive.of(force=(None, -hertz.force)), settings=options), hertz
+    return solve_contact(*two_discs(1.0, lower, upper), Control.of(force=(None, -hertz.force)), settings=options), hertz
 
 
 def test_line_contact_is_hertz_and_its_error_law_holds():
@@ -126,23 +126,23 @@ def test_load_order_and_place_do_not_matter():
         solve_contact(
             lower,
             upper.moved(np.array([0.0, lift])),
-            Drive.of(force=(None, -hertz.force)),
+            Control.of(force=(None, -hertz.force)),
             settings=Settings(size=A / 6),
         )
         for lift in (5e-3, 0.0, -1e-6, -1e-3)
     ]
-    np.testing.assert_allclose([answer.closing[1] for answer in answers], [-5e-3, 0, 1e-6, 1e-3], atol=1e-9)
+    np.testing.assert_allclose([answer.initial_approach[1] for answer in answers], [-5e-3, 0, 1e-6, 1e-3], atol=1e-9)
     for answer in answers[1:]:
         assert answer.last.pressure.max() == pytest.approx(answers[0].last.pressure.max(), rel=1e-6)
 
 
 def test_motion_driven_contact_finds_the_load_of_the_load_driven_one():
     lower, upper = two_discs(1.0, STEEL, STEEL)
-    by_load = solve_contact(lower, upper, Drive.of(force=(None, -3e5)), settings=Settings(size=A / 6))
+    by_load = solve_contact(lower, upper, Control.of(force=(None, -3e5)), settings=Settings(size=A / 6))
     by_motion = solve_contact(
         lower,
         upper.moved(np.array([0, 1e-6])),
-        Drive.of(motion=(None, by_load.last.motion[1] - 1e-6)),
+        Control.of(motion=(None, by_load.last.motion[1] - 1e-6)),
         settings=Settings(size=A / 6),
     )
     # the meshes differ a little, and with them the log-like approach
@@ -157,7 +157,7 @@ def test_element_size_follows_the_law():
 def test_wheel_on_its_hub_is_hertz_too():
     """A disc of 0.46 m held at its axle on a disc of 0.3 m: relative radius 0.18158 m, E* of steel."""
     lower, upper = disc((0, -0.3), 0.3, STEEL, top=False, points=2001), disc((0, 0.46), 0.46, STEEL, points=2001)
-    result = solve_contact(lower, upper, Drive.of(force=(None, -1e6)), settings=Settings(accuracy=0.002))
+    result = solve_contact(lower, upper, Control.of(force=(None, -1e6)), settings=Settings(accuracy=0.002))
     radius = 1 / (1 / 0.3 + 1 / 0.46)
     assert result.last.pressure.max() == pytest.approx(
         np.sqrt(1e6 * contact_modulus(STEEL, STEEL) / (np.pi * radius)), rel=0.002

@@ -177,11 +177,13 @@ def creepages_of_all_sizes(seed: int, count: int) -> list[tuple[Patch, float, Cr
     for case in range(count):
         ratio, friction = np.exp(draw.uniform(np.log(0.3), np.log(4))), draw.uniform(0.1, 0.5)
         semi_x, semi_y = 5e-3 * np.sqrt(ratio), 5e-3 / np.sqrt(ratio)
-        way = draw.normal(size=3) * [1, 1, case % 4 > 0]
+        heading = draw.normal(size=3) * [1, 1, case % 4 > 0]
         linear = (
             np.pi * semi_x * semi_y / (friction * LOAD) * semi_x / (2 * np.array(flexibilities(semi_x, semi_y, PAIR)))
         )
-        creepage = np.exp(draw.uniform(np.log(0.2), np.log(6))) * way / np.linalg.norm(way) / linear * [1, 1, 200]
+        creepage = (
+            np.exp(draw.uniform(np.log(0.2), np.log(6))) * heading / np.linalg.norm(heading) / linear * [1, 1, 200]
+        )
         found.append((elliptic_patch(semi_x, semi_y, LOAD, (32, 32)), friction, Creepage(*creepage)))
     return found
 

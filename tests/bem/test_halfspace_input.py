@@ -54,7 +54,7 @@ def test_friction_that_is_no_number_is_refused(friction):
 
 
 @pytest.mark.parametrize(
-    "drive, words",
+    "control, words",
     [
         ({"load": -1.0}, "no tension"),
         ({"load": np.nan}, "finite"),
@@ -67,9 +67,9 @@ def test_friction_that_is_no_number_is_refused(friction):
         ({"approach": "deep"}, "finite number"),
     ],
 )
-def test_impossible_drives_are_refused(drive, words):
+def test_impossible_drives_are_refused(control, words):
     with pytest.raises(ContactInputError, match=words):
-        normal_contact(GAP, STEEL, STEEL, grid=GRID, **drive)
+        normal_contact(GAP, STEEL, STEEL, grid=GRID, **control)
 
 
 def test_load_zero_is_an_empty_patch_that_says_why():

@@ -12,7 +12,7 @@ from bem.material import STEEL, Elastic, MaterialError
 from bem.plane.body import Body
 from bem.plane.boundary import FIXED, Condition, ConditionError, EquilibriumError, solve_boundary
 from bem.plane.contact import Settings, SettingsError, solve_contact
-from bem.plane.coulomb import Drive, FrictionError
+from bem.plane.coulomb import Control, FrictionError
 from bem.plane.curve import CurveError, arc
 from bem.plane.internal import PositionError, field_at, grid_below, stress_at
 from bem.plane.mesh import Sizing, Zone, mesh_outline
@@ -187,17 +187,17 @@ def test_conditions_and_places(error, message, call):
 
 @refused(
     [
-        (EquilibriumError, r"force \(None,\)", lambda: Drive.of(force=(None,))),
-        (EquilibriumError, "force -1000000.0", lambda: Drive.of(force=-1e6)),
-        (EquilibriumError, "load of y = -inf", lambda: Drive.of(force=(None, -np.inf))),
-        (EquilibriumError, "load of y = 'x'", lambda: Drive.of(force=(None, "x"))),
-        (EquilibriumError, r"shapes \(2,\)", lambda: Drive(np.zeros(2), np.zeros(2))),
-        (EquilibriumError, "the other nan", lambda: Drive(np.full(3, np.nan), np.full(3, np.nan))),
-        (EquilibriumError, "give a Drive", lambda: solve_contact(FIXED_BODY, MOVING, -1e6)),
+        (EquilibriumError, r"force \(None,\)", lambda: Control.of(force=(None,))),
+        (EquilibriumError, "force -1000000.0", lambda: Control.of(force=-1e6)),
+        (EquilibriumError, "load of y = -inf", lambda: Control.of(force=(None, -np.inf))),
+        (EquilibriumError, "load of y = 'x'", lambda: Control.of(force=(None, "x"))),
+        (EquilibriumError, r"shapes \(2,\)", lambda: Control(np.zeros(2), np.zeros(2))),
+        (EquilibriumError, "the other nan", lambda: Control(np.full(3, np.nan), np.full(3, np.nan))),
+        (EquilibriumError, "give a Control", lambda: solve_contact(FIXED_BODY, MOVING, -1e6)),
         (
             EquilibriumError,
             "moment 1000 N. cannot be balanced",
-            lambda: solve_contact(FIXED_BODY, MOVING, Drive.of(force=(None, 0.0), moment=1e3)),
+            lambda: solve_contact(FIXED_BODY, MOVING, Control.of(force=(None, 0.0), moment=1e3)),
         ),
         (SettingsError, "steps = 0", lambda: solve_contact(FIXED_BODY, MOVING, LOAD, steps=0)),
         (FrictionError, "friction = '0.3'", lambda: solve_contact(FIXED_BODY, MOVING, LOAD, "0.3")),
@@ -217,7 +217,7 @@ def test_conditions_and_places(error, message, call):
         (
             RollingError,
             "do not touch",
-            lambda: solve_rolling(solve_contact(FIXED_BODY, MOVING, Drive.of(force=(None, 0.0))), 0.3, creepage=1e-3),
+            lambda: solve_rolling(solve_contact(FIXED_BODY, MOVING, Control.of(force=(None, 0.0))), 0.3, creepage=1e-3),
         ),
     ]
 )

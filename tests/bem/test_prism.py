@@ -11,7 +11,7 @@ from bem.plane.curve import arc
 from bem.plane.mesh import Sizing, mesh_outline
 from bem.plane.outline import Edge, Outline, block_behind
 from bem.slices.prism import PrismSection
-from bem.slices.prism_kernel import bessel_rests
+from bem.slices.prism_kernel import bessel_remainders
 from tests.order import assert_order
 
 MU, NU = STEEL.shear, STEEL.poisson
@@ -77,11 +77,11 @@ def section_error(outline, size, k, held_edge=None, inside=lambda points: np.one
 
 def test_bessel_rests_keep_their_digits():
     for z in (1e-6, 1e-3, 0.3, 1.99):
-        zero, one = bessel_rests(z)
+        zero, one = bessel_remainders(z)
         assert zero == pytest.approx(k0(z) + np.log(z / 2), abs=1e-14)
         assert one == pytest.approx(z * k1(z) - 1, abs=1e-14)
     for z in (2.01, 4.0, 20.0):
-        zero, one = bessel_rests(z)
+        zero, one = bessel_remainders(z)
         assert zero - np.log(z / 2) == pytest.approx(k0(z), rel=3e-7, abs=1e-14)
         assert one + 1 == pytest.approx(z * k1(z), rel=3e-7, abs=1e-14)
 

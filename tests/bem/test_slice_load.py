@@ -92,7 +92,7 @@ def test_bad_input_says_what_is_wrong():
     with pytest.raises(ContactInputError, match="half the patch's length"):
         loaded_slices(SLICES, load=LOAD, semi_length=-1e-3)
     with pytest.raises(ContactInputError, match="turn both bodies"):
-        loaded_slices(Slices(SLICES.lower, SLICES.upper, way=(0.1, -1.0)), load=LOAD)
+        loaded_slices(Slices(SLICES.lower, SLICES.upper, direction=(0.1, -1.0)), load=LOAD)
     with pytest.raises(ContactInputError, match="give semi_length"):
         loaded_slices(Slices(SLICES.lower, SLICES.upper), load=LOAD)
     with pytest.raises(ContactInputError, match="at least 1 slice"):

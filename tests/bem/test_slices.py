@@ -10,7 +10,7 @@ from bem.material import STEEL, Elastic, Pair, contact_modulus
 from bem.patch import ContactInputError, Grid, NoContactError, PatchCutError
 from bem.plane.body import Body
 from bem.plane.contact import Settings, solve_contact
-from bem.plane.coulomb import Drive
+from bem.plane.coulomb import Control
 from bem.plane.curve import arc
 from bem.plane.outline import Edge, Outline, OutlineError, block_behind
 from bem.slices.coupled import SliceOperator, _Problem, slice_contact
@@ -79,7 +79,7 @@ def test_long_patch_is_plane_strain(name, half_width):
     lower, upper = CASES[name]()
     patch, pressure, line_load = middle_of_long_patch(lower, upper, 10e6, half_width)
     assert line_load == pytest.approx(10e6, rel=5e-3)
-    plane = solve_contact(lower, upper, Drive.of(force=(None, -line_load)), settings=Settings(accuracy=1e-3))
+    plane = solve_contact(lower, upper, Control.of(force=(None, -line_load)), settings=Settings(accuracy=1e-3))
     assert pressure.max() == pytest.approx(max(p.max_pressure for p in plane.patches()), rel=5e-3)
     covered = np.count_nonzero(pressure) * patch.grid.dy
     assert covered == pytest.approx(
@@ -103,7 +103,7 @@ def test_long_pin_in_its_hole_is_perssons_where_the_half_space_is_wrong(degrees)
         held="hub",
     )
     slices = Slices(hole, pin)
-    middle = SliceGap(slices).touch[0]
+    middle = SliceGap(slices).first_point[0]
     grid = Grid.over((-1, 1), (middle - 1.15 * radius * angle, middle + 1.15 * radius * angle), 41, 80)
     patch = slice_contact(
         slices, load=2 * MODULUS * clearance / pin_clearance(angle), grid=grid, cut=True, threads=1, estimate=False
@@ -141,22 +141,22 @@ def flank():
     hole = Body(Outline([[Edge(arc((0, 0), 0.02, np.pi / 2, 2.5 * np.pi, 721), "face")]], infinite=True), STEEL)
     normal = np.array([np.sin(angle), -np.cos(angle)])
     above = (clearance + deep) * normal + [0, 3e-4]
-    straight = Slices(hole, ring(0.01, 0.002), way=tuple(normal))
+    straight = Slices(hole, ring(0.01, 0.002), direction=tuple(normal))
     down = Slices(hole, ring(0.01, 0.002).moved(above))
-    return straight, deep, down, 3e-4 + SliceGap(down).closing[1]
+    return straight, deep, down, 3e-4 + SliceGap(down).initial_approach[1]
 
 
-def on_flank(slices: Slices, **drive):
-    middle = SliceGap(slices).touch[0]
+def on_flank(slices: Slices, **control):
+    middle = SliceGap(slices).first_point[0]
     grid = Grid.over((-0.05, 0.05), (middle - 5e-3, middle + 5e-3), 21, 80)
-    return slice_contact(slices, grid=grid, cut=True, threads=1, estimate=False, **drive)
+    return slice_contact(slices, grid=grid, cut=True, threads=1, estimate=False, **control)
 
 
 def test_gap_at_an_approach_is_that_of_two_circles():
     """Distance from the hole to the moved pin along the hole's normal, 1e-9 m of 1e-4."""
     down, approach = flank()[2:]
     gap = SliceGap(down)
-    y = np.linspace(gap.touch[0] - 5e-3, gap.touch[0] + 5e-3, 31)
+    y = np.linspace(gap.first_point[0] - 5e-3, gap.first_point[0] + 5e-3, 31)
     found = gap(np.zeros((1, 31)), y[None, :], approach)[0]
     points, normals = gap.face(y)
     away = points - (0.01 + 1e-4) * np.array([np.sin(np.radians(65)), -np.cos(np.radians(65))])
@@ -170,8 +170,8 @@ def test_pressed_along_a_steep_flank_is_the_contact_pressed_straight_into_it():
     """Pressure 0.2 %, force and approach 0.1 %; with the gap of the first point of contact 1.3 %, 2.8 % and 3.2 %."""
     straight, deep, down, approach = flank()
     exact = on_flank(straight, approach=deep)
-    for drive in ({"approach": approach}, {"load": float(exact.force[1])}):
-        found = on_flank(down, **drive)
+    for control in ({"approach": approach}, {"load": float(exact.force[1])}):
+        found = on_flank(down, **control)
         assert found.max_pressure == pytest.approx(exact.max_pressure, rel=2e-3)
         np.testing.assert_allclose(found.force, exact.force, rtol=2e-3)
         assert found.approach == pytest.approx(approach, rel=1e-3) and not any(
@@ -206,7 +206,7 @@ def test_beside_an_edge_a_long_patch_is_plane_strain_and_the_half_space_is_wrong
     grid = Grid.over((-0.5, 0.5), (-0.0035, 0.002), 41, 66)
     patch = slice_contact(Slices(lower, upper), load=2e6, grid=grid, cut=True, threads=1, estimate=False)
     pressure, line_load = patch.pressure[20], patch.line_load[20]
-    plane = solve_contact(lower, upper, Drive.of(force=(None, -line_load)), settings=Settings(accuracy=1e-3))
+    plane = solve_contact(lower, upper, Control.of(force=(None, -line_load)), settings=Settings(accuracy=1e-3))
     judge = plane.patches()[0]
     assert pressure.max() == pytest.approx(judge.max_pressure, rel=0.02)
     where = (grid.y[pressure > 0][0] + grid.y[pressure > 0][-1]) / 2
@@ -256,7 +256,7 @@ def test_bad_input_says_what_is_wrong():
     with pytest.raises(ContactInputError, match="not above the face"):
         wheel_on_prism(lower, upper, -0.1)
     with pytest.raises(ContactInputError, match="direction"):
-        Slices(lower, upper, way=(0, 0))
+        Slices(lower, upper, direction=(0, 0))
     with pytest.raises(ContactInputError, match="rising order"):
         slices_of_profiles(lower, upper, [0.0, 0.0])
     with pytest.raises(ContactInputError, match="not finite"):

@@ -7,7 +7,7 @@ import pytest
 from bem.material import STEEL, Elastic
 from bem.plane.body import Body
 from bem.plane.contact import Settings, solve_contact
-from bem.plane.coulomb import Drive
+from bem.plane.coulomb import Control
 from bem.plane.internal import field_at, grid_below
 from bem.plane.outline import block_behind
 from bem.verification.cases import CASES
@@ -21,7 +21,7 @@ from geometry.profiles.wheel import wheel_profile
 # gauge 1435, back-to-back 1360, rail inclined 1:20, wheel lifted by 50 mm; 4 kN per mm of thickness
 WHEEL = wheel_profile("P8").points + [tread_datum_y(), 0.05]
 RAIL = rail_head("56E1", 1 / 20).points
-LOAD = Drive.of(force=(None, -4e6))
+LOAD = Control.of(force=(None, -4e6))
 
 
 def wheel_on_rail(young, size):

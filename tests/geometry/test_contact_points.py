@@ -51,9 +51,9 @@ def search_for(wheel: Profile, rail: Profile, **positions) -> ContactSearch:
 
 def rail_axis(search: ContactSearch, side: str) -> np.ndarray:
     """y, z of the crown's centre in track axes."""
-    place = getattr(search.track, f"{side}_place")
+    offset = getattr(search.track, f"{side}_position")
     sign = 1 if side == "left" else -1
-    return np.array([sign * search.track.gauge_offset(side) + place.lateral, place.vertical - CROWN])
+    return np.array([sign * search.track.gauge_offset(side) + offset.lateral, offset.vertical - CROWN])
 
 
 def axle(state: Wheelset) -> tuple[np.ndarray, np.ndarray]:

@@ -7,8 +7,8 @@ import pytest
 from scipy.interpolate import make_smoothing_spline
 from scipy.optimize import minimize_scalar
 
+from geometry.profiles.defects import noise_level
 from geometry.profiles.doctor import examine, refuse_loops
-from geometry.profiles.errors import noise_level
 from geometry.profiles.figure import draw_diagnosis
 from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.profile import ProfileError

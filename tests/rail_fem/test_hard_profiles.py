@@ -118,5 +118,5 @@ def test_vertical_walls_are_left_aside_and_the_head_between_them_carries(tmp_pat
     )
     found = examine(read_raw(through_a_file(tmp_path, points), "rail")).profile
     search = ContactSearch(Wheelset(WHEEL), Track(found.graph_part(), gauge_point=13.9 * MM))
-    place = search.contacts(search.settle(), "left").lowest().rail_station[0]
-    assert min(abs(place - y * MM) for y in (-24, -10, 0, 10)) < 1e-6  # it stands on an edge
+    station = search.contacts(search.settle(), "left").lowest().rail_station[0]
+    assert min(abs(station - y * MM) for y in (-24, -10, 0, 10)) < 1e-6  # it stands on an edge

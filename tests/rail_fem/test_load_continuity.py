@@ -140,11 +140,11 @@ def jumps_on_lines(search_at, count: int, seed: int) -> np.ndarray:
     return np.array(found)
 
 
-@pytest.mark.parametrize("position", ["plain line", "crossing"])
-def test_no_force_jumps_by_one_percent_on_random_lines(rail, place):
+@pytest.mark.parametrize("where", ["plain line", "crossing"])
+def test_no_force_jumps_by_one_percent_on_random_lines(rail, where):
     wheelset, track = Wheelset(wheel_profile("P8")), Track.plain_line()
     plain, crossing = ContactSearch(wheelset, track), SurfaceSearch(wheelset, track, left=rail)
-    assert jumps_on_lines((lambda x: plain) if place == "plain line" else crossing.at, 12, 4).max() < 0.01
+    assert jumps_on_lines((lambda x: plain) if where == "plain line" else crossing.at, 12, 4).max() < 0.01
 
 
 @pytest.mark.validate
@@ -206,9 +206,9 @@ def test_random_loaded_states_on_the_crossing_rest_in_equilibrium(rail, noise):
 
 @pytest.mark.validate
 @pytest.mark.parametrize("noise", [0.0, 10 * UM, 30 * UM, 100 * UM])
-@pytest.mark.parametrize("position", ["plain line", "crossing"])
-def test_ten_thousand_random_loaded_states(rail, place, noise):
-    counts = outcomes(2500, 11, noise, rail if place == "crossing" else None)
-    print(f"{place}, noise {noise / UM:g} um: {dict(counts)}")
+@pytest.mark.parametrize("where", ["plain line", "crossing"])
+def test_ten_thousand_random_loaded_states(rail, where, noise):
+    counts = outcomes(2500, 11, noise, rail if where == "crossing" else None)
+    print(f"{where}, noise {noise / UM:g} um: {dict(counts)}")
     assert counts["rests"] + counts["rough"] == 2500
     assert counts["rough"] <= (0 if noise == 0 else 50)  # 2 % of states on wheels that are rough within the patch

@@ -236,9 +236,9 @@ def loaded_states(count: int, seed: int, noise: float) -> int:
             )
             search = ContactSearch(Wheelset(wheel), Track.plain_line(gauge=1.435 + random.uniform(-3, 15) * MM))
         loads = 10 ** random.uniform(0, 5.2, 2)
-        place = random.uniform(-12, 12) * MM, random.uniform(-0.03, 0.03)
+        held = random.uniform(-12, 12) * MM, random.uniform(-0.03, 0.03)
         try:
-            found = static_equilibrium(search, loads, *place)
+            found = static_equilibrium(search, loads, *held)
         except WheelsetError as error:
             assert "rough" in str(error)
             refused += 1

@@ -181,14 +181,14 @@ def compared(rail: str) -> dict:
     position on wheel, ahead [mm]}."""
     rows = {}
     for shift, roll, *wheels in PUBLISHED:
-        for side, (touch, _, ahead, place, angle, station) in zip(("left", "right"), wheels):
+        for side, (touch, _, ahead, lateral, angle, station) in zip(("left", "right"), wheels):
             z = RADIUS - touch * MM - 50e-6
             found = search(rail).contacts(posed(rail, shift, roll, z), side, reach=1e-3).lowest()
             depth = RADIUS - z + found.gap[0] / np.cos(found.angle[0])
             rows[shift, side] = np.array(
                 [
                     (depth - touch * MM) / 1e-6,
-                    abs(found.position[0, 1]) / MM - place,
+                    abs(found.position[0, 1]) / MM - lateral,
                     np.degrees(found.angle[0] - angle),
                     found.station[0] / MM - station,
                     found.position[0, 0] / MM - ahead,
@@ -201,13 +201,13 @@ def compared(rail: str) -> dict:
 def test_the_wheels_touch_where_the_published_run_says(rail, touch, flange_touch):
     """Asked for: 1 mm, 2 degrees. Heights: printed to 0.1 um; on the standard's arcs the two rails' own difference of
     up to 43 um."""
-    for (shift, side), (height, place, angle, station, ahead) in compared(rail).items():
+    for (shift, side), (height, lateral, angle, station, ahead) in compared(rail).items():
         on_flange = side == "right" and shift > 6
         assert abs(height) < (flange_touch if on_flange else touch), (shift, side)
         if side == "left":
             assert abs(height) < 0.15  # the crown is the same on both rails; printed to 0.1 um, both ends
         if (shift, side) not in LONG_PATCHES:
-            assert max(abs(place), abs(station)) < 0.65 and abs(angle) < 0.35 and abs(ahead) < 0.06, (shift, side)
+            assert max(abs(lateral), abs(station)) < 0.65 and abs(angle) < 0.35 and abs(ahead) < 0.06, (shift, side)
 
 
 @pytest.mark.parametrize("rail, later", [("EN", {(5.0, "right")}), ("file", set())])
@@ -241,10 +241,10 @@ def strip(
     points = centres[:, None] + radius[:, None, None] * (np.sin(turn)[:, None] * ahead - np.cos(turn)[:, None] * up)
     gap = points[..., 2] - np.interp(sign * points[..., 1], rail_y, rail_z, left=-1, right=-1)
     each, at = np.arange(len(stations)), np.argmin(gap, axis=1)
-    least, place = gap[each, at], sign * points[each, at, 1]
-    weight = np.maximum(-least, 0) * np.abs(np.gradient(place))
+    least, lateral = gap[each, at], sign * points[each, at, 1]
+    weight = np.maximum(-least, 0) * np.abs(np.gradient(lateral))
     inside = least < 0
-    return least.min(), (weight * place).sum() / weight.sum(), place[inside].min(), place[inside].max()
+    return least.min(), (weight * lateral).sum() / weight.sum(), lateral[inside].min(), lateral[inside].max()
 
 
 @pytest.mark.parametrize("rail", ["EN", "file"])
@@ -255,7 +255,7 @@ def test_brute_force_on_every_point_of_the_wheel_finds_the_same(row, rail):
     the published position between the deepest point and the mean of the penetrating strip, 0.15 mm for CONTACT's own
     steps of 0.2 mm."""
     shift, roll, *wheels = PUBLISHED[row]
-    for side, (_, loaded, _, place, _, _) in zip(("left", "right"), wheels):
+    for side, (_, loaded, _, lateral, _, _) in zip(("left", "right"), wheels):
         # on the standard's arcs the wheel has to come lower to touch
         depth = loaded * MM + (40e-6 if rail == "EN" else 0.0)
         least, mean, low, high = strip(rail, shift, roll, side, depth, 0.025 * MM if shift > 6.2 else 0.05 * MM)
@@ -265,8 +265,8 @@ def test_brute_force_on_every_point_of_the_wheel_finds_the_same(row, rail):
         if rail == "EN":
             continue
         bounds = sorted([abs(point.position[0, 1]), mean])
-        assert bounds[0] - 0.15 * MM < place * MM < bounds[1] + 0.15 * MM
-        assert low < place * MM < high
+        assert bounds[0] - 0.15 * MM < lateral * MM < bounds[1] + 0.15 * MM
+        assert low < lateral * MM < high
 
 
 @pytest.mark.parametrize("rail, angle, height", [("file", 1.6, 1.05), ("EN", 34.0, 26.0)])

@@ -20,8 +20,8 @@ def touching(track: Track, lateral: float = 0.0, yaw: float = 0.01):
 
 
 def test_both_rails_aside_are_the_wheelset_aside_the_other_way():
-    place = RailPosition(lateral=1.5 * MM)
-    moved, points = touching(Track.plain_line(left_position=place, right_position=place), lateral=3.5 * MM)
+    offset = RailPosition(lateral=1.5 * MM)
+    moved, points = touching(Track.plain_line(left_position=offset, right_position=offset), lateral=3.5 * MM)
     plain, reference = touching(Track.plain_line(), lateral=2.0 * MM)
     assert (moved.z, moved.roll) == pytest.approx((plain.z, plain.roll), abs=TIGHT)
     for side in points:
@@ -55,7 +55,7 @@ def test_an_upright_rail_rolled_towards_the_track_is_an_inclined_one(side, turn)
     """Rolled about its crown point by atan 1:20; the inclined head's own origin is put where the rolled head's highest
     point is."""
     angle = np.arctan(1 / 20)
-    track = Track(rail_head("56E1"), **{f"{side}_place": RailPosition(roll=turn * angle)})
+    track = Track(rail_head("56E1"), **{f"{side}_position": RailPosition(roll=turn * angle)})
     rolled = track.placed(side)
     top = rolled.points[np.argmax(rolled.points[:, 1])]
     head = rail_head("56E1", 1 / 20).points
@@ -68,8 +68,8 @@ def test_an_upright_rail_rolled_towards_the_track_is_an_inclined_one(side, turn)
 
 
 def test_the_rail_station_is_the_place_on_the_unmoved_profile():
-    place = RailPosition(lateral=1 * MM, vertical=-2 * MM, roll=0.02)
-    track = Track.plain_line(left_position=place)
+    offset = RailPosition(lateral=1 * MM, vertical=-2 * MM, roll=0.02)
+    track = Track.plain_line(left_position=offset)
     _, points = touching(track)
     own, at = track.left.graph_part(), points["left"].rail_station[0]
     turned = np.array([[np.cos(0.02), np.sin(0.02)], [-np.sin(0.02), np.cos(0.02)]])

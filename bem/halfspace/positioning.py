@@ -29,7 +29,7 @@ def evaluate_gap(gap: GapFunction, grid: Grid) -> np.ndarray:
     return gap_values(gap(*grid.points()), grid)
 
 
-def place_grid(
+def position_grid(
     gap: GapFunction, window: Window, pair: Pair, load: float | None, approach: float | None, cells: tuple[int, int]
 ) -> Grid:
     """Grid of `cells` that holds every patch inside the window with a margin of 1.5 cells.
@@ -47,7 +47,7 @@ def place_grid(
         found = tuple((max(low, limit[0]), min(high, limit[1])) for (low, high), limit in zip(found, window))
         if resolved:
             return _lay(found, window, cells, search_cells)
-        if _at_rest(found, box):
+        if _settled(found, box):
             if min(search_cells) >= _MOST_SEARCH_CELLS:
                 break  # the next round would be this one again
             search_cells = [min(2 * count, _MOST_SEARCH_CELLS) for count in search_cells]
@@ -71,7 +71,7 @@ def _unresolved(grid: Grid, contact: np.ndarray) -> str:
     )
 
 
-def _at_rest(found: Window, box: Window) -> bool:
+def _settled(found: Window, box: Window) -> bool:
     """Whether a round has narrowed no side of the box."""
     return all(new[1] - new[0] > _SHRINKS * (old[1] - old[0]) for new, old in zip(found, box))
 
