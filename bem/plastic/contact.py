@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.halfspace.input import check_drive, check_inside, gap_values
+from bem.halfspace.input import check_control, check_inside, gap_values
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, Cost, Grid, Patch
@@ -90,7 +90,7 @@ class PlasticHalfSpace:
         tolerance : change of the surface over the approach at which pressure and plastic strain agree
         """
         started = time.perf_counter()
-        check_drive(load, None)
+        check_control(load, None)
         gap = gap_values(gap, self.grid)
         agreed = self.agree(gap, load, tolerance)
         self.body.accept(agreed.trial)

@@ -75,7 +75,7 @@ def section_error(outline, size, k, held_edge=None, inside=lambda points: np.one
     return np.abs(found - exact).max() / np.abs(exact).max()
 
 
-def test_bessel_rests_keep_their_digits():
+def test_bessel_remainders_keep_their_digits():
     for z in (1e-6, 1e-3, 0.3, 1.99):
         zero, one = bessel_remainders(z)
         assert zero == pytest.approx(k0(z) + np.log(z / 2), abs=1e-14)
