@@ -12,8 +12,10 @@ from rail_fem.case.casefile import Case, CaseError, load_case
 from rail_fem.case.variations import VariationError, read_settings
 from rail_fem.commands import contact as pair
 from rail_fem.commands import start
+from rail_fem.commands.design import design
 from rail_fem.commands.ending import say, stop, stop_run
 from rail_fem.commands.export import export
+from rail_fem.commands.measured import low_pass, measured
 from rail_fem.commands.show_sweep import is_sweep, show_sweep, tell_sweep
 from rail_fem.commands.study import study
 from rail_fem.commands.sweep import SetOption, sweep
@@ -30,6 +32,9 @@ app.command()(start.init)
 app.command()(pair.contact)
 app.command()(pair.patch)
 app.command()(sweep)
+app.command()(design)
+app.command()(measured)
+app.command("low-pass")(low_pass)
 app.command()(export)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(study)
 
@@ -79,16 +84,31 @@ def check(
     model: ModelOption = None,
     settings: SetOption = None,
     ranks: Annotated[int, typer.Option(help="ranks to estimate for", min=1)] = 2,
+    draw: Annotated[Path | None, typer.Option(help="draw the crossing of the case into this PNG file")] = None,
 ) -> None:
-    """Read a case file and say what it means, what it will cost, and what calls for a warning; nothing is meshed or
-    written."""
+    """Read a case file and say what it means, what it will cost, and what calls for a warning; nothing is meshed, and
+    nothing written but a drawing that is asked for."""
     from rail_fem.show.report import case_report
 
     loaded, name = read_case(case, model, settings)
     report, errors = case_report(loaded, name, ranks)
     say(report)
+    if draw is not None:
+        _draw_crossing(loaded, draw)
     if errors:
         stop("\n  ".join([f"{case}: {len(errors)} input error(s)", *errors]))
+
+
+def _draw_crossing(case: Case, path: Path) -> None:
+    """Plan, long section and cross-sections; ends the program where that cannot be done."""
+    from rail_fem.show.crossing import crossing_figure
+    from rail_fem.show.style import lettering, save
+
+    try:
+        with lettering():
+            say(f"drawn {save(crossing_figure(case.scene), path)}")
+    except (ValueError, OSError) as error:
+        stop(f"--draw {path}: {error}")
 
 
 @app.command()

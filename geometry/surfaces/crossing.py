@@ -148,6 +148,11 @@ class CastCrossing:
         return self.shape.leg_start, self.shape.leg_end
 
     @property
+    def knuckle_x(self) -> float:
+        """x where the wing's upper face leaves the gauge line [m]: the leg ends there."""
+        return self.stretch * self.shape.knuckle_x
+
+    @property
     def tables(self) -> tuple[CrossingShape, np.ndarray]:
         """What the compiled search takes (geometry.surfaces.surface_height)."""
         return self.shape, self.loft

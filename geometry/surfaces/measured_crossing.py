@@ -87,6 +87,12 @@ class MeasuredCrossing:
         start = float(grid.x[max(first - 1, 0)])
         return start, min(start + 0.3, self.x_range[1])
 
+    @property
+    def knuckle_x(self) -> float:
+        """x where the wing's face leaves the gauge line by 0.5 mm [m]: the leg ends there."""
+        away = self.grids.wing.face - cast_leg().gauge_line > 0.5 * MM
+        return float(self.grids.wing.x[int(np.argmax(away))]) if away.any() else self.leg_range[1]
+
     @staticmethod
     def _head(grid: BodyGrid) -> np.ndarray:
         return np.broadcast_to(grid.z[0] > -2 * MM, grid.z.shape)

@@ -5,6 +5,7 @@ from rail_fem.light.mass_scaling import static_patch
 from rail_fem.light.rigid import window_warnings
 from rail_fem.scene.crossing import CAST
 from rail_fem.scene.scene import Frozen, Scene
+from rail_fem.scene.steel import FROM_MEMORY
 from rail_fem.settings.explicit import FeSettings
 
 COMPARED_RATIOS = 9.25, 10.75  # between which the parametric crossing was held against anything
@@ -43,6 +44,13 @@ def scene_warnings(scene: Scene) -> list[str]:
             f"crossing 1:{scene.crossing.ratio:g}: the parametric crossing was compared at 1:{COMPARED_RATIOS[0]:g} and"
             f" 1:{COMPARED_RATIOS[1]:g} only"
         )
+    for part in ("wing", "nose", "wheel"):
+        material = getattr(scene.materials, part)
+        if material.grade in FROM_MEMORY and material.hardening_stress is None:
+            warnings.append(
+                f"steel {material.grade} of the {part}: part of its curve is from memory, not verified"
+                " (rail_fem/scene/steel.py): give hardening_strain and hardening_stress of a test"
+            )
     if scene.friction > 0.7:
         warnings.append(f"friction {scene.friction:g} > 0.7: steel on steel, dry, has 0.2 to 0.6")
     if 0 < scene.foundation.track_mass < LEAST_TRACK_MASS:

@@ -28,6 +28,10 @@ STUDIES = {
         "rail_fem.studies.crossing_path",
         "five wheels over the cast crossing: contact bands, axle height, transfer, dip angle",
     ),
+    "leg": Study("rail_fem.studies.leg", "why the leg throws the wheel: one thing changed at a time, by a light model"),
+    "whole-crossing": Study(
+        "rail_fem.studies.whole_crossing", "the sixteen cases from the leg on, beside the nose transfer begun at rest"
+    ),
     "crossing-contact": Study(
         "rail_fem.studies.crossing_contact", "time against error of a loaded wheelset state on a crossing"
     ),

@@ -198,7 +198,7 @@ def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
     rows = trust.report_rows(facts)
     slowest = run.comm.bcast(None if quality is None else slowest_elements(quality), root=0)
     side, settled = (run.scene.direction_sign, run.scene.static_wheel_load), run.settings.settle_time
-    peaks = force_peaks(history, *side, settled)
+    peaks = force_peaks(history, *side, settled, run.scene.crossing.leg_end)
     return PassResult(
         model=model,
         scene=run.scene,

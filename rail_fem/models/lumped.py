@@ -47,7 +47,7 @@ def solve(
     rows = history_rows(run, settings.history_interval)
     columns, load = common_history(run), scene.static_wheel_load
     history = {name: values[rows] for name, values in columns.items()}
-    peaks = force_peaks(columns, scene.direction_sign, load)
+    peaks = force_peaks(columns, scene.direction_sign, load, leg_end=scene.crossing.leg_end)
     flags = lumped_flags(scene, table, run, constant, lift_offs(run, scene.static_wheel_load))
     return PassResult(
         model="lumped",

@@ -98,7 +98,7 @@ def pass_result(
     columns = common_history(run) | body_columns(run, table, point) | (more or {})
     history = {name: values[rows] for name, values in columns.items()}
     side = scene.direction_sign, scene.static_wheel_load
-    peaks = force_peaks(columns, *side)
+    peaks = force_peaks(columns, *side, leg_end=scene.crossing.leg_end)
     return PassResult(
         model=model,
         scene=scene,

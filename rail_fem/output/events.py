@@ -13,7 +13,9 @@ for good; a
 force falls by
   more than FALL of the static load below it. What shakes with the mesh falls by less; what comes after a flight is
   another impact.
-- *Largest force*: over all the way after the settling, of the wheel and of each body.
+- *Largest force*: over all the way after the settling, of the wheel and of each body. The leg (the wing
+  body as far as `leg_end`) and the wing rail behind it each have their own.
+- *Flight*: a loss of contact; its launch speed is the wheel's upward speed at its first row.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ OPEN = 1e-3  # of the static load: less is no contact
 FALL = 0.25  # of the static load: a maximum stands so much above what follows it
 # column -> name of its peak
 LARGEST = {"force": "largest_force", "force_wing": "largest_force_wing", "force_nose": "largest_force_nose"}
+LEG = "largest_force_leg"
 HIGH_END = 1.2  # of the static load: a run that ends above has not come to rest
 END_STRETCH = 5e-3  # over which the force at the end is averaged [m]
 NEAR_END = 10e-3  # a peak closer to an end of the way may be an accident of the window [m]
@@ -43,6 +46,24 @@ class Loss:
     x_end: float
     start: float
     end: float
+
+
+@dataclass(frozen=True)
+class Flight(Loss):
+    """A loss of contact of a wheel whose height is known. launch_speed : upward, at its start [m/s]; NaN where it is
+    not resolved"""
+
+    launch_speed: float = NAN
+
+    @property
+    def length(self) -> float:
+        """Distance covered [m]."""
+        return abs(self.x_end - self.x_start)
+
+    @property
+    def duration(self) -> float:
+        """Time in the air [s]."""
+        return self.end - self.start
 
 
 def receiving_body(sign: float) -> str:
@@ -89,20 +110,35 @@ def after_settling(history: Mapping[str, np.ndarray], settled: float) -> dict[st
 
 
 def force_peaks(
-    history: Mapping[str, np.ndarray], sign: float, static_load: float, settled: float = -np.inf
+    history: Mapping[str, np.ndarray],
+    sign: float,
+    static_load: float,
+    settled: float = -np.inf,
+    leg_end: float = -np.inf,
 ) -> dict[str, Peak]:
     """`first_impact` and the largest forces; none for a body that is never touched or not resolved, no first impact
-    without a transfer."""
+    without a transfer. leg_end : x of the leg's end [m]; the largest force before it is the leg's, not the wing's"""
     rows, found = after_settling(history, settled), {}
     if "force_nose" in rows:
         row = transfer_row(rows["force"], rows["force_nose"], sign, static_load)
         body = receiving_body(sign)
         if row is not None:
             found["first_impact"] = peak_at(rows, body, row + first_maximum(rows[body][row:], FALL * static_load))
+    leg = rows["x"] < leg_end
     for column, name in LARGEST.items():
-        if column in rows and np.nanmax(rows[column], initial=0.0) > 0:
-            found[name] = peak_at(rows, column, int(np.nanargmax(rows[column])))
+        if column not in rows:
+            continue
+        own = np.where(leg, np.nan, rows[column]) if column == "force_wing" else rows[column]
+        _add_largest(found, name, rows, column, own)
+    if "force" in rows:
+        _add_largest(found, LEG, rows, "force", np.where(leg, rows["force"], np.nan))
     return found
+
+
+def _add_largest(found: dict[str, Peak], name: str, rows: Mapping[str, np.ndarray], column: str, values: np.ndarray):
+    """The largest of values (n,), a column or part of it, as the peak `name`; none where nothing is above 0."""
+    if np.nanmax(values, initial=0.0) > 0:
+        found[name] = peak_at(rows, column, int(np.nanargmax(values)))
 
 
 def first_maximum(values: np.ndarray, fall: float) -> int:
@@ -160,7 +196,8 @@ def settling_end(result: PassResult) -> tuple[float, float]:
 def stated_peaks(result: PassResult) -> dict[str, Peak]:
     """The forces that a result states, by name; where it states none, those of its history."""
     end = result.settings.get("settle_time") or -np.inf
-    found = force_peaks(result.history, result.scene.direction_sign, result.scene.static_wheel_load, end)
+    scene = result.scene
+    found = force_peaks(result.history, scene.direction_sign, scene.static_wheel_load, end, scene.crossing.leg_end)
     return found | {name: peak for name, peak in result.peaks.items() if np.isfinite([peak.value, peak.x]).all()}
 
 
@@ -177,3 +214,20 @@ def lost_contact(time: np.ndarray, x: np.ndarray, force: np.ndarray, static_load
     edges = np.diff(np.concatenate([[0], lost.astype(int), [0]]))
     starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
     return [Loss(x[i], x[k], time[i], time[k]) for i, k in zip(starts, ends)]
+
+
+def flights(result: PassResult) -> list[Flight]:
+    """Losses of contact after the settling, in the order of time; none for a model without a history."""
+    rows = after_settling(result.history, result.settings.get("settle_time") or -np.inf)
+    time, height = rows["time"], rows["wheel_height"]
+    losses = lost_contact(time, rows["x"], rows["force"], result.scene.static_wheel_load)
+    speed = np.gradient(height, time) if len(time) > 2 else np.full(len(time), NAN)
+    return [
+        Flight(loss.x_start, loss.x_end, loss.start, loss.end, float(speed[np.searchsorted(time, loss.start)]))
+        for loss in losses
+    ]
+
+
+def longest_flight(result: PassResult) -> Flight:
+    """The longest; of no length where the wheel never leaves the crossing."""
+    return max(flights(result), key=lambda flight: flight.length, default=Flight(0.0, 0.0, 0.0, 0.0))

@@ -12,6 +12,7 @@ BODIES = ("nose", "wing")
 FORCES = {
     "first_impact": "first impact after the transfer",
     "largest_force": "largest force on the wheel",
+    "largest_force_leg": "largest force on the leg",
     "largest_force_wing": "largest force on the wing rail",
     "largest_force_nose": "largest force on the nose",
 }

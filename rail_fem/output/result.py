@@ -76,8 +76,8 @@ class PassResult:
     scene          : the scene that was solved
     settings       : the model's numerics as plain values [SI]
     history        : name -> (n,) [SI], the columns of rail_fem.output.history.COLUMNS; columns left out become NaN
-    peaks          : name -> Peak: "first_impact", "largest_force", "largest_force_wing", "largest_force_nose"
-        (rail_fem.output.events), "plastic_strain_wing", ...
+    peaks          : name -> Peak: "first_impact", "largest_force", "largest_force_leg", "largest_force_wing",
+        "largest_force_nose" (rail_fem.output.events), "plastic_strain_wing", ...
     patches        : contact patches at chosen moments
     transfer_x     : x [m] where the body that the wheel comes to takes over half of the force for good
         (rail_fem.output.events); NaN if it never does

@@ -7,10 +7,10 @@ from matplotlib.figure import Figure
 
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.light.rigid import rigid_path
-from rail_fem.output.events import LARGEST, receiving_body, settling_end, stated_peaks
+from rail_fem.output.events import LARGEST, LEG, receiving_body, settling_end, stated_peaks
 from rail_fem.output.result import PassResult, Peak
 from rail_fem.show.positions import label_distance, legend_above, mark_positions
-from rail_fem.show.style import BODY, GREY, HALO, PURPLE, TOTAL, give_title, new_figure, words_instead
+from rail_fem.show.style import BODY, GREY, HALO, ORANGE, PURPLE, TOTAL, give_title, new_figure, words_instead
 
 PATH_POINTS = 150  # of the rigid wheel path
 FORCES = (
@@ -48,6 +48,9 @@ def draw_forces(axes, result: PassResult) -> None:
         axes.plot(1e3 * history["x"], values / 1e3, color=colour, lw=width, zorder=order, label=f"{words}: {found}")
         if peak and column != "force":
             ring(axes, peak, "o", colour, bar=result.error_bars.get(LARGEST[column], 0.0))
+    if leg := peaks.get(LEG):
+        words = f"largest on the leg: {leg.value / 1e3:.1f} kN at x = {leg.x * 1e3:.1f} mm"
+        ring(axes, leg, "s", ORANGE, words)
     first = peaks.get("first_impact")
     if first:
         body = receiving_body(result.scene.direction_sign)

@@ -18,8 +18,20 @@ def mark_positions(axes, result: PassResult, label: bool = True) -> None:
     losses = lost_contact(history["time"], history["x"], history["force"], result.scene.static_wheel_load)
     for i, loss in enumerate(losses):
         total = sum(one.end - one.start for one in losses)
-        text = words(f"no contact: {len(losses)} time(s), {total * 1e3:.3g} ms in all") if i == 0 else "_nolegend_"
-        axes.axvspan(1e3 * loss.x_start, 1e3 * loss.x_end, color=ORANGE, alpha=0.35, lw=1, zorder=0.5, label=text)
+        longest = max(losses, key=lambda one: abs(one.x_end - one.x_start))
+        text = words(
+            f"no contact: {len(losses)} time(s), {total * 1e3:.3g} ms in all, longest"
+            f" {abs(longest.x_end - longest.x_start) * 1e3:.3g} mm"
+        )
+        axes.axvspan(
+            1e3 * loss.x_start,
+            1e3 * loss.x_end,
+            color=ORANGE,
+            alpha=0.35,
+            lw=1,
+            zorder=0.5,
+            label=text if i == 0 else "_nolegend_",
+        )
     time, x = settling_end(result)
     if np.isfinite(x):
         text = f"settling, until t = {time * 1e3:.3g} ms: peaks and shares are those after it"

@@ -12,7 +12,9 @@ from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings, scene_warnings
 from rail_fem.light.mass_scaling import static_patch
 from rail_fem.light.rigid import window_path, with_window
+from rail_fem.output.events import flights
 from rail_fem.output.history import COLUMNS
+from rail_fem.output.low_pass import CUTOFFS, filtered_peak
 from rail_fem.output.progress import duration, read_status
 from rail_fem.output.quantities import FORCES
 from rail_fem.output.result import PassResult, load
@@ -20,6 +22,8 @@ from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering, show
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.show.metal import metal_rows, with_bar
+
+MOST_FLIGHTS = 5  # that are told
 
 
 def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
@@ -119,6 +123,21 @@ def _state(result: PassResult) -> str:
     return f"CUT OFF: {result.cut_off}" if result.cut_off else "finished"
 
 
+def _flights(result: PassResult) -> list[str]:
+    """Where the wheel leaves the crossing, the longest first; nothing for a model that has no history."""
+    found = sorted(flights(result), key=lambda flight: -flight.length) if len(result.history["x"]) else []
+    rows = [
+        _row(
+            f"{show(flight.x_start, 'mm', 5)} to {show(flight.x_end, 'mm', 5)}",
+            f"{flight.length * 1e3:.1f} mm",
+            f"{flight.duration * 1e3:.2f} ms, launched at {flight.launch_speed:.2f} m/s upwards",
+        )
+        for flight in found[:MOST_FLIGHTS]
+    ]
+    more = [_row("shorter ones", str(len(found) - MOST_FLIGHTS))] if len(found) > MOST_FLIGHTS else []
+    return ["", "flights without contact", *rows, *more] if found else []
+
+
 def result_report(result: PassResult) -> str:
     """What a run found, in engineers' units."""
     shown = COLUMNS["x"].unit
@@ -133,6 +152,11 @@ def result_report(result: PassResult) -> str:
             )
         )
     lines += [
+        _row(f"force low-passed at {cutoff:g} Hz", engineering(peak.value, "N"), f"at x = {show(peak.x, shown, 5)}")
+        for cutoff in CUTOFFS
+        if (peak := filtered_peak(result, cutoff)) is not None
+    ]
+    lines += _flights(result) + [
         "",
         _row(
             "transfer from wing to nose",

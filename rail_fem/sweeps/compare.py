@@ -67,7 +67,11 @@ def forces_on(result: PassResult, way: Way) -> dict[str, Peak]:
     on = (x >= way.low) & (x <= way.high)
     rows = {name: values[on] for name, values in result.history.items()}
     return force_peaks(
-        rows, scene.direction_sign, scene.static_wheel_load, result.settings.get("settle_time") or -np.inf
+        rows,
+        scene.direction_sign,
+        scene.static_wheel_load,
+        result.settings.get("settle_time") or -np.inf,
+        scene.crossing.leg_end,
     )
 
 

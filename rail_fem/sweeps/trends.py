@@ -32,6 +32,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from rail_fem.hierarchy import MODELS
+from rail_fem.output.events import longest_flight
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Frozen
@@ -77,6 +78,9 @@ def swing(result: PassResult) -> float:
 MEASURES: dict[str, Measure] = {
     "first impact": Measure(lambda r: peak(r, *FIRST_IMPACT), "kN", 1e-3),
     "largest force": Measure(lambda r: peak(r, "largest_force"), "kN", 1e-3),
+    "largest leg force": Measure(lambda r: peak(r, "largest_force_leg"), "kN", 1e-3),
+    "longest flight": Measure(lambda r: longest_flight(r).length if len(r.history["x"]) else np.nan, "mm", 1e3),
+    "longest flight time": Measure(lambda r: longest_flight(r).duration if len(r.history["x"]) else np.nan, "ms", 1e3),
     "largest wing force": Measure(lambda r: peak(r, "largest_force_wing"), "kN", 1e-3),
     "largest nose force": Measure(lambda r: peak(r, "largest_force_nose"), "kN", 1e-3),
     "nose strain": Measure(REPORTED["block_nose"].of, "%", 100.0),

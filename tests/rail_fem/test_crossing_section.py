@@ -107,6 +107,16 @@ def test_all_parameters_of_the_cast_crossing_reach_it(tmp_path):
         assert np.abs(cast.top_height(x[0], line[:, 0], body) - line[:, 1]).max() < 1e-12
 
 
+def test_a_leg_has_a_name(tmp_path):
+    fitted = load_case(case_with(tmp_path, 'leg = "fitted"')).scene.crossing
+    assert fitted.surface == CastCrossing(
+        transition_length=0.417225, transition_smoothness=0.921624, leg_lowering=1.47963e-3
+    )
+    assert fitted.plain()["transition_length"] == 0.417225
+    with pytest.raises(CaseError, match="transition_length: is given by leg = fitted"):
+        load_case(case_with(tmp_path, 'leg = "fitted"', 'transition_length = "200 mm"'))
+
+
 def test_unchanged_parameters_leave_a_case_what_it_was(tmp_path):
     assert load_case(case_with(tmp_path, "ratio = 10.75")).scene.plain()["crossing"] == {
         "family": "UK-cast",

@@ -6,7 +6,16 @@ import pytest
 
 from bem.exact.hertz import tangent_stiffness
 from rail_fem.light.contact_table import contact_table
-from rail_fem.output.events import OPEN, end_warnings, first_maximum, force_peaks, transfer_position
+from rail_fem.output.events import (
+    OPEN,
+    end_warnings,
+    first_maximum,
+    flights,
+    force_peaks,
+    longest_flight,
+    transfer_position,
+)
+from rail_fem.output.result import PassResult
 from tests.rail_fem.test_scene import make_scene
 
 LOAD = 1e5
@@ -163,3 +172,28 @@ def test_contact_stiffness_is_the_derivative_of_the_force_and_the_carrier_is_the
     for x, body in ((0.3, 0), (0.4, 1)):
         found, at = table.carrier(x)
         assert found == body and table.x[at] == pytest.approx(x) and table.height[body, at] == table.height[:, at].max()
+
+
+def test_a_flight_is_known_by_place_time_and_launch_speed():
+    """A mass thrown up at 0.3 m/s under 170 m/s2 is in the air for 2 v / g = 3.53 ms: 118 mm at 33.5 m/s."""
+    launch, gravity, speed = 0.3, 170.0, 33.5
+    time = np.arange(-200, 400) * 20e-6
+    air = (time > 0) & (time < 2 * launch / gravity)
+    force = np.where(air, 0.0, LOAD)
+    height = np.where(time > 0, launch * time - gravity * time**2 / 2, launch * time) * (time < 2 * launch / gravity)
+    columns = {"time": time + 1.0, "x": -0.7 + speed * time, "force": force, "wheel_height": height}
+    result = PassResult("rigid_hertz", make_scene(), {}, columns)
+    flight = longest_flight(result)
+    assert len(flights(result)) == 1 and flight.launch_speed == pytest.approx(launch, abs=2 * 20e-6 * gravity)
+    assert flight.duration == pytest.approx(2 * launch / gravity, abs=2 * 20e-6)
+    assert flight.length == pytest.approx(speed * flight.duration) and flight.x_start == pytest.approx(-0.7, abs=1e-3)
+    assert longest_flight(PassResult("lumped", make_scene(), {}, columns | {"force": np.full(600, LOAD)})).duration == 0
+
+
+def test_the_leg_and_the_wing_behind_it_have_their_own_largest_forces():
+    found = history(on_nose((0.6, 1.0)), force=lambda x: LOAD + bump(0.3, 2 * LOAD)(x) + bump(0.45, LOAD)(x))
+    peaks = force_peaks(found, FACING, LOAD, leg_end=0.4)
+    assert [peaks[name].x for name in ("largest_force_leg", "largest_force_wing")] == pytest.approx(
+        [0.3, 0.45], abs=2e-3
+    )
+    assert "largest_force_leg" not in force_peaks(found, FACING, LOAD)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rail_fem.scene.steel import MN13, R8T, Steel
+from rail_fem.scene.steel import GRADES, MN13, R8T, Steel, prestrained
 
 
 def test_wave_speed_is_that_of_a_plane_dilatational_wave():
@@ -51,3 +51,23 @@ def test_curve_cannot_be_changed_afterwards():
 def test_values_that_no_steel_has_are_refused(change, said):
     with pytest.raises(ValueError, match=said):
         Steel(**({"youngs_modulus": 2e11, "poisson": 0.3, "density": 7800.0} | change))
+
+
+@pytest.mark.parametrize("name, proof, strength, uniform", [("R260", 480, 880, 0.09), ("R350HT", 780, 1175, 0.08)])
+def test_a_rail_steel_has_the_tensile_test_it_was_made_from(name, proof, strength, uniform):
+    """0.2 % proof stress; greatest nominal stress of the pulled bar, true stress times exp(-strain), at Considere's
+    point."""
+    steel, strain = GRADES[name], np.linspace(1e-3, 0.4, 4000)
+    assert steel.yield_stress(np.array(0.002)) == pytest.approx(proof * 1e6, rel=0.01)
+    nominal = steel.yield_stress(strain) * np.exp(-strain)
+    # the greatest nominal stress lies at the uniform elongation; chords of the table cut up to 1 % off
+    assert nominal.max() == pytest.approx(strength * 1e6, rel=0.03)
+    assert nominal[-1] < nominal.max() and nominal[0] < nominal.max()
+
+
+def test_a_prestrained_steel_goes_on_where_its_curve_was_left():
+    hard = prestrained(MN13, 0.2)
+    assert hard.yield_stress(np.array([0.0, 0.1])) == pytest.approx(MN13.yield_stress(np.array([0.2, 0.3])))
+    # Tabor: 3 times the flow stress after a further 8 % is the hardness, 200 HB as cast, 350 hardened [kgf/mm2]
+    hardness = [3 * float(steel.yield_stress(np.array(0.08))) / 9.81e6 for steel in (MN13, GRADES["Mn13-hardened"])]
+    assert hardness == pytest.approx([200, 350], rel=0.06)

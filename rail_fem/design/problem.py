@@ -1,0 +1,209 @@
+"""A design file: a case, keys of it that may vary between bounds, passes with weights, and what is wanted.
+
+case = "whole_crossing.toml"          # beside this file
+model = "rigid_hertz"
+seed = 1
+trials = 400
+
+[[vary]]
+key = "scene.crossing.transition_length"
+low = "60 mm"
+high = "500 mm"
+
+[[pass]]
+name = "worn, 75 mph"
+weight = 2.0
+set = { "scene.wheel.profile" = "P8-worn", "scene.speed" = "75 mph" }
+
+[[objective]]
+quantity = "largest leg force"        # of rail_fem.sweeps.trends.MEASURES
+weight = 1.0
+target = "263.6 kN"                   # none: as small as can be
+"""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.casetext import CaseTextError, read_table
+from rail_fem.case.input_errors import suggest
+from rail_fem.hierarchy import MODELS, solve
+from rail_fem.scene.base import Count, Frozen
+from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_factor
+from rail_fem.sweeps.trends import MEASURES
+
+FAILED = 10.0  # objective of a trial that cannot be run: ten times the start's
+
+
+class DesignError(ValueError):
+    """A design file that cannot be searched; the message holds all faults."""
+
+
+class Variable(Frozen):
+    """A key of the case file and the bounds between which it may lie, as text with its unit."""
+
+    key: str
+    low: str | float
+    high: str | float
+
+    @property
+    def unit(self) -> str:
+        """The unit of `low`, in which values are written."""
+        found = NUMBER_THEN_UNIT.fullmatch(str(self.low))
+        return found[2] if found else ""
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Low and high in `unit`."""
+        return tuple(parse(str(value), self.unit)[1] for value in (self.low, self.high))
+
+    @property
+    def title(self) -> str:
+        """Key without its section, and unit."""
+        return f"{self.key.rsplit('.', 1)[-1]} [{self.unit}]" if self.unit else self.key.rsplit(".", 1)[-1]
+
+    def text(self, value: float) -> str | float:
+        """A value in `unit` as a case file's."""
+        return f"{value:.6g} {self.unit}" if self.unit else float(f"{value:.6g}")
+
+    @model_validator(mode="after")
+    def _bounds_are_in_order(self) -> "Variable":
+        try:
+            low, high = self.bounds
+        except QuantityError as error:
+            raise ValueError(f"{self.key}: {error}") from error
+        if not low < high:
+            raise ValueError(f"{self.key}: low {self.low} must lie below high {self.high}")
+        return self
+
+
+class Pass(Frozen):
+    """One wheel at one speed (or any other change of the case), and how much it counts."""
+
+    name: str
+    weight: Annotated[float, Field(gt=0, le=1e6)] = 1.0
+    set: dict[str, Any] = Field(default_factory=dict)
+
+
+class Objective(Frozen):
+    """A measure that is to be small, or near a target."""
+
+    quantity: str
+    weight: Annotated[float, Field(gt=0, le=1e6)] = 1.0
+    target: str | float | None = None
+
+    @model_validator(mode="after")
+    def _is_known(self) -> "Objective":
+        if self.quantity not in MEASURES:
+            raise ValueError(
+                f'quantity "{self.quantity}" is not known{suggest(self.quantity, MEASURES)}: {", ".join(MEASURES)}'
+            )
+        if self.target is not None:
+            self.goal  # noqa: B018 its unit is read now
+        return self
+
+    @property
+    def goal(self) -> float | None:
+        """The target in the measure's unit."""
+        return None if self.target is None else parse(str(self.target), MEASURES[self.quantity].unit)[1]
+
+
+class Design(Frozen):
+    """What is searched."""
+
+    case: str
+    model: str = "rigid_hertz"
+    seed: Annotated[Count, Field(ge=0)] = 1
+    trials: Annotated[Count, Field(ge=10, le=1_000_000)] = 400
+    vary: Annotated[tuple[Variable, ...], Field(min_length=1, max_length=30)]
+    passes: Annotated[tuple[Pass, ...], Field(min_length=1, alias="pass")]
+    objective: Annotated[tuple[Objective, ...], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _model_is_light(self) -> "Design":
+        if self.model not in MODELS or MODELS[self.model].parallel:
+            light = [name for name, entry in MODELS.items() if not entry.parallel]
+            raise ValueError(f'model "{self.model}" is no light model: a search takes {", ".join(light)}')
+        for what, names in (("key", [v.key for v in self.vary]), ("pass", [p.name for p in self.passes])):
+            if len(set(names)) < len(names):
+                raise ValueError(f"{what} {sorted(n for n in names if names.count(n) > 1)[0]} stands twice")
+        return self
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A design and where its case lies."""
+
+    design: Design
+    case: Path
+
+    @property
+    def columns(self) -> list[tuple[str, str]]:
+        """Pass and quantity of each number of a trial."""
+        return [(one.name, objective.quantity) for one in self.design.passes for objective in self.design.objective]
+
+    def changes(self, values: np.ndarray | None) -> dict[str, Any]:
+        """Keys of the case with their values; none for the case as it is."""
+        return {} if values is None else {v.key: v.text(x) for v, x in zip(self.design.vary, values)}
+
+    def numbers(self, values: np.ndarray | None) -> np.ndarray:
+        """(k,)  the measures of `columns` in their units. Errors: those of load_case and of the model."""
+        found = []
+        for one in self.design.passes:
+            case = load_case(self.case, self.changes(values) | one.set)
+            if self.design.model not in case.runs:
+                raise DesignError(f"{self.case}: has no [run.{self.design.model}]")
+            result = solve(self.design.model, case.scene, case.runs[self.design.model])
+            for objective in self.design.objective:
+                measure = MEASURES[objective.quantity]
+                found.append(measure.of(result) / si_factor(measure.unit))
+        return np.array(found)
+
+    def score(self, numbers: np.ndarray, start: np.ndarray) -> float:
+        """Weighted mean over passes and objectives: value over the start's, or squared distance from a target."""
+        total = weights = 0.0
+        for k, (one, objective) in enumerate((p, o) for p in self.design.passes for o in self.design.objective):
+            weight = one.weight * objective.weight
+            goal = objective.goal
+            part = numbers[k] / max(abs(start[k]), 1e-9) if goal is None else ((numbers[k] - goal) / goal) ** 2
+            total, weights = total + weight * (FAILED if np.isnan(part) else min(part, FAILED)), weights + weight
+        return total / weights
+
+
+def read_design(path: Path) -> Problem:
+    """Read and check a design file, and that its case can be loaded in all passes. Errors: DesignError, CaseError."""
+    path = Path(path)
+    try:
+        table: Mapping[str, Any] = read_table(path)
+    except (CaseTextError, tomllib.TOMLDecodeError) as error:
+        raise DesignError(f"{path}: {error}") from error
+    try:
+        design = Design.model_validate(table)
+    except ValidationError as error:
+        where = lambda fault: ".".join(str(step) for step in fault["loc"]) or "design"
+        faults = [f"  {where(fault)}: {fault['msg']}" for fault in error.errors()]
+        raise DesignError("\n".join([f"{path}: {len(faults)} fault(s)", *faults])) from error
+    problem = Problem(design, path.parent / design.case)
+    for one in design.passes:
+        case = load_case(problem.case, one.set)
+        if design.model not in case.runs:
+            raise DesignError(f"{problem.case}: has no [run.{design.model}]")
+    for variable in design.vary:
+        _check_key(problem.case, variable)
+    return problem
+
+
+def _check_key(case: Path, variable: Variable) -> None:
+    """A key that no case has is refused before the search; a value that no crossing has fails its trial. Errors:
+    CaseError."""
+    try:
+        load_case(case, {variable.key: variable.low})
+    except CaseError as error:
+        if any(f"{variable.key}: unknown key" in text for text in error.errors):
+            raise

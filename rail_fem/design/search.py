@@ -1,0 +1,183 @@
+"""The search: SciPy's differential evolution on a pool of processes, every trial kept on disk.
+
+Seeded, so that it makes the same trials each time: started again it finds those that are done in trials.csv and goes on
+behind them. A trial that cannot be run counts as FAILED and keeps its reason.
+"""
+
+import csv
+import hashlib
+import json
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import differential_evolution
+
+from rail_fem.atomic import write_text_atomically
+from rail_fem.design.problem import FAILED, DesignError, Problem
+
+TRIALS = "trials.csv"
+PER_VARIABLE = 6  # trials of one generation for each variable, at least LEAST in all
+LEAST = 12
+DIGITS = 6  # to which values are written, run and remembered
+
+
+@dataclass(frozen=True)
+class Trial:
+    """values (k,) in the variables' units;  numbers (m,) of Problem.columns, NaN where it failed;  fault : why"""
+
+    values: np.ndarray
+    numbers: np.ndarray
+    score: float
+    fault: str = ""
+
+
+@dataclass(frozen=True)
+class Found:
+    """start : the case as it is;  best : the least score;  trials : all, in the order in which they were made"""
+
+    start: Trial
+    best: Trial
+    trials: list[Trial]
+
+
+def search(problem: Problem, out: Path, workers: int = 2, say: Callable[[str], None] = print) -> Found:
+    """Search, or go on with a search. Errors: DesignError where the start cannot be run, or `out` holds another
+    search."""
+    record = Record(problem, Path(out))
+    with ProcessPoolExecutor(workers) as pool:
+        run = lambda points: list(pool.map(_numbers, [problem] * len(points), points))
+        start = record.start(run)
+        make = lambda points: _scores(problem, record, start, run, points, say)
+        bounds = [variable.bounds for variable in problem.design.vary]
+        size = max(LEAST, PER_VARIABLE * len(bounds))
+        differential_evolution(
+            lambda x: 0.0,  # never called: `workers` is given the points of a generation
+            bounds,
+            popsize=int(np.ceil(size / len(bounds))),
+            maxiter=max(1, int(np.ceil(problem.design.trials / (np.ceil(size / len(bounds)) * len(bounds)))) - 1),
+            seed=problem.design.seed,
+            updating="deferred",
+            polish=False,
+            tol=1e-6,
+            workers=lambda _, points: make(points),
+        )
+    if all(trial.fault for trial in record.trials):
+        last = record.trials[-1].fault
+        raise DesignError(f"none of the {len(record.trials)} trials could be run, the last: {last}")
+    trials = [Trial(t.values, t.numbers, _score(problem, t, start), t.fault) for t in record.trials]
+    return Found(
+        Trial(start.values, start.numbers, problem.score(start.numbers, start.numbers)),
+        min(trials, key=lambda trial: trial.score),
+        trials,
+    )
+
+
+def _scores(problem: Problem, record: "Record", start: Trial, run: Callable, points: Iterable, say: Callable) -> list:
+    points = [rounded(point) for point in points]
+    missing = [p for k, p in enumerate(points) if record.of(p) is None and tuple(p) not in map(tuple, points[:k])]
+    for point, (numbers, fault) in zip(missing, run(missing)):
+        record.add(Trial(point, numbers, np.nan, fault))
+    scores = [_score(problem, record.of(point), start) for point in points]
+    failed = sum(bool(trial.fault) for trial in record.trials)
+    best = min(_score(problem, trial, start) for trial in record.trials)
+    first = problem.score(start.numbers, start.numbers)
+    say(f"{len(record.trials)} trials, best {best:.4f} (start {first:.4f}), {failed} failed")
+    return scores
+
+
+def _score(problem: Problem, trial: Trial, start: Trial) -> float:
+    return FAILED if trial.fault else problem.score(trial.numbers, start.numbers)
+
+
+def rounded(point: np.ndarray) -> np.ndarray:
+    """As it is written into a case and into trials.csv."""
+    return np.array([float(f"{value:.{DIGITS}g}") for value in point])
+
+
+def _numbers(problem: Problem, values: np.ndarray | None) -> tuple[np.ndarray, str]:
+    """In a process of the pool: the numbers of a trial, or why there are none."""
+    try:
+        return problem.numbers(values), ""
+    except (ValueError, ArithmeticError, RuntimeError) as error:
+        return np.full(len(problem.columns), np.nan), " ".join(str(error).split())[:300]
+
+
+class Record:
+    """trials.csv in a folder: the search's own digest, the start, and a row a trial, written as they come."""
+
+    def __init__(self, problem: Problem, out: Path):
+        self.problem, self.path = problem, out / TRIALS
+        self.trials: list[Trial] = []
+        self._known: dict[tuple, Trial] = {}
+        self._start: Trial | None = None
+        out.mkdir(parents=True, exist_ok=True)
+        if self.path.is_file():
+            self._read()
+        else:
+            titles = [variable.title for variable in problem.design.vary]
+            titles += [f"{name}: {quantity}" for name, quantity in problem.columns]
+            self._write([f"# search {self.digest}"])
+            self._write([*titles, "fault"])
+
+    @property
+    def digest(self) -> str:
+        """Of what the trials depend on: the case's text, what may vary and what is run; not of weights and targets."""
+        design = self.problem.design
+        about = [
+            design.model,
+            [v.model_dump() for v in design.vary],
+            [p.set for p in design.passes],
+            [o.quantity for o in design.objective],
+            self.problem.case.read_text(encoding="utf-8"),
+        ]
+        return hashlib.sha256(json.dumps(about, default=str).encode()).hexdigest()[:16]
+
+    def start(self, run: Callable) -> Trial:
+        """The case as it is: kept, or run now."""
+        if self._start is None:
+            ((numbers, fault),) = run([None])
+            if fault:
+                raise DesignError(f"the case as it is cannot be run: {fault}")
+            self._start = Trial(np.full(len(self.problem.design.vary), np.nan), numbers, np.nan)
+            self._row(self._start)
+        return self._start
+
+    def of(self, values: np.ndarray) -> Trial | None:
+        """The trial of these values, if it was made."""
+        return self._known.get(tuple(values))
+
+    def add(self, trial: Trial) -> None:
+        """Keep a trial."""
+        self._row(trial)
+        self._remember(trial)
+
+    def _remember(self, trial: Trial) -> None:
+        self.trials.append(trial)
+        self._known[tuple(trial.values)] = trial
+
+    def _row(self, trial: Trial) -> None:
+        self._write([*(repr(float(v)) for v in (*trial.values, *trial.numbers)), trial.fault])
+
+    def _write(self, row: list[str]) -> None:
+        with self.path.open("a", newline="", encoding="utf-8") as file:
+            csv.writer(file, lineterminator="\n").writerow(row)
+
+    def _read(self) -> None:
+        text = self.path.read_text(encoding="utf-8")
+        if not text.endswith("\n"):  # cut off as a row was written: that trial is made again
+            text = text[: text.rfind("\n") + 1]
+            write_text_atomically(self.path, text)
+        rows = list(csv.reader(text.splitlines()))
+        if not rows or rows[0] != [f"# search {self.digest}"]:
+            raise DesignError(f"{self.path}: holds trials of another search: give another folder, or remove it")
+        count = len(self.problem.design.vary)
+        for row in rows[2:]:
+            values, numbers = np.array([float(v) for v in row[:count]]), np.array([float(v) for v in row[count:-1]])
+            trial = Trial(values, numbers, np.nan, row[-1])
+            if np.isnan(values).all():
+                self._start = trial
+            else:
+                self._remember(trial)

@@ -1,0 +1,145 @@
+"""A measured record from a CSV file: force or acceleration over time or position, with units and sampling rate.
+
+# sampling rate: 10 kHz          only where the file has no column of time or position
+time [ms], force [kN]            a column with its unit; or x [mm]; or the measured column alone
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from geometry.profiles.formats.raw import read_text
+from geometry.profiles.profile import ProfileError
+from rail_fem.case.input_errors import suggest
+from rail_fem.output.low_pass import evenly
+from rail_fem.output.result import PassResult
+from rail_fem.scene.units import QuantityError, parse, root_units, si_factor
+
+RATE = re.compile(r"^\s*#\s*sampling rate\s*[:=]\s*(.+?)\s*$", re.IGNORECASE)
+TITLE = re.compile(r"\s*([A-Za-z_ ]+?)\s*\[\s*(.*?)\s*\]\s*$")
+SPLIT = re.compile(r"[;,\t]")
+GRAVITY_UNIT = "g"  # an acceleration's, not the gram
+FEWEST = 20  # samples
+QUANTITIES = {  # name in the file -> unit it must be convertible to, what of a result it is held against
+    "force": ("N", "vertical force on the wheel"),
+    "axle_box_acceleration": ("m/s^2", "second derivative of the wheel's height"),
+    "sleeper_acceleration": ("m/s^2", "second derivative of the crossing's height"),
+}
+HEIGHT = {"axle_box_acceleration": "wheel_height", "sleeper_acceleration": "crossing_height"}
+
+
+class RecordError(ValueError):
+    """A record that cannot be read or compared: says file, line or column, and what to do."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Evenly sampled. quantity : of QUANTITIES;  position : (n,) [m], growing or falling;  values : (n,) [SI]
+    rate : samples per second [Hz]"""
+
+    quantity: str
+    position: np.ndarray
+    values: np.ndarray
+    rate: float
+    label: str = ""
+
+
+def read_record(path: Path, speed: float) -> Record:
+    """Read a record. speed : of the wheel, signed [m/s], by which time becomes position from 0 on. Errors: RecordError,
+    OSError."""
+    path = Path(path)
+    try:
+        lines, _ = read_text(path)
+    except ProfileError as error:
+        raise RecordError(str(error)) from error
+    told = next((found[1] for line in lines if (found := RATE.match(line))), None)
+    rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
+    if not rows:
+        raise RecordError(f"{path}: holds no line of data")
+    titles = [_title(path, text) for text in SPLIT.split(rows[0][1])]
+    values = _table(path, rows[1:], len(titles))
+    columns = {name: values[:, k] * factor for k, (name, factor) in enumerate(titles)}
+    measured = [name for name in columns if name in QUANTITIES]
+    if len(measured) != 1:
+        raise RecordError(f"{path}: {len(measured)} measured columns: give one of {', '.join(QUANTITIES)}")
+    return _even_record(path, columns, measured[0], told, speed)
+
+
+def of_result(result: PassResult, quantity: str) -> Record:
+    """The same quantity of a result, evenly sampled. Errors: RecordError where the model does not resolve it."""
+    history = result.history
+    column = HEIGHT.get(quantity, "force")
+    if len(history["time"]) < FEWEST or not np.isfinite(history[column]).all():
+        raise RecordError(f"{result.model} does not resolve the {QUANTITIES[quantity][1]}")
+    time, x, values = evenly(history["time"], history["x"], history[column])
+    step = time[1] - time[0]
+    if quantity in HEIGHT:
+        values = np.gradient(np.gradient(values, step), step)
+    return Record(quantity, x, values, 1 / step, result.model)
+
+
+def _title(path: Path, text: str) -> tuple[str, float]:
+    """Name of a column and how many SI units one of its unit is."""
+    found = TITLE.match(text)
+    if found is None:
+        raise RecordError(
+            f'{path}: the first line names each column with its unit, as "time [ms], force [kN]", not'
+            f' "{text.strip()[:40]}"'
+        )
+    name, unit = found[1].strip().lower().replace(" ", "_"), found[2]
+    known = {"time": "s", "x": "m"} | {quantity: about[0] for quantity, about in QUANTITIES.items()}
+    if name not in known:
+        raise RecordError(f'{path}: column "{name}" is not known{suggest(name, known)}: {", ".join(known)}')
+    if unit == GRAVITY_UNIT and known[name] == "m/s^2":
+        return name, 9.80665
+    try:
+        if root_units(unit)[1] != root_units(known[name])[1]:
+            raise RecordError(f'{path}: column "{name}" is in "{unit}", which is no unit such as {known[name]}')
+        return name, si_factor(unit)
+    except QuantityError as error:
+        raise RecordError(f'{path}: column "{name}": {error}') from error
+
+
+def _table(path: Path, rows: list[tuple[int, str]], count: int) -> np.ndarray:
+    values = np.empty((len(rows), count))
+    for k, (line, text) in enumerate(rows):
+        words = SPLIT.split(text)
+        try:
+            values[k] = [float(word) for word in words]
+        except ValueError as error:
+            raise RecordError(
+                f"{path}: line {line}: {len(words)} value(s), not {count} numbers: {text.strip()[:50]}"
+            ) from error
+        if not np.isfinite(values[k]).all():
+            raise RecordError(f"{path}: line {line}: a value is not finite")
+    if len(values) < FEWEST:
+        raise RecordError(f"{path}: {len(values)} row(s), at least {FEWEST} are needed")
+    return values
+
+
+def _even_record(path: Path, columns: dict[str, np.ndarray], quantity: str, told: str | None, speed: float) -> Record:
+    values = columns[quantity]
+    if "x" in columns or "time" in columns:
+        name = "x" if "x" in columns else "time"
+        axis = columns[name]
+        if not (np.all(np.diff(axis) > 0) or (name == "x" and np.all(np.diff(axis) < 0))):
+            at = int(np.argmin(np.abs(np.diff(axis)) * np.sign(axis[-1] - axis[0])))
+            raise RecordError(f"{path}: {name} does not run one way about row {at + 1} of the data")
+        time = (axis - axis[0]) / speed if name == "x" else axis - axis[0]
+        if time[-1] < 0:
+            raise RecordError(f"{path}: x runs against the pass: the case's wheel runs the other way")
+        time, values = evenly(time, values)
+        start = axis[0] if name == "x" else 0.0
+    else:
+        if told is None:
+            raise RecordError(f'{path}: has neither time nor x: say "# sampling rate: 10 kHz" on its first line')
+        try:
+            rate, _ = parse(told, "Hz")
+        except QuantityError as error:
+            raise RecordError(f"{path}: sampling rate: {error}") from error
+        if not rate > 0:
+            raise RecordError(f"{path}: sampling rate {told} must be positive")
+        time, start = np.arange(len(values)) / rate, 0.0
+    return Record(quantity, start + speed * time, values, 1 / (time[1] - time[0]), path.name)

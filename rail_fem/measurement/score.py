@@ -1,0 +1,121 @@
+"""A result held against a record: both filtered alike, aligned by position, scored."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import coherence
+
+from rail_fem.measurement.record import Record, RecordError
+from rail_fem.output.low_pass import CUTOFFS, low_pass
+
+LEAST_OVERLAP = 0.5  # of the shorter record, that an alignment must keep
+SEGMENTS = 4  # of the common stretch, over which coherence is averaged (with half overlap)
+
+
+@dataclass(frozen=True)
+class Score:
+    """How a result meets a record after a low pass at `cutoff` [Hz].
+
+    measured, computed : peaks [SI];  place : how far the computed peak lies beyond the measured one [m]
+    difference : L2 of the difference over L2 of the measured deviation from its mean
+    coherence : mean up to the cut-off, weighted by the measured power; NaN where the stretch is too short
+    """
+
+    cutoff: float
+    measured: float
+    computed: float
+    place: float
+    difference: float
+    coherence: float
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """shift : added to the record's position [m];  x : (n,) common places [m];  measured, computed : (n,) raw there;
+    rate : samples per second of both [Hz]"""
+
+    shift: float
+    x: np.ndarray
+    measured: np.ndarray
+    computed: np.ndarray
+    rate: float
+
+
+def align(record: Record, own: Record, reach: float | None, cutoff: float = CUTOFFS[1]) -> Alignment:
+    """Move a record along the track to where it meets the result best, or leave it where it is.
+
+    The shift is that of the largest normalised correlation of both, low-passed at `cutoff`, to a fraction of a sample's
+    distance (parabola through three shifts).
+    reach : the largest shift looked at [m]; None: any; 0: as its positions say
+    Errors: RecordError where both do not overlap.
+    """
+    rate = max(record.rate, own.rate)
+    step = abs(own.position[-1] - own.position[0]) / (len(own.position) - 1) * own.rate / rate
+    sign = np.sign(own.position[-1] - own.position[0])
+    far = lambda r: sign * r.position  # growing
+    u, v = (np.arange(far(r)[0], far(r)[-1] + 1e-9, step) for r in (record, own))
+    a, b = np.interp(u, far(record), record.values), np.interp(v, far(own), own.values)
+    shift = 0.0
+    if reach != 0:
+        smooth = [low_pass(values, rate, min(cutoff, rate / 4)) for values in (a, b)]
+        shift = _best_shift(*smooth, u[0], v[0], step, reach)
+    low, high = max(u[0] + shift, v[0]), min(u[-1] + shift, v[-1])
+    if high - low < 10 * step:
+        raise RecordError(
+            f"{record.label} covers x = {sign * (u[0] + shift):g} to {sign * (u[-1] + shift):g} m, the result"
+            f" {sign * v[0]:g} to {sign * v[-1]:g} m: they do not overlap; let it be aligned, or run farther"
+        )
+    x = np.arange(low, high, step)
+    return Alignment(float(sign * shift), sign * x, np.interp(x - shift, u, a), np.interp(x, v, b), rate)
+
+
+def _best_shift(
+    a: np.ndarray, b: np.ndarray, first_a: float, first_b: float, step: float, reach: float | None
+) -> float:
+    """Shift of a [m] at which its correlation with b over their overlap is largest."""
+    least = int(LEAST_OVERLAP * min(len(a), len(b)))
+    lags = np.arange(-(len(a) - least), len(b) - least + 1)  # a's first sample lies on b's sample `lag`
+    shifts = first_b + lags * step - first_a
+    if reach is not None:
+        lags, shifts = lags[np.abs(shifts) <= reach], shifts[np.abs(shifts) <= reach]
+    if not len(lags):
+        raise RecordError(f"no shift within {reach:g} m lets half of the record overlap the result")
+    found = np.array([_correlation(a[max(0, -k) : len(b) - k], b[max(0, k) : len(a) + k]) for k in lags])
+    k = int(np.argmax(found))
+    if not 0 < k < len(found) - 1:
+        return float(shifts[k])
+    before, here, after = found[k - 1 : k + 2]
+    bend = before - 2 * here + after
+    return float(shifts[k] + (0.5 * (before - after) / bend * step if bend < 0 else 0.0))
+
+
+def _correlation(a: np.ndarray, b: np.ndarray) -> float:
+    a, b = a - a.mean(), b - b.mean()
+    size = np.linalg.norm(a) * np.linalg.norm(b)
+    return float(a @ b / size) if size > 0 else 0.0
+
+
+def score(pair: Alignment, cutoff: float) -> Score:
+    """Both low-passed alike, then compared."""
+    measured, computed = (low_pass(values, pair.rate, cutoff) for values in (pair.measured, pair.computed))
+    one, two = int(np.argmax(np.abs(measured))), int(np.argmax(np.abs(computed)))
+    deviation = np.linalg.norm(measured - measured.mean())
+    return Score(
+        cutoff,
+        float(measured[one]),
+        float(computed[two]),
+        float(pair.x[two] - pair.x[one]),
+        float(np.linalg.norm(computed - measured) / deviation) if deviation > 0 else np.nan,
+        _coherence(pair, cutoff),
+    )
+
+
+def _coherence(pair: Alignment, cutoff: float) -> float:
+    length = 2 * len(pair.x) // (SEGMENTS + 1)
+    if length < 16 or pair.rate / length > cutoff / 2:
+        return np.nan
+    frequency, found = coherence(pair.measured, pair.computed, fs=pair.rate, nperseg=length)
+    power = np.abs(np.fft.rfft(pair.measured[:length] - pair.measured.mean())) ** 2
+    inside = (frequency > 0) & (frequency <= cutoff)
+    weight = power[: len(frequency)][inside]
+    return float(np.average(found[inside], weights=weight)) if weight.sum() > 0 else np.nan

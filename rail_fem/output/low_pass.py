@@ -1,0 +1,71 @@
+"""Low-pass filtering of histories: one filter for results, measurements and figures.
+
+Butterworth of fourth order run forwards and backwards, so that peaks stay where they are: no phase, 6 dB at the
+cut-off, eighth-order roll-off. The trade quotes P2 as a force low-passed at 20 Hz.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from rail_fem.output.events import after_settling
+from rail_fem.output.result import PassResult, Peak
+
+CUTOFFS = (20.0, 50.0, 500.0)  # customary [Hz]
+ORDER = 4
+MOST_OF_NYQUIST = 0.9  # a cut-off beyond leaves a record as it is
+PERIODS = 2.0  # of the cut-off by which a record is carried on at both ends, with its end values
+FILTERED = ("force", "force_wing", "force_nose", "force_longitudinal", "force_lateral", "force_other",
+            "wheel_height", "crossing_height")  # fmt: skip
+
+
+def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
+    """(n,) filtered values of an evenly sampled record. rate : samples per second [Hz];  cutoff [Hz]
+
+    Errors: ValueError for a cut-off that is not positive, or values that are not finite.
+    """
+    values = np.asarray(values, float)
+    if not (np.isfinite(cutoff) and cutoff > 0 and np.isfinite(rate) and rate > 0):
+        raise ValueError(f"low pass: cut-off {cutoff:g} Hz and rate {rate:g} Hz must be positive")
+    if not np.isfinite(values).all():
+        raise ValueError(f"low pass: {np.sum(~np.isfinite(values))} of {values.size} value(s) are not finite")
+    if cutoff >= MOST_OF_NYQUIST * rate / 2 or len(values) < 3:
+        return values.copy()
+    pad = int(np.ceil(PERIODS * rate / cutoff))
+    longer = np.concatenate([np.full(pad, values[0]), values, np.full(pad, values[-1])])
+    filtered = sosfiltfilt(butter(ORDER, cutoff, fs=rate, output="sos"), longer, padtype=None)
+    return filtered[pad : pad + len(values)]
+
+
+def evenly(time: np.ndarray, *columns: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Time (m,) at the smallest step of `time` (n,), and the columns there, linear between their rows."""
+    step = float(np.min(np.diff(time)))
+    even = np.linspace(time[0], time[-1], max(int(round((time[-1] - time[0]) / step)), 2) + 1)
+    return (even, *(np.interp(even, time, column) for column in columns))
+
+
+def low_passed(history: Mapping[str, np.ndarray], cutoff: float) -> dict[str, np.ndarray]:
+    """A history with its forces and heights low-passed, other columns as they are; columns that are not resolved
+    throughout are left."""
+    time = history["time"]
+    found = dict(history)
+    if len(time) < 3:
+        return found
+    for name in FILTERED:
+        if name in history and np.isfinite(history[name]).all():
+            even, values = evenly(time, history[name])
+            found[name] = np.interp(time, even, low_pass(values, 1 / (even[1] - even[0]), cutoff))
+    return found
+
+
+def filtered_peak(result: PassResult, cutoff: float) -> Peak | None:
+    """The largest low-passed force on the wheel after the settling; None where there is no history of a force."""
+    rows = after_settling(result.history, result.settings.get("settle_time") or -np.inf)
+    if len(rows["time"]) < 3 or not np.isfinite(rows["force"]).all():
+        return None
+    force = low_passed({"time": rows["time"], "force": rows["force"]}, cutoff)["force"]
+    best = int(np.argmax(force))
+    return Peak(float(force[best]), "N", x=float(rows["x"][best]), time=float(rows["time"][best]))

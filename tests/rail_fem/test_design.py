@@ -1,0 +1,149 @@
+"""A design search: finds a known best, makes the same trials each time, goes on where it was."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from rail_fem.cli import app
+from rail_fem.design import search as search_module
+from rail_fem.design.problem import DesignError, read_design
+from rail_fem.design.search import TRIALS, Record, rounded, search
+from tests.rail_fem.test_casefile import ROOT
+
+DESIGN = """
+case = "{case}"
+seed = 3
+trials = {trials}
+[[vary]]
+key = "scene.crossing.nose_lowering"
+low = "-1 mm"
+high = "2 mm"
+[[pass]]
+name = "75 mph"
+[pass.set]
+"run.rigid_hertz.start" = "280 mm"
+"run.rigid_hertz.end" = "420 mm"
+"run.rigid_hertz.path_spacing" = "10 mm"
+[[objective]]
+quantity = "first impact"
+"""
+
+
+def design(tmp_path, trials=20, extra="", **changes):
+    text = DESIGN.format(case=ROOT / "cases" / "nose_transfer.toml", trials=trials) + extra
+    for old, new in changes.values():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "design.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+class Bowl:
+    """In place of the model: a measure with a known least value, and no crossing beyond a bound."""
+
+    def __init__(self, problem):
+        self.calls = 0
+        self.problem = problem
+
+    def __call__(self, problem, values):
+        self.calls += 1
+        if values is None:
+            return np.array([2.0]), ""
+        if values[0] > 1.5:
+            return np.array([np.nan]), "the wheel derails"
+        return np.array([1.0 + (values[0] - 0.7) ** 2]), ""
+
+
+class Here:
+    """A pool of no processes."""
+
+    def __init__(self, workers):
+        pass
+
+    __enter__ = lambda self: self
+    __exit__ = lambda self, *_: None
+    map = staticmethod(lambda f, *lists: map(f, *lists))
+
+
+@pytest.fixture
+def bowl(tmp_path, monkeypatch):
+    problem = read_design(design(tmp_path, trials=120))
+    model = Bowl(problem)
+    monkeypatch.setattr(search_module, "_numbers", model)
+    monkeypatch.setattr(search_module, "ProcessPoolExecutor", Here)
+    return problem, model
+
+
+def test_the_search_finds_the_least_and_names_what_failed(bowl, tmp_path):
+    problem, _ = bowl
+    found = search(problem, tmp_path / "out", say=lambda text: None)
+    assert found.best.values[0] == pytest.approx(0.7, abs=0.02) and found.best.score == pytest.approx(0.5, abs=1e-3)
+    assert found.start.score == 1.0
+    failed = [trial for trial in found.trials if trial.fault]
+    assert failed and all(trial.score == 10.0 and trial.fault == "the wheel derails" for trial in failed)
+
+
+def test_a_search_that_was_killed_goes_on_where_it_was(bowl, tmp_path):
+    problem, model = bowl
+    whole = search(problem, tmp_path / "whole", say=lambda text: None)
+    calls, lines = model.calls, (tmp_path / "whole" / TRIALS).read_text().splitlines(True)
+    (tmp_path / "cut").mkdir()
+    (tmp_path / "cut" / TRIALS).write_text("".join(lines[:40]) + lines[40][:5])  # killed while it wrote a row
+    again = search(problem, tmp_path / "cut", say=lambda text: None)
+    assert model.calls == 2 * calls - 38  # 2 lines of heading; the start is one of the 38 rows that were done
+    assert [tuple(t.values) for t in again.trials] == [tuple(t.values) for t in whole.trials]
+    assert again.best.values == whole.best.values
+    assert (tmp_path / "cut" / TRIALS).read_text() == (tmp_path / "whole" / TRIALS).read_text()
+
+
+def test_a_search_in_which_nothing_can_be_run_says_why(bowl, tmp_path, monkeypatch):
+    problem, model = bowl
+    monkeypatch.setattr(search_module, "_numbers", lambda p, v: model(p, None if v is None else np.array([2.0])))
+    with pytest.raises(DesignError, match="none of the .* trials could be run, the last: the wheel derails"):
+        search(problem, tmp_path / "out", say=lambda text: None)
+
+
+def test_trials_of_another_search_are_not_taken(bowl, tmp_path):
+    problem, _ = bowl
+    Record(problem, tmp_path / "out")
+    other = read_design(design(tmp_path, high=('high = "2 mm"', 'high = "3 mm"')))
+    with pytest.raises(DesignError, match="trials of another search"):
+        Record(other, tmp_path / "out")
+
+
+def test_values_are_run_as_they_are_written(tmp_path):
+    problem = read_design(design(tmp_path))
+    value = rounded(np.array([0.123456789]))
+    assert problem.changes(value) == {"scene.crossing.nose_lowering": "0.123457 mm"}
+
+
+def test_the_command_searches_with_a_light_model_and_reports(tmp_path):
+    out = tmp_path / "out"
+    done = CliRunner().invoke(app, ["design", str(design(tmp_path, trials=12)), "--out", str(out), "--workers", "1"])
+    assert done.exit_code == 0, done.output
+    assert "trials (seed 3)" in done.output and (out / "design.png").stat().st_size > 10_000
+    assert "first impact: lower in 1 of 1 passes" in (out / "design.md").read_text()
+
+
+@pytest.mark.parametrize(
+    "old, new, complaint",
+    [
+        ('low = "-1 mm"', 'low = "3 mm"', "must lie below high"),
+        ('low = "-1 mm"', 'low = "-1 kg"', "has the dimension"),
+        ("first impact", "first impac", "did you mean 'first impact'"),
+        ("seed = 3", 'model = "fe_full"', "is no light model"),
+        ("seed = 3", "sed = 3", "sed: Extra inputs"),
+        ("nose_lowering", "nose_lowerin", None),
+        ("nose_transfer.toml", "none.toml", None),
+        ("trials = 20", "trials = 2", "greater than or equal to 10"),
+    ],
+)
+def test_a_design_that_cannot_be_searched_is_refused(tmp_path, old, new, complaint):
+    path = design(tmp_path, change=(old, new))
+    done = CliRunner().invoke(app, ["design", str(path), "--out", str(tmp_path / "out"), "--workers", "1"])
+    if complaint is None:  # refused by the case itself
+        assert done.exit_code == 2
+    else:
+        with pytest.raises(DesignError, match=complaint):
+            read_design(path)
