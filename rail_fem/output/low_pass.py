@@ -23,12 +23,12 @@ FILTERED = ("force", "force_wing", "force_nose", "force_longitudinal", "force_la
 
 
 def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
-    """(n,) filtered values of an evenly sampled record. rate : samples per second [Hz];  cutoff [Hz]
+    """(n,) filtered values of an evenly sampled record. rate : samples per second [Hz];  cutoff [Hz], inf: none
 
     Errors: ValueError for a cut-off that is not positive, or values that are not finite.
     """
     values = np.asarray(values, float)
-    if not (np.isfinite(cutoff) and cutoff > 0 and np.isfinite(rate) and rate > 0):
+    if not (cutoff > 0 and np.isfinite(rate) and rate > 0):
         raise ValueError(f"low pass: cut-off {cutoff:g} Hz and rate {rate:g} Hz must be positive")
     if not np.isfinite(values).all():
         raise ValueError(f"low pass: {np.sum(~np.isfinite(values))} of {values.size} value(s) are not finite")

@@ -129,7 +129,7 @@ def test_unchanged_parameters_leave_a_case_what_it_was(tmp_path):
     [
         (['family = "sections"'], "scene.crossing.file: family sections needs the file"),
         (['family = "sections"', 'file = "no.slcs"'], 'scene.crossing.file: no file "no.slcs"'),
-        (['family = "sections"', 'file = "case.toml"'], 'scene.crossing.file: .*".toml" is none of them'),
+        (['family = "sections"', 'file = "bad.toml"'], 'scene.crossing.file: .*".toml" is none of them'),
         ([*SECTIONS, 'flangeway = "50 mm"'], "scene.crossing.flangeway: does not belong to family sections"),
         (['file = "crossing.slcs"'], "scene.crossing.file: does not belong to family UK-cast"),
         ([*SECTIONS, "mirror = true"], "scene.crossing.file: .* mirror = true"),
