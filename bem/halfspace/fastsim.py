@@ -11,6 +11,8 @@ For a patch of another shape they come from the equivalent ellipse: the one of t
 second moments of area about its centre, for each connected part by itself; spin is about the part's centre there.
 Bound "parabolic": mu p^2 scaled to the part's mu N (the paraboloid of the simplified theory on an ellipse, which goes
 with these flexibilities); "elliptic": mu p itself.
+Third body (dirt, water, wear debris): all flexibilities over `initial_slope` (0 to 1], so that creep forces begin with
+that part of Kalker's slope and still end at mu N. Friction that falls with slip: bem/halfspace/falling_friction.py.
 Error: against the theory it discretises second order in the cell; against the full theory usually below 0.06 mu N in
 force (tests/bem/test_fastsim.py). The spin moment is not to be trusted. Cost: 1 ms at 44 x 44 cells.
 Source: Kalker, Vehicle System Dynamics 11 (1982) 1; Kalker (1990), section 3.7 (with the weighted mean, there for all
@@ -28,6 +30,7 @@ from scipy import ndimage
 from bem.exact.kalker import CreepageCoefficients
 from bem.exact.kalker_table import coefficients
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
+from bem.halfspace.falling_friction import FallingFriction, friction_share
 from bem.halfspace.input import check_creepage, check_friction
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
@@ -74,16 +77,19 @@ def fastsim(
     patch: Patch,
     first: Elastic,
     second: Elastic,
-    friction: float,
+    friction: float | FallingFriction,
     creepage: Creepage,
     *,
     bound: str = "parabolic",
     direction: int = 1,
     estimate: bool = True,
+    initial_slope: float = 1.0,
 ) -> Patch:
     """Tractions, stick and slip of a solved normal contact by the simplified theory.
 
+    friction  : coefficient, or one that falls with slip; the patch's `friction` is then that without slip
     creepage  : rigid slip of body 1 over body 2 per rolling speed, about x = y = 0
+    initial_slope : third-body reduction of the slope at small creepage, above 0, at most 1
     bound     : "parabolic" or "elliptic", see the module's head; direction : +1 or -1, where the leading edge lies
     Returns the patch with traction [Pa], slip per metre rolled [1] and stick.
     """
@@ -91,12 +97,15 @@ def fastsim(
         raise ContactInputError(f"bound {bound!r}: give 'parabolic' or 'elliptic'")
     if direction not in (1, -1):
         raise ContactInputError(f"direction {direction!r}: give +1 or -1")
+    if not 0 < initial_slope <= 1:
+        raise ContactInputError(f"initial_slope {initial_slope!r}: give a part of Kalker's slope above 0, at most 1")
     started = time.perf_counter()
+    law = friction if isinstance(friction, FallingFriction) else FallingFriction.constant(friction)
     reach = patch.grid.edges if not patch.contact.any() else _centres(patch)
-    notes = check_friction(friction) + check_creepage(creepage, reach)
-    pair = Pair.of(first, second)
-    traction, slip, stick = _tractions(patch.grid, patch.pressure, pair, friction, creepage, bound, direction)
-    error = _estimate(patch, traction, pair, friction, creepage, bound, direction) if estimate else patch.error
+    notes = check_friction(law.static) + check_creepage(creepage, reach)
+    settings = Pair.of(first, second), law, creepage, bound, direction, initial_slope
+    traction, slip, stick = _tractions(patch.grid, patch.pressure, *settings)
+    error = _estimate(patch, traction, *settings) if estimate else patch.error
     cost = patch.cost + Cost(time.perf_counter() - started, 1, 0)
     return replace(
         patch,
@@ -104,7 +113,7 @@ def fastsim(
         traction=traction,
         slip=slip,
         stick=stick,
-        friction=friction,
+        friction=law.static,
         creepage=creepage,
         cost=cost,
         error=error,
@@ -118,28 +127,36 @@ def _centres(patch: Patch) -> tuple[float, float, float, float]:
 
 
 def _tractions(
-    grid: Grid, pressure: np.ndarray, pair: Pair, friction: float, creepage: Creepage, bound: str, direction: int
+    grid: Grid,
+    pressure: np.ndarray,
+    pair: Pair,
+    law: FallingFriction,
+    creepage: Creepage,
+    bound: str,
+    direction: int,
+    initial_slope: float,
 ):
     labels, count = ndimage.label(pressure > 0, structure=np.ones((3, 3)))
-    limit = friction * pressure
+    limit = law.static * pressure
     rates = np.zeros((count + 1, 9))
     for part in range(1, count + 1):
         own = np.where(labels == part, pressure, 0.0)
-        rates[part] = _part_rates(grid, own, pair, creepage)
+        rates[part] = _part_rates(grid, own, pair, creepage, initial_slope)
         if bound == "parabolic":
-            limit = np.where(labels == part, friction * own**2 * (own.sum() / (own**2).sum()), limit)
+            limit = np.where(labels == part, law.static * own**2 * (own.sum() / (own**2).sum()), limit)
     traction, slip = np.zeros((*grid.shape, 2)), np.zeros((*grid.shape, 2))
     stick = np.zeros(grid.shape, bool)
-    _march(pressure**2, limit, labels, rates, grid.x, grid.y, grid.dx, direction, traction, slip, stick)
+    falling = law.ratio, law.decay
+    _march(pressure**2, limit, falling, labels, rates, grid.x, grid.y, grid.dx, direction, traction, slip, stick)
     return traction, slip, stick
 
 
-def _part_rates(grid: Grid, own: np.ndarray, pair: Pair, creepage: Creepage) -> list[float]:
+def _part_rates(grid: Grid, own: np.ndarray, pair: Pair, creepage: Creepage, initial_slope: float) -> list[float]:
     """Growth of the tractions by uniform slip along x and y [Pa/m] and by spin [Pa/m^2], in stick and in slip; centre
     x, y; flexibility in slip."""
     semi_x, semi_y, x, y = equivalent_ellipse(grid, own)
     slip = np.array([creepage.longitudinal - creepage.spin * y, creepage.lateral + creepage.spin * x, creepage.spin])
-    flexibility = np.array(flexibilities(semi_x, semi_y, pair))
+    flexibility = np.array(flexibilities(semi_x, semi_y, pair)) / initial_slope
     weights = np.abs(slip) * [1, 1, np.sqrt(semi_x * semi_y)]
     sliding = np.average(flexibility, weights=weights if weights.any() else None)
     return [*(slip / flexibility), *(slip / sliding), x, y, sliding]
@@ -152,11 +169,12 @@ def _reach(outer, inner):
 
 
 @njit(cache=True)
-def _march(square, limit, labels, rates, x, y, dx, direction, traction, slip, stick):
+def _march(square, limit, falling, labels, rates, x, y, dx, direction, traction, slip, stick):
     """Each run of cells of one part is marched from its leading edge, from covered centre to covered centre.
 
     A cell's value is the traction at the centre of its covered length times the share of the cell that is covered, so
-    that the sums over cells are those over the patch.
+    that the sums over cells are those over the patch. Its slip is opposite to the traction, and as large as the mean of
+    the steps that end and begin at its centre: second order, as a step's own belongs to the step's middle.
     """
     nx, ny = square.shape
     for j in range(ny):
@@ -178,39 +196,59 @@ def _march(square, limit, labels, rates, x, y, dx, direction, traction, slip, st
             if not inside_behind:
                 rear = _reach(square[i, j], square[ahead, j] if part == before else 0.0)
             centre = x[i] + direction * (front - rear) / 2 * dx
-            length = abs(position - centre)
             cover = front + rear
-            across, along = y[j] - rates[part, 7], (position + centre) / 2 - rates[part, 6]
-            tx = qx - length * (rates[part, 0] - rates[part, 2] * across)
-            ty = qy - length * (rates[part, 1] + rates[part, 2] * along)
             bound = limit[i, j] / cover
-            size = np.hypot(tx, ty)
-            stick[i, j] = size <= bound
-            if size > bound:
-                sx = qx - length * (rates[part, 3] - rates[part, 5] * across)
-                sy = qy - length * (rates[part, 4] + rates[part, 5] * along)
-                slid = np.hypot(sx, sy)
-                if slid > bound:
-                    tx, ty = sx * bound / slid, sy * bound / slid
-                    slip[i, j, 0] = rates[part, 8] * (tx - sx) / length
-                    slip[i, j, 1] = rates[part, 8] * (ty - sy) / length
-                else:  # about to slide: by its one flexibility the cell would not yet
-                    tx, ty = tx * bound / size, ty * bound / size
+            tx, ty, size, holds = _step(qx, qy, position, centre, y[j], bound, falling, rates[part])
+            if part == before and not stick[ahead, j]:  # the step begins at the centre of the cell ahead
+                _end_slip(slip, ahead, j, qx, qy, size)
+            stick[i, j] = holds
+            slip[i, j, 0] = size
             qx, qy = tx, ty
             traction[i, j, 0], traction[i, j, 1] = qx * cover, qy * cover
+            if not inside_behind and not holds:  # on to the trailing edge, where nothing is carried
+                edge = x[i] - direction * rear * dx
+                _, _, size, _ = _step(qx, qy, centre, edge, y[j], 0.0, falling, rates[part])
+                _end_slip(slip, i, j, qx, qy, size)
             position, before = centre, part
 
 
+@njit(cache=True)
+def _step(qx, qy, position, centre, y, bound, falling, rates):
+    """Traction at `centre` (two numbers) [Pa] from that at `position`, mean slip of the step [1], whether it sticks."""
+    length = abs(position - centre)
+    across, along = y - rates[7], (position + centre) / 2 - rates[6]
+    tx = qx - length * (rates[0] - rates[2] * across)
+    ty = qy - length * (rates[1] + rates[2] * along)
+    size = np.hypot(tx, ty)
+    if size <= bound:
+        return tx, ty, 0.0, True
+    sx = qx - length * (rates[3] - rates[5] * across)
+    sy = qy - length * (rates[4] + rates[5] * along)
+    slid = np.hypot(sx, sy)
+    if slid <= bound:  # about to slide: by its one flexibility the cell would not yet
+        return tx * bound / size, ty * bound / size, 0.0, False
+    bound *= friction_share(slid, bound, rates[8] / length, falling)
+    return sx * bound / slid, sy * bound / slid, rates[8] * (slid - bound) / length, False
+
+
+@njit(cache=True)
+def _end_slip(slip, i, j, qx, qy, after):
+    """Slip of a cell that slides, which holds the size of the step to its centre, with that of the step from it."""
+    size, traction = (slip[i, j, 0] + after) / 2, np.hypot(qx, qy)
+    scale = size / traction if traction > 0 else 0.0
+    slip[i, j, 0], slip[i, j, 1] = -qx * scale, -qy * scale
+
+
 def _estimate(
-    patch: Patch, traction: np.ndarray, pair: Pair, friction: float, creepage: Creepage, bound: str, direction: int
+    patch: Patch, traction: np.ndarray, pair: Pair, law: FallingFriction, *settings: Creepage | str | int | float
 ) -> ErrorEstimate:
     """The same on doubled and on fourfold cell sides."""
-    if not patch.contact.any() or friction == 0:
+    if not patch.contact.any() or law.static == 0:
         return patch.error
     grid, pressure, forces = patch.grid, patch.pressure, [traction.sum(axis=(0, 1))]
     for _ in range(2):
         grid, pressure = coarse_grid(grid), coarse_field(pressure, "constant")
-        coarse = _tractions(grid, pressure, pair, friction, creepage, bound, direction)[0]
+        coarse = _tractions(grid, pressure, pair, law, *settings)[0]
         forces.append(coarse.sum(axis=(0, 1)) * grid.cell_area / patch.grid.cell_area)
     return replace(
         patch.error,

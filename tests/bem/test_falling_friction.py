@@ -1,0 +1,74 @@
+"""FASTSIM with friction that falls with slip, and with a third body."""
+
+import numpy as np
+import pytest
+
+from bem.exact.kalker_table import coefficients
+from bem.halfspace.falling_friction import FallingFriction, friction_share
+from bem.halfspace.fastsim import elliptic_patch, fastsim
+from bem.material import STEEL
+from bem.patch import ContactInputError, Creepage
+
+PATCH = elliptic_patch(6e-3, 4e-3, 80e3, (60, 60))
+
+
+def force(friction, *creepage, **options):
+    return fastsim(PATCH, STEEL, STEEL, friction, Creepage(*creepage), estimate=False, **options).tangential_force
+
+
+def test_without_a_fall_it_is_coulombs():
+    for law in (FallingFriction(0.3, 0.3, 1e-3), FallingFriction(0.3, 0.1, 1e9)):
+        assert force(law, 2e-3, 1e-3, 0.2) == pytest.approx(force(0.3, 2e-3, 1e-3, 0.2), rel=1e-6)
+
+
+def test_it_is_odd_and_the_bound_is_never_exceeded():
+    law = FallingFriction(0.4, 0.15, 2e-3)
+    for creepage in ((1e-3, 0, 0), (0, 4e-3, 0), (3e-3, -2e-3, 0.0), (2e-2, 1e-3, 0.0)):
+        found = fastsim(PATCH, STEEL, STEEL, law, Creepage(*creepage), estimate=False)
+        assert force(law, *(-np.array(creepage))) == pytest.approx(-found.tangential_force, rel=1e-12)
+        size = np.hypot(*np.moveaxis(found.traction, 2, 0))
+        limit = 0.4 * PATCH.pressure**2 * (PATCH.pressure.sum() / (PATCH.pressure**2).sum())
+        assert (size <= limit * (1 + 1e-12)).all()
+
+
+def test_creep_force_rises_to_a_maximum_and_falls_to_the_kinetic_one():
+    """Published creep curves of dry track have their maximum near 1 to 3 % and fall beyond; here both ends are exact:
+    Kalker's slope at first, mu_k N at last."""
+    law = FallingFriction(0.4, 0.16, 0.03)
+    creep = np.geomspace(1e-4, 0.9, 24)
+    ratio = np.array([-force(law, value)[0] / PATCH.normal_force for value in creep])
+    best = int(np.argmax(ratio))
+    assert 2e-3 < creep[best] < 3e-2 and 0.25 < ratio[best] < 0.4
+    assert (np.diff(ratio[: best + 1]) > 0).all() and (np.diff(ratio[best:]) < 0).all()
+    assert ratio[-1] == pytest.approx(0.16, rel=0.01)  # exp(-30) is left
+    c11 = coefficients(1.5, 0.3).c11
+    slope = STEEL.shear * 6e-3 * 4e-3 * c11 * 1e-6
+    assert -force(law, 1e-6)[0] == pytest.approx(slope, rel=0.01)
+
+
+def test_third_body_scales_the_slope_and_leaves_the_saturation():
+    for part in (1.0, 0.5, 0.2):
+        assert force(0.3, 1e-7, initial_slope=part)[0] == pytest.approx(part * force(0.3, 1e-7)[0], rel=1e-3)
+    assert force(0.3, 0.2, initial_slope=0.2)[0] == pytest.approx(-0.3 * PATCH.normal_force, rel=1e-3)
+
+
+def test_a_sliding_cell_follows_its_own_slip():
+    """The share returned satisfies s = L (|q| - mu(s) p) / h, at the smallest root."""
+    slid, bound, compliance, falling = 4e8, 2e8, 1e-11, (0.4, 5e-3)
+    share = friction_share(slid, bound, compliance, falling)
+    slip = compliance * (slid - share * bound)
+    assert share == pytest.approx(0.4 + 0.6 * np.exp(-slip / 5e-3), rel=1e-10)
+    trial = np.linspace(0, slip * 0.999, 200)
+    assert (trial < compliance * (slid - (0.4 + 0.6 * np.exp(-trial / 5e-3)) * bound)).all()
+
+
+@pytest.mark.parametrize("law", [(0.3, 0.4, 1e-3), (0.3, -0.1, 1e-3), (0.3, 0.1, 0.0), (np.nan, 0.1, 1.0)])
+def test_laws_that_cannot_be_are_refused(law):
+    with pytest.raises(ContactInputError):
+        FallingFriction(*law)
+
+
+@pytest.mark.parametrize("part", [0.0, 1.2, float("nan")])
+def test_a_slope_that_cannot_be_is_refused(part):
+    with pytest.raises(ContactInputError, match="initial_slope"):
+        force(0.3, 1e-3, initial_slope=part)
