@@ -12,6 +12,7 @@ from rail_fem.case.casefile import Case, CaseError, load_case
 from rail_fem.case.variations import VariationError, read_settings
 from rail_fem.commands import contact as pair
 from rail_fem.commands import start
+from rail_fem.commands.damage import damage
 from rail_fem.commands.design import design
 from rail_fem.commands.ending import say, stop, stop_run
 from rail_fem.commands.export import export
@@ -31,6 +32,7 @@ app.command("list")(start.names)
 app.command()(start.init)
 app.command()(pair.contact)
 app.command()(pair.patch)
+app.command()(damage)
 app.command()(sweep)
 app.command()(design)
 app.command()(measured)
@@ -72,6 +74,8 @@ def read_case(path: Path, model: str | None, settings: list[str] | None = None) 
         stop(str(error))
     if model is None and len(case.runs) > 1:
         stop(f"{path}: has [run.*] for {', '.join(case.runs)}: choose one with --model")
+    if not case.runs:
+        stop(f"{path}: has no table [run.MODEL], only [damage]: see 'rail-fem damage --help'")
     model = model or next(iter(case.runs))
     if model not in case.runs:
         stop(f"{path}: has no [run.{model}], only {', '.join(case.runs)}")

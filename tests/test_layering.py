@@ -78,7 +78,7 @@ STOREYS = (
     ("static_fe", "models"),
     ("case",),
     ("show",),
-    ("export",),
+    ("export", "damage"),
     ("run",),
     ("sweeps", "measurement"),
     ("design",),

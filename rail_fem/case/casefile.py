@@ -12,13 +12,14 @@ from rail_fem.case.input_errors import describe_errors, plain, quoted, suggest
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.units import typed
+from rail_fem.settings.damage import DamageSettings
 from rail_fem.settings.light import PassSettings
 
 CASE_VERSION = 1
 LONGEST_TITLE = 200
 MOST_ERRORS = 50  # told of one file
 FEWEST_ROWS = 10  # of a history
-TOP_KEYS = ("version", "title", "scene", "run")
+TOP_KEYS = ("version", "title", "scene", "run", "damage")
 
 
 class CaseError(ValueError):
@@ -37,6 +38,7 @@ class Case:
     """A scene and, by the name of the model, its numerics.
 
     changes : what was read in place of the file's values, by key;  name : of its folder in a sweep
+    damage : of a damage study, where the file has one
     """
 
     path: Path
@@ -45,6 +47,7 @@ class Case:
     runs: Mapping[str, Frozen]
     changes: Mapping[str, Any] = field(default_factory=dict)
     name: str = ""
+    damage: DamageSettings | None = None
 
 
 def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = "") -> Case:
@@ -75,7 +78,10 @@ def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = 
         )
     context = {"units_required": True, "folder": path.resolve().parent}
     scene = _read_section(Scene, table.get("scene"), "scene", context, errors)
-    runs = _read_runs(table.get("run"), context, errors)
+    asked = table.get("damage")
+    damage = None if asked is None else _read_section(DamageSettings, asked, "damage", context, errors)
+    # a damage study needs no model of its own
+    runs = {} if asked is not None and "run" not in table else _read_runs(table.get("run"), context, errors)
     if scene is not None:
         errors += [error for name, run in runs.items() for error in _disagreements(scene, name, run)]
     if errors:
@@ -84,7 +90,9 @@ def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = 
             errors[:MOST_ERRORS] + ([f"and {len(errors) - MOST_ERRORS} more"] if len(errors) > MOST_ERRORS else []),
         )
     told = ", ".join(f"{key.removeprefix('scene.')} {value}" for key, value in (changes or {}).items())
-    return Case(path, f"{title}; {told}" if told else title, scene, runs, dict(changes or {}), name or path.stem)
+    return Case(
+        path, f"{title}; {told}" if told else title, scene, runs, dict(changes or {}), name or path.stem, damage
+    )
 
 
 def _read_table(path: Path) -> dict[str, Any]:

@@ -1,0 +1,29 @@
+"""`rail-fem damage CASE`: wear, fatigue and life of a rail under many passes."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.commands.contact import stop
+
+
+def damage(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML) with a table [damage]")],
+    out: Annotated[Path, typer.Option("--out", help="folder for everything the study writes")],
+    passes: Annotated[str | None, typer.Option("--passes", help="wheel passes, in place of the case's")] = None,
+    restart: Annotated[bool, typer.Option("--restart", help="go on with the study in the folder")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="remove what is in the folder first")] = False,
+) -> None:
+    """Wear, profile change, rolling contact fatigue and years to a limit under many passes: figures, numbers, one
+    page. A study that was stopped goes on with --restart."""
+    from rail_fem.damage.study import passes_of, run_study
+
+    try:
+        count = None if passes is None else passes_of(passes)
+        run_study(load_case(case), count, out, restart, overwrite, typer.echo)
+    except CaseError as error:
+        stop(str(error))
+    except (ValueError, OSError) as error:
+        stop(f"{case}: {error}")

@@ -1,0 +1,144 @@
+"""Rolling contact fatigue from a solved patch: T gamma and its damage function, surface fatigue index, shakedown map.
+
+All are empirical or elastic criteria of plain line; on a crossing they say where to look, not when it cracks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bem.patch import Patch
+from rail_fem.damage.wear import WearError
+
+REGIONS = ("none", "fatigue", "mixed", "wear")
+
+
+@dataclass(frozen=True)
+class WholeLifeRail:
+    """Damage by one axle against T gamma: 0 to `onset`, rising to `height` at `peak`, falling through 0 at `balance`,
+    and on below 0, where wear takes cracks away. 1 is a visible crack.
+
+    Corners [N]: 15, 65, 175 as published; the thesis prints 75 for the second (2.3.3). Height: 1e-5 per axle.
+    Fitted to curves of plain line in grade 220 rail; not to manganese castings (thesis 4.6, item 4).
+    Source: Burstow, Whole life rail model application and development, RSSB T115 (2003); corners recalled, not opened.
+    """
+
+    onset: float = 15.0
+    peak: float = 65.0
+    balance: float = 175.0
+    height: float = 1e-5
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.onset < self.peak < self.balance < np.inf:
+            raise WearError(f"T gamma corners {self.onset}, {self.peak}, {self.balance} N: they must grow from 0 on")
+        if not 0 < self.height < 1:
+            raise WearError(f"damage {self.height} per axle at the peak: must lie between 0 and 1")
+
+    def damage(self, tgamma: np.ndarray) -> np.ndarray:
+        """Damage per axle at T gamma [N]; below 0 where wear wins."""
+        x = np.asarray(tgamma, float)
+        rise = self.height * (x - self.onset) / (self.peak - self.onset)
+        fall = self.height * (self.balance - x) / (self.balance - self.peak)
+        return np.where(x <= self.onset, 0.0, np.minimum(rise, fall))
+
+    def region(self, tgamma: float) -> str:
+        """none, fatigue (rising), mixed (falling, above 0) or wear."""
+        corners = np.array([self.onset, self.peak, self.balance])
+        return REGIONS[int(np.searchsorted(corners, tgamma, side="left"))]
+
+
+def opening_tgamma(patch: Patch) -> float:
+    """T gamma [N] of the longitudinal part where it drags the rail's surface against the running direction, else 0.
+
+    Only tractions that open the cracks count in later uses of the whole-life rail model: those of a driven wheel, which
+    push the rail's surface backwards (traction on the wheel forwards).
+    """
+    force = float(patch.tangential_force[0])
+    return max(force, 0.0) * abs(patch.creepage.longitudinal)
+
+
+@dataclass(frozen=True)
+class ShakedownPoint:
+    """Where a patch lies on the shakedown map. load : largest pressure over shear yield stress p0/k;  traction :
+    tangential over normal force;  index : surface fatigue index of Ekberg, traction - 2 pi a b k / (3 N)"""
+
+    load: float
+    traction: float
+    index: float
+
+    @property
+    def ratchets(self) -> bool:
+        """Whether the surface flows at every pass by the index."""
+        return self.index > 0
+
+    @property
+    def life(self) -> float:
+        """Passes to surface cracks, 10 index^-4; inf where it does not flow. Source: Ekberg, Kabo, Andersson, Fatigue
+        Fract. Eng. Mater. Struct. 25 (2002) 899; recalled, not opened."""
+        return 10.0 * self.index**-4 if self.ratchets else np.inf
+
+
+def shakedown_point(patch: Patch, shear_yield: float) -> ShakedownPoint:
+    """Point of a rolling patch for a shear yield stress k [Pa] of the hardened surface.
+
+    On a Hertz ellipse p0 = 3 N / (2 pi a b), so that the index is traction - k / p0: the map's right border
+    p0/k = 1/mu.
+    """
+    if not (np.isfinite(shear_yield) and shear_yield > 0):
+        raise WearError(f"shear yield stress {shear_yield!r} Pa: give one above 0; 300 MPa for worked R260")
+    normal = patch.normal_force
+    if normal <= 0:
+        raise WearError("a patch without force has no place on the shakedown map")
+    traction = float(np.hypot(*patch.tangential_force)) / normal
+    pressure = 1.5 * normal / patch.contact_area
+    return ShakedownPoint(pressure / shear_yield, traction, traction - shear_yield / pressure)
+
+
+def shakedown_limits(traction: np.ndarray, line: bool = False) -> dict[str, np.ndarray]:
+    """p0/k at first yield ("elastic") and at the limit of elastic shakedown ("shakedown") over the traction
+    coefficient.
+
+    line : contact of a cylinder (plane strain), whose borders are computed here: first yield by Tresca from the elastic
+    field of a half-space under p0 sqrt(1 - x^2) and mu times it; shakedown below the surface by Melan's theorem, where
+    the largest orthogonal shear stress reaches k, at 4.0 without traction. Otherwise of a circular point contact: 4.7
+    without traction (recalled, not opened), and for both the surface limit 1 / mu.
+    Source: Johnson, Contact Mechanics (1985), sections 4.1, 7.2 and 9.2.
+    """
+    mu = np.asarray(traction, float)
+    with np.errstate(divide="ignore"):
+        surface = 1 / mu
+    if not line:
+        return {"shakedown": np.minimum(4.7 * _fall(mu), surface)}
+    yielded, sheared = zip(*(_line_stresses(float(m)) for m in np.ravel(mu)), strict=True)
+    return {"elastic": 1 / np.array(yielded), "shakedown": np.minimum(1 / np.array(sheared), surface)}
+
+
+def _fall(mu: np.ndarray) -> np.ndarray:
+    """Orthogonal shear limit below the surface over its value without traction, taken from line contact."""
+    base = 1 / _line_stresses(0.0)[1]
+    return np.array([1 / _line_stresses(float(m))[1] / base for m in np.ravel(mu)]).reshape(np.shape(mu))
+
+
+def _line_stresses(mu: float) -> tuple[float, float]:
+    """Largest Tresca shear stress and largest |tau_xz| range below the surface over p0, of a sliding line contact.
+
+    tau_xz changes its sign along x without traction; residual stresses cannot take its amplitude away, so that Melan's
+    limit is its half range where the range is symmetric, and with traction the largest over depth of the mean-free part
+    plus what the mean cannot be balanced: residual tau_xz must vanish in equilibrium, so that max |tau_xz| counts.
+    Source: Johnson (1985), eq. 4.49 (normal) and 7.9 (tangential), in McEwen's m and n.
+    """
+    x, z = np.meshgrid(np.linspace(-3, 3, 601), np.concatenate([[1e-4], np.linspace(0.01, 2.5, 250)]), indexing="ij")
+    s = 1 - x**2 + z**2
+    root = np.sqrt(s**2 + 4 * x**2 * z**2)
+    m = np.sqrt((root + s) / 2)
+    n = np.sign(x) * np.sqrt(np.maximum(root - s, 0) / 2)
+    share = (z**2 + n**2) / (m**2 + n**2)
+    normal = -(m * (1 + share) - 2 * z), -m * (1 - share), -n * (m**2 - z**2) / (m**2 + n**2)
+    tangent = n * (2 - (z**2 - m**2) / (m**2 + n**2)) - 2 * x, normal[2], normal[0]
+    sxx, szz, sxz = (a + mu * sign * b for a, b, sign in zip(normal, tangent, (1.0, 1.0, 1.0), strict=True))
+    syy = 0.3 * (sxx + szz)
+    middle, radius = (sxx + szz) / 2, np.hypot((sxx - szz) / 2, sxz)
+    tresca = np.maximum(radius, np.maximum(np.abs(middle + radius - syy), np.abs(middle - radius - syy)) / 2)
+    return float(tresca.max()), float(np.abs(sxz[:, 1:]).max())

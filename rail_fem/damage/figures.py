@@ -1,0 +1,326 @@
+"""Figures of a damage study: profiles before and after, depths with the band over the laws, T gamma,"
+" shakedown map."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from rail_fem.damage.evolution import Evolution
+from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits, shakedown_point
+from rail_fem.damage.section import WearRate
+from rail_fem.damage.sites import fatigue_of, laws_of
+from rail_fem.settings.damage import DamageSettings
+from rail_fem.show.style import BODY, GREY, NOSE, ORANGE, SKY, TOTAL, WING, lettering, new_figure, save
+
+MM, UM = 1e3, 1e6
+REGION_COLOURS = (("fatigue", "#FBE3D0"), ("mixed", "#F3F0C4"), ("wear", "#DDE9F4"))
+DECADES = 4  # of a depth map
+
+
+def section_figures(folder, title, settings: DamageSettings, section, state: Evolution, before, after) -> list[Path]:
+    """Draw all figures of a section that has worn; returns the files."""
+    with lettering():
+        made = {
+            "profiles": profiles_figure(title, settings, state),
+            "depth": depth_figure(title, settings, state),
+            "passes": passes_figure(title, settings, state),
+            "shakedown": section_shakedown(title, settings, before),
+        }
+        return [save(figure, Path(folder) / f"{name}.png") for name, figure in made.items()]
+
+
+def profiles_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
+    """The section before and after, and its worn places magnified."""
+    figure = new_figure(8.5)
+    grid = figure.add_gridspec(2, 2, height_ratios=[1.1, 1.0])
+    whole = figure.add_subplot(grid[0, :])
+    old, new = state.first.points * MM, state.worn.points * MM
+    _outlines(whole, old, new)
+    whole.set(aspect="equal", xlabel="y [mm], + towards the field side", ylabel="z [mm]")
+    whole.legend(loc="lower right")
+    spots = _worn_spots(state)
+    for k, (mark, at) in enumerate(zip("ab", spots, strict=False)):
+        axis = figure.add_subplot(grid[1, k])
+        _magnified(axis, state, at, mark)
+        whole.annotate(mark, old[at], (0, 12), textcoords="offset points", ha="center", weight="bold")
+        whole.plot(*old[at], "o", ms=6, mfc="none", mec="black")
+    figure.suptitle(
+        f"{title}\nsection before and after {state.passes:,.0f} passes; law: {_label(settings)}", fontsize=14
+    )
+    return figure
+
+
+def _worn_spots(state: Evolution) -> list[int]:
+    """Nodes of the deepest wear, and of the deepest away from it."""
+    if state.depth.max() <= 0:
+        return []
+    first = int(np.argmax(state.depth))
+    far = np.abs(state.first.arc_length - state.first.arc_length[first]) > 8e-3
+    second = int(np.argmax(np.where(far, state.depth, 0.0)))
+    return [first] + ([second] if state.depth[second] > 0 else [])
+
+
+def _outlines(axis: Axes, old: np.ndarray, new: np.ndarray) -> None:
+    axis.plot(*old.T, color=GREY, lw=1.4, label="before")
+    axis.plot(*new.T, color=NOSE, lw=1.4, ls="--", label="after")
+
+
+def _magnified(axis: Axes, state: Evolution, at: int, mark: str) -> None:
+    """The line about a node, straightened there: depth along its normal, magnified."""
+    s = (state.first.arc_length - state.first.arc_length[at]) * MM
+    near = np.abs(s) < 6
+    step = (state.worn.points - state.first.points) @ state.first.normals[at]
+    base = (state.first.points - state.first.points[at]) @ state.first.normals[at]
+    moved = base + step
+    axis.plot(s[near], base[near] * UM, color=GREY, lw=1.4)
+    axis.plot(s[near], moved[near] * UM, color=NOSE, lw=1.4, ls="--")
+    axis.fill_between(s[near], base[near] * UM, moved[near] * UM, color=NOSE, alpha=0.25, lw=0)
+    y, z = state.first.points[at] * MM
+    low = moved[near].min() * UM
+    axis.set(
+        xlim=(-6, 6),
+        ylim=(min(1.4 * low, -3 * state.depth[at] * UM), 1.0 * state.depth[at] * UM),
+        xlabel="along the line [mm]",
+        ylabel="along the normal [\u00b5m]",
+    )
+    axis.set_title(f"{mark}: at y = {y:.1f}, z = {z:.1f} mm, {state.depth[at] * UM:.3g} \u00b5m deep", loc="left")
+
+
+def depth_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
+    """Depth along the line by every law."""
+    figure = new_figure(6.5)
+    axis = figure.add_subplot()
+    laws, s = laws_of(settings), state.first.arc_length * MM
+    every = np.array(list(state.by_law.values())) * UM
+    axis.fill_between(s, every.min(axis=0), every.max(axis=0), color=SKY, alpha=0.35, lw=0, label="band"
+    " over the laws")
+    styles = ("-", "--", "-.", ":", (0, (6, 1, 1, 1)), (0, (1, 1)), (0, (8, 2)))
+    for (name, depth), style in zip(state.by_law.items(), styles, strict=False):
+        axis.plot(s, depth * UM, ls=style, lw=1.2, color=WING if name != settings.law else GREY,"
+        " label=laws[name].label)
+    axis.plot(s, state.depth * UM, color=NOSE, lw=1.8, label="worn off (leading law, smoothed)")
+    lead = state.depth * UM
+    axis.fill_between(
+        s, lead - state.error * UM, lead + state.error * UM, color=NOSE, alpha=0.3, lw=0, label="error of the blocks"
+    )
+    worn = np.flatnonzero(every.max(axis=0) > 1e-3 * every.max())
+    if len(worn):
+        axis.set(xlim=(s[worn[0]] - 3, s[worn[-1]] + 3), yscale="log", ylim=(1e-4 * every.max(), 2 * every.max()))
+    axis.set(xlabel="along the line, from its gauge side [mm]", ylabel="depth worn off along the normal [\u00b5m]")
+    axis.legend(loc="upper right", fontsize=10)
+    figure.suptitle(
+        f"{title}\n{state.passes:,.0f} passes, calibration factor {settings.calibration:g}: what each law"
+        f" wears off on the leading law's shapes",
+        fontsize=13,
+    )
+    return figure
+
+
+def passes_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
+    """Deepest wear and T gamma over the passes."""
+    figure = new_figure(7.5)
+    depth, tgamma = figure.subplots(2, 1, sharex=True)
+    log = np.vstack([[0.0] * 5, state.log]) if len(state.log) else np.zeros((1, 5))
+    ends = np.array([d.max() for d in state.by_law.values()])
+    share = log[:, 1] / max(log[-1, 1], 1e-30)
+    depth.fill_between(
+        log[:, 0],
+        share * ends.min() * UM,
+        share * ends.max() * UM,
+        color=SKY,
+        alpha=0.35,
+        lw=0,
+        label="band over the laws (their end values)",
+    )
+    depth.errorbar(
+        log[:, 0],
+        log[:, 1] * UM,
+        yerr=log[:, 4] * UM,
+        color=NOSE,
+        marker="o",
+        ms=4,
+        capsize=3,
+        label=f"deepest, {_label(settings)}; bars: error of the blocks",
+    )
+    depth.set(ylabel="deepest wear [\u00b5m]")
+    depth.legend(loc="upper left")
+    if len(state.log):
+        tgamma.plot(state.log[:, 0], state.log[:, 2], color=TOTAL, marker="o", ms=4, label="largest of all points")
+        tgamma.plot(
+            state.log[:, 0], state.log[:, 3], color=ORANGE, marker="s", ms=4, label="mean over points and passes"
+        )
+    _regions(tgamma, fatigue_of(settings))
+    tgamma.set(xlabel="passes", ylabel="T\u03b3 [N]")
+    tgamma.legend(loc="upper right")
+    figure.suptitle(f"{title}\nwear and T\u03b3 as the section changes", fontsize=14)
+    return figure
+
+
+def _regions(axis: Axes, model: WholeLifeRail) -> None:
+    """Shade where the whole-life rail model sees fatigue, both, or wear alone."""
+    top = max(axis.get_ylim()[1], 1.1 * model.balance)
+    edges = (model.onset, model.peak, model.balance, top)
+    for (name, colour), low, high in zip(REGION_COLOURS, edges[:-1], edges[1:], strict=True):
+        axis.axhspan(low, high, color=colour, zorder=0, lw=0)
+        axis.annotate(name, (0.005, (low + high) / 2), xycoords=("axes fraction", "data"), va="center","
+        " style="italic")
+    axis.set_ylim(0, top)
+
+
+def section_shakedown(title: str, settings: DamageSettings, before: WearRate) -> Figure:
+    """Points of a section's passes on the shakedown map."""
+    points = [
+        shakedown_point(p.patch, settings.shear_yield) for r in before.records for p in r.points if p.side == "left"
+    ]
+    return shakedown_figure(title, settings, {"points of the passes, first shape": (points, NOSE, False)})
+
+
+def shakedown_figure(title: str, settings: DamageSettings, series) -> Figure:
+    """Load factor over traction coefficient, with the limits of point contact. series : label -> (points, colour,
+    joined)"""
+    figure = new_figure(7.0)
+    axis = figure.add_subplot()
+    mu = np.linspace(0.005, 0.6, 60)
+    axis.plot(
+        mu, shakedown_limits(mu)["shakedown"], color=TOTAL, lw=2, label="elastic shakedown, circular point contact"
+    )
+    axis.plot(
+        mu,
+        shakedown_limits(mu, line=True)["shakedown"],
+        color=GREY,
+        lw=1.5,
+        ls="--",
+        label="elastic shakedown, line contact",
+    )
+    top = 6.0
+    for label, (points, colour, joined) in series.items():
+        x, y = ([getattr(p, name) for p in points] for name in ("traction", "load"))
+        axis.plot(x, y, color=colour, marker="o", ms=5, lw=1.0 if joined else 0.0, alpha=0.8, label=label)
+        top = max(top, 1.1 * max(y, default=0.0))
+    axis.set(
+        xlim=(0, 0.6),
+        ylim=(0, top),
+        xlabel="traction coefficient T/N",
+        ylabel="largest pressure over shear yield stress, p0/k",
+    )
+    axis.annotate("ratchetting beyond the lines", (0.42, 0.75 * top), style="italic")
+    axis.legend(loc="upper right")
+    figure.suptitle(f"{title}\nshakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures","
+    f" fontsize=14)
+    return figure
+
+
+def crossing_figures(folder, title, settings: DamageSettings, field, kept, laws) -> list[Path]:
+    """Draw all figures of passes over a crossing; returns the files."""
+    with lettering():
+        made = {
+            "tgamma": tgamma_figure(title, settings, kept),
+            "depth_plan": plan_figure(title, settings, field),
+            "depth_band": band_figure(title, settings, field),
+            "shakedown": crossing_shakedown(title, settings, kept),
+        }
+        return [save(figure, Path(folder) / f"{name}.png") for name, figure in made.items()]
+
+
+def tgamma_figure(title: str, settings: DamageSettings, kept) -> Figure:
+    """T gamma and fatigue damage of wing and nose along the crossing, one line for each kind of pass."""
+    figure = new_figure(8.0)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    model = fatigue_of(settings)
+    for k, (_, _, contacts) in enumerate(kept):
+        for body, colour in BODY.items():
+            own = [c for c in contacts if c.body == body]
+            if not own:
+                continue
+            x, value = np.array([c.place[0] for c in own]) * MM, np.array([c.tgamma for c in own])
+            order = np.argsort(x)
+            style = {"color": colour, "lw": 1.2, "alpha": 1.0 if k == 0 else 0.5}
+            upper.plot(x[order], value[order], label=body if k == 0 else None, **style)
+            lower.plot(x[order], model.damage(value[order]) * 1e6, **style)
+    _regions(upper, model)
+    upper.set(ylabel="T\u03b3 of a patch [N]")
+    upper.legend(loc="upper right")
+    lower.axhline(0, color="black", lw=0.8)
+    lower.set(xlabel="x along the crossing [mm]", ylabel="damage by one axle [10\u207b\u2076]")
+    lower.annotate("below 0: wear takes cracks away", (0.01, 0.04), xycoords="axes fraction", style="italic")
+    figure.suptitle(
+        f"{title}\nT\u03b3 along the pass; damage function of grade 220 rail on plain line, not of castings",
+        fontsize=13,
+    )
+    return figure
+
+
+def plan_figure(title: str, settings: DamageSettings, field) -> Figure:
+    """Depth of the leading law in plan, wing and nose."""
+    figure = new_figure(5.5)
+    axis = figure.add_subplot()
+    depth = sum(field.depth[settings.law].values()).T * settings.passes * UM
+    top = max(depth.max(), 1e-12)
+    shown = np.ma.masked_less(depth, top * 10.0**-DECADES)
+    step = field.y[1] - field.y[0]
+    image = axis.pcolormesh(
+        field.x * MM, field.y * MM, shown, norm=LogNorm(top * 10.0**-DECADES, top), cmap="viridis_r","
+        " shading="nearest"
+    )
+    rows, columns = np.flatnonzero(depth.max(axis=1) > top * 10.0**-DECADES), np.flatnonzero(depth.max(axis=0) > 0)
+    axis.set_ylim(field.y[rows[0]] * MM - 8, (field.y[rows[-1]] + step) * MM + 8)
+    axis.set_xlim(field.x[columns[0]] * MM, field.x[columns[-1]] * MM)
+    figure.colorbar(image, ax=axis, label="depth [\u00b5m]")
+    axis.set(xlabel="x along the crossing [mm]", ylabel="y [mm], + to the wing's field side")
+    figure.suptitle(
+        f"{title}\ndepth after {settings.passes:,.0f} passes on the unworn shape; law: {_label(settings)}","
+        f" fontsize=13
+    )
+    return figure
+
+
+def band_figure(title: str, settings: DamageSettings, field) -> Figure:
+    """Deepest wear at every x by each law, and the band between them."""
+    figure = new_figure(8.0)
+    for axis, body in zip(figure.subplots(2, 1, sharex=True), ("wing", "nose"), strict=True):
+        every = {name: parts[body].max(axis=1) * settings.passes * UM for name, parts in field.depth.items()}
+        values = np.array(list(every.values()))
+        positive = np.where(values.max(axis=0) > 0, 1.0, np.nan)
+        axis.fill_between(
+            field.x * MM,
+            values.min(axis=0) * positive,
+            values.max(axis=0) * positive,
+            color=SKY,
+            alpha=0.4,
+            lw=0,
+            label="band over the laws",
+        )
+        axis.plot(field.x * MM, every[settings.law] * positive, color=BODY[body], lw=1.6, label=_label(settings))
+        top = max(np.nanmax(values), 1e-9)
+        axis.set(yscale="log", ylim=(top * 1e-5, 2 * top), ylabel=f"deepest on the {body} [\u00b5m]")
+        axis.legend(loc="lower right")
+    axis.set(xlabel="x along the crossing [mm]")
+    figure.suptitle(
+        f"{title}\ndepth after {settings.passes:,.0f} passes on the unworn shape, calibration factor"
+        f" {settings.calibration:g}",
+        fontsize=13,
+    )
+    return figure
+
+
+def crossing_shakedown(title: str, settings: DamageSettings, kept) -> Figure:
+    """The pass as a path on the shakedown map."""
+    contacts = kept[0][2]
+    series = {
+        f"{body}, along the pass": (
+            [shakedown_point(c.patch, settings.shear_yield) for c in contacts if c.body == body],
+            colour,
+            True,
+        )
+        for body, colour in BODY.items()
+    }
+    return shakedown_figure(title, settings, series)
+
+
+def _label(settings: DamageSettings) -> str:
+    return laws_of(settings)[settings.law].label

@@ -1,0 +1,149 @@
+"""A rail section that a population of wheels passes: what one pass of each wears off it, on the shape that it has now.
+
+The section stands on the left, a plain rail on the right, both are looked at as prisms. What wears is the left section;
+the rail keeps its place while it wears.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geometry.contact.prismatic_search import ContactSearch
+from geometry.profiles.profile import Profile
+from geometry.wheelset import RailPlace, Track, Wheelset
+from rail_fem.damage.rolling import Rolling, RollingPoint, rest_on_yielding_rails, roll
+from rail_fem.damage.wear import Archard, WearLaw, friction_work
+from rail_fem.damage.worn_profile import WornProfile
+
+
+@dataclass(frozen=True, eq=False)
+class Passing:
+    """One kind of pass. wheel, radius [m];  loads : of left and right wheel [N];  lateral [m], yaw [rad];  rolling;
+    weight : its share of all passes, which sum to 1."""
+
+    wheel: Profile
+    radius: float
+    loads: tuple[float, float]
+    lateral: float
+    rolling: Rolling
+    weight: float
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class PassRecord:
+    """What one kind of pass did: its points on the worn rail, and the lateral place it took [m]."""
+
+    passing: Passing
+    points: tuple[RollingPoint, ...]
+    lateral: float
+
+
+@dataclass(frozen=True, eq=False)
+class WearRate:
+    """What a pass wears off on average: depth (n,) [m] at the nodes for each law, area [m2] for each law as its strips
+    have it, area that lay beyond the section's ends [m2], friction work (n,) per area at the nodes [J/m2], share of
+    Archard's wear near a border of its map."""
+
+    depth: dict[str, np.ndarray]
+    area: dict[str, float]
+    beyond: dict[str, float]
+    work: np.ndarray
+    border_share: float
+    records: tuple[PassRecord, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """The left rail's place is that of `track`, whatever wears. laws : by name; factor : of calibration on all of them;
+    lateral_stiffness : of one rail [N/m]"""
+
+    track: Track
+    passings: tuple[Passing, ...]
+    laws: dict[str, WearLaw]
+    factor: float = 1.0
+    lateral_stiffness: float = np.inf
+    back_to_back: float = 1.360
+    places: dict[int, float] = field(default_factory=dict, repr=False)  # found last, to begin from
+
+    def __post_init__(self) -> None:
+        total = sum(p.weight for p in self.passings)
+        if not (self.passings and abs(total - 1) < 1e-6 and all(p.weight >= 0 for p in self.passings)):
+            raise ValueError(
+                f"weights of the passes add up to {total:.6g}: give shares of 0 or more whose sum is 1 (multiply each"
+                f" by {1 / total if total > 0 else float('nan'):.6g})"
+            )
+
+    def first(self) -> WornProfile:
+        """The section before any pass."""
+        return WornProfile.of(self.track.left)
+
+    def standing(self, worn: WornProfile) -> Track:
+        """The track with the worn section where the first one lay."""
+        line, own = worn.profile, self.track
+        sunk = float(line.points[:, 1].max())
+        at = own.gauge_offset("left") + own.left_place.lateral
+        shifted = line.shifted(0.0, -sunk)
+        offset = Track(shifted, own.profile("right"), own.gauge).gauge_offset("left")
+        place = RailPlace(at - offset, own.left_place.vertical + sunk, own.left_place.roll)
+        return Track(shifted, own.profile("right"), own.gauge, left_place=place, right_place=own.right_place)
+
+    def records(self, worn: WornProfile) -> tuple[PassRecord, ...]:
+        """All passes over the worn section."""
+        track, found = self.standing(worn), []
+        for k, p in enumerate(self.passings):
+            search = ContactSearch(Wheelset(p.wheel, radius=p.radius, back_to_back=self.back_to_back), track)
+            state = rest_on_yielding_rails(
+                search, p.loads, p.lateral, p.yaw, self.lateral_stiffness, self.places.get(k)
+            )
+            at = _middle(state)
+            self.places[k] = at
+            points = tuple(point for point in roll(search, state, p.rolling))
+            found.append(PassRecord(p, points, at))
+        return tuple(found)
+
+    def rate(self, worn: WornProfile) -> WearRate:
+        """Mean wear of one pass over the worn section."""
+        depth = {name: np.zeros(len(worn.points)) for name in self.laws}
+        area, beyond = dict.fromkeys(self.laws, 0.0), dict.fromkeys(self.laws, 0.0)
+        work, near, records = np.zeros(len(worn.points)), [0.0, 0.0], self.records(worn)
+        for record in records:
+            for point in record.points:
+                if point.side != "left":
+                    continue
+                patch, weight = point.patch, record.passing.weight
+                centre = worn.place(*point.place)
+                for name, law in self.laws.items():
+                    strips = self.factor * weight * law.depth(patch, point.speed)
+                    own, lost = worn.deposit(centre, point.outwards, strips, patch.grid.dy)
+                    depth[name] += own
+                    area[name] += float(strips.sum() * patch.grid.dy)
+                    beyond[name] += lost
+                    if isinstance(law, Archard) and name == "archard":
+                        share = law.border_share(patch, point.speed)
+                        near[0] += share * strips.sum() * patch.grid.dy
+                        near[1] += strips.sum() * patch.grid.dy
+                work += worn.deposit(centre, point.outwards, weight * friction_work(patch), patch.grid.dy)[0]
+        return WearRate(depth, area, beyond, work, near[0] / near[1] if near[1] else 0.0, records)
+
+
+def _middle(state) -> float:
+    """Lateral place [m] of a resting wheelset at the level of the rail (LoadedWheelset.rest's `lateral`)."""
+    s = state.state
+    return s.y + s.radius * np.sin(s.roll) * np.cos(s.yaw)
+
+
+def sine_places(mean: float, amplitude: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places (count,) [m] of a sine about a mean and their shares (count,): equal parts of a cycle."""
+    phase = (np.arange(count) + 0.5) / count * np.pi
+    return mean + amplitude * np.cos(phase), np.full(count, 1 / count)
+
+
+def scattered(mean: float, deviation: float, count: int = 5) -> tuple[np.ndarray, np.ndarray]:
+    """Places [m] of a normal distribution and their shares, by Gauss and Hermite's rule; one place without scatter."""
+    if deviation == 0:
+        return np.array([mean]), np.ones(1)
+    nodes, weights = np.polynomial.hermite_e.hermegauss(count)
+    return mean + deviation * nodes, weights / weights.sum()

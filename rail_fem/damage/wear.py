@@ -1,0 +1,293 @@
+"""Wear laws: how deep one passing patch wears each of its strips, from pressure, traction and slip of its cells.
+
+A rail point under strip y is passed by the whole strip, so that d(y) is a sum along x. Every law gives the worn area
+per pass A = sum d(y) dy [m2], which is also the worn volume per metre rolled; over the friction work per metre rolled
+it is the law's specific wear [m3/J], by which the laws can be compared (field practice: ug/J).
+Nothing here knows of lubrication or climate: the study multiplies by its calibration factor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from bem.patch import Patch
+
+DENSITY = 7850.0  # of rail steel, by which laws that give mass are turned into volume [kg/m3]
+NEAR_BORDER = 0.1  # of a border of the wear map: wear from cells so near to one is reported
+
+
+class WearError(ValueError):
+    """A wear law that cannot be, or an input that it cannot answer: what, how large, what to do."""
+
+
+class WearLaw(Protocol):
+    """label : what figures and tables call it"""
+
+    label: str
+
+    def depth(self, patch: Patch, speed: float) -> np.ndarray:
+        """(ny,) depth [m] worn off each strip of a rolling patch by one pass at a rolling speed [m/s]."""
+        ...
+
+
+def refuse_unsolved(patch: Patch, speed: float) -> None:
+    """Raise WearError for a patch without tractions and slip, or a speed of no rolling."""
+    if patch.traction is None or patch.slip is None:
+        raise WearError(f"{patch.method}: tractions and slip are not solved; wear needs both")
+    if not (np.isfinite(speed) and speed != 0):
+        raise WearError(f"speed {speed!r} m/s: wear of a rolling patch needs a finite speed other than zero")
+
+
+def slip_size(patch: Patch) -> np.ndarray:
+    """(nx, ny) slip per metre rolled [1]."""
+    return np.hypot(patch.slip[..., 0], patch.slip[..., 1])
+
+
+def friction_work(patch: Patch) -> np.ndarray:
+    """(ny,) friction work per area of each strip by one pass [J/m2]: the integral of traction times slip along x."""
+    return np.maximum(-(patch.traction * patch.slip).sum(axis=2), 0.0).sum(axis=0) * patch.grid.dx
+
+
+def spread_as_work(patch: Patch, area: float) -> np.ndarray:
+    """(ny,) depths [m] in proportion to the friction work of the strips whose sum over the strips' widths is `area`."""
+    work = friction_work(patch)
+    total = work.sum() * patch.grid.dy
+    return work * (area / total) if total > 0 else np.zeros_like(work)
+
+
+@dataclass(frozen=True)
+class WearMap:
+    """Archard's coefficient by region: pressure over hardness and slip velocity.
+
+    pressure : (m,) borders of p / H [1], growing;  velocity : (n,) borders [m/s], growing
+    least, most : (m + 1, n + 1) scatter of the coefficient in each region [1], rows by pressure
+    """
+
+    pressure: tuple[float, ...]
+    velocity: tuple[float, ...]
+    least: tuple[tuple[float, ...], ...]
+    most: tuple[tuple[float, ...], ...]
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        for name, borders in (("pressure", self.pressure), ("velocity", self.velocity)):
+            values = np.array(borders, float)
+            if not np.isfinite(values).all() or (values <= 0).any() or (np.diff(values) <= 0).any():
+                raise WearError(f"wear map: {name} borders {borders} must be positive and grow")
+        shape = len(self.pressure) + 1, len(self.velocity) + 1
+        for name in ("least", "most"):
+            rows = getattr(self, name)
+            if len(rows) != shape[0] or any(len(row) != shape[1] for row in rows):
+                raise WearError(
+                    f"wear map: {name} has rows of {[len(row) for row in rows]} coefficients; {len(self.pressure)}"
+                    f" pressure and {len(self.velocity)} velocity borders make {shape[0]} rows of {shape[1]}: a map"
+                    " must have no holes"
+                )
+            values = np.array(rows, float)
+            if not np.isfinite(values).all() or (values < 0).any():
+                at = np.argwhere(~np.isfinite(values) | (values < 0))[0]
+                raise WearError(
+                    f"wear map: {name}, row {at[0] + 1}, column {at[1] + 1} is {values[tuple(at)]!r}: every region"
+                    " needs a coefficient of 0 or more"
+                )
+        if (np.array(self.least) > np.array(self.most)).any():
+            raise WearError("wear map: a region's least coefficient is above its most: exchange the two")
+
+    def coefficient(self, pressure: np.ndarray, velocity: np.ndarray, share: float) -> np.ndarray:
+        """Coefficient at p / H and slip velocity [m/s]; share of the scatter: 0 the least, 0.5 the middle, 1 the
+        most."""
+        row = np.searchsorted(np.array(self.pressure), pressure, side="left")
+        column = np.searchsorted(np.array(self.velocity), velocity, side="left")
+        least, most = np.array(self.least), np.array(self.most)
+        return (least + share * (most - least))[row, column]
+
+    def near_border(self, pressure: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Whether a point lies within NEAR_BORDER of a border of the map."""
+        close = np.zeros(np.broadcast(pressure, velocity).shape, bool)
+        for value, borders in ((pressure, self.pressure), (velocity, self.velocity)):
+            for border in borders:
+                close |= np.abs(value / border - 1) < NEAR_BORDER
+        return close
+
+
+# Regions: mild below 0.2 m/s, severe to 0.7 m/s, mild (oxidative) above, seizure above 0.8 H. Dry.
+JENDEL = WearMap(
+    (0.8,),
+    (0.2, 0.7),
+    ((1e-4, 30e-4, 1e-4), (300e-4, 300e-4, 300e-4)),
+    ((10e-4, 40e-4, 10e-4), (400e-4, 400e-4, 400e-4)),
+    "Jendel, Wear 253 (2002) 90; values recalled, not opened",
+)
+
+
+@dataclass(frozen=True)
+class Archard:
+    """Archard's law per cell, d(y) = sum_x k p s dx / H with the slip s per metre rolled.
+
+    hardness : of the worn body [Pa];  wear_map : of k;  share : of its scatter (WearMap.coefficient)
+    one_a_patch : one k for the whole patch, from its largest pressure and largest slip velocity, as thesis section
+        4.4.1 does (with share 1)
+    coefficient : k itself [1]; the map is not asked then
+    Source: thesis eq. 4-12, 4-13 with its misprint mended: depth = k/H p |s| dx / V.
+    """
+
+    hardness: float
+    wear_map: WearMap = field(default_factory=lambda: JENDEL)
+    share: float = 0.5
+    one_a_patch: bool = False
+    coefficient: float | None = None
+    label: str = "Archard, Jendel's map"
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.hardness) and self.hardness > 0):
+            raise WearError(f"hardness {self.hardness!r} Pa: Archard's law needs one above 0; 260 HB is about 2.6e9 Pa")
+        if not 0 <= self.share <= 1:
+            raise WearError(f"share {self.share!r} of the map's scatter: give 0 to 1")
+        if self.coefficient is not None and not (np.isfinite(self.coefficient) and self.coefficient >= 0):
+            raise WearError(f"wear coefficient {self.coefficient!r}: give 0 or more")
+
+    def cells(self, patch: Patch, speed: float) -> np.ndarray:
+        """(nx, ny) depth [m] of each cell."""
+        refuse_unsolved(patch, speed)
+        return self.coefficients(patch, speed) * patch.pressure * slip_size(patch) * (patch.grid.dx / self.hardness)
+
+    def coefficients(self, patch: Patch, speed: float) -> np.ndarray:
+        """(nx, ny) k of each cell."""
+        if self.coefficient is not None:
+            return np.full(patch.grid.shape, self.coefficient)
+        pressure, velocity = patch.pressure / self.hardness, slip_size(patch) * abs(speed)
+        if self.one_a_patch:
+            pressure, velocity = np.full(pressure.shape, pressure.max()), np.full(velocity.shape, velocity.max())
+        return self.wear_map.coefficient(pressure, velocity, self.share)
+
+    def depth(self, patch: Patch, speed: float) -> np.ndarray:
+        return self.cells(patch, speed).sum(axis=0)
+
+    def border_share(self, patch: Patch, speed: float) -> float:
+        """Part of the wear that comes from cells within 10 % of a border of the map, where k jumps."""
+        depth = self.cells(patch, speed)
+        near = self.wear_map.near_border(patch.pressure / self.hardness, slip_size(patch) * abs(speed))
+        return float(depth[near].sum() / depth.sum()) if depth.sum() > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Usfd:
+    """Wear rate of R8T on 900A steel by T gamma / A, dry, from twin discs: mass per metre rolled and area of the patch.
+
+    limits : of the regimes [N/m2];  rate : slopes [kg/(m m2) per N/m2] of the first and the third, both through 0 of
+        their own regime;  plateau : of the second [kg/(m m2)]
+    x = T gamma / A below 10.4 N/mm2: 5.3 x ug/(m mm2); to 77.2: 55.0; above: 55.0 + 61.9 (x - 77.2).
+    The rate belongs to the patch as a whole; it is spread over the strips as the friction work is.
+    Source: Lewis and Dwyer-Joyce, Proc. IMechE J 218 (2004) 467; Braghin et al., Wear 261 (2006) 1253; numbers as in a
+    public code that implements them.
+    """
+
+    limits: tuple[float, float] = (10.4e6, 77.2e6)
+    slope: tuple[float, float] = (5.3e-9, 61.9e-9)
+    plateau: float = 55.0e-3
+    label: str = "USFD"
+
+    def __post_init__(self) -> None:
+        refuse_negative("USFD", *self.limits, *self.slope, self.plateau)
+
+    def rate(self, index: np.ndarray) -> np.ndarray:
+        """Mass per metre rolled and area [kg/m3] at T gamma / A [N/m2]."""
+        x = np.asarray(index, float)
+        high = self.plateau + self.slope[1] * (x - self.limits[1])
+        return np.where(x < self.limits[0], self.slope[0] * x, np.where(x <= self.limits[1], self.plateau, high))
+
+    def depth(self, patch: Patch, speed: float) -> np.ndarray:
+        refuse_unsolved(patch, speed)
+        if not patch.contact.any():
+            return np.zeros(patch.grid.ny)
+        area = patch.contact_area
+        return spread_as_work(patch, float(self.rate(patch.frictional_power / area)) * area / DENSITY)
+
+
+@dataclass(frozen=True)
+class BritishRail:
+    """British Rail Research: worn area of a wheel's section per distance, from T gamma [N] and its diameter D.
+
+    T gamma < 100 N: 0.25 T gamma / D mm2/km with D in mm; to 200 N: 25 / D; above: (1.19 T gamma - 154) / D (the
+    jump at 200 N is the law's). A wheel that loses this section over its circumference loses pi times the numerator in
+    mm3 per km rolled, whatever D is; the rail under it is taken to lose the same volume.
+    limits [N], slope [mm2/km mm/N], plateau [mm2/km mm], offset [mm2/km mm].
+    Source: Pearce and Sherratt, Wear 144 (1991) 343; recalled, not opened.
+    """
+
+    limits: tuple[float, float] = (100.0, 200.0)
+    slope: tuple[float, float] = (0.25, 1.19)
+    plateau: float = 25.0
+    offset: float = 154.0
+    label: str = "BRR"
+
+    def __post_init__(self) -> None:
+        refuse_negative("BRR", *self.limits, *self.slope, self.plateau, self.offset)
+
+    def section_times_diameter(self, index: float) -> float:
+        """Worn section of the wheel per km times its diameter [mm2/km mm] at T gamma [N]."""
+        if index < self.limits[0]:
+            return self.slope[0] * index
+        return self.plateau if index <= self.limits[1] else self.slope[1] * index - self.offset
+
+    def depth(self, patch: Patch, speed: float) -> np.ndarray:
+        refuse_unsolved(patch, speed)
+        volume = np.pi * self.section_times_diameter(patch.frictional_power) * 1e-12  # mm3/km -> m3/m
+        return spread_as_work(patch, volume)
+
+
+@dataclass(frozen=True)
+class KrausePoll:
+    """Volume per friction work, mild or severe by the friction power per area of the patch.
+
+    mild, severe : [m3/J];  limit : [W/m2]. Source: Krause and Poll, Wear 113 (1986) 103; values recalled, not opened.
+    """
+
+    mild: float = 9.87e-14
+    severe: float = 2.15e-13
+    limit: float = 4e6
+    label: str = "Krause-Poll"
+
+    def __post_init__(self) -> None:
+        refuse_negative("Krause-Poll", self.mild, self.severe, self.limit)
+
+    def depth(self, patch: Patch, speed: float) -> np.ndarray:
+        refuse_unsolved(patch, speed)
+        if not patch.contact.any():
+            return np.zeros(patch.grid.ny)
+        power = patch.frictional_power * abs(speed) / patch.contact_area
+        return friction_work(patch) * (self.severe if power > self.limit else self.mild)
+
+
+def refuse_negative(law: str, *coefficients: float) -> None:
+    """Raise WearError for a coefficient below 0 or not finite."""
+    for value in coefficients:
+        if not (np.isfinite(value) and value >= 0):
+            raise WearError(f"{law}: coefficient {value!r}: give a finite number of 0 or more")
+
+
+def worn_area(law: WearLaw, patch: Patch, speed: float) -> float:
+    """Area worn off the section by one pass [m2], or volume per metre rolled."""
+    return float(law.depth(patch, speed).sum() * patch.grid.dy)
+
+
+def specific_wear(law: WearLaw, patch: Patch, speed: float) -> float:
+    """Worn volume per friction work [m3/J]; NaN where there is none."""
+    work = patch.frictional_power
+    return worn_area(law, patch, speed) / work if work > 0 else np.nan
+
+
+def dry_laws(hardness: float) -> dict[str, WearLaw]:
+    """The laws between which a result's band lies: name -> law, for a worn body of this hardness [Pa]."""
+    return {
+        "archard": Archard(hardness),
+        "archard_low": Archard(hardness, share=0.0, label="Archard, least of the map"),
+        "archard_high": Archard(hardness, share=1.0, label="Archard, most of the map"),
+        "archard_patch": Archard(hardness, share=1.0, one_a_patch=True, label="Archard, one k a patch (thesis)"),
+        "usfd": Usfd(),
+        "brr": BritishRail(),
+        "krause_poll": KrausePoll(),
+    }

@@ -1,0 +1,93 @@
+"""What a damage study takes, read from [damage] of a case file."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from rail_fem.scene.scene import Count, Frozen
+from rail_fem.scene.units import Quantity
+
+MOST_PASSES = 1e8
+Share = Annotated[float, Quantity("", 0, 1, "share of the passes")]
+
+
+class SwitchSite(Frozen):
+    """The section of a switch that wears, and the sine on which the wheelset runs (thesis section 4.5)."""
+
+    place: Annotated[float, Quantity("m", 0.1, 5.5, "distance of the section from the toe")] = 1.0
+    lateral: Annotated[float, Quantity("mm", -20, 20, "mean shift of the wheelset towards the switch rail")] = 10.2e-3
+    amplitude: Annotated[float, Quantity("mm", 0, 10, "of the sine about the mean")] = 1.25e-3
+    positions: Count = Field(12, ge=1, le=200, description="lateral positions that stand for the sine")
+    yaw: Annotated[float, Quantity("mrad", -50, 50, "yaw of the wheelset")] = 0.0
+    rail_stiffness: Annotated[float, Quantity("MN/m", 1, 1e4, "lateral stiffness of one rail")] = 20e6
+
+
+class DamageSettings(Frozen):
+    """Wear, fatigue and life of a rail under many passes."""
+
+    site: Literal["crossing", "switch"] = Field("crossing", description="what is damaged: crossing, switch section")
+    passes: Annotated[float, Quantity("", 0, MOST_PASSES, "wheel passes")] = 2000.0
+    hardness: Annotated[float, Quantity("GPa", 0.5, 8, "hardness of the rail; 260 HB is 2.6 GPa, worked Mn13 5")]
+    law: Literal["archard", "archard_patch", "usfd", "brr", "krause_poll"] = Field(
+        "archard", description="wear law by which the shape changes; all laws are reported"
+    )
+    calibration: Annotated[
+        float, Quantity("", 1e-3, 1e3, "factor on all wear laws for lubrication and climate; dry laboratory is 1")
+    ] = 1.0
+    wear_coefficient: Annotated[float, Quantity("", 0, 1, "Archard's k in place of the map; none: the map")] | None = (
+        None
+    )
+    cells: Count = Field(50, ge=10, le=400, description="cells of a patch, each way")
+    patch_spacing: Annotated[float, Quantity("mm", 0.1, 50, "between the patches along a crossing")] = 2e-3
+    block: Annotated[float, Quantity("", 1, 1e7, "passes between two shapes; none: by tolerance")] | None = None
+    tolerance: Annotated[float, Quantity("%", 0.01, 20, "of the depth that a finer block may change")] = 0.01
+    smoothing: Annotated[
+        float, Quantity("mm", 0, 2, "standard deviation by which depths are spread along the line")
+    ] = 0.1e-3
+    depth_limit: Annotated[float, Quantity("mm", 0.01, 50, "depth at which the section is worn through")] = 10e-3
+    kinetic_friction: (
+        Annotated[float, Quantity("", 0, 2, "friction at large slip; none: friction does not fall")] | None
+    ) = None
+    decay_speed: Annotated[float, Quantity("m/s", 1e-3, 100, "slip velocity over which friction falls to 1/e")] = 1.0
+    initial_slope: Annotated[float, Quantity("", 0.01, 1, "third-body reduction of the creep curve's first slope")] = (
+        1.0
+    )
+    wheels: tuple[str, ...] = Field((), description="wheel profiles of the traffic; none: the scene's alone")
+    weights: tuple[Share, ...] = Field((), description="their shares of the passes, which sum to 1")
+    speeds: tuple[Annotated[float, Quantity("mph", 0.5, 350, "speed")], ...] = Field(
+        (), description="their speeds; none: the scene's"
+    )
+    lateral_scatter: Annotated[float, Quantity("mm", 0, 10, "standard deviation of the wheels' lateral place")] = 0.0
+    shear_yield: Annotated[
+        float, Quantity("MPa", 50, 2000, "shear yield stress of the worked surface, for the shakedown map")
+    ] = 300e6
+    onset: Annotated[float, Quantity("N", 0, 1e4, "T gamma where fatigue begins")] = 15.0
+    peak: Annotated[float, Quantity("N", 0, 1e4, "T gamma of most fatigue; the thesis prints 75")] = 65.0
+    balance: Annotated[float, Quantity("N", 0, 1e4, "T gamma where wear takes away all cracks")] = 175.0
+    axles_per_year: Annotated[float, Quantity("", 1, 1e8, "axles that run over it in a year")] = 500e3
+    switch: SwitchSite = Field(SwitchSite(), description="section of a switch and its traffic")
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if self.site == "switch" and self.lateral_scatter:
+            self._refuse("lateral_scatter: the switch's wheelset runs on a sine; leave it out")
+        if not 0 <= self.onset < self.peak < self.balance:
+            self._refuse(f"onset {self.onset:g}, peak {self.peak:g} and balance {self.balance:g} N must grow")
+        if self.weights and len(self.weights) != len(self.wheels):
+            self._refuse(f"weights: {len(self.weights)} for {len(self.wheels)} wheels: give one for each")
+        if self.wheels and not self.weights and len(self.wheels) > 1:
+            self._refuse(
+                f"weights: missing for {len(self.wheels)} wheels, e.g. {[1 / len(self.wheels)] * len(self.wheels)}"
+            )
+        if self.weights and abs(sum(self.weights) - 1) > 1e-6:
+            self._refuse(f"weights: add up to {sum(self.weights):.6g}, they must sum to 1")
+        if self.speeds and len(self.speeds) != max(len(self.wheels), 1):
+            self._refuse(
+                f"speeds: {len(self.speeds)} for {max(len(self.wheels), 1)} wheels: give one for each, or none"
+            )
+        return self
+
+    @staticmethod
+    def _refuse(fault: str) -> None:
+        raise PydanticCustomError("damage", "{fault}", {"fault": fault})
