@@ -1,5 +1,4 @@
-"""Figures of a damage study: profiles before and after, depths with the band over the laws, T gamma,"
-" shakedown map."""
+"""Figures of a damage study: profiles before and after, depths with the band over the laws, T gamma, shakedown map."""
 
 from __future__ import annotations
 
@@ -14,8 +13,9 @@ from rail_fem.damage.evolution import Evolution
 from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits, shakedown_point
 from rail_fem.damage.section import WearRate
 from rail_fem.damage.sites import fatigue_of, laws_of
+from rail_fem.damage.worn_profile import depth_between
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.style import BODY, GREY, NOSE, ORANGE, SKY, TOTAL, WING, lettering, new_figure, save
+from rail_fem.show.style import BODY, GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, lettering, new_figure, save
 
 MM, UM = 1e3, 1e6
 REGION_COLOURS = (("fatigue", "#FBE3D0"), ("mixed", "#F3F0C4"), ("wear", "#DDE9F4"))
@@ -71,24 +71,22 @@ def _outlines(axis: Axes, old: np.ndarray, new: np.ndarray) -> None:
 
 
 def _magnified(axis: Axes, state: Evolution, at: int, mark: str) -> None:
-    """The line about a node, straightened there: depth along its normal, magnified."""
+    """The line about a node, straightened: what was worn off along its normals, magnified."""
     s = (state.first.arc_length - state.first.arc_length[at]) * MM
-    near = np.abs(s) < 6
-    step = (state.worn.points - state.first.points) @ state.first.normals[at]
-    base = (state.first.points - state.first.points[at]) @ state.first.normals[at]
-    moved = base + step
-    axis.plot(s[near], base[near] * UM, color=GREY, lw=1.4)
-    axis.plot(s[near], moved[near] * UM, color=NOSE, lw=1.4, ls="--")
-    axis.fill_between(s[near], base[near] * UM, moved[near] * UM, color=NOSE, alpha=0.25, lw=0)
+    worn = depth_between(state.worn, state.first)
+    reach = max(2.0, 1.5 * np.abs(s[(worn > 0.02 * worn[at]) & (np.abs(s) < 8)]).max())
+    near = np.abs(s) <= reach
+    axis.axhline(0, color=GREY, lw=1.4)
+    axis.plot(s[near], -worn[near] * UM, color=NOSE, lw=1.6, ls="--")
+    axis.fill_between(s[near], 0, -worn[near] * UM, color=NOSE, alpha=0.25, lw=0)
     y, z = state.first.points[at] * MM
-    low = moved[near].min() * UM
     axis.set(
-        xlim=(-6, 6),
-        ylim=(min(1.4 * low, -3 * state.depth[at] * UM), 1.0 * state.depth[at] * UM),
-        xlabel="along the line [mm]",
-        ylabel="along the normal [\u00b5m]",
+        xlim=(-reach, reach),
+        ylim=(-1.15 * worn[at] * UM, 0.15 * worn[at] * UM),
+        xlabel="along the line, straightened [mm]",
+        ylabel="worn off along the normal [\u00b5m]",
     )
-    axis.set_title(f"{mark}: at y = {y:.1f}, z = {z:.1f} mm, {state.depth[at] * UM:.3g} \u00b5m deep", loc="left")
+    axis.set_title(f"{mark}: at y = {y:.1f}, z = {z:.1f} mm, {worn[at] * UM:.3g} \u00b5m deep", loc="left")
 
 
 def depth_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
@@ -97,12 +95,11 @@ def depth_figure(title: str, settings: DamageSettings, state: Evolution) -> Figu
     axis = figure.add_subplot()
     laws, s = laws_of(settings), state.first.arc_length * MM
     every = np.array(list(state.by_law.values())) * UM
-    axis.fill_between(s, every.min(axis=0), every.max(axis=0), color=SKY, alpha=0.35, lw=0, label="band"
-    " over the laws")
-    styles = ("-", "--", "-.", ":", (0, (6, 1, 1, 1)), (0, (1, 1)), (0, (8, 2)))
-    for (name, depth), style in zip(state.by_law.items(), styles, strict=False):
-        axis.plot(s, depth * UM, ls=style, lw=1.2, color=WING if name != settings.law else GREY,"
-        " label=laws[name].label)
+    axis.fill_between(s, every.min(axis=0), every.max(axis=0), color=SKY, alpha=0.35, lw=0, label="band over the laws")
+    styles = ("-", "--", "-.", ":", "-", "--", "-.")
+    colours = (GREY, WING, WING, WING, GREEN, PURPLE, TOTAL)
+    for (name, depth), style, colour in zip(state.by_law.items(), styles, colours, strict=False):
+        axis.plot(s, depth * UM, ls=style, lw=1.2, color=colour, label=laws[name].label)
     axis.plot(s, state.depth * UM, color=NOSE, lw=1.8, label="worn off (leading law, smoothed)")
     lead = state.depth * UM
     axis.fill_between(
@@ -112,7 +109,7 @@ def depth_figure(title: str, settings: DamageSettings, state: Evolution) -> Figu
     if len(worn):
         axis.set(xlim=(s[worn[0]] - 3, s[worn[-1]] + 3), yscale="log", ylim=(1e-4 * every.max(), 2 * every.max()))
     axis.set(xlabel="along the line, from its gauge side [mm]", ylabel="depth worn off along the normal [\u00b5m]")
-    axis.legend(loc="upper right", fontsize=10)
+    axis.legend(loc="upper center", fontsize=10)
     figure.suptitle(
         f"{title}\n{state.passes:,.0f} passes, calibration factor {settings.calibration:g}: what each law"
         f" wears off on the leading law's shapes",
@@ -167,8 +164,7 @@ def _regions(axis: Axes, model: WholeLifeRail) -> None:
     edges = (model.onset, model.peak, model.balance, top)
     for (name, colour), low, high in zip(REGION_COLOURS, edges[:-1], edges[1:], strict=True):
         axis.axhspan(low, high, color=colour, zorder=0, lw=0)
-        axis.annotate(name, (0.005, (low + high) / 2), xycoords=("axes fraction", "data"), va="center","
-        " style="italic")
+        axis.annotate(name, (0.005, (low + high) / 2), xycoords=("axes fraction", "data"), va="center", style="italic")
     axis.set_ylim(0, top)
 
 
@@ -210,8 +206,7 @@ def shakedown_figure(title: str, settings: DamageSettings, series) -> Figure:
     )
     axis.annotate("ratchetting beyond the lines", (0.42, 0.75 * top), style="italic")
     axis.legend(loc="upper right")
-    figure.suptitle(f"{title}\nshakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures","
-    f" fontsize=14)
+    figure.suptitle(f"{title}\nshakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures", fontsize=14)
     return figure
 
 
@@ -264,8 +259,7 @@ def plan_figure(title: str, settings: DamageSettings, field) -> Figure:
     shown = np.ma.masked_less(depth, top * 10.0**-DECADES)
     step = field.y[1] - field.y[0]
     image = axis.pcolormesh(
-        field.x * MM, field.y * MM, shown, norm=LogNorm(top * 10.0**-DECADES, top), cmap="viridis_r","
-        " shading="nearest"
+        field.x * MM, field.y * MM, shown, norm=LogNorm(top * 10.0**-DECADES, top), cmap="viridis_r", shading="nearest"
     )
     rows, columns = np.flatnonzero(depth.max(axis=1) > top * 10.0**-DECADES), np.flatnonzero(depth.max(axis=0) > 0)
     axis.set_ylim(field.y[rows[0]] * MM - 8, (field.y[rows[-1]] + step) * MM + 8)
@@ -273,8 +267,7 @@ def plan_figure(title: str, settings: DamageSettings, field) -> Figure:
     figure.colorbar(image, ax=axis, label="depth [\u00b5m]")
     axis.set(xlabel="x along the crossing [mm]", ylabel="y [mm], + to the wing's field side")
     figure.suptitle(
-        f"{title}\ndepth after {settings.passes:,.0f} passes on the unworn shape; law: {_label(settings)}","
-        f" fontsize=13
+        f"{title}\ndepth after {settings.passes:,.0f} passes on the unworn shape; law: {_label(settings)}", fontsize=13
     )
     return figure
 

@@ -33,8 +33,8 @@ def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) 
         f"{found['passes']:,.0f} wheel passes; the shape changes by {laws[found['law']].label}, calibration factor"
         f" {settings.calibration:g} on all laws.",
         "",
-        f"**Deepest wear {found['deepest'] * UM:.3g} \u00b5m** (band over the laws {low * UM:.3g} to {high"
-        f" * UM:.3g} \u00b5m),"
+        f"**Deepest wear {found['deepest'] * UM:.3g} \u00b5m** (band over the laws"
+        f" {low * UM:.3g} to {high * UM:.3g} \u00b5m),"
         f" largest T\u03b3 {found['tgamma']['largest']:.0f} N at first,"
         f" {found['tgamma']['largest_at_end']:.0f} N at the end.",
         "",
