@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from rail_fem.case.casefile import CaseError, load_case
-from rail_fem.commands.contact import stop
+from rail_fem.commands.ending import stop
 
 
 def damage(

@@ -141,7 +141,7 @@ def tractions(side: LoadedSide, k: int, creepage: np.ndarray, rolling: Rolling) 
 
 def _point(search: ContactSearch, side: LoadedSide, k: int, creepage: np.ndarray, rolling: Rolling) -> RollingPoint:
     name = side.contacts.side
-    place = getattr(search.track, f"{name}_place")
+    place = getattr(search.track, f"{name}_position")
     _, y, z = side.centre_of_pressure[k]
     at = search.rail_station(name, np.array([SIDES[name] * y]), np.array([z]))[0]
     return RollingPoint(

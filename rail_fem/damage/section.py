@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.profile import Profile
-from geometry.wheelset import RailPlace, Track, Wheelset
+from geometry.wheelset import RailPosition, Track, Wheelset
 from rail_fem.damage.rolling import Rolling, RollingPoint, rest_on_yielding_rails, roll
 from rail_fem.damage.wear import Archard, WearLaw, friction_work
 from rail_fem.damage.worn_profile import WornProfile
@@ -84,11 +84,11 @@ class Section:
         """The track with the worn section where the first one lay."""
         line, own = worn.profile, self.track
         sunk = float(line.points[:, 1].max())
-        at = own.gauge_offset("left") + own.left_place.lateral
+        at = own.gauge_offset("left") + own.left_position.lateral
         shifted = line.shifted(0.0, -sunk)
         offset = Track(shifted, own.profile("right"), own.gauge).gauge_offset("left")
-        place = RailPlace(at - offset, own.left_place.vertical + sunk, own.left_place.roll)
-        return Track(shifted, own.profile("right"), own.gauge, left_place=place, right_place=own.right_place)
+        place = RailPosition(at - offset, own.left_position.vertical + sunk, own.left_position.roll)
+        return Track(shifted, own.profile("right"), own.gauge, left_position=place, right_position=own.right_position)
 
     def records(self, worn: WornProfile) -> tuple[PassRecord, ...]:
         """All passes over the worn section."""
