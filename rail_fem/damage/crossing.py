@@ -1,7 +1,7 @@
 """One wheel over a crossing: patches of wing and nose every few millimetres, their tractions, wear of all laws and
 fatigue.
 
-Forces come from a pass of rigid_hertz (any result with forces on wing and nose), places and radii of the contacts from
+Forces come from a pass of rigid_hertz (any result with forces on wing and nose), positions and radii of the contacts from
 the same table of the surfaces. The wheel turns at the spin at which it rolls on its tread datum; the other wheel, on
 its stock rail, holds it there. Each patch rolls steadily, though forces change along a patch's length at the transfer.
 A patch whose mean pressure would pass the hardness is as large as the hardness lets it be, at the same shape: what is
@@ -34,12 +34,12 @@ LEAST_FORCE = 100.0  # of a contact that is looked at [N]
 
 @dataclass(frozen=True)
 class CrossingContact:
-    """One patch of the pass. body : "wing" or "nose";  x [m] of the wheel;  place (3,) [m];  patch : solved;  angle,
+    """One patch of the pass. body : "wing" or "nose";  x [m] of the wheel;  position (3,) [m];  patch : solved;  angle,
     speed [m/s];  enlarged : factor on its axes, above 1 where the elastic patch would press more than the hardness"""
 
     body: str
     x: float
-    place: np.ndarray
+    position: np.ndarray
     patch: Patch
     angle: float
     speed: float
@@ -82,7 +82,7 @@ def pass_contacts(
 ) -> tuple[CrossingContact, ...]:
     """The patches of a pass, every `spacing` [m] of the wheel's way between start and end [m] (None: the whole pass).
 
-    friction : None: the scene's;  shift : lateral place of the wheel towards its field side [m]; the forces stay those
+    friction : None: the scene's;  shift : lateral position of the wheel towards its field side [m]; the forces stay those
     of the result;  hardness : of the rail [Pa], which bounds the mean pressure
     Raises ValueError where the result holds no forces on wing and nose, or the stretch lies outside of it.
     """
@@ -112,17 +112,17 @@ def pass_contacts(
         for k, i in enumerate(carries):
             patch = elliptic_patch(*map(float, large[k] * sizes[k]), float(normal[k]), (cells, cells))
             rolled = fastsim(patch, *elastic, law, Creepage(*map(float, rigid[k])), **options)
-            place, angle = table.point[b, i], float(table.angle[b, i])
+            position, angle = table.point[b, i], float(table.angle[b, i])
             found.append(
-                CrossingContact(body, float(table.x[i]), place, rolled, angle, sign * scene.speed, float(large[k]))
+                CrossingContact(body, float(table.x[i]), position, rolled, angle, sign * scene.speed, float(large[k]))
             )
     return tuple(sorted(found, key=lambda contact: (sign * contact.x, contact.body)))
 
 
-def _creepages(scene, table: ContactTable, b: int, places: np.ndarray, sign: float) -> np.ndarray:
+def _creepages(scene, table: ContactTable, b: int, positions: np.ndarray, sign: float) -> np.ndarray:
     """(k, 3) rigid slip per speed at the contacts of one body; the axle follows the table's heights."""
-    wheel, rigid = scene.wheel, np.zeros((len(places), 3))
-    for row, i in enumerate(places):
+    wheel, rigid = scene.wheel, np.zeros((len(positions), 3))
+    for row, i in enumerate(positions):
         steep, angle = table.slope[b, i], table.angle[b, i]
         normal = np.array([-steep, -np.tan(angle), 1.0])
         height = float(table.height[b, i]) + wheel.radius
@@ -148,8 +148,8 @@ def wear_field(
     """
     if not contacts:
         raise ValueError("no contact carries on this stretch: nothing wears")
-    places = np.array([c.place for c in contacts])
-    low, high = places.min(axis=0), places.max(axis=0)
+    positions = np.array([c.position for c in contacts])
+    low, high = positions.min(axis=0), positions.max(axis=0)
     if grid is None:
         x = np.arange(low[0] - 2 * spacing, high[0] + 3 * spacing, spacing)
         y = np.arange(low[1] - MARGIN, high[1] + MARGIN, LATERAL)
@@ -164,9 +164,9 @@ def wear_field(
     empty = lambda: {body: np.zeros((len(x), len(y))) for body in BODIES}
     depth, work = {name: empty() for name in laws}, empty()
     for c in contacts:
-        rows = _spread(c.place[0], x)
+        rows = _spread(c.position[0], x)
         cosine = np.cos(c.angle)
-        edges = c.place[1] + np.append(c.patch.grid.y - c.patch.grid.dy / 2, c.patch.grid.edges[3]) * cosine
+        edges = c.position[1] + np.append(c.patch.grid.y - c.patch.grid.dy / 2, c.patch.grid.edges[3]) * cosine
         own = np.append(y - lateral / 2, y[-1] + lateral / 2)
         strips = {name: factor * law.depth(c.patch, c.speed) for name, law in laws.items()}
         for target, values in (
@@ -180,8 +180,8 @@ def wear_field(
     return WearField(x, y, depth, work, contacts)
 
 
-def _spread(place: float, x: np.ndarray) -> tuple[tuple[int, float], tuple[int, float]]:
-    """The two lines of the field next to a place and their shares."""
-    at = (place - x[0]) / (x[1] - x[0])
+def _spread(position: float, x: np.ndarray) -> tuple[tuple[int, float], tuple[int, float]]:
+    """The two lines of the field next to a position and their shares."""
+    at = (position - x[0]) / (x[1] - x[0])
     i = int(np.clip(np.floor(at), 0, len(x) - 2))
     return (i, 1 - (at - i)), (i + 1, at - i)

@@ -90,7 +90,7 @@ def shakedown_point(patch: Patch, shear_yield: float) -> ShakedownPoint:
         raise WearError(f"shear yield stress {shear_yield!r} Pa: give one above 0; 300 MPa for worked R260")
     normal = patch.normal_force
     if normal <= 0:
-        raise WearError("a patch without force has no place on the shakedown map")
+        raise WearError("a patch without force has no position on the shakedown map")
     traction = float(np.hypot(*patch.tangential_force)) / normal
     pressure = 1.5 * normal / patch.contact_area
     return ShakedownPoint(pressure / shear_yield, traction, traction - shear_yield / pressure)

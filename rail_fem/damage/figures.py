@@ -35,7 +35,7 @@ def section_figures(folder, title, settings: DamageSettings, section, state: Evo
 
 
 def profiles_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
-    """The section before and after, and its worn places magnified."""
+    """The section before and after, and its worn positions magnified."""
     figure = new_figure(8.5)
     grid = figure.add_gridspec(2, 2, height_ratios=[1.1, 1.0])
     whole = figure.add_subplot(grid[0, :])
@@ -232,7 +232,7 @@ def tgamma_figure(title: str, settings: DamageSettings, kept) -> Figure:
             own = [c for c in contacts if c.body == body]
             if not own:
                 continue
-            x, value = np.array([c.place[0] for c in own]) * MM, np.array([c.tgamma for c in own])
+            x, value = np.array([c.position[0] for c in own]) * MM, np.array([c.tgamma for c in own])
             order = np.argsort(x)
             style = {"color": colour, "lw": 1.2, "alpha": 1.0 if k == 0 else 0.5}
             upper.plot(x[order], value[order], label=body if k == 0 else None, **style)

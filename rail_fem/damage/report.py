@@ -41,7 +41,7 @@ def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) 
         _table(["law", "deepest [\u00b5m]", "area [mm\u00b2]", f"years to {settings.depth_limit * MM:g} mm"], rows),
         "",
         f"At {settings.axles_per_year:,.0f} axles a year: {years['depth_per_year'] * MM:.3g} mm a year at"
-        f" the deepest place"
+        f" the deepest position"
         f" by the leading law; limit of {settings.depth_limit * MM:g} mm or visible cracks in"
         f" {_years(years['to_limit'])} years"
         f"{' (' + years['limit'] + ')' if years['limit'] else ''}, if wear went on at this mean rate.",
@@ -145,7 +145,7 @@ def _limits() -> list[str]:
 def _contact_table(contacts: list[dict[str, Any]]) -> str:
     rows = [
         [
-            f"{c['place'][0] * MM:.1f}, {c['place'][1] * MM:.1f}",
+            f"{c['position'][0] * MM:.1f}, {c['position'][1] * MM:.1f}",
             f"{c['normal_force'] / 1e3:.1f}",
             f"{c['largest_pressure'] / 1e6:.0f}",
             f"{np.degrees(c['angle']):.0f}",

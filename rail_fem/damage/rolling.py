@@ -2,7 +2,7 @@
 
 A point's patch is the ellipse with the second moments of the pressure that load sharing found
 (rail_fem.light.load_sharing), its tractions are FASTSIM's. The wheelset turns freely: its spin is the one at which the
-longitudinal forces of all its points have no moment about the axle. Lateral place and yaw are given; forces across the
+longitudinal forces of all its points have no moment about the axle. Lateral position and yaw are given; forces across the
 track come from normal contact alone, and rails may yield to them.
 """
 
@@ -19,14 +19,14 @@ from bem.material import STEEL, Elastic
 from bem.patch import Creepage, Patch
 from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
 from geometry.wheelset import SIDES, WheelsetError
-from rail_fem.light.load_sharing import LoadedSide, LoadedWheelset, rest
+from rail_fem.light.load_sharing import LoadedSide, LoadedWheelset, static_equilibrium
 
 COARSE = 16  # cells each way while the spin is looked for
 SPINS = 0.02  # first half width of the bracket of the spin, relative
 LEAST_FORCE = 1.0  # of a point that is looked at [N]
 YIELD_MET = 5e-7  # of a rail's yielding that counts as met [m]
 FIRST_STEP, MOST_RESTS = 2e-6, 40
-NUDGES = (0.0, 1e-6, -1e-6, 3e-6, -3e-6, 1e-5, -1e-5)  # of a place where no rest is found, on rough worn lines [m]
+NUDGES = (0.0, 1e-6, -1e-6, 3e-6, -3e-6, 1e-5, -1e-5)  # of a position where no rest is found, on rough worn lines [m]
 LEAST_AXIS = 1e-5  # semi-axis of a patch at least: an edge has none of its own [m]
 
 
@@ -48,13 +48,13 @@ class RollingPoint:
     """One point of a rolling wheelset that carries.
 
     side : "left" or "right";  patch : solved, x along the rail, y to the left in the tangent plane, about the centre of
-    pressure;  place : (2,) y, z of that centre on the unmoved rail profile's axes [m];  station : on the wheel [m]
+    pressure;  position : (2,) y, z of that centre on the unmoved rail profile's axes [m];  station : on the wheel [m]
     angle : of contact [rad];  normal_force [N];  radius : of rolling [m];  speed [m/s]
     """
 
     side: str
     patch: Patch
-    place: tuple[float, float]
+    position: tuple[float, float]
     station: float
     angle: float
     normal_force: float
@@ -69,7 +69,7 @@ class RollingPoint:
 
     @property
     def outwards(self) -> np.ndarray:
-        """(ny,) places of the strips from the centre along the rail's line, towards its field side [m]."""
+        """(ny,) positions of the strips from the centre along the rail's line, towards its field side [m]."""
         return SIDES[self.side] * self.patch.grid.y
 
 
@@ -141,13 +141,13 @@ def tractions(side: LoadedSide, k: int, creepage: np.ndarray, rolling: Rolling) 
 
 def _point(search: ContactSearch, side: LoadedSide, k: int, creepage: np.ndarray, rolling: Rolling) -> RollingPoint:
     name = side.contacts.side
-    place = getattr(search.track, f"{name}_position")
+    position = getattr(search.track, f"{name}_position")
     _, y, z = side.centre_of_pressure[k]
     at = search.rail_station(name, np.array([SIDES[name] * y]), np.array([z]))[0]
     return RollingPoint(
         name,
         tractions(side, k, creepage, rolling),
-        (float(at), float(z - place.vertical)),
+        (float(at), float(z - position.vertical)),
         float(side.pressure_station[k]),
         float(side.contacts.angle[k]),
         float(side.normal_force[k]),
@@ -156,7 +156,7 @@ def _point(search: ContactSearch, side: LoadedSide, k: int, creepage: np.ndarray
     )
 
 
-def rest_on_yielding_rails(
+def equilibrium_on_yielding_rails(
     search: ContactSearch,
     loads: tuple[float, float],
     lateral: float,
@@ -167,14 +167,14 @@ def rest_on_yielding_rails(
     """The wheelset at rest where a guidance wants it at `lateral` [m] and the rails yield to the lateral force by their
     stiffness [N/m]; inf: rigid rails.
 
-    A wheelset whose place is given and whose flange meets a rigid rail climbs it; a rail that yields takes over only
-    what the guidance forces on it. start : a lateral place to begin from.
+    A wheelset whose position is given and whose flange meets a rigid rail climbs it; a rail that yields takes over only
+    what the guidance forces on it. start : a lateral position to begin from.
     Error: YIELD_MET times the stiffness in lateral force, 10 N at 20 MN/m.
     """
     if np.isinf(stiffness):
-        return rest_near(search, loads, lateral, yaw)
+        return equilibrium_near(search, loads, lateral, yaw)
     here = lateral if start is None else start
-    state = rest_near(search, loads, here, yaw)
+    state = equilibrium_near(search, loads, here, yaw)
     left_over = here - lateral - state.lateral_force / stiffness
     low, high, step = (-np.inf, 0.0), (np.inf, 0.0), FIRST_STEP
     for _ in range(MOST_RESTS):
@@ -187,17 +187,17 @@ def rest_on_yielding_rails(
         else:
             here -= np.sign(left_over) * max(min(abs(left_over), 1e-3), step)
             step *= 3
-        state = rest_near(search, loads, float(here), yaw)
+        state = equilibrium_near(search, loads, float(here), yaw)
         left_over = here - lateral - state.lateral_force / stiffness
     return state
 
 
-def rest_near(search: ContactSearch, loads: tuple[float, float], lateral: float, yaw: float) -> LoadedWheelset:
-    """The wheelset at rest at a lateral place, or within 10 um of it where worn lines are so rough that a force jumps
+def equilibrium_near(search: ContactSearch, loads: tuple[float, float], lateral: float, yaw: float) -> LoadedWheelset:
+    """The wheelset at rest at a lateral position, or within 10 um of it where worn lines are so rough that a force jumps
     there. Raises WheelsetError where it finds none."""
     for nudge in NUDGES:
         try:
-            return rest(search, loads, lateral + nudge, yaw)
+            return static_equilibrium(search, loads, lateral + nudge, yaw)
         except WheelsetError:
             if nudge == NUDGES[-1]:
                 raise

@@ -1,7 +1,7 @@
 """A rail section that a population of wheels passes: what one pass of each wears off it, on the shape that it has now.
 
 The section stands on the left, a plain rail on the right, both are looked at as prisms. What wears is the left section;
-the rail keeps its place while it wears.
+the rail keeps its position while it wears.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.profile import Profile
 from geometry.wheelset import RailPosition, Track, Wheelset
-from rail_fem.damage.rolling import Rolling, RollingPoint, rest_on_yielding_rails, roll
+from rail_fem.damage.rolling import Rolling, RollingPoint, equilibrium_on_yielding_rails, roll
 from rail_fem.damage.wear import Archard, WearLaw, friction_work
 from rail_fem.damage.worn_profile import WornProfile
 
@@ -34,7 +34,7 @@ class Passing:
 
 @dataclass(frozen=True, eq=False)
 class PassRecord:
-    """What one kind of pass did: its points on the worn rail, and the lateral place it took [m]."""
+    """What one kind of pass did: its points on the worn rail, and the lateral position it took [m]."""
 
     passing: Passing
     points: tuple[RollingPoint, ...]
@@ -57,7 +57,7 @@ class WearRate:
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """The left rail's place is that of `track`, whatever wears. laws : by name; factor : of calibration on all of them;
+    """The left rail's position is that of `track`, whatever wears. laws : by name; factor : of calibration on all of them;
     lateral_stiffness : of one rail [N/m]"""
 
     track: Track
@@ -66,7 +66,7 @@ class Section:
     factor: float = 1.0
     lateral_stiffness: float = np.inf
     back_to_back: float = 1.360
-    places: dict[int, float] = field(default_factory=dict, repr=False)  # found last, to begin from
+    positions: dict[int, float] = field(default_factory=dict, repr=False)  # found last, to begin from
 
     def __post_init__(self) -> None:
         total = sum(p.weight for p in self.passings)
@@ -87,19 +87,21 @@ class Section:
         at = own.gauge_offset("left") + own.left_position.lateral
         shifted = line.shifted(0.0, -sunk)
         offset = Track(shifted, own.profile("right"), own.gauge).gauge_offset("left")
-        place = RailPosition(at - offset, own.left_position.vertical + sunk, own.left_position.roll)
-        return Track(shifted, own.profile("right"), own.gauge, left_position=place, right_position=own.right_position)
+        position = RailPosition(at - offset, own.left_position.vertical + sunk, own.left_position.roll)
+        return Track(
+            shifted, own.profile("right"), own.gauge, left_position=position, right_position=own.right_position
+        )
 
     def records(self, worn: WornProfile) -> tuple[PassRecord, ...]:
         """All passes over the worn section."""
         track, found = self.standing(worn), []
         for k, p in enumerate(self.passings):
             search = ContactSearch(Wheelset(p.wheel, radius=p.radius, back_to_back=self.back_to_back), track)
-            state = rest_on_yielding_rails(
-                search, p.loads, p.lateral, p.yaw, self.lateral_stiffness, self.places.get(k)
+            state = equilibrium_on_yielding_rails(
+                search, p.loads, p.lateral, p.yaw, self.lateral_stiffness, self.positions.get(k)
             )
             at = _middle(state)
-            self.places[k] = at
+            self.positions[k] = at
             points = tuple(point for point in roll(search, state, p.rolling))
             found.append(PassRecord(p, points, at))
         return tuple(found)
@@ -114,7 +116,7 @@ class Section:
                 if point.side != "left":
                     continue
                 patch, weight = point.patch, record.passing.weight
-                centre = worn.place(*point.place)
+                centre = worn.position(*point.position)
                 for name, law in self.laws.items():
                     strips = self.factor * weight * law.depth(patch, point.speed)
                     own, lost = worn.deposit(centre, point.outwards, strips, patch.grid.dy)
@@ -130,19 +132,19 @@ class Section:
 
 
 def _middle(state) -> float:
-    """Lateral place [m] of a resting wheelset at the level of the rail (LoadedWheelset.rest's `lateral`)."""
+    """Lateral position [m] of a resting wheelset at the level of the rail (static_equilibrium's `lateral`)."""
     s = state.state
     return s.y + s.radius * np.sin(s.roll) * np.cos(s.yaw)
 
 
-def sine_places(mean: float, amplitude: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+def sine_positions(mean: float, amplitude: float, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Places (count,) [m] of a sine about a mean and their shares (count,): equal parts of a cycle."""
     phase = (np.arange(count) + 0.5) / count * np.pi
     return mean + amplitude * np.cos(phase), np.full(count, 1 / count)
 
 
 def scattered(mean: float, deviation: float, count: int = 5) -> tuple[np.ndarray, np.ndarray]:
-    """Places [m] of a normal distribution and their shares, by Gauss and Hermite's rule; one place without scatter."""
+    """Places [m] of a normal distribution and their shares, by Gauss and Hermite's rule; one position without scatter."""
     if deviation == 0:
         return np.array([mean]), np.ones(1)
     nodes, weights = np.polynomial.hermite_e.hermegauss(count)

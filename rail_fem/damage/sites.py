@@ -13,7 +13,7 @@ from rail_fem.damage.crossing import CrossingContact, WearField, pass_contacts, 
 from rail_fem.damage.evolution import Stepping
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.rolling import Rolling
-from rail_fem.damage.section import Passing, Section, scattered, sine_places
+from rail_fem.damage.section import Passing, Section, scattered, sine_positions
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
 from rail_fem.hierarchy import solve
 from rail_fem.output.result import PassResult
@@ -61,9 +61,9 @@ def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, flo
 
 
 def switch_section(scene: Scene, settings: DamageSettings) -> Section:
-    """The parametric switch at the place asked for, with the case's wheels on their sine."""
+    """The parametric switch at the position asked for, with the case's wheels on their sine."""
     site, passings = settings.switch, []
-    places, shares = sine_places(site.lateral, site.amplitude, site.positions)
+    positions, shares = sine_positions(site.lateral, site.amplitude, site.positions)
     for own, weight in traffic_of(scene, settings):
         steels = (own.materials.wheel.steel(), own.materials.nose.steel())
         elastic = [Elastic(steel.youngs_modulus, steel.poisson) for steel in steels]
@@ -73,21 +73,21 @@ def switch_section(scene: Scene, settings: DamageSettings) -> Section:
         load = own.static_wheel_load
         passings += [
             Passing(own.wheel.shape, own.wheel.radius, (load, load), float(y), rolling, weight * float(share), site.yaw)
-            for y, share in zip(places, shares, strict=True)
+            for y, share in zip(positions, shares, strict=True)
         ]
-    track = Switch().track(site.place, scene.gauge)
+    track = Switch().track(site.distance, scene.gauge)
     return Section(
         track, tuple(passings), laws_of(settings), settings.calibration, site.rail_stiffness, scene.back_to_back
     )
 
 
 def crossing_passes(scene: Scene, settings: DamageSettings, run: Mapping | None = None):
-    """For each kind of pass and lateral place: (share, result of rigid_hertz, its contacts); yields one after the
+    """For each kind of pass and lateral position: (share, result of rigid_hertz, its contacts); yields one after the
     other."""
-    places, shares = scattered(0.0, settings.lateral_scatter)
+    positions, shares = scattered(0.0, settings.lateral_scatter)
     for own, weight in traffic_of(scene, settings):
         result = solve("rigid_hertz", own, run)
-        for shift, share in zip(places, shares, strict=True):
+        for shift, share in zip(positions, shares, strict=True):
             yield weight * float(share), result, contacts_of_pass(result, settings, float(shift))
 
 

@@ -153,13 +153,13 @@ def _arrays(state: Evolution) -> dict[str, np.ndarray]:
 
 
 def _write_state(path: Path, state: Evolution, section, tie: str) -> None:
-    places = np.array([section.places.get(k, np.nan) for k in range(len(section.passings))])
-    write_sealed(path, _arrays(state) | {"places": places}, {"case": tie})
+    positions = np.array([section.positions.get(k, np.nan) for k in range(len(section.passings))])
+    write_sealed(path, _arrays(state) | {"positions": positions}, {"case": tie})
 
 
 def _read_state(path: Path, tie: str, section) -> Evolution:
     stored, _ = read_sealed(path, {"case": tie}, "begin again with --overwrite")
-    section.places.update({k: float(y) for k, y in enumerate(stored["places"]) if np.isfinite(y)})
+    section.positions.update({k: float(y) for k, y in enumerate(stored["positions"]) if np.isfinite(y)})
     label, corners = section.track.left.label, stored["corners"]
     profiles = [WornProfile(stored[name], corners, label) for name in ("points", "first_points")]
     by_law = {name: stored[f"by_law_{name}"] for name in section.laws}

@@ -43,7 +43,7 @@ def section_summary(
         "area_correction": state.correction,
         "border_share": before.border_share,
         "tgamma": {"largest": max((p.tgamma for _, p in points), default=0.0)} | _end_tgamma(after),
-        "contacts": [_contact(weight, p, p.place, section, settings, model) for weight, p in points],
+        "contacts": [_contact(weight, p, p.position, section, settings, model) for weight, p in points],
         "years": _years(settings, deepest / max(state.passes, 1.0), crack, bands, deepest, state.passes),
     }
 
@@ -53,11 +53,11 @@ def _end_tgamma(after: WearRate) -> dict[str, float]:
     return {"largest_at_end": max(found, default=0.0)}
 
 
-def _contact(weight, point, place, section, settings, model) -> dict[str, Any]:
+def _contact(weight, point, position, section, settings, model) -> dict[str, Any]:
     shaken = shakedown_point(point.patch, settings.shear_yield)
     return {
         "weight": weight,
-        "place": [float(v) for v in place],
+        "position": [float(v) for v in position],
         "normal_force": float(point.patch.normal_force),
         "largest_pressure": float(point.patch.max_pressure),
         "angle": point.angle,
@@ -90,7 +90,7 @@ def crossing_summary(scene: Scene, settings: DamageSettings, field, kept) -> dic
                 for name, parts in field.depth.items()
             },
             "largest_tgamma": largest.tgamma,
-            "at": float(largest.place[0]),
+            "at": float(largest.position[0]),
             "region": model.region(largest.tgamma),
             "largest_pressure": float(max(c.patch.max_pressure for _, c in rows)),
             "enlarged_share": float(np.mean([c.enlarged > 1 for _, c in rows])),
@@ -112,14 +112,14 @@ def crossing_summary(scene: Scene, settings: DamageSettings, field, kept) -> dic
 
 
 def _crack_per_pass(kept, body: str, model) -> tuple[np.ndarray, np.ndarray]:
-    """Damage of one mean pass along x: places [m] of 5 mm, and the sum over kinds of the largest in each."""
+    """Damage of one mean pass along x: positions [m] of 5 mm, and the sum over kinds of the largest in each."""
     edges = np.arange(-2.0, 3.0, 5e-3)
     total = np.zeros(len(edges))
     for share, _, contacts in kept:
         own = np.full(len(edges), -np.inf)
         for c in contacts:
             if c.body == body:
-                k = int(np.searchsorted(edges, c.place[0]))
+                k = int(np.searchsorted(edges, c.position[0]))
                 own[k] = max(own[k], float(model.damage(c.tgamma)))
         total += share * np.where(np.isfinite(own), own, 0.0)
     return edges, total

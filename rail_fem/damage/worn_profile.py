@@ -90,7 +90,7 @@ class WornProfile:
         bend[self.corners] = 0.0
         return bend
 
-    def place(self, y: float, z: float) -> float:
+    def position(self, y: float, z: float) -> float:
         """Arc length [m] of the point of the line nearest to (y, z)."""
         step, s = np.diff(self.points, axis=0), self.arc_length
         length = np.hypot(*step.T)

@@ -15,7 +15,7 @@ Share = Annotated[float, Quantity("", 0, 1, "share of the passes")]
 class SwitchSite(Frozen):
     """The section of a switch that wears, and the sine on which the wheelset runs (thesis section 4.5)."""
 
-    place: Annotated[float, Quantity("m", 0.1, 5.5, "distance of the section from the toe")] = 1.0
+    distance: Annotated[float, Quantity("m", 0.1, 5.5, "distance of the section from the toe")] = 1.0
     lateral: Annotated[float, Quantity("mm", -20, 20, "mean shift of the wheelset towards the switch rail")] = 10.2e-3
     amplitude: Annotated[float, Quantity("mm", 0, 10, "of the sine about the mean")] = 1.25e-3
     positions: Count = Field(12, ge=1, le=200, description="lateral positions that stand for the sine")
@@ -58,7 +58,7 @@ class DamageSettings(Frozen):
     speeds: tuple[Annotated[float, Quantity("mph", 0.5, 350, "speed")], ...] = Field(
         (), description="their speeds; none: the scene's"
     )
-    lateral_scatter: Annotated[float, Quantity("mm", 0, 10, "standard deviation of the wheels' lateral place")] = 0.0
+    lateral_scatter: Annotated[float, Quantity("mm", 0, 10, "standard deviation of the wheels' lateral position")] = 0.0
     shear_yield: Annotated[
         float, Quantity("MPa", 50, 2000, "shear yield stress of the worked surface, for the shakedown map")
     ] = 300e6

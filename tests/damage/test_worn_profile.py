@@ -66,7 +66,7 @@ def test_strips_deposit_their_area_wherever_they_lie():
 def test_place_is_the_nearest_point():
     for s in (1e-3, 20.04e-3, 50e-3, 70e-3):
         y, z = (np.interp(s, HEAD.arc_length, v) for v in HEAD.points.T)
-        assert HEAD.place(y, z) == pytest.approx(s, abs=2e-9)
+        assert HEAD.position(y, z) == pytest.approx(s, abs=2e-9)
 
 
 def test_zero_depth_changes_nothing():
