@@ -1,8 +1,8 @@
 """One wheel over a crossing: patches of wing and nose every few millimetres, their tractions, wear of all laws and
 fatigue.
 
-Forces come from a pass of rigid_hertz (any result with forces on wing and nose), positions and radii of the contacts from
-the same table of the surfaces. The wheel turns at the spin at which it rolls on its tread datum; the other wheel, on
+Forces come from a pass of rigid_hertz (any result with forces on wing and nose), positions and radii of the contacts
+from the same table of the surfaces. The wheel turns at the spin at which it rolls on its tread datum; the other wheel, on
 its stock rail, holds it there. Each patch rolls steadily, though forces change along a patch's length at the transfer.
 A patch whose mean pressure would pass the hardness is as large as the hardness lets it be, at the same shape: what is
 plastic there cannot press more, and elastic ellipses on a nose's unworn corner would.
@@ -82,8 +82,8 @@ def pass_contacts(
 ) -> tuple[CrossingContact, ...]:
     """The patches of a pass, every `spacing` [m] of the wheel's way between start and end [m] (None: the whole pass).
 
-    friction : None: the scene's;  shift : lateral position of the wheel towards its field side [m]; the forces stay those
-    of the result;  hardness : of the rail [Pa], which bounds the mean pressure
+    friction : None: the scene's;  shift : lateral position of the wheel towards its field side [m]; the forces stay
+    those of the result;  hardness : of the rail [Pa], which bounds the mean pressure
     Raises ValueError where the result holds no forces on wing and nose, or the stretch lies outside of it.
     """
     scene, history = result.scene, result.history

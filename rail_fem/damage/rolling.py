@@ -2,8 +2,8 @@
 
 A point's patch is the ellipse with the second moments of the pressure that load sharing found
 (rail_fem.light.load_sharing), its tractions are FASTSIM's. The wheelset turns freely: its spin is the one at which the
-longitudinal forces of all its points have no moment about the axle. Lateral position and yaw are given; forces across the
-track come from normal contact alone, and rails may yield to them.
+longitudinal forces of all its points have no moment about the axle. Lateral position and yaw are given; forces across
+the track come from normal contact alone, and rails may yield to them.
 """
 
 from __future__ import annotations
@@ -193,8 +193,8 @@ def equilibrium_on_yielding_rails(
 
 
 def equilibrium_near(search: ContactSearch, loads: tuple[float, float], lateral: float, yaw: float) -> LoadedWheelset:
-    """The wheelset at rest at a lateral position, or within 10 um of it where worn lines are so rough that a force jumps
-    there. Raises WheelsetError where it finds none."""
+    """The wheelset at rest at a lateral position, or within 10 um of it where worn lines are so rough that a force
+    jumps there. Raises WheelsetError where it finds none."""
     for nudge in NUDGES:
         try:
             return static_equilibrium(search, loads, lateral + nudge, yaw)

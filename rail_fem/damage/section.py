@@ -57,8 +57,8 @@ class WearRate:
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """The left rail's position is that of `track`, whatever wears. laws : by name; factor : of calibration on all of them;
-    lateral_stiffness : of one rail [N/m]"""
+    """The left rail's position is that of `track`, whatever wears. laws : by name; factor : of calibration on all of
+    them;  lateral_stiffness : of one rail [N/m]"""
 
     track: Track
     passings: tuple[Passing, ...]
@@ -144,7 +144,7 @@ def sine_positions(mean: float, amplitude: float, count: int) -> tuple[np.ndarra
 
 
 def scattered(mean: float, deviation: float, count: int = 5) -> tuple[np.ndarray, np.ndarray]:
-    """Places [m] of a normal distribution and their shares, by Gauss and Hermite's rule; one position without scatter."""
+    """Places [m] of a normal distribution and their shares, by Gauss and Hermite's rule; one without scatter."""
     if deviation == 0:
         return np.array([mean]), np.ones(1)
     nodes, weights = np.polynomial.hermite_e.hermegauss(count)
