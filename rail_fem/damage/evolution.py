@@ -20,6 +20,7 @@ from rail_fem.damage.worn_profile import WornOutError, WornProfile, depth_betwee
 TOLERANCE = 0.01  # of the depth, that halving a block may change
 LARGEST = 4.0  # times the block before
 SHALLOW = 0.1e-6  # deepest wear of a first block [m]
+LEAST_SHARE = 0.02  # of the passes done, that a block is long at least
 MOST_BLOCKS = 5000
 
 
@@ -114,7 +115,9 @@ def _block(
     """One accepted block, and the rate at its end where it is known."""
     law = stepping.law
     rough = rate.depth[law]
-    count = stepping.block or state.block or _first_block(rough)
+    # a rate that jumps, as a point comes or goes, is not met by ever shorter blocks: its error is kept instead
+    least = max(1.0, LEAST_SHARE * state.passes)
+    count = max(stepping.block or state.block or _first_block(rough), least)
     while True:
         count = min(count, left)
         smooth = smoothed_depth(state.worn, rough, stepping.smoothing)
@@ -132,9 +135,9 @@ def _block(
         last = smoothed_depth(new, end.depth[law], stepping.smoothing)
         error = np.abs((smooth + last) / 2 - taken) * (count / 3)
         allowed = stepping.tolerance * max((taken * count).max(), 1e-30)
-        if stepping.block or error.max() <= allowed or count <= 1:
+        if stepping.block or error.max() <= allowed or count <= least:
             break
-        count *= max(0.8 * (allowed / error.max()) ** 0.5, 0.2)
+        count = max(count * max(0.8 * (allowed / error.max()) ** 0.5, 0.2), least)
     following = count * min(0.8 * (allowed / max(error.max(), 1e-30)) ** 0.5, LARGEST)
     return _after(state, middle, new, taken, error, count, following, factor, stepping), end
 
