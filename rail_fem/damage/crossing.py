@@ -2,8 +2,9 @@
 fatigue.
 
 Forces come from a pass of rigid_hertz (any result with forces on wing and nose), positions and radii of the contacts
-from the same table of the surfaces. The wheel turns at the spin at which it rolls on its tread datum; the other
-wheel, on its stock rail, holds it there. Each patch rolls steadily, though forces change along a patch's length at the transfer.
+from the same table of the surfaces. The wheel turns at the spin at which it rolls on its tread datum; the other wheel,
+on its stock rail, holds it there. Each patch rolls steadily, though forces change along a patch's length at the
+transfer.
 A patch whose mean pressure would pass the hardness is as large as the hardness lets it be, at the same shape: what is
 plastic there cannot press more, and elastic ellipses on a nose's unworn corner would.
 """
