@@ -34,7 +34,8 @@ from rail_fem.output.sealed import read_sealed, write_sealed
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
-TWIN = 2.0  # size of the twin's elements over the run's
+# size of the twin's elements: over the run's, at most [m] (larger ones cannot be meshed), and over the run's at least
+TWIN, LARGEST_TWIN, LEAST_TWIN = 2.0, 6e-3, 1.25
 MESH_ARRAYS = ("points", "cells", "region", "surface", "surface_region", "clamp")
 MESH_REMEDY = "remove it: --restart makes the mesh again, and goes on with the run if it comes out the same"
 
@@ -99,8 +100,8 @@ def _twin(
     restart: bool,
     progress,
 ) -> PassResult | str | None:
-    """The same pass on elements TWIN times as large; why there is none; None where none is asked for. A restart takes
-    the one that is there. Collective."""
+    """The same pass on elements up to TWIN times as large; why there is none; None where none is asked for. A
+    restart takes the one that is there. Collective."""
     if not settings.error_twin:
         return None
     if settings.max_steps is not None:
@@ -108,9 +109,10 @@ def _twin(
     below = None if folder is None else folder / "twin"
     if restart and below is not None and on_root(lambda: (below / "result.json").is_file()):
         return on_root(lambda: load(below))
-    coarse = settings.model_copy(
-        update={"element_size": TWIN * settings.element_size, "error_twin": False, "field_frames": 1}
-    )
+    size = min(TWIN * settings.element_size, LARGEST_TWIN)
+    if size < LEAST_TWIN * settings.element_size:
+        return f"elements of {settings.element_size * 1e3:g} mm are too large for a coarser twin"
+    coarse = settings.model_copy(update={"element_size": size, "error_twin": False, "field_frames": 1})
     if progress is not None:
         progress.note(f"first its coarse twin, elements of {coarse.element_size * 1e3:g} mm: for the error bars")
     try:
