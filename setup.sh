@@ -50,7 +50,7 @@ make_environment() {
   echo "numpy==$numpy.*" >.venv/constraints.txt
   "$PYTHON" -c 'import pathlib; print("[install]\nconstraint =", pathlib.Path(".venv/constraints.txt").resolve().as_uri())' >.venv/pip.conf
   case "$(faults)" in *"NumPy "*"has taken the place"*) in_environment uninstall -q -y numpy || stop "pip could not take the foreign NumPy out of .venv (above)" ;; esac
-  in_environment install -q -e '.[fe,plot3d,test]' || stop "pip could not install the Python packages of pyproject.toml (above): is the package index reachable?"
+  in_environment install -q -e '.[fe,plot3d,test,lint]' || stop "pip could not install the Python packages of pyproject.toml (above): is the package index reachable?"
   broken=$(.venv/bin/python -m rail_fem.run.installation --broken)  # emptied folders, which pip takes for installed
   # shellcheck disable=SC2086
   [ -z "$broken" ] || in_environment install -q --force-reinstall --no-deps $broken || stop "pip could not install $broken again (above): remove .venv and call this again"

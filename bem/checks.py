@@ -4,6 +4,7 @@ value."""
 from __future__ import annotations
 
 from numbers import Real
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,7 @@ def refuse_unless_finite(error: type[ValueError], **values: object) -> None:
             raise error(f"{name} = {_shown(value)}: must be a finite number")
 
 
-def refuse_unless_positive(error: type[ValueError], **values: object) -> None:
+def refuse_unless_positive(error: type[ValueError], **values: Any) -> None:
     """Raise `error` for the first value that is no finite number above zero."""
     for name, value in values.items():
         if not (is_finite(value) and value > 0):
@@ -37,7 +38,7 @@ def point_text(point: np.ndarray) -> str:
     return f"({point[0]:.9g}, {point[1]:.9g})"
 
 
-def plane_points(points: object, error: type[ValueError]) -> np.ndarray:
+def plane_points(points: Any, error: type[ValueError]) -> np.ndarray:
     """Points (n, 2) [m] as floats; raises `error` for another shape, for what is no number, and for the first that is
     not finite."""
     try:

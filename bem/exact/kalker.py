@@ -101,7 +101,8 @@ def _displacements(
         weight = a * b * np.pi / count / length
         for n, kernel in enumerate((1.0, (a * c / length) ** 2, a * c * b * s / length**2)):
             integrals[n] = integrals[n] + weight * kernel * chord
-    return tuple(integrals)
+    first, second, third = integrals
+    return first, second, third
 
 
 def _stick_system(a: float, b: float, poisson: float, degree: int):

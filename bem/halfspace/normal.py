@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_press
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, ErrorEstimate, Grid, Patch
 
-Gap = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
+Gap: TypeAlias = np.ndarray | Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 _LARGEST_GRID = 704
 _COARSEST_GRID = 6

@@ -228,7 +228,8 @@ def _slices(gap: SliceGap, plane: ContactResult, x: np.ndarray, y: np.ndarray, l
     with np.errstate(invalid="ignore"):
         change = own[1:] - own[0]
     change[~np.isfinite(change)] = gap.reach
-    states, start = [None] * len(x), plane.last.state
+    states: list = [None] * len(x)
+    start = plane.last.state
     middle = len(x) // 2
     for positions in (range(middle, len(x)), range(middle - 1, -1, -1)):
         state = start

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -125,9 +125,8 @@ def tangential_case(draw: np.random.Generator, method: str) -> list[Row]:
     def force(of: Patch, estimate: bool) -> Patch:
         if method == "shift":
             return shift_contact(of, STEEL, STEEL, friction, Creepage(*(0.3 * semi_x * parts)), estimate=estimate)
-        return {"rolling": rolling_contact, "FASTSIM": fastsim}[method](
-            of, STEEL, STEEL, friction, Creepage(*parts), estimate=estimate
-        )
+        solvers: dict[str, Any] = {"rolling": rolling_contact, "FASTSIM": fastsim}
+        return solvers[method](of, STEEL, STEEL, friction, Creepage(*parts), estimate=estimate)
 
     found, true = force(patch, True), force(fine, False)
     return [

@@ -18,6 +18,7 @@ import csv
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -64,7 +65,7 @@ def solve_normal(cells: int) -> Patch:
     )
 
 
-def least_seconds(action: Callable[[], object], budget: float = 1.0) -> tuple[float, object]:
+def least_seconds(action: Callable[[], Any], budget: float = 1.0) -> tuple[float, Any]:
     """Least processor time of repeated runs within a budget [s], after one that warms up; and the last result."""
     action()
     least, spent = np.inf, 0.0

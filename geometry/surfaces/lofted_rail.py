@@ -105,7 +105,7 @@ class LoftedBody:
         u = np.linspace(low, high, max(int(np.ceil((high - low) / spacing)), 3) + 1)
         z = np.array([_height(s, p, u + d) for s, p, d in zip(sections, points, datum)])
         slope = np.gradient(z, u, axis=1)
-        return cls(np.asarray(x, float), u + datum[:, None], z, slope, slope, label, limited)
+        return cls(np.asarray(x, float), u + np.asarray(datum)[:, None], z, slope, slope, label, limited)
 
     def moved(self, lateral: float) -> "LoftedBody":
         """The body moved to + y [m]."""

@@ -63,7 +63,7 @@ def critical_step(scene: Scene, settings: FeSettings) -> float:
 def _mass_factor(scene: Scene, settings: FeSettings) -> float:
     """Of mass scaling, with masses of the meshes by rule where it is "auto"."""
     if settings.mass_scaling != "auto":
-        return settings.mass_scaling
+        return float(settings.mass_scaling)
     rail = RAIL_MASS * (abs(settings.end - settings.start) + 2 * END_MARGIN)
     track = scene.foundation.track_mass / rail if settings.track_mass else 1.0
     bound = min(track if settings.foundation else float("inf"), scene.vehicle.wheel_unsprung_mass / WHEEL_MASS)

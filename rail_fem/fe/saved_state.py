@@ -40,7 +40,7 @@ def restore_state(value: Any, stored: dict[str, Any], key: str = "state") -> Any
     if hasattr(value, "STATE"):
         entries = {name: restore_state(getattr(value, name), stored, f"{key}/{name}") for name in value.STATE}
         if isinstance(value, tuple):
-            return value._replace(**entries)
+            return value._replace(**entries)  # type: ignore[attr-defined]
         for name, entry in entries.items():
             setattr(value, name, entry)
         if hasattr(value, "after_restore"):

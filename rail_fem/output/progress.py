@@ -54,7 +54,8 @@ class Progress:
             "message": "",
             **lock.this_process(),
         }
-        self._bar, self._cut_off = None, ""
+        self._bar: Any = None
+        self._cut_off = ""
         self._writing, self._words = threading.Lock(), contextlib.ExitStack()
         self._started = self._written = self._lined = None
         self._first_fraction = 0.0

@@ -5,6 +5,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from rail_fem import hierarchy, launcher
 from rail_fem.case.casefile import Case
@@ -39,7 +40,7 @@ def run_case(case: Case, model: str, folder: Path, restart: bool, overwrite: boo
     Nothing is meshed or written before everything that can be known has been checked.
     Errors: JobError when the run cannot start.
     """
-    settings = case.runs[model]
+    settings: Any = case.runs[model]
     if hierarchy.smoke_requested():
         settings = settings.smoke()
         say("RAIL_FEM_SMOKE: a few coarse steps only; the result has no meaning")

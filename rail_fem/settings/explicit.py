@@ -97,7 +97,10 @@ class FeSettings(Frozen):
     @property
     def window_lengths(self) -> tuple[float, float]:
         """Of the travelling window ahead of the wheel and behind it [m]; infinite where it has no end."""
-        return tuple(float("inf") if length is None else length for length in (self.window_ahead, self.window_behind))
+        ahead, behind = (
+            float("inf") if length is None else length for length in (self.window_ahead, self.window_behind)
+        )
+        return ahead, behind
 
     @property
     def has_window(self) -> bool:

@@ -17,7 +17,6 @@ import numpy as np
 import typer
 
 from bem.exact.hertz import PointContact
-from bem.patch import Patch
 from bem.verification import halfspace_speed as study3d
 from bem.verification import halfspace_study
 from rail_fem.static_fe.finite_series import to_stderr
@@ -54,7 +53,7 @@ def finite_rows(across: tuple[int, ...]) -> list[dict]:
     exact, rows = halfspace_study.hertz(), []
     for count in across:
         started = time.process_time()
-        patch: Patch = finite_patch(ellipse_blocks(), halfspace_study.LOAD, ellipse_zone(exact, count))
+        patch = finite_patch(ellipse_blocks(), halfspace_study.LOAD, ellipse_zone(exact, count))
         seconds = time.process_time() - started
         rows.append(
             halfspace_study.speed_row(

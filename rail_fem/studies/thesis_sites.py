@@ -155,7 +155,8 @@ def fitted_wheel() -> tuple[tuple[float, float, float], float]:
     miss left [m]."""
     miss = lambda x: np.abs(ContactPositions(worn_wheel(x)).misses()).max() if 0 <= x[0] < 3 and 8 < x[1] < 40 else 1.0
     found = minimize(miss, WEAR_GUESS, method="Nelder-Mead", options={"xatol": 0.01, "fatol": 1e-5, "maxfev": 60})
-    return tuple(float(v) for v in found.x), float(found.fun)
+    shift, first, second = (float(v) for v in found.x)
+    return (shift, first, second), float(found.fun)
 
 
 def sensitivities(site: Site) -> dict[str, float]:
