@@ -1,10 +1,11 @@
 """Indentation of an elastic-plastic half-space: pressure, plastic strain and residual surface displacement together.
 
-Body 2 (below) yields, body 1 (above) is elastic, no friction. At each load the pressure follows from the gap plus the
-residual displacement of the surface, the plastic strain from the pressure, and the displacement from the plastic
-strain; the three are brought to agree by Anderson's mixing. Plastic strain lives in a box of cells around the yielding
-zone. Source: the scheme of Jacq, Nelias, Lormand and Girodin, J. Tribol. 124 (2002) 653 (not looked at), with the
-increment of bem.plastic.increment. Error: about first order in the cell, see docs/models/boundary_elements.md.
+Body 2 (below) yields, body 1 (above) is elastic; friction only as a sliding traction in proportion to the pressure. At
+each load the pressure follows from the gap plus the residual displacement of the surface, the plastic strain from the
+pressure, and the displacement from the plastic strain; the three are brought to agree by Anderson's mixing. Plastic
+strain lives in a box of cells around the yielding zone.
+Source: the scheme of Jacq, Nelias, Lormand and Girodin, J. Tribol. 124 (2002) 653 (not looked at), with the increment
+of bem.plastic.increment. Error: docs/models/plastic.md.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.halfspace.input import check_control, check_inside, gap_values
+from bem.halfspace.input import check_control, check_friction, check_inside, gap_values
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, Cost, Grid, Patch
@@ -68,16 +69,28 @@ class PlasticHalfSpace:
 
     layers, thickness : of the cells in depth; the grid's cells are those of the contact
     first : body 1; second, hardening : elasticity and yield curve of body 2
+    sliding : traction on body 2 along x and y over the pressure, as of full sliding; its effect on the pressure (for
+        unlike bodies, and by the sideways residual displacement) is left out
     Errors: those of PlasticBody; NoEquilibriumError.
     """
 
     def __init__(
-        self, grid: Grid, thickness: float, layers: int, first: Elastic, second: Elastic, hardening: Hardening
+        self,
+        grid: Grid,
+        thickness: float,
+        layers: int,
+        first: Elastic,
+        second: Elastic,
+        hardening: Hardening,
+        sliding: tuple[float, float] = (0.0, 0.0),
     ) -> None:
+        for value in sliding:
+            check_friction(abs(value))
         self.grid, self.thickness = grid, thickness
         self.body = PlasticBody(grid, thickness, layers, second, hardening)
         self.operator = NormalOperator(grid, Pair.of(first, second))
-        self.load_stress = LoadStress(grid, self.body.depths, second.poisson)
+        self.sliding = tuple((axis, share) for axis, share in enumerate(sliding, 1) if share)
+        self.load_stress = LoadStress(grid, self.body.depths, second.poisson, (0, *(a for a, _ in self.sliding)))
         self.pressure: np.ndarray | None = None
 
     @property
@@ -94,7 +107,7 @@ class PlasticHalfSpace:
         gap = gap_values(gap, self.grid)
         agreed = self.agree(gap, load, tolerance)
         self.body.accept(agreed.trial)
-        deviator, mean = self.load_stress((agreed.solution.pressure,))
+        deviator, mean = self.load_stress(self._tractions(agreed.solution.pressure))
         patch = Patch(
             self.grid, gap, agreed.solution.pressure, agreed.solution.approach, HALF_SPACE,
             cost=Cost(time.perf_counter() - started, agreed.turns, agreed.products),
@@ -112,7 +125,7 @@ class PlasticHalfSpace:
         for turn in range(1, _MOST_TURNS + 1):
             solution = self._solve(gap + surface, load)
             layers = None if turn == 1 else (body.box.layers if body.box else 1)
-            deviator, _ = self.load_stress((solution.pressure,), layers)
+            deviator, _ = self.load_stress(self._tractions(solution.pressure), layers)
             if turn == 1:
                 body.look(deviator)
             trial = body.attempt(deviator, trial, float(np.clip(_INNER * off, 1e-6, 1e-2)))
@@ -129,6 +142,9 @@ class PlasticHalfSpace:
             f"load {load:g} N: pressure and plastic strain do not agree after {turn} turns (surface off by "
             f"{off:.2g} of the approach): take smaller load steps, or the load is beyond what the body carries"
         )
+
+    def _tractions(self, pressure: np.ndarray) -> tuple[np.ndarray, ...]:
+        return (pressure, *(share * pressure for _, share in self.sliding))
 
     def _solve(self, gap: np.ndarray, load: float) -> PressureSolution:
         if load == 0:

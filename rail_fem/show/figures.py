@@ -58,9 +58,14 @@ def titles(result: PassResult) -> list[str]:
         "force": len(result.history["x"]) or result.fault,
         "creep": np.isfinite(result.history["force_longitudinal"]).any(),
         "energies": any(np.isfinite(result.history[column]).any() for column in LINES),
-        **dict.fromkeys(STRAIN, result.model not in MODELS or MODELS[result.model].parallel),
+        **dict.fromkeys(STRAIN, result.model not in MODELS or MODELS[result.model].parallel or resolves_strain(result)),
     }
     return [title for title, there in has.items() if there]
+
+
+def resolves_strain(result: PassResult) -> bool:
+    """Whether the result names a plastic strain."""
+    return any(name.startswith("plastic_strain") for name in result.peaks)
 
 
 def strain_figures(folder: Path, result: PassResult, name: str) -> dict[str, Figure]:

@@ -6,8 +6,11 @@ import pytest
 from bem.halfspace.normal import normal_contact
 from bem.material import Elastic, contact_modulus
 from bem.patch import ContactInputError, Grid
+from bem.plastic.body import PlasticBody
 from bem.plastic.contact import PlasticHalfSpace
 from bem.plastic.hardening import Hardening
+from bem.plastic.increment import NoEquilibriumError
+from bem.plastic.surface import LoadStress
 
 STEEL, RIGID = Elastic(210e9, 0.3), Elastic(1e17, 0.3)
 RADIUS, YIELD = 0.1, 310e6
@@ -63,3 +66,44 @@ def test_a_zone_that_reaches_the_edge_is_named():
     body, gap = sphere(8 * FIRST, 6, 1.7, 0.8)
     with pytest.raises(ContactInputError, match="deepest layer"):
         body.press(gap, 8 * FIRST)
+
+
+def test_pressure_beyond_the_limit_load_is_said_and_does_not_hang():
+    """A strip of uniform pressure 8 k, more than Prandtl's 5.14 k, on a perfectly plastic plane: no equilibrium."""
+    grid = Grid.over((-6.0, 6.0), (-500.0, 500.0), 24, 1)
+    body = PlasticBody(grid, 0.5, 12, STEEL, Hardening.linear(YIELD))
+    pressure = 8 * YIELD / np.sqrt(3) * (np.abs(grid.x) < 1.5)
+    deviator, _ = LoadStress(grid, body.depths, 0.3)((pressure[:, None],))
+    with pytest.raises((NoEquilibriumError, ContactInputError), match="equilibrium|plastic zone reaches"):
+        for share in np.linspace(0.3, 1, 8):
+            body.look(share * deviator)
+            body.accept(body.attempt(share * deviator, None))
+
+
+def test_nearly_incompressible_and_perfectly_plastic_is_solved_with_a_warning():
+    rubber = Elastic(210e9, 0.4999)
+    grid = Grid.over((-4e-3, 4e-3), (-4e-3, 4e-3), 20, 20)
+    x, y = grid.points()
+    contact = PlasticHalfSpace(grid, grid.dx, 14, RIGID, rubber, Hardening.linear(YIELD))
+    found = contact.press((x**2 + y**2) / (2 * RADIUS), 3 * FIRST)
+    assert found.state.peeq.max() > 1e-4 and np.isfinite(found.stress).all()
+    assert any("0.4999" in words for words in found.warnings)
+
+
+def test_sliding_brings_the_flow_towards_the_surface():
+    strains = []
+    for share in (0.0, 0.4):
+        body, gap = sphere(2 * FIRST, 6, 2.2, 2.0)
+        contact = PlasticHalfSpace(
+            body.grid, body.thickness, body.body.layers, RIGID, STEEL, body.body.hardening, (share, 0.0)
+        )
+        peeq = contact.press(gap, 2 * FIRST).state.peeq
+        strains.append(peeq[0].max() / peeq.max())
+    assert strains[0] < 0.5 < strains[1]
+
+
+@pytest.mark.parametrize("load", [-1.0, np.nan, np.inf])
+def test_impossible_loads_are_refused(load):
+    body, gap = sphere(FIRST, 6)
+    with pytest.raises(ContactInputError, match="load"):
+        body.press(gap, load)

@@ -1,0 +1,91 @@
+"""Rolling over an elastic-plastic half-space: line contact against its exact limits, the track's memory, refusals."""
+
+import numpy as np
+import pytest
+
+from bem.material import Elastic
+from bem.patch import ContactInputError, Grid
+from bem.plastic.body import PlasticBody
+from bem.plastic.hardening import Hardening
+from bem.plastic.influence import Cells, StressInfluence
+from bem.plastic.rolling import PlasticTrack, one_pass, repeat_passes
+from bem.plastic.surface import LoadStress
+
+STEEL = Elastic(210e9, 0.3)
+YIELD = 300e6
+SHEAR_YIELD = YIELD / np.sqrt(3)
+
+
+def line_contact(pressure_ratio, cells=6, depth=1.6, ring=6, hardening=Hardening.linear(YIELD)):
+    """A ring under Hertz' line pressure of half-width 1 m, p0 = pressure_ratio k: one cell of 400 m across."""
+    side = 1.0 / cells
+    nx = 3 * cells
+    grid = Grid.over((-nx / 2 * side, nx / 2 * side), (-200.0, 200.0), nx, 1)
+    body = PlasticBody(grid, side, int(depth * cells), STEEL, hardening)
+    edges = np.clip(np.append(grid.x - side / 2, grid.x[-1] + side / 2), -1, 1)
+    whole = (edges * np.sqrt(1 - edges**2) + np.arcsin(edges)) / 2
+    pressure = pressure_ratio * SHEAR_YIELD * np.diff(whole) / side
+    deviator, _ = LoadStress(grid, body.depths, STEEL.poisson)((pressure[:, None],))
+    return PlasticTrack(body, ring * cells, 3 * cells, periodic=True), deviator
+
+
+def test_long_cells_make_a_plane_problem():
+    """Largest von Mises stress of the line contact at nu 0.3: 0.5575 p0 at 0.704 a."""
+    track, deviator = line_contact(1.0, 16)
+    stress = np.sqrt(1.5 * (deviator**2).sum(axis=1)) / SHEAR_YIELD
+    assert stress.max() == pytest.approx(0.5575, rel=5e-3)
+    assert track.body.depths[np.unravel_index(stress.argmax(), stress.shape)[0]] == pytest.approx(0.704, abs=0.04)
+
+
+def test_rolling_line_contact_yields_first_at_1_79_yield_stresses():
+    """p0 = 3.1 k: nothing 1 % below, flow 2 % above (cells of a sixth of the half-width miss the peak by 0.5 %)."""
+    for ratio, verdict in ((1.79 * 0.99, "elastic"), (1.79 * 1.02, None)):
+        track, deviator = line_contact(ratio * np.sqrt(3))
+        one_pass(track, deviator)
+        assert (track.state.peeq.max() == 0) == (verdict == "elastic")
+
+
+@pytest.mark.validate
+def test_rolling_line_contact_shakes_down_up_to_4_k_and_ratchets_above():
+    """Melan's limit for frictionless rolling, perfectly plastic: p0 = 4.00 k (Johnson 1985, section 9.2)."""
+    growth = {}
+    for ratio in (3.8, 4.3):
+        track, deviator = line_contact(ratio, 8, 2.0, 8)
+        growth[ratio] = repeat_passes(track, deviator, 12, stride=2, steady=1e-3).growth
+    assert growth[3.8][-1] < 0.02 * growth[3.8][0]
+    assert growth[4.3][-1] > 0.1 * growth[4.3][0]
+
+
+def test_the_track_feels_its_plastic_strain_as_one_body_would():
+    """Residual deviator of a short track against the influence of all its cells at once; the reach covers the track."""
+    grid = Grid.over((-4e-3, 4e-3), (-4e-3, 4e-3), 16, 16)
+    x, y = grid.points()
+    body = PlasticBody(grid, grid.dx, 10, STEEL, Hardening.linear(YIELD, 5e9))
+    pressure = 6 * SHEAR_YIELD * np.sqrt(np.maximum(1 - (x**2 + y**2) / 2e-3**2, 0))
+    deviator, _ = LoadStress(grid, body.depths, STEEL.poisson)((pressure,))
+    track = PlasticTrack(body, 22, 22)
+    one_pass(track, deviator, stride=2)
+    box = track._known
+    cells = Cells(grid.dx, grid.dy, grid.dx, 22, box.y.stop - box.y.start, box.layers)
+    whole = StressInfluence(cells, STEEL).deviator(np.ascontiguousarray(track.state.strain[: box.layers, :, :, box.y]))
+    error = np.abs(whole - track.residual[: box.layers, :, :, box.y]).max() / np.abs(whole).max()
+    assert track.state.peeq.max() > 1e-3 and error < 1e-5  # single precision of each step's sum
+    assert track.surface.max() > 0
+
+
+def test_passes_over_a_hardening_ring_come_to_rest():
+    track, deviator = line_contact(3.4, hardening=Hardening.linear(YIELD, 4e10))
+    passes = repeat_passes(track, deviator, 8, stride=2)
+    assert passes.growth[0] > 0 and passes.growth[-1] < 0.05 * passes.growth[0]
+
+
+def test_impossible_tracks_are_refused():
+    track, deviator = line_contact(1.0)
+    with pytest.raises(ContactInputError, match="at least the window"):
+        PlasticTrack(track.body, 5, 2)
+    with pytest.raises(ContactInputError, match="half the ring"):
+        PlasticTrack(track.body, 40, 30, periodic=True)
+    with pytest.raises(ContactInputError, match="ring"):
+        repeat_passes(PlasticTrack(track.body, 40, 5), deviator, 2)
+    with pytest.raises(ContactInputError, match="can stand at"):
+        track.stand(99)
