@@ -15,7 +15,8 @@ from bem.plastic.influence import Cells, StressInfluence
 from bem.plastic.return_map import PlasticState, Returned, advanced
 from bem.plastic.surface import SurfaceDisplacement
 
-MARGIN = 2  # cells about the zone that yields
+MARGIN = 2  # cells about the zone that yields, at least
+_SHARE = 6  # or this part of its width: a larger box costs less than another kernel
 _NEARLY = 0.95  # of the yield stress by which the zone is guessed
 _LOADED = 0.3  # of the yield stress that the load itself must bring there
 
@@ -149,8 +150,9 @@ class PlasticBody:
             return False
         ranges = [np.flatnonzero(zone.any(axis=axes)) for axes in ((0, 2), (0, 1), (1, 2))]
         self._refuse_at_edge(ranges)
-        low = [max(r[0] - MARGIN, 0) for r in ranges[:2]]
-        high = [min(r[-1] + 1 + MARGIN, n) for r, n in zip(ranges, (*self.grid.shape, self.layers))]
+        margin = [max(MARGIN, int(r[-1] - r[0]) // _SHARE) for r in ranges]
+        low = [max(r[0] - m, 0) for r, m in zip(ranges[:2], margin)]
+        high = [min(r[-1] + 1 + m, n) for r, m, n in zip(ranges, margin, (*self.grid.shape, self.layers))]
         old = self.box
         if old is not None:
             inner = [

@@ -118,12 +118,15 @@ class PlasticHalfSpace:
             self.body.surface.copy(), agreed.turns, agreed.products, strain_warnings(self.body),
         )  # fmt: skip
 
-    def agree(self, gap: np.ndarray, load: float, tolerance: float) -> Agreed:
-        """Pressure and plastic strain under a load, nothing accepted. Errors: NoEquilibriumError."""
-        body, mixing, trial, products = self.body, Mixing(), None, 0
-        surface, off = body.surface, 1.0
+    def agree(self, gap: np.ndarray, load: float, tolerance: float, guess: Trial | None = None) -> Agreed:
+        """Pressure and plastic strain under a load, nothing accepted; guess : the trial of a step like this one.
+
+        Errors: NoEquilibriumError.
+        """
+        body, mixing, trial, products = self.body, Mixing(), guess, 0
+        surface, off = body.lowering(guess), 1.0
         for turn in range(1, _MOST_TURNS + 1):
-            solution = self._solve(gap + surface, load)
+            solution = self._solve(gap + surface, load, max(1e-6, 0.01 * tolerance))
             layers = None if turn == 1 else (body.box.layers if body.box else 1)
             deviator, _ = self.load_stress(self._tractions(solution.pressure), layers)
             if turn == 1:
@@ -146,10 +149,10 @@ class PlasticHalfSpace:
     def _tractions(self, pressure: np.ndarray) -> tuple[np.ndarray, ...]:
         return (pressure, *(share * pressure for _, share in self.sliding))
 
-    def _solve(self, gap: np.ndarray, load: float) -> PressureSolution:
+    def _solve(self, gap: np.ndarray, load: float, tolerance: float) -> PressureSolution:
         if load == 0:
             return PressureSolution(np.zeros(gap.shape), float(gap.min()), 0, 0.0, True)
-        solution = solve_pressure(self.operator, gap, load, start=self.pressure, tolerance=1e-6)
+        solution = solve_pressure(self.operator, gap, load, start=self.pressure, tolerance=tolerance)
         self.pressure = solution.pressure
         return solution
 

@@ -36,12 +36,13 @@ distance = grid.x * 1e3
 axes[0].plot(distance, loaded.patch.pressure[:, row] / 1e6, color="black", label="with plastic flow")
 axes[0].plot(distance, hertz.pressure(grid.x, 0 * grid.x) / 1e6, ls="--", color="grey", label="Hertz, elastic")
 axes[0].set(xlabel="distance from the middle [mm]", ylabel="pressure under load [MPa]")
-axes[0].legend()
+axes[0].legend(loc="lower center")
 axes[1].plot(distance, -left.surface[:, row] * 1e6, color="black")
 axes[1].set(xlabel="distance from the middle [mm]", ylabel="surface after unloading [um]")
 depth = np.append(left.depths - grid.dx / 2, left.depths[-1] + grid.dx / 2) * 1e3
 edges = np.append(grid.x - grid.dx / 2, grid.x[-1] + grid.dx / 2) * 1e3
-shown = axes[2].pcolormesh(edges, depth, 100 * left.state.peeq[:, :, row], cmap="viridis_r")
+strain = np.ma.masked_equal(100 * left.state.peeq[:, :, row], 0)  # white: never yielded
+shown = axes[2].pcolormesh(edges, depth, strain, cmap="viridis_r")
 axes[2].set(xlabel="distance from the middle [mm]", ylabel="depth [mm]", ylim=(depth[16], 0))
 figure.colorbar(shown, label="equivalent plastic strain [%]")
 plt.show()

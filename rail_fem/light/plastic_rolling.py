@@ -21,8 +21,8 @@ from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.rolling import PlasticTrack
 from rail_fem.light.contact_pairs import ContactPair
 
-WIDE = 2.2  # half window over the elastic patch's semi-axis
-DEEP = 2.4  # depth of the cells over the smaller semi-axis
+WIDE = 2.6  # half window over the elastic patch's semi-axis
+DEEP = 4.0  # depth of the cells over the smaller semi-axis
 REACH = 2.0  # stretch ahead and behind in which a step is felt, over the depth of the cells
 MOST_TRIES = 4
 GROW = 1.35  # of window or depth where the plastic zone reaches its end
@@ -136,7 +136,7 @@ def _roll(stations, steels, hardening, side, agreement, widen, deepen, report) -
     window = Grid(-(nx - 1) / 2 * side, y_low + side / 2, side, side, nx, ny)
     contact = PlasticHalfSpace(window, side, layers, steels[0], steels[1], hardening)
     track = PlasticTrack(contact.body, columns, max(4, int(np.ceil(REACH * layers))))
-    solved, nowhere = [], np.zeros((columns, ny), bool)
+    solved, nowhere, trial = [], np.zeros((columns, ny), bool), None
     for number, station in enumerate(stations):
         point, cosine = station.pair.point, station.pair.frame[1, 1]
         column = int(np.clip(np.rint((point[0] - x_low) / side - nx / 2), 0, track.last))
@@ -146,12 +146,13 @@ def _roll(stations, steels, hardening, side, agreement, widen, deepen, report) -
         gap = station.pair.gap(*np.meshgrid(x, s, indexing="ij"))
         nowhere[column : column + nx] |= ~np.isfinite(gap)
         try:
-            agreed = contact.agree(gap, station.force, agreement)
+            agreed = contact.agree(gap, station.force, agreement, trial)
         except ContactInputError as fault:
             raise _ZoneAtEnd(f"{station.pair.label} at x = {point[0] * 1e3:.1f} mm: {fault}") from None
         except NoEquilibriumError as fault:
             raise NoEquilibriumError(f"{station.pair.label} at x = {point[0] * 1e3:.1f} mm: {fault}") from None
-        track.accept(agreed.trial)
+        trial = agreed.trial
+        track.accept(trial)
         pressure = agreed.solution.pressure
         area = float(np.count_nonzero(pressure) * side**2)
         solved.append(SolvedStation(area, float(pressure.max()), float(agreed.solution.approach)))

@@ -49,11 +49,11 @@ def test_rolling_line_contact_yields_first_at_1_79_yield_stresses():
 def test_rolling_line_contact_shakes_down_up_to_4_k_and_ratchets_above():
     """Melan's limit for frictionless rolling, perfectly plastic: p0 = 4.00 k (Johnson 1985, section 9.2)."""
     growth = {}
-    for ratio in (3.8, 4.3):
-        track, deviator = line_contact(ratio, 8, 2.0, 8)
+    for ratio in (3.8, 4.2):
+        track, deviator = line_contact(ratio, 8, 3.0, 8)
         growth[ratio] = repeat_passes(track, deviator, 12, stride=2, steady=1e-3).growth
     assert growth[3.8][-1] < 0.02 * growth[3.8][0]
-    assert growth[4.3][-1] > 0.1 * growth[4.3][0]
+    assert growth[4.2][-1] > 0.1 * growth[4.2][0]
 
 
 def test_the_track_feels_its_plastic_strain_as_one_body_would():
