@@ -82,11 +82,11 @@ def test_pressure_beyond_the_limit_load_is_said_and_does_not_hang():
 
 def test_nearly_incompressible_and_perfectly_plastic_is_solved_with_a_warning():
     rubber = Elastic(210e9, 0.4999)
-    grid = Grid.over((-4e-3, 4e-3), (-4e-3, 4e-3), 20, 20)
+    grid = Grid.over((-1.2e-3, 1.2e-3), (-1.2e-3, 1.2e-3), 20, 20)
     x, y = grid.points()
     contact = PlasticHalfSpace(grid, grid.dx, 14, RIGID, rubber, Hardening.linear(YIELD))
     found = contact.press((x**2 + y**2) / (2 * RADIUS), 3 * FIRST)
-    assert found.state.peeq.max() > 1e-4 and np.isfinite(found.stress).all()
+    assert found.state.peeq.max() > 1e-5 and np.isfinite(found.stress).all()
     assert any("0.4999" in words for words in found.warnings)
 
 
