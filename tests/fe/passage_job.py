@@ -30,6 +30,8 @@ def main() -> None:
             "start": 0.30,
             "end": 0.42,
             "settle_time": 5e-5,
+            "mass_scaling": 1.0,
+            "error_twin": False,
             "history_interval": 2e-5,
             "field_frames": 2,
             "element": "full" if how == "full" else "one-point",

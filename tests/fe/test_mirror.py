@@ -33,6 +33,8 @@ def short_pass(monkeypatch=None):
             "start": 0.345,
             "end": 0.42,
             "settle_time": 5e-5,
+            "mass_scaling": 1.0,
+            "error_twin": False,
             "history_interval": 2e-5,
             "field_frames": 1,
         }

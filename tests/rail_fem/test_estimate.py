@@ -41,7 +41,7 @@ def test_cells_and_step_are_right_to_a_factor_of_two(size):
     pytest.importorskip("dolfinx")
     passage, meshing = pytest.importorskip("rail_fem.fe.passage"), pytest.importorskip("rail_fem.fe.meshing")
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
-    settings = case.runs["fe_full"].model_copy(update={"element_size": size})
+    settings = case.runs["fe_full"].model_copy(update={"element_size": size, "mass_scaling": 1.0})
     mesh, *_ = meshing.make_mesh(case.scene, settings, passage.running_of(case.scene, settings))
     estimate = estimate_run(case.scene, settings)
     assert 0.5 < estimate.cells / len(mesh.cells) < 2
