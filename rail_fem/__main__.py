@@ -10,10 +10,10 @@ from rail_fem.run.installation import REMEDY, explain, numpy_mismatch
 def main() -> None:
     """The program; ready to be stopped before the long imports, and with a sentence where a library is missing."""
     stopping.listen()
-    if sys.argv[1:] == ["doctor"]:  # must speak also where the command line cannot be imported
+    if sys.argv[1:] in (["doctor"], ["doctor", "--json"]):  # speaks also where the command line cannot be imported
         from rail_fem.run.doctor import tell
 
-        sys.exit(tell())
+        sys.exit(tell(as_json="--json" in sys.argv))
     if mismatch := numpy_mismatch():
         sys.exit(f"rail-fem: {mismatch}: {REMEDY}")
     try:

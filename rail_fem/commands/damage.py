@@ -5,7 +5,6 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.commands.ending import stop
 
 
@@ -18,6 +17,7 @@ def damage(
 ) -> None:
     """Wear, profile change, rolling contact fatigue and years to a limit under many passes: figures, numbers, one
     page. A study that was stopped goes on with --restart."""
+    from rail_fem.case.casefile import CaseError, load_case
     from rail_fem.damage.study import passes_of, run_study
 
     try:

@@ -1,25 +1,100 @@
-"""How a command speaks and ends: on rank 0 alone, with the exit codes that `rail-fem --help` names."""
+"""How a command speaks and ends: on rank 0 alone, as loudly as asked for, with one of the exit codes below."""
 
-from typing import NoReturn
+import contextlib
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NoReturn
 
 import typer
 
 from rail_fem import launcher
 
 DONE, RUN_FAILED, REFUSED = 0, 1, 2
+EXIT_CODES = {
+    DONE: "done",
+    RUN_FAILED: "a run failed, or doctor found a fault",
+    REFUSED: "refused: the input or the arguments are at fault, nothing was run; the message says why",
+    130: "stopped by Ctrl-C (143: by a queue's SIGTERM); 'run --restart' goes on",
+}
+
+
+@dataclass
+class Manner:
+    """What is said: the answer always; what goes on unless quiet; more when verbose; as_json: the answer as one JSON
+    object on standard output and all else on standard error."""
+
+    quiet: bool = False
+    verbose: bool = False
+    as_json: bool = False
+
+
+MANNER = Manner()
+
+
+def begin(quiet: bool, verbose: bool) -> None:
+    """Each command begins anew."""
+    MANNER.quiet, MANNER.verbose, MANNER.as_json = quiet, verbose and not quiet, False
+
+
+def choose_json(wanted: bool) -> bool:
+    """Callback of --json."""
+    MANNER.as_json = wanted
+    return wanted
 
 
 def say(text: str) -> None:
-    """Print on rank 0."""
-    if launcher.rank() == 0:
+    """The answer, in words; where JSON is asked for `emit` gives it."""
+    if launcher.rank() == 0 and not MANNER.as_json:
         typer.echo(text)
+
+
+def tell(text: str) -> None:
+    """What goes on: not said when quiet."""
+    if launcher.rank() == 0 and not MANNER.quiet:
+        typer.echo(text, err=MANNER.as_json)
+
+
+def warn(text: str) -> None:
+    """What is doubtful, on standard error, also when quiet."""
+    if launcher.rank() == 0:
+        typer.echo(text, err=True)
+
+
+def explain(text: str) -> None:
+    """More about it, on standard error: said when verbose only."""
+    if launcher.rank() == 0 and MANNER.verbose:
+        typer.echo(text, err=True)
+
+
+def emit(answer: Mapping[str, Any]) -> None:
+    """The answer as one JSON object, where it is asked for: strict, null for what is not known."""
+    from rail_fem.output.strict_json import dumps
+
+    if launcher.rank() == 0 and MANNER.as_json:
+        typer.echo(dumps(answer))
+
+
+@contextlib.contextmanager
+def aside() -> Iterator[None]:
+    """What is printed meanwhile goes to standard error where the answer is JSON, nowhere when quiet."""
+    if not (MANNER.as_json or MANNER.quiet):
+        yield
+    elif MANNER.quiet:
+        with open(os.devnull, "w", encoding="utf-8") as nowhere, contextlib.redirect_stdout(nowhere):
+            yield
+    else:
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
 
 
 def stop(text: str, code: int = REFUSED) -> NoReturn:
     """End with a fault that all ranks have met: the text on rank 0's standard error, the same exit code on every
-    rank."""
+    rank; {"fault": text, "exit_code": code} on standard output where JSON is asked for."""
     if launcher.rank() == 0:
         typer.echo(text, err=True)
+    emit({"fault": text, "exit_code": code})
     launcher.end_together()
     raise typer.Exit(code)
 

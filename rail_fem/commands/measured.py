@@ -1,9 +1,9 @@
 """`rail-fem measured`: a measured record beside a result; `rail-fem low-pass`: a history as the trade quotes it."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from rail_fem.commands.ending import say, stop
@@ -35,7 +35,7 @@ def measured(
 
     try:
         result = load(folder)
-        wanted = [np.inf, *([parse(text, "Hz")[0] for text in cutoffs] if cutoffs else CUTOFFS)]
+        wanted = [math.inf, *([parse(text, "Hz")[0] for text in cutoffs] if cutoffs else CUTOFFS)]
         farthest = None if reach is None else parse(reach, "mm")[0]
         found = read_record(record, result.scene.direction_sign * result.scene.speed)
         pair = align(found, of_result(result, found.quantity), farthest)

@@ -7,16 +7,8 @@ import typer
 
 from rail_fem import launcher
 from rail_fem.atomic import write_text_atomically
-from rail_fem.case.variations import VariationError, read_settings, read_variation
-from rail_fem.commands.ending import RUN_FAILED, say, stop
-from rail_fem.hierarchy import MODELS
-
-SetOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set", help='a value in place of the case file\'s: "scene.speed=60 mph"; may be given several times'
-    ),
-]
+from rail_fem.commands.ending import MANNER, RUN_FAILED, aside, emit, say, stop, tell
+from rail_fem.commands.options import JsonOption, SetOption
 
 
 def sweep(
@@ -39,12 +31,15 @@ def sweep(
     only: Annotated[
         int | None, typer.Option(help="only the case of this number, from 1: for job arrays", min=1)
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Run many cases with every model that they name; started again, it goes on. Do not put mpirun in front.
 
     All results come into one folder, with sweep.md and sweep.csv: a row a run, what varies as columns. 'rail-fem show
     OUT --quantity "first impact" --against speed' draws one against the other.
     """
+    from rail_fem.case.variations import VariationError, read_settings, read_variation
+    from rail_fem.hierarchy import MODELS
     from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
     from rail_fem.sweeps.sweep_report import sweep_report
 
@@ -58,21 +53,24 @@ def sweep(
         variations = [read_variation(text) for text in vary or ()]
         if only is not None and not vary:
             cases, only = chosen(cases, only), None
-        found, errors = read_cases(cases, read_settings(settings or ()), variations)
+        found, faults = read_cases(cases, read_settings(settings or ()), variations)
     except (VariationError, ValueError) as error:
         stop(str(error))
-    for message in errors:
-        typer.echo(f"left out: {message}", err=True)
-    if errors and (vary or settings):
+    for fault in faults:
+        typer.echo(f"left out: {fault}", err=True)
+    if faults and (vary or settings):
         stop("nothing was run: --vary and --set must give cases without an input error")
     found = found if only is None else chosen(found, only)
-    outcomes = run_sweep(jobs_of(found, out, model or concerned(variations)), ranks, say)
+    with aside():
+        outcomes = run_sweep(jobs_of(found, out, model or concerned(variations)), ranks, tell)
     out.mkdir(parents=True, exist_ok=True)
-    report = sweep_report(outcomes, errors)
+    report = sweep_report(outcomes, faults)
     if not one:
         write_tables(out, report, bool(vary))
     say("\n" + report)
-    if errors or any(outcome.state == FAILED for outcome in outcomes):
+    if MANNER.as_json:
+        emit(sweep_facts(out, outcomes, faults))
+    if faults or any(outcome.state == FAILED for outcome in outcomes):
         raise typer.Exit(RUN_FAILED)
 
 
@@ -100,3 +98,15 @@ def write_tables(out: Path, report: str, varied: bool) -> None:
         return
     write_text_atomically(out / "sweep.md", report + ("\n## What varies\n\n" + sweep_.to_markdown() if varied else ""))
     write_text_atomically(out / "sweep.csv", sweep_.to_csv())
+
+
+def sweep_facts(out: Path, outcomes: list, faults: list[str]) -> dict:
+    """What became of each job, and the rows of all results in the folder."""
+    from rail_fem.sweeps.results import load_sweep
+
+    jobs = [
+        {"case": o.job.case.name, "model": o.job.model, "folder": o.job.folder, "state": o.state, "reason": o.reason}
+        for o in outcomes
+    ]
+    there = any(out.glob("*/*/result.json"))
+    return {"folder": out, "jobs": jobs, "left_out": faults, "rows": load_sweep(out).rows() if there else []}

@@ -17,12 +17,12 @@ from pydantic import ValidationError
 
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.output.history import complete_history, from_shown_table, shown_table
+from rail_fem.output.strict_json import NAN, dumps, nan_for_none
 from rail_fem.output.trust_text import trust_text
 from rail_fem.output.versions import versions
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering
 
-NAN = float("nan")
 RESULT_VERSION = 2
 
 
@@ -174,9 +174,7 @@ class PassResult:
         write_atomically(folder / "history.npz", self._write_npz)
         write_atomically(folder / "history.csv", self._write_csv)
         write_text_atomically(folder / "trust.txt", trust_text(self.trust, self.warnings))
-        write_text_atomically(
-            folder / "result.json", json.dumps(_to_json(self._summary()), indent=1, allow_nan=False) + "\n"
-        )
+        write_text_atomically(folder / "result.json", dumps(self.summary()) + "\n")
 
     def _write_npz(self, path: Path) -> None:
         with path.open("wb") as stream:
@@ -189,7 +187,8 @@ class PassResult:
             writer.writerow(header)
             writer.writerows([f"{value:.9g}" for value in row] for row in table)
 
-    def _summary(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, Any]:
+        """Everything but the history, as result.json holds it [SI]."""
         summary = {"result_version": RESULT_VERSION}
         for entry in fields(self):
             if entry.name != "history":
@@ -231,7 +230,7 @@ def _read(folder: Path) -> PassResult:
             f"{folder / 'result.json'}: written as result version {version}, this program reads version"
             f" {RESULT_VERSION}"
         )
-    summary = _nan_for_none(summary, keep=("scene", "settings", "trust"))
+    summary = nan_for_none(summary, keep=("scene", "settings", "trust"))
     try:
         summary["scene"] = Scene.model_validate(summary["scene"], context={"run_folder": folder})
     except ValidationError as error:
@@ -252,28 +251,3 @@ def load_history_csv(path: Path) -> dict[str, np.ndarray]:
     with Path(path).open(newline="", encoding="utf-8") as stream:
         rows = list(csv.reader(stream))
     return from_shown_table(rows[0], np.array(rows[1:], dtype=float).reshape(-1, len(rows[0])))
-
-
-def _to_json(value: Any) -> Any:
-    """Plain JSON: NaN becomes null, infinities "inf" and "-inf", arrays lists."""
-    if isinstance(value, Mapping):
-        return {str(key): _to_json(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [_to_json(entry) for entry in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else ("inf" if value > 0 else "-inf")
-    return value
-
-
-def _nan_for_none(value: Any, keep: tuple[str, ...] = ()) -> Any:
-    if isinstance(value, dict):
-        return {key: entry if key in keep else _nan_for_none(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_nan_for_none(entry) for entry in value]
-    return (
-        {None: NAN, "inf": math.inf, "-inf": -math.inf}.get(value, value)
-        if isinstance(value, (str, type(None)))
-        else value
-    )

@@ -36,8 +36,10 @@ def _versions() -> tuple[tuple[str, str], ...]:
 
 def own_version() -> str:
     """Of this program; "0" where it runs without having been installed."""
-    found = dict(_versions())["rail-fem"]
-    return "0" if found == "not installed" else found
+    try:
+        return metadata.version(PACKAGES["rail-fem"])
+    except metadata.PackageNotFoundError:
+        return "0"
 
 
 def versions() -> dict[str, str]:

@@ -1,11 +1,12 @@
 """What is installed, whether it works, and how to repair it. Each probe runs in a process of its own: a crash is a
 finding."""
 
+import json
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from rail_fem import launcher
@@ -92,13 +93,18 @@ raise SystemExit(total != 3)
 """
 
 
-def tell() -> int:
+def tell(as_json: bool = False) -> int:
     """Print what `examine` finds; 0 where all is well, else 1."""
-    broken = 0
+    found = []
     for finding in examine():
-        print(finding.line(), flush=True)
-        broken += not finding.well
-    print(f"{broken} input error(s)" if broken else "all well")
+        found.append(finding)
+        if not as_json:
+            print(finding.line(), flush=True)
+    broken = sum(not finding.well for finding in found)
+    if as_json:
+        print(json.dumps({"faults": broken, "findings": [asdict(finding) for finding in found]}, indent=1))
+    else:
+        print(f"{broken} fault(s)" if broken else "all well")
     return 1 if broken else 0
 
 

@@ -4,6 +4,7 @@ import csv
 import json
 import re
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -68,7 +69,8 @@ def test_contact_points_of_the_command_are_those_of_the_search():
         geometry.Wheelset(geometry.wheel_profile("P8"), radius=0.46), geometry.Track(geometry.rail_head("60E1", 1 / 40))
     )
     state = search.settle(3e-3)
-    for row in found:
+    assert len(found["points"]) == 2
+    for row in found["points"]:
         point = search.contacts(state, row["side"]).lowest()
         assert row["lateral position [mm]"] == pytest.approx(point.position[0, 1] * 1e3, abs=1e-9)
         assert row["rolling radius [mm]"] == pytest.approx(point.rolling_radius[0] * 1e3, abs=1e-9)
@@ -106,22 +108,67 @@ def test_the_patch_of_the_command_carries_the_load(tmp_path):
     assert heavier["largest pressure [MPa]"] > found["largest pressure [MPa]"] > 500
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("contact", "P9", "60E1"), "no wheel 'P9'"),
-        (("contact", "P8", "UIC61"), "no rail"),
-        (("contact", "nothere.csv", "60E1"), "no such file"),
-        (("contact", "P8", "60E1", "--shift", "3"), "has no unit"),
-        (("contact", "P8", "60E1", "--shift", "1 mm:2 mm"), "no series"),
-        (("contact", "P8", "60E1", "--inclination", "steep"), "1:20"),
-        (("patch", "P8", "60E1", "--load", "-5 kN"), "give a vertical force"),
-        (("patch", "P8", "60E1", "--load", "5 mm"), "dimension"),
-        (("patch", "P8", "60E1", "--load", "50 kN", "--shift", "300 mm"), ""),
-        (("study", "nothing"), "plain-line"),
-        (("study", "plain-line", "--quick"), "no short form"),
-    ],
-)
+def test_a_table_over_shift_yaw_and_height_carries_more_the_lower_the_wheelset_stands(tmp_path):
+    """Two bodies of revolution that meet at a point: the force grows as depth^1.5 as long as the curvatures are those
+    of the point; here between their limits, and each row's own vertical force is its normal force on its slope."""
+    options = ("--shift", "0 mm:2 mm:2", "--yaw", "0 mrad:2 mrad:2", "--lower", "0 um:80 um:3")
+    call("contact", "P8", "60E1", *options, "--table", str(tmp_path / "t.csv"))
+    rows = [
+        {k: v if k == "side" else float(v) for k, v in row.items()}
+        for row in csv.DictReader((tmp_path / "t.csv").open())
+    ]
+    assert len({(r["shift [mm]"], r["yaw [mrad]"], r["lowered [um]"], r["side"]) for r in rows}) == 2 * 2 * 3 * 2
+    force = {(r["shift [mm]"], r["yaw [mrad]"], r["side"], r["lowered [um]"]): r["normal force [kN]"] for r in rows}
+    for place in {key[:3] for key in force}:
+        assert force[*place, 0.0] == 0.0 and 1.2 < np.log2(force[*place, 80.0] / force[*place, 40.0]) < 1.9
+    for r in rows:
+        heights = {
+            q["height [mm]"] + q["lowered [um]"] / 1e3
+            for q in rows
+            if q["shift [mm]"] == r["shift [mm]"] and q["yaw [mrad]"] == r["yaw [mrad]"]
+        }
+        assert np.ptp([*heights]) < 1e-9
+        if r["yaw [mrad]"] == 0.0:
+            angle = r["contact angle [mrad]"] / 1e3
+            assert r["vertical force on the wheel [kN]"] == pytest.approx(
+                r["normal force [kN]"] * np.cos(angle), rel=1e-3
+            )
+
+
+def test_one_wheel_under_a_vertical_force_is_in_balance_and_agrees_with_the_half_space():
+    """A cone on a crown of one radius, an ellipse by Hertz: strips over the overlap, and the half-space on the true gap
+    with 88 cells across (half a cell at each end: 1.2 %)."""
+    pair = ("P1", "56E1", "--inclination", "0")
+    points = json.loads(call("contact", *pair, "--load", "60 kN:90 kN:2", "--json"))["points"]
+    for load in (60.0, 90.0):
+        mine = [point for point in points if abs(load - sum_of(points, point)) < 1e-4]
+        assert sum(point["vertical force on the wheel [kN]"] for point in mine) == pytest.approx(load, rel=1e-8)
+    patch = json.loads(call("patch", *pair, "--load", "90 kN", "--json"))
+    last = [point for point in points if abs(90 - sum_of(points, point)) < 1e-4]
+    assert len(last) == 1 and last[0]["normal force [kN]"] == pytest.approx(patch["normal force [kN]"], rel=2e-3)
+    assert 2 * last[0]["half length [mm]"] == pytest.approx(patch["length [mm]"], rel=0.015)
+    assert 2 * last[0]["half width [mm]"] == pytest.approx(patch["width [mm]"], rel=0.015)
+
+
+def sum_of(points: list, one: dict) -> float:
+    """Vertical force of all points of the same position as one."""
+    return sum(p["vertical force on the wheel [kN]"] for p in points if p["height [mm]"] == one["height [mm]"])
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (("contact", "P9", "60E1"), "no wheel 'P9'"), (("contact", "P8", "UIC61"), "no rail"),
+    (("contact", "nothere.csv", "60E1"), "no such file"), (("contact", "P8", "60E1", "--shift", "3"), "has no unit"),
+    (("contact", "P8", "60E1", "--shift", "1 mm:2 mm"), "no series"),
+    (("contact", "P8", "60E1", "--inclination", "steep"), "1:20"),
+    (("contact", "P8", "60E1", "--load", "-80 kN"), "above 0"), (("contact", "P8", "60E1", "--load", "9 GN"), "load"),
+    (("contact", "P8", "60E1", "--load", "80 kN", "--lower", "9 um"), "not both"),
+    (("contact", "P8", "60E1", "--lower", "2 mm"), "lowered"),
+    (("contact", "P8", "60E1", "--gauge", "9 m"), "gauge"),
+    (("patch", "P8", "60E1", "--load", "-5 kN"), "give a vertical force"),
+    (("patch", "P8", "60E1", "--load", "5 mm"), "dimension"),
+    (("patch", "P8", "60E1", "--load", "50 kN", "--shift", "300 mm"), ""),
+    (("study", "nothing"), "plain-line"), (("study", "plain-line", "--quick"), "no short form"),
+])  # fmt: skip
 def test_every_mistake_is_a_sentence(words, said):
     text = call(*words, code=2)
     assert said in text and "Traceback" not in text

@@ -1,0 +1,57 @@
+"""`rail-fem compare`: cost against error of several models of one scene."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rail_fem.commands.ending import MANNER, emit, say, stop
+from rail_fem.commands.options import JsonOption
+
+
+def compare(
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="DIR...", help="folders of runs of one scene, or folders that hold such")
+    ],
+    reference: Annotated[
+        Path | None, typer.Option(help="the run that the others are held against; default: the most expensive model")
+    ] = None,
+    within: Annotated[str | None, typer.Option(help="name the least expensive run within this error, e.g. 5%")] = None,
+    quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "first impact",
+    out: Annotated[Path | None, typer.Option(help="folder for compare.md and compare.png")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Cost against error of several models of one scene."""
+    from rail_fem.show.style import lettering, save
+    from rail_fem.sweeps import compare as side_by_side
+    from rail_fem.sweeps.compare_facts import comparison_facts
+    from rail_fem.sweeps.cost_figure import cost_figure
+
+    if quantity not in side_by_side.QUANTITIES:
+        stop(f"--quantity {quantity}: choose one of {', '.join(side_by_side.QUANTITIES)}")
+    limit = None if within is None else share(within, "--within")
+    try:
+        found = side_by_side.compare(folders, reference)
+        advice = [] if limit is None else [side_by_side.advice(found, limit, quantity) + "\n"]
+        words = [side_by_side.table(found), *advice, side_by_side.warnings(found)]
+        say("\n".join(words).rstrip())
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+            (out / "compare.md").write_text("\n".join(words), encoding="utf-8")
+            with lettering():
+                say(str(save(cost_figure(found), out / "compare.png")))
+        if MANNER.as_json:
+            emit(comparison_facts(found, limit, quantity))
+    except (FileNotFoundError, ValueError, OSError) as error:
+        stop(str(error))
+
+
+def share(text: str, option: str) -> float:
+    """A relative number above 0, as 5% or 0.05."""
+    try:
+        value = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        stop(f"{option} {text}: not a number; write 5% or 0.05")
+    if not 0 < value < 1:
+        stop(f"{option} {text}: must lie between 0 and 100 %; write 5% or 0.05")
+    return value

@@ -1,0 +1,46 @@
+"""Arguments and options that several commands share, and how a case is read for them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rail_fem import launcher
+from rail_fem.commands.ending import choose_json, stop
+
+if TYPE_CHECKING:
+    from rail_fem.case.casefile import Case
+
+CaseArgument = Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML), e.g. cases/nose_transfer.toml")]
+ModelOption = Annotated[
+    str | None, typer.Option("--model", help="which [run.MODEL] of the case; needed when it has several")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", help='KEY=VALUE in place of the case file\'s: "scene.speed=60 mph"; may be given often'),
+]
+JsonOption = Annotated[
+    bool, typer.Option("--json", callback=choose_json, help="the answer as one JSON object, all else on standard error")
+]
+
+
+def read_case(path: Path, model: str | None, settings: list[str] | None = None) -> tuple[Case, str]:
+    """The case with what --set changes and the name of the model to run; ends the program on a fault."""
+    from rail_fem.case.casefile import CaseError, load_case
+    from rail_fem.case.variations import VariationError, read_settings
+
+    try:
+        changes = read_settings(settings or ())
+        case = launcher.on_root(lambda: load_case(path, changes))  # once for all ranks: they work on the same content
+    except (CaseError, VariationError) as error:
+        stop(str(error))
+    if not case.runs:
+        stop(f"{path}: has no table [run.MODEL], only [damage]: see 'rail-fem damage --help'")
+    if model is None and len(case.runs) > 1:
+        stop(f"{path}: has [run.*] for {', '.join(case.runs)}: choose one with --model")
+    model = model or next(iter(case.runs))
+    if model not in case.runs:
+        stop(f"{path}: has no [run.{model}], only {', '.join(case.runs)}")
+    return case, model

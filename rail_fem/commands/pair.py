@@ -1,0 +1,205 @@
+"""What `rail-fem contact` and `rail-fem patch` compute with: a wheel and a rail as they are typed, rows of contact
+points, the numbers of a patch."""
+
+import csv
+import io
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from bem.halfspace.normal import normal_contact
+from bem.material import STEEL
+from bem.patch import Patch
+from geometry.axes import tread_datum_y
+from geometry.contact.prismatic_search import Contacts, ContactSearch
+from geometry.profiles.profile import Profile, ProfileError
+from geometry.profiles.rail import ALSO_CALLED, HEADS, rail_head
+from geometry.profiles.reading import read_profile
+from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
+from geometry.wheelset import SIDES, Track, Wheelset
+from rail_fem.atomic import write_text_atomically
+from rail_fem.commands.ending import stop, warn
+from rail_fem.light.contact_pairs import bring_together, plain_rail
+from rail_fem.light.load_sharing import LoadedSide, side_held, wheel_equilibrium
+from rail_fem.scene.series import read_series
+from rail_fem.scene.units import QuantityError, parse
+
+COLUMNS = (
+    "shift [mm]", "yaw [mrad]", "side", "height [mm]", "roll [mrad]", "lateral position [mm]",
+    "on the wheel from its flange back [mm]", "on the rail [mm]", "contact angle [mrad]", "rolling radius [mm]",
+    "ahead of the axle [mm]",
+)  # fmt: skip
+PRESSED = (
+    "lowered [um]", "point", "penetration [um]", "normal force [kN]", "vertical force on the wheel [kN]",
+    "lateral force on the wheel [kN]", "half length [mm]", "half width [mm]",
+)  # fmt: skip
+LARGEST_FORCE = 1e7  # [N]
+
+
+def length(text: str, unit: str = "mm") -> float:
+    """A quantity as it is typed, in SI; ends the program where it is none."""
+    try:
+        return parse(text, unit)[0]
+    except QuantityError as error:
+        stop(str(error))
+
+
+def series(text: str, unit: str) -> np.ndarray:
+    """ "3 mm", or "-6 mm:6 mm:13", in SI; ends the program where it is none."""
+    try:
+        return read_series(text, unit).values
+    except QuantityError as error:
+        stop(str(error))
+
+
+def slope(text: str) -> float:
+    """1:20, 0.05 or 0."""
+    try:
+        first, _, second = text.partition(":")
+        return float(first) / float(second) if second else float(first)
+    except (ValueError, ZeroDivisionError):
+        stop(f"inclination {text!r} is none: write e.g. 1:20, 1:40 or 0")
+
+
+def force(text: str) -> float:
+    """A vertical force [N]; ends the program where it is none."""
+    value = length(text, "kN")
+    if not 0 < value < LARGEST_FORCE:
+        stop(f"load {text}: give a vertical force between 0 and 10 MN")
+    return value
+
+
+def profile_of(text: str, kind: str, inclination: float = 0.0) -> Profile:
+    """A profile by name or from a file; what was repaired or is doubtful is said on standard error."""
+    try:
+        if kind == "wheel" and text in WHEEL_NAMES:
+            return wheel_profile(text)
+        if kind == "rail" and (text in HEADS or text in ALSO_CALLED):
+            return rail_head(text, inclination)
+        if not Path(text).suffix:
+            known = (*WHEEL_NAMES,) if kind == "wheel" else (*HEADS, *ALSO_CALLED)
+            stop(f"no {kind} {text!r}: give one of {', '.join(known)}, or a profile file")
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            profile = read_profile(text, kind)
+        for warning in said:
+            warn(str(warning.message))
+        return profile
+    except (ProfileError, OSError) as error:
+        stop(str(error))
+
+
+def search_of(wheel: str, rail: str, inclination: str, gauge: str, back_to_back: str, radius: str) -> ContactSearch:
+    """A wheelset of this wheel on plain line of this rail; ends the program where they cannot be."""
+    profiles = profile_of(wheel, "wheel"), profile_of(rail, "rail", slope(inclination))
+    try:
+        return ContactSearch(
+            Wheelset(profiles[0], radius=length(radius), back_to_back=length(back_to_back)),
+            Track(profiles[1], gauge=length(gauge)),
+        )
+    except ValueError as error:
+        stop(str(error))
+
+
+def rows_of(search: ContactSearch, shifts: np.ndarray, yaws: np.ndarray, lowered: np.ndarray | None) -> Iterator[dict]:
+    """Rows of an unloaded wheelset; lowered : (n,) [m] below where it just touches: what carries then; None: where it
+    touches first, on each side."""
+    for shift, yaw in ((float(y), float(psi)) for y in shifts for psi in yaws):
+        try:
+            state = search.settle(shift, yaw)
+            for down in (None,) if lowered is None else lowered:
+                for side in SIDES:
+                    if down is None:
+                        yield from _points(shift, state, search.contacts(state, side).lowest())
+                    else:
+                        yield from _pressed_down(search, shift, state, side, float(down))
+        except ValueError as error:
+            down_ = "" if lowered is None else ", lowered"
+            stop(f"shift {shift * 1e3:g} mm, yaw {yaw * 1e3:g} mrad{down_}: {error}")
+
+
+def _pressed_down(search: ContactSearch, shift: float, free: Wheelset, side: str, lowered: float) -> Iterator[dict]:
+    """What carries on a side; where nothing does, the nearest point as number 0."""
+    state = replace(free, z=free.z - lowered)
+    found = side_held(search, state, side)
+    if len(found.contacts):
+        yield from _carrying(shift, state, found, lowered)
+    else:
+        nearest = search.contacts(state, side).lowest()
+        nothing = (lowered * 1e6, 0, -float(nearest.gap[0]) * 1e6, *[0.0] * (len(PRESSED) - 3))
+        yield from (row | dict(zip(PRESSED, nothing, strict=True)) for row in _points(shift, state, nearest))
+
+
+def rows_under(search: ContactSearch, shifts: np.ndarray, yaws: np.ndarray, loads: np.ndarray) -> Iterator[dict]:
+    """Rows of the left wheel alone under vertical forces (n,) [N] on it, without roll; the other wheel is left out."""
+    for shift, yaw, load in ((float(y), float(psi), float(p)) for y in shifts for psi in yaws for p in loads):
+        held = replace(search.wheelset, y=shift, yaw=yaw, roll=0.0)
+        try:
+            free = held.z - float(search.contacts(held, "left").vertical_gap.min())
+            state, found = wheel_equilibrium(search, "left", load, held)
+        except ValueError as error:
+            stop(f"shift {shift * 1e3:g} mm, yaw {yaw * 1e3:g} mrad, load {load / 1e3:g} kN: {error}")
+        for text in found.warnings:
+            warn(f"shift {shift * 1e3:g} mm, yaw {yaw * 1e3:g} mrad, load {load / 1e3:g} kN: {text}")
+        yield from _carrying(shift, state, found, free - state.z)
+
+
+def _points(shift: float, state: Wheelset, p: Contacts) -> Iterator[dict]:
+    for i in range(len(p)):
+        values = (shift * 1e3, state.yaw * 1e3, p.side, state.z * 1e3, state.roll * 1e3, p.position[i, 1] * 1e3,
+                  p.from_flange_back[i] * 1e3, p.rail_station[i] * 1e3, p.angle[i] * 1e3, p.rolling_radius[i] * 1e3,
+                  p.ahead[i] * 1e3)  # fmt: skip
+        yield dict(zip(COLUMNS, (v if isinstance(v, str) else float(v) for v in values), strict=True))
+
+
+def _carrying(shift: float, state: Wheelset, found: LoadedSide, lowered: float) -> Iterator[dict]:
+    for i, row in enumerate(_points(shift, state, found.contacts)):
+        values = (lowered * 1e6, i + 1, -found.contacts.gap[i] * 1e6, found.normal_force[i] / 1e3,
+                  found.force[i, 2] / 1e3, found.force[i, 1] / 1e3, found.patch[i, 0] * 1e3,
+                  found.patch[i, 1] * 1e3)  # fmt: skip
+        yield row | dict(zip(PRESSED, (v if isinstance(v, int) else float(v) for v in values), strict=True))
+
+
+def write_rows(path: Path, rows: list[dict]) -> None:
+    """As CSV, whole or not at all; ends the program where nothing can be written."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]) if rows else COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    try:
+        write_text_atomically(path, text.getvalue())
+    except OSError as error:
+        stop(f"{path}: cannot be written: {error.strerror}")
+
+
+def patch_of(
+    wheel: str, rail: str, load: str, shift: str, inclination: str, gauge: str, back_to_back: str, radius: str,
+    cells: int,
+) -> tuple[Patch, dict[str, float]]:  # fmt: skip
+    """The patch of one wheel under a vertical force, and its numbers by name; ends the program where there is none."""
+    vertical, y = force(load), length(shift)
+    profiles = profile_of(wheel, "wheel"), profile_of(rail, "rail", slope(inclination))
+    try:
+        datum = 0.0, tread_datum_y(length(gauge), length(back_to_back)) + y
+        pair = bring_together(
+            profiles[0], plain_rail(profiles[1]), datum, length(radius), (STEEL, STEEL), label=f"{wheel} on {rail}"
+        )
+        found = normal_contact(
+            pair.gap, STEEL, STEEL, load=pair.normal_force(vertical), window=pair.window(), cells=cells
+        )
+    except ValueError as error:
+        stop(str(error))
+    centre = pair.point + pair.frame.T @ [*found.centre_of_pressure, 0.0]
+    return found, {
+        "first point of contact y [mm]": pair.point[1] * 1e3,
+        "centre of pressure y [mm]": centre[1] * 1e3,
+        "normal force [kN]": found.normal_force / 1e3,
+        "largest pressure [MPa]": found.max_pressure / 1e6,
+        "contact area [mm2]": found.contact_area * 1e6,
+        "length [mm]": found.extent[0] * 1e3,
+        "width [mm]": found.extent[1] * 1e3,
+        "approach [um]": found.approach * 1e6,
+    }

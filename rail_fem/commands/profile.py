@@ -1,0 +1,78 @@
+"""`rail-fem profile`: what a profile file holds."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rail_fem.commands.ending import say, stop
+
+
+def profile(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="profile: .prw .prr .whl .ban .mpt .slcs or two columns")
+    ],
+    kind: Annotated[str | None, typer.Option(help="rail or wheel, where the file does not say")] = None,
+    unit: Annotated[str | None, typer.Option(help="mm, cm, m or inch, where the file does not say")] = None,
+    number: Annotated[int, typer.Option(help="which profile of an .mpt file, which section of a .slcs")] = 1,
+    smooth: Annotated[bool, typer.Option(help="take out scatter above 5 um")] = True,
+    smoothing: Annotated[
+        float | None, typer.Option(help="scatter to take out [um]; default: what the points show")
+    ] = None,
+    mirror: Annotated[
+        bool | None,
+        typer.Option(
+            "--mirror/--no-mirror",
+            help=(
+                "of a rail: exchange its sides, or keep them; default: kept, with a warning where its shape speaks"
+                " against it"
+            ),
+        ),
+    ] = None,
+    flange_back: Annotated[float | None, typer.Option(help="of a wheel: y of its flange back in the file [mm]")] = None,
+    origin: Annotated[
+        str,
+        typer.Option(
+            help="of a rail, what becomes (0, 0): crown (height only), file (its own zero), or y,z in the file [mm]"
+        ),
+    ] = "crown",
+    picture: Annotated[Path | None, typer.Option(help="draw it into this file")] = None,
+    write: Annotated[Path | None, typer.Option(help="write the repaired profile: .prr .prw .txt .csv")] = None,
+) -> None:
+    """Profile doctor: what a profile file holds, what was repaired, what is refused; with a picture where one is asked
+    for."""
+    from geometry.profiles.doctor import examine
+    from geometry.profiles.figure import draw_diagnosis
+    from geometry.profiles.formats.by_suffix import read_raw, write_profile
+    from geometry.profiles.formats.units import UNITS
+
+    if unit is not None and unit not in UNITS:
+        stop(f"--unit {unit}: known are {', '.join(UNITS)}")
+    try:
+        found = examine(
+            read_raw(file, kind, UNITS.get(unit), number),
+            smooth,
+            smoothing=None if smoothing is None else smoothing * 1e-6,
+            mirror=mirror,
+            flange_back=None if flange_back is None else flange_back * 1e-3,
+            origin=origin_of(origin),
+        )
+        say(f"{file}\n{found.report()}")
+        if picture is not None:
+            say(f"  drawn   {draw_diagnosis(found, picture)}")
+        if write is not None:
+            write_profile(write, found.profile.points, found.kind, f"from {file.name}")
+            say(f"  written {write}")
+    except (ValueError, OSError) as error:
+        stop(f"refused: {error}")
+
+
+def origin_of(text: str) -> str | tuple[float, float]:
+    """--origin as geometry.profiles.doctor.examine takes it: a word, or two numbers in mm as a position in m."""
+    words = text.split(",")
+    if len(words) != 2:
+        return text
+    try:
+        return float(words[0]) * 1e-3, float(words[1]) * 1e-3
+    except ValueError:
+        stop(f"--origin {text}: crown, file, or two numbers in mm such as 35,-14")

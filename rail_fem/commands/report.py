@@ -1,0 +1,38 @@
+"""`rail-fem report`: the page of a sweep."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rail_fem.commands.ending import say, stop
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a sweep: DIR/CASE/MODEL")],
+    groups: Annotated[
+        Path, typer.Option(help="TOML file of groups of cases and trends, e.g. cases/thesis/trends.toml")
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="folder for report.md and its figures; default: DIR/report")
+    ] = None,
+    digest: Annotated[
+        Path | None,
+        typer.Option(help="instead: this one Markdown file, with the figures named by --show beside it, small"),
+    ] = None,
+    show: Annotated[
+        list[str] | None,
+        typer.Option("--show", help="figure of the digest, by its name in the report; may be given several times"),
+    ] = None,
+) -> None:
+    """The page of a sweep: tables, trends in words checked on every model with reasons and controls, figures of each
+    group."""
+    from rail_fem.sweeps.sweep_page import write_digest, write_page
+
+    try:
+        if digest is None:
+            say(str(write_page(folder, groups, out or folder / "report")))
+        else:
+            say(str(write_digest(folder, groups, digest, tuple(show or ()))))
+    except (ValueError, OSError) as error:
+        stop(str(error))
