@@ -43,7 +43,7 @@ def gather_nodes(domain: Domain, field: np.ndarray) -> np.ndarray | None:
     return gather_rows(domain.comm, domain.node_input[:owned], field.reshape(-1, 3)[:owned], domain.n_global)
 
 
-def _element_state(blocks: ElementBlocks) -> np.ndarray:
+def element_state(blocks: ElementBlocks) -> np.ndarray:
     """State of each element (m, blocks.rows), then its back stress where there is one."""
     state = blocks.read(0, blocks.rows)
     return (
@@ -53,7 +53,7 @@ def _element_state(blocks: ElementBlocks) -> np.ndarray:
     )
 
 
-def _restore_elements(blocks: ElementBlocks, rows: np.ndarray) -> None:
+def restore_elements(blocks: ElementBlocks, rows: np.ndarray) -> None:
     """Padding gets the state of its block's first element, whose nodes it repeats."""
     state = blocks.in_blocks(rows)
     real = (blocks.cell_of >= 0).reshape(-1, 1, LANES)
@@ -97,7 +97,7 @@ def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mappin
     dynamics.bring_up()
     arrays = {f"nodal/{name}": gather_nodes(domain, getattr(s, name)) for name in s.NODAL}
     finite = domain.cell_input[s.finite_cells]
-    arrays["finite"] = gather_rows(comm, finite, _element_state(s.finite), domain.m_global)
+    arrays["finite"] = gather_rows(comm, finite, element_state(s.finite), domain.m_global)
     arrays["block_work"] = gather_rows(comm, finite, _block_works(s), domain.m_global)
     parts = np.concatenate([np.atleast_1d(getattr(dynamics, name)) for name in dynamics.SUMMED])
     arrays["summed"] = gather_rows(comm, np.array([comm.rank]), parts[None], comm.size)
@@ -144,7 +144,7 @@ def load_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mappin
         getattr(s, name)[:] = arrays[f"nodal/{name}"][domain.node_input].ravel()
     s.force[3 * domain.n_owned :] = 0.0
     finite = domain.cell_input[s.finite_cells]
-    _restore_elements(s.finite, arrays["finite"][finite])
+    restore_elements(s.finite, arrays["finite"][finite])
     _restore_block_works(s, arrays["block_work"][finite])
     _restore_summed(arrays["summed"], dynamics)
     restore_state(owner, arrays | plain)

@@ -17,6 +17,7 @@ from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import mesh_quality
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe import trust
+from rail_fem.fe.carried import lay_in, steel_after
 from rail_fem.fe.diagnostics import slowest_elements, strain_peaks, trust_facts
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.metal import metal
@@ -27,7 +28,7 @@ from rail_fem.launcher import on_root
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
 from rail_fem.output.fields import MESH, REGIONS
-from rail_fem.output.quantities import FORCES, REPORTED
+from rail_fem.output.quantities import FORCES, REPORTED, reported
 from rail_fem.output.result import Cost, PassResult, load
 from rail_fem.output.runfolder import digest, fingerprint
 from rail_fem.output.sealed import read_sealed, write_sealed
@@ -74,21 +75,34 @@ def solve_from(
             f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes; kernels are compiled now where they are not"
             " yet (once, some minutes)"
         )
-    run = Run(
-        comm,
-        scene,
-        settings,
-        build_passage(comm, scene, settings, running, mesh, datum, start),
-        folder,
-        progress,
-        identity | {"mesh": seal},
-    )
-    run.started = started
-    if restart and folder is not None and on_root(lambda: (folder / CHECKPOINT).is_file()):
-        run.resume()
-    run.go()
-    result = result_of(run, model, initial_clearance)
+    carried, reports = None, []
+    for number in range(1, settings.passes + 1):
+        below = _folder_of(folder, number, settings.passes)
+        if progress and settings.passes > 1:
+            progress.note(f"pass {number} of {settings.passes}")
+        passage = build_passage(comm, scene, settings, running, mesh, datum, start)
+        if carried is not None:
+            lay_in(passage, carried)
+        identity = identity | {"mesh": seal, "pass": str(number)}
+        run = Run(comm, scene, settings, passage, below, progress, identity)
+        run.started = started
+        if restart and below is not None and on_root(lambda at=below: (at / CHECKPOINT).is_file()):
+            run.resume()
+        run.go()
+        result = result_of(run, model, initial_clearance)
+        if settings.passes > 1:
+            reports.append(reported(result))
+            result = replace(result, passes=tuple(reports))
+        if number < settings.passes:
+            carried = steel_after(run)
+            if below is not None:
+                on_root(lambda at=below, of=result: of.save(at))
     return result if twin is None else with_bars(result, twin)
+
+
+def _folder_of(folder: Path | None, number: int, passes: int) -> Path | None:
+    """Where a pass writes: the last one in the run's own folder, those before it in folders within."""
+    return folder if folder is None or number == passes else folder / f"pass_{number:04d}"
 
 
 def _twin(

@@ -86,6 +86,8 @@ class PassResult:
     error_bars     : name of rail_fem.output.quantities.REPORTED -> half width of the interval in which the run claims
         that its limit for vanishing elements lies [SI]; a name that is not there is not claimed
     metal          : body -> what the pass leaves in it, plain values of rail_fem.output.plastic_zone.PlasticZone [SI]
+    passes         : of a pass that was repeated on the steel of the one before: what each reported, values of
+        rail_fem.output.quantities.REPORTED [SI], the last as this result; () for a single pass
     trust          : row -> what the trust report found (plain values)
     fault          : why the run failed; empty when it did not
     cut_off        : what ended the run before the end of its way, as its settings ask; empty when it went to the end
@@ -103,6 +105,7 @@ class PassResult:
     error_estimate: Mapping[str, float] = field(default_factory=dict)
     error_bars: Mapping[str, float] = field(default_factory=dict)
     metal: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    passes: tuple[Mapping[str, float], ...] = ()
     trust: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=versions)
@@ -241,7 +244,7 @@ def _read(folder: Path) -> PassResult:
     summary["cost"] = Cost(**summary["cost"])
     summary["peaks"] = {name: Peak(**peak) for name, peak in summary["peaks"].items()}
     summary["patches"] = tuple(Patch(**patch) for patch in summary["patches"])
-    summary["warnings"] = tuple(summary["warnings"])
+    summary["warnings"], summary["passes"] = tuple(summary["warnings"]), tuple(summary["passes"])
     with np.load(folder / "history.npz") as stored:
         return PassResult(history=dict(stored), **summary)
 

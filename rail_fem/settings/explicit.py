@@ -66,6 +66,9 @@ class FeSettings(Frozen):
     window_behind: (
         Annotated[float, Quantity("mm", 0, 5000, "length of the travelling window behind the wheel; none: all")] | None
     ) = None
+    passes: Count = Field(
+        1, ge=1, le=10000, description="passes of the wheel, each on the steel that the one before it has left"
+    )
     history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
     field_frames: Count = Field(10, ge=1, le=10000, description="number of field outputs over the pass")
     checkpoint_interval: Annotated[float, Quantity("s", 1, 1e6, "wall time between restart files")] = 60.0

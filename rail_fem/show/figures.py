@@ -18,10 +18,17 @@ from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import LINES, energies_figure
 from rail_fem.show.fields import CrossingFields, FieldsError, read_crossing
 from rail_fem.show.force import force_figure
+from rail_fem.show.passes import passes_figure
 from rail_fem.show.plan import plan_figure
 from rail_fem.show.section import section_figure
 from rail_fem.show.style import lettering, save, words_instead
 
+HISTORIES: dict[str, Callable[[PassResult, str], Figure]] = {
+    "force": force_figure,
+    "creep": creep_figure,
+    "energies": energies_figure,
+    "passes": passes_figure,
+}
 STRAIN: dict[str, Callable[[PassResult, CrossingFields, str], Figure]] = {
     "plastic_strain_plan": plan_figure,
     "plastic_strain_section": section_figure,
@@ -42,11 +49,7 @@ def draw_run(folder: Path, missing_only: bool = False) -> list[Path]:
     paths = {title: folder / "figures" / f"{title}.png" for title in titles(result)}
     wanted = {title: path for title, path in paths.items() if not (missing_only and path.is_file())}
     with lettering():
-        drawn = {
-            title: draw(result, name)
-            for title, draw in {"force": force_figure, "creep": creep_figure, "energies": energies_figure}.items()
-            if title in wanted
-        }
+        drawn = {title: draw(result, name) for title, draw in HISTORIES.items() if title in wanted}
         if set(STRAIN) & set(wanted):
             drawn |= strain_figures(folder, result, name)
         return [save(drawn[title], path) for title, path in wanted.items()]
@@ -57,6 +60,7 @@ def titles(result: PassResult) -> list[str]:
     has = {
         "force": len(result.history["x"]) or result.fault,
         "creep": np.isfinite(result.history["force_longitudinal"]).any(),
+        "passes": result.passes,
         "energies": any(np.isfinite(result.history[column]).any() for column in LINES),
         **dict.fromkeys(STRAIN, result.model not in MODELS or MODELS[result.model].parallel or resolves_strain(result)),
     }

@@ -22,6 +22,7 @@ from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering, show
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.show.metal import metal_rows, with_bar
+from rail_fem.show.passes import passes_rows
 
 MOST_FLIGHTS = 5  # that are told
 
@@ -162,6 +163,8 @@ def result_report(result: PassResult) -> str:
             "transfer from wing to nose",
             "none" if np.isnan(result.transfer_x) else f"x = {with_bar(result, 'transfer_x', 5)}",
         ),
+        *(["", "passes"] if result.passes else []),
+        *passes_rows(result),
         *(["", "metal"] if result.metal else []),
         *(f"  {name:<58}{value:<22}{text}".rstrip() for name, value, text in metal_rows(result)),
         "",

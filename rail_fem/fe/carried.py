@@ -1,0 +1,47 @@
+"""Steel that a pass has left, for the next: shape, stress and hardening of the rail; the wheel comes new each time.
+
+What is carried are the nodes' positions relative to the base and all that the elements hold. It is taken under the
+wheel at the end of a pass and laid in before the static start of the next (rail_fem.fe.static_start), whose dynamic
+relaxation lets the steel unload there. Overshooting, it strains no further than it was strained under the wheel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rail_fem.fe.checkpoint import element_state, gather_nodes, gather_rows, restore_elements
+from rail_fem.fe.passage import Passage
+from rail_fem.fe.run import Run
+
+
+@dataclass(frozen=True)
+class CarriedSteel:
+    """points : (n, 3) positions of all nodes relative to the rail's base [m];  state : (m, rows) of all elements as
+    restart files have it; both by input number. Replicated."""
+
+    points: np.ndarray
+    state: np.ndarray
+
+
+def steel_after(run: Run) -> CarriedSteel:
+    """What the run has left. Collective."""
+    d = run.dynamics
+    d.bring_up()
+    points = gather_nodes(d.domain, d.structure.x)
+    cells = d.domain.cell_input[d.structure.finite_cells]
+    state = gather_rows(d.comm, cells, element_state(d.structure.finite), d.domain.m_global)
+    if points is not None:
+        points = points - run.passage.crossing.displacement
+    return CarriedSteel(*run.comm.bcast((points, state), root=0))
+
+
+def lay_in(passage: Passage, carried: CarriedSteel) -> None:
+    """Give the rail of a new pass on the same mesh the shape and the state that were carried. Rank-local."""
+    structure, rail = passage.dynamics.structure, passage.body_of == 0
+    domain = structure.domain
+    structure.x.reshape(-1, 3)[rail] = carried.points[domain.node_input][rail]
+    if "anchor" in structure.NODAL:
+        structure.anchor.reshape(-1, 3)[rail] = carried.points[domain.node_input][rail]
+    restore_elements(structure.finite, carried.state[domain.cell_input[structure.finite_cells]])

@@ -1,0 +1,57 @@
+"""Passes repeated on the steel that the one before has left: what each did, in words and as a figure."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from rail_fem.output.quantities import REPORTED
+from rail_fem.output.result import NAN, PassResult
+from rail_fem.show.metal import amount
+from rail_fem.show.style import NOSE, TOTAL, WING, give_title, new_figure
+
+COLUMNS = ("first_impact", "largest_force_wing", "block_wing", "block_nose", "integral_wing", "integral_nose")
+HEADS = ("first impact", "largest on wing", "PEEQ block wing", "block nose", "integral wing", "integral nose")
+
+
+def passes_rows(result: PassResult) -> list[str]:
+    """A line for each pass, the first ten and the last ten; nothing for a single pass."""
+    if not result.passes:
+        return []
+    lines = [f"  {'pass':>6}" + "".join(f"{head:>18}" for head in HEADS)]
+    count = len(result.passes)
+    for number, report in enumerate(result.passes, 1):
+        if 10 < number <= count - 10:
+            continue
+        cells = (amount(report.get(name, NAN), REPORTED[name].unit) for name in COLUMNS)
+        lines.append(f"  {number:>6}" + "".join(f"{cell:>18}" for cell in cells))
+    return lines
+
+
+def passes_figure(result: PassResult, name: str) -> Figure:
+    """Forces, plastic strain and what each pass adds to it, against the number of the pass."""
+    figure = new_figure(5.2)
+    forces, strain, growth = figure.subplots(1, 3)
+    number = np.arange(1, len(result.passes) + 1)
+
+    def of(quantity: str) -> np.ndarray:
+        return np.array([report.get(quantity, NAN) for report in result.passes])
+
+    for quantity, colour, words in (
+        ("first_impact", TOTAL, "first impact"),
+        ("largest_force_wing", WING, "wing"),
+        ("largest_force_nose", NOSE, "nose"),
+    ):
+        forces.plot(number, of(quantity) / 1e3, "o-", color=colour, label=words, ms=5)
+    forces.set(xlabel="pass", ylabel="largest force [kN]", title="forces")
+    for body, colour in (("wing", WING), ("nose", NOSE)):
+        block, whole = of(f"block_{body}"), of(f"integral_{body}") * 1e9
+        strain.plot(number, 100 * block, "o-", color=colour, label=body, ms=5)
+        growth.semilogy(number, np.maximum(np.diff(whole, prepend=0.0), 1e-3), "o-", color=colour, label=body, ms=5)
+    strain.set(xlabel="pass", ylabel="mean PEEQ of the worst 5 x 5 x 3 mm [%]", title="plastic strain so far")
+    growth.set(xlabel="pass", ylabel="integral of PEEQ added [mm3]", title="added by the pass")
+    for axes in (forces, strain, growth):
+        axes.legend()
+        axes.xaxis.get_major_locator().set_params(integer=True)
+    give_title(figure, "passes on the steel that the one before has left", name, result)
+    return figure

@@ -1,0 +1,80 @@
+"""Passes on the steel that the one before has left: nothing left, nothing changed; hardening; a kill between them."""
+
+import numpy as np
+import pytest
+
+from rail_fem.case.casefile import load_case
+from rail_fem.models import fe_full
+from rail_fem.models.fe_full import Run
+from rail_fem.output.result import load
+from rail_fem.settings.explicit import FeSettings
+from rail_fem.show.passes import passes_figure
+from rail_fem.show.report import result_report
+from tests.rail_fem.test_readme import ROOT
+
+SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
+SETTINGS = FeSettings(
+    element_size="6 mm",
+    start="335 mm",
+    end="385 mm",
+    history_interval="20 us",
+    field_frames=1,
+    passes=2,
+    mass_scaling="auto",
+)
+
+
+@pytest.fixture(scope="module")
+def passes(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("passes")
+    return folder, fe_full.solve(SCENE, SETTINGS, folder)
+
+
+def test_on_steel_that_does_not_yield_every_pass_is_the_first(tmp_path):
+    """Up to what the static start leaves: 0.3 % of the load (rail_fem.fe.static_start)."""
+    strong = {"grade": "Mn13", "strength": "1000 %"}
+    scene = SCENE.replace(materials={"wing": strong, "nose": strong, "wheel": "R8T"})
+    second = fe_full.solve(scene, SETTINGS, tmp_path)
+    first = load(tmp_path / "pass_0001")
+    assert max(report.get("block_nose", 0.0) for report in second.passes) == 0.0
+    force = first.history["force"]
+    assert force.max() > scene.static_wheel_load
+    assert np.abs(second.history["force"] - force).max() < 5e-3 * force.max()
+
+
+def test_a_second_pass_begins_with_the_strain_of_the_first_and_adds_less(passes):
+    folder, second = passes
+    first = load(folder / "pass_0001")
+    before, after = (result.metal["nose"]["values"]["integral"] for result in (first, second))
+    assert 0 < before < after < 2 * before
+    assert first.passes[0] == second.passes[0] and len(first.passes) == 1 and len(second.passes) == 2
+    assert second.passes[1]["integral_nose"] == pytest.approx(after, rel=1e-12)
+
+
+def test_a_kill_in_the_second_pass_changes_no_bit_of_the_result(passes, tmp_path, monkeypatch):
+    goes_on = Run._step
+
+    class Stopped(Exception):
+        pass
+
+    def stop(run):
+        goes_on(run)
+        if run.folder == tmp_path and run.dynamics.step_count == 60:
+            run.save()
+            raise Stopped
+
+    with monkeypatch.context() as patch, pytest.raises(Stopped):
+        patch.setattr(Run, "_step", stop)
+        fe_full.solve(SCENE, SETTINGS, tmp_path, restart=True)
+    again = fe_full.solve(SCENE, SETTINGS, tmp_path, restart=True)
+    whole = passes[1]
+    assert again.passes == whole.passes
+    assert all(again.history[name].tobytes() == values.tobytes() for name, values in whole.history.items())
+
+
+def test_what_each_pass_did_is_said_and_drawn(passes, tmp_path):
+    folder, result = passes
+    shown = result_report(result)
+    assert "PEEQ block wing" in shown and shown.count("mm3") > 4
+    passes_figure(result, "passes").savefig(tmp_path / "passes.png")
+    assert (tmp_path / "passes.png").stat().st_size > 10_000
