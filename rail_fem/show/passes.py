@@ -37,18 +37,15 @@ def passes_figure(result: PassResult, name: str) -> Figure:
     def of(quantity: str) -> np.ndarray:
         return np.array([report.get(quantity, NAN) for report in result.passes])
 
-    for quantity, colour, words in (
-        ("first_impact", TOTAL, "first impact"),
-        ("largest_force_wing", WING, "wing"),
-        ("largest_force_nose", NOSE, "nose"),
-    ):
-        forces.plot(number, of(quantity) / 1e3, "o-", color=colour, label=words, ms=5)
+    for body, colour in (("wing", WING), ("nose", NOSE)):
+        forces.plot(number, of(f"largest_force_{body}") / 1e3, "o-", color=colour, label=body, ms=5)
+    forces.plot(number, of("first_impact") / 1e3, "o", color=TOTAL, mfc="none", label="first impact", ms=9)
     forces.set(xlabel="pass", ylabel="largest force [kN]", title="forces")
     for body, colour in (("wing", WING), ("nose", NOSE)):
         block, whole = of(f"block_{body}"), of(f"integral_{body}") * 1e9
         strain.plot(number, 100 * block, "o-", color=colour, label=body, ms=5)
         growth.semilogy(number, np.maximum(np.diff(whole, prepend=0.0), 1e-3), "o-", color=colour, label=body, ms=5)
-    strain.set(xlabel="pass", ylabel="mean PEEQ of the worst 5 x 5 x 3 mm [%]", title="plastic strain so far")
+    strain.set(xlabel="pass", ylabel="PEEQ, mean of the worst 5 x 5 x 3 mm [%]", title="plastic strain so far")
     growth.set(xlabel="pass", ylabel="integral of PEEQ added [mm3]", title="added by the pass")
     for axes in (forces, strain, growth):
         axes.legend()
