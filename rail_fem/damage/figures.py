@@ -15,7 +15,21 @@ from rail_fem.damage.section import WearRate
 from rail_fem.damage.sites import fatigue_of, laws_of
 from rail_fem.damage.worn_profile import depth_between
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.style import BODY, GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, lettering, new_figure, save
+from rail_fem.show.style import (
+    BODY,
+    GREEN,
+    GREY,
+    NOSE,
+    ORANGE,
+    PURPLE,
+    SKY,
+    TOTAL,
+    WING,
+    lettering,
+    new_figure,
+    save,
+    words_instead,
+)
 
 MM, UM = 1e3, 1e6
 REGION_COLOURS = (("fatigue", "#FBE3D0"), ("mixed", "#F3F0C4"), ("wear", "#DDE9F4"))
@@ -252,6 +266,8 @@ def tgamma_figure(title: str, settings: DamageSettings, kept) -> Figure:
 
 def plan_figure(title: str, settings: DamageSettings, field) -> Figure:
     """Depth of the leading law in plan, wing and nose."""
+    if settings.passes == 0:
+        return words_instead(f"{title}: no passes, nothing is worn off")
     figure = new_figure(5.5)
     axis = figure.add_subplot()
     depth = sum(field.depth[settings.law].values()).T * settings.passes * UM

@@ -119,6 +119,16 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
             f" {settings.axles_per_year:,.0f} axles (1: visible"
             " cracks, by a function fitted to plain line).",
         ]
+    if "sensitivities" in found:
+        rows = [[name, f"{value:+.2f}", f"{error:.2f}"] for name, _, value, error in found["sensitivities"]]
+        lines += [
+            "",
+            "## What drives it",
+            "",
+            "Volume worn off the nose: change in per cent for one per cent of",
+            "",
+            _table(["parameter", "change [%]", "error"], rows),
+        ]
     lines += [
         "",
         "The shape does not change between passes here: wear spreads a sharp contact within the first"

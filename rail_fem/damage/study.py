@@ -18,6 +18,7 @@ import numpy as np
 from geometry.profiles.formats.by_suffix import write_profile
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.case.casefile import Case
+from rail_fem.damage.drivers import sensitivities
 from rail_fem.damage.evolution import Evolution, begin, evolve
 from rail_fem.damage.figures import crossing_figures, section_figures
 from rail_fem.damage.report import crossing_report, section_report
@@ -118,6 +119,9 @@ def _wear_crossing(case, settings, folder, progress, say) -> None:
     field = mean_field(fields_found)
     say(f"{kinds} kind(s) of pass in {time.process_time() - started:.2f} s of one core")
     summary = crossing_summary(case.scene, settings, field, kept)
+    if settings.sensitivities:
+        found = sensitivities(case.scene, settings, run)
+        summary["sensitivities"] = [[s.name, s.base, s.elasticity, s.error] for s in found]
     arrays = {"x": field.x, "y": field.y}
     arrays |= {f"depth_{law}_{body}": v for law, parts in field.depth.items() for body, v in parts.items()}
     _write_results(folder, summary, arrays)

@@ -66,6 +66,9 @@ class DamageSettings(Frozen):
     peak: Annotated[float, Quantity("N", 0, 1e4, "T gamma of most fatigue; the thesis prints 75")] = 65.0
     balance: Annotated[float, Quantity("N", 0, 1e4, "T gamma where wear takes away all cracks")] = 175.0
     axles_per_year: Annotated[float, Quantity("", 1, 1e8, "axles that run over it in a year")] = 500e3
+    sensitivities: bool = Field(
+        False, description="of a crossing's wear to speed, axle load, friction and foundation: sixteen more passes"
+    )
     switch: SwitchSite = Field(SwitchSite(), description="section of a switch and its traffic")
 
     @model_validator(mode="after")

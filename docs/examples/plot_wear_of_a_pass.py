@@ -1,0 +1,36 @@
+"""
+Wear of one pass by every law
+=============================
+
+A wheel passes a crossing; the patches of wing and nose every 4 mm give tractions and slip, and each wear law its depth.
+The band between the laws is what such a number is worth without a calibration from the field.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import rail_fem
+from rail_fem.damage.crossing import pass_contacts, wear_field
+from rail_fem.damage.wear import dry_laws
+
+hardness = 5e9  # worked manganese steel [Pa]
+scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+result = rail_fem.solve("rigid_hertz", scene, {"start": "200 mm", "end": "500 mm"})
+contacts = pass_contacts(result, spacing=4e-3, hardness=hardness)
+laws = dry_laws(hardness)
+field = wear_field(contacts, laws, spacing=4e-3)
+
+# %%
+# T gamma of every patch, and the deepest wear of one pass at every x by each law.
+figure, (upper, lower) = plt.subplots(2, 1, sharex=True, figsize=(8, 6))
+for body in ("wing", "nose"):
+    own = [c for c in contacts if c.body == body]
+    upper.plot([c.position[0] * 1e3 for c in own], [c.tgamma for c in own], ".-", label=body)
+upper.set(ylabel="T gamma [N]")
+upper.legend()
+for name, law in laws.items():
+    deepest = np.maximum(*(field.depth[name][body].max(axis=1) for body in ("wing", "nose")))
+    lower.plot(field.x * 1e3, deepest * 1e9, label=law.label)
+lower.set(yscale="log", ylim=(0.1, None), xlabel="x [mm]", ylabel="deepest wear of one dry pass [nm]")
+lower.legend(fontsize=8)
+plt.show()

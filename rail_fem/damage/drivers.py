@@ -1,0 +1,46 @@
+"""What drives a crossing's wear: elasticities of the volume worn off to what the case says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from rail_fem.damage.sites import contacts_of_pass, laws_of
+from rail_fem.damage.traffic import Sensitivity, elasticity
+from rail_fem.damage.wear import worn_area
+from rail_fem.hierarchy import solve
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.damage import DamageSettings
+
+# name -> value of a scene, and the scene with another one
+DRIVERS: dict[str, tuple[Callable[[Scene], float], Callable[[Scene, float], Scene]]] = {
+    "speed": (lambda scene: scene.speed, lambda scene, value: scene.replace(speed=value)),
+    "sprung mass": (
+        lambda scene: scene.vehicle.vehicle_sprung_mass,
+        lambda scene, value: scene.replace(vehicle={"vehicle_sprung_mass": value}),
+    ),
+    "friction": (lambda scene: scene.friction, lambda scene, value: scene.replace(friction=value)),
+    "foundation stiffness": (
+        lambda scene: scene.foundation.stiffness,
+        lambda scene, value: scene.replace(foundation={"stiffness": value}),
+    ),
+}
+
+
+def volume(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None, body: str) -> float:
+    """Worn off a body ("wing" or "nose") by one pass of the scene's wheel [m3]."""
+    law = laws_of(settings)[settings.law]
+    contacts = contacts_of_pass(solve("rigid_hertz", scene, run), settings)
+    return sum(worn_area(law, c.patch, c.speed) for c in contacts if c.body == body) * settings.patch_spacing
+
+
+def sensitivities(
+    scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None, body: str = "nose"
+) -> tuple[Sensitivity, ...]:
+    """d ln(volume) / d ln(parameter) of each driver, by central differences of 5 and 10 %; errors are their
+    difference. A law that jumps from regime to regime has large ones."""
+    coarse = settings.replace(cells=min(settings.cells, 20))
+    return tuple(
+        elasticity(name, read(scene), lambda value, change=change: volume(change(scene, value), coarse, run, body))
+        for name, (read, change) in DRIVERS.items()
+    )

@@ -1,0 +1,85 @@
+"""Wear and fatigue along a crossing: volume, mirror of the running direction, what limits pressure, the command."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import rail_fem
+from rail_fem import cli
+from rail_fem.damage.crossing import pass_contacts, wear_field
+from rail_fem.damage.fatigue import WholeLifeRail
+from rail_fem.damage.wear import dry_laws, worn_area
+
+CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+LAWS = dry_laws(5e9)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return rail_fem.solve("rigid_hertz", rail_fem.load_case(CASE).scene, {"start": "200 mm", "end": "460 mm"})
+
+
+@pytest.fixture(scope="module")
+def contacts(result):
+    return pass_contacts(result, start=0.24, end=0.44, hardness=5e9, cells=20)
+
+
+def test_wing_and_nose_carry_what_the_pass_says(result, contacts):
+    x = result.history["x"]
+    for body in ("wing", "nose"):
+        for c in [c for c in contacts if c.body == body][::7]:
+            vertical = c.patch.normal_force * np.cos(c.angle)
+            assert vertical == pytest.approx(np.interp(c.x, x, result.history[f"force_{body}"]), rel=1e-9)
+
+
+def test_volume_of_the_field_is_that_of_the_patches(contacts):
+    field = wear_field(contacts, LAWS)
+    for name, law in LAWS.items():
+        strips = sum(worn_area(law, c.patch, c.speed) for c in contacts) * 2e-3
+        assert field.volume(name) == pytest.approx(strips, rel=1e-9)
+
+
+def test_half_the_spacing_wears_the_same_volume(result):
+    """The sum over patches is a trapezoidal rule along x: 2 mm against 4 mm."""
+    volume = lambda d: wear_field(
+        pass_contacts(result, spacing=d, start=0.24, end=0.44, hardness=5e9, cells=20),
+        {"brr": LAWS["krause_poll"]},
+        spacing=d,
+    ).volume("brr")
+    assert volume(4e-3) == pytest.approx(volume(2e-3), rel=0.03)
+
+
+def test_no_patch_presses_more_than_the_hardness(contacts):
+    means = [c.patch.normal_force / c.patch.contact_area for c in contacts]
+    assert max(means) < 5e9 * 1.01
+    soft = [c for c in contacts if c.enlarged > 1]
+    for c in soft:
+        assert c.patch.normal_force / c.patch.contact_area == pytest.approx(5e9, rel=0.01)
+
+
+def test_damage_function_along_the_pass(contacts):
+    """The nose, which takes the load over the transfer, has the larger T gamma; both lie in regions that are told."""
+    model = WholeLifeRail()
+    top = {b: max((c.tgamma for c in contacts if c.body == b), default=0.0) for b in ("wing", "nose")}
+    assert top["nose"] > top["wing"] > 0
+    assert model.region(top["wing"]) in ("none", "fatigue") and np.isfinite(float(model.damage(top["nose"])))
+
+
+def test_stretches_outside_of_the_pass_are_refused(result):
+    with pytest.raises(ValueError, match="stay within"):
+        pass_contacts(result, start=0.0, end=0.3)
+    with pytest.raises(ValueError, match="no contact"):
+        wear_field((), LAWS)
+
+
+def test_zero_passes_wear_nothing_and_the_page_says_so(tmp_path):
+    path = tmp_path / "case.toml"
+    run = '[run.rigid_hertz]\nstart = "240 mm"\nend = "440 mm"\n\n[damage]\ncells = 12\npatch_spacing = "6 mm"'
+    path.write_text(CASE.read_text().replace("[damage]", run))
+    answer = CliRunner().invoke(cli.app, ["damage", str(path), "--passes", "0", "--out", str(tmp_path / "out")])
+    assert answer.exit_code == 0, answer.output
+    found = json.loads((tmp_path / "out" / "damage.json").read_text())
+    assert all(d == 0 for body in found["bodies"].values() for d in body["deepest_by_law"].values())

@@ -1,0 +1,194 @@
+"""A switch's section that wears: what a pass takes off, blocks, volume, what a study refuses, going on after a kill."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from geometry.profiles.doctor import examine
+from geometry.profiles.formats.by_suffix import read_raw
+from rail_fem import cli
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.damage import study
+from rail_fem.damage.evolution import Stepping, begin, evolve
+from rail_fem.damage.section import scattered, sine_positions
+from rail_fem.damage.sites import laws_of, switch_section
+from rail_fem.damage.wear import worn_area
+from rail_fem.damage.worn_profile import WornOutError
+
+CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "switch_section.toml"
+QUICK = {"damage.cells": 20, "damage.switch.positions": 3}
+
+
+@pytest.fixture(scope="module")
+def section():
+    case = load_case(CASE, QUICK)
+    return switch_section(case.scene, case.damage)
+
+
+@pytest.fixture(scope="module")
+def first_rate(section):
+    return section.rate(section.first())
+
+
+def test_the_sine_goes_in_and_out_of_flange_contact(first_rate):
+    """At its crest two points carry on the left, stock rail's head and switch rail's corner; elsewhere one. The head's
+    T gamma is far below the corner's, whose wear is 18 times and more the head's, as the thesis' example shows."""
+    counts = [sum(p.side == "left" for p in r.points) for r in first_rate.records]
+    assert counts == [2, 1, 1]
+    corner, head = sorted((p for p in first_rate.records[0].points if p.side == "left"), key=lambda p: -p.angle)
+    assert np.degrees(corner.angle) > 60 > 10 > np.degrees(head.angle)
+    assert corner.tgamma > 3 * head.tgamma
+    depth = first_rate.depth["archard_patch"]
+    s = section_line(first_rate)
+    assert depth[s < -0.030].max() > 18 * depth[s > -0.025].max()
+
+
+def section_line(rate):
+    """y of the nodes of the section at first [m]."""
+    case = load_case(CASE, QUICK)
+    return switch_section(case.scene, case.damage).first().points[:, 0]
+
+
+def test_area_at_the_nodes_is_that_of_the_strips(section, first_rate):
+    """Volume conserved from cells to profile, 1e-12, for every law."""
+    widths = section.first().widths
+    for name, law in section.laws.items():
+        strips = sum(
+            r.passing.weight * worn_area(law, p.patch, p.speed)
+            for r in first_rate.records
+            for p in r.points
+            if p.side == "left"
+        )
+        assert (first_rate.depth[name] * widths).sum() == pytest.approx(strips, rel=1e-12)
+        assert (
+            first_rate.area[name] == pytest.approx(strips, rel=1e-12) and abs(first_rate.beyond[name]) < 1e-9 * strips
+        )
+
+
+def test_a_free_wheelset_has_no_moment_about_its_axle(first_rate):
+    for record in first_rate.records:
+        moment = sum(p.patch.tangential_force[0] * p.radius for p in record.points)
+        size = sum(abs(p.patch.tangential_force[0]) * p.radius for p in record.points)
+        assert abs(moment) < 0.03 * size  # found on coarse cells, with the radius for the lever
+
+
+def test_zero_passes_change_nothing(section):
+    assert list(evolve(section, 0.0, Stepping())) == []
+    state = begin(section)
+    assert state.deepest == 0 and state.worn is state.first
+
+
+def test_blocks_keep_the_area_and_their_halving_changes_little(section):
+    """40 passes in two and in four blocks: the deepest wear changes by less than 1 %, the area by what the state is."""
+    ends = []
+    for block in (20.0, 10.0):
+        *_, end = evolve(section, 40.0, Stepping(block=block, smoothing=0.1e-3))
+        removed = (end.depth * end.first.widths).sum()
+        assert removed == pytest.approx(end.area, rel=1e-3)  # the line shortens as it wears
+        ends.append(end)
+    assert ends[0].deepest == pytest.approx(ends[1].deepest, rel=0.01)
+    assert len(ends[1].log) == 4 and ends[1].passes == 40
+
+
+def test_a_section_worn_through_is_refused(section):
+    fast = replace(section, laws=laws_of(load_case(CASE, QUICK | {"damage.wear_coefficient": 1.0}).damage))
+    with pytest.raises(WornOutError, match="limit is 0.05 mm|one step may take"):
+        list(evolve(fast, 1e5, Stepping(limit=50e-6, smoothing=0.1e-3)))
+
+
+def test_positions_and_shares():
+    positions, shares = sine_positions(1e-3, 2e-3, 400)
+    assert shares.sum() == pytest.approx(1) and positions.mean() == pytest.approx(1e-3)
+    assert positions.std() == pytest.approx(2e-3 / np.sqrt(2), rel=1e-4)
+    positions, shares = scattered(0.0, 1.5e-3)
+    assert shares.sum() == pytest.approx(1) and np.sqrt((shares * positions**2).sum()) == pytest.approx(1.5e-3)
+    assert scattered(2e-3, 0.0)[0] == [2e-3]
+
+
+def call(*arguments):
+    return CliRunner().invoke(cli.app, ["damage", *map(str, arguments)])
+
+
+def small_case(tmp_path, more=""):
+    text = CASE.read_text().replace("hardness =", "cells = 12\nblock = 10\nhardness =")
+    text = text.replace("amplitude =", "positions = 2\namplitude =")
+    path = tmp_path / "case.toml"
+    path.write_text(text + more)
+    return path
+
+
+def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Bitwise the state of the study that was not killed; its folder then holds figures, page and readable profiles."""
+    path, whole, cut = small_case(tmp_path), tmp_path / "whole", tmp_path / "cut"
+    answer = call(path, "--passes", "20", "--out", whole)
+    assert answer.exit_code == 0, answer.output
+    write, written = study._write_state, []
+
+    def killed(*arguments):
+        write(*arguments)
+        written.append(1)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(study, "_write_state", killed)
+    assert call(path, "--passes", "20", "--out", cut).exit_code != 0 and len(written) == 1
+    monkeypatch.setattr(study, "_write_state", write)
+    assert call(path, "--passes", "20", "--out", cut).exit_code == 2  # holds a study already
+    answer = call(path, "--passes", "20", "--out", cut, "--restart")
+    assert answer.exit_code == 0 and "going on after 10 passes" in answer.output
+    one, two = np.load(whole / "damage.npz"), np.load(cut / "damage.npz")
+    assert all((one[name] == two[name]).all() for name in one)
+    found = json.loads((cut / "damage.json").read_text())
+    assert found["passes"] == 20 and found["deepest"] > 0 and len(found["deepest_by_law"]) == 7
+    assert {p.stem for p in (cut / "figures").glob("*.png")} == {"profiles", "depth", "passes", "shakedown"}
+    assert "How sure" in (cut / "report.md").read_text()
+    after = examine(read_raw(cut / "profile_after.txt", "rail"))
+    assert after.profile is not None and not any(f.weight == "refused" for f in after.findings)
+    assert "finished already" in call(path, "--passes", "20", "--out", cut, "--restart").output
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        ({"damage.hardness": None}, "hardness"),
+        ({"damage.passes": 1e9}, "passes"),
+        ({"damage.wear_coefficient": -1.0}, "wear_coefficient"),
+        ({"damage.wheels": ["P8", "P8-worn"], "damage.weights": [0.5, 0.6]}, "add up to 1.1"),
+        ({"damage.wheels": ["P8", "P8-worn"]}, "weights: missing"),
+        ({"damage.weights": [1.0]}, "give one for each"),
+        ({"damage.peak": "10 N"}, "must grow"),
+        ({"damage.kinetic_friction": 10.0}, "kinetic_friction"),
+        ({"damage.calibration": 0.0}, "calibration"),
+        ({"damage.hardnes": "2 GPa"}, "did you mean 'hardness'"),
+    ],
+)
+def test_bad_input_is_refused_with_its_key(tmp_path, change, said):
+    text = CASE.read_text()
+    if change.get("damage.hardness", 0) is None:
+        path, change = tmp_path / "case.toml", {}
+        path.write_text(text.replace('hardness = "2.8 GPa"\n', ""))
+    else:
+        path = CASE
+    with pytest.raises(CaseError, match=said):
+        load_case(path, change)
+
+
+@pytest.mark.parametrize(
+    "passes, said", [("1e9", "0 to 1e"), ("-3", "0 to 1e"), ("many", "not a number"), ("nan", "0 to 1e")]
+)
+def test_passes_that_cannot_be_are_refused(tmp_path, passes, said):
+    answer = call(CASE, "--passes", passes, "--out", tmp_path / "out")
+    assert answer.exit_code == 2 and said in answer.output and not (tmp_path / "out").exists()
+
+
+def test_a_case_without_the_table_is_told_what_to_write(tmp_path):
+    answer = call(CASE.parents[1] / "nose_transfer.toml", "--out", tmp_path / "out")
+    assert answer.exit_code == 2 and "[damage]" in answer.output
+
+
+def test_a_case_of_damage_alone_names_its_command(tmp_path):
+    answer = CliRunner().invoke(cli.app, ["run", str(CASE), "--out", str(tmp_path / "out")])
+    assert answer.exit_code == 2 and "rail-fem damage" in answer.output
