@@ -33,7 +33,8 @@ class Evolution:
     area : the strips' own sum for the leading law [m2];  beyond : what of it lay beyond the ends
     error : (n,) bound of the blocks' error [m];  smoothing : largest change of a depth by smoothing [m]
     block : next block's passes;  correction : largest |factor - 1| that met an area;  log : rows of passes, deepest
-    [m], T gamma largest and mean [N], blocks' error [m]
+    [m], T gamma largest and mean [N], blocks' error [m];  starts : (k,) lateral positions [m] from which the state's
+    own rate is found, so that a study gone on with is the same to the last bit
     """
 
     worn: WornProfile
@@ -49,6 +50,7 @@ class Evolution:
     block: float
     correction: float
     log: np.ndarray
+    starts: np.ndarray
 
     @property
     def deepest(self) -> float:
@@ -66,7 +68,9 @@ def begin(section: Section) -> Evolution:
     first = section.first()
     zero = np.zeros(len(first.points))
     laws = dict.fromkeys(section.laws, zero)
-    return Evolution(first, first, 0.0, zero, laws, zero, 0.0, 0.0, zero, 0.0, 0.0, 0.0, np.zeros((0, 5)))
+    return Evolution(
+        first, first, 0.0, zero, laws, zero, 0.0, 0.0, zero, 0.0, 0.0, 0.0, np.zeros((0, 5)), section.starts
+    )
 
 
 @dataclass(frozen=True)
@@ -126,6 +130,7 @@ def _block(
             middle = section.rate(half)
             taken = smoothed_depth(state.worn, middle.depth[law], stepping.smoothing)
             new, factor = state.worn.worn(taken * count)
+            starts = section.starts
             end = section.rate(new)
         except WornOutError:
             if stepping.block or count * rough.max() < SHALLOW:
@@ -139,7 +144,7 @@ def _block(
             break
         count = max(count * max(0.8 * (allowed / error.max()) ** 0.5, 0.2), least)
     following = count * min(0.8 * (allowed / max(error.max(), 1e-30)) ** 0.5, LARGEST)
-    return _after(state, middle, new, taken, error, count, following, factor, stepping), end
+    return _after(state, middle, new, taken, error, count, following, factor, starts, stepping), end
 
 
 def _first_block(rough: np.ndarray) -> float:
@@ -156,6 +161,7 @@ def _after(
     count: float,
     following: float,
     factor: float,
+    starts: np.ndarray,
     stepping: Stepping,
 ) -> Evolution:
     deepest = depth_between(new, state.first).max()
@@ -183,4 +189,5 @@ def _after(
         block=following,
         correction=max(state.correction, abs(factor)),
         log=np.vstack([state.log, row]),
+        starts=starts,
     )

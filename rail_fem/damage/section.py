@@ -76,6 +76,16 @@ class Section:
                 f" by {1 / total if total > 0 else float('nan'):.6g})"
             )
 
+    @property
+    def starts(self) -> np.ndarray:
+        """(k,) lateral position at which each kind of pass was found last, from which the next is looked for [m]."""
+        return np.array([self.positions.get(k, np.nan) for k in range(len(self.passings))])
+
+    def start_from(self, starts: np.ndarray) -> None:
+        """Look for the next equilibria from these positions (k,) [m], NaN: from their own."""
+        self.positions.clear()
+        self.positions.update({k: float(y) for k, y in enumerate(starts) if np.isfinite(y)})
+
     def first(self) -> WornProfile:
         """The section before any pass."""
         return WornProfile.of(self.track.left)

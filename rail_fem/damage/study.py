@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -92,12 +92,13 @@ def _wear_section(case, settings, folder, goes_on, tie, progress, say) -> None:
     state = _read_state(folder / STATE, tie, section) if goes_on and (folder / STATE).is_file() else begin(section)
     if state.passes:
         say(f"going on after {state.passes:.6g} passes")
-    before = section.rate(state.first)
+    before = replace(section, positions={}).rate(state.first)  # positions found here are not the study's
     blocks = len(state.log)
     for reached in evolve(section, settings.passes, stepping_of(settings), state):
         state, blocks = reached, blocks + 1
-        _write_state(folder / STATE, state, section, tie)
+        _write_state(folder / STATE, state, tie)
         progress.update(blocks, state.passes, settings.passes)
+    section.start_from(state.starts)
     after = section.rate(state.worn)
     summary = section_summary(case.scene, settings, section, state, before, after)
     for name, profile in (("before", state.first), ("after", state.worn)):
@@ -156,14 +157,13 @@ def _arrays(state: Evolution) -> dict[str, np.ndarray]:
     return arrays | {name: np.asarray(getattr(state, name)) for name in plain}
 
 
-def _write_state(path: Path, state: Evolution, section, tie: str) -> None:
-    positions = np.array([section.positions.get(k, np.nan) for k in range(len(section.passings))])
-    write_sealed(path, _arrays(state) | {"positions": positions}, {"case": tie})
+def _write_state(path: Path, state: Evolution, tie: str) -> None:
+    write_sealed(path, _arrays(state), {"case": tie})
 
 
 def _read_state(path: Path, tie: str, section) -> Evolution:
     stored, _ = read_sealed(path, {"case": tie}, "begin again with --overwrite")
-    section.positions.update({k: float(y) for k, y in enumerate(stored["positions"]) if np.isfinite(y)})
+    section.start_from(stored["starts"])
     label, corners = section.track.left.label, stored["corners"]
     profiles = [WornProfile(stored[name], corners, label) for name in ("points", "first_points")]
     by_law = {name: stored[f"by_law_{name}"] for name in section.laws}
