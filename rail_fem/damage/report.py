@@ -108,7 +108,9 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
             f" ({own['region']}), flash"
             f" temperature there {own['flash_temperature']:.0f} K, largest pressure"
             f" {own['largest_pressure'] / 1e6:.0f} MPa;"
-            f" {own['enlarged_share']:.0%} of the patches bounded by the hardness.",
+            f" {own['enlarged_share']:.0%} of the patches bounded by the hardness. {own['seizure_share']:.0%} of"
+            " Archard's wear comes from cells in seizure: elastic pressures on an unworn corner, which flow and wear"
+            " end within the first passes.",
             "",
             _table(
                 ["law", "deepest [\u00b5m]", "volume [mm\u00b3]", f"years to {settings.depth_limit * MM:g} mm"], rows

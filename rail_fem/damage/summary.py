@@ -12,7 +12,7 @@ from rail_fem.damage.heat import flash_temperature
 from rail_fem.damage.section import Section, WearRate
 from rail_fem.damage.sites import fatigue_of, laws_of
 from rail_fem.damage.traffic import life
-from rail_fem.damage.wear import specific_wear
+from rail_fem.damage.wear import Archard, specific_wear
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
 
@@ -93,6 +93,7 @@ def crossing_summary(scene: Scene, settings: DamageSettings, field, kept) -> dic
             "at": float(largest.position[0]),
             "region": model.region(largest.tgamma),
             "largest_pressure": float(max(c.patch.max_pressure for _, c in rows)),
+            "seizure_share": _seizure_share([c for _, c in rows], settings),
             "enlarged_share": float(np.mean([c.enlarged > 1 for _, c in rows])),
             "cracks_per_pass": float(crack[1].max()),
             "cracks_at": float(crack[0][np.argmax(crack[1])]),
@@ -109,6 +110,17 @@ def crossing_summary(scene: Scene, settings: DamageSettings, field, kept) -> dic
         "specific_wear": {name: specific_wear(law, any_patch.patch, any_patch.speed) for name, law in laws.items()},
         "transfer": [result.transfer_x for _, result, _ in kept],
     }
+
+
+def _seizure_share(contacts, settings: DamageSettings) -> float:
+    """Part of Archard's wear from cells that press more than the map's last border of pressure."""
+    law = Archard(settings.hardness)
+    all_of_it, seized = 0.0, 0.0
+    for c in contacts:
+        depth = law.cells(c.patch, c.speed)
+        all_of_it += depth.sum() * c.patch.grid.dy
+        seized += depth[c.patch.pressure > law.wear_map.pressure[-1] * law.hardness].sum() * c.patch.grid.dy
+    return seized / all_of_it if all_of_it > 0 else 0.0
 
 
 def _crack_per_pass(kept, body: str, model) -> tuple[np.ndarray, np.ndarray]:
