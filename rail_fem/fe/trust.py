@@ -28,6 +28,7 @@ class Limit(NamedTuple):
         return f"< {self.warn * 100:g} %, bad above {self.bad * 100:g} %"
 
 
+DEFORMING = "kinetic energy of deformation"
 LIMITS = {
     "energy balance of the bodies": Limit(0.02, 0.10),
     "energy balance of the contact": Limit(0.02, 0.10),
@@ -37,7 +38,7 @@ LIMITS = {
     "largest penetration": Limit(0.05, 0.25),
     "mean penetration": Limit(0.05, 0.25),
     "static load before the transfer": Limit(0.02, 0.10),
-    "kinetic energy of deformation": Limit(0.02, 0.10),
+    DEFORMING: Limit(0.02, 0.10),
     "chatter": Limit(0.01, 0.10),
     "ends of the travelling window": Limit(0.01, 0.05),
 }
@@ -243,12 +244,14 @@ def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[Row
         if scaling.factor > 1
         else "0 %: no mass scaling"
     )
-    share = f"{mean:.2%} of the internal energy in the mean, {largest:.2%} at most"
+    share, limit = f"{mean:.2%} of the internal energy in the mean, {largest:.2%} at most", LIMITS[DEFORMING].warn
+    if scaling.factor > 1 and mean > limit:
+        share += f"; it falls with the factor: take mass_scaling = {max(1.0, scaling.factor * limit / mean):.2g}"
     return [
         Row("added mass", added, shown, "rigid masses are the case's; chatter and waves are not those of steel", GOOD)
         if scaling.factor > 1
         else Row("added mass", added, shown, "0 by default", GOOD),
-        judged("kinetic energy of deformation", mean, share),
+        judged(DEFORMING, mean, share),
     ]
 
 

@@ -182,3 +182,14 @@ def test_overlap_is_how_deep_the_surfaces_lie_in_one_another(speed):
         dynamics.step(dt)
     deepest, work, force = contact.overlap()
     assert deepest == pytest.approx(max(-lowest, 0.0), abs=1e-9) and 0 <= work <= deepest * force
+
+
+@pytest.mark.parametrize("mean, remedy", [(0.004, ""), (0.08, "take mass_scaling = 6.2"), (np.nan, "")])
+def test_a_scaling_whose_inertia_shows_is_said_with_a_factor_that_would_do(mean, remedy):
+    """The energy goes with the factor: 25 with 8 % becomes 6.25 for 2 %. Unscaled runs have the same limit."""
+    scaled = MassScaling(25.0, {"crossing": 20.0, "wheel": 14.0}, {"crossing": 750.0, "wheel": 500.0}, 0.2, "as asked")
+    rows = {row.name: row for row in report_rows(facts(scaling=scaled, deforming=(mean, 0.1)))}
+    row, added = rows["kinetic energy of deformation"], rows["added mass"]
+    assert row.verdict == (GOOD if mean < 0.02 else WARN if mean < 0.1 else BAD)
+    assert (remedy in row.shown) and ("take mass_scaling" in row.shown) == bool(remedy)
+    assert added.value == pytest.approx(24.0) and "816 kg more" in added.shown and "500 of 750 kg" in added.shown
