@@ -95,6 +95,7 @@ class MeasuredCrossing:
 
     @staticmethod
     def _head(grid: BodyGrid) -> np.ndarray:
+        """(m, n)  where the first section's running surface is."""
         return np.broadcast_to(grid.z[0] > -2 * MM, grid.z.shape)
 
     def heights(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
@@ -143,9 +144,7 @@ class MeasuredCrossing:
         self._check_x(x)
         if not grid.x[0] <= x <= grid.x[-1]:
             return None
-        y = np.interp(x, grid.x, grid.face) + np.linspace(
-            np.interp(x, grid.x, grid.low) - 0.5 * MM, np.interp(x, grid.x, grid.high) + 0.5 * MM, 1200
-        )
+        y = np.linspace(np.interp(x, grid.x, grid.low) + 1e-9, np.interp(x, grid.x, grid.far) - 1e-9, 1200)
         z = grid_heights(np.full(len(y), float(x)), y, grid)
         line = np.column_stack([y, z])[z > 0.5 * NO_METAL]
         return outline(line, f"{self.label} at x = {x / MM:.1f} mm")
@@ -186,9 +185,9 @@ def outline(line: np.ndarray, what: str) -> np.ndarray:
 
 
 def _smooth_line(body: Body, label: str) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
-    """Points (k, 2) of u, z and a height of splines between the points' own corners: chords would be flats with
+    """Points (k, 2) of y, z and a height of splines between the points' own corners: chords would be flats with
     edges."""
-    points = np.column_stack([body.u, body.z])
+    points = np.column_stack([body.face + body.u, body.z])
     if len(points) < 8:
         return points, lambda u: np.interp(u, *points.T)
     profile = with_corners(points, kinks(points, noise_level(points)), label)

@@ -1,40 +1,46 @@
 """Surface of a body through sections as a table: compiled heights between sections. Axes: geometry.axes.
 
-Each section is sampled at equal distances u from its gauge face. Along the track face and heights follow the monotone
-cubics of Fritsch and Carlson, which do not swing where unlike sections follow each other; across, a cubic through four
-samples (Catmull and Rom), continuous in slope. Planes are exact, however they lie, and so are prisms.
+Between two sections points that match move on straight lines: beside the gauge face with that face, beside the far side
+with that side, in between at one y. So a face that runs aslant stays sharp, and so does an edge that does not while the
+face runs away from it. Along these lines heights follow cubics with the limited slopes of Fritsch and Butland, which do
+not swing where unlike sections follow each other; across, a cubic through four samples (Catmull and Rom), continuous in
+slope. Planes are exact, however they lie, and so are prisms.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
-from geometry.surfaces.crossing_surface import NO_METAL
+from geometry.surfaces.crossing_surface import NO_METAL, smoothstep
 from kernel_cache import njit
 
 SPACING = 0.25e-3  # of the samples across [m]
 STEEPEST = 20.0  # slope with which a section is carried on beyond its ends, for the cubics only
 MARGIN = 3  # samples beyond the ends
 NOWHERE = 1e9  # x of a body that is not there [m]
+HELD, FREE = 10e-3, 25e-3  # from a side: up to there points move with it, from there on not [m]
+HELD_SHARE, FREE_SHARE = 0.25, 0.5  # of the body's width, at most
+LARGEST_MOVE = 12e-3  # of a side between two sections; where it jumps farther nothing moves with it [m]
+
+Line = tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]  # points (k, 2) of y, z and z(y)
 
 
 class BodyGrid(NamedTuple):
-    """One body at m stations and n distances from its gauge face [m].
+    """One body at m stations and n lateral positions [m].
 
-    x : (m,);  face, face_slope : (m,) y of the face and dy/dx;  low, high : (m,) its ends in u
-    first, step : of the distances u;  z, z_slope : (m, n) heights and dz/dx at one u
+    x : (m,);  face, far : (m,) y of the gauge face and of the other end;  low : (m,) y where the body begins
+    first, step : of the positions y;  z, slope : (m, n) heights, and their slope along the lines of matching points
     """
 
     x: np.ndarray
     face: np.ndarray
-    face_slope: np.ndarray
+    far: np.ndarray
     low: np.ndarray
-    high: np.ndarray
     first: float
     step: float
     z: np.ndarray
-    z_slope: np.ndarray
+    slope: np.ndarray
 
 
 class SectionGrids(NamedTuple):
@@ -44,35 +50,87 @@ class SectionGrids(NamedTuple):
     nose: BodyGrid
 
 
-def body_grid(x: np.ndarray, faces: np.ndarray, lines: list, spacing: float = SPACING) -> BodyGrid:
-    """Table of a body. x, faces : (m,) [m];  lines : (m,) pairs (points (k, 2) of u, z with u growing, height(u))."""
-    low, high = (np.array([line[0][i, 0] for line in lines]) for i in (0, -1))
-    u = np.arange(low.min() - MARGIN * spacing, high.max() + (MARGIN + 1) * spacing, spacing)
-    z = np.array([_carried_on(u, *line) for line in lines])
-    slope = lambda values: PchipInterpolator(x, values, axis=0).derivative()(x)
+def body_grid(x: np.ndarray, faces: np.ndarray, lines: list[Line], spacing: float = SPACING) -> BodyGrid:
+    """Table of a body. x, faces : (m,) [m];  lines : (m,) sections"""
+    low, far = (np.array([points[i, 0] for points, _ in lines]) for i in (0, -1))
+    y = np.arange(low.min() - MARGIN * spacing, far.max() + (MARGIN + 1) * spacing, spacing)
+    z = np.array([_carried_on(y, *line) for line in lines])
+    slope = np.zeros_like(z)
+    for i in range(1, len(x) - 1):
+        rates = [_rate(i, k, x, y, faces, far, lines, z[i]) for k in (i - 1, i + 1)]
+        slope[i] = limited(*rates, x[i] - x[i - 1], x[i + 1] - x[i])
+    if len(x) > 1:
+        slope[0], slope[-1] = (
+            _rate(i, k, x, y, faces, far, lines, z[i]) for i, k in ((0, 1), (len(x) - 1, len(x) - 2))
+        )
     return BodyGrid(
-        *(np.ascontiguousarray(v, float) for v in (x, faces, slope(faces), low, high)),
-        float(u[0]),
+        *(np.ascontiguousarray(v, float) for v in (x, faces, far, low)),
+        float(y[0]),
         float(spacing),
         np.ascontiguousarray(z),
-        np.ascontiguousarray(slope(z)),
+        np.ascontiguousarray(slope),
     )
 
 
 def no_body() -> BodyGrid:
     """A body that is nowhere."""
     pair, table = np.zeros(2), np.zeros((2, 4))
-    return BodyGrid(np.array([NOWHERE, 2 * NOWHERE]), pair, pair, pair, pair, 0.0, SPACING, table, table)
+    return BodyGrid(np.array([NOWHERE, 2 * NOWHERE]), pair, pair, pair, 0.0, SPACING, table, table)
 
 
-def _carried_on(u: np.ndarray, points: np.ndarray, height) -> np.ndarray:
-    """Heights at u; beyond the ends straight on, as steeply as the section ends."""
-    inside = np.clip(u, points[0, 0], points[-1, 0])
-    ends = [
-        np.clip((points[b, 1] - points[a, 1]) / (points[b, 0] - points[a, 0]), -STEEPEST, STEEPEST)
-        for a, b in ((0, 1), (-2, -1))
-    ]
-    return height(inside) + np.where(u < inside, ends[0], ends[1]) * (u - inside)
+def limited(before: np.ndarray, after: np.ndarray, step_before: float, step_after: float) -> np.ndarray:
+    """Slope at a station from those of the intervals beside it: their weighted harmonic mean, 0 where they differ in
+    sign (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300; the form of SciPy's PCHIP)."""
+    one, two = 2 * step_after + step_before, step_after + 2 * step_before
+    same = before * after > 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = (one + two) / (one / before + two / after)
+    return np.where(same, mean, 0.0)
+
+
+def _rate(i: int, k: int, x, y, faces, far, lines: list[Line], z: np.ndarray) -> np.ndarray:
+    """(n,)  mean slope from station i to its neighbour k along the lines of matching points through y."""
+    moved = y + shifts(y, faces[i], far[i], faces[k] - faces[i], far[k] - far[i])
+    return (_carried_on(moved, *lines[k]) - z) / (x[k] - x[i])
+
+
+def _carried_on(y: np.ndarray, points: np.ndarray, height: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Heights at y; beyond the ends straight on, as steeply as the section ends."""
+    inside = np.clip(y, points[0, 0], points[-1, 0])
+    rise = lambda a, b: (points[b, 1] - points[a, 1]) / (points[b, 0] - points[a, 0])
+    ends = np.clip([rise(0, 1), rise(-2, -1)], -STEEPEST, STEEPEST)
+    return height(inside) + np.where(y < inside, *ends) * (y - inside)
+
+
+@njit(cache=True)
+def shift(y, face, far, face_move, far_move):
+    """How far the point that matches y in a section lies aside in another, whose sides lie aside by these moves."""
+    width = far - face
+    held, free = min(HELD, HELD_SHARE * width), min(FREE, FREE_SHARE * width)
+    aside = 0.0
+    if abs(face_move) < LARGEST_MOVE:
+        aside += face_move * (1.0 - smoothstep((y - face - held) / (free - held)))
+    if abs(far_move) < LARGEST_MOVE:
+        aside += far_move * (1.0 - smoothstep((far - y - held) / (free - held)))
+    return aside
+
+
+@njit(cache=True)
+def shifts(y, face, far, face_move, far_move):
+    """(n,) of `shift`."""
+    out = np.empty(len(y))
+    for i in range(len(y)):
+        out[i] = shift(y[i], face, far, face_move, far_move)
+    return out
+
+
+@njit(cache=True)
+def across(row, position):
+    """Value of evenly spaced samples (n,) at a position counted in samples."""
+    j = min(max(int(position), 1), len(row) - 3)
+    r = position - j
+    a, b, c, d = row[j - 1], row[j], row[j + 1], row[j + 2]
+    return b + 0.5 * r * (c - a + r * (2.0 * a - 5.0 * b + 4.0 * c - d + r * (3.0 * (b - c) + d - a)))
 
 
 @njit(cache=True)
@@ -84,23 +142,16 @@ def grid_height(x, y, grid):
     i = min(np.searchsorted(grid.x, x, side="right") - 1, last - 1)
     d = grid.x[i + 1] - grid.x[i]
     t = (x - grid.x[i]) / d
-    c = t * t * (3.0 - 2.0 * t)
-    a, b, e = 1.0 - c, d * t * (1.0 - t) * (1.0 - t), d * t * t * (t - 1.0)
-    face = a * grid.face[i] + b * grid.face_slope[i] + c * grid.face[i + 1] + e * grid.face_slope[i + 1]
-    u = y - face
-    if not (
-        u >= grid.low[i] + t * (grid.low[i + 1] - grid.low[i])
-        and u <= grid.high[i] + t * (grid.high[i + 1] - grid.high[i])
-    ):
+    low, far = (1.0 - t) * grid.low[i] + t * grid.low[i + 1], (1.0 - t) * grid.far[i] + t * grid.far[i + 1]
+    if not (y >= low and y <= far):
         return NO_METAL
-    position = (u - grid.first) / grid.step
-    j = min(max(int(position), 1), grid.z.shape[1] - 3)
-    r = position - j
-    z0 = a * grid.z[i, j - 1] + b * grid.z_slope[i, j - 1] + c * grid.z[i + 1, j - 1] + e * grid.z_slope[i + 1, j - 1]
-    z1 = a * grid.z[i, j] + b * grid.z_slope[i, j] + c * grid.z[i + 1, j] + e * grid.z_slope[i + 1, j]
-    z2 = a * grid.z[i, j + 1] + b * grid.z_slope[i, j + 1] + c * grid.z[i + 1, j + 1] + e * grid.z_slope[i + 1, j + 1]
-    z3 = a * grid.z[i, j + 2] + b * grid.z_slope[i, j + 2] + c * grid.z[i + 1, j + 2] + e * grid.z_slope[i + 1, j + 2]
-    return z1 + 0.5 * r * (z2 - z0 + r * (2.0 * z0 - 5.0 * z1 + 4.0 * z2 - z3 + r * (3.0 * (z1 - z2) + z3 - z0)))
+    face_move, far_move = grid.face[i + 1] - grid.face[i], grid.far[i + 1] - grid.far[i]
+    aside = shift(y, grid.face[i] + t * face_move, far, face_move, far_move)
+    here, there = (y - t * aside - grid.first) / grid.step, (y + (1.0 - t) * aside - grid.first) / grid.step
+    c = t * t * (3.0 - 2.0 * t)
+    height = (1.0 - c) * across(grid.z[i], here) + c * across(grid.z[i + 1], there)
+    rise = t * (1.0 - t) * ((1.0 - t) * across(grid.slope[i], here) - t * across(grid.slope[i + 1], there))
+    return height + d * rise
 
 
 @njit(cache=True)

@@ -27,8 +27,11 @@ WAYS = (("benchmark's leg", "benchmark", NOSE), ("fitted leg", "fitted", TOTAL),
 
 
 def case_files() -> list[Path]:
-    """The thesis' cases, in the order of their numbers."""
-    return sorted((example("whole_crossing").parent / "thesis").glob("case_*.toml"))
+    """The thesis' cases, in the order of their numbers. Errors: KeyError where the installation lacks them."""
+    found = sorted((example("whole_crossing").parent / "thesis").glob("case_*.toml"))
+    if not found:
+        raise KeyError("no cases/thesis/case_*.toml beside the example cases: is the installation whole?")
+    return found
 
 
 def run(file: Path, leg: str) -> PassResult:
