@@ -1,11 +1,12 @@
 """`rail-fem design`: search for a better crossing with a light model."""
 
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import say, stop
+from rail_fem.commands.ending import RUN_FAILED, say, stop
 
 
 def design(
@@ -26,5 +27,8 @@ def design(
         problem = read_design(file)
         found = search(problem, out, workers, say)
         say("\n" + write_report(problem, found, out))
+    except BrokenProcessPool:
+        text = "a process of the search was ended from outside (out of memory?): start again, it goes on where it was"
+        stop(text, RUN_FAILED)
     except (DesignError, CaseError, OSError) as error:
         stop(str(error))
