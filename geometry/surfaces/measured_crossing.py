@@ -80,18 +80,19 @@ class MeasuredCrossing:
     @cached_property
     def leg_range(self) -> tuple[float, float]:
         """x between which the running surface leaves its first shape [m]: from the first change of 0.05 mm to the nose,
-        at most 0.3 m on."""
+        at most to the
+        knuckle."""
         grid = self.grids.wing
         change = np.nanmax(np.abs(np.where(self._head(grid), grid.z - grid.z[0], np.nan)), axis=1, initial=0.0)
         first = int(np.argmax(change > 0.05 * MM)) if (change > 0.05 * MM).any() else len(grid.x) - 1
         start = float(grid.x[max(first - 1, 0)])
-        return start, min(start + 0.3, self.x_range[1])
+        return start, float(np.clip(self.knuckle_x, start, self.x_range[1]))
 
     @property
     def knuckle_x(self) -> float:
         """x where the wing's face leaves the gauge line by 0.5 mm [m]: the leg ends there."""
         away = self.grids.wing.face - cast_leg().gauge_line > 0.5 * MM
-        return float(self.grids.wing.x[int(np.argmax(away))]) if away.any() else self.leg_range[1]
+        return float(self.grids.wing.x[int(np.argmax(away))]) if away.any() else self.x_range[1]
 
     @staticmethod
     def _head(grid: BodyGrid) -> np.ndarray:

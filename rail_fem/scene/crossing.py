@@ -33,9 +33,15 @@ class Crossing(Frozen):
 
     family: Literal["UK-cast", "sections"] = Field(CAST, description="by design rules, or by a file of sections")
     ratio: Annotated[float, Quantity("", 6, 32, "crossing ratio N of 1:N")] = 10.75
-    flangeway: Annotated[float, Quantity("mm", 30, 70, "flangeway between wing and nose, 14 mm down")] = 41.24e-3
-    topping_slope: Annotated[float, Quantity("mrad", 0, 50, "rise of the topped nose at 1:9.25")] = 0.015262
-    topping_depth: Annotated[float, Quantity("mm", 2, 10, "depth of the topped nose where its rise begins")] = 4.224e-3
+    flangeway: Annotated[float, Quantity("mm", 30, 70, "flangeway between wing and nose, 14 mm down")] = (
+        CastCrossing.flangeway
+    )
+    topping_slope: Annotated[float, Quantity("mrad", 0, 50, "rise of the topped nose at 1:9.25")] = (
+        CastCrossing.topping_slope
+    )
+    topping_depth: Annotated[float, Quantity("mm", 2, 10, "depth of the topped nose where its rise begins")] = (
+        CastCrossing.topping_depth
+    )
     leg: Literal["benchmark", "fitted"] = Field(
         "benchmark",
         description="the leg: of the benchmark crossing, or one found by search that throws a worn P8 at 75 mph as the"
@@ -43,7 +49,7 @@ class Crossing(Frozen):
     )
     transition_length: Annotated[
         float, Quantity("mm", 20, 1000, "length of the leg's change from plain rail to cast section; its end is fixed")
-    ] = 116.2e-3
+    ] = CastCrossing.transition_length
     transition_smoothness: Annotated[
         float, Quantity("", 0, 2, "shape of that change: 0 straight, 1 cubic with level ends, 2 quintic")
     ] = 1.0

@@ -49,10 +49,10 @@ def drawn_range(crossing: AnyCrossing) -> np.ndarray:
 
 
 def section_places(crossing: AnyCrossing, transfers: np.ndarray, x: np.ndarray) -> list[tuple[str, float]]:
-    """End of the leg, knuckle, transfer (or a place behind the nose's begin), within x."""
+    """Plain rail before the leg, knuckle, transfer (or a position behind the nose's begin), within x."""
     nose = crossing.nose_x if np.isfinite(crossing.nose_x) else x[-1]
     transfer = float(transfers[0]) if len(transfers) else min(nose + 0.15, x[-1])
-    places = ("end of the leg", crossing.leg_range[1]), ("knuckle", crossing.knuckle_x), ("transfer", transfer)
+    places = ("plain rail", crossing.leg_range[0]), ("knuckle", crossing.knuckle_x), ("transfer", transfer)
     return [(words, float(np.clip(at, x[0], x[-1]))) for words, at in places]
 
 
@@ -92,6 +92,7 @@ def draw_long_section(axes, crossing: AnyCrossing, x: np.ndarray, path) -> None:
         xlabel="x [mm], 0 where the gauge lines intersect",
         title="long section (heights enlarged)",
     )
+    axes.margins(y=0.25)
     axes.legend(loc="lower left", ncols=3)
 
 
