@@ -18,6 +18,7 @@ import tempfile
 from pathlib import Path
 
 import numba
+from numba.core import event
 from numba.core.caching import _CacheLocator  # the interface that numba's setting CACHE_LOCATOR_CLASSES asks for
 
 ROOT = Path(__file__).resolve().parent
@@ -28,6 +29,13 @@ IMPORT = re.compile(
 )
 
 njit = numba.njit
+_COMPILING = event.TimingListener()
+event.register("numba:compile", _COMPILING)
+
+
+def compile_time() -> float:
+    """How long this process has compiled kernels so far [s]; what was read from the cache took none of it."""
+    return _COMPILING.duration if _COMPILING.done else 0.0
 
 
 def _files_of(folder: Path, dotted: str, names: list[str]) -> set[Path]:

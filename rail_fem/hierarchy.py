@@ -6,7 +6,7 @@ A model is imported only when it is asked for, so the light part runs without do
 import importlib
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -108,4 +108,10 @@ def solve(
     solver = load(model)
     if not isinstance(settings, Frozen):
         settings = MODELS[model].settings.model_validate(dict(settings or {}))
-    return solver.solve(scene, settings, folder=folder, restart=restart, progress=progress)
+    from kernel_cache import compile_time
+
+    before = compile_time()
+    result = solver.solve(scene, settings, folder=folder, restart=restart, progress=progress)
+    compiled = compile_time() - before
+    cost = replace(result.cost, wall_time=result.cost.wall_time + compiled, compile_time=compiled)
+    return replace(result, cost=cost)

@@ -15,6 +15,7 @@ from rail_fem.fe.fields import write_collection, write_frame
 from rail_fem.fe.passage import Passage, end_settling, take_up
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.static_start import settle_in_place
+from rail_fem.output.clock import working_time
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -56,7 +57,7 @@ class Run:
     ):
         """folder : takes fields and restart files, None for none;  identity : what a restart file belongs to, root only
         (rail_fem.output.sealed)"""
-        self.identity, self.started = identity or {}, time.perf_counter()
+        self.identity, self.started = identity or {}, working_time()
         self.comm, self.scene, self.settings, self.passage = comm, scene, settings, passage
         self.folder, self.progress = folder, progress
         self.dynamics, self.recorder = passage.dynamics, Recorder(passage)
@@ -75,14 +76,14 @@ class Run:
     def save(self) -> None:
         """Write the restart file. Collective."""
         if self.folder is not None:
-            self.spent, self.started = self.wall_time, time.perf_counter()
+            self.spent, self.started = self.wall_time, working_time()
             save_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.identity)
             self.last_checkpoint = time.perf_counter()
 
     @property
     def wall_time(self) -> float:
         """Of the whole run, less what was lost at stops [s]."""
-        return self.spent + time.perf_counter() - self.started
+        return self.spent + working_time() - self.started
 
     def resume(self) -> None:
         """Go on from the restart file. Collective."""
@@ -130,7 +131,7 @@ class Run:
         )
 
     def _step(self) -> None:
-        d, clock = self.dynamics, time.perf_counter()
+        d, clock = self.dynamics, working_time()
         if not self.settled and d.time >= self.settings.settle_time:
             self._let_go()
         d.step(self.dt)
@@ -141,7 +142,7 @@ class Run:
             self._report()
         if d.step_count % LIMIT_EVERY == 0:
             self._recheck_step()
-        self.loop_time += time.perf_counter() - clock
+        self.loop_time += working_time() - clock
         if d.time >= self.next_frame and not self._over():  # the last frame is the final one
             self._next_frame()
         if d.step_count % CHECK_EVERY == 0 and self._checkpoint_due():

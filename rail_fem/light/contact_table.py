@@ -9,7 +9,6 @@ Source: Piotrowski and Kik, Vehicle Syst. Dyn. 46 (2008) 27 (idea of virtual pen
 """
 
 import functools
-import time
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,6 +21,7 @@ from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import WheelPath, rolling_radius, wheel_path
 from geometry.profiles.profile import Profile, hermite_many
 from geometry.surfaces.any_crossing import AnyCrossing
+from rail_fem.output.clock import working_time
 from rail_fem.scene.scene import Scene
 
 BODIES = ("wing", "nose")
@@ -142,10 +142,10 @@ def contact_table(scene: Scene, start: float, end: float, spacing: float, shift:
 @functools.lru_cache(maxsize=32)
 def _path(crossing: AnyCrossing, wheel: Profile, radius, datum, low, high, spacing) -> tuple[WheelPath, float]:
     """Rigid path and the time that it took [s]."""
-    started = time.perf_counter()
+    started = working_time()
     x = np.linspace(low, high, max(2, int(np.ceil((high - low) / spacing - 1e-9))) + 1)
     path = wheel_path(crossing, wheel, x, radius, datum - tread_datum_y())
-    return path, time.perf_counter() - started
+    return path, working_time() - started
 
 
 @functools.lru_cache(maxsize=64)
@@ -153,7 +153,7 @@ def table_of(key: TableKey) -> ContactTable:
     """The table of a key. Errors: as contact_table."""
     path, search_time = _path(*key[:7])
     crossing, wheel, radius, datum, steels, load = key.crossing, key.wheel, key.radius, key.datum, key.steels, key.load
-    started = time.perf_counter()
+    started = working_time()
     moduli = tuple(contact_modulus(Elastic(*rail), Elastic(*steels[2])) for rail in steels[:2])
     points = np.stack([path.wing_point, path.nose_point])
     heights = path.height - np.stack([path.wing_gap, path.nose_gap])
@@ -170,7 +170,7 @@ def table_of(key: TableKey) -> ContactTable:
         gather("asymmetry"),
         path.transfers,
         moduli,
-        search_time + time.perf_counter() - started,
+        search_time + working_time() - started,
     )
 
 

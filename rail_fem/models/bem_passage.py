@@ -10,7 +10,6 @@ the law: F = K d^1.5 holds exactly for Hertz, and secantly at the static load fo
 """
 
 import functools
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import bem_flags
 from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
 from rail_fem.models.rigid_hertz import moments, pass_result
+from rail_fem.output.clock import working_time
 from rail_fem.output.result import PassResult, Patch
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import BemPassageSettings
@@ -45,7 +45,7 @@ def solve(
     """
     key = table_key(scene, *settings.window(scene), settings.path_spacing)
     table = solved_table(key, settings.patch_spacing, settings.cells)
-    started = time.perf_counter()
+    started = working_time()
     contacts = contacts_of(scene, settings, table)
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
@@ -64,7 +64,7 @@ def solved_table(key: TableKey, patch_spacing: float, cells: int) -> ContactTabl
     Kept, as the table itself, for scenes that differ in speed, foundation or yield curve only; search_time holds what
     solving took.
     """
-    hertz, started = table_of(key), time.perf_counter()
+    hertz, started = table_of(key), working_time()
     stiffness = hertz.stiffness.copy()
     every = max(1, int(round(patch_spacing / (hertz.x[1] - hertz.x[0]))))
     for b in range(len(BODIES)):
@@ -75,7 +75,7 @@ def solved_table(key: TableKey, patch_spacing: float, cells: int) -> ContactTabl
         ]
         if len(chosen):
             stiffness[b] *= np.interp(hertz.x, hertz.x[chosen], factor)
-    return replace(hertz, stiffness=stiffness, search_time=hertz.search_time + time.perf_counter() - started)
+    return replace(hertz, stiffness=stiffness, search_time=hertz.search_time + working_time() - started)
 
 
 def pair_of(key: TableKey, table: ContactTable, body: int, index: int, x: float | None = None) -> ContactPair:

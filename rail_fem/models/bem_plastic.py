@@ -7,7 +7,6 @@ surface, and plastic patches. The forces do not feel the flow beyond what rigid_
 edges, friction, waves and large strain, which it flags.
 """
 
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +25,8 @@ from rail_fem.light.validity import Flag, flag, lift_flags
 from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
 from rail_fem.models.bem_passage import pair_of
 from rail_fem.models.rigid_hertz import moments, pass_result, patches_at
-from rail_fem.output.result import Cost, PassResult, Peak
+from rail_fem.output.clock import working_time
+from rail_fem.output.result import PassResult, Peak
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.plastic import BemPlasticSettings
@@ -44,7 +44,7 @@ def solve(
     """
     window = settings.window(scene)
     key, table = table_key(scene, *window, settings.path_spacing), contact_table(scene, *window, settings.path_spacing)
-    started = time.perf_counter()
+    started = working_time()
     contacts = contacts_of(scene, settings, table)
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
@@ -163,7 +163,7 @@ def _with_flow(result: PassResult, flows: dict[str, Flow], run: LightPass, folde
         heights = {body: _height(key, body) for body in flows}
         if not write_vtu(folder, flows, heights, float(run.time[-1])):
             notes = ("no fields/final.vtu: meshio is not installed (it comes with the explicit models)",)
-    cost = Cost(result.cost.wall_time, cells, result.cost.steps)
+    cost = replace(result.cost, elements=cells)
     return replace(
         result, peaks=peaks, trust=trust, cost=cost, warnings=result.warnings + notes
     )  # fmt: skip

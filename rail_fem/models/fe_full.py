@@ -6,7 +6,6 @@ Mesh and position the wheel; bring it to rest where it stands; let go; run to th
 from __future__ import annotations
 
 import resource
-import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +24,7 @@ from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
+from rail_fem.output.clock import working_time
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
 from rail_fem.output.fields import MESH, REGIONS
@@ -65,7 +65,7 @@ def solve_from(
 ) -> PassResult:
     """One pass from a state where settling ends (None: at rest), its result under the name of a model. Collective.
     Errors: as `solve`."""
-    comm, started = MPI.COMM_WORLD, time.perf_counter()
+    comm, started = MPI.COMM_WORLD, working_time()
     twin = _twin(scene, settings, start, model, folder, restart, progress)
     running = on_root(lambda: running_of(scene, settings))
     identity = {"case": digest(fingerprint(model, scene, settings))}
@@ -248,4 +248,7 @@ def _cost(run: Run) -> Cost:
     """Collective."""
     elements, steps = run.dynamics.domain.m_global, run.dynamics.step_count
     memory = run.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
-    return Cost(run.wall_time, elements, steps, run.comm.size, run.dynamics.updates / max(run.loop_time, 1e-9), memory)
+    rate = run.dynamics.updates / max(run.loop_time, 1e-9)
+    return Cost(
+        run.wall_time, elements, steps, run.comm.size, rate, memory, search_time=max(run.wall_time - run.loop_time, 0.0)
+    )

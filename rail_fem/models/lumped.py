@@ -4,7 +4,6 @@ Resolves the force history of one contact. Blind to how wing and nose share the 
 waves.
 """
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +22,7 @@ from rail_fem.light.vertical_pass import (
     run_pass,
     step_error,
 )
+from rail_fem.output.clock import working_time
 from rail_fem.output.events import end_warnings, force_peaks
 from rail_fem.output.result import Cost, PassResult
 from rail_fem.scene.scene import Scene
@@ -38,7 +38,7 @@ def solve(
     contact is half as stiff. Errors: CrossingError where the window leaves the crossing, ValueError.
     """
     table = contact_table(scene, *settings.window(scene), settings.path_spacing)
-    started = time.perf_counter()
+    started = working_time()
     constant = settings.contact_stiffness or static_constant(table, settings.window(scene)[0])
     contacts = one_contact(table, constant, settings.contact, scene.static_wheel_load)
     run = run_pass(scene, settings, contacts)
@@ -56,7 +56,7 @@ def solve(
         history=history,
         peaks=peaks | {"force_foundation": foundation_peak(run)},
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
-        cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
+        cost=Cost(table.search_time + working_time() - started, 0, len(run.time), search_time=table.search_time),
         error_estimate={"time_step": step_error(run, coarse), "contact_stiffness": force_change(run, softer)},
         trust={"validity": flags, "contact_constant": constant},
         warnings=flag_warnings(flags) + end_warnings(columns, peaks, load),

@@ -4,7 +4,6 @@ Resolves the sustained peak P2 and the high-frequency peak P1. Blind to the hist
 impacts elsewhere.
 """
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from bem.exact.hertz import tangent_stiffness
 from rail_fem.light.contact_table import ContactTable, contact_table
 from rail_fem.light.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unsprung_mass
 from rail_fem.light.validity import Flag, flag, flag_warnings, p2_flags
+from rail_fem.output.clock import working_time
 from rail_fem.output.result import NAN, Cost, PassResult, Peak
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import P2Settings
@@ -32,7 +32,7 @@ def solve(
     Errors: ValueError when a rigid wheel never changes body and no dip angle is given.
     """
     table = contact_table(scene, *LOOKED_AT, SPACING) if settings.dip_angle is None else None
-    started = time.perf_counter()
+    started, search_time = working_time(), table.search_time if table else 0.0
     dip, transfer, constant = (settings.dip_angle, NAN, None) if table is None else rigid_dip(table)
     load, mass = scene.static_wheel_load, unsprung_mass(scene, settings.unsprung)
     foundation = scene.foundation
@@ -59,7 +59,7 @@ def solve(
         history={"time": np.empty(0), "x": np.empty(0)},
         peaks=peaks,
         transfer_x=transfer,
-        cost=Cost((table.search_time if table else 0.0) + time.perf_counter() - started, 0, 1),
+        cost=Cost(search_time + working_time() - started, 0, 1, search_time=search_time),
         error_estimate={"force": NAN},
         trust={"validity": flags, "dip_angle": dip, "unsprung_mass": mass},
         warnings=flag_warnings(flags),

@@ -7,7 +7,7 @@ plastic flow and waves, which it flags. The wheel moves up and down; with `degre
 that rolls, and moves laterally and in yaw, on crossing and stock rail.
 """
 
-import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,7 @@ from rail_fem.light.vertical_pass import (
     step_error,
 )
 from rail_fem.light.wheelset_pass import run_wheelset, surfaces_of
+from rail_fem.output.clock import working_time
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
 from rail_fem.output.result import Cost, PassResult, Patch, Peak
 from rail_fem.scene.scene import Scene
@@ -43,7 +44,7 @@ def solve(
     if settings.degrees_of_freedom != "vertical":
         return solve_wheelset(scene, settings)
     table = contact_table(scene, *settings.window(scene), settings.path_spacing)
-    started = time.perf_counter()
+    started = working_time()
     contacts = contacts_of(scene, settings, table)
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
@@ -58,9 +59,10 @@ def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
     """One pass of a wheelset that may roll, and by choice move laterally and in yaw. Errors: also ValueError where it
     leaves lateral_range."""
     surfaces = surfaces_of(scene, settings)
+    started = working_time()
     # kept from another scene or not, the search counts
-    started = time.perf_counter() - sum(t.search_time for t in surfaces.over + surfaces.plain)
-    table = surfaces.over[len(surfaces.over) // 2]
+    search_time = sum(t.search_time for t in surfaces.over + surfaces.plain)
+    table = replace(surfaces.over[len(surfaces.over) // 2], search_time=search_time)
     contacts = contacts_of(scene, settings, table)
     found = run_wheelset(scene, settings, contacts, surfaces)
     run, coarse = found.light, run_wheelset(scene, settings, contacts, surfaces, 2 * found.light.step).light
@@ -75,7 +77,7 @@ def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
         patches,
         flags,
         {"time_step": step_error(run, coarse)},
-        started + table.search_time,
+        started,
         found.columns,
     )
 
@@ -108,7 +110,7 @@ def pass_result(
         peaks=peaks | {"force_foundation": foundation_peak(run)} | pressure_peaks(patches),
         transfer_x=transfer_position(columns, *side),
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
-        cost=Cost(table.search_time + time.perf_counter() - started, 0, len(run.time)),
+        cost=Cost(table.search_time + working_time() - started, 0, len(run.time), search_time=table.search_time),
         error_estimate=errors,
         trust={"validity": flags, "rigid_transfers": table.transfers.tolist()},
         warnings=flag_warnings(flags) + end_warnings(columns, peaks, scene.static_wheel_load),

@@ -58,7 +58,11 @@ class Patch:
 @dataclass(frozen=True)
 class Cost:
     """What the answer cost: wall time [s], elements, steps, ranks, element updates per second of all ranks, peak memory
-    [B] of all ranks."""
+    [B] of all ranks.
+
+    search_time : of the wall time, what is done before any step and kept where it can be: contacts along the surfaces,
+        meshes [s];  compile_time : of the wall time, kernels compiled, once on a machine [s]
+    """
 
     wall_time: float = NAN
     elements: int = 0
@@ -66,6 +70,13 @@ class Cost:
     ranks: int = 1
     updates_per_second: float = NAN
     peak_memory: float = NAN
+    search_time: float = 0.0
+    compile_time: float = 0.0
+
+    @property
+    def solve_time(self) -> float:
+        """The wall time of the model itself [s]: what another run of it costs at least."""
+        return self.wall_time - self.search_time - self.compile_time
 
 
 @dataclass(frozen=True, repr=False)

@@ -179,6 +179,9 @@ def result_report(result: PassResult) -> str:
         "",
         "cost",
         _row("wall time", duration(cost.wall_time), f"{cost.ranks} rank(s)"),
+        _row("  the model itself", f"{cost.solve_time:.3g} s"),
+        _row("  contacts searched, or meshed", f"{cost.search_time:.3g} s", "kept for scenes of the same surfaces"),
+        _row("  kernels compiled", f"{cost.compile_time:.3g} s", "once on a machine"),
         _row("elements, steps", f"{cost.elements}, {cost.steps}"),
         _row("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s"),
     ]

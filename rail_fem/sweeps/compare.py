@@ -181,7 +181,8 @@ class Comparison:
 
 
 def core_seconds(result: PassResult) -> float:
-    return result.cost.wall_time * result.cost.ranks
+    """Solve time on all ranks [s], by which models are ranked: a first run also compiles, and finds what is kept."""
+    return result.cost.solve_time * result.cost.ranks
 
 
 def result_folders(folders: list[Path]) -> list[Path]:
@@ -265,10 +266,10 @@ def table(comparison: Comparison) -> str:
     states lies outside the common path, "at its end" where that on the way lies within 10 mm of an end of it: it may
     then be an accident of the window."""
     lines = [
-        "| run | model | core seconds | common path [mm] | "
+        "| run | model | core seconds | search, compilation [s] | common path [mm] | "
         + " | ".join(QUANTITIES)
         + " | transfer x [mm] | its own error estimate | warnings |",
-        "|" + "---|" * (len(QUANTITIES) + 7),
+        "|" + "---|" * (len(QUANTITIES) + 8),
     ]
     for name, result in zip(comparison.names, comparison.results):
         errors = [_shown(comparison, result, quantity) for quantity in QUANTITIES]
@@ -279,6 +280,7 @@ def table(comparison: Comparison) -> str:
         )
         lines.append(
             f"| {name} | {result.model} | {core_seconds(result):.3g} |"
+            f" {result.cost.search_time:.3g}, {result.cost.compile_time:.3g} |"
             f" {common_path(result, comparison.reference).words} | {' | '.join(errors)} | {position} | {own} |"
             f" {len(result.warnings)} |"
         )
