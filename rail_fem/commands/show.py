@@ -1,5 +1,6 @@
 """`rail-fem show`: what a run or a sweep found, its figures, and a quantity against what varies."""
 
+import json
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -40,6 +41,10 @@ def show(
     try:
         if quantity or against:
             show_against(folder, quantity, against, model or [], out)
+        elif (folder / "damage.json").is_file():
+            say((folder / "report.md").read_text(encoding="utf-8"))
+            if as_json:
+                emit(json.loads((folder / "damage.json").read_text(encoding="utf-8")))
         elif is_sweep(folder):
             tell_sweep(folder)
         else:

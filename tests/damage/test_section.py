@@ -145,6 +145,7 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
     assert found["passes"] == 20 and found["deepest"] > 0 and len(found["deepest_by_law"]) == 7
     assert {p.stem for p in (cut / "figures").glob("*.png")} == {"profiles", "depth", "passes", "shakedown"}
     assert "How sure" in (cut / "report.md").read_text()
+    assert "How sure" in CliRunner().invoke(cli.app, ["show", str(cut)]).output
     after = examine(read_raw(cut / "profile_after.txt", "rail"))
     assert after.profile is not None and not any(f.weight == "refused" for f in after.findings)
     assert "finished already" in call(path, "--passes", "20", "--out", cut, "--restart").output
