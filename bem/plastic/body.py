@@ -91,7 +91,12 @@ class PlasticBody:
         if self.hardening.kinematic:
             limit = self.hardening.first_yield
         near = equivalent_stress(deviator + self.residual - self.state.back) > _NEARLY * limit
-        self._cover(near & (equivalent_stress(deviator) > _LOADED * limit))  # not what other loads left at its limit
+        near &= equivalent_stress(deviator) > _LOADED * limit  # not what other loads left at its limit
+        near[-1] = False  # that it really flows at an end of the window is for `attempt` to find
+        if self.grid.ny > 1:
+            near[:, :, [0, -1]] = False
+        near[:, [0, -1]] = False
+        self._cover(near, refuse=False)
 
     def attempt(self, deviator: np.ndarray, before: Trial | None, tolerance: float = 1e-6) -> Trial | None:
         """Plastic strain under a load's deviator (layers of the box or more); None where nothing yields."""
@@ -144,12 +149,13 @@ class PlasticBody:
             )
         return mean
 
-    def _cover(self, zone: np.ndarray) -> bool:
+    def _cover(self, zone: np.ndarray, refuse: bool = True) -> bool:
         """Let the box hold a zone (nz, nx, ny) with its margin; whether it grew."""
         if not zone.any():
             return False
         ranges = [np.flatnonzero(zone.any(axis=axes)) for axes in ((0, 2), (0, 1), (1, 2))]
-        self._refuse_at_edge(ranges)
+        if refuse:
+            self._refuse_at_edge(ranges)
         margin = [max(MARGIN, int(r[-1] - r[0]) // _SHARE) for r in ranges]
         low = [max(r[0] - m, 0) for r, m in zip(ranges[:2], margin)]
         high = [min(r[-1] + 1 + m, n) for r, m, n in zip(ranges, margin, (*self.grid.shape, self.layers))]
