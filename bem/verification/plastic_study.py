@@ -1,0 +1,95 @@
+"""The plastic half-space by numbers: python -m bem.verification.plastic_study [newton] [sphere] [line].
+
+newton : residuals of Newton's method with the consistent tangent, and how many steps the fixed point takes instead
+sphere : a rigid sphere at 10 times the load of first yield, over the cells per Hertz radius, with CPU seconds
+line   : rolling line contact: first yield, elastic shakedown and ratchetting
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+
+from bem.material import Elastic, contact_modulus
+from bem.patch import Grid
+from bem.plastic.body import PlasticBody
+from bem.plastic.contact import PlasticHalfSpace
+from bem.plastic.hardening import Hardening
+from bem.plastic.increment import solve_increment
+from bem.plastic.influence import Cells, StressInfluence
+from bem.plastic.return_map import PlasticState
+from bem.plastic.rolling import PlasticTrack, repeat_passes
+from bem.plastic.surface import LoadStress
+
+STEEL, RIGID = Elastic(210e9, 0.3), Elastic(1e17, 0.3)
+YIELD, RADIUS = 310e6, 0.1
+
+
+def newton() -> None:
+    """One step of Hertz' pressure, 1.5 times that of first yield, on virgin steel with slopes of 0 and 2 GPa."""
+    cells = Cells(0.125e-3, 0.125e-3, 0.125e-3, 22, 22, 14)
+    grid = Grid.over((-1.375e-3, 1.375e-3), (-1.375e-3, 1.375e-3), 22, 22)
+    x, y = grid.points()
+    pressure = 1.5 * 1.6 * YIELD * np.sqrt(np.maximum(1 - (x**2 + y**2) / 1e-6, 0))
+    held, _ = LoadStress(grid, cells.depths, STEEL.poisson)((pressure,))
+    influence = StressInfluence(cells, STEEL)
+    for slope in (0.0, 2e9):
+        for consistent in (True, False):
+            state = PlasticState.virgin(cells.shape)
+            hardening = Hardening.linear(YIELD, slope)
+            found = solve_increment(influence, held, state, hardening, None, 1e-6, consistent)
+            shown = " ".join(f"{residual:.1e}" for residual in found.residuals[:8])
+            way = "consistent tangent" if consistent else "fixed point"
+            print(
+                f"slope {slope / 1e9:g} GPa, {way}: {len(found.residuals) - 1} steps, {found.products} products,"
+                f" mismatch over yield stress {shown}"
+            )
+
+
+def sphere() -> None:
+    """Mean pressure and area at 10 times first yield, perfectly plastic, in four load steps."""
+    modulus = contact_modulus(RIGID, STEEL)
+    first = np.pi**3 * RADIUS**2 * (1.6 * YIELD) ** 3 / (6 * modulus**2)
+    radius = (7.5 * first * RADIUS / modulus) ** (1 / 3)
+    print("cells per Hertz radius | area over Hertz | mean pressure over yield stress | largest strain | CPU s")
+    for count in (4, 6, 8, 12):
+        n = 4 * count
+        grid = Grid.over((-2 * radius, 2 * radius), (-2 * radius, 2 * radius), n, n)
+        x, y = grid.points()
+        started = time.process_time()
+        body = PlasticHalfSpace(grid, grid.dx, int(2.2 * count) + 2, RIGID, STEEL, Hardening.linear(YIELD))
+        for share in (2.5, 5.0, 7.5, 10.0):
+            found = body.press((x**2 + y**2) / (2 * RADIUS), share * first, 3e-4)
+        area = found.patch.contact_area
+        print(
+            f"{count} | {area / np.pi / radius**2:.4f} | {10 * first / area / YIELD:.4f} | {found.state.peeq.max():.5f}"
+            f" | {time.process_time() - started:.1f}",
+            flush=True,
+        )
+
+
+def line() -> None:
+    """Hertz' line pressure over a ring, perfectly plastic: what eight passes come to."""
+    side, shear_yield = 1 / 8, YIELD / np.sqrt(3)
+    print("p0 / k | verdict | growth of plastic strain in the first and in the last pass")
+    for ratio in (3.07, 3.15, 3.8, 4.2):
+        grid = Grid.over((-1.75, 1.75), (-200.0, 200.0), 28, 1)
+        body = PlasticBody(grid, side, 26, STEEL, Hardening.linear(YIELD))
+        edges = np.clip(np.append(grid.x - side / 2, grid.x[-1] + side / 2), -1, 1)
+        whole = (edges * np.sqrt(1 - edges**2) + np.arcsin(edges)) / 2
+        pressure = ratio * shear_yield * np.diff(whole) / side
+        deviator, _ = LoadStress(grid, body.depths, STEEL.poisson)((pressure[:, None],))
+        passes = repeat_passes(PlasticTrack(body, 64, 24, periodic=True), deviator, 8, stride=2)
+        last = passes.growth[passes.solved - 1]
+        print(f"{ratio:g} | {passes.verdict} | {passes.growth[0]:.2e} | {last:.2e}", flush=True)
+
+
+if __name__ == "__main__":
+    parts = {"newton": newton, "sphere": sphere, "line": line}
+    wanted = sys.argv[1:] or list(parts)
+    if unknown := [name for name in wanted if name not in parts]:
+        sys.exit(f"{', '.join(unknown)}: no such part; choose from {', '.join(parts)}")
+    for name in wanted:
+        parts[name]()
