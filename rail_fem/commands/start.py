@@ -9,8 +9,23 @@ from rail_fem.commands.ending import emit, say, stop
 from rail_fem.commands.options import JsonOption
 
 
-def names(as_json: JsonOption = False) -> None:
+def names(
+    schema: Annotated[
+        Path | None, typer.Option(help="instead: write the JSON Schema of case files into this file, for editors")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
     """What there is: models, wheels, rails, steels, studies."""
+    if schema is not None:
+        from rail_fem.case.schema import write_schema
+
+        try:
+            write_schema(schema)
+        except OSError as error:
+            stop(f"{schema}: cannot be written: {error.strerror}")
+        say(f"{schema}: named in the first line of a case file, #:schema ./{schema.name}, editors complete by it")
+        emit({"schema": schema})
+        return
     there = choices()
     lines = ["models, from the least to the most expensive"]
     for one in there["models"]:
@@ -60,8 +75,9 @@ def init(
     ] = ["rigid_hertz", "fe_full"],  # noqa: B006
 ) -> None:
     """Write a case file to begin with: every key with unit, range, default and meaning; what has a default is commented
-    out."""
+    out. Beside it rail-fem.schema.json, by which editors complete keys."""
     from rail_fem.atomic import write_text_atomically
+    from rail_fem.case.schema import SCHEMA_FILE, write_schema
     from rail_fem.case.template import template
     from rail_fem.hierarchy import MODELS
 
@@ -71,7 +87,8 @@ def init(
     if file.exists():
         stop(f"{file} is there already: remove it or give another name")
     try:
-        write_text_atomically(file, "\n".join(template(model)) + "\n")
+        write_text_atomically(file, "\n".join([f"#:schema ./{SCHEMA_FILE}", *template(model)]) + "\n")
+        write_schema(file.parent / SCHEMA_FILE)
     except OSError as error:
         stop(f"{file}: cannot be written: {error.strerror}")
     say(
