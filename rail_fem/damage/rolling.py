@@ -195,9 +195,9 @@ def equilibrium_on_yielding_rails(
 def equilibrium_near(search: ContactSearch, loads: tuple[float, float], lateral: float, yaw: float) -> LoadedWheelset:
     """The wheelset at rest at a lateral position, or within 10 um of it where worn lines are so rough that a force
     jumps there. Raises WheelsetError where it finds none."""
-    for nudge in NUDGES:
+    for nudge in NUDGES[:-1]:
         try:
             return static_equilibrium(search, loads, lateral + nudge, yaw)
         except WheelsetError:
-            if nudge == NUDGES[-1]:
-                raise
+            continue
+    return static_equilibrium(search, loads, lateral + NUDGES[-1], yaw)

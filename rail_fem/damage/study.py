@@ -87,16 +87,16 @@ def run_study(
     say((folder / REPORT).read_text(encoding="utf-8"))
 
 
-def _wear_section(case, settings, folder, goes_on, tie, progress, say) -> None:
+def _wear_section(case, settings, folder, goes_on, identity, progress, say) -> None:
     section = switch_section(case.scene, settings)
-    state = _read_state(folder / STATE, tie, section) if goes_on and (folder / STATE).is_file() else begin(section)
+    state = _read_state(folder / STATE, identity, section) if goes_on and (folder / STATE).is_file() else begin(section)
     if state.passes:
         say(f"going on after {state.passes:.6g} passes")
     before = replace(section, positions={}).rate(state.first)  # positions found here are not the study's
     blocks = len(state.log)
     for reached in evolve(section, settings.passes, stepping_of(settings), state):
         state, blocks = reached, blocks + 1
-        _write_state(folder / STATE, state, tie)
+        _write_state(folder / STATE, state, identity)
         progress.update(blocks, state.passes, settings.passes)
     section.start_from(state.starts)
     after = section.rate(state.worn)
@@ -157,12 +157,12 @@ def _arrays(state: Evolution) -> dict[str, np.ndarray]:
     return arrays | {name: np.asarray(getattr(state, name)) for name in plain}
 
 
-def _write_state(path: Path, state: Evolution, tie: str) -> None:
-    write_sealed(path, _arrays(state), {"case": tie})
+def _write_state(path: Path, state: Evolution, identity: str) -> None:
+    write_sealed(path, _arrays(state), {"case": identity})
 
 
-def _read_state(path: Path, tie: str, section) -> Evolution:
-    stored, _ = read_sealed(path, {"case": tie}, "begin again with --overwrite")
+def _read_state(path: Path, identity: str, section) -> Evolution:
+    stored, _ = read_sealed(path, {"case": identity}, "begin again with --overwrite")
     section.start_from(stored["starts"])
     label, corners = section.track.left.label, stored["corners"]
     profiles = [WornProfile(stored[name], corners, label) for name in ("points", "first_points")]

@@ -26,7 +26,8 @@ class WearError(ValueError):
 class WearLaw(Protocol):
     """label : what figures and tables call it"""
 
-    label: str
+    @property
+    def label(self) -> str: ...
 
     def depth(self, patch: Patch, speed: float) -> np.ndarray:
         """(ny,) depth [m] worn off each strip of a rolling patch by one pass at a rolling speed [m/s]."""
@@ -131,7 +132,7 @@ class Archard:
     one_a_patch : one k for the whole patch, from its largest pressure and largest slip velocity, as thesis section
         4.4.1 does (with share 1)
     coefficient : k itself [1]; the map is not asked then
-    Source: thesis eq. 4-12, 4-13 with its misprint mended: depth = k/H p |s| dx / V.
+    Source: thesis eq. 4-12, 4-13 with its misprint corrected: depth = k/H p |s| dx / V.
     """
 
     hardness: float

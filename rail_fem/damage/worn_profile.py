@@ -39,7 +39,7 @@ class WornProfile:
         """Nodes evenly along what can be seen from above of a profile, its kinks among them."""
         line = profile.from_above()
         s = line.arc_length
-        # a tongue's wall between two bodies is 1e-9 m wide: its two ends are one corner
+        # a switch rail's wall between two bodies is 1e-9 m wide: its two ends are one corner
         turn = np.abs(line.angle_after - line.angle_before)
         turn[[0, -1]] = 0.0
         at = s[turn > KINK]

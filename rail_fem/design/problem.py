@@ -61,7 +61,8 @@ class Variable(Frozen):
     @property
     def bounds(self) -> tuple[float, float]:
         """Low and high in `unit`."""
-        return tuple(parse(str(value), self.unit)[1] for value in (self.low, self.high))
+        low, high = (parse(str(value), self.unit)[1] for value in (self.low, self.high))
+        return low, high
 
     @property
     def title(self) -> str:

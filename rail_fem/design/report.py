@@ -1,6 +1,7 @@
 """What a search found: a table of start and best over all passes, how robust the gain is, and one figure."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -120,6 +121,7 @@ def _front(points: np.ndarray) -> np.ndarray:
 
 def _path(problem: Problem, values: np.ndarray | None, changes: dict) -> tuple[np.ndarray, np.ndarray]:
     case = load_case(problem.case, problem.changes(values) | changes)
-    start, end = case.runs[problem.design.model].window(case.scene)
+    settings: Any = case.runs[problem.design.model]
+    start, end = settings.window(case.scene)
     x = np.arange(min(start, end), max(start, end), SHAPE_SPACING)
     return x, rigid_path(case.scene, x).height

@@ -11,6 +11,7 @@ slopes and moves on with the track mass for a quarter of their period: pi / 2 sq
 """
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import typer
@@ -49,7 +50,7 @@ def p2_of(scene: Scene, dip: float, reading: str, mass: float) -> float:
 def row(file: Path) -> list[str]:
     """One case."""
     case = load_case(file)
-    settings = case.runs["p2_formula"]
+    settings: Any = case.runs["p2_formula"]
     formula, found = p2_formula.solve(case.scene, settings), rigid_hertz.solve(case.scene, case.runs["rigid_hertz"])
     own = trajectory_dip(found).angle
     peaks = [filtered_peak(found, cutoff) for cutoff in CUTOFFS]
