@@ -10,6 +10,7 @@ cell differs by pressure and slip there. The thesis prints largest cells of a 50
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -31,13 +32,15 @@ COLOURS = (TOTAL, WING, GREEN, NOSE, PURPLE)
 
 
 def rolled(patch: Patch) -> Patch:
-    """With tractions and slip under Table 6-2's creepages."""
+    """With tractions and slip under Table 6-2's creepages, which are those at the largest pressure: there y is 0."""
+    grid, along = patch.grid, patch.pressure.max(axis=0)
+    patch = replace(patch, grid=replace(grid, y_first=grid.y_first - grid.y[int(np.argmax(along))]))
     return fastsim(patch, THESIS_STEEL, THESIS_STEEL, 0.3, CREEPAGE, estimate=False)
 
 
 def patches() -> dict[str, Patch]:
     """Rolled patches by the method of their pressure."""
-    found = {"Hertz, thesis' ellipse": elliptic_patch(5.66e-3, 4.02e-3, WHEEL_LOAD, (50, 50))}
+    found = {"Hertz, thesis' ellipse": elliptic_patch(5.66e-3, 4.02e-3, WHEEL_LOAD, (50, 51))}
     wanted = {"2.5D (a) parabolic, 2a = 11.32 mm", "2.5D (b), coupled slices", "half-space"}
     found |= {row.method: row.patch for row in method_rows(thesis_pair(HEAD), HEAD) if row.method in wanted}
     return {name: rolled(patch) for name, patch in found.items()}
@@ -105,7 +108,8 @@ def draw(path: Path, found: dict[str, Patch]) -> Path:
         for (name, patch), colour in zip(found.items(), COLOURS, strict=False):
             axis.plot(patch.grid.y * 1e3, LAW.depth(patch, SPEED) * 1e9, color=colour, label=name)
         axis.set(
-            xlabel="across the rail from the first touch, + to the field side [mm]", ylabel="depth of one pass [nm]"
+            xlabel="across the rail from the largest pressure, + to the field side [mm]",
+            ylabel="depth of one pass [nm]",
         )
         axis.legend()
         figure.suptitle(
