@@ -114,7 +114,7 @@ def call(*arguments):
 
 
 def small_case(tmp_path, more=""):
-    text = CASE.read_text().replace("hardness =", "cells = 12\nblock = 10\nhardness =")
+    text = CASE.read_text().replace("hardness =", "cells = 12\nhardness =").replace("block = 200", "block = 10")
     text = text.replace("amplitude =", "positions = 2\namplitude =")
     path = tmp_path / "case.toml"
     path.write_text(text + more)
