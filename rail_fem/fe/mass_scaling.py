@@ -15,6 +15,8 @@ import numpy as np
 
 from geometry.meshing.hexmesh import HexMesh
 from rail_fem.fe.hexahedron import volumes
+from rail_fem.fe.slabs import Slabs
+from rail_fem.fe.window import Extent, heaviest
 from rail_fem.light.mass_scaling import SHARE, quasi_static_factor, transit_ratio
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
@@ -25,7 +27,8 @@ AUTO = "auto"
 
 @dataclass(frozen=True)
 class MassScaling:
-    """factor : on the density of all elements;  steel : mass of each body's mesh at the density of its steel [kg];
+    """factor : on the density of all elements;  steel : mass of each body's mesh at the density of its steel [kg], of the
+    crossing with a travelling window the most that moves in it;
     bodies : mass of each body in the case [kg], infinite where it is held;  transit : see
     rail_fem.light.mass_scaling.transit_ratio;  why : what decided the factor"""
 
@@ -50,13 +53,22 @@ class MassScaling:
         return [replace(steel, density=self.factor * steel.density) for steel in steels]
 
 
-def choose_scaling(scene: Scene, settings: FeSettings, steels: list[Steel], mesh: HexMesh | None, comm) -> MassScaling:
-    """The factor that the settings ask for. mesh : root only. Collective.
+def choose_scaling(
+    scene: Scene,
+    settings: FeSettings,
+    steels: list[Steel],
+    mesh: HexMesh | None,
+    comm,
+    window: tuple[Slabs, Extent] | None = None,
+) -> MassScaling:
+    """The factor that the settings ask for. mesh : root only;  window : that travels with the wheel: what lies outside
+    is part of the rigid base and its mesh weighs what the base does. Collective.
 
     Errors: ValueError where a mesh would weigh more than its body, with the largest factor that is possible.
     """
     masses = comm.bcast(None if mesh is None else steel_masses(mesh, steels), root=0)
-    steel = {"crossing": float(masses[0] + masses[1]), "wheel": float(masses[2])}
+    moving = comm.bcast(None if mesh is None or window is None else window_mass(mesh, steels, *window), root=0)
+    steel = {"crossing": float(masses[0] + masses[1]) if moving is None else moving, "wheel": float(masses[2])}
     bodies = {
         "crossing": _crossing_mass(scene, settings, steel["crossing"]),
         "wheel": scene.vehicle.wheel_unsprung_mass,
@@ -72,8 +84,22 @@ def choose_scaling(scene: Scene, settings: FeSettings, steels: list[Steel], mesh
 
 def steel_masses(mesh: HexMesh, steels: list[Steel]) -> np.ndarray:
     """Mass of each region at the density of its steel (n_steels,) [kg]."""
+    return np.bincount(mesh.region, _cell_masses(mesh, steels), minlength=len(steels))
+
+
+def window_mass(mesh: HexMesh, steels: list[Steel], slabs: Slabs, extent: Extent) -> float:
+    """The most that the slabs in a travelling window weigh at the density of their steel [kg]."""
+    mass, slab = _cell_masses(mesh, steels), slabs.of_cells(mesh.points[mesh.cells].mean(axis=1)[:, 0], mesh.region)
+    of_slabs = tuple(
+        np.bincount(slab[mesh.region == region], mass[mesh.region == region], minlength=count)
+        for region, count in enumerate(slabs.counts)
+    )
+    return heaviest(slabs, extent, of_slabs)
+
+
+def _cell_masses(mesh: HexMesh, steels: list[Steel]) -> np.ndarray:
     density = np.array([steel.density for steel in steels])[mesh.region]
-    return np.bincount(mesh.region, density * volumes(mesh.points.ravel(), mesh.cells), minlength=len(steels))
+    return density * volumes(mesh.points.ravel(), mesh.cells)
 
 
 def _crossing_mass(scene: Scene, settings: FeSettings, steel: float) -> float:

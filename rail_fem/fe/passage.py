@@ -138,7 +138,8 @@ def build_passage(
     domain = Domain(comm, *(() if mesh is None else shared_mesh(mesh, slabs, comm.size)))
     materials = scene.materials
     steels = [materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()]
-    scaling = choose_scaling(scene, settings, steels, mesh, comm)
+    extent = Extent(running.start, running.sign, *settings.window_lengths)
+    scaling = choose_scaling(scene, settings, steels, mesh, comm, None if slabs is None else (slabs, extent))
     structure = Structure(
         domain,
         scaling.densities(steels),
@@ -163,13 +164,14 @@ def build_passage(
     )
     window = None
     if slabs is not None:
-        extent = Extent(running.start, running.sign, *settings.window_lengths)
         centres = contact.reference[rail.quads].mean(axis=1)[:, 0]
         of_facets = quad_region[quad_region != 2]
         window = TravellingWindow(structure, slabs, extent, crossing, of_facets, slabs.of_cells(centres, of_facets))
     dynamics = Dynamics(structure, supports, contact, window=window)
     masses = structure.region_masses()
     crossing.mesh_mass, axle.mesh_mass = float(masses[0] + masses[1]), float(masses[2])
+    if window is not None:
+        crossing.moving_mass = scaling.factor * scaling.steel["crossing"]
     _set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
     start_velocities(dynamics, running, axle, sprung)
     region = np.zeros(len(rail.nodes), np.int64)

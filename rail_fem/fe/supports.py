@@ -17,6 +17,7 @@ class RigidGroup:
     input_nodes : (k,) nodes of the input mesh (may be empty: a lumped mass);  added_mass [kg];
     free : directions that may move
     mesh_mass : of the whole mesh that the group holds [kg]: what its nodes and those that hang on them weigh
+    moving_mass : the most of it that ever moves on its own [kg], None: all of it
     load : (3,) constant force [N];  velocity, displacement : (3,), change in place with time
     """
 
@@ -29,6 +30,7 @@ class RigidGroup:
     displacement: np.ndarray = field(default_factory=lambda: np.zeros(3))
     node_mass: float = 0.0
     mesh_mass: float = 0.0
+    moving_mass: float | None = None
     load_work: float = 0.0
     # force of the elements on the group in the last step [N]
     reaction: np.ndarray = field(default_factory=lambda: np.zeros(3))
@@ -42,7 +44,7 @@ class RigidGroup:
     def add_mass_up_to(self, total: float, remedy: str) -> None:
         """Added mass such that group and mesh together weigh `total` [kg]. Errors: ValueError where the mesh alone
         weighs more."""
-        if self.mesh_mass > total:
+        if (self.mesh_mass if self.moving_mass is None else self.moving_mass) > total:
             raise ValueError(
                 f"the mesh of the {self.name} weighs {self.mesh_mass:.1f} kg, more than the {total:.1f} kg that the"
                 f" case gives it: steel that is modelled cannot be taken away again; {remedy}"

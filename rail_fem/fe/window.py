@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.fe.slabs import Slabs
+from rail_fem.fe.slabs import EQUAL, Slabs
 from rail_fem.fe.state import PLASTIC_WORK
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import RigidGroup
@@ -38,6 +38,19 @@ class Extent:
         """Low and high end [m] when the wheel has moved by `offset` along x [m]."""
         ends = self.start + offset + self.sign * np.array([-self.behind, self.ahead])
         return float(ends.min()), float(ends.max())
+
+
+def heaviest(slabs: Slabs, extent: Extent, masses: tuple[np.ndarray, ...]) -> float:
+    """The most that active slabs weigh at any position of the wheel [kg]. masses : (slabs of the region,) [kg] of each
+    region"""
+    planes = np.concatenate(slabs.planes)
+    # slabs enter where the front end comes to a plane and leave where the rear end does
+    fronts = planes + 2 * EQUAL * extent.sign - extent.start - extent.sign * extent.ahead
+    most = 0.0
+    for offset in fronts[np.isfinite(fronts)] if np.isfinite(extent.ahead) else (0.0,):
+        ranges = slabs.near(*extent.ends(offset))
+        most = max(most, sum(float(mass[low:high].sum()) for mass, (low, high) in zip(masses, ranges)))
+    return most
 
 
 @dataclass(frozen=True)

@@ -131,3 +131,19 @@ def test_a_body_in_flight_answers_a_force_as_the_unscaled_one(scene, made):
         assert momentum / scene.vehicle.wheel_unsprung_mass == pytest.approx(
             -1e5 * d.time / scene.vehicle.wheel_unsprung_mass, rel=1e-9
         )
+
+
+def test_with_a_travelling_window_only_what_moves_in_it_is_held_against_the_body(scene, made):
+    """Outside it the mesh is part of the rigid base. Bodies weigh the case's at any position: nodes that move, and the
+    base with all others; a factor is possible that would make the whole mesh heavier than its body."""
+    light = scene.model_copy(update={"foundation": scene.foundation.model_copy(update={"track_mass": 45.0})})
+    with pytest.raises(ValueError, match="mesh of the crossing would weigh"):
+        scaled_passage(light, made, mass_scaling=10.0)
+    passage = scaled_passage(light, made, mass_scaling=10.0, window_ahead=0.02, window_behind=0.02)
+    window, mass = passage.dynamics.window, passage.dynamics.structure.mass
+    assert passage.crossing.mesh_mass > 45.0 > passage.crossing.moving_mass
+    for offset in (0.0, 0.03, 0.06):
+        window.advance(offset)
+        moving = window.in_slabs & ~window.rigid
+        assert mass[moving].sum() + passage.crossing.mass == pytest.approx(45.0, rel=1e-12)
+        assert passage.crossing.mass > 0 and mass[moving].sum() <= passage.crossing.moving_mass
