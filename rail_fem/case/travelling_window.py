@@ -6,11 +6,11 @@ from rail_fem.case.warnings import static_patch
 from rail_fem.light.fine_zone import NEAR
 from rail_fem.light.rigid import window_path
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.explicit import SLAB_ELEMENTS, FeSettings
 
 IMPACT = 3.0  # largest contact force over the static load that a window must be long enough for
 ZONE = 1.0  # plastic flow ahead of the patch and behind it, over the patch's half length
-SLAB, SLAB_ELEMENTS = 6e-3, 3  # slabs enter and leave whole: the longer of these and of so many elements [m]
+SLAB = 6e-3  # slabs enter and leave whole, at least so long [m]
 
 
 def largest_half_patch(scene: Scene) -> float:

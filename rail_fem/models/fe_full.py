@@ -126,7 +126,7 @@ def _twin(
     size = min(TWIN * settings.element_size, LARGEST_TWIN)
     if size < LEAST_TWIN * settings.element_size:
         return f"elements of {settings.element_size * 1e3:g} mm are too large for a coarser twin"
-    coarse = settings.model_copy(update={"element_size": size, "error_twin": False, "field_frames": 1})
+    coarse = settings.coarser(size / settings.element_size).model_copy(update={"error_twin": False, "field_frames": 1})
     if progress is not None:
         progress.note(f"first its coarse twin, elements of {coarse.element_size * 1e3:g} mm: for the error bars")
     try:

@@ -12,6 +12,7 @@ from rail_fem.scene.units import Quantity
 # first impact [m]
 COMMON_WINDOW = 0.095, 0.700
 SMOKE_ELEMENT_SIZE = 6e-3
+SLAB_ELEMENTS = 3  # along the rail, of the slabs that a travelling window lets enter and leave
 SMOKE_STEPS = 50
 
 
@@ -96,6 +97,17 @@ class FeSettings(Frozen):
     def wheel_size(self) -> float:
         """Element size in the wheel's patch [m]."""
         return self.element_size if self.wheel_element_size is None else self.wheel_element_size
+
+    def coarser(self, factor: float) -> "FeSettings":
+        """The same with elements larger by a factor; a travelling window longer by as much as its slabs are."""
+        longer = SLAB_ELEMENTS * (factor - 1) * self.element_size
+        changed = {
+            "element_size": factor * self.element_size,
+            "wheel_element_size": self.wheel_element_size and factor * self.wheel_element_size,
+            "window_ahead": self.window_ahead and self.window_ahead + longer,
+            "window_behind": self.window_behind and self.window_behind + longer,
+        }
+        return self.model_copy(update=changed)
 
     @property
     def window_lengths(self) -> tuple[float, float]:
