@@ -27,8 +27,8 @@ AUTO = "auto"
 
 @dataclass(frozen=True)
 class MassScaling:
-    """factor : on the density of all elements;  steel : mass of each body's mesh at the density of its steel [kg], of the
-    crossing with a travelling window the most that moves in it;
+    """factor : on the density of all elements;  steel : mass of each body's mesh at the density of its steel [kg], with
+    a travelling window the most of the crossing's that moves in it;
     bodies : mass of each body in the case [kg], infinite where it is held;  transit : see
     rail_fem.light.mass_scaling.transit_ratio;  why : what decided the factor"""
 
