@@ -12,7 +12,7 @@ from rail_fem.commands.ending import say, stop
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run of an explicit model")],
     to: Annotated[
-        Path, typer.Option("--to", help="file to write: .xdmf or .bp by dolfinx; .vtu .vtk .msh .inp .med by meshio")
+        Path, typer.Option("--to", help="file to write: .xdmf or .bp by dolfinx; .vtu .vtk .msh .inp by meshio")
     ],
     frame: Annotated[
         int | None, typer.Option(help="number of a field frame, from 0; default: the last fields", min=0)

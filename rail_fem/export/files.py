@@ -12,7 +12,7 @@ from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, TaggedFields
 from rail_fem.output.fields import VTK_ORDER
 
 BY_DOLFINX = (".xdmf", ".bp")
-BY_MESHIO = (".vtu", ".vtk", ".msh", ".inp", ".med")  # each read back whole in tests/export/test_files.py
+BY_MESHIO = (".vtu", ".vtk", ".msh", ".inp")  # each read back whole in tests/export/test_files.py
 
 
 class ExportError(ValueError):
@@ -25,7 +25,7 @@ def write_by_meshio(path: Path, run: TaggedFields, deformed: bool = False) -> No
     .msh (Gmsh 2.2): bodies and surfaces as named physical groups, which dolfinx.io.gmshio reads; fields as views, which
         Gmsh reads and meshio itself does not
     .inp (Abaqus): bodies as element sets, surfaces as node sets; the format holds no fields
-    .vtu .vtk .med: tags of the bodies and fields as data of nodes and cells
+    .vtu .vtk: tags of the bodies and fields as data of nodes and cells
     Errors: ExportError for another suffix, or what meshio lacks for one of these; OSError.
     """
     import meshio
