@@ -54,6 +54,11 @@ STUDIES = {
         ("--quick",),
     ),
     "kernel-speed": Study("rail_fem.studies.kernel_speed", "element kernels against dolfinx's own assembly"),
+    "verification": Study(
+        "rail_fem.studies.verification",
+        "the verification page: exact problems, estimates, hard cases, speed against error",
+        ("--share", "0.05", "--across", "4"),
+    ),
     "plane-orders": Study(
         "bem.verification.orders", "plane boundary elements against exact solutions, with their orders"
     ),

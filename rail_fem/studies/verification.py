@@ -1,0 +1,129 @@
+"""The verification page from the runs themselves: `rail-fem study verification --out page.md [--runs DIR] [--tests]`.
+
+Exact problems with their errors and observed orders, estimates with the share of seeded cases that they cover,
+explicit contact against Hertz, speed against error of every model over the runs in DIR, and the tests of hard cases
+with what happened to each. What is not asked for, or cannot be run here, is said on the page.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import typer
+
+from bem.verification import estimates_study, orders
+from rail_fem.atomic import write_text_atomically
+from rail_fem.hierarchy import smoke_requested
+
+ROOT = Path(__file__).resolve().parents[2]
+HARD_CASES = (
+    "tests/fe/test_hard_elements.py",
+    "tests/fe/test_hard_contact.py",
+    "tests/fe/test_stable_step.py",
+    "tests/bem/test_contact_hard.py",
+    "tests/rail_fem/test_hard_profiles.py",
+    "tests/rail_fem/test_hostile_cases.py",
+)
+
+
+def exact_problems() -> str:
+    """Every exact problem of the boundary elements: error at each size, observed order."""
+    head = ["| problem | error of | fineness | error [%] at each | observed order |", "|---|---|---|---|---|"]
+    return "\n".join(head + [row for study in orders.STUDIES for row in orders.lines_of(study)]) + "\n"
+
+
+def estimates(share: float, seed: int = 100) -> str:
+    """Error estimates of the contact solvers on seeded cases that did not serve to choose their constants."""
+    lines = [
+        "| estimate of | cases | error within it | median of estimate over error | median error |",
+        "|---|---|---|---|---|",
+    ]
+    for part, (cases, _) in estimates_study.PARTS.items():
+        rows = estimates_study.rows_of(part, seed, max(1, round(share * cases)))
+        for quantity, (count, covered, ratio, error) in estimates_study.summary(rows).items():
+            lines.append(f"| {quantity} | {count} | {covered:.0%} | {ratio:.1f} | {error:.1e} |")
+    return "\n".join(lines) + "\n"
+
+
+def indentation(across: tuple[int, ...]) -> str:
+    """Explicit contact at rest against Hertz, or why it was not run."""
+    try:
+        from rail_fem.studies.impact import indent, table
+    except ImportError as error:
+        return f"Not run: {error}.\n"
+    return table([indent(count) for count in across])
+
+
+def speed_against_error(runs: Path | None) -> str:
+    """The comparison of the runs of one scene, or what is missing."""
+    if runs is None:
+        return "Not asked for: `--runs DIR` names a folder of runs of one scene by several models.\n"
+    from rail_fem.sweeps import compare
+
+    found = compare.compare([runs])
+    return f"{compare.table(found)}\n{compare.warnings(found)}\n"
+
+
+def hard_cases(files: tuple[str, ...]) -> str:
+    """The tests of hard cases, one row each: what is asked in words, and what happened."""
+    if not (ROOT / "tests").is_dir():
+        return "Not run: the tests do not come along with an installation.\n"
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder) / "report.xml"
+        command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", f"--junitxml={report}"]
+        subprocess.run([*command, *files], cwd=ROOT, capture_output=True, check=False)
+        cases = list(ElementTree.parse(report).iter("testcase"))
+    lines = ["| what is asked | in | what happened |", "|---|---|---|"]
+    for case in cases:
+        words = (case.get("name") or "").removeprefix("test_").replace("_", " ").replace("|", "\\|")
+        lines.append(f"| {words} | `{(case.get('classname') or '').rpartition('.')[2]}` | {outcome(case)} |")
+    failed = sum("**failed**" in line for line in lines)
+    return "\n".join(lines) + f"\n\n{len(cases)} cases, {failed} failed.\n"
+
+
+def outcome(case: ElementTree.Element) -> str:
+    """held, failed (with the first line of why), or not run."""
+    for kind, word in (("failure", "**failed**"), ("error", "**failed**"), ("skipped", "not run")):
+        found = case.find(kind)
+        if found is not None:
+            reason = (found.get("message") or "").partition("\n")[0].replace("|", "\\|")
+            return f"{word}: {reason}"
+    return "held"
+
+
+def page(sections: dict[str, Callable[[], str]]) -> str:
+    """The Markdown page: a heading and what its function says, in turn."""
+    smoke = "RAIL_FEM_SMOKE: the two coarsest sizes only; orders have no meaning.\n\n" if smoke_requested() else ""
+    return (
+        "# Verification, from the runs\n\n"
+        + smoke
+        + "\n".join(f"## {name}\n\n{said()}" for name, said in sections.items())
+    )
+
+
+def main(
+    out: Path = typer.Option(Path("verification.md"), help="Markdown file to write"),
+    runs: Path | None = typer.Option(None, help="folder of runs of one scene, for speed against error"),
+    tests: bool = typer.Option(False, "--tests", help="run the tests of hard cases"),
+    share: float = typer.Option(1.0, help="of the seeded cases of the estimates", min=0.0, max=1.0),
+    across: list[int] = typer.Option([4, 8], help="elements over the patch of the explicit indentation"),
+):
+    """Write the verification page: every number on it is computed now."""
+    sections: dict[str, Callable[[], str]] = {
+        "Exact problems, with observed order": exact_problems,
+        "Estimates, and how often the error lies within them": lambda: estimates(share),
+        "Explicit contact at rest against Hertz": lambda: indentation(tuple(sorted(across))),
+        "Speed against error of the models": lambda: speed_against_error(runs),
+        "Hard cases": lambda: hard_cases(HARD_CASES) if tests else "Not asked for: `--tests` runs them.\n",
+    }
+    write_text_atomically(out, page(sections))
+    typer.echo(f"written: {out}")
+
+
+if __name__ == "__main__":
+    typer.run(main)
