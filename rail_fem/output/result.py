@@ -101,6 +101,7 @@ class PassResult:
         rail_fem.output.quantities.REPORTED [SI], the last as this result; () for a single pass
     trust          : row -> what the trust report found (plain values)
     fault          : why the run failed; empty when it did not
+    title          : of the case that was run; empty where none was
     cut_off        : what ended the run before the end of its way, as its settings ask; empty when it went to the end
     """
 
@@ -122,6 +123,7 @@ class PassResult:
     versions: Mapping[str, str] = field(default_factory=versions)
     fault: str = ""
     cut_off: str = ""
+    title: str = ""
 
     def __post_init__(self):
         object.__setattr__(self, "history", complete_history(self.history))

@@ -9,39 +9,29 @@ from rail_fem.output.history import COLUMNS
 from rail_fem.output.result import PassResult
 from rail_fem.output.shares import largest_internal, last_known, numerical_shares
 from rail_fem.show.positions import label_distance, legend_above, mark_positions
-from rail_fem.show.style import (
-    GREEN,
-    GREY,
-    NOSE,
-    ORANGE,
-    PURPLE,
-    SKY,
-    TOTAL,
-    WING,
-    give_title,
-    new_figure,
-    words_instead,
-)
+from rail_fem.show.style import GREY, NOSE, PURPLE, SKY, TOTAL, WING, give_title, new_figure, words_instead
 
+# one meaning a colour, in both panels; none is that of the lines and shades that mark positions
+ROSE, BROWN, OLIVE, WINE, INDIGO = "#CC6677", "#661100", "#999933", "#882255", "#332288"
 LINES = {
     "energy_elastic": (WING, "-"),
     "energy_plastic": (NOSE, "-"),
-    "energy_friction": (ORANGE, "-"),
-    "energy_damping": (GREEN, "--"),
+    "energy_friction": (ROSE, "-"),
+    "energy_damping": (BROWN, "--"),
     "energy_springs": (SKY, "--"),
     "energy_kinetic": (PURPLE, "--"),
     "energy_external": (GREY, "--"),
-    "energy_viscosity": (GREEN, "-"),
-    "energy_hourglass": (PURPLE, "-"),
-    "energy_contact": (SKY, "-"),
+    "energy_viscosity": (OLIVE, "-"),
+    "energy_hourglass": (WINE, "-"),
+    "energy_contact": (INDIGO, "-"),
     "energy_balance": (TOTAL, ":"),
 }
 SHARES = {  # of rail_fem.output.shares: words, colour, line, which limit of the trust report
-    "energy_hourglass": ("hourglass, of the largest internal energy so far", PURPLE, "-"),
-    "energy_contact": ("contact penalty, of the same", SKY, "-"),
-    "energy_viscosity": ("bulk viscosity, of the same", GREEN, "-"),
+    "energy_hourglass": ("hourglass, of the largest internal energy so far", WINE, "-"),
+    "energy_contact": ("contact penalty, of the same", INDIGO, "-"),
+    "energy_viscosity": ("bulk viscosity, of the same", OLIVE, "-"),
     "balance_bodies": ("balance of the bodies, of the impact's work", TOTAL, ":"),
-    "balance_contact": ("balance of the contact, of the impact's work", ORANGE, ":"),
+    "balance_contact": ("balance of the contact, of the impact's work", GREY, ":"),
 }
 # rows of the trust report whose limits are drawn
 ROWS = {"hourglass energy, all bodies": "energy_hourglass", "penalty energy": "energy_contact"}
@@ -80,6 +70,8 @@ def curve(result: PassResult, column: str) -> tuple[str, np.ndarray]:
     """Words and values (n,) [J] of a column's curve. What drives the train on and what its speed and spin hold nearly
     cancel: drawn as their difference."""
     values = result.history[column]
+    if column == "energy_contact" and not np.isfinite(result.history["energy_elastic"]).any():
+        return "elastic energy in the contact, by its force law", values
     if column not in CHANGES:
         return WORDS.get(column, COLUMNS[column].meaning), values
     values = values - start_value(result, column)

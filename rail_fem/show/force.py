@@ -120,7 +120,7 @@ def draw_crossing(axes, result: PassResult) -> None:
     else:
         axes.text(0.5, 0.5, "crossing height not resolved", transform=axes.transAxes, ha="center")
     mark_positions(axes, result, label=False)
-    axes.set_ylabel("crossing [mm]")
+    axes.set_ylabel("crossing\nheight [mm]")
 
 
 def given_path(result: PassResult) -> tuple[np.ndarray, np.ndarray] | None:

@@ -13,6 +13,7 @@ from rail_fem.output.result import PassResult
 from rail_fem.show.fields import REGIONS, CrossingFields, faces_from_above
 from rail_fem.show.style import BODY, HALO, NEVER_YIELDED, STRAIN_COLOURS, give_title, new_figure
 
+SHARED = 0.02  # of the force, from which on both bodies count as carrying
 MARGIN = 12e-3  # shown around what has yielded and the contact path [m]
 LONGEST_STRIP = 3.4  # length over width of a strip; longer views go on in the next strip
 
@@ -39,7 +40,7 @@ def plan_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure
             color="black",
             lw=1.0,
             path_effects=[withStroke(linewidth=2.2, foreground="white")],
-            label="path of contact",
+            label="path of contact (broken where both bodies carry)",
         )
         mark_worst(axes, fields, owner, corners)
         name_bodies(axes, fields, (low, high, bottom, top), path)
@@ -52,7 +53,9 @@ def plan_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure
     )
     if most > 0:
         bar = figure.colorbar(colours, ax=list(panels), orientation="horizontal", aspect=60, shrink=0.9, fraction=0.05)
-        bar.set_label("equivalent plastic strain (PEEQ) of the surface elements [%]; grey: never yielded")
+        bar.set_label(
+            "equivalent plastic strain (PEEQ) of the surface elements [%]; grey: never yielded, white: not meshed"
+        )
     else:
         panels[0].text(
             0.5,
@@ -73,9 +76,13 @@ def mpl_colour(text: str) -> np.ndarray:
 
 
 def contact_path(result: PassResult) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of contact [mm], NaN where there is none; so the line breaks there."""
-    x, y = result.history["contact_x"], result.history["contact_y"]
-    lost = ~(result.history["force"] > 0)
+    """Positions of contact [mm], NaN where there is none or where wing and nose carry at once: the mean of both would
+    lie in the flangeway. The line breaks there."""
+    x, y, force = (result.history[name] for name in ("contact_x", "contact_y", "force"))
+    lost = ~(force > 0)
+    if np.isfinite(result.history["force_nose"]).any():
+        share = np.minimum(result.history["force_wing"], result.history["force_nose"])
+        lost |= share > SHARED * force
     return np.where(lost, np.nan, 1e3 * x), np.where(lost, np.nan, 1e3 * y)
 
 

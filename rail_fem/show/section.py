@@ -33,7 +33,7 @@ def section_figure(result: PassResult, fields: CrossingFields, name: str) -> Fig
     for column, (body, cell) in zip(panels.T, worst.items()):
         draw_section(column, fields, body, cell, colours)
     bar = figure.colorbar(colours, ax=panels, orientation="horizontal", aspect=60, shrink=0.9, fraction=0.05)
-    bar.set_label("equivalent plastic strain (PEEQ) [%]; grey: never yielded")
+    bar.set_label("equivalent plastic strain (PEEQ) [%]; grey: never yielded, white: not meshed")
     give_title(figure, f"Plastic strain in section ({fields.source})", name, result)
     return figure
 

@@ -73,8 +73,9 @@ def scene_words(scene: Scene, speed: bool = True) -> str:
 
 
 def give_title(figure: Figure, what: str, name: str, result: PassResult) -> None:
-    """What is seen, of which run, of which scene; and that the run failed, if it did."""
-    lines = [f"{what}: {name}, model {result.model}", scene_words(result.scene)]
+    """What is seen, of which run and case, of which scene; and that the run failed, if it did."""
+    run = f"run {name}, model {result.model}" if name != result.model else f"model {result.model}"
+    lines = [f"{what}: {run}", *textwrap.wrap(result.title, 110), scene_words(result.scene)]
     if result.fault:
         lines += textwrap.wrap(f"THIS RUN FAILED: {result.fault}", 110)
     figure.suptitle("\n".join(lines), fontsize=14)

@@ -8,13 +8,13 @@ from matplotlib.figure import Figure
 from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, new_figure, scene_words
 from rail_fem.sweeps.compare import QUANTITIES, Comparison, core_seconds
 
-MARKERS = {
-    "first impact": ("o", NOSE),
-    "largest wing force": ("s", WING),
-    "largest force": ("^", ORANGE),
-    "largest nose force": ("v", SKY),
-    "history": ("D", PURPLE),
-    "strain": ("P", GREEN),
+MARKERS = {  # of a quantity; colours belong to the runs
+    "first impact": "o",
+    "largest wing force": "s",
+    "largest force": "^",
+    "largest nose force": "v",
+    "history": "D",
+    "strain": "P",
 }
 CURVES = (WING, NOSE, GREEN, PURPLE, ORANGE, SKY)
 LABELS = (0.02, 0.26)  # heights of the names, in turn, so that neighbours do not cover one another
@@ -36,7 +36,7 @@ def cost_figure(comparison: Comparison) -> Figure:
 
 
 def draw_errors(axes, comparison: Comparison) -> None:
-    for quantity, (marker, colour) in MARKERS.items():
+    for quantity, marker in MARKERS.items():
         rows = [
             (core_seconds(r), abs(comparison.error(r, quantity)))
             for r in comparison.results
@@ -50,7 +50,7 @@ def draw_errors(axes, comparison: Comparison) -> None:
                 marker,
                 ms=11,
                 mfc="none",
-                mec=colour,
+                mec=TOTAL,
                 mew=2.2,
                 ls="none",
                 label=QUANTITIES[quantity].meaning,
@@ -69,7 +69,7 @@ def draw_errors(axes, comparison: Comparison) -> None:
             va="bottom",
             fontsize=11,
         )
-    axes.set(xscale="log", yscale="log", xlabel="cost [core seconds]", ylabel="relative error")
+    axes.set(xscale="log", yscale="log", xlabel="time of the model itself [core seconds]", ylabel="relative error [1]")
     low, high = axes.get_ylim()
     axes.set_ylim(low * (low / high) ** (NAMES / (1 - NAMES)), high)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=2, mode="expand", frameon=False)

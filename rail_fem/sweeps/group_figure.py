@@ -21,6 +21,7 @@ from rail_fem.show.plan import contact_path, mpl_colour, view_box
 from rail_fem.show.style import (
     GREEN,
     GREY,
+    LINE_OF_MODEL,
     NEVER_YIELDED,
     NOSE,
     ORANGE,
@@ -114,7 +115,9 @@ def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str,
         axes.grid(False)
     panels[-1].set_xlabel("x [mm]   (y is positive towards the field side; line: path of contact)")
     bar = figure.colorbar(colours, ax=list(panels), orientation="horizontal", aspect=60, shrink=0.9, fraction=0.04)
-    bar.set_label("equivalent plastic strain (PEEQ) of the surface elements [%]; grey: never yielded")
+    bar.set_label(
+        "equivalent plastic strain (PEEQ) of the surface elements [%]; grey: never yielded, white: not meshed"
+    )
     figure.suptitle(f"{title}: plastic strain after one pass", fontsize=14)
     return figure
 
@@ -141,7 +144,7 @@ def summary_figure(
                     position + (k - (len(models) - 1) / 2) * width,
                     values,
                     width,
-                    color=COLOURS[k % len(COLOURS)],
+                    color=LINE_OF_MODEL[model][0],
                     label=model,
                 )
         axes.set_ylabel(f"{words} [{measure.unit}]")

@@ -1,0 +1,47 @@
+"""Figures say which case they show, one colour has one meaning, and no path is drawn where no body is."""
+
+import numpy as np
+import pytest
+
+from rail_fem.case.casefile import load_case
+from rail_fem.case.examples import example
+from rail_fem.hierarchy import solve
+from rail_fem.output.result import PassResult
+from rail_fem.show.energies import LINES, SHARES
+from rail_fem.show.force import force_figure
+from rail_fem.show.plan import contact_path
+
+WINDOW = {"start": "300 mm", "end": "400 mm"}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return load_case(example("nose_transfer")).scene
+
+
+def test_the_path_of_contact_breaks_where_both_bodies_carry(scene):
+    """Between wing (y = 0) and nose (y = 40 mm) lies the flangeway: the mean of both positions is no contact."""
+    nose = np.array([0.0, 0.0, 50e3, 99.9e3, 100e3])
+    columns = {
+        "time": np.arange(5.0),
+        "x": np.arange(5.0),
+        "force": np.array([100e3, 0.0, 100e3, 100e3, 100e3]),
+        "force_nose": nose,
+        "force_wing": np.array([100e3, 0.0, 50e3, 0.1e3, 0.0]),
+        "contact_x": np.arange(5.0),
+        "contact_y": 0.04 * nose / 100e3,
+    }
+    y = contact_path(PassResult("rigid_hertz", scene, {}, columns))[1]
+    assert np.isnan(y[1:3]).all() and np.allclose(y[[0, 3, 4]], [0.0, 39.96, 40.0])
+
+
+def test_no_colour_of_the_energies_means_two_things():
+    colours = [colour for colour, _ in LINES.values()]
+    assert len(set(colours)) == len(colours)
+    shared = {name: SHARES[name][1] for name in SHARES if name in LINES}
+    assert shared == {name: LINES[name][0] for name in shared}
+
+
+def test_a_figure_names_its_case(scene):
+    result = PassResult(**{**vars(solve("lumped", scene, WINDOW)), "title": "my crossing at dawn"})
+    assert "my crossing at dawn" in force_figure(result, "run_1")._suptitle.get_text()
