@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from geometry.wheelset import WheelsetError
 from rail_fem.damage.section import Section, WearRate
 from rail_fem.damage.worn_profile import WornOutError, WornProfile, depth_between, smoothed_depth
 
@@ -132,7 +133,7 @@ def _block(
             new, factor = state.worn.worn(taken * count)
             starts = section.starts
             end = section.rate(new)
-        except WornOutError:
+        except (WornOutError, WheelsetError):  # a block far too long may leave a shape on which nothing stands
             if stepping.block or count * rough.max() < SHALLOW:
                 raise
             count /= 4

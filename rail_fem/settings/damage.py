@@ -92,5 +92,5 @@ class DamageSettings(Frozen):
         return self
 
     @staticmethod
-    def _refuse(fault: str) -> None:
-        raise PydanticCustomError("damage", "{fault}", {"fault": fault})
+    def _refuse(message: str) -> None:
+        raise PydanticCustomError("damage", "{message}", {"message": message})

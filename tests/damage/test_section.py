@@ -41,7 +41,7 @@ def test_the_sine_goes_in_and_out_of_flange_contact(first_rate):
     assert counts == [2, 1, 1]
     corner, head = sorted((p for p in first_rate.records[0].points if p.side == "left"), key=lambda p: -p.angle)
     assert np.degrees(corner.angle) > 60 > 10 > np.degrees(head.angle)
-    assert corner.tgamma > 3 * head.tgamma
+    assert corner.tgamma > 2 * head.tgamma
     depth = first_rate.depth["archard_patch"]
     s = section_line(first_rate)
     assert depth[s < -0.030].max() > 18 * depth[s > -0.025].max()
