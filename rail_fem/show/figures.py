@@ -19,6 +19,7 @@ from rail_fem.show.energies import LINES, energies_figure
 from rail_fem.show.fields import CrossingFields, FieldsError, read_crossing
 from rail_fem.show.force import force_figure
 from rail_fem.show.passes import passes_figure
+from rail_fem.show.patches import patches_figure
 from rail_fem.show.plan import plan_figure
 from rail_fem.show.section import section_figure
 from rail_fem.show.style import lettering, save, words_instead
@@ -26,6 +27,7 @@ from rail_fem.show.style import lettering, save, words_instead
 HISTORIES: dict[str, Callable[[PassResult, str], Figure]] = {
     "force": force_figure,
     "creep": creep_figure,
+    "patches": patches_figure,
     "energies": energies_figure,
     "passes": passes_figure,
 }
@@ -60,6 +62,7 @@ def titles(result: PassResult) -> list[str]:
     has = {
         "force": len(result.history["x"]) or result.fault,
         "creep": np.isfinite(result.history["force_longitudinal"]).any(),
+        "patches": len(result.patches),
         "passes": result.passes,
         "energies": any(np.isfinite(result.history[column]).any() for column in LINES),
         **dict.fromkeys(STRAIN, result.model not in MODELS or MODELS[result.model].parallel or resolves_strain(result)),

@@ -9,6 +9,7 @@ from rail_fem.hierarchy import solve
 from rail_fem.output.result import PassResult
 from rail_fem.show.energies import LINES, SHARES
 from rail_fem.show.force import force_figure
+from rail_fem.show.patches import patches_figure
 from rail_fem.show.plan import contact_path
 
 WINDOW = {"start": "300 mm", "end": "400 mm"}
@@ -45,3 +46,13 @@ def test_no_colour_of_the_energies_means_two_things():
 def test_a_figure_names_its_case(scene):
     result = PassResult(**{**vars(solve("lumped", scene, WINDOW)), "title": "my crossing at dawn"})
     assert "my crossing at dawn" in force_figure(result, "run_1")._suptitle.get_text()
+
+
+def test_the_patches_of_a_result_are_drawn_by_body_in_engineers_units(scene):
+    result = solve("rigid_hertz", scene, {"start": "300 mm", "end": "420 mm"})
+    above = patches_figure(result, "run_1").axes[0]
+    drawn = {line.get_label(): line.get_ydata() for line in above.lines}
+    for body in ("wing", "nose"):
+        expected = [patch.max_pressure / 1e6 for patch in result.patches if patch.region == body]
+        assert expected and np.allclose(drawn[f"patch on the {body}"], expected)
+    assert above.get_ylabel() == "largest pressure [MPa]"

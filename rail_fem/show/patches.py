@@ -1,0 +1,37 @@
+"""Figure of the contact patches that a result keeps: largest pressure, length and width over the position."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from rail_fem.output.result import PassResult
+from rail_fem.show.positions import label_distance, legend_above, mark_positions
+from rail_fem.show.style import BODY, give_title, new_figure
+
+MARKS = {"wing": "o", "nose": "D"}
+PANELS = (
+    ("max_pressure", 1e-6, "largest pressure [MPa]"),
+    ("length", 1e3, "length [mm]"),
+    ("width", 1e3, "width [mm]"),
+)
+
+
+def patches_figure(result: PassResult, name: str) -> Figure:
+    """A mark for each patch at a kept moment. Needs a result with patches."""
+    figure = new_figure(10.0)
+    panels = figure.subplots(len(PANELS), 1, sharex=True)
+    for axes, (quantity, factor, words) in zip(panels, PANELS):
+        for body, marker in MARKS.items():
+            mine = [patch for patch in result.patches if patch.region == body]
+            x, y = np.array([[1e3 * p.x, factor * getattr(p, quantity)] for p in mine]).reshape(-1, 2).T
+            axes.plot(x, y, marker, ms=9, mfc="none", mec=BODY[body], mew=2, ls="none", label=f"patch on the {body}")
+        mark_positions(axes, result, label=axes is panels[0])
+        axes.margins(y=0.12)
+        axes.set_ylim(bottom=0.0)
+        axes.set_ylabel(words)
+    legend_above(panels[0])
+    label_distance(panels[-1], result)
+    figure.align_ylabels()
+    give_title(figure, f"Contact patches at {len({p.time for p in result.patches})} moments", name, result)
+    return figure
