@@ -47,7 +47,7 @@ def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
 
 
 def _row(name: str, value: str, text: str = "") -> str:
-    return f"  {name:<34}{value:<18}{text}".rstrip()
+    return f"  {name:<34}{value:<17} {text}".rstrip()
 
 
 def _section(section: BaseModel, prefix: str = "") -> list[str]:
@@ -166,7 +166,7 @@ def result_report(result: PassResult) -> str:
         *(["", "passes"] if result.passes else []),
         *passes_rows(result),
         *(["", "metal"] if result.metal else []),
-        *(f"  {name:<58}{value:<22}{text}".rstrip() for name, value, text in metal_rows(result)),
+        *(f"  {name:<58}{value:<21} {text}".rstrip() for name, value, text in metal_rows(result)),
         "",
         "error estimate",
     ]
