@@ -11,12 +11,13 @@ FORCES = ("force", "force_wing", "force_nose", "force_longitudinal", "force_late
 
 
 @njit(cache=True, error_model="numpy")
-def add_step(force, normal_force, position, watched, n_rail, on_nose, total, moment):
+def add_step(force, normal_force, position, area, watched, n_rail, on_nose, total, moment):
     """Contact forces of a step added up over the rail's nodes `watched` (those below n_rail).
 
-    force : (n, 3) [N];  normal_force : (n,) normal force [N];  position : (n, 3) [m];
+    force : (n, 3) [N];  normal_force : (n,) normal force [N];  position : (n, 3) [m];  area : (n,) of the nodes [m2];
     on_nose : (n_rail,) 1 on the nose, 0 on the wing
-    total : (5,) in the order of FORCES [N];  moment : (3,) normal force and its moments of x and y [N, N m]
+    total : (5,) in the order of FORCES [N];  moment : (4,) normal force, its moments of x and y, and force times
+    pressure [N, N m, N m, N Pa]
     """
     for n in watched:
         if n >= n_rail:
@@ -28,6 +29,7 @@ def add_step(force, normal_force, position, watched, n_rail, on_nose, total, mom
         moment[0] += normal_force[n]
         moment[1] += normal_force[n] * position[n, 0]
         moment[2] += normal_force[n] * position[n, 1]
+        moment[3] += normal_force[n] * normal_force[n] / area[n]
 
 
 @njit(cache=True, error_model="numpy")
@@ -61,14 +63,22 @@ class Recorder:
         self._clear()
 
     def _clear(self) -> None:
-        self.total, self.moment, self.steps = np.zeros(5), np.zeros(3), 0
+        self.total, self.moment, self.steps = np.zeros(5), np.zeros(4), 0
 
     def after_step(self) -> None:
         """Add the contact forces of the step. Replicated."""
         c = self.passage.dynamics.contact
         self.steps += 1
         add_step(
-            c.force, c.normal_force, c.position, c.watched, c.n_rail, self.passage.rail_region, self.total, self.moment
+            c.force,
+            c.normal_force,
+            c.position,
+            c.area,
+            c.watched,
+            c.n_rail,
+            self.passage.rail_region,
+            self.total,
+            self.moment,
         )
 
     def row(self, energies: dict[str, float]) -> None:
@@ -76,7 +86,7 @@ class Recorder:
         p, d = self.passage, self.passage.dynamics
         row = dict(zip(FORCES, self.total / max(self.steps, 1)))
         normal_force = self.moment[0]
-        centre = self.moment[1:] / normal_force if normal_force > 0 else (np.nan, np.nan)
+        *centre, pressure = self.moment[1:] / normal_force if normal_force > 0 else np.full(3, np.nan)
         row |= {
             "time": d.time,
             "x": p.running.start + d.contact.offset,
@@ -86,6 +96,7 @@ class Recorder:
             "creep_longitudinal": p.running.creep(d.contact.spin, centre[1]),
             "contact_x": centre[0],
             "contact_y": centre[1],
+            "contact_pressure": pressure,
             "energy_kinetic": energies["kinetic"] + energies["lumped_kinetic"] + energies["rotation"],
             "energy_elastic": energies["elastic"],
             "energy_plastic": energies["plastic"],

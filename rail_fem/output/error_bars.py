@@ -13,7 +13,7 @@ from rail_fem.output.result import PassResult
 ORDER = 2.0
 SAFETY = 2.0
 # relative, at an element of SCATTER_SIZE; falls with its square
-SCATTER = {"force": 0.025, "strain": 0.08, "volume": 0.08}
+SCATTER = {"force": 0.025, "pressure": 0.05, "strain": 0.08, "volume": 0.08}
 SCATTER_SIZE = 2e-3  # [m]
 TRANSFER_SCATTER = 0.5  # of an element of SCATTER_SIZE
 
@@ -39,5 +39,5 @@ def scatter(name: str, value: float, size: float) -> float:
     finer = (size / SCATTER_SIZE) ** ORDER
     if name == "transfer_x":
         return TRANSFER_SCATTER * SCATTER_SIZE * finer
-    kind = {"N": "force", "1": "strain", "m^3": "volume"}[REPORTED[name].unit]
+    kind = {"N": "force", "Pa": "pressure", "1": "strain", "m^3": "volume"}[REPORTED[name].unit]
     return SCATTER[kind] * abs(value) * finer

@@ -39,6 +39,9 @@ COLUMNS: dict[str, Column] = {
     "wheel_yaw": Column("mrad", "yaw of the wheelset, + heads towards the field side"),
     "contact_x": Column("mm", "force-weighted centre of contact along x"),
     "contact_y": Column("mm", "force-weighted centre of contact along y"),
+    "contact_pressure": Column(
+        "MPa", "mean contact pressure, weighted by the force; three quarters of the largest on an elastic ellipse"
+    ),
     "energy_kinetic": Column(
         "J", "kinetic energy less the train's rigid forward motion and the wheel's rotation at the start"
     ),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from rail_fem.output import plastic_zone
 from rail_fem.output.result import NAN, PassResult
 
@@ -46,8 +48,19 @@ def _strain(body: str, name: str) -> Callable[[PassResult], float]:
     return lambda result: result.metal[body]["values"].get(name, NAN) if body in result.metal else NAN
 
 
+def impact_pressure(result: PassResult) -> float:
+    """Mean contact pressure, weighted by the force, while one element passes at the first impact [Pa]."""
+    peak, size = result.peaks.get("first_impact"), result.settings.get("element_size", NAN)
+    x, pressure = result.history["x"], result.history["contact_pressure"]
+    if peak is None or not size == size:
+        return NAN
+    near = (np.abs(x - peak.x) <= size / 2) & np.isfinite(pressure)
+    return float(pressure[near].mean()) if near.any() else NAN
+
+
 REPORTED: dict[str, Quantity] = {
     **{name: Quantity("N", words, _force(name)) for name, words in FORCES.items()},
+    "impact_pressure": Quantity("Pa", "mean contact pressure at the first impact", impact_pressure),
     "transfer_x": Quantity("m", "transfer", lambda result: result.transfer_x),
     **{
         f"{name}_{body}": Quantity(plastic_zone.UNITS[name], f"{words}, {body}", _strain(body, name))

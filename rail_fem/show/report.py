@@ -16,7 +16,7 @@ from rail_fem.output.events import flights
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.low_pass import CUTOFFS, filtered_peak
 from rail_fem.output.progress import duration, read_status
-from rail_fem.output.quantities import FORCES
+from rail_fem.output.quantities import FORCES, impact_pressure
 from rail_fem.output.result import PassResult, load
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering, show
@@ -142,6 +142,7 @@ def _flights(result: PassResult) -> list[str]:
 def result_report(result: PassResult) -> str:
     """What a run found, in engineers' units."""
     shown = COLUMNS["x"].unit
+    pressure = "" if np.isnan(impact_pressure(result)) else with_bar(result, "impact_pressure")
     lines = [f"{result.model}: " + _state(result), "", "peaks"]
     for name, peak in result.peaks.items():
         lines.append(
@@ -165,6 +166,7 @@ def result_report(result: PassResult) -> str:
         ),
         *(["", "passes"] if result.passes else []),
         *passes_rows(result),
+        *([_row("contact pressure at first impact", pressure, "weighted by the force")] if pressure else []),
         *(["", "metal"] if result.metal else []),
         *(f"  {name:<58}{value:<21} {text}".rstrip() for name, value, text in metal_rows(result)),
         "",

@@ -77,3 +77,15 @@ def test_bars_are_kept_and_printed(tmp_path):
     assert again.error_bars == pytest.approx(result.error_bars) and reported(again) == pytest.approx(reported(result))
     text = result_report(again)
     assert "205.2 kN +- " in text and "of 2 mm at (380.0, -20.0, -3.0) mm" in text
+
+
+def test_the_pressure_at_the_impact_is_a_mean_over_one_element_passing():
+    """Of rows within half an element of the impact, those in contact; nothing without an impact."""
+    x = np.arange(0.370, 0.3901, 0.5 * MM)
+    pressure = np.where(np.abs(x - 0.38) < 1.1 * MM, 1.5e9, 9e9)
+    pressure[np.argmin(np.abs(x - 0.38))] = np.nan
+    history = {"time": x / 30, "x": x, "contact_pressure": pressure}
+    result = replace(at_size(2 * MM), history=history)
+    assert REPORTED["impact_pressure"].of(result) == pytest.approx(1.5e9)
+    assert np.isnan(REPORTED["impact_pressure"].of(replace(result, peaks={})))
+    assert "impact_pressure" not in reported(at_size(2 * MM))
