@@ -29,18 +29,20 @@ RADIUS, START, SPEED = 30 * MM, 12 * MM, 100.0
 BODY_MASS = 2.0  # of block and base [kg]
 
 
-def bodies():
-    """Block, its top at z = 0, in slabs of 1 mm elements, and a cap above x = START."""
+def bodies(start: float):
+    """Block, its top at z = 0, in slabs of 1 mm elements, and a cap above x = start [m]."""
     x, y = np.linspace(0, LENGTH, round(LENGTH / SIZE) + 1), np.linspace(-WIDTH / 2, WIDTH / 2, 7)
     block = mesh_grid(x, y, np.linspace(-DEPTH, 0.0, 7), "block")
     cap = mesh_cap(RADIUS, RADIUS, (4 * MM, 3 * MM), 5 * MM, 0.8 * MM, (2.4 * MM, 2.4 * MM, 2.4 * MM), name="cap")
-    cap.points[:] += [START, 0.0, 0.0]
+    cap.points[:] += [start, 0.0, 0.0]
     return merge_bodies([block, cap])
 
 
-def rolling(comm, ahead: float | None = None, behind: float | None = None, shortest: float = 3 * MM, load: float = 4e3):
-    """The scene at its start. ahead, behind : of the travelling window [m], None for the whole block."""
-    mesh = bodies()
+def rolling(comm, ahead: float | None = None, behind: float | None = None, sign: float = 1.0):
+    """The scene at its start. ahead, behind : of the travelling window [m], None for the whole block;  sign : +1
+    towards +x, -1 its mirror image"""
+    start = START if sign > 0 else LENGTH - START
+    mesh, shortest, load = bodies(start), 3 * MM, 4e3
     slabs = None if ahead is None else cut_into_slabs(mesh.points, mesh.cells, mesh.region, (0,), shortest)
     centres, cost = mesh.points[mesh.cells].mean(axis=1), np.ones(len(mesh.cells))
     part = slabs and slab_parts(centres, cost, mesh.region, slabs.of_cells(centres[:, 0], mesh.region), comm.size)
@@ -57,11 +59,18 @@ def rolling(comm, ahead: float | None = None, behind: float | None = None, short
     block, cap = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
     settings = ContactSettings(MN13.density * MN13.wave_speed**2 / SIZE, friction=0.3, refresh=20)
     contact = Contact(
-        structure, block, cap, settings, speed=SPEED, spin=SPEED / RADIUS, axle=(START, 0.0, RADIUS), inertia=1e-3
+        structure,
+        block,
+        cap,
+        settings,
+        speed=sign * SPEED,
+        spin=sign * SPEED / RADIUS,
+        axle=(start, 0.0, RADIUS),
+        inertia=1e-3,
     )
     window = None
     if slabs is not None:
-        extent = Extent(START, 1.0, ahead, behind)
+        extent = Extent(start, sign, ahead, behind)
         facets = contact.reference[block.quads].mean(axis=1)[:, 0]
         region = np.zeros(len(facets), np.int64)
         window = TravellingWindow(structure, slabs, extent, base, region, slabs.of_cells(facets, region))

@@ -11,6 +11,8 @@ from mpi4py import MPI
 
 from rail_fem.fe.checkpoint import load_checkpoint, save_checkpoint
 from rail_fem.fe.fields import gather_cells
+from rail_fem.fe.slabs import Slabs
+from rail_fem.fe.window import Extent, heaviest
 from rail_fem.launcher import mpi_command, rank_environment
 from tests.fe.rolling_job import BODY_MASS, MM, rolling, run
 
@@ -102,6 +104,30 @@ def test_mass_and_momentum_are_kept_where_nodes_join_the_base():
         assert after == pytest.approx(momentum, rel=1e-12)
         assert w.left_kinetic - booked == pytest.approx(energy - kinetic, rel=1e-9)
     assert w.left_kinetic > 0
+
+
+def test_towards_minus_x_it_is_the_mirror_image():
+    """Longer ahead than behind, so that a window that is turned round would be found; to round-off as it grows over 400
+    steps."""
+    there, back = (rolling(MPI.COMM_SELF, 12 * MM, 8 * MM, sign) for sign in (1.0, -1.0))
+    before = there.window.active.copy()
+    forth, mirrored = run(there, 400, DT).force, run(back, 400, DT).force
+    assert np.abs(forth * [-1.0, 1.0, 1.0] - mirrored).max() < 1e-6 * np.abs(forth).max()
+    count = there.slabs.counts[0]
+    assert not np.array_equal(before, there.window.active)
+    assert (count - there.window.active[0, ::-1]).tolist() == back.window.active[0].tolist()
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_heaviest_window_is_found(sign):
+    """Against all positions of the wheel, 0.1 mm apart; slabs of one body only are heavy."""
+    slabs = Slabs((np.linspace(0.0, 48 * MM, 17), np.linspace(20 * MM, 60 * MM, 9), np.empty(0)))
+    masses = (np.arange(16) % 5 + 1.0, np.array([1.0, 9, 2, 2, 30, 1, 1, 1]), np.zeros(1))
+    extent = Extent(5 * MM if sign > 0 else 55 * MM, sign, 12 * MM, 7 * MM)
+    offsets = sign * np.arange(-0.02, 0.08, 1e-4)
+    ranges = [slabs.near(*extent.ends(offset)) for offset in offsets]
+    every = [sum(m[low:high].sum() for m, (low, high) in zip(masses, found)) for found in ranges]
+    assert heaviest(slabs, extent, masses) == max(every)
 
 
 def test_contact_at_an_end_of_the_window_stops_the_run():
