@@ -2,7 +2,8 @@
 
 The twin is the same pass on elements of twice the size, at a tenth of the cost or less. What converges at second order
 is off by a third of the difference between the two. The bar is that times a safety factor, and the scatter with which a
-quantity comes and goes as mesh lines move through the patch, which falls with the square of the size.
+quantity comes and goes as mesh lines move through the patch, which falls with the square of the size. Both were fitted
+on the reference scene, 2 mm against an earlier trial at 0.5 mm; on other scenes they have not been tried yet.
 """
 
 from __future__ import annotations
@@ -11,9 +12,9 @@ from rail_fem.output.quantities import REPORTED, reported
 from rail_fem.output.result import PassResult
 
 ORDER = 2.0
-SAFETY = 2.0
+SAFETY = 3.0
 # relative, at an element of SCATTER_SIZE; falls with its square
-SCATTER = {"force": 0.025, "pressure": 0.05, "strain": 0.08, "volume": 0.08}
+SCATTER = {"force": 0.025, "pressure": 0.05, "strain": 0.12, "volume": 0.08}
 SCATTER_SIZE = 2e-3  # [m]
 TRANSFER_SCATTER = 0.5  # of an element of SCATTER_SIZE
 
