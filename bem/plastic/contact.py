@@ -131,11 +131,12 @@ class PlasticHalfSpace:
             deviator, _ = self.load_stress(self._tractions(solution.pressure), layers)
             if turn == 1:
                 body.look(deviator)
-            trial = body.attempt(deviator, trial, float(np.clip(_INNER * off, 1e-6, 1e-2)))
+            inner = float(np.clip(_INNER * off, 1e-6, 1e-2))
+            trial = body.attempt(deviator, trial, inner)
             products += trial.products if trial else 0
             answer = body.lowering(trial)
             off = float(np.abs(answer - surface).max()) / max(abs(solution.approach - gap.min()), 1e-300)
-            if off <= tolerance:
+            if off <= tolerance and (trial is None or inner <= tolerance):
                 check_inside(solution.pressure, self.grid)
                 return Agreed(solution, trial, turn, products)
             if not np.isfinite(off):

@@ -62,14 +62,21 @@ class PlasticTrack:
         body.residual, body.surface = self.residual[:, :, at], self.surface[at]
         self.column, self._at = column, at
 
+    def widened(self) -> bool:
+        """Whether the window's box has grown across or in depth since the last step that was accepted: then residual
+        stress was not known in all of it. It is now, and the step has to be solved again."""
+        box, known = self.body.box, self._known
+        if known is None or box is None or (box.y == known.y and box.layers == known.layers):
+            return False
+        self._known = box
+        self._feel_again(box)
+        return True
+
     def accept(self, trial: Trial | None) -> None:
         """The window's step becomes the track's."""
         if trial is None or not (trial.returned.along > 0).any():
             return
         body, at, box = self.body, self._at, trial.box
-        if self._known is not None and (box.y != self._known.y or box.layers != self._known.layers):
-            self._known = box
-            self._feel_again(box)
         self._known = box
         body.accept(trial)
         self.state.strain[:, :, at], self.state.back[:, :, at] = body.state.strain, body.state.back
@@ -187,4 +194,6 @@ def one_pass(track: PlasticTrack, deviator: np.ndarray, stride: int = 1) -> None
         track.stand(column)
         track.body.look(deviator)
         trial = track.body.attempt(deviator, trial, 1e-5)
+        while track.widened():
+            trial = track.body.attempt(deviator, trial, 1e-5)
         track.accept(trial)

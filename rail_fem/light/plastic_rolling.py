@@ -147,6 +147,8 @@ def _roll(stations, steels, hardening, side, agreement, widen, deepen, report) -
         nowhere[column : column + nx] |= ~np.isfinite(gap)
         try:
             agreed = contact.agree(gap, station.force, agreement, trial)
+            while track.widened():
+                agreed = contact.agree(gap, station.force, agreement, agreed.trial)
         except ContactInputError as fault:
             raise _ZoneAtEnd(f"{station.pair.label} at x = {point[0] * 1e3:.1f} mm: {fault}") from None
         except NoEquilibriumError as fault:
