@@ -10,6 +10,7 @@ from rail_fem.settings.explicit import SLAB_ELEMENTS, FeSettings
 
 IMPACT = 3.0  # largest contact force over the static load that a window must be long enough for
 ZONE = 1.0  # plastic flow ahead of the patch and behind it, over the patch's half length
+EDGE_ELEMENTS = 2  # by which the patch of a coarse mesh is longer at its end
 SLAB = 6e-3  # slabs enter and leave whole, at least so long [m]
 
 
@@ -32,8 +33,9 @@ def contact_reach(scene: Scene, settings: FeSettings) -> tuple[float, float]:
 
 def least_window(scene: Scene, settings: FeSettings) -> tuple[float, float]:
     """Shortest window ahead of the wheel and behind it [m]: to where the rigid wheel is in contact, half a patch, the
-    plastic zone beyond it, and a slab. Errors: CrossingError."""
-    around = (1 + ZONE) * largest_half_patch(scene) + max(SLAB, SLAB_ELEMENTS * settings.element_size)
+    plastic zone beyond it, a slab and two elements. Errors: CrossingError."""
+    slab = max(SLAB, SLAB_ELEMENTS * settings.element_size)
+    around = (1 + ZONE) * largest_half_patch(scene) + slab + EDGE_ELEMENTS * settings.element_size
     ahead, behind = contact_reach(scene, settings)
     return ahead + around, behind + around
 
@@ -46,7 +48,7 @@ def length_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     return [
         f"run.{model}.{name}: {length * 1e3:g} mm is shorter than {enough * 1e3:.0f} mm, which contact up to"
         f" {offset * 1e3:.1f} mm from the axle, half a patch ({largest_half_patch(scene) * 1e3:.1f} mm under {IMPACT:g}"
-        f" times the static load), the plastic zone beside it and a slab of elements need: give {enough * 1e3:.0f} mm"
+        f" times the static load), the plastic zone beside it, a slab and two elements need: give {enough * 1e3:.0f} mm"
         " or more"
         for name, length, offset, enough in zip(
             ("window_ahead", "window_behind"), settings.window_lengths, reach, least
