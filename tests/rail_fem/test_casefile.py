@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.scene.steel import GRADES
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD = (ROOT / "cases" / "nose_transfer.toml").read_text(encoding="utf-8")
@@ -77,7 +78,7 @@ suspension = "maybe"
             " wheelset"
         ),
         "scene.vehicle.wheel_count: 7 must be a multiple of 2 (number of wheels that carry the vehicle)",
-        "scene.materials.wing.grade: unknown value 'Mn12', did you mean 'Mn13'? (choose from: Mn13, R8T)",
+        f"scene.materials.wing.grade: unknown value 'Mn12', did you mean 'Mn13'? (choose from: {', '.join(GRADES)})",
         (
             "scene.materials.nose: steel: hardening_stress must be positive and must not fall (softening has no"
             " mesh-independent answer)"
