@@ -164,6 +164,19 @@ def clearance(at, ahead, y, radius, datum, profile, nose, c, loft):
 
 
 @njit(cache=True)
+def narrowed(a, b, p, q, fp, fq):
+    """One step of a golden section for the highest value in (a, b), fp and fq the values at its inner positions p < q.
+
+    Returns the narrower (a, b, p, q, fp, fq) and its new inner position, whose value there is still to be found.
+    """
+    if fp >= fq:
+        below = q - GOLDEN * (q - a)
+        return a, q, below, p, fp, fp, below
+    above = p + GOLDEN * (b - p)
+    return p, b, q, above, fq, fq, above
+
+
+@njit(cache=True)
 def along_wheel(at, y, low, high, radius, datum, profile, nose, c, loft):
     """Highest position along x at this y by golden section between low and high: (height, ahead).
 
@@ -182,14 +195,8 @@ def along_wheel(at, y, low, high, radius, datum, profile, nose, c, loft):
         count += 1
         if count == 1:
             position = q
-        elif fp >= fq:
-            b, q, fq = q, p, fp
-            p = b - GOLDEN * (b - a)
-            position = p
         else:
-            a, p, fp = p, q, fq
-            q = a + GOLDEN * (b - a)
-            position = q
+            a, b, p, q, fp, fq, position = narrowed(a, b, p, q, fp, fq)
     return (fq, q) if position == p else (fp, p)  # the better of the last two: the other was about to be replaced
 
 
@@ -239,12 +246,6 @@ def refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft):
             fq = value
         if count == 3:
             position = q
-        elif fp >= fq:
-            b, q, fq = q, p, fp
-            p = b - GOLDEN * (b - a)
-            position = p
         else:
-            a, p, fp = p, q, fq
-            q = a + GOLDEN * (b - a)
-            position = q
+            a, b, p, q, fp, fq, position = narrowed(a, b, p, q, fp, fq)
     return best, best_ahead, best_y
