@@ -111,6 +111,9 @@ def measure(study: Study) -> tuple[np.ndarray, np.ndarray, list[float]]:
     return sizes, errors, [observed_order(sizes, column, study.contact) for column in errors.T]
 
 
+HEAD = ["| problem | error of | fineness | error [%] at each | observed order |", "|---|---|---|---|---|"]
+
+
 def lines_of(study: Study) -> list[str]:
     """Rows of the table for one problem, one for each quantity."""
     sizes, errors, orders = measure(study)
@@ -130,7 +133,7 @@ def main(arguments: list[str] | None = None) -> None:
     )
     parser.add_argument("--out", type=Path, help="Markdown file to write")
     options = parser.parse_args(arguments)
-    text = ["| problem | error of | fineness | error [%] at each | observed order |", "|---|---|---|---|---|"]
+    text = [*HEAD]
     print("\n".join(text))
     for study in STUDIES:
         rows = lines_of(study)

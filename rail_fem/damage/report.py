@@ -8,6 +8,7 @@ import numpy as np
 
 from rail_fem.damage.sites import laws_of
 from rail_fem.damage.traffic import HORIZON
+from rail_fem.output.markdown import markdown_table
 from rail_fem.settings.damage import DamageSettings
 
 UM, MM = 1e6, 1e3
@@ -188,8 +189,7 @@ def _contact_table(contacts: list[dict[str, Any]]) -> str:
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return "\n".join(markdown_table(head, rows))
 
 
 def _years(value: float | None) -> str:

@@ -11,6 +11,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.design.problem import Problem
 from rail_fem.design.search import Found, Trial
 from rail_fem.light.rigid import rigid_path
+from rail_fem.output.markdown import markdown_table
 from rail_fem.show.style import GREY, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
 from rail_fem.sweeps.trends import MEASURES
 
@@ -35,18 +36,21 @@ def report(problem: Problem, found: Found) -> str:
         f"{len(found.trials)} trials (seed {design.seed}), score"
         f" {found.start.score:.4f} at the start, {best.score:.4f} at best.",
         "",
-        "| variable | best | bounds |",
-        "|---|---|---|",
+        *markdown_table(
+            ["variable", "best", "bounds"],
+            [
+                [variable.key, variable.text(value), f"{variable.low} to {variable.high}"]
+                for variable, value in zip(design.vary, best.values)
+            ],
+        ),
+        "",
     ]
-    for variable, value in zip(design.vary, best.values):
-        lines.append(f"| {variable.key} | {variable.text(value)} | {variable.low} to {variable.high} |")
-    lines += ["", "| pass | quantity | start | best | change | target |", "|---|---|---|---|---|---|"]
     targets = {objective.quantity: objective.target for objective in design.objective}
+    rows = []
     for (name, quantity), a, b in zip(problem.columns, found.start.numbers, best.numbers):
         unit, change = MEASURES[quantity].unit, f"{100 * (b / a - 1):+.1f} %" if a else "-"
-        lines.append(
-            f"| {name} | {quantity} | {a:.4g} {unit} | {b:.4g} {unit} | {change} | {targets[quantity] or ''} |"
-        )
+        rows.append([name, quantity, f"{a:.4g} {unit}", f"{b:.4g} {unit}", change, str(targets[quantity] or "")])
+    lines += markdown_table(["pass", "quantity", "start", "best", "change", "target"], rows)
     lines += ["", *robustness(problem, found)]
     failed = [trial for trial in found.trials if trial.fault]
     last = f", the last: {failed[-1].fault}" if failed else ""

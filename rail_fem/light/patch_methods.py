@@ -29,6 +29,7 @@ from bem.slices.assumed_load import hertz_of, loaded_slices
 from bem.slices.coupled import slice_contact
 from bem.slices.slices import SliceGap, Slices, wheel_on_prism
 from rail_fem.light.contact_pairs import ContactPair, plain_rail_pair, plain_rail_section
+from rail_fem.output.markdown import markdown_table
 
 WHEEL_LOAD = 49505.0
 BLOCKS = "2.5D (b), the finite elements' blocks"
@@ -133,8 +134,8 @@ def method_rows(
 
 def table(rows: list[MethodRow], reference: MethodRow) -> str:
     """Markdown; each quantity, and its difference to the reference's where it is not the reference."""
-    names = ("p_max [MPa]", "2a [mm]", "2b [mm]", "area [mm2]", "effective area [mm2]")
-    lines = ["| method | " + " | ".join(names) + " | seconds |", "|---" * (len(names) + 2) + "|"]
+    head = ("method", "p_max [MPa]", "2a [mm]", "2b [mm]", "area [mm2]", "effective area [mm2]", "seconds")
+    lines = []
     for row in rows:
         cells = [
             _cell(value / unit, digits, None if row is reference else value / right - 1)
@@ -142,12 +143,8 @@ def table(rows: list[MethodRow], reference: MethodRow) -> str:
                 _numbers(row), _numbers(reference), (1e6, 1e-3, 1e-3, 1e-6, 1e-6), (1, 2, 2, 1, 1)
             )
         ]
-        lines.append(
-            f"| {row.method} | "
-            + " | ".join(cells)
-            + f" | {'' if np.isnan(row.seconds) else format(row.seconds, '.3g')} |"
-        )
-    return "\n".join(lines) + "\n"
+        lines.append([row.method, *cells, "" if np.isnan(row.seconds) else format(row.seconds, ".3g")])
+    return "\n".join(markdown_table(head, lines)) + "\n"
 
 
 def _numbers(row: MethodRow) -> tuple[float, ...]:

@@ -28,6 +28,7 @@ from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import RigidGroup, Supports
+from rail_fem.output.markdown import markdown_table
 from rail_fem.scene.steel import Steel
 
 WHEEL_RADIUS, RAIL_RADIUS, LOAD = 0.460, 0.300, 100e3
@@ -198,13 +199,9 @@ def body(exact: PointContact, radius_x: float, radius_y: float, size: float, fac
 
 def table(rows: list[Indentation]) -> str:
     """Markdown, coarse to fine; the order is that of a row against the one before."""
-    lines = [
-        (
-            "| element [mm] | across patch | elements | steps | wall [s] | updates/s/core [million] | peak pressure"
-            " error | order | area error | order |"
-        ),
-        "|---|---|---|---|---|---|---|---|---|---|",
-    ]
+    head = ["element [mm]", "across patch", "elements", "steps", "wall [s]", "updates/s/core [million]"]
+    head += ["peak pressure error", "order", "area error", "order"]
+    lines = []
     for i, row in enumerate(rows):
         orders = ["", ""]
         if i:
@@ -212,10 +209,20 @@ def table(rows: list[Indentation]) -> str:
             pairs = [(before.pressure_error, row.pressure_error), (before.area_error, row.area_error)]
             orders = [f"{np.log(abs(coarse / fine)) / ratio:.2f}" for coarse, fine in pairs]
         lines.append(
-            f"| {row.size * 1e3:.3f} | {row.across} | {row.cells} | {row.steps} | {row.wall:.1f} | {row.rate / 1e6:.1f}"
-            f" | {row.pressure_error:+.2%} | {orders[0]} | {row.area_error:+.2%} | {orders[1]} |"
+            [
+                f"{row.size * 1e3:.3f}",
+                f"{row.across}",
+                f"{row.cells}",
+                f"{row.steps}",
+                f"{row.wall:.1f}",
+                f"{row.rate / 1e6:.1f}",
+                f"{row.pressure_error:+.2%}",
+                orders[0],
+                f"{row.area_error:+.2%}",
+                orders[1],
+            ]
         )
-    return "\n".join(lines) + "\n"
+    return "\n".join(markdown_table(head, lines)) + "\n"
 
 
 def main(

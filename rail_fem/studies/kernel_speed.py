@@ -20,6 +20,7 @@ import typer
 from rail_fem.atomic import write_text_atomically
 from rail_fem.hierarchy import smoke_requested
 from rail_fem.launcher import rank_count
+from rail_fem.output.markdown import markdown_table
 from rail_fem.output.versions import versions
 from rail_fem.studies.kernel_ranks import memory_per_element, study_ranks
 
@@ -195,10 +196,11 @@ def markdown(rows: list[Row], machine: str) -> str:
             " steps by the wall clock."
         ),
         "",
-        "| what | value | unit | of |",
-        "|---|---|---|---|",
+        *markdown_table(
+            ["what", "value", "unit", "of"], [[row.what, f"{row.value:.4g}", row.unit, row.note] for row in rows]
+        ),
     ]
-    return "\n".join(lines + [f"| {row.what} | {row.value:.4g} | {row.unit} | {row.note} |" for row in rows]) + "\n"
+    return "\n".join(lines) + "\n"
 
 
 def save(path: Path, rows: list[Row], machine: str) -> None:

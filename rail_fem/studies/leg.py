@@ -21,6 +21,7 @@ from rail_fem.case.examples import example
 from rail_fem.light.rigid import rigid_path
 from rail_fem.models import rigid_hertz
 from rail_fem.output.events import Flight, flights, stated_peaks
+from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
 from rail_fem.show.style import GREEN, GREY, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
 
@@ -104,8 +105,7 @@ def table(rows: list[list[str]]) -> str:
     force, length, time, speed = THESIS
     last = ["Coleman's thesis, case 2 (explicit FE, another casting)", "", "", f"{force}"]
     last += [f"{length}", f"{time}", "", f"{speed}"]
-    lines = [head, ["---"] * len(head), *rows, last]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return "\n".join(markdown_table(head, [*rows, last]))
 
 
 SHOWN = (

@@ -22,6 +22,7 @@ from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p2_force, p2_increment
 from rail_fem.models import p2_formula, rigid_hertz
 from rail_fem.output.low_pass import filtered_peak
+from rail_fem.output.markdown import markdown_table
 from rail_fem.scene.scene import Scene
 from rail_fem.studies.whole_crossing import case_files
 
@@ -69,8 +70,7 @@ def row(file: Path) -> list[str]:
 
 def main(out: Path = typer.Option(None, help="folder for p2.md")) -> None:
     """The P2 formula against forces low-passed as the trade quotes them."""
-    lines = [HEAD, ("---",) * len(HEAD), *(row(file) for file in case_files())]
-    text = "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    text = "\n".join(markdown_table(HEAD, [row(file) for file in case_files()]))
     print(text)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)

@@ -16,15 +16,25 @@ from mpi4py import MPI
 
 from rail_fem.case.casefile import load_case
 from rail_fem.models.fe_full import solve
+from rail_fem.output.markdown import markdown_table
 from rail_fem.output.progress import Progress
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import PassResult, load
 from rail_fem.sweeps.compare import history_error
 
 HEAD = (
-    "| element size [mm] | elements | steps | wall time [s] | updates/s/core [million] | force history, L2 to finest |"
-    " first impact [kN] | its error | PEEQ of 5 x 5 x 3 mm, wing, nose [%] | PEEQ integral, wing, nose [mm3] |"
-    " transfer x [mm] | hourglass / internal |\n" + "|---" * 12 + "|"
+    "element size [mm]",
+    "elements",
+    "steps",
+    "wall time [s]",
+    "updates/s/core [million]",
+    "force history, L2 to finest",
+    "first impact [kN]",
+    "its error",
+    "PEEQ of 5 x 5 x 3 mm, wing, nose [%]",
+    "PEEQ integral, wing, nose [mm3]",
+    "transfer x [mm]",
+    "hourglass / internal",
 )
 
 
@@ -52,7 +62,8 @@ def run_sizes(case_path: Path, sizes: list[float], folder: Path) -> list[PassRes
 
 def table(results: list[PassResult]) -> str:
     """Markdown table, the last result is the reference."""
-    finest, rows = results[-1], [HEAD]
+    finest = results[-1]
+    rows: list[list[str]] = []
     for r in results:
         peaks, cost = r.peaks, r.cost
         nose = peaks["first_impact"].value
@@ -63,13 +74,22 @@ def table(results: list[PassResult]) -> str:
         hourglass = next(row["value"] for row in r.trust["rows"] if row["name"].startswith("hourglass energy, all"))
         last, best = r is finest, finest.peaks["first_impact"].value
         rows.append(
-            f"| {r.settings['element_size'] * 1e3:g} | {cost.elements} | {cost.steps} | {cost.wall_time:.0f} |"
-            f" {cost.updates_per_second / cost.ranks / 1e6:.1f} |"
-            f" {'reference' if last else f'{history_error(r, finest):.1%}'} | {nose / 1e3:.1f} |"
-            f" {'-' if last else f'{nose / best - 1:+.1%}'} | {blocks} | {integrals} |"
-            f" {r.transfer_x * 1e3:.1f} | {hourglass:.1%} |"
+            [
+                f"{r.settings['element_size'] * 1e3:g}",
+                f"{cost.elements}",
+                f"{cost.steps}",
+                f"{cost.wall_time:.0f}",
+                f"{cost.updates_per_second / cost.ranks / 1e6:.1f}",
+                "reference" if last else f"{history_error(r, finest):.1%}",
+                f"{nose / 1e3:.1f}",
+                "-" if last else f"{nose / best - 1:+.1%}",
+                blocks,
+                integrals,
+                f"{r.transfer_x * 1e3:.1f}",
+                f"{hourglass:.1%}",
+            ]
         )
-    return "\n".join(rows) + "\n"
+    return "\n".join(markdown_table(HEAD, rows)) + "\n"
 
 
 def main() -> None:

@@ -19,6 +19,7 @@ import typer
 from bem.verification import estimates_study, orders
 from rail_fem.atomic import write_text_atomically
 from rail_fem.hierarchy import smoke_requested
+from rail_fem.output.markdown import markdown_table
 
 ROOT = Path(__file__).resolve().parents[2]
 HARD_CASES = (
@@ -33,21 +34,18 @@ HARD_CASES = (
 
 def exact_problems() -> str:
     """Every exact problem of the boundary elements: error at each size, observed order."""
-    head = ["| problem | error of | fineness | error [%] at each | observed order |", "|---|---|---|---|---|"]
-    return "\n".join(head + [row for study in orders.STUDIES for row in orders.lines_of(study)]) + "\n"
+    return "\n".join([*orders.HEAD, *(row for study in orders.STUDIES for row in orders.lines_of(study))]) + "\n"
 
 
 def estimates(share: float, seed: int = 100) -> str:
     """Error estimates of the contact solvers on seeded cases that did not serve to choose their constants."""
-    lines = [
-        "| estimate of | cases | error within it | median of estimate over error | median error |",
-        "|---|---|---|---|---|",
-    ]
+    head = ["estimate of", "cases", "error within it", "median of estimate over error", "median error"]
+    lines = []
     for part, (cases, _) in estimates_study.PARTS.items():
         rows = estimates_study.rows_of(part, seed, max(1, round(share * cases)))
         for quantity, (count, covered, ratio, error) in estimates_study.summary(rows).items():
-            lines.append(f"| {quantity} | {count} | {covered:.0%} | {ratio:.1f} | {error:.1e} |")
-    return "\n".join(lines) + "\n"
+            lines.append([quantity, f"{count}", f"{covered:.0%}", f"{ratio:.1f}", f"{error:.1e}"])
+    return "\n".join(markdown_table(head, lines)) + "\n"
 
 
 def indentation(across: tuple[int, ...]) -> str:
@@ -78,11 +76,12 @@ def hard_cases(files: tuple[str, ...]) -> str:
         command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", f"--junitxml={report}"]
         subprocess.run([*command, *files], cwd=ROOT, capture_output=True, check=False)
         cases = list(ElementTree.parse(report).iter("testcase"))
-    lines = ["| what is asked | in | what happened |", "|---|---|---|"]
+    rows = []
     for case in cases:
-        words = (case.get("name") or "").removeprefix("test_").replace("_", " ").replace("|", "\\|")
-        lines.append(f"| {words} | `{(case.get('classname') or '').rpartition('.')[2]}` | {outcome(case)} |")
-    failed = sum("**failed**" in line for line in lines)
+        words = (case.get("name") or "").removeprefix("test_").replace("_", " ")
+        rows.append([words, f"`{(case.get('classname') or '').rpartition('.')[2]}`", outcome(case)])
+    failed = sum(said.startswith("**failed**") for *_, said in rows)
+    lines = markdown_table(["what is asked", "in", "what happened"], rows)
     return "\n".join(lines) + f"\n\n{len(cases)} cases, {failed} failed.\n"
 
 
@@ -91,7 +90,7 @@ def outcome(case: ElementTree.Element) -> str:
     for kind, word in (("failure", "**failed**"), ("error", "**failed**"), ("skipped", "not run")):
         found = case.find(kind)
         if found is not None:
-            reason = (found.get("message") or "").partition("\n")[0].replace("|", "\\|")
+            reason = (found.get("message") or "").partition("\n")[0]
             return f"{word}: {reason}"
     return "held"
 

@@ -22,6 +22,7 @@ from bem.patch import Creepage, Patch
 from rail_fem.atomic import write_text_atomically
 from rail_fem.damage.wear import Archard, slip_size, worn_area
 from rail_fem.light.patch_methods import THESIS_STEEL, WHEEL_LOAD, method_rows, thesis_pair
+from rail_fem.output.markdown import markdown_table
 from rail_fem.show.style import GREEN, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
 
 CREEPAGE = Creepage(3.7917e-5, 0.005, 0.2023)  # Table 6-2
@@ -97,7 +98,7 @@ def table(found: dict[str, Patch]) -> str:
                 f"{tgamma:.1f}",
             ]
         )
-    return "\n".join("| " + " | ".join(line) + " |" for line in [head, ["---"] * len(head), *rows]) + "\n"
+    return "\n".join(markdown_table(head, rows)) + "\n"
 
 
 def draw(path: Path, found: dict[str, Patch]) -> Path:

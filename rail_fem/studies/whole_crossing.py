@@ -18,6 +18,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.models import rigid_hertz
 from rail_fem.output.events import longest_flight, stated_peaks
+from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
 from rail_fem.show.style import GREY, NOSE, TOTAL, WING, lettering, new_figure, save
 
@@ -55,11 +56,8 @@ def cells(result: PassResult) -> list[str]:
 def table(results: dict[str, list[PassResult]]) -> str:
     """Markdown, a row a case and way."""
     head = ["case", "way", "leg [kN]", "wing [kN]", "first impact [kN]", "nose [kN]", "longest flight"]
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    for name, own in results.items():
-        for (words, _, _), result in zip(WAYS, own):
-            lines.append("| " + " | ".join([name, words, *cells(result)]) + " |")
-    return "\n".join(lines)
+    rows = [[name, words, *cells(result)] for name, own in results.items() for (words, _, _), result in zip(WAYS, own)]
+    return "\n".join(markdown_table(head, rows))
 
 
 def largest(result: PassResult, name: str) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from rail_fem.hierarchy import MODELS
 from rail_fem.output.events import NEAR_END, force_peaks
+from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult, Peak, load
 from rail_fem.output.runfolder import differences
@@ -265,12 +266,9 @@ def table(comparison: Comparison) -> str:
     """Markdown: a row for each result, least expensive first. A force is marked "outside" where the one that a run
     states lies outside the common path, "at its end" where that on the way lies within 10 mm of an end of it: it may
     then be an accident of the window."""
-    lines = [
-        "| run | model | core seconds | search, compilation [s] | common path [mm] | "
-        + " | ".join(QUANTITIES)
-        + " | transfer x [mm] | its own error estimate | warnings |",
-        "|" + "---|" * (len(QUANTITIES) + 8),
-    ]
+    head = ["run", "model", "core seconds", "search, compilation [s]", "common path [mm]"]
+    head += [*QUANTITIES, "transfer x [mm]", "its own error estimate", "warnings"]
+    lines = []
     for name, result in zip(comparison.names, comparison.results):
         errors = [_shown(comparison, result, quantity) for quantity in QUANTITIES]
         position = "-" if np.isnan(result.transfer_x) else f"{result.transfer_x * 1e3:.1f}"
@@ -279,12 +277,19 @@ def table(comparison: Comparison) -> str:
             or "none claimed"
         )
         lines.append(
-            f"| {name} | {result.model} | {core_seconds(result):.3g} |"
-            f" {result.cost.search_time:.3g}, {result.cost.compile_time:.3g} |"
-            f" {common_path(result, comparison.reference).words} | {' | '.join(errors)} | {position} | {own} |"
-            f" {len(result.warnings)} |"
+            [
+                name,
+                result.model,
+                f"{core_seconds(result):.3g}",
+                f"{result.cost.search_time:.3g}, {result.cost.compile_time:.3g}",
+                common_path(result, comparison.reference).words,
+                *errors,
+                position,
+                own,
+                f"{len(result.warnings)}",
+            ]
         )
-    return "\n".join(lines) + "\n"
+    return "\n".join(markdown_table(head, lines)) + "\n"
 
 
 def _shown(comparison: Comparison, result: PassResult, quantity: str) -> str:

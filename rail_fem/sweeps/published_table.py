@@ -6,6 +6,7 @@ from __future__ import annotations
 from rail_fem.hierarchy import MODELS
 from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p2_force, p2_increment, unsprung_mass
+from rail_fem.output.markdown import markdown_table
 from rail_fem.scene.scene import Scene
 from rail_fem.sweeps.compare import FIRST_IMPACT, peak
 from rail_fem.sweeps.sweep_report import Results
@@ -34,8 +35,7 @@ def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
         "published FE peak [kN]",
         *(f"{m}: first impact, largest on nose [kN]" for m in moving),
     ]
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return lines + ["| " + " | ".join(published_row(row, results[row.case], moving)) + " |" for row in mine]
+    return markdown_table(head, [published_row(row, results[row.case], moving) for row in mine])
 
 
 def published_row(row: Published, results: dict, moving: list[str]) -> list[str]:

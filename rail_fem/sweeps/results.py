@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rail_fem.hierarchy import MODELS
+from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult
 from rail_fem.scene.units import SHOWN
@@ -103,10 +104,7 @@ class SweepResults:
         """What varies, and the peaks that any model resolves, as a table."""
         rows = self.rows()
         head = [name for name in rows[0] if name != "case" and not all(_is_nan(row[name]) for row in rows)]
-        lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-        return (
-            "\n".join([*lines, *("| " + " | ".join(_cell(row[name]) for name in head) + " |" for row in rows)]) + "\n"
-        )
+        return "\n".join(markdown_table(head, [[_cell(row[name]) for name in head] for row in rows])) + "\n"
 
     def plot(self, quantity: str, against: str, models: tuple[str, ...] = ()):
         """A matplotlib Figure of a column of `rows` against what varies, a line for each model. Errors: ValueError for

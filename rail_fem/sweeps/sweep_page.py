@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.hierarchy import MODELS
+from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
 from rail_fem.output.trust_text import GOOD
 from rail_fem.output.versions import versions
@@ -164,9 +165,10 @@ def cost_lines(results: Results) -> list[str]:
 
 def figure_lines(source: Source, found: list[Picture], name: Callable[[Picture], str]) -> list[str]:
     """Which figure of the source each picture stands for, and which have no like."""
-    rows = [f"| {picture.stands_for or '-'} | `{name(picture)}` | {picture.words} |" for picture in found]
-    absent = [f"| {sentence.split(':')[0]} | - | {sentence.partition(':')[2].strip()} |" for sentence in source.absent]
-    return ["## Figures", "", "| figure of the source | here | what it shows |", "|---|---|---|", *rows, *absent, ""]
+    rows = [[picture.stands_for or "-", f"`{name(picture)}`", picture.words] for picture in found]
+    absent = [[sentence.split(":")[0], "-", sentence.partition(":")[2].strip()] for sentence in source.absent]
+    head = ["figure of the source", "here", "what it shows"]
+    return ["## Figures", "", *markdown_table(head, [*rows, *absent]), ""]
 
 
 def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import MODELS
+from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult, load
 from rail_fem.output.runfolder import differences
@@ -82,29 +83,25 @@ def force_table(results: Results) -> list[str]:
         "elements [mm]",
         "trust report",
     ]
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    rows = []
     usual = usual_size(results)
     for case, by_model in results.items():
         last = by_model[[model for model in models if model in by_model][-1]]
         forces = [forces_of(by_model[model]) if model in by_model else "-" for model in models]
         position = "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}"
-        lines.append(
-            "| "
-            + " | ".join(
-                [
-                    case,
-                    f"{last.scene.static_wheel_load / 1e3:.2f}",
-                    *forces,
-                    strains_of(last),
-                    position,
-                    f"{sum(map(core_seconds, by_model.values())):.1f}",
-                    size_of(last, usual),
-                    verdict_words(last.trust) or "-",
-                ]
-            )
-            + " |"
+        rows.append(
+            [
+                case,
+                f"{last.scene.static_wheel_load / 1e3:.2f}",
+                *forces,
+                strains_of(last),
+                position,
+                f"{sum(map(core_seconds, by_model.values())):.1f}",
+                size_of(last, usual),
+                verdict_words(last.trust) or "-",
+            ]
         )
-    return lines
+    return markdown_table(head, rows)
 
 
 def usual_size(results: Results) -> float:
