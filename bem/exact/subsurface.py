@@ -92,10 +92,17 @@ def circle_axis_stress(
     return ellipse_axis_stress(depth, radius, radius, max_pressure, poisson)
 
 
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    """Von Mises stress [Pa] of stresses (..., 6), order xx, yy, zz, yz, xz, xy."""
+    xx, yy, zz, yz, xz, xy = np.moveaxis(stress, -1, 0)
+    return np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (yz**2 + xz**2 + xy**2))
+
+
 def von_mises_plane(xx: np.ndarray, zz: np.ndarray, xz: np.ndarray, poisson: float) -> np.ndarray:
     """Von Mises stress [Pa] in plane strain."""
     out = poisson * (xx + zz)
-    return np.sqrt(((xx - zz) ** 2 + (zz - out) ** 2 + (out - xx) ** 2) / 2 + 3 * xz**2)
+    none = np.zeros_like(out)
+    return von_mises(np.stack(np.broadcast_arrays(xx, zz, out, none, none, xz), axis=-1))
 
 
 def max_shear_plane(xx: np.ndarray, zz: np.ndarray, xz: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft, optimize
 
+from bem.exact.subsurface import von_mises
 from bem.halfspace.influence import padded_shape
 from bem.patch import ContactInputError, Patch
 
@@ -104,12 +105,6 @@ def rectangle_stress(load: int, x_edges: np.ndarray, y_edges: np.ndarray, depth:
     x, y = np.meshgrid(x_edges, y_edges, indexing="ij")
     corners = _LOADS[load](_corner_terms(x, y, depth), depth, poisson)
     return np.array([np.diff(np.diff(corner, axis=0), axis=1) for corner in corners]) / (2 * np.pi)
-
-
-def von_mises(stress: np.ndarray) -> np.ndarray:
-    """Von Mises stress [Pa] of stresses (..., 6), order VOIGT."""
-    xx, yy, zz, yz, xz, xy = np.moveaxis(stress, -1, 0)
-    return np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (yz**2 + xz**2 + xy**2))
 
 
 def subsurface_stress(patch: Patch, depths: np.ndarray, poisson: float, body: int = 2) -> np.ndarray:

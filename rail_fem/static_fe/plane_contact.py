@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bem.exact.subsurface import von_mises_plane
 from bem.plane.body import Body
 from rail_fem.static_fe.plane_strain import Fineness, PlaneBody, PlaneStrainError
 
@@ -42,9 +43,7 @@ class PlaneContact:
     def von_mises(self) -> tuple[np.ndarray, np.ndarray]:
         """Points (p, 2) [m] in the fixed body and von Mises stress (p,) [Pa] there."""
         points, stress = self.fixed.stress(self.fixed_displacement)
-        xx, yy, xy = stress.T
-        zz = self.fixed.body.material.poisson * (xx + yy)
-        return points, np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * xy**2)
+        return points, von_mises_plane(*stress.T, self.fixed.body.material.poisson)
 
 
 def shapes(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

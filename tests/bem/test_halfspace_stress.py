@@ -5,10 +5,10 @@ import pytest
 from scipy.integrate import dblquad
 
 from bem.exact.hertz import point_contact
-from bem.exact.subsurface import ellipse_axis_stress
+from bem.exact.subsurface import ellipse_axis_stress, von_mises
 from bem.halfspace.fastsim import elliptic_patch
 from bem.halfspace.normal import normal_contact
-from bem.halfspace.stress import max_von_mises, rectangle_stress, subsurface_stress, von_mises
+from bem.halfspace.stress import max_von_mises, rectangle_stress, subsurface_stress
 from bem.halfspace.tangential import rolling_contact
 from bem.material import STEEL
 from bem.patch import ContactInputError, Creepage
