@@ -8,10 +8,8 @@ rail as in geometry.contact.wheel_outline. Heights are over the pivot's.
 """
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 
-from geometry.contact.rail_kinds import branch, branches, covered, meet, prepare, steepness
+from geometry.contact.rail_kinds import branch, branches, covered, for_each_rail, meet, prepare, steepness
 from geometry.contact.wheel_outline import cubic, cubic_in, outline_of
 from kernel_cache import njit
 
@@ -74,16 +72,12 @@ def gaps_on_loft(stations, wheel, rail, pose, tip):
     return gap, tilt
 
 
+@for_each_rail(
+    prism=lambda stations, wheel, rail, pose, tip: gaps_on_prism(stations, wheel, rail, pose, tip),
+    loft=lambda stations, wheel, rail, pose, tip: gaps_on_loft(stations, wheel, rail, pose, tip),
+)
 def gaps_at(stations, wheel, rail, pose, tip):
     """Gap and its derivative (n,) at all stations (4, n) on either kind of rail."""
-    raise NotImplementedError("compiled code only")
-
-
-@overload(gaps_at)
-def _gaps_at(stations, wheel, rail, pose, tip):
-    if isinstance(rail, types.Array):
-        return lambda stations, wheel, rail, pose, tip: gaps_on_prism(stations, wheel, rail, pose, tip)
-    return lambda stations, wheel, rail, pose, tip: gaps_on_loft(stations, wheel, rail, pose, tip)
 
 
 @njit(cache=True, error_model="numpy")

@@ -5,6 +5,10 @@ track, of one branch of the gap : the table itself, or the surface's body with t
     branch lies in
 """
 
+import functools
+import inspect
+from collections.abc import Callable
+
 import numpy as np
 from numba import types
 from numba.extending import overload
@@ -18,6 +22,29 @@ EVERY = 4  # th station only
 MOST_WINDOWS = 8
 
 
+def for_each_rail(prism: Callable, loft: Callable) -> Callable:
+    """Decorator: compiled code that calls the function runs `prism` where its argument `rail` or `track` is that of a
+    prismatic rail, and `loft` where it is that of a lofted one. Both take the function's own arguments. Called
+    elsewhere it raises NotImplementedError."""
+
+    def declare(function: Callable) -> Callable:
+        signature = inspect.signature(function)
+        deciding = next(k for k, name in enumerate(signature.parameters) if name in ("rail", "track"))
+
+        @functools.wraps(function)
+        def dispatched(*arguments):
+            raise NotImplementedError(f"{function.__name__} is for compiled code only")
+
+        def chosen(*kinds):
+            return prism if isinstance(kinds[deciding], types.Array) else loft
+
+        chosen.__signature__ = signature  # numba holds those of prism and loft to it
+        overload(dispatched)(chosen)
+        return dispatched
+
+    return declare
+
+
 @njit(cache=True, error_model="numpy")
 def meet_prism(s, tread, slope, bend, rail, pose):
     there, x, y, z, tangent, advance, sine, cosine = outline_of(s, tread, slope, bend, pose)
@@ -29,6 +56,10 @@ def meet_prism(s, tread, slope, bend, rail, pose):
     return True, 0.0, x, y, z, height, tangent, rail_slope, advance, sine, cosine, 0.0, 0.0, 0.0, bend_of_rail
 
 
+@for_each_rail(
+    prism=lambda s, tread, slope, bend, track, pose: meet_prism(s, tread, slope, bend, track, pose),
+    loft=lambda s, tread, slope, bend, track, pose: meet_loft(s, tread, slope, bend, track, pose),
+)
 def meet(s, tread, slope, bend, track, pose):
     """Where the wheel's circle at station s, its height, slope and second derivative given, is nearest to the rail at
     fixed y.
@@ -37,38 +68,16 @@ def meet(s, tread, slope, bend, track, pose):
     cos of theta, dz/dx of both, rail's z_xx, z_xy, z_yy). Not there: away is -1 or 1 on this or that side of the rail,
     0 where the wheel has no outline, NaN beyond the end of a branch.
     """
-    raise NotImplementedError("compiled code only")
 
 
-@overload(meet)
-def _meet(s, tread, slope, bend, track, pose):
-    if isinstance(track, types.Array):
-        return lambda s, tread, slope, bend, track, pose: meet_prism(s, tread, slope, bend, track, pose)
-    return lambda s, tread, slope, bend, track, pose: meet_loft(s, tread, slope, bend, track, pose)
-
-
+@for_each_rail(prism=lambda rail: 1, loft=lambda rail: int(rail[4][1]))
 def branches(rail):
     """Number of branches of the gap."""
-    raise NotImplementedError("compiled code only")
 
 
-@overload(branches)
-def _branches(rail):
-    if isinstance(rail, types.Array):
-        return lambda rail: 1
-    return lambda rail: int(rail[4][1])
-
-
+@for_each_rail(prism=lambda rail, index, slope: rail, loft=lambda rail, index, slope: loft_branch(rail, index, slope))
 def branch(rail, index, slope):
     """Track of one branch, to be followed from where dz/dx = slope."""
-    raise NotImplementedError("compiled code only")
-
-
-@overload(branch)
-def _branch(rail, index, slope):
-    if isinstance(rail, types.Array):
-        return lambda rail, index, slope: rail
-    return lambda rail, index, slope: loft_branch(rail, index, slope)
 
 
 @njit(cache=True, error_model="numpy")
@@ -78,28 +87,16 @@ def loft_branch(rail, index, slope):
     return xs, nodes, bodies[int(windows[index, 6])], windows[index], position, ridges
 
 
+@for_each_rail(prism=lambda track: 0.0, loft=lambda track: track[3][0])
 def steepness(track):
     """dz/dx where the branch was last followed to."""
-    raise NotImplementedError("compiled code only")
 
 
-@overload(steepness)
-def _steepness(track):
-    if isinstance(track, types.Array):
-        return lambda track: 0.0
-    return lambda track: track[3][0]
-
-
+@for_each_rail(
+    prism=lambda rail, index, x, y, z: False, loft=lambda rail, index, x, y, z: covered_by_loft(rail, index, x, y, z)
+)
 def covered(rail, index, x, y, z):
     """Whether another body of the rail lies higher over (x, y)."""
-    raise NotImplementedError("compiled code only")
-
-
-@overload(covered)
-def _covered(rail, index, x, y, z):
-    if isinstance(rail, types.Array):
-        return lambda rail, index, x, y, z: False
-    return lambda rail, index, x, y, z: covered_by_loft(rail, index, x, y, z)
 
 
 @njit(cache=True, error_model="numpy")
@@ -116,17 +113,12 @@ def covered_by_loft(rail, index, x, y, z):
     return False
 
 
+@for_each_rail(
+    prism=lambda stations, rail, pose: None, loft=lambda stations, rail, pose: find_branches(stations, rail, pose)
+)
 def prepare(stations, rail, pose):
     """Find the branches of the gap: one for every body in reach, two where the gap along x has two minima. A prismatic
     rail needs none."""
-    raise NotImplementedError("compiled code only")
-
-
-@overload(prepare)
-def _prepare(stations, rail, pose):
-    if isinstance(rail, types.Array):
-        return lambda stations, rail, pose: None
-    return lambda stations, rail, pose: find_branches(stations, rail, pose)
 
 
 @njit(cache=True, error_model="numpy")

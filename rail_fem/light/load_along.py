@@ -2,10 +2,8 @@
 ridge before another position."""
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 
-from geometry.contact.rail_kinds import branch, branches
+from geometry.contact.rail_kinds import branch, branches, for_each_rail
 from geometry.surfaces.loft_kernel import loft_at
 from kernel_cache import njit
 from rail_fem.light.load_pressure import BEND, DEPTH, NZ, SLOPE, X, Y
@@ -14,31 +12,20 @@ STEPS = 8  # of the wheel's own half patch, in which the end of an overlap is lo
 LONGEST = 4  # times the wheel's own half patch
 
 
+@for_each_rail(
+    prism=lambda strip, index, rail: (np.sqrt(2 * strip[DEPTH] / strip[BEND]), np.sqrt(2 * strip[DEPTH] / strip[BEND])),
+    loft=lambda strip, index, rail: (reach_on_loft(strip, index, -1.0, rail), reach_on_loft(strip, index, 1.0, rail)),
+)
 def reach_along(strip, index, rail):
     """Reach of the overlap behind and ahead of a strip's lowest point [m]; index of its branch."""
-    raise NotImplementedError("compiled code only")
 
 
-@overload(reach_along)
-def _reach_along(strip, index, rail):
-    if isinstance(rail, types.Array):
-        return lambda strip, index, rail: (
-            np.sqrt(2 * strip[DEPTH] / strip[BEND]),
-            np.sqrt(2 * strip[DEPTH] / strip[BEND]),
-        )
-    return lambda strip, index, rail: (reach_on_loft(strip, index, -1.0, rail), reach_on_loft(strip, index, 1.0, rail))
-
-
+@for_each_rail(
+    prism=lambda strip, index, away, rail: strip[DEPTH] - 0.5 * strip[BEND] * away * away,
+    loft=lambda strip, index, away, rail: depth_on_loft(strip, index, away, rail),
+)
 def depth_along(strip, index, away, rail):
     """Depth along the normal [m] at a distance along x from a strip's lowest point."""
-    raise NotImplementedError("compiled code only")
-
-
-@overload(depth_along)
-def _depth_along(strip, index, away, rail):
-    if isinstance(rail, types.Array):
-        return lambda strip, index, away, rail: strip[DEPTH] - 0.5 * strip[BEND] * away * away
-    return lambda strip, index, away, rail: depth_on_loft(strip, index, away, rail)
 
 
 @njit(cache=True, error_model="numpy")

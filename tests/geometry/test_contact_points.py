@@ -13,6 +13,7 @@ import pytest
 from scipy.optimize import fsolve
 
 from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
+from geometry.contact.rail_kinds import branches
 from geometry.profiles.profile import Profile, arc, graph, line
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
@@ -381,3 +382,8 @@ def test_a_wheel_with_its_flange_on_the_rail_is_derailed():
     search = ContactSearch(Wheelset(wheel_profile("P8")), Track.plain_line())
     assert [search.derailed(search.settle(y * MM)) for y in (0.0, 8.0, 11.0, -11.0)] == [()] * 4
     assert [search.derailed(search.settle(y * MM)) for y in (30.0, 45.0, -30.0)] == [("left",), ("left",), ("right",)]
+
+
+def test_what_only_compiled_code_can_tell_apart_says_so_elsewhere():
+    with pytest.raises(NotImplementedError, match="branches is for compiled code only"):
+        branches(np.zeros((4, 2)))
