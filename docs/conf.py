@@ -20,6 +20,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx_gallery.gen_gallery",
     "case_reference",
+    "argument_lists",
 ]
 exclude_patterns = ["_build", "examples/README.rst"]
 myst_enable_extensions = ["dollarmath", "deflist"]
@@ -37,6 +38,8 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "remove_config_comments": True,
+    "ignore_pattern": r"coarse_pass\.py",
+    "matplotlib_animations": True,
     "show_memory": False,
 }
 warnings.filterwarnings("ignore", message="Matplotlib is currently using agg")

@@ -52,7 +52,7 @@ def normal_contact(
 
     gap      : (nx, ny) array on `grid`, or function gap(x, y) [m]; open positive, +inf where a body has no surface
     load [N] or approach [m] : one of them; load 0 gives an empty patch, an approach that does not close the gap an
-    error
+        error
     grid     : the cells; without it `window` ((x_min, x_max), (y_min, y_max)) [m] is searched and `cells` laid on the
         patch
     accuracy : cells are doubled until the estimated relative error of the largest pressure is below it (function gaps)
