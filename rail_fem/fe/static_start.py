@@ -30,6 +30,9 @@ COURANT = 0.9
 DAMPING = 1.6  # over the lowest frequency; 2 would be critical if the contact were as stiff while the load grows
 RAMP, PATIENCE = 3.0, 60.0  # times of the load's growth and of giving up, over one over the lowest frequency
 LOAD_ERROR, ENERGY_SHARE = 3e-3, 1e-5  # at rest: force off the load, kinetic energy over the work of the load
+# at rest too where single nodes of the contact go on bouncing: force within LOAD_ERROR and steady to STEADY over half a
+# period of the wheel on its contact, kinetic energy below CHATTER of the work
+STEADY, CHATTER = 1e-3, 1e-3
 LOOK = 20  # steps between looks
 
 
@@ -98,6 +101,8 @@ def _with_even_steps(structure: Structure) -> Structure:
 def _relax(d: Dynamics, axle: RigidGroup, load: float, frequency: float, stiffness: float, most_steps) -> float:
     """Steps until the contact carries the load [N] and nothing moves; the force's relative error then. Collective."""
     dt, work = d.stable_step(COURANT), load**2 / (2 * stiffness)
+    half_period = max(2, int(np.ceil(np.pi / frequency / (LOOK * dt))))  # in looks
+    errors: list[float] = []
     while True:
         phase = min(1.0, d.time * frequency / RAMP)
         axle.load[2] = -load * phase**2 * (3 - 2 * phase)
@@ -108,7 +113,10 @@ def _relax(d: Dynamics, axle: RigidGroup, load: float, frequency: float, stiffne
             continue
         error = -float(d.contact.force[: d.contact.n_rail, 2].sum()) / load - 1
         kinetic = d.comm.allreduce(d.structure.kinetic_energy())
-        if cut or abs(error) < LOAD_ERROR and kinetic < ENERGY_SHARE * work:
+        errors.append(error)
+        steady = len(errors) > half_period and np.ptp(errors[-half_period:]) < STEADY
+        still = kinetic < ENERGY_SHARE * work or (steady and kinetic < CHATTER * work)
+        if cut or (abs(error) < LOAD_ERROR and still):
             return error
         if d.time * frequency > PATIENCE or not np.isfinite(kinetic):
             raise ArithmeticError(

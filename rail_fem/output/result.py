@@ -257,7 +257,7 @@ def _read(folder: Path) -> PassResult:
     summary["cost"] = Cost(**summary["cost"])
     summary["peaks"] = {name: Peak(**peak) for name, peak in summary["peaks"].items()}
     summary["patches"] = tuple(Patch(**patch) for patch in summary["patches"])
-    summary["warnings"], summary["passes"] = tuple(summary["warnings"]), tuple(summary["passes"])
+    summary["warnings"], summary["passes"] = tuple(summary["warnings"]), tuple(summary.get("passes", ()))
     with np.load(folder / "history.npz") as stored:
         return PassResult(history=dict(stored), **summary)
 
