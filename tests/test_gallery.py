@@ -12,7 +12,7 @@ SCRIPTS = sorted((ROOT / "docs" / "examples").glob("plot_*.py"))
 
 
 def test_there_is_a_gallery():
-    assert len(SCRIPTS) >= 13
+    assert len(SCRIPTS) >= 15
 
 
 @pytest.mark.validate

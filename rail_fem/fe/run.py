@@ -15,6 +15,7 @@ from rail_fem.fe.fields import write_collection, write_frame
 from rail_fem.fe.passage import Passage, end_settling, take_up
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.static_start import settle_in_place
+from rail_fem.hierarchy import smoke_requested
 from rail_fem.output.clock import working_time
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
@@ -93,7 +94,7 @@ class Run:
 
     def begin(self) -> None:
         """Bring the wheel to rest where it stands, under the load of the start. Collective."""
-        found = settle_in_place(self.passage, self.scene, self.settings.max_steps)
+        found = settle_in_place(self.passage, self.scene, self.settings.max_steps if smoke_requested() else None)
         self.at_rest, self.static_approach = True, found.approach
         if self.settled:
             if not self.passage.start.resting:

@@ -48,7 +48,7 @@ class StaticStart:
 def settle_in_place(passage: Passage, scene: Scene, most_steps: int | None = None) -> StaticStart:
     """Static contact at the start of the pass, without motion. Collective.
 
-    most_steps : after which it is taken as it is, for runs that are cut off anyway
+    most_steps : after which it is taken as it is, for runs whose result has no meaning
     Errors: ArithmeticError where the wheel does not come to rest.
     """
     stiffness = contact_stiffness(scene, passage.running)

@@ -237,6 +237,13 @@ def test_stops_before_and_after_the_last_step_change_no_bit_of_the_result(whole,
     assert again.cost.steps == 240
 
 
+def test_a_run_that_few_steps_cut_off_begins_and_goes_on_as_the_whole(whole, tmp_path):
+    """The number of steps bounds the pass, not the static contact that it begins from."""
+    folder, result = whole
+    fe_full.solve(CASE.scene, WHOLE.model_copy(update={"max_steps": 60}), tmp_path)
+    assert bits(tmp_path, fe_full.solve(CASE.scene, WHOLE, tmp_path, restart=True)) == bits(folder, result)
+
+
 def test_collection_lists_each_moment_once(whole):
     text = (whole[0] / "fields" / "pass.pvd").read_text()
     times, names = re.findall(r'timestep="([^"]+)"', text), re.findall(r'file="([^"]+)"', text)
