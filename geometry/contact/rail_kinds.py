@@ -38,7 +38,7 @@ def for_each_rail(prism: Callable, loft: Callable) -> Callable:
         def chosen(*kinds):
             return prism if isinstance(kinds[deciding], types.Array) else loft
 
-        chosen.__signature__ = signature  # numba holds those of prism and loft to it
+        chosen.__signature__ = signature  # type: ignore[attr-defined]  # numba holds those of prism and loft to it
         overload(dispatched)(chosen)
         return dispatched
 

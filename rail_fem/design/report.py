@@ -39,7 +39,7 @@ def report(problem: Problem, found: Found) -> str:
         *markdown_table(
             ["variable", "best", "bounds"],
             [
-                [variable.key, variable.text(value), f"{variable.low} to {variable.high}"]
+                [variable.key, str(variable.text(value)), f"{variable.low} to {variable.high}"]
                 for variable, value in zip(design.vary, best.values)
             ],
         ),

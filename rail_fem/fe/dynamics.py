@@ -215,7 +215,8 @@ class Dynamics:
         self.bring_up()
         frequency = 1 / round_down(1 / largest_frequency(s, self.moving), 4)
         s.damping = 2 * WHEEL_DAMPING / frequency
-        ratio = max(s.settings.linear_viscosity, WHEEL_DAMPING if s.small.n_cells else 0.0)
+        damped = self.comm.allreduce(s.small.n_cells) > 0  # of all ranks: one without such cells takes the same step
+        ratio = max(s.settings.linear_viscosity, WHEEL_DAMPING if damped else 0.0)
         return round_down(courant * damped_limit(frequency, ratio))
 
     # ---- one step
