@@ -124,7 +124,13 @@ def test_quiet_says_nothing_of_what_goes_on_and_verbose_says_more(case, tmp_path
 def test_several_ranks_give_one_json_object(case, tmp_path):
     command = [*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-m", "rail_fem", "check", str(case)]
     answer = subprocess.run(
-        [*command, "--model", "lumped", "--json"], cwd=ROOT, capture_output=True, text=True, timeout=60
+        [*command, "--model", "lumped", "--json"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env=launcher.rank_environment(),  # not that of a process which has begun MPI itself
+        stdin=subprocess.DEVNULL,
     )
     assert answer.returncode == 0 and strict(answer.stdout)["model"] == "lumped"
 
