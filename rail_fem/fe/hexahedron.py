@@ -281,6 +281,24 @@ def hourglass_step(old, r, end, g, gv, k):
     return new, 0.5 * (dot(turned, q) + dot(new, q))
 
 
+@_inlined
+def store_nodal(f, i, e, linear, higher):
+    """Component i of lane e of the modal forces, on (xi, eta, zeta) and (eta zeta, zeta xi, xi eta, xi eta zeta), at
+    the eight nodes -> f (24*W,)."""
+    fx, fy, fz = linear
+    h1, h2, h3, h4 = higher
+    x_low, x_top, y_low, y_top = fx - h2, fx + h2, fy - h1, fy + h1
+    d_low, d_top = h3 - h4, h3 + h4
+    f[i * _W + e] = d_low - x_low - y_low - fz
+    f[(3 + i) * _W + e] = x_low - y_low - d_low - fz
+    f[(6 + i) * _W + e] = x_low + y_low + d_low - fz
+    f[(9 + i) * _W + e] = y_low - x_low - d_low - fz
+    f[(12 + i) * _W + e] = d_top - x_top - y_top + fz
+    f[(15 + i) * _W + e] = x_top - y_top - d_top + fz
+    f[(18 + i) * _W + e] = x_top + y_top + d_top + fz
+    f[(21 + i) * _W + e] = y_top - x_top - d_top + fz
+
+
 @_part
 def internal_force(state, scratch, f):
     """Nodal internal forces of a block -> f (24*W,): P b_I + hourglass, P = stress + viscous pressure - 8/V sum of Q
@@ -308,16 +326,7 @@ def internal_force(state, scratch, f):
             )
             fx, fy, fz = dot(row, b1), dot(row, b2), dot(row, b3)
             h1, h2, h3 = dot(row, c1) + q[0], dot(row, c2) + q[1], dot(row, c3) + q[2]
-            x_low, x_top, y_low, y_top = fx - h2, fx + h2, fy - h1, fy + h1
-            d_low, d_top = h3 - q[3], h3 + q[3]
-            f[i * _W + e] = d_low - x_low - y_low - fz
-            f[(3 + i) * _W + e] = x_low - y_low - d_low - fz
-            f[(6 + i) * _W + e] = x_low + y_low + d_low - fz
-            f[(9 + i) * _W + e] = y_low - x_low - d_low - fz
-            f[(12 + i) * _W + e] = d_top - x_top - y_top + fz
-            f[(15 + i) * _W + e] = x_top - y_top - d_top + fz
-            f[(18 + i) * _W + e] = x_top + y_top + d_top + fz
-            f[(21 + i) * _W + e] = y_top - x_top - d_top + fz
+            store_nodal(f, i, e, (fx, fy, fz), (h1, h2, h3, q[3]))
 
 
 @_part

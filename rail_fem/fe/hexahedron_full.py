@@ -38,6 +38,7 @@ from rail_fem.fe.hexahedron import (
     scatter,
     step_rotation,
     store,
+    store_nodal,
     sum_of_squares,
     times,
     to_mid_step,
@@ -215,16 +216,7 @@ def nodal_force(forces, mean, f):
             h2 = 0.125 * (q1 + p3) + p * mean[(12 + i) * _W + e]
             h3 = 0.125 * (p1 + q2) + p * mean[(15 + i) * _W + e]
             h4 = 0.125 * (w1 + w2 + w3)
-            x_low, x_top, y_low, y_top = fx - h2, fx + h2, fy - h1, fy + h1
-            d_low, d_top = h3 - h4, h3 + h4
-            f[i * _W + e] = d_low - x_low - y_low - fz
-            f[(3 + i) * _W + e] = x_low - y_low - d_low - fz
-            f[(6 + i) * _W + e] = x_low + y_low + d_low - fz
-            f[(9 + i) * _W + e] = y_low - x_low - d_low - fz
-            f[(12 + i) * _W + e] = d_top - x_top - y_top + fz
-            f[(15 + i) * _W + e] = x_top - y_top - d_top + fz
-            f[(18 + i) * _W + e] = x_top + y_top + d_top + fz
-            f[(21 + i) * _W + e] = y_top - x_top - d_top + fz
+            store_nodal(f, i, e, (fx, fy, fz), (h1, h2, h3, h4))
 
 
 @_compiled
