@@ -1,7 +1,9 @@
-"""The only file that knows which dolfinx is installed (0.5 on Debian 12, 0.9 on Debian 13): by feature, not by
-version."""
+"""The only file that knows which dolfinx is installed (0.5 on Debian 12, 0.9 on Debian 13, 0.11 from the package
+index): by feature, not by version."""
 
 from __future__ import annotations
+
+import inspect
 
 import numpy as np
 from dolfinx import cpp, fem, graph, la
@@ -23,6 +25,13 @@ def hexahedral_domain():
         return ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell("hexahedron", geometric_dimension=3), 1))
 
 
+def create_mesh(comm, cells: np.ndarray, points: np.ndarray, domain, *rest):
+    """dolfinx's create_mesh of points (n, d) [m]; 0.11 takes coordinate element and points in the other order."""
+    names = list(inspect.signature(dmesh.create_mesh).parameters)
+    ordered = (points, domain) if names.index("x") == 2 else (domain, points)
+    return dmesh.create_mesh(comm, cells, *ordered, *rest)
+
+
 def create_hexahedral_mesh(comm, cells: np.ndarray, points: np.ndarray, destination: np.ndarray):
     """A dolfinx mesh without ghost cells from arrays on root; cells (m, 8) in dolfinx order, destination (m,) rank of
     each cell."""
@@ -39,8 +48,8 @@ def create_hexahedral_mesh(comm, cells: np.ndarray, points: np.ndarray, destinat
         return getattr(dest, "_cpp_object", dest)
 
     if ghosts_first:
-        return dmesh.create_mesh(comm, cells, points, domain, dmesh.GhostMode.none, partitioner)
-    return dmesh.create_mesh(comm, cells, points, domain, partitioner)
+        return create_mesh(comm, cells, points, domain, dmesh.GhostMode.none, partitioner)
+    return create_mesh(comm, cells, points, domain, partitioner)
 
 
 def with_neighbours(cells: np.ndarray, destination: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -86,7 +95,7 @@ def quadratic_triangle_mesh(comm, cells: np.ndarray, points: np.ndarray):
         import ufl
 
         domain = ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell("triangle", geometric_dimension=2), 2))
-    return dmesh.create_mesh(comm, cells, points, domain)
+    return create_mesh(comm, cells, points, domain)
 
 
 def lagrange_vectors(mesh, degree: int):
@@ -116,8 +125,8 @@ def create_shared_mesh(comm, cells: np.ndarray, points: np.ndarray):
     root, cells (m, 8) in dolfinx order."""
     domain, mode = hexahedral_domain(), dmesh.GhostMode.shared_facet
     if hasattr(domain, "ufl_coordinate_element"):
-        return dmesh.create_mesh(comm, cells, points, domain, mode)
-    return dmesh.create_mesh(comm, cells, points, domain, dmesh.create_cell_partitioner(mode))
+        return create_mesh(comm, cells, points, domain, mode)
+    return create_mesh(comm, cells, points, domain, dmesh.create_cell_partitioner(mode))
 
 
 def facet_nodes(mesh, facets: np.ndarray) -> np.ndarray:
