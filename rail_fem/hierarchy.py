@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from rail_fem.output.versions import HOW_TO_GET
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings, FeWindowSettings
 from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings
@@ -85,7 +86,7 @@ def load(model: str) -> ModuleType:
         if (error.name or "").partition(".")[0] in OWN_PACKAGES:
             raise
         raise ModelUnavailable(
-            f"model {model} needs {error.name}, which cannot be imported ({error}): run ./setup.sh"
+            f"model {model} needs {error.name}, which cannot be imported ({error}): {HOW_TO_GET}"
         ) from error
 
 

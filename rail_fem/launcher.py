@@ -93,14 +93,17 @@ def end_together() -> None:
 def mpi_command(ranks: int) -> list[str]:
     """The mpirun call for `ranks` processes on this machine, to be followed by the program.
 
-    Open MPI counts cores, not hardware threads, refuses root, binds ranks to cores that other jobs may use, and looks
-    for a network that ranks of one machine do not need; the options undo that.
+    An mpirun beside the interpreter (MPICH of the package index) is of the MPI that this Python imports, whatever PATH
+    holds. Open MPI counts cores, not hardware threads, refuses root, binds ranks to cores that other jobs may use, and
+    looks for a network that ranks of one machine do not need; the options undo that.
     Errors: FileNotFoundError without mpirun.
     """
-    if shutil.which("mpirun") is None:
+    beside = shutil.which("mpirun", path=os.path.dirname(sys.executable))
+    if beside is None and shutil.which("mpirun") is None:
         raise FileNotFoundError("mpirun not found: sudo apt-get install openmpi-bin")
-    command = ["mpirun", "-n", str(ranks)]
-    about = subprocess.run(["mpirun", "--version"], capture_output=True, text=True, timeout=60).stdout
+    mpirun = beside or "mpirun"
+    command = [mpirun, "-n", str(ranks)]
+    about = subprocess.run([mpirun, "--version"], capture_output=True, text=True, timeout=60).stdout
     if "Open MPI" in about or "open-mpi" in about:
         command += ["--oversubscribe", "--bind-to", "none", "--mca", "btl", "^tcp"]
         command += ["--allow-run-as-root"] if os.geteuid() == 0 else []

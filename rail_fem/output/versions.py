@@ -6,40 +6,46 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
-PACKAGES = {
-    "rail-fem": "rail-fem",
-    "numpy": "numpy",
-    "scipy": "scipy",
-    "numba": "numba",
-    "dolfinx": "fenics-dolfinx",
-    "mpi4py": "mpi4py",
-    "petsc4py": "petsc4py",
-    "gmsh": "gmsh",
-    "pyvista": "pyvista",
-    "vtk": "vtk",
-    "pydantic": "pydantic",
-    "pint": "pint",
+PACKAGES = {  # name -> the distributions that may bring it
+    "rail-fem": ("rail-fem",),
+    "numpy": ("numpy",),
+    "scipy": ("scipy",),
+    "numba": ("numba",),
+    "dolfinx": ("fenics-dolfinx", "dolfinx-solver-real"),
+    "mpi4py": ("mpi4py",),
+    "petsc4py": ("petsc4py",),
+    "gmsh": ("gmsh",),
+    "pyvista": ("pyvista",),
+    "vtk": ("vtk",),
+    "pydantic": ("pydantic",),
+    "pint": ("pint",),
 }
+
+HOW_TO_GET = (  # what the explicit models need beyond the light ones
+    "on Debian 12 or 13 ./setup.sh of the sources; elsewhere, with Python 3.12 or newer, pip install"
+    " dolfinx-solver-real gmsh meshio"
+)
 
 
 @functools.cache
 def _versions() -> tuple[tuple[str, str], ...]:
     found = {"python": platform.python_version(), "system": platform.platform()}
-    for name, distribution in PACKAGES.items():
-        try:
-            found[name] = metadata.version(distribution)
-        except metadata.PackageNotFoundError:
-            found[name] = "not installed"
+    for name, distributions in PACKAGES.items():
+        found[name] = next(filter(None, map(_version, distributions)), "not installed")
     found["git"] = git_revision()
     return tuple(found.items())
 
 
+def _version(distribution: str) -> str:
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return ""
+
+
 def own_version() -> str:
     """Of this program; "0" where it runs without having been installed."""
-    try:
-        return metadata.version(PACKAGES["rail-fem"])
-    except metadata.PackageNotFoundError:
-        return "0"
+    return _version("rail-fem") or "0"
 
 
 def versions() -> dict[str, str]:

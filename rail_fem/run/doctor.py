@@ -10,25 +10,27 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from rail_fem import launcher
-from rail_fem.output.versions import versions
-from rail_fem.run.installation import NEEDED, missing, numpy_mismatch
+from rail_fem.output.versions import HOW_TO_GET, versions
+from rail_fem.run.installation import LIGHT, NEEDED, PICTURES, made_by_setup, missing, numpy_mismatch
 
 PROBE_SECONDS = 120
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at; `remedy` is said when it is not well."""
+    """One thing that was looked at; `remedy` is said when it is not well, or absent: not there, and not needed by the
+    light models."""
 
     subject: str
     well: bool
     found: str
     remedy: str = ""
+    absent: bool = False
 
     def line(self) -> str:
-        return f"{'ok   ' if self.well else 'FAULT'} {self.subject:<12}{self.found}" + (
-            "" if self.well else f"\n      -> {self.remedy}"
-        )
+        mark = "-    " if self.absent else "ok   " if self.well else "FAULT"
+        remedy = "" if self.well and not self.absent else f"\n      -> {self.remedy}"
+        return f"{mark} {self.subject:<12}{self.found}{remedy}"
 
 
 PROBES: dict[str, tuple[str, str]] = {
@@ -104,7 +106,9 @@ def tell(as_json: bool = False) -> int:
     if as_json:
         print(json.dumps({"faults": broken, "findings": [asdict(finding) for finding in found]}, indent=1))
     else:
-        print(f"{broken} fault(s)" if broken else "all well")
+        absent = ", ".join(finding.subject for finding in found if finding.absent)
+        well = f"all well for the light models; not installed: {absent}" if absent else "all well"
+        print(f"{broken} fault(s)" if broken else well)
     return 1 if broken else 0
 
 
@@ -124,12 +128,37 @@ def examine() -> Iterator[Finding]:
     )
     if mismatch:
         return
-    gone = missing([*NEEDED])
-    shown = ", ".join(f"{name} {found[name]}" for name in found if name not in ("python", "system", "git"))
-    yield Finding("packages", not gone, f"missing: {', '.join(gone)}" if gone else shown, "./setup.sh")
+    gone = missing([*NEEDED] if made_by_setup() else [*LIGHT])
+    shown = ", ".join(
+        f"{name} {found[name]}"
+        for name in found
+        if name not in ("python", "system", "git") and found[name] != "not installed"
+    )
+    yield Finding(
+        "packages",
+        not gone,
+        f"missing: {', '.join(gone)}" if gone else shown,
+        "./setup.sh" if made_by_setup() else f"pip install {' '.join(gone)}",
+    )
     for subject, (code, remedy) in PROBES.items():
-        yield _probe(subject, code, remedy)
-    yield _ranks()
+        yield _absent(subject) or _probe(subject, code, remedy)
+    yield _absent("mpi") or _ranks()
+
+
+# what a subject needs, beyond the light models' packages, and what goes without it
+OPTIONAL = {
+    "dolfinx": (("dolfinx", "mpi4py"), "no explicit models", HOW_TO_GET),
+    "gmsh": (("gmsh",), "no explicit models", HOW_TO_GET),
+    "rendering": (tuple(PICTURES), "no pictures in 3D", "pip install pyvista"),
+    "mpi": (("mpi4py",), "no explicit models", HOW_TO_GET),
+}
+
+
+def _absent(subject: str) -> Finding | None:
+    """What is said of a part that is not installed and may be so."""
+    needs, without, remedy = OPTIONAL.get(subject, ((), "", ""))
+    gone = [] if made_by_setup() else missing([*needs])
+    return Finding(subject, True, f"not installed: {', '.join(gone)}; {without}", remedy, absent=True) if gone else None
 
 
 def _probe(subject: str, code: str, remedy: str, before: tuple[str, ...] = ()) -> Finding:

@@ -10,33 +10,23 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-# name to import -> name to install, where that differs
-NEEDED = {
-    "numpy": "",
-    "scipy": "",
-    "numba": "",
-    "gmsh": "",
-    "meshio": "",
-    "pyvista": "",
-    "matplotlib": "",
-    "pydantic": "",
-    "pint": "",
-    "typer": "",
-    # fmt: skip
-    "rich": "",
-    "dolfinx": "",
-    "mpi4py": "",
-    "petsc4py": "",
-    "pytest": "",
-    "xdist": "pytest-xdist",
-    "hypothesis": "",
-}
+# name to import -> name to install, where that differs; by what needs them
+LIGHT = dict.fromkeys(("numpy", "scipy", "numba", "matplotlib", "pydantic", "pint", "typer", "rich"), "")
+EXPLICIT = dict.fromkeys(("dolfinx", "mpi4py", "petsc4py", "gmsh", "meshio"), "")
+PICTURES = {"pyvista": ""}
+TESTS = {"pytest": "", "xdist": "pytest-xdist", "hypothesis": ""}
+NEEDED = LIGHT | EXPLICIT | PICTURES | TESTS  # of an environment that setup.sh made
 REMEDY = "./setup.sh repairs it"
 
 
 def missing(names: list[str]) -> list[str]:
     """Those of the packages `names` that Python would not find, or only as an emptied folder."""
     return [name for name in names if (spec := find_spec(name)) is None or spec.origin is None]
+
+
+def made_by_setup() -> bool:
+    """Whether this is an environment of setup.sh, which holds all of NEEDED; elsewhere the light models' are enough."""
+    return (Path(sys.prefix) / "constraints.txt").is_file()
 
 
 def numpy_mismatch() -> str:
@@ -69,17 +59,21 @@ def errors() -> list[str]:
 
 def explain(error: Exception) -> str:
     """A sentence for an import that failed, with its remedy; empty where no package of the environment is at fault."""
-    if gone := missing([*NEEDED]):
-        return (
-            f"not installed in this Python ({sys.executable}): {', '.join(gone)} ({error}): run ./setup.sh, or use"
-            " .venv/bin/python"
-        )
     name = (getattr(error, "name", None) or "").partition(".")[0]
-    return (
-        f"the package {name} is broken ({error}): remove .venv and call ./setup.sh"
-        if isinstance(error, ImportError) and name in NEEDED
-        else ""
+    if gone := [one for one in missing([*NEEDED]) if made_by_setup() or one in LIGHT or one == name]:
+        installs = " ".join(NEEDED[one] or one for one in gone)
+        remedy = (
+            "run ./setup.sh, or use .venv/bin/python" if made_by_setup() else f"pip install {installs}, or ./setup.sh"
+        )
+        return f"not installed in this Python ({sys.executable}): {', '.join(gone)} ({error}): {remedy}"
+    remedy = (
+        "remove .venv and call ./setup.sh"
+        if made_by_setup()
+        else f"pip install --force-reinstall {name}, or ./setup.sh"
     )
+    if isinstance(error, ImportError) and name in NEEDED:
+        return f"the package {name} is broken ({error}): {remedy}"
+    return ""
 
 
 def main() -> int:

@@ -1,6 +1,6 @@
 import pytest
 
-from rail_fem.run import doctor
+from rail_fem.run import doctor, installation
 from rail_fem.run.doctor import Finding, _probe, examine
 
 
@@ -39,3 +39,16 @@ def test_library_that_hangs_is_a_finding(monkeypatch):
 
 def test_what_is_well_needs_no_remedy():
     assert "->" not in Finding("thing", True, "works", "install it").line()
+
+
+def test_what_only_the_explicit_models_need_may_be_absent_where_setup_has_not_been(monkeypatch):
+    """`pip install .`: no fault, but said; in an environment of setup.sh the same absence is a fault."""
+    monkeypatch.setattr(doctor, "_probe", lambda subject, *_: Finding(subject, True, ""))
+    monkeypatch.setattr(doctor, "missing", lambda names: [n for n in names if n in installation.EXPLICIT])
+    monkeypatch.setattr(doctor, "made_by_setup", lambda: False)
+    found = {finding.subject: finding for finding in examine()}
+    assert [name for name, finding in found.items() if finding.absent] == ["dolfinx", "gmsh", "mpi"]
+    assert all(finding.well for finding in found.values())
+    assert "no explicit models" in found["dolfinx"].line() and "-> on Debian" in found["dolfinx"].line()
+    monkeypatch.setattr(doctor, "made_by_setup", lambda: True)
+    assert not {finding.subject: finding for finding in examine()}["packages"].well

@@ -75,7 +75,23 @@ def test_fault_of_one_rank_ends_the_job_at_once(guilty):
     assert answer.returncode != 0 and "broken" in answer.stderr and time.monotonic() - began < 30
 
 
+def test_the_mpirun_beside_the_interpreter_goes_before_that_of_the_path(monkeypatch, tmp_path):
+    """MPICH of the package index stands beside Python; ranks started by the distribution's Open MPI would each be
+    alone."""
+    beside, other = tmp_path / "environment", tmp_path / "system"
+    for folder, name in ((beside, "MPICH"), (other, "mpirun (Open MPI) 4.1")):
+        folder.mkdir()
+        (folder / "mpirun").write_text(f"#!/bin/sh\necho '{name}'\n")
+        (folder / "mpirun").chmod(0o755)
+    monkeypatch.setenv("PATH", str(other))
+    monkeypatch.setattr(sys, "executable", str(beside / "python"))
+    assert launcher.mpi_command(2) == [str(beside / "mpirun"), "-n", "2"]
+    (beside / "mpirun").unlink()
+    assert launcher.mpi_command(2)[:4] == ["mpirun", "-n", "2", "--oversubscribe"]
+
+
 def test_missing_mpirun_is_named(monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/nonexistent/python")
     monkeypatch.setenv("PATH", "/nonexistent")
     with pytest.raises(FileNotFoundError, match="openmpi-bin"):
         launcher.mpi_command(2)
