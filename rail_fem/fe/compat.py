@@ -70,7 +70,8 @@ def with_neighbours(cells: np.ndarray, destination: np.ndarray) -> tuple[np.ndar
 
 def geometry_dofmap(mesh) -> np.ndarray:
     """Nodes of the local cells (m, 8), dolfinx order; rank-local."""
-    dofmap = mesh.geometry.dofmap
+    several = getattr(mesh.geometry, "dofmaps", None)  # a list from 0.11 on, one for each kind of cell
+    dofmap = several[0] if isinstance(several, (list, tuple)) else mesh.geometry.dofmap
     if hasattr(dofmap, "array"):
         return np.asarray(dofmap.array).reshape(-1, 8)
     return np.asarray(dofmap)
@@ -126,7 +127,11 @@ def create_shared_mesh(comm, cells: np.ndarray, points: np.ndarray):
     domain, mode = hexahedral_domain(), dmesh.GhostMode.shared_facet
     if hasattr(domain, "ufl_coordinate_element"):
         return create_mesh(comm, cells, points, domain, mode)
-    return create_mesh(comm, cells, points, domain, dmesh.create_cell_partitioner(mode))
+    try:
+        partitioner = dmesh.create_cell_partitioner(mode)
+    except TypeError:  # 0.11 asks how many cells may share a facet
+        partitioner = dmesh.create_cell_partitioner(mode, 2)
+    return create_mesh(comm, cells, points, domain, partitioner)
 
 
 def facet_nodes(mesh, facets: np.ndarray) -> np.ndarray:
