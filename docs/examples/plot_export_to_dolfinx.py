@@ -11,9 +11,9 @@ the wheel still on it.
 import matplotlib.pyplot as plt
 import numpy as np
 import ufl
+from mpi4py import MPI
 from coarse_pass import coarse_pass
 from dolfinx import fem
-from mpi4py import MPI
 
 import rail_fem
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mpi4py.MPI  # noqa: F401
 from dolfinx import fem
 from dolfinx.io import XDMFFile
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mpi4py import MPI
 from dolfinx import fem
 from dolfinx import mesh as dmesh
-from mpi4py import MPI
 
 from geometry.axes import as_tensor
 from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, TaggedFields, find_rows, read_tagged

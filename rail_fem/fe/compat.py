@@ -1,10 +1,14 @@
 """The only file that knows which dolfinx is installed (0.5 on Debian 12, 0.9 on Debian 13, 0.11 from the package
-index): by feature, not by version."""
+index): by feature, not by version.
+
+Files that import dolfinx import mpi4py.MPI before it: the package index's dolfinx finds its MPI library by that alone.
+"""
 
 from __future__ import annotations
 
 import inspect
 
+import mpi4py.MPI  # noqa: F401
 import numpy as np
 from dolfinx import cpp, fem, graph, la
 from dolfinx import mesh as dmesh

@@ -8,8 +8,8 @@ ghost cells), so each element is counted once; forces on ghosts travel to their 
 from __future__ import annotations
 
 import numpy as np
-from dolfinx import la
 from mpi4py import MPI
+from dolfinx import la
 
 from rail_fem.fe.compat import SUM, create_hexahedral_mesh, geometry_dofmap, original_cells
 from rail_fem.fe.partition import balanced_parts

@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 import ufl
+from mpi4py import MPI
 from dolfinx import fem
 from dolfinx.fem import petsc
-from mpi4py import MPI
 from scipy import sparse
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import ufl
+from mpi4py import MPI
 from dolfinx import fem
 from dolfinx.fem import petsc
-from mpi4py import MPI
 from scipy import sparse
 from scipy.spatial import cKDTree
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import ufl
-from dolfinx import fem
 from mpi4py import MPI
+from dolfinx import fem
 
 from geometry.meshing.blocks import mesh_box, mesh_cap
 from geometry.meshing.hexmesh import merge_bodies

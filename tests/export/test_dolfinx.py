@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 import ufl
-from dolfinx import fem
 from mpi4py import MPI
+from dolfinx import fem
 
 import rail_fem
 from geometry.axes import as_tensor

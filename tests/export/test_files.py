@@ -5,8 +5,8 @@ import importlib
 import meshio
 import numpy as np
 import pytest
-from dolfinx.io import XDMFFile
 from mpi4py import MPI
+from dolfinx.io import XDMFFile
 from typer.testing import CliRunner
 
 from geometry.axes import as_tensor

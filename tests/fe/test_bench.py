@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from dolfinx import fem
 from mpi4py import MPI
+from dolfinx import fem
 from scipy.spatial import cKDTree
 
 from geometry.meshing.blocks import mesh_box

@@ -9,6 +9,7 @@ Gauss points along each are exact on whatever cell.
 
 import inspect
 
+import mpi4py.MPI  # noqa: F401
 import numpy as np
 import ufl
 from dolfinx import fem
