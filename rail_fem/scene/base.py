@@ -36,6 +36,19 @@ class Frozen(BaseModel):
         return type(self).model_validate(values, context=context)
 
 
+def digest_of_read(stated: str, read: Any) -> str:
+    """Digest of what a file held: that of `read`, which has `source` and `digest`; "" where nothing was read.
+
+    Errors: PydanticCustomError where a scene states another one, that is, where the file has changed since.
+    """
+    found = read.digest if read else ""
+    if stated and read and stated != found:
+        raise input_error(
+            "changed_file", f"{read.source} has other content ({found[:12]}) than is stated ({stated[:12]})"
+        )
+    return found
+
+
 def input_error(kind: str, text: str, **about: str) -> PydanticCustomError:
     """A fault in words. key : which field the fault is of, where another one met it"""
     return PydanticCustomError(kind, "{message}", {"message": text, **about})

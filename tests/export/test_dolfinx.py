@@ -1,8 +1,5 @@
 """A run folder as dolfinx knows it: every node, cell, face and value where it was."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 import ufl
@@ -16,9 +13,9 @@ from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, find_rows
 from rail_fem.fe.compat import discontinuous, geometry_dofmap, original_cells
 from rail_fem.fe.domain import VTK_TO_DOLFINX
 from rail_fem.fe.hexahedron import volumes
-from rail_fem.launcher import mpi_command, rank_environment
 from rail_fem.output.fields import FieldsError
 from tests.export.folder import OFFSET, SIDES, bend, write_run
+from tests.ranks import printed_by_ranks
 
 
 @pytest.fixture(scope="module")
@@ -138,10 +135,8 @@ def test_integrals_do_not_depend_on_the_number_of_ranks(folder, written, tmp_pat
     (tmp_path / "job.py").write_text(JOB)
     values = []
     for ranks in (1, 3):
-        command = [*mpi_command(ranks), sys.executable, "-m", "mpi4py", str(tmp_path / "job.py"), str(folder)]
-        answer = subprocess.run(command, env=rank_environment(), capture_output=True, text=True, timeout=300)
-        assert answer.returncode == 0, answer.stderr
-        line = next(line for line in answer.stdout.splitlines() if line.startswith("0 "))
+        printed = printed_by_ranks(ranks, tmp_path / "job.py", folder)
+        line = next(line for line in printed.splitlines() if line.startswith("0 "))
         values.append([float(word.strip("' ")) for word in line[line.index("[") + 1 : -1].split(",")])
     assert np.all(np.abs(values[0]) > 0)
     np.testing.assert_allclose(values[1], values[0], rtol=1e-12)

@@ -1,31 +1,20 @@
 """The pass of a scene: the same on any number of ranks, and after a restart."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from rail_fem.launcher import mpi_command, rank_environment
+from tests.ranks import printed_by_ranks
 
 JOB = Path(__file__).with_name("passage_job.py")
 STEPS = 160
 
 
 def run_job(ranks: int, *arguments: str) -> dict:
-    done = subprocess.run(
-        [*mpi_command(ranks), sys.executable, "-m", "mpi4py", str(JOB), str(STEPS), *arguments],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-        env=rank_environment(),
-        stdin=subprocess.DEVNULL,
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
+    printed = printed_by_ranks(ranks, JOB, STEPS, *arguments)
+    lines = [line for line in printed.splitlines() if line.startswith("{")]
     return json.loads(lines[-1]) if lines else {}
 
 

@@ -1,33 +1,16 @@
 """The same run on 1, 2 and 3 ranks: plasticity, friction, supports and moving contact, to round-off."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from rail_fem.fe.partition import balanced_parts
-from rail_fem.launcher import mpi_command, rank_environment
+from tests.ranks import arrays_of_ranks
 
-ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.mpi
 
 
 def run(ranks, out):
-    command = [*mpi_command(ranks), sys.executable, "-m", "mpi4py", str(ROOT / "tests/fe/rank_job.py"), str(out)]
-    done = subprocess.run(
-        command,
-        cwd=ROOT,
-        env=rank_environment() | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    with np.load(out) as saved:
-        return dict(saved)
+    return arrays_of_ranks(ranks, out, "tests/fe/rank_job.py", out)
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,6 @@
 """A cap rolls over a long block of which only what lies near it is computed: as over the whole block, with what it
 leaves behind kept."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +11,9 @@ from rail_fem.fe.checkpoint import load_checkpoint, save_checkpoint
 from rail_fem.fe.fields import gather_cells
 from rail_fem.fe.slabs import Slabs
 from rail_fem.fe.window import Extent, heaviest
-from rail_fem.launcher import mpi_command, rank_environment
 from tests.fe.rolling_job import BODY_MASS, MM, rolling, run
+from tests.ranks import arrays_of_ranks
 
-ROOT = Path(__file__).resolve().parents[2]
 HALF, EARLY, STEPS = 9 * MM, 1350, 1650
 DT = 9.5e-8  # below the stable step of the whole block [s]
 
@@ -169,16 +166,4 @@ def windowed_on_one_rank(tmp_path_factory):
 
 def job(ranks: int, out: Path) -> dict:
     """The run of rolling_job.py."""
-    command = [*mpi_command(ranks), sys.executable, "-m", "mpi4py", "-m", "tests.fe.rolling_job", str(out), "700"]
-    done = subprocess.run(
-        command,
-        cwd=ROOT,
-        env=rank_environment() | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    with np.load(out) as saved:
-        return dict(saved)
+    return arrays_of_ranks(ranks, out, "-m", "tests.fe.rolling_job", out, 700, timeout=600)

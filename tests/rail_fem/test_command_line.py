@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from rail_fem import launcher
 from rail_fem.cli import app
 from rail_fem.commands.ending import EXIT_CODES
 from rail_fem.output.strict_json import dumps, nan_for_none, to_plain
+from tests.ranks import run_on_ranks
 
 ROOT = Path(__file__).resolve().parents[2]
 REFERENCE = ROOT / "cases" / "nose_transfer.toml"
@@ -122,16 +122,7 @@ def test_quiet_says_nothing_of_what_goes_on_and_verbose_says_more(case, tmp_path
 
 @pytest.mark.mpi
 def test_several_ranks_give_one_json_object(case, tmp_path):
-    command = [*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-m", "rail_fem", "check", str(case)]
-    answer = subprocess.run(
-        [*command, "--model", "lumped", "--json"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        env=launcher.rank_environment(),  # not that of a process which has begun MPI itself
-        stdin=subprocess.DEVNULL,
-    )
+    answer = run_on_ranks(2, "-m", "rail_fem", "check", case, "--model", "lumped", "--json", timeout=60)
     assert answer.returncode == 0 and strict(answer.stdout)["model"] == "lumped"
 
 

@@ -2,21 +2,20 @@
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from rail_fem import cli, hierarchy, launcher
+from rail_fem import cli, hierarchy
 from rail_fem.case import estimate
 from rail_fem.output.progress import read_status
 from rail_fem.output.result import load
 from rail_fem.run import job
 from rail_fem.scene.scene import GRAVITY
 from tests.rail_fem.toy_model import ToySettings
+from tests.ranks import run_on_ranks
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -300,8 +299,7 @@ cli.main()
 
 
 def call_on_ranks(ranks, *arguments, **variables):
-    command = [*launcher.mpi_command(ranks), sys.executable, "-m", "mpi4py", "-c", ON_RANKS, *map(str, arguments)]
-    return subprocess.run(command, cwd=ROOT, env=os.environ | variables, capture_output=True, text=True, timeout=60)
+    return run_on_ranks(ranks, "-c", ON_RANKS, *arguments, timeout=60, **variables)
 
 
 @pytest.mark.mpi

@@ -1,0 +1,40 @@
+"""Jobs on several MPI ranks, for the tests that compare what they leave."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from rail_fem.launcher import mpi_command, rank_environment
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def run_on_ranks(ranks: int, *words: object, timeout: float = 300, **variables: str) -> subprocess.CompletedProcess:
+    """What `python -m mpi4py WORDS` answers on `ranks` ranks in the repository's root, with these variables beside the
+    environment. A job that hangs ends the test after `timeout` [s]."""
+    return subprocess.run(
+        [*mpi_command(ranks), sys.executable, "-m", "mpi4py", *map(str, words)],
+        cwd=ROOT,
+        env=rank_environment() | {"PYTHONPATH": str(ROOT)} | variables,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+        stdin=subprocess.DEVNULL,
+    )
+
+
+def printed_by_ranks(ranks: int, *words: object, **options) -> str:
+    """Standard output of a job that must end well."""
+    done = run_on_ranks(ranks, *words, **options)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout
+
+
+def arrays_of_ranks(ranks: int, out: Path, *words: object, **options) -> dict[str, np.ndarray]:
+    """Arrays that a job which must end well has written to `out`, an .npz file."""
+    printed_by_ranks(ranks, *words, **options)
+    with np.load(out) as saved:
+        return dict(saved)
