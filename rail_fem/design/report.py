@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.case.casefile import load_case
 from rail_fem.design.problem import Problem
 from rail_fem.design.search import Found, Trial
 from rail_fem.light.rigid import rigid_path
 from rail_fem.output.markdown import markdown_table
-from rail_fem.show.style import GREY, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
+from rail_fem.show.style import GREY, NOSE, PURPLE, TOTAL, WING, new_figure
+from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.sweeps.trends import MEASURES
 
 SHAPE_SPACING = 5e-3  # of the long section that is drawn [m]
@@ -21,9 +21,8 @@ SHAPE_SPACING = 5e-3  # of the long section that is drawn [m]
 def write_report(problem: Problem, found: Found, out: Path) -> str:
     """design.md and design.png in `out`; returns the text. Errors: OSError."""
     text = report(problem, found)
-    write_text_atomically(Path(out) / "design.md", text + "\n")
-    with lettering():
-        save(design_figure(problem, found), Path(out) / "design.png")
+    folder = Path(out)
+    write_table_and_figure(folder / "design.md", text, folder / "design.png", lambda: design_figure(problem, found))
     return text
 
 

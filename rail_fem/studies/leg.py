@@ -15,7 +15,6 @@ import numpy as np
 import typer
 from matplotlib.figure import Figure
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.light.rigid import rigid_path
@@ -23,7 +22,8 @@ from rail_fem.models import rigid_hertz
 from rail_fem.output.events import Flight, flights, stated_peaks
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
-from rail_fem.show.style import GREEN, GREY, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
+from rail_fem.show.style import GREEN, GREY, NOSE, PURPLE, TOTAL, WING, new_figure
+from rail_fem.show.table_and_figure import write_table_and_figure
 
 START, END = "run.rigid_hertz.start", "run.rigid_hertz.end"
 WINDOW = {START: "-1500 mm", END: "300 mm"}
@@ -149,10 +149,7 @@ def main(
     text = table([row(words, result) for (words, _), result in zip(variations, results)])
     print(text)
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        write_text_atomically(out / "leg.md", text + "\n")
-        with lettering():
-            save(figure(results), out / "leg.png")
+        write_table_and_figure(out / "leg.md", text, out / "leg.png", lambda: figure(results))
 
 
 if __name__ == "__main__":

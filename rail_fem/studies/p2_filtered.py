@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import typer
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.case.casefile import load_case
 from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p2_force, p2_increment
@@ -24,6 +23,7 @@ from rail_fem.models import p2_formula, rigid_hertz
 from rail_fem.output.low_pass import filtered_peak
 from rail_fem.output.markdown import markdown_table
 from rail_fem.scene.scene import Scene
+from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.studies.whole_crossing import case_files
 
 CUTOFFS = (np.inf, 500.0, 50.0, 20.0)
@@ -73,8 +73,7 @@ def main(out: Path = typer.Option(None, help="folder for p2.md")) -> None:
     text = "\n".join(markdown_table(HEAD, [row(file) for file in case_files()]))
     print(text)
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        write_text_atomically(out / "p2.md", text + "\n")
+        write_table_and_figure(out / "p2.md", text)
 
 
 if __name__ == "__main__":

@@ -13,14 +13,14 @@ import numpy as np
 import typer
 from matplotlib.figure import Figure
 
-from rail_fem.atomic import write_text_atomically
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.models import rigid_hertz
 from rail_fem.output.events import longest_flight, stated_peaks
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
-from rail_fem.show.style import GREY, NOSE, TOTAL, WING, lettering, new_figure, save
+from rail_fem.show.style import GREY, NOSE, TOTAL, WING, new_figure
+from rail_fem.show.table_and_figure import write_table_and_figure
 
 LOW, HIGH = "-1500 mm", "700 mm"
 PEAKS = ("largest_force_leg", "largest_force_wing", "first_impact", "largest_force_nose")
@@ -104,10 +104,7 @@ def main(out: Path = typer.Option(None, help="folder for whole.md and whole_cros
     text = table(results)
     print(text)
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        write_text_atomically(out / "whole.md", text + "\n")
-        with lettering():
-            save(figure(results), out / "whole_crossing.png")
+        write_table_and_figure(out / "whole.md", text, out / "whole_crossing.png", lambda: figure(results))
 
 
 if __name__ == "__main__":
