@@ -21,10 +21,10 @@ from bem.patch import Patch as SolvedPatch
 from bem.patch import PatchCutError
 from rail_fem.light.contact_pairs import ContactPair, crossing_surface, pair_at
 from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
+from rail_fem.light.pass_result import moments, pass_result
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import bem_flags
 from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
-from rail_fem.models.rigid_hertz import moments, pass_result
 from rail_fem.output.clock import working_time
 from rail_fem.output.result import PassResult, Patch
 from rail_fem.scene.scene import Scene

@@ -18,13 +18,13 @@ from bem.plastic.contact import LARGE_STRAIN
 from bem.plastic.hardening import Hardening
 from rail_fem.light.contact_pairs import crossing_surface
 from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, contact_table, patch_sizes, table_key
+from rail_fem.light.pass_result import moments, pass_result, patches_at
 from rail_fem.light.plastic_fields import write_archive, write_vtu
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.plastic_rolling import Flow, Station, roll_along
 from rail_fem.light.validity import Flag, flag, lift_flags
 from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
 from rail_fem.models.bem_passage import pair_of
-from rail_fem.models.rigid_hertz import moments, pass_result, patches_at
 from rail_fem.output.clock import working_time
 from rail_fem.output.result import PassResult, Peak
 from rail_fem.scene.scene import Scene

@@ -10,21 +10,12 @@ import numpy as np
 
 from bem.exact.hertz import tangent_stiffness
 from rail_fem.light.contact_table import contact_table
-from rail_fem.light.validity import flag_warnings, lumped_flags
+from rail_fem.light.pass_result import light_result
+from rail_fem.light.validity import lumped_flags
 from rail_fem.light.vertical_dynamics import ContactLaw
-from rail_fem.light.vertical_pass import (
-    Contacts,
-    common_history,
-    force_change,
-    foundation_peak,
-    history_rows,
-    lift_offs,
-    run_pass,
-    step_error,
-)
+from rail_fem.light.vertical_pass import Contacts, common_history, force_change, lift_offs, run_pass, step_error
 from rail_fem.output.clock import working_time
-from rail_fem.output.events import end_warnings, force_peaks
-from rail_fem.output.result import Cost, PassResult
+from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import LumpedSettings
 
@@ -44,23 +35,11 @@ def solve(
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
     softer = run_pass(scene, settings, one_contact(table, constant / 2, settings.contact, scene.static_wheel_load))
-    rows = history_rows(run, settings.history_interval)
-    columns, load = common_history(run), scene.static_wheel_load
-    history = {name: values[rows] for name, values in columns.items()}
-    peaks = force_peaks(columns, scene.direction_sign, load, leg_end=scene.crossing.leg_end)
     flags = lumped_flags(scene, table, run, constant, lift_offs(run, scene.static_wheel_load))
-    return PassResult(
-        model="lumped",
-        scene=scene,
-        settings=settings.model_dump(mode="json"),
-        history=history,
-        peaks=peaks | {"force_foundation": foundation_peak(run)},
-        energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
-        cost=Cost(table.search_time + working_time() - started, 0, len(run.time), search_time=table.search_time),
-        error_estimate={"time_step": step_error(run, coarse), "contact_stiffness": force_change(run, softer)},
-        trust={"validity": flags, "contact_constant": constant},
-        warnings=flag_warnings(flags) + end_warnings(columns, peaks, load),
-    )
+    trust = {"contact_constant": constant}
+    errors = {"time_step": step_error(run, coarse), "contact_stiffness": force_change(run, softer)}
+    columns = common_history(run)
+    return light_result("lumped", scene, settings, run, columns, flags, trust, errors, table.search_time, started)
 
 
 def static_constant(table, start: float) -> float:
