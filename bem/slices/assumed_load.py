@@ -39,7 +39,7 @@ from bem.slices.slices import SliceGap, Slices
 
 Sharing = str | Callable[[np.ndarray], np.ndarray]
 _MARGIN = 1.5  # cells between patch and grid edge
-_CHORD = 0.1  # of the semi-axes, over which the radii at the touch are taken
+_CHORD = 0.1  # of the semi-axes, over which the radii at the initial contact are taken
 
 
 @dataclass
@@ -73,7 +73,7 @@ def loaded_slices(
 ) -> LoadedSlicePatch:
     """Frictionless contact of the two bodies of `slices`, each slice under an assumed share of the load.
 
-    load [N] downwards (slices.way must be (0, -1)); cells : slices along the patch, cells across it
+    load [N] downwards (slices.direction must be (0, -1)); cells : slices along the patch, cells across it
     sharing     : "elliptic", "parabolic", or a function x (n,) [m] -> line load (n,), of any scale
     semi_length : half the patch's length [m], default Hertz's for the radii where the bodies touch
     estimate    : also solve with doubled cells, for the error estimate; it knows nothing of the method's own error
@@ -100,7 +100,7 @@ def loaded_slices(
 
 
 def hertz_of(gap: SliceGap, load: float):
-    """Hertz's contact [bem.exact.hertz.PointContact] of the radii at the touch, from chords of a tenth of the
+    """Hertz's contact [bem.exact.hertz.PointContact] of the radii at the initial contact, from chords of a tenth of the
     semi-axes."""
     modulus = contact_modulus(gap.slices.upper.material, gap.slices.lower.material)
     chord = np.full(2, 1e-3 * (gap.window[1] - gap.window[0]))
@@ -119,9 +119,9 @@ def _radii(gap: SliceGap, chord: np.ndarray) -> np.ndarray:
     rise = np.array([g[0, 1] + g[2, 1], g[1, 0] + g[1, 2]]) / 2 - g[1, 1]
     if not (np.isfinite(rise).all() and (rise > 0).all()):
         raise ContactInputError(
-            f"half the patch's length cannot be taken from Hertz: within {chord[0]:.3g} x {chord[1]:.3g} m of the touch"
-            f" the gap rises by {rise[0]:.3g} m along and {rise[1]:.3g} m across, so a radius is infinite or not"
-            " defined; give semi_length [m]"
+            f"half the patch's length cannot be taken from Hertz: within {chord[0]:.3g} x {chord[1]:.3g} m of the"
+            f" initial contact the gap rises by {rise[0]:.3g} m along and {rise[1]:.3g} m across, so a radius is"
+            " infinite or not defined; give semi_length [m]"
         )
     return chord**2 / (2 * rise)
 

@@ -31,7 +31,7 @@ class Slices:
     lower, upper : Body, the sections at x = 0; both need a held edge (or be infinite)
     lower_section, upper_section : x [m] -> smooth pieces [(n, 2), ...] [m] of the face there; None where the body is a
         prism
-    direction : (2,) unit vector along which the upper body approaches
+    direction : (2,) along which the upper body approaches, given at any length, kept as a unit vector
     """
 
     lower: Body
@@ -46,7 +46,7 @@ class Slices:
             raise ContactInputError(
                 f"direction {self.direction!r}: give the direction (lateral, up) along which the upper body approaches"
             )
-        object.__setattr__(self, "way", tuple(direction / np.hypot(*direction)))
+        object.__setattr__(self, "direction", tuple((direction / np.hypot(*direction)).tolist()))
 
 
 def wheel_on_prism(

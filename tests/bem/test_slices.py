@@ -1,5 +1,7 @@
 """2.5D slices against Hertz, plane strain, a pin in its hole, and what they refuse."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -134,8 +136,8 @@ def flank():
     it.
 
     Where the pin ends, not how it came there, decides in an elastic contact without friction, so both are one contact:
-    the approach straight into the flank has the exact gap from the touch on, the other slides 0.22 mm along the face on
-    its way.
+    the approach straight into the flank has the exact gap from the initial contact on, the other slides 0.22 mm along
+    the face before.
     """
     clearance, deep, angle = 0.01, 1e-4, np.radians(65)
     hole = Body(Outline([[Edge(arc((0, 0), 0.02, np.pi / 2, 2.5 * np.pi, 721), "face")]], infinite=True), STEEL)
@@ -150,6 +152,19 @@ def on_flank(slices: Slices, **control):
     middle = SliceGap(slices).first_point[0]
     grid = Grid.over((-0.05, 0.05), (middle - 5e-3, middle + 5e-3), 21, 80)
     return slice_contact(slices, grid=grid, cut=True, threads=1, estimate=False, **control)
+
+
+def test_a_direction_counts_by_where_it_points_not_by_its_length():
+    """Three times as long, the same contact: approach and gap are lengths along it."""
+    straight = flank()[0]
+    longer = replace(straight, direction=tuple(3 * np.array(straight.direction)))
+    one, other = SliceGap(straight), SliceGap(longer)
+    np.testing.assert_allclose(other.initial_approach, one.initial_approach, rtol=1e-12)
+    y = one.first_point[0] + np.array([-2e-3, 0.0, 2e-3])
+    for approach in (0.0, 5e-5):
+        np.testing.assert_allclose(
+            other(np.zeros((1, 3)), y[None, :], approach), one(np.zeros((1, 3)), y[None, :], approach), atol=1e-12
+        )
 
 
 def test_gap_at_an_approach_is_that_of_two_circles():
