@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from geometry.hermite import cubic_between
 from kernel_cache import njit
 
 KINK = 2e-3  # standards print coordinates to 1 um: joints meant to be smooth turn by up to 1 um / 1 mm [rad]
@@ -295,11 +296,8 @@ def hermite(at, y, z, after, before):
         return np.nan, np.nan
     i = min(np.searchsorted(y, at, side="right"), n - 1) - 1
     h = y[i + 1] - y[i]
-    t = (at - y[i]) / h
-    m0, m1, rise = after[i] * h, before[i + 1] * h, z[i + 1] - z[i]
-    c2 = 3 * rise - 2 * m0 - m1
-    c3 = m0 + m1 - 2 * rise
-    return z[i] + t * (m0 + t * (c2 + t * c3)), (m0 + t * (2 * c2 + t * 3 * c3)) / h
+    found = cubic_between((at - y[i]) / h, h, z[i], z[i + 1], after[i], before[i + 1])
+    return found.value, found.slope
 
 
 @njit(cache=True)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from geometry.hermite import cubic_between
 from kernel_cache import njit
 
 FLOOR = -55e-3  # height of the flangeway's floor [m]
@@ -291,12 +292,12 @@ def loft_height(y, s, loft):
     h = y1 - y0
     if h <= 0.0:
         return max(z0, z1)
-    m0 = h * lofted_slope(loft, low, high, low, 2, s)
-    m1 = h * lofted_slope(loft, low, high, high, 3, s)
+    leaving = lofted_slope(loft, low, high, low, 2, s)
+    reaching = lofted_slope(loft, low, high, high, 3, s)
     t, rise = (y - y0) / h, z1 - z0
     if abs(rise) > 5.0 * h:
         return z0 + t * rise
-    return z0 + t * (m0 + t * (3 * rise - 2 * m0 - m1 + t * (m0 + m1 - 2 * rise)))
+    return cubic_between(t, h, z0, z1, leaving, reaching).value
 
 
 @njit(cache=True)
