@@ -4,18 +4,53 @@ The gap is taken as a function of the station s on the wheel alone: at every sta
 circle that is nearest to the rail along x (geometry.contact.wheel_outline for prismatic rails,
 geometry.surfaces.loft_kernel for lofted ones). A lofted rail has a branch of the gap for each of its bodies, and more
 where a wheel can touch one body ahead of and behind the axle. Side axes of geometry.wheelset; pose, wheel and prismatic
-rail as in geometry.contact.wheel_outline. Heights are over the pivot's.
+rail as in geometry.contact.wheel_outline. Heights are over the pivot's. A side of a wheelset is a Side.
 """
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from geometry.contact.rail_kinds import branch, branches, covered, for_each_rail, meet, prepare, steepness
-from geometry.contact.wheel_outline import cubic, cubic_in, outline_of
+from geometry.contact.rail_kinds import branch, branches, closest_point, covered, for_each_rail, prepare, steepness
+from geometry.contact.wheel_outline import Pose, cubic, cubic_in, outline_at
 from kernel_cache import njit
 
 MOST_POINTS = 24
-PLACE = 5  # rows of a position: station, gap, wheel's slope there, dz/dx, branch
+STATION, GAP, WHEEL_SLOPE, SLOPE_X, BRANCH = range(5)  # rows of a position: the slopes are dz/dy and dz/dx
+POSITION = 5
 NO_RAIL = 1e3  # gap where there is no rail or no outline [m]
+
+
+class Side(NamedTuple):
+    """One wheel over one rail. stations : (4, n) of the first search: position and the wheel's height, slope, second
+    derivative there;  wheel : (4, m) table;  rail : (4, p) table or LoftRail;  tip : station of the flange tip [m];
+    radius : at the tread datum [m]"""
+
+    stations: np.ndarray
+    wheel: np.ndarray
+    rail: Any
+    tip: float
+    radius: float
+
+
+class ContactRow(NamedTuple):
+    """A position of least gap, or (n,) of them.
+
+    x, y, z : of the wheel's point from the pivot [m];  slope_x, slope_y : dz/dx, dz/dy;  radius : of rolling [m]
+    gap : vertical [m];  a_xx, a_xt, a_tt : of the gap 1/2 A : (x, t)(x, t), both bodies taken together, x and t in the
+        tangent plane along the rail and across it [1/m]
+    """
+
+    x: Any
+    y: Any
+    z: Any
+    slope_x: Any
+    slope_y: Any
+    radius: Any
+    gap: Any
+    a_xx: Any
+    a_xt: Any
+    a_tt: Any
 
 
 @njit(cache=True, error_model="numpy")
@@ -23,12 +58,10 @@ def gap_at(s, wheel, rail, pose, tip):
     """Vertical gap and its derivative to the station s; where there is no gap the derivative's sign points to where
     there is."""
     tread, slope, bend = cubic(s, wheel)
-    there, away, _, _, z, height, tangent, rail_slope, advance, _, _, _, _, _, _ = meet(
-        s, tread, slope, bend, rail, pose
-    )
-    if not there:
-        return NO_RAIL, (away if away != 0 else (-1.0 if s < tip else 1.0))
-    return z - height, (tangent - rail_slope) * advance
+    point = closest_point(s, tread, slope, bend, rail, pose)
+    if not point.found:
+        return NO_RAIL, (point.away if point.away != 0 else (-1.0 if s < tip else 1.0))
+    return point.z - point.rail_z, (point.wheel_slope - point.rail_slope) * point.advance
 
 
 @njit(cache=True, error_model="numpy")
@@ -40,8 +73,9 @@ def gaps_on_prism(stations, wheel, rail, pose, tip):
     i = 0
     for k in range(count):
         s = stations[0, k]
-        there, _, y, z, slope, advance, _, _ = outline_of(s, stations[1, k], stations[2, k], stations[3, k], pose)
-        if not there:
+        of = outline_at(s, stations[1, k], stations[2, k], stations[3, k], pose)
+        y = of.y
+        if not of.found:
             gap[k], tilt[k] = NO_RAIL, (-1.0 if s < tip else 1.0)
         elif y < rail[0, 0] or y > rail[0, last]:
             gap[k], tilt[k] = NO_RAIL, (-1.0 if y < rail[0, 0] else 1.0)
@@ -51,7 +85,7 @@ def gaps_on_prism(stations, wheel, rail, pose, tip):
             while i < last - 1 and y >= rail[0, i + 1]:
                 i += 1
             height, rail_slope, _ = cubic_in(y, i, rail)
-            gap[k], tilt[k] = z - height, (slope - rail_slope) * advance
+            gap[k], tilt[k] = of.z - height, (of.slope - rail_slope) * of.advance
     return gap, tilt
 
 
@@ -62,13 +96,11 @@ def gaps_on_loft(stations, wheel, rail, pose, tip):
     gap, tilt = np.empty(count), np.empty(count)
     for k in range(count):
         s = stations[0, k]
-        there, away, _, _, z, height, tangent, rail_slope, advance, _, _, _, _, _, _ = meet(
-            s, stations[1, k], stations[2, k], stations[3, k], rail, pose
-        )
-        if there:
-            gap[k], tilt[k] = z - height, (tangent - rail_slope) * advance
+        point = closest_point(s, stations[1, k], stations[2, k], stations[3, k], rail, pose)
+        if point.found:
+            gap[k], tilt[k] = point.z - point.rail_z, (point.wheel_slope - point.rail_slope) * point.advance
         else:
-            gap[k], tilt[k] = NO_RAIL, (away if away != 0 else (-1.0 if s < tip else 1.0))
+            gap[k], tilt[k] = NO_RAIL, (point.away if point.away != 0 else (-1.0 if s < tip else 1.0))
     return gap, tilt
 
 
@@ -81,7 +113,7 @@ def gaps_at(stations, wheel, rail, pose, tip):
 
 
 @njit(cache=True, error_model="numpy")
-def turning_place(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
+def stationary_gap(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
     """Station in [low, high] where the gap's derivative changes sign, by Illinois with every fourth step a halving.
 
     Returns the station, the gap there (NO_RAIL: none found), the derivative. Ends at a width of 1e-13 m, where it
@@ -116,7 +148,7 @@ def turning_place(low, high, tilt_low, tilt_high, wheel, rail, pose, tip):
 
 
 @njit(cache=True, error_model="numpy")
-def edge_place(s, tread, low, high, rail, pose):
+def edge_gap(s, tread, low, high, rail, pose):
     """Gap and slope of a wheel's edge: the circle at s touches with that slope between low and high at which it lies
     along the rail.
 
@@ -125,12 +157,12 @@ def edge_place(s, tread, low, high, rail, pose):
     best, position = NO_RAIL, 0.0
     for _ in range(56):  # a convex edge: the outline is flatter than the rail at `low`, steeper at `high`
         slope = 0.5 * (low + high)
-        there, away, _, _, z, height, tangent, rail_slope, _, _, _, _, _, _, _ = meet(s, tread, slope, 0.0, rail, pose)
-        if not there:
-            steeper = away > 0 if away != 0 else slope > 0
+        point = closest_point(s, tread, slope, 0.0, rail, pose)
+        if not point.found:
+            steeper = point.away > 0 if point.away != 0 else slope > 0
         else:
-            steeper = tangent > rail_slope
-            best, position = z - height, slope
+            steeper = point.wheel_slope > point.rail_slope
+            best, position = point.z - point.rail_z, slope
         if steeper:
             high = slope
         else:
@@ -148,14 +180,14 @@ def may_reach(k, gap, tilt, step, level):
 
 
 @njit(cache=True, error_model="numpy")
-def places_on_branch(stations, wheel, rail, pose, tip, level):
-    """Local minima (PLACE, k) of the gap on one branch, in order of station, those that may lie below `level` only.
+def positions_on_branch(stations, wheel, rail, pose, tip, level):
+    """Local minima (POSITION, k) of the gap on one branch, in order of station, those that may lie below `level` only.
 
     level : gap [m]; pass -NO_RAIL for the lowest minimum alone
     """
     gap, tilt = gaps_at(stations, wheel, rail, pose, tip)
     last = stations.shape[1] - 1
-    found, count = np.zeros((PLACE, MOST_POINTS)), 0
+    found, count = np.zeros((POSITION, MOST_POINTS)), 0
     lowest = np.argmin(gap)
     best = gap[lowest]
     if best >= NO_RAIL:
@@ -165,15 +197,15 @@ def places_on_branch(stations, wheel, rail, pose, tip, level):
             i = min(k, last)
             if gap[i] >= NO_RAIL or (tilt[i] > 0) != (k == 0):
                 continue
-            at, value, rest = stations[0, i], gap[i], 1.0
-            steepest = min(10.0, 0.9 / (abs(pose[1]) + 1e-3))
+            at, value, tilt_left = stations[0, i], gap[i], 1.0
+            steepest = min(10.0, 0.9 / (abs(pose.sin_yaw) + 1e-3))
             low, high = (-steepest, stations[2, 0]) if k == 0 else (stations[2, last], steepest)
         elif (
             tilt[k - 1] <= 0
             and tilt[k] > 0
             and may_reach(k, gap, tilt, stations[0, k] - stations[0, k - 1], max(level, best))
         ):
-            at, value, rest = turning_place(
+            at, value, tilt_left = stationary_gap(
                 stations[0, k - 1], stations[0, k], tilt[k - 1], tilt[k], wheel, rail, pose, tip
             )
             if value >= NO_RAIL:
@@ -186,8 +218,8 @@ def places_on_branch(stations, wheel, rail, pose, tip, level):
             continue
         tread, slope, _ = cubic(at, wheel)
         steep = steepness(rail)
-        if rest > 1e-9:
-            edge, edge_slope = edge_place(at, tread, low, high, rail, pose)
+        if tilt_left > 1e-9:
+            edge, edge_slope = edge_gap(at, tread, low, high, rail, pose)
             if edge < NO_RAIL:
                 value, slope = edge, edge_slope
                 steep = steepness(rail)
@@ -202,25 +234,24 @@ def places_on_branch(stations, wheel, rail, pose, tip, level):
 
 @njit(cache=True, error_model="numpy")
 def nearest_positions(stations, wheel, rail, pose, tip, level):
-    """Local minima (PLACE, k) of the gap on all branches, those that may lie below `level` only, each branch in order
-    of station.
+    """Local minima (POSITION, k) of the gap on all branches, those that may lie below `level` only, each branch in
+    order of station.
 
     level : gap [m]; pass -NO_RAIL for the lowest minimum alone. Positions that another body of the rail covers are left
         out.
     """
     if branches(rail) == 1:
-        return places_on_branch(stations, wheel, branch(rail, 0, 0.0), pose, tip, level)
-    found, count = np.zeros((PLACE, MOST_POINTS)), 0
+        return positions_on_branch(stations, wheel, branch(rail, 0, 0.0), pose, tip, level)
+    found, count = np.zeros((POSITION, MOST_POINTS)), 0
     for index in range(branches(rail)):
         track = branch(rail, index, 0.0)
-        part = places_on_branch(stations, wheel, track, pose, tip, level)
+        part = positions_on_branch(stations, wheel, track, pose, tip, level)
         for k in range(part.shape[1]):
-            tread, _, bend = cubic(part[0, k], wheel)
-            there, _, x, y, _, height, _, _, _, _, _, _, _, _, _ = meet(
-                part[0, k], tread, part[2, k], bend, branch(rail, index, part[3, k]), pose
-            )
-            if not there or not covered(rail, index, x, y, height):
-                count = keep(found, count, part[0, k], part[1, k], part[2, k], part[3, k], index)
+            s, gap, slope, steep = part[STATION, k], part[GAP, k], part[WHEEL_SLOPE, k], part[SLOPE_X, k]
+            tread, _, bend = cubic(s, wheel)
+            point = closest_point(s, tread, slope, bend, branch(rail, index, steep), pose)
+            if not point.found or not covered(rail, index, point.x, point.y, point.rail_z):
+                count = keep(found, count, s, gap, slope, steep, index)
     return found[:, :count]
 
 
@@ -228,13 +259,14 @@ def nearest_positions(stations, wheel, rail, pose, tip, level):
 def keep(found, count, at, value, slope, steep, index=0.0):
     """Append a position; with the list full the shallowest gives way."""
     if count == found.shape[1]:
-        worst = np.argmax(found[1])
-        if value >= found[1, worst]:
+        worst = np.argmax(found[GAP])
+        if value >= found[GAP, worst]:
             return count
         count -= 1
         for k in range(worst, count):
             found[:, k] = found[:, k + 1]
-    found[0, count], found[1, count], found[2, count], found[3, count], found[4, count] = at, value, slope, steep, index
+    found[STATION, count], found[GAP, count] = at, value
+    found[WHEEL_SLOPE, count], found[SLOPE_X, count], found[BRANCH, count] = slope, steep, index
     return count + 1
 
 
@@ -246,19 +278,19 @@ def ready(stations, rail, pose):
 
 @njit(cache=True, error_model="numpy")
 def roll_arm(position, wheel, rail, pose):
-    """d gap / d roll about the pivot at a fixed station of a position (PLACE,) [m/rad]: the rotation's displacement
+    """d gap / d roll about the pivot at a fixed station of a position (POSITION,) [m/rad]: the rotation's displacement
     normal to the rail's slope."""
-    tread, _, _ = cubic(position[0], wheel)
-    _, _, x, y, z, _, slope, _, _, _, _, steep, _, _, _ = meet(
-        position[0], tread, position[2], 0.0, branch(rail, int(position[4]), position[3]), pose
-    )
-    return pose[2] * (y - pose[0]) - pose[1] * x + (slope * pose[2] - steep * pose[1]) * z
+    tread = cubic(position[STATION], wheel).value
+    track = branch(rail, int(position[BRANCH]), position[SLOPE_X])
+    of = closest_point(position[STATION], tread, position[WHEEL_SLOPE], 0.0, track, pose)
+    sy, cy = pose.sin_yaw, pose.cos_yaw
+    return cy * (of.y - pose.lateral) - sy * of.x + (of.wheel_slope * cy - of.slope_x * sy) * of.z
 
 
 @njit(cache=True, error_model="numpy")
 def side_pose(sign, lateral, yaw, roll, lever, arm, radius):
     """Pose in side axes of a wheelset in track axes."""
-    return (sign * lateral, np.sin(sign * yaw), np.cos(yaw), np.sin(sign * roll), np.cos(roll), lever, arm, radius)
+    return Pose(sign * lateral, np.sin(sign * yaw), np.cos(yaw), np.sin(sign * roll), np.cos(roll), lever, arm, radius)
 
 
 @njit(cache=True, error_model="numpy")
@@ -267,19 +299,18 @@ def lowest(stations, wheel, rail, pose, tip):
     found = nearest_positions(stations, wheel, rail, pose, tip, -NO_RAIL)
     if found.shape[1] == 0:
         return NO_RAIL, 0.0
-    i = np.argmin(found[1])
-    return found[1, i], roll_arm(found[:, i], wheel, rail, pose)
+    i = np.argmin(found[GAP])
+    return found[GAP, i], roll_arm(found[:, i], wheel, rail, pose)
 
 
 @njit(cache=True, error_model="numpy")
 def least_gap(side, sign, lateral, yaw, roll, lever, arm, fresh):
-    """As `lowest`, of a side (stations, wheel, rail, tip, radius), sign +1 left, -1 right; `fresh`: the rail is made
+    """As `lowest`, of a Side, sign +1 left, -1 right; `fresh`: the rail is made
     ready first."""
-    stations, wheel, rail, tip, radius = side
-    pose = side_pose(sign, lateral, yaw, roll, lever, arm, radius)
+    pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
     if fresh:
-        prepare(stations, rail, pose)
-    return lowest(stations, wheel, rail, pose, tip)
+        prepare(side.stations, side.rail, pose)
+    return lowest(side.stations, side.wheel, side.rail, pose, side.tip)
 
 
 @njit(cache=True, error_model="numpy")
@@ -306,23 +337,17 @@ def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
 
 @njit(cache=True, error_model="numpy")
 def contact_row(position, wheel, rail, pose):
-    """At a position (PLACE,), where the wheel's slope is taken as given (at an edge it is any between two): x, y of the
-    wheel's point from the pivot, z, slopes dz/dx and dz/dy, rolling radius, vertical gap, relative curvatures A_xx,
-    A_xt, A_tt.
-
-    x and t lie in the tangent plane, along the rail and across it. Curvatures [1/m] of the gap 1/2 A : (x, t)(x, t),
-    both bodies taken together.
-    """
-    slope = position[2]
-    tread, _, bend = cubic(position[0], wheel)
-    track = branch(rail, int(position[4]), position[3])
-    _, _, x, y, z, height, tangent, rail_slope, _, sine, cosine, steep, zxx, zxy, zyy = meet(
-        position[0], tread, slope, bend, track, pose
-    )
-    radius, stretch = pose[7] - tread, np.sqrt(1 + slope * slope)
+    """ContactRow at a position (POSITION,), where the wheel's slope is taken as given (at an edge it is any between
+    two)."""
+    slope = position[WHEEL_SLOPE]
+    tread, _, bend = cubic(position[STATION], wheel)
+    track = branch(rail, int(position[BRANCH]), position[SLOPE_X])
+    of = closest_point(position[STATION], tread, slope, bend, track, pose)
+    tangent, rail_slope, sine, cosine, steep = of.wheel_slope, of.rail_slope, of.sine, of.cosine, of.slope_x
+    radius, stretch = pose.radius - tread, np.sqrt(1 + slope * slope)
     round_axle, meridian = 1.0 / (radius * stretch), bend / stretch**3
     # the circle's tangent cos f - sin d: its part along x, and the rest across
-    sy, cy, sr, cr = pose[1], pose[2], pose[3], pose[4]
+    sy, cy, sr, cr = pose.sin_yaw, pose.cos_yaw, pose.sin_roll, pose.cos_roll
     forward, left, up = cosine * cy + sine * sr * sy, cosine * sy - sine * sr * cy, sine * cr
     lean = np.sqrt(1 + steep * steep)
     size = np.sqrt(lean * lean + tangent * tangent)
@@ -331,18 +356,18 @@ def contact_row(position, wheel, rail, pose):
     size = np.sqrt(lean * lean + rail_slope * rail_slope)
     ex, ey = -steep * rail_slope / (size * lean), lean / size
     rail_xx, rail_xt, rail_tt = (
-        zxx / (lean * lean),
-        (zxx * ex + zxy * ey) / lean,
-        zxx * ex * ex + 2 * zxy * ex * ey + zyy * ey * ey,
+        of.z_xx / (lean * lean),
+        (of.z_xx * ex + of.z_xy * ey) / lean,
+        of.z_xx * ex * ex + 2 * of.z_xy * ex * ey + of.z_yy * ey * ey,
     )
-    return (
-        x,
-        y,
-        z,
+    return ContactRow(
+        of.x,
+        of.y,
+        of.z,
         steep,
         tangent,
         radius,
-        z - height,
+        of.z - of.rail_z,
         round_axle * along**2 + meridian * across**2 - rail_xx / size,
         (round_axle - meridian) * along * across - rail_xt / size,
         round_axle * across**2 + meridian * along**2 - rail_tt / size,

@@ -5,8 +5,8 @@ sections.
     left=RailSurface.of_crossing(CastCrossing(9.25)))
     state = search.at(0.25).settle(lateral=2e-3, yaw=0.005)     # x of the axle's middle; both wheels just touch
     search.contacts(state, "left", reach=50e-6)                 # Contacts: all points of wing and nose within 50 um
-    rail_fem.light.load_sharing.rest(search.at(0.25), (60e3, 60e3))   # stands under its loads; every point's force
-    rail_fem.light.load_sharing.pressed(search, state, "left")        # forces at any given state
+    rail_fem.light.load_sharing.static_equilibrium(search.at(0.25), (60e3, 60e3))   # under its loads: all forces
+    rail_fem.light.load_sharing.side_held(search, state, "left")                    # forces at any given state
 
 A side without a surface is the track's plain rail. Surfaces have the axes of geometry.axes (gauge face at y = -35 mm, +
 to the field side) whichever side they lie on; running towards -x (trailing) is the same position of the wheelset, so
@@ -19,9 +19,10 @@ from dataclasses import replace
 import numpy as np
 
 from geometry.axes import GAUGE_FACE_Y
+from geometry.contact.gap_kernel import Side
 from geometry.contact.prismatic_search import RESOLUTION, ContactSearch
 from geometry.contact.rail_kinds import MOST_WINDOWS
-from geometry.surfaces.loft_kernel import MEMORY, WIDEST
+from geometry.surfaces.loft_kernel import BRANCHES, MEMORY, WIDEST, LoftRail
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import SIDES, Track, Wheelset, WheelsetError
 
@@ -48,19 +49,14 @@ class SurfaceSearch(ContactSearch):
         self.surfaces, self.checked = {"left": left, "right": right}, checked or {}
         super().__init__(wheelset, track, resolution)
 
-    def _side(self, side: str) -> tuple:
+    def _side(self, side: str) -> Side:
         surface, plain = self.surfaces[side], super()._side(side)
         if surface is None:
             return plain
-        rail, (stations, table, _, tip, radius) = surface.moved(self.track.gauge / 2 - GAUGE_FACE_Y), plain
-        ridges = np.concatenate([stations[:1], np.zeros((2 * MOST_WINDOWS, stations.shape[1]))])
-        return (
-            stations,
-            table,
-            (*rail.tables(), np.zeros((MOST_WINDOWS, MEMORY)), np.zeros(2), ridges, rail.wavy()),
-            tip,
-            radius,
-        )
+        rail = surface.moved(self.track.gauge / 2 - GAUGE_FACE_Y)
+        ridges = np.concatenate([plain.stations[:1], np.zeros((2 * MOST_WINDOWS, plain.stations.shape[1]))])
+        windows = np.zeros((MOST_WINDOWS, MEMORY))
+        return plain._replace(rail=LoftRail(*rail.tables(), windows, np.zeros(2), ridges, rail.wavy()))
 
     def at(self, x: float) -> "SurfaceSearch":
         """The same search with the axle's middle at x [m]. Raises WheelsetError where a surface does not reach as far
@@ -80,17 +76,18 @@ class SurfaceSearch(ContactSearch):
         here.sides = {side: self._standing_at(x, side, own=True) for side in SIDES}
         return here
 
-    def rail_under(self, state: Wheelset, side: str) -> tuple:
+    def rail_under(self, state: Wheelset, side: str) -> Side:
         return self._standing_at(state.x, side)
 
-    def _standing_at(self, x: float, side: str, own: bool = False) -> tuple:
+    def _standing_at(self, x: float, side: str, own: bool = False) -> Side:
         """A side with the axle's middle at x [m]; own: with tables of its own for what a search notes there."""
         if self.surfaces[side] is None:
             return self.sides[side]
-        stations, wheel, (xs, nodes, bodies, windows, position, ridges, wavy), tip, radius = self.sides[side]
+        of = self.sides[side]
+        rail = of.rail._replace(position=np.array([x, 0.0 if own else of.rail.position[BRANCHES]]))
         if own:
-            windows, position, ridges = windows.copy(), np.zeros(2), ridges.copy()
-        return stations, wheel, (xs, nodes, bodies, windows, np.array([x, position[1]]), ridges, wavy), tip, radius
+            rail = rail._replace(windows=rail.windows.copy(), ridges=rail.ridges.copy())
+        return of._replace(rail=rail)
 
     def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return (

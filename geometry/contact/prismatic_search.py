@@ -10,8 +10,19 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from geometry.contact.flange_back import within_stops
-from geometry.contact.gap_kernel import NO_RAIL, contact_row, nearest_positions, ready, roll_and_height, side_pose
-from geometry.contact.wheel_outline import cubic
+from geometry.contact.gap_kernel import (
+    GAP,
+    NO_RAIL,
+    STATION,
+    ContactRow,
+    Side,
+    contact_row,
+    nearest_positions,
+    ready,
+    roll_and_height,
+    side_pose,
+)
+from geometry.contact.wheel_outline import Pose, cubic
 from geometry.wheelset import FLANGE_BACK, SIDES, Track, Wheelset, WheelsetError, check_range, check_side, wheel_table
 
 RESOLUTION = 0.5e-3
@@ -98,18 +109,17 @@ class ContactSearch:
         self.sides = {side: self._side(side) for side in SIDES}
         self.offsets = {side: track.gauge_offset(side) for side in SIDES}
 
-    def _side(self, side: str) -> tuple:
-        """Stations (4, n) of the first search, wheel (4, m) and rail (4, p) tables, station of the flange tip, radius
-        at the datum."""
+    def _side(self, side: str) -> Side:
+        """A side on its prismatic rail."""
         wheel, rail = wheel_table(self.wheelset, side), np.array(self.track.placed(side).hermite_table())
         count = max(int(np.ceil((wheel[0, -1] - wheel[0, 0]) / self.resolution)), 4)
         positions = np.linspace(wheel[0, 0], wheel[0, -1], count + 1)
         if wheel.shape[1] < 3 * count:  # a measured profile: between its own points it cannot turn more than once
             positions = np.unique(np.concatenate([positions, wheel[0]]))
         stations = np.array([(s, *cubic(s, wheel)) for s in positions]).T.copy()
-        return stations, wheel, rail, float(wheel[0, np.argmin(wheel[1])]), self.wheelset.radius_of(side)
+        return Side(stations, wheel, rail, float(wheel[0, np.argmin(wheel[1])]), self.wheelset.radius_of(side))
 
-    def pose(self, state: Wheelset, side: str) -> tuple:
+    def pose(self, state: Wheelset, side: str) -> Pose:
         """Pose of one side with the axle's middle as pivot, for geometry.contact.gap_kernel."""
         return side_pose(
             SIDES[side], state.y, state.yaw, state.roll, 0.0, self.wheelset.datum_arm, self.wheelset.radius_of(side)
@@ -165,48 +175,47 @@ class ContactSearch:
         """All points of a side ("left" or "right") whose vertical gap is at most `reach` [m] above the least, and all
         that touch or penetrate."""
         check_side(side)
-        pose, (stations, wheel, rail, tip, _) = self.pose(state, side), self.rail_under(state, side)
-        ready(stations, rail, pose)
-        found = nearest_positions(stations, wheel, rail, pose, tip, max(reach, 0.0) - state.z)
+        pose, of = self.pose(state, side), self.rail_under(state, side)
+        ready(of.stations, of.rail, pose)
+        found = nearest_positions(of.stations, of.wheel, of.rail, pose, of.tip, max(reach, 0.0) - state.z)
         if found.shape[1] == 0:
             raise WheelsetError(f"{side} wheel stands over no rail at y = {state.y:g} m")
-        gaps = found[1] + state.z
+        gaps = found[GAP] + state.z
         near = gaps <= max(gaps.min() + max(reach, 1e-12), 0.0)
         return self.described(state, side, found[:, near])
 
     def described(self, state: Wheelset, side: str, found: np.ndarray) -> Contacts:
-        """Contacts at positions (PLACE, n) that geometry.contact.gap_kernel.nearest_positions found."""
-        pose, sign, (_, wheel, rail, _, _) = self.pose(state, side), SIDES[side], self.rail_under(state, side)
-        x, y, z, steep, slope, radius, gap, along, mixed, across = (
-            np.array([contact_row(minimum, wheel, rail, pose) for minimum in found.T.copy()]).reshape(-1, 10).T
-        )
-        position = np.column_stack([x + state.x, sign * y, z + state.z])
-        size = np.sqrt(1 + steep**2 + slope**2)
-        normal = np.column_stack([-steep / size, -sign * slope / size, 1 / size])
+        """Contacts at positions (POSITION, n) that geometry.contact.gap_kernel.nearest_positions found."""
+        pose, sign, over = self.pose(state, side), SIDES[side], self.rail_under(state, side)
+        rows = [contact_row(minimum, over.wheel, over.rail, pose) for minimum in found.T.copy()]
+        of = ContactRow(*np.array(rows).reshape(-1, len(ContactRow._fields)).T)
+        position = np.column_stack([of.x + state.x, sign * of.y, of.z + state.z])
+        size = np.sqrt(1 + of.slope_x**2 + of.slope_y**2)
+        normal = np.column_stack([-of.slope_x / size, -sign * of.slope_y / size, 1 / size])
         heading = np.array([np.cos(state.yaw), np.sin(state.yaw), 0.0])
-        middle, spread = (along + across) / 2, np.hypot((along - across) / 2, mixed)
+        middle, spread = (of.a_xx + of.a_tt) / 2, np.hypot((of.a_xx - of.a_tt) / 2, of.a_xt)
         return Contacts(
             side,
             position,
             normal,
             (position - [state.x, state.y, state.z]) @ heading,
-            found[0].copy(),
-            self.rail_station(side, y, z - gap),
-            np.arctan(slope / np.sqrt(1 + steep**2)),
-            radius,
-            (gap + state.z) / size,
+            found[STATION].copy(),
+            self.rail_station(side, of.y, of.z - of.gap),
+            np.arctan(of.slope_y / np.sqrt(1 + of.slope_x**2)),
+            of.radius,
+            (of.gap + state.z) / size,
             np.column_stack([middle - spread, middle + spread]),
-            np.column_stack([along, mixed, across]),
-            bool(len(z) and z[np.argmin(gap)] + state.z - self.flange_tip(state, side) < FLANGE_TOP),
+            np.column_stack([of.a_xx, of.a_xt, of.a_tt]),
+            bool(len(of.z) and of.z[np.argmin(of.gap)] + state.z - self.flange_tip(state, side) < FLANGE_TOP),
         )
 
     def flange_tip(self, state: Wheelset, side: str) -> float:
         """Height of the lowest point of the flange in track axes [m]."""
-        wheel, tip, radius = self.sides[side][1], *self.sides[side][3:]
+        of = self.sides[side]
         return (
             state.z
-            + (self.wheelset.datum_arm + tip) * np.sin(SIDES[side] * state.roll)
-            - (radius - wheel[1].min()) * np.cos(state.roll)
+            + (self.wheelset.datum_arm + of.tip) * np.sin(SIDES[side] * state.roll)
+            - (of.radius - of.wheel[1].min()) * np.cos(state.roll)
         )
 
     def derailed(self, state: Wheelset) -> tuple[str, ...]:
@@ -214,8 +223,8 @@ class ContactSearch:
         lies in the flangeway."""
         return tuple(side for side in SIDES if self.contacts(state, side).derailed)
 
-    def rail_under(self, state: Wheelset, side: str) -> tuple:
-        """The tables of a side for a state: prismatic rails are the same everywhere."""
+    def rail_under(self, state: Wheelset, side: str) -> Side:
+        """A side for a state: prismatic rails are the same everywhere."""
         return self.sides[side]
 
     def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:

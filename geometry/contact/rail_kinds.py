@@ -1,8 +1,8 @@
-"""Where a circle of the wheel meets a rail, for both kinds of rail that the contact kernels know.
+"""Where a circle of the wheel is closest to a rail, for both kinds of rail that the contact kernels know.
 
-rail, of one side : a table (4, n) of a prismatic rail, or a tuple of a lofted surface (geometry.surfaces.lofted_rail)
-track, of one branch of the gap : the table itself, or the surface's body with the window of slopes dz/dx that the
-    branch lies in
+rail, of one side : a table (4, n) of a prismatic rail, or the LoftRail of a surface
+track, of one branch of the gap : the table itself, or the LoftTrack of the body with the window of slopes dz/dx that
+    the branch lies in
 """
 
 import functools
@@ -13,8 +13,21 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from geometry.contact.wheel_outline import cubic, outline_of
-from geometry.surfaces.loft_kernel import WIDEST, loft_at, meet_loft, slope_excess
+from geometry.contact.wheel_outline import cubic, outline_at
+from geometry.hermite import cubic_between
+from geometry.surfaces.loft_kernel import (
+    AXLE_X,
+    BODY,
+    BRANCHES,
+    SLOPE_X,
+    WIDEST,
+    ClosestPoint,
+    LoftTrack,
+    closest_on_loft,
+    loft_at,
+    no_point,
+    slope_excess,
+)
 from kernel_cache import njit
 
 SCANNED = 49  # slopes dz/dx between -WIDEST and WIDEST at which further branches are looked for
@@ -46,31 +59,42 @@ def for_each_rail(prism: Callable, loft: Callable) -> Callable:
 
 
 @njit(cache=True, error_model="numpy")
-def meet_prism(s, tread, slope, bend, rail, pose):
-    there, x, y, z, tangent, advance, sine, cosine = outline_of(s, tread, slope, bend, pose)
-    if not there:
-        return False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0
-    if y < rail[0, 0] or y > rail[0, rail.shape[1] - 1]:
-        return False, (-1.0 if y < rail[0, 0] else 1.0), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0
-    height, rail_slope, bend_of_rail = cubic(y, rail)
-    return True, 0.0, x, y, z, height, tangent, rail_slope, advance, sine, cosine, 0.0, 0.0, 0.0, bend_of_rail
+def closest_on_prism(s, tread, slope, bend, rail, pose):
+    of = outline_at(s, tread, slope, bend, pose)
+    if not of.found:
+        return no_point(0.0)
+    if of.y < rail[0, 0] or of.y > rail[0, rail.shape[1] - 1]:
+        return no_point(-1.0 if of.y < rail[0, 0] else 1.0)
+    top = cubic(of.y, rail)
+    return ClosestPoint(
+        True,
+        0.0,
+        of.x,
+        of.y,
+        of.z,
+        top.value,
+        of.slope,
+        top.slope,
+        of.advance,
+        of.sine,
+        of.cosine,
+        0.0,
+        0.0,
+        0.0,
+        top.second,
+    )
 
 
 @for_each_rail(
-    prism=lambda s, tread, slope, bend, track, pose: meet_prism(s, tread, slope, bend, track, pose),
-    loft=lambda s, tread, slope, bend, track, pose: meet_loft(s, tread, slope, bend, track, pose),
+    prism=lambda s, tread, slope, bend, track, pose: closest_on_prism(s, tread, slope, bend, track, pose),
+    loft=lambda s, tread, slope, bend, track, pose: closest_on_loft(s, tread, slope, bend, track, pose),
 )
-def meet(s, tread, slope, bend, track, pose):
-    """Where the wheel's circle at station s, its height, slope and second derivative given, is nearest to the rail at
-    fixed y.
-
-    Returns (there, away, x, y, z of the wheel's point, height of the rail, slopes dz/dy of wheel and rail, dy/ds, sin,
-    cos of theta, dz/dx of both, rail's z_xx, z_xy, z_yy). Not there: away is -1 or 1 on this or that side of the rail,
-    0 where the wheel has no outline, NaN beyond the end of a branch.
-    """
+def closest_point(s, tread, slope, bend, track, pose):
+    """ClosestPoint of the wheel's circle at station s, its height, slope and second derivative given, to the rail at
+    fixed y."""
 
 
-@for_each_rail(prism=lambda rail: 1, loft=lambda rail: int(rail[4][1]))
+@for_each_rail(prism=lambda rail: 1, loft=lambda rail: int(rail.position[BRANCHES]))
 def branches(rail):
     """Number of branches of the gap."""
 
@@ -82,12 +106,17 @@ def branch(rail, index, slope):
 
 @njit(cache=True, error_model="numpy")
 def loft_branch(rail, index, slope):
-    xs, nodes, bodies, windows, position, ridges, _ = rail
-    windows[index, 0] = slope
-    return xs, nodes, bodies[int(windows[index, 6])], windows[index], position, ridges
+    rail.windows[index, SLOPE_X] = slope
+    return track_on(rail, int(rail.windows[index, BODY]), index)
 
 
-@for_each_rail(prism=lambda track: 0.0, loft=lambda track: track[3][0])
+@njit(cache=True, error_model="numpy")
+def track_on(rail, body, index):
+    """LoftTrack of a body, with the memory of one branch."""
+    return LoftTrack(rail.x, rail.nodes, rail.bodies[body], rail.windows[index], rail.position, rail.ridges)
+
+
+@for_each_rail(prism=lambda track: 0.0, loft=lambda track: track.memory[SLOPE_X])
 def steepness(track):
     """dz/dx where the branch was last followed to."""
 
@@ -101,14 +130,12 @@ def covered(rail, index, x, y, z):
 
 @njit(cache=True, error_model="numpy")
 def covered_by_loft(rail, index, x, y, z):
-    xs, nodes, bodies, windows, position, ridges, _ = rail
-    body = int(windows[index, 6])
-    for k in range(int(position[1])):
-        other = int(windows[k, 6])
+    body = int(rail.windows[index, BODY])
+    for k in range(int(rail.position[BRANCHES])):
+        other = int(rail.windows[k, BODY])
         if other != body:
-            track = (xs, nodes, bodies[other], windows[k], position, ridges)
-            beyond, aside, height, _, _, _, _, _ = loft_at(position[0] + x, y, track)
-            if beyond == 0 and aside == 0 and height > z + 1e-9:
+            found = loft_at(rail.position[AXLE_X] + x, y, track_on(rail, other, k))
+            if found.beyond == 0 and found.aside == 0 and found.z > z + 1e-9:
                 return True
     return False
 
@@ -123,27 +150,27 @@ def prepare(stations, rail, pose):
 
 @njit(cache=True, error_model="numpy")
 def start_branch(rail, count, body, side, seed):
-    xs, _, bodies, windows, position, _, _ = rail
-    first, sections, n = bodies[body, 0], bodies[body, 1], bodies[body, 2]
-    section = min(max(np.searchsorted(xs[first : first + sections], position[0]) - 1, 0), sections - 2) + first
+    first, sections, n = rail.bodies[body, 0], rail.bodies[body, 1], rail.bodies[body, 2]
+    before = np.searchsorted(rail.x[first : first + sections], rail.position[AXLE_X]) - 1
+    section = min(max(before, 0), sections - 2) + first
     row = 0.0 if side == 0 else count + 1.0
-    windows[count] = np.array([0.0, section, n // 2, row, side, seed, body, 0.0])
+    rail.windows[count] = np.array([0.0, section, n // 2, row, side, seed, body, 0.0])
 
 
 @njit(cache=True, error_model="numpy")
 def find_branches(stations, rail, pose):
     """Branches of all bodies within reach of the wheel."""
-    xs, nodes, bodies, windows, position, ridges, wavy = rail
-    count, reach = 0, 1.2 * WIDEST * pose[7]
-    for b in range(bodies.shape[0]):
-        first, end = bodies[b, 0], bodies[b, 0] + bodies[b, 1]
-        if xs[first] > position[0] + reach or xs[end - 1] < position[0] - reach or count > MOST_WINDOWS - 2:
+    ridges, axle = rail.ridges, rail.position[AXLE_X]
+    count, reach = 0, 1.2 * WIDEST * pose.radius
+    for b in range(rail.bodies.shape[0]):
+        first, end = rail.bodies[b, 0], rail.bodies[b, 0] + rail.bodies[b, 1]
+        if rail.x[first] > axle + reach or rail.x[end - 1] < axle - reach or count > MOST_WINDOWS - 2:
             continue
         start_branch(rail, count, b, 0, 0.0)
-        near = (xs[first:end] > position[0] - reach) & (xs[first:end] < position[0] + reach)
+        near = (rail.x[first:end] > axle - reach) & (rail.x[first:end] < axle + reach)
         seed = -1
-        if wavy[first:end][near].any():
-            track = (xs, nodes, bodies[b], windows[count], position, ridges)
+        if rail.wavy[first:end][near].any():
+            track = track_on(rail, b, count)
             seed = find_ridges(stations, track, ridges[count + 1], ridges[count + 1 + MOST_WINDOWS], pose)
         if seed >= 0:
             ridges[count + 2], ridges[count + 2 + MOST_WINDOWS] = ridges[count + 1], ridges[count + 1 + MOST_WINDOWS]
@@ -151,7 +178,7 @@ def find_branches(stations, rail, pose):
             start_branch(rail, count + 1, b, 1, stations[0, seed])
             count += 1
         count += 1
-    position[1] = count
+    rail.position[BRANCHES] = count
 
 
 @njit(cache=True, error_model="numpy")
@@ -166,33 +193,29 @@ def find_ridges(stations, track, ridge, ends, pose):
     for k in range(0, n, EVERY):
         at = ridge_at(stations[0, k], stations[1, k], stations[2, k], 0.0, track, pose)
         if at < np.inf:
-            track[3][0] = 0.0
-            there, _, _, _, z, height, _, _, _, _, _, _, _, _, _ = meet_loft(
-                stations[0, k], stations[1, k], stations[2, k], stations[3, k], track, pose
-            )
-            if there and z - height < best:
-                best, seed = z - height, k
+            track.memory[SLOPE_X] = 0.0
+            point = closest_on_loft(stations[0, k], stations[1, k], stations[2, k], stations[3, k], track, pose)
+            if point.found and point.z - point.rail_z < best:
+                best, seed = point.z - point.rail_z, k
                 ridge[k] = at
     if seed < 0:
         return seed
-    for way in (-1, 1):
-        last, k = ridge[seed], seed + way
+    for step in (-1, 1):
+        last, k = ridge[seed], seed + step
         while 0 <= k < n:
             at = np.inf
-            if abs(ridge[k - way]) < WIDEST:
+            if abs(ridge[k - step]) < WIDEST:
                 at = ridge_at(stations[0, k], stations[1, k], stations[2, k], last, track, pose)
             if at < np.inf:
                 ridge[k] = last = at
-            elif abs(ridge[k - way]) < WIDEST:
-                track[3][0] = last
-                there, _, _, _, _, _, _, _, _, _, _, p, _, _, _ = meet_loft(
-                    stations[0, k], stations[1, k], stations[2, k], stations[3, k], track, pose
-                )
-                ridge[k] = WIDEST if not there or p < last else -WIDEST
-                ends[min(k, k - way)] = ridge_end(stations, k - way, k, last, track, pose)
+            elif abs(ridge[k - step]) < WIDEST:
+                track.memory[SLOPE_X] = last
+                point = closest_on_loft(stations[0, k], stations[1, k], stations[2, k], stations[3, k], track, pose)
+                ridge[k] = WIDEST if not point.found or point.slope_x < last else -WIDEST
+                ends[min(k, k - step)] = ridge_end(stations, k - step, k, last, track, pose)
             else:
-                ridge[k] = ridge[k - way]
-            k += way
+                ridge[k] = ridge[k - step]
+            k += step
     return seed
 
 
@@ -203,12 +226,10 @@ def ridge_end(stations, inside, outside, last, track, pose):
     d, low, high = stations[0, b] - stations[0, a], stations[0, inside], stations[0, outside]
     for _ in range(16):
         s = 0.5 * (low + high)
-        t = (s - stations[0, a]) / d
-        m0, m1, rise = d * stations[2, a], d * stations[2, b], stations[1, b] - stations[1, a]
-        c2, c3 = 3 * rise - 2 * m0 - m1, m0 + m1 - 2 * rise
-        at = ridge_at(
-            s, stations[1, a] + t * (m0 + t * (c2 + t * c3)), (m0 + t * (2 * c2 + t * 3 * c3)) / d, last, track, pose
+        tread = cubic_between(
+            (s - stations[0, a]) / d, d, stations[1, a], stations[1, b], stations[2, a], stations[2, b]
         )
+        at = ridge_at(s, tread.value, tread.slope, last, track, pose)
         if at < np.inf:
             low = s
         else:

@@ -10,14 +10,44 @@ theta forward from the lowest point of the circle, e the axle's direction. Seen 
 wheel's outline (Y, Z)(s), with slope -n_y / n_z, so that contact is a problem of two plane curves. Side axes of
 geometry.wheelset.
 
-pose : (8,)  lateral position of the pivot, sin and cos of yaw, sin and cos of roll, height of the axle over the pivot,
-    distance along
-the axle to the tread datum, radius there. Tables: (4, n) rows of Profile.hermite_table. Heights are over the pivot's.
+pose : Pose. Tables: (4, n) rows of Profile.hermite_table. Heights are over the pivot's.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
+from geometry.hermite import cubic_between
 from kernel_cache import njit
+
+
+class Pose(NamedTuple):
+    """How a wheel stands in side axes, about a pivot: lateral position of the pivot [m], sines and cosines of yaw and
+    roll, height of the axle over the pivot (lever), distance along the axle to the tread datum (arm), radius there [m].
+    """
+
+    lateral: float
+    sin_yaw: float
+    cos_yaw: float
+    sin_roll: float
+    cos_roll: float
+    lever: float
+    arm: float
+    radius: float
+
+
+class OutlinePoint(NamedTuple):
+    """Point x, y, z [m] of the outline, its slope dz/dy, dy/ds (advance), sine and cosine of theta; `found`: there is
+    one."""
+
+    found: bool
+    x: float
+    y: float
+    z: float
+    slope: float
+    advance: float
+    sine: float
+    cosine: float
 
 
 @njit(cache=True, error_model="numpy")
@@ -39,28 +69,20 @@ def cubic(at, table):
 def cubic_in(at, i, table):
     """The same in interval i."""
     h = table[0, i + 1] - table[0, i]
-    t = (at - table[0, i]) / h
-    m0, m1, rise = table[2, i] * h, table[3, i + 1] * h, table[1, i + 1] - table[1, i]
-    c2, c3 = 3 * rise - 2 * m0 - m1, m0 + m1 - 2 * rise
-    return (
-        table[1, i] + t * (m0 + t * (c2 + t * c3)),
-        (m0 + t * (2 * c2 + t * 3 * c3)) / h,
-        (2 * c2 + 6 * c3 * t) / (h * h),
-    )
+    return cubic_between((at - table[0, i]) / h, h, table[1, i], table[1, i + 1], table[2, i], table[3, i + 1])
 
 
 @njit(cache=True, error_model="numpy")
-def outline_of(s, tread, slope, bend, pose):
-    """Point of the outline at station s from the wheel's height, slope, second derivative: (there is one, x, y, z,
-    slope dz/dy, dy/ds, sin, cos of theta)."""
+def outline_at(s, tread, slope, bend, pose):
+    """OutlinePoint at station s from the wheel's height, slope, second derivative."""
     position, sy, cy, sr, cr, lever, arm, datum_radius = pose
     radius, tilt, along = datum_radius - tread, -slope, arm + s
     size = np.sqrt(cy * cy + sr * sr * sy * sy)
     part = -tilt * cr * sy / size
     if abs(part) >= 1.0:
-        return False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0
-    rest = np.sqrt(1 - part * part)
-    sine, cosine = (part * cy + rest * sr * sy) / size, (rest * cy - part * sr * sy) / size
+        return OutlinePoint(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    other = np.sqrt(1 - part * part)
+    sine, cosine = (part * cy + other * sr * sy) / size, (other * cy - part * sr * sy) / size
     # forward f, downward d, axle e; the wheel's circle is along e + radius (sine f + cosine d), the axle lever above
     # the pivot
     mx, my, mz = sine * cy - cosine * sr * sy, sine * sy + cosine * sr * cy, -cosine * cr
@@ -68,5 +90,6 @@ def outline_of(s, tread, slope, bend, pose):
     x = -along * cr * sy + radius * mx + lever * sr * sy
     y = position + along * cr * cy + radius * my - lever * sr * cy
     z = along * sr + radius * mz + lever * cr
-    advance = cr * cy + tilt * my + radius * (cosine * sy - sine * sr * cy) * bend * cr * sy / (size * rest)
-    return nz < -1e-3, x, y, z, (-ny / nz if nz < -1e-3 else 0.0), advance, sine, cosine
+    advance = cr * cy + tilt * my + radius * (cosine * sy - sine * sr * cy) * bend * cr * sy / (size * other)
+    below = nz < -1e-3
+    return OutlinePoint(below, x, y, z, (-ny / nz if below else 0.0), advance, sine, cosine)

@@ -1,6 +1,8 @@
 """Highest position of a rigid wheel over one body of a crossing: first search on a grid, then refinement on the exact
 surface."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from geometry.profiles.profile import Profile, hermite, hermite_many
@@ -13,9 +15,23 @@ PEAKS = 4  # lateral positions kept per station of the first search
 # spacing of the stations along x over the lateral spacing: the wheel's curvature is that much smaller
 STATION_RATIO = 8
 SEPARATION = 2e-3  # lateral positions closer than this are one [m]
-DOUBT = 320.0  # times the resolution squared: positions whose first-search heights differ by less are all refined [1/m]
+# times the resolution squared: positions whose first-search heights differ by less are all refined [1/m]
+UNDECIDED = 320.0
 CLOSE = 2e-8  # width to which a position is closed in [m]
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+
+
+class Section(NamedTuple):
+    """State of a golden section for the highest value between a and b: inner positions p < q, their values fp and fq,
+    and the position to be evaluated next."""
+
+    a: float
+    b: float
+    p: float
+    q: float
+    fp: float
+    fq: float
+    next: float
 
 
 class BodySearch:
@@ -137,7 +153,7 @@ def refine_all(x, stations, peaks, reach, spacing, radius, datum, profile, nose,
         top = -np.inf
         for count in range(PEAKS):
             value, s, k = best_position(x[i], stations, peaks, reach, found, count)
-            if s < 0 or value < top - DOUBT * spacing * spacing:
+            if s < 0 or value < top - UNDECIDED * spacing * spacing:
                 break
             top = max(top, value)
             found[count] = peaks[s, k, 0]
@@ -164,16 +180,33 @@ def clearance(at, ahead, y, radius, datum, profile, nose, c, loft):
 
 
 @njit(cache=True)
-def narrowed(a, b, p, q, fp, fq):
-    """One step of a golden section for the highest value in (a, b), fp and fq the values at its inner positions p < q.
+def opened(a, b):
+    """A golden section between a and b, its lower inner position next."""
+    p = b - GOLDEN * (b - a)
+    return Section(a, b, p, a + GOLDEN * (b - a), -np.inf, -np.inf, p)
 
-    Returns the narrower (a, b, p, q, fp, fq) and its new inner position, whose value there is still to be found.
-    """
-    if fp >= fq:
-        below = q - GOLDEN * (q - a)
-        return a, q, below, p, fp, fp, below
-    above = p + GOLDEN * (b - p)
-    return p, b, q, above, fq, fq, above
+
+@njit(cache=True)
+def evaluated(old, value):
+    """With the value at the next position."""
+    lower = old.next == old.p
+    return Section(old.a, old.b, old.p, old.q, value if lower else old.fp, old.fq if lower else value, old.next)
+
+
+@njit(cache=True)
+def at_upper(old):
+    """With the upper inner position next."""
+    return Section(old.a, old.b, old.p, old.q, old.fp, old.fq, old.q)
+
+
+@njit(cache=True)
+def narrowed(old):
+    """One step of a golden section: the narrower Section, `next` a new inner position."""
+    if old.fp >= old.fq:
+        below = old.q - GOLDEN * (old.q - old.a)
+        return Section(old.a, old.q, below, old.p, old.fp, old.fp, below)
+    above = old.p + GOLDEN * (old.b - old.p)
+    return Section(old.p, old.b, old.q, above, old.fq, old.fq, above)
 
 
 @njit(cache=True)
@@ -182,22 +215,13 @@ def along_wheel(at, y, low, high, radius, datum, profile, nose, c, loft):
 
     One call of `clearance` serves all evaluations: every further one would be compiled in again.
     """
-    a, b = low, high
-    p, q = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
-    fp, fq = -np.inf, -np.inf
-    position, count = p, 0
-    while b - a > CLOSE:
-        value = clearance(at, position, y, radius, datum, profile, nose, c, loft)
-        if position == p:
-            fp = value
-        else:
-            fq = value
+    now, count = opened(low, high), 0
+    while now.b - now.a > CLOSE:
+        now = evaluated(now, clearance(at, now.next, y, radius, datum, profile, nose, c, loft))
         count += 1
-        if count == 1:
-            position = q
-        else:
-            a, b, p, q, fp, fq, position = narrowed(a, b, p, q, fp, fq)
-    return (fq, q) if position == p else (fp, p)  # the better of the last two: the other was about to be replaced
+        now = at_upper(now) if count == 1 else narrowed(now)
+    # the better of the last two: the other was about to be replaced
+    return (now.fq, now.q) if now.next == now.p else (now.fp, now.p)
 
 
 @njit(cache=True)
@@ -223,11 +247,9 @@ def refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft):
     looked at too, as a wheel may stand on its rim.
     """
     a, b = max(y - 2 * spacing, profile[0][0] + datum), min(y + 2 * spacing, profile[0][-1] + datum)
-    p, q = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
-    fp, fq = -np.inf, -np.inf
+    now, position, count = opened(a, b), a, 0
     best, best_ahead, best_y = -np.inf, ahead, y
-    position, count = a, 0
-    while b - a > CLOSE:
+    while now.b - now.a > CLOSE:
         value, along = along_wheel(
             at, position, ahead - 2 * step, ahead + 2 * step, radius, datum, profile, nose, c, loft
         )
@@ -237,15 +259,8 @@ def refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft):
         if count == 1:
             position = b
             continue
-        if count == 2:
-            position = p
-            continue
-        if position == p:
-            fp = value
-        else:
-            fq = value
-        if count == 3:
-            position = q
-        else:
-            a, b, p, q, fp, fq, position = narrowed(a, b, p, q, fp, fq)
+        if count > 2:
+            now = evaluated(now, value)
+            now = at_upper(now) if count == 3 else narrowed(now)
+        position = now.next
     return best, best_ahead, best_y

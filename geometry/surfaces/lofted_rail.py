@@ -17,7 +17,7 @@ from geometry.profiles.defects import kinks, noise_level
 from geometry.profiles.doctor import with_corners
 from geometry.profiles.profile import STEEP, Profile, ProfileError
 from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.loft_kernel import MEMORY, loft_at
+from geometry.surfaces.loft_kernel import MEMORY, SECTION, LoftTrack, loft_at
 from geometry.surfaces.sections import SectionCrossing
 
 MM = 1e-3
@@ -232,13 +232,11 @@ class RailSurface:
         x, y = (np.asarray(v, float) for v in np.broadcast_arrays(x, y))
         height = np.full(x.shape, np.nan)
         for body in bodies:
-            memory = np.array([0.0, body[0], 0.0] + [0.0] * (MEMORY - 3))
-            found = [
-                loft_at(a, b, (xs, nodes, body, memory, np.zeros(2), np.zeros((1, 2))))[:3]
-                for a, b in zip(x.ravel(), y.ravel())
-            ]
+            track = LoftTrack(xs, nodes, body, np.zeros(MEMORY), np.zeros(2), np.zeros((1, 2)))
+            track.memory[SECTION] = body[0]
+            found = [loft_at(a, b, track) for a, b in zip(x.ravel(), y.ravel())]
             height = np.fmax(
-                height, np.reshape([z if beyond == aside == 0 else np.nan for beyond, aside, z in found], x.shape)
+                height, np.reshape([at.z if at.beyond == at.aside == 0 else np.nan for at in found], x.shape)
             )
         return height
 

@@ -4,7 +4,7 @@ ridge before another position."""
 import numpy as np
 
 from geometry.contact.rail_kinds import branch, branches, for_each_rail
-from geometry.surfaces.loft_kernel import loft_at
+from geometry.surfaces.loft_kernel import AXLE_X, BODY, loft_at
 from kernel_cache import njit
 from rail_fem.light.load_pressure import BEND, DEPTH, NZ, SLOPE, X, Y
 
@@ -32,25 +32,25 @@ def depth_along(strip, index, away, rail):
 def depth_on_loft(strip, index, away, rail):
     """Of the branch's body; none beyond its ends."""
     track = branch(rail, index, strip[SLOPE])
-    beyond, aside, here, _, _, _, _, _ = loft_at(track[4][0] + strip[X], strip[Y], track)
-    if beyond != 0 or aside != 0:
+    here = loft_at(track.position[AXLE_X] + strip[X], strip[Y], track)
+    if here.beyond != 0 or here.aside != 0:
         return -1.0
-    beyond, aside, height, _, _, _, _, _ = loft_at(track[4][0] + strip[X] + away, strip[Y], track)
-    if beyond != 0 or aside != 0:
+    there = loft_at(track.position[AXLE_X] + strip[X] + away, strip[Y], track)
+    if there.beyond != 0 or there.aside != 0:
         return -1.0
-    return strip[DEPTH] - 0.5 * strip[BEND] * away * away + (height - here - strip[SLOPE] * away) * strip[NZ]
+    return strip[DEPTH] - 0.5 * strip[BEND] * away * away + (there.z - here.z - strip[SLOPE] * away) * strip[NZ]
 
 
 @njit(cache=True, error_model="numpy")
-def reach_on_loft(strip, index, way, rail):
-    """To where the overlap ends, or to the ridge where it grows again if another branch of the body takes over
-    there."""
+def reach_on_loft(strip, index, sign, rail):
+    """Ahead (sign 1) or behind (-1), to where the overlap ends, or to the ridge where it grows again if another branch
+    of the body takes over there."""
     shared = False
     for other in range(branches(rail)):
-        shared = shared or (other != index and rail[3][other, 6] == rail[3][index, 6])
+        shared = shared or (other != index and rail.windows[other, BODY] == rail.windows[index, BODY])
     step, deep, before = np.sqrt(2 * strip[DEPTH] / strip[BEND]) / STEPS, strip[DEPTH], strip[DEPTH]
     for k in range(1, LONGEST * STEPS + 1):
-        next_deep = depth_on_loft(strip, index, way * k * step, rail)
+        next_deep = depth_on_loft(strip, index, sign * k * step, rail)
         if next_deep <= 0:
             return (k - 1 + deep / max(deep - next_deep, 1e-300)) * step
         if shared and next_deep > deep and k > 1:

@@ -1,7 +1,7 @@
 """Forces between a wheel and a rail that overlap each other by a little, shared between all positions where they do.
 
 Every minimum of the gap owns the part of the profile up to the saddles beside it. All that overlaps is cut into strips
-across, whose edges lie at equal shares of the width and of the way up and down that the depth makes: both change
+across, whose edges lie at equal shares of the width and of the rise and fall of the depth: both change
 continuously as positions meet, begin and vanish, and with them the strips and the forces
 (rail_fem.light.load_pressure), whatever minima the search has told apart. A strip over a saddle gives each side its
 share.
@@ -9,10 +9,23 @@ share.
 Error: tests/rail_fem/test_load_merge.py, test_load_sharing.py; on rails that change along x test_load_continuity.py.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from geometry.contact.gap_kernel import NO_RAIL, gap_at, least_gap, nearest_positions, roll_and_height, side_pose
-from geometry.contact.rail_kinds import branch, meet
+from geometry.contact.gap_kernel import (
+    BRANCH,
+    GAP,
+    NO_RAIL,
+    SLOPE_X,
+    STATION,
+    gap_at,
+    least_gap,
+    nearest_positions,
+    roll_and_height,
+    side_pose,
+)
+from geometry.contact.rail_kinds import branch, closest_point
 from geometry.contact.wheel_outline import cubic
 from kernel_cache import njit
 from rail_fem.light.load_along import depth_along, reach_along
@@ -49,6 +62,17 @@ ROUNDS = 60
 CLOSE = 1e-7  # relative, of the vertical force of each side
 
 
+class Cells(NamedTuple):
+    """Cells that overlap: strip and row (c,), distance from the strip's lowest point (c,) [m], depth (c,) [m]; length
+    of all along x [m]."""
+
+    strip: np.ndarray
+    row: np.ndarray
+    away: np.ndarray
+    depth: np.ndarray
+    length: float
+
+
 @njit(cache=True, error_model="numpy")
 def saddle(low, high, wheel, rail, pose, tip):
     """Station of the highest gap between two minima, by halving on the sign of the derivative."""
@@ -83,12 +107,13 @@ def level_station(bottom, bound, level, wheel, rail, pose, tip):
 
 
 @njit(cache=True, error_model="numpy")
-def outer_bound(start, way, height, wheel, rail, pose, tip):
-    """Station beside a minimum, in direction way, where the bodies no longer penetrate, or the wheel ends."""
+def outer_bound(start, sign, height, wheel, rail, pose, tip):
+    """Station beside a minimum, towards larger (sign 1) or smaller (-1) stations, where the bodies no longer penetrate,
+    or the wheel ends."""
     step, s = 0.02e-3, start
-    end = wheel[0, 0] if way < 0 else wheel[0, wheel.shape[1] - 1]
-    while (end - s) * way > 0:
-        s = s + way * step if (end - s) * way > step else end
+    end = wheel[0, 0] if sign < 0 else wheel[0, wheel.shape[1] - 1]
+    while (end - s) * sign > 0:
+        s = s + sign * step if (end - s) * sign > step else end
         step *= 1.3
         if gap_at(s, wheel, rail, pose, tip)[0] + height >= 0:
             break
@@ -100,41 +125,41 @@ def parts_of(found, height, wheel, rail, pose, tip):
     """Where the part of each minimum begins, its bottom, where it ends: stations (3, n), and the overlap there (3, n),
     vertical.
 
-    found : (PLACE, n) minima with negative gap + height, each branch in order
+    found : (POSITION, n) minima with negative gap + height, each branch in order
     """
     n = found.shape[1]
     ends, depths = np.zeros((3, n)), np.zeros((3, n))
     for k in range(n):
-        track = branch(rail, int(found[4, k]), found[3, k])
-        ends[1, k] = found[0, k]
-        if k == 0 or found[4, k] != found[4, k - 1]:
-            bound = outer_bound(found[0, k], -1.0, height, wheel, track, pose, tip)
+        track = branch(rail, int(found[BRANCH, k]), found[SLOPE_X, k])
+        ends[1, k] = found[STATION, k]
+        if k == 0 or found[BRANCH, k] != found[BRANCH, k - 1]:
+            bound = outer_bound(found[STATION, k], -1.0, height, wheel, track, pose, tip)
         else:
-            bound = saddle(found[0, k - 1], found[0, k], wheel, track, pose, tip)
-            ends[2, k - 1] = level_station(found[0, k - 1], bound, -height, wheel, track, pose, tip)
-        ends[0, k] = level_station(found[0, k], bound, -height, wheel, track, pose, tip)
-        if k == n - 1 or found[4, k] != found[4, k + 1]:
-            bound = outer_bound(found[0, k], 1.0, height, wheel, track, pose, tip)
-            ends[2, k] = level_station(found[0, k], bound, -height, wheel, track, pose, tip)
+            bound = saddle(found[STATION, k - 1], found[STATION, k], wheel, track, pose, tip)
+            ends[2, k - 1] = level_station(found[STATION, k - 1], bound, -height, wheel, track, pose, tip)
+        ends[0, k] = level_station(found[STATION, k], bound, -height, wheel, track, pose, tip)
+        if k == n - 1 or found[BRANCH, k] != found[BRANCH, k + 1]:
+            bound = outer_bound(found[STATION, k], 1.0, height, wheel, track, pose, tip)
+            ends[2, k] = level_station(found[STATION, k], bound, -height, wheel, track, pose, tip)
     for k in range(n):
-        track = branch(rail, int(found[4, k]), found[3, k])
+        track = branch(rail, int(found[BRANCH, k]), found[SLOPE_X, k])
         for c in (0, 2):
             # where a profile ends the bound itself may lie beyond it
-            just_inside = ends[c, k] + 1e-6 * (found[0, k] - ends[c, k])
+            just_inside = ends[c, k] + 1e-6 * (found[STATION, k] - ends[c, k])
             depths[c, k] = max(-(gap_at(just_inside, wheel, track, pose, tip)[0] + height), 0.0)
-        depths[1, k] = -(found[1, k] + height)
+        depths[1, k] = -(found[GAP, k] + height)
     return ends, depths
 
 
 @njit(cache=True, error_model="numpy")
-def edge_at(share, low, high, depth, width, way, height, wheel, rail, pose, tip):
-    """Station between low and high up to which the shares of width and way make `share`; depth is that at low. By
-    Illinois with halvings."""
+def edge_at(share, low, high, depth, width, change, height, wheel, rail, pose, tip):
+    """Station between low and high up to which the shares of width and of the change of depth make `share`; depth is
+    that at low. By Illinois with halvings."""
     start, below, above, side = low, -share, 1.0, 0
     for count in range(40):
         station = 0.5 * (low + high) if count % 3 == 0 else (low * above - high * below) / (above - below)
         deep = -(gap_at(station, wheel, rail, pose, tip)[0] + height)
-        excess = 0.5 * (station - start) / width + 0.5 * abs(deep - depth) / way - share
+        excess = 0.5 * (station - start) / width + 0.5 * abs(deep - depth) / change - share
         if abs(excess) < 1e-11 or high - low < 1e-13:
             break
         if excess < 0:
@@ -148,14 +173,14 @@ def edge_at(share, low, high, depth, width, way, height, wheel, rail, pose, tip)
 def strip_edges(found, ends, depths, height, wheel, rail, pose, tip):
     """Stations (k,) of the edges, the minimum (k,) on whose part the strip behind each lies; -1 where none does."""
     n = ends.shape[1]
-    width, way = (ends[2] - ends[0]).sum(), (2 * depths[1] - depths[0] - depths[2]).sum()
+    width, change = (ends[2] - ends[0]).sum(), (2 * depths[1] - depths[0] - depths[2]).sum()
     edges, part, count, behind, line = np.empty(STRIPS + 2 * n), np.empty(STRIPS + 2 * n, np.int64), 0, 0.0, 1
     for k in range(n):
-        track = branch(rail, int(found[4, k]), found[3, k])
-        if k == 0 or found[4, k] != found[4, k - 1] or ends[0, k] > ends[2, k - 1] + 1e-12:
+        track = branch(rail, int(found[BRANCH, k]), found[SLOPE_X, k])
+        if k == 0 or found[BRANCH, k] != found[BRANCH, k - 1] or ends[0, k] > ends[2, k - 1] + 1e-12:
             edges[count], part[count], count = ends[0, k], k, count + 1
         for c in range(2):
-            share = 0.5 * (ends[c + 1, k] - ends[c, k]) / width + 0.5 * abs(depths[c + 1, k] - depths[c, k]) / way
+            share = 0.5 * (ends[c + 1, k] - ends[c, k]) / width + 0.5 * abs(depths[c + 1, k] - depths[c, k]) / change
             while line < STRIPS and line / STRIPS < behind + share:
                 edges[count] = edge_at(
                     line / STRIPS - behind,
@@ -163,7 +188,7 @@ def strip_edges(found, ends, depths, height, wheel, rail, pose, tip):
                     ends[c + 1, k],
                     depths[c, k],
                     width,
-                    way,
+                    change,
                     height,
                     wheel,
                     track,
@@ -172,7 +197,7 @@ def strip_edges(found, ends, depths, height, wheel, rail, pose, tip):
                 )
                 part[count], count, line = k, count + 1, line + 1
             behind += share
-        if k == n - 1 or found[4, k] != found[4, k + 1] or ends[0, k + 1] > ends[2, k] + 1e-12:
+        if k == n - 1 or found[BRANCH, k] != found[BRANCH, k + 1] or ends[0, k + 1] > ends[2, k] + 1e-12:
             edges[count], part[count], count = ends[2, k], -1, count + 1
     return edges[:count], part[:count]
 
@@ -184,34 +209,33 @@ def strip_row(low, high, height, wheel, rail, pose):
     for point in POINTS:
         s = 0.5 * (low + high) + 0.5 * (high - low) * point
         tread, slope, bend = cubic(s, wheel)
-        there, _, x, y, z, rail_height, tangent, rail_slope, advance, sine, cosine, steep, _, _, _ = meet(
-            s, tread, slope, bend, rail, pose
-        )
-        if not there:
+        of = closest_point(s, tread, slope, bend, rail, pose)
+        if not of.found:
             continue
-        tilt, lean = 0.5 * (tangent + rail_slope), np.sqrt(1 + steep * steep)
+        sine, cosine, steep = of.sine, of.cosine, of.slope_x
+        tilt, lean = 0.5 * (of.wheel_slope + of.rail_slope), np.sqrt(1 + steep * steep)
         size = np.sqrt(lean * lean + tilt * tilt)
         forward, left, up = (
-            cosine * pose[2] + sine * pose[3] * pose[1],
-            cosine * pose[1] - sine * pose[3] * pose[2],
-            sine * pose[4],
+            cosine * pose.cos_yaw + sine * pose.sin_roll * pose.sin_yaw,
+            cosine * pose.sin_yaw - sine * pose.sin_roll * pose.cos_yaw,
+            sine * pose.cos_roll,
         )
         along, side = (
             (forward + up * steep) / lean,
             (lean * lean * left + tilt * up - steep * tilt * forward) / (size * lean),
         )
         stretch = np.sqrt(1 + slope * slope)
-        about, meridian = 1 / ((pose[7] - tread) * stretch), bend / stretch**3
+        about, meridian = 1 / ((pose.radius - tread) * stretch), bend / stretch**3
         sums += np.array(
             [
-                x,
-                y,
-                z,
+                of.x,
+                of.y,
+                of.z,
                 steep,
                 tilt,
-                (rail_height - z - height) / size,
+                (of.rail_z - of.z - height) / size,
                 (about * along**2 + meridian * side**2) * lean * lean,
-                min(max(advance, 0.0), MOST_ADVANCE),
+                min(max(of.advance, 0.0), MOST_ADVANCE),
             ]
         )
         total += 1
@@ -233,8 +257,8 @@ def strips_of(edges, part, found, height, wheel, rail, pose):
     for k in range(len(edges) - 1):
         if part[k] < 0:
             continue
-        index = int(found[4, part[k]])
-        row = strip_row(edges[k], edges[k + 1], height, wheel, branch(rail, index, found[3, part[k]]), pose)
+        index = int(found[BRANCH, part[k]])
+        row = strip_row(edges[k], edges[k + 1], height, wheel, branch(rail, index, found[SLOPE_X, part[k]]), pose)
         if row[WIDTH] > 1e-12:
             row[PART] = part[k]
             row[BEHIND], row[AHEAD] = reach_along(row, index, rail)
@@ -244,8 +268,7 @@ def strips_of(edges, part, found, height, wheel, rail, pose):
 
 @njit(cache=True, error_model="numpy")
 def cells_of(strips, found, rail):
-    """Strip and row (c,) of every cell, its distance from the strip's lowest point (c,), depth (c,), and the length of
-    all [m]."""
+    """Cells of all strips that overlap."""
     m = strips.shape[1]
     length = 2 * max(strips[BEHIND].max(), strips[AHEAD].max()) / ROWS
     strip, row, away, depth, count = (
@@ -259,23 +282,22 @@ def cells_of(strips, found, rail):
         for k in range(ROWS):
             x = (k + 0.5 - 0.5 * ROWS) * length
             if -strips[BEHIND, i] < x < strips[AHEAD, i]:
-                deep = depth_along(strips[:, i], int(found[4, int(strips[PART, i])]), x, rail)
+                deep = depth_along(strips[:, i], int(found[BRANCH, int(strips[PART, i])]), x, rail)
                 if deep > 0:
                     strip[count], row[count], away[count], depth[count], count = i, k, x, deep, count + 1
-    return strip[:count], row[:count], away[:count], depth[:count], length
+    return Cells(strip[:count], row[:count], away[:count], depth[:count], length)
 
 
 @njit(cache=True, error_model="numpy")
-def add_carried(force, strip, away, length, strips, found, ends, carried):
+def add_carried(force, cells, strips, found, ends, carried):
     """Add the cells' forces (c,) to the positions (CARRIED, n) on whose parts they lie."""
     for c in range(len(force)):
         if force[c] == 0:
             continue
-        i = strip[c]
-        of = strips[:, i]
-        x, station, tilt = of[X] + away[c], 0.5 * (of[LOW] + of[HIGH]), np.arctan(-of[NY] / of[NZ])
+        of = strips[:, cells.strip[c]]
+        x, station, tilt = of[X] + cells.away[c], 0.5 * (of[LOW] + of[HIGH]), np.arctan(-of[NY] / of[NZ])
         for k in range(found.shape[1]):
-            if found[4, k] != found[4, int(of[PART])]:
+            if found[BRANCH, k] != found[BRANCH, int(of[PART])]:
                 continue
             share = (min(of[HIGH], ends[2, k]) - max(of[LOW], ends[0, k])) / (of[HIGH] - of[LOW])
             if share <= 0:
@@ -291,7 +313,7 @@ def add_carried(force, strip, away, length, strips, found, ends, carried):
                     of[Y],
                     of[Z],
                     station,
-                    x * x + length**2 / 12,
+                    x * x + cells.length**2 / 12,
                     of[Y] ** 2 + of[Z] ** 2 + of[WIDTH] ** 2 / 12,
                 ]
             )
@@ -303,7 +325,7 @@ def side_forces(found, height, wheel, rail, pose, tip, modulus):
     """What every minimum of a side that overlaps carries (CARRIED, n), in side axes [N, m], and the error left over the
     largest depth.
 
-    found : (PLACE, n) minima with negative gap + height, each branch in order
+    found : (POSITION, n) minima with negative gap + height, each branch in order
     """
     carried = np.zeros((CARRIED, found.shape[1]))
     carried[10], carried[11] = -np.pi, np.pi
@@ -311,29 +333,30 @@ def side_forces(found, height, wheel, rail, pose, tip, modulus):
         return carried, 0.0
     ends, depths = parts_of(found, height, wheel, rail, pose, tip)
     for k in range(found.shape[1]):
-        if k == 0 or ends[0, k] > ends[2, k - 1] or found[4, k] != found[4, k - 1]:
+        if k == 0 or ends[0, k] > ends[2, k - 1] or found[BRANCH, k] != found[BRANCH, k - 1]:
             carried[12, k] = depths[0, k]
-        if k == found.shape[1] - 1 or ends[2, k] < ends[0, k + 1] or found[4, k] != found[4, k + 1]:
+        if k == found.shape[1] - 1 or ends[2, k] < ends[0, k + 1] or found[BRANCH, k] != found[BRANCH, k + 1]:
             carried[12, k] = max(carried[12, k], depths[2, k])
     edges, part = strip_edges(found, ends, depths, height, wheel, rail, pose, tip)
     strips = strips_of(edges, part, found, height, wheel, rail, pose)
     if strips.shape[1] == 0:
         return carried, 0.0
-    strip, row, away, depth, length = cells_of(strips, found, rail)
-    if len(strip) == 0:
+    cells = cells_of(strips, found, rail)
+    if len(cells.strip) == 0:
         return carried, 0.0
-    force, left = solve_forces(influence(strips, strip, row, length, modulus), depth)
-    add_carried(force, strip, away, length, strips, found, ends, carried)
+    force, left = solve_forces(influence(strips, cells.strip, cells.row, cells.length, modulus), cells.depth)
+    add_carried(force, cells, strips, found, ends, carried)
     return carried, left
 
 
 @njit(cache=True, error_model="numpy")
 def loaded_side(stations, wheel, rail, tip, pose, height, modulus):
-    """Minima (PLACE, n) of a side that overlap, what they carry (CARRIED, n), the error left over the largest depth."""
+    """Minima (POSITION, n) of a side that overlap, what they carry (CARRIED, n), the error left over the largest
+    depth."""
     found = nearest_positions(stations, wheel, rail, pose, tip, -height)
     keep = 0
     for k in range(found.shape[1]):
-        if found[1, k] + height < 0:
+        if found[GAP, k] + height < 0:
             found[:, keep] = found[:, k]
             keep += 1
     found = found[:, :keep].copy()
@@ -343,12 +366,9 @@ def loaded_side(stations, wheel, rail, tip, pose, height, modulus):
 
 @njit(cache=True, error_model="numpy")
 def carried_by(side, sign, lateral, yaw, roll, lever, arm, height, modulus):
-    """Vertical force [N] that a side (stations, wheel, rail, tip, radius) carries at this roll and height of the pivot;
-    sign +1 left, -1 right."""
-    stations, wheel, rail, tip, radius = side
-    _, force, _ = loaded_side(
-        stations, wheel, rail, tip, side_pose(sign, lateral, yaw, roll, lever, arm, radius), height, modulus
-    )
+    """Vertical force [N] that a Side carries at this roll and height of the pivot; sign +1 left, -1 right."""
+    pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
+    _, force, _ = loaded_side(side.stations, side.wheel, side.rail, side.tip, pose, height, modulus)
     return force[2].sum()
 
 

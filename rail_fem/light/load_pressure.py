@@ -128,7 +128,7 @@ def solve_forces(matrix, depth):
     """
     slack = RESIDUAL * depth.max()
     force, product = first_forces(matrix, depth)
-    way, pressed, error = np.zeros(len(depth)), np.empty(len(depth)), np.empty(len(depth))
+    direction, deflection, error = np.zeros(len(depth)), np.empty(len(depth)), np.empty(len(depth))
     before, restart, largest = 1.0, True, 1.0
     for _ in range(ITERATIONS):
         square, largest = 0.0, 0.0
@@ -142,14 +142,14 @@ def solve_forces(matrix, depth):
             break
         keep, before = (0.0 if restart else square / before), square
         for i in range(len(depth)):
-            way[i] = error[i] / matrix[i, i] + keep * way[i] if force[i] > 0 else 0.0
-        multiply(matrix, way, pressed)
-        bottom = (way * pressed).sum()
-        step, restart = ((error * way).sum() / bottom if bottom > 0 else 0.0), False
+            direction[i] = error[i] / matrix[i, i] + keep * direction[i] if force[i] > 0 else 0.0
+        multiply(matrix, direction, deflection)
+        bottom = (direction * deflection).sum()
+        step, restart = ((error * direction).sum() / bottom if bottom > 0 else 0.0), False
         for i in range(len(depth)):
-            product[i] -= step * pressed[i]
+            product[i] -= step * deflection[i]
             if force[i] > 0:
-                force[i] -= step * way[i]
+                force[i] -= step * direction[i]
                 if force[i] <= 0:
                     force[i], restart = 0.0, True
             elif product[i] < depth[i] - slack:

@@ -222,7 +222,7 @@ def wheel_equilibrium(
     excess = lambda depth: (
         side_held(search, replace(in_contact, z=in_contact.z - depth), side, modulus).force[:, 2].sum() / load - 1
     )
-    while excess(high) < 0:  # ends: beyond DEEPEST `pressed` refuses
+    while excess(high) < 0:  # ends: beyond DEEPEST `side_held` refuses
         low, high = high, 2 * high
     equilibrium = replace(in_contact, z=in_contact.z - brentq(excess, low, high, xtol=1e-18, rtol=1e-10))
     return equilibrium, side_held(search, equilibrium, side, modulus)
@@ -235,22 +235,19 @@ def side_held(search: ContactSearch, state: Wheelset, side: str, modulus: float 
     Raises WheelsetError where it penetrates by more than 1 mm along the normal.
     """
     check_side(side)
-    pose, (stations, wheel, rail, tip, _) = search.pose(state, side), search.rail_under(state, side)
-    ready(stations, rail, pose)
-    return _described(
-        search, state, side, loaded_side(stations, wheel, rail, tip, pose, state.z, modulus), (state.x, state.z)
-    )
+    pose, of = search.pose(state, side), search.rail_under(state, side)
+    ready(of.stations, of.rail, pose)
+    loaded = loaded_side(of.stations, of.wheel, of.rail, of.tip, pose, state.z, modulus)
+    return _described(search, state, side, loaded, (state.x, state.z))
 
 
 def _side(search: ContactSearch, state: Wheelset, side: str, pivot: tuple, modulus: float) -> LoadedSide:
     """What a side carries, found with the pivot that was settled with: another one rounds otherwise, and rough profiles
     feel that."""
-    (stations, wheel, rail, tip, radius), sign = search.sides[side], SIDES[side]
-    lateral, yaw, roll, lever, height = pivot
-    pose = side_pose(sign, lateral, yaw, roll, lever, search.wheelset.datum_arm, radius)
-    return _described(
-        search, state, side, loaded_side(stations, wheel, rail, tip, pose, height, modulus), (search.wheelset.x, height)
-    )
+    of, (lateral, yaw, roll, lever, height) = search.sides[side], pivot
+    pose = side_pose(SIDES[side], lateral, yaw, roll, lever, search.wheelset.datum_arm, of.radius)
+    loaded = loaded_side(of.stations, of.wheel, of.rail, of.tip, pose, height, modulus)
+    return _described(search, state, side, loaded, (search.wheelset.x, height))
 
 
 def _described(
@@ -310,4 +307,4 @@ def _largest_load(modulus: float) -> float:
 
 def _check(loads: tuple[float, float], modulus: float) -> None:
     limits = [(f"load {side} [N]", load, 0.0, _largest_load(modulus)) for side, load in zip(SIDES, loads)]
-    check_range("rest", (*limits, ("modulus", modulus, 1e6, 1e13)))
+    check_range("static equilibrium", (*limits, ("modulus", modulus, 1e6, 1e13)))
