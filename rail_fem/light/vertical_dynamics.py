@@ -9,6 +9,7 @@ Source: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), section 
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +19,7 @@ MOST_ITERATIONS = 100
 CLOSED = 1e-15  # to which s is found [m]
 
 
-@dataclass(frozen=True)
-class Masses:
+class Masses(NamedTuple):
     """Linear part of the system of n masses: mass (n,) [kg], stiffness (n, n) [N/m], damping (n, n) [N s/m], load (n,)
     [N].
 
@@ -33,8 +33,7 @@ class Masses:
     coupling: np.ndarray
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(NamedTuple):
     """What came out, at the m + 1 ends of the steps but for `force`.
 
     position, velocity : (m + 1, n) [m, m/s];  force : (bodies, m) mean over each step [N]
@@ -92,25 +91,14 @@ def integrate(masses: Masses, position: np.ndarray, velocity: np.ndarray, step: 
     if not (np.isfinite(step) and step > 0):
         raise ValueError(f"vertical dynamics: step {step!r} s must be positive")
     inverse = np.linalg.inv(2 / step * np.diag(masses.mass) + masses.damping + step / 2 * masses.stiffness)
-    found = _march(
-        masses.mass,
-        masses.stiffness,
-        masses.damping,
-        masses.load,
-        masses.coupling,
-        inverse,
-        np.array(position, float),
-        np.array(velocity, float),
-        step,
-        *law.arrays,
-    )
-    if not np.isfinite(found[0]).all():
-        bad = int(np.argmin(np.isfinite(found[0]).all(axis=1)))
+    found = _march(masses, inverse, np.array(position, float), np.array(velocity, float), step, *law.arrays)
+    if not np.isfinite(found.position).all():
+        bad = int(np.argmin(np.isfinite(found.position).all(axis=1)))
         raise FloatingPointError(
-            f"vertical dynamics: the motion is not finite from step {bad} of {len(found[0]) - 1} on, t ="
+            f"vertical dynamics: the motion is not finite from step {bad} of {len(found.position) - 1} on, t ="
             f" {bad * step:.4g} s"
         )
-    return Motion(*found)
+    return found
 
 
 @njit(cache=True)
@@ -191,7 +179,8 @@ def contact_energies(s, height, law, exponent):
 
 
 @njit(cache=True)
-def _march(mass, spring, damper, load, coupling, inverse, q, v, step, height, law, exponent):
+def _march(masses, inverse, q, v, step, height, law, exponent):
+    coupling = masses.coupling
     steps = (height.shape[1] - 1) // 2
     position, velocity = np.empty((steps + 1, len(q))), np.empty((steps + 1, len(q)))
     force, path_work, loss = np.empty((height.shape[0], steps)), np.empty(steps), np.empty(steps)
@@ -200,7 +189,7 @@ def _march(mass, spring, damper, load, coupling, inverse, q, v, step, height, la
     reply = inverse @ coupling
     compliance = step / 2 * (coupling @ reply)
     for i in range(steps):
-        still = inverse @ (2 / step * mass * v - spring @ q + load)
+        still = inverse @ (2 / step * masses.mass * v - masses.stiffness @ q + masses.load)
         unloaded = coupling @ (q + step / 2 * still)
         s = solve_distance(unloaded, compliance, height[:, 2 * i + 1], law[:, 2 * i + 1], exponent, now)
         middle = still + reply * now.sum()
@@ -209,8 +198,8 @@ def _march(mass, spring, damper, load, coupling, inverse, q, v, step, height, la
         position[i + 1], velocity[i + 1] = q, v
         force[:, i] = now
         path_work[i] = _path_work(s, height, law, exponent, i)
-        loss[i] = step * (middle @ (damper @ middle))
-    return position, velocity, force, path_work, loss
+        loss[i] = step * (middle @ (masses.damping @ middle))
+    return Motion(position, velocity, force, path_work, loss)
 
 
 @njit(cache=True)

@@ -15,7 +15,7 @@ Source: Wickens, Fundamentals of Rail Vehicle Dynamics (2003), chapters 2, 3; Ve
 (1964) 338.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,8 +27,7 @@ MOST_ITERATIONS = 100
 CLOSED = 1e-14  # to which heights [m] and angles [rad] are found at the middle of a step
 
 
-@dataclass(frozen=True)
-class WheelsetContacts:
+class WheelsetContacts(NamedTuple):
     """c contacts at the ends and middles of m steps, t = 2 m + 1, on a grid of k evenly spaced lateral position of the
     wheel.
 
@@ -52,10 +51,9 @@ class WheelsetContacts:
     friction: float
 
 
-@dataclass(frozen=True)
-class WheelsetSystem:
-    """Linear part: mass (8,), stiffness, damping (8, 8), load (8,); free (8,) 1 where the motion is let go, 0 where it
-    is held.
+class WheelsetSystem(NamedTuple):
+    """Linear part: mass (8,), stiffness, damping (8, 8), load (8,); free_dofs (8,) 1 where the motion is let go, 0
+    where it is held.
 
     rolling_radius [m];  speed V > 0 along the path [m/s];  stop : clearance [m] and stiffness [N/m] of the check rail
     """
@@ -70,8 +68,7 @@ class WheelsetSystem:
     stop: tuple[float, float]
 
 
-@dataclass(frozen=True)
-class WheelsetMotion:
+class WheelsetMotion(NamedTuple):
     """position, velocity (m + 1, 8); force (c, m) in each step's middle [N]; works of each step (m,) [J]: of the path
     on the contacts, dampers, creep."""
 
@@ -92,42 +89,19 @@ def march(
     Errors: ValueError when the wheelset leaves the lateral position of the contacts, FloatingPointError when a step
     does not close.
     """
-    c = contacts
-    found = _march(
-        system.mass,
-        system.stiffness,
-        system.damping,
-        system.load,
-        system.free_dofs,
-        system.rolling_radius,
-        system.speed,
-        *system.stop,
-        c.side,
-        c.contact_y,
-        c.shift,
-        c.height,
-        c.slope,
-        c.radius,
-        c.law,
-        c.creep,
-        c.reference,
-        c.friction,
-        np.array(position, float),
-        np.array(velocity, float),
-        step,
-    )
-    bad, motion = found[-1], WheelsetMotion(*found[:-1])
+    motion, bad = _march(system, contacts, np.array(position, float), np.array(velocity, float), step)
     if bad >= 0:
         raise FloatingPointError(
             f"wheelset dynamics: step {bad} of {len(motion.path_work)} does not close, t = {bad * step:.4g} s: take a"
             " shorter time_step"
         )
     across = motion.position[:, LATERAL] + system.rolling_radius * motion.position[:, ROLL]
-    if np.abs(across).max() > np.abs(c.shift).max():
-        i = int(np.argmax(np.abs(across) > np.abs(c.shift).max()))
+    widest = np.abs(contacts.shift).max()
+    if np.abs(across).max() > widest:
+        i = int(np.argmax(np.abs(across) > widest))
         raise ValueError(
             f"wheelset dynamics: lateral position {across[i] * 1e3:.2f} mm at step {i} is beyond the"
-            f" {np.abs(c.shift).max() * 1e3:.1f} mm that were looked at: widen lateral_range"
+            f" {widest * 1e3:.1f} mm that were looked at: widen lateral_range"
         )
     return motion
 
@@ -135,17 +109,10 @@ def march(
 def potential(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray) -> np.ndarray:
     """Energy (m + 1,) [J] in contacts and check rail at the ends of the steps, for positions (m + 1, 8)."""
     c = contacts
-    return _potentials(
-        position,
-        c.side,
-        c.contact_y[:, ::2],
-        c.shift,
-        c.height[:, ::2],
-        c.slope[:, ::2],
-        c.law[:, ::2],
-        system.rolling_radius,
-        *system.stop,
+    at_ends = c._replace(
+        contact_y=c.contact_y[:, ::2], height=c.height[:, ::2], slope=c.slope[:, ::2], law=c.law[:, ::2]
     )
+    return _potentials(position, at_ends, system.rolling_radius, *system.stop)
 
 
 @njit(cache=True)
@@ -169,9 +136,12 @@ def surface(u, shift, height, slope):
 
 
 @njit(cache=True)
-def approach(q, side, contact_y, shift, height, slope, rolling, gradient):
-    """Approach d of one contact and d2H/du2; `gradient` (8,) takes d's derivative to q."""
-    value, tangent, bend = surface(side * (q[4] + rolling * q[3]), shift, height, slope)
+def approach(q, c, t, contacts, rolling, gradient):
+    """Approach d of contact c at time t of the arrays and d2H/du2; `gradient` (8,) takes d's derivative to q."""
+    side, contact_y = contacts.side[c], contacts.contact_y[c, t]
+    value, tangent, bend = surface(
+        side * (q[4] + rolling * q[3]), contacts.shift, contacts.height[c, t], contacts.slope[c, t]
+    )
     gradient[:] = 0.0
     gradient[2] = -1.0
     gradient[3] = side * rolling * tangent - (contact_y - q[4]) + rolling * q[3]
@@ -181,27 +151,27 @@ def approach(q, side, contact_y, shift, height, slope, rolling, gradient):
 
 
 @njit(cache=True)
-def _energy(q, t, side, contact_y, shift, height, slope, law, rolling, clearance, check):
+def _energy(q, t, contacts, rolling, clearance, check):
     """Energy of all contacts at time t of the arrays, and of the check rail."""
     gradient, none = np.empty(8), np.zeros(1)
     energy = 0.5 * check * max(q[4] + rolling * q[3] - clearance, 0.0) ** 2
-    for c in range(len(side)):
-        d, _ = approach(q, side[c], contact_y[c, t], shift, height[c, t], slope[c, t], rolling, gradient)
+    for c in range(len(contacts.side)):
+        d, _ = approach(q, c, t, contacts, rolling, gradient)
         if d > 0:
-            energy += contact_energy(-d, none, law[c, t : t + 1], 1.5)
+            energy += contact_energy(-d, none, contacts.law[c, t : t + 1], 1.5)
     return energy
 
 
 @njit(cache=True)
-def _potentials(position, side, contact_y, shift, height, slope, law, rolling, clearance, check):
+def _potentials(position, contacts, rolling, clearance, check):
     out = np.empty(len(position))
     for i in range(len(position)):
-        out[i] = _energy(position[i], i, side, contact_y, shift, height, slope, law, rolling, clearance, check)
+        out[i] = _energy(position[i], i, contacts, rolling, clearance, check)
     return out
 
 
 @njit(cache=True)
-def _normal(q, t, side, contact_y, shift, height, slope, law, rolling, clearance, check, force, into, stiff):
+def _normal(q, t, contacts, rolling, clearance, check, force, into, stiff):
     """Forces of contacts (c,), their generalised force into (8,), and minus its derivative to q (8, 8)."""
     gradient = np.empty(8)
     into[:], stiff[:] = 0.0, 0.0
@@ -213,9 +183,9 @@ def _normal(q, t, side, contact_y, shift, height, slope, law, rolling, clearance
         stiff[3, 4] += check * rolling
         stiff[4, 3] += check * rolling
         stiff[3, 3] += check * rolling**2
-    for c in range(len(side)):
-        d, bend = approach(q, side[c], contact_y[c, t], shift, height[c, t], slope[c, t], rolling, gradient)
-        force[c], rate = contact_force(d, law[c, t], 1.5)
+    for c in range(len(contacts.side)):
+        d, bend = approach(q, c, t, contacts, rolling, gradient)
+        force[c], rate = contact_force(d, contacts.law[c, t], 1.5)
         into -= force[c] * gradient
         for i in range(8):
             for j in range(8):
@@ -228,22 +198,23 @@ def _normal(q, t, side, contact_y, shift, height, slope, law, rolling, clearance
 
 
 @njit(cache=True)
-def _creep(q, v, t, side, contact_y, shift, radius, creep, reference, friction, rolling, speed, force, into, stiff):
+def _creep(q, v, t, contacts, rolling, speed, force, into, stiff):
     """Generalised creep force (8,); stiff[0], stiff[1] (8, 8): minus its derivative to v and to q, with the share that
     friction leaves held."""
     into[:], stiff[:] = 0.0, 0.0
+    side, creep, friction = contacts.side, contacts.creep, contacts.friction
     total = force.sum()
     if total <= 0 or friction <= 0:
         return
     at, mean = np.empty(len(side)), 0.0
     for c in range(len(side)):
-        at[c] = np.interp(side[c] * (q[4] + rolling * q[3]), shift, radius[c, t])
+        at[c] = np.interp(side[c] * (q[4] + rolling * q[3]), contacts.shift, contacts.radius[c, t])
         mean += force[c] * at[c] / total
     lateral = (v[4] + rolling * v[3]) / speed - q[5]
     for c in range(len(side)):
         if force[c] <= 0:
             continue
-        grown, arm = (force[c] / reference) ** (2 / 3), contact_y[c, t]
+        grown, arm = (force[c] / contacts.reference) ** (2 / 3), contacts.contact_y[c, t]
         along = -arm * v[5] / speed - (at[c] - mean) / rolling
         wanted_x, wanted_y = -creep[c, t, 0] * grown * along, -creep[c, t, 1] * grown * lateral
         size = np.hypot(wanted_x, wanted_y) / (3 * friction * force[c])
@@ -262,70 +233,44 @@ def _creep(q, v, t, side, contact_y, shift, radius, creep, reference, friction, 
 
 
 @njit(cache=True)
-def _march(
-    mass,
-    spring,
-    damper,
-    load,
-    free_dofs,
-    rolling,
-    speed,
-    clearance,
-    check,
-    side,
-    contact_y,
-    shift,
-    height,
-    slope,
-    radius,
-    law,
-    creep,
-    reference,
-    friction,
-    q,
-    v,
-    step,
-):
-    steps = (contact_y.shape[1] - 1) // 2
-    position, velocity = np.zeros((steps + 1, 8)), np.zeros((steps + 1, 8))
-    force, path_work, loss, rubbed = np.zeros((len(side), steps)), np.zeros(steps), np.zeros(steps), np.zeros(steps)
-    position[0], velocity[0] = q, v
+def _march(system, contacts, q, v, step):
+    """WheelsetMotion from q, v (8,), and the step that did not close, -1: none."""
+    mass, damper, rolling, (clearance, check) = system.mass, system.damping, system.rolling_radius, system.stop
+    count, steps = len(contacts.side), (contacts.contact_y.shape[1] - 1) // 2
+    motion = WheelsetMotion(
+        np.zeros((steps + 1, 8)),
+        np.zeros((steps + 1, 8)),
+        np.zeros((count, steps)),
+        np.zeros(steps),
+        np.zeros(steps),
+        np.zeros(steps),
+    )
+    motion.position[0], motion.velocity[0] = q, v
     now, normal_load, stiff, creep_load, slip = (
-        np.zeros(len(side)),
+        np.zeros(count),
         np.zeros(8),
         np.zeros((8, 8)),
         np.zeros(8),
         np.zeros((2, 8, 8)),
     )
-    held = np.diag(1.0 - free_dofs)
+    held = np.diag(1.0 - system.free_dofs)
     for i in range(steps):
         t, middle, closed = 2 * i + 1, v.copy(), False
         for _ in range(MOST_ITERATIONS):
             at = q + step / 2 * middle
-            _normal(
-                at, t, side, contact_y, shift, height, slope, law, rolling, clearance, check, now, normal_load, stiff
+            _normal(at, t, contacts, rolling, clearance, check, now, normal_load, stiff)
+            _creep(at, middle, t, contacts, rolling, system.speed, now, creep_load, slip)
+            residual = (
+                2 / step * mass * (middle - v)
+                + system.stiffness @ at
+                + damper @ middle
+                - system.load
+                - normal_load
+                - creep_load
             )
-            _creep(
-                at,
-                middle,
-                t,
-                side,
-                contact_y,
-                shift,
-                radius,
-                creep,
-                reference,
-                friction,
-                rolling,
-                speed,
-                now,
-                creep_load,
-                slip,
-            )
-            residual = 2 / step * mass * (middle - v) + spring @ at + damper @ middle - load - normal_load - creep_load
-            tangent = np.diag(2 / step * mass) + damper + step / 2 * (spring + stiff + slip[1]) + slip[0]
+            tangent = np.diag(2 / step * mass) + damper + step / 2 * (system.stiffness + stiff + slip[1]) + slip[0]
             for k in range(8):
-                if free_dofs[k] == 0.0:
+                if system.free_dofs[k] == 0.0:
                     tangent[k, :], tangent[:, k], residual[k] = 0.0, 0.0, 0.0
             change = np.linalg.solve(tangent + held, residual)
             middle = middle - change
@@ -333,12 +278,12 @@ def _march(
             if closed:
                 break
         if not closed:
-            return position, velocity, force, path_work, loss, rubbed, i
+            return motion, i
         at = q + step / 2 * middle
-        path_work[i] = _energy(
-            at, t + 1, side, contact_y, shift, height, slope, law, rolling, clearance, check
-        ) - _energy(at, t - 1, side, contact_y, shift, height, slope, law, rolling, clearance, check)
-        loss[i], rubbed[i], force[:, i] = step * (middle @ (damper @ middle)), -step * (middle @ creep_load), now
+        after = _energy(at, t + 1, contacts, rolling, clearance, check)
+        motion.path_work[i] = after - _energy(at, t - 1, contacts, rolling, clearance, check)
+        motion.loss[i], motion.friction[i] = step * (middle @ (damper @ middle)), -step * (middle @ creep_load)
+        motion.force[:, i] = now
         q, v = q + step * middle, 2 * middle - v
-        position[i + 1], velocity[i + 1] = q, v
-    return position, velocity, force, path_work, loss, rubbed, -1
+        motion.position[i + 1], motion.velocity[i + 1] = q, v
+    return motion, -1

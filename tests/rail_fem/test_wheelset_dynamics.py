@@ -1,7 +1,6 @@
 """A wheelset on two rails: the vertical answer where nothing couples, exact gravitational stiffness and hunting of
 cones, order, energy, mirror."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +56,7 @@ def moved(surfaces, settings=SHORT, step=10e-6, change=lambda contacts: contacts
     law = contacts_of(SCENE, settings.model_copy(update={"plastic_indentation": False}), table)
     x = np.linspace(start, end, 2 * count + 1)
     contacts, system = change(wheelset_contacts(SCENE, law(x), surfaces, x)), wheelset_system(SCENE, settings)
-    system = system if rolling_radius is None else replace(system, rolling_radius=rolling_radius)
+    system = system if rolling_radius is None else system._replace(rolling_radius=rolling_radius)
     step = (end - start) / SCENE.speed / count
     return system, contacts, march(system, contacts, *start_of(SCENE, system, contacts, step), step)
 
@@ -65,26 +64,22 @@ def moved(surfaces, settings=SHORT, step=10e-6, change=lambda contacts: contacts
 def lateral_creep_force(load, lateral_speed, friction=0.3):
     """Force [N] to the left on a wheelset that slips sideways, both wheels loaded by `load` [N], Kalker's coefficients
     for the static one."""
-    side, two = np.array([1.0, -1.0]), np.ones((2, 1))
-    shift, speed, into, stiff = np.array([-0.01, 0.01]), np.zeros(8), np.empty(8), np.empty((2, 8, 8))
+    side, two, none = np.array([1.0, -1.0]), np.ones((2, 1)), np.zeros((2, 1, 2))
+    speed, into, stiff = np.zeros(8), np.empty(8), np.empty((2, 8, 8))
     speed[LATERAL] = lateral_speed
-    _creep(
-        np.zeros(8),
-        speed,
-        0,
-        side,
-        0.75 * side[:, None],
-        shift,
-        np.full((2, 1, 2), 0.42),
-        7e6 * np.ones((2, 1, 2)),
-        86e3,
-        friction,
-        0.42,
-        33.5,
-        load * two[:, 0],
-        into,
-        stiff,
+    contacts = WheelsetContacts(
+        side=side,
+        contact_y=0.75 * side[:, None],
+        shift=np.array([-0.01, 0.01]),
+        height=none,
+        slope=none,
+        radius=np.full((2, 1, 2), 0.42),
+        law=np.zeros((2, 1, 3)),
+        creep=7e6 * np.ones((2, 1, 2)),
+        reference=86e3,
+        friction=friction,
     )
+    _creep(np.zeros(8), speed, 0, contacts, 0.42, 33.5, load * two[:, 0], into, stiff)
     return into[LATERAL]
 
 
@@ -105,8 +100,7 @@ def test_without_cant_of_the_surfaces_each_side_is_the_vertical_model(surfaces):
 
     def uncoupled(c):
         middle = c.height[:, :, len(c.shift) // 2, None]
-        return replace(
-            c,
+        return c._replace(
             contact_y=np.sign(c.contact_y) * arm,
             height=np.broadcast_to(middle, c.height.shape),
             slope=0 * c.slope,
@@ -131,7 +125,7 @@ def test_a_mirror_changes_nothing(surfaces):
     """The crossing under the right wheel: roll, lateral and yaw change sign, forces stay, to round-off."""
     system, contacts, motion = moved(surfaces)
     order, sign = MIRROR
-    seen = replace(contacts, side=-contacts.side, contact_y=-contacts.contact_y)
+    seen = contacts._replace(side=-contacts.side, contact_y=-contacts.contact_y)
     start = motion.position[0][order] * sign, motion.velocity[0][order] * sign
     mirrored = march(system, seen, *start, motion_step(motion))
     np.testing.assert_allclose(mirrored.position[:, order] * sign, motion.position, rtol=0, atol=1e-12)
@@ -220,7 +214,7 @@ def test_gravitational_stiffness_of_cones_is_that_of_plane_geometry():
         start = np.zeros(8)
         start[LATERAL], start[ROLL], start[HEIGHT] = y, exact_height(y)[1], -((LOAD / 2 / stiffness) ** (2 / 3))
         end = march(
-            replace(system, damping=critical, free_dofs=HELD),
+            system._replace(damping=critical, free_dofs=HELD),
             contacts,
             start,
             np.zeros(8),
@@ -236,19 +230,19 @@ def test_slow_cones_hunt_with_klingel_s_wavelength_and_the_error_falls_with_spee
     klingel = 2 * np.pi * np.sqrt(ARM * RADIUS / CONE)
     errors = []
     for speed in (8.0, 4.0, 2.0):
-        way, steps = 1.2 * klingel, 3000
+        distance, steps = 1.2 * klingel, 3000
         system, contacts = cones(steps, speed=speed, friction=10.0, stiffness=1e11)
         start = np.zeros(8)
         start[LATERAL], start[HEIGHT] = 1e-3, -((LOAD / 2 / 1e11) ** (2 / 3))
         start[ROLL] = CONE * 1e-3 / ARM
         motion = march(
-            replace(system, damping=np.diag([0, 0, 1e5, 1e5, 0, 0, 0, 0.0])),
+            system._replace(damping=np.diag([0, 0, 1e5, 1e5, 0, 0, 0, 0.0])),
             contacts,
             start,
             np.zeros(8),
-            way / speed / steps,
+            distance / speed / steps,
         )
-        x = np.linspace(0, way, steps + 1)
+        x = np.linspace(0, distance, steps + 1)
         across = motion.position[:, YAW]
         crossing = np.flatnonzero(np.diff(np.sign(across[10:])))[:2] + 10
         zeros = [x[i] - across[i] * (x[i + 1] - x[i]) / (across[i + 1] - across[i]) for i in crossing]
@@ -263,11 +257,11 @@ def test_creep_is_bounded_by_friction_and_the_check_rail_stops_the_wheelset():
     system, contacts = cones(4000, friction=0.3, stiffness=1e11, slope=1e-9)
     start, velocity = np.zeros(8), np.zeros(8)
     start[HEIGHT], velocity[LATERAL] = -((LOAD / 2 / 1e11) ** (2 / 3)), 0.3
-    slow = replace(system, speed=0.3)
+    slow = system._replace(speed=0.3)
     motion = march(slow, contacts, start, velocity, 1e-6)
     decay = -(motion.velocity[1000, LATERAL] - motion.velocity[0, LATERAL]) / 1e-3
     assert decay == pytest.approx(0.3 * LOAD / system.mass[LATERAL], rel=0.02)
-    checked = replace(slow, stop=(0.1e-3, 1e10))
+    checked = slow._replace(stop=(0.1e-3, 1e10))
     stopped = march(checked, contacts, start, velocity, 1e-6)
     assert (
         motion.position[:, LATERAL].max() > 0.4e-3 > 0.25e-3 > stopped.position[:, LATERAL].max()
