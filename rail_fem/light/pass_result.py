@@ -67,7 +67,7 @@ def pass_result(
     return replace(
         found,
         patches=patches,
-        peaks=found.peaks | pressure_peaks(patches),
+        peaks={**found.peaks, **pressure_peaks(patches)},
         transfer_x=transfer_position(columns, scene.direction_sign, scene.static_wheel_load),
     )
 
