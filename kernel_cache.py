@@ -40,8 +40,8 @@ def compile_time() -> float:
 
 def _files_of(folder: Path, dotted: str, names: list[str]) -> set[Path]:
     """Files that `from dotted import names` may read, `dotted` counted from a folder."""
-    place = folder.joinpath(*filter(None, dotted.split(".")))
-    candidates = [place.with_suffix(".py"), place / "__init__.py", *(place / f"{name}.py" for name in names)]
+    module = folder.joinpath(*filter(None, dotted.split(".")))
+    candidates = [module.with_suffix(".py"), module / "__init__.py", *(module / f"{name}.py" for name in names)]
     return {path for path in candidates if path.is_file()}
 
 
@@ -87,11 +87,11 @@ def digest(file: Path) -> str:
 def folder() -> Path:
     """Where compiled kernels are kept. A temporary folder where the user's cache cannot be written."""
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    place = Path(os.environ.get("NUMBA_CACHE_DIR") or home / "rail_fem" / "kernels")
+    path = Path(os.environ.get("NUMBA_CACHE_DIR") or home / "rail_fem" / "kernels")
     try:
-        place.mkdir(parents=True, exist_ok=True)
-        if os.access(place, os.W_OK):
-            return place
+        path.mkdir(parents=True, exist_ok=True)
+        if os.access(path, os.W_OK):
+            return path
     except OSError:
         pass
     return Path(tempfile.mkdtemp(prefix="rail_fem_"))
@@ -111,7 +111,7 @@ class SourcesLocator(_CacheLocator):
         return cls(path, function.__code__.co_firstlineno) if inside else None
 
     def get_cache_path(self):
-        """Folder of the file's kernels: one for each place of the file, so that two checkouts do not meet."""
+        """Folder of the file's kernels: one for each path of the file, so that two checkouts do not share one."""
         return str(folder() / f"{self.file.stem}_{hashlib.sha256(str(self.file).encode()).hexdigest()[:16]}")
 
     def get_source_stamp(self):

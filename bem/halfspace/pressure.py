@@ -97,7 +97,7 @@ def solve_pressure(
 
 
 class _State:
-    """Pressure, displacement and contact set on the way to the solution; the least gap is 0."""
+    """Pressure, displacement and contact set of an iteration; the least gap is 0."""
 
     def __init__(self, operator, gap, pressure, total, approach) -> None:
         self.operator, self.gap, self.total = operator, gap, total

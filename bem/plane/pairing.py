@@ -39,17 +39,17 @@ class Feet:
 def intersect(
     points: np.ndarray, normals: np.ndarray, begin: np.ndarray, end: np.ndarray, reach: float, behind: float = 1.0
 ) -> Feet:
-    """Nearest meeting, ahead or behind, of lines through points (m, 2) along unit normals with segments (k, 2) that
-    face them.
+    """Nearest intersection, ahead or behind, of lines through points (m, 2) along unit normals with segments (k, 2)
+    that face them.
 
     A segment faces a normal when its own outward side (the right of begin to end) looks against it.
-    Meetings farther than `reach` [m] ahead, or `behind` times that behind, do not count.
+    Intersections farther than `reach` [m] ahead, or `behind` times that behind, do not count.
     """
     arrays = (np.ascontiguousarray(array, dtype=float) for array in (points, normals, begin, end))
     return Feet(*_intersect(*arrays, reach, behind))
 
 
-_SLACK = 1e-9  # of a segment's length, by which a meeting may lie beyond its ends
+_SLACK = 1e-9  # of a segment's length, by which an intersection may lie beyond its ends
 NEWTON = 4  # steps along a curve
 
 

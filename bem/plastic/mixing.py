@@ -8,7 +8,7 @@ import numpy as np
 class Mixing:
     """Next x of a fixed-point iteration.
 
-    depth : pairs that are remembered; the first steps go by `first` of the way only
+    depth : pairs that are remembered; the first steps go by `first` of the change only
     Source: Walker and Ni, SIAM J. Numer. Anal. 49 (2011) 1715, algorithm AA with undamped mixing (from memory).
     """
 

@@ -102,9 +102,9 @@ def flamant_error(size: float) -> float:
             [
                 Edge(top[:2], "top"),
                 Edge(top[1:], "top"),
-                Edge(corners[1:3], "rest"),
-                Edge(corners[2:4], "rest"),
-                Edge(corners[[3, 0]], "rest"),
+                Edge(corners[1:3], "remainder"),
+                Edge(corners[2:4], "remainder"),
+                Edge(corners[[3, 0]], "remainder"),
             ]
         ]
     )
@@ -117,7 +117,7 @@ def flamant_error(size: float) -> float:
 
         return value
 
-    n, element = mesh.densities, np.flatnonzero(mesh.names == "rest")
+    n, element = mesh.densities, np.flatnonzero(mesh.names == "remainder")
     problem = BoundaryProblem(mesh, STEEL, np.zeros((n, 2), bool), np.zeros(n, bool))
     force = np.r_[cell_resultants(mesh, element, traction(0, 2)), cell_resultants(mesh, element, traction(2, 1))]
     (under,) = np.flatnonzero(np.hypot(*mesh.positions().T) < 1e-9)

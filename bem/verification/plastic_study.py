@@ -41,9 +41,9 @@ def newton() -> None:
             hardening = Hardening.linear(YIELD, slope)
             found = solve_increment(influence, held, state, hardening, None, 1e-6, consistent)
             shown = " ".join(f"{residual:.1e}" for residual in found.residuals[:8])
-            way = "consistent tangent" if consistent else "fixed point"
+            method = "consistent tangent" if consistent else "fixed point"
             print(
-                f"slope {slope / 1e9:g} GPa, {way}: {len(found.residuals) - 1} steps, {found.products} products,"
+                f"slope {slope / 1e9:g} GPa, {method}: {len(found.residuals) - 1} steps, {found.products} products,"
                 f" mismatch over yield stress {shown}"
             )
 

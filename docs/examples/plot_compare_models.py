@@ -11,11 +11,11 @@ import matplotlib.pyplot as plt
 import rail_fem
 
 scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
-way = {"start": "95 mm", "end": "700 mm"}
+window = {"start": "95 mm", "end": "700 mm"}
 runs = {
-    "lumped": rail_fem.solve("lumped", scene, way),
-    "rigid_hertz, elastic": rail_fem.solve("rigid_hertz", scene, {**way, "plastic_indentation": False}),
-    "rigid_hertz": rail_fem.solve("rigid_hertz", scene, way),
+    "lumped": rail_fem.solve("lumped", scene, window),
+    "rigid_hertz, elastic": rail_fem.solve("rigid_hertz", scene, {**window, "plastic_indentation": False}),
+    "rigid_hertz": rail_fem.solve("rigid_hertz", scene, window),
 }
 formula = rail_fem.solve("p2_formula", scene)
 

@@ -31,10 +31,10 @@ print(found.report())
 # %%
 # The pass with this wheel and with the new one.
 scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
-way = {"start": "95 mm", "end": "700 mm"}
+window = {"start": "95 mm", "end": "700 mm"}
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 for wheel in ("P8", str(file)):
-    result = rail_fem.solve("rigid_hertz", scene.replace(wheel={"profile": wheel}), way)
+    result = rail_fem.solve("rigid_hertz", scene.replace(wheel={"profile": wheel}), window)
     axes.plot(result.history["x"] * 1e3, result.history["force"] / 1e3, label=Path(wheel).name)
 axes.set(xlabel="position of the wheel x [mm]", ylabel="contact force [kN]")
 axes.legend()

@@ -13,13 +13,13 @@ import rail_fem
 
 scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
 speeds = np.arange(30, 101, 10)
-way = {"start": "95 mm", "end": "700 mm"}
-results = [rail_fem.solve("rigid_hertz", scene.replace(speed=f"{speed} mph"), way) for speed in speeds]
+window = {"start": "95 mm", "end": "700 mm"}
+results = [rail_fem.solve("rigid_hertz", scene.replace(speed=f"{speed} mph"), window) for speed in speeds]
 
 # %%
 # Up to 80 mph the first impact on the nose grows with the speed on the whole; beyond, the wheel comes to the nose late
-# in the bounce that the wing's bend has given it, and the impact falls. The largest force of the way is that of a later
-# landing.
+# in the bounce that the wing's bend has given it, and the impact falls. The largest force of the path is that of
+# a later landing.
 figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
 for name in ("first_impact", "largest_force"):
     axes.plot(speeds, [result.peaks[name].value / 1e3 for result in results], "o-", label=name.replace("_", " "))

@@ -288,14 +288,14 @@ def _elsewhere(curves, columns, reference, sizes):
     """Where the reference outline's arc lengths go on some of the other sections."""
     features = feature_lengths(curves)
 
-    def place(i):
+    def position(i):
         return lambda arcs: curves[i].at(
             outline_arcs(
                 arcs, features, (curves[reference], columns[reference]), (curves[i], columns[i]), ring_width(sizes)
             )
         )
 
-    return [place(i) for i in np.unique(np.linspace(0, len(curves) - 1, SAMPLES).round().astype(int))]
+    return [position(i) for i in np.unique(np.linspace(0, len(curves) - 1, SAMPLES).round().astype(int))]
 
 
 def _same_features(curve, arcs, other):

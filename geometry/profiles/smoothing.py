@@ -22,7 +22,7 @@ def smoothed(
     corners = np.asarray(corners, int)
     cuts, known = corners, {}
     for _ in range(len(points) // 8):
-        move = ways(points, cuts, known, amount)
+        move = displacements(points, cuts, known, amount)
         far, ends = np.hypot(*move.T), np.concatenate([[0], cuts, [len(points) - 1]]).astype(int)
         worst = np.array([a + int(np.argmax(far[a : b + 1])) for a, b in zip(ends[:-1], ends[1:])])
         if (far[worst] <= FARTHEST * noise).all():
@@ -51,12 +51,13 @@ def from_neighbours(points: np.ndarray, k: int) -> np.ndarray:
     return np.array(weight) @ points[near]
 
 
-def ways(
+def displacements(
     points: np.ndarray, cuts: np.ndarray, known: dict[tuple[int, int], np.ndarray], amount: float | None = None
 ) -> np.ndarray:
-    """(n, 2)  way of each point to the smoothing spline of its stretch between cuts; 0 at both ends of a stretch.
+    """(n, 2)  displacement of each point to the smoothing spline of its stretch between cuts; 0 at both ends of a
+    stretch.
 
-    known : ways of stretches found before, by their ends; it grows
+    known : displacements of stretches found before, by their ends; it grows
     """
     out = np.zeros_like(points)
     ends = np.concatenate([[0], cuts, [len(points) - 1]]).astype(int)
@@ -68,26 +69,26 @@ def ways(
 
 
 def stretch_move(part: np.ndarray, amount: float | None = None) -> np.ndarray:
-    """(n - 2, 2)  way of the inner points of one stretch to its smoothing spline."""
+    """(n - 2, 2)  displacement of the inner points of one stretch to its smoothing spline."""
     s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(part, axis=0).T))])
     if np.any(np.diff(s) <= 0):
         return np.zeros((len(part) - 2, 2))
     if amount is None:
         fits = np.column_stack([smoothing_spline(s / s[-1], part[:, k] / s[-1]) * s[-1] for k in (0, 1)])
     else:
-        fits = part + way_across(s / s[-1], part / s[-1], amount / s[-1]) * s[-1]
+        fits = part + displacement_across(s / s[-1], part / s[-1], amount / s[-1]) * s[-1]
     return (fits - part)[1:-1]
 
 
 HALVINGS = 60  # of the interval of amounts, e^-70 to e^10
 
 
-def way_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.ndarray:
-    """(n, 2)  way to the smoothing splines that move points (n, 2) by `amount` rms across their line (a straight line
-    where even that moves less).
+def displacement_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.ndarray:
+    """(n, 2)  displacement to the smoothing splines that move points (n, 2) by `amount` rms across their line (a
+    straight line where even that moves less).
 
-    The way grows with the splines' stiffness, which is found by halving. Source: the discrepancy principle (Reinsch,
-    Numer. Math. 10 (1967) 177).
+    The displacement grows with the splines' stiffness, which is found by halving. Source: the discrepancy principle
+    (Reinsch, Numer. Math. 10 (1967) 177).
     """
     from scipy.interpolate import make_smoothing_spline
 
@@ -96,9 +97,9 @@ def way_across(s: np.ndarray, part: np.ndarray, amount: float) -> np.ndarray:
     low, high = -70.0, 10.0
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        way = np.column_stack([make_smoothing_spline(s, part[:, k], lam=np.exp(middle))(s) for k in (0, 1)]) - part
-        low, high = (low, middle) if np.sqrt(np.mean((way * normal).sum(axis=1) ** 2)) > amount else (middle, high)
-    return way
+        moved = np.column_stack([make_smoothing_spline(s, part[:, k], lam=np.exp(middle))(s) for k in (0, 1)]) - part
+        low, high = (low, middle) if np.sqrt(np.mean((moved * normal).sum(axis=1) ** 2)) > amount else (middle, high)
+    return moved
 
 
 DENSE = 600  # points up to which all eigenvalues of the spline's roughness are found at once

@@ -60,7 +60,7 @@ def curve_at(profile: Profile, length: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def between(first: Profile, second: Profile, share: float, count: int = POINTS) -> Profile:
-    """The section at `share` of the way from first (0) to second (1).
+    """The section at `share` of the distance from first (0) to second (1).
 
     Exact at both ends' feature points; for arcs over the same angle an arc whose radius and centre are linear in the
     share. Where a feature has no length in one of both (a kink) it opens into a rounding. Raises ProfileError for a
@@ -74,9 +74,9 @@ def between(first: Profile, second: Profile, share: float, count: int = POINTS) 
         spans = [e[k + 1] - e[k] for e in ends]
         if (1 - share) * spans[0] + share * spans[1] < 1e-9:
             continue
-        way = np.linspace(0, 1, count)
+        steps = np.linspace(0, 1, count)
         (a, along_a), (b, along_b) = (
-            curve_at(p, e[k] + way * span) for p, e, span in zip((first, second), ends, spans)
+            curve_at(p, e[k] + steps * span) for p, e, span in zip((first, second), ends, spans)
         )
         rate = (1 - share) * spans[0] * along_a + share * spans[1] * along_b
         angle = np.unwrap(np.arctan2(rate[:, 1], rate[:, 0]))

@@ -77,11 +77,11 @@ def fe_warnings(scene: Scene, settings: FeSettings) -> list[str]:
         warnings.append(
             f"courant {settings.courant:g} > 0.95: contact stiffens the surface, the step may become unstable"
         )
-    settling, way = settings.settle_time * scene.speed, abs(settings.end - settings.start)
-    if settling > way / 2:
+    settling, window = settings.settle_time * scene.speed, abs(settings.end - settings.start)
+    if settling > window / 2:
         warnings.append(
-            f"the wheel rolls {settling * 1e3:.4g} of {way * 1e3:.4g} mm while it settles: less than half of the window"
-            " is a pass"
+            f"the wheel rolls {settling * 1e3:.4g} of {window * 1e3:.4g} mm while it settles: less than half of the"
+            " window is a pass"
         )
     if settings.field_frames > MANY_FRAMES:
         warnings.append(

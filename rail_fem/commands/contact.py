@@ -51,14 +51,14 @@ def contact(
     if lower is not None and load is not None:
         stop("give --lower (a wheelset pressed down) or --load (one wheel under a force), not both")
     search = search_of(wheel, rail, inclination, gauge, back_to_back, radius)
-    places = series(shift, "mm"), series(yaw, "mrad")
+    positions = series(shift, "mm"), series(yaw, "mrad")
     if load is not None:
         for value in load.split(":")[:2]:
             if length(value, "kN") <= 0:
                 stop(f"load {load}: give a vertical force above 0")
-        rows = list(rows_under(search, *places, series(load, "kN")))
+        rows = list(rows_under(search, *positions, series(load, "kN")))
     else:
-        rows = list(rows_of(search, *places, None if lower is None else series(lower, "um")))
+        rows = list(rows_of(search, *positions, None if lower is None else series(lower, "um")))
     if table is not None:
         write_rows(table, rows)
         say(f"{table}: {len(rows)} contact points")

@@ -81,7 +81,7 @@ def pass_contacts(
     shift: float = 0.0,
     hardness: float = np.inf,
 ) -> tuple[CrossingContact, ...]:
-    """The patches of a pass, every `spacing` [m] of the wheel's way between start and end [m] (None: the whole pass).
+    """The patches of a pass, every `spacing` [m] of the wheel's path between start and end [m] (None: the whole pass).
 
     friction : None: the scene's;  shift : lateral position of the wheel towards its field side [m]; the forces stay
     those of the result;  hardness : of the rail [Pa], which bounds the mean pressure

@@ -162,7 +162,7 @@ class WornProfile:
 
 
 def area_between(before: np.ndarray, after: np.ndarray) -> float:
-    """Area that a line of nodes (n, 2) has swept on its way to (n, 2) [m2], + where metal was lost."""
+    """Area that a line of nodes (n, 2) has swept in moving to (n, 2) [m2], + where metal was lost."""
     y, z = np.concatenate([before, after[::-1]]).T
     return float((np.roll(y, -1) * z - y * np.roll(z, -1)).sum() / 2)
 

@@ -83,8 +83,8 @@ def design_figure(problem: Problem, found: Found) -> Figure:
     above, below = figure.subplots(2, 1, gridspec_kw={"height_ratios": [1.5, 1]})
     quantities = list(dict.fromkeys(objective.quantity for objective in problem.design.objective))
     pair = (quantities * 2)[:2]
-    place = lambda trial: [_mean(problem, trial, quantity) for quantity in pair]
-    cloud = np.array([place(trial) for trial in found.trials if not trial.fault])
+    at = lambda trial: [_mean(problem, trial, quantity) for quantity in pair]
+    cloud = np.array([at(trial) for trial in found.trials if not trial.fault])
     front = cloud[_front(cloud)]
     above.plot(*cloud.T, "o", ms=4, color=GREY, alpha=0.6, label="trials")
     goals = {objective.quantity: objective.goal for objective in problem.design.objective}
@@ -92,8 +92,8 @@ def design_figure(problem: Problem, found: Found) -> Figure:
         above.plot(goals[pair[0]], goals[pair[1]], "*", ms=18, color=PURPLE, label="target")
     else:
         above.plot(*front[np.argsort(front[:, 0])].T, "-", color=WING, lw=1.5, label="no trial is below both")
-    above.plot(*place(found.start), "s", ms=11, color=NOSE, label="start: the case as it is")
-    above.plot(*place(found.best), "D", ms=11, color=TOTAL, label="best by the weighted score")
+    above.plot(*at(found.start), "s", ms=11, color=NOSE, label="start: the case as it is")
+    above.plot(*at(found.best), "D", ms=11, color=TOTAL, label="best by the weighted score")
     above.set(xlabel=_axis(pair[0]), ylabel=_axis(pair[1]))
     above.legend()
     first = problem.design.passes[0]

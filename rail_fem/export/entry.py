@@ -1,4 +1,4 @@
-"""The way to dolfinx, importable where there is no dolfinx."""
+"""The export to dolfinx, importable where there is no dolfinx."""
 
 from __future__ import annotations
 

@@ -149,8 +149,8 @@ def bring_together(
 ) -> ContactPair:
     """Lower a wheel whose tread datum is at (x, y) [m] onto a rail.
 
-    reach : how far ahead and behind the axle it may touch [m], 0 for a straight rail, where it is in contact below the
-        axle
+    reach : how far ahead and behind the axle it may be in contact [m], 0 for a straight rail, where it is so below
+        the axle
     steels : wheel, rail. Raises ContactPairError where nothing lies below the wheel.
     """
     hanging = WheelSurface(profile, rolling_radius, (*datum, 0.0))
@@ -182,7 +182,7 @@ def pair_at(
     rail_steel: Elastic = STEEL,
     label: str = "",
 ) -> ContactPair:
-    """A wheel with its tread datum at (x, y) [m] that touches the rail first at `touch` (2,) x, y [m], as a search has
+    """A wheel with its tread datum at (x, y) [m] that touches the rail first at `point` (2,) x, y [m], as a search has
     found.
 
     Raises ContactPairError where one of the two has no surface there.

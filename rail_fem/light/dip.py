@@ -11,7 +11,7 @@ import numpy as np
 
 from rail_fem.output.result import NAN, PassResult
 
-BEFORE, AFTER = 0.10, 0.12  # way before the transfer and after it that is looked at [m]
+BEFORE, AFTER = 0.10, 0.12  # distance before the transfer and after it that is looked at [m]
 CHORD = 10e-3  # over which slopes are taken [m]
 
 

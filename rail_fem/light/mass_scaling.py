@@ -10,7 +10,7 @@ from bem.material import Elastic, contact_modulus
 from rail_fem.scene.scene import Scene
 
 TREAD_RADIUS = 0.330  # transverse radius of an EPS (P8) tread at the datum; the casting's top is a plane there
-WAVE_DISTANCE = 0.1  # a wave's way through the modelled steel, the height of the wheel's mesh [m]
+WAVE_DISTANCE = 0.1  # a wave's path through the modelled steel, the height of the wheel's mesh [m]
 # the largest transit time over the time that a patch takes to pass, with which "auto" is content: the reference case's
 # force history then differs by less than 1.5 % (L2) from the unscaled one
 TRANSIT = 0.25

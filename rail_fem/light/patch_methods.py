@@ -100,7 +100,7 @@ def method_rows(
     exact: PointContact = hertz_of(SliceGap(slices), wheel_load)
     rows = [
         MethodRow(
-            "Hertz, radii at the touch",
+            "Hertz, radii at the initial contact",
             exact.max_pressure,
             2 * exact.semi_x,
             2 * exact.semi_y,

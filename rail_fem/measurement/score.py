@@ -16,7 +16,7 @@ SEGMENTS = 4  # of the common stretch, over which coherence is averaged (with ha
 class Score:
     """How a result meets a record after a low pass at `cutoff` [Hz].
 
-    measured, computed : peaks [SI];  place : how far the computed peak lies beyond the measured one [m]
+    measured, computed : peaks [SI];  offset : how far the computed peak lies beyond the measured one [m]
     difference : L2 of the difference over L2 of the measured deviation from its mean
     coherence : mean up to the cut-off, weighted by the measured power; NaN where the stretch is too short
     """
@@ -24,14 +24,14 @@ class Score:
     cutoff: float
     measured: float
     computed: float
-    place: float
+    offset: float
     difference: float
     coherence: float
 
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """shift : added to the record's position [m];  x : (n,) common places [m];  measured, computed : (n,) raw there;
+    """shift : added to the record's position [m];  x : (n,) common positions [m];  measured, computed : (n,) raw there;
     rate : samples per second of both [Hz]"""
 
     shift: float

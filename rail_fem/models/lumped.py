@@ -49,8 +49,8 @@ def static_constant(table, start: float) -> float:
 
 
 def one_contact(table, constant: float, law: str, load: float) -> Contacts:
-    """One contact on the higher of both bodies; linear: with Hertz' stiffness at the static load and the same rest
-    height there."""
+    """One contact on the higher of both bodies; linear: with Hertz' stiffness at the static load and the same
+    static height there."""
     approach = (load / constant) ** (2 / 3)
     linear = tangent_stiffness(constant, load)
     stiffness, exponent, lowered = (constant, 1.5, 0.0) if law == "hertz" else (linear, 1.0, approach - load / linear)

@@ -13,7 +13,7 @@ for good; a
 force falls by
   more than FALL of the static load below it. What shakes with the mesh falls by less; what comes after a flight is
   another impact.
-- *Largest force*: over all the way after the settling, of the wheel and of each body. The leg (the wing
+- *Largest force*: over the whole path after the settling, of the wheel and of each body. The leg (the wing
   body as far as `leg_end`) and the wing rail behind it each have their own.
 - *Flight*: a loss of contact; its launch speed is the wheel's upward speed at its first row.
 """
@@ -34,7 +34,7 @@ LARGEST = {"force": "largest_force", "force_wing": "largest_force_wing", "force_
 LEG = "largest_force_leg"
 HIGH_END = 1.2  # of the static load: a run that ends above has not come to rest
 END_STRETCH = 5e-3  # over which the force at the end is averaged [m]
-NEAR_END = 10e-3  # a peak closer to an end of the way may be an accident of the window [m]
+NEAR_END = 10e-3  # a peak closer to an end of the path may be an accident of the window [m]
 NOTABLE = 1.05  # of the static load: below, a largest force is no peak
 
 
@@ -178,7 +178,7 @@ def end_warnings(
         if name in ("first_impact", *LARGEST.values()) and peak.value > NOTABLE * static_load and near < NEAR_END:
             end = "begins" if abs(peak.x - x[0]) < abs(peak.x - x[-1]) else "ends"
             warnings.append(
-                f"{name.replace('_', ' ')} {peak.value / 1e3:.1f} kN lies {near * 1e3:.1f} mm from where the way {end}"
+                f"{name.replace('_', ' ')} {peak.value / 1e3:.1f} kN lies {near * 1e3:.1f} mm from where the path {end}"
                 f" (x = {peak.x * 1e3:.1f} mm): it may be an accident of the window"
             )
     return tuple(warnings)

@@ -102,7 +102,7 @@ class Progress:
         now = _clock()
         fraction = min(max(time / end_time, 0.0), 1.0) if end_time > 0 else 0.0
         if self._written is None or self.status["end_time"] is None:
-            self._first_fraction = fraction  # a restart begins part of the way
+            self._first_fraction = fraction  # a restart begins part of the path
         self.status.update(
             percent=round(100 * fraction, 2),
             eta=self._eta(fraction, now),

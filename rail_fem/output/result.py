@@ -102,7 +102,7 @@ class PassResult:
     trust          : row -> what the trust report found (plain values)
     fault          : why the run failed; empty when it did not
     title          : of the case that was run; empty where none was
-    cut_off        : what ended the run before the end of its way, as its settings ask; empty when it went to the end
+    cut_off        : what ended the run before the end of its path, as its settings ask; empty when it went to the end
     """
 
     model: str

@@ -27,7 +27,7 @@ def to_plain(value: Any) -> Any:
 
 
 def nan_for_none(value: Any, keep: tuple[str, ...] = ()) -> Any:
-    """The way back: null becomes NaN, "inf" and "-inf" infinities. keep : keys whose values stay as they are"""
+    """The reverse: null becomes NaN, "inf" and "-inf" infinities. keep : keys whose values stay as they are"""
     if isinstance(value, dict):
         return {key: entry if key in keep else nan_for_none(entry) for key, entry in value.items()}
     if isinstance(value, list):

@@ -8,7 +8,7 @@ from pydantic_core import PydanticCustomError
 from rail_fem.scene.scene import Count, Frozen
 from rail_fem.scene.units import Quantity
 
-# every model's way unless a case gives another: from the wing ahead of its bend to behind the landing after the nose's
+# every model's path unless a case gives another: from the wing ahead of its bend to behind the landing after the nose's
 # first impact [m]
 COMMON_WINDOW = 0.095, 0.700
 SMOKE_ELEMENT_SIZE = 6e-3

@@ -13,7 +13,7 @@ from rail_fem.show.style import BODY, GREEN, GREY, PURPLE, TOTAL, new_figure, sc
 
 BEFORE, BEHIND = 0.45, 0.55  # of the crossing drawn, before the leg's end and behind the nose's begin [m]
 GAUGE_DEPTH = 14e-3
-COUNT = 500  # places along the crossing
+COUNT = 500  # positions along the crossing
 MM = 1e3
 
 
@@ -26,10 +26,10 @@ def crossing_figure(scene: Scene) -> Figure:
     figure = new_figure(12.5)
     grid = figure.add_gridspec(3, 3, height_ratios=[1.25, 1, 1.25])
     plan, long = figure.add_subplot(grid[0, :]), figure.add_subplot(grid[1, :])
-    places = section_places(crossing, path.transfers, x)
+    positions = section_positions(crossing, path.transfers, x)
     draw_plan(plan, crossing, x, path)
     draw_long_section(long, crossing, x, path)
-    for k, (words, at) in enumerate(places):
+    for k, (words, at) in enumerate(positions):
         for axes in (plan, long):
             axes.axvline(MM * at, color=GREY, ls="--", lw=1)
         draw_section(figure.add_subplot(grid[2, k]), scene, crossing, at, f"{words}, x = {MM * at:.0f} mm", k == 0)
@@ -48,12 +48,12 @@ def drawn_range(crossing: AnyCrossing) -> np.ndarray:
     return np.linspace(start, end, COUNT)
 
 
-def section_places(crossing: AnyCrossing, transfers: np.ndarray, x: np.ndarray) -> list[tuple[str, float]]:
+def section_positions(crossing: AnyCrossing, transfers: np.ndarray, x: np.ndarray) -> list[tuple[str, float]]:
     """Plain rail before the leg, knuckle, transfer (or a position behind the nose's begin), within x."""
     nose = crossing.nose_x if np.isfinite(crossing.nose_x) else x[-1]
     transfer = float(transfers[0]) if len(transfers) else min(nose + 0.15, x[-1])
-    places = ("plain rail", crossing.leg_range[0]), ("knuckle", crossing.knuckle_x), ("transfer", transfer)
-    return [(words, float(np.clip(at, x[0], x[-1]))) for words, at in places]
+    positions = ("plain rail", crossing.leg_range[0]), ("knuckle", crossing.knuckle_x), ("transfer", transfer)
+    return [(words, float(np.clip(at, x[0], x[-1]))) for words, at in positions]
 
 
 def draw_plan(axes, crossing: AnyCrossing, x: np.ndarray, path) -> None:

@@ -129,7 +129,7 @@ def draw_shares(axes, result: PassResult, shares: dict[str, np.ndarray]) -> None
 
 
 def share_range(shares: dict[str, np.ndarray]) -> tuple[float, float]:
-    """Range in percent that shows the last nine tenths of the way whole: the first rows divide by next to nothing."""
+    """Range in percent that shows the last nine tenths of the path whole: the first rows divide by next to nothing."""
     values = np.concatenate([100 * v[len(v) // 10 :] for v in shares.values()])
     values = values[np.isfinite(values)]
     low, high = min(values.min(initial=0.0), 0.0), max(values.max(initial=0.0), 6.0)

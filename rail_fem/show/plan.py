@@ -46,8 +46,8 @@ def plan_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure
         name_bodies(axes, fields, (low, high, bottom, top), path)
         axes.set(xlim=(low, high), ylim=(bottom, top), aspect="equal", ylabel="y [mm]")
         axes.grid(False)
-    way = "runs to the right \u2192" if result.scene.direction == "facing" else "runs to the left \u2190"
-    panels[-1].set_xlabel(f"x [mm]   (the wheel {way}; y is positive towards the field side)")
+    direction = "runs to the right \u2192" if result.scene.direction == "facing" else "runs to the left \u2190"
+    panels[-1].set_xlabel(f"x [mm]   (the wheel {direction}; y is positive towards the field side)")
     panels[0].legend(
         loc="lower left", bbox_to_anchor=(0, 1, 1, 0.1), ncols=3, mode="expand", frameon=False, borderaxespad=0.2
     )

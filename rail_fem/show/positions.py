@@ -48,12 +48,12 @@ def mark_positions(axes, result: PassResult, label: bool = True) -> None:
 
 def label_distance(axes, result: PassResult) -> None:
     """The axis of the running distance, with the direction of travel."""
-    way = (
+    direction = (
         "the wheel runs to the right \u2192"
         if result.scene.direction == "facing"
         else "\u2190 the wheel runs to the left"
     )
-    axes.set_xlabel(f"position x of the wheel's centre [mm]   ({way}; x = 0: gauge lines intersect)")
+    axes.set_xlabel(f"position x of the wheel's centre [mm]   ({direction}; x = 0: gauge lines intersect)")
 
 
 def legend_above(axes, columns: int = 2) -> None:

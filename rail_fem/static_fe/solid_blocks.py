@@ -29,7 +29,7 @@ _SAME = 1e-9  # lines nearer than this are one line [m]
 class BlockPair:
     """Two blocks about their first point of contact.
 
-    lower, upper : faces;  length : both reach to +- this along x [m];  depth : behind the touch [m]
+    lower, upper : faces;  length : both reach to +- this along x [m];  depth : behind the initial contact [m]
     lower_across, upper_across : (2,) from, to along s [m]
     """
 

@@ -3,7 +3,7 @@
     mpirun -n 2 python -m mpi4py -m rail_fem.studies.passage_size cases/nose_transfer.toml --sizes 3 2 1.5 --out
     runs/sizes
 
-The error of a run is the relative L2 difference of its contact force to that of the finest size, over the way after
+The error of a run is the relative L2 difference of its contact force to that of the finest size, over the path after
 settling. A size whose result is in the folder already is not run again.
 """
 

@@ -27,7 +27,8 @@ def drawn_rows(rows: list[MethodRow]) -> list[tuple[MethodRow, str, str]]:
 
 
 def across_from_contact(row: MethodRow) -> np.ndarray:
-    """s of a patch's columns [m], from the touch; slices of whole profiles count from the middle of the track."""
+    """s of a patch's columns [m], from the initial contact; slices of whole profiles count from the middle of the
+    track."""
     whole = row.method.startswith("2.5D") and row.method != BLOCKS
     return row.patch.grid.y - (contact_point_of(row.patch) if whole else 0.0)
 
@@ -58,7 +59,7 @@ def draw_profiles(cases: dict[str, list[MethodRow]], path: Path) -> None:
             )
             across.set(
                 title=f"P8 on {rail}, {WHEEL_LOAD / 1e3:.4g} kN: across, at x = 0",
-                xlabel="along the face, from the touch [mm]",
+                xlabel="along the face, from the initial contact [mm]",
                 ylabel="pressure [MPa]",
                 ylim=(0, None),
             )

@@ -3,9 +3,9 @@ the rail's.
 
     python -m rail_fem.studies.patch_limits --out limits        a table (limits.md) and a figure (limits.png)
 
-Edge: a wheel of 460 mm on a crown of 300 mm that ends in a square edge at some distance from the touch, or at both
-sides, as on a crossing's nose. Conformal: a hollow tread of almost the crown's radius. Reference: the limit of static
-finite elements (rail_fem/static_fe/finite_series.py).
+Edge: a wheel of 460 mm on a crown of 300 mm that ends in a square edge at some distance from the initial contact, or
+at both sides, as on a crossing's nose. Conformal: a hollow tread of almost the crown's radius. Reference: the limit of
+static finite elements (rail_fem/static_fe/finite_series.py).
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ HALF_SPACE, SLICES = "half-space", "2.5D (b), coupled slices"
 
 @dataclass(frozen=True)
 class Case:
-    """A pair of blocks under a load [N]; reach : (length, width) [m] about the touch within which the patch is
-    searched."""
+    """A pair of blocks under a load [N]; reach : (length, width) [m] about the initial contact within which the
+    patch is searched."""
 
     name: str
     pair: BlockPair
@@ -51,7 +51,7 @@ def arc(radius: float) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def edge_case(right: float, left: float = 0.030) -> Case:
-    """The lower face ends at these distances [m] from the touch, on the field and on the other side."""
+    """The lower face ends at these distances [m] from the initial contact, on the field and on the other side."""
     crown = arc(NOSE)
     pair = BlockPair(
         lambda x, s: -crown(s) + 0 * x, lambda x, s: x**2 / (2 * ROLLING) + 0 * s, (-left, right), (-0.030, 0.030)
@@ -61,7 +61,7 @@ def edge_case(right: float, left: float = 0.030) -> Case:
         if left < 0.02
         else f"edge {right * 1e3:g} mm"
     )
-    return Case(f"{name} from the touch", pair, NOSE_LOAD, (0.014, 0.014))
+    return Case(f"{name} from the initial contact", pair, NOSE_LOAD, (0.014, 0.014))
 
 
 def hollow_case(radius: float, ratio: float) -> Case:
@@ -120,7 +120,7 @@ def rows_of(case: Case, sizes: list[float], report=to_stderr) -> tuple[list[Meth
 
 
 def centre_across(row: MethodRow) -> float:
-    """Where the pressure's resultant acts, across from the touch [m]."""
+    """Where the pressure's resultant acts, across from the initial contact [m]."""
     patch = row.patch
     s = patch.points[:, 0] if isinstance(patch, SlicePatch) else patch.grid.y
     along = patch.pressure.sum(axis=0)
@@ -161,7 +161,7 @@ def draw(cases: dict[str, list[MethodRow]], path: Path) -> None:
         for axis in axes[len(cases) :]:
             axis.remove()
         figure.legend(*axes[0].get_legend_handles_labels(), loc="lower right", bbox_to_anchor=(0.98, 0.2))
-        figure.suptitle("Pressure across the patch at x = 0, from the touch", fontsize=14)
+        figure.suptitle("Pressure across the patch at x = 0, from the initial contact", fontsize=14)
         save(figure, path)
 
 
@@ -180,7 +180,7 @@ def main(
             f" limit\n\n{table(rows, reference)}\nUncertainty of the limit: {words}.\n"
         )
         centres = ", ".join(f"{row.method} {centre_across(row) * 1e3:+.3f}" for row in (rows[0], rows[1], rows[-2]))
-        text += f"Centre of pressure across, from the touch [mm]: {centres}.\n\n"
+        text += f"Centre of pressure across, from the initial contact [mm]: {centres}.\n\n"
     write_text_atomically(out.with_suffix(".md"), text)
     draw(found, out.with_suffix(".png"))
     print(text, end="")

@@ -24,7 +24,7 @@ from rail_fem.show.table_and_figure import write_table_and_figure
 
 LOW, HIGH = "-1500 mm", "700 mm"
 PEAKS = ("largest_force_leg", "largest_force_wing", "first_impact", "largest_force_nose")
-WAYS = (("benchmark's leg", "benchmark", NOSE), ("fitted leg", "fitted", TOTAL), ("at rest on the wing", "", GREY))
+VARIANTS = (("benchmark's leg", "benchmark", NOSE), ("fitted leg", "fitted", TOTAL), ("at rest on the wing", "", GREY))
 
 
 def case_files() -> list[Path]:
@@ -54,9 +54,11 @@ def cells(result: PassResult) -> list[str]:
 
 
 def table(results: dict[str, list[PassResult]]) -> str:
-    """Markdown, a row a case and way."""
-    head = ["case", "way", "leg [kN]", "wing [kN]", "first impact [kN]", "nose [kN]", "longest flight"]
-    rows = [[name, words, *cells(result)] for name, own in results.items() for (words, _, _), result in zip(WAYS, own)]
+    """Markdown, a row a case and variant."""
+    head = ["case", "variant", "leg [kN]", "wing [kN]", "first impact [kN]", "nose [kN]", "longest flight"]
+    rows = [
+        [name, words, *cells(result)] for name, own in results.items() for (words, _, _), result in zip(VARIANTS, own)
+    ]
     return "\n".join(markdown_table(head, rows))
 
 
@@ -67,10 +69,10 @@ def largest(result: PassResult, name: str) -> float:
 
 
 def figure(results: dict[str, list[PassResult]]) -> Figure:
-    """Force over x of case 2 by the three ways; below, the largest forces of all cases."""
+    """Force over x of case 2 by the three variants; below, the largest forces of all cases."""
     drawn = new_figure(11.0)
     above, below = drawn.subplots(2, 1)
-    for (words, _, colour), result in zip(WAYS, results["case_02"]):
+    for (words, _, colour), result in zip(VARIANTS, results["case_02"]):
         above.plot(1e3 * result.history["x"], result.history["force"] / 1e3, color=colour, lw=1.6, label=words)
     above.set(xlabel="position x of the wheel [mm]", ylabel="force on the wheel [kN]")
     above.set_title("case 2: worn P8, 75 mph, facing")
@@ -79,8 +81,8 @@ def figure(results: dict[str, list[PassResult]]) -> Figure:
     for k, (name, marker, colour) in enumerate(
         (("largest_force_leg", "s", NOSE), ("largest_force_wing", "o", WING), ("largest_force_nose", "D", TOTAL))
     ):
-        for way, filled in ((0, "none"), (1, colour)):
-            values = [largest(own[way], name) for own in results.values()]
+        for variant, filled in ((0, "none"), (1, colour)):
+            values = [largest(own[variant], name) for own in results.values()]
             below.plot(
                 at + 0.15 * (k - 1),
                 values,
@@ -89,7 +91,7 @@ def figure(results: dict[str, list[PassResult]]) -> Figure:
                 mec=colour,
                 mew=1.6,
                 ls="none",
-                label=f"{name.rsplit('_', 1)[-1]}, {WAYS[way][0]}",
+                label=f"{name.rsplit('_', 1)[-1]}, {VARIANTS[variant][0]}",
             )
     below.set_xticks(at, [name.removeprefix("case_") for name in results])
     below.set(xlabel="case of the thesis", ylabel="largest force [kN]", title="all cases over the whole crossing")
@@ -100,7 +102,7 @@ def figure(results: dict[str, list[PassResult]]) -> Figure:
 
 def main(out: Path = typer.Option(None, help="folder for whole.md and whole_crossing.png")) -> None:
     """The sixteen cases over the whole crossing by a light model."""
-    results = {file.stem: [run(file, leg) for _, leg, _ in WAYS] for file in case_files()}
+    results = {file.stem: [run(file, leg) for _, leg, _ in VARIANTS] for file in case_files()}
     text = table(results)
     print(text)
     if out is not None:

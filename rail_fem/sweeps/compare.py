@@ -40,8 +40,8 @@ def peak(result: PassResult, *names: str) -> float:
 
 
 @dataclass(frozen=True)
-class Way:
-    """The way [m] over which two results are compared: what both ran over after they had settled."""
+class CommonPath:
+    """The part of the path [m] over which two results are compared: what both ran over after they had settled."""
 
     low: float
     high: float
@@ -54,18 +54,18 @@ class Way:
         return f"{self.low * 1e3:.0f} to {self.high * 1e3:.0f}" if self.high > self.low else "none"
 
 
-def common_path(result: PassResult, reference: PassResult) -> Way:
-    """A result without history (a formula) is compared over all of the reference's way."""
-    ways = [way for way in map(settled_path, (result, reference)) if len(way)]
-    return Way(max((way.min() for way in ways), default=NAN), min((way.max() for way in ways), default=NAN))
+def common_path(result: PassResult, reference: PassResult) -> CommonPath:
+    """A result without history (a formula) is compared over all of the reference's path."""
+    paths = [x for x in map(settled_path, (result, reference)) if len(x)]
+    return CommonPath(max((x.min() for x in paths), default=NAN), min((x.max() for x in paths), default=NAN))
 
 
-def forces_on(result: PassResult, way: Way) -> dict[str, Peak]:
-    """First impact and largest forces on this way; those of a formula are at the transfer, wherever that is."""
+def forces_on(result: PassResult, path: CommonPath) -> dict[str, Peak]:
+    """First impact and largest forces on this path; those of a formula are at the transfer, wherever that is."""
     if not len(result.history["x"]):
         return dict(result.peaks)
     x, scene = result.history["x"], result.scene
-    on = (x >= way.low) & (x <= way.high)
+    on = (x >= path.low) & (x <= path.high)
     rows = {name: values[on] for name, values in result.history.items()}
     return force_peaks(
         rows,
@@ -80,10 +80,10 @@ def of_force(*names: str) -> Callable[[PassResult, PassResult], float]:
     """Relative difference of a force, both taken on the common path."""
 
     def error(result: PassResult, reference: PassResult) -> float:
-        way = common_path(result, reference)
+        path = common_path(result, reference)
         values = [
             next((found[name].value for name in names if name in found), NAN)
-            for found in (forces_on(r, way) for r in (result, reference))
+            for found in (forces_on(r, path) for r in (result, reference))
         ]
         return values[0] / values[1] - 1
 
@@ -95,9 +95,9 @@ def of_strain(body: str) -> Callable[[PassResult, PassResult], float]:
     the two blocks lies outside the common path."""
 
     def error(result: PassResult, reference: PassResult) -> float:
-        way = common_path(result, reference)
+        path = common_path(result, reference)
         left = [r.metal.get(body) for r in (result, reference)]
-        if not all(one and way.holds(one["block"][0]) for one in left):
+        if not all(one and path.holds(one["block"][0]) for one in left):
             return NAN
         return left[0]["values"]["block"] / left[1]["values"]["block"] - 1
 
@@ -106,12 +106,12 @@ def of_strain(body: str) -> Callable[[PassResult, PassResult], float]:
 
 def accident(result: PassResult, reference: PassResult, *names: str) -> str:
     """Why a force on the common path may be an accident of it, for result or reference; "" where it is none."""
-    way, moving = common_path(result, reference), [one for one in (result, reference) if len(one.history["x"])]
+    path, moving = common_path(result, reference), [one for one in (result, reference) if len(one.history["x"])]
     stated = [one.peaks[name].x for one in moving for name in names if name in one.peaks]
-    taken = [found[name].x for found in (forces_on(one, way) for one in moving) for name in names if name in found]
-    if not all(map(way.holds, stated)):
+    taken = [found[name].x for found in (forces_on(one, path) for one in moving) for name in names if name in found]
+    if not all(map(path.holds, stated)):
         return "outside"
-    return "at its end" if any(min(x - way.low, way.high - x) < NEAR_END for x in taken) else ""
+    return "at its end" if any(min(x - path.low, path.high - x) < NEAR_END for x in taken) else ""
 
 
 def settled_path(result: PassResult) -> np.ndarray:
@@ -127,8 +127,8 @@ def along(result: PassResult, x: np.ndarray, name: str) -> np.ndarray:
 
 def history_error(result: PassResult, reference: PassResult, name: str = "force") -> float:
     """Relative L2 difference of a history over the common path; NaN where there is none."""
-    way, x = common_path(result, reference), settled_path(reference)
-    x = x[(x >= way.low) & (x <= way.high)]
+    path, x = common_path(result, reference), settled_path(reference)
+    x = x[(x >= path.low) & (x <= path.high)]
     if not len(x) or not len(result.history["x"]):
         return NAN
     exact, found = along(reference, x, name), along(result, x, name)
@@ -264,7 +264,7 @@ def _short_names(paths: list[Path]) -> tuple[str, ...]:
 
 def table(comparison: Comparison) -> str:
     """Markdown: a row for each result, least expensive first. A force is marked "outside" where the one that a run
-    states lies outside the common path, "at its end" where that on the way lies within 10 mm of an end of it: it may
+    states lies outside the common path, "at its end" where that on the path lies within 10 mm of an end of it: it may
     then be an accident of the window."""
     head = ["run", "model", "core seconds", "search, compilation [s]", "common path [mm]"]
     head += [*QUANTITIES, "transfer x [mm]", "its own error estimate", "warnings"]

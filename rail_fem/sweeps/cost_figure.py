@@ -76,8 +76,8 @@ def draw_errors(axes, comparison: Comparison) -> None:
 
 
 def draw_histories(axes, comparison: Comparison) -> None:
-    """Force on the whole wheel over the reference's way."""
-    way = comparison.reference.history["x"]
+    """Force on the whole wheel over the reference's path."""
+    path = comparison.reference.history["x"]
     for name, result, colour in zip(comparison.names, comparison.results, _colours(comparison)):
         if len(result.history["x"]) and np.isfinite(result.history["force"]).any():
             on_top = result is comparison.reference
@@ -92,8 +92,8 @@ def draw_histories(axes, comparison: Comparison) -> None:
     axes.axhline(
         comparison.reference.scene.static_wheel_load / 1e3, color=GREY, ls="--", lw=1.4, label="static wheel load"
     )
-    if len(way):
-        axes.set_xlim(1e3 * way.min(), 1e3 * way.max())
+    if len(path):
+        axes.set_xlim(1e3 * path.min(), 1e3 * path.max())
     axes.set(xlabel="position x of the wheel's centre [mm]", ylabel="vertical force [kN]")
     axes.legend(loc="upper left", ncols=2)
 

@@ -40,9 +40,9 @@ def edge_balance(faces: np.ndarray) -> np.ndarray:
     2)."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     pairs, number = np.unique(np.sort(np.stack([start, end], axis=1), axis=1), axis=0, return_inverse=True)
-    way = np.where(start < end, 1, -1)
+    sense = np.where(start < end, 1, -1)
     return np.stack(
-        [np.bincount(number.ravel(), way, len(pairs)), np.bincount(number.ravel(), minlength=len(pairs))], axis=1
+        [np.bincount(number.ravel(), sense, len(pairs)), np.bincount(number.ravel(), minlength=len(pairs))], axis=1
     )
 
 
@@ -65,7 +65,7 @@ def hanging_facets(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _from_least(faces: np.ndarray) -> list:
-    """Faces (k, 4) turned to begin with their least node, the way round kept."""
+    """Faces (k, 4) turned to begin with their least node, the sense kept."""
     first = faces.argmin(axis=1)[:, None]
     return np.take_along_axis(faces, (first + np.arange(4)) % 4, axis=1).tolist()
 

@@ -1,4 +1,4 @@
-"""Over which way a model runs: one way for all that are given none, a window around the transfer, no settling across
+"""Over which path a model runs: one path for all that are given none, a window around the transfer, no settling across
 it; warnings reach the result."""
 
 from pathlib import Path
@@ -27,10 +27,10 @@ def scene_of(direction="facing", **changes):
 @pytest.mark.parametrize("direction", ["facing", "trailing"])
 def test_models_that_are_given_no_way_run_over_the_same(direction):
     scene, explicit = scene_of(direction), FeSettings()
-    ways = {
+    windows = {
         tuple(sorted(settings().window(scene))) for settings in (LumpedSettings, RigidHertzSettings, BemPassageSettings)
     }
-    assert ways == {tuple(sorted((explicit.start, explicit.end)))} == {COMMON_WINDOW}
+    assert windows == {tuple(sorted((explicit.start, explicit.end)))} == {COMMON_WINDOW}
 
 
 @pytest.mark.parametrize(

@@ -28,10 +28,10 @@ ROOT = Path(__file__).resolve().parents[2]
 SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
 
 
-def made(model: str, factor: float, seconds: float, way=(0.1, 0.5), rows=401, backwards=False) -> PassResult:
+def made(model: str, factor: float, seconds: float, path=(0.1, 0.5), rows=401, backwards=False) -> PassResult:
     """A force of 100 kN (1 + sin 20 x) along the path, times a factor, on the nose from x = 0.26 m on: first impact and
     largest force of 200 kN at 0.3927 m."""
-    x = np.linspace(*way, rows)[:: -1 if backwards else 1]
+    x = np.linspace(*path, rows)[:: -1 if backwards else 1]
     force = factor * 1e5 * (1 + np.sin(20 * x))
     nose = np.where(x > 0.26, force, 0.0)
     history = {
@@ -73,10 +73,10 @@ def test_errors_of_a_scaled_history_are_the_scale(folders):
 
 def test_histories_are_compared_where_both_run_and_in_either_direction():
     reference = made("fe_full", 1.0, 1.0)
-    part = made("lumped", 1.2, 1.0, way=(0.2, 0.9), rows=7001, backwards=True)
+    part = made("lumped", 1.2, 1.0, path=(0.2, 0.9), rows=7001, backwards=True)
     # of interpolation between 0.1 mm: (20 h)^2 / 8
     assert history_error(part, reference) == pytest.approx(0.2, rel=1e-5)
-    assert np.isnan(history_error(made("lumped", 1.0, 1.0, way=(0.6, 0.9)), reference))
+    assert np.isnan(history_error(made("lumped", 1.0, 1.0, path=(0.6, 0.9)), reference))
 
 
 def test_settling_is_compared_in_neither_run():
@@ -98,7 +98,7 @@ def test_settling_is_compared_in_neither_run():
 def test_forces_are_compared_on_the_common_way_and_marked_where_it_cuts_a_peak(end, largest, mark):
     """The reference ran to 0.5 m and has its largest force at 0.393 m: what the shorter run could not see must not
     count as its error."""
-    short, reference = made("rigid_hertz", 1.1, 1.0, way=(0.2, end)), made("fe_full", 1.0, 9.0)
+    short, reference = made("rigid_hertz", 1.1, 1.0, path=(0.2, end)), made("fe_full", 1.0, 9.0)
     assert common_path(short, reference).words == f"200 to {end * 1e3:.0f}"
     for result, factor in ((short, 1.1), (reference, 1.0)):
         assert forces_on(result, common_path(short, reference))["largest_force"].value == pytest.approx(
@@ -124,7 +124,7 @@ def strained(result, mean: float, x: float):
 
 def test_a_strain_outside_the_common_way_is_not_compared():
     """Means over a stated volume are compared, never the largest value of an element."""
-    window = strained(made("fe_window", 1.0, 1.0, way=(0.3, 0.5)), 0.04, 0.35)
+    window = strained(made("fe_window", 1.0, 1.0, path=(0.3, 0.5)), 0.04, 0.35)
     error = QUANTITIES["strain"].error
     assert error(window, strained(made("fe_full", 1.0, 1.0), 0.05, 0.36)) == pytest.approx(-0.2)
     assert np.isnan(error(window, strained(made("fe_full", 1.0, 1.0), 0.05, 0.25)))

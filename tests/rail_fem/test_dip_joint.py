@@ -119,10 +119,10 @@ def test_the_dip_is_that_of_the_transfer_though_the_wheel_was_lower_before(direc
     bends = np.array([-0.20, -0.05, -0.01, 0.01, 0.20])
     slopes = np.array([-5.0, 6.0, -8.0, 7.0]) * 1e-3
     heights = np.concatenate([[0.0], np.cumsum(slopes * np.diff(bends))])
-    way = np.linspace(-0.2, 0.2, 4001)
+    x = np.linspace(-0.2, 0.2, 4001)
     sign = 1.0 if direction == "facing" else -1.0
     scene = make_scene().model_copy(update={"direction": direction})
-    history = {"time": (way - way[0]) / SPEED, "x": sign * way, "wheel_height": np.interp(way, bends, heights)}
+    history = {"time": (x - x[0]) / SPEED, "x": sign * x, "wheel_height": np.interp(x, bends, heights)}
     dip = trajectory_dip(PassResult("lumped", scene, {}, history, transfer_x=0.0))
     assert np.interp(-0.05, bends, heights) < np.interp(0.01, bends, heights)
     assert dip.angle == pytest.approx(np.arctan(8e-3) + np.arctan(7e-3), rel=1e-9)

@@ -149,9 +149,14 @@ def test_a_run_that_ends_under_more_than_its_static_load_says_so(end, words):
 
 @pytest.mark.parametrize(
     "at, near",
-    [(0.693, "7.0 mm from where the way ends"), (0.689, ""), (0.208, "8.0 mm from where the way begins"), (0.211, "")],
+    [
+        (0.693, "7.0 mm from where the path ends"),
+        (0.689, ""),
+        (0.208, "8.0 mm from where the path begins"),
+        (0.211, ""),
+    ],
 )
-def test_a_peak_close_to_an_end_of_the_way_says_so(at, near):
+def test_a_peak_close_to_an_end_of_the_path_says_so(at, near):
     found = history(on_nose((0.35, 1.0)), force=lambda x: LOAD + bump(at, LOAD, 2e-3)(x))
     said = [
         text

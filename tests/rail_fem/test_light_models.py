@@ -215,7 +215,7 @@ def test_window_beyond_the_crossing_and_against_the_direction_are_refused(scene,
     ],
     ids=["quick", "all"],
 )
-def test_sixteen_cases_are_answered_by_every_light_rung(models):
+def test_sixteen_cases_are_answered_by_every_light_model(models):
     for n in range(1, 17):
         case = load_case(ROOT / "cases" / "thesis" / f"case_{n:02d}.toml")
         for model in models:

@@ -130,9 +130,9 @@ def jumps_on_lines(search_at, count: int, seed: int) -> np.ndarray:
     for _ in range(count):
         search = search_at(random.uniform(-0.7, 0.5))
         state = static_equilibrium(search, (60e3, 60e3), random.uniform(-9, 9) * MM, random.uniform(-0.02, 0.02)).state
-        way = dict(x=10 * MM, y=2 * MM, z=0.1 * MM, yaw=3e-3, roll=1e-4)
-        way = {name: size * random.uniform(-1, 1) for name, size in way.items()}
-        along = lambda t: replace(state, **{name: getattr(state, name) + t * size for name, size in way.items()})
+        change = dict(x=10 * MM, y=2 * MM, z=0.1 * MM, yaw=3e-3, roll=1e-4)
+        change = {name: size * random.uniform(-1, 1) for name, size in change.items()}
+        along = lambda t: replace(state, **{name: getattr(state, name) + t * size for name, size in change.items()})
         try:
             found.append(jump(lambda t: side_held(search, along(t), "left").force.sum(axis=0), 0.0, 1.0, 20))
         except WheelsetError as error:

@@ -67,7 +67,7 @@ def write(path, heading, *columns, first=""):
 
 
 def test_a_record_moved_along_the_track_is_found_again(result, tmp_path):
-    """Sampled at 8 kHz by its own clock, 0.237 m further on, with 2 % noise: place to 1 mm, score by the noise."""
+    """Sampled at 8 kHz by its own clock, 0.237 m further on, with 2 % noise: offset to 1 mm, score by the noise."""
     x, rng = np.arange(-0.2, 0.9, SPEED / 8e3), np.random.default_rng(2)
     noise = 0.02 * LOAD * rng.standard_normal(len(x))
     file = write(tmp_path / "r.csv", "time [ms], force [kN]", 1e3 * (x - x[0]) / SPEED, (force_at(x) + noise) / 1e3)
@@ -75,7 +75,7 @@ def test_a_record_moved_along_the_track_is_found_again(result, tmp_path):
     pair = align(record, of_result(result, "force"), None)
     assert pair.shift == pytest.approx(-0.2, abs=1e-3)  # its clock began at x = -0.2
     raw, smooth = score(pair, 4e3), score(pair, 500.0)
-    assert smooth.measured == pytest.approx(smooth.computed, rel=0.02) and abs(smooth.place) < 3e-3
+    assert smooth.measured == pytest.approx(smooth.computed, rel=0.02) and abs(smooth.offset) < 3e-3
     assert raw.difference > smooth.difference and smooth.difference < 0.03
     assert score(pair, 50.0).computed < smooth.computed
     assert smooth.coherence > 0.97
@@ -85,7 +85,7 @@ def test_positions_that_are_known_are_kept_where_that_is_asked_for(result, tmp_p
     x = np.arange(-0.2, 0.9, 2e-3)
     file = write(tmp_path / "r.csv", "x [mm], force [N]", 1e3 * (x + 0.02), force_at(x))
     pair = align(read_record(file, SPEED), of_result(result, "force"), 0.0)
-    assert pair.shift == 0.0 and score(pair, 500.0).place == pytest.approx(-0.02, abs=2e-3)
+    assert pair.shift == 0.0 and score(pair, 500.0).offset == pytest.approx(-0.02, abs=2e-3)
 
 
 def test_an_acceleration_is_held_against_the_height(result, tmp_path):

@@ -94,7 +94,7 @@ def test_hertz_to_fourteen_elements():
 
 
 def test_a_nose_with_two_free_sides_is_solved_to_balance_and_mirrors():
-    """Edges 4 and 6 mm from the touch: the load is met, the same nose mirrored has the mirrored patch."""
+    """Edges 4 and 6 mm from the initial contact: the load is met, the same nose mirrored has the mirrored patch."""
     low, high = -4e-3, 6e-3
     crown, wheel = (lambda x, s: -(s**2) / 0.6 + 0 * x), (lambda x, s: x**2 / 0.92 + 0 * s)
     patches = [

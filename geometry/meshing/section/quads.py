@@ -31,8 +31,8 @@ class QuadSection:
     """The mesh of one section; nodes are shared by all its arrays.
 
     points : (n, 2) y, height [m];  fine (f, 4), coarse (c, 4): quads, anticlockwise
-    strip : (t, 6) a, b, middle_a, middle_b, c, d: a-b on the fine side, c-d on the coarse side, middles on the rungs
-        a-c, b-d
+    strip : (t, 6) a, b, middle_a, middle_b, c, d: a-b on the fine side, c-d on the coarse side, middles on the
+        crosspieces a-c, b-d
     on_curve : (k,) nodes on the outline, in its order;  curve_arc : (k,) their arc lengths [m]
     base : (b,) nodes on the base, both ends included;  smoother : the shapes that its plane quads should have
     badness : of the coarse quads' connections, over all sections (mesh_gmsh.badness); above FLAT_CORNER some corner is
@@ -97,8 +97,9 @@ def check_room(curve: SectionCurve, spans: list[tuple[float, float]], reach: flo
 
 
 def place_strip_middles(points: np.ndarray, strip: np.ndarray, on_curve: np.ndarray) -> None:
-    """Put the strips' middle nodes on their rungs, in place: points (n, 2) or (s, n, 2); those on the outline stay."""
-    rungs = np.concatenate([strip[:, [0, 2, 4]], strip[:, [1, 3, 5]]])
-    rungs = rungs[~np.isin(rungs[:, 1], on_curve)]
-    start, end = points[..., rungs[:, 0], :], points[..., rungs[:, 2], :]
-    points[..., rungs[:, 1], :] = start + STRIP_MIDDLE * (end - start)
+    """Put the strips' middle nodes on their crosspieces, in place: points (n, 2) or (s, n, 2); those on the outline
+    stay."""
+    crosspieces = np.concatenate([strip[:, [0, 2, 4]], strip[:, [1, 3, 5]]])
+    crosspieces = crosspieces[~np.isin(crosspieces[:, 1], on_curve)]
+    start, end = points[..., crosspieces[:, 0], :], points[..., crosspieces[:, 2], :]
+    points[..., crosspieces[:, 1], :] = start + STRIP_MIDDLE * (end - start)

@@ -82,17 +82,17 @@ def fill_remainder(
     """
     found, errors = [], []
     for factor in FACTORS:
-        rest = divide_boundary(parts, loops, factor)
-        angles = rest.angles(elsewhere)
+        divided = divide_boundary(parts, loops, factor)
+        angles = divided.angles(elsewhere)
         try:
-            points, quads = fill_with_quads(rest.polygon(parts.curve.at), parts.sizes.coarse, angles)
-            found.append((badness(points, quads, angles), rest, points, quads))
+            points, quads = fill_with_quads(divided.polygon(parts.curve.at), parts.sizes.coarse, angles)
+            found.append((badness(points, quads, angles), divided, points, quads))
         except MeshError as error:
             errors.append(error)
     if not found:
         raise errors[0]
-    least, rest, points, quads = min(found, key=lambda attempt: attempt[0])
-    ring, base = rest.add_nodes()
+    least, divided, points, quads = min(found, key=lambda attempt: attempt[0])
+    ring, base = divided.add_nodes()
     number = np.concatenate([ring, parts.add_nodes(points[len(ring) :])])
     area = np.abs(cross_2d(points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]])) / 2
     side = np.sqrt(np.maximum(area, (0.5 * parts.sizes.fine) ** 2))

@@ -69,11 +69,13 @@ def read_slices(path: Path, section_unit: float | None = None) -> Slices:
         raise ProfileError(f"{path}: NSLC = {count}, but {len(found)} section(s) are named")
     named = np.array([numbers([m[1]], path, i, 1)[0] for i, m in found])
     x = stations(path, found, (named + offset) * scale * 1e-3)
-    rest = [row for row in rows[4:] if not ROW.match(row[1])]
+    rows_left = [row for row in rows[4:] if not ROW.match(row[1])]
     parts = []
     for wanted in (kinks, jumps):
-        parts.append(tuple(int(v) for v in values_of(rest.pop(0), path, wanted)) if wanted > 0 and rest else ())
-    table = feature_table(path, rest, named, features) * 1e-3 if features > 1 else np.empty((count, 0))
+        parts.append(
+            tuple(int(v) for v in values_of(rows_left.pop(0), path, wanted)) if wanted > 0 and rows_left else ()
+        )
+    table = feature_table(path, rows_left, named, features) * 1e-3 if features > 1 else np.empty((count, 0))
     return Slices(x, in_metres(path, [section(path, i, m[3]) for i, m in found], section_unit), path, table, *parts)
 
 
