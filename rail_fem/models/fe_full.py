@@ -131,7 +131,7 @@ def _twin(
         progress.note(f"first its coarse twin, elements of {coarse.element_size * 1e3:g} mm: for the error bars")
     try:
         result = solve_from(scene, coarse, start, model, below, restart, None)
-    except ValueError as error:
+    except (ValueError, ArithmeticError) as error:  # what cannot be meshed, and what folds as it yields
         return f"no twin of {coarse.element_size * 1e3:g} mm: {error}"
     if below is not None:
         on_root(lambda: result.save(below))
