@@ -47,7 +47,17 @@ STUDIES = {
     "patch-limits": Study("rail_fem.studies.patch_limits", "where the half-space is wrong and the slices are right"),
     "patch-speed": Study("rail_fem.studies.patch_speed", "speed against error of all patch solvers on one patch"),
     "impact": Study("rail_fem.studies.impact", "explicit contact held to Hertz at several element sizes"),
-    "passage-size": Study("rail_fem.studies.passage_size", "one pass at several element sizes"),
+    "passage-size": Study(
+        "rail_fem.studies.passage_size",
+        "one pass at several element sizes: values with bars, orders and limits, and what mass scaling, window and"
+        " element change",
+        ("--quick",),
+    ),
+    "error-bars": Study(
+        "rail_fem.studies.held_out_bars",
+        "do the error bars of explicit passes hold? scenes they were not fitted on, against elements of half the size",
+        ("--quick",),
+    ),
     "ratchetting": Study(
         "rail_fem.studies.ratchetting",
         "shakedown or ratchetting under many passes of a line contact, by four laws of cyclic plasticity",

@@ -1,109 +1,178 @@
-"""Speed against error of a pass: one case at several element sizes, as a Markdown table.
+"""Resolution of a pass: one case at several element sizes, the limit that each quantity tends to, and what the choices
+that make it less expensive change.
 
-    mpirun -n 2 python -m mpi4py -m rail_fem.studies.passage_size cases/nose_transfer.toml --sizes 3 2 1.5 --out
-    runs/sizes
+    rail-fem study passage-size --out sizes                       6, 4, 3 mm over the nose: some minutes
+    mpirun -n 2 python -m mpi4py -m rail_fem.studies.passage_size --case cases/nose_transfer.toml
+        --sizes 4,2,1 --judged 4 --out runs/sizes
 
-The error of a run is the relative L2 difference of its contact force to that of the finest size, over the path after
-settling. A size whose result is in the folder already is not run again.
+Writes table.md and passage_size.png. Runs lie in folders of their size: what is there is not run again, what was
+stopped goes on. Bars are those of `error_twin`, the next coarser run of the series taken as the twin. The limit is by
+second order through the last three sizes.
 """
 
 from __future__ import annotations
 
-import argparse
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
+import typer
 from mpi4py import MPI
 
-from rail_fem.case.casefile import load_case
-from rail_fem.models.fe_full import solve
+from rail_fem.atomic import write_text_atomically
+from rail_fem.case.examples import example
+from rail_fem.case.variations import read_settings
 from rail_fem.output.markdown import markdown_table
-from rail_fem.output.progress import Progress
-from rail_fem.output.quantities import REPORTED
-from rail_fem.output.result import PassResult, load
-from rail_fem.sweeps.compare import history_error
+from rail_fem.output.quantities import FORCES, REPORTED, reported
+from rail_fem.output.result import PassResult
+from rail_fem.scene.units import SHOWN
+from rail_fem.show.metal import CUBIC_MM
+from rail_fem.studies.size_figure import draw_sizes
+from rail_fem.studies.size_series import MODEL, Limit, limits, run_at, run_sizes, size_of
+from rail_fem.sweeps.compare import core_seconds, history_error
 
-HEAD = (
-    "element size [mm]",
-    "elements",
-    "steps",
-    "wall time [s]",
-    "updates/s/core [million]",
-    "force history, L2 to finest",
-    "first impact [kN]",
-    "its error",
-    "PEEQ of 5 x 5 x 3 mm, wing, nose [%]",
-    "PEEQ integral, wing, nose [mm3]",
-    "transfer x [mm]",
-    "hourglass / internal",
-)
-
-
-def run_sizes(case_path: Path, sizes: list[float], folder: Path) -> list[PassResult]:
-    """Results of the case at each size [m], coarse to fine; from the folder where it has them. Collective."""
-    comm = MPI.COMM_WORLD
-    case = load_case(case_path)
-    results = []
-    for size in sizes:
-        target = folder / f"{size * 1e3:g}mm"
-        done = comm.bcast((target / "result.json").is_file() if comm.rank == 0 else None)
-        if not done:
-            settings = case.runs["fe_full"].model_copy(update={"element_size": size, "error_twin": False})
-            if comm.rank == 0:
-                target.mkdir(parents=True, exist_ok=True)
-            comm.barrier()
-            with Progress(target, title=f"{size * 1e3:g} mm", active=comm.rank == 0) as progress:
-                result = solve(case.scene, settings, target, False, progress)
-            if comm.rank == 0:
-                result.save(target)
-        comm.barrier()
-        results.append(load(target))
-    return results
+WINDOW = "60 mm"
+# what makes a pass less expensive, or judges it: name -> changed settings
+JUDGES = {
+    "as in steel": {"mass_scaling": 1},
+    f"window of {WINDOW}": {"window_ahead": WINDOW, "window_behind": WINDOW},
+    "element full": {"element": "full"},
+}
+QUICK_STRETCH = {f"run.{MODEL}.start": "320 mm", f"run.{MODEL}.end": "400 mm"}
+NAMES = [name for name in REPORTED if name not in FORCES or name.endswith(("impact", "_wing", "_nose"))]
+DECIMALS = {"kN": 1, "MPa": 0, "mm": 2, "%": 2, "mm3": 0}
 
 
-def table(results: list[PassResult]) -> str:
-    """Markdown table, the last result is the reference."""
-    finest = results[-1]
-    rows: list[list[str]] = []
-    for r in results:
-        peaks, cost = r.peaks, r.cost
-        nose = peaks["first_impact"].value
-        blocks, integrals = (
-            ", ".join(f"{factor * REPORTED[f'{name}_{body}'].of(r):.{digits}f}" for body in ("wing", "nose"))
-            for name, factor, digits in (("block", 100.0, 2), ("integral", 1e9, 1))
-        )
-        hourglass = next(row["value"] for row in r.trust["rows"] if row["name"].startswith("hourglass energy, all"))
-        last, best = r is finest, finest.peaks["first_impact"].value
-        rows.append(
-            [
-                f"{r.settings['element_size'] * 1e3:g}",
-                f"{cost.elements}",
-                f"{cost.steps}",
-                f"{cost.wall_time:.0f}",
-                f"{cost.updates_per_second / cost.ranks / 1e6:.1f}",
-                "reference" if last else f"{history_error(r, finest):.1%}",
-                f"{nose / 1e3:.1f}",
-                "-" if last else f"{nose / best - 1:+.1%}",
-                blocks,
-                integrals,
-                f"{r.transfer_x * 1e3:.1f}",
-                f"{hourglass:.1%}",
-            ]
-        )
-    return "\n".join(markdown_table(HEAD, rows)) + "\n"
+def cell(name: str, value: float, bar: float = math.nan) -> str:
+    """A quantity with its bar, where there is one, in engineers' units: "194.3 +- 5.8 kN"."""
+    unit = REPORTED[name].unit
+    words, factor = ("mm3", CUBIC_MM) if unit == "m^3" else SHOWN[unit]
+    digits = DECIMALS[words]
+    return f"{value * factor:.{digits}f}{'' if math.isnan(bar) else f' +- {bar * factor:.{digits}f}'} {words}"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("case", type=Path)
-    parser.add_argument("--sizes", type=float, nargs="+", default=[3.0, 2.0, 1.5], help="element sizes [mm]")
-    parser.add_argument("--out", type=Path, required=True, help="folder of the results and of table.md")
-    arguments = parser.parse_args()
-    results = run_sizes(arguments.case, [size * 1e-3 for size in sorted(arguments.sizes, reverse=True)], arguments.out)
-    if MPI.COMM_WORLD.rank == 0:
-        text = table(results)
-        (arguments.out / "table.md").write_text(text, encoding="utf-8")
-        print(text)
+def own_cell(name: str, result: PassResult) -> str:
+    """The same of a result."""
+    return cell(name, REPORTED[name].of(result), result.error_bars.get(name, math.nan))
+
+
+def size_words(size: float) -> str:
+    """2e-3 -> "2 mm"."""
+    return f"{size * 1e3:g} mm"
+
+
+def convergence_table(results: Sequence[PassResult]) -> list[str]:
+    """Markdown: a row for each quantity, its value with its bar at each size, the order, the limit, and the error of
+    each size against it."""
+    found = limits(results)
+    head = ["quantity", *(size_words(size_of(r)) for r in results), "order", "limit", "off the limit by"]
+    rows = [
+        [
+            REPORTED[name].meaning,
+            *(own_cell(name, r) for r in results),
+            "-" if math.isnan(found[name].order) else f"{found[name].order:.1f}",
+            cell(name, found[name].value, found[name].doubt),
+            ", ".join(off(name, REPORTED[name].of(r), found[name]) for r in results),
+        ]
+        for name in NAMES
+        if name in found
+    ]
+    return markdown_table(head, rows)
+
+
+def off(name: str, value: float, limit: Limit) -> str:
+    """How far a value is from the limit: in mm for the transfer, else relative."""
+    if REPORTED[name].unit == "m":
+        return f"{(value - limit.value) * 1e3:+.2f} mm"
+    return f"{value / limit.value - 1:+.1%}" if limit.value else "-"
+
+
+def cost_table(results: Sequence[PassResult]) -> list[str]:
+    """Markdown: a row for each size: what it cost, its force history against the finest, hourglass energy."""
+    head = ["elements of", "elements", "steps", "core seconds", "force history, L2 to the finest", "hourglass energy"]
+    rows = [
+        [
+            size_words(size_of(r)),
+            str(r.cost.elements),
+            str(r.cost.steps),
+            f"{core_seconds(r):.0f}",
+            "-" if r is results[-1] else f"{history_error(r, results[-1]):.2%}",
+            hourglass(r),
+        ]
+        for r in results
+    ]
+    return markdown_table(head, rows)
+
+
+def hourglass(result: PassResult) -> str:
+    """Hourglass energy of all bodies over the internal energy."""
+    values = [row["value"] for row in result.trust.get("rows", ()) if row["name"].startswith("hourglass energy, all")]
+    return f"{values[0]:.1%}" if values else "-"
+
+
+def judges_table(base: PassResult, judged: dict[str, PassResult]) -> list[str]:
+    """Markdown: what each change does to the quantities of one size, and what it costs."""
+    values = {name: reported(result) for name, result in judged.items()}
+    rows = [
+        [
+            REPORTED[name].meaning,
+            own_cell(name, base),
+            *(off(name, own[name], Limit(REPORTED[name].of(base), 0.0, 0.0)) for own in values.values()),
+        ]
+        for name in NAMES
+        if REPORTED[name].of(base) > 0 and all(name in own for own in values.values())
+    ]
+    rows.append(["force history, L2", "-", *(f"{history_error(r, base):.2%}" for r in judged.values())])
+    rows.append(["hourglass energy", hourglass(base), *(hourglass(r) for r in judged.values())])
+    rows.append(["steps", str(base.cost.steps), *(str(r.cost.steps) for r in judged.values())])
+    rows.append(["core seconds", *(f"{core_seconds(r):.0f}" for r in (base, *judged.values()))])
+    return markdown_table(["quantity", f"elements of {size_words(size_of(base))}", *judged], rows)
+
+
+def page(results: Sequence[PassResult], base: PassResult | None, judged: dict[str, PassResult]) -> str:
+    """The Markdown of the study."""
+    lines = [*convergence_table(results), "", *cost_table(results), ""]
+    if base is not None:
+        lines += [*judges_table(base, judged), ""]
+    return "\n".join(lines)
+
+
+def main(
+    case: Path = typer.Option(None, help="case file; none: nose_transfer"),
+    out: Path = typer.Option(Path("passage_size"), help="folder of the runs, of table.md and of passage_size.png"),
+    sizes: str = typer.Option("6,4,3", help="element sizes [mm]"),
+    setting: list[str] = typer.Option(
+        [], "--set", help="KEY=VALUE in place of the case file's, e.g. scene.speed=60mph"
+    ),
+    judged: float = typer.Option(
+        None,
+        help="element size [mm] at which the pass is run unscaled, in a travelling window, and by the full element",
+    ),
+    quick: bool = typer.Option(False, help="80 mm over the nose alone"),
+):
+    """One pass at several element sizes: table of values with bars, orders and limits, and a figure."""
+    path, changes = case or example("nose_transfer"), {**(QUICK_STRETCH if quick else {}), **read_settings(setting)}
+    root = MPI.COMM_WORLD.rank == 0
+    quiet = lambda line: None
+    if root:
+        out.mkdir(parents=True, exist_ok=True)
+    MPI.COMM_WORLD.barrier()
+    results = run_sizes(path, changes, [float(size) * 1e-3 for size in sizes.split(",")], out, quiet)
+    base, others = None, {}
+    if judged is not None:
+        base = next((r for r in results if abs(size_of(r) - judged * 1e-3) < 1e-9), None)
+        if base is None:
+            base = run_at(path, changes, judged * 1e-3, out / f"{judged:g}mm", quiet)
+        for name, settings in JUDGES.items():
+            changed = changes | {f"run.{MODEL}.{key}": value for key, value in settings.items()}
+            others[name] = run_at(path, changed, judged * 1e-3, out / f"{judged:g}mm-{name.replace(' ', '_')}", quiet)
+    if root:
+        text = page(results, base, others)
+        write_text_atomically(out / "table.md", text)
+        draw_sizes(results, others, out / "passage_size.png")
+        typer.echo(text)
+        typer.echo(f"written: {out}/table.md, passage_size.png")
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

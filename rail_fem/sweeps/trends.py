@@ -49,11 +49,17 @@ class TrendError(ValueError):
 
 @dataclass(frozen=True)
 class Measure:
-    """A number of a result, NaN where it is not resolved; value * factor is in `unit`."""
+    """A number of a result, NaN where it is not resolved; value * factor is in `unit`. reported : its name among
+    rail_fem.output.quantities.REPORTED, under which a result has its error bar"""
 
     of: Callable[[PassResult], float]
     unit: str
     factor: float
+    reported: str = ""
+
+    def bar(self, result: PassResult) -> float:
+        """The result's error bar [SI], 0 where it claims none."""
+        return result.error_bars.get(self.reported, 0.0)
 
 
 def largest_dip(result: PassResult) -> float:
@@ -76,19 +82,19 @@ def swing(result: PassResult) -> float:
 
 
 MEASURES: dict[str, Measure] = {
-    "first impact": Measure(lambda r: peak(r, *FIRST_IMPACT), "kN", 1e-3),
-    "largest force": Measure(lambda r: peak(r, "largest_force"), "kN", 1e-3),
+    "first impact": Measure(lambda r: peak(r, *FIRST_IMPACT), "kN", 1e-3, "first_impact"),
+    "largest force": Measure(lambda r: peak(r, "largest_force"), "kN", 1e-3, "largest_force"),
     "largest leg force": Measure(lambda r: peak(r, "largest_force_leg"), "kN", 1e-3),
     "longest flight": Measure(lambda r: longest_flight(r).length if len(r.history["x"]) else np.nan, "mm", 1e3),
     "longest flight time": Measure(lambda r: longest_flight(r).duration if len(r.history["x"]) else np.nan, "ms", 1e3),
-    "largest wing force": Measure(lambda r: peak(r, "largest_force_wing"), "kN", 1e-3),
-    "largest nose force": Measure(lambda r: peak(r, "largest_force_nose"), "kN", 1e-3),
-    "nose strain": Measure(REPORTED["block_nose"].of, "%", 100.0),
-    "wing strain": Measure(REPORTED["block_wing"].of, "%", 100.0),
+    "largest wing force": Measure(lambda r: peak(r, "largest_force_wing"), "kN", 1e-3, "largest_force_wing"),
+    "largest nose force": Measure(lambda r: peak(r, "largest_force_nose"), "kN", 1e-3, "largest_force_nose"),
+    "nose strain": Measure(REPORTED["block_nose"].of, "%", 100.0, "block_nose"),
+    "wing strain": Measure(REPORTED["block_wing"].of, "%", 100.0, "block_wing"),
     "crossing dip": Measure(largest_dip, "mm", 1e3),
     "crossing depth": Measure(deepest, "mm", 1e3),
     "crossing swing": Measure(swing, "mm", 1e3),
-    "transfer x": Measure(lambda r: r.transfer_x, "mm", 1e3),
+    "transfer x": Measure(lambda r: r.transfer_x, "mm", 1e3, "transfer_x"),
 }
 
 
@@ -182,14 +188,23 @@ def load_source(path: Path) -> Source:
 @dataclass(frozen=True)
 class Finding:
     """What one model says of a trend. verdict : agrees, differs, same (no change above SAME);  values in the trend's
-    order, shown units"""
+    order, shown units, and their error bars, 0 where none is claimed"""
 
     model: str
     verdict: str
     values: tuple[float, ...]
+    bars: tuple[float, ...] = ()
+
+    @property
+    def sure(self) -> bool:
+        """Whether first and last value lie apart by more than their error bars."""
+        return abs(self.values[-1] - self.values[0]) > sum(self.bars[:1] + self.bars[-1:])
 
     def words(self, unit: str) -> str:
-        return f"{self.model} {self.verdict}: {', '.join(f'{v:.4g}' for v in self.values)} {unit}"
+        bars = self.bars or (0.0,) * len(self.values)
+        shown = [f"{v:.4g}" + (f" +- {bar:.2g}" if bar else "") for v, bar in zip(self.values, bars)]
+        within = "" if self.sure or not any(bars) else " (first and last are not apart by more than their bars)"
+        return f"{self.model} {self.verdict}: {', '.join(shown)} {unit}{within}"
 
 
 def check(trend: Trend, results: Results) -> list[Finding]:
@@ -200,7 +215,8 @@ def check(trend: Trend, results: Results) -> list[Finding]:
             measure.of(results[case][model]) if model in results.get(case, {}) else np.nan for case in trend.order
         ]
         if np.isfinite(values).all():
-            found.append(Finding(model, verdict(np.array(values)), tuple(measure.factor * v for v in values)))
+            bars = tuple(measure.factor * measure.bar(results[case][model]) for case in trend.order)
+            found.append(Finding(model, verdict(np.array(values)), tuple(measure.factor * v for v in values), bars))
     return found
 
 

@@ -1,5 +1,6 @@
 """Trends of a sweep: verdicts on numbers that are known, input errors of the file, and the page with its figures."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +65,21 @@ def test_a_rung_is_judged_only_where_it_has_all_cases():
     assert found.verdict == "agrees" and found.values == pytest.approx(
         (wave.max() - wave[0], 2 * (wave.max() - wave[0])), rel=1e-12
     )  # mm
+
+
+def test_values_are_told_with_their_bars_and_where_these_overlap():
+    trend = Trend(says="more", quantity="first impact", order=("a", "b"))
+    results = {
+        "a": {name: made(name, 1e5) for name in ("lumped", "fe_full")},
+        "b": {name: made(name, 1.2e5) for name in ("lumped", "fe_full")},
+    }
+    for case, bar in (("a", 5e3), ("b", 9e3)):
+        results[case]["fe_full"] = replace(results[case]["fe_full"], error_bars={"first_impact": bar})
+    light, full = check(trend, results)
+    assert light.words("kN") == "lumped agrees: 100, 120 kN"
+    assert full.sure and full.words("kN") == "fe_full agrees: 100 +- 5, 120 +- 9 kN"
+    results["b"]["fe_full"] = replace(results["b"]["fe_full"], error_bars={"first_impact": 15e3})
+    assert check(trend, results)[1].words("kN").endswith("(first and last are not apart by more than their bars)")
 
 
 def test_the_count_goes_by_the_most_expensive_model():

@@ -1,0 +1,122 @@
+"""Do the error bars of explicit passes hold? Scenes that the bars were not fitted on, each against elements of half the
+size.
+
+    rail-fem study error-bars --out bars            3 mm with its twin of 6 mm, held against 1.5 mm, over the nose
+    python -m rail_fem.studies.held_out_bars --sizes 4,2,1 --out bars
+
+A bar holds where the finer run's value lies within it. Asked for: 95 % of the quantities, and bars of at most four
+times the true difference in the median (a bar that is never wrong may say nothing). Runs that are there are not run
+again; bars are computed anew each time, so that a new rule can be judged without any run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import typer
+
+from rail_fem.atomic import write_text_atomically
+from rail_fem.case.examples import example
+from rail_fem.output.error_bars import error_bars
+from rail_fem.output.markdown import markdown_table
+from rail_fem.output.quantities import REPORTED, reported
+from rail_fem.output.result import PassResult
+from rail_fem.studies.size_series import MODEL, run_at
+
+NOSE = "290 mm", "430 mm"  # a worn P8 passes to the nose within this stretch
+SCENES = {
+    "100 mph": ({"scene.speed": "100 mph"}, NOSE),
+    "nominal P8": ({"scene.wheel.profile": "P8"}, ("250 mm", "390 mm")),
+    "nose four times as strong": ({"scene.materials.nose": {"grade": "Mn13", "strength": "400 %"}}, NOSE),
+    "freight wheel, 50 mph": ({"scene.vehicle.vehicle_sprung_mass": "92 t", "scene.speed": "50 mph"}, NOSE),
+    "trailing": ({"scene.direction": "trailing"}, NOSE[::-1]),
+}
+
+
+@dataclass(frozen=True)
+class Held:
+    """One quantity of one scene: its name, the bar and the true difference to the finer run [SI]."""
+
+    name: str
+    bar: float
+    error: float
+
+    @property
+    def holds(self) -> bool:
+        return self.error <= self.bar
+
+
+def held(result: PassResult, twin: PassResult, finer: PassResult) -> list[Held]:
+    """Each quantity that has a bar and that the finer run resolves."""
+    there, own = reported(finer), reported(result)
+    return [
+        Held(name, bar, abs(own[name] - there[name]))
+        for name, bar in error_bars(result, twin).items()
+        if name in there and not _told_twice(name, own)
+    ]
+
+
+def _told_twice(name: str, values: dict[str, float]) -> bool:
+    """The largest force anywhere is that of a body, and a first impact may be the largest on the nose."""
+    same = {"largest_force": ("largest_force_wing", "largest_force_nose"), "largest_force_nose": ("first_impact",)}
+    return any(values.get(other) == values[name] for other in same.get(name, ()))
+
+
+def median_ratio(found: Sequence[Held]) -> float:
+    """Bar over true difference in the median."""
+    return float(np.median([one.bar / max(one.error, 1e-300) for one in found])) if found else float("nan")
+
+
+def row(words: str, found: Sequence[Held]) -> list[str]:
+    """Of the table: how many, how many hold, the median of bar over difference, those that do not hold."""
+    missed = [f"{REPORTED[one.name].meaning} ({one.error / one.bar:.1f} bars off)" for one in found if not one.holds]
+    count = sum(one.holds for one in found)
+    return [
+        words,
+        str(len(found)),
+        f"{count} ({count / max(len(found), 1):.0%})",
+        f"{median_ratio(found):.1f}",
+        "; ".join(missed) or "-",
+    ]
+
+
+def table(found: dict[str, list[Held]]) -> str:
+    """Markdown: a row for each scene, and one for all."""
+    rows = [row(words, own) for words, own in found.items()]
+    rows.append(row("all", [one for own in found.values() for one in own]))
+    head = ["scene", "quantities", "within the bar", "bar over true difference, median", "not within"]
+    return "\n".join(markdown_table(head, rows)) + "\n"
+
+
+def main(
+    out: Path = typer.Option(Path("held_out_bars"), help="folder of the runs and of table.md"),
+    sizes: str = typer.Option("6,3,1.5", help="element sizes of twin, run and finer run [mm]"),
+    scene: list[str] = typer.Option([], help=f"only this one of: {'; '.join(SCENES)}; may be given several times"),
+    quick: bool = typer.Option(False, help="the first scene alone, 6, 4, 3 mm"),
+):
+    """How many of the error bars of explicit passes hold the answer of elements of half the size."""
+    wanted = scene or list(SCENES)[: 1 if quick else None]
+    if unknown := sorted(set(wanted) - set(SCENES)):
+        raise typer.BadParameter(f"{', '.join(unknown)}: no such scene; there are {'; '.join(SCENES)}")
+    scenes = {words: SCENES[words] for words in wanted}
+    chosen = [float(size) * 1e-3 for size in ("6,4,3" if quick else sizes).split(",")]
+    found = {}
+    for words, (changes, (start, end)) in scenes.items():
+        keys = {f"run.{MODEL}.start": start, f"run.{MODEL}.end": end}
+        folder = out / words.replace(" ", "_").replace(",", "")
+        twin, result, finer = (
+            run_at(example("nose_transfer"), changes | keys, size, folder / f"{size * 1e3:g}mm", lambda line: None)
+            for size in sorted(chosen, reverse=True)
+        )
+        found[words] = held(result, twin, finer)
+        typer.echo(" | ".join(row(words, found[words])))
+    text = table(found)
+    write_text_atomically(out / "table.md", text)
+    typer.echo(text)
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,112 @@
+"""One pass at several element sizes: its runs, and the limit that each reported quantity tends to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+from scipy.optimize import brentq
+
+from rail_fem.case.casefile import load_case
+from rail_fem.output.error_bars import ORDER, error_bars
+from rail_fem.output.quantities import REPORTED, reported
+from rail_fem.output.result import PassResult, load
+from rail_fem.run.job import run_case
+from rail_fem.static_fe.finite_series import extrapolated
+
+MODEL = "fe_full"
+ORDERS = 0.2, 6.0  # within which an order is looked for
+TWIN = 1.2, 2.6  # ratio of sizes with which the coarser run serves as the finer one's twin
+
+
+def run_at(
+    case_path: Path, changes: Mapping[str, Any], size: float, folder: Path, say: Callable[[str], None]
+) -> PassResult:
+    """The case with these changes at an element size [m], without a twin. Collective.
+
+    A run that the folder holds is not run again, one that was stopped or killed goes on.
+    Errors: JobError where the folder holds another case; RuntimeError for a run that failed.
+    """
+    keys = {f"run.{MODEL}.element_size": f"{size * 1e3:g} mm", f"run.{MODEL}.error_twin": False}
+    case = load_case(case_path, {**changes, **keys})
+    fault = run_case(case, MODEL, folder, True, False, say)
+    if fault:
+        raise RuntimeError(f"{folder}: {fault}")
+    MPI.COMM_WORLD.barrier()
+    return load(folder)
+
+
+def run_sizes(
+    case_path: Path, changes: Mapping[str, Any], sizes: Sequence[float], out: Path, say: Callable[[str], None]
+) -> list[PassResult]:
+    """Results at each size [m], coarse to fine, in folders such as out/2mm; bars by the next coarser one. Collective.
+    Errors: as `run_at`."""
+    ordered = sorted(sizes, reverse=True)
+    return with_twins([run_at(case_path, changes, size, out / f"{size * 1e3:g}mm", say) for size in ordered])
+
+
+def size_of(result: PassResult) -> float:
+    """Element size of an explicit run [m]."""
+    return float(result.settings["element_size"])
+
+
+def with_twins(results: Sequence[PassResult]) -> list[PassResult]:
+    """The same results, each with the error bars that the one among them nearest to twice its size gives; without bars
+    where there is none between TWIN."""
+    found = []
+    for result in results:
+        ratios = [(abs(math.log(size_of(one) / size_of(result) / 2)), one) for one in results]
+        near = [(away, one) for away, one in ratios if TWIN[0] <= size_of(one) / size_of(result) <= TWIN[1]]
+        bars = error_bars(result, min(near, key=lambda pair: pair[0])[1]) if near else {}
+        found.append(replace(result, error_bars=bars))
+    return found
+
+
+@dataclass(frozen=True)
+class Limit:
+    """What a quantity tends to as elements vanish.
+
+    value : by second order through the last three sizes [SI];  doubt : the largest miss of a point, or half of what is
+        added to the finest, whichever is more [SI]
+    order : observed with the last three; NaN where they do not approach a limit: the scatter is larger than the change
+    """
+
+    value: float
+    doubt: float
+    order: float
+
+
+def limit_of(sizes: Sequence[float], values: Sequence[float]) -> Limit:
+    """Of values at sizes (k,), coarse to fine."""
+    last = slice(-3, None)
+    value, doubt = extrapolated(np.array(sizes[last]), np.array(values[last]), ORDER)
+    return Limit(value, doubt, observed_order(sizes[last], values[last]))
+
+
+def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float:
+    """Order p with which three values approach a limit, value = limit + c size^p, at any three sizes; NaN for values
+    that do not, for fewer, or where p is outside ORDERS."""
+    if len(sizes) < 3:
+        return math.nan
+    (h1, h2, h3), (f1, f2, f3) = (tuple(map(float, three[-3:])) for three in (sizes, values))
+    if not (f1 - f2) * (f2 - f3) > 0:
+        return math.nan
+    ratio = (f1 - f2) / (f2 - f3)
+    excess = lambda p: (h1**p - h2**p) / (h2**p - h3**p) - ratio
+    low, high = ORDERS
+    return float(brentq(excess, low, high)) if excess(low) * excess(high) < 0 else math.nan
+
+
+def limits(results: Sequence[PassResult]) -> dict[str, Limit]:
+    """Of the quantities that all results resolve and any has more than nothing of, by name [SI]."""
+    values, sizes = [reported(result) for result in results], [size_of(result) for result in results]
+    return {
+        name: limit_of(sizes, [own[name] for own in values])
+        for name in REPORTED
+        if all(name in own for own in values) and any(own[name] for own in values)
+    }

@@ -1,0 +1,88 @@
+"""The study of element sizes: orders and limits on what has exact ones, its page and figure, runs that are kept."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rail_fem.output.error_bars import error_bars
+from rail_fem.output.quantities import REPORTED
+from rail_fem.studies import passage_size, size_series
+from rail_fem.studies.size_figure import draw_sizes
+from tests.rail_fem.test_error_bars import FORCE, MM, TRANSFER, at_size
+
+SIZES = [4 * MM, 2 * MM, 1 * MM]
+
+
+@pytest.mark.parametrize("order", [0.7, 1.0, 2.0, 3.0])
+@pytest.mark.parametrize("sizes", [SIZES, [3e-3, 2e-3, 1.5e-3], [5e-3, 3e-3, 0.5e-3]])
+def test_the_observed_order_is_that_of_the_values_at_any_sizes(order, sizes):
+    values = [7.0 - 3e4 * size**order for size in sizes]
+    assert size_series.observed_order(sizes, values) == pytest.approx(order, rel=1e-8)
+
+
+@pytest.mark.parametrize("values", [[1.0, 2.0, 1.5], [1.0, 1.0, 1.0], [1.0, 2.0], [1.0, 1.0 + 1e-9, 3.0]])
+def test_values_that_approach_no_limit_have_no_order(values):
+    """They turn back, do not change, are too few, or run away."""
+    assert np.isnan(size_series.observed_order(SIZES[: len(values)], values))
+
+
+def test_the_limit_of_second_order_values_is_exact():
+    limit = size_series.limit_of(SIZES, [5.0 + 2e5 * size**2 for size in SIZES])
+    assert limit.value == pytest.approx(5.0, rel=1e-12) and limit.order == pytest.approx(2.0)
+    assert limit.doubt == pytest.approx(2e5 * SIZES[-1] ** 2 / 2)
+
+
+def test_values_that_scatter_widen_the_doubt():
+    smooth = [5.0 + 2e5 * size**2 for size in SIZES]
+    rough = [smooth[0], smooth[1] + 0.3, smooth[2]]
+    assert size_series.limit_of(SIZES, rough).doubt > size_series.limit_of(SIZES, smooth).doubt
+
+
+def test_bars_are_those_of_the_next_coarser_run_where_it_may_serve_as_twin():
+    series = [at_size(size) for size in (6 * MM, *SIZES)]
+    found = size_series.with_twins(series)
+    assert not found[0].error_bars
+    for finer, coarser in ((1, 0), (2, 1), (3, 2)):
+        assert found[finer].error_bars == error_bars(series[finer], series[coarser])
+    assert not size_series.with_twins([at_size(4 * MM), at_size(1 * MM)])[1].error_bars
+
+
+@pytest.fixture(scope="module")
+def series():
+    whole = {"start": 0.29, "end": 0.43}
+    return size_series.with_twins([replace(at_size(size), settings={"element_size": size, **whole}) for size in SIZES])
+
+
+def test_the_page_tells_values_orders_limits_and_what_each_choice_changes(series):
+    judged = {"element full": at_size(2 * MM, 0.5)}
+    lines = passage_size.page(series, series[1], judged).splitlines()
+    first = next(line for line in lines if line.startswith("| first impact")).split(" | ")
+    assert first[4] == "2.0" and first[5].startswith(f"{FORCE / 1e3:.1f} +- ")
+    assert first[6] == "+32.0%, +8.0%, +2.0% |"
+    transfer = next(line for line in lines if line.startswith("| transfer")).split(" | ")
+    assert transfer[5].startswith(f"{TRANSFER * 1e3:.2f} +- ") and transfer[6] == "+4.00 mm, +1.00 mm, +0.25 mm |"
+    changed = [line for line in lines if line.startswith("| first impact")][1]
+    assert changed.endswith(f"| {1.04 / 1.08 - 1:+.1%} |")
+    assert not any(line.startswith("| volume with more than 3 %") for line in lines)  # nothing at any size
+
+
+def test_the_figure_is_drawn_with_what_there_is(series, tmp_path):
+    path = draw_sizes(series, {"element full": at_size(2 * MM, 0.5)}, tmp_path / "sizes.png")
+    assert path.stat().st_size > 20_000
+
+
+def test_a_run_that_is_there_is_not_run_again_and_one_that_was_cut_goes_on(tmp_path):
+    """On a few millimetres of the wing, elements of 6 mm."""
+    said: list[str] = []
+    short = {"run.fe_full.start": "95 mm", "run.fe_full.end": "125 mm", "run.fe_full.max_steps": 40}
+    where = passage_size.example("nose_transfer")
+    (cut,) = size_series.run_sizes(where, short, [6 * MM], tmp_path, said.append)
+    assert cut.cut_off and (tmp_path / "6mm" / "checkpoint.npz").is_file()
+    short["run.fe_full.max_steps"] = 80
+    (more,) = size_series.run_sizes(where, short, [6 * MM], tmp_path, said.append)
+    assert more.cost.steps == 80 and len(more.history["x"]) > len(cut.history["x"])
+    written = (tmp_path / "6mm" / "result.json").stat().st_mtime_ns
+    (again,) = size_series.run_sizes(where, short, [6 * MM], tmp_path, said.append)
+    assert (tmp_path / "6mm" / "result.json").stat().st_mtime_ns == written
+    assert REPORTED["transfer_x"].of(again) != REPORTED["transfer_x"].of(again)  # nothing is claimed of a cut run
