@@ -10,6 +10,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from bem.patch import Patch
 from rail_fem.light.patch_methods import MethodRow
+from rail_fem.output.extrapolation import extrapolated
 from rail_fem.output.progress import duration
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone
 from rail_fem.static_fe.solid_contact import FinitePatch, Report, finite_patch
@@ -62,17 +63,6 @@ def finite_series(
 
 def to_stderr(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
-
-
-def extrapolated(sizes: np.ndarray, values: np.ndarray, order: float) -> tuple[float, float]:
-    """Limit for size 0 of value = limit + c size^order by least squares through all, and the largest miss of a point,
-    or half the last step, whichever is more."""
-    sizes, values = np.asarray(sizes, float), np.asarray(values, float)
-    if len(values) < 2:
-        return float(values[-1]), float("nan")
-    powers = np.column_stack([np.ones(len(sizes)), sizes**order])
-    (limit, slope), *_ = np.linalg.lstsq(powers, values, rcond=None)
-    return float(limit), float(max(np.abs(powers @ [limit, slope] - values).max(), abs(limit - values[-1]) / 2))
 
 
 def limit_row(series: list[FinitePatch], last: int = 3) -> tuple[MethodRow, dict[str, float]]:

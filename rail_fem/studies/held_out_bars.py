@@ -20,6 +20,7 @@ import typer
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.case.examples import example
+from rail_fem.launcher import rank
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED, reported
@@ -112,10 +113,10 @@ def main(
             for size in sorted(chosen, reverse=True)
         )
         found[words] = held(result, twin, finer)
-        typer.echo(" | ".join(row(words, found[words])))
-    text = table(found)
-    write_text_atomically(out / "table.md", text)
-    typer.echo(text)
+    if rank() == 0:
+        text = table(found)
+        write_text_atomically(out / "table.md", text)
+        typer.echo(text)
 
 
 if __name__ == "__main__":

@@ -17,24 +17,25 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import typer
-from mpi4py import MPI
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.case.examples import example
 from rail_fem.case.variations import read_settings
+from rail_fem.launcher import rank
+from rail_fem.output.extrapolation import Limit
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import FORCES, REPORTED, reported
 from rail_fem.output.result import PassResult
 from rail_fem.scene.units import SHOWN
 from rail_fem.show.metal import CUBIC_MM
 from rail_fem.studies.size_figure import draw_sizes
-from rail_fem.studies.size_series import MODEL, Limit, limits, run_at, run_sizes, size_of
+from rail_fem.studies.size_series import MODEL, limits, run_at, run_sizes, size_of
 from rail_fem.sweeps.compare import core_seconds, history_error
 
 WINDOW = "60 mm"
 # what makes a pass less expensive, or judges it: name -> changed settings
 JUDGES = {
-    "as in steel": {"mass_scaling": 1},
+    "no mass scaling": {"mass_scaling": 1},
     f"window of {WINDOW}": {"window_ahead": WINDOW, "window_behind": WINDOW},
     "element full": {"element": "full"},
 }
@@ -152,11 +153,7 @@ def main(
 ):
     """One pass at several element sizes: table of values with bars, orders and limits, and a figure."""
     path, changes = case or example("nose_transfer"), {**(QUICK_STRETCH if quick else {}), **read_settings(setting)}
-    root = MPI.COMM_WORLD.rank == 0
     quiet = lambda line: None
-    if root:
-        out.mkdir(parents=True, exist_ok=True)
-    MPI.COMM_WORLD.barrier()
     results = run_sizes(path, changes, [float(size) * 1e-3 for size in sizes.split(",")], out, quiet)
     base, others = None, {}
     if judged is not None:
@@ -166,7 +163,7 @@ def main(
         for name, settings in JUDGES.items():
             changed = changes | {f"run.{MODEL}.{key}": value for key, value in settings.items()}
             others[name] = run_at(path, changed, judged * 1e-3, out / f"{judged:g}mm-{name.replace(' ', '_')}", quiet)
-    if root:
+    if rank() == 0:
         text = page(results, base, others)
         write_text_atomically(out / "table.md", text)
         draw_sizes(results, others, out / "passage_size.png")

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from rail_fem.output.extrapolation import Limit
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import PassResult
 from rail_fem.scene.units import SHOWN, show
 from rail_fem.show.metal import CUBIC_MM
 from rail_fem.show.style import CURVES, GREY, TOTAL, lettering, new_figure, save, scene_words
-from rail_fem.studies.size_series import Limit, limits, size_of
+from rail_fem.studies.size_series import limits, size_of
 
 PANELS = (
     ("first_impact", "largest_force_wing", "largest_force_nose", "transfer_x"),
@@ -52,7 +53,8 @@ def draw_sizes(results: Sequence[PassResult], judged: Mapping[str, PassResult], 
         figure.legend(handles, words, loc="lower center", ncols=3)
         first, settings = results[0], results[0].settings
         stretch = f"x = {settings['start'] * 1e3:g} to {settings['end'] * 1e3:g} mm"
-        figure.suptitle(f"One pass at several element sizes, {stretch}\n{scene_words(first.scene)}", fontsize=14)
+        what = f"One pass at several element sizes, {stretch} (PEEQ: equivalent plastic strain)"
+        figure.suptitle(f"{what}\n{scene_words(first.scene)}", fontsize=14)
         return save(figure, path)
 
 

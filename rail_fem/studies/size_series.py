@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from mpi4py import MPI
-from scipy.optimize import brentq
-
 from rail_fem.case.casefile import load_case
+from rail_fem.launcher import on_root
 from rail_fem.output.error_bars import ORDER, error_bars
+from rail_fem.output.extrapolation import Limit, limit_of
 from rail_fem.output.quantities import REPORTED, reported
 from rail_fem.output.result import PassResult, load
 from rail_fem.run.job import run_case
-from rail_fem.static_fe.finite_series import extrapolated
 
 MODEL = "fe_full"
-ORDERS = 0.2, 6.0  # within which an order is looked for
 TWIN = 1.2, 2.6  # ratio of sizes with which the coarser run serves as the finer one's twin
 
 
@@ -37,8 +33,7 @@ def run_at(
     fault = run_case(case, MODEL, folder, True, False, say)
     if fault:
         raise RuntimeError(f"{folder}: {fault}")
-    MPI.COMM_WORLD.barrier()
-    return load(folder)
+    return on_root(lambda: load(folder))
 
 
 def run_sizes(
@@ -67,46 +62,11 @@ def with_twins(results: Sequence[PassResult]) -> list[PassResult]:
     return found
 
 
-@dataclass(frozen=True)
-class Limit:
-    """What a quantity tends to as elements vanish.
-
-    value : by second order through the last three sizes [SI];  doubt : the largest miss of a point, or half of what is
-        added to the finest, whichever is more [SI]
-    order : observed with the last three; NaN where they do not approach a limit: the scatter is larger than the change
-    """
-
-    value: float
-    doubt: float
-    order: float
-
-
-def limit_of(sizes: Sequence[float], values: Sequence[float]) -> Limit:
-    """Of values at sizes (k,), coarse to fine."""
-    last = slice(-3, None)
-    value, doubt = extrapolated(np.array(sizes[last]), np.array(values[last]), ORDER)
-    return Limit(value, doubt, observed_order(sizes[last], values[last]))
-
-
-def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float:
-    """Order p with which three values approach a limit, value = limit + c size^p, at any three sizes; NaN for values
-    that do not, for fewer, or where p is outside ORDERS."""
-    if len(sizes) < 3:
-        return math.nan
-    (h1, h2, h3), (f1, f2, f3) = (tuple(map(float, three[-3:])) for three in (sizes, values))
-    if not (f1 - f2) * (f2 - f3) > 0:
-        return math.nan
-    ratio = (f1 - f2) / (f2 - f3)
-    excess = lambda p: (h1**p - h2**p) / (h2**p - h3**p) - ratio
-    low, high = ORDERS
-    return float(brentq(excess, low, high)) if excess(low) * excess(high) < 0 else math.nan
-
-
 def limits(results: Sequence[PassResult]) -> dict[str, Limit]:
     """Of the quantities that all results resolve and any has more than nothing of, by name [SI]."""
     values, sizes = [reported(result) for result in results], [size_of(result) for result in results]
     return {
-        name: limit_of(sizes, [own[name] for own in values])
+        name: limit_of(sizes, [own[name] for own in values], ORDER)
         for name in REPORTED
         if all(name in own for own in values) and any(own[name] for own in values)
     }

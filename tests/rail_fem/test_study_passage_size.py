@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rail_fem.output.error_bars import error_bars
+from rail_fem.output.extrapolation import limit_of, observed_order
 from rail_fem.output.quantities import REPORTED
 from rail_fem.studies import passage_size, size_series
 from rail_fem.studies.size_figure import draw_sizes
@@ -18,17 +19,17 @@ SIZES = [4 * MM, 2 * MM, 1 * MM]
 @pytest.mark.parametrize("sizes", [SIZES, [3e-3, 2e-3, 1.5e-3], [5e-3, 3e-3, 0.5e-3]])
 def test_the_observed_order_is_that_of_the_values_at_any_sizes(order, sizes):
     values = [7.0 - 3e4 * size**order for size in sizes]
-    assert size_series.observed_order(sizes, values) == pytest.approx(order, rel=1e-8)
+    assert observed_order(sizes, values) == pytest.approx(order, rel=1e-8)
 
 
 @pytest.mark.parametrize("values", [[1.0, 2.0, 1.5], [1.0, 1.0, 1.0], [1.0, 2.0], [1.0, 1.0 + 1e-9, 3.0]])
 def test_values_that_approach_no_limit_have_no_order(values):
     """They turn back, do not change, are too few, or run away."""
-    assert np.isnan(size_series.observed_order(SIZES[: len(values)], values))
+    assert np.isnan(observed_order(SIZES[: len(values)], values))
 
 
 def test_the_limit_of_second_order_values_is_exact():
-    limit = size_series.limit_of(SIZES, [5.0 + 2e5 * size**2 for size in SIZES])
+    limit = limit_of(SIZES, [5.0 + 2e5 * size**2 for size in SIZES], 2.0)
     assert limit.value == pytest.approx(5.0, rel=1e-12) and limit.order == pytest.approx(2.0)
     assert limit.doubt == pytest.approx(2e5 * SIZES[-1] ** 2 / 2)
 
@@ -36,7 +37,7 @@ def test_the_limit_of_second_order_values_is_exact():
 def test_values_that_scatter_widen_the_doubt():
     smooth = [5.0 + 2e5 * size**2 for size in SIZES]
     rough = [smooth[0], smooth[1] + 0.3, smooth[2]]
-    assert size_series.limit_of(SIZES, rough).doubt > size_series.limit_of(SIZES, smooth).doubt
+    assert limit_of(SIZES, rough, 2.0).doubt > limit_of(SIZES, smooth, 2.0).doubt
 
 
 def test_bars_are_those_of_the_next_coarser_run_where_it_may_serve_as_twin():

@@ -8,8 +8,8 @@ from bem.exact.hertz import point_contact
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import ContactInputError
 from geometry.meshing.hexmesh import MeshError
+from rail_fem.output.extrapolation import extrapolated
 from rail_fem.static_fe.box_inverse import BoxInverse
-from rail_fem.static_fe.finite_series import extrapolated
 from rail_fem.static_fe.solid_blocks import BlockPair, FineZone, block, facing_blocks
 from rail_fem.static_fe.solid_contact import finite_patch
 from rail_fem.static_fe.solid_stiffness import stiffness
