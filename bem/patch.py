@@ -210,6 +210,13 @@ class Patch:
         return self.contact_area * np.count_nonzero(self.stick) / np.count_nonzero(self.contact)
 
     @property
+    def closure(self) -> float:
+        """Approach less the least gap [m]. Raises ContactInputError for a closed form, which has no gap."""
+        if self.gap is None:
+            raise ContactInputError(f"{self.method}: a closed form carries no gap")
+        return float(self.approach - self.gap.min())
+
+    @property
     def max_pressure(self) -> float:
         return float(self.pressure.max())
 

@@ -32,7 +32,7 @@ def patch_figure(patch: Patch, path: str | None = None):
     axes[0, 0].set_title(
         f"{patch.method}: {patch.normal_force / 1e3:.4g} kN, {patch.max_pressure * _MPA:.0f} MPa", fontsize=9
     )
-    if solved:
+    if patch.traction is not None:
         size = np.hypot(patch.traction[..., 0], patch.traction[..., 1])
         _map(figure, axes[0, 1], patch, size * _MPA, "tangential traction [MPa]", "magma")
         _arrows(axes[0, 1], patch, patch.traction)
@@ -84,8 +84,9 @@ def _stick_map(axes, patch: Patch) -> None:
         vmax=1,
         aspect="equal",
     )
-    if patch.slip is not None and patch.sliding.any():
-        _arrows(axes, patch, np.where(patch.sliding[..., None], patch.slip, 0.0))
+    sliding = patch.sliding
+    if patch.slip is not None and sliding is not None and sliding.any():
+        _arrows(axes, patch, np.where(sliding[..., None], patch.slip, 0.0))
     share = np.count_nonzero(patch.stick) / max(1, np.count_nonzero(patch.contact))
     axes.legend(
         handles=[

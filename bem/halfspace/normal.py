@@ -160,7 +160,7 @@ def _estimate(coarser: Patch | None, coarse: Patch, fine: Patch, by_load: bool) 
     def bound(quantity: Callable[[Patch], float]) -> float:
         return error_bound(quantity(fine), quantity(coarse), None if coarser is None else quantity(coarser))
 
-    normal = bound(lambda patch: patch.approach - patch.gap.min() if by_load else patch.normal_force)
+    normal = bound(lambda patch: patch.closure if by_load else patch.normal_force)
     area = np.hypot(_AREA_SHARE * bound(lambda patch: patch.contact_area), edge_share(fine.pressure, _AREA_STAIRS))
     return ErrorEstimate(
         _PRESSURE_SHARE * bound(lambda patch: patch.max_pressure),

@@ -44,7 +44,8 @@ def position_grid(
     for _ in range(_MAX_ROUNDS):
         grid = Grid.over(*box, *search_cells)
         found, resolved, contact = _narrow(evaluate_gap(gap, grid), grid, pair, load, approach)
-        found = tuple((max(low, limit[0]), min(high, limit[1])) for (low, high), limit in zip(found, window))
+        across_x, across_y = ((max(low, limit[0]), min(high, limit[1])) for (low, high), limit in zip(found, window))
+        found = across_x, across_y
         if resolved:
             return _lay(found, window, cells, search_cells)
         if _settled(found, box):

@@ -18,7 +18,7 @@ from scipy import fft
 
 from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
 from bem.material import Pair
-from bem.patch import Grid, NoContactError
+from bem.patch import ContactInputError, Grid, NoContactError
 from kernel_cache import njit
 
 _INNER_STEPS = 6  # conjugate-gradient steps before the contact set is looked at again
@@ -76,11 +76,14 @@ def solve_pressure(
     area = operator.grid.cell_area
     total = None if load is None else load / area
     lowest = float(gap.min())
-    if total is None and approach <= lowest:
-        raise NoContactError(
-            f"approach {approach:g} m does not close the least gap {lowest:g} m: no contact; "
-            f"raise the approach above it"
-        )
+    if total is None:
+        if approach is None:
+            raise ContactInputError("neither load nor approach: give one of them")
+        if approach <= lowest:
+            raise NoContactError(
+                f"approach {approach:g} m does not close the least gap {lowest:g} m: no contact; "
+                f"raise the approach above it"
+            )
     gap = gap - lowest  # a small approach on a large gap would drown in its digits
     approach = None if approach is None else approach - lowest
     pressure = None if start is None else np.where(np.isfinite(gap), start, 0.0)

@@ -126,7 +126,7 @@ def _solve(
     notes: tuple[str, ...],
 ) -> Patch:
     started = time.perf_counter()
-    force = tuple(force)
+    force = force[0], force[1]
     check_force(force, friction * patch.normal_force)
     problem = _Problem(
         patch.grid,
@@ -231,11 +231,11 @@ def _turns(problem: _Problem, pair: Pair, tolerance: float) -> tuple[FrictionSol
     coupling = CouplingOperator(problem.grid, pair)
     operator = NormalOperator(problem.grid, pair)
     load = problem.pressure.sum() * problem.grid.cell_area
-    solution, iterations = None, 0
+    solution = _tangential(problem, pair, coupling, None, tolerance)
     for turn in range(1, _MAX_TURNS + 1):
-        solution = _tangential(problem, pair, coupling, solution, tolerance)
-        iterations += solution.iterations
-        solution = replace(solution, iterations=iterations)
+        if turn > 1:
+            again = _tangential(problem, pair, coupling, solution, tolerance)
+            solution = replace(again, iterations=solution.iterations + again.iterations)
         if not (problem.pressure > 0).any():
             return solution, problem, turn
         moved = problem.gap + coupling.normal_displacement(solution.traction)
@@ -398,7 +398,7 @@ def _coarsened(problem: _Problem, pair: Pair) -> _Problem:
 
 
 def _convergence_notes(solution: FrictionSolution, turns: int, tolerance: float) -> tuple[str, ...]:
-    notes = ()
+    notes: tuple[str, ...] = ()
     if solution.residual > tolerance:
         notes += (
             (

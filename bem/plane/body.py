@@ -112,14 +112,15 @@ class CondensedBody:
         self, amplitude: np.ndarray, motion: np.ndarray | None = None, about: np.ndarray | None = None
     ) -> BoundarySolution:
         """Field under load patterns of the given amplitude (m,), with a rigid motion (x, y, rotation) about a point
-        added."""
+        (None: the origin) added."""
         n = self.mesh.densities
         shift = self.shift @ amplitude
         rotation = 0.0
         if motion is not None:
             rotation = float(motion[2])
-            shift = shift + motion[:2] + rotation * np.array([about[1], -about[0]])
-        loads = ()
+            pivot = np.zeros(2) if about is None else about
+            shift = shift + motion[:2] + rotation * np.array([pivot[1], -pivot[0]])
+        loads: tuple[PointLoad, ...] = ()
         if self.body.hub is not None:
             x, y, moment = self.reaction @ amplitude
             loads = (PointLoad(self.body.hub, (x, y), moment),)

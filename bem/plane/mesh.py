@@ -148,7 +148,8 @@ def _loop_vertices(curves, size) -> tuple[list[np.ndarray], list[np.ndarray], li
 
 def mesh_outline(outline: Outline, size: Callable[[np.ndarray], np.ndarray]) -> BoundaryMesh:
     """Divide an outline into straight elements of about the wanted size (a Sizing, or any function of points)."""
-    vertices, directions, names, following = [], [], [], []
+    vertices, directions, following = [], [], []
+    names: list[str] = []
     for curves in outline.curves:
         points, along, labels = _loop_vertices(curves, size)
         if len(labels) < 3:

@@ -161,7 +161,7 @@ class PlasticHalfSpace:
 def strain_warnings(body: PlasticBody) -> tuple[str, ...]:
     """Where small strain on a flat half-space, or Poisson's ratio, makes an answer doubtful."""
     worst = float(body.state.peeq.max())
-    large = ()
+    large: tuple[str, ...] = ()
     if worst > LARGE_STRAIN:
         large = (
             f"plastic strain up to {worst:.1%}: above {LARGE_STRAIN:.0%} small-strain theory and the flat surface are"

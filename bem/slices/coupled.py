@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import fft
@@ -64,7 +64,7 @@ class SlicePatch(Patch):
 
     points: np.ndarray | None = None
     normals: np.ndarray | None = None
-    direction: np.ndarray | None = None
+    direction: np.ndarray = field(default_factory=lambda: np.array([0.0, -1.0]))
     initial_approach: np.ndarray | None = None
     seconds: dict[str, float] | None = None
 
@@ -274,7 +274,7 @@ def _solve_on(problem: _Problem, grid: Grid, corrections: list[Flexibility]) -> 
         along = anew
         solution = _pressed(problem, operator, along, solution.pressure)
         iterations += solution.iterations
-    notes = (
+    notes: tuple[str, ...] = (
         ()
         if solution.converged
         else (

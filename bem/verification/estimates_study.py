@@ -82,7 +82,7 @@ def normal_case(draw: np.random.Generator) -> list[Row]:
 
 def _normal_rows(method: str, patch: Patch, fine: Patch, by_load: bool) -> list[Row]:
     normal = (
-        relative_change(patch.approach - patch.gap.min(), fine.approach - fine.gap.min())
+        relative_change(patch.closure, fine.closure)
         if by_load
         else relative_change(patch.normal_force, fine.normal_force)
     )

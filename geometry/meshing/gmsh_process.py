@@ -16,7 +16,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
+from typing import IO, TypeVar, cast
 
 from geometry.meshing.hexmesh import MeshError
 
@@ -62,9 +62,10 @@ def in_gmsh_process(function: Callable[..., Answer], *arguments) -> Answer:
         watch = threading.Timer(LONGEST, child.kill)
         watch.start()
         try:
-            pickle.dump((function, arguments), child.stdin)
-            child.stdin.flush()
-            well, answer = pickle.load(child.stdout)
+            asked, answered = cast(IO[bytes], child.stdin), cast(IO[bytes], child.stdout)
+            pickle.dump((function, arguments), asked)
+            asked.flush()
+            well, answer = pickle.load(answered)
         except (OSError, EOFError, pickle.UnpicklingError):
             child.kill()
             raise MeshError(

@@ -126,7 +126,8 @@ def spikes(points: np.ndarray, least: float, most: int) -> list[int]:
     A spike turns the line to and fro: with the point put on that cubic the line turns by less than a third as much. At
     a corner it turns on.
     """
-    points, found = points.copy(), []
+    points = points.copy()
+    found: list[int] = []
     for _ in range(most):
         position = between_neighbours(points)
         off = np.hypot(*(position - points[2:-2]).T)

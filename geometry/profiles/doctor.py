@@ -54,7 +54,7 @@ class Diagnosis:
     raw_points: np.ndarray
     findings: list[Finding] = field(default_factory=list)
     noise: float = 0.0
-    profile: Profile | None = None
+    profile: Profile = field(init=False)
 
     def say(self, weight: str, text: str) -> None:
         self.findings.append(Finding(weight, text))

@@ -19,8 +19,8 @@ def smoothed(
     sharply than its noise explains is a corner that lay between points; at any other the point was an outlier, and the
     cubic through its neighbours takes its place.
     """
-    corners = np.asarray(corners, int)
-    cuts, known = corners, {}
+    corners = cuts = np.asarray(corners, int)
+    known: dict[tuple[int, int], np.ndarray] = {}
     for _ in range(len(points) // 8):
         move = displacements(points, cuts, known, amount)
         far, ends = np.hypot(*move.T), np.concatenate([[0], cuts, [len(points) - 1]]).astype(int)

@@ -182,7 +182,8 @@ class RailSurface:
         the gauge faces."""
         made = []
         for label, bodies in (("wing", sections.wings), ("nose", sections.noses)):
-            keep = [i for i, b in enumerate(bodies) if b is not None and first <= sections.x[i] <= last]
+            within = [(i, b) for i, b in enumerate(bodies) if b is not None and first <= sections.x[i] <= last]
+            keep = [i for i, _ in within]
             if len(keep) < 2:
                 continue
             if np.any(np.diff(keep) > 1):
@@ -190,8 +191,8 @@ class RailSurface:
                     f"{label}: missing in the section at x ="
                     f" {sections.x[keep[int(np.argmax(np.diff(keep) > 1))] + 1]:g} m between others that have it"
                 )
-            x, faces = sections.x[keep], np.array([bodies[i].face for i in keep])
-            lines = [_smooth(np.column_stack([bodies[i].u + bodies[i].face, bodies[i].z]), label) for i in keep]
+            x, faces = sections.x[keep], np.array([b.face for _, b in within])
+            lines = [_smooth(np.column_stack([b.u + b.face, b.z]), label) for _, b in within]
             made.append(LoftedBody.through(x, lines, faces, label=label, limited=True))
         if not made:
             raise ProfileError(f"fewer than 2 sections between x = {first:g} and {last:g} m")
@@ -262,12 +263,11 @@ def _cast_body(crossing: CastCrossing, body: str, x: np.ndarray, refined: int) -
         else (crossing.nose_section, crossing.nose_features)
     )
     count = features["shoulder" if body == "wing" else "field face"]
-    y = np.array(
-        [
-            np.interp(np.arange(count * refined + 1) / refined, np.arange(count + 1), section(at)[: count + 1, 0])
-            for at in x
-        ]
-    )
+    lines = [(at, section(at)) for at in x]
+    if absent := [at for at, line in lines if line is None]:
+        raise ProfileError(f"{body}: there is none at x = {absent[0]:g} m, begin behind it")
+    at = np.arange(count * refined + 1) / refined
+    y = np.array([np.interp(at, np.arange(count + 1), line[: count + 1, 0]) for _, line in lines if line is not None])
     y = np.maximum.accumulate(y, axis=1) + 1e-9 * np.arange(y.shape[1])
     height = lambda shift: crossing.top_height(x[:, None], y + shift, body)
     at = height(0.0)

@@ -132,9 +132,10 @@ class MeasuredCrossing:
 
     def _grid(self, name: str, bodies: tuple[Body | None, ...]) -> BodyGrid:
         keep = [i for i, body in enumerate(bodies) if body is not None]
+        kept = [body for body in bodies if body is not None]
         if len(keep) < 2:
             return no_body()
-        x, kept = self.sections.x[keep], [bodies[i] for i in keep]
+        x = self.sections.x[keep]
         if self.extended:
             ahead, behind = keep[0] == 0, keep[-1] == len(bodies) - 1
             x = np.concatenate([[x[0] - BEYOND] * ahead, x, [x[-1] + BEYOND] * behind])

@@ -2,7 +2,7 @@
 
 import difflib
 from collections.abc import Iterable
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, cast, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -91,7 +91,7 @@ def _is_model(annotation: Any) -> bool:
 
 def _model_at(section: type[BaseModel], position: tuple) -> type[BaseModel]:
     for name in position:
-        section = section.model_fields[name].annotation
+        section = cast(type[BaseModel], section.model_fields[name].annotation)
     return section
 
 

@@ -85,7 +85,9 @@ def _key(entry: Any, made: dict[str, Any], definitions: dict[str, Any]) -> dict[
     one = _quantity(quantity)
     listed = "array" in str(made)
     default = entry.default if isinstance(entry.default, float) else None
-    told = {"description": f"{meaning(entry)}; {quantity.range()}" + _default_words(entry, quantity)}
+    told: dict[str, str | float] = {
+        "description": f"{meaning(entry)}; {quantity.range()}" + _default_words(entry, quantity)
+    }
     if default is not None:
         told["default"] = quantity.show(default) if quantity.unit else default
     return ({"type": "array", "items": one} if listed else one) | told

@@ -101,7 +101,7 @@ def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mappin
     arrays["block_work"] = gather_rows(comm, finite, _block_works(s), domain.m_global)
     parts = np.concatenate([np.atleast_1d(getattr(dynamics, name)) for name in dynamics.SUMMED])
     arrays["summed"] = gather_rows(comm, np.array([comm.rank]), parts[None], comm.size)
-    plain = {}
+    plain: dict = {}
     for key, leaf in gather_state(owner).items():
         (arrays if isinstance(leaf, np.ndarray) else plain)[key] = leaf
     message = None

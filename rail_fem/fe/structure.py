@@ -30,7 +30,11 @@ class Structure:
     """
 
     STATE = ("damping",)
-    NODAL = ("x", "v", "force")  # (3 n_nodes,), and the elements' state and works: rail_fem.fe.checkpoint
+    NODAL: tuple[str, ...] = (
+        "x",
+        "v",
+        "force",
+    )  # (3 n_nodes,), and the elements' state and works: rail_fem.fe.checkpoint
     SCRATCH = ("u", "smallest_volume")
 
     def __init__(

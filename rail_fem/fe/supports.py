@@ -5,6 +5,7 @@ All numbers here are replicated: every rank does the same few operations on them
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -129,7 +130,7 @@ class Supports:
 
     STATE = ("groups", "links")
 
-    def __init__(self, groups: list[RigidGroup], links: list[Link] = ()):
+    def __init__(self, groups: list[RigidGroup], links: Sequence[Link] = ()):
         self.groups, self.links = list(groups), list(links)
 
     def advance(self, reactions: np.ndarray, dt: float) -> None:

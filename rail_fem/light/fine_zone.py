@@ -90,7 +90,7 @@ def wheel_bands(path: WheelPath, datum_y: float) -> tuple[tuple[float, float], .
         y = point[gap < NEAR, 1] - datum_y
         if len(y):
             ranges.append((float(y.min() - HALF_BAND), float(y.max() + HALF_BAND)))
-    merged = []
+    merged: list[tuple[float, float]] = []
     for start, end in sorted(ranges):
         if merged and start < merged[-1][1] + 2 * HALF_BAND:
             merged[-1] = (merged[-1][0], max(end, merged[-1][1]))

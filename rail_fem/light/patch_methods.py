@@ -120,7 +120,7 @@ def method_rows(
             slice_contact(slices, load=wheel_load, cells=cells, threads=threads, estimate=False),
         )
     )
-    patch = normal_contact(
+    half_space = normal_contact(
         pair.gap,
         pair.wheel_steel,
         pair.rail_steel,
@@ -129,7 +129,7 @@ def method_rows(
         cells=88,
         estimate=False,
     )
-    return [*rows, MethodRow.of("half-space", patch)]
+    return [*rows, MethodRow.of("half-space", half_space)]
 
 
 def table(rows: list[MethodRow], reference: MethodRow) -> str:

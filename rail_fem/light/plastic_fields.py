@@ -74,8 +74,8 @@ def _hexahedra(flow: Flow, height, region: int) -> dict[str, np.ndarray] | None:
     z = top[None] - edges[0][:, None, None]
     number = np.arange(z.size).reshape(z.shape)
     lower, upper = number[1:], number[:-1]
-    ring = ((slice(None, -1), slice(None, -1)), (slice(1, None), slice(None, -1)))
-    ring += ((slice(1, None), slice(1, None)), (slice(None, -1), slice(1, None)))
+    low, high = slice(None, -1), slice(1, None)
+    ring = (low, low), (high, low), (high, high), (low, high)
     cells = np.stack([layer[:, a, b] for layer in (lower, upper) for a, b in ring], axis=-1).reshape(-1, 8)
     stress = np.einsum("vc,kcij->kijv", FROM_DEVIATOR, flow.residual[box[0], :, box[1], box[2]]).reshape(-1, 6)
     stress[:, 3:5] *= -1  # depth-positive to z up

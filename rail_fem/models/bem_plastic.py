@@ -142,7 +142,8 @@ def flow_flags(body: str, flow: Flow) -> list[Flag]:
 
 
 def _with_flow(result: PassResult, flows: dict[str, Flow], run: LightPass, folder, key, started: float) -> PassResult:
-    peaks, trust, cells, notes = dict(result.peaks), dict(result.trust), 0, ()
+    peaks, trust, cells = dict(result.peaks), dict(result.trust), 0
+    notes: tuple[str, ...] = ()
     for body, flow in flows.items():
         strain, x, y, depth = flow.worst()
         peaks[f"plastic_strain_{body}"] = Peak(strain, "1", x=x, y=y, z=-depth)

@@ -7,6 +7,7 @@ plastic strain and waves from before it, and as wrong at its start as rigid_hert
 """
 
 from pathlib import Path
+from typing import cast
 
 from rail_fem.fe.start_state import from_rigid_hertz
 from rail_fem.launcher import on_root
@@ -23,7 +24,7 @@ def solve(
 ) -> PassResult:
     """One window. Collective on MPI.COMM_WORLD. Errors: as fe_full, and ValueError where rigid_hertz finds the wheel in
     the air at the start."""
-    settings = on_root(lambda given=settings: with_window(scene, given))
+    settings = cast(FeWindowSettings, on_root(lambda given=settings: with_window(scene, given)))
     released = running_start(scene, settings) + scene.direction_sign * scene.speed * settings.settle_time
     approach = RigidHertzSettings(start=settings.approach_start, end=settings.end)
     start = on_root(lambda: from_rigid_hertz(scene, approach, released))

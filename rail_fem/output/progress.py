@@ -57,7 +57,9 @@ class Progress:
         self._bar: Any = None
         self._cut_off = ""
         self._writing, self._words = threading.Lock(), contextlib.ExitStack()
-        self._started = self._written = self._lined = None
+        self._started: float | None = None
+        self._written: float | None = None
+        self._lined: float | None = None
         self._first_fraction = 0.0
 
     def __enter__(self) -> "Progress":

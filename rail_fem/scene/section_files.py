@@ -110,8 +110,8 @@ def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> Cro
         raise ProfileError(
             f'{path}: sections are read from a .slcs, a .csv of x, y, z, or a folder; "{path.suffix}" is none of them'
         )
-    sections = tuple(moved(points, reading.mirror, reading.lateral, reading.height) for points in sections)
-    file = CrossingFile(str(path), np.asarray(x, float), sections)
+    placed = tuple(moved(points, reading.mirror, reading.lateral, reading.height) for points in sections)
+    file = CrossingFile(str(path), np.asarray(x, float), placed)
     file.crossing(False)
     return file
 
@@ -141,7 +141,8 @@ def _read_folder(folder: Path, reading: SectionReading) -> tuple[np.ndarray, lis
     factor = UNITS.get(reading.station_unit) or _said_unit(lines)
     if factor is None:
         raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give station_unit')
-    x, raw = [], []
+    x: list[float] = []
+    raw = []
     for i, line in enumerate(lines, 1):
         words = [word for word in SPLIT.split(line.split("#")[0].strip()) if word]
         if not words:

@@ -51,7 +51,8 @@ def root_units(unit: str) -> tuple[float, dict[str, float]]:
         "m s^-1"; "" is a plain number
     Errors: QuantityError, which names the part that is not understood.
     """
-    factor, dimension, at, divided = 1.0, {}, 0, False
+    factor, at, divided = 1.0, 0, False
+    dimension: dict[str, float] = {}
     for _ in range(MOST_FACTORS + 1):
         if at == len(unit):
             return factor, {name: power for name, power in dimension.items() if power}

@@ -47,7 +47,8 @@ def finite_series(
     expected : a solution of any method about which the elements are made fine, nothing else; report : told how far the
         series is and when it ends
     """
-    sizes, found, began = sorted(sizes, reverse=True), [], time.perf_counter()
+    sizes, began = sorted(sizes, reverse=True), time.perf_counter()
+    found: list[FinitePatch] = []
     share = np.cumsum([size**-_COST for size in sizes])
     for size, done in zip(sizes, share):
         found.append(finite_patch(pair, load, zone_about(expected, size), found[-1] if found else None))

@@ -63,7 +63,7 @@ def study_ranks(ranks: int, counts: tuple[int, int, int], steps: int, repeats: i
         "shared": (ranks, counts, steps, repeats),
         "alone": (ranks, share, steps, repeats, True),
     }
-    found = {name: [] for name in trials}
+    found: dict[str, list[dict[str, float]]] = {name: [] for name in trials}
     for _ in range(rounds):
         for name, trial in trials.items():
             found[name].append(run_job(*trial))

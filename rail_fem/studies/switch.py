@@ -172,8 +172,8 @@ def draw_plan(axis, switch: Switch, found: Pass) -> None:
             label=f"contact on the {name}",
             zorder=3,
         )
-    for at in SHOWN:
-        axis.axvline(at, color="black", lw=0.7, ls=":")
+    for shown in SHOWN:
+        axis.axvline(shown, color="black", lw=0.7, ls=":")
     axis.set(
         xlabel="x from the toe [m]",
         ylabel="y on the stock rail [mm]",

@@ -107,7 +107,9 @@ class ContactPositions:
     """Position of contact from the flange back for one wheel, each state looked for once."""
 
     def __init__(self, wheel: Profile, back_to_back: float = 1.360):
-        self.wheelset, self.searches, self.known = Wheelset(wheel, back_to_back=back_to_back), {}, {}
+        self.wheelset = Wheelset(wheel, back_to_back=back_to_back)
+        self.searches: dict[float, ContactSearch] = {}
+        self.known: dict[tuple[float, ...], float] = {}
 
     def at(self, inward: float, inclination: float = INCLINATION, yaw: float = 0.0) -> float:
         """[m] at a shift towards the track's middle [m], to a hundredth of a mm."""
@@ -124,7 +126,7 @@ class ContactPositions:
     def site(self, site: Site, reading: Reading = Reading()) -> float:
         return self.at(reading.inward(site), reading.lean(site), site.yaw)
 
-    def misses(self, reading: Reading = Reading(), names: str = FITTED) -> np.ndarray:
+    def misses(self, reading: Reading = Reading(), names: tuple[str, ...] = FITTED) -> np.ndarray:
         """(n,)  position less the thesis' theoretical one at these sites [m]."""
         return np.array([self.site(SITES[k], reading) - SITES[k].theoretical for k in names])
 

@@ -57,7 +57,8 @@ def header_end(lines: list[str]) -> int:
 def read_mpt(path: Path) -> list[RawProfile]:
     """All profiles of an .mpt file, rails with the vertical axis up [mm]. Raises ProfileError where there is none."""
     lines, notes = read_text(path)
-    blocks, name = {}, None
+    blocks: dict = {}
+    name = None
     for number, line in enumerate(lines, 1):
         text = line.strip()
         if text.startswith("["):

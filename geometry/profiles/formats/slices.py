@@ -142,7 +142,7 @@ def section(path: Path, line: int, name: str) -> RawProfile:
 def in_metres(path: Path, sections: list[RawProfile], section_unit: float | None) -> tuple[RawProfile, ...]:
     """Sections in metres, on the track's zero, vertical axis down where their format does not say."""
     silent = [raw for raw in sections if raw.unit is None]
-    note = ()
+    note: tuple[str, ...] = ()
     if silent and section_unit is None:
         width = float(np.median([np.ptp(raw.points[:, 0]) for raw in silent]))
         fitting = fitting_units(width, "rail")
