@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bem.halfspace.normal import normal_contact
 from bem.material import STEEL
 from bem.patch import Patch
 from geometry.axes import tread_datum_y
@@ -187,9 +186,7 @@ def patch_of(
         pair = bring_together(
             profiles[0], plain_rail(profiles[1]), datum, length(radius), (STEEL, STEEL), label=f"{wheel} on {rail}"
         )
-        found = normal_contact(
-            pair.gap, STEEL, STEEL, load=pair.normal_force(vertical), window=pair.window(), cells=cells
-        )
+        found = pair.patch(vertical, cells)
     except ValueError as error:
         stop(str(error))
     centre = pair.point + pair.frame.T @ [*found.centre_of_pressure, 0.0]

@@ -6,10 +6,9 @@ point: x' forward and s lateral lie in the common tangent plane, h along its nor
 heights h(x', s), exact on the profiles; the gap is their difference and knows nothing of rails any more. It is what the
 half-space and the slices of `bem` take.
 
-    pair = plain_rail_pair()                                        # P8 on BS113A, gauge 1435, back-to-back 1360, rail
-    1:20 patch = normal_contact(pair.gap, pair.wheel_steel, pair.rail_steel, load=pair.normal_force(49505.0),
-    window=pair.window())
-    rail, wheel = pair.slice_profiles(0.0)                         # (n, 2) s, h at x' = 0, for a slice
+    pair = plain_rail_pair()                    # P8 on BS113A, rail 1:20, gauge 1435, back-to-back 1360
+    patch = pair.patch(49505.0)                 # of the half-space under a wheel load [N]
+    rail, wheel = pair.slice_profiles(0.0)      # (n, 2) s, h at x' = 0, for a slice
 
 Axes: geometry.axes. Error of the heights: 1e-12 m against the profiles (tests/rail_fem/test_contact_pairs.py).
 """
@@ -22,7 +21,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bem.exact.hertz import PointContact, point_contact
+from bem.halfspace.normal import normal_contact
 from bem.material import STEEL, Elastic, contact_modulus
+from bem.patch import Patch
 from bem.plane.body import Body
 from bem.plane.outline import block_behind
 from geometry.axes import tread_datum_y
@@ -124,6 +125,25 @@ class ContactPair:
         """Search window of +- length, +- width [m] about the first point of contact, as
         bem.halfspace.normal.normal_contact takes it."""
         return (-length, length), (-width, width)
+
+    def patch(
+        self,
+        wheel_load: float,
+        cells: int = 88,
+        window: tuple[tuple[float, float], tuple[float, float]] | None = None,
+        estimate: bool = True,
+    ) -> Patch:
+        """The half-space's patch under a vertical wheel load [N]; arguments and errors of
+        bem.halfspace.normal.normal_contact."""
+        return normal_contact(
+            self.gap,
+            self.wheel_steel,
+            self.rail_steel,
+            load=self.normal_force(wheel_load),
+            window=window or self.window(),
+            cells=cells,
+            estimate=estimate,
+        )
 
     def radii(self) -> tuple[float, float]:
         """Relative radii [m] along x' and s at the first point of contact, from a chord of 1 mm."""

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from bem.exact.hertz import PointContact
-from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
 from bem.patch import Patch
 from bem.slices.assumed_load import hertz_of, loaded_slices
@@ -120,16 +119,7 @@ def method_rows(
             slice_contact(slices, load=wheel_load, cells=cells, threads=threads, estimate=False),
         )
     )
-    half_space = normal_contact(
-        pair.gap,
-        pair.wheel_steel,
-        pair.rail_steel,
-        load=pair.normal_force(wheel_load),
-        window=pair.window(),
-        cells=88,
-        estimate=False,
-    )
-    return [*rows, MethodRow.of("half-space", half_space)]
+    return [*rows, MethodRow.of("half-space", pair.patch(wheel_load, estimate=False))]
 
 
 def table(rows: list[MethodRow], reference: MethodRow) -> str:

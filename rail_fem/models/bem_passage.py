@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
 from bem.patch import Patch as SolvedPatch
 from bem.patch import PatchCutError
@@ -100,15 +99,7 @@ def solved_patch(pair: ContactPair, load: float, cells: int, estimate: bool) -> 
     length, width = WINDOW
     while True:
         try:
-            return normal_contact(
-                pair.gap,
-                pair.wheel_steel,
-                pair.rail_steel,
-                load=pair.normal_force(load),
-                window=pair.window(length, width),
-                cells=cells,
-                estimate=estimate,
-            )
+            return pair.patch(load, cells, pair.window(length, width), estimate)
         except PatchCutError:
             if width >= WIDEST:
                 raise

@@ -4,7 +4,6 @@ crossing."""
 import numpy as np
 import pytest
 
-from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
 from geometry.profiles.profile import Profile, arc, line
 from geometry.surfaces.crossing import CastCrossing
@@ -49,9 +48,7 @@ def test_p8_on_bs113a_as_in_the_thesis():
     peaks = []
     for lateral in (-1e-3, 0.0):
         pair = plain_rail_pair(lateral=lateral, wheel_steel=steel, rail_steel=steel)
-        patch = normal_contact(
-            pair.gap, steel, steel, load=pair.normal_force(49505.0), window=pair.window(), cells=44, estimate=False
-        )
+        patch = pair.patch(49505.0, cells=44, estimate=False)
         assert patch.normal_force * pair.frame[2, 2] == pytest.approx(49505.0, rel=1e-6)
         peaks.append(patch.max_pressure)
     assert peaks[0] < 921e6 < peaks[1]
@@ -74,14 +71,7 @@ def test_section_bodies_just_touch():
 @pytest.mark.parametrize("body, x", [("wing", 0.3), ("nose", 0.4)])
 def test_wing_and_nose_give_patches(body, x):
     pair = crossing_pair(CastCrossing(), x, body)
-    patch = normal_contact(
-        pair.gap,
-        pair.wheel_steel,
-        pair.rail_steel,
-        load=pair.normal_force(80e3),
-        window=pair.window(0.02, 0.02),
-        estimate=False,
-    )
+    patch = pair.patch(80e3, window=pair.window(0.02, 0.02), estimate=False)
     assert patch.normal_force == pytest.approx(pair.normal_force(80e3), rel=1e-6)
     assert patch.gap[np.isfinite(patch.gap)].min() > -1e-8
 

@@ -21,9 +21,7 @@ def test_p8_on_bs113a_meets_finite_elements():
     is 3 % of the norm."""
     pair = thesis_pair("56E1")
     load, blocks = pair.normal_force(WHEEL_LOAD), pair_blocks(pair)
-    half_space = normal_contact(
-        pair.gap, pair.wheel_steel, pair.rail_steel, load=load, window=pair.window(), cells=88, estimate=False
-    )
+    half_space = pair.patch(WHEEL_LOAD, estimate=False)
     slices = slice_contact(
         blocks.slices(), load=load, cells=(50, 80), length=(-0.014, 0.014), threads=1, estimate=False
     )
@@ -47,16 +45,14 @@ def test_p8_on_bs113a_meets_finite_elements():
 
 def test_a_map_differs_from_itself_by_nothing_and_from_a_shifted_one():
     pair = thesis_pair("56E1")
-    patch = normal_contact(
-        pair.gap, pair.wheel_steel, pair.rail_steel, load=5e4, window=pair.window(), cells=60, estimate=False
-    )
+    patch = pair.patch(WHEEL_LOAD, cells=60, estimate=False)
     # averaged over its own cells: half of a cell's pressure is lost at the edge
     assert map_difference(patch, patch) < 0.03
     moved = normal_contact(
         lambda x, y: pair.gap(x - 1e-3, y),
         pair.wheel_steel,
         pair.rail_steel,
-        load=5e4,
+        load=pair.normal_force(WHEEL_LOAD),
         window=pair.window(),
         cells=60,
         estimate=False,
@@ -81,15 +77,7 @@ def test_the_thesis_finite_elements_are_met_by_ours_of_its_sizes():
     """Pressure 1 %, length half an element, both of them the thesis' own; its width is 1.1 mm more than ours, which the
     mesh does not explain."""
     pair = thesis_pair("60E1")
-    half_space = normal_contact(
-        pair.gap,
-        pair.wheel_steel,
-        pair.rail_steel,
-        load=pair.normal_force(WHEEL_LOAD),
-        window=pair.window(),
-        cells=88,
-        estimate=False,
-    )
+    half_space = pair.patch(WHEEL_LOAD, estimate=False)
     row, thesis = thesis_mesh_row("60E1", half_space), THESIS_ROWS[0]
     assert row.max_pressure == pytest.approx(thesis.max_pressure, rel=0.01)
     assert row.length == pytest.approx(thesis.length, abs=0.1e-3)
