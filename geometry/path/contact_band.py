@@ -14,8 +14,8 @@ from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import WheelPath
 from geometry.profiles.profile import Profile
 from geometry.surfaces.any_crossing import AnyCrossing
+from geometry.surfaces.bodies import NO_METAL
 from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.crossing_surface import NO_METAL
 from kernel_cache import njit
 
 AWAY = 1.0  # clearance where there is no surface or no wheel [m]

@@ -7,7 +7,7 @@ import numpy as np
 
 from geometry.profiles.profile import Profile, hermite, hermite_many
 from geometry.surfaces.any_crossing import AnyCrossing
-from geometry.surfaces.crossing_surface import NO_METAL
+from geometry.surfaces.bodies import NO_METAL
 from geometry.surfaces.surface_height import surface_height
 from kernel_cache import njit
 

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from geometry.surfaces.bodies import CrossingError, TwoBodies
 from geometry.surfaces.crossing_surface import (
     FLOOR,
     CrossingShape,
@@ -27,7 +28,6 @@ from geometry.surfaces.leg_transition import along, cast_leg, leg_loft, lengths,
 MM = 1e-3
 BENCHMARK_RATIO = 9.25
 PLAIN_LINE_X = -5.0  # where the axle's height on plain line is taken [m]
-BODIES = ("wing", "nose")
 WING_SEGMENTS = {"face": 16, "corner": 16, "plane": 24, "shoulder": 40, "side": 12}
 NOSE_SEGMENTS = {"face": 16, "corner": 16, "top": 12, "field top": 12, "field corner": 16, "field face": 16}
 CAST_LIMITS = {  # of the parameters, SI
@@ -50,12 +50,8 @@ NARROWEST_WING = 8 * MM  # between its gauge face 14 mm down and its field side
 DENSE = 300  # points by which a segment's length is measured
 
 
-class CrossingError(ValueError):
-    """A crossing, or a position on it, that does not exist: says what, where, how large."""
-
-
 @dataclass(frozen=True)
-class CastCrossing:
+class CastCrossing(TwoBodies):
     """UK cast crossing of ratio 1:N after the design rules of the 56E1-R245-1:9.25 benchmark crossing, lengths in m.
 
     Features made by the taper stretch along x with the ratio; cross-sections and the machined leg end do not.
@@ -160,15 +156,6 @@ class CastCrossing:
     def heights(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
         """Heights (n,) [m] of "wing" or "nose" at x, y (n,); NO_METAL where the body is not."""
         return body_heights(x, y, body == "nose", self.shape, self.loft)
-
-    def top_height(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
-        """Exact height z [m] of the surface of "wing" or "nose" at x, y [m] (broadcast); NaN where the body is not."""
-        x, y = (np.array(v, float) for v in np.broadcast_arrays(x, y))
-        self._check_x(x)
-        if body not in BODIES:
-            raise CrossingError(f"unknown body {body!r}; known: {', '.join(BODIES)}")
-        height = self.heights(x.ravel(), y.ravel(), body).reshape(x.shape)
-        return np.where(height > -0.5, height, np.nan)
 
     def wing_section(self, x: float) -> np.ndarray:
         """(n, 2)  y, z [m] of the wing body at x, from the foot of its gauge face over the top to the field-side foot.

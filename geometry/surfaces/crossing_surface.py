@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.hermite import cubic_between
+from geometry.surfaces.bodies import NO_METAL
 from kernel_cache import njit
 
 FLOOR = -55e-3  # height of the flangeway's floor [m]
-NO_METAL = -1.0  # height returned beside a body: far below any floor [m]
 
 
 class CrossingShape(NamedTuple):

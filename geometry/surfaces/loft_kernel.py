@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from geometry.surfaces.bodies import NO_METAL
 from kernel_cache import njit
 
 # Rows of the memory of a branch: slope p, section and node of the last evaluation, row of `ridges` (0: none), -1 or 1
@@ -24,7 +25,6 @@ SLOPE_X, SECTION, NODE, RIDGE, SIDE, STATION, BODY = range(7)
 MEMORY = 8
 AXLE_X, BRANCHES = 0, 1  # rows of `position`
 WIDEST = 0.25  # largest slope dz/dx of a surface at a contact
-NO_METAL = -1.0  # height where there is no body [m]
 CLOSE = 1e-12  # of the slope p: moves the position by radius times that [m]
 
 

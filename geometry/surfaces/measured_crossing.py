@@ -13,8 +13,9 @@ import numpy as np
 from geometry.profiles.defects import kinks, noise_level
 from geometry.profiles.doctor import with_corners
 from geometry.profiles.profile import ProfileError
-from geometry.surfaces.crossing import BODIES, PLAIN_LINE_X, CrossingError, feature_indices
-from geometry.surfaces.crossing_surface import FLOOR, NO_METAL
+from geometry.surfaces.bodies import NO_METAL, CrossingError, TwoBodies
+from geometry.surfaces.crossing import PLAIN_LINE_X, feature_indices
+from geometry.surfaces.crossing_surface import FLOOR
 from geometry.surfaces.leg_transition import along, cast_leg, lengths
 from geometry.surfaces.section_grid import BodyGrid, SectionGrids, body_grid, grid_heights, no_body
 from geometry.surfaces.sections import FACE_DEPTH, Body, SectionCrossing
@@ -31,7 +32,7 @@ BATTER = 0.02, 0.3  # dy/dz with which faces go on to the floor
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredCrossing:
+class MeasuredCrossing(TwoBodies):
     """Wing and nose through sections; lengths in m.
 
     sections : the bodies of each station;  extended : both ends go straight on beyond the first and last section
@@ -102,15 +103,6 @@ class MeasuredCrossing:
     def heights(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
         """Heights (n,) [m] of "wing" or "nose" at x, y (n,); NO_METAL where the body is not."""
         return grid_heights(x, y, self.grids.nose if body == "nose" else self.grids.wing)
-
-    def top_height(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
-        """Height z [m] of "wing" or "nose" at x, y [m] (broadcast); NaN where the body is not."""
-        x, y = (np.array(v, float) for v in np.broadcast_arrays(x, y))
-        self._check_x(x)
-        if body not in BODIES:
-            raise CrossingError(f"unknown body {body!r}; known: {', '.join(BODIES)}")
-        height = self.heights(x.ravel(), y.ravel(), body).reshape(x.shape)
-        return np.where(height > 0.5 * NO_METAL, height, np.nan)
 
     def wing_section(self, x: float) -> np.ndarray | None:
         """(n, 2)  y, z [m] of the wing at x, from the foot of its gauge face to its field-side foot, both on the floor.

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.surfaces.crossing_surface import NO_METAL, smoothstep
+from geometry.surfaces.bodies import NO_METAL
+from geometry.surfaces.crossing_surface import smoothstep
 from kernel_cache import njit
 
 SPACING = 0.25e-3  # of the samples across [m]

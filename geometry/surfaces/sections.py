@@ -11,12 +11,12 @@ import numpy as np
 
 from geometry.profiles.formats.slices import Slices
 from geometry.profiles.profile import Profile, ProfileError
+from geometry.surfaces.bodies import NO_METAL
 from geometry.wheelset import check_range
 
 FACE_DEPTH = 0.014  # below the section's own top, where a gauge face is placed [m]
 FLOOR = 0.025  # deeper than this between two bodies is a flangeway [m]
 NARROWEST = 2e-3  # of a body [m]
-NO_METAL = -1.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,8 @@ handed (`tables` of a crossing), so that neither kind pays for the other.
 from numba.core import types
 from numba.extending import overload
 
-from geometry.surfaces.crossing_surface import NO_METAL, CrossingShape, nose_height, wing_height
+from geometry.surfaces.bodies import NO_METAL
+from geometry.surfaces.crossing_surface import CrossingShape, nose_height, wing_height
 from geometry.surfaces.section_grid import SectionGrids, grid_height
 from kernel_cache import njit
 

@@ -22,9 +22,10 @@ from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.material import Elastic
 from bem.patch import Creepage, Patch
 from geometry.contact.prismatic_search import Motion, creepages
+from geometry.surfaces.bodies import BODIES
 from geometry.wheelset import Wheelset
 from rail_fem.damage.wear import WearLaw, friction_work
-from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
+from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.output.result import PassResult
 
 SPACING = 2e-3  # between the patches [m]

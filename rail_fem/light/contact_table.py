@@ -21,17 +21,16 @@ from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import WheelPath, rolling_radius, wheel_path
 from geometry.profiles.profile import Profile, hermite_many
 from geometry.surfaces.any_crossing import AnyCrossing
+from geometry.surfaces.bodies import BODIES, NO_METAL
 from rail_fem.output.clock import working_time
 from rail_fem.scene.scene import Scene
 
-BODIES = ("wing", "nose")
 VIRTUAL = 0.55  # virtual penetration over approach
 FIRST_DEPTH = 50e-6  # of the first intersection [m]
 DEPTHS = (5e-6, 300e-6)  # at least and at most [m]
 ROUNDS = 4  # of intersection and depth
 REACH = (14e-3, 18e-3)  # half length and half width of the position that is looked at [m]
 SAMPLES = (25, 49)  # along and across, denser in the middle
-NO_METAL = -0.5  # heights below: no surface there [m]
 FAR = 1.0  # gap where there is no surface [m]
 
 
@@ -266,7 +265,7 @@ def surface_gap(
     rolling, ahead = radius - tread, at_x - x
     with np.errstate(invalid="ignore"):
         gap = tread + ahead**2 / (rolling + np.sqrt(rolling**2 - ahead**2)) - rail
-    return np.where((rail > NO_METAL) & np.isfinite(tread), gap, np.inf)
+    return np.where((rail > 0.5 * NO_METAL) & np.isfinite(tread), gap, np.inf)
 
 
 @functools.lru_cache(maxsize=1)

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from rail_fem.light.contact_table import BODIES, ContactTable, patch_sizes
+from geometry.surfaces.bodies import BODIES
+from rail_fem.light.contact_table import ContactTable, patch_sizes
 from rail_fem.light.validity import Flag, flag_warnings
 from rail_fem.light.vertical_pass import LightPass, common_history, foundation_peak, history_rows
 from rail_fem.output.clock import working_time

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from bem.plastic.deviator import FROM_DEVIATOR
+from geometry.surfaces.bodies import BODIES
 from rail_fem.atomic import write_atomically
-from rail_fem.light.contact_table import BODIES
 from rail_fem.light.plastic_rolling import Flow
 from rail_fem.output.fields import REGIONS, VTK_ORDER
 

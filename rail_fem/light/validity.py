@@ -6,7 +6,8 @@ A flag is {"what", "reason", "where"}: plain values, so that a result file carri
 
 import numpy as np
 
-from rail_fem.light.contact_table import BODIES, ContactTable
+from geometry.surfaces.bodies import BODIES
+from rail_fem.light.contact_table import ContactTable
 from rail_fem.light.vertical_pass import LightPass
 from rail_fem.output.result import Patch
 from rail_fem.scene.scene import Scene

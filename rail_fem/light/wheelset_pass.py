@@ -16,7 +16,8 @@ from bem.exact.kalker_table import coefficients
 from geometry.axes import GAUGE_FACE_Y
 from geometry.path.path_search import BodySearch
 from geometry.path.wheel_path import rolling_radius
-from rail_fem.light.contact_table import BODIES, ContactTable, contact_table, patch_sizes
+from geometry.surfaces.bodies import BODIES
+from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.light.vertical_dynamics import ContactLaw, Motion, static_distance
 from rail_fem.light.vertical_pass import Contacts, LightPass, half_steps, scene_masses
 from rail_fem.light.wheelset_dynamics import (

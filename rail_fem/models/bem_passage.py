@@ -18,8 +18,9 @@ import numpy as np
 from bem.material import Elastic
 from bem.patch import Patch as SolvedPatch
 from bem.patch import PatchCutError
+from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_pairs import ContactPair, crossing_surface, pair_at
-from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, table_key, table_of
+from rail_fem.light.contact_table import ContactTable, TableKey, table_key, table_of
 from rail_fem.light.pass_result import moments, pass_result
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import bem_flags

@@ -16,8 +16,9 @@ import numpy as np
 from bem.material import Elastic
 from bem.plastic.contact import LARGE_STRAIN
 from bem.plastic.hardening import Hardening
+from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_pairs import crossing_surface
-from rail_fem.light.contact_table import BODIES, ContactTable, TableKey, contact_table, patch_sizes, table_key
+from rail_fem.light.contact_table import ContactTable, TableKey, contact_table, patch_sizes, table_key
 from rail_fem.light.pass_result import moments, pass_result, patches_at
 from rail_fem.light.plastic_fields import write_archive, write_vtu
 from rail_fem.light.plastic_indentation import contacts_of

@@ -1,0 +1,31 @@
+"""What every crossing consists of, wing and nose, and how it answers for their heights. Axes: geometry.axes."""
+
+import numpy as np
+
+BODIES = ("wing", "nose")
+NO_METAL = -1.0  # height where a body is not: far below any floor [m]
+
+
+class CrossingError(ValueError):
+    """A crossing, or a position on it, that does not exist: says what, where, how large."""
+
+
+class TwoBodies:
+    """A crossing of two bodies; a family adds `heights`, and `_check_x`, which refuses positions outside."""
+
+    def heights(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
+        """Heights (n,) [m] of "wing" or "nose" at x, y (n,); NO_METAL where the body is not."""
+        raise NotImplementedError
+
+    def _check_x(self, x: np.ndarray) -> None:
+        raise NotImplementedError
+
+    def top_height(self, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
+        """Height z [m] of the surface of "wing" or "nose" at x, y [m] (broadcast), as exact as `heights`; NaN where the
+        body is not. Raises CrossingError for positions outside the crossing, and for other bodies."""
+        x, y = (np.array(v, float) for v in np.broadcast_arrays(x, y))
+        self._check_x(x)
+        if body not in BODIES:
+            raise CrossingError(f"unknown body {body!r}; known: {', '.join(BODIES)}")
+        height = self.heights(x.ravel(), y.ravel(), body).reshape(x.shape)
+        return np.where(height > 0.5 * NO_METAL, height, np.nan)
