@@ -15,7 +15,8 @@ class Cubic(NamedTuple):
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def cubic_between(t, h, first, last, leaving, reaching):
-    """Cubic over an interval of length h at its fraction t, from its values at both ends and its slopes there.
+    """Cubic over an interval of length h at its fraction t, from its values at both ends and its slopes there; numbers,
+    or arrays (n,) of each.
 
     Exact for cubics; elsewhere the error is of fourth order in h (value), third (slope) and second (second derivative).
     """

@@ -18,6 +18,7 @@ from scipy.integrate import trapezoid
 from bem.exact.hertz import contact_stiffness, point_contact
 from bem.material import Elastic, contact_modulus
 from geometry.axes import tread_datum_y
+from geometry.hermite import cubic_between
 from geometry.path.wheel_path import WheelPath, rolling_radius, wheel_path
 from geometry.profiles.profile import Profile, hermite_many
 from geometry.surfaces.any_crossing import AnyCrossing
@@ -85,11 +86,10 @@ class ContactTable:
 def _hermite(at: np.ndarray, x: np.ndarray, height: np.ndarray, slope: np.ndarray) -> np.ndarray:
     i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
     width = x[i + 1] - x[i]
-    t = (at - x[i]) / width
     known = np.isfinite(height[i]) & np.isfinite(height[i + 1])
     low, high = np.where(known, height[i], 0.0), np.where(known, height[i + 1], 0.0)
-    bend = width * (slope[i] * t * (1 - t) ** 2 - slope[i + 1] * t**2 * (1 - t))
-    return np.where(known, low * (1 + 2 * t) * (1 - t) ** 2 + high * t**2 * (3 - 2 * t) + bend, -np.inf)
+    found = cubic_between((at - x[i]) / width, width, low, high, slope[i], slope[i + 1])
+    return np.where(known, found.value, -np.inf)
 
 
 class TableKey(NamedTuple):

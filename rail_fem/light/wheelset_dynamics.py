@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from geometry.hermite import cubic_between
 from kernel_cache import njit
 from rail_fem.light.vertical_dynamics import contact_energy, contact_force
 
@@ -128,11 +129,8 @@ def surface(u, shift, height, slope):
         return height[i] + slope[i] * t * step, slope[i], 0.0
     if t > 1.0:
         return height[i + 1] + slope[i + 1] * (t - 1.0) * step, slope[i + 1], 0.0
-    rise, first, last = (height[i + 1] - height[i]) / step, slope[i], slope[i + 1]
-    value = height[i] + step * (first * t * (1 - t) ** 2 - last * t**2 * (1 - t) + rise * t**2 * (3 - 2 * t))
-    tangent = first * (1 - t) * (1 - 3 * t) + last * t * (3 * t - 2) + 6 * rise * t * (1 - t)
-    bend = (first * (6 * t - 4) + last * (6 * t - 2) + rise * (6 - 12 * t)) / step
-    return value, tangent, bend
+    found = cubic_between(t, step, height[i], height[i + 1], slope[i], slope[i + 1])
+    return found.value, found.slope, found.second
 
 
 @njit(cache=True)
