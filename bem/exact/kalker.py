@@ -15,6 +15,7 @@ are met to 0.8 %, at a/b = 10 to 1.5 % (they were computed with few terms).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
@@ -44,10 +45,10 @@ def creepage_coefficients(axis_ratio: float, poisson: float, degree: int = 10) -
     """
     check_ellipse(axis_ratio, poisson)
     a, b = np.sqrt(axis_ratio), 1 / np.sqrt(axis_ratio)
-    matrix, x, y, edge_rows, count = _stick_system(a, b, poisson, degree)
-    none = np.zeros(edge_rows)
+    system = _stick_system(a, b, poisson, degree)
+    x, y, count, none = system.x, system.y, system.basis, np.zeros(system.edge_rows)
     sides = [np.concatenate([along, across, none]) for along, across in ((x, 0 * x), (0 * x, x), (-x * y, x**2 / 2))]
-    solution = np.linalg.lstsq(matrix, np.array(sides).T, rcond=None)[0]
+    solution = np.linalg.lstsq(system.matrix, np.array(sides).T, rcond=None)[0]
     along, across = solution[:count], solution[count : 2 * count]
     total, first_x, first_y = _moments(a, b, degree)
     return CreepageCoefficients(
@@ -105,8 +106,18 @@ def _displacements(
     return first, second, third
 
 
-def _stick_system(a: float, b: float, poisson: float, degree: int):
-    """Matrix of [x coefficients, y coefficients, f, h]; collocation points [m]; rows of the edge; size of the basis."""
+class StickSystem(NamedTuple):
+    """matrix of [x coefficients, y coefficients, f, h];  x, y : (n,) collocation points [m];  rows of the edge; size of
+    the basis"""
+
+    matrix: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    edge_rows: int
+    basis: int
+
+
+def _stick_system(a: float, b: float, poisson: float, degree: int) -> StickSystem:
     x, y = _collocation(degree)
     one, xx, xy = _displacements(a, b, x, y, degree)
     scale = 1 / np.pi
@@ -124,7 +135,7 @@ def _stick_system(a: float, b: float, poisson: float, degree: int):
             [no_basis, edge, no_edge, no_edge],
         ]
     )
-    return matrix, a * x, b * y, 2 * len(edge), edge.shape[1]
+    return StickSystem(matrix, a * x, b * y, 2 * len(edge), edge.shape[1])
 
 
 def _moments(a: float, b: float, degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -58,6 +58,16 @@ def material_table(steels: list[Steel], settings: ElementSettings) -> MaterialTa
         stress.append([np.inf] if steel.is_elastic else steel.hardening_stress)
         start.append(start[-1] + len(strain[-1]))
     return MaterialTable(rows, np.array(start, np.int64), np.concatenate(strain), np.concatenate(stress))
+
+
+class BlockViews(NamedTuple):
+    """Views of a run of blocks: nodes, lanes filled, material of each block, state, back stress."""
+
+    nodes: np.ndarray
+    filled: np.ndarray
+    material_of: np.ndarray
+    state: np.ndarray
+    back: np.ndarray
 
 
 class ElementBlocks:
@@ -115,9 +125,9 @@ class ElementBlocks:
         state[:, [point * POINT_STATE + YIELD for point in range(self.points)], :] = np.inf
         return state
 
-    def part(self, first: int, last: int) -> tuple[np.ndarray, ...]:
-        """Views of nodes, filled, material_of, state and back of the blocks first..last-1."""
-        return (
+    def part(self, first: int, last: int) -> BlockViews:
+        """Views of the blocks first..last-1."""
+        return BlockViews(
             self.nodes[8 * LANES * first : 8 * LANES * last],
             self.filled[first:last],
             self.material_of[first:last],

@@ -10,6 +10,7 @@ rail does is left out.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -135,7 +136,7 @@ def build_passage(
     surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp), root=0)
     quads, quad_region, clamp = surface
     slabs = comm.bcast(None if mesh is None or not settings.has_window else rail_slabs(mesh), root=0)
-    domain = Domain(comm, *(() if mesh is None else shared_mesh(mesh, slabs, comm.size)))
+    domain = Domain(comm, **({} if mesh is None else shared_mesh(mesh, slabs, comm.size)))
     materials = scene.materials
     steels = [materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()]
     extent = Extent(running.start, running.sign, *settings.window_lengths)
@@ -148,9 +149,8 @@ def build_passage(
         slab=None if slabs is None else slabs.of_cells(domain.cell_centres()[:, 0], domain.region),
     )
     is_wheel = comm.bcast(None if mesh is None else _wheel_nodes(mesh)[mesh.clamp], root=0)
-    crossing, axle, sprung, supports, settling = build_supports(
-        scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel], scaling.factor
-    )
+    held = build_supports(scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel], scaling.factor)
+    crossing, axle, sprung, supports, settling = held
     rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
     contact = Contact(
         structure,
@@ -208,14 +208,15 @@ def rail_slabs(mesh: HexMesh) -> Slabs:
     return cut_into_slabs(mesh.points, mesh.cells, mesh.region, bodies=(0, 1))
 
 
-def shared_mesh(mesh: HexMesh, slabs: Slabs | None, ranks: int) -> tuple:
-    """What a Domain is made from. With slabs, each of them and the wheel are shared evenly among the ranks."""
+def shared_mesh(mesh: HexMesh, slabs: Slabs | None, ranks: int) -> dict[str, np.ndarray | None]:
+    """What a Domain is made from, by its arguments. With slabs, each of them and the wheel are shared evenly among the
+    ranks."""
     cost = np.where(mesh.region == 2, ELASTIC_COST, 1.0)
     part = None
     if slabs is not None:
         centres = mesh.points[mesh.cells].mean(axis=1)
         part = slab_parts(centres, cost, mesh.region, slabs.of_cells(centres[:, 0], mesh.region), ranks)
-    return mesh.points, mesh.cells, mesh.region, cost, part
+    return dict(points=mesh.points, cells=mesh.cells, region=mesh.region, cost=cost, part=part)
 
 
 def _wheel_nodes(mesh: HexMesh) -> np.ndarray:
@@ -233,6 +234,17 @@ def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettin
     )
 
 
+class Supported(NamedTuple):
+    """Rigid groups of crossing, axle and sprung mass (None without suspension), all supports, and the damper that is on
+    while the wheel settles (None: it does not)."""
+
+    crossing: RigidGroup
+    axle: RigidGroup
+    sprung: RigidGroup | None
+    supports: Supports
+    settling: Link | None
+
+
 def build_supports(
     scene: Scene,
     settings: FeSettings,
@@ -241,7 +253,7 @@ def build_supports(
     base_nodes: np.ndarray,
     rim_nodes: np.ndarray,
     factor: float = 1.0,
-):
+) -> Supported:
     """Crossing on its foundation, axle with half a wheelset, sprung mass on the primary suspension; springs as the
     start wants them. factor : of mass scaling.
 
@@ -278,7 +290,7 @@ def build_supports(
             rate=rate,
         )
         links.append(settling)
-    return crossing, axle, sprung, Supports(groups, links), settling
+    return Supported(crossing, axle, sprung, Supports(groups, links), settling)
 
 
 def contact_stiffness(scene: Scene, running: Running) -> float:

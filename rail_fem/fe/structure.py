@@ -154,8 +154,8 @@ class Structure:
 
     def energy_of_blocks(self, first: int, last: int) -> float:
         """Elastic energy of the finite-strain blocks first..last-1 [J]. Rank-local."""
-        nodes, filled, material_of, state, _ = self.finite.part(first, last)
-        return self.stored_energy(self.x, nodes, filled, material_of, self.table.rows, state)
+        part = self.finite.part(first, last)
+        return self.stored_energy(self.x, part.nodes, part.filled, part.material_of, self.table.rows, part.state)
 
     def small_stress(self) -> np.ndarray:
         """Stress of the small-displacement elements (m, 6), order VOIGT [Pa], without damping. Rank-local."""

@@ -19,6 +19,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -228,21 +229,21 @@ def finite_patch(
     elastic = ElasticPair(pair, lower, upper, pairs)
     report(f"{(elastic.size - 1) // 3} nodes, {time.perf_counter() - began:.0f} s")
     first = _set_like(start, pairs) if start is not None else _overlapping(pairs, load, pair)
-    force, opening, approach, cost, sets = _settle(elastic, first, load / 2, report, began)
-    pressure = (force / pairs.area).reshape(len(pairs.x), len(s))
+    settled = _settle(elastic, first, load / 2, report, began)
+    pressure = (settled.force / pairs.area).reshape(len(pairs.x), len(s))
     grid, half = _fine_part(pairs, zone, pair.common, pressure)
     return FinitePatch(
         grid,
         pair.gap(*grid.points()),
         np.vstack([half[:0:-1], half]),
-        approach,
+        settled.approach,
         f"finite elements, {zone.size * 1e3:.3g} x {zone.width * 1e3:.3g} mm",
-        cost=cost,
+        cost=settled.cost,
         nodes=(elastic.size - 1) // 3,
         size=zone.size,
         width=zone.width,
-        overlap=float(max(-opening.min(), 0.0)),
-        sets=sets,
+        overlap=float(max(-settled.opening.min(), 0.0)),
+        sets=settled.sets,
     )
 
 
@@ -267,8 +268,18 @@ def _overlapping(pairs: Pairs, load: float, pair: BlockPair) -> np.ndarray:
     return active
 
 
-def _settle(elastic: ElasticPair, active: np.ndarray, load: float, report: Report, began: float):
-    """Forces (c,) [N] and openings (c,) [m] of the set that holds, approach [m], cost, number of sets."""
+class Settled(NamedTuple):
+    """The set of pairs that holds: forces (c,) [N], openings (c,) [m], approach [m], cost, number of sets tried."""
+
+    force: np.ndarray
+    opening: np.ndarray
+    approach: float
+    cost: Cost
+    sets: int
+
+
+def _settle(elastic: ElasticPair, active: np.ndarray, load: float, report: Report, began: float) -> Settled:
+    """The set of pairs that presses, from a first guess `active` (c,)."""
     unknowns, total = np.zeros(elastic.size), 0
     for count in range(1, MOST_SETS + 1):
         unknowns, pressing, steps = solve_set(elastic, np.flatnonzero(active), load, unknowns)
@@ -288,7 +299,8 @@ def _settle(elastic: ElasticPair, active: np.ndarray, load: float, report: Repor
                     f"finite elements: the pairs press with {2 * force.sum():.6g} N for a load of {2 * load:.6g} N:"
                     " lower TOLERANCE"
                 )
-            return force, opening, float(unknowns[-1]), Cost(time.perf_counter() - began, total, total), count
+            cost = Cost(time.perf_counter() - began, total, total)
+            return Settled(force, opening, float(unknowns[-1]), cost, count)
         active = wanted
     raise ArithmeticError(
         f"finite elements: the pressing pairs did not settle in {MOST_SETS} rounds, {changed} still change: take"

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
@@ -47,13 +47,23 @@ def patches() -> dict[str, Patch]:
     return {name: rolled(patch) for name, patch in found.items()}
 
 
-def numbers(patch: Patch) -> tuple[float, float, float, float, float, float]:
+class WearNumbers(NamedTuple):
     """Largest cell on cells of the thesis' length [m], its pressure [Pa] and slip, deepest strip [m], worn area [m2],
     mean slip weighted with pressure."""
+
+    cell: float
+    pressure: float
+    slip: float
+    strip: float
+    area: float
+    mean_slip: float
+
+
+def numbers(patch: Patch) -> WearNumbers:
     cells = LAW.cells(patch, SPEED)
     at = np.unravel_index(np.argmax(cells), cells.shape)
     slip = slip_size(patch)
-    return (
+    return WearNumbers(
         cells[at] * CELL / patch.grid.dx,
         float(patch.pressure[at]),
         float(slip[at]),
@@ -83,18 +93,20 @@ def table(found: dict[str, Patch]) -> str:
         ratio = [f" ({a / b - 1:+.0%})" if own is not first and a != b else "" for a, b in zip(own, first, strict=True)]
         force = patch.tangential_force
         tgamma = -(force[0] * CREEPAGE.longitudinal + force[1] * CREEPAGE.lateral)
-        shown = (own[0] * 1e10, own[1] / 1e6, own[2] * 1e3, own[3] * 1e8, own[4] * 1e11, own[5] * 1e3)
-        text = [f"{value:.3g}{change}" for value, change in zip(shown, ratio, strict=True)]
+        shown = WearNumbers(
+            own.cell * 1e10, own.pressure / 1e6, own.slip * 1e3, own.strip * 1e8, own.area * 1e11, own.mean_slip * 1e3
+        )
+        text = WearNumbers(*(f"{value:.3g}{change}" for value, change in zip(shown, ratio, strict=True)))
         rows.append(
             [
                 name,
                 f"{patch.max_pressure / 1e6:.0f}",
-                text[0],
-                f"{text[1]} MPa",
-                f"{text[2]}e-3",
-                text[3],
-                text[4],
-                f"{text[5]}e-3",
+                text.cell,
+                f"{text.pressure} MPa",
+                f"{text.slip}e-3",
+                text.strip,
+                text.area,
+                f"{text.mean_slip}e-3",
                 f"{tgamma:.1f}",
             ]
         )

@@ -70,8 +70,9 @@ def test_lateral_creepage_makes_the_moment_that_spin_makes_as_force():
 
     ratio, poisson, degree = 2.0, 0.3, 10
     a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
-    matrix, x, _, edge_rows, count = kalker._stick_system(a, b, poisson, degree)
-    solution = np.linalg.lstsq(matrix, np.concatenate([0 * x, x, np.zeros(edge_rows)]), rcond=None)[0]
+    system = kalker._stick_system(a, b, poisson, degree)
+    side, count = np.concatenate([0 * system.x, system.x, np.zeros(system.edge_rows)]), system.basis
+    solution = np.linalg.lstsq(system.matrix, side, rcond=None)[0]
     _, first_x, first_y = kalker._moments(a, b, degree)
     moment = first_x @ solution[count : 2 * count] - first_y @ solution[:count]
     assert moment == pytest.approx(creepage_coefficients(ratio, poisson, degree).c23, rel=5e-4)
