@@ -7,7 +7,6 @@ below 1 %.
 
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +14,6 @@ import pytest
 from bem.exact.hertz import point_contact_of_approach
 from geometry.contact.lofted_search import SurfaceSearch
 from geometry.contact.prismatic_search import ContactSearch
-from geometry.profiles.doctor import examine
-from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
@@ -24,6 +21,7 @@ from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_sharing import STEEL_MODULUS, side_held, static_equilibrium
 from tests.geometry.lofted_rails import RADIUS, on_left, sphere, surface
+from tests.rail_fem.noisy_wheels import noisy_p8
 
 MM, UM = 1e-3, 1e-6
 
@@ -163,17 +161,10 @@ def outcomes(count: int, seed: int, noise: float, rail: RailSurface | None) -> C
 
     Every answer is finite and carries its loads; every refusal is a WheelsetError, counted by its reason.
     """
-    random, new, counts = np.random.default_rng(seed), wheel_profile("P8"), Counter()
+    random, counts = np.random.default_rng(seed), Counter()
     for k in range(count):
         if k % 100 == 0:
-            points = new.points[::3] + [0.0, noise] * random.standard_normal((len(new.points[::3]), 2))
-            wheel = (
-                new
-                if noise == 0
-                else examine(
-                    RawProfile(points, np.arange(len(points)), Path("noisy"), "points", 1.0, "wheel", 1)
-                ).profile.graph_part()
-            )
+            wheel = noisy_p8(noise, random)
             track = Track.plain_line(gauge=1.435 + random.uniform(-3, 6) * MM)
             whole = (
                 ContactSearch(Wheelset(wheel), track)

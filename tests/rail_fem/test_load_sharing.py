@@ -2,7 +2,6 @@
 cannot be."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,6 @@ from bem.halfspace.normal import normal_contact
 from bem.material import Elastic
 from geometry.contact.gap_kernel import lowest
 from geometry.contact.prismatic_search import ContactSearch
-from geometry.profiles.doctor import examine
-from geometry.profiles.formats.raw import RawProfile
 from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
@@ -28,6 +25,7 @@ from rail_fem.light.load_sharing import (
     static_equilibrium,
     wheel_equilibrium,
 )
+from tests.rail_fem.noisy_wheels import noisy_p8
 
 MM, UM = 1e-3, 1e-6
 RADIUS = 0.45
@@ -223,17 +221,10 @@ def loaded_states(count: int, seed: int, noise: float) -> int:
 
     Returns how many states were refused.
     """
-    refused, random, new = 0, np.random.default_rng(seed), wheel_profile("P8")
+    refused, random = 0, np.random.default_rng(seed)
     for k in range(count):
         if k % 100 == 0:
-            points = new.points[::3] + [0.0, noise] * random.standard_normal((len(new.points[::3]), 2))
-            wheel = (
-                new
-                if noise == 0
-                else examine(
-                    RawProfile(points, np.arange(len(points)), Path("noisy"), "points", 1.0, "wheel", 1)
-                ).profile.graph_part()
-            )
+            wheel = noisy_p8(noise, random)
             search = ContactSearch(Wheelset(wheel), Track.plain_line(gauge=1.435 + random.uniform(-3, 15) * MM))
         loads = 10 ** random.uniform(0, 5.2, 2)
         held = random.uniform(-12, 12) * MM, random.uniform(-0.03, 0.03)
