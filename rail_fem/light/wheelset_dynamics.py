@@ -15,7 +15,7 @@ Source: Wickens, Fundamentals of Rail Vehicle Dynamics (2003), chapters 2, 3; Ve
 (1964) 338.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -81,6 +81,9 @@ class WheelsetMotion(NamedTuple):
     friction: np.ndarray
 
 
+Values = TypeVar("Values", WheelsetContacts, WheelsetSystem)
+
+
 def march(
     system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray, velocity: np.ndarray, step: float
 ) -> WheelsetMotion:
@@ -90,7 +93,9 @@ def march(
     Errors: ValueError when the wheelset leaves the lateral position of the contacts, FloatingPointError when a step
     does not close.
     """
-    motion, bad = _march(system, contacts, np.array(position, float), np.array(velocity, float), step)
+    motion, bad = _march(
+        for_kernels(system), for_kernels(contacts), np.array(position, float), np.array(velocity, float), step
+    )
     if bad >= 0:
         raise FloatingPointError(
             f"wheelset dynamics: step {bad} of {len(motion.path_work)} does not close, t = {bad * step:.4g} s: take a"
@@ -107,13 +112,19 @@ def march(
     return motion
 
 
+def for_kernels(values: Values) -> Values:
+    """The same with contiguous, writable arrays and floats, so that kernels are compiled for one set of types."""
+    plain = lambda value: np.require(value, float, ["C", "W"]) if isinstance(value, np.ndarray) else value
+    return values._make(plain(value) for value in values)
+
+
 def potential(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray) -> np.ndarray:
     """Energy (m + 1,) [J] in contacts and check rail at the ends of the steps, for positions (m + 1, 8)."""
     c = contacts
     at_ends = c._replace(
         contact_y=c.contact_y[:, ::2], height=c.height[:, ::2], slope=c.slope[:, ::2], law=c.law[:, ::2]
     )
-    return _potentials(position, at_ends, system.rolling_radius, *system.stop)
+    return _potentials(position, for_kernels(at_ends), system.rolling_radius, *system.stop)
 
 
 @njit(cache=True)
