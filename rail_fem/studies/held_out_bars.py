@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import typer
@@ -28,7 +29,7 @@ from rail_fem.output.result import PassResult
 from rail_fem.studies.size_series import MODEL, run_at
 
 NOSE = "290 mm", "430 mm"  # a worn P8 passes to the nose within this stretch
-SCENES = {
+SCENES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "100 mph": ({"scene.speed": "100 mph"}, NOSE),
     "nominal P8": ({"scene.wheel.profile": "P8"}, ("250 mm", "390 mm")),
     "nose four times as strong": ({"scene.materials.nose": {"grade": "Mn13", "strength": "400 %"}}, NOSE),

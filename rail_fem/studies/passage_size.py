@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -34,7 +35,7 @@ from rail_fem.sweeps.compare import core_seconds, history_error
 
 WINDOW = "60 mm"
 # what makes a pass less expensive, or judges it: name -> changed settings
-JUDGES = {
+JUDGES: dict[str, dict[str, Any]] = {
     "no mass scaling": {"mass_scaling": 1},
     f"window of {WINDOW}": {"window_ahead": WINDOW, "window_behind": WINDOW},
     "element full": {"element": "full"},
