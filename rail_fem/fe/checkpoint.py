@@ -22,7 +22,7 @@ from rail_fem.fe.state import LANES
 from rail_fem.fe.structure import Structure
 from rail_fem.output.sealed import SealError, read_sealed, write_sealed
 
-FORMAT = "8"
+FORMAT = "9"
 REMEDY = "remove it and --restart begins at the first step, or begin again with --overwrite"
 
 

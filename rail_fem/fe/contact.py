@@ -20,7 +20,9 @@ OPPOSED = -0.3  # cosine between the normals of a node and of a facet that it ca
 START_REACH = 20e-3  # how deep a wrong start is looked for [m]
 # fastest that surfaces close: by travelling over surfaces so much apart in slope [1], and on their own [m/s]
 SLOPE, APPROACH = 0.1, 2.0
-BOX_PASSES = 3  # that narrow down where the surfaces may come into contact
+# how much nearer the surfaces come, and how far the wheel travels, before all facets are looked at again and not only
+# those that were so near [m]
+NEARER, FARTHER = 1e-3, 8e-3
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,9 @@ class Contact:
         "offset",
         "spin",
         "steps_to_search",
+        "near",
+        "nearer_left",
+        "farther_left",
         "started",
         "pairs",
         "position",
@@ -133,6 +138,8 @@ class Contact:
             self.inverse_mass[self._gather_all(np.where(fixed, 1.0, 0.0)).max(axis=1) > 0.5] = 0.0
         self.quads = (rail.quads.astype(np.int64), wheel.quads.astype(np.int64) + self.n_rail)
         self.reachable = np.ones(len(rail.quads), np.bool_)  # facets of the rail that a search looks at
+        # facets of rail and wheel, one list, that a search looks at, and until when these are all that matter [m]
+        self.near, self.nearer_left, self.farther_left = np.empty(0, np.int64), 0.0, 0.0
         self.neighbours = tuple(edge_neighbours(q) for q in self.quads)
         self.area = sum(tributary_areas(self.reference, q) for q in self.quads)
         self.from_axle = self.reference - np.asarray(axle)
@@ -164,13 +171,51 @@ class Contact:
             self.comm.Allreduce(MPI.IN_PLACE, out)
         return out
 
-    def search(self) -> None:
-        """Choose the nodes and facets that may come into contact before the next search, and where their projections
-        start.
+    def _gather_near(self) -> np.ndarray:
+        """Positions (n, 3) [m], of the nodes of near facets as they are now, of others as they were. Replicated.
         Collective."""
-        position = self._gather_all(self.structure.x)
-        position[self.is_wheel, 0] += self.offset
-        candidates = self._candidates(position)
+        wanted = np.zeros(self.n, bool)
+        for quads, facets in zip(self.quads, self._near_facets()):
+            wanted[quads[facets].ravel()] = True
+        mine = wanted[self.here]
+        out = np.zeros((self.n, 3))
+        out[self.here[mine]] = self.structure.x.reshape(-1, 3)[self.local[mine]]
+        if self.comm.size > 1:
+            near = out[wanted]
+            self.comm.Allreduce(MPI.IN_PLACE, near)
+            out[wanted] = near
+        out[wanted & self.is_wheel, 0] += self.offset
+        return np.where(wanted[:, None], out, self.position)
+
+    def let_reach(self, facets: np.ndarray) -> None:
+        """From now on a search looks at these of the rail's facets (q,) bool; those that come anew count as near.
+        Replicated."""
+        self.near = np.union1d(self.near, np.flatnonzero(facets & ~self.reachable))
+        self.reachable = facets
+
+    def _near_facets(self) -> list[np.ndarray]:
+        """Reachable facets of the rail and facets of the wheel that are near, ascending."""
+        k = len(self.quads[0])
+        rail, wheel = self.near[self.near < k], self.near[self.near >= k] - k
+        return [rail[self.reachable[rail]], wheel]
+
+    def search(self, dt: float) -> None:
+        """Choose the nodes and facets that may come into contact before the next search, after `steps_to_search` steps
+        of dt [s], and where their projections start. All facets are looked at from time to time only. Collective."""
+        self.steps_to_search = self.steps_between_searches(dt)
+        ahead = self.steps_to_search * dt
+        nearer, farther = ahead * self._closing_speed(), ahead * abs(self.speed)
+        if nearer > self.nearer_left or farther > self.farther_left:
+            position = self._gather_all(self.structure.x)
+            position[self.is_wheel, 0] += self.offset
+            self.nearer_left, self.farther_left = max(NEARER, nearer), max(FARTHER, farther)
+            self.near = self._look_at_all(position)
+        else:
+            position = self._gather_near()
+        self.nearer_left -= nearer
+        self.farther_left -= farther
+        reach = self.settings.margin if self.started else START_REACH
+        candidates = self._candidates(position, self._near_facets(), np.full(3, reach))
         self.pairs = [self._close_pairs(side, position, *candidates[side]) for side in (0, 1)]
         self.started = True
         keep_slip, slaves = self.slip, self.pairs[0].slaves
@@ -185,7 +230,8 @@ class Contact:
         them. Replicated."""
         quads, neighbours = self.quads[1 - side], self.neighbours[1 - side]
         facets, where = np.empty(0, np.int64), np.empty((0, 2))
-        allowed = np.ones(len(quads), np.bool_) if side == 0 else self.reachable
+        allowed = np.zeros(len(quads), np.bool_)
+        allowed[self._near_facets()[1 - side]] = True
         if len(near):
             _, nearest = cKDTree(position[quads[opposite]].mean(axis=1)).query(position[near])
             every = self._pairs(side, near, opposite[nearest], np.zeros((len(near), 2)), allowed.copy())
@@ -202,23 +248,28 @@ class Contact:
         usable &= allowed
         return self._pairs(side, near, facets, where, usable)
 
-    def _candidates(self, position: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """For each side its nodes and the opposite facets within reach of the box that both surfaces share; none where
-        they share no box. Replicated."""
-        reach = self.settings.margin if self.started else START_REACH
-        (low, high), facets = (
-            zip(*(kernel.facet_boxes(position, q, reach) for q in self.quads)),
-            [np.flatnonzero(self.reachable), np.arange(len(self.quads[1]))],
-        )
-        for _ in range(BOX_PASSES):
-            boxes = [
-                (low[k][facets[k]].min(axis=0, initial=np.inf), high[k][facets[k]].max(axis=0, initial=-np.inf))
-                for k in (0, 1)
-            ]
-            facets = [
-                facets[k][((high[k][facets[k]] > boxes[1 - k][0]) & (low[k][facets[k]] < boxes[1 - k][1])).all(axis=1)]
-                for k in (0, 1)
-            ]
+    def _look_at_all(self, position: np.ndarray) -> np.ndarray:
+        """The facets of both surfaces, the rail's first, that can come within the margin of the other's before
+        `nearer_left` and `farther_left` are used up. Replicated."""
+        reach = (self.settings.margin if self.started else START_REACH) + self.nearer_left
+        every = [np.flatnonzero(self.reachable), np.arange(len(self.quads[1]))]
+        rail, wheel = self._sharing_space(position, every, reach + np.array([self.farther_left, 0.0, 0.0]))
+        return np.concatenate([rail, wheel + len(self.quads[0])])
+
+    def _sharing_space(
+        self, position: np.ndarray, facets: list[np.ndarray], reach: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Those of the facets of rail and wheel whose boxes, wider by `reach` (3,) [m], may share space with the
+        other's. Replicated."""
+        kept = kernel.share_space(*(kernel.facet_boxes(position, q[f], reach) for q, f in zip(self.quads, facets)))
+        return facets[0][kept[0]], facets[1][kept[1]]
+
+    def _candidates(
+        self, position: np.ndarray, facets: list[np.ndarray], reach: np.ndarray
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        """For each side its nodes and the opposite facets, of those given, that come within reach of the other surface.
+        Replicated."""
+        facets = self._sharing_space(position, facets, reach)
         nodes = [np.unique(self.quads[k][facets[k]]) for k in (0, 1)]
         return [(nodes[k], facets[1 - k]) if len(facets[1 - k]) else (nodes[k][:0], facets[1 - k]) for k in (0, 1)]
 
@@ -266,8 +317,7 @@ class Contact:
         """Contact forces of the step that `structure.v` (velocity without contact) would make from `structure.x` ->
         `force`. Collective."""
         if self.steps_to_search <= 0:
-            self.search()
-            self.steps_to_search = self.steps_between_searches(dt)
+            self.search(dt)
         self.steps_to_search -= 1
         if not len(self.watched):
             self.sums[:] = 0.0
@@ -293,9 +343,12 @@ class Contact:
     def steps_between_searches(self, dt: float) -> int:
         """How many steps of dt [s] surfaces need to come half the margin nearer: no node that is not watched is in
         contact before the next search."""
-        closing = SLOPE * abs(self.speed) + APPROACH
-        steps = max(int(0.5 * self.settings.margin / (closing * dt)), 1)
+        steps = max(int(0.5 * self.settings.margin / (self._closing_speed() * dt)), 1)
         return steps if self.settings.refresh is None else min(steps, self.settings.refresh)
+
+    def _closing_speed(self) -> float:
+        """How fast the surfaces come nearer to each other at most [m/s]."""
+        return SLOPE * abs(self.speed) + APPROACH
 
     def carrying_x(self) -> np.ndarray:
         """Positions along x [m] of the rail's nodes that carry normal force. Replicated."""

@@ -204,7 +204,7 @@ class Dynamics:
         self.runs, self.owned_runs = runs(touched), runs(touched[: self.domain.n_owned])
         self.updated_cells = self.domain.m_global if w is None else w.updated_cells
         if w is not None and self.contact is not None:
-            self.contact.reachable = w.facets
+            self.contact.let_reach(w.facets)
 
     # ---- step size
 

@@ -152,7 +152,7 @@ def contact_cost(across: int, effort: Effort) -> ContactCost:
     surfaces = [Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1)]
     settings = ContactSettings(1e15, friction=0.3)
     contact = Contact(structure, *surfaces, settings, speed=30.0, spin=70.0, axle=(0.0, 0.0, 0.42))
-    contact.search()
+    contact.search(1e-7)
 
     def forces():
         contact.steps_to_search = settings.refresh
@@ -161,5 +161,5 @@ def contact_cost(across: int, effort: Effort) -> ContactCost:
     seconds = least_time(forces, effort)
     pairs = sum(len(pairs.slaves) for pairs in contact.pairs)
     return ContactCost(
-        pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(contact.search, effort), settings.refresh
+        pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(lambda: contact.search(1e-7), effort), settings.refresh
     )
