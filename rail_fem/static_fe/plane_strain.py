@@ -121,15 +121,27 @@ class PlaneBody:
         strain = ufl.sym(ufl.grad(u))
         return 2 * shear * strain + lame * ufl.tr(strain) * ufl.Identity(2)
 
-    def _factorise(self) -> None:
-        u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
-        matrix = petsc.assemble_matrix(fem.form(ufl.inner(self._stress(u), ufl.grad(v)) * ufl.dx))
+    def _assembled(self, form) -> sparse.csc_matrix:
+        """A bilinear form as a matrix (2m, 2m), x and y of the nodes in turn."""
+        matrix = petsc.assemble_matrix(fem.form(form))
         matrix.assemble()
         start, column, value = matrix.getValuesCSR()
-        stiffness = sparse.csr_matrix((value, column, start), shape=matrix.getSize())
         order = (2 * self.dof_of[:, None] + [0, 1]).ravel()
-        stiffness = stiffness[order][:, order].tocsc()
-        self.free = np.setdiff1d(np.arange(len(order)), (2 * self.held[:, None] + [0, 1]).ravel())
+        return sparse.csr_matrix((value, column, start), shape=matrix.getSize())[order][:, order].tocsc()
+
+    def stiffness(self) -> sparse.csc_matrix:
+        """Stiffness (2m, 2m) [Pa], the held edge not yet held."""
+        u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
+        return self._assembled(ufl.inner(self._stress(u), ufl.grad(v)) * ufl.dx)
+
+    def mass(self, density: float) -> sparse.csc_matrix:
+        """Consistent mass (2m, 2m) [kg/m] of a density [kg/m^3]."""
+        u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
+        return self._assembled(density * ufl.inner(u, v) * ufl.dx)
+
+    def _factorise(self) -> None:
+        stiffness = self.stiffness()
+        self.free = np.setdiff1d(np.arange(stiffness.shape[0]), (2 * self.held[:, None] + [0, 1]).ravel())
         self._factor = splu(
             stiffness[self.free][:, self.free], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
         )

@@ -1,0 +1,182 @@
+"""A body with inertia: how it yields statically to the inertia forces of its cells and to its loads.
+
+The fictitious body forces -rho a of the cells are loads like any other. With forces phi on the N cells and amplitudes t
+of m load patterns on the boundary, the boundary elements give
+
+    u = D phi + L t         mean displacement of the cells
+    q = L' phi + C t        displacement that does work on the patterns
+
+By Betti's law D and C are symmetric and the second L is the transpose of the first, so the strain energy is
+(phi u + t q) / 2, never negative. The discrete D of a collocation method is symmetric only up to its error, and the
+power balance of any scheme in time then leaks; taken as the mean of itself and its transpose it is as accurate and
+keeps the balance (`symmetric`). `collocated` leaves the means over cells away and takes the displacement at their
+centres, and keeps D as it comes: the cells as the thesis prints them, section 6.3.1, with the sign of the inertia
+force corrected.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, eigh
+
+from bem.checks import refuse_unless_positive
+from bem.dynamic.body_force import CellForces, cell_tractions, displacement_of_cells
+from bem.dynamic.cells import Cells
+from bem.plane.body import Body, CondensedBody
+from bem.plane.boundary import MEMORY_LIMIT, BoundarySolution, TooLargeError, displacement_matrix
+from bem.plane.mesh import BoundaryMesh
+
+_ROWS = 4000  # points whose displacement matrix is held at once
+
+
+WORST_REPAIR = 1e-5  # of all flexibility, above which a negative eigenvalue is more than round-off of the integrals
+
+
+class DiscretisationWarning(UserWarning):
+    """Cells and boundary elements that do not resolve each other."""
+
+
+class DynamicsError(ValueError):
+    """A problem in time that cannot be set up: no mass, no step, a body that nothing holds."""
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Speeds [m/s] of an isotropic solid: dilatational, shear, and of a thin bar in plane strain."""
+
+    dilatational: float
+    shear: float
+    bar: float
+
+    @classmethod
+    def of(cls, material, density: float) -> Waves:
+        """Of a bem.material.Elastic and a density [kg/m^3]."""
+        refuse_unless_positive(DynamicsError, **{"density [kg/m^3]": density})
+        shear, poisson = material.shear, material.poisson
+        return cls(
+            float(np.sqrt(2 * shear * (1 - poisson) / (1 - 2 * poisson) / density)),
+            float(np.sqrt(shear / density)),
+            float(np.sqrt(material.plane_modulus / density)),
+        )
+
+
+class DynamicBody:
+    """Flexibility of a held body for its cells and for load patterns.
+
+    flexibility (2N, 2N) D [m^2/N]; reach (2N, m) L [m per unit of pattern]; compliance (m, m) C; mass (2N,) [kg/m], all
+    x then all y
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        mesh: BoundaryMesh,
+        cells: Cells,
+        density: float,
+        patterns: np.ndarray,
+        collocated: bool = False,
+        memory_limit: float = MEMORY_LIMIT,
+    ) -> None:
+        """patterns : (2n, m) forces on the boundary's cells, all x then all y [N/m per unit]; density [kg/m^3].
+
+        Raises DynamicsError for a body without a held edge, TooLargeError beyond `memory_limit` [bytes].
+        """
+        if body.held is None:
+            raise DynamicsError("cells with inertia need a body with a held edge: give `held` the name of one")
+        self.waves = Waves.of(body.material, density)
+        need = 8.0 * (4 * (2 * len(cells)) ** 2 + 2 * (2 * len(cells)) * (2 * mesh.densities))
+        if need > memory_limit:
+            raise TooLargeError(
+                f"{len(cells)} cells need {need / 1e9:.2f} GB of dense matrices and {memory_limit / 1e9:.2f} GB are"
+                " allowed: take larger cells away from the loads"
+            )
+        self.mesh, self.cells, self.material, self.density = mesh, cells, body.material, density
+        self.symmetric = not collocated
+        self.static = CondensedBody(body, mesh, memory_limit)
+        self.static.condense(patterns)
+        self._densities, self._shift = self.static.problem.solve(
+            -cell_tractions(mesh, cells, body.material), -displacement_of_cells(mesh.middles, cells, body.material)
+        )
+        points = cells.centre if collocated else cells.points
+        flexibility, reach = self._cells_at(points), self.static.displacement(points)
+        self.compliance = patterns.T @ self.static.displacement(mesh.middles, np.arange(mesh.densities))
+        if not collocated:
+            flexibility, reach = cells.mean(flexibility), cells.mean(reach)
+            flexibility = (flexibility + flexibility.T) / 2
+            self.compliance = (self.compliance + self.compliance.T) / 2
+            # two ways to the same numbers, by Betti's law; each alone leaves the whole less than positive
+            reach = (reach + self._middles_under_cells().T @ patterns) / 2
+        self.flexibility, self.reach = flexibility, reach
+        self.mass = np.tile(density * cells.area, 2)
+        self.repaired = 0 if collocated else self._make_positive()
+        self._memo: dict = {}
+
+    def _make_positive(self) -> int:
+        """Lift eigenvalues of the scaled flexibility that discretisation left below zero to those of a wave of twice
+        the smallest whole cell; a mode with a negative one would grow like no wave. Returns how many."""
+        floor = (self.cells.side.min() / (np.pi * self.waves.dilatational)) ** 2
+        scaled = self.scaled_flexibility
+        try:
+            cho_factor(scaled, check_finite=False)
+            return 0
+        except LinAlgError:
+            values, modes = eigh(scaled, subset_by_value=(-np.inf, 1e-3 * floor))
+        root = np.sqrt(self.mass)
+        self.flexibility += (modes * (floor - values)) @ modes.T / root / root[:, None]
+        if -values[0] > WORST_REPAIR * np.trace(scaled):
+            warnings.warn(
+                f"{len(values)} of {len(root)} modes had a negative flexibility, down to {-values[0]:.2g} s^2 of"
+                f" {np.trace(scaled):.2g} s^2 in all: refine the boundary mesh to the cells' size",
+                DiscretisationWarning,
+                stacklevel=3,
+            )
+        return len(values)
+
+    def _cells_at(self, points: np.ndarray) -> np.ndarray:
+        """Displacement (2m, 2N) at points (m, 2) of unit forces on the cells of the held body."""
+        out = displacement_of_cells(points, self.cells, self.material)
+        m = len(points)
+        for a in range(0, m, _ROWS):
+            part = points[a : a + _ROWS]
+            moved = displacement_matrix(part, self.mesh, self.material) @ self._densities
+            out[a : a + len(part)] += moved[: len(part)] + self._shift[0]
+            out[m + a : m + a + len(part)] += moved[len(part) :] + self._shift[1]
+        return out
+
+    def _middles_under_cells(self) -> np.ndarray:
+        """Displacement (2n, 2N) at the middles of the boundary's cells of unit forces on the cells."""
+        moved = displacement_of_cells(self.mesh.middles, self.cells, self.material)
+        moved += self.static.problem.displacement_at_middles @ self._densities
+        return moved + np.repeat(self._shift, self.mesh.densities, axis=0)
+
+    @property
+    def scaled_flexibility(self) -> np.ndarray:
+        """M^1/2 D M^1/2 (2N, 2N) [s^2]: its eigenvalues are 1 / omega^2."""
+        root = np.sqrt(self.mass)
+        return root[:, None] * self.flexibility * root
+
+    @cached_property
+    def inverse_frequencies(self) -> np.ndarray:
+        """1 / omega^2 (2N,) [s^2] of the body with its cells, the slowest first; complex where D is not symmetric."""
+        if self.symmetric:
+            return eigh(self.scaled_flexibility, eigvals_only=True)[::-1]
+        values = np.linalg.eigvals(self.scaled_flexibility)
+        return values[np.argsort(-values.real)]
+
+    def solution(self, forces: np.ndarray, amplitude: np.ndarray) -> BoundarySolution:
+        """Field under forces (2N,) on the cells and amplitudes (m,) of the patterns, for bem.plane.internal; what it
+        needs of the cells at points asked for is kept until `forget_points`."""
+        n = self.mesh.densities
+        density = self.static.density @ amplitude + self._densities @ forces
+        shift = self.static.shift @ amplitude + self._shift @ forces
+        return BoundarySolution(
+            self.mesh, self.material, density.reshape(2, n).T, shift, (CellForces(self.cells, forces, self._memo),)
+        )
+
+    def forget_points(self) -> None:
+        """Free the memory of the points at which fields were asked for."""
+        self._memo.clear()

@@ -1,0 +1,241 @@
+"""Cells that fill a plane body: squares of a quadtree, fine where asked, cut off at the boundary mesh.
+
+A cell carries one uniform body force. It need not fit its neighbours: cells of any size may lie side by side, since
+the field of each is a closed form (bem.dynamic.body_force).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bem.checks import refuse_unless_positive
+from bem.plane.mesh import BoundaryMesh
+from kernel_cache import njit
+
+MOST_CELLS = 20_000  # of one body: its dense flexibility takes 13 GB
+_SLIVER = 1e-9  # part of a square below which what the boundary leaves of it is round-off
+
+
+class CellError(ValueError):
+    """Cells that cannot be laid: too many, or a size that is none."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """N polygons within a body, as E directed edges with the polygon on their left.
+
+    start, end (E,) complex [m] ; owner (E,) cell of each edge ; area (N,) [m^2] ; centre (N, 2) [m]
+    side (N,) [m] of the square that a cell was cut from ; whole (N,) bool : it is the square
+    points (Q, 2) [m], of (Q,), weight (Q,) : quadrature over each cell, exact for squares of coordinates; the weights
+    of a cell sum to 1
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    owner: np.ndarray
+    area: np.ndarray
+    centre: np.ndarray
+    side: np.ndarray
+    whole: np.ndarray
+    points: np.ndarray
+    of: np.ndarray
+    weight: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+    def mean(self, values: np.ndarray) -> np.ndarray:
+        """Means (2N, ...) over the cells, all x then all y, of values (2Q, ...) at the quadrature points."""
+        q, n = len(self.of), len(self)
+        out = np.zeros((2 * n, *values.shape[1:]))
+        weight = self.weight.reshape(-1, *[1] * (values.ndim - 1))
+        np.add.at(out, self.of, weight * values[:q])
+        np.add.at(out, n + self.of, weight * values[q:])
+        return out
+
+
+def fill_with_cells(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> Cells:
+    """Squares of at most the wanted side that fill a finite body.
+
+    size : points (m, 2) -> wanted side (m,) [m] (a bem.plane.mesh.Sizing, for one)
+    Raises CellError for a size that is not positive, and for more than MOST_CELLS cells.
+    """
+    if mesh.infinite:
+        raise CellError("an infinite body cannot be filled with cells: cut it off, or go by the Laplace domain")
+    corner, side = _quadtree(mesh, size)
+    loops = _loops(mesh)
+    near = _distance(mesh, corner + side[:, None] / 2) < side * np.sqrt(0.5)
+    edges, kept, whole = [], [], []
+    for k in np.flatnonzero(near):
+        pieces = [_clip(loop, *corner[k], side[k]) for loop in loops]
+        pieces = [piece for piece in pieces if len(piece) > 2]
+        area = sum((_moments(piece, np.roll(piece, -1))[0] for piece in pieces), 0.0)
+        if pieces and area > _SLIVER * side[k] ** 2:
+            edges.append((np.concatenate(pieces), np.concatenate([np.roll(piece, -1) for piece in pieces])))
+            kept.append(k)
+            whole.append(False)
+    for k in np.flatnonzero(~near & _inside(mesh, corner + side[:, None] / 2)):
+        square = complex(*corner[k]) + side[k] * np.array([0, 1, 1 + 1j, 1j])
+        edges.append((square, np.roll(square, -1)))
+        kept.append(k)
+        whole.append(True)
+    return _gather(edges, side[kept], np.array(whole))
+
+
+def _gather(edges: list[tuple[np.ndarray, np.ndarray]], side: np.ndarray, whole: np.ndarray) -> Cells:
+    areas, centres, points, owner_of_point, weights = [], [], [], [], []
+    for k, (start, end) in enumerate(edges):
+        area, centre = _moments(start, end)
+        areas.append(area)
+        centres.append(centre)
+        if whole[k]:
+            place = centre + side[k] * np.sqrt(1 / 12) * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
+            weight = np.full(4, 0.25)
+        else:  # signed triangles between the centre and each edge, each by the middles of its sides
+            share = ((start - centre).conj() * (end - centre)).imag / 2 / area
+            place = np.concatenate([(start + end) / 2, (start + centre) / 2, (end + centre) / 2])
+            weight = np.tile(share / 3, 3)
+        points.append(place)
+        weights.append(weight)
+        owner_of_point.append(np.full(len(place), k))
+    z = np.concatenate(points)
+    centre = np.array(centres)
+    return Cells(
+        np.concatenate([start for start, _ in edges]),
+        np.concatenate([end for _, end in edges]),
+        np.concatenate([np.full(len(start), k) for k, (start, _) in enumerate(edges)]),
+        np.array(areas),
+        np.column_stack([centre.real, centre.imag]),
+        side,
+        whole,
+        np.column_stack([z.real, z.imag]),
+        np.concatenate(owner_of_point),
+        np.concatenate(weights),
+    )
+
+
+def _moments(start: np.ndarray, end: np.ndarray) -> tuple[float, complex]:
+    """Area and centroid of closed polygons given by their directed edges."""
+    origin = start[0]
+    a, b = start - origin, end - origin
+    double = (a.conj() * b).imag
+    area = double.sum() / 2
+    if area == 0:
+        return 0.0, origin
+    return float(area), origin + ((a + b) * double).sum() / (6 * area)
+
+
+def _loops(mesh: BoundaryMesh) -> list[np.ndarray]:
+    """Complex vertices of each closed loop of a boundary mesh, the material on their left."""
+    breaks = np.flatnonzero(mesh.following != np.arange(1, mesh.elements + 1)) + 1
+    return [mesh.start[a:b] for a, b in zip(np.r_[0, breaks[:-1]], breaks)]
+
+
+def _quadtree(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Lower left corners (m, 2) and sides (m,) of squares that meet the body, none larger than wanted at its centre
+    and corners."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    extent = float((high - low).max())
+    finest = np.asarray(size(np.vstack([mesh.vertices, (low + high)[None] / 2])), float)
+    refuse_unless_positive(CellError, **{"cell size [m]": float(finest.min())})
+    whole = float(finest.max())
+    count = np.ceil((high - low) / min(whole, extent) - 1e-9).astype(int)
+    if count.prod() > MOST_CELLS:
+        raise CellError(
+            f"{count.prod()} cells of {whole:.3g} m in a body of {extent:.3g} m, more than {MOST_CELLS}: choose a"
+            " larger size"
+        )
+    side = np.full(count.prod(), (high - low)[np.argmax((high - low) / count)] / count[np.argmax((high - low) / count)])
+    grid = np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1).reshape(-1, 2)
+    span = count * side[0]
+    corner = (low + high - span) / 2 + grid * side[0]
+    done: list[tuple[np.ndarray, np.ndarray]] = []
+    around = np.array([[0.5, 0.5], [0, 0], [1, 0], [1, 1], [0, 1]])
+    while len(side):
+        sample = corner[:, None] + around * side[:, None, None]
+        wanted = np.asarray(size(sample.reshape(-1, 2)), float).reshape(-1, 5).min(axis=1)
+        refuse_unless_positive(CellError, **{"cell size [m]": float(wanted.min())})
+        centre = corner + side[:, None] / 2
+        meets = (_distance(mesh, centre) < side * np.sqrt(0.5)) | _inside(mesh, centre)
+        split = meets & (side > wanted * (1 + 1e-9))
+        done.append((corner[meets & ~split], side[meets & ~split]))
+        half = side[split] / 2
+        corner = (corner[split][:, None] + half[:, None, None] * np.array([[0, 0], [1, 0], [0, 1], [1, 1]])).reshape(
+            -1, 2
+        )
+        side = np.repeat(half, 4)
+        total = sum(len(s) for _, s in done) + len(side)
+        if total > 4 * MOST_CELLS:
+            raise CellError(f"more than {MOST_CELLS} cells: choose a larger size, or keep the fine part smaller")
+    corners, sides = np.vstack([c for c, _ in done]), np.concatenate([s for _, s in done])
+    if len(sides) > MOST_CELLS:
+        raise CellError(f"{len(sides)} cells, more than {MOST_CELLS}: choose a larger size")
+    return corners, sides
+
+
+def _distance(mesh: BoundaryMesh, points: np.ndarray) -> np.ndarray:
+    """Distance (m,) [m] of points (m, 2) from the boundary mesh."""
+    return _nearest(points[:, 0] + 1j * points[:, 1], mesh.start, mesh.end)[0]
+
+
+def _inside(mesh: BoundaryMesh, points: np.ndarray) -> np.ndarray:
+    """Whether points (m, 2) lie within the boundary mesh, (m,) bool."""
+    return np.abs(_nearest(points[:, 0] + 1j * points[:, 1], mesh.start, mesh.end)[1]) > 3
+
+
+@njit(cache=True)
+def _nearest(z, start, end):
+    """Distance to the nearest segment (m,) and the angle [rad] (m,) that all segments turn through as seen from z."""
+    distance, turn = np.full(z.size, np.inf), np.zeros(z.size)
+    for i in range(z.size):
+        for e in range(start.size):
+            a, b = start[e] - z[i], end[e] - z[i]
+            step = b - a
+            share = -(a * step.conjugate()).real / (step.real**2 + step.imag**2)
+            foot = a + min(max(share, 0.0), 1.0) * step
+            distance[i] = min(distance[i], abs(foot))
+            turn[i] += np.arctan2((a.conjugate() * b).imag, (a.conjugate() * b).real)
+    return distance, turn
+
+
+@njit(cache=True)
+def _clip(polygon, x, y, side):
+    """A polygon (n,) complex cut to the square with the lower left corner x, y (Sutherland and Hodgman).
+
+    Pieces that the cut separates stay joined by edges passed twice in opposite senses, which add nothing to any
+    integral over edges.
+    """
+    current = polygon
+    for cut in range(4):
+        inner = np.empty(2 * current.size + 4, np.complex128)
+        count = 0
+        for i in range(current.size):
+            a, b = current[i - 1], current[i]
+            if cut == 0:
+                da, db = a.real - x, b.real - x
+            elif cut == 1:
+                da, db = x + side - a.real, x + side - b.real
+            elif cut == 2:
+                da, db = a.imag - y, b.imag - y
+            else:
+                da, db = y + side - a.imag, y + side - b.imag
+            if (da < 0) != (db < 0):
+                inner[count] = a + (b - a) * (da / (da - db))
+                count += 1
+            if db >= 0:
+                inner[count] = b
+                count += 1
+        current = inner[:count].copy()
+        if count == 0:
+            break
+    # consecutive duplicates would be edges of no length
+    out = np.empty(current.size, np.complex128)
+    count = 0
+    for i in range(current.size):
+        if abs(current[i] - current[i - 1]) > 1e-12 * side:
+            out[count] = current[i]
+            count += 1
+    return out[:count]

@@ -1,0 +1,226 @@
+"""Something strikes a body: a mass that the contact force slows down, or a path that it is made to follow.
+
+The striker's outline is stiff, or yields statically (its own waves are left out; its mass sits where it is held). Gaps
+are measured along the normals of the struck body between the smooth outlines, as in bem.plane.pairing. The contact
+nodes themselves carry no mass: what yields at once under a pressure is the body's static compliance less what inertia
+holds back, so pressures follow the gaps without the chatter of masses that strike, and no restitution is to be chosen.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bem.checks import refuse_unless_finite, refuse_unless_positive
+from bem.dynamic.body import DynamicBody, DynamicsError
+from bem.dynamic.cells import Cells
+from bem.dynamic.contact import NormalContact
+from bem.dynamic.marching import March, State
+from bem.plane.body import Body, CondensedBody
+from bem.plane.boundary import MEMORY_LIMIT
+from bem.plane.mesh import BoundaryMesh
+from bem.plane.pairing import Interface, pair
+
+
+class ImpactWarning(UserWarning):
+    """An impact whose result means something else than expected."""
+
+
+@dataclass(frozen=True)
+class Striker:
+    """What moves along the unit vector `axis` (2,): a mass per thickness [kg/m] with a velocity [m/s] and a load [N/m]
+    along the axis, or a `path`: time [s] -> position [m] along the axis that it is made to follow.
+
+    release : time [s] from which nothing presses any more (a wheel that has rolled on), or None
+    """
+
+    mass: float | None = None
+    velocity: float = 0.0
+    load: float = 0.0
+    path: Callable[[float], float] | None = None
+    axis: tuple[float, float] = (0.0, 1.0)
+    release: float | None = None
+
+    def __post_init__(self) -> None:
+        refuse_unless_finite(DynamicsError, velocity=self.velocity, load=self.load)
+        if (self.mass is None) == (self.path is None):
+            raise DynamicsError("a striker has either a mass, which the contact slows, or a path that it follows")
+        if self.mass is not None:
+            refuse_unless_positive(DynamicsError, **{"mass of the striker [kg/m]": self.mass})
+        if abs(np.hypot(*self.axis) - 1) > 1e-9:
+            raise DynamicsError(f"axis {self.axis!r}: give a unit vector")
+
+
+class Struck:
+    """A body that may be struck on its face, ready for any step length and striker of one outline."""
+
+    def __init__(
+        self,
+        body: Body,
+        mesh: BoundaryMesh,
+        cells: Cells,
+        density: float,
+        striker: Body,
+        striker_mesh: BoundaryMesh,
+        reach: float,
+        yielding: bool = False,
+        memory_limit: float = MEMORY_LIMIT,
+    ) -> None:
+        """striker : its outline in the position at time 0; yielding : it yields statically by its own material
+        reach [m] : largest gap considered
+        """
+        self.interface: Interface = pair(mesh, body.face, striker_mesh, striker.face, striker.outline, reach)
+        n, (nx, ny) = len(self.interface.nodes), self.interface.normals.T
+        self._inward = np.vstack([np.diag(-nx), np.diag(-ny)])  # unit pressures as x and y tractions
+        self.body = DynamicBody(
+            body, mesh, cells, density, self.interface.on_slave @ self._inward, memory_limit=memory_limit
+        )
+        self.mass = self.interface.mass
+        self.local = np.zeros((n, n))
+        if yielding:
+            other = CondensedBody(striker, striker_mesh, memory_limit)
+            other.condense(self.interface.on_master @ self._inward)
+            yields = self.mass[:, None] * (self._inward.T @ other.displacement(self.interface.feet))
+            self.local = (yields + yields.T) / 2
+
+
+@dataclass
+class Impact:
+    """k + 1 instants: time [s]; position, velocity, force (k+1,) of the striker along its axis [m, m/s, N/m]; pressure
+    (k+1, n) [Pa]; energy (k+1, 4) [J/m]: kinetic and strain energy of body (and striker's yielding), kinetic energy of
+    the striker, work of load and path.
+
+    states : of the instants kept, by number; struck : what was hit; factorisations : of the set of touching nodes
+    """
+
+    struck: Struck
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    pressure: np.ndarray
+    energy: np.ndarray
+    states: dict[int, State] = field(default_factory=dict)
+    factorisations: int = 0
+
+    @property
+    def imbalance(self) -> np.ndarray:
+        """Energy beyond the work done (k+1,), over the largest total so far."""
+        total = self.energy[:, :3].sum(axis=1)
+        return (total - self.energy[:, 3]) / np.maximum(np.maximum.accumulate(np.abs(total)), 1e-300)
+
+    def contacts(self) -> list[tuple[float, float]]:
+        """Begin and end [s] of each time in contact."""
+        touch = np.r_[False, self.pressure.max(axis=1) > 0, False]
+        begin, end = np.flatnonzero(~touch[:-1] & touch[1:]), np.flatnonzero(touch[:-1] & ~touch[1:]) - 1
+        return [(float(self.time[a]), float(self.time[b])) for a, b in zip(begin, end)]
+
+    def solution(self, instant: int):
+        """Field of the struck body at an instant that was kept (bem.plane.internal)."""
+        if instant not in self.states:
+            raise DynamicsError(f"instant {instant} was not kept: there are {sorted(self.states)}")
+        state = self.states[instant]
+        return self.struck.body.solution(state.phi, state.t)
+
+
+def strike(struck: Struck, striker: Striker, march: March, steps: int, keep: Callable[[int], bool] | None = None):
+    """The Impact of a striker over so many steps of a march of struck.body; keep : which instants' fields are wanted.
+
+    Warns when they never touch. Raises DynamicsError for a number of steps that is none.
+    """
+    if not isinstance(steps, (int, np.integer)) or steps < 1:
+        raise DynamicsError(f"steps = {steps!r}: must be a positive whole number")
+    if march.body is not struck.body:
+        raise DynamicsError("the march is of another body than the one struck: make it of struck.body")
+    run = _Run(struck, striker, march)
+    impact = run.go(steps, keep or (lambda k: False))
+    if not impact.pressure.any():
+        warnings.warn(
+            f"the striker never touches in {impact.time[-1]:.3g} s: smallest gap at the start"
+            f" {struck.interface.gap.min():.3g} m, moved {impact.position[-1]:.3g} m along its axis",
+            ImpactWarning,
+            stacklevel=2,
+        )
+    return impact
+
+
+class _Run:
+    """One march with a striker."""
+
+    def __init__(self, struck: Struck, striker: Striker, march: March) -> None:
+        self.struck, self.striker, self.march = struck, striker, march
+        s, h = march.scheme, march.step
+        self._gap = struck.mass * struck.interface.gap
+        self._arm = struck.mass * (struck.interface.normals @ np.array(striker.axis))  # force and gap per unit
+        matrix = march.compliance + struck.local
+        self._mobility = 0.0
+        if striker.mass is not None:
+            self._mobility = h**2 * s.after_u * (1 - s.alpha_f) / ((1 - s.alpha_m) * striker.mass)
+            matrix = matrix + self._mobility * np.outer(self._arm, self._arm)
+        self.contact = NormalContact(matrix)
+
+    def _predicted(self, x: float, v: float, a: float, force: float, time: float) -> float:
+        """Position at the end of a step in which no contact force acts at its end."""
+        s, h, striker = self.march.scheme, self.march.step, self.striker
+        if striker.path is not None:
+            return float(striker.path(time))
+        known = (s.alpha_f * force + (1 - s.alpha_f) * striker.load) / striker.mass - s.alpha_m * a
+        return x + h * v + h**2 * (s.before_u * a + s.after_u / (1 - s.alpha_m) * known)
+
+    def go(self, steps: int, keep: Callable[[int], bool]) -> Impact:
+        march, striker, struck = self.march, self.striker, self.struck
+        s, h, n = march.scheme, march.step, len(self._gap)
+        state = march.start()
+        energy = march.energy(state)
+        x = float(striker.path(0.0)) if striker.path else 0.0
+        v, force = striker.velocity, striker.load
+        a = force / striker.mass if striker.mass else 0.0
+        rows = [(0.0, x, v, 0.0)]
+        pressures = [np.zeros(n)]
+        energies = [self._energies(energy, v, np.zeros(n), 0.0)]
+        states = {0: state} if keep(0) else {}
+        done = 0.0
+        for k in range(1, steps + 1):
+            time = k * h
+            free = march.free(state)
+            ahead = self._predicted(x, v, a, force, time)
+            pressure = np.zeros(n)
+            if striker.release is None or time <= striker.release:
+                pressure = self.contact.solve(self._gap + free[1] + self._arm * ahead)
+            pushed = float(self._arm @ pressure)
+            following = march.advance(state, pressure, free)
+            energy = march.energy(following, (state, energy))
+            x_before, v_before, force_before = x, v, force
+            if striker.path is not None:
+                x, v = ahead, (ahead - x_before) / h
+            else:
+                force = pushed + striker.load
+                a_new = (((1 - s.alpha_f) * force + s.alpha_f * force_before) / striker.mass - s.alpha_m * a) / (
+                    1 - s.alpha_m
+                )
+                x = x + h * v_before + h**2 * (s.before_u * a + s.after_u * a_new)
+                v = v_before + h * (s.before_v * a + s.after_v * a_new)
+                a = a_new
+            mean = (pushed + float(self._arm @ pressures[-1])) / 2
+            done += (striker.load if striker.path is None else -mean) * (x - x_before)
+            rows.append((time, x, v, pushed))
+            pressures.append(pressure)
+            energies.append(self._energies(energy, v, pressure, done))
+            state = following
+            if keep(k):
+                states[k] = state
+        table = np.array(rows)
+        return Impact(
+            struck, *table.T, np.array(pressures), np.array(energies), states, self.contact.factorisations
+        )  # fmt: skip
+
+    def _energies(self, energy, v: float, pressure: np.ndarray, work: float) -> tuple:
+        """Kinetic, strain, striker's kinetic, and all work done from outside since the beginning."""
+        moving = 0.5 * self.striker.mass * v**2 if self.striker.mass else 0.0
+        own = 0.5 * float(pressure @ self.struck.local @ pressure)
+        if not hasattr(self, "_begun"):
+            self._begun = energy.kinetic + energy.strain + moving
+        return energy.kinetic, energy.strain + own, moving, self._begun + work

@@ -1,0 +1,59 @@
+"""Schemes in time for inertia and elastic force, one form for all.
+
+    u1 = u0 + h v0 + h^2 (before_u a0 + after_u a1),    v1 = v0 + h (before_v a0 + after_v a1)
+    M [(1 - alpha_m) a1 + alpha_m a0] = F - [(1 - alpha_f) phi1 + alpha_f phi0]        phi: elastic force, F: applied
+
+Sources: backward Euler as in the thesis, eq. 6-3 and 6-4; Newmark (1959); generalised alpha: Chung and Hulbert, J.
+Appl. Mech. 60 (1993) 371 (from memory; its limits are tests: alpha = 1/2 and no dissipation at radius 1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bem.checks import refuse_unless_finite
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """Weights of the accelerations before and after a step in displacement and velocity, and of the equilibrium."""
+
+    name: str
+    before_u: float
+    after_u: float
+    before_v: float
+    after_v: float
+    alpha_m: float = 0.0
+    alpha_f: float = 0.0
+
+
+BACKWARD_EULER = Scheme("backward Euler", 0.0, 1.0, 0.0, 1.0)
+TRAPEZOIDAL = Scheme("trapezoidal", 0.25, 0.25, 0.5, 0.5)
+
+
+def generalised_alpha(radius: float) -> Scheme:
+    """Second order, with the amplification `radius` in [0, 1] of the fastest waves in each step."""
+    refuse_unless_finite(ValueError, radius=radius)
+    if not 0 <= radius <= 1:
+        raise ValueError(f"radius = {radius!r}: the amplification of the fastest waves lies in [0, 1]")
+    alpha_m, alpha_f = (2 * radius - 1) / (radius + 1), radius / (radius + 1)
+    gamma, beta = 0.5 - alpha_m + alpha_f, 0.25 * (1 - alpha_m + alpha_f) ** 2
+    return Scheme(f"generalised alpha, radius {radius:g}", 0.5 - beta, beta, 1 - gamma, gamma, alpha_m, alpha_f)
+
+
+def spectral_radius(scheme: Scheme, stiffness: np.ndarray) -> np.ndarray:
+    """Largest amplification (k,) in a step of modes with (omega h)^2 = stiffness (k,), which may be complex."""
+    z = np.asarray(stiffness, complex)
+    after, before = np.zeros((len(z), 3, 3), complex), np.zeros((len(z), 3, 3), complex)
+    after[:, 0, 0] = after[:, 1, 1] = 1
+    after[:, 0, 2], after[:, 1, 2] = -scheme.after_u, -scheme.after_v
+    after[:, 2, 0], after[:, 2, 2] = (1 - scheme.alpha_f) * z, 1 - scheme.alpha_m
+    before[:, 0] = 1, 1, scheme.before_u
+    before[:, 1] = 0, 1, scheme.before_v
+    before[:, 2, 0], before[:, 2, 2] = -scheme.alpha_f * z, -scheme.alpha_m
+    scale = 1 / np.maximum(np.abs(z), 1)  # the equilibrium of stiff modes, scaled to the size of the others
+    after[:, 2] *= scale[:, None]
+    before[:, 2] *= scale[:, None]
+    return np.abs(np.linalg.eigvals(np.linalg.solve(after, before))).max(axis=1)

@@ -1,0 +1,293 @@
+"""A wheel strikes a rail in the plane: P8 on BS113A by boundary elements with inertia, section 6.3.1 of the thesis.
+
+    python -m rail_fem.studies.plane_impact --out impact          table of steps and schemes (impact.md), figure
+    (impact.png)
+    python -m rail_fem.studies.plane_impact --judge               and plane-strain finite elements of the same section
+
+The wheel comes down at 100 mm/s and presses for the time in which a patch of 10 mm passes at 75 mph; then the load is
+gone and the section rings. What the thesis does not state is chosen here: the wheel's mass per thickness, the rail's
+density, and that the foot is held. The section is the head's profile on a web and foot of straight lines.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import typer
+
+from bem.dynamic.cells import fill_with_cells
+from bem.dynamic.impact import Impact, Striker, Struck, strike
+from bem.dynamic.marching import March, StepWarning
+from bem.dynamic.schemes import BACKWARD_EULER, TRAPEZOIDAL, Scheme
+from bem.material import STEEL
+from bem.plane.body import Body
+from bem.plane.internal import field_at, grid_below
+from bem.plane.mesh import Sizing, Zone, mesh_outline
+from bem.plane.outline import Edge, Outline
+from geometry.profiles.rail import rail_head
+from rail_fem.atomic import write_text_atomically
+from rail_fem.light.contact_pairs import plain_rail_pair, plain_rail_section
+from rail_fem.output.markdown import markdown_table
+
+MM, MPA, US = 1e-3, 1e6, 1e-6
+DENSITY = 7800.0  # of the rail [kg/m^3]; the thesis does not state it
+APPROACH = 0.1  # vertical speed of the wheel [m/s]
+CONTACT_TIME = 2 * 5 * MM / 33.528  # 2 a / V of a patch half-length of 5 mm at 75 mph [s]
+WHEEL_MASS = 600 / (2 * 5 * MM)  # a wheel's share of the wheelset over the patch's length [kg/m]; chosen here
+END = 1.9e-3  # [s]
+# BS 113A below its head, from memory and not verified: height, foot width, web thickness, and straight lines between
+HEIGHT, FOOT, WEB = 158.75 * MM, 139.70 * MM, 20.0 * MM
+
+
+def rail_outline(inclination: float = 1 / 20) -> Outline:
+    """The whole section: head profile, web and foot, inclined; edges "face", "side" and "held" (the foot's base)."""
+    head = rail_head("56E1", inclination).points
+    upright = rail_head("56E1", 0.0).points
+    below = np.array(
+        [
+            [WEB / 2, -46 * MM], [WEB / 2, -126 * MM], [FOOT / 2, -147 * MM], [FOOT / 2, -HEIGHT],
+            [-FOOT / 2, -HEIGHT], [-FOOT / 2, -147 * MM], [-WEB / 2, -126 * MM], [-WEB / 2, -46 * MM],
+        ]
+    )  # fmt: skip
+    # the turn and shift that take the upright head's ends to the inclined one's
+    one, two = (points[[0, -1], 0] + 1j * points[[0, -1], 1] for points in (upright, head))
+    turn = (two[1] - two[0]) / (one[1] - one[0])
+    z = (below[:, 0] + 1j * below[:, 1] - one[0]) * turn + two[0]
+    placed = np.column_stack([z.real, z.imag])
+    right, left = head[-1], head[0]
+    return Outline(
+        [
+            [
+                Edge(head, "face"),
+                Edge(np.vstack([right, placed[:4]]), "side"),
+                Edge(placed[3:5], "held"),
+                Edge(np.vstack([placed[4:], left]), "side"),
+            ]
+        ]
+    )
+
+
+def wheel_and_rail() -> tuple[Body, Body]:
+    """The rail's section and the wheel (stiff here) just touching it, as plane bodies y, z."""
+    _, wheel = plain_rail_section(plain_rail_pair())
+    return Body(rail_outline(), STEEL), wheel
+
+
+def nearest_point(rail: Body, wheel: Body) -> np.ndarray:
+    """Point (2,) of the rail's face that the wheel is nearest to along z."""
+    (face,), tread = rail.outline.edge_curves("face"), wheel.outline.edge_curves("face")[0]
+    points = face.at(np.linspace(0, face.length, 4001))
+    other = tread.at(np.linspace(0, tread.length, 8001))
+    order = np.argsort(other[:, 0])
+    gap = np.interp(points[:, 0], other[order, 0], other[order, 1]) - points[:, 1]
+    return points[np.argmin(np.where(np.abs(points[:, 0]) < 0.03, gap, np.inf))]
+
+
+def struck_rail(element: float = 0.4 * MM, cell: float = 1.5 * MM, coarse: float = 5 * MM) -> Struck:
+    """The rail ready to be struck: boundary elements and cells near the contact, and the largest cells [m]."""
+    rail, wheel = wheel_and_rail()
+    middle = nearest_point(rail, wheel)[None]
+    sizing = Sizing(4 * MM, [Zone(middle, element, 8 * MM)], 0.25)
+    mesh, other = mesh_outline(rail.outline, sizing), mesh_outline(wheel.outline, sizing)
+    cells = fill_with_cells(mesh, Sizing(coarse, [Zone(middle, cell, 8 * MM)], 0.2))
+    return Struck(rail, mesh, cells, DENSITY, wheel, other, 0.3 * MM)
+
+
+def striker(release: float | None = CONTACT_TIME) -> Striker:
+    """The wheel on its way down."""
+    return Striker(mass=WHEEL_MASS, velocity=-APPROACH, release=release)
+
+
+def patch_grid(struck: Struck) -> np.ndarray:
+    """Points (rows, columns, 2) below the contact, 16 by 10 mm."""
+    rail, wheel = wheel_and_rail()
+    return grid_below(rail.outline, "face", nearest_point(rail, wheel), 8 * MM, 10 * MM, 0.5 * MM)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One march: step [s], CPU time of the setting up and of the steps [s], the impact, and over the instants kept the
+    time [s] and largest von Mises stress below the contact [Pa]."""
+
+    scheme: Scheme
+    step: float
+    setup: float
+    steps: float
+    impact: Impact
+    time: np.ndarray
+    stress: np.ndarray
+
+    @property
+    def peak(self) -> tuple[float, float]:
+        """Largest von Mises stress [Pa] and its time [s]."""
+        k = int(np.argmax(self.stress))
+        return float(self.stress[k]), float(self.time[k])
+
+    def afterwards(self) -> float:
+        """Largest von Mises stress [Pa] later than 20 us after the load has gone."""
+        late = self.time > CONTACT_TIME + 20 * US
+        return float(self.stress[late].max()) if late.any() else np.nan
+
+
+def march(struck: Struck, scheme: Scheme, step: float, end: float = END, every: float = 20 * US) -> Run:
+    """Strike with steps of one length; stresses are looked at about `every` so many seconds."""
+    count, stride = round(end / step), max(round(every / step), 1)
+    tick = time.process_time()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", StepWarning)  # the study's subject
+        going = March(struck.body, step, scheme)
+    ready = time.process_time()
+    impact = strike(struck, striker(), going, count, lambda k: k % stride == 0)
+    done = time.process_time()
+    grid = patch_grid(struck).reshape(-1, 2)
+    instants = sorted(impact.states)
+    stress = np.array([np.nanmax(field_at(impact.solution(k), grid).von_mises) for k in instants])
+    return Run(scheme, step, ready - tick, done - ready, impact, impact.time[instants], stress)
+
+
+def table(runs: list[Run]) -> str:
+    """Markdown, a line for each scheme and step."""
+    head = [
+        "scheme", "step [us]", "steps", "CPU [s]", "force, peak [kN/mm]", "penetration [mm]",
+        "von Mises, peak [MPa]", "at [ms]", "later than 20 us after the load [MPa]", "energy balance",
+    ]  # fmt: skip
+    rows = [
+        [
+            run.scheme.name, f"{run.step / US:g}", f"{len(run.impact.time) - 1}", f"{run.setup + run.steps:.1f}",
+            f"{run.impact.force.max() / 1e6:.3f}", f"{-run.impact.position[run.impact.time <= CONTACT_TIME].min() / MM:.4f}",
+            f"{run.peak[0] / MPA:.1f}", f"{run.peak[1] * 1e3:.3f}", f"{run.afterwards() / MPA:.1f}",
+            f"{run.impact.imbalance[np.argmax(np.abs(run.impact.imbalance))]:+.1e}",
+        ]
+        for run in runs
+    ]  # fmt: skip
+    return "\n".join(markdown_table(head, rows)) + "\n"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Largest von Mises stress (k,) [Pa] of finite elements at times (k,) [s], and of a boundary element run at the
+    very points where the finite elements are highest; force (j,) [N/m] of the finite elements at force_time (j,)."""
+
+    step: float
+    nodes: int
+    seconds: float
+    time: np.ndarray
+    finite: np.ndarray
+    boundary: np.ndarray
+    force_time: np.ndarray
+    force: np.ndarray
+
+    @property
+    def largest(self) -> tuple[float, float]:
+        """Difference of the largest stresses over all time, and the largest difference at any instant, over the largest
+        stress."""
+        return (
+            float(self.boundary.max() / self.finite.max() - 1),
+            float(np.abs(self.boundary - self.finite).max() / self.finite.max()),
+        )
+
+
+def judge(run: Run, element: float = 0.4 * MM, end: float = END) -> Judgement:
+    """Plane-strain finite elements of the same section under the same wheel, with the run's scheme and step."""
+    from rail_fem.static_fe.plane_impact import finite_impact
+    from rail_fem.static_fe.plane_strain import Fineness
+
+    rail, wheel = wheel_and_rail()
+    middle = nearest_point(rail, wheel)
+    count = round(end / run.step)
+    kept = [k for k in sorted(run.impact.states) if 0 < k <= count]
+    tick = time.process_time()
+    finite = finite_impact(
+        rail, wheel.outline.edge_curves("face"), striker(), DENSITY, run.step, count,
+        Fineness(middle[None], element, 8 * MM, 5 * MM), (middle[0] - 9 * MM, middle[0] + 9 * MM),
+        run.scheme, lambda k: k in kept, 0.3 * MM,
+    )  # fmt: skip
+    spent = time.process_time() - tick
+    pairs = []
+    for k in kept:
+        points, stress = finite.von_mises(k)
+        near = np.flatnonzero(np.hypot(*(points - middle).T) < 10 * MM)
+        highest = near[np.argsort(-stress[near])[:40]]
+        there = field_at(run.impact.solution(k), points[highest]).von_mises
+        run.impact.struck.body.forget_points()
+        pairs.append((stress[highest[0]], np.nanmax(there)))
+    stresses = np.array(pairs)
+    return Judgement(run.step, len(finite.body.nodes), spent, finite.time[kept], *stresses.T, finite.time, finite.force)
+
+
+def judge_line(found: Judgement) -> str:
+    """One sentence on a judgement."""
+    peak, worst = found.largest
+    return (
+        f"Judge: plane-strain finite elements, {found.nodes} nodes, step {found.step / US:g} us, {found.seconds:.0f} s"
+        " of CPU.\n"
+        f"Largest von Mises stress {found.finite.max() / MPA:.1f} MPa; boundary elements at the same points"
+        f" {peak:+.2%}; largest difference at any instant {worst:.2%} of it.\n"
+    )
+
+
+def draw(runs: list[Run], found: Judgement | None, path: Path) -> None:
+    """Stress and force over time, every scheme and step on one axis."""
+    from rail_fem.show.style import CURVES, GREY, lettering, new_figure, save
+
+    with lettering():
+        figure = new_figure(8.0)
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        for run, colour in zip(runs, CURVES):
+            label = f"{run.scheme.name}, step {run.step / US:g} \u00b5s"
+            upper.plot(run.time * 1e3, run.stress / MPA, color=colour, linewidth=1.5, label=label)
+            lower.plot(run.impact.time * 1e3, run.impact.force / 1e6, color=colour, linewidth=1.2)
+        if found is not None:
+            upper.plot(
+                found.time * 1e3, found.finite / MPA, "o", color=GREY, markersize=5, markerfacecolor="none",
+                label=f"finite elements, step {found.step / US:g} \u00b5s",
+            )  # fmt: skip
+            lower.plot(found.force_time * 1e3, found.force / 1e6, "--", color=GREY, linewidth=1)
+        for axis in (upper, lower):
+            axis.axvline(CONTACT_TIME * 1e3, color=GREY, linestyle=":", linewidth=1)
+        upper.annotate(
+            "load removed", (CONTACT_TIME * 1e3, 1), xycoords=("data", "axes fraction"), xytext=(4, -14),
+            textcoords="offset points", fontsize=10,
+        )  # fmt: skip
+        upper.set(ylabel="largest von Mises stress\nbelow the contact [MPa]", ylim=(0, None))
+        lower.set(
+            ylabel="contact force [kN per mm\nof thickness]", xlabel="time since first contact [ms]", ylim=(0, None)
+        )
+        upper.legend(fontsize=9, loc="upper right")
+        figure.suptitle("P8 wheel striking a BS 113A rail section at 100 mm/s (plane strain, foot held)")
+        save(figure, path)
+
+
+def main(
+    step: list[float] = typer.Option([20.0, 5.0, 1.0], help="steps of backward Euler and the trapezoidal rule [us]"),
+    judged: bool = typer.Option(False, "--judge", help="finite elements beside the finest run of the trapezoidal rule"),
+    element: float = typer.Option(0.4, help="boundary elements in the contact [mm]"),
+    cell: float = typer.Option(1.5, help="cells near the contact [mm]"),
+    out: Path = typer.Option(None, help="folder for impact.md and impact.png"),
+) -> None:
+    """Impact of a wheel on a rail section by boundary elements with inertia; convergence in the step."""
+    tick = time.process_time()
+    struck = struck_rail(element * MM, cell * MM)
+    body = struck.body
+    text = (
+        f"{body.mesh.densities} densities, {len(body.cells)} cells, {len(struck.mass)} contact nodes; matrices in"
+        f" {time.process_time() - tick:.1f} s of CPU.\n\n"
+    )
+    steps = sorted(step, reverse=True)
+    runs = [march(struck, scheme, each * US) for scheme in (BACKWARD_EULER, TRAPEZOIDAL) for each in steps]
+    text += table(runs)
+    found = judge(runs[-1]) if judged else None
+    if found is not None:
+        text += "\n" + judge_line(found)
+    print(text, end="")
+    if out is not None:
+        write_text_atomically(out / "impact.md", text)
+        draw(runs, found, out / "impact.png")
+
+
+if __name__ == "__main__":
+    typer.run(main)

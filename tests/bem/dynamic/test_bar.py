@@ -1,0 +1,113 @@
+"""A bar with inertia in cells against d'Alembert's solution, and the balance of its energy."""
+
+import numpy as np
+import pytest
+
+from bem.dynamic.body import DynamicsError, Waves
+from bem.dynamic.marching import March, StepWarning, respond
+from bem.dynamic.schemes import BACKWARD_EULER, TRAPEZOIDAL, generalised_alpha, spectral_radius
+from bem.material import STEEL
+from bem.verification.bar import HEIGHT, LENGTH, bar, pulse, tip_displacement
+from tests.order import assert_order
+
+
+@pytest.fixture(scope="module")
+def bars():
+    return {cells: bar(cells) for cells in (2, 4, 8)}
+
+
+def pulse_error(body, cells: int, scheme, share: float = 0.5) -> float:
+    """Largest error of the tip under a smooth pulse over four transits, relative to the largest displacement."""
+    pull, impulse = pulse(1.0)
+    march = March(body, share * HEIGHT / cells, scheme)
+    history = respond(march, lambda t: [pull(t)], round(4 * LENGTH / march.step))
+    exact = tip_displacement(history.time, impulse)
+    return np.abs(history.q[:, 0] / HEIGHT - exact).max() / np.abs(exact).max()
+
+
+@pytest.mark.parametrize(("scheme", "order"), [(TRAPEZOIDAL, 2), (generalised_alpha(0.8), 2), (BACKWARD_EULER, 1)])
+def test_the_tip_converges_to_dalembert(bars, scheme, order):
+    sizes = [HEIGHT / cells for cells in bars]
+    assert_order(sizes, [pulse_error(body, cells, scheme) for cells, body in bars.items()], order, 0.35)
+
+
+def test_the_body_has_the_frequency_of_a_quarter_wave(bars):
+    """omega = pi c / 2 L of waves along the bar; the cells' error is of second order: (pi h / 2 L)^2 / 12 = 2e-4."""
+    inverse = bars[8].inverse_frequencies
+    assert np.abs(inverse / (4 * LENGTH**2 / np.pi**2) - 1).min() < 5e-4
+
+
+def test_a_body_in_free_fall_falls():
+    """g t^2 / 2 at the tip of a bar let go across its length, until the wave from the held end comes: the sign of the
+    inertia force."""
+    body = bar(4)
+    weight = 1e-3 * body.mass
+    weight[len(body.cells) :] = 0
+    march = March(body, 0.02, force=weight)
+    state = march.start()
+    rest = type(state)(0.0, 0 * state.u, state.v, weight / body.mass, 0 * state.phi, state.t, 0 * state.q)
+    for _ in range(25):
+        rest = march.advance(rest, np.zeros(1))
+    last = int(np.argmax(body.cells.centre[:, 0]))
+    assert rest.u[last] == pytest.approx(0.5 * 1e-3 * rest.time**2, rel=0.01)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 1.0, 2.0])
+def test_the_energy_keeping_scheme_keeps_it_over_a_thousand_steps(bars, share):
+    """A step load: what is there is what the load has done, to round-off, at any step."""
+    history = respond(March(bars[4], share * HEIGHT / 4), lambda t: [1.0], 1000)
+    assert np.abs(history.imbalance).max() < 1e-9
+
+
+def test_twenty_periods_under_a_step_load_do_not_grow(bars):
+    """The tip swings between 0 and 2 sigma L / E; the kinks of the triangle ring by less than a cell's share."""
+    march = March(bars[4], HEIGHT / 8)
+    history = respond(march, lambda t: [1.0], round(20 * 4 * LENGTH / march.step))
+    tip = history.q[:, 0] / HEIGHT
+    period = round(4 * LENGTH / march.step)
+    last = tip[-period:]
+    assert last.max() < 2.05 and last.min() > -0.05
+    assert last.max() - last.min() > 1.7
+
+
+def test_dissipation_only_takes_energy(bars):
+    """After a pull has ended nothing works on the bar."""
+    for scheme in (BACKWARD_EULER, generalised_alpha(0.5)):
+        history = respond(March(bars[4], 0.03, scheme), lambda t: [np.sin(9 * t) * (t < 1)], 300)
+        total = history.energy[40:, 0] + history.energy[40:, 1]
+        assert np.diff(total[::10]).max() < 0 and total[-1] < 0.97 * total[0]
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.5, 1.0])
+def test_generalised_alpha_has_the_dissipation_asked_for(radius):
+    scheme = generalised_alpha(radius)
+    slow, fast = spectral_radius(scheme, np.array([1e-6, 1e12]))
+    assert slow == pytest.approx(1.0, abs=1e-4)
+    assert fast == pytest.approx(radius, abs=1e-3 if radius else 0.05)
+    assert spectral_radius(scheme, np.logspace(-4, 6, 60)).max() < 1 + 1e-9
+
+
+def test_collocated_cells_are_not_symmetric_and_the_means_are_nearly_so():
+    """Why the printed method keeps no energy: the work that one cell's force does on another is not returned."""
+    body = bar(4, collocated=True)
+    skew = np.abs(body.flexibility - body.flexibility.T).max() / np.abs(body.flexibility).max()
+    assert skew > 1e-4
+    history = respond(March(body, HEIGHT / 8), lambda t: [1.0], 300)
+    assert np.abs(history.imbalance).max() > 1e-4
+
+
+def test_a_step_in_which_a_wave_crosses_the_body_is_warned_of(bars):
+    with pytest.warns(StepWarning, match="travels 500 mm in it, 2 of the body"):
+        March(bars[2], 0.5)
+
+
+@pytest.mark.parametrize("step", [0.0, -1e-3, np.nan, np.inf])
+def test_a_step_that_is_none_is_refused(bars, step):
+    with pytest.raises(DynamicsError, match="step"):
+        March(bars[2], step)
+
+
+@pytest.mark.parametrize("density", [0.0, -1.0, np.nan])
+def test_a_body_without_mass_is_refused(density):
+    with pytest.raises(DynamicsError, match="density"):
+        Waves.of(STEEL, density)

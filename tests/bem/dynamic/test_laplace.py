@@ -1,0 +1,131 @@
+"""Kernels in Laplace's domain against SciPy, the wave equation and a cavity; convolution quadrature against bars."""
+
+import numpy as np
+import pytest
+from scipy.special import kv
+
+from bem.dynamic.body import DynamicsError
+from bem.dynamic.convolution import RULES, Conditions, LaplaceBody, convolve, transfer
+from bem.dynamic.laplace_kernel import bessel
+from bem.material import Elastic
+from bem.plane.curve import arc
+from bem.plane.mesh import Sizing, mesh_outline
+from bem.plane.outline import Edge, Outline
+from bem.verification.bar import HEIGHT, LENGTH, MATERIAL, box, edge_pattern, pulse, tip_displacement
+from tests.order import assert_order
+
+ROCK = Elastic.from_shear(1.0, 0.25)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 1.5, -1.2])
+def test_bessel_functions_are_scipys(angle):
+    z = np.logspace(-3, 1.6, 60) * np.exp(1j * angle)
+    ours = np.array([bessel(each) for each in z])
+    assert np.abs(ours[:, 0] / kv(0, z) - 1).max() < 1e-12
+    near = np.abs(z) < 0.5  # where 1 / z must not be subtracted from K1: the series' second term instead
+    assert np.abs(ours[:, 1] - (kv(1, z) - 1 / z))[~near].max() < 1e-13
+    second = z / 2 * (np.log(z / 2) + np.euler_gamma - 0.5)
+    assert np.abs(ours[near, 1] / second[near] - 1).max() < 0.1 and abs(ours[0, 1] / second[0] - 1) < 1e-5
+
+
+def cavity(elements: int) -> LaplaceBody:
+    circle = Outline([[Edge(arc((0, 0), 1.0, 0, 2 * np.pi, 721))]], infinite=True)
+    return LaplaceBody(mesh_outline(circle, Sizing(2 * np.pi / elements)), ROCK, 1.0)
+
+
+def pressure(body: LaplaceBody) -> Conditions:
+    """A unit pressure on the whole boundary."""
+    mesh = body.mesh
+    force = -mesh.normals * mesh.cell_length[:, None]
+    return Conditions(np.zeros((mesh.densities, 2), bool), force.T.reshape(-1, 1))
+
+
+def exact_cavity(s: complex, r: float) -> complex:
+    """Radial displacement around a cavity of radius 1 under a unit pressure: u = B K1(k r)."""
+    speed = np.sqrt((ROCK.shear * 2 * (1 - ROCK.poisson)) / (1 - 2 * ROCK.poisson))
+    k, stiff = s / speed, speed**2
+    lame = stiff - 2 * ROCK.shear
+    slope = -k * kv(0, k) - kv(1, k)  # d/dr K1(k r) at r = 1
+    return -kv(1, k * r) / (stiff * slope + lame * kv(1, k))
+
+
+@pytest.mark.parametrize("s", [0.05, 0.5 + 1j, 0.3 + 4j, 3 - 6j])
+def test_a_cavity_under_pressure_answers_as_the_exact_transform(s):
+    """Second order in the element, at slow and at fast s."""
+    points = np.array([[1.5, 0.0], [0.0, 3.0]])
+    errors = []
+    for elements in (24, 48):
+        moved = transfer(cavity(elements), pressure(cavity(elements)), s, points)[:, 0]
+        exact = np.array([exact_cavity(s, 1.5), exact_cavity(s, 3.0)])
+        errors.append(np.abs(np.array([moved[0], moved[3]]) - exact).max() / np.abs(exact).max())
+    assert errors[1] < 0.01
+    assert_order([1 / 24, 1 / 48], errors, 2, 0.6)
+
+
+def talbot(transform, time: float, nodes: int = 24) -> float:
+    """Inverse Laplace transform at a time by Talbot's contour (Abate and Valko 2004)."""
+    theta = np.arange(1, nodes) * np.pi / nodes
+    r = 2 * nodes / (5 * time)
+    cot = 1 / np.tan(theta)
+    s = r * theta * (cot + 1j)
+    sigma = theta + (theta * cot - 1) * cot
+    total = 0.5 * np.exp(r * time) * transform(r) + sum(
+        (np.exp(time * s) * np.array([transform(each) for each in s]) * (1 + 1j * sigma)).tolist()
+    )
+    return float((r / nodes * total).real)
+
+
+def test_a_cavity_under_a_step_pressure_follows_its_transform_inverted():
+    """Convolution quadrature in time against Talbot's contour on the exact transform, after the front."""
+    body, step, count = cavity(24), 0.1, 50
+    point = np.array([[1.0 + 1e-9, 0.0]])
+    answer = convolve(lambda s: transfer(body, pressure(body), s, point), np.ones((count, 1)), step, "BDF2")
+    time = step * np.arange(1, count + 1)
+    exact = np.array([talbot(lambda s: exact_cavity(s, 1.0) / s, t) for t in time])
+    assert np.abs(answer[:, 0] - exact)[5:].max() < 0.02 * exact[5:].max()
+
+
+def bar_body(cells: int) -> tuple[LaplaceBody, Conditions]:
+    mesh = mesh_outline(box(LENGTH, HEIGHT), Sizing(HEIGHT / cells))
+    held = np.zeros((mesh.densities, 2), bool)
+    held[mesh.of_edge("held")] = True
+    return LaplaceBody(mesh, MATERIAL, 1.0), Conditions(held, edge_pattern(mesh, "face", (1.0, 0.0)))
+
+
+@pytest.mark.parametrize(("rule", "bound"), [("trapezoidal", 0.05), ("BDF2", 0.15)])
+def test_a_bar_by_convolution_quadrature_is_dalemberts(rule, bound):
+    """A smooth pulse over four transits, without any cell; the rule's error is of second order in the step, and BDF2's
+    four times the trapezoidal rule's."""
+    body, conditions = bar_body(2)
+    pull, impulse = pulse(1.0)
+    point, errors = np.array([[LENGTH - 1e-9, HEIGHT / 2]]), []
+    for step in (0.1, 0.05):
+        time = step * np.arange(1, round(4 / step) + 1)
+        answer = convolve(lambda s: transfer(body, conditions, s, point), pull(time)[:, None], step, rule)[:, 0]
+        exact = tip_displacement(time, impulse)
+        errors.append(np.abs(answer - exact).max() / exact.max())
+    assert errors[1] < bound
+    assert errors[1] < 0.5 * errors[0]
+
+
+@pytest.mark.parametrize("rule", list(RULES))
+def test_convolution_quadrature_integrates(rule):
+    """The transfer 1 / s of a constant load is time itself, to the rule's order: exact but for the transform."""
+    answer = convolve(lambda s: np.array([[1 / s]]), np.ones((50, 1)), 0.1, rule)[:, 0]
+    time = 0.1 * np.arange(1, 51)
+    late = {"trapezoidal": 0.05, "BDF2": 0.0, "backward Euler": 0.0}[rule]
+    assert np.abs(answer[10:] - (time - late)[10:]).max() < 0.06
+
+
+@pytest.mark.parametrize(
+    ("loads", "step", "rule", "words"),
+    [
+        (np.ones((5, 1)), 0.0, "BDF2", "step"),
+        (np.ones((5, 1)), 0.1, "BDF3", "there are"),
+        (np.ones(5), 0.1, "BDF2", "loads"),
+        (np.full((5, 1), np.nan), 0.1, "BDF2", "finite"),
+    ],
+)
+def test_what_cannot_be_convolved_is_refused(loads, step, rule, words):
+    with pytest.raises(DynamicsError, match=words):
+        convolve(lambda s: np.eye(1), loads, step, rule)
