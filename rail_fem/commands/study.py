@@ -40,6 +40,11 @@ STUDIES = {
     "sites": Study("rail_fem.studies.thesis_sites", "the six measured sites of the thesis"),
     "sections": Study("rail_fem.studies.sections", "the plane case studies of the thesis by boundary elements"),
     "plane-contact": Study("rail_fem.studies.plane_contact", "boundary elements against finite elements in the plane"),
+    "plane-waves": Study(
+        "rail_fem.studies.plane_waves",
+        "waves by boundary elements: stability map, energy over 1,000 steps, a bar over twenty periods",
+        ("--cells", "2", "--periods", "2"),
+    ),
     "plane-impact": Study(
         "rail_fem.studies.plane_impact",
         "a wheel strikes a rail section: waves by boundary elements, steps and schemes, finite elements as judge",

@@ -127,6 +127,11 @@ class Run:
         k = int(np.argmax(self.stress))
         return float(self.stress[k]), float(self.time[k])
 
+    @property
+    def penetration(self) -> float:
+        """How far the wheel has come down when the load goes [m]."""
+        return -float(self.impact.position[self.impact.time <= CONTACT_TIME].min())
+
     def afterwards(self) -> float:
         """Largest von Mises stress [Pa] later than 20 us after the load has gone."""
         late = self.time > CONTACT_TIME + 20 * US
@@ -158,7 +163,7 @@ def table(runs: list[Run]) -> str:
     rows = [
         [
             run.scheme.name, f"{run.step / US:g}", f"{len(run.impact.time) - 1}", f"{run.setup + run.steps:.1f}",
-            f"{run.impact.force.max() / 1e6:.3f}", f"{-run.impact.position[run.impact.time <= CONTACT_TIME].min() / MM:.4f}",
+            f"{run.impact.force.max() / 1e6:.3f}", f"{run.penetration / MM:.4f}",
             f"{run.peak[0] / MPA:.1f}", f"{run.peak[1] * 1e3:.3f}", f"{run.afterwards() / MPA:.1f}",
             f"{run.impact.imbalance[np.argmax(np.abs(run.impact.imbalance))]:+.1e}",
         ]
