@@ -94,8 +94,9 @@ def bar_body(cells: int) -> tuple[LaplaceBody, Conditions]:
 
 @pytest.mark.parametrize(("rule", "bound"), [("trapezoidal", 0.1), ("BDF2", 0.2)])
 def test_a_bar_by_convolution_quadrature_is_dalemberts(rule, bound):
-    """A smooth pulse over four transits, without any cell. Two elements over the height keep an error of 0.05 (0.03 with
-    four); the rules add (omega h)^2 / 12 and / 3 of the phase, with omega = 2 pi of the pulse 0.008 and 0.03 a transit."""
+    """A smooth pulse over four transits, without any cell. Two elements over the height keep an error of 0.05 (0.03
+    with four); with omega = 2 pi of the pulse the rules add (omega h)^2 / 12 and / 3 of the phase, 0.008 and 0.03 a
+    transit."""
     body, conditions = bar_body(2)
     pull, impulse = pulse(1.0)
     point, step = np.array([[LENGTH - 1e-9, HEIGHT / 2]]), 0.05
