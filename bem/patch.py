@@ -211,10 +211,15 @@ class Patch:
 
     @property
     def closure(self) -> float:
-        """Approach less the least gap [m]. Raises ContactInputError for a closed form, which has no gap."""
+        """Approach less the least gap [m]. Raises as `known_gap`."""
+        return float(self.approach - self.known_gap.min())
+
+    @property
+    def known_gap(self) -> np.ndarray:
+        """(nx, ny) the gap [m]. Raises ContactInputError for a closed form, which has none."""
         if self.gap is None:
             raise ContactInputError(f"{self.method}: a closed form carries no gap")
-        return float(self.approach - self.gap.min())
+        return self.gap
 
     @property
     def max_pressure(self) -> float:

@@ -153,5 +153,5 @@ def _cell(value: float, digits: int, difference: float | None) -> str:
 
 def contact_point_of(patch: Patch) -> float:
     """Lateral coordinate of the first point of contact [m]: where the gap of the middle section is least."""
-    middle = patch.gap[np.abs(patch.grid.x).argmin()]
+    middle = patch.known_gap[np.abs(patch.grid.x).argmin()]
     return float(patch.grid.y[np.argmin(middle)])

@@ -41,8 +41,8 @@ def write_vtu(folder: Path, flows: dict[str, Flow], heights, time: float) -> boo
         import meshio  # comes with the explicit models
     except ImportError:
         return False
-    parts = [_hexahedra(flow, heights[body], BODIES.index(body)) for body, flow in flows.items()]
-    parts = [part for part in parts if part is not None]
+    made = [_hexahedra(flow, heights[body], BODIES.index(body)) for body, flow in flows.items()]
+    parts = [part for part in made if part is not None]
     if not parts:
         return True
     offsets = np.cumsum([0] + [len(part["points"]) for part in parts[:-1]])

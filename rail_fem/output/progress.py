@@ -114,7 +114,7 @@ class Progress:
             energy_balance=_finite(energy_balance),
             message=message,
         )
-        if now - self._written >= self.interval:
+        if self._written is None or now - self._written >= self.interval:
             self._write()
         self._show(now)
 
@@ -135,7 +135,9 @@ class Progress:
 
     def _eta(self, fraction: float, now: float) -> float | None:
         done = fraction - self._first_fraction
-        return round((1 - fraction) * (now - self._started) / done, 1) if done > 0 else None
+        if self._started is None or done <= 0:
+            return None
+        return round((1 - fraction) * (now - self._started) / done, 1)
 
     def _write(self) -> None:
         with self._writing:

@@ -115,11 +115,11 @@ def draw_shares(axes, result: PassResult, shares: dict[str, np.ndarray]) -> None
             label=f"{words}: {100 * last_known(values):.2g} % at the end",
         )
     for row in result.trust.get("rows", ()):
-        name = ROWS.get(row["name"])
-        if name in shares:
+        energy = ROWS.get(row["name"])
+        if energy in shares:
             limit = 100 * row["limit"]
             axes.axhline(
-                limit, color=SHARES[name][1], ls=(0, (5, 4)), lw=1.2, label=f"{row['name']}, limit: {limit:g} %"
+                limit, color=SHARES[energy][1], ls=(0, (5, 4)), lw=1.2, label=f"{row['name']}, limit: {limit:g} %"
             )
     mark_positions(axes, result, label=False)
     axes.set_ylabel("numerical energy\nafter settling [%]")

@@ -154,9 +154,9 @@ def result_report(result: PassResult) -> str:
             )
         )
     lines += [
-        _row(f"force low-passed at {cutoff:g} Hz", engineering(peak.value, "N"), f"at x = {show(peak.x, shown, 5)}")
+        _row(f"force low-passed at {cutoff:g} Hz", engineering(low.value, "N"), f"at x = {show(low.x, shown, 5)}")
         for cutoff in CUTOFFS
-        if (peak := filtered_peak(result, cutoff)) is not None
+        if (low := filtered_peak(result, cutoff)) is not None
     ]
     lines += _flights(result) + [
         "",

@@ -96,10 +96,10 @@ def of_strain(body: str) -> Callable[[PassResult, PassResult], float]:
 
     def error(result: PassResult, reference: PassResult) -> float:
         path = common_path(result, reference)
-        left = [r.metal.get(body) for r in (result, reference)]
-        if not all(one and path.holds(one["block"][0]) for one in left):
+        left, exact = (r.metal.get(body) for r in (result, reference))
+        if not (left and exact and path.holds(left["block"][0]) and path.holds(exact["block"][0])):
             return NAN
-        return left[0]["values"]["block"] / left[1]["values"]["block"] - 1
+        return left["values"]["block"] / exact["values"]["block"] - 1
 
     return error
 
