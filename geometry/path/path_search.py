@@ -21,7 +21,7 @@ CLOSE = 2e-8  # width to which a position is closed in [m]
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
-class Section(NamedTuple):
+class GoldenSection(NamedTuple):
     """State of a golden section for the highest value between a and b: inner positions p < q, their values fp and fq,
     and the position to be evaluated next."""
 
@@ -183,30 +183,30 @@ def clearance(at, ahead, y, radius, datum, profile, nose, c, loft):
 def opened(a, b):
     """A golden section between a and b, its lower inner position next."""
     p = b - GOLDEN * (b - a)
-    return Section(a, b, p, a + GOLDEN * (b - a), -np.inf, -np.inf, p)
+    return GoldenSection(a, b, p, a + GOLDEN * (b - a), -np.inf, -np.inf, p)
 
 
 @njit(cache=True)
 def evaluated(old, value):
     """With the value at the next position."""
     lower = old.next == old.p
-    return Section(old.a, old.b, old.p, old.q, value if lower else old.fp, old.fq if lower else value, old.next)
+    return GoldenSection(old.a, old.b, old.p, old.q, value if lower else old.fp, old.fq if lower else value, old.next)
 
 
 @njit(cache=True)
 def at_upper(old):
     """With the upper inner position next."""
-    return Section(old.a, old.b, old.p, old.q, old.fp, old.fq, old.q)
+    return GoldenSection(old.a, old.b, old.p, old.q, old.fp, old.fq, old.q)
 
 
 @njit(cache=True)
 def narrowed(old):
-    """One step of a golden section: the narrower Section, `next` a new inner position."""
+    """One step of a golden section: the narrower GoldenSection, `next` a new inner position."""
     if old.fp >= old.fq:
         below = old.q - GOLDEN * (old.q - old.a)
-        return Section(old.a, old.q, below, old.p, old.fp, old.fp, below)
+        return GoldenSection(old.a, old.q, below, old.p, old.fp, old.fp, below)
     above = old.p + GOLDEN * (old.b - old.p)
-    return Section(old.p, old.b, old.q, above, old.fq, old.fq, above)
+    return GoldenSection(old.p, old.b, old.q, above, old.fq, old.fq, above)
 
 
 @njit(cache=True)

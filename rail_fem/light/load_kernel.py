@@ -62,7 +62,7 @@ ROUNDS = 60
 CLOSE = 1e-7  # relative, of the vertical force of each side
 
 
-class Cells(NamedTuple):
+class OverlapCells(NamedTuple):
     """Cells that overlap: strip and row (c,), distance from the strip's lowest point (c,) [m], depth (c,) [m]; length
     of all along x [m]."""
 
@@ -285,7 +285,7 @@ def cells_of(strips, found, rail):
                 deep = depth_along(strips[:, i], int(found[BRANCH, int(strips[PART, i])]), x, rail)
                 if deep > 0:
                     strip[count], row[count], away[count], depth[count], count = i, k, x, deep, count + 1
-    return Cells(strip[:count], row[:count], away[:count], depth[:count], length)
+    return OverlapCells(strip[:count], row[:count], away[:count], depth[:count], length)
 
 
 @njit(cache=True, error_model="numpy")

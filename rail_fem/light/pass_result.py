@@ -11,7 +11,7 @@ from rail_fem.light.validity import Flag, flag_warnings
 from rail_fem.light.vertical_pass import LightPass, common_history, foundation_peak, history_rows
 from rail_fem.output.clock import working_time
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
-from rail_fem.output.result import Cost, PassResult, Patch, Peak
+from rail_fem.output.result import Cost, PassResult, PatchSummary, Peak
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import IndentationSettings, PassSettings
 
@@ -54,7 +54,7 @@ def pass_result(
     settings: IndentationSettings,
     table: ContactTable,
     run: LightPass,
-    patches: tuple[Patch, ...],
+    patches: tuple[PatchSummary, ...],
     flags: list[Flag],
     errors: dict[str, float],
     started: float,
@@ -101,7 +101,7 @@ def moments(run: LightPass) -> list[int]:
     return sorted({*chosen, *([int(np.argmax(shared))] if shared.max() > 0 else [])})
 
 
-def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[Patch, ...]:
+def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[PatchSummary, ...]:
     """Hertz ellipses of the bodies that carry at these steps; force is the normal force [N]."""
     patches = []
     for i in steps:
@@ -114,7 +114,7 @@ def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[P
             area = np.pi * along * across
             x = table.point[b, near, 0] + run.x[i] - table.x[near]
             patches.append(
-                Patch(
+                PatchSummary(
                     float(run.time[i]),
                     float(x),
                     float(table.point[b, near, 1]),
@@ -129,7 +129,7 @@ def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[P
     return tuple(patches)
 
 
-def pressure_peaks(patches: tuple[Patch, ...]) -> dict[str, Peak]:
+def pressure_peaks(patches: tuple[PatchSummary, ...]) -> dict[str, Peak]:
     """Largest pressure on each body among its patches."""
     worst = {p.region: p for p in sorted(patches, key=lambda p: p.max_pressure)}
     return {f"pressure_{body}": Peak(p.max_pressure, "Pa", x=p.x, y=p.y, time=p.time) for body, p in worst.items()}

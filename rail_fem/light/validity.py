@@ -9,7 +9,7 @@ import numpy as np
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_table import ContactTable
 from rail_fem.light.vertical_pass import LightPass
-from rail_fem.output.result import Patch
+from rail_fem.output.result import PatchSummary
 from rail_fem.scene.scene import Scene
 
 # largest Hertz pressure over yield stress at first yield below a point contact (Johnson 1985, section 6.1)
@@ -104,7 +104,7 @@ def lumped_flags(
 
 
 def hertz_flags(
-    scene: Scene, table: ContactTable, run: LightPass, patches: tuple[Patch, ...], lifts: tuple[int, float]
+    scene: Scene, table: ContactTable, run: LightPass, patches: tuple[PatchSummary, ...], lifts: tuple[int, float]
 ) -> list[Flag]:
     """Plastic flow, edges and conforming patches where a contact carries."""
     flags = lift_flags(lifts)
@@ -131,7 +131,7 @@ def hertz_flags(
     return flags
 
 
-def bem_flags(scene: Scene, run: LightPass, patches: tuple[Patch, ...], lifts: tuple[int, float]) -> list[Flag]:
+def bem_flags(scene: Scene, run: LightPass, patches: tuple[PatchSummary, ...], lifts: tuple[int, float]) -> list[Flag]:
     """Plastic flow, and that a half-space knows no edge."""
     flags = lift_flags(lifts)
     for body, steel in (("wing", scene.materials.wing.steel()), ("nose", scene.materials.nose.steel())):
@@ -147,7 +147,7 @@ def bem_flags(scene: Scene, run: LightPass, patches: tuple[Patch, ...], lifts: t
     return flags
 
 
-def _plastic(body: str, steel, patches: tuple[Patch, ...]) -> list[Flag]:
+def _plastic(body: str, steel, patches: tuple[PatchSummary, ...]) -> list[Flag]:
     mine = [p for p in patches if p.region == body]
     worst = max(mine, key=lambda p: p.max_pressure)
     limit = FIRST_YIELD * float(steel.yield_stress(np.array(0.0)))
@@ -163,7 +163,7 @@ def _plastic(body: str, steel, patches: tuple[Patch, ...]) -> list[Flag]:
     ]
 
 
-def _conformal(body: str, table: ContactTable, patches: tuple[Patch, ...]) -> list[Flag]:
+def _conformal(body: str, table: ContactTable, patches: tuple[PatchSummary, ...]) -> list[Flag]:
     b = BODIES.index(body)
     mine = [p for p in patches if p.region == body]
     shares = [

@@ -33,7 +33,7 @@ class Masses(NamedTuple):
     coupling: np.ndarray
 
 
-class Motion(NamedTuple):
+class VerticalMotion(NamedTuple):
     """What came out, at the m + 1 ends of the steps but for `force`.
 
     position, velocity : (m + 1, n) [m, m/s];  force : (bodies, m) mean over each step [N]
@@ -76,7 +76,9 @@ class ContactLaw:
         return self.height, np.stack([self.stiffness, yield_load, plastic_compliance], axis=-1), self.exponent
 
 
-def integrate(masses: Masses, position: np.ndarray, velocity: np.ndarray, step: float, law: ContactLaw) -> Motion:
+def integrate(
+    masses: Masses, position: np.ndarray, velocity: np.ndarray, step: float, law: ContactLaw
+) -> VerticalMotion:
     """March from the start (n,), (n,) [m, m/s] over m steps of `step` [s].
 
     Error: second order in the step (tests/rail_fem/test_vertical_dynamics.py).
@@ -199,7 +201,7 @@ def _march(masses, inverse, q, v, step, height, law, exponent):
         force[:, i] = now
         path_work[i] = _path_work(s, height, law, exponent, i)
         loss[i] = step * (middle @ (masses.damping @ middle))
-    return Motion(position, velocity, force, path_work, loss)
+    return VerticalMotion(position, velocity, force, path_work, loss)
 
 
 @njit(cache=True)

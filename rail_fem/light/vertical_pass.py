@@ -11,7 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.light.vertical_dynamics import ContactLaw, Masses, Motion, contact_energies, integrate, static_distance
+from rail_fem.light.vertical_dynamics import (
+    ContactLaw,
+    Masses,
+    VerticalMotion,
+    contact_energies,
+    integrate,
+    static_distance,
+)
 from rail_fem.output.events import OPEN, peak_at
 from rail_fem.output.result import Peak
 from rail_fem.scene.scene import GRAVITY, Scene
@@ -31,7 +38,7 @@ class LightPass:
     time: np.ndarray
     x: np.ndarray
     force: np.ndarray
-    motion: Motion
+    motion: VerticalMotion
     masses: Masses
     step: float
     contact_energy: np.ndarray

@@ -18,7 +18,7 @@ from geometry.path.path_search import BodySearch
 from geometry.path.wheel_path import rolling_radius
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
-from rail_fem.light.vertical_dynamics import ContactLaw, Motion, static_distance
+from rail_fem.light.vertical_dynamics import ContactLaw, VerticalMotion, static_distance
 from rail_fem.light.vertical_pass import Contacts, LightPass, half_steps, scene_masses
 from rail_fem.light.wheelset_dynamics import (
     HEIGHT,
@@ -253,7 +253,7 @@ def as_light(
         (np.arange(len(motion.path_work)) + 0.5) * step,
         x[1::2],
         motion.force[:2],
-        Motion(of_left(q), of_left(v), motion.force[:2], motion.path_work, motion.loss),
+        VerticalMotion(of_left(q), of_left(v), motion.force[:2], motion.path_work, motion.loss),
         scene_masses(scene),
         step,
         energy,

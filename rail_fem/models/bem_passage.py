@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from bem.material import Elastic
-from bem.patch import Patch as SolvedPatch
-from bem.patch import PatchCutError
+from bem.patch import Patch, PatchCutError
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_pairs import ContactPair, crossing_surface, pair_at
 from rail_fem.light.contact_table import ContactTable, TableKey, table_key, table_of
@@ -26,7 +25,7 @@ from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import bem_flags
 from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
 from rail_fem.output.clock import working_time
-from rail_fem.output.result import PassResult, Patch
+from rail_fem.output.result import PassResult, PatchSummary
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import BemPassageSettings
 
@@ -94,7 +93,7 @@ def pair_of(key: TableKey, table: ContactTable, body: int, index: int, x: float 
     )
 
 
-def solved_patch(pair: ContactPair, load: float, cells: int, estimate: bool) -> SolvedPatch:
+def solved_patch(pair: ContactPair, load: float, cells: int, estimate: bool) -> Patch:
     """Patch under a vertical load [N]. A cone on the wing's plane touches over its whole width: where a window cuts the
     patch, it is widened."""
     length, width = WINDOW
@@ -115,7 +114,7 @@ def approach_stiffness(pair: ContactPair, load: float, cells: int) -> float:
 
 def solved_patches(
     key: TableKey, settings: BemPassageSettings, table: ContactTable, run: LightPass, steps: list[int]
-) -> list[tuple[Patch, SolvedPatch]]:
+) -> list[tuple[PatchSummary, Patch]]:
     """Patches of the bodies that carry at these steps, each with its solution."""
     found = []
     for i in steps:
@@ -132,7 +131,7 @@ def solved_patches(
             )
             found.append(
                 (
-                    Patch(
+                    PatchSummary(
                         float(run.time[i]),
                         float(pair.point[0]),
                         float(pair.point[1]),

@@ -41,7 +41,7 @@ class Peak:
 
 
 @dataclass(frozen=True)
-class Patch:
+class PatchSummary:
     """One contact patch at one moment [SI]: centre, extent along x and y, area, force, largest pressure."""
 
     time: float
@@ -110,7 +110,7 @@ class PassResult:
     settings: Mapping[str, Any]
     history: Mapping[str, np.ndarray]
     peaks: Mapping[str, Peak] = field(default_factory=dict)
-    patches: tuple[Patch, ...] = ()
+    patches: tuple[PatchSummary, ...] = ()
     transfer_x: float = NAN
     energies: Mapping[str, float] = field(default_factory=dict)
     cost: Cost = Cost()
@@ -256,7 +256,7 @@ def _read(folder: Path) -> PassResult:
         ) from error
     summary["cost"] = Cost(**summary["cost"])
     summary["peaks"] = {name: Peak(**peak) for name, peak in summary["peaks"].items()}
-    summary["patches"] = tuple(Patch(**patch) for patch in summary["patches"])
+    summary["patches"] = tuple(PatchSummary(**patch) for patch in summary["patches"])
     summary["warnings"], summary["passes"] = tuple(summary["warnings"]), tuple(summary.get("passes", ()))
     with np.load(folder / "history.npz") as stored:
         return PassResult(history=dict(stored), **summary)

@@ -17,7 +17,7 @@ PROBE_SECONDS = 120
 
 
 @dataclass(frozen=True)
-class Finding:
+class PartFinding:
     """One thing that was looked at; `remedy` is said when it is not well, or absent: not there, and not needed by the
     light models."""
 
@@ -112,15 +112,15 @@ def tell(as_json: bool = False) -> int:
     return 1 if broken else 0
 
 
-def examine() -> Iterator[Finding]:
+def examine() -> Iterator[PartFinding]:
     """Look at one thing after the other."""
     found = versions()
     well = sys.version_info >= (3, 11)
-    yield Finding(
+    yield PartFinding(
         "python", well, f"{found['python']} at {sys.executable}", "use Debian 12 or 13, whose python3 is 3.11 or newer"
     )
     mismatch = numpy_mismatch()
-    yield Finding(
+    yield PartFinding(
         "numpy",
         not mismatch,
         mismatch or found["numpy"],
@@ -134,7 +134,7 @@ def examine() -> Iterator[Finding]:
         for name in found
         if name not in ("python", "system", "git") and found[name] != "not installed"
     )
-    yield Finding(
+    yield PartFinding(
         "packages",
         not gone,
         f"missing: {', '.join(gone)}" if gone else shown,
@@ -154,14 +154,18 @@ OPTIONAL = {
 }
 
 
-def _absent(subject: str) -> Finding | None:
+def _absent(subject: str) -> PartFinding | None:
     """What is said of a part that is not installed and may be so."""
     needs, without, remedy = OPTIONAL.get(subject, ((), "", ""))
     gone = [] if made_by_setup() else missing([*needs])
-    return Finding(subject, True, f"not installed: {', '.join(gone)}; {without}", remedy, absent=True) if gone else None
+    return (
+        PartFinding(subject, True, f"not installed: {', '.join(gone)}; {without}", remedy, absent=True)
+        if gone
+        else None
+    )
 
 
-def _probe(subject: str, code: str, remedy: str, before: tuple[str, ...] = ()) -> Finding:
+def _probe(subject: str, code: str, remedy: str, before: tuple[str, ...] = ()) -> PartFinding:
     with tempfile.TemporaryDirectory() as folder:
         command = [*before, sys.executable, "-c", code, str(Path(folder) / "probe.png")]
         try:
@@ -169,18 +173,18 @@ def _probe(subject: str, code: str, remedy: str, before: tuple[str, ...] = ()) -
                 command, capture_output=True, text=True, timeout=PROBE_SECONDS, stdin=subprocess.DEVNULL
             )
         except subprocess.TimeoutExpired:
-            return Finding(subject, False, f"no answer in {PROBE_SECONDS} s", remedy)
+            return PartFinding(subject, False, f"no answer in {PROBE_SECONDS} s", remedy)
     said = (answer.stdout.strip() or answer.stderr.strip()).splitlines()[-1:] or ["no output"]
     if answer.returncode != 0:
         said = answer.stderr.strip().splitlines()[-1:] or said
-        return Finding(subject, False, f"exit code {answer.returncode}: {said[0]}", remedy)
-    return Finding(subject, True, said[0])
+        return PartFinding(subject, False, f"exit code {answer.returncode}: {said[0]}", remedy)
+    return PartFinding(subject, True, said[0])
 
 
-def _ranks() -> Finding:
+def _ranks() -> PartFinding:
     try:
         return _probe(
             "mpi", RANKS_PROBE, "sudo apt-get install openmpi-bin python3-mpi4py", tuple(launcher.mpi_command(2))
         )
     except FileNotFoundError as error:
-        return Finding("mpi", False, "no mpirun", str(error))
+        return PartFinding("mpi", False, "no mpirun", str(error))

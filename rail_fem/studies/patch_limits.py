@@ -35,7 +35,7 @@ HALF_SPACE, SLICES = "half-space", "2.5D (b), coupled slices"
 
 
 @dataclass(frozen=True)
-class Case:
+class LimitCase:
     """A pair of blocks under a load [N]; reach : (length, width) [m] about the initial contact within which the
     patch is searched."""
 
@@ -50,7 +50,7 @@ def arc(radius: float) -> Callable[[np.ndarray], np.ndarray]:
     return lambda s: np.asarray(s) ** 2 / (radius + np.sqrt(radius**2 - np.asarray(s) ** 2))
 
 
-def edge_case(right: float, left: float = 0.030) -> Case:
+def edge_case(right: float, left: float = 0.030) -> LimitCase:
     """The lower face ends at these distances [m] from the initial contact, on the field and on the other side."""
     crown = arc(NOSE)
     pair = BlockPair(
@@ -61,10 +61,10 @@ def edge_case(right: float, left: float = 0.030) -> Case:
         if left < 0.02
         else f"edge {right * 1e3:g} mm"
     )
-    return Case(f"{name} from the initial contact", pair, NOSE_LOAD, (0.014, 0.014))
+    return LimitCase(f"{name} from the initial contact", pair, NOSE_LOAD, (0.014, 0.014))
 
 
-def hollow_case(radius: float, ratio: float) -> Case:
+def hollow_case(radius: float, ratio: float) -> LimitCase:
     """A crown of a radius [m]; the tread's radius over the crown's, above 1."""
     crown, tread, half = arc(radius), arc(ratio * radius), min(0.026, 0.8 * radius)
     pair = BlockPair(
@@ -74,7 +74,9 @@ def hollow_case(radius: float, ratio: float) -> Case:
         (-half, half),
         depth=0.045,
     )
-    return Case(f"tread of {ratio * radius * 1e3:g} on crown of {radius * 1e3:g} mm", pair, HOLLOW_LOAD, (0.014, half))
+    return LimitCase(
+        f"tread of {ratio * radius * 1e3:g} on crown of {radius * 1e3:g} mm", pair, HOLLOW_LOAD, (0.014, half)
+    )
 
 
 CASES = (
@@ -88,7 +90,7 @@ CASES = (
 )
 
 
-def light_patches(case: Case, cells: tuple[int, int] = (50, 80)) -> dict[str, Patch]:
+def light_patches(case: LimitCase, cells: tuple[int, int] = (50, 80)) -> dict[str, Patch]:
     """Half-space and slices of a case."""
     long, wide = case.reach
     window = ((-long, long), (-wide, wide))
@@ -109,7 +111,9 @@ def seen_along_approach(method: str, patch: SlicePatch) -> MethodRow:
     )
 
 
-def rows_of(case: Case, sizes: list[float], report=to_stderr) -> tuple[list[MethodRow], MethodRow, dict[str, float]]:
+def rows_of(
+    case: LimitCase, sizes: list[float], report=to_stderr
+) -> tuple[list[MethodRow], MethodRow, dict[str, float]]:
     """Half-space, slices, finite elements of these sizes [m] and their limit; the limit; its uncertainty."""
     light = light_patches(case)
     report(case.name)

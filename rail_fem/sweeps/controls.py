@@ -10,10 +10,10 @@ from pathlib import Path
 
 from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import solve
-from rail_fem.sweeps.trends import MEASURES, Control, Finding, Trend, TrendError, check
+from rail_fem.sweeps.trends import MEASURES, Control, Trend, TrendError, TrendFinding, check
 
 
-def run_control(control: Control, trend: Trend, folder: Path) -> Finding:
+def run_control(control: Control, trend: Trend, folder: Path) -> TrendFinding:
     """What the control's model finds. folder : of the case files CASE.toml. Errors: CaseError, TrendError for a case
     that lacks the model, the model's own."""
     asked = trend.model_copy(

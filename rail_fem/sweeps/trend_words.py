@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rail_fem.sweeps.controls import control_words
-from rail_fem.sweeps.trends import MEASURES, Finding, Group, Results, check
+from rail_fem.sweeps.trends import MEASURES, Group, Results, TrendFinding, check
 
 
 def trend_lines(group: Group, results: Results, cases: Path) -> list[str]:
@@ -24,7 +24,7 @@ def trend_lines(group: Group, results: Results, cases: Path) -> list[str]:
     return lines
 
 
-def reason_word(found: list[Finding]) -> str:
+def reason_word(found: list[TrendFinding]) -> str:
     """What the most expensive model that resolves the trend makes of it, if it does not agree; "differs" where a less
     expensive one does; "" where all agree."""
     verdicts = [finding.verdict for finding in found]

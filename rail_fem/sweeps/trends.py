@@ -186,7 +186,7 @@ def load_source(path: Path) -> Source:
 
 
 @dataclass(frozen=True)
-class Finding:
+class TrendFinding:
     """What one model says of a trend. verdict : agrees, differs, same (no change above SAME);  values in the trend's
     order, shown units, and their error bars, 0 where none is claimed"""
 
@@ -207,7 +207,7 @@ class Finding:
         return f"{self.model} {self.verdict}: {', '.join(shown)} {unit}{within}"
 
 
-def check(trend: Trend, results: Results) -> list[Finding]:
+def check(trend: Trend, results: Results) -> list[TrendFinding]:
     """A finding for every model that resolves the quantity in all cases of the trend, least expensive first."""
     measure, found = MEASURES[trend.quantity], []
     for model in MODELS:
@@ -216,7 +216,9 @@ def check(trend: Trend, results: Results) -> list[Finding]:
         ]
         if np.isfinite(values).all():
             bars = tuple(measure.factor * measure.bar(results[case][model]) for case in trend.order)
-            found.append(Finding(model, verdict(np.array(values)), tuple(measure.factor * v for v in values), bars))
+            found.append(
+                TrendFinding(model, verdict(np.array(values)), tuple(measure.factor * v for v in values), bars)
+            )
     return found
 
 

@@ -84,7 +84,7 @@ def test_every_answer_can_be_had_as_one_json_object(case, runs, tmp_path):
 def test_the_doctor_answers_in_json(monkeypatch, capsys):
     from rail_fem.run import doctor
 
-    found = [doctor.Finding("python", True, "3"), doctor.Finding("gmsh", False, "gone", "get it")]
+    found = [doctor.PartFinding("python", True, "3"), doctor.PartFinding("gmsh", False, "gone", "get it")]
     monkeypatch.setattr(doctor, "examine", lambda: iter(found))
     assert doctor.tell(as_json=True) == 1
     answer = strict(capsys.readouterr().out)

@@ -1,12 +1,12 @@
 import pytest
 
 from rail_fem.run import doctor, installation
-from rail_fem.run.doctor import Finding, _probe, examine
+from rail_fem.run.doctor import PartFinding, _probe, examine
 
 
 def test_everything_a_run_needs_is_looked_at(monkeypatch):
     """Whether it is well is tried by the README's doctor command."""
-    monkeypatch.setattr(doctor, "_probe", lambda subject, *_: Finding(subject, True, ""))
+    monkeypatch.setattr(doctor, "_probe", lambda subject, *_: PartFinding(subject, True, ""))
     assert [finding.subject for finding in examine()] == [
         "python",
         "numpy",
@@ -38,12 +38,12 @@ def test_library_that_hangs_is_a_finding(monkeypatch):
 
 
 def test_what_is_well_needs_no_remedy():
-    assert "->" not in Finding("thing", True, "works", "install it").line()
+    assert "->" not in PartFinding("thing", True, "works", "install it").line()
 
 
 def test_what_only_the_explicit_models_need_may_be_absent_where_setup_has_not_been(monkeypatch):
     """`pip install .`: no fault, but said; in an environment of setup.sh the same absence is a fault."""
-    monkeypatch.setattr(doctor, "_probe", lambda subject, *_: Finding(subject, True, ""))
+    monkeypatch.setattr(doctor, "_probe", lambda subject, *_: PartFinding(subject, True, ""))
     monkeypatch.setattr(doctor, "missing", lambda names: [n for n in names if n in installation.EXPLICIT])
     monkeypatch.setattr(doctor, "made_by_setup", lambda: False)
     found = {finding.subject: finding for finding in examine()}

@@ -16,7 +16,7 @@ from rail_fem.light.validity import hertz_flags
 from rail_fem.light.vertical_dynamics import integrate
 from rail_fem.light.vertical_pass import run_pass
 from rail_fem.models import bem_passage, lumped, p2_formula, rigid_hertz
-from rail_fem.output.result import Patch
+from rail_fem.output.result import PatchSummary
 from rail_fem.settings.light import LumpedSettings, P2Settings, RigidHertzSettings
 from tests.order import assert_order
 
@@ -118,7 +118,7 @@ def test_contacts_beside_their_patch_are_flagged_and_those_in_its_middle_are_not
             angle=np.zeros((2, 5)),
             radii=np.full((2, 5, 2), 0.4),
         )
-        patches = (Patch(0.0, 0.0, 0.0, "wing", 1e-2, 1e-2, 8e-5, 1e5, 1e8),)
+        patches = (PatchSummary(0.0, 0.0, 0.0, "wing", 1e-2, 1e-2, 8e-5, 1e5, 1e8),)
         found[name] = [flag for flag in hertz_flags(scene, table, run, patches, (0, 0.0)) if flag["what"] == "edge"]
     assert (
         not found["middle"]

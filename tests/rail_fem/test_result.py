@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from rail_fem.output.history import COLUMNS, complete_history
-from rail_fem.output.result import RESULT_VERSION, Cost, PassResult, Patch, Peak, load, load_history_csv
+from rail_fem.output.result import RESULT_VERSION, Cost, PassResult, PatchSummary, Peak, load, load_history_csv
 from tests.rail_fem.test_scene import make_scene
 
 
@@ -17,7 +17,7 @@ def make_result(**changes) -> PassResult:
         "settings": {"element_size": 1.5e-3, "max_steps": None},
         "history": {"time": time, "x": 0.2 + 33.528 * time, "force": 86e3 * (1 + time), "energy_elastic": time**2},
         "peaks": {"largest_force_nose": Peak(188.18e3, "N", x=0.35, time=5e-3)},
-        "patches": (Patch(0.0, 0.2, 0.03, "wing", area=1e-4),),
+        "patches": (PatchSummary(0.0, 0.2, 0.03, "wing", area=1e-4),),
         "transfer_x": 0.3,
         "energies": {"elastic": 1.0, "plastic": float("nan")},
         "cost": Cost(12.0, 1000, 50, 2, 4e6, 1e9),
