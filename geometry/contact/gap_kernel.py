@@ -1,4 +1,4 @@
-"""Positions where a wheel comes nearest to a rail, and the wheelset set down on two.
+"""Positions where a wheel comes nearest to a rail, and the initial position of a wheelset on two.
 
 The gap is taken as a function of the station s on the wheel alone: at every station at that position of the wheel's
 circle that is nearest to the rail along x (geometry.contact.wheel_outline for prismatic rails,

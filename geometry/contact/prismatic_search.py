@@ -126,7 +126,7 @@ class ContactSearch:
         )
 
     def settle(self, lateral: float = 0.0, yaw: float = 0.0, held_at: str = "rail", roll: float = 0.0) -> Wheelset:
-        """The wheelset set down so that both wheels just touch.
+        """The wheelset in its initial position on both rails: both wheels just touch.
 
         lateral : of its middle [m], + to the left, held at the level of the wheel's tread ("rail") or of the axle
             ("axle"): the

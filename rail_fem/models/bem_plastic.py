@@ -59,8 +59,8 @@ def solve(
         flow = _rolled(stations, key, b, steels[body], settings, settings.cell_size, _reporter(progress, b))
         flows[body] = flow
         if settings.error_estimate and flow.block_mean() > 0:
-            rough = _rolled(stations, key, b, steels[body], settings, COARSER * settings.cell_size)
-            estimates[body] = abs(rough.block_mean() / flow.block_mean() - 1)
+            coarse_flow = _rolled(stations, key, b, steels[body], settings, COARSER * settings.cell_size)
+            estimates[body] = abs(coarse_flow.block_mean() / flow.block_mean() - 1)
         flags += flow_flags(body, flow)
     patches = patches_at(table, run, moments(run))
     errors = {"time_step": step_error(run, coarse)}
