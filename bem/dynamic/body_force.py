@@ -17,6 +17,7 @@ Error: 1e-11 near, 5e-5 of the value at `_FAR` sides, falling with the fourth po
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -91,10 +92,23 @@ def _stress_integrals(z, start, end, first_edge, area, centre, side, whole):
     return pole, steep
 
 
-def _layout(cells: Cells) -> tuple:
+class _Layout(NamedTuple):
+    """Edges of all cells from start to end (e,) complex, first edge (n + 1,), area, centre (complex), side (n,) and
+    whether a cell is a whole square."""
+
+    start: np.ndarray
+    end: np.ndarray
+    first_edge: np.ndarray
+    area: np.ndarray
+    centre: np.ndarray
+    side: np.ndarray
+    whole: np.ndarray
+
+
+def _layout(cells: Cells) -> _Layout:
     first_edge = np.searchsorted(cells.owner, np.arange(len(cells) + 1))
     centre = cells.centre[:, 0] + 1j * cells.centre[:, 1]
-    return cells.start, cells.end, first_edge, cells.area, centre, cells.side, cells.whole
+    return _Layout(cells.start, cells.end, first_edge, cells.area, centre, cells.side, cells.whole)
 
 
 def _complex(points: np.ndarray) -> np.ndarray:

@@ -54,6 +54,13 @@ class Striker:
             raise DynamicsError(f"axis {self.axis!r}: give a unit vector")
 
 
+def moved_mass(striker: Striker) -> float:
+    """Mass of a striker that the contact slows [kg/m]. Raises DynamicsError for one that follows a path."""
+    if striker.mass is None:
+        raise DynamicsError("a striker that follows a path has no mass to slow")
+    return striker.mass
+
+
 class Struck:
     """A body that may be struck on its face, ready for any step length and striker of one outline."""
 
@@ -167,7 +174,7 @@ class _Run:
         s, h, striker = self.march.scheme, self.march.step, self.striker
         if striker.path is not None:
             return float(striker.path(time))
-        known = (s.alpha_f * force + (1 - s.alpha_f) * striker.load) / striker.mass - s.alpha_m * a
+        known = (s.alpha_f * force + (1 - s.alpha_f) * striker.load) / moved_mass(striker) - s.alpha_m * a
         return x + h * v + h**2 * (s.before_u * a + s.after_u / (1 - s.alpha_m) * known)
 
     def go(self, steps: int, keep: Callable[[int], bool]) -> Impact:
@@ -198,7 +205,7 @@ class _Run:
                 x, v = ahead, (ahead - x_before) / h
             else:
                 force = pushed + striker.load
-                a_new = (((1 - s.alpha_f) * force + s.alpha_f * force_before) / striker.mass - s.alpha_m * a) / (
+                a_new = (((1 - s.alpha_f) * force + s.alpha_f * force_before) / moved_mass(striker) - s.alpha_m * a) / (
                     1 - s.alpha_m
                 )
                 x = x + h * v_before + h**2 * (s.before_u * a + s.after_u * a_new)

@@ -204,7 +204,7 @@ class Contact:
         of dt [s], and where their projections start. All facets are looked at from time to time only. Collective."""
         self.steps_to_search = self.steps_between_searches(dt)
         ahead = self.steps_to_search * dt
-        nearer, farther = ahead * self._closing_speed(), ahead * abs(self.speed)
+        nearer, farther = ahead * self._approach_velocity(), ahead * abs(self.speed)
         if nearer > self.nearer_left or farther > self.farther_left:
             position = self._gather_all(self.structure.x)
             position[self.is_wheel, 0] += self.offset
@@ -269,9 +269,9 @@ class Contact:
     ) -> list[tuple[np.ndarray, np.ndarray]]:
         """For each side its nodes and the opposite facets, of those given, that come within reach of the other surface.
         Replicated."""
-        facets = self._sharing_space(position, facets, reach)
-        nodes = [np.unique(self.quads[k][facets[k]]) for k in (0, 1)]
-        return [(nodes[k], facets[1 - k]) if len(facets[1 - k]) else (nodes[k][:0], facets[1 - k]) for k in (0, 1)]
+        near = self._sharing_space(position, facets, reach)
+        nodes = [np.unique(self.quads[k][near[k]]) for k in (0, 1)]
+        return [(nodes[k], near[1 - k]) if len(near[1 - k]) else (nodes[k][:0], near[1 - k]) for k in (0, 1)]
 
     def _refuse_deep_start(self, position: np.ndarray, pairs: kernel.Pairs, side: int) -> None:
         """Raise ValueError where a surface starts deeper in the other than contact would believe: such nodes would
@@ -343,10 +343,10 @@ class Contact:
     def steps_between_searches(self, dt: float) -> int:
         """How many steps of dt [s] surfaces need to come half the margin nearer: no node that is not watched is in
         contact before the next search."""
-        steps = max(int(0.5 * self.settings.margin / (self._closing_speed() * dt)), 1)
+        steps = max(int(0.5 * self.settings.margin / (self._approach_velocity() * dt)), 1)
         return steps if self.settings.refresh is None else min(steps, self.settings.refresh)
 
-    def _closing_speed(self) -> float:
+    def _approach_velocity(self) -> float:
         """How fast the surfaces come nearer to each other at most [m/s]."""
         return SLOPE * abs(self.speed) + APPROACH
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse.linalg import splu
 
 from bem.dynamic.contact import NormalContact
-from bem.dynamic.impact import Striker
+from bem.dynamic.impact import Striker, moved_mass
 from bem.dynamic.schemes import TRAPEZOIDAL, Scheme
 from bem.exact.subsurface import von_mises_plane
 from bem.plane.body import Body
@@ -122,7 +122,9 @@ def finite_impact(
             ahead = float(striker.path(time))
         else:
             ahead = (
-                place + step * speed + step**2 * (scheme.before_u * pull + scheme.after_u * striker.load / striker.mass)
+                place
+                + step * speed
+                + step**2 * (scheme.before_u * pull + scheme.after_u * striker.load / moved_mass(striker))
             )
         pressure = np.zeros(len(gap))
         if striker.release is None or time <= striker.release:
@@ -135,7 +137,7 @@ def finite_impact(
         if striker.path is not None:
             speed, place = (ahead - place) / step, ahead
         else:
-            pull_new = (force + striker.load) / striker.mass
+            pull_new = (force + striker.load) / moved_mass(striker)
             place += step * speed + step**2 * (scheme.before_u * pull + scheme.after_u * pull_new)
             speed += step * (scheme.before_v * pull + scheme.after_v * pull_new)
             pull = pull_new
