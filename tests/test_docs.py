@@ -1,5 +1,10 @@
 """The documents name what there is."""
 
+import os
+import re
+import shlex
+import subprocess
+import sys
 from dataclasses import fields
 from pathlib import Path
 
@@ -15,3 +20,103 @@ def test_every_entry_of_a_result_is_described(kind):
     text = (ROOT / "docs" / "outputs.md").read_text(encoding="utf-8")
     missing = [entry.name for entry in fields(kind) if entry.name != "history" and f"`{entry.name}`" not in text]
     assert not missing, f"docs/outputs.md does not say what {missing} of {kind.__name__} hold"
+
+
+def blocks(text: str, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def own_case() -> str:
+    """The section of the first steps that leads from a wheel's file to a curve."""
+    text = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
+    return re.search(r"## Your own case, in nine commands\n(.*?)\n### ", text, re.DOTALL)[1]
+
+
+def run(words: list[str], folder: Path) -> str:
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "RAIL_FEM_SMOKE": str(int("fe_full" in words))}
+    answer = subprocess.run([sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True)
+    assert answer.returncode == 0, f"{shlex.join(words)}\n{answer.stdout[-3000:]}\n{answer.stderr[-3000:]}"
+    return answer.stdout
+
+
+def changed(case: Path, lines: str) -> None:
+    """Lines `key = value` in place of those that begin with the same key, as a user edits them."""
+    text = case.read_text(encoding="utf-8")
+    for line in lines.splitlines():
+        text, count = re.subn(rf"(?m)^{line.partition(' =')[0]} = .*$", line, text)
+        assert count == 1, f"{line} stands for {count} lines of what init writes"
+    case.write_text(text, encoding="utf-8")
+
+
+def test_a_case_of_ones_own_takes_nine_commands():
+    """The Python block counts as one."""
+    commands = [line for block in blocks(own_case(), "sh") for line in block.splitlines()]
+    assert len(commands) + len(blocks(own_case(), "python")) == 9
+    assert all(command.startswith(".venv/bin/rail-fem ") for command in commands)
+
+
+def test_the_first_steps_lead_from_a_wheels_file_to_figure_data_frame_and_curve(tmp_path):
+    """Every command as it stands, in its order, in an empty folder; the explicit run with few steps, where dolfinx
+    is."""
+    before, lines, after = own_case(), *blocks(own_case(), "toml"), blocks(own_case(), "python")[0]
+    for block in blocks(before, "sh"):
+        for command in block.splitlines():
+            words = shlex.split(command)[1:]
+            if "fe_full" in words:
+                pytest.importorskip("dolfinx")
+            if words[:2] == ["check", "my_case.toml"]:
+                changed(tmp_path / "my_case.toml", lines)
+            run(["-m", "rail_fem", *words], tmp_path)
+            if words[0] == "show":
+                forces = [float(word) for word in run(["-c", after], tmp_path).split()]
+                assert len(forces) == 6 and min(forces) > 50
+    for picture in (
+        "my_wheel.png",
+        "runs/my_case/figures/force.png",
+        "runs/my_speeds/figures/first_impact_against_speed.png",
+    ):
+        assert (tmp_path / picture).stat().st_size > 10_000
+
+
+def targets(text: str) -> list[str]:
+    """What the links of a Markdown text lead to, without those to other sites and to sections of the same page."""
+    found = re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```", "", text, flags=re.DOTALL))
+    return [target.partition("#")[0] for target in found if not re.match(r"https?:|#", target)]
+
+
+sys.path.append(str(ROOT / "docs" / "_ext"))
+from links import judge  # noqa: E402
+
+
+@pytest.mark.parametrize(
+    "infos, wrong, said",
+    [
+        (["Failed to resolve 'doi.org'", "Connection timed out"], 0, "no network"),
+        (["Failed to resolve 'doi.org'", ""], 1, "2 outside link(s), 1 broken"),
+        (["404 Client Error: Not Found", "403 Client Error: Forbidden"], 1, "2 outside link(s), 1 broken"),
+        (["", ""], 0, "2 outside link(s), 0 broken"),
+    ],
+)
+def test_a_broken_link_is_a_fault_and_no_network_is_not(infos, wrong, said):
+    """Publishers that answer programs with 403 are not broken."""
+    records = [
+        {
+            "status": "broken" if info else "working",
+            "uri": "https://doi.org/1",
+            "info": info,
+            "filename": "a",
+            "lineno": 1,
+        }
+        for info in infos
+    ]
+    sentence, lines = judge([*records, {"status": "unchecked", "uri": "start.html", "info": ""}])
+    assert said in sentence and len(lines) == wrong
+
+
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "models").glob("*.md")])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_between_documents_lead_somewhere(page):
+    gone = [t for t in targets(page.read_text(encoding="utf-8")) if not (page.parent / t).exists()]
+    assert not [target for target in gone if target != "gallery/index.rst"], f"{page.name} links to {gone}"

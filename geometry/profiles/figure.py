@@ -7,6 +7,8 @@ import numpy as np
 from geometry.profiles.doctor import Diagnosis
 
 MM = 1e-3
+CUT = 400.0  # of the curvature drawn [1/m]
+SPAN = 2.0  # length over which it is averaged: points to a micrometre differ by 100 1/m from one to the next [mm]
 
 
 def draw_diagnosis(found: Diagnosis, path: Path) -> Path:
@@ -17,8 +19,10 @@ def draw_diagnosis(found: Diagnosis, path: Path) -> Path:
     import matplotlib.pyplot as plt
 
     profile = found.profile
-    figure, axes = plt.subplots(3, 1, figsize=(9, 11), height_ratios=(3, 1.2, 1.2), layout="constrained")
     y, z = profile.points.T / MM
+    tall = 8.0 * np.ptp(z) / np.ptp(y)  # of the shape, which is drawn in true proportion [inch]
+    ratios = (tall + 0.6, 2.4, 2.4)
+    figure, axes = plt.subplots(3, 1, figsize=(9, sum(ratios) + 1.5), height_ratios=ratios, layout="constrained")
     axes[0].plot(*best_match(found).T / MM, ".", ms=3, color="tab:orange", label="points as read, moved onto it")
     axes[0].plot(y, z, "-", color="black", lw=0.8, label="as used")
     axes[0].set(
@@ -28,8 +32,12 @@ def draw_diagnosis(found: Diagnosis, path: Path) -> Path:
     s = profile.arc_length / MM
     axes[1].plot(s, np.degrees(profile.angle_after), color="black", lw=1)
     axes[1].set(xlabel="length along the line [mm]", ylabel="tangent angle [deg]")
-    axes[2].plot(s, np.clip(profile.curvature, -400, 400), color="black", lw=1)
-    axes[2].set(xlabel="length along the line [mm]", ylabel="curvature, cut at 400 [1/m]")
+    axes[2].plot(s, np.clip(profile.curvature, -CUT, CUT), color="silver", lw=0.8, label="from point to point")
+    middle, mean = mean_curvature(s, profile.angle_after)
+    axes[2].plot(middle, mean, color="black", lw=1.2, label=f"mean over {SPAN:g} mm")
+    axes[2].set(xlabel="length along the line [mm]", ylabel=f"curvature, cut at {CUT:g} [1/m]")
+    axes[2].set_ylim(*np.clip([1.3 * mean.min() - 20, 1.3 * mean.max() + 20], -CUT, CUT))
+    axes[2].legend(loc="upper right", ncols=2, fontsize=8)
     figure.supxlabel(
         "\n".join(f"{f.weight}: {f.text}" for f in found.findings), fontsize=7, ha="left", x=0.02, wrap=True
     )
@@ -38,6 +46,17 @@ def draw_diagnosis(found: Diagnosis, path: Path) -> Path:
     figure.savefig(path, dpi=110)
     plt.close(figure)
     return Path(path)
+
+
+def mean_curvature(s: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Curvature as the change of the tangent's angle over SPAN: positions [mm] and values [1/m].
+
+    s : (n,) length along the line [mm];  angle : (n,) tangent after each point [rad]
+    """
+    half = 0.5 * min(SPAN, np.ptp(s) / 4)
+    at = np.linspace(s[0] + half, s[-1] - half, 400)
+    change = np.interp(at + half, s, angle) - np.interp(at - half, s, angle)
+    return at, np.clip(change / (2 * half * MM), -CUT, CUT)
 
 
 def best_match(found: Diagnosis) -> np.ndarray:

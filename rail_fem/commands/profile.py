@@ -10,7 +10,11 @@ from rail_fem.commands.ending import say, stop
 
 def profile(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="profile: .prw .prr .whl .ban .mpt .slcs or two columns")
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="profile: .prw .prr .whl .ban .mpt .slcs or two columns; or a built-in one's name, such as P8",
+        ),
     ],
     kind: Annotated[str | None, typer.Option(help="rail or wheel, where the file does not say")] = None,
     unit: Annotated[str | None, typer.Option(help="mm, cm, m or inch, where the file does not say")] = None,
@@ -43,14 +47,14 @@ def profile(
     for."""
     from geometry.profiles.doctor import examine
     from geometry.profiles.figure import draw_diagnosis
-    from geometry.profiles.formats.by_suffix import read_raw, write_profile
+    from geometry.profiles.formats.by_suffix import write_profile
     from geometry.profiles.formats.units import UNITS
 
     if unit is not None and unit not in UNITS:
         stop(f"--unit {unit}: known are {', '.join(UNITS)}")
     try:
         found = examine(
-            read_raw(file, kind, UNITS.get(unit), number),
+            raw_profile(file, kind, UNITS.get(unit), number),
             smooth,
             smoothing=None if smoothing is None else smoothing * 1e-6,
             mirror=mirror,
@@ -65,6 +69,25 @@ def profile(
             say(f"  written {write}")
     except (ValueError, OSError) as error:
         stop(f"refused: {error}")
+
+
+def raw_profile(file: Path, kind: str | None, unit: float | None, number: int):
+    """A file's points, or those of a built-in profile where no such file is there: `profile P8 --write my_wheel.csv`
+    is a file to begin with."""
+    import numpy as np
+
+    from geometry.profiles.formats.by_suffix import read_raw
+    from geometry.profiles.formats.raw import RawProfile
+    from geometry.profiles.rail import HEADS, rail_head
+    from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
+
+    name, in_mm = str(file), 1e3
+    if file.exists() or name not in (*WHEEL_NAMES, *HEADS):
+        return read_raw(file, kind, unit, number)
+    is_wheel = name in WHEEL_NAMES
+    points = (wheel_profile(name) if is_wheel else rail_head(name)).points * in_mm
+    what = "wheel" if is_wheel else "rail"
+    return RawProfile(points, np.arange(1, len(points) + 1), file, "built-in profile", 1e-3, what, up=1)
 
 
 def origin_of(text: str) -> str | tuple[float, float]:

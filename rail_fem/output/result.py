@@ -19,7 +19,7 @@ from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.output.history import complete_history, from_shown_table, shown_table
 from rail_fem.output.strict_json import NAN, dumps, nan_for_none
 from rail_fem.output.trust_text import trust_text
-from rail_fem.output.versions import versions
+from rail_fem.output.versions import import_pandas, versions
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering
 
@@ -165,7 +165,7 @@ class PassResult:
 
         Errors: ModuleNotFoundError where pandas is not installed.
         """
-        import pandas
+        pandas = import_pandas()
 
         if si:
             return pandas.DataFrame(dict(self.history))

@@ -53,6 +53,16 @@ def versions() -> dict[str, str]:
     return dict(_versions())
 
 
+def import_pandas():
+    """The package pandas, which only tables in Python need. Errors: ModuleNotFoundError, with what to do."""
+    try:
+        import pandas
+    except ModuleNotFoundError as error:
+        words = "tables in Python need pandas: pip install pandas; history.csv and sweep.csv hold the same without it"
+        raise ModuleNotFoundError(words, name="pandas") from error
+    return pandas
+
+
 def git_revision() -> str:
     """Commit of the project's checkout, "-dirty" when tracked files differ; empty outside a checkout."""
     root = Path(__file__).resolve().parents[2]

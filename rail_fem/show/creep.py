@@ -14,19 +14,21 @@ OPEN = 1e-3  # of the static load, below which a contact has no creep to speak o
 
 
 def creep_figure(result: PassResult, name: str) -> Figure:
-    """Longitudinal force between the bounds that friction sets, above; creep beneath."""
+    """Longitudinal force between the bounds that friction sets, above; creep beneath, where the model resolves it."""
     history = result.history
     if not np.isfinite(history["force_longitudinal"]).any():
         return words_instead(
             f"{name}: the history holds no longitudinal force, so there is no creep to draw. {result.fault}"
         )
-    figure = new_figure(9.0)
-    above, below = figure.subplots(2, 1, sharex=True)
-    draw_force(above, result)
-    draw_creep(below, result)
-    label_distance(below, result)
+    creep = told_creep(result)
+    figure = new_figure(9.0 if creep is not None else 6.0)
+    panels = figure.subplots(1 if creep is None else 2, 1, sharex=True, squeeze=False)[:, 0]
+    draw_force(panels[0], result)
+    if creep is not None:
+        draw_creep(panels[1], result, creep)
+    label_distance(panels[-1], result)
     figure.align_ylabels()
-    give_title(figure, "Longitudinal force and creep", name, result)
+    give_title(figure, "Longitudinal force" + (" and creep" if creep is not None else ""), name, result)
     return figure
 
 
@@ -54,16 +56,18 @@ def draw_force(axes, result: PassResult) -> None:
     legend_above(axes)
 
 
-def draw_creep(axes, result: PassResult) -> None:
-    """Creep where the wheel is in contact, after settling; + where it is braked."""
+def told_creep(result: PassResult) -> np.ndarray | None:
+    """Creep where the wheel is in contact, after settling, NaN elsewhere; None for a model without creep."""
     history = result.history
     end, _ = settling_end(result)
     told = (history["force"] > OPEN * result.scene.static_wheel_load) & ~(history["time"] < end)
     creep = np.where(told, history["creep_longitudinal"], np.nan)
-    if np.isfinite(creep).any():
-        axes.plot(1e3 * history["x"], 1e2 * creep, color=TOTAL, lw=2)
-        axes.axhline(0.0, color=GREY, lw=1.2, ls="--")
-    else:
-        axes.text(0.5, 0.5, "creep not resolved", transform=axes.transAxes, ha="center")
+    return creep if np.isfinite(creep).any() else None
+
+
+def draw_creep(axes, result: PassResult, creep: np.ndarray) -> None:
+    """Creep over the distance; + where the wheel is braked."""
+    axes.plot(1e3 * result.history["x"], 1e2 * creep, color=TOTAL, lw=2)
+    axes.axhline(0.0, color=GREY, lw=1.2, ls="--")
     mark_positions(axes, result, label=False)
     axes.set_ylabel("longitudinal creep [%]")

@@ -40,7 +40,7 @@ def plan_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure
             color="black",
             lw=1.0,
             path_effects=[withStroke(linewidth=2.2, foreground="white")],
-            label="path of contact (broken where both bodies carry)",
+            label="path of contact; not drawn where both bodies carry",
         )
         mark_worst(axes, fields, owner, corners)
         name_bodies(axes, fields, (low, high, bottom, top), path)
@@ -49,7 +49,7 @@ def plan_figure(result: PassResult, fields: CrossingFields, name: str) -> Figure
     direction = "runs to the right \u2192" if result.scene.direction == "facing" else "runs to the left \u2190"
     panels[-1].set_xlabel(f"x [mm]   (the wheel {direction}; y is positive towards the field side)")
     panels[0].legend(
-        loc="lower left", bbox_to_anchor=(0, 1, 1, 0.1), ncols=3, mode="expand", frameon=False, borderaxespad=0.2
+        loc="lower left", bbox_to_anchor=(0, 1, 1, 0.1), ncols=2, mode="expand", frameon=False, borderaxespad=0.2
     )
     if most > 0:
         bar = figure.colorbar(colours, ax=list(panels), orientation="horizontal", aspect=60, shrink=0.9, fraction=0.05)

@@ -57,11 +57,13 @@ def draw_section(column, fields: CrossingFields, body: str, worst: int, colours:
         xlim=(min(low_y, y - half) - 2, max(high_y, y + half) + 2),
         ylim=(min(low_z, z - half) - 2, max(high_z, z + half) + 2),
         aspect="equal",
+        xlabel="y [mm]",
         ylabel="z [mm]",
     )
     whole.set_title(f"{body}: section at x = {1e3 * position[0]:.1f} mm", color=BODY[body], weight="bold")
     close.add_collection(PolyCollection(shown, facecolors=painted, edgecolors="#555555", linewidths=0.5))
-    words = f"at most {100 * fields.plastic_strain[worst]:.2f} %\n{1e3 * depth:.2f} mm below the surface"
+    most = 100 * fields.plastic_strain[worst]
+    words = f"at most {most:.2f} %, in the element whose\nmiddle is {1e3 * depth:.2f} mm below the surface"
     close.plot(1e3 * position[1], 1e3 * position[2], "o", ms=12, mfc="none", mec=BODY[body], mew=2.5, label=words)
     close.legend(loc="lower left")
     close.set(

@@ -21,6 +21,7 @@ from rail_fem.show.plan import contact_path, mpl_colour, view_box
 from rail_fem.show.style import (
     GREEN,
     GREY,
+    HALO,
     LINE_OF_MODEL,
     NEVER_YIELDED,
     NOSE,
@@ -122,35 +123,89 @@ def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str,
     return figure
 
 
+ROUGH = ("p2_formula", "lumped")  # bounds and formulas: their bars may leave the panel, with their value written
+Marks = Mapping[str, tuple[str, Mapping[str, float]]]  # words of a panel -> legend, case -> value in the panel's unit
+
+
 def summary_figure(
-    results: Mapping[str, Mapping[str, PassResult]], measures: Mapping[str, Measure], title: str
+    results: Mapping[str, Mapping[str, PassResult]],
+    measures: Mapping[str, Measure],
+    title: str,
+    published: Marks | None = None,
 ) -> Figure:
-    """Bars over all cases, a panel for each measure by its words, a colour for each model."""
+    """Bars over all cases, a panel for each measure by its words, a colour for each model; a dash for what a source
+    has published."""
     resolved = lambda model: any(
         np.isfinite(m.of(of_case[model])) for of_case in results.values() if model in of_case for m in measures.values()
     )
     models = [model for model in MODELS if resolved(model)]
-    figure = new_figure(1.5 + 3.2 * len(measures))
+    figure = new_figure(2.5 + 3.2 * len(measures))
     panels = np.atleast_1d(figure.subplots(len(measures), 1, sharex=True))
     position, width = np.arange(len(results)), 0.8 / max(len(models), 1)
     for axes, (words, measure) in zip(panels, measures.items()):
-        for k, model in enumerate(models):
-            values = [
+        bars = {
+            model: [
                 measure.factor * measure.of(of_case[model]) if model in of_case else np.nan
                 for of_case in results.values()
             ]
+            for model in models
+        }
+        legend, marks = (published or {}).get(words, ("", {}))
+        top = 1.3 * highest([*(bars[m] for m in models if m not in ROUGH), [*marks.values()]] or [*bars.values()])
+        for k, (model, values) in enumerate(bars.items()):
             if np.isfinite(values).any():
-                axes.bar(
-                    position + (k - (len(models) - 1) / 2) * width,
-                    values,
-                    width,
-                    color=LINE_OF_MODEL[model][0],
-                    label=model,
-                )
+                draw_bars(axes, position + (k - (len(models) - 1) / 2) * width, values, width, model, top)
+        known = [(at, marks[case]) for at, case in zip(position, results) if case in marks]
+        if known:
+            axes.hlines([v for _, v in known], [at - 0.45 for at, _ in known], [at + 0.45 for at, _ in known],
+                        color=WING, lw=2.5, ls=(0, (2, 1)), label=legend)  # fmt: skip
         axes.set_ylabel(f"{words} [{measure.unit}]")
-        axes.set_ylim(top=1.25 * axes.get_ylim()[1])
-        if axes.patches:
-            axes.legend(loc="upper left", ncols=len(models))
-    panels[-1].set_xticks(position, list(results), rotation=45, ha="right")
+        axes.set_ylim(0.0, top if top > 0 else None)
+        if axes.patches or known:
+            axes.legend(
+                loc="lower left", bbox_to_anchor=(0, 1), ncols=len(models) + 1, frameon=False, borderaxespad=0.1
+            )
+    panels[-1].set_xticks(position, what_differs(results), rotation=45, ha="right")
     figure.suptitle(title, fontsize=14)
     return figure
+
+
+def highest(rows: list[list[float]]) -> float:
+    """The largest finite number of all, 0 where there is none."""
+    flat = np.array([value for row in rows for value in row], dtype=float)
+    return float(flat[np.isfinite(flat)].max(initial=0.0))
+
+
+def draw_bars(axes, position: np.ndarray, values: list[float], width: float, model: str, top: float) -> None:
+    """Bars of a model; those that leave the panel have their value written."""
+    axes.bar(position, values, width, color=LINE_OF_MODEL[model][0], label=model)
+    for at, value in zip(position, values):
+        if value > top > 0:
+            axes.text(at, 0.98 * top, f"{value:.0f}", rotation=90, ha="center", va="top", fontsize=8, path_effects=HALO)
+
+
+def what_differs(results: Mapping[str, Mapping[str, PassResult]]) -> list[str]:
+    """A name for each case: its own, and in what its scene differs from the most usual one."""
+    scenes = [next(iter(of_case.values())).scene if of_case else None for of_case in results.values()]
+    facts = [case_facts(scene) if scene is not None else () for scene in scenes]
+    usual = [max(set(column), key=column.count) for column in zip(*filter(None, facts))]
+    return [
+        f"{name}: {', '.join(f for f, common in zip(own, usual) if f != common) or 'the usual'}" if own else name
+        for name, own in zip(results, facts)
+    ]
+
+
+def case_facts(scene: Scene) -> tuple[str, ...]:
+    """Speed, direction, load, wheel, foundation, steels: what the cases of a sweep may differ in."""
+    steels = {
+        f"{m.grade}" + ("" if m.strength == 1 else f" x{m.strength:.0%}")
+        for m in (scene.materials.wing, scene.materials.nose)
+    }
+    return (
+        show(scene.speed, "mph", 3),
+        scene.direction,
+        show(scene.static_wheel_load, "kN", 3),
+        scene.wheel.name,
+        show(scene.foundation.stiffness, "kN/mm", 3),
+        " and ".join(sorted(steels)),
+    )

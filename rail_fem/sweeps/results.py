@@ -14,6 +14,7 @@ from rail_fem.hierarchy import MODELS
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult
+from rail_fem.output.versions import import_pandas
 from rail_fem.scene.units import SHOWN
 from rail_fem.sweeps.compare import core_seconds
 from rail_fem.sweeps.parameters import Values, asked_values, shown_value, title_of, varied_keys
@@ -88,7 +89,7 @@ class SweepResults:
 
     def to_dataframe(self):
         """The rows as a pandas.DataFrame. Errors: ModuleNotFoundError where pandas is not installed."""
-        import pandas
+        pandas = import_pandas()
 
         return pandas.DataFrame(self.rows())
 

@@ -19,7 +19,7 @@ from rail_fem.output.versions import versions
 from rail_fem.show.reference import dip_figure, forces_figure
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds
-from rail_fem.sweeps.group_figure import group_figure, strain_figure, summary_figure
+from rail_fem.sweeps.group_figure import Marks, group_figure, strain_figure, summary_figure
 from rail_fem.sweeps.published_table import published_table
 from rail_fem.sweeps.sweep_report import Results, force_table, results_below
 from rail_fem.sweeps.trend_words import count_lines, trend_lines
@@ -31,6 +31,7 @@ SUMMARY = {
     "largest force\non the wing": "largest wing force",
     "mean plastic strain of the\nnose's worst 5 x 5 x 3 mm": "nose strain",
 }
+PEAKS = ("first impact", "largest force")  # panels beside which the source's largest force belongs
 BESIDE = ("rigid_hertz", "fe_full")  # models whose forces are drawn beneath one another
 COMPACT = 80  # dots per inch of a page for a repository
 
@@ -171,6 +172,12 @@ def figure_lines(source: Source, found: list[Picture], name: Callable[[Picture],
     return ["## Figures", "", *markdown_table(head, [*rows, *absent]), ""]
 
 
+def published_marks(source: Source) -> Marks:
+    """What the source gives beside our forces: its largest force of the wheel [kN]."""
+    peaks = {row.case: row.peak for row in source.published}
+    return dict.fromkeys(PEAKS, ("published FE peak", peaks)) if peaks else {}
+
+
 def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:
     """All figures that this sweep can give, in order."""
     measures = {words: MEASURES[name] for words, name in SUMMARY.items()}
@@ -179,7 +186,7 @@ def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:
             "summary",
             "Largest forces and plastic strain of all cases, every model",
             source.summary_figures,
-            lambda: summary_figure(results, measures, "All cases, every model"),
+            lambda: summary_figure(results, measures, "All cases, every model", published_marks(source)),
         )
     ]
     of_reference = results.get(source.reference, {})

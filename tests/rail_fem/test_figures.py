@@ -12,6 +12,7 @@ import pytest
 
 from geometry.meshing.blocks import mesh_grid
 from rail_fem.output.events import lost_contact, settling_end, stated_peaks
+from rail_fem.output.fields import field_file, read_fields
 from rail_fem.output.result import PassResult, Peak
 from rail_fem.output.shares import largest_internal
 from rail_fem.show.creep import creep_figure
@@ -21,6 +22,7 @@ from rail_fem.show.figures import draw_run, strain_figures
 from rail_fem.show.force import force_figure
 from rail_fem.show.plan import cut_in_strips, plan_figure, view_box
 from rail_fem.show.section import section_figure
+from rail_fem.show.stress import kept_frames, loaded_frame, residual, stress_figure, under_load
 from tests.rail_fem.surrogate_run import (
     MOST,
     SETTLE,
@@ -35,7 +37,8 @@ from tests.rail_fem.surrogate_run import (
 from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-NAMES = {"creep.png", "force.png", "energies.png", "plastic_strain_plan.png", "plastic_strain_section.png"}
+STRAIN = {"plastic_strain_plan.png", "plastic_strain_section.png"}
+NAMES = {"creep.png", "force.png", "energies.png", "stress_section.png", "mesh.png"} | STRAIN
 
 
 def words(figure) -> str:
@@ -73,7 +76,7 @@ def run_alone(*command: str) -> subprocess.CompletedProcess:
 
 
 @pytest.mark.parametrize("direction", ["facing", "trailing"])
-def test_five_figures_of_a_run_are_drawn_wide_enough_to_read(tmp_path, direction):
+def test_all_figures_of_a_run_are_drawn_wide_enough_to_read(tmp_path, direction):
     write_run(tmp_path, direction)
     drawn = draw_run(tmp_path)
     assert {path.name for path in drawn} == NAMES == {path.name for path in (tmp_path / "figures").iterdir()}
@@ -92,7 +95,7 @@ heavy = [m for m in sys.modules if m.startswith(("vtk", "pyvista")) or m == "mat
 print(len(draw_run({str(tmp_path)!r})), heavy, before == matplotlib.rcParams.copy())
 """
     answer = run_alone("-W", "error::RuntimeWarning", "-c", code)
-    assert answer.stdout.strip() == "5 [] True", answer.stderr
+    assert answer.stdout.strip() == "7 [] True", answer.stderr
 
 
 def test_title_names_crossing_wheel_speed_direction_and_fault(tmp_path):
@@ -428,8 +431,47 @@ def test_script_says_what_it_misses(tmp_path):
     )
 
 
-def test_creep_is_drawn_where_the_wheel_is_in_contact_and_said_to_be_missing_where_it_is_not(tmp_path):
+def test_creep_is_drawn_where_the_wheel_is_in_contact_and_has_no_empty_panel_where_a_model_knows_none(tmp_path):
     said = words(creep_figure(write_run(tmp_path), "run"))
-    assert "largest +" in said and "friction 0.3 times the vertical force" in said and "creep not resolved" not in said
+    assert "largest +" in said and "friction 0.3 times the vertical force" in said and "longitudinal creep [%]" in said
     lost = {name: column for name, column in surrogate_history().items() if name != "creep_longitudinal"}
-    assert "creep not resolved" in words(creep_figure(write_run(tmp_path / "lost", history=lost), "run"))
+    without = creep_figure(write_run(tmp_path / "lost", history=lost), "run")
+    assert len(without.axes) == 1 and "creep" not in words(without)
+
+
+# ---- stresses
+
+
+def test_stresses_are_shown_where_they_are_largest_and_where_steel_has_flowed_most(tmp_path):
+    """The made-up stress is uniaxial, -2 GPa times the plastic strain along z: both rings are on the worst element."""
+    write_run(tmp_path)
+    fields = read_fields(field_file(tmp_path))
+    for body in ("wing", "nose"):
+        mine = fields.region == ("wing", "nose").index(body)
+        largest = fields.plastic_strain[mine].max()
+        panel = under_load(fields, body)
+        assert panel.worst == pytest.approx(2e3 * largest, rel=1e-6)
+        assert panel.values.max() == pytest.approx(panel.worst, rel=1e-6)
+        assert np.abs(1e-3 * panel.at - WORST[body][1:]).max() < 2e-3 and panel.depth == pytest.approx(1.25, rel=1e-6)
+        along = residual(fields, body, 0)
+        assert along.worst == 0.0 and np.abs(along.at - panel.at).max() < 1e-9
+
+
+def test_the_frame_under_load_is_that_in_which_the_body_carries_most(tmp_path):
+    """Of three moments the nose carries most in the last, the wing in the second: at 6 ms and at 1.5 ms."""
+    result = write_run(tmp_path)
+    assert kept_frames(tmp_path) == [] and loaded_frame(result, tmp_path, "nose") is None
+    mesh, times = surrogate_mesh(), (0.0, 1.5e-3, 3.3e-3)
+    sets = [f'<DataSet timestep="{time}" file="frame_{k:04d}.vtu"/>' for k, time in enumerate(times)]
+    for k in range(len(times)):
+        write_fields(tmp_path / "fields" / f"frame_{k:04d}.vtu", mesh, surrogate_strain(mesh))
+    (tmp_path / "fields" / "pass.pvd").write_text(f"<VTKFile><Collection>{''.join(sets)}</Collection></VTKFile>")
+    assert [time for time, _ in kept_frames(tmp_path)] == list(times)
+    assert loaded_frame(result, tmp_path, "wing").source == "frame_0001.vtu"
+    assert loaded_frame(result, tmp_path, "nose").source == "frame_0002.vtu"
+
+
+def test_a_wheel_that_may_still_press_is_said_beside_the_residual_stress(tmp_path):
+    result = write_run(tmp_path, metal={"nose": {"unloaded": True}, "wing": {"unloaded": False}})
+    said = words(stress_figure(result, tmp_path, "my_case"))
+    assert said.count("the wheel may still press on it") == 1 and "stress along the track [MPa], tension +" in said
