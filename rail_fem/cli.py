@@ -31,27 +31,29 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-app.command("list")(start.names)
-app.command("low-pass")(low_pass)
-for command in (
-    start.init,
-    check,
-    run,
-    show,
-    compare,
-    sweep,
-    report,
-    profile,
-    pair.contact,
-    pair.patch,
-    export,
-    damage,
-    design,
-    measured,
-):
-    app.command()(command)
-app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(study)
-app.command()(doctor)
+COMMANDS = {  # in the order in which one needs them, with what the list of commands says in one line
+    "init": (start.init, "Write a commented case file to begin with"),
+    "list": (start.names, "Models, wheels, rails, steels, studies"),
+    "profile": (profile, "Read, judge, draw, convert a profile file"),
+    "check": (check, "What a case means, costs and risks"),
+    "run": (run, "Run a case"),
+    "show": (show, "What a run or a sweep found, or how far it is"),
+    "sweep": (sweep, "Run many cases, or one with values varied"),
+    "compare": (compare, "Cost against error of several models"),
+    "report": (report, "The page of a sweep, with its trends checked"),
+    "export": (export, "Mesh and fields of a run for other programs"),
+    "contact": (pair.contact, "Contact points of a wheel on a rail"),
+    "patch": (pair.patch, "The patch of a wheel under a load"),
+    "damage": (damage, "Wear, fatigue and life under many passes"),
+    "design": (design, "Search for a better crossing or vehicle"),
+    "measured": (measured, "Hold a measured record against a run"),
+    "low-pass": (low_pass, "A run's history, low-passed"),
+}
+for name, (command, line) in COMMANDS.items():
+    app.command(name, short_help=line)(command)
+own_help = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
+app.command("study", short_help="Show a part by itself, one of two dozen", context_settings=own_help)(study)
+app.command("doctor", short_help="Whether this installation works")(doctor)
 
 
 def _version(wanted: bool) -> None:

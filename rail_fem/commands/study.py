@@ -99,12 +99,14 @@ def study(
     quick: Annotated[bool, typer.Option("--quick", help="a look in short time, where the study has one")] = False,
 ) -> None:
     """Run a study; further options go to it ('rail-fem study NAME --help' lists them)."""
-    if name not in STUDIES:
+    there = "\n".join(f"  {key:18s} {entry.meaning}" for key, entry in STUDIES.items())
+    if name in ("", "--help"):
         typer.echo(
-            f"no study '{name}'; there are:\n"
-            + "\n".join(f"  {key:18s} {entry.meaning}" for key, entry in STUDIES.items()),
-            err=True,
+            f"Usage: rail-fem study NAME [OPTIONS]   (rail-fem study NAME --help lists them)\n\nStudies:\n{there}"
         )
+        raise typer.Exit(0 if name else 2)
+    if name not in STUDIES:
+        typer.echo(f"no study '{name}'; there are:\n{there}", err=True)
         raise typer.Exit(2)
     entry = STUDIES[name]
     if quick and not entry.quick:

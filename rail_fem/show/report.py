@@ -149,7 +149,8 @@ def result_report(result: PassResult) -> str:
             _row(
                 name,
                 with_bar(result, name, 5) if name in FORCES else engineering(peak.value, peak.unit),
-                f"at x = {show(peak.x, shown, 5)}, y = {show(peak.y, shown, 4)}"
+                f"at x = {show(peak.x, shown, 5)}"
+                + (f", y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "")
                 + (f", in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else ""),
             )
         )
@@ -184,9 +185,11 @@ def result_report(result: PassResult) -> str:
         _row("  the model itself", f"{cost.solve_time:.3g} s"),
         _row("  contacts searched, or meshed", f"{cost.search_time:.3g} s", "kept for scenes of the same surfaces"),
         _row("  kernels compiled", f"{cost.compile_time:.3g} s", "once on a machine"),
-        _row("elements, steps", f"{cost.elements}, {cost.steps}"),
-        _row("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s"),
+        *([_row("elements", str(cost.elements))] if cost.elements else []),
+        _row("steps", str(cost.steps)),
     ]
+    if np.isfinite(cost.updates_per_second):
+        lines.append(_row("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s"))
     return "\n".join(
         [*lines, "", f"{len(result.warnings)} warning(s)", *(f"  {warning}" for warning in result.warnings)]
     )
