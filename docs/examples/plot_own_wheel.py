@@ -16,8 +16,10 @@ import geometry
 import rail_fem
 
 # %%
-# A surrogate for a measured file: a P8 with 0.4 mm worn off its tread and 10 micrometres of scatter.
-points = geometry.wheel_profile("P8").points * 1e3
+# A surrogate for a measured file: a P8 with 0.4 mm worn off its tread, a point each 0.25 mm, 10 micrometres of scatter.
+new = geometry.wheel_profile("P8")
+along = np.arange(0, new.arc_length[-1], 0.25e-3)
+points = 1e3 * np.column_stack([np.interp(along, new.arc_length, c) for c in new.points.T])
 worn = points[:, 1] - 0.4 * np.exp(-((points[:, 0] / 25) ** 4))
 noise = np.random.default_rng(1).normal(0, 0.01, len(points))
 file = Path(tempfile.mkdtemp()) / "my_wheel.csv"
