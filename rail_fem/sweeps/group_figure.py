@@ -40,16 +40,8 @@ COLOURS = (TOTAL, WING, NOSE, GREEN, PURPLE, ORANGE, SKY)
 
 def case_words(name: str, scene: Scene) -> str:
     """What sets a case apart, short enough for a legend."""
-    steel = [
-        m.grade if m.strength == 1 else f"{m.grade} x{m.strength:.0%}"
-        for m in (scene.materials.wing, scene.materials.nose)
-    ]
-    steels = steel[0] if steel[0] == steel[1] else f"wing {steel[0]}, nose {steel[1]}"
-    wheel = scene.wheel.name
-    return (
-        f"{name}: {show(scene.speed, 'mph', 3)} {scene.direction}, {show(scene.static_wheel_load, 'kN', 3)}, {wheel},"
-        f" {show(scene.foundation.stiffness, 'kN/mm', 3)}, {steels}"
-    )
+    speed, direction, load, wheel, foundation, steels = case_facts(scene)
+    return f"{name}: {speed} {direction}, {load}, {wheel}, {foundation}, {steels}"
 
 
 PANELS = (
@@ -197,15 +189,15 @@ def what_differs(results: Mapping[str, Mapping[str, PassResult]]) -> list[str]:
 
 def case_facts(scene: Scene) -> tuple[str, ...]:
     """Speed, direction, load, wheel, foundation, steels: what the cases of a sweep may differ in."""
-    steels = {
-        f"{m.grade}" + ("" if m.strength == 1 else f" x{m.strength:.0%}")
+    wing, nose = (
+        m.grade if m.strength == 1 else f"{m.grade} x{m.strength:.0%}"
         for m in (scene.materials.wing, scene.materials.nose)
-    }
+    )
     return (
         show(scene.speed, "mph", 3),
         scene.direction,
         show(scene.static_wheel_load, "kN", 3),
         scene.wheel.name,
         show(scene.foundation.stiffness, "kN/mm", 3),
-        " and ".join(sorted(steels)),
+        wing if wing == nose else f"wing {wing}, nose {nose}",
     )
