@@ -78,6 +78,20 @@ def test_the_first_steps_lead_from_a_wheels_file_to_figure_data_frame_and_curve(
         assert (tmp_path / picture).stat().st_size > 10_000
 
 
+MEMBERS = re.findall(
+    r"automodule::\s+(\S+)\n\s+:members: ([\w, ]+)\n", (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+)
+
+
+@pytest.mark.parametrize("module, names", MEMBERS)
+def test_every_name_of_the_reference_is_in_its_module(module, names):
+    """A class that was given another name would else be missed only when the documents are built."""
+    import importlib
+
+    found = importlib.import_module(module)
+    assert not [name for name in names.split(", ") if not hasattr(found, name)]
+
+
 def targets(text: str) -> list[str]:
     """What the links of a Markdown text lead to, without those to other sites and to sections of the same page."""
     found = re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```", "", text, flags=re.DOTALL))
