@@ -1,10 +1,12 @@
-"""What paths, contact tables and meshes ask of a crossing, whichever it is: parametric or by its own sections.
+"""What paths, contact tables and meshes ask of a crossing, whichever it is: parametric, by its own sections, or either
+of them worn.
 
-Both have: heights(x, y, body), top_height(x, y, body), wing_section(x), nose_section(x), x_range, plain_x, nose_x,
+All have: heights(x, y, body), top_height(x, y, body), wing_section(x), nose_section(x), x_range, plain_x, nose_x,
 leg_range, tables.
 """
 
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.measured_crossing import MeasuredCrossing
+from geometry.surfaces.worn_crossing import WornCrossing
 
-AnyCrossing = CastCrossing | MeasuredCrossing
+AnyCrossing = CastCrossing | MeasuredCrossing | WornCrossing

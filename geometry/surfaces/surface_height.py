@@ -9,14 +9,19 @@ from numba.extending import overload
 
 from geometry.surfaces.bodies import NO_METAL
 from geometry.surfaces.crossing_surface import CrossingShape, nose_height, wing_height
+from geometry.surfaces.depth_field import depth_at
 from geometry.surfaces.section_grid import SectionGrids, grid_height
+from geometry.surfaces.worn_crossing import WornShape
 from kernel_cache import njit
 
-KINDS = (CrossingShape, SectionGrids)
+KINDS = (CrossingShape, SectionGrids, WornShape)
 
 
 def height_of(x, y, nose, shape, loft):
     """Height [m] of wing (nose False) or nose at one point; NO_METAL beside it. shape, loft : `tables` of a crossing"""
+    if isinstance(shape, WornShape):
+        z = height_of(x, y, nose, shape.base, loft)
+        return z - depth_at(x, y, shape.nose if nose else shape.wing) if z > 0.5 * NO_METAL else z
     if isinstance(shape, CrossingShape):
         return nose_height(x, y, shape) if nose else wing_height(x, y, shape, loft)
     return grid_height(x, y, shape.nose) if nose else grid_height(x, y, shape.wing)
@@ -24,11 +29,37 @@ def height_of(x, y, nose, shape, loft):
 
 @overload(height_of, inline="never")
 def _height_of(x, y, nose, shape, loft):
-    kind = shape.instance_class if isinstance(shape, types.NamedTuple | types.NamedUniTuple) else None
+    kind = _kind(shape)
+    if kind is WornShape:
+        base = shape.types[WornShape._fields.index("base")]
+        return _worn(_kind(base))
     if kind is CrossingShape:
         return lambda x, y, nose, shape, loft: nose_height(x, y, shape) if nose else wing_height(x, y, shape, loft)
     if kind is SectionGrids:
         return lambda x, y, nose, shape, loft: grid_height(x, y, shape.nose) if nose else grid_height(x, y, shape.wing)
+    return None
+
+
+def _kind(shape):
+    return shape.instance_class if isinstance(shape, types.NamedTuple | types.NamedUniTuple) else None
+
+
+def _worn(base):
+    """Height of a worn crossing of this kind. Written out for each kind."""
+    if base is CrossingShape:
+
+        def worn(x, y, nose, shape, loft):
+            z = nose_height(x, y, shape.base) if nose else wing_height(x, y, shape.base, loft)
+            return z - depth_at(x, y, shape.nose if nose else shape.wing) if z > 0.5 * NO_METAL else z
+
+        return worn
+    if base is SectionGrids:
+
+        def worn_sections(x, y, nose, shape, loft):
+            z = grid_height(x, y, shape.base.nose) if nose else grid_height(x, y, shape.base.wing)
+            return z - depth_at(x, y, shape.nose if nose else shape.wing) if z > 0.5 * NO_METAL else z
+
+        return worn_sections
     return None
 
 
