@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from kernel_cache import njit
+
 
 def edge_positions(grid, pressure: np.ndarray) -> tuple[float, float, float, float]:
     """(x_min, x_max, y_min, y_max) of the patch's edge [m]; NaN without contact. grid: bem.patch.Grid."""
@@ -24,30 +26,40 @@ def _zero_positions(squares: np.ndarray, positions: np.ndarray, step: float) -> 
     padded = np.pad(squares, 1)
     first, last = filled[0], filled[-1]
     return (
-        float(positions[first] - step * _reach(squares[first], padded[first + 2])),
-        float(positions[last] + step * _reach(squares[last], padded[last])),
+        float(positions[first] - step * _cells_to_edge(squares[first], padded[first + 2])),
+        float(positions[last] + step * _cells_to_edge(squares[last], padded[last])),
     )
 
 
 def covered_area(grid, pressure: np.ndarray) -> float:
     """Area of the patch [m^2]: the mean of what the rows along x and the rows along y give. grid: bem.patch.Grid."""
-    square = pressure**2
-    return float(grid.dx * grid.dy * (_row_cells(square) + _row_cells(square.T)) / 2)
+    return float(grid.dx * grid.dy * _covered_cells(np.ascontiguousarray(pressure, dtype=float)))
 
 
-def _row_cells(square: np.ndarray) -> float:
-    """Covered cells, rows along the first axis: whole cells and the corrections at both ends of each run."""
-    padded = np.pad(square, ((2, 2), (0, 0)))
-    total = float(np.count_nonzero(square))
-    for side in (padded, padded[::-1]):
-        before, outer, inner = side[1:-2], side[2:-1], side[3:]
-        ends = (before == 0) & (outer > 0)
-        total += float((_reach(outer[ends], inner[ends]) - 0.5).sum())
-    return total
+@njit(cache=True)
+def _covered_cells(pressure):
+    """Covered cells: whole ones and the corrections at both ends of each run, mean of the runs along both axes."""
+    nx, ny = pressure.shape
+    whole, ends = 0, 0.0
+    for i in range(nx):
+        for j in range(ny):
+            if pressure[i, j] <= 0.0:
+                continue
+            whole += 1
+            outer = pressure[i, j] ** 2
+            for di, dj in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+                if not _carries(pressure, i - di, j - dj):
+                    inner = pressure[i + di, j + dj] ** 2 if _carries(pressure, i + di, j + dj) else 0.0
+                    ends += 0.5 * (_cells_to_edge(outer, inner) - 0.5)
+    return whole + ends
 
 
-def _reach(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """Cells from the outermost cell's centre to the edge; half a cell where pressure does not fall outwards."""
-    outer, inner = np.asarray(outer, dtype=float), np.asarray(inner, dtype=float)
-    falling = inner > outer
-    return np.where(falling, np.minimum(outer / np.where(falling, inner - outer, 1.0), 1.0), 0.5)
+@njit(cache=True)
+def _carries(pressure, i, j):
+    return 0 <= i < pressure.shape[0] and 0 <= j < pressure.shape[1] and pressure[i, j] > 0.0
+
+
+@njit(cache=True)
+def _cells_to_edge(outer, inner):
+    """From the outermost cell's centre to the edge; half a cell where pressure does not fall outwards."""
+    return min(outer / (inner - outer), 1.0) if inner > outer else 0.5
