@@ -46,7 +46,8 @@ class ContactTable:
     stiffness : (2, n)    K of F = K d^1.5, vertical force over vertical approach [N/m^1.5]; 0 out of reach
     radii     : (2, n, 2) relative radii along and across the rail [m]
     angle     : (2, n)    slope angle of the surfaces there, across the track [rad]; > 0 rises towards the field side
-    asymmetry : (2, n)    distance of the intersection's middle from the contact point over its half-width [1]
+    middle    : (2, n)    the intersection's middle, from the contact point along the tangent across the rail [m]
+    asymmetry : (2, n)    its distance over the intersection's half-width [1]
     transfers : (k,)      x where a rigid wheel changes body [m]
     modulus   : E* of wheel and each body [Pa]
     search_time : what finding it cost, also where it was kept from another scene [s]
@@ -59,6 +60,7 @@ class ContactTable:
     stiffness: np.ndarray
     radii: np.ndarray
     angle: np.ndarray
+    middle: np.ndarray
     asymmetry: np.ndarray
     transfers: np.ndarray
     modulus: tuple[float, float]
@@ -150,7 +152,15 @@ def _path(crossing: AnyCrossing, wheel: Profile, radius, datum, low, high, spaci
 @functools.lru_cache(maxsize=64)
 def table_of(key: TableKey) -> ContactTable:
     """The table of a key. Errors: as contact_table."""
-    path, search_time = _path(*key[:7])
+    return _tabled(key, *_path(*key[:7]))
+
+
+def fresh_table(key: TableKey) -> ContactTable:
+    """As table_of, but kept nowhere: of a crossing that will never be seen again. Errors: as contact_table."""
+    return _tabled(key, *_path.__wrapped__(*key[:7]))
+
+
+def _tabled(key: TableKey, path: WheelPath, search_time: float) -> ContactTable:
     crossing, wheel, radius, datum, steels, load = key.crossing, key.wheel, key.radius, key.datum, key.steels, key.load
     started = working_time()
     moduli = tuple(contact_modulus(Elastic(*rail), Elastic(*steels[2])) for rail in steels[:2])
@@ -166,6 +176,7 @@ def table_of(key: TableKey) -> ContactTable:
         gather("stiffness"),
         gather("radii"),
         gather("angle"),
+        gather("middle"),
         gather("asymmetry"),
         path.transfers,
         moduli,
@@ -195,7 +206,7 @@ def _contacts(
     gap, along, across = _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle)
     depth = np.full(len(x), FIRST_DEPTH)
     for _ in range(ROUNDS):
-        radii, asymmetry = equivalent_paraboloid(gap, along, across, depth)
+        radii, middle, asymmetry = equivalent_paraboloid(gap, along, across, depth)
         constant = hertz_constants(radii, modulus)
         depth = np.clip(VIRTUAL * (load / np.cos(angle) / constant) ** (2 / 3), *DEPTHS)
     found = {
@@ -203,6 +214,7 @@ def _contacts(
         "angle": angle,
         "stiffness": constant * np.cos(angle) ** 2.5,
         "radii": radii,
+        "middle": middle,
         "asymmetry": asymmetry,
     }
     shape = lambda values: np.full((len(near), *values.shape[1:]), 0.0)
@@ -229,9 +241,9 @@ def _sampled_gap(crossing, wheel, body, x, at, radius, datum, angle) -> tuple[np
 
 def equivalent_paraboloid(
     gap: np.ndarray, along: np.ndarray, across: np.ndarray, depth: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Radii (n, 2) [m] of the paraboloid that intersects to `depth` (n,) as the gap (n, p, q) does, and how asymmetric
-    that is (n,).
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Radii (n, 2) [m] of the paraboloid that intersects to `depth` (n,) as the gap (n, p, q) does, its middle across
+    (n,) [m], and how asymmetric that is (n,).
 
     Length, width and area are those of the position where the gap, linear between its samples, is below the depth.
     """
@@ -243,7 +255,7 @@ def equivalent_paraboloid(
     ellipse = np.pi / 4 * length * width
     scale = (area / ellipse)[:, None]
     radii = np.stack([length, width], axis=1) ** 2 / 4 * scale / (2 * depth[:, None])
-    return radii, np.abs(middle) / (width / 2)
+    return radii, middle, np.abs(middle) / (width / 2)
 
 
 def _below(gap: np.ndarray, positions: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -80,7 +80,7 @@ def every_second(table: ContactTable) -> ContactTable:
         table.x[keep],
         *(
             getattr(table, name)[:, keep]
-            for name in ("height", "slope", "point", "stiffness", "radii", "angle", "asymmetry")
+            for name in ("height", "slope", "point", "stiffness", "radii", "angle", "middle", "asymmetry")
         ),
         table.transfers,
         table.modulus,

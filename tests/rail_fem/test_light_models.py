@@ -45,7 +45,7 @@ def test_equivalent_paraboloid_of_a_paraboloid_is_itself():
     for n in (50, 100, 200):
         along, across = np.linspace(-14e-3, 14e-3, n), np.linspace(-8e-3, 8e-3, n)
         gap = along[None, :, None] ** 2 / (2 * radii[0]) + across[None, None, :] ** 2 / (2 * radii[1])
-        found, asymmetry = equivalent_paraboloid(gap, along, across, depth)
+        found, _, asymmetry = equivalent_paraboloid(gap, along, across, depth)
         assert asymmetry[0] < 1e-12
         errors.append(np.abs(found[0] / radii - 1).max())
     assert errors[-1] < 5e-4 and errors[-1] < errors[0]
