@@ -27,6 +27,9 @@ def compare(
     from rail_fem.sweeps.compare_facts import comparison_facts
     from rail_fem.sweeps.cost_figure import cost_figure
 
+    if any((folder / "damage.json").is_file() for folder in folders):
+        compare_studies(folders, out)
+        return
     if quantity not in side_by_side.QUANTITIES:
         stop(f"--quantity {quantity}: choose one of {', '.join(side_by_side.QUANTITIES)}")
     limit = None if within is None else share(within, "--within")
@@ -43,6 +46,22 @@ def compare(
         if MANNER.as_json:
             emit(comparison_facts(found, limit, quantity))
     except (FileNotFoundError, ValueError, OSError) as error:
+        stop(str(error))
+
+
+def compare_studies(folders: list[Path], out: Path | None) -> None:
+    """Damage studies side by side."""
+    from rail_fem.damage.side_by_side import studies_facts, studies_table
+
+    try:
+        table = studies_table(folders)
+        say(table)
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+            (out / "compare.md").write_text(table + "\n", encoding="utf-8")
+        if MANNER.as_json:
+            emit(studies_facts(folders))
+    except (ValueError, OSError) as error:
         stop(str(error))
 
 

@@ -14,6 +14,9 @@ def damage(
     passes: Annotated[str | None, typer.Option("--passes", help="wheel passes, in place of the case's")] = None,
     restart: Annotated[bool, typer.Option("--restart", help="go on with the study in the folder")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="remove what is in the folder first")] = False,
+    workers: Annotated[
+        int, typer.Option(help="processes that share the kinds of pass over a crossing", min=1, max=1024)
+    ] = 1,
 ) -> None:
     """Wear, profile change, rolling contact fatigue and years to a limit under many passes: figures, numbers, one
     page. A study that was stopped goes on with --restart."""
@@ -22,7 +25,7 @@ def damage(
 
     try:
         count = None if passes is None else passes_of(passes)
-        run_study(load_case(case), count, out, restart, overwrite, typer.echo)
+        run_study(load_case(case), count, out, restart, overwrite, typer.echo, workers)
     except CaseError as error:
         stop(str(error))
     except (ValueError, OSError) as error:

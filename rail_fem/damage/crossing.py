@@ -27,6 +27,7 @@ from geometry.wheelset import Wheelset
 from rail_fem.damage.wear import WearLaw, friction_work
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.output.result import PassResult
+from rail_fem.scene.scene import Scene
 
 SPACING = 2e-3  # between the patches [m]
 LATERAL = 0.5e-3  # between the rows of the field d(x, y) [m]
@@ -36,8 +37,9 @@ LEAST_FORCE = 100.0  # of a contact that is looked at [N]
 
 @dataclass(frozen=True)
 class CrossingContact:
-    """One patch of the pass. body : "wing" or "nose";  x [m] of the wheel;  position (3,) [m];  patch : solved;  angle,
-    speed [m/s];  enlarged : factor on its axes, above 1 where the elastic patch would press more than the hardness"""
+    """One patch of the pass. body : "wing" or "nose";  x [m] of the wheel;  position (3,) of the patch's middle [m]
+    patch : solved;  angle [rad], speed [m/s];  enlarged : factor on its axes, above 1 where the elastic patch would
+    press more than the hardness"""
 
     body: str
     x: float
@@ -71,21 +73,28 @@ class WearField:
         return float(sum(part.sum() for part in self.depth[law].values()) * step)
 
 
+@dataclass(frozen=True)
+class PatchOptions:
+    """How the patches of a pass are solved. friction : None: the scene's;  initial_slope : third body;  cells : each
+    way;  hardness : of the rail [Pa], which bounds the mean pressure"""
+
+    friction: float | FallingFriction | None = None
+    initial_slope: float = 1.0
+    cells: int = 50
+    hardness: float = np.inf
+
+
 def pass_contacts(
     result: PassResult,
     spacing: float = SPACING,
     start: float | None = None,
     end: float | None = None,
-    friction: float | FallingFriction | None = None,
-    initial_slope: float = 1.0,
-    cells: int = 50,
     shift: float = 0.0,
-    hardness: float = np.inf,
+    options: PatchOptions | None = None,
 ) -> tuple[CrossingContact, ...]:
     """The patches of a pass, every `spacing` [m] of the wheel's path between start and end [m] (None: the whole pass).
 
-    friction : None: the scene's;  shift : lateral position of the wheel towards its field side [m]; the forces stay
-    those of the result;  hardness : of the rail [Pa], which bounds the mean pressure
+    shift : lateral position of the wheel towards its field side [m]; the forces stay those of the result
     Raises ValueError where the result holds no forces on wing and nose, or the stretch lies outside of it.
     """
     scene, history = result.scene, result.history
@@ -95,28 +104,46 @@ def pass_contacts(
     first, last = low if start is None else start, high if end is None else end
     if not low - 1e-9 <= min(first, last) < max(first, last) <= high + 1e-9:
         raise ValueError(f"from {first:g} to {last:g} m: the pass goes from {low:g} to {high:g} m; stay within it")
-    sign, order = scene.direction_sign, np.argsort(history["x"])
+    order = np.argsort(history["x"])
     at = np.arange(min(first, last), max(first, last) + spacing / 2, spacing)
     at = np.clip(at, low, high)
     table = contact_table(scene, at[0], at[-1], spacing, shift)
-    forces = {b: np.interp(table.x, history["x"][order], history[f"force_{b}"][order]) for b in BODIES}
-    law = scene.friction if friction is None else friction
-    found = []
+    forces = np.stack([np.interp(table.x, history["x"][order], history[f"force_{b}"][order]) for b in BODIES])
+    return table_contacts(scene, table, forces, options or PatchOptions())
+
+
+def table_contacts(
+    scene: Scene, table: ContactTable, forces: np.ndarray, options: PatchOptions
+) -> tuple[CrossingContact, ...]:
+    """The patches at all positions of a table under vertical forces (2, n) [N] on wing and nose, in the order in which
+    the wheel meets them; one that carries less than LEAST_FORCE is none."""
+    sign, found = scene.direction_sign, []
+    law = scene.friction if options.friction is None else options.friction
     for b, body in enumerate(BODIES):
-        carries = np.flatnonzero((forces[body] > LEAST_FORCE) & (table.stiffness[b] > 0))
+        carries = np.flatnonzero((forces[b] > LEAST_FORCE) & (table.stiffness[b] > 0))
         rigid = _creepages(scene, table, b, carries, sign)
-        normal = forces[body][carries] / np.cos(table.angle[b, carries])
+        normal = forces[b][carries] / np.cos(table.angle[b, carries])
         sizes = patch_sizes(normal, table.radii[b, carries], table.modulus[b])
-        large = np.sqrt(np.maximum(normal / (np.pi * sizes.prod(axis=1)) / hardness, 1.0))
+        large = np.sqrt(np.maximum(normal / (np.pi * sizes.prod(axis=1)) / options.hardness, 1.0))
         steels = (scene.materials.wheel.steel(), getattr(scene.materials, body).steel())
         elastic = [Elastic(steel.youngs_modulus, steel.poisson) for steel in steels]
-        options = {"initial_slope": initial_slope, "direction": int(sign), "estimate": False}
+        rolled = {"initial_slope": options.initial_slope, "direction": int(sign), "estimate": False}
         for k, i in enumerate(carries):
-            patch = elliptic_patch(*map(float, large[k] * sizes[k]), float(normal[k]), (cells, cells))
-            rolled = fastsim(patch, *elastic, law, Creepage(*map(float, rigid[k])), **options)
-            position, angle = table.point[b, i], float(table.angle[b, i])
+            axes = large[k] * sizes[k]
+            patch = elliptic_patch(float(axes[0]), float(axes[1]), float(normal[k]), (options.cells, options.cells))
+            patch = fastsim(patch, *elastic, law, Creepage(*map(float, rigid[k])), **rolled)
+            angle = float(table.angle[b, i])
+            aside = table.middle[b, i] * np.array([0.0, np.cos(angle), np.sin(angle)])
             found.append(
-                CrossingContact(body, float(table.x[i]), position, rolled, angle, sign * scene.speed, float(large[k]))
+                CrossingContact(
+                    body,
+                    float(table.x[i]),
+                    table.point[b, i] + aside,
+                    patch,
+                    angle,
+                    sign * scene.speed,
+                    float(large[k]),
+                )
             )
     return tuple(sorted(found, key=lambda contact: (sign * contact.x, contact.body)))
 

@@ -34,6 +34,21 @@ def volume(scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None
     return sum(worn_area(law, c.patch, c.speed) for c in contacts if c.body == body) * settings.patch_spacing
 
 
+SHAPES = ("P8", "P8-worn", "P8-hollow")
+
+
+def wheel_ratios(
+    scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None, body: str = "nose"
+) -> dict[str, float]:
+    """Volume worn off a body by one pass of each wheel shape of the scene's radius, over that of the scene's own."""
+    coarse = settings.replace(cells=min(settings.cells, 20))
+    own = volume(scene, coarse, run, body)
+    return {
+        shape: volume(scene.replace(wheel={"profile": shape}), coarse, run, body) / own if own > 0 else float("nan")
+        for shape in SHAPES
+    }
+
+
 def sensitivities(
     scene: Scene, settings: DamageSettings, run: Mapping[str, Any] | None, body: str = "nose"
 ) -> tuple[Sensitivity, ...]:

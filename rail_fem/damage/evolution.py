@@ -1,4 +1,5 @@
-"""A section that changes while wheels pass: passes in blocks, each on the shape at its middle.
+"""A shape that changes while wheels pass, a section's line or a crossing's surfaces: passes in blocks, each on the
+shape at its middle.
 
 In a block the wear rate is taken where it begins, at its middle (on the shape worn by half of it) and at its end; all
 of the block wears at the rate of the middle (midpoint rule, second order). A third of the difference to what it would
@@ -11,12 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Protocol, Self
 
 import numpy as np
 
+from geometry.surfaces.bodies import CrossingError
 from geometry.wheelset import WheelsetError
-from rail_fem.damage.section import Section, WearRate
-from rail_fem.damage.worn_profile import WornOutError, WornProfile, depth_between, smoothed_depth
+from rail_fem.damage.traffic import Event
+from rail_fem.damage.worn_profile import WornOutError
 
 TOLERANCE = 0.01  # of the depth, that halving a block may change
 LARGEST = 4.0  # times the block before
@@ -25,26 +28,85 @@ LEAST_SHARE = 0.02  # of the passes done, that a block is long at least
 MOST_BLOCKS = 5000
 
 
+class Shape(Protocol):
+    """What wears: a line (rail_fem.damage.worn_profile) or surfaces (rail_fem.damage.worn_surface). Depths are arrays
+    of its shape (...)."""
+
+    label: str
+
+    @property
+    def shape(self) -> tuple[int, ...]: ...
+
+    def worn(self, depth: np.ndarray) -> tuple[Self, float]:
+        """After depths (...) [m], and the factor less 1 that kept the volume. Raises WornOutError."""
+        ...
+
+    def smoothed(self, depth: np.ndarray, width: float) -> np.ndarray:
+        """Depths (...) spread by a standard deviation [m], their volume kept."""
+        ...
+
+    def deepest_from(self, first: Self) -> float:
+        """Largest distance [m] from where it began."""
+        ...
+
+
+class Rate(Protocol):
+    """What a mean pass wears off a shape: depth (...) [m] by law, removed [m2 or m3] by law as the strips have it, what
+    of it lay beyond the shape, friction work per area (...) [J/m2], T gamma (k,) [N] of the points and their shares,
+    largest force [N]."""
+
+    depth: dict[str, np.ndarray]
+    removed: dict[str, float]
+    beyond: dict[str, float]
+    work: np.ndarray
+
+    @property
+    def tgamma(self) -> tuple[np.ndarray, np.ndarray]: ...
+
+    @property
+    def largest_force(self) -> float: ...
+
+
+class Site(Protocol):
+    """What passes. starts : (k,) from which it looks for its states next, part of what a restart needs."""
+
+    laws: dict
+
+    @property
+    def starts(self) -> np.ndarray: ...
+
+    def start_from(self, starts: np.ndarray) -> None: ...
+
+    def afresh(self) -> Self: ...
+
+    def first(self) -> Shape: ...
+
+    def rate(self, shape: Shape) -> Rate: ...
+
+
 @dataclass(frozen=True, eq=False)
 class Evolution:
-    """A section after `passes`.
+    """A shape after `passes`.
 
-    worn : its shape;  first : before;  depth : (n,) worn off, per length of line, by the leading law [m];  by_law : the
-    same for each law, all on the leading law's shapes;  work : (n,) friction work per area [J/m2]
-    area : the strips' own sum for the leading law [m2];  beyond : what of it lay beyond the ends
-    error : (n,) bound of the blocks' error [m];  smoothing : largest change of a depth by smoothing [m]
+    worn : the shape;  first : before;  depth : (...) worn off by the leading law [m], per length of a line or, of
+    surfaces, vertically per plan area;  by_law : the same for each law, all on the leading law's shapes
+    work : (...) friction work per area [J/m2];  removed : the strips' own sum for the leading law, of a line [m2], of
+    surfaces [m3];  beyond : what of it lay beyond the shape;  error : (...) bound of the blocks' error [m]
+    smoothing : largest change of a depth by smoothing [m]
     block : next block's passes;  correction : largest |factor - 1| that met an area;  log : rows of passes, deepest
-    [m], T gamma largest and mean [N], blocks' error [m];  starts : (k,) lateral positions [m] from which the state's
-    own rate is found, so that a study gone on with is the same to the last bit
+    [m], T gamma largest and mean [N], blocks' error [m], largest force [N];  starts : (k,) lateral
+    positions [m] from which the state's own rate is found, so that a study gone on with is the same to the last bit
+    lost : height ground off before [m];  resets : grindings and weldings so far;  began : passes at the last of them,
+    since which all but passes and log count
     """
 
-    worn: WornProfile
-    first: WornProfile
+    worn: Shape
+    first: Shape
     passes: float
     depth: np.ndarray
     by_law: dict[str, np.ndarray]
     work: np.ndarray
-    area: float
+    removed: float
     beyond: float
     error: np.ndarray
     smoothing: float
@@ -52,6 +114,9 @@ class Evolution:
     correction: float
     log: np.ndarray
     starts: np.ndarray
+    lost: float = 0.0
+    resets: float = 0.0
+    began: float = 0.0
 
     @property
     def deepest(self) -> float:
@@ -64,49 +129,58 @@ class Evolution:
         return float(self.error.max() / self.depth.max()) if self.depth.max() > 0 else 0.0
 
 
-def begin(section: Section) -> Evolution:
+def begin(site: Site) -> Evolution:
     """Before any pass."""
-    first = section.first()
-    zero = np.zeros(len(first.points))
-    laws = dict.fromkeys(section.laws, zero)
-    return Evolution(
-        first, first, 0.0, zero, laws, zero, 0.0, 0.0, zero, 0.0, 0.0, 0.0, np.zeros((0, 5)), section.starts
-    )
+    first = site.first()
+    zero = np.zeros(first.shape)
+    laws = dict.fromkeys(site.laws, zero)
+    return Evolution(first, first, 0.0, zero, laws, zero, 0.0, 0.0, zero, 0.0, 0.0, 0.0, np.zeros((0, 6)), site.starts)
 
 
 @dataclass(frozen=True)
 class Stepping:
     """How passes are taken in blocks. law : that changes the shape;  block : passes, None: by tolerance;  smoothing :
-    standard deviation along the line [m];  limit : depth at which the section is worn through [m]"""
+    standard deviation of depths [m];  limit : depth at which the shape is worn through [m];  least_share : of the
+    passes done, that a block is long at least: a rate that jumps, as a point comes or goes, is not met by ever shorter
+    blocks, its error is kept instead;  deepest : that one block may wear off [m];  events : (passes, event) of
+    grindings and weldings, in their order"""
 
     law: str = "archard"
     block: float | None = None
     tolerance: float = TOLERANCE
     smoothing: float = 0.25e-3
     limit: float = 10e-3
+    least_share: float = LEAST_SHARE
+    deepest: float = np.inf
+    events: tuple[tuple[float, Event], ...] = ()
 
 
 def evolve(
-    section: Section,
+    site: Site,
     passes: float,
     stepping: Stepping,
     start: Evolution | None = None,
-    said: Callable[[WearRate], None] | None = None,
+    said: Callable[[Rate], None] | None = None,
 ) -> Iterator[Evolution]:
-    """Wear the section by `passes` passes in all; yields the state after each block.
+    """Wear the site by `passes` passes in all; yields the state after each block.
 
     Raises WornOutError where it is worn through, ValueError for a study that would need more than MOST_BLOCKS blocks.
     """
-    state = begin(section) if start is None else start
+    state = begin(site) if start is None else start
     rate = None
     for _ in range(MOST_BLOCKS):
         left = passes - state.passes
         if left <= 1e-9 * max(passes, 1.0):
             return
-        rate = section.rate(state.worn) if rate is None else rate
+        coming = stepping.events[int(state.resets) :]
+        if coming and coming[0][0] - state.passes <= 1e-9 * max(passes, 1.0):
+            state, rate = reset(site, state, coming[0][1]), None
+            continue
+        left = min(left, coming[0][0] - state.passes) if coming else left
+        rate = site.rate(state.worn) if rate is None else rate
         if said is not None:
             said(rate)
-        state, rate = _block(section, state, rate, left, stepping)
+        state, rate = _block(site, state, rate, left, stepping)
         yield state
     raise ValueError(
         f"{passes:g} passes need more than {MOST_BLOCKS} blocks, {state.passes:g} are done, {state.deepest * 1e3:.3g}"
@@ -114,31 +188,30 @@ def evolve(
     )
 
 
-def _block(
-    section: Section, state: Evolution, rate: WearRate, left: float, stepping: Stepping
-) -> tuple[Evolution, WearRate | None]:
+def _block(site: Site, state: Evolution, rate: Rate, left: float, stepping: Stepping) -> tuple[Evolution, Rate | None]:
     """One accepted block, and the rate at its end where it is known."""
     law = stepping.law
     rough = rate.depth[law]
-    # a rate that jumps, as a point comes or goes, is not met by ever shorter blocks: its error is kept instead
-    least = max(1.0, LEAST_SHARE * state.passes)
+    most = stepping.deepest / max(float(rough.max()), 1e-30)
+    least = min(max(1.0, stepping.least_share * (state.passes - state.began)), most)
     count = max(stepping.block or state.block or _first_block(rough), least)
     while True:
-        count = min(count, left)
-        smooth = smoothed_depth(state.worn, rough, stepping.smoothing)
+        count = min(count, left) if stepping.block else min(count, left, most)
+        smooth = state.worn.smoothed(rough, stepping.smoothing)
         try:
             half, _ = state.worn.worn(smooth * (count / 2))
-            middle = section.rate(half)
-            taken = smoothed_depth(state.worn, middle.depth[law], stepping.smoothing)
+            middle = site.rate(half)
+            taken = state.worn.smoothed(middle.depth[law], stepping.smoothing)
             new, factor = state.worn.worn(taken * count)
-            starts = section.starts
-            end = section.rate(new)
-        except (WornOutError, WheelsetError):  # a block far too long may leave a shape on which nothing stands
+            starts = site.starts
+            end = site.rate(new)
+        except (WornOutError, WheelsetError, CrossingError):
+            # a block far too long may leave a shape on which nothing stands
             if stepping.block or count * rough.max() < SHALLOW:
                 raise
             count /= 4
             continue
-        last = smoothed_depth(new, end.depth[law], stepping.smoothing)
+        last = new.smoothed(end.depth[law], stepping.smoothing)
         error = np.abs((smooth + last) / 2 - taken) * (count / 3)
         allowed = stepping.tolerance * max((taken * count).max(), 1e-30)
         if stepping.block or error.max() <= allowed or count <= least:
@@ -148,6 +221,15 @@ def _block(
     return _after(state, middle, new, taken, error, count, following, factor, starts, stepping), end
 
 
+def reset(site: Site, state: Evolution, event: Event) -> Evolution:
+    """After grinding or welding: the first shape again, without wear and cracks. Grinding goes down to the deepest
+    wear and takes off its own depth below; welding gives all height back."""
+    lost = event.keeps_depth * (state.lost + state.deepest) + event.removes
+    site.start_from(np.full(site.starts.shape, np.nan))
+    done = {"passes": state.passes, "began": state.passes, "log": state.log}
+    return replace(begin(site), **done, lost=lost, resets=state.resets + 1)
+
+
 def _first_block(rough: np.ndarray) -> float:
     deepest = rough.max()
     return max(SHALLOW / deepest, 1.0) * 10 if deepest > 0 else np.inf
@@ -155,8 +237,8 @@ def _first_block(rough: np.ndarray) -> float:
 
 def _after(
     state: Evolution,
-    middle: WearRate,
-    new: WornProfile,
+    middle: Rate,
+    new: Shape,
     taken: np.ndarray,
     error: np.ndarray,
     count: float,
@@ -165,17 +247,17 @@ def _after(
     starts: np.ndarray,
     stepping: Stepping,
 ) -> Evolution:
-    deepest = depth_between(new, state.first).max()
-    if deepest > stepping.limit:
+    deepest = new.deepest_from(state.first)
+    if deepest + state.lost > stepping.limit:
         raise WornOutError(
-            f"{new.label}: worn {deepest * 1e3:.2f} mm deep after {state.passes + count:.6g} passes, the limit is"
-            f" {stepping.limit * 1e3:.2f} mm"
+            f"{new.label}: worn {(deepest + state.lost) * 1e3:.2f} mm deep after {state.passes + count:.6g} passes, the"
+            f" limit is {stepping.limit * 1e3:.2f} mm"
         )
     depth = state.depth + taken * count
-    tgamma = np.array([p.tgamma for r in middle.records for p in r.points if p.side == "left"] or [0.0])
-    shares = np.array([r.passing.weight for r in middle.records for p in r.points if p.side == "left"] or [1.0])
+    tgamma, shares = middle.tgamma
     total = state.error + error
     row = [state.passes + count, depth.max(), tgamma.max(), np.average(tgamma, weights=shares), total.max()]
+    row.append(middle.largest_force)
     return replace(
         state,
         worn=new,
@@ -183,7 +265,7 @@ def _after(
         depth=depth,
         by_law={name: state.by_law[name] + count * middle.depth[name] for name in state.by_law},
         work=state.work + count * middle.work,
-        area=state.area + count * middle.area[stepping.law],
+        removed=state.removed + count * middle.removed[stepping.law],
         beyond=state.beyond + count * middle.beyond[stepping.law],
         error=total,
         smoothing=state.smoothing + count * float(np.abs(taken - middle.depth[stepping.law]).max()),

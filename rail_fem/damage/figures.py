@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from rail_fem.damage.evolution import Evolution
@@ -15,25 +14,10 @@ from rail_fem.damage.section import WearRate
 from rail_fem.damage.sites import fatigue_of, laws_of
 from rail_fem.damage.worn_profile import depth_between
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.style import (
-    BODY,
-    GREEN,
-    GREY,
-    NOSE,
-    ORANGE,
-    PURPLE,
-    SKY,
-    TOTAL,
-    WING,
-    lettering,
-    new_figure,
-    save,
-    words_instead,
-)
+from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, lettering, new_figure, save
 
 MM, UM = 1e3, 1e6
 REGION_COLOURS = (("fatigue", "#FBE3D0"), ("mixed", "#F3F0C4"), ("wear", "#DDE9F4"))
-DECADES = 4  # of a depth map
 
 
 def section_figures(folder, title, settings: DamageSettings, section, state: Evolution, before, after) -> list[Path]:
@@ -64,7 +48,7 @@ def profiles_figure(title: str, settings: DamageSettings, state: Evolution) -> F
         whole.annotate(mark, old[at], (0, 12), textcoords="offset points", ha="center", weight="bold")
         whole.plot(*old[at], "o", ms=6, mfc="none", mec="black")
     figure.suptitle(
-        f"{title}\nsection before and after {state.passes:,.0f} passes; law: {_label(settings)}", fontsize=14
+        f"{title}\nsection before and after {state.passes:,.0f} passes; law: {label_of(settings)}", fontsize=14
     )
     return figure
 
@@ -134,9 +118,9 @@ def depth_figure(title: str, settings: DamageSettings, state: Evolution) -> Figu
 
 def passes_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
     """Deepest wear and T gamma over the passes."""
-    figure = new_figure(7.5)
-    depth, tgamma = figure.subplots(2, 1, sharex=True)
-    log = np.vstack([[0.0] * 5, state.log]) if len(state.log) else np.zeros((1, 5))
+    figure = new_figure(9.0)
+    depth, tgamma, force = figure.subplots(3, 1, sharex=True, height_ratios=[1.3, 1.0, 0.7])
+    log = np.vstack([[0.0] * 6, state.log]) if len(state.log) else np.zeros((1, 6))
     ends = np.array([d.max() for d in state.by_law.values()])
     share = log[:, 1] / max(log[-1, 1], 1e-30)
     depth.fill_between(
@@ -156,7 +140,7 @@ def passes_figure(title: str, settings: DamageSettings, state: Evolution) -> Fig
         marker="o",
         ms=4,
         capsize=3,
-        label=f"deepest, {_label(settings)}; bars: error of the blocks",
+        label=f"deepest, {label_of(settings)}; bars: error of the blocks",
     )
     depth.set(ylabel="deepest wear [\u00b5m]")
     depth.legend(loc="upper left")
@@ -165,14 +149,18 @@ def passes_figure(title: str, settings: DamageSettings, state: Evolution) -> Fig
         tgamma.plot(
             state.log[:, 0], state.log[:, 3], color=ORANGE, marker="s", ms=4, label="mean over points and passes"
         )
-    _regions(tgamma, fatigue_of(settings))
-    tgamma.set(xlabel="passes", ylabel="T\u03b3 [N]")
+    shade_regions(tgamma, fatigue_of(settings))
+    tgamma.set(ylabel="T\u03b3 [N]")
     tgamma.legend(loc="upper right")
-    figure.suptitle(f"{title}\nwear and T\u03b3 as the section changes", fontsize=14)
+    if len(state.log):
+        force.plot(state.log[:, 0], state.log[:, 5] / 1e3, color=PURPLE, marker="^", ms=4)
+        force.set_ylim(0, 1.15 * state.log[:, 5].max() / 1e3)
+    force.set(xlabel="passes", ylabel="largest force [kN]")
+    figure.suptitle(f"{title}\nwear, T\u03b3 and force as the shape changes", fontsize=14)
     return figure
 
 
-def _regions(axis: Axes, model: WholeLifeRail) -> None:
+def shade_regions(axis: Axes, model: WholeLifeRail) -> None:
     """Shade where the whole-life rail model sees fatigue, both, or wear alone."""
     top = max(axis.get_ylim()[1], 1.1 * model.balance)
     edges = (model.onset, model.peak, model.balance, top)
@@ -187,12 +175,13 @@ def section_shakedown(title: str, settings: DamageSettings, before: WearRate) ->
     points = [
         shakedown_point(p.patch, settings.shear_yield) for r in before.records for p in r.points if p.side == "left"
     ]
-    return shakedown_figure(title, settings, {"points of the passes, first shape": (points, NOSE, False)})
+    traction, load = [p.traction for p in points], [p.load for p in points]
+    return shakedown_figure(title, settings, {"points of the passes, first shape": (traction, load, NOSE, False, "o")})
 
 
 def shakedown_figure(title: str, settings: DamageSettings, series) -> Figure:
-    """Load factor over traction coefficient, with the limits of point contact. series : label -> (points, colour,
-    joined)"""
+    """Load factor over traction coefficient, with the limits of point contact. series : label -> (traction
+    coefficients, load factors, colour, joined, marker)"""
     figure = new_figure(7.0)
     axis = figure.add_subplot()
     mu = np.linspace(0.005, 0.6, 60)
@@ -208,128 +197,21 @@ def shakedown_figure(title: str, settings: DamageSettings, series) -> Figure:
         label="elastic shakedown, line contact",
     )
     top = 6.0
-    for label, (points, colour, joined) in series.items():
-        x, y = ([getattr(p, name) for p in points] for name in ("traction", "load"))
-        axis.plot(x, y, color=colour, marker="o", ms=5, lw=1.0 if joined else 0.0, alpha=0.8, label=label)
-        top = max(top, 1.1 * max(y, default=0.0))
+    for label, (x, y, colour, joined, marker) in series.items():
+        axis.plot(x, y, color=colour, marker=marker, ms=5, lw=1.0 if joined else 0.0, alpha=0.8, label=label)
+        top = max(top, 1.1 * float(np.max(y, initial=0.0)))
     axis.set(
         xlim=(0, 0.6),
         ylim=(0, top),
         xlabel="traction coefficient T/N",
         ylabel="largest pressure over shear yield stress, p0/k",
     )
-    axis.annotate("ratchetting beyond the lines", (0.42, 0.75 * top), style="italic")
+    axis.annotate("ratchetting beyond the lines", (0.40, 0.55 * top), style="italic")
     axis.legend(loc="upper right")
     figure.suptitle(f"{title}\nshakedown map, k = {settings.shear_yield / 1e6:.0f} MPa; elastic pressures", fontsize=14)
     return figure
 
 
-def crossing_figures(folder, title, settings: DamageSettings, field, kept, laws) -> list[Path]:
-    """Draw all figures of passes over a crossing; returns the files."""
-    with lettering():
-        made = {
-            "tgamma": tgamma_figure(title, settings, kept),
-            "depth_plan": plan_figure(title, settings, field),
-            "depth_band": band_figure(title, settings, field),
-            "shakedown": crossing_shakedown(title, settings, kept),
-        }
-        return [save(figure, Path(folder) / f"{name}.png") for name, figure in made.items()]
-
-
-def tgamma_figure(title: str, settings: DamageSettings, kept) -> Figure:
-    """T gamma and fatigue damage of wing and nose along the crossing, one line for each kind of pass."""
-    figure = new_figure(8.0)
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    model = fatigue_of(settings)
-    for k, (_, _, contacts) in enumerate(kept):
-        for body, colour in BODY.items():
-            own = [c for c in contacts if c.body == body]
-            if not own:
-                continue
-            x, value = np.array([c.position[0] for c in own]) * MM, np.array([c.tgamma for c in own])
-            order = np.argsort(x)
-            style = {"color": colour, "lw": 1.2, "alpha": 1.0 if k == 0 else 0.5}
-            upper.plot(x[order], value[order], label=body if k == 0 else None, **style)
-            lower.plot(x[order], model.damage(value[order]) * 1e6, **style)
-    _regions(upper, model)
-    upper.set(ylabel="T\u03b3 of a patch [N]")
-    upper.legend(loc="upper right")
-    lower.axhline(0, color="black", lw=0.8)
-    lower.set(xlabel="x along the crossing [mm]", ylabel="damage by one axle [10\u207b\u2076]")
-    lower.annotate("below 0: wear takes cracks away", (0.01, 0.04), xycoords="axes fraction", style="italic")
-    figure.suptitle(
-        f"{title}\nT\u03b3 along the pass; damage function of grade 220 rail on plain line, not of castings",
-        fontsize=13,
-    )
-    return figure
-
-
-def plan_figure(title: str, settings: DamageSettings, field) -> Figure:
-    """Depth of the leading law in plan, wing and nose."""
-    if settings.passes == 0:
-        return words_instead(f"{title}: no passes, nothing is worn off")
-    figure = new_figure(5.5)
-    axis = figure.add_subplot()
-    depth = sum(field.depth[settings.law].values()).T * settings.passes * UM
-    top = max(depth.max(), 1e-12)
-    shown = np.ma.masked_less(depth, top * 10.0**-DECADES)
-    step = field.y[1] - field.y[0]
-    image = axis.pcolormesh(
-        field.x * MM, field.y * MM, shown, norm=LogNorm(top * 10.0**-DECADES, top), cmap="viridis_r", shading="nearest"
-    )
-    rows, columns = np.flatnonzero(depth.max(axis=1) > top * 10.0**-DECADES), np.flatnonzero(depth.max(axis=0) > 0)
-    axis.set_ylim(field.y[rows[0]] * MM - 8, (field.y[rows[-1]] + step) * MM + 8)
-    axis.set_xlim(field.x[columns[0]] * MM, field.x[columns[-1]] * MM)
-    figure.colorbar(image, ax=axis, label="depth [\u00b5m]")
-    axis.set(xlabel="x along the crossing [mm]", ylabel="y [mm], + to the wing's field side")
-    figure.suptitle(
-        f"{title}\ndepth after {settings.passes:,.0f} passes on the unworn shape; law: {_label(settings)}", fontsize=13
-    )
-    return figure
-
-
-def band_figure(title: str, settings: DamageSettings, field) -> Figure:
-    """Deepest wear at every x by each law, and the band between them."""
-    figure = new_figure(8.0)
-    for axis, body in zip(figure.subplots(2, 1, sharex=True), ("wing", "nose"), strict=True):
-        every = {name: parts[body].max(axis=1) * settings.passes * UM for name, parts in field.depth.items()}
-        values = np.array(list(every.values()))
-        positive = np.where(values.max(axis=0) > 0, 1.0, np.nan)
-        axis.fill_between(
-            field.x * MM,
-            values.min(axis=0) * positive,
-            values.max(axis=0) * positive,
-            color=SKY,
-            alpha=0.4,
-            lw=0,
-            label="band over the laws",
-        )
-        axis.plot(field.x * MM, every[settings.law] * positive, color=BODY[body], lw=1.6, label=_label(settings))
-        top = max(np.nanmax(values), 1e-9)
-        axis.set(yscale="log", ylim=(top * 1e-5, 2 * top), ylabel=f"deepest on the {body} [\u00b5m]")
-        axis.legend(loc="lower right")
-    axis.set(xlabel="x along the crossing [mm]")
-    figure.suptitle(
-        f"{title}\ndepth after {settings.passes:,.0f} passes on the unworn shape, calibration factor"
-        f" {settings.calibration:g}",
-        fontsize=13,
-    )
-    return figure
-
-
-def crossing_shakedown(title: str, settings: DamageSettings, kept) -> Figure:
-    """The pass as a path on the shakedown map."""
-    contacts = kept[0][2]
-    series = {
-        f"{body}, along the pass": (
-            [shakedown_point(c.patch, settings.shear_yield) for c in contacts if c.body == body],
-            colour,
-            True,
-        )
-        for body, colour in BODY.items()
-    }
-    return shakedown_figure(title, settings, series)
-
-
-def _label(settings: DamageSettings) -> str:
+def label_of(settings: DamageSettings) -> str:
+    """What the leading law is called."""
     return laws_of(settings)[settings.law].label

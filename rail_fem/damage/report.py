@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rail_fem.damage.sites import laws_of
+from rail_fem.damage.sites import laws_of, maintenance_of
 from rail_fem.damage.traffic import HORIZON
 from rail_fem.output.markdown import markdown_table
 from rail_fem.settings.damage import DamageSettings
@@ -32,7 +32,7 @@ def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) 
         f"# {title}",
         "",
         f"{found['passes']:,.0f} wheel passes; the shape changes by {laws[found['law']].label}, calibration factor"
-        f" {settings.calibration:g} on all laws.",
+        f" {settings.calibration:g} on all laws.{_resets(found)}",
         "",
         f"**Deepest wear {found['deepest'] * UM:.3g} \u00b5m** (band over the laws"
         f" {low * UM:.3g} to {high * UM:.3g} \u00b5m),"
@@ -45,7 +45,8 @@ def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) 
         f" the deepest position"
         f" by the leading law; limit of {settings.depth_limit * MM:g} mm or visible cracks in"
         f" {_years(years['to_limit'])} years"
-        f"{' (' + years['limit'] + ')' if years['limit'] else ''}, if wear went on at this mean rate.",
+        f"{' (' + years['limit'] + ')' if years['limit'] else ''}, if wear went on at this mean rate."
+        + _maintained(settings, years),
         "",
         "## How sure",
         "",
@@ -73,6 +74,7 @@ def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) 
         "",
         _contact_table(contacts),
         "",
+        *([_subsurface(found["subsurface"], settings), ""] if found["subsurface"] else []),
         *_limits(),
     ]
     return "\n".join(lines) + "\n"
@@ -84,8 +86,13 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
     lines = [
         f"# {title}",
         "",
-        f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s) on the unworn shape, calibration factor"
-        f" {settings.calibration:g} on all laws.",
+        f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s); wing and nose change by"
+        f" {laws[found['law']].label}, forces and patches are found anew on the changed shape {found['blocks']} times;"
+        f" calibration factor {settings.calibration:g} on all laws.{_resets(found)}",
+        "",
+        f"Largest force {found['largest_force']['first'] / 1e3:.0f} kN at first,"
+        f" {found['largest_force']['end'] / 1e3:.0f} kN at the end; the load goes over at x ="
+        f" {_range(found['transfer']['first'])} mm at first, {_range(found['transfer']['end'])} mm at the end.",
     ]
     for body, own in found["bodies"].items():
         depth, years = own["deepest_by_law"], own["years"]
@@ -105,13 +112,17 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
             "",
             f"**Deepest wear {lead * UM:.3g} \u00b5m** by {laws[found['law']].label} (band {low * UM:.3g}"
             f" to {high * UM:.3g}"
-            f" \u00b5m). Largest T\u03b3 {own['largest_tgamma']:.0f} N at x = {own['at'] * MM:.0f} mm"
+            f" \u00b5m), at x = {own['deepest_at'][0] * MM:.0f}, y = {own['deepest_at'][1] * MM:.1f} mm. At first:"
+            f" largest T\u03b3 {own['largest_tgamma']:.0f} N at x = {own['at'] * MM:.0f} mm"
             f" ({own['region']}), flash"
             f" temperature there {own['flash_temperature']:.0f} K, largest pressure"
             f" {own['largest_pressure'] / 1e6:.0f} MPa;"
-            f" {own['enlarged_share']:.0%} of the patches bounded by the hardness. {own['seizure_share']:.0%} of"
-            " Archard's wear comes from cells in seizure: elastic pressures on an unworn corner, which flow and wear"
-            " end within the first passes.",
+            f" {own['enlarged_share']:.0%} of the patches bounded by the hardness, {own['seizure_share']:.0%} of"
+            f" Archard's wear from cells in seizure. At the end: T\u03b3 {own['at_end']['largest_tgamma']:.0f} N,"
+            f" force {own['at_end']['largest_force'] / 1e3:.0f} kN,"
+            f" pressure {own['at_end']['largest_pressure'] / 1e6:.0f} MPa,"
+            f" {own['at_end']['seizure_share']:.0%} in seizure. {_subsurface(own['subsurface'], settings)}"
+            + (f" At the end {own['subsurface_at_end']['dang_van']:.2f}." if own["subsurface_at_end"] else ""),
             "",
             _table(
                 ["law", "deepest [\u00b5m]", "volume [mm\u00b3]", f"years to {settings.depth_limit * MM:g} mm"], rows
@@ -120,7 +131,7 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
             f"Most fatigue {own['cracks_per_pass'] * 1e6:.2g}e-6 an axle at x = {own['cracks_at'] * MM:.0f} mm:"
             f" {own['cracks_per_pass'] * settings.axles_per_year:.2g} a year at"
             f" {settings.axles_per_year:,.0f} axles (1: visible"
-            " cracks, by a function fitted to plain line).",
+            f" cracks, by a function fitted to plain line). {_to_limit(settings, years)}",
         ]
     if "sensitivities" in found:
         rows = [[name, f"{value:+.2f}", f"{error:.2f}"] for name, _, value, error in found["sensitivities"]]
@@ -131,12 +142,36 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
             "Volume worn off the nose: change in per cent for one per cent of",
             "",
             _table(["parameter", "change [%]", "error"], rows),
+            "",
+            "By the wheel's shape, over the case's own: "
+            + ", ".join(f"{name} {_ratio(value)}" for name, value in found["wheels"].items())
+            + ".",
         ]
     lines += [
         "",
-        "The shape does not change between passes here: wear spreads a sharp contact within the first"
-        " thousand, so that"
-        " depths of many passes are upper ends.",
+        "## How sure",
+        "",
+        _table(
+            ["source", "size"],
+            [
+                [
+                    "blocks of passes",
+                    f"{found['blocks']} blocks, bound of their error {found['block_error']:.1%} of the deepest",
+                ],
+                ["smoothing in plan", f"{found['smoothing_change']:.2%} of the deepest, at most"],
+                [
+                    "the surface spreads a depth by",
+                    f"{found['spread'][0] * MM:.2f} mm along, {found['spread'][1] * MM:.2f} mm across"
+                    " (standard deviation)",
+                ],
+                [
+                    "volume",
+                    f"{found['volume_removed'] * 1e9:.4g} mm\u00b3 lost, {found['volume_error']:.1e} from the sum of"
+                    f" all strips; {found['volume_beyond'] * 1e9:.2g} mm\u00b3 lay beside the metal",
+                ],
+                ["contacts too steep for a plan", f"{found['steep_share']:.1%} of the wear at first"],
+            ],
+        ),
         "",
         *_limits(),
     ]
@@ -190,6 +225,52 @@ def _contact_table(contacts: list[dict[str, Any]]) -> str:
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
     return "\n".join(markdown_table(head, rows))
+
+
+def _resets(found: dict[str, Any]) -> str:
+    if not found["resets"]:
+        return ""
+    return (
+        f" Ground or welded {found['resets']:.0f} time(s), {found['height_ground_off'] * MM:.3g} mm of height ground"
+        " off; all depths below are since the last time."
+    )
+
+
+def _to_limit(settings: DamageSettings, years: dict[str, Any]) -> str:
+    why = f" ({years['limit']})" if years["limit"] else ""
+    return (
+        f"Limit of {settings.depth_limit * MM:g} mm or visible cracks in {_years(years['to_limit'])} years{why}, if"
+        f" wear went on at its mean rate.{_maintained(settings, years)}"
+    )
+
+
+def _maintained(settings: DamageSettings, years: dict[str, Any]) -> str:
+    events = maintenance_of(settings)
+    if not events:
+        return ""
+    listed = ", ".join(f"{event.name} at {event.time:g}" for event in events)
+    why = f" ({years['limit_maintained']})" if years["limit_maintained"] else ""
+    return f" With {listed} years: {_years(years['to_limit_maintained'])} years{why}."
+
+
+def _subsurface(found: dict[str, float], settings: DamageSettings) -> str:
+    return (
+        f"Below the surface, {found['depth'] * MM:.1f} mm deep, Dang Van's stress is {found['dang_van']:.2f} of the"
+        f" limit of {settings.fatigue_limit / 1e6:.0f} MPa (above 1: cracks begin), by elastic stresses under the"
+        " largest force."
+    )
+
+
+def _ratio(value: float | None) -> str:
+    return f"{value:.2f}" if value is not None and np.isfinite(value) else "none"
+
+
+def _range(values: list[float]) -> str:
+    there = [v for v in values if v is not None and np.isfinite(v)]
+    if not there:
+        return "nowhere"
+    low, high = min(there) * MM, max(there) * MM
+    return f"{low:.0f}" if high - low < 1 else f"{low:.0f} to {high:.0f}"
 
 
 def _years(value: float | None) -> str:

@@ -8,6 +8,7 @@ the track come from normal contact alone, and rails may yield to them.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -104,6 +105,7 @@ def free_spin(state: LoadedWheelset, sides: list[LoadedSide], rolling: Rolling) 
         for turn in (0.0, 1.0)
     )
 
+    @functools.cache
     def moment(turn: float) -> float:
         total = 0.0
         for side, a, b in zip(sides, slow, fast, strict=True):

@@ -6,7 +6,7 @@ the rail keeps its position while it wears.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -43,16 +43,28 @@ class PassRecord:
 
 @dataclass(frozen=True, eq=False)
 class WearRate:
-    """What a pass wears off on average: depth (n,) [m] at the nodes for each law, area [m2] for each law as its strips
-    have it, area that lay beyond the section's ends [m2], friction work (n,) per area at the nodes [J/m2], share of
-    Archard's wear near a border of its map."""
+    """What a pass wears off on average: depth (n,) [m] at the nodes for each law, removed: area [m2] for each law as
+    its strips have it, area that lay beyond the section's ends [m2], friction work (n,) per area at the nodes
+    [J/m2], share of Archard's wear near a border of its map."""
 
     depth: dict[str, np.ndarray]
-    area: dict[str, float]
+    removed: dict[str, float]
     beyond: dict[str, float]
     work: np.ndarray
     border_share: float
     records: tuple[PassRecord, ...]
+
+    @property
+    def tgamma(self) -> tuple[np.ndarray, np.ndarray]:
+        """T gamma (k,) [N] of all points on the section, and the shares of their passes (k,)."""
+        rows = [(p.tgamma, r.passing.weight) for r in self.records for p in r.points if p.side == "left"]
+        values, shares = np.array(rows or [(0.0, 1.0)]).T
+        return values, shares
+
+    @property
+    def largest_force(self) -> float:
+        """Of all points on the section, normal [N]."""
+        return max((p.normal_force for r in self.records for p in r.points if p.side == "left"), default=0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +98,10 @@ class Section:
         self.positions.clear()
         self.positions.update({k: float(y) for k, y in enumerate(starts) if np.isfinite(y)})
 
+    def afresh(self) -> Section:
+        """One that remembers no positions."""
+        return replace(self, positions={})
+
     def first(self) -> WornProfile:
         """The section before any pass."""
         return WornProfile.of(self.track.left)
@@ -104,9 +120,13 @@ class Section:
 
     def records(self, worn: WornProfile) -> tuple[PassRecord, ...]:
         """All passes over the worn section."""
-        track, found = self.standing(worn), []
+        track, found, searches = self.standing(worn), [], {}
         for k, p in enumerate(self.passings):
-            search = ContactSearch(Wheelset(p.wheel, radius=p.radius, back_to_back=self.back_to_back), track)
+            wheel = id(p.wheel), p.radius
+            if wheel not in searches:  # its tables are the same wherever the wheelset stands
+                wheelset = Wheelset(p.wheel, radius=p.radius, back_to_back=self.back_to_back)
+                searches[wheel] = ContactSearch(wheelset, track)
+            search = searches[wheel]
             state = equilibrium_on_yielding_rails(
                 search, p.loads, p.lateral, p.yaw, self.lateral_stiffness, self.positions.get(k)
             )

@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
 
 import numpy as np
 
 from bem.halfspace.falling_friction import FallingFriction
 from bem.material import Elastic
+from bem.patch import Patch
 from geometry.surfaces.switch import Switch
-from rail_fem.damage.crossing import CrossingContact, WearField, pass_contacts, wear_field
-from rail_fem.damage.evolution import Stepping
+from rail_fem.damage.crossing import CrossingContact, PatchOptions, pass_contacts
+from rail_fem.damage.crossing_site import CrossingPass, CrossingSite
+from rail_fem.damage.evolution import LEAST_SHARE, Stepping
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.rolling import Rolling
 from rail_fem.damage.section import Passing, Section, scattered, sine_positions
+from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
+from rail_fem.damage.traffic import Event, maintenance
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
-from rail_fem.hierarchy import solve
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
+from rail_fem.settings.light import RigidHertzSettings
 
-LEADING = "archard"
+PLAN = -0.05, 0.07  # y of a crossing's plan [m]
+BEYOND = 0.06  # of a crossing's plan before and after the pass [m]
+ROWS = 16  # of a patch, whose stress histories are judged
+CROSSING_SHARE = 0.1  # of the passes done, that a block of a crossing is long at least
 
 
 def laws_of(settings: DamageSettings) -> dict[str, WearLaw]:
@@ -34,12 +42,36 @@ def laws_of(settings: DamageSettings) -> dict[str, WearLaw]:
 
 def stepping_of(settings: DamageSettings) -> Stepping:
     """How its passes are taken in blocks."""
-    return Stepping(settings.law, settings.block, settings.tolerance, settings.smoothing, settings.depth_limit)
+    crossing = settings.site == "crossing"
+    return Stepping(
+        settings.law,
+        settings.block,
+        settings.tolerance,
+        settings.smoothing,
+        settings.depth_limit,
+        CROSSING_SHARE if crossing else LEAST_SHARE,
+        settings.block_depth if crossing else np.inf,
+        tuple((event.time * settings.axles_per_year, event) for event in maintenance_of(settings)),
+    )
+
+
+def maintenance_of(settings: DamageSettings) -> tuple[Event, ...]:
+    """Its grindings and weldings."""
+    return maintenance(settings.grindings, settings.weldings, settings.grinding_depth)
 
 
 def fatigue_of(settings: DamageSettings) -> WholeLifeRail:
     """Its damage function."""
     return WholeLifeRail(settings.onset, settings.peak, settings.balance)
+
+
+def subsurface_of(patch: Patch, settings: DamageSettings) -> dict[str, float]:
+    """Dang Van's equivalent stress over its limit, at which depth [m], and the largest fatigue parameter of Jiang and
+    Sehitoglu [Pa] below a passing patch."""
+    steel = SubsurfaceSteel(settings.dang_van, settings.fatigue_limit, settings.residual_stress)
+    found = subsurface_fatigue(patch, steel, rows=ROWS)
+    share, depth = found.worst
+    return {"dang_van": share, "depth": depth, "jiang_sehitoglu": float(found.jiang.max())}
 
 
 def friction_of(scene: Scene, settings: DamageSettings, speed: float) -> float | FallingFriction:
@@ -81,48 +113,51 @@ def switch_section(scene: Scene, settings: DamageSettings) -> Section:
     )
 
 
-def crossing_passes(scene: Scene, settings: DamageSettings, run: Mapping | None = None):
-    """For each kind of pass and lateral position: (share, result of rigid_hertz, its contacts); yields one after the
-    other."""
+def patch_options(scene: Scene, settings: DamageSettings) -> PatchOptions:
+    """How the patches of its passes over a crossing are solved."""
+    friction = friction_of(scene, settings, scene.speed)
+    return PatchOptions(friction, settings.initial_slope, settings.cells, settings.hardness)
+
+
+def crossing_site(
+    scene: Scene,
+    settings: DamageSettings,
+    run: RigidHertzSettings | Mapping | None = None,
+    pool: Executor | None = None,
+) -> CrossingSite:
+    """The case's crossing with its wheels, each at every lateral position. Errors: pydantic.ValidationError for
+    numerics that are none, ValueError for a wheelset of several degrees of freedom."""
+    numerics = run if isinstance(run, RigidHertzSettings) else RigidHertzSettings.model_validate(dict(run or {}))
+    if numerics.degrees_of_freedom != "vertical":
+        raise ValueError(
+            f'run.rigid_hertz.degrees_of_freedom: "{numerics.degrees_of_freedom}": a crossing that wears is passed by'
+            ' wheels whose lateral position is given (lateral_scatter): leave it out, or write "vertical"'
+        )
+    passes = []
     positions, shares = scattered(0.0, settings.lateral_scatter)
     for own, weight in traffic_of(scene, settings):
-        result = solve("rigid_hertz", own, run)
-        for shift, share in zip(positions, shares, strict=True):
-            yield weight * float(share), result, contacts_of_pass(result, settings, float(shift))
+        passes += [
+            CrossingPass(own, float(shift), weight * float(share), patch_options(own, settings))
+            for shift, share in zip(positions, shares, strict=True)
+        ]
+    low, high = sorted(numerics.window(scene))
+    x = np.arange(low - BEYOND, high + BEYOND, settings.patch_spacing)
+    y = np.arange(PLAN[0], PLAN[1], settings.plan_spacing)
+    return CrossingSite(
+        scene.crossing.surface,
+        tuple(passes),
+        laws_of(settings),
+        numerics,
+        (x, y),
+        settings.patch_spacing,
+        settings.calibration,
+        settings.hardness,
+        settings.shear_yield,
+        pool,
+    )
 
 
 def contacts_of_pass(result: PassResult, settings: DamageSettings, shift: float = 0.0) -> tuple[CrossingContact, ...]:
     """Patches of one pass as the study wants them."""
     scene = result.scene
-    return pass_contacts(
-        result,
-        settings.patch_spacing,
-        friction=friction_of(scene, settings, scene.speed),
-        initial_slope=settings.initial_slope,
-        cells=settings.cells,
-        shift=shift,
-        hardness=settings.hardness,
-    )
-
-
-def mean_field(fields: list[tuple[float, WearField]]) -> WearField:
-    """Mean of fields on one grid, by their shares; its contacts are those of the first."""
-    first = fields[0][1]
-    mean = lambda pick: sum(weight * pick(field) for weight, field in fields)
-    depth = {
-        law: {b: mean(lambda f, law=law, b=b: f.depth[law][b]) for b in parts} for law, parts in first.depth.items()
-    }
-    work = {b: mean(lambda f, b=b: f.work[b]) for b in first.work}
-    return WearField(first.x, first.y, depth, work, first.contacts)
-
-
-def field_of(contacts: tuple[CrossingContact, ...], settings: DamageSettings, grid) -> WearField:
-    """Wear of one pass on a common grid: x and y [m]."""
-    return wear_field(contacts, laws_of(settings), settings.calibration, settings.patch_spacing, grid=grid)
-
-
-def common_grid(scene: Scene, result: PassResult, settings: DamageSettings) -> tuple[np.ndarray, np.ndarray]:
-    """x and y [m] of a plan that holds the whole pass."""
-    x = result.history["x"]
-    step = settings.patch_spacing
-    return np.arange(x.min() - 0.06, x.max() + 0.06, step), np.arange(-0.06, 0.09, 0.5e-3)
+    return pass_contacts(result, settings.patch_spacing, shift=shift, options=patch_options(scene, settings))

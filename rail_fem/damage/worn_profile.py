@@ -52,6 +52,19 @@ class WornProfile:
         return cls(_on_line(line, s, wanted), corners, profile.label)
 
     @property
+    def shape(self) -> tuple[int]:
+        """Of its depths."""
+        return (len(self.points),)
+
+    def smoothed(self, depth: np.ndarray, width: float) -> np.ndarray:
+        """Depths (n,) spread along the line by a standard deviation [m]."""
+        return smoothed_depth(self, depth, width)
+
+    def deepest_from(self, first: WornProfile) -> float:
+        """Largest distance of its nodes from where they began [m]."""
+        return float(depth_between(self, first).max())
+
+    @property
     def profile(self) -> Profile:
         """Splines between the corners."""
         return with_corners(self.points, self.corners, self.label)

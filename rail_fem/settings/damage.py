@@ -10,6 +10,7 @@ from rail_fem.scene.units import Quantity
 
 MOST_PASSES = 1e8
 Share = Annotated[float, Quantity("", 0, 1, "share of the passes")]
+Years = Annotated[float, Quantity("", 0, 100, "years from now")]
 
 
 class SwitchSite(Frozen):
@@ -40,7 +41,13 @@ class DamageSettings(Frozen):
     )
     cells: Count = Field(50, ge=10, le=400, description="cells of a patch, each way")
     patch_spacing: Annotated[float, Quantity("mm", 0.1, 50, "between the patches along a crossing")] = 2e-3
+    plan_spacing: Annotated[
+        float, Quantity("mm", 0.05, 2, "across a crossing between the depths of its plan; along it is patch_spacing")
+    ] = 0.25e-3
     block: Annotated[float, Quantity("", 1, 1e7, "passes between two shapes; none: by tolerance")] | None = None
+    block_depth: Annotated[float, Quantity("um", 0.01, 100, "deepest that a crossing may wear between two shapes")] = (
+        5e-6
+    )
     tolerance: Annotated[float, Quantity("%", 0.01, 20, "of the depth that a finer block may change")] = 0.01
     smoothing: Annotated[
         float, Quantity("mm", 0, 2, "standard deviation by which depths are spread along the line")
@@ -62,10 +69,30 @@ class DamageSettings(Frozen):
     shear_yield: Annotated[
         float, Quantity("MPa", 50, 2000, "shear yield stress of the worked surface, for the shakedown map")
     ] = 300e6
+    dang_van: Annotated[float, Quantity("", 0, 2.9, "Dang Van's weight of the hydrostatic stress; recalled")] = 0.3
+    fatigue_limit: Annotated[float, Quantity("MPa", 10, 2000, "shear fatigue limit below the surface; recalled")] = (
+        200e6
+    )
+    residual_stress: Annotated[
+        float, Quantity("MPa", -2000, 2000, "hydrostatic residual stress below the surface, + tension")
+    ] = 0.0
     onset: Annotated[float, Quantity("N", 0, 1e4, "T gamma where fatigue begins")] = 15.0
     peak: Annotated[float, Quantity("N", 0, 1e4, "T gamma of most fatigue; the thesis prints 75")] = 65.0
     balance: Annotated[float, Quantity("N", 0, 1e4, "T gamma where wear takes away all cracks")] = 175.0
     axles_per_year: Annotated[float, Quantity("", 1, 1e8, "axles that run over it in a year")] = 500e3
+    flow: str = Field(
+        "",
+        max_length=400,
+        description="folder of a run of bem_plastic on the same crossing, relative to the case file: wear begins on the"
+        " surface that its plastic flow has left; none: on the casting",
+    )
+    grindings: tuple[Years, ...] = Field(
+        (), description="years at which the first shape is ground again: cracks go, height is lost"
+    )
+    grinding_depth: Annotated[
+        float, Quantity("mm", 0, 5, "that a grinding takes off below the deepest wear, to the bottom of cracks")
+    ] = 0.2e-3
+    weldings: tuple[Years, ...] = Field((), description="years at which welding brings back the first shape and height")
     sensitivities: bool = Field(
         False, description="of a crossing's wear to speed, axle load, friction and foundation: sixteen more passes"
     )
@@ -73,6 +100,8 @@ class DamageSettings(Frozen):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        if self.site == "switch" and self.flow:
+            self._refuse("flow: plastic flow is known of a crossing's wing and nose; leave it out")
         if self.site == "switch" and self.lateral_scatter:
             self._refuse("lateral_scatter: the switch's wheelset runs on a sine; leave it out")
         if not 0 <= self.onset < self.peak < self.balance:

@@ -9,13 +9,14 @@ from typer.testing import CliRunner
 
 import rail_fem
 from rail_fem import cli
-from rail_fem.damage.crossing import pass_contacts, wear_field
+from rail_fem.damage.crossing import PatchOptions, pass_contacts, wear_field
 from rail_fem.damage.drivers import DRIVERS, sensitivities
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.wear import dry_laws, worn_area
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
 LAWS = dry_laws(5e9)
+COARSE = PatchOptions(cells=20, hardness=5e9)
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +26,7 @@ def result():
 
 @pytest.fixture(scope="module")
 def contacts(result):
-    return pass_contacts(result, start=0.24, end=0.44, hardness=5e9, cells=20)
+    return pass_contacts(result, start=0.24, end=0.44, options=COARSE)
 
 
 def test_wing_and_nose_carry_what_the_pass_says(result, contacts):
@@ -46,9 +47,7 @@ def test_volume_of_the_field_is_that_of_the_patches(contacts):
 def test_half_the_spacing_wears_the_same_volume(result):
     """The sum over patches is a trapezoidal rule along x: 2 mm against 4 mm."""
     volume = lambda d: wear_field(
-        pass_contacts(result, spacing=d, start=0.24, end=0.44, hardness=5e9, cells=20),
-        {"brr": LAWS["krause_poll"]},
-        spacing=d,
+        pass_contacts(result, spacing=d, start=0.24, end=0.44, options=COARSE), {"brr": LAWS["krause_poll"]}, spacing=d
     ).volume("brr")
     assert volume(4e-3) == pytest.approx(volume(2e-3), rel=0.03)
 

@@ -65,7 +65,8 @@ def test_area_at_the_nodes_is_that_of_the_strips(section, first_rate):
         )
         assert (first_rate.depth[name] * widths).sum() == pytest.approx(strips, rel=1e-12)
         assert (
-            first_rate.area[name] == pytest.approx(strips, rel=1e-12) and abs(first_rate.beyond[name]) < 1e-9 * strips
+            first_rate.removed[name] == pytest.approx(strips, rel=1e-12)
+            and abs(first_rate.beyond[name]) < 1e-9 * strips
         )
 
 
@@ -88,7 +89,7 @@ def test_blocks_keep_the_area_and_their_halving_changes_little(section):
     for block in (20.0, 10.0):
         *_, end = evolve(section, 40.0, Stepping(block=block, smoothing=0.1e-3))
         removed = (end.depth * end.first.widths).sum()
-        assert removed == pytest.approx(end.area, rel=1e-3)  # the line shortens as it wears
+        assert removed == pytest.approx(end.removed, rel=1e-3)  # the line shortens as it wears
         ends.append(end)
     assert ends[0].deepest == pytest.approx(ends[1].deepest, rel=0.01)
     assert len(ends[1].log) == 4 and ends[1].passes == 40
@@ -126,16 +127,16 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
     path, whole, cut = small_case(tmp_path), tmp_path / "whole", tmp_path / "cut"
     answer = call(path, "--passes", "20", "--out", whole)
     assert answer.exit_code == 0, answer.output
-    write, written = study._write_state, []
+    write, written = study.write_state, []
 
     def killed(*arguments):
         write(*arguments)
         written.append(1)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(study, "_write_state", killed)
+    monkeypatch.setattr(study, "write_state", killed)
     assert call(path, "--passes", "20", "--out", cut).exit_code != 0 and len(written) == 1
-    monkeypatch.setattr(study, "_write_state", write)
+    monkeypatch.setattr(study, "write_state", write)
     assert call(path, "--passes", "20", "--out", cut).exit_code == 2  # holds a study already
     answer = call(path, "--passes", "20", "--out", cut, "--restart")
     assert answer.exit_code == 0 and "going on after 10 passes" in answer.output

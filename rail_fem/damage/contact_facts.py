@@ -1,0 +1,69 @@
+"""What is kept of the patches of one pass over a crossing once their cells have been used."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rail_fem.damage.crossing import CrossingContact
+from rail_fem.damage.fatigue import shakedown_point
+from rail_fem.damage.heat import flash_temperature
+from rail_fem.damage.wear import Archard
+
+
+class ContactFacts(NamedTuple):
+    """Of k patches, each (k,). body : 0 wing, 1 nose;  x, y, z of the patch [m];  angle [rad];  tgamma, power (friction
+    work per metre), normal_force [N];  max_pressure [Pa];  load, traction, index : on the shakedown map;  flash :
+    largest temperature [K];  enlarged : factor on its axes;  archard, seized : area per pass by the map's middle, and
+    what of it comes from cells beyond the map's last border of pressure [m2]"""
+
+    body: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    angle: np.ndarray
+    tgamma: np.ndarray
+    power: np.ndarray
+    normal_force: np.ndarray
+    max_pressure: np.ndarray
+    load: np.ndarray
+    traction: np.ndarray
+    index: np.ndarray
+    flash: np.ndarray
+    enlarged: np.ndarray
+    archard: np.ndarray
+    seized: np.ndarray
+
+    def of(self, body: int) -> ContactFacts:
+        """Those of one body."""
+        own = self.body == body
+        return ContactFacts(*(values[own] for values in self))
+
+
+def facts_of(contacts: tuple[CrossingContact, ...], hardness: float, shear_yield: float) -> ContactFacts:
+    """Of solved patches. hardness of the rail and shear yield stress of its surface [Pa]"""
+    law, rows = Archard(hardness), []
+    for c in contacts:
+        patch, point = c.patch, shakedown_point(c.patch, shear_yield)
+        depth = law.cells(patch, c.speed) * patch.grid.dy
+        rows.append(
+            (
+                int(c.body == "nose"),
+                *c.position,
+                c.angle,
+                c.tgamma,
+                patch.frictional_power,
+                patch.normal_force,
+                patch.max_pressure,
+                point.load,
+                point.traction,
+                point.index,
+                flash_temperature(patch, c.speed).max(),
+                c.enlarged,
+                depth.sum(),
+                depth[patch.pressure > law.wear_map.pressure[-1] * hardness].sum(),
+            )
+        )
+    table = np.array(rows, float).reshape(-1, len(ContactFacts._fields)).T
+    return ContactFacts(table[0].astype(int), *table[1:])

@@ -1,0 +1,225 @@
+"""Figures of a crossing that has worn: sections before and after, depth on the plan, T gamma along it, bands over the
+laws, passes, shakedown map."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from geometry.surfaces.any_crossing import AnyCrossing
+from geometry.surfaces.bodies import BODIES
+from rail_fem.damage.crossing_site import CrossingRate, CrossingSite
+from rail_fem.damage.evolution import Evolution
+from rail_fem.damage.figures import MM, UM, label_of, passes_figure, shade_regions, shakedown_figure
+from rail_fem.damage.sites import fatigue_of, laws_of
+from rail_fem.settings.damage import DamageSettings
+from rail_fem.show.style import BODY, GREY, SKY, lettering, new_figure, save, words_instead
+
+DECADES = 4  # of a depth map
+APART = 40e-3  # of the stations of the sections figure at least [m]
+STATIONS = 4
+OUTLINE = 960  # points of a section
+DEEPEST_SHOWN = -20e-3  # of a section [m]
+
+
+def crossing_figures(
+    folder,
+    title: str,
+    settings: DamageSettings,
+    site: CrossingSite,
+    state: Evolution,
+    before: CrossingRate,
+    after: CrossingRate,
+) -> list[Path]:
+    """Draw all figures of a crossing that has worn; returns the files."""
+    with lettering():
+        made = {
+            "sections": sections_figure(title, site, state),
+            "depth_plan": plan_figure(title, settings, site.base, state),
+            "tgamma": tgamma_figure(title, settings, state, before, after),
+            "depth_band": band_figure(title, settings, state),
+            "passes": passes_figure(title, settings, state),
+            "shakedown": crossing_shakedown(title, settings, before, after),
+        }
+        return [save(figure, Path(folder) / f"{name}.png") for name, figure in made.items()]
+
+
+def stations_of(state: Evolution) -> list[tuple[int, int]]:
+    """(body, line of the plan) of the deepest wear of each body, then of what is deepest APART from those, by x."""
+    deepest, found = state.depth.max(axis=2), []
+    near = np.zeros_like(deepest, bool)
+    for body in (0, 1):
+        if deepest[body].max() > 0:
+            found.append((body, int(np.argmax(deepest[body]))))
+    for _ in range(STATIONS):
+        for body, i in found:
+            near[body] |= np.abs(state.worn.x - state.worn.x[i]) < APART
+        rest = np.where(near, 0.0, deepest)
+        if len(found) >= STATIONS or rest.max() <= 0:
+            break
+        found.append(tuple(int(k) for k in np.unravel_index(int(np.argmax(rest)), rest.shape)))
+    return sorted(found, key=lambda one: one[1])
+
+
+def sections_figure(title: str, site: CrossingSite, state: Evolution) -> Figure:
+    """Sections before and after where wear is deepest, and below each what was worn off, magnified."""
+    stations = stations_of(state)
+    if not stations:
+        return words_instead(f"{title}: no passes, nothing is worn off")
+    figure = new_figure(7.5)
+    axes = figure.subplots(2, len(stations), squeeze=False, height_ratios=[1.0, 1.6])
+    for column, (body, i) in enumerate(stations):
+        _section(axes[0, column], site, state, float(state.worn.x[i]))
+        _lost(axes[1, column], site, state, body, i)
+        axes[0, column].set_title(f"x = {state.worn.x[i] * MM:.0f} mm", loc="left")
+    axes[0, 0].set_ylabel("z [mm]")
+    axes[1, 0].set_ylabel("worn off, vertically [\u00b5m]")
+    axes[1, 0].legend(*axes[0, 0].get_legend_handles_labels(), loc="lower left", fontsize=9)
+    figure.suptitle(
+        f"{title}\nsections before and after {state.passes:,.0f} passes where wear is deepest; below: wear, magnified",
+        fontsize=13,
+    )
+    return figure
+
+
+def _section(axis: Axes, site: CrossingSite, state: Evolution, x: float) -> None:
+    y = np.linspace(state.worn.y[0], state.worn.y[-1], OUTLINE)
+    after = site.crossing(state.worn)
+    for body in BODIES:
+        old, new = (c.heights(np.full(len(y), x), y, body) for c in (site.base, after))
+        shown = old > DEEPEST_SHOWN
+        style = {"color": BODY[body]}
+        before = None if body == BODIES[0] else "before"
+        axis.plot(y * MM, np.where(shown, old, np.nan) * MM, color=GREY, lw=2.2, label=before)
+        axis.plot(y * MM, np.where(shown, new, np.nan) * MM, ls="--", lw=1.3, label=f"{body} after", **style)
+    axis.set(aspect="equal", ylim=(-21, 6), xlim=(y[0] * MM, y[-1] * MM), anchor="S")
+
+
+def _lost(axis: Axes, site: CrossingSite, state: Evolution, body: int, i: int) -> None:
+    """What the body that counts lost at a station by wear, and by flow before."""
+    lost, y, colour = state.depth[body, i] * UM, state.worn.y * MM, BODY[BODIES[body]]
+    axis.plot(y, -lost, color=colour, lw=1.5)
+    axis.fill_between(y, 0, -lost, color=colour, alpha=0.25, lw=0)
+    if site.flow is not None and site.flow[body, i].any():
+        axis.plot(y, -site.flow[body, i] * UM, color=colour, ls=":", lw=1.2)
+        axis.annotate("dotted: by flow, before", (0.04, 0.94), xycoords="axes fraction", style="italic", fontsize=9)
+    worn = np.flatnonzero(lost > 0.01 * lost.max())
+    axis.set(
+        xlim=(y[worn[0]] - 2, y[worn[-1]] + 2),
+        ylim=(-1.35 * lost.max(), 0.1 * lost.max()),
+        xlabel=f"y on the {BODIES[body]} [mm]",
+    )
+
+
+def plan_figure(title: str, settings: DamageSettings, base: AnyCrossing, state: Evolution) -> Figure:
+    """Depth by the leading law on the crossing's plan."""
+    depth = state.depth.sum(axis=0).T * UM
+    if depth.max() <= 0:
+        return words_instead(f"{title}: no passes, nothing is worn off")
+    figure = new_figure(5.5)
+    axis = figure.add_subplot()
+    x, y, top = state.worn.x * MM, state.worn.y * MM, depth.max()
+    for body, style in zip(BODIES, ("-", "--"), strict=True):
+        mesh = np.meshgrid(state.worn.x, state.worn.y[::2], indexing="ij")
+        metal = base.heights(mesh[0].ravel(), mesh[1].ravel(), body).reshape(mesh[0].shape) > -14e-3
+        if metal.any() and not metal.all():
+            axis.contour(x, y[::2], metal.T, [0.5], colors=BODY[body], linewidths=1.2, linestyles=style)
+        axis.plot([], [], color=BODY[body], ls=style, label=f"{body}, where it is less than 14 mm deep")
+    shown = np.ma.masked_less(depth, top * 10.0**-DECADES)
+    norm = LogNorm(top * 10.0**-DECADES, top)
+    image = axis.pcolormesh(x, y, shown, norm=norm, cmap="viridis_r", shading="nearest")
+    rows, columns = np.flatnonzero(~shown.mask.all(axis=1)), np.flatnonzero(~shown.mask.all(axis=0))
+    axis.set_xlim(x[columns[0]] - 20, x[columns[-1]] + 20)
+    axis.set_ylim(y[rows[0]] - 12, y[rows[-1]] + 12)
+    figure.colorbar(image, ax=axis, label="depth [\u00b5m]")
+    axis.set(xlabel="x along the crossing [mm]", ylabel="y [mm], + to the wing's field side")
+    axis.legend(loc="upper left", fontsize=10)
+    figure.suptitle(f"{title}\ndepth after {state.passes:,.0f} passes; law: {label_of(settings)}", fontsize=13)
+    return figure
+
+
+def tgamma_figure(title, settings, state: Evolution, before: CrossingRate, after: CrossingRate) -> Figure:
+    """T gamma and fatigue damage of wing and nose along the crossing, first and at the end."""
+    figure = new_figure(8.0)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    model = fatigue_of(settings)
+    rates = ((f"after {state.passes:,.0f} passes", after, "-", 1.5), ("first pass", before, ":", 1.2))
+    for when, rate, style, width in rates[: 2 if state.passes else 1]:
+        for b, body in enumerate(BODIES):
+            for k, (_, own) in enumerate(rate.kinds):
+                facts = own.facts.of(b)
+                order = np.argsort(facts.x)
+                look = {"color": BODY[body], "ls": style, "lw": width, "alpha": 1.0 if len(rate.kinds) == 1 else 0.45}
+                upper.plot(
+                    facts.x[order] * MM,
+                    facts.tgamma[order],
+                    label=f"{body}, {when}" if k == 0 and len(order) else None,
+                    **look,
+                )
+                lower.plot(facts.x[order] * MM, model.damage(facts.tgamma[order]) * 1e6, **look)
+    upper.set_ylim(0, 1.25 * upper.get_ylim()[1])
+    shade_regions(upper, model)
+    upper.set(ylabel="T\u03b3 of a patch [N]")
+    upper.legend(loc="upper right", ncols=4)
+    lower.axhline(0, color="black", lw=0.8)
+    lower.set(xlabel="x along the crossing [mm]", ylabel="damage by one axle [10\u207b\u2076]")
+    lower.annotate("below 0: wear takes cracks away", (0.01, 0.04), xycoords="axes fraction", style="italic")
+    figure.suptitle(
+        f"{title}\nT\u03b3 along the pass, a line for each kind of pass; damage function of grade 220 rail on"
+        " plain line, not of castings",
+        fontsize=13,
+    )
+    return figure
+
+
+def band_figure(title: str, settings: DamageSettings, state: Evolution) -> Figure:
+    """Deepest wear at every x by each law, and the band between them."""
+    figure = new_figure(8.0)
+    laws, x = laws_of(settings), state.worn.x * MM
+    for b, (axis, body) in enumerate(zip(figure.subplots(2, 1, sharex=True), BODIES, strict=True)):
+        values = np.array([own[b].max(axis=1) for own in state.by_law.values()]) * UM
+        top = max(values.max(), 1e-9)
+        positive = np.where(values.max(axis=0) > 1e-5 * top, 1.0, np.nan)
+        low, high = values.min(axis=0) * positive, values.max(axis=0) * positive
+        axis.fill_between(x, low, high, color=SKY, alpha=0.4, lw=0, label="band over the laws")
+        lead, error = state.depth[b].max(axis=1) * UM * positive, state.error[b].max(axis=1) * UM
+        axis.plot(x, lead, color=BODY[body], lw=1.6, label=laws[settings.law].label)
+        axis.fill_between(
+            x,
+            np.maximum(lead - error, 1e-6 * top),
+            lead + error,
+            color=BODY[body],
+            alpha=0.25,
+            lw=0,
+            label="bound of the blocks' error",
+        )
+        axis.set(yscale="log", ylim=(top * 1e-5, 2 * top), ylabel=f"deepest on the {body} [\u00b5m]")
+        axis.legend(loc="center right" if b == 0 else "center left", fontsize=10)
+    axis.set(xlabel="x along the crossing [mm]")
+    figure.suptitle(
+        f"{title}\ndepth after {state.passes:,.0f} passes by all laws on the leading law's shapes, calibration factor"
+        f" {settings.calibration:g}",
+        fontsize=13,
+    )
+    return figure
+
+
+def crossing_shakedown(title: str, settings: DamageSettings, before: CrossingRate, after: CrossingRate) -> Figure:
+    """Passes as paths on the shakedown map, that of the largest share."""
+    series = {}
+    for when, rate in (("first", before), ("at the end", after)):
+        _, own = max(rate.kinds, key=lambda kind: kind[0])
+        for b, body in enumerate(BODIES):
+            facts = own.facts.of(b)
+            series[f"{body}, {when}"] = (
+                facts.traction,
+                facts.load,
+                GREY if when == "first" else BODY[body],
+                True,
+                "o" if b else "s",
+            )
+    return shakedown_figure(title, settings, series)

@@ -1,0 +1,127 @@
+"""What a crossing that has worn shows, in numbers: bands over the laws, errors, forces, T gamma, fatigue, years."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from geometry.surfaces.bodies import BODIES
+from rail_fem.damage.crossing_site import CrossingRate
+from rail_fem.damage.evolution import Evolution
+from rail_fem.damage.fatigue import WholeLifeRail
+from rail_fem.damage.sites import fatigue_of, subsurface_of
+from rail_fem.damage.summary import years_of
+from rail_fem.damage.worn_surface import STEEPEST
+from rail_fem.settings.damage import DamageSettings
+
+LENGTH = 5e-3  # of the parts of a crossing in which the hardest patch of a pass counts [m]
+
+
+def crossing_summary(
+    settings: DamageSettings, state: Evolution, before: CrossingRate, after: CrossingRate
+) -> dict[str, Any]:
+    """Numbers of a crossing that has worn [SI]."""
+    deepest = state.deepest
+    lost, strips = state.worn.volume - state.first.volume, state.removed - state.beyond
+    parts = {body: _body(settings, state, before, after, b) for b, body in enumerate(BODIES)}
+    return {
+        "site": "crossing",
+        "passes": state.passes,
+        "law": settings.law,
+        "resets": state.resets,
+        "height_ground_off": state.lost,
+        "kinds": len(before.kinds),
+        "deepest": deepest,
+        "bodies": {body: found for body, found in parts.items() if found},
+        "blocks": len(state.log),
+        "block_error": state.block_error,
+        "smoothing_change": state.smoothing / deepest if deepest > 0 else 0.0,
+        "spread": state.worn.spread,
+        "volume_of_strips": state.removed,
+        "volume_beyond": state.beyond,
+        "volume_removed": lost,
+        "volume_error": abs(lost - strips) / strips if strips > 0 else 0.0,
+        "steep_share": _steep_share(before),
+        "largest_force": {"first": before.largest_force, "end": after.largest_force},
+        "transfer": {"first": _transfers(before), "end": _transfers(after)},
+    }
+
+
+def _body(settings, state: Evolution, before: CrossingRate, after: CrossingRate, b: int) -> dict[str, Any] | None:
+    model = fatigue_of(settings)
+    first = [(share, own.facts.of(b)) for share, own in before.kinds]
+    if not any(len(facts.x) for _, facts in first):
+        return None
+    depth = {name: float(own[b].max()) for name, own in state.by_law.items()}
+    depth[settings.law] = float(state.depth[b].max())
+    _, i, j = np.unravel_index(int(np.argmax(state.depth[b : b + 1])), (1, *state.depth.shape[1:]))
+    cell = state.worn.cell
+    hardest = max((facts for _, facts in first if len(facts.x)), key=lambda facts: facts.tgamma.max())
+    k = int(np.argmax(hardest.tgamma))
+    x, crack = crack_per_pass(before, b, model)
+    archard = sum(share * facts.archard.sum() for share, facts in first)
+    seized = sum(share * facts.seized.sum() for share, facts in first)
+    enlarged = np.concatenate([facts.enlarged for _, facts in first]) > 1
+    return {
+        "deepest_by_law": depth,
+        "deepest_at": [float(state.worn.x[i]), float(state.worn.y[j])],
+        "volume_by_law": {name: float(own[b].sum()) * cell for name, own in state.by_law.items()},
+        "largest_tgamma": float(hardest.tgamma[k]),
+        "at": float(hardest.x[k]),
+        "region": model.region(float(hardest.tgamma[k])),
+        "largest_pressure": float(max(f.max_pressure.max() for _, f in first if len(f.x))),
+        "flash_temperature": float(hardest.flash[k]),
+        "enlarged_share": float(enlarged.mean()),
+        "seizure_share": seized / archard if archard > 0 else 0.0,
+        "cracks_per_pass": float(crack.max()),
+        "cracks_at": float(x[np.argmax(crack)]),
+        "at_end": _end(after, b),
+        "subsurface": _subsurface(before, b, settings),
+        "subsurface_at_end": _subsurface(after, b, settings),
+        "years": years_of(settings, state, float(crack.max()), depth),
+    }
+
+
+def _subsurface(rate: CrossingRate, b: int, settings: DamageSettings) -> dict[str, float] | None:
+    """Under the patch of the largest force on a body by any wheel."""
+    patches = [own.hardest[b] for _, own in rate.kinds if own.hardest[b] is not None]
+    return subsurface_of(max(patches, key=lambda patch: patch.normal_force), settings) if patches else None
+
+
+def _end(after: CrossingRate, b: int) -> dict[str, float]:
+    facts = [own.facts.of(b) for _, own in after.kinds]
+    facts = [own for own in facts if len(own.x)]
+    archard, seized = (sum(getattr(own, name).sum() for own in facts) for name in ("archard", "seized"))
+    largest = lambda name: float(max((getattr(own, name).max() for own in facts), default=0.0))
+    return {
+        "largest_tgamma": largest("tgamma"),
+        "largest_pressure": largest("max_pressure"),
+        "largest_force": float(max((own.force[b] for _, own in after.kinds), default=0.0)),
+        "seizure_share": float(seized / archard) if archard > 0 else 0.0,
+    }
+
+
+def _steep_share(rate: CrossingRate) -> float:
+    """Share of the wear by contacts too steep for a plan."""
+    total = steep = 0.0
+    for share, own in rate.kinds:
+        total += share * own.facts.archard.sum()
+        steep += share * own.facts.archard[np.abs(own.facts.angle) > STEEPEST].sum()
+    return steep / total if total > 0 else 0.0
+
+
+def _transfers(rate: CrossingRate) -> list[float]:
+    return [own.transfer for _, own in rate.kinds]
+
+
+def crack_per_pass(rate: CrossingRate, body: int, model: WholeLifeRail) -> tuple[np.ndarray, np.ndarray]:
+    """Damage of one mean pass along x: positions [m] of LENGTH, and the sum over kinds of the hardest patch in each."""
+    edges = np.arange(-2.0, 3.0, LENGTH)
+    total = np.zeros(len(edges))
+    for share, own in rate.kinds:
+        facts = own.facts.of(body)
+        worst = np.full(len(edges), -np.inf)
+        np.maximum.at(worst, np.searchsorted(edges, facts.x), model.damage(facts.tgamma))
+        total += share * np.where(np.isfinite(worst), worst, 0.0)
+    return edges, total

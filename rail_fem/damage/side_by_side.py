@@ -1,0 +1,80 @@
+"""Several damage studies side by side: what each wore off, how sure, and how far they differ."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from rail_fem.output.markdown import markdown_table
+
+UM = 1e6
+HEAD = [
+    "study",
+    "part",
+    "passes",
+    "deepest [\u00b5m]",
+    "band over the laws [\u00b5m]",
+    "bound of the blocks' error",
+    "T\u03b3 first, end [N]",
+    "years to the limit",
+]
+
+
+class ComparisonError(ValueError):
+    """Studies that cannot stand side by side."""
+
+
+def is_study(folder: Path) -> bool:
+    """Whether a folder holds a finished damage study."""
+    return (Path(folder) / "damage.json").is_file()
+
+
+def studies_facts(folders: list[Path]) -> dict[str, dict[str, Any]]:
+    """Results of damage studies by folder. Errors: ComparisonError for a folder that holds none, or one that is
+    damaged."""
+    found = {}
+    for folder in map(Path, folders):
+        if not is_study(folder):
+            raise ComparisonError(f"{folder}: no damage.json; a damage study is compared with others of its kind")
+        try:
+            found[str(folder)] = json.loads((folder / "damage.json").read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise ComparisonError(f"{folder / 'damage.json'}: damaged ({error}): do the study again") from error
+    sites = {facts["site"] for facts in found.values()}
+    if len(sites) > 1:
+        raise ComparisonError(f"studies of a {' and a '.join(sorted(sites))}: compare those of one kind")
+    return found
+
+
+def studies_table(folders: list[Path]) -> str:
+    """Markdown table, a row for each part of each study. Errors: ComparisonError."""
+    rows = []
+    for name, facts in studies_facts(folders).items():
+        for part, own in _parts(facts).items():
+            band = list(own["deepest_by_law"].values())
+            rows.append(
+                [
+                    Path(name).name,
+                    part,
+                    f"{facts['passes']:,.0f}",
+                    f"{own['deepest_by_law'][facts['law']] * UM:.3g}",
+                    f"{min(band) * UM:.3g} to {max(band) * UM:.3g}",
+                    f"{facts['block_error']:.1%}",
+                    f"{own['tgamma'][0]:.0f}, {own['tgamma'][1]:.0f}",
+                    f"{own['years']['to_limit']:.3g}",
+                ]
+            )
+    return "\n".join(markdown_table(HEAD, rows))
+
+
+def _parts(facts: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    if facts["site"] == "switch":
+        first = facts["tgamma"]
+        own = {name: facts[name] for name in ("deepest_by_law", "years")}
+        return {"section": own | {"tgamma": (first["largest"], first["largest_at_end"])}}
+    return {
+        body: {name: own[name] for name in ("deepest_by_law", "years")}
+        | {"tgamma": (own["largest_tgamma"], own["at_end"]["largest_tgamma"])}
+        for body, own in facts["bodies"].items()
+    }

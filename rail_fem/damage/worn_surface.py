@@ -1,0 +1,84 @@
+"""Wing and nose of a crossing that wear: depths below the unworn surfaces in plan, d(x, y).
+
+Depths are counted vertically per plan area, so that their sum times the cell is the volume that the patches took
+(geometry.surfaces.depth_field keeps it in the surface). Heights stay functions of x and y: nothing can cross itself; on
+faces steeper than STEEPEST the plan is too coarse to say where on the face metal was lost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from geometry.surfaces.any_crossing import AnyCrossing
+from geometry.surfaces.depth_field import SPREAD, DepthField
+from geometry.surfaces.worn_crossing import WornCrossing
+from rail_fem.damage.worn_profile import WornOutError
+
+LARGEST_STEP = 0.2e-3  # that one step may take off [m]
+STEEPEST = np.radians(60)  # contact angle beyond which a plan says little
+
+
+@dataclass(frozen=True, eq=False)
+class WornSurface:
+    """x (m,), y (n,) of an even grid [m];  depth (2, m, n) worn off wing and nose [m];  label : what it is."""
+
+    x: np.ndarray
+    y: np.ndarray
+    depth: np.ndarray
+    label: str = "crossing"
+
+    @classmethod
+    def unworn(cls, x: np.ndarray, y: np.ndarray, label: str = "crossing") -> WornSurface:
+        """Before any pass."""
+        return cls(x, y, np.zeros((2, len(x), len(y))), label)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of its depths."""
+        return self.depth.shape
+
+    @property
+    def cell(self) -> float:
+        """Plan area that belongs to a depth [m2]."""
+        return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
+
+    @property
+    def volume(self) -> float:
+        """Lost so far [m3]."""
+        return float(self.depth.sum()) * self.cell
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """Standard deviations along and across by which the surface spreads a depth [m]."""
+        return float(SPREAD * (self.x[1] - self.x[0])), float(SPREAD * (self.y[1] - self.y[0]))
+
+    def worn(self, depth: np.ndarray) -> tuple[WornSurface, float]:
+        """After further depths (2, m, n) [m]; 0: the volume is kept as it is. Raises WornOutError."""
+        if not (np.isfinite(depth).all() and (depth >= 0).all()):
+            raise WornOutError(f"{self.label}: depths to wear off must be finite and 0 or more")
+        if depth.max() > LARGEST_STEP:
+            _, i, j = np.unravel_index(int(np.argmax(depth)), depth.shape)
+            raise WornOutError(
+                f"{self.label}: a step of {depth.max():.3g} m at x = {self.x[i]:.4f}, y = {self.y[j]:.4f} m; one step"
+                f" may take {LARGEST_STEP:g} m: wear off less at once"
+            )
+        return WornSurface(self.x, self.y, self.depth + depth, self.label), 0.0
+
+    def smoothed(self, depth: np.ndarray, width: float) -> np.ndarray:
+        """Depths (2, m, n) spread by a Gauss curve of standard deviation `width` [m] in plan."""
+        sigma = (0.0, width / (self.x[1] - self.x[0]), width / (self.y[1] - self.y[0]))
+        return ndimage.gaussian_filter(depth, sigma, mode="nearest") if width > 0 else depth
+
+    def deepest_from(self, first: WornSurface) -> float:
+        """Largest depth that it has lost [m]."""
+        return float((self.depth - first.depth).max())
+
+    def crossing(self, base: AnyCrossing, flow: np.ndarray | None = None) -> WornCrossing:
+        """The crossing itself, for searches. flow : (2, m, n) depths by which plastic flow has lowered it first, + into
+        the metal [m]"""
+        at = float(self.x[0]), float(self.x[1] - self.x[0]), float(self.y[0]), float(self.y[1] - self.y[0])
+        depth = self.depth if flow is None else self.depth + flow
+        return WornCrossing(base, *(DepthField(*at, np.ascontiguousarray(own)) for own in depth))

@@ -1,0 +1,227 @@
+"""A crossing that wears: volume, blocks, wheels of a mix, several processes, going on after a kill, what is refused."""
+
+import json
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from rail_fem import cli
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.damage import study
+from rail_fem.damage.evolution import Stepping, begin, evolve
+from rail_fem.damage.flow import FlowError, read_flow
+from rail_fem.damage.sites import crossing_site, laws_of
+from rail_fem.damage.traffic import WELD, Event
+from rail_fem.damage.worn_profile import WornOutError
+from rail_fem.damage.worn_surface import WornSurface
+from rail_fem.hierarchy import solve
+
+CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+QUICK = {"damage.cells": 12, "damage.patch_spacing": "6 mm", "damage.plan_spacing": "0.5 mm"}
+RUN = {"start": "280 mm", "end": "420 mm"}
+
+
+def quick_site(changes=None, pool=None):
+    case = load_case(CASE, QUICK | (changes or {}))
+    return crossing_site(case.scene, case.damage, RUN, pool)
+
+
+@pytest.fixture(scope="module")
+def site():
+    return quick_site()
+
+
+@pytest.fixture(scope="module")
+def rate(site):
+    return site.rate(site.first())
+
+
+def test_volume_goes_from_the_strips_into_the_surface(site, rate):
+    """From the patches' strips to the plan and into the surface: 1e-12 for every law."""
+    for law in site.laws:
+        new, _ = site.first().worn(rate.depth[law] * 10)
+        assert new.volume == pytest.approx(10 * (rate.removed[law] - rate.beyond[law]), rel=1e-12)
+    fields = new.crossing(site.base)
+    assert fields.wing.volume + fields.nose.volume == pytest.approx(new.volume, rel=1e-12)
+
+
+def test_volume_is_kept_over_blocks_and_nothing_is_worn_beside_the_metal(site):
+    *_, end = evolve(site, 20, Stepping(block=10, smoothing=0.5e-3))
+    assert end.worn.volume == pytest.approx(end.removed - end.beyond, rel=1e-9) and end.worn.volume > 0
+    assert end.deepest == pytest.approx(end.depth.max(), rel=1e-12)
+
+
+def test_zero_passes_change_nothing(site):
+    assert list(evolve(site, 0.0, Stepping())) == []
+    state = begin(site)
+    assert state.deepest == 0 and not state.worn.depth.any()
+
+
+def test_wear_changes_the_contact_that_made_it(site, rate):
+    """Under the deepest wear the nose gets flatter: its largest pressure falls, and so does its largest T gamma."""
+    worn, _ = site.first().worn(rate.depth["archard"] * (20e-6 / rate.depth["archard"].max()))
+    after = site.rate(worn)
+    one, two = (r.kinds[0][1].facts.of(1) for r in (rate, after))
+    assert two.max_pressure.max() < one.max_pressure.max()
+    assert after.depth["archard"].max() < rate.depth["archard"].max()
+
+
+def test_halved_blocks_wear_nearly_the_same(site):
+    """One block of 6 um, two and four: volumes within 1 %; contact points that come and go leave no clean order."""
+    passes = 6e-6 / site.rate(site.first()).depth["krause_poll"].max()
+    ends = []
+    for parts in (1, 2, 4):
+        *_, end = evolve(site, passes, Stepping("krause_poll", block=passes / parts, smoothing=0.5e-3))
+        ends.append(end.worn.volume)
+    assert ends[0] == pytest.approx(ends[2], rel=0.01) and ends[1] == pytest.approx(ends[2], rel=0.01)
+
+
+def test_a_mix_is_the_mean_of_its_wheels_on_any_number_of_processes(rate):
+    changes = {"damage.wheels": ["P8-worn", "P8"], "damage.weights": [0.25, 0.75]}
+    alone = quick_site({"scene.wheel.profile": "P8"})
+    other = alone.rate(alone.first())
+    with ProcessPoolExecutor(2) as pool:
+        both = quick_site(changes, pool)
+        mixed = both.rate(both.first())
+    for law in both.laws:
+        assert mixed.removed[law] == pytest.approx(0.25 * rate.removed[law] + 0.75 * other.removed[law], rel=1e-12)
+
+
+def test_lateral_scatter_spreads_the_wear(site, rate):
+    """Five lateral positions of one wheel: forces and points of each its own, the band wider, the deepest less."""
+    wide = quick_site({"damage.lateral_scatter": "1 mm"})
+    scattered = wide.rate(wide.first())
+    assert len(wide.passes) == 5 and sum(p.weight for p in wide.passes) == pytest.approx(1)
+    columns = lambda r: (r.depth["krause_poll"].sum(axis=(0, 1)) > 0).sum()
+    assert columns(scattered) > columns(rate)
+    forces = [own.force.max() for _, own in scattered.kinds]
+    assert max(forces) > 1.001 * min(forces)
+
+
+def test_steps_that_cannot_be_are_refused(site):
+    first = site.first()
+    for bad, said in ((-1e-9, "0 or more"), (np.nan, "finite"), (1e-3, "one step may take")):
+        depth = np.zeros(first.shape)
+        depth[0, 3, 4] = bad
+        with pytest.raises(WornOutError, match=said):
+            first.worn(depth)
+    fast = replace(site, laws=laws_of(load_case(CASE, QUICK | {"damage.wear_coefficient": 1.0}).damage))
+    with pytest.raises(WornOutError, match="limit is 0.05 mm|one step may take"):
+        list(evolve(fast, 1e7, Stepping(limit=50e-6, deepest=20e-6)))
+
+
+def test_welding_begins_anew_and_grinding_costs_height(site):
+    """Welded after 20 of 30 passes: the shape of 10 passes on the first one. Ground: the same, lower by the deepest
+    wear and what grinding takes."""
+    *_, alone = evolve(site, 10, Stepping(block=10))
+    *_, long = evolve(site, 20, Stepping(block=10))
+    for event, lost in ((WELD, 0.0), (Event(1.0, removes=0.2e-3), long.deepest + 0.2e-3)):
+        *_, end = evolve(site, 30, Stepping(block=10, events=((20, event),)))
+        assert (end.worn.depth == alone.worn.depth).all() and end.passes == 30 and end.began == 20
+        assert end.lost == pytest.approx(lost, rel=1e-12) and end.resets == 1 and len(end.log) == 3
+        assert end.worn.volume == pytest.approx(end.removed - end.beyond, rel=1e-9)
+
+
+def test_weights_that_do_not_add_up_are_refused(site):
+    with pytest.raises(ValueError, match="add up to 0.5"):
+        replace(site, passes=(replace(site.passes[0], weight=0.5),))
+
+
+def test_smoothing_keeps_volume_and_sign():
+    plain = WornSurface.unworn(np.arange(50) * 2e-3, np.arange(120) * 0.25e-3)
+    depth = np.zeros(plain.shape)
+    depth[1, 20:24, 50:60] = 1e-6
+    smooth = plain.smoothed(depth, 0.5e-3)
+    assert smooth.sum() == pytest.approx(depth.sum(), rel=1e-12) and smooth.min() >= 0
+    assert smooth[1, 22, 48] > 0 and not smooth[0].any() and plain.smoothed(depth, 0.0) is depth
+
+
+def call(*arguments):
+    return CliRunner().invoke(cli.app, ["damage", *map(str, arguments)])
+
+
+def small_case(tmp_path):
+    run = '[run.rigid_hertz]\nstart = "300 mm"\nend = "400 mm"\n\n'
+    run += '[damage]\ncells = 12\npatch_spacing = "8 mm"\nblock = 50'
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.read_text().replace("[damage]", run).replace("sensitivities = true", ""))
+    return path
+
+
+def test_a_killed_study_of_a_crossing_goes_on_where_it_was(tmp_path, monkeypatch):
+    path, whole, cut = small_case(tmp_path), tmp_path / "whole", tmp_path / "cut"
+    draw = study.crossing_figures
+    monkeypatch.setattr(study, "crossing_figures", lambda *arguments: [])
+    answer = call(path, "--passes", "100", "--out", whole)
+    assert answer.exit_code == 0, answer.output
+    monkeypatch.setattr(study, "crossing_figures", draw)
+    write = study.write_state
+
+    def killed(*arguments):
+        write(*arguments)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(study, "write_state", killed)
+    assert call(path, "--passes", "100", "--out", cut).exit_code != 0
+    monkeypatch.setattr(study, "write_state", write)
+    answer = call(path, "--passes", "100", "--out", cut, "--restart")
+    assert answer.exit_code == 0 and "going on after 50 passes" in answer.output
+    one, two = np.load(whole / "damage.npz"), np.load(cut / "damage.npz")
+    assert set(one) == set(two) and all((one[name] == two[name]).all() for name in one)
+    found = json.loads((cut / "damage.json").read_text())
+    assert found["passes"] == 100 and found["volume_error"] < 1e-6 and found["bodies"]["nose"]["deepest_by_law"]
+    names = {"sections", "depth_plan", "tgamma", "depth_band", "passes", "shakedown"}
+    assert {p.stem for p in (cut / "figures").glob("*.png")} == names
+    assert "How sure" in CliRunner().invoke(cli.app, ["show", str(cut)]).output
+    answer = CliRunner().invoke(cli.app, ["compare", str(whole), str(cut), "--out", str(tmp_path / "side")])
+    assert answer.exit_code == 0 and "| nose" in answer.output and (tmp_path / "side" / "compare.md").is_file()
+    answer = CliRunner().invoke(cli.app, ["compare", str(whole), str(tmp_path)])
+    assert answer.exit_code == 2 and "no damage.json" in answer.output
+
+
+def test_a_wheelset_of_several_degrees_of_freedom_is_refused():
+    case = load_case(CASE)
+    with pytest.raises(ValueError, match="lateral position is given"):
+        crossing_site(case.scene, case.damage, {"degrees_of_freedom": "roll"})
+
+
+@pytest.mark.validate
+def test_wear_begins_on_the_surface_that_plastic_flow_has_left(tmp_path, site, rate):
+    """A run of bem_plastic before it: the nose is flatter, so that its pressure at first is lower there; the fields
+    agree with the run's where it has cells; a run of another crossing is refused."""
+    run = {"cell_size": "3 mm", "step": "12 mm", "error_estimate": False, "start": "330 mm", "end": "380 mm"}
+    scene = load_case(CASE).scene
+    solve("bem_plastic", scene, run, folder=tmp_path).save(tmp_path)
+    flow = read_flow(tmp_path, scene, site.grid)
+    assert flow[1].max() > 1e-6
+    with np.load(tmp_path / "plastic.npz") as stored:
+        assert flow[1].max() <= stored["nose_lowered"].max()
+    after = replace(site, flow=flow)
+    flowed = after.rate(after.first())
+    one, two = (r.kinds[0][1].facts.of(1) for r in (rate, flowed))
+    at = lambda facts: np.interp(0.372, facts.x, facts.max_pressure)
+    assert at(two) < at(one)
+    with pytest.raises(FlowError, match="other numbers"):
+        read_flow(tmp_path, scene.replace(crossing={"ratio": 9.25}), site.grid)
+    with pytest.raises(FlowError, match="finished run of bem_plastic"):
+        read_flow(tmp_path / "none", scene, site.grid)
+
+
+def test_frictions_at_the_ends_of_the_range():
+    """None: nothing wears, in any number of passes. 10: patches stick, what slips wears, all finite."""
+    none = quick_site({"scene.friction": 0.0})
+    *_, end = evolve(none, 1e8, Stepping(deepest=5e-6))
+    assert not end.worn.depth.any() and end.passes == 1e8
+    rough = quick_site({"scene.friction": 10.0})
+    found = rough.rate(rough.first())
+    assert all(np.isfinite(own).all() and own.min() >= 0 for own in found.depth.values())
+
+
+def test_a_study_of_a_switch_takes_no_flow_of_a_crossing():
+    switch = CASE.parent / "switch_section.toml"
+    with pytest.raises(CaseError, match="flow: plastic flow is known of a crossing"):
+        load_case(switch, {"damage.flow": "runs/flow"})
