@@ -35,8 +35,9 @@ from rail_fem.output.sealed import read_sealed, write_sealed
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
-# size of the twin's elements: over the run's, at most [m] (larger ones cannot be meshed), and over the run's at least
-TWIN, LARGEST_TWIN, LEAST_TWIN = 2.0, 6e-3, 1.25
+# size of the twin's elements: over the run's, the next where the first cannot be meshed or folds; at most [m] (larger
+# ones cannot be meshed), and over the run's at least
+TWINS, LARGEST_TWIN, LEAST_TWIN = (2.0, 1.5), 6e-3, 1.25
 MESH_ARRAYS = ("points", "cells", "region", "surface", "surface_region", "clamp")
 MESH_REMEDY = "remove it: --restart makes the mesh again, and goes on with the run if it comes out the same"
 
@@ -114,7 +115,7 @@ def _twin(
     restart: bool,
     progress,
 ) -> PassResult | str | None:
-    """The same pass on elements up to TWIN times as large; why there is none; None where none is asked for. A
+    """The same pass on elements up to twice as large; why there is none; None where none is asked for. A
     restart takes the one that is there. Collective."""
     if not settings.error_twin:
         return None
@@ -123,19 +124,22 @@ def _twin(
     below = None if folder is None else folder / "twin"
     if restart and below is not None and on_root(lambda: (below / "result.json").is_file()):
         return on_root(lambda: load(below))
-    size = min(TWIN * settings.element_size, LARGEST_TWIN)
-    if size < LEAST_TWIN * settings.element_size:
-        return f"elements of {settings.element_size * 1e3:g} mm are too large for a coarser twin"
-    coarse = settings.coarser(size / settings.element_size).model_copy(update={"error_twin": False, "field_frames": 1})
-    if progress is not None:
-        progress.note(f"first its coarse twin, elements of {coarse.element_size * 1e3:g} mm: for the error bars")
-    try:
-        result = solve_from(scene, coarse, start, model, below, restart, None)
-    except (ValueError, ArithmeticError) as error:  # what cannot be meshed, and what folds as it yields
-        return f"no twin of {coarse.element_size * 1e3:g} mm: {error}"
-    if below is not None:
-        on_root(lambda: result.save(below))
-    return result
+    why = f"elements of {settings.element_size * 1e3:g} mm are too large for a coarser twin"
+    sizes = dict.fromkeys(min(ratio * settings.element_size, LARGEST_TWIN) for ratio in TWINS)
+    for size in (size for size in sizes if size >= LEAST_TWIN * settings.element_size):
+        coarse = settings.coarser(size / settings.element_size)
+        coarse = coarse.model_copy(update={"error_twin": False, "field_frames": 1})
+        if progress is not None:
+            progress.note(f"first its coarse twin, elements of {size * 1e3:g} mm: for the error bars")
+        try:
+            result = solve_from(scene, coarse, start, model, below, restart, None)
+        except (ValueError, ArithmeticError) as error:  # what cannot be meshed, and what folds as it yields
+            why = f"no twin of {size * 1e3:g} mm: {error}"
+            continue
+        if below is not None:
+            on_root(lambda found=result: found.save(below))
+        return result
+    return why
 
 
 def with_bars(result: PassResult, twin: PassResult | str) -> PassResult:

@@ -32,6 +32,8 @@ def main() -> None:
             "settle_time": 5e-5,
             "mass_scaling": 1.0,
             "error_twin": False,
+            "window_ahead": None,
+            "window_behind": None,
             "history_interval": 2e-5,
             "field_frames": 2,
             "element": "full" if how == "full" else "one-point",

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from geometry.meshing.hexmesh import MeshError
 from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
 from rail_fem.output.error_bars import error_bars
@@ -34,6 +35,36 @@ def test_bars_are_those_of_the_twin_and_a_restart_keeps_it(scene, tmp_path):
     again = fe_full.solve(scene, SETTINGS, tmp_path, restart=True)
     assert again.error_bars == result.error_bars
     assert (tmp_path / "twin" / "result.json").stat().st_mtime_ns == written
+
+
+def test_where_twice_the_size_cannot_be_meshed_the_twin_is_less_coarse(scene, tmp_path, monkeypatch):
+    make = fe_full.make_mesh
+
+    def refuse_coarse(scene, settings, running):
+        if settings.element_size > 5e-3:
+            raise MeshError("a folded cell")
+        return make(scene, settings, running)
+
+    monkeypatch.setattr(fe_full, "make_mesh", refuse_coarse)
+    result = fe_full.solve(scene, SETTINGS, tmp_path)
+    twin = load(tmp_path / "twin")
+    assert twin.settings["element_size"] == pytest.approx(1.5 * SETTINGS.element_size)
+    assert result.error_bars == pytest.approx(error_bars(result, twin)) and result.error_bars
+
+
+def test_where_no_twin_can_be_meshed_the_run_says_so(scene, monkeypatch):
+    """The largest that is tried is 6 mm; of 5 mm there is none that is coarser by a quarter."""
+    solved = []
+
+    def refuse(scene, settings, running):
+        solved.append(settings.element_size)
+        raise MeshError("a folded cell")
+
+    monkeypatch.setattr(fe_full, "make_mesh", refuse)
+    why = fe_full._twin(scene, SETTINGS.model_copy(update={"element_size": 3.5e-3}), None, "fe_full", None, False, None)
+    assert why == "no twin of 5.25 mm: a folded cell" and solved == [6e-3, 5.25e-3]
+    why = fe_full._twin(scene, SETTINGS.model_copy(update={"element_size": 5e-3}), None, "fe_full", None, False, None)
+    assert why == "elements of 5 mm are too large for a coarser twin"
 
 
 def test_a_run_that_is_cut_off_says_why_it_has_no_bars(scene):
