@@ -15,11 +15,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import typer
 
 from rail_fem.atomic import write_text_atomically
+from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.case.variations import read_settings
 from rail_fem.launcher import rank
@@ -28,21 +28,27 @@ from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import FORCES, REPORTED, reported
 from rail_fem.output.result import PassResult
 from rail_fem.scene.units import SHOWN
+from rail_fem.settings.explicit import FeSettings
 from rail_fem.show.metal import CUBIC_MM
 from rail_fem.studies.size_figure import draw_sizes
 from rail_fem.studies.size_series import MODEL, limits, run_at, run_sizes, size_of
 from rail_fem.sweeps.compare import core_seconds, history_error
 
-WINDOW = "60 mm"
-# what makes a pass less expensive, or judges it: name -> changed settings
-JUDGES: dict[str, dict[str, Any]] = {
-    "no mass scaling": {"mass_scaling": 1},
-    f"window of {WINDOW}": {"window_ahead": WINDOW, "window_behind": WINDOW},
-    "element full": {"element": "full"},
-}
+WINDOW, WHOLE = "60 mm", "5000 mm"  # lengths of a travelling window: short, and longer than any crossing
 QUICK_STRETCH = {f"run.{MODEL}.start": "320 mm", f"run.{MODEL}.end": "400 mm"}
 NAMES = [name for name in REPORTED if name not in FORCES or name.endswith(("impact", "_wing", "_nose"))]
 DECIMALS = {"kN": 1, "MPa": 0, "mm": 2, "%": 2, "mm3": 0}
+
+
+def judges(settings: FeSettings) -> dict[str, dict[str, str | int]]:
+    """What makes a pass less expensive, or judges it, changed one at a time: name -> changed settings."""
+    length, words = (WHOLE, "whole crossing") if settings.has_window else (WINDOW, f"window of {WINDOW}")
+    element = "one-point" if settings.element == "full" else "full"
+    return {
+        "no mass scaling": {"mass_scaling": 1},
+        words: {"window_ahead": length, "window_behind": length},
+        f"element {element}": {"element": element},
+    }
 
 
 def cell(name: str, value: float, bar: float = math.nan) -> str:
@@ -161,7 +167,7 @@ def main(
         base = next((r for r in results if abs(size_of(r) - judged * 1e-3) < 1e-9), None)
         if base is None:
             base = run_at(path, changes, judged * 1e-3, out / f"{judged:g}mm", quiet)
-        for name, settings in JUDGES.items():
+        for name, settings in judges(load_case(path, changes).runs[MODEL]).items():
             changed = changes | {f"run.{MODEL}.{key}": value for key, value in settings.items()}
             others[name] = run_at(path, changed, judged * 1e-3, out / f"{judged:g}mm-{name.replace(' ', '_')}", quiet)
     if rank() == 0:

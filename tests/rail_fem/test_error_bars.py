@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rail_fem.output.error_bars import ORDER, SAFETY, SCATTER, SCATTER_SIZE, TRANSFER_SCATTER, error_bars
+from rail_fem.output.error_bars import ORDER, SAFETY, SCATTER, SCATTER_SIZE, error_bars, kind
 from rail_fem.output.quantities import REPORTED, reported
 from rail_fem.output.result import PassResult, Peak, load
 from rail_fem.show.report import result_report
@@ -37,12 +37,11 @@ def test_what_converges_at_the_order_lies_within_its_bar_by_the_safety_factor(sl
     result, twin = at_size(2 * MM, slope), at_size(4 * MM, slope)
     bars = error_bars(result, twin)
     limit = {"first_impact": FORCE, "block_nose": STRAIN, "worst_1000_nose": STRAIN, "integral_nose": 4e-7}
-    kinds = {"first_impact": "force", "block_nose": "strain", "worst_1000_nose": "strain", "integral_nose": "volume"}
     for name, exact in limit.items():
         true = abs(REPORTED[name].of(result) - exact)
-        scatter = SCATTER[kinds[name]] * REPORTED[name].of(result)
-        assert bars[name] == pytest.approx(SAFETY * true + scatter, rel=1e-9)
-    assert bars["transfer_x"] == pytest.approx(SAFETY * 1e-3 + TRANSFER_SCATTER * 2 * MM, rel=1e-9)
+        scatter = SCATTER[kind(name)] * REPORTED[name].of(result)
+        assert bars[name] == pytest.approx(SAFETY[kind(name)] * true + scatter, rel=1e-9)
+    assert bars["transfer_x"] == pytest.approx(SAFETY["length"] * 1e-3 + SCATTER["length"], rel=1e-9)
     assert "volume_3_nose" not in bars and ORDER == 2.0  # no volume on either mesh: nothing is known of it
 
 
@@ -50,6 +49,15 @@ def test_equal_results_leave_the_scatter_which_falls_with_the_square_of_the_size
     for size in (2 * MM, 1 * MM, 0.5 * MM):
         bars = error_bars(at_size(size, 0.0), at_size(2 * size, 0.0))
         assert bars["first_impact"] == pytest.approx(SCATTER["force"] * FORCE * (size / SCATTER_SIZE) ** 2, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "size, claimed", [(1 * MM, {"block", "worst_1000"}), (3 * MM, {"worst_1000"}), (6 * MM, set())]
+)
+def test_a_mean_over_fewer_than_eight_elements_has_no_bar(size, claimed):
+    """The block of 75 mm3 holds 75, 2.8 and 0.3 elements, 1000 mm3 hold 4.6 of 6 mm; the integral is always claimed."""
+    bars = error_bars(at_size(size), at_size(2 * size))
+    assert {name.removesuffix("_nose") for name in bars if name.endswith("_nose")} == claimed | {"integral"}
 
 
 def test_a_quantity_that_one_of_them_does_not_resolve_has_no_bar():

@@ -8,6 +8,7 @@ import pytest
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.extrapolation import limit_of, observed_order
 from rail_fem.output.quantities import REPORTED
+from rail_fem.settings.explicit import FeSettings
 from rail_fem.studies import passage_size, size_series
 from rail_fem.studies.size_figure import draw_sizes
 from tests.rail_fem.test_error_bars import FORCE, MM, TRANSFER, at_size
@@ -66,6 +67,14 @@ def test_the_page_tells_values_orders_limits_and_what_each_choice_changes(series
     changed = [line for line in lines if line.startswith("| first impact")][1]
     assert changed.endswith(f"| {1.04 / 1.08 - 1:+.1%} |")
     assert not any(line.startswith("| volume with more than 3 %") for line in lines)  # nothing at any size
+
+
+def test_what_a_pass_has_is_changed_one_at_a_time():
+    plain = FeSettings()
+    windowed = FeSettings(element="full", window_ahead=0.06, window_behind=0.06)
+    assert passage_size.judges(plain)["element full"] == {"element": "full"}
+    assert passage_size.judges(plain)["window of 60 mm"]["window_ahead"] == "60 mm"
+    assert list(passage_size.judges(windowed)) == ["no mass scaling", "whole crossing", "element one-point"]
 
 
 def test_the_figure_is_drawn_with_what_there_is(series, tmp_path):
