@@ -35,6 +35,7 @@ def short_pass(monkeypatch=None):
             "settle_time": 5e-5,
             "mass_scaling": 1.0,
             "error_twin": False,
+            "element": "one-point",
             "window_ahead": None,
             "window_behind": None,
             "history_interval": 2e-5,
