@@ -13,13 +13,18 @@ temporary folder.
 import functools
 import hashlib
 import os
+import pickle
 import re
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numba
 from numba.core import event
-from numba.core.caching import _CacheLocator  # the interface that numba's setting CACHE_LOCATOR_CLASSES asks for
+from numba.core.caching import (
+    IndexDataCacheFile,
+    _CacheLocator,  # the interface that numba's setting CACHE_LOCATOR_CLASSES asks for
+)
 
 ROOT = Path(__file__).resolve().parent
 PACKAGES = "geometry", "bem", "rail_fem"
@@ -97,6 +102,20 @@ def folder() -> Path:
     return Path(tempfile.mkdtemp(prefix="rail_fem_"))
 
 
+def _index_or_nothing(load: Callable[[IndexDataCacheFile], dict]) -> Callable[[IndexDataCacheFile], dict]:
+    """numba's reading of an index, where what cannot be read holds nothing: it reads all of an index before it asks for
+    the digest, and one of older sources may name a class that is gone."""
+
+    @functools.wraps(load)
+    def read(file: IndexDataCacheFile) -> dict:
+        try:
+            return load(file)
+        except (AttributeError, ImportError, pickle.UnpicklingError, EOFError):
+            return {}
+
+    return read
+
+
 class SourcesLocator(_CacheLocator):
     """Where numba keeps the kernels of one project file, and the digest that they are valid for."""
 
@@ -123,6 +142,8 @@ class SourcesLocator(_CacheLocator):
         return str(self.line)
 
 
+if not hasattr(IndexDataCacheFile._load_index, "__wrapped__"):
+    IndexDataCacheFile._load_index = _index_or_nothing(IndexDataCacheFile._load_index)
 if __name__ not in numba.config.CACHE_LOCATOR_CLASSES:
     others = numba.config.CACHE_LOCATOR_CLASSES or ",".join(NUMBAS_OWN)
     numba.config.CACHE_LOCATOR_CLASSES = f"{__name__}.{SourcesLocator.__name__},{others}"

@@ -52,6 +52,26 @@ def test_an_edited_callee_is_never_run_in_its_old_form(tmp_path):
     assert not list(root.rglob("*.nbi")) and list(Path(home).rglob("*.nbi"))
 
 
+def test_kernels_of_a_class_that_is_gone_are_forgotten(tmp_path):
+    """The index of a kernel names the classes of its arguments; after one is renamed it cannot be read any more."""
+    root, home = tmp_path / "project", tmp_path / "home"
+    (root / "geometry").mkdir(parents=True)
+    shutil.copy(ROOT / "kernel_cache.py", root)
+    source = root / "geometry" / "pairs.py"
+    source.write_text(
+        "from typing import NamedTuple\nfrom kernel_cache import njit\n\n"
+        "class Old(NamedTuple):\n    a: float\n    b: float\n\n"
+        "@njit(cache=True)\ndef total(pair):\n    return pair.a + pair.b\n\n"
+        "def ask():\n    return total(Old(1.0, 2.0))\n"
+    )
+    ask = "from geometry.pairs import ask, total; print(ask(), sum(total.stats.cache_hits.values()))"
+    assert answer(ask, root, XDG_CACHE_HOME=str(home)).split() == ["3.0", "0"]
+    assert answer(ask, root, XDG_CACHE_HOME=str(home)).split() == ["3.0", "1"]
+    source.write_text(source.read_text().replace("Old", "New"))
+    assert answer(ask, root, XDG_CACHE_HOME=str(home)).split() == ["3.0", "0"]
+    assert answer(ask, root, XDG_CACHE_HOME=str(home)).split() == ["3.0", "1"]
+
+
 def test_a_real_kernel_notices_its_callee_and_not_a_stranger(tmp_path):
     root = copy_of_geometry(tmp_path / "project")
     ask = (
