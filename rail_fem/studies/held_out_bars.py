@@ -26,12 +26,12 @@ from rail_fem.output.error_bars import error_bars
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED, reported
 from rail_fem.output.result import PassResult
-from rail_fem.studies.size_series import MODEL, run_at
+from rail_fem.studies.size_series import MODEL, faults_told, read_sizes, run_at
 
 NOSE = "290 mm", "430 mm"  # a worn P8 passes to the nose within this stretch
 SCENES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "100 mph": ({"scene.speed": "100 mph"}, NOSE),
-    "nominal P8": ({"scene.wheel.profile": "P8"}, ("250 mm", "390 mm")),
+    "wheel of 500 mm": ({"scene.wheel.radius": "500 mm"}, NOSE),
     "nose four times as strong": ({"scene.materials.nose": {"grade": "Mn13", "strength": "400 %"}}, NOSE),
     "freight wheel, 50 mph": ({"scene.vehicle.vehicle_sprung_mass": "92 t", "scene.speed": "50 mph"}, NOSE),
     "trailing": ({"scene.direction": "trailing"}, NOSE[::-1]),
@@ -108,15 +108,18 @@ def main(
     if unknown := sorted(set(wanted) - set(SCENES)):
         raise typer.BadParameter(f"{', '.join(unknown)}: no such scene; there are {'; '.join(SCENES)}")
     scenes = {words: SCENES[words] for words in wanted}
-    chosen = [float(size) * 1e-3 for size in ("6,4,3" if quick else sizes).split(",")]
+    chosen = read_sizes("6,4,3" if quick else sizes)
+    if len(chosen) != 3:
+        raise typer.BadParameter(f"--sizes {sizes}: three are needed: of the twin, of the run, of the finer run")
     found = {}
     for words, (changes, (start, end)) in scenes.items():
         keys = {f"run.{MODEL}.start": start, f"run.{MODEL}.end": end, f"run.{MODEL}.element": "one-point"}
         folder = out / words.replace(" ", "_").replace(",", "")
-        twin, result, finer = (
-            run_at(example("nose_transfer"), changes | keys, size, folder / f"{size * 1e3:g}mm", lambda line: None)
-            for size in sorted(chosen, reverse=True)
-        )
+        with faults_told():
+            twin, result, finer = (
+                run_at(example("nose_transfer"), changes | keys, size, folder / f"{size * 1e3:g}mm", lambda line: None)
+                for size in chosen
+            )
         found[words] = held(result, twin, finer)
     if rank() == 0:
         text = table(found)

@@ -31,7 +31,7 @@ from rail_fem.scene.units import SHOWN
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.show.metal import CUBIC_MM
 from rail_fem.studies.size_figure import draw_sizes
-from rail_fem.studies.size_series import MODEL, limits, run_at, run_sizes, size_of
+from rail_fem.studies.size_series import MODEL, faults_told, limits, read_sizes, run_at, run_sizes, size_of
 from rail_fem.sweeps.compare import core_seconds, history_error
 
 WINDOW, WHOLE = "60 mm", "5000 mm"  # lengths of a travelling window: short, and longer than any crossing
@@ -153,23 +153,25 @@ def main(
         [], "--set", help="KEY=VALUE in place of the case file's, e.g. scene.speed=60mph"
     ),
     judged: float = typer.Option(
-        None,
-        help="element size [mm] at which the pass is run unscaled, in a travelling window, and by the full element",
+        None, help="element size [mm] at which mass scaling, window and element are changed one at a time"
     ),
     quick: bool = typer.Option(False, help="80 mm over the nose alone"),
 ):
     """One pass at several element sizes: table of values with bars, orders and limits, and a figure."""
-    path, changes = case or example("nose_transfer"), {**(QUICK_STRETCH if quick else {}), **read_settings(setting)}
-    quiet = lambda line: None
-    results = run_sizes(path, changes, [float(size) * 1e-3 for size in sizes.split(",")], out, quiet)
-    base, others = None, {}
-    if judged is not None:
-        base = next((r for r in results if abs(size_of(r) - judged * 1e-3) < 1e-9), None)
-        if base is None:
-            base = run_at(path, changes, judged * 1e-3, out / f"{judged:g}mm", quiet)
-        for name, settings in judges(load_case(path, changes).runs[MODEL]).items():
-            changed = changes | {f"run.{MODEL}.{key}": value for key, value in settings.items()}
-            others[name] = run_at(path, changed, judged * 1e-3, out / f"{judged:g}mm-{name.replace(' ', '_')}", quiet)
+    with faults_told():
+        path, changes = case or example("nose_transfer"), {**(QUICK_STRETCH if quick else {}), **read_settings(setting)}
+        quiet = lambda line: None
+        results = run_sizes(path, changes, read_sizes(sizes), out, quiet)
+        base, others = None, {}
+        if judged is not None:
+            base = next((r for r in results if abs(size_of(r) - judged * 1e-3) < 1e-9), None)
+            if base is None:
+                base = run_at(path, changes, judged * 1e-3, out / f"{judged:g}mm", quiet)
+            for name, settings in judges(load_case(path, changes).runs[MODEL]).items():
+                changed = changes | {f"run.{MODEL}.{key}": value for key, value in settings.items()}
+                others[name] = run_at(
+                    path, changed, judged * 1e-3, out / f"{judged:g}mm-{name.replace(' ', '_')}", quiet
+                )
     if rank() == 0:
         text = page(results, base, others)
         write_text_atomically(out / "table.md", text)

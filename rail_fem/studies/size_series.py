@@ -3,21 +3,54 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rail_fem.case.casefile import load_case
+import typer
+
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.variations import VariationError
 from rail_fem.launcher import on_root
 from rail_fem.output.error_bars import ORDER, error_bars
 from rail_fem.output.extrapolation import Limit, limit_of
 from rail_fem.output.quantities import REPORTED, reported
 from rail_fem.output.result import PassResult, load
-from rail_fem.run.job import run_case
+from rail_fem.run.job import JobError, run_case
 
 MODEL = "fe_full"
 TWIN = 1.2, 2.6  # ratio of sizes with which the coarser run serves as the finer one's twin
+
+
+class RunError(RuntimeError):
+    """A run that failed; the message says which and why."""
+
+
+@contextmanager
+def faults_told() -> Iterator[None]:
+    """Ends a study with a sentence in place of a traceback: exit code 2 for what cannot be run, 1 for a run that
+    failed."""
+    try:
+        yield
+    except (JobError, CaseError, VariationError) as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(2) from error
+    except RunError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(1) from error
+
+
+def read_sizes(text: str) -> list[float]:
+    """ "4,2,1" [mm] to element sizes [m], coarse to fine. Errors: typer.BadParameter."""
+    try:
+        sizes = [float(size) * 1e-3 for size in text.split(",")]
+    except ValueError:
+        sizes = []
+    if not sizes or not all(0 < size < 1 for size in sizes) or len(set(sizes)) < len(sizes):
+        raise typer.BadParameter(f'--sizes "{text}": write different element sizes in mm, e.g. --sizes 4,2,1')
+    return sorted(sizes, reverse=True)
 
 
 def run_at(
@@ -26,13 +59,13 @@ def run_at(
     """The case with these changes at an element size [m], without a twin. Collective.
 
     A run that the folder holds is not run again, one that was stopped or killed goes on.
-    Errors: JobError where the folder holds another case; RuntimeError for a run that failed.
+    Errors: JobError where the folder holds another case; RunError for a run that failed.
     """
     keys = {f"run.{MODEL}.element_size": f"{size * 1e3:g} mm", f"run.{MODEL}.error_twin": False}
     case = load_case(case_path, {**changes, **keys})
     fault = run_case(case, MODEL, folder, True, False, say)
     if fault:
-        raise RuntimeError(f"{folder}: {fault}")
+        raise RunError(f"{folder}: {fault}")
     return on_root(lambda: load(folder))
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from typer import BadParameter
 
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.extrapolation import limit_of, observed_order
@@ -67,6 +68,13 @@ def test_the_page_tells_values_orders_limits_and_what_each_choice_changes(series
     changed = [line for line in lines if line.startswith("| first impact")][1]
     assert changed.endswith(f"| {1.04 / 1.08 - 1:+.1%} |")
     assert not any(line.startswith("| volume with more than 3 %") for line in lines)  # nothing at any size
+
+
+@pytest.mark.parametrize("text", ["", "2,two", "-1,2", "2,2", "0", "nan,2", "4;2"])
+def test_sizes_that_cannot_be_read_are_refused_with_an_example(text):
+    with pytest.raises(BadParameter, match="--sizes 4,2,1"):
+        size_series.read_sizes(text)
+    assert size_series.read_sizes("1, 4,2") == pytest.approx([4e-3, 2e-3, 1e-3])
 
 
 def test_what_a_pass_has_is_changed_one_at_a_time():
