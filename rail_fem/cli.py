@@ -4,7 +4,8 @@ non-zero on a fault.
 What a command computes with is imported when it is called, so that help and completion are quick.
 """
 
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
 
@@ -31,7 +32,8 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-COMMANDS = {  # in the order in which one needs them, with what the list of commands says in one line
+# in the order in which one needs them, with what the list of commands says in one line
+COMMANDS: dict[str, tuple[Callable[..., Any], str]] = {
     "init": (start.init, "Write a commented case file to begin with"),
     "list": (start.names, "Models, wheels, rails, steels, studies"),
     "profile": (profile, "Read, judge, draw, convert a profile file"),

@@ -69,8 +69,8 @@ def kept_frames(folder: Path) -> list[tuple[float, Path]]:
     """Times [s] and field files of a run as its collection lists them; none where there is no collection."""
     try:
         sets = ElementTree.parse(Path(folder) / "fields" / "pass.pvd").iter("DataSet")
-        listed = [(float(one.get("timestep")), Path(folder) / "fields" / one.get("file")) for one in sets]
-    except (OSError, ElementTree.ParseError, TypeError, ValueError):
+        listed = [(float(one.attrib["timestep"]), Path(folder) / "fields" / one.attrib["file"]) for one in sets]
+    except (OSError, ElementTree.ParseError, KeyError, ValueError):
         return []
     return [(time, path) for time, path in listed if path.is_file()]
 
@@ -118,8 +118,9 @@ def section(fields: Fields, mine: np.ndarray, values: np.ndarray, worst: int) ->
 
 def draw_row(figure: Figure, row, found: dict[str, Panel | None], words: str, signed: bool, when: str) -> None:
     """One quantity in all bodies, with one scale."""
-    views = {body: near(panel) for body, panel in found.items() if panel is not None}
-    seen = np.concatenate([found[body].values[inside] for body, (_, inside) in views.items()] or [np.ones(1)])
+    there = {body: panel for body, panel in found.items() if panel is not None}
+    views = {body: near(panel) for body, panel in there.items()}
+    seen = np.concatenate([there[body].values[inside] for body, (_, inside) in views.items()] or [np.ones(1)])
     most = max(float(np.abs(seen).max(initial=0.0)), 1e-9)
     colours = ScalarMappable(Normalize(-most if signed else 0.0, most), SIGNED if signed else STRAIN_COLOURS)
     for axes, (body, panel) in zip(row, found.items()):

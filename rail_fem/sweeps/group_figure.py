@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -179,7 +180,7 @@ def draw_bars(axes, position: np.ndarray, values: list[float], width: float, mod
 def what_differs(results: Mapping[str, Mapping[str, PassResult]]) -> list[str]:
     """A name for each case: its own, and in what its scene differs from the most usual one."""
     scenes = [next(iter(of_case.values())).scene if of_case else None for of_case in results.values()]
-    facts = [case_facts(scene) if scene is not None else () for scene in scenes]
+    facts: list[tuple[str, ...]] = [case_facts(scene) if scene is not None else () for scene in scenes]
     usual = [max(set(column), key=column.count) for column in zip(*filter(None, facts))]
     return [
         f"{name}: {', '.join(f for f, common in zip(own, usual) if f != common) or 'the usual'}" if own else name
@@ -187,13 +188,24 @@ def what_differs(results: Mapping[str, Mapping[str, PassResult]]) -> list[str]:
     ]
 
 
-def case_facts(scene: Scene) -> tuple[str, ...]:
-    """Speed, direction, load, wheel, foundation, steels: what the cases of a sweep may differ in."""
+class SceneFacts(NamedTuple):
+    """What the cases of a sweep may differ in, in words."""
+
+    speed: str
+    direction: str
+    load: str
+    wheel: str
+    foundation: str
+    steels: str
+
+
+def case_facts(scene: Scene) -> SceneFacts:
+    """The facts of one scene."""
     wing, nose = (
         m.grade if m.strength == 1 else f"{m.grade} x{m.strength:.0%}"
         for m in (scene.materials.wing, scene.materials.nose)
     )
-    return (
+    return SceneFacts(
         show(scene.speed, "mph", 3),
         scene.direction,
         show(scene.static_wheel_load, "kN", 3),
