@@ -143,11 +143,22 @@ def summary_figure(
             ]
             for model in models
         }
+        errors = {
+            model: [
+                measure.factor * measure.bar(of_case[model]) if model in of_case else 0.0
+                for of_case in results.values()
+            ]
+            for model in models
+        }
+        reach = highest([np.add(bars[model], errors[model]).tolist() for model in models if model not in ROUGH])
         legend, marks = (published or {}).get(words, ("", {}))
         top = 1.3 * highest([*(bars[m] for m in models if m not in ROUGH), [*marks.values()]] or [*bars.values()])
+        top = max(top, 1.05 * reach)
         for k, (model, values) in enumerate(bars.items()):
             if np.isfinite(values).any():
-                draw_bars(axes, position + (k - (len(models) - 1) / 2) * width, values, width, model, top)
+                draw_bars(
+                    axes, position + (k - (len(models) - 1) / 2) * width, values, errors[model], width, model, top
+                )
         known = [(at, marks[case]) for at, case in zip(position, results) if case in marks]
         if known:
             axes.hlines([v for _, v in known], [at - 0.45 for at, _ in known], [at + 0.45 for at, _ in known],
@@ -169,9 +180,17 @@ def highest(rows: list[list[float]]) -> float:
     return float(flat[np.isfinite(flat)].max(initial=0.0))
 
 
-def draw_bars(axes, position: np.ndarray, values: list[float], width: float, model: str, top: float) -> None:
-    """Bars of a model; those that leave the panel have their value written."""
+def draw_bars(
+    axes, position: np.ndarray, values: list[float], errors: list[float], width: float, model: str, top: float
+) -> None:
+    """Bars of a model with their error bars, 0 for none; those that leave the panel have their value written."""
     axes.bar(position, values, width, color=LINE_OF_MODEL[model][0], label=model)
+    known = np.array(errors) > 0
+    if known.any():
+        axes.errorbar(
+            position[known], np.array(values)[known], np.array(errors)[known], fmt="none", ecolor=NOSE, elinewidth=1.6,
+            capsize=2.5, label=f"its error bar ({model})",
+        )  # fmt: skip
     for at, value in zip(position, values):
         if value > top > 0:
             axes.text(at, 0.98 * top, f"{value:.0f}", rotation=90, ha="center", va="top", fontsize=8, path_effects=HALO)
