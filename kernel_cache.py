@@ -13,18 +13,14 @@ temporary folder.
 import functools
 import hashlib
 import os
-import pickle
 import re
+import shutil
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import numba
 from numba.core import event
-from numba.core.caching import (
-    IndexDataCacheFile,
-    _CacheLocator,  # the interface that numba's setting CACHE_LOCATOR_CLASSES asks for
-)
+from numba.core.caching import _CacheLocator  # the interface that numba's setting CACHE_LOCATOR_CLASSES asks for
 
 ROOT = Path(__file__).resolve().parent
 PACKAGES = "geometry", "bem", "rail_fem"
@@ -102,20 +98,6 @@ def folder() -> Path:
     return Path(tempfile.mkdtemp(prefix="rail_fem_"))
 
 
-def _index_or_nothing(load: Callable[[IndexDataCacheFile], dict]) -> Callable[[IndexDataCacheFile], dict]:
-    """numba's reading of an index, where what cannot be read holds nothing: it reads all of an index before it asks for
-    the digest, and one of older sources may name a class that is gone."""
-
-    @functools.wraps(load)
-    def read(file: IndexDataCacheFile) -> dict:
-        try:
-            return load(file)
-        except (AttributeError, ImportError, pickle.UnpicklingError, EOFError):
-            return {}
-
-    return read
-
-
 class SourcesLocator(_CacheLocator):
     """Where numba keeps the kernels of one project file, and the digest that they are valid for."""
 
@@ -130,8 +112,14 @@ class SourcesLocator(_CacheLocator):
         return cls(path, function.__code__.co_firstlineno) if inside else None
 
     def get_cache_path(self):
-        """Folder of the file's kernels: one for each path of the file, so that two checkouts do not share one."""
-        return str(folder() / f"{self.file.stem}_{hashlib.sha256(str(self.file).encode()).hexdigest()[:16]}")
+        """Folder of the file's kernels: one for each path of the file, so that two checkouts do not share one, and in
+        it one for its sources. numba reads an index before it looks at its stamp, and cannot where the index names a
+        class that is gone: an index of other sources must not be found. Kernels of former sources are removed."""
+        home = folder() / f"{self.file.stem}_{hashlib.sha256(str(self.file).encode()).hexdigest()[:16]}"
+        path = home / self.get_source_stamp()[:16]
+        if home.is_dir() and not path.is_dir():
+            shutil.rmtree(home, ignore_errors=True)  # a process that runs on former sources makes its folder again
+        return str(path)
 
     def get_source_stamp(self):
         """Digest of the file and of all that it imports from this project."""
@@ -142,8 +130,6 @@ class SourcesLocator(_CacheLocator):
         return str(self.line)
 
 
-if not hasattr(IndexDataCacheFile._load_index, "__wrapped__"):
-    IndexDataCacheFile._load_index = _index_or_nothing(IndexDataCacheFile._load_index)
 if __name__ not in numba.config.CACHE_LOCATOR_CLASSES:
     others = numba.config.CACHE_LOCATOR_CLASSES or ",".join(NUMBAS_OWN)
     numba.config.CACHE_LOCATOR_CLASSES = f"{__name__}.{SourcesLocator.__name__},{others}"
