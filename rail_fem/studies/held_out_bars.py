@@ -97,6 +97,18 @@ def table(found: dict[str, list[Held]]) -> str:
     return "\n".join(markdown_table(head, rows)) + "\n"
 
 
+def held_on(words: str, sizes: Sequence[float], out: Path) -> list[Held]:
+    """One of SCENES, run at the sizes of twin, run and finer run [m]. Collective. Errors: as `run_at`."""
+    changes, (start, end) = SCENES[words]
+    keys = {f"run.{MODEL}.start": start, f"run.{MODEL}.end": end, f"run.{MODEL}.element": "one-point"}
+    folder = out / words.replace(" ", "_").replace(",", "")
+    twin, result, finer = (
+        run_at(example("nose_transfer"), changes | keys, size, folder / f"{size * 1e3:g}mm", lambda line: None)
+        for size in sizes
+    )
+    return held(result, twin, finer)
+
+
 def main(
     out: Path = typer.Option(Path("held_out_bars"), help="folder of the runs and of table.md"),
     sizes: str = typer.Option("6,3,1.5", help="element sizes of twin, run and finer run [mm]"),
@@ -107,20 +119,11 @@ def main(
     wanted = scene or list(SCENES)[: 1 if quick else None]
     if unknown := sorted(set(wanted) - set(SCENES)):
         raise typer.BadParameter(f"{', '.join(unknown)}: no such scene; there are {'; '.join(SCENES)}")
-    scenes = {words: SCENES[words] for words in wanted}
     chosen = read_sizes("6,4,3" if quick else sizes)
     if len(chosen) != 3:
         raise typer.BadParameter(f"--sizes {sizes}: three are needed: of the twin, of the run, of the finer run")
-    found = {}
-    for words, (changes, (start, end)) in scenes.items():
-        keys = {f"run.{MODEL}.start": start, f"run.{MODEL}.end": end, f"run.{MODEL}.element": "one-point"}
-        folder = out / words.replace(" ", "_").replace(",", "")
-        with faults_told():
-            twin, result, finer = (
-                run_at(example("nose_transfer"), changes | keys, size, folder / f"{size * 1e3:g}mm", lambda line: None)
-                for size in chosen
-            )
-        found[words] = held(result, twin, finer)
+    with faults_told():
+        found = {words: held_on(words, chosen, out) for words in wanted}
     if rank() == 0:
         text = table(found)
         write_text_atomically(out / "table.md", text)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import Peak
@@ -39,3 +40,11 @@ def test_a_force_that_is_another_ones_counts_once():
 def test_nothing_is_claimed_of_nothing():
     assert np.isnan(held_out_bars.median_ratio([])) and held_out_bars.row("none", [])[1:3] == ["0", "0 (0%)"]
     assert Held("first_impact", 1.0, 1.0).holds and not Held("first_impact", 1.0, 1.0 + 1e-9).holds
+
+
+@pytest.mark.validate
+def test_bars_hold_at_a_speed_they_were_not_fitted_on(tmp_path):
+    """100 mph over the nose, 3 mm with its twin of 6 mm against 1.5 mm: at least 95 % hold."""
+    found = held_out_bars.held_on("100 mph", [6 * MM, 3 * MM, 1.5 * MM], tmp_path)
+    assert len(found) >= 10 and sum(one.holds for one in found) >= 0.95 * len(found)
+    assert held_out_bars.median_ratio(found) < 8
