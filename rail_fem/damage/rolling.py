@@ -196,10 +196,12 @@ def equilibrium_on_yielding_rails(
 
 def equilibrium_near(search: ContactSearch, loads: tuple[float, float], lateral: float, yaw: float) -> LoadedWheelset:
     """The wheelset at rest at a lateral position, or within 10 um of it where worn lines are so rough that a force
-    jumps there. Raises WheelsetError where it finds none."""
-    for nudge in NUDGES[:-1]:
+    jumps there; the search by bounds is left for where none of these positions is found without. Raises WheelsetError
+    where it finds none."""
+    tries = [(nudge, thorough) for thorough in (False, True) for nudge in NUDGES]
+    for nudge, thorough in tries[:-1]:
         try:
-            return static_equilibrium(search, loads, lateral + nudge, yaw)
+            return static_equilibrium(search, loads, lateral + nudge, yaw, thorough=thorough)
         except WheelsetError:
             continue
     return static_equilibrium(search, loads, lateral + NUDGES[-1], yaw)
