@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 from scipy.linalg import LinAlgError, cho_factor, eigh
 
 from bem.checks import refuse_unless_positive
@@ -30,7 +31,7 @@ from bem.plane.body import Body, CondensedBody
 from bem.plane.boundary import MEMORY_LIMIT, BoundarySolution, TooLargeError, displacement_matrix
 from bem.plane.mesh import BoundaryMesh
 
-_ROWS = 4000  # points whose displacement matrix is held at once
+_ROWS = 1000  # points whose displacement matrix is held at once
 
 
 WORST_REPAIR = 1e-5  # of all flexibility, above which a negative eigenvalue is more than round-off of the integrals
@@ -101,11 +102,11 @@ class DynamicBody:
         self._densities, self._shift = self.static.problem.solve(
             -cell_tractions(mesh, cells, body.material), -displacement_of_cells(mesh.middles, cells, body.material)
         )
-        points = cells.centre if collocated else cells.points
-        flexibility, reach = self._cells_at(points), self.static.displacement(points)
         self.compliance = patterns.T @ self.static.displacement(mesh.middles, np.arange(mesh.densities))
+        flexibility, layers = self._fields_in_cells(collocated)
+        flexibility += layers @ self._densities + np.repeat(self._shift, len(cells), axis=0)
+        reach = layers @ self.static.density + np.repeat(self.static.shift, len(cells), axis=0)
         if not collocated:
-            flexibility, reach = cells.mean(flexibility), cells.mean(reach)
             flexibility = (flexibility + flexibility.T) / 2
             self.compliance = (self.compliance + self.compliance.T) / 2
             # two ways to the same numbers, by Betti's law; each alone leaves the whole less than positive
@@ -136,16 +137,25 @@ class DynamicBody:
             )
         return len(values)
 
-    def _cells_at(self, points: np.ndarray) -> np.ndarray:
-        """Displacement (2m, 2N) at points (m, 2) of unit forces on the cells of the held body."""
-        out = displacement_of_cells(points, self.cells, self.material)
-        m = len(points)
-        for a in range(0, m, _ROWS):
+    def _fields_in_cells(self, collocated: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement of the cells, means or at their centres, in the infinite plane: of unit forces on the cells (2N,
+        2N), and of the boundary's densities (2N, 2n)."""
+        cells, material = self.cells, self.material
+        points = cells.centre if collocated else cells.points
+        mean = sparse.identity(len(cells), format="csc") if collocated else cells.averaging.tocsc()
+        n = len(cells)
+        own = np.zeros((2 * n, 2 * n))
+        layers = np.zeros((2 * n, 2 * self.mesh.densities))
+        for a in range(0, len(points), _ROWS):
             part = points[a : a + _ROWS]
-            moved = displacement_matrix(part, self.mesh, self.material) @ self._densities
-            out[a : a + len(part)] += moved[: len(part)] + self._shift[0]
-            out[m + a : m + a + len(part)] += moved[len(part) :] + self._shift[1]
-        return out
+            share, m = mean[:, a : a + _ROWS], len(part)
+            for out, moved in (
+                (own, displacement_of_cells(part, cells, material)),
+                (layers, displacement_matrix(part, self.mesh, material)),
+            ):
+                out[:n] += share @ moved[:m]
+                out[n:] += share @ moved[m:]
+        return own, layers
 
     def _middles_under_cells(self) -> np.ndarray:
         """Displacement (2n, 2N) at the middles of the boundary's cells of unit forces on the cells."""

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 
 from bem.checks import refuse_unless_positive
 from bem.plane.mesh import BoundaryMesh
@@ -47,14 +49,15 @@ class Cells:
     def __len__(self) -> int:
         return len(self.area)
 
+    @cached_property
+    def averaging(self) -> sparse.csr_matrix:
+        """Means over the cells of values at the quadrature points, as a matrix (N, Q)."""
+        return sparse.csr_matrix((self.weight, (self.of, np.arange(len(self.of)))), shape=(len(self), len(self.of)))
+
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Means (2N, ...) over the cells, all x then all y, of values (2Q, ...) at the quadrature points."""
-        q, n = len(self.of), len(self)
-        out = np.zeros((2 * n, *values.shape[1:]))
-        weight = self.weight.reshape(-1, *[1] * (values.ndim - 1))
-        np.add.at(out, self.of, weight * values[:q])
-        np.add.at(out, n + self.of, weight * values[q:])
-        return out
+        q = len(self.of)
+        return np.concatenate([self.averaging @ values[:q], self.averaging @ values[q:]])
 
 
 def fill_with_cells(mesh: BoundaryMesh, size: Callable[[np.ndarray], np.ndarray]) -> Cells:

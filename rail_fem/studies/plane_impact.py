@@ -15,6 +15,7 @@ import time
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import typer
@@ -32,6 +33,9 @@ from geometry.profiles.rail import rail_head
 from rail_fem.atomic import write_text_atomically
 from rail_fem.light.contact_pairs import plain_rail_pair, plain_rail_section
 from rail_fem.output.markdown import markdown_table
+
+if TYPE_CHECKING:
+    from rail_fem.static_fe.plane_impact import FiniteImpact
 
 MM, MPA, US = 1e-3, 1e6, 1e-6
 DENSITY = 7800.0  # of the rail [kg/m^3]; the thesis does not state it
@@ -87,13 +91,13 @@ def nearest_point(rail: Body, wheel: Body) -> np.ndarray:
     return points[np.argmin(np.where(np.abs(points[:, 0]) < 0.03, gap, np.inf))]
 
 
-def struck_rail(element: float = 0.4 * MM, cell: float = 1.5 * MM, coarse: float = 5 * MM) -> Struck:
+def struck_rail(element: float = 0.1 * MM, cell: float = 1.5 * MM, coarse: float = 5 * MM) -> Struck:
     """The rail ready to be struck: boundary elements and cells near the contact, and the largest cells [m]."""
     rail, wheel = wheel_and_rail()
     middle = nearest_point(rail, wheel)[None]
-    sizing = Sizing(4 * MM, [Zone(middle, element, 8 * MM)], 0.25)
+    sizing = Sizing(4 * MM, [Zone(middle, element, 4 * MM)], 0.25)
     mesh, other = mesh_outline(rail.outline, sizing), mesh_outline(wheel.outline, sizing)
-    cells = fill_with_cells(mesh, Sizing(coarse, [Zone(middle, cell, 8 * MM)], 0.2))
+    cells = fill_with_cells(mesh, Sizing(coarse, [Zone(middle, cell, 5 * MM)], 0.2))
     return Struck(rail, mesh, cells, DENSITY, wheel, other, 0.3 * MM)
 
 
@@ -103,9 +107,9 @@ def striker(release: float | None = CONTACT_TIME) -> Striker:
 
 
 def patch_grid(struck: Struck) -> np.ndarray:
-    """Points (rows, columns, 2) below the contact, 16 by 10 mm."""
+    """Points (rows, columns, 2) below the contact, 12 by 6 mm."""
     rail, wheel = wheel_and_rail()
-    return grid_below(rail.outline, "face", nearest_point(rail, wheel), 8 * MM, 10 * MM, 0.5 * MM)
+    return grid_below(rail.outline, "face", nearest_point(rail, wheel), 6 * MM, 6 * MM, 0.25 * MM)
 
 
 @dataclass(frozen=True)
@@ -175,7 +179,7 @@ def table(runs: list[Run]) -> str:
 @dataclass(frozen=True)
 class Judgement:
     """Largest von Mises stress (k,) [Pa] of finite elements at times (k,) [s], and of a boundary element run at the
-    very points where the finite elements are highest; force (j,) [N/m] of the finite elements at force_time (j,)."""
+    very points where the finite elements are highest; the finite elements' own result."""
 
     step: float
     nodes: int
@@ -183,8 +187,12 @@ class Judgement:
     time: np.ndarray
     finite: np.ndarray
     boundary: np.ndarray
-    force_time: np.ndarray
-    force: np.ndarray
+    result: FiniteImpact
+
+    @property
+    def force(self) -> np.ndarray:
+        """Force (j,) [N/m] of the finite elements on the wheel at every step."""
+        return self.result.force
 
     @property
     def largest(self) -> tuple[float, float]:
@@ -196,8 +204,9 @@ class Judgement:
         )
 
 
-def judge(run: Run, element: float = 0.4 * MM, end: float = END) -> Judgement:
-    """Plane-strain finite elements of the same section under the same wheel, with the run's scheme and step."""
+def judge(run: Run, element: float = 0.1 * MM, end: float = 0.4e-3) -> Judgement:
+    """Plane-strain finite elements of the same section under the same wheel, with the run's scheme and step,
+    until 0.1 ms after the load has gone."""
     from rail_fem.static_fe.plane_impact import finite_impact
     from rail_fem.static_fe.plane_strain import Fineness
 
@@ -208,7 +217,7 @@ def judge(run: Run, element: float = 0.4 * MM, end: float = END) -> Judgement:
     tick = time.process_time()
     finite = finite_impact(
         rail, wheel.outline.edge_curves("face"), striker(), DENSITY, run.step, count,
-        Fineness(middle[None], element, 8 * MM, 5 * MM), (middle[0] - 9 * MM, middle[0] + 9 * MM),
+        Fineness(middle[None], element, 4 * MM, 5 * MM), (middle[0] - 8 * MM, middle[0] + 8 * MM),
         run.scheme, lambda k: k in kept, 0.3 * MM,
     )  # fmt: skip
     spent = time.process_time() - tick
@@ -221,7 +230,7 @@ def judge(run: Run, element: float = 0.4 * MM, end: float = END) -> Judgement:
         run.impact.struck.body.forget_points()
         pairs.append((stress[highest[0]], np.nanmax(there)))
     stresses = np.array(pairs)
-    return Judgement(run.step, len(finite.body.nodes), spent, finite.time[kept], *stresses.T, finite.time, finite.force)
+    return Judgement(run.step, len(finite.body.nodes), spent, finite.time[kept], *stresses.T, finite)
 
 
 def judge_line(found: Judgement) -> str:
@@ -251,7 +260,7 @@ def draw(runs: list[Run], found: Judgement | None, path: Path) -> None:
                 found.time * 1e3, found.finite / MPA, "o", color=GREY, markersize=5, markerfacecolor="none",
                 label=f"finite elements, step {found.step / US:g} \u00b5s",
             )  # fmt: skip
-            lower.plot(found.force_time * 1e3, found.force / 1e6, "--", color=GREY, linewidth=1)
+            lower.plot(found.result.time * 1e3, found.force / 1e6, "--", color=GREY, linewidth=1)
         for axis in (upper, lower):
             axis.axvline(CONTACT_TIME * 1e3, color=GREY, linestyle=":", linewidth=1)
         upper.annotate(
@@ -268,9 +277,9 @@ def draw(runs: list[Run], found: Judgement | None, path: Path) -> None:
 
 
 def main(
-    step: list[float] = typer.Option([20.0, 5.0, 1.0], help="steps of backward Euler and the trapezoidal rule [us]"),
+    step: list[float] = typer.Option([20.0, 5.0, 2.0], help="steps of backward Euler and the trapezoidal rule [us]"),
     judged: bool = typer.Option(False, "--judge", help="finite elements beside the finest run of the trapezoidal rule"),
-    element: float = typer.Option(0.4, help="boundary elements in the contact [mm]"),
+    element: float = typer.Option(0.1, help="boundary and finite elements in the contact [mm]"),
     cell: float = typer.Option(1.5, help="cells near the contact [mm]"),
     out: Path = typer.Option(None, help="folder for impact.md and impact.png"),
 ) -> None:
@@ -285,7 +294,7 @@ def main(
     steps = sorted(step, reverse=True)
     runs = [march(struck, scheme, each * US) for scheme in (BACKWARD_EULER, TRAPEZOIDAL) for each in steps]
     text += table(runs)
-    found = judge(runs[-1]) if judged else None
+    found = judge(runs[-1], element * MM) if judged else None
     if found is not None:
         text += "\n" + judge_line(found)
     print(text, end="")
