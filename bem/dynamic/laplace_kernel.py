@@ -154,7 +154,7 @@ def _panels(distance, foot, decay, cuts):
             cuts[k] = k / parts
         return parts + 1
     halvings = 2
-    while halvings < 6 and 0.5**halvings > max(0.5 * distance, 0.02) and 0.5**halvings * decay > 0.4:
+    while halvings < 6 and 0.5**halvings > max(0.5 * distance, 0.02) and 0.5**halvings * decay > 0.1:
         halvings += 1
     count = 0
     if foot > 1e-9:
