@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -100,8 +100,8 @@ class Evolution:
     since which all but passes and log count
     """
 
-    worn: Shape
-    first: Shape
+    worn: Any  # a Shape of the site's own kind
+    first: Any
     passes: float
     depth: np.ndarray
     by_law: dict[str, np.ndarray]

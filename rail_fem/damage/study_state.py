@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from rail_fem.damage.evolution import Evolution, Shape, Site
+from rail_fem.damage.evolution import Evolution, Site
 from rail_fem.damage.worn_profile import WornProfile
 from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.output.sealed import read_sealed, write_sealed
@@ -29,7 +30,7 @@ def _shape_arrays(state: Evolution) -> dict[str, np.ndarray]:
     return {"points": state.worn.points, "first_points": state.first.points, "corners": state.worn.corners}
 
 
-def _shapes(stored: dict[str, np.ndarray], label: str) -> tuple[Shape, Shape]:
+def _shapes(stored: dict[str, np.ndarray], label: str) -> tuple[Any, ...]:
     if "worn_depth" in stored:
         one, two = (WornSurface(stored["x"], stored["y"], stored[f"{name}_depth"], label) for name in _SHAPES)
         return one, two
