@@ -12,6 +12,7 @@ import typer
 from rail_fem.commands import contact as pair
 from rail_fem.commands import start
 from rail_fem.commands.compare import compare
+from rail_fem.commands.crossing import crossing
 from rail_fem.commands.damage import damage
 from rail_fem.commands.design import design
 from rail_fem.commands.doctor import doctor
@@ -44,6 +45,7 @@ COMMANDS: dict[str, tuple[Callable[..., Any], str]] = {
     "compare": (compare, "Cost against error of several models"),
     "report": (report, "The page of a sweep, with its trends checked"),
     "export": (export, "Mesh and fields of a run for other programs"),
+    "crossing": (crossing, "The crossing of a case as sections or STEP"),
     "contact": (pair.contact, "Contact points of a wheel on a rail"),
     "patch": (pair.patch, "The patch of a wheel under a load"),
     "damage": (damage, "Wear, fatigue and life under many passes"),

@@ -232,7 +232,7 @@ def _check_jumps(name: str, x: np.ndarray, bodies: list[Body]) -> None:
     """A face or a top that jumps from one section to the next: another unit, another side, another zero."""
     for what, values in (("gauge face", [body.face for body in bodies]), ("top", [body.z.max() for body in bodies])):
         if name == "nose" and len(bodies):  # near its tip the face is not yet 14 mm deep, and the top rises steeply
-            tip = np.array([body.z.max() > -FACE_DEPTH for body in bodies])
+            tip = np.array([body.z.max() > -FACE_DEPTH / 2 for body in bodies])
             x_seen, values = x[tip], np.array(values)[tip]
         else:
             x_seen, values = x, np.array(values)

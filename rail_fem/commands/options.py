@@ -28,14 +28,7 @@ JsonOption = Annotated[
 
 def read_case(path: Path, model: str | None, settings: list[str] | None = None) -> tuple[Case, str]:
     """The case with what --set changes and the name of the model to run; ends the program on a fault."""
-    from rail_fem.case.casefile import CaseError, load_case
-    from rail_fem.case.variations import VariationError, read_settings
-
-    try:
-        changes = read_settings(settings or ())
-        case = launcher.on_root(lambda: load_case(path, changes))  # once for all ranks: they work on the same content
-    except (CaseError, VariationError) as error:
-        stop(str(error))
+    case = loaded_case(path, settings)
     if not case.runs:
         stop(f"{path}: has no table [run.MODEL], only [damage]: see 'rail-fem damage --help'")
     if model is None and len(case.runs) > 1:
@@ -44,3 +37,15 @@ def read_case(path: Path, model: str | None, settings: list[str] | None = None) 
     if model not in case.runs:
         stop(f"{path}: has no [run.{model}], only {', '.join(case.runs)}")
     return case, model
+
+
+def loaded_case(path: Path, settings: list[str] | None = None) -> Case:
+    """The case with what --set changes, whatever models it has; ends the program on a fault."""
+    from rail_fem.case.casefile import CaseError, load_case
+    from rail_fem.case.variations import VariationError, read_settings
+
+    try:
+        changes = read_settings(settings or ())
+        return launcher.on_root(lambda: load_case(path, changes))  # once for all ranks: they work on the same content
+    except (CaseError, VariationError) as error:
+        stop(str(error))

@@ -34,7 +34,7 @@ def names(
         f"wheels     {', '.join(there['wheels'])}, or the path of a profile file",
         f"rails      {', '.join(there['rails'])}, or the path of a profile file",
         f"steels     {', '.join(there['steels'])}",
-        'crossings  UK-cast 1:6 to 1:32 (scene.crossing.ratio), or any by its sections (family = "sections")',
+        "crossings  UK-cast 1:6 to 1:32 (scene.crossing.ratio), or any by its sections or STEP; rail joints",
         *(f"example    {name}: {path}" for name, path in there["examples"].items()),
         "studies",
         *(f"  {one['name']:18s} {one['meaning']}" for one in there["studies"]),

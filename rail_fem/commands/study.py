@@ -30,6 +30,7 @@ STUDIES = {
     ),
     "leg": Study("rail_fem.studies.leg", "why the leg throws the wheel: one thing changed at a time, by a light model"),
     "p2": Study("rail_fem.studies.p2_filtered", "the P2 formula beside forces low-passed as the trade quotes them"),
+    "joint": Study("rail_fem.studies.joint", "a dipped rail joint by light models, against the P2 formula"),
     "whole-crossing": Study(
         "rail_fem.studies.whole_crossing", "the sixteen cases from the leg on, beside the nose transfer begun at rest"
     ),

@@ -14,10 +14,12 @@ from rail_fem.light.p2 import P2_LIMITS, p1_force, p2_force, p2_increment, unspr
 from rail_fem.light.validity import Flag, flag, flag_warnings, p2_flags
 from rail_fem.output.clock import working_time
 from rail_fem.output.result import NAN, Cost, PassResult, Peak
+from rail_fem.scene.crossing import JOINT
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import P2Settings
 
 LOOKED_AT = (0.0, 0.9)  # where a transfer is looked for [m]
+JOINT_LOOKED_AT = (-0.05, 0.05)  # about a joint's bend [m]
 SPACING = 2.5e-3
 BESIDE = 10e-3  # stretch on both sides of the transfer over which the path's slope is taken [m]
 
@@ -31,7 +33,8 @@ def solve(
     The formula takes microseconds; the dip angle of the rigid path, unless given, a second.
     Errors: ValueError when a rigid wheel never changes body and no dip angle is given.
     """
-    table = contact_table(scene, *LOOKED_AT, SPACING) if settings.dip_angle is None else None
+    looked_at = JOINT_LOOKED_AT if scene.crossing.family == JOINT else LOOKED_AT
+    table = contact_table(scene, *looked_at, SPACING) if settings.dip_angle is None else None
     started, search_time = working_time(), table.search_time if table else 0.0
     dip, transfer, constant = (settings.dip_angle, NAN, None) if table is None else rigid_dip(table)
     load, mass = scene.static_wheel_load, unsprung_mass(scene, settings.unsprung)
@@ -69,10 +72,14 @@ def solve(
 def rigid_dip(table: ContactTable) -> tuple[float, float, float]:
     """Dip angle [rad] of the rigid path at the transfer, its x [m], and the nose's Hertz constant there.
 
-    The angle between the steepest fall and the steepest rise within BESIDE of the position where the path bends (the
+    Where there is one body only, a joint, the angle between its steepest fall and rise. On crossings
+    the angle between the steepest fall and the steepest rise within BESIDE of the position where the path bends (the
     standard's "acute angle between the tangents to the wheel trajectory at the point where it abruptly changes
     direction").
     """
+    if not np.isfinite(table.height[1]).any():
+        bend = int(np.argmin(table.height[0]))
+        return float(table.slope[0].max() - table.slope[0].min()), float(table.x[bend]), float(table.stiffness[0, bend])
     if not len(table.transfers):
         raise ValueError("p2_formula: a rigid wheel never changes from wing to nose in this scene: give dip_angle")
     transfer = float(table.transfers[0])

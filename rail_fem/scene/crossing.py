@@ -10,11 +10,13 @@ from pydantic.json_schema import SkipJsonSchema
 
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.crossing import CastCrossing, CrossingError
+from geometry.surfaces.joint import Joint, joint_rail
+from geometry.surfaces.measured_crossing import MeasuredCrossing
 from rail_fem.scene.base import PRINTABLE, Frozen, digest_of_read, input_error
-from rail_fem.scene.section_files import KEPT, CrossingFile, SectionReading, read_crossing
+from rail_fem.scene.section_files import KEPT, STEP_SUFFIXES, CrossingFile, SectionReading, read_crossing
 from rail_fem.scene.units import Quantity
 
-CAST, SECTIONS = "UK-cast", "sections"
+CAST, SECTIONS, STEP, JOINT = "UK-cast", "sections", "step", "joint"
 CAST_KEYS = (
     "ratio", "flangeway", "topping_slope", "topping_depth", "transition_length", "transition_smoothness",
     "leg_lowering", "leg_fade", "wing_raise", "wing_flare", "flare_start", "nose_lowering", "nose_widening",
@@ -22,16 +24,22 @@ CAST_KEYS = (
 )  # fmt: skip
 # cases/design/leg.toml by rigid_hertz: 241 kN, flight 29.5 mm, for the thesis' 263.6 kN, 28.49 mm; of no drawing
 FITTED_LEG = {"transition_length": 0.417225, "transition_smoothness": 0.921624, "leg_lowering": 1.47963e-3}
-READING = ("stations", "unit", "station_unit", "mirror", "lateral", "height")
+DIP_KEYS = "dip_angle", "dip_length", "dip_shape", "dip_bend"
+OF_SECTIONS, OF_STEP = ("stations", "unit", "station_unit"), ("faces", "tolerance")
+READING = (*OF_SECTIONS, *OF_STEP, "mirror", "lateral", "height", "along")
 
 
 class Crossing(Frozen):
     """Family UK-cast: by the design rules of the 56E1-R245-1:9.25 benchmark crossing, stretched to 1 in `ratio`.
 
     Family sections: by a file of its own sections, measured or drawn; see docs/case_file.md for the forms it may have.
+    Family step: by a STEP file of its surfaces, sliced into sections. Family joint: no crossing but plain 56E1 rail
+    with a dipped joint or weld at x = 0; without a dip, plain line.
     """
 
-    family: Literal["UK-cast", "sections"] = Field(CAST, description="by design rules, or by a file of sections")
+    family: Literal["UK-cast", "sections", "step", "joint"] = Field(
+        CAST, description="by design rules, by a file of sections, by a STEP file, or plain rail with a dipped joint"
+    )
     ratio: Annotated[float, Quantity("", 6, 32, "crossing ratio N of 1:N")] = 10.75
     flangeway: Annotated[float, Quantity("mm", 30, 70, "flangeway between wing and nose, 14 mm down")] = (
         CastCrossing.flangeway
@@ -65,11 +73,19 @@ class Crossing(Frozen):
     gauge_widening: Annotated[
         float, Quantity("mm", -2, 6, "distance of the nose's through-route face behind the gauge line")
     ] = 0.0
+    dip_angle: Annotated[float, Quantity("mrad", 0, 60, "angle between both slopes of a joint at its bend")] = 10e-3
+    dip_length: Annotated[float, Quantity("mm", 100, 5000, "length of a joint's dip on each side")] = 1.0
+    dip_shape: Literal["straight", "parabolic"] = Field(
+        "straight", description="of a joint's dip: straight slopes, or parabolas that leave the plain rail level"
+    )
+    dip_bend: Annotated[float, Quantity("mm", 0.1, 20, "length over which a joint's slopes change, on each side")] = (
+        Joint.bend
+    )
     file: str = Field(
         "",
         max_length=400,
         pattern=PRINTABLE,
-        description="of family sections: a .slcs, a .csv of x, y, z, or a folder of sections",
+        description="of family sections: a .slcs, a .csv of x, y, z, or a folder of sections; of family step: a .step",
     )
     stations: str = Field(
         "",
@@ -84,6 +100,12 @@ class Crossing(Frozen):
     mirror: bool = Field(False, description="exchange the sections' sides: y is to grow towards the wing's field side")
     lateral: Annotated[float, Quantity("mm", -2000, 2000, "added to the sections' y")] = 0.0
     height: Annotated[float, Quantity("mm", -500, 500, "added to the sections' z")] = 0.0
+    along: Annotated[float, Quantity("mm", -1e5, 1e5, "added to the sections' x")] = 0.0
+    faces: Literal["named", "found"] = Field(
+        "named",
+        description='of a STEP file: those of bodies named "wing" and "nose", or found: the highest of all faces',
+    )
+    tolerance: Annotated[float, Quantity("um", 1, 1000, "of the surface between a STEP file's sections")] = 10e-6
     extend: bool = Field(False, description="carry both ends on straight beyond the first and last section")
     read: SkipJsonSchema[Any] = Field(None, exclude=True, repr=False, validate_default=True)
     digest: str = Field("", validate_default=True, description="digest of the sections")
@@ -114,9 +136,15 @@ class Crossing(Frozen):
         if kept := _kept(info.data["file"], info):
             return kept
         told = {} if "run_folder" in (info.context or {}) else {name: info.data.get(name) for name in READING}
+        path = Path(info.data["file"])
+        is_step = path.suffix.lower() in STEP_SUFFIXES
         try:
+            if told and is_step != (info.data.get("family") == STEP):
+                raise ValueError(
+                    f'{path}: family = "step" is for a .step or .stp file, family = "sections" for all others'
+                )
             reading = SectionReading(**{name: value for name, value in told.items() if value is not None})
-            return read_crossing(Path(info.data["file"]), reading)
+            return read_crossing(path, reading)
         except (OSError, ValueError) as error:
             raise input_error("crossing_file", str(error), key="file") from error
 
@@ -127,7 +155,12 @@ class Crossing(Frozen):
 
     @model_validator(mode="after")
     def _is_one_family(self) -> Self:
-        other = ("leg", *CAST_KEYS) if self.family == SECTIONS else ("file", *READING, "extend")
+        other = {
+            CAST: ("file", *READING, "extend", *DIP_KEYS),
+            SECTIONS: ("leg", *CAST_KEYS, *OF_STEP, *DIP_KEYS),
+            STEP: ("leg", *CAST_KEYS, *OF_SECTIONS, *DIP_KEYS),
+            JOINT: ("leg", *CAST_KEYS, "file", *READING, "extend"),
+        }[self.family]
         told = [name for name in other if self._is_told(name)]
         if told:
             raise input_error(
@@ -136,8 +169,9 @@ class Crossing(Frozen):
         fixed = [name for name in FITTED_LEG if self.leg == "fitted" and self._is_told(name)]
         if fixed:
             raise input_error("family", "is given by leg = fitted: leave it out", key=f"crossing.{fixed[0]}")
-        if self.family == SECTIONS and not self.file:
-            raise input_error("family", "family sections needs the file of its sections", key="crossing.file")
+        if self.family in (SECTIONS, STEP) and not self.file:
+            needed = "a STEP file" if self.family == STEP else "the file of its sections"
+            raise input_error("family", f"family {self.family} needs {needed}", key="crossing.file")
         try:
             self.surface.x_range  # noqa: B018 an impossible shape is refused now
         except CrossingError as error:
@@ -153,11 +187,15 @@ class Crossing(Frozen):
     @property
     def name(self) -> str:
         """What titles call the crossing."""
+        if self.family == JOINT:
+            return f"joint of {1e3 * self.dip_angle:g} mrad" if self.dip_angle else "plain line"
         return f"{CAST} crossing 1:{self.ratio:g}" if self.family == CAST else f"crossing {Path(self.file).name}"
 
     @property
     def surface(self) -> AnyCrossing:
         """The crossing itself; the same object for the same numbers or sections. Errors: CrossingError."""
+        if self.family == JOINT:
+            return _joint(*(getattr(self, name) for name in DIP_KEYS))
         if self.read is not None:
             return self.read.crossing(self.extend)
         return _cast(tuple(self._numbers().values()))
@@ -165,12 +203,14 @@ class Crossing(Frozen):
     @property
     def leg_end(self) -> float:
         """x up to which forces are the leg's: the knuckle, or the end of the change from the plain rail [m]."""
-        return self.surface.knuckle_x
+        return self.surface.x_range[0] if self.family == JOINT else self.surface.knuckle_x
 
     def plain(self) -> dict[str, Any]:
         """All that a model sees, as plain values: of a file its content, of parameters those that are not the
         benchmark's."""
-        if self.family == SECTIONS:
+        if self.family == JOINT:
+            return {"family": self.family, **{name: getattr(self, name) for name in DIP_KEYS}}
+        if self.family != CAST:
             return {"family": self.family, "extend": self.extend, "sections": f"of content {self.digest}"}
         numbers = self._numbers().items()
         changed = {name: value for name, value in numbers if value != type(self).model_fields[name].default}
@@ -188,6 +228,11 @@ class Crossing(Frozen):
 def _cast(numbers: tuple[float, ...]) -> CastCrossing:
     """Kept for its loft, which takes longer to make than a patch to solve."""
     return CastCrossing(**dict(zip(CAST_KEYS, numbers)))
+
+
+@functools.lru_cache(maxsize=64)
+def _joint(angle: float, length: float, shape: str, bend: float) -> MeasuredCrossing:
+    return joint_rail(Joint(angle, length, shape, bend))
 
 
 def _kept(file: str, info: ValidationInfo) -> CrossingFile | None:

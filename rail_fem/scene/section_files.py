@@ -1,4 +1,4 @@
-"""Sections of a crossing from files, read once: a .slcs, a table of x, y, z, or a folder of two-column files.
+"""Sections of a crossing from files, read once: a .slcs, a table of x, y, z, a folder of two-column files, or STEP.
 
 A run keeps what it used as crossing_sections.csv in its folder, to the last bit, so that it can be shown, gone on with
 and repeated when the first file has gone or has changed.
@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from geometry.cad.step_crossing import StepReading, read_step
 from geometry.profiles.formats.columns import UNIT_SAID, read_columns
 from geometry.profiles.formats.raw import RawProfile, numbers, read_text
 from geometry.profiles.formats.simpack import read_simpack
@@ -22,6 +23,7 @@ from geometry.surfaces.measured_crossing import MeasuredCrossing, measured_cross
 from rail_fem.atomic import write_text_atomically
 
 KEPT = "crossing_sections.csv"
+STEP_SUFFIXES = (".step", ".stp")
 STATIONS = "stations.csv"
 LARGEST_FILE = 200_000_000  # bytes
 SPLIT = re.compile(r"[;,\s]+")
@@ -32,7 +34,8 @@ class SectionReading:
     """What is known of the files and overrules what they say.
 
     stations : name of the list of stations in a folder;  unit, station_unit : "mm", "cm", "m" or "inch"
-    mirror : y grows towards the gauge side in the files;  lateral, height : added to y and z [m]
+    mirror : y grows towards the gauge side in the files;  lateral, height, along : added to y, z and x [m]
+    faces, tolerance : of a STEP file (geometry.cad.step_crossing.StepReading)
     """
 
     stations: str = ""
@@ -41,6 +44,9 @@ class SectionReading:
     mirror: bool = False
     lateral: float = 0.0
     height: float = 0.0
+    along: float = 0.0
+    faces: str = "named"
+    tolerance: float = 10e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +107,8 @@ def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> Cro
         x, sections = _read_folder(path, reading)
     elif path.stat().st_size > LARGEST_FILE:
         raise ProfileError(f"{path}: {path.stat().st_size / 1e6:.0f} MB, sections have at most {LARGEST_FILE / 1e6:g}")
+    elif path.suffix.lower() in STEP_SUFFIXES:
+        x, sections = read_step(path, StepReading(reading.faces == "named", reading.tolerance))
     elif path.suffix.lower() == ".slcs":
         found = read_slices(path, UNITS.get(reading.unit))
         x, sections = found.x, [raw.points * [1.0, raw.up or -1] for raw in found.sections]
@@ -111,7 +119,7 @@ def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> Cro
             f'{path}: sections are read from a .slcs, a .csv of x, y, z, or a folder; "{path.suffix}" is none of them'
         )
     placed = tuple(moved(points, reading.mirror, reading.lateral, reading.height) for points in sections)
-    file = CrossingFile(str(path), np.asarray(x, float), placed)
+    file = CrossingFile(str(path), np.asarray(x, float) + reading.along, placed)
     file.crossing(False)
     return file
 

@@ -6,18 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from geometry.surfaces.crossing import CastCrossing
+from geometry.surfaces.section_cuts import cut_section
 from tests.geometry.faulty_profiles import simpack, written
 
 MM = 1e-3
-FLOOR = -55 * MM
-
-
-def cut_points(crossing: CastCrossing, x: float, spacing: float = 0.2 * MM) -> np.ndarray:
-    """(n, 2)  y, z of the section of a crossing at x [m], the floor between and beside its bodies."""
-    y = np.arange(-60 * MM, 110 * MM, spacing)
-    nose = crossing.top_height(x, y, "nose") if x >= crossing.nose_x else np.full(len(y), np.nan)
-    z = np.nan_to_num(np.fmax(crossing.top_height(x, y, "wing"), np.fmax(nose, FLOOR)), nan=FLOOR)
-    return np.column_stack([y, z])
 
 
 def write_cut_sections(folder: Path, stations: np.ndarray, number: float = 9.25, spacing: float = 0.2 * MM) -> Path:
@@ -27,7 +19,7 @@ def write_cut_sections(folder: Path, stations: np.ndarray, number: float = 9.25,
     for k, x in enumerate(stations, 1):
         written(
             folder / "cut" / f"section_{k}.prr",
-            simpack(cut_points(crossing, x, spacing) / MM, "rail", f"% x = {x / MM:.2f} mm\n"),
+            simpack(cut_section(crossing, x, spacing) / MM, "rail", f"% x = {x / MM:.2f} mm\n"),
         )
     names = "".join(f"  {x / MM:10.3f} 'cut/section_{k}.prr'\n" for k, x in enumerate(stations, 1))
     head = "% cut from the parametric crossing\n 0.0 1.0 S_OFFSET [mm], S_SCALE [mm/mm]\n"

@@ -7,7 +7,7 @@ from geometry.path.wheel_path import wheel_path
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing, CrossingError
 from geometry.surfaces.measured_crossing import SEGMENTS, measured_crossing, moved
-from tests.geometry.cut_sections import cut_points
+from geometry.surfaces.section_cuts import cut_section
 
 MM = 1e-3
 STATIONS = np.concatenate([[-1.0, -0.9], np.arange(-0.8, -0.05, 0.05), np.arange(0.0, 0.6, 0.01)])
@@ -20,7 +20,7 @@ def cast():
 
 @pytest.fixture(scope="module")
 def sections(cast):
-    return [cut_points(cast, x) for x in STATIONS]
+    return [cut_section(cast, x) for x in STATIONS]
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,41 @@
+"""`rail-fem crossing`: the crossing of a case in the files of other programs."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rail_fem.commands.ending import say, stop
+from rail_fem.commands.options import CaseArgument, SetOption, loaded_case
+
+
+def crossing(
+    case: CaseArgument,
+    to: Annotated[
+        Path, typer.Option("--to", help="folder to write: one file a section, and stations.csv; or a .step file")
+    ],
+    start: Annotated[str | None, typer.Option(help='first section, e.g. "-1.2 m"; default: plain rail')] = None,
+    end: Annotated[str | None, typer.Option(help='last section, e.g. "900 mm"; default: behind the nose')] = None,
+    tolerance: Annotated[str, typer.Option(help="of the surface between sections")] = "10 um",
+    settings: SetOption = None,
+) -> None:
+    """Write the crossing of a case as sections, as many as a tolerance asks for, or as STEP surfaces through them;
+    families "sections" and "step" read them."""
+    from rail_fem.export.sections import crossing_sections, write_section_folder, write_step, written_range
+    from rail_fem.scene.units import parse
+
+    found = loaded_case(case, settings).scene.crossing
+    try:
+        ends = [None if text is None else parse(text, "mm")[0] for text in (start, end)]
+        away = parse(tolerance, "um")[0]
+        if not away > 0:
+            stop(f"--tolerance {tolerance}: must be more than 0")
+        low, high = written_range(found.surface, *ends)
+        x, sections = crossing_sections(found.surface, low, high, away)
+        if to.suffix.lower() in (".step", ".stp"):
+            write_step(to, found.surface, x)
+        else:
+            write_section_folder(to, x, sections, found.name)
+    except (ValueError, OSError) as error:
+        stop(str(error))
+    say(f"written {to}: {len(x)} sections from x = {1e3 * low:.0f} to {1e3 * high:.0f} mm")
