@@ -300,17 +300,11 @@ class BoundarySolution:
     rotation: float = 0.0
 
 
-def solve_boundary(
-    mesh: BoundaryMesh,
-    material: Elastic,
-    conditions: dict[str, Condition],
-    loads: tuple[PointLoad, ...] = (),
-    memory_limit: float = MEMORY_LIMIT,
-) -> BoundarySolution:
-    """Solve one body: any mix of displacement and traction on its edges, and point loads inside it.
-
-    conditions : edge name -> Condition; edges and components left out are free of traction
-    """
+def conditions_of(
+    mesh: BoundaryMesh, conditions: dict[str, Condition]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Held (n, 2), local (n,), force per cell (2n,) [N/m] and prescribed displacement (2n,) [m] of conditions by edge
+    name; force and displacement in the components of the conditions, all first then all second."""
     n = mesh.densities
     held, local = np.zeros((n, 2), bool), np.zeros(n, bool)
     displacement, force = np.zeros((2, n)), np.zeros((2, n))
@@ -327,8 +321,23 @@ def solve_boundary(
             elif load is not None:
                 function = load if callable(load) else (lambda points, normals, value=load: value)
                 force[component] += cell_resultants(mesh, element, function)
+    return held, local, force.ravel(), displacement.ravel()
+
+
+def solve_boundary(
+    mesh: BoundaryMesh,
+    material: Elastic,
+    conditions: dict[str, Condition],
+    loads: tuple[PointLoad, ...] = (),
+    memory_limit: float = MEMORY_LIMIT,
+) -> BoundarySolution:
+    """Solve one body: any mix of displacement and traction on its edges, and point loads inside it.
+
+    conditions : edge name -> Condition; edges and components left out are free of traction
+    """
+    held, local, force, displacement = conditions_of(mesh, conditions)
     problem = BoundaryProblem(mesh, material, held, local, memory_limit)
-    resultants, known = force.ravel()[:, None], displacement.ravel()[:, None]
+    resultants, known, n = force[:, None], displacement[:, None], mesh.densities
     for load in loads:
         load.refuse_outside(mesh)
         resultants = resultants - problem._turn(load.resultants(mesh, material)[:, None])
