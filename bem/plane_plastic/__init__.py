@@ -1,0 +1,1 @@
+"""Plane plasticity by indirect boundary elements: initial stress in internal cells, only where the steel yields."""
