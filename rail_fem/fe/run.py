@@ -94,7 +94,9 @@ class Run:
 
     def begin(self) -> None:
         """Bring the wheel to rest where it stands, under the load of the start. Collective."""
-        found = settle_in_place(self.passage, self.scene, self.settings.max_steps if smoke_requested() else None)
+        most_steps = self.settings.max_steps if smoke_requested() else None
+        tell = self.progress.before_the_first_step if self.progress else None
+        found = settle_in_place(self.passage, self.scene, most_steps, tell)
         self.at_rest, self.static_approach = True, found.approach
         if self.settled:
             if not self.passage.start.resting:

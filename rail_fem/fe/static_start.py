@@ -11,6 +11,7 @@ Analysis (1983), ch. 5 (from memory, not verified).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -45,15 +46,18 @@ class StaticStart:
     steps: int
 
 
-def settle_in_place(passage: Passage, scene: Scene, most_steps: int | None = None) -> StaticStart:
+def settle_in_place(
+    passage: Passage, scene: Scene, most_steps: int | None = None, tell: Callable[[str], None] | None = None
+) -> StaticStart:
     """Static contact at the start of the pass, without motion. Collective.
 
-    most_steps : after which it is taken as it is, for runs whose result has no meaning
+    most_steps : after which it is taken as it is, for runs whose result has no meaning;  tell : hears from time to time
+        how far it is
     Errors: ArithmeticError where the wheel does not come to rest.
     """
     stiffness = contact_stiffness(scene, passage.running)
     relaxing, axle, frequency = _relaxing(passage, stiffness)
-    error = _relax(relaxing, axle, passage.start.force, frequency, stiffness, most_steps)
+    error = _relax(relaxing, axle, passage.start.force, frequency, stiffness, most_steps, tell)
     passage.axle.displacement[2] = axle.displacement[2]
     if passage.sprung is not None:
         passage.sprung.displacement[2] = axle.displacement[2]
@@ -98,7 +102,7 @@ def _with_even_steps(structure: Structure) -> Structure:
     return own
 
 
-def _relax(d: Dynamics, axle: RigidGroup, load: float, frequency: float, stiffness: float, most_steps) -> float:
+def _relax(d: Dynamics, axle: RigidGroup, load: float, frequency: float, stiffness: float, most_steps, tell) -> float:
     """Steps until the contact carries the load [N] and nothing moves; the force's relative error then. Collective."""
     dt, work = d.stable_step(COURANT), load**2 / (2 * stiffness)
     half_period = max(2, int(np.ceil(np.pi / frequency / (LOOK * dt))))  # in looks
@@ -109,6 +113,9 @@ def _relax(d: Dynamics, axle: RigidGroup, load: float, frequency: float, stiffne
         axle.velocity *= 1 - d.mass_damping * dt
         d.step(dt)
         cut = most_steps is not None and d.step_count >= most_steps
+        if tell and d.step_count % LOOK == 0:
+            off = f", force off by {errors[-1]:+.2%}" if errors else ""
+            tell(f"static contact at the start: step {d.step_count}, {-axle.load[2] / load:.0%} of the load{off}")
         if (d.step_count % LOOK or phase < 1) and not cut:
             continue
         error = -float(d.contact.force[: d.contact.n_rail, 2].sum()) / load - 1

@@ -118,6 +118,18 @@ class Progress:
             self._write()
         self._show(now)
 
+    def before_the_first_step(self, text: str) -> None:
+        """Tell what goes on while there is no simulation time yet, as often as `update` does; rank-local."""
+        if not self.active:
+            return
+        now = _clock()
+        self.status["message"] = text
+        if self._written is None or now - self._written >= self.interval:
+            self._write()
+        if not self._bar and (self._lined is None or now - self._lined >= self.line_interval):
+            self._lined = now
+            print(text, file=self.stream, flush=True)
+
     def cut_off(self, why: str) -> None:
         """The run ends before its end, as its settings ask."""
         self._cut_off = why

@@ -43,8 +43,10 @@ def test_the_contact_carries_the_load_and_nothing_moves(scene, bodies):
     """Within the tolerance of the relaxation; masses and speeds are afterwards those of the pass."""
     passage = passage_of(scene, bodies)
     dynamics = passage.dynamics
-    mass, found = dynamics.structure.mass.copy(), settle_in_place(passage, scene)
+    mass, told = dynamics.structure.mass.copy(), []
+    found = settle_in_place(passage, scene, tell=told.append)
     assert abs(found.error) < 3e-3 and found.approach > 0
+    assert "% of the load" in told[0] and "100% of the load, force off by" in told[-1]
     assert np.array_equal(dynamics.structure.mass, mass) and dynamics.time == 0.0 and dynamics.step_count == 0
     v = dynamics.structure.v.reshape(-1, 3)
     vertical = passage.running.speed * float(passage.running.slope(passage.running.start))

@@ -37,6 +37,19 @@ def test_status_file_says_percent_eta_step_and_energy_balance(tmp_path, clock):
     assert (status["state"], status["percent"], status["eta"]) == ("finished", 100.0, 0.0)
 
 
+def test_what_goes_on_before_the_first_step_is_told_now_and_then(tmp_path, clock):
+    stream = io.StringIO()
+    with Progress(tmp_path, stream=stream) as progress:
+        for step in range(0, 1000, 10):
+            progress.before_the_first_step(f"static contact: step {step}")
+            clock[0] += 1.0
+        status = read_status(tmp_path)
+        assert status["percent"] == 0.0 and status["eta"] is None and "static contact: step 9" in status["message"]
+        progress.update(step=1, time=1e-4, end_time=1e-3)
+    lines = [line for line in stream.getvalue().splitlines() if "static contact" in line]
+    assert 2 <= len(lines) <= 20
+
+
 def test_eta_of_a_restart_counts_only_what_was_done_since(tmp_path, clock):
     with Progress(tmp_path, stream=io.StringIO()) as progress:
         progress.update(step=800, time=8e-3, end_time=10e-3)
