@@ -12,8 +12,10 @@ MISSING = frozenset(name for name in OPTIONAL if find_spec(name) is None)
 
 
 def wanted_package(error: BaseException | None) -> str:
-    """The absent package whose import is behind an error; empty where none is."""
+    """The absent package, or mpirun with it, that is behind an error; empty where none is."""
     while error is not None:
+        if isinstance(error, FileNotFoundError) and "mpirun" in str(error) and "mpi4py" in MISSING:
+            return "mpirun"
         name = (getattr(error, "name", None) or "").partition(".")[0]
         if isinstance(error, ImportError) and name in MISSING:
             return name
