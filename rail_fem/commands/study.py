@@ -51,6 +51,11 @@ STUDIES = {
         "a wheel strikes a rail section: waves by boundary elements, steps and schemes, finite elements as judge",
         ("--step", "20", "--step", "5"),
     ),
+    "plane-plastic": Study(
+        "rail_fem.studies.plane_plastic",
+        "a wheel pressed into a yielding rail in the plane: boundary elements, finite elements beside",
+        ("--quick",),
+    ),
     "patch-methods": Study(
         "rail_fem.studies.patch_methods", "one patch by every method, static finite elements as reference solution"
     ),

@@ -11,6 +11,7 @@ Source: P. Wriggers, Computational Contact Mechanics (2006), chapter 8; the acti
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -151,6 +152,48 @@ def solve_active_set(
     raise ArithmeticError("the active set did not settle in 200 rounds: take another element size")
 
 
+@dataclass(frozen=True)
+class PressedBodies:
+    """Two bodies, factorised, and the coupling of their faces; c pressures.
+
+    x (c,) [m] nodes of the upper face; moved, yielded (2m, c) [m/Pa] displacements of the moving and the fixed body by
+    unit pressures, the holders at rest
+    """
+
+    below: PlaneBody
+    above: PlaneBody
+    mortar: Mortar
+    x: np.ndarray
+    moved: np.ndarray
+    yielded: np.ndarray
+
+    @classmethod
+    def build(cls, fixed: Body, moving: Body, fineness: Fineness, window: tuple[float, float]) -> PressedBodies:
+        """Arguments as of solve_plane_contact."""
+        below, above = PlaneBody(fixed, fineness), PlaneBody(moving, fineness)
+        upper = face_within(above, window)
+        # the lower face is taken a little wider than the window, so that it lies below all of the upper one
+        margin = 3 * fineness.coarse
+        lower = face_within(below, (window[0] - margin, window[1] + margin))
+        mortar = couple(above, below, upper, lower)
+        live = mortar.push > 0
+        mortar = Mortar(mortar.on_moving[:, live], mortar.on_fixed[:, live], mortar.gap[live], mortar.push[live])
+        x = above.nodes[np.r_[upper[:, :2].ravel(), upper[-1, 2]], 0][live]
+        return cls(below, above, mortar, x, above.displacement(mortar.on_moving), below.displacement(mortar.on_fixed))
+
+    @cached_property
+    def compliance(self) -> np.ndarray:
+        return self.mortar.on_moving.T @ self.moved + self.mortar.on_fixed.T @ self.yielded
+
+    def solve(self, load: float, displaced: np.ndarray | None = None) -> tuple[np.ndarray, float]:
+        """Pressures (c,) [Pa] and approach [m] under a load [N/m]; displaced : (2m,) [m] of the fixed body's nodes by
+        something else than the pressures."""
+        gap = self.mortar.gap if displaced is None else self.mortar.gap + self.mortar.on_fixed.T @ displaced
+        mean_gap = gap / self.mortar.push
+        start = mean_gap <= np.partition(mean_gap, 4)[4]
+        return solve_active_set(self.compliance, gap, self.mortar.push, load, start)
+
+
 def solve_plane_contact(
     fixed: Body, moving: Body, load: float, fineness: Fineness, window: tuple[float, float]
 ) -> PlaneContact:
@@ -159,20 +202,11 @@ def solve_plane_contact(
 
     window : (x_min, x_max) [m] where they may touch; the bodies may be apart or overlap there, the approach takes it up
     """
-    below, above = PlaneBody(fixed, fineness), PlaneBody(moving, fineness)
-    upper = face_within(above, window)
-    # the lower face is taken a little wider than the window, so that it lies below all of the upper one
-    margin = 3 * fineness.coarse
-    lower = face_within(below, (window[0] - margin, window[1] + margin))
-    mortar = couple(above, below, upper, lower)
-    live = mortar.push > 0
-    mortar = Mortar(mortar.on_moving[:, live], mortar.on_fixed[:, live], mortar.gap[live], mortar.push[live])
-    moved, yielded = above.displacement(mortar.on_moving), below.displacement(mortar.on_fixed)
-    compliance = mortar.on_moving.T @ moved + mortar.on_fixed.T @ yielded
-    mean_gap = mortar.gap / mortar.push
-    start = mean_gap <= np.partition(mean_gap, 4)[4]
-    pressure, approach = solve_active_set(compliance, mortar.gap, mortar.push, load, start)
-    shift = np.zeros(2 * len(above.nodes))
+    pressed = PressedBodies.build(fixed, moving, fineness, window)
+    pressure, approach = pressed.solve(load)
+    shift = np.zeros(2 * len(pressed.above.nodes))
     shift[1::2] = -approach
-    x = above.nodes[np.r_[upper[:, :2].ravel(), upper[-1, 2]], 0][live]
-    return PlaneContact(below, above, x, pressure, approach, yielded @ pressure, moved @ pressure + shift)
+    return PlaneContact(
+        pressed.below, pressed.above, pressed.x, pressure, approach, pressed.yielded @ pressure,
+        pressed.moved @ pressure + shift,
+    )  # fmt: skip

@@ -1,0 +1,207 @@
+"""A wheel pressed into a yielding rail in the plane: boundary elements, capped return, finite elements as judge.
+
+    python -m rail_fem.studies.plane_plastic --out plastic          plastic.md and plastic.png; some minutes
+    python -m rail_fem.studies.plane_plastic --quick                cells of 1 mm, ten steps, a coarser judge
+
+P8 on BS113A in place (1:20, gauge 1435, back-to-back 1360), plane strain, 6.36 kN per mm of thickness in equal steps,
+rail of 210 GPa and 300 MPa without hardening: section 6.3.2 of the thesis, Figs. 6-20 and 6-21 in kind. The thesis cut
+the stress down to the yield surface point by point ("capped"), so that the field does not carry the load; here the
+equilibrium is restored in each step, and finite elements with the same steel judge that.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import typer
+from scipy.interpolate import LinearNDInterpolator
+
+from bem.material import STEEL
+from bem.plane.contact import Settings
+from bem.plane.coulomb import Control
+from bem.plane_plastic.capped import capped_return
+from bem.plane_plastic.cells import Cells
+from bem.plane_plastic.contact import PlasticContact, Region
+from bem.plastic.hardening import Hardening
+from rail_fem.atomic import write_text_atomically
+from rail_fem.output.markdown import markdown_table
+from rail_fem.static_fe.plane_strain import Fineness
+from rail_fem.static_fe.plastic_plane import PlasticPlaneContact, PlasticPlaneStep
+from rail_fem.studies.sections import wheel_on_rail
+
+MM, MPA = 1e-3, 1e6
+LOAD, YIELD = 6.36e6, 300e6  # [N/m], [Pa]
+REGION = (14e-3, 18e-3)  # half-width and depth of the cells [m]
+
+
+@dataclass
+class Compared:
+    """One load by three methods, on the cells: von Mises (m,) [Pa] and plastic strain (m,) of the boundary elements,
+    of the capped return, of the finite elements; the residuals of Newton's last solution."""
+
+    load: float
+    von_mises: tuple[np.ndarray, np.ndarray, np.ndarray]
+    peeq: tuple[np.ndarray, np.ndarray, np.ndarray]
+    peak_pressure: tuple[float, float]
+    residuals: list[float]
+
+
+def equivalent(stress: np.ndarray) -> np.ndarray:
+    """Von Mises stress (m,) of stress (m, 4) xx yy zz xy."""
+    xx, yy, zz, xy = stress.T
+    return np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * xy**2)
+
+
+def press(size: float, steps: int) -> tuple[PlasticContact, list[Control], float]:
+    """Boundary elements with cells of `size` [m], loaded in equal steps; and the CPU seconds."""
+    fixed, moving = wheel_on_rail(STEEL.young)
+    tick = time.process_time()
+    controls = [Control.of(force=(None, -LOAD * k / steps)) for k in range(1, steps + 1)]
+    contact = PlasticContact(
+        fixed, moving, controls[-1], Hardening.linear(YIELD), Region(*REGION, size),
+        settings=Settings(size=size / 2, coarse=0.1),
+    )  # fmt: skip
+    for control in controls:
+        contact.go_to(control)
+    return contact, controls, time.process_time() - tick
+
+
+def judge(contact: PlasticContact, size: float, steps: int) -> tuple[PlasticPlaneContact, float]:
+    """Finite elements of `size` [m] over the same region and loads; and the CPU seconds."""
+    tick = time.process_time()
+    patch = contact.elastic.patches()[0]
+    x = np.linspace(patch.begin[0] - 3 * MM, patch.end[0] + 3 * MM, 9)
+    y = np.interp(0.5, [0, 1], [patch.begin[1], patch.end[1]])
+    positions = np.column_stack([x, np.full_like(x, y)])
+    fixed, moving = wheel_on_rail(STEEL.young)
+    ends = sorted([patch.begin[0], patch.end[0]])
+    found = PlasticPlaneContact(
+        fixed, moving, Fineness(positions, size, 8 * MM, 12 * MM), (ends[0] - 3 * MM, ends[1] + 3 * MM), YIELD
+    )
+    for k in range(1, steps + 1):
+        found.go_to(LOAD * k / steps)
+    return found, time.process_time() - tick
+
+
+def on_cells(cells: Cells, step: PlasticPlaneStep) -> tuple[np.ndarray, np.ndarray]:
+    """Von Mises stress and plastic strain (m,) of the finite elements, means over the cells' four points."""
+    near = np.hypot(*(step.points - cells.centers.mean(axis=0)).T) < 3 * max(REGION)
+    table = np.column_stack([equivalent(step.stress), step.peeq])[near]
+    values = LinearNDInterpolator(step.points[near], table)(cells.points())
+    return tuple(np.nanmean(values.reshape(-1, 4, 2), axis=1).T)
+
+
+def compare(size: float, judge_size: float, steps: int, shown: int = 5) -> tuple[list[Compared], PlasticContact, dict]:
+    """All three, at `shown` of the steps; and CPU seconds by method."""
+    contact, controls, boundary_seconds = press(size, steps)
+    strains = contact.elastic_strains(controls)
+    capped, capped_peeq = capped_return(strains, contact.section.hardening, STEEL.shear)
+    finite, finite_seconds = judge(contact, judge_size, steps)
+    rows = []
+    for k in range(steps // shown - 1, steps, steps // shown):
+        step, judged = contact.steps[k], finite.steps[k]
+        fe = on_cells(contact.section.cells, judged)
+        rows.append(
+            Compared(
+                LOAD * (k + 1) / steps,
+                (equivalent(step.stress), np.sqrt(1.5 * (capped[k] ** 2).sum(axis=0)), fe[0]),
+                (step.step.peeq, capped_peeq[k], fe[1]),
+                (step.contact.pressure.max(), judged.pressure.max()),
+                step.step.residuals,
+            )
+        )
+    seconds = {"boundary elements": boundary_seconds, "finite elements": finite_seconds}
+    return rows, contact, seconds
+
+
+def difference(one: np.ndarray, two: np.ndarray) -> float:
+    """Norm of the difference of two fields over that of the second."""
+    kept = np.isfinite(one) & np.isfinite(two)
+    return float(np.linalg.norm((one - two)[kept]) / max(np.linalg.norm(two[kept]), 1e-300))
+
+
+HEAD = (
+    "load [kN/mm]", "peak pressure BEM, FE [MPa]", "largest PEEQ BEM, FE, capped [1e-4]", "PEEQ, norm of BEM - FE",
+    "capped - FE", "von Mises, norm of BEM - FE", "capped - FE", "Newton's residuals",
+)  # fmt: skip
+
+
+def table(rows: list[Compared]) -> str:
+    """Markdown, a line for each load."""
+    lines = []
+    for row in rows:
+        boundary, capped, finite = row.peeq
+        lines.append(
+            [
+                f"{row.load / 1e6:.3g}",
+                ", ".join(f"{value / MPA:.1f}" for value in row.peak_pressure),
+                ", ".join(f"{1e4 * value.max():.2f}" for value in (boundary, finite, capped)),
+                *(f"{difference(one, finite):.2%}" for one in (boundary, capped)),
+                *(f"{difference(one, row.von_mises[2]):.2%}" for one in row.von_mises[:2]),
+                " ".join(f"{value:.0e}" for value in row.residuals),
+            ]
+        )
+    return "\n".join(markdown_table(HEAD, lines)) + "\n"
+
+
+def draw(rows: list[Compared], contact: PlasticContact, path: Path) -> None:
+    """Von Mises stress and plastic strain below the patch by all three, a row for each load."""
+    from matplotlib.collections import PolyCollection
+
+    from rail_fem.show.style import STRAIN_COLOURS, lettering, new_figure, save
+
+    cells = contact.section.cells
+    corners = cells.vertices[cells.corners] / MM
+    names = ("boundary elements", "capped, as in the thesis", "finite elements")
+    most = max(max(field.max() for field in row.peeq) for row in rows)
+    with lettering():
+        figure = new_figure(2.1 * len(rows) + 1.2)
+        axes = figure.subplots(len(rows), 6, squeeze=False, sharex=True, sharey=True)
+        for line, row in zip(axes, rows):
+            for k, axis in enumerate(line):
+                stress = k < 3
+                values = row.von_mises[k] / MPA if stress else 1e4 * row.peeq[k - 3]
+                drawn = PolyCollection(corners, array=values, cmap="cividis" if stress else STRAIN_COLOURS)
+                drawn.set_edgecolor("face")
+                drawn.set_clim(0, YIELD / MPA if stress else 1e4 * most)
+                axis.add_collection(drawn)
+                axis.set_aspect("equal")
+                axis.grid(False)
+                axis.autoscale()
+                if row is rows[0]:
+                    axis.set_title(names[k % 3], fontsize=10)
+                if k == 2 or k == 5:
+                    label = "von Mises [MPa]" if stress else "plastic strain [1e-4]"
+                    figure.colorbar(drawn, ax=axis, label=label, shrink=0.9)
+            line[0].set_ylabel(f"{row.load / 1e6:.3g} kN/mm\ny [mm]", fontsize=10)
+        for axis in axes[-1]:
+            axis.set_xlabel("lateral x [mm]", fontsize=10)
+        figure.suptitle(
+            f"P8 on BS113A in plane strain, rail of {YIELD / MPA:g} MPa without hardening: what yields", fontsize=13
+        )
+        save(figure, path)
+
+
+def main(
+    size: float = typer.Option(0.5, help="cells of the boundary elements [mm]"),
+    judge_size: float = typer.Option(0.4, help="finite elements [mm]"),
+    steps: int = typer.Option(50, help="equal load steps"),
+    quick: bool = typer.Option(False, "--quick", help="cells of 1 mm, ten steps"),
+    out: Path = typer.Option(Path("plastic"), help="files to write, without ending"),
+):
+    """A wheel pressed into a yielding rail in the plane."""
+    if quick:
+        size, judge_size, steps = 1.0, 0.8, 10
+    rows, contact, seconds = compare(size * MM, judge_size * MM, steps)
+    spent = ", ".join(f"{name} {value:.1f} CPU s" for name, value in seconds.items())
+    text = table(rows) + f"\n{steps} steps, {len(contact.section.active)} cells that take part: {spent}.\n"
+    write_text_atomically(out.with_suffix(".md"), text)
+    draw(rows, contact, out.with_suffix(".png"))
+    print(text, end="")
+
+
+if __name__ == "__main__":
+    typer.run(main)
