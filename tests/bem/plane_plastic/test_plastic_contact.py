@@ -5,6 +5,7 @@ import pytest
 
 from bem.plane.contact import Settings
 from bem.plane.coulomb import Control
+from bem.plane.internal import field_at, grid_below
 from bem.plane_plastic.cells import CellError, cells_below
 from bem.plane_plastic.contact import PlasticContact, Region
 from bem.plastic.hardening import Hardening
@@ -36,6 +37,21 @@ def loaded():
     for share in (0.5, 1.0):
         contact.go_to(down(share * LOAD))
     return contact
+
+
+def test_it_yields_where_and_when_the_elastic_field_first_says_so():
+    """Largest von Mises stress of the elastic field on a fine grid; the pressure goes with the root of the load, cells
+    take means, so that a fifth more load surely flows; half a cell in depth."""
+    contact = press(LOAD)
+    fixed = contact.body.body
+    grid = grid_below(fixed.outline, "face", np.zeros(2), 3e-3, 5e-3, 0.25e-3)[2:]
+    field = field_at(contact.elastic.solution("fixed"), grid)
+    first = LOAD * (YIELD / np.nanmax(field.von_mises)) ** 2
+    assert contact.go_to(down(0.95 * first)).step.peeq.max() == 0
+    assert contact.go_to(down(1.2 * first)).step.peeq.max() > 0
+    width = contact.elastic.patches()[0].width / 2 * np.sqrt(1.2 * first / LOAD)
+    depth = -contact.section.cells.centers[np.argmax(contact.steps[-1].step.peeq), 1]
+    assert depth == pytest.approx(0.7 * width, abs=0.75e-3)
 
 
 def test_pressure_carries_the_load_and_spreads_when_the_block_yields(loaded):

@@ -5,11 +5,14 @@ import pytest
 from scipy.integrate import trapezoid
 
 from bem.exact.plastic_ring import PlasticRing
+from bem.material import Elastic
 from bem.plane.boundary import TooLargeError
 from bem.plane_plastic.cells import CellError
 from bem.plane_plastic.section import memory_need
 from bem.plastic.hardening import Hardening
-from bem.verification.plastic_ring import SHEAR, YIELD, polar_means, ring, ring_body
+from bem.plastic.increment import NoEquilibriumError
+from bem.verification.plastic_ring import SHEAR, YIELD, polar_means, ring, ring_body, ring_errors
+from bem.verification.radial_ring import radial_ring
 
 
 def test_the_closed_form_balances_and_meets_its_ends():
@@ -28,6 +31,38 @@ def test_the_closed_form_balances_and_meets_its_ends():
     assert abs(trapezoid(hoop_left, r)) < 1e-3 * YIELD
 
 
+@pytest.mark.parametrize("poisson, slope", [(0.495, 0.0), (0.495, 20e9), (0.4999, 0.0)])
+def test_the_radial_reference_is_the_closed_form_near_incompressibility(poisson, slope):
+    """Up to (1 - 2 nu)^2 and the elements' second order."""
+    elastic = Elastic.from_shear(SHEAR, poisson)
+    exact = PlasticRing.nearly(1.0, 2.0, elastic, YIELD, slope)
+    pressure = exact.pressure(1.5)
+    loads = np.append(np.linspace(0.5, 1, 11) * pressure, 0.0)
+    *_, loaded, unloaded = radial_ring(1.0, 2.0, elastic, Hardening.linear(YIELD, slope), loads)
+    assert loaded.wall == pytest.approx(exact.wall(pressure), rel=2e-4)
+    np.testing.assert_allclose(loaded.hoop, exact.stress(loaded.r, pressure)[1], atol=2e-4 * YIELD)
+    np.testing.assert_allclose(loaded.peeq, exact.plastic_strain(loaded.r, pressure), atol=2e-4 * loaded.peeq.max())
+    np.testing.assert_allclose(unloaded.hoop, exact.residual(loaded.r, pressure)[1], atol=2e-4 * YIELD)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("slope, kinematic", [(0.0, False), (20e9, False), (20e9, True)])
+def test_ring_loaded_and_unloaded_is_within_half_a_per_cent(slope, kinematic):
+    """Yielded to the middle of the wall, 14 cells over it: wall, hoop and radial stress, plastic strain and residual
+    stress at every cell."""
+    errors, body, done = ring_errors(0.05, slope, kinematic=kinematic)
+    assert errors.max() < 6e-3, errors
+    assert done.active < body.section.cells.count, "cells take part only where it yields"
+
+
+@pytest.mark.parametrize("slope, kinematic", [(0.0, False), (20e9, True)])
+def test_errors_of_the_ring_fall_with_order_1_5_or_more(slope, kinematic):
+    """Five and seven cells over the wall; largest error over all cells, loaded and unloaded."""
+    coarse, fine = (ring_errors(size, slope, kinematic=kinematic)[0] for size in (0.14, 0.1))
+    assert fine.max() < 0.02
+    assert (np.log(coarse / fine)[[0, 3]] > 1.5 * np.log(1.4)).all(), (coarse, fine)
+
+
 def test_newton_with_the_consistent_tangent_is_quadratic_and_the_fixed_point_is_not():
     """Each residual is of the order of the square of the one before, to round-off; both end at one answer."""
     exact = ring(20e9)
@@ -44,6 +79,18 @@ def test_newton_with_the_consistent_tangent_is_quadratic_and_the_fixed_point_is_
             assert all(b < 20 * a**2 + 1e-12 for a, b in zip(last, last[1:])), done.residuals
     np.testing.assert_allclose(*peeq, atol=1e-8 * peeq[0].max())
     assert counts[0] <= 8 and counts[1] > 4 * counts[0], counts
+
+
+def test_a_load_beyond_collapse_is_refused_with_the_load_reached():
+    """Perfectly plastic: (2 k) ln (b / a) is all it carries. Seven cells over the wall go on to 6 % more, at 5 %
+    plastic strain; the state is kept."""
+    exact = ring()
+    body = ring_body(0.1, Hardening.linear(YIELD))
+    body.go_to(0.9 * exact.limit_pressure)
+    with pytest.raises(NoEquilibriumError, match="no equilibrium beyond the load factor"):
+        body.go_to(1.2 * exact.limit_pressure)
+    assert 1.0 < body.load / exact.limit_pressure < 1.07
+    assert np.isfinite(body.stress()).all()
 
 
 def test_residual_stress_of_a_ring_balances_over_a_cut():
