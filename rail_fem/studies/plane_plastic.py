@@ -79,7 +79,7 @@ def judge(contact: PlasticContact, size: float, steps: int) -> tuple[PlasticPlan
     fixed, moving = wheel_on_rail(STEEL.young)
     ends = sorted([patch.begin[0], patch.end[0]])
     found = PlasticPlaneContact(
-        fixed, moving, Fineness(positions, size, 8 * MM, 12 * MM), (ends[0] - 3 * MM, ends[1] + 3 * MM), YIELD
+        fixed, moving, Fineness(positions, size, 8 * MM, 6 * MM), (ends[0] - 3 * MM, ends[1] + 3 * MM), YIELD
     )
     for k in range(1, steps + 1):
         found.go_to(LOAD * k / steps)
