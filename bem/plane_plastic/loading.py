@@ -67,7 +67,8 @@ class PlasticBoundaryBody:
         density, shift = problem.solve(resultants[:, None], known[:, None])
         self.section = PlasticSection(problem, cells, hardening, memory_limit)
         self.elastic = BoundarySolution(mesh, elastic, density[:, 0].reshape(2, -1).T, shift[:, 0])
-        self.density, self.load, self.steps = density[:, 0], 0.0, []
+        self.density, self.load = density[:, 0], 0.0
+        self.steps: list[Step] = []
 
     def go_to(self, load: float, consistent: bool = True, tolerance: float = 1e-8) -> Step:
         """Bring the load factor from where it is to `load`, in smaller steps where it must be.

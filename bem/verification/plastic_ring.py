@@ -5,7 +5,6 @@ python -m bem.verification.plastic_ring            error against cell size, Newt
 
 from __future__ import annotations
 
-import sys
 import time
 
 import numpy as np
@@ -104,4 +103,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
