@@ -10,13 +10,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import rail_fem
-from rail_fem.damage.crossing import pass_contacts, wear_field
+from rail_fem.damage.crossing import PatchOptions, pass_contacts, wear_field
 from rail_fem.damage.wear import dry_laws
 
 hardness = 5e9  # worked manganese steel [Pa]
 scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
 result = rail_fem.solve("rigid_hertz", scene, {"start": "200 mm", "end": "500 mm"})
-contacts = pass_contacts(result, spacing=4e-3, hardness=hardness)
+contacts = pass_contacts(result, spacing=4e-3, options=PatchOptions(hardness=hardness))
 laws = dry_laws(hardness)
 field = wear_field(contacts, laws, spacing=4e-3)
 

@@ -99,7 +99,9 @@ def pass_contacts(
     """
     scene, history = result.scene, result.history
     if not np.isfinite(history["force_wing"]).any():
-        raise ValueError(f"{result.model}: its result has no forces on wing and nose; take rigid_hertz or dearer")
+        raise ValueError(
+            f"{result.model}: its result has no forces on wing and nose; take rigid_hertz or a more expensive model"
+        )
     low, high = float(history["x"].min()), float(history["x"].max())
     first, last = low if start is None else start, high if end is None else end
     if not low - 1e-9 <= min(first, last) < max(first, last) <= high + 1e-9:
