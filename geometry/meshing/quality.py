@@ -172,7 +172,9 @@ def check_shapes(mesh: HexMesh, remedy: str) -> None:
     worst = jacobian.argmin()
     if not jacobian[worst] >= LEAST_JACOBIAN:
         position = ", ".join(f"{v * 1e3:.1f}" for v in corner[worst].mean(axis=0))
+        count = int((~(jacobian >= LEAST_JACOBIAN)).sum())
+        many = "" if count == 1 else f", and {count - 1} more"
         raise MeshError(
             f"the {mesh.region_names[mesh.region[worst]]}'s mesh has a folded or flat cell (scaled Jacobian"
-            f" {jacobian[worst]:.3f}) at ({position}) mm: {remedy}"
+            f" {jacobian[worst]:.3f}) at ({position}) mm{many}: {remedy}"
         )

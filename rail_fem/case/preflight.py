@@ -1,9 +1,11 @@
 """Everything that forbids a run and can be known before anything is meshed or written."""
 
+from geometry.meshing.hexmesh import MeshError
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.case.estimate import impossible
 from rail_fem.case.travelling_window import length_errors
 from rail_fem.light.fine_zone import mesh_errors
+from rail_fem.light.own_mesh import own_mesh
 from rail_fem.light.rigid import window_errors, with_window
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
@@ -11,7 +13,8 @@ from rail_fem.settings.explicit import FeSettings
 
 def preflight_errors(scene: Scene, settings: Frozen, ranks: int, model: str) -> list[str]:
     """Too little memory, more ranks than cells, a window that leaves the crossing or settles across a transfer,
-    a travelling window that is too short, elements too large for it; one line each with the remedy."""
+    a travelling window that is too short, elements too large for it, a mesh of one's own that cannot be run; one line
+    each with the remedy."""
     if not isinstance(settings, FeSettings):
         return []
     try:
@@ -20,4 +23,15 @@ def preflight_errors(scene: Scene, settings: Frozen, ranks: int, model: str) -> 
         return [f"run.{model}.start, end: {error}"]
     errors = impossible(scene, settings, ranks, model) + window_errors(scene, settings, model)
     errors += length_errors(scene, settings, model)
+    if isinstance(settings, FeSettings) and settings.mesh:
+        return errors or own_mesh_errors(scene, settings, model)
     return errors or mesh_errors(scene, settings, model)
+
+
+def own_mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
+    """Why a mesh from a file cannot be run."""
+    try:
+        own_mesh(scene, settings)
+    except (MeshError, OSError) as error:
+        return [f"run.{model}.mesh: {error}"]
+    return []

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from geometry.meshing.crossing import mesh_crossing
 from geometry.meshing.gmsh_process import gmsh_process
-from geometry.meshing.hexmesh import HexMesh
+from geometry.meshing.hexmesh import HexMesh, MeshError
 from geometry.meshing.wheel import mesh_wheel
-from geometry.path.wheel_path import rolling_radius
-from rail_fem.fe.initial_position import position_wheel
+from rail_fem.fe.initial_position import position_wheel, smallest_gap
 from rail_fem.fe.passage import Running
 from rail_fem.light.fine_zone import crossing_spec, wheel_spec
+from rail_fem.light.own_mesh import own_mesh
+from rail_fem.light.rigid import datum_height
+from rail_fem.output.fields import REGIONS
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
+
+MOST_DESCENTS, POSITIONED = 8, 1e-9  # until a user's wheel touches: tries, gap [m]
 
 
 def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[HexMesh, float, float]:
@@ -22,6 +28,8 @@ def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[Hex
 
     Errors: MeshError, CrossingError, ProfileError.
     """
+    if settings.mesh:
+        return _positioned_own_mesh(settings, running, scene)
     crossing, path = scene.crossing.surface, running.path
     low, high = sorted((running.start, running.end))
     with gmsh_process():
@@ -29,15 +37,28 @@ def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[Hex
         wheel = mesh_wheel(
             scene.wheel.shape, scene.wheel.radius, wheel_spec(path, running.datum_y, settings.wheel_size)
         )
-    height = datum_height(running, scene)
+    height = datum_height(scene, running.path, running.start)
     mesh, gap = position_wheel(rail, wheel, running.start, running.datum_y, height)
     return mesh, gap, height - gap
 
 
-def datum_height(running: Running, scene: Scene) -> float:
-    """Height of the wheel's D0 where the rigid wheel stands at the start [m]: through its contact point."""
-    path, radius = running.path, scene.wheel.radius
-    i = int(np.argmin(np.abs(path.x - running.start)))
-    x, y, z = path.contact_point[i]
-    rolling = rolling_radius(scene.wheel.shape, radius, np.array([y - running.datum_y]))[0]
-    return float(z - radius + np.sqrt(rolling**2 - (x - path.x[i]) ** 2))
+def _positioned_own_mesh(settings: FeSettings, running: Running, scene: Scene) -> tuple[HexMesh, float, float]:
+    """The user's mesh with its wheel set down on the crossing at the start; how much lower its D0 then is than on the
+    rigid path [m]; the height of D0 [m]. Errors: MeshError."""
+    mesh, height = own_mesh(scene, settings)
+    is_wheel = mesh.surface_region == REGIONS.index("wheel")
+    wheel_nodes = np.unique(mesh.cells[mesh.region == REGIONS.index("wheel")])
+    points = mesh.points.copy()
+    for _ in range(MOST_DESCENTS):
+        rail, wheel = (replace(mesh, points=points, surface=mesh.surface[part]) for part in (~is_wheel, is_wheel))
+        gap = smallest_gap(rail, wheel)
+        if not np.isfinite(gap):
+            raise MeshError(
+                f"{settings.mesh}: the wheel's contact surface has no face over the crossing's at x ="
+                f" {running.start * 1e3:.4g} mm: let both reach to where they touch"
+            )
+        points[wheel_nodes, 2] -= gap
+        height -= gap
+        if abs(gap) < POSITIONED:
+            break
+    return replace(mesh, points=points), datum_height(scene, running.path, running.start) - height, height

@@ -3,7 +3,7 @@
 import numpy as np
 
 from geometry.axes import tread_datum_y
-from geometry.path.wheel_path import WheelPath, wheel_path
+from geometry.path.wheel_path import WheelPath, rolling_radius, wheel_path
 from geometry.surfaces.crossing import CastCrossing, CrossingError
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import COMMON_WINDOW, FeSettings
@@ -42,6 +42,15 @@ def anchored_path(scene: Scene, low: float, high: float) -> WheelPath:
     return rigid_path(
         scene, np.arange(np.floor(begin / ANCHORED_SPACING), np.ceil(end / ANCHORED_SPACING) + 1) * ANCHORED_SPACING
     )
+
+
+def datum_height(scene: Scene, path: WheelPath, x: float) -> float:
+    """Height of the wheel's D0 where the rigid wheel stands at x [m]: through its contact point."""
+    i = int(np.argmin(np.abs(path.x - x)))
+    at, y, z = path.contact_point[i]
+    radius = scene.wheel.radius
+    rolling = rolling_radius(scene.wheel.shape, radius, np.array([y - scene.wheel_datum_y]))[0]
+    return float(z - radius + np.sqrt(rolling**2 - (at - path.x[i]) ** 2))
 
 
 def window_path(scene: Scene, settings: FeSettings) -> WheelPath:

@@ -1,10 +1,13 @@
 """Numerics of each model, apart from the physics: one typed class a model, read from [run.<model>] of a case file."""
 
+import hashlib
+from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from rail_fem.scene.base import PRINTABLE, input_error
 from rail_fem.scene.scene import Count, Frozen
 from rail_fem.scene.units import Quantity
 
@@ -20,7 +23,7 @@ class FeSettings(Frozen):
     """Explicit FE of the pass. To add a setting, add a field: unit, range, meaning, default."""
 
     # may differ from the run that is gone on with
-    free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps")
+    free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps", "mesh")
 
     element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 2.0e-3
     wheel_element_size: (
@@ -77,6 +80,43 @@ class FeSettings(Frozen):
         False, description="first the same pass on elements of twice the size (a tenth of the cost): error bars"
     )
     max_steps: Count | None = Field(None, ge=1, description="stop after this many steps; none: the whole pass")
+    mesh: str = Field(
+        "",
+        max_length=400,
+        pattern=PRINTABLE,
+        description="a .msh with one's own hexahedra in physical groups, run as they are; none: meshed here",
+    )
+    mesh_unit: Literal["mm", "m"] = Field("m", description="unit of the mesh file's lengths")
+    mesh_digest: str = Field("", validate_default=True, description="digest of the mesh file")
+
+    @field_validator("mesh")
+    @classmethod
+    def _mesh_is_there(cls, mesh: str, info: ValidationInfo) -> str:
+        if not mesh:
+            return mesh
+        path = Path((info.context or {}).get("folder", ".")) / mesh
+        if not path.is_file():
+            raise input_error("absent_file", f'no file "{path.name}" in {path.parent}: give a path from the case file')
+        return str(path)
+
+    @field_validator("mesh_digest")
+    @classmethod
+    def _mesh_is_what_was_read(cls, digest: str, info: ValidationInfo) -> str:
+        path = info.data.get("mesh")
+        found = ""
+        if path:
+            with open(path, "rb") as file:
+                found = hashlib.file_digest(file, "sha256").hexdigest()
+        if digest and found != digest:
+            raise input_error("changed_file", f"the mesh file has other content than is stated ({digest[:12]})")
+        return found
+
+    @model_validator(mode="after")
+    def _mesh_is_taken_as_it_is(self) -> "FeSettings":
+        if self.mesh and (self.error_twin or self.has_window):
+            name = "error_twin" if self.error_twin else "window_ahead and window_behind"
+            raise input_error("mesh", f"a mesh from a file is run as it is: leave {name} out")
+        return self
 
     @model_validator(mode="after")
     def _has_a_length(self) -> "FeSettings":

@@ -63,6 +63,10 @@ def run_at(
     """
     keys = {f"run.{MODEL}.element_size": f"{size * 1e3:g} mm", f"run.{MODEL}.error_twin": False}
     case = load_case(case_path, {**changes, **keys})
+    if getattr(case.runs[MODEL], "mesh", ""):
+        raise RunError(
+            f"{case_path}: run.{MODEL}.mesh has one element size, a study of sizes meshes itself: leave it out"
+        )
     fault = run_case(case, MODEL, folder, True, False, say)
     if fault:
         raise RunError(f"{folder}: {fault}")
