@@ -70,8 +70,8 @@ def sections_figure(title: str, site: CrossingSite, state: Evolution) -> Figure:
     stations = stations_of(state)
     if not stations:
         return words_instead(f"{title}: no passes, nothing is worn off")
-    figure = new_figure(7.5)
-    axes = figure.subplots(2, len(stations), squeeze=False, height_ratios=[1.0, 1.6])
+    figure = new_figure(6.5)
+    axes = figure.subplots(2, len(stations), squeeze=False, height_ratios=[1.0, 2.4])
     for column, (body, i) in enumerate(stations):
         _section(axes[0, column], site, state, float(state.worn.x[i]))
         _lost(axes[1, column], site, state, body, i)
@@ -96,7 +96,7 @@ def _section(axis: Axes, site: CrossingSite, state: Evolution, x: float) -> None
         before = None if body == BODIES[0] else "before"
         axis.plot(y * MM, np.where(shown, old, np.nan) * MM, color=GREY, lw=2.2, label=before)
         axis.plot(y * MM, np.where(shown, new, np.nan) * MM, ls="--", lw=1.3, label=f"{body} after", **style)
-    axis.set(aspect="equal", ylim=(-21, 6), xlim=(y[0] * MM, y[-1] * MM), anchor="S")
+    axis.set(ylim=(-21, 6), xlim=(y[0] * MM, y[-1] * MM))
 
 
 def _lost(axis: Axes, site: CrossingSite, state: Evolution, body: int, i: int) -> None:
