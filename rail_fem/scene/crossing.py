@@ -217,7 +217,10 @@ class Crossing(Frozen):
         return {"family": self.family, **changed, "ratio": self.ratio}
 
     def _is_told(self, name: str) -> bool:
-        return getattr(self, name) != type(self).model_fields[name].default
+        value, default = getattr(self, name), type(self).model_fields[name].default
+        if isinstance(default, float):
+            return abs(value - default) > 1e-9 * abs(default)  # a unit's factor rounds
+        return value != default
 
     def _numbers(self) -> dict[str, float]:
         """All numbers of the parametric crossing, those of a named leg in their place."""
