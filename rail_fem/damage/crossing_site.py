@@ -20,6 +20,7 @@ from geometry.surfaces.bodies import BODIES, NO_METAL
 from geometry.surfaces.worn_crossing import WornCrossing
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
 from rail_fem.damage.crossing import CrossingContact, PatchOptions, table_contacts, wear_field
+from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.wear import WearLaw
 from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.light.contact_table import ContactTable, fresh_table, table_key
@@ -27,6 +28,7 @@ from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.vertical_pass import LightPass, run_pass
 from rail_fem.output.events import transfer_position
 from rail_fem.scene.scene import Scene
+from rail_fem.scene.units import show
 from rail_fem.settings.light import RigidHertzSettings
 
 
@@ -40,20 +42,28 @@ class CrossingPass:
     weight: float
     options: PatchOptions
 
+    @property
+    def label(self) -> str:
+        """Wheel, speed and lateral position."""
+        aside = f", {self.shift * 1e3:+.1f} mm" if self.shift else ""
+        return f"{self.scene.wheel.name} at {show(self.scene.speed, 'mph')}{aside}"
+
 
 @dataclass(frozen=True, eq=False)
 class PassWear:
-    """What one pass of a kind did. lines : (first, last + 1) of the n lines of the plan between which it wore;  depth :
-    law -> (2, m, lines) [m];  removed : law -> [m3];  work (2, m, lines) [J/m2]
-    force : (2,) largest on wing and nose [N];  transfer : where the load changes over [m], NaN: nowhere
-    hardest : patch of the largest normal force on wing and nose, None: carries nothing"""
+    """What one pass of a kind did. label : of the kind;  lines : (first, last + 1) of the n lines of the plan between
+    which it wore;  depth : law -> (2, m, lines) [m];  removed : law -> [m3];  work (2, m, lines) [J/m2]
+    force : (2,) largest on wing and nose [N];  impact : the larger of them;  transfer : where the load changes over
+    [m], NaN: nowhere;  hardest : patch of the largest normal force on wing and nose, None: carries nothing"""
 
+    label: str
     lines: tuple[int, int]
     depth: dict[str, np.ndarray]
     removed: dict[str, float]
     work: np.ndarray
     facts: ContactFacts
     force: np.ndarray
+    impact: LargestImpact
     transfer: float
     hardest: tuple[Patch | None, Patch | None]
 
@@ -179,12 +189,14 @@ def pass_wear(site: CrossingSite, one: CrossingPass, crossing: AnyCrossing) -> P
     columns = {"time": light.time, "x": light.x, "force": light.force.sum(axis=0), "force_nose": light.force[1]}
     transfer = transfer_position(columns, one.scene.direction_sign, one.scene.static_wheel_load)
     return PassWear(
+        one.label,
         lines,
         {law: stack(worn.depth[law]) for law in site.laws},
         removed,
         stack(worn.work),
         facts_of(contacts, site.hardness, site.shear_yield),
         light.force.max(axis=1),
+        largest_impact(light, table, one.scene.static_wheel_load),
         float(transfer),
         tuple(_hardest(contacts, body) for body in BODIES),
     )

@@ -44,6 +44,7 @@ def crossing_summary(
         "volume_error": abs(lost - strips) / strips if strips > 0 else 0.0,
         "steep_share": _steep_share(before),
         "largest_force": {"first": before.largest_force, "end": after.largest_force},
+        "impacts": {"first": _impacts(before), "end": _impacts(after)},
         "transfer": {"first": _transfers(before), "end": _transfers(after)},
     }
 
@@ -109,6 +110,12 @@ def _steep_share(rate: CrossingRate) -> float:
         total += share * own.facts.archard.sum()
         steep += share * own.facts.archard[np.abs(own.facts.angle) > STEEPEST].sum()
     return steep / total if total > 0 else 0.0
+
+
+def _impacts(rate: CrossingRate) -> list[dict[str, Any]]:
+    """The largest force of each kind of pass, the largest first, and how it came about."""
+    found = [own.impact._asdict() | {"kind": own.label, "share": share} for share, own in rate.kinds]
+    return sorted(found, key=lambda one: -one["force"])
 
 
 def _transfers(rate: CrossingRate) -> list[float]:

@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.sites import laws_of, maintenance_of
 from rail_fem.damage.traffic import HORIZON
 from rail_fem.output.markdown import markdown_table
 from rail_fem.settings.damage import DamageSettings
 
 UM, MM = 1e6, 1e3
+MOST_KINDS = 12  # of pass in a table
 
 
 def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) -> str:
@@ -94,6 +96,7 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
         f" {found['largest_force']['end'] / 1e3:.0f} kN at the end; the load goes over at x ="
         f" {_range(found['transfer']['first'])} mm at first, {_range(found['transfer']['end'])} mm at the end.",
     ]
+    lines += ["", *_impacts(found["impacts"])]
     for body, own in found["bodies"].items():
         depth, years = own["deepest_by_law"], own["years"]
         lead, low, high = depth[found["law"]], min(depth.values()), max(depth.values())
@@ -176,6 +179,33 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
         *_limits(),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _impacts(found: dict[str, list[dict[str, Any]]]) -> list[str]:
+    """The largest forces by kind of pass, at first."""
+    rows = [
+        [
+            one["kind"],
+            f"{one['share']:.0%}",
+            f"{one['force'] / 1e3:.0f}",
+            BODIES[one["body"]],
+            f"{one['x'] * MM:.0f}",
+            *(
+                (f"{one['flight'] * MM:.0f}", f"{one['speed']:.2f}", f"{one['free'] / 1e3:.0f}")
+                if one["flight"]
+                else 3 * ("",)
+            ),
+        ]
+        for one in found["first"][:MOST_KINDS]
+    ]
+    head = ["kind of pass", "share", "largest force [kN]", "on", "x [mm]", "after a flight of [mm]"]
+    head += ["landing at [m/s]", "free masses at that speed [kN]"]
+    return [
+        _table(head, rows),
+        "",
+        "A wheel that lands meets a track that swings back as one mass on one spring: forces of a second impact depend"
+        " on all that went before, and are less sure than those of the first.",
+    ]
 
 
 def _limits() -> list[str]:

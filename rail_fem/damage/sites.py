@@ -87,7 +87,7 @@ def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, flo
     weights, speeds = settings.weights or (1.0,), settings.speeds or (None,) * len(wheels)
     made = []
     for wheel, weight, speed in zip(wheels, weights, speeds, strict=True):
-        changes = {} if wheel is None else {"wheel": {"profile": wheel}}
+        changes = {} if wheel is None else {"wheel": {"profile": wheel, "label": ""}}
         made.append((scene.replace(**changes, **({} if speed is None else {"speed": speed})), weight))
     return tuple(made)
 
