@@ -33,18 +33,38 @@ _FAR = (
 _GAUSS, _GAUSS_WEIGHT = np.polynomial.legendre.leggauss(2)
 
 
+class _Layout(NamedTuple):
+    """Edges of all cells from start to end (e,) complex, first edge (n + 1,), area, centre (complex), side (n,) and
+    whether a cell is a whole square."""
+
+    start: np.ndarray
+    end: np.ndarray
+    first_edge: np.ndarray
+    area: np.ndarray
+    centre: np.ndarray
+    side: np.ndarray
+    whole: np.ndarray
+
+
+@njit(cache=True, inline="always")
+def _seen_from(z, cells, c):
+    """Complex arm from the centre of a cell to z, its square, and whether the cell's moments replace its edges."""
+    away = z - cells.centre[c]
+    r2 = away.real**2 + away.imag**2
+    return away, r2, cells.whole[c] and r2 > (_FAR * cells.side[c]) ** 2
+
+
 @njit(cache=True)
-def _displacement_integrals(z, start, end, first_edge, area, centre, side, whole):
-    """Area integrals (m, N) of ln r and of e^(2 i theta) over cells; first_edge (N + 1,) : where the edges of each
-    begin."""
+def _displacement_integrals(z, cells):
+    """Area integrals (m, N) of ln r and of e^(2 i theta) over the cells of a _Layout."""
+    area, side, start, end, first_edge = cells.area, cells.side, cells.start, cells.end, cells.first_edge
     log_r = np.zeros((z.size, area.size))
     twist = np.zeros((z.size, area.size), np.complex128)
     middle, to_local, half, along = _frames(start, end)
     for i in range(z.size):
         for c in range(area.size):
-            away = z[i] - centre[c]
-            r2 = away.real**2 + away.imag**2
-            if whole[c] and r2 > (_FAR * side[c]) ** 2:
+            away, r2, far = _seen_from(z[i], cells, c)
+            if far:
                 log_r[i, c] = 0.5 * area[c] * np.log(r2)
                 mirrored = away.conjugate()
                 twist[i, c] = area[c] * (away / mirrored - side[c] ** 2 / (6.0 * mirrored * mirrored))
@@ -61,16 +81,16 @@ def _displacement_integrals(z, start, end, first_edge, area, centre, side, whole
 
 
 @njit(cache=True)
-def _stress_integrals(z, start, end, first_edge, area, centre, side, whole):
-    """Area integrals (m, N) of 1 / zeta and of conj(zeta) / zeta^2 over cells."""
+def _stress_integrals(z, cells):
+    """Area integrals (m, N) of 1 / zeta and of conj(zeta) / zeta^2 over the cells of a _Layout."""
+    area, side, first_edge = cells.area, cells.side, cells.first_edge
     pole = np.zeros((z.size, area.size), np.complex128)
     steep = np.zeros((z.size, area.size), np.complex128)
-    middle, to_local, half, along = _frames(start, end)
+    middle, to_local, half, along = _frames(cells.start, cells.end)
     for i in range(z.size):
         for c in range(area.size):
-            away = z[i] - centre[c]
-            r2 = away.real**2 + away.imag**2
-            if whole[c] and r2 > (_FAR * side[c]) ** 2:
+            away, _, far = _seen_from(z[i], cells, c)
+            if far:
                 inverse = 1.0 / away
                 pole[i, c] = area[c] * inverse
                 steep[i, c] = area[c] * inverse * inverse * (away.conjugate() - side[c] ** 2 / 3.0 * inverse)
@@ -92,19 +112,6 @@ def _stress_integrals(z, start, end, first_edge, area, centre, side, whole):
     return pole, steep
 
 
-class _Layout(NamedTuple):
-    """Edges of all cells from start to end (e,) complex, first edge (n + 1,), area, centre (complex), side (n,) and
-    whether a cell is a whole square."""
-
-    start: np.ndarray
-    end: np.ndarray
-    first_edge: np.ndarray
-    area: np.ndarray
-    centre: np.ndarray
-    side: np.ndarray
-    whole: np.ndarray
-
-
 def _layout(cells: Cells) -> _Layout:
     first_edge = np.searchsorted(cells.owner, np.arange(len(cells) + 1))
     centre = cells.centre[:, 0] + 1j * cells.centre[:, 1]
@@ -117,7 +124,7 @@ def _complex(points: np.ndarray) -> np.ndarray:
 
 def displacement_of_cells(points: np.ndarray, cells: Cells, material: Elastic) -> np.ndarray:
     """Displacement (2m, 2N) [m per N/m], all x then all y, at points (m, 2) of a unit force spread over each cell."""
-    log_r, twist = _displacement_integrals(_complex(points), *_layout(cells))
+    log_r, twist = _displacement_integrals(_complex(points), _layout(cells))
     c = 1 / (2 * np.pi * (1 + material.kolosov)) / (2 * material.shear) / cells.area
     log_r *= -2 * c * material.kolosov
     twist *= c
@@ -126,7 +133,7 @@ def displacement_of_cells(points: np.ndarray, cells: Cells, material: Elastic) -
 
 def stress_of_cells(points: np.ndarray, cells: Cells, material: Elastic) -> np.ndarray:
     """Stress (3, m, 2N) xx, yy, xy [Pa per N/m] at points (m, 2) of a unit force spread over each cell, x then y."""
-    pole, steep = _stress_integrals(_complex(points), *_layout(cells))
+    pole, steep = _stress_integrals(_complex(points), _layout(cells))
     kappa = material.kolosov
     c = 1 / (2 * np.pi * (1 + kappa)) / cells.area
     out = np.empty((3, len(points), 2 * len(cells)))

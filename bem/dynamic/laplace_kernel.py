@@ -82,6 +82,20 @@ def _excess(r, k1, k2, ratio):
     return psi, chi, psi_slope, chi_slope
 
 
+@njit(cache=True, inline="always")
+def _add_hats(matrix, i, first, last, weight, t, xx, yx, xy, yy):
+    """Add a point force's field at point i, components ij along i by a force along j, to the columns of the two hats
+    that share an element at t in (0, 1). matrix (2m, 2n): all x then all y; added to."""
+    m, n = matrix.shape[0] // 2, matrix.shape[1] // 2
+    for hat in range(2):
+        column = first if hat == 0 else last
+        w = weight * ((1.0 - t) if hat == 0 else t)
+        matrix[i, column] += w * xx
+        matrix[m + i, column] += w * yx
+        matrix[i, n + column] += w * xy
+        matrix[m + i, n + column] += w * yy
+
+
 @njit(cache=True)
 def add_excess(points, normals, start, end, first, last, nodes, weights, k1, k2, ratio, displacement, traction):
     """Add what the fields of hat-weighted forces exceed the static ones by, over 1 / (2 pi G) and over 1 / (2 pi).
@@ -90,7 +104,7 @@ def add_excess(points, normals, start, end, first, last, nodes, weights, k1, k2,
     nodes, weights : Gauss points on (0, 1); elements near a point are split at its foot and halved towards it
     displacement (2m, 2n), traction (2m, 2n) : complex, all x then all y; added to
     """
-    m, n = points.size, displacement.shape[1] // 2
+    m = points.size
     square = ratio * ratio
     lame = 1.0 / square - 2.0  # lambda / G
     level = 0.25 * (1.0 - square)
@@ -117,13 +131,7 @@ def add_excess(points, normals, start, end, first, last, nodes, weights, k1, k2,
                     uxx = psi + level - chi * rx * rx
                     uyy = psi + level - chi * ry * ry
                     uxy = -chi * rx * ry
-                    for hat in range(2):
-                        column = first[e] if hat == 0 else last[e]
-                        w = weight * ((1.0 - t) if hat == 0 else t)
-                        displacement[i, column] += w * uxx
-                        displacement[m + i, column] += w * uxy
-                        displacement[i, n + column] += w * uxy
-                        displacement[m + i, n + column] += w * uyy
+                    _add_hats(displacement, i, first[e], last[e], weight, t, uxx, uxy, uxy, uyy)
                     if not pull:
                         continue
                     nx, ny = normals[i].real, normals[i].imag
@@ -135,13 +143,7 @@ def add_excess(points, normals, start, end, first, last, nodes, weights, k1, k2,
                     tyy = bulk * ny * ry + turn * (rn + ry * ny) - 2.0 * chi / r * ny * ry + swing * rn * ry * ry
                     txy = bulk * nx * ry + turn * rx * ny - 2.0 * chi / r * nx * ry + swing * rn * rx * ry
                     tyx = bulk * ny * rx + turn * ry * nx - 2.0 * chi / r * ny * rx + swing * rn * rx * ry
-                    for hat in range(2):
-                        column = first[e] if hat == 0 else last[e]
-                        w = weight * ((1.0 - t) if hat == 0 else t)
-                        traction[i, column] += w * txx
-                        traction[m + i, column] += w * tyx
-                        traction[i, n + column] += w * txy
-                        traction[m + i, n + column] += w * tyy
+                    _add_hats(traction, i, first[e], last[e], weight, t, txx, tyx, txy, tyy)
 
 
 @njit(cache=True)
