@@ -19,6 +19,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -65,6 +66,15 @@ class Waves:
         )
 
 
+class Inertial(NamedTuple):
+    """A plane body laid out for waves: its boundary mesh, the cells that carry its inertia, density [kg/m^3]."""
+
+    body: Body
+    mesh: BoundaryMesh
+    cells: Cells
+    density: float
+
+
 class DynamicBody:
     """Flexibility of a held body for its cells and for load patterns.
 
@@ -73,19 +83,13 @@ class DynamicBody:
     """
 
     def __init__(
-        self,
-        body: Body,
-        mesh: BoundaryMesh,
-        cells: Cells,
-        density: float,
-        patterns: np.ndarray,
-        collocated: bool = False,
-        memory_limit: float = MEMORY_LIMIT,
+        self, solid: Inertial, patterns: np.ndarray, collocated: bool = False, memory_limit: float = MEMORY_LIMIT
     ) -> None:
-        """patterns : (2n, m) forces on the boundary's cells, all x then all y [N/m per unit]; density [kg/m^3].
+        """patterns : (2n, m) forces on the boundary's cells, all x then all y [N/m per unit].
 
         Raises DynamicsError for a body without a held edge, TooLargeError beyond `memory_limit` [bytes].
         """
+        body, mesh, cells, density = solid
         if body.held is None:
             raise DynamicsError("cells with inertia need a body with a held edge: give `held` the name of one")
         self.waves = Waves.of(body.material, density)

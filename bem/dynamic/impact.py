@@ -11,14 +11,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from bem.checks import refuse_unless_finite, refuse_unless_positive
-from bem.dynamic.body import DynamicBody, DynamicsError
-from bem.dynamic.cells import Cells
+from bem.dynamic.body import DynamicBody, DynamicsError, Inertial
 from bem.dynamic.contact import NormalContact
-from bem.dynamic.marching import March, State
+from bem.dynamic.marching import Energy, March, State
 from bem.plane.body import Body, CondensedBody
 from bem.plane.boundary import MEMORY_LIMIT
 from bem.plane.mesh import BoundaryMesh
@@ -61,30 +61,32 @@ def moved_mass(striker: Striker) -> float:
     return striker.mass
 
 
+class StrikerOutline(NamedTuple):
+    """What strikes, in its position at time 0, and its boundary mesh."""
+
+    body: Body
+    mesh: BoundaryMesh
+
+
 class Struck:
     """A body that may be struck on its face, ready for any step length and striker of one outline."""
 
     def __init__(
         self,
-        body: Body,
-        mesh: BoundaryMesh,
-        cells: Cells,
-        density: float,
-        striker: Body,
-        striker_mesh: BoundaryMesh,
+        solid: Inertial,
+        outline: StrikerOutline,
         reach: float,
         yielding: bool = False,
         memory_limit: float = MEMORY_LIMIT,
     ) -> None:
-        """striker : its outline in the position at time 0; yielding : it yields statically by its own material
-        reach [m] : largest gap considered
-        """
-        self.interface: Interface = pair(mesh, body.face, striker_mesh, striker.face, striker.outline, reach)
+        """yielding : the striker yields statically by its own material; reach [m] : largest gap considered"""
+        striker, striker_mesh = outline
+        self.interface: Interface = pair(
+            solid.mesh, solid.body.face, striker_mesh, striker.face, striker.outline, reach
+        )
         n, (nx, ny) = len(self.interface.nodes), self.interface.normals.T
         self._inward = np.vstack([np.diag(-nx), np.diag(-ny)])  # unit pressures as x and y tractions
-        self.body = DynamicBody(
-            body, mesh, cells, density, self.interface.on_slave @ self._inward, memory_limit=memory_limit
-        )
+        self.body = DynamicBody(solid, self.interface.on_slave @ self._inward, memory_limit=memory_limit)
         self.mass = self.interface.mass
         self.local = np.zeros((n, n))
         if yielding:
@@ -154,6 +156,15 @@ def strike(struck: Struck, striker: Striker, march: March, steps: int, keep: Cal
     return impact
 
 
+class Motion(NamedTuple):
+    """Of a striker along its axis: position [m], velocity [m/s], acceleration [m/s^2], contact force and load [N/m]."""
+
+    x: float
+    v: float
+    a: float
+    force: float
+
+
 class _Run:
     """One march with a striker."""
 
@@ -169,65 +180,66 @@ class _Run:
             matrix = matrix + self._mobility * np.outer(self._arm, self._arm)
         self.contact = NormalContact(matrix)
 
-    def _predicted(self, x: float, v: float, a: float, force: float, time: float) -> float:
+    def _predicted(self, at: Motion, time: float) -> float:
         """Position at the end of a step in which no contact force acts at its end."""
         s, h, striker = self.march.scheme, self.march.step, self.striker
         if striker.path is not None:
             return float(striker.path(time))
-        known = (s.alpha_f * force + (1 - s.alpha_f) * striker.load) / moved_mass(striker) - s.alpha_m * a
-        return x + h * v + h**2 * (s.before_u * a + s.after_u / (1 - s.alpha_m) * known)
+        known = (s.alpha_f * at.force + (1 - s.alpha_f) * striker.load) / moved_mass(striker) - s.alpha_m * at.a
+        return at.x + h * at.v + h**2 * (s.before_u * at.a + s.after_u / (1 - s.alpha_m) * known)
+
+    def _begin(self) -> Motion:
+        striker = self.striker
+        if striker.path is not None:
+            return Motion(float(striker.path(0.0)), striker.velocity, 0.0, striker.load)
+        return Motion(0.0, striker.velocity, striker.load / moved_mass(striker), striker.load)
+
+    def _moved(self, at: Motion, ahead: float, pushed: float) -> Motion:
+        """After a step at whose end the contact pushes with a force [N/m]; ahead : as predicted."""
+        s, h, striker = self.march.scheme, self.march.step, self.striker
+        if striker.path is not None:
+            return Motion(ahead, (ahead - at.x) / h, at.a, at.force)
+        force = pushed + striker.load
+        a = (((1 - s.alpha_f) * force + s.alpha_f * at.force) / moved_mass(striker) - s.alpha_m * at.a) / (
+            1 - s.alpha_m
+        )
+        x = at.x + h * at.v + h**2 * (s.before_u * at.a + s.after_u * a)
+        return Motion(x, at.v + h * (s.before_v * at.a + s.after_v * a), a, force)
 
     def go(self, steps: int, keep: Callable[[int], bool]) -> Impact:
-        march, striker, struck = self.march, self.striker, self.struck
-        s, h, n = march.scheme, march.step, len(self._gap)
-        state = march.start()
+        march, striker = self.march, self.striker
+        state, at = march.start(), self._begin()
         energy = march.energy(state)
-        x = float(striker.path(0.0)) if striker.path else 0.0
-        v, force = striker.velocity, striker.load
-        a = force / striker.mass if striker.mass else 0.0
-        rows = [(0.0, x, v, 0.0)]
-        pressures = [np.zeros(n)]
-        energies = [self._energies(energy, v, np.zeros(n), 0.0)]
+        pressures = [np.zeros(len(self._gap))]
+        stored, done = self._stored(energy, at.v, pressures[0]), 0.0
+        begun = sum(stored)
+        rows, energies = [(0.0, at.x, at.v, 0.0)], [(*stored, begun)]
         states = {0: state} if keep(0) else {}
-        done = 0.0
         for k in range(1, steps + 1):
-            time = k * h
-            free = march.free(state)
-            ahead = self._predicted(x, v, a, force, time)
-            pressure = np.zeros(n)
+            time, free = k * march.step, march.free(state)
+            ahead = self._predicted(at, time)
+            pressure = np.zeros(len(self._gap))
             if striker.release is None or time <= striker.release:
                 pressure = self.contact.solve(self._gap + free[1] + self._arm * ahead)
             pushed = float(self._arm @ pressure)
             following = march.advance(state, pressure, free)
             energy = march.energy(following, (state, energy))
-            x_before, v_before, force_before = x, v, force
-            if striker.path is not None:
-                x, v = ahead, (ahead - x_before) / h
-            else:
-                force = pushed + striker.load
-                a_new = (((1 - s.alpha_f) * force + s.alpha_f * force_before) / moved_mass(striker) - s.alpha_m * a) / (
-                    1 - s.alpha_m
-                )
-                x = x + h * v_before + h**2 * (s.before_u * a + s.after_u * a_new)
-                v = v_before + h * (s.before_v * a + s.after_v * a_new)
-                a = a_new
+            before, at = at, self._moved(at, ahead, pushed)
             mean = (pushed + float(self._arm @ pressures[-1])) / 2
-            done += (striker.load if striker.path is None else -mean) * (x - x_before)
-            rows.append((time, x, v, pushed))
+            done += (striker.load if striker.path is None else -mean) * (at.x - before.x)
+            rows.append((time, at.x, at.v, pushed))
             pressures.append(pressure)
-            energies.append(self._energies(energy, v, pressure, done))
+            energies.append((*self._stored(energy, at.v, pressure), begun + done))
             state = following
             if keep(k):
                 states[k] = state
-        table = np.array(rows)
+        columns = np.array(rows).T
         return Impact(
-            struck, *table.T, np.array(pressures), np.array(energies), states, self.contact.factorisations
-        )  # fmt: skip
+            self.struck, *columns, np.array(pressures), np.array(energies), states, self.contact.factorisations
+        )
 
-    def _energies(self, energy, v: float, pressure: np.ndarray, work: float) -> tuple:
-        """Kinetic, strain, striker's kinetic, and all work done from outside since the beginning."""
+    def _stored(self, energy: Energy, v: float, pressure: np.ndarray) -> tuple[float, float, float]:
+        """Kinetic and strain energy of the body (and of the striker's yielding), kinetic energy of the striker."""
         moving = 0.5 * self.striker.mass * v**2 if self.striker.mass else 0.0
         own = 0.5 * float(pressure @ self.struck.local @ pressure)
-        if not hasattr(self, "_begun"):
-            self._begun = energy.kinetic + energy.strain + moving
-        return energy.kinetic, energy.strain + own, moving, self._begun + work
+        return energy.kinetic, energy.strain + own, moving

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bem.dynamic.body import DynamicBody
+from bem.dynamic.body import DynamicBody, Inertial
 from bem.dynamic.cells import fill_with_cells
 from bem.material import Elastic
 from bem.plane.body import Body
@@ -46,14 +46,8 @@ def bar(cells: int, collocated: bool = False, boundary: float = 1.0) -> DynamicB
     unit pull."""
     outline, size = box(LENGTH, HEIGHT), HEIGHT / cells
     mesh = mesh_outline(outline, Sizing(size * boundary))
-    return DynamicBody(
-        Body(outline, MATERIAL),
-        mesh,
-        fill_with_cells(mesh, Sizing(size)),
-        1.0,
-        edge_pattern(mesh, "face", (1.0, 0.0)),
-        collocated,
-    )
+    solid = Inertial(Body(outline, MATERIAL), mesh, fill_with_cells(mesh, Sizing(size)), 1.0)
+    return DynamicBody(solid, edge_pattern(mesh, "face", (1.0, 0.0)), collocated)
 
 
 def tip_displacement(time: np.ndarray, impulse: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:

@@ -15,7 +15,12 @@ def write_table_and_figure(
     """Write the text to `table` (.md) and what `draw` makes to `figure` (.png), each whole or not at all, in folders
     made when missing. Errors: OSError."""
     table.parent.mkdir(parents=True, exist_ok=True)
-    write_text_atomically(table, text + "\n")
+    write_text_atomically(table, text.rstrip("\n") + "\n")
     if figure is not None and draw is not None:
-        with lettering():
-            save(draw(), figure)
+        write_figure(figure, draw)
+
+
+def write_figure(figure: Path, draw: Callable[[], Figure]) -> None:
+    """Write what `draw` makes to `figure` (.png) in the common lettering, whole or not at all. Errors: OSError."""
+    with lettering():
+        save(draw(), figure)

@@ -19,9 +19,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import typer
+from matplotlib.figure import Figure
 
+from bem.dynamic.body import Inertial
 from bem.dynamic.cells import fill_with_cells
-from bem.dynamic.impact import Impact, Striker, Struck, strike
+from bem.dynamic.impact import Impact, Striker, StrikerOutline, Struck, strike
 from bem.dynamic.marching import March, StepWarning
 from bem.dynamic.schemes import BACKWARD_EULER, TRAPEZOIDAL, Scheme
 from bem.material import STEEL
@@ -30,9 +32,10 @@ from bem.plane.internal import field_at, grid_below
 from bem.plane.mesh import Sizing, Zone, mesh_outline
 from bem.plane.outline import Edge, Outline
 from geometry.profiles.rail import rail_head
-from rail_fem.atomic import write_text_atomically
 from rail_fem.light.contact_pairs import plain_rail_pair, plain_rail_section
 from rail_fem.output.markdown import markdown_table
+from rail_fem.show.style import CURVES, GREY, new_figure
+from rail_fem.show.table_and_figure import write_table_and_figure
 
 if TYPE_CHECKING:
     from rail_fem.static_fe.plane_impact import FiniteImpact
@@ -98,7 +101,7 @@ def struck_rail(element: float = 0.1 * MM, cell: float = 1.5 * MM, coarse: float
     sizing = Sizing(4 * MM, [Zone(middle, element, 4 * MM)], 0.25)
     mesh, other = mesh_outline(rail.outline, sizing), mesh_outline(wheel.outline, sizing)
     cells = fill_with_cells(mesh, Sizing(coarse, [Zone(middle, cell, 5 * MM)], 0.2))
-    return Struck(rail, mesh, cells, DENSITY, wheel, other, 0.3 * MM)
+    return Struck(Inertial(rail, mesh, cells, DENSITY), StrikerOutline(wheel, other), 0.3 * MM)
 
 
 def striker(release: float | None = CONTACT_TIME) -> Striker:
@@ -244,36 +247,31 @@ def judge_line(found: Judgement) -> str:
     )
 
 
-def draw(runs: list[Run], found: Judgement | None, path: Path) -> None:
+def draw(runs: list[Run], found: Judgement | None) -> Figure:
     """Stress and force over time, every scheme and step on one axis."""
-    from rail_fem.show.style import CURVES, GREY, lettering, new_figure, save
-
-    with lettering():
-        figure = new_figure(8.0)
-        upper, lower = figure.subplots(2, 1, sharex=True)
-        for run, colour in zip(runs, CURVES):
-            label = f"{run.scheme.name}, step {run.step / US:g} \u00b5s"
-            upper.plot(run.time * 1e3, run.stress / MPA, color=colour, linewidth=1.5, label=label)
-            lower.plot(run.impact.time * 1e3, run.impact.force / 1e6, color=colour, linewidth=1.2)
-        if found is not None:
-            upper.plot(
-                found.time * 1e3, found.finite / MPA, "o", color=GREY, markersize=5, markerfacecolor="none",
-                label=f"finite elements, step {found.step / US:g} \u00b5s",
-            )  # fmt: skip
-            lower.plot(found.result.time * 1e3, found.force / 1e6, "--", color=GREY, linewidth=1)
-        for axis in (upper, lower):
-            axis.axvline(CONTACT_TIME * 1e3, color=GREY, linestyle=":", linewidth=1)
-        upper.annotate(
-            "load removed", (CONTACT_TIME * 1e3, 1), xycoords=("data", "axes fraction"), xytext=(4, -14),
-            textcoords="offset points", fontsize=10,
+    figure = new_figure(8.0)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    for run, colour in zip(runs, CURVES):
+        label = f"{run.scheme.name}, step {run.step / US:g} \u00b5s"
+        upper.plot(run.time * 1e3, run.stress / MPA, color=colour, linewidth=1.5, label=label)
+        lower.plot(run.impact.time * 1e3, run.impact.force / 1e6, color=colour, linewidth=1.2)
+    if found is not None:
+        upper.plot(
+            found.time * 1e3, found.finite / MPA, "o", color=GREY, markersize=5, markerfacecolor="none",
+            label=f"finite elements, step {found.step / US:g} \u00b5s",
         )  # fmt: skip
-        upper.set(ylabel="largest von Mises stress\nbelow the contact [MPa]", ylim=(0, None))
-        lower.set(
-            ylabel="contact force [kN per mm\nof thickness]", xlabel="time since first contact [ms]", ylim=(0, None)
-        )
-        upper.legend(fontsize=9, loc="upper right")
-        figure.suptitle("P8 wheel striking a BS 113A rail section at 100 mm/s (plane strain, foot held)")
-        save(figure, path)
+        lower.plot(found.result.time * 1e3, found.force / 1e6, "--", color=GREY, linewidth=1)
+    for axis in (upper, lower):
+        axis.axvline(CONTACT_TIME * 1e3, color=GREY, linestyle=":", linewidth=1)
+    upper.annotate(
+        "load removed", (CONTACT_TIME * 1e3, 1), xycoords=("data", "axes fraction"), xytext=(4, -14),
+        textcoords="offset points", fontsize=10,
+    )  # fmt: skip
+    upper.set(ylabel="largest von Mises stress\nbelow the contact [MPa]", ylim=(0, None))
+    lower.set(ylabel="contact force [kN per mm\nof thickness]", xlabel="time since first contact [ms]", ylim=(0, None))
+    upper.legend(fontsize=9, loc="upper right")
+    figure.suptitle("P8 wheel striking a BS 113A rail section at 100 mm/s (plane strain, foot held)")
+    return figure
 
 
 def main(
@@ -299,8 +297,7 @@ def main(
         text += "\n" + judge_line(found)
     print(text, end="")
     if out is not None:
-        write_text_atomically(out / "impact.md", text)
-        draw(runs, found, out / "impact.png")
+        write_table_and_figure(out / "impact.md", text, out / "impact.png", lambda: draw(runs, found))
 
 
 if __name__ == "__main__":

@@ -17,6 +17,8 @@ from pathlib import Path
 
 import numpy as np
 import typer
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
 from scipy.interpolate import LinearNDInterpolator
 
 from bem.material import STEEL
@@ -26,8 +28,9 @@ from bem.plane_plastic.capped import capped_return
 from bem.plane_plastic.cells import Cells
 from bem.plane_plastic.contact import PlasticContact, Region
 from bem.plastic.hardening import Hardening
-from rail_fem.atomic import write_text_atomically
 from rail_fem.output.markdown import markdown_table
+from rail_fem.show.style import STRAIN_COLOURS, new_figure
+from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.static_fe.plane_strain import Fineness
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact, PlasticPlaneStep
 from rail_fem.studies.sections import wheel_on_rail
@@ -147,42 +150,37 @@ def table(rows: list[Compared]) -> str:
     return "\n".join(markdown_table(HEAD, lines)) + "\n"
 
 
-def draw(rows: list[Compared], contact: PlasticContact, path: Path) -> None:
+def draw(rows: list[Compared], contact: PlasticContact) -> Figure:
     """Von Mises stress and plastic strain below the patch by all three, a row for each load."""
-    from matplotlib.collections import PolyCollection
-
-    from rail_fem.show.style import STRAIN_COLOURS, lettering, new_figure, save
-
     cells = contact.section.cells
     corners = cells.vertices[cells.corners] / MM
     names = ("boundary elements", "capped, as in the thesis", "finite elements")
     most = max(max(field.max() for field in row.peeq) for row in rows)
-    with lettering():
-        figure = new_figure(2.1 * len(rows) + 1.2)
-        axes = figure.subplots(len(rows), 6, squeeze=False, sharex=True, sharey=True)
-        for line, row in zip(axes, rows):
-            for k, axis in enumerate(line):
-                stress = k < 3
-                values = row.von_mises[k] / MPA if stress else 1e4 * row.peeq[k - 3]
-                drawn = PolyCollection(corners, array=values, cmap="cividis" if stress else STRAIN_COLOURS)
-                drawn.set_edgecolor("face")
-                drawn.set_clim(0, YIELD / MPA if stress else 1e4 * most)
-                axis.add_collection(drawn)
-                axis.set_aspect("equal")
-                axis.grid(False)
-                axis.autoscale()
-                if row is rows[0]:
-                    axis.set_title(names[k % 3], fontsize=10)
-                if k == 2 or k == 5:
-                    label = "von Mises [MPa]" if stress else "plastic strain [1e-4]"
-                    figure.colorbar(drawn, ax=axis, label=label, shrink=0.9)
-            line[0].set_ylabel(f"{row.load / 1e6:.3g} kN/mm\ny [mm]", fontsize=10)
-        for axis in axes[-1]:
-            axis.set_xlabel("lateral x [mm]", fontsize=10)
-        figure.suptitle(
-            f"P8 on BS113A in plane strain, rail of {YIELD / MPA:g} MPa without hardening: what yields", fontsize=13
-        )
-        save(figure, path)
+    figure = new_figure(2.1 * len(rows) + 1.2)
+    axes = figure.subplots(len(rows), 6, squeeze=False, sharex=True, sharey=True)
+    for line, row in zip(axes, rows):
+        for k, axis in enumerate(line):
+            stress = k < 3
+            values = row.von_mises[k] / MPA if stress else 1e4 * row.peeq[k - 3]
+            drawn = PolyCollection(corners, array=values, cmap="cividis" if stress else STRAIN_COLOURS)
+            drawn.set_edgecolor("face")
+            drawn.set_clim(0, YIELD / MPA if stress else 1e4 * most)
+            axis.add_collection(drawn)
+            axis.set_aspect("equal")
+            axis.grid(False)
+            axis.autoscale()
+            if row is rows[0]:
+                axis.set_title(names[k % 3], fontsize=10)
+            if k == 2 or k == 5:
+                label = "von Mises [MPa]" if stress else "plastic strain [1e-4]"
+                figure.colorbar(drawn, ax=axis, label=label, shrink=0.9)
+        line[0].set_ylabel(f"{row.load / 1e6:.3g} kN/mm\ny [mm]", fontsize=10)
+    for axis in axes[-1]:
+        axis.set_xlabel("lateral x [mm]", fontsize=10)
+    figure.suptitle(
+        f"P8 on BS113A in plane strain, rail of {YIELD / MPA:g} MPa without hardening: what yields", fontsize=13
+    )
+    return figure
 
 
 def main(
@@ -198,8 +196,7 @@ def main(
     rows, contact, seconds = compare(size * MM, judge_size * MM, steps)
     spent = ", ".join(f"{name} {value:.1f} CPU s" for name, value in seconds.items())
     text = table(rows) + f"\n{steps} steps, {len(contact.section.active)} cells that take part: {spent}.\n"
-    write_text_atomically(out.with_suffix(".md"), text)
-    draw(rows, contact, out.with_suffix(".png"))
+    write_table_and_figure(out.with_suffix(".md"), text, out.with_suffix(".png"), lambda: draw(rows, contact))
     print(text, end="")
 
 

@@ -15,8 +15,9 @@ from pathlib import Path
 
 import numpy as np
 import typer
+from matplotlib.figure import Figure
 
-from bem.dynamic.body import DynamicBody
+from bem.dynamic.body import DynamicBody, Inertial
 from bem.dynamic.cells import fill_with_cells
 from bem.dynamic.convolution import Conditions, LaplaceBody, convolve, transfer
 from bem.dynamic.marching import InstabilityError, March, respond
@@ -26,10 +27,12 @@ from bem.plane.body import Body
 from bem.plane.mesh import Sizing, mesh_outline
 from bem.plane.outline import Edge, Outline
 from bem.verification.bar import HEIGHT, LENGTH, MATERIAL, bar, box, edge_pattern, tip_displacement
-from rail_fem.atomic import write_text_atomically
 from rail_fem.output.markdown import markdown_table
+from rail_fem.show.style import CURVES, GREY, new_figure
+from rail_fem.show.table_and_figure import write_figure, write_table_and_figure
 
 SHARES = (0.3, 0.6, 1.0, 2.0)  # steps over the time in which a dilatational wave crosses a cell
+STEPS = np.logspace(-1.5, 1.0, 26)  # the same, drawn
 SCHEMES = (BACKWARD_EULER, TRAPEZOIDAL, generalised_alpha(0.8))
 MATERIAL_2D = Elastic(1.0, 0.3)
 
@@ -43,7 +46,7 @@ def skew_block(size: float, collocated: bool) -> DynamicBody:
     mesh = mesh_outline(outline, Sizing(size))
     cells = fill_with_cells(mesh, Sizing(size))
     pattern = edge_pattern(mesh, "face", (1.0, 0.3))
-    return DynamicBody(Body(outline, MATERIAL_2D), mesh, cells, 1.0, pattern, collocated)
+    return DynamicBody(Inertial(Body(outline, MATERIAL_2D), mesh, cells, 1.0), pattern, collocated)
 
 
 def growth(body: DynamicBody, scheme: Scheme, step: float) -> float:
@@ -69,43 +72,40 @@ def energy_table(bodies: dict[str, DynamicBody], size: float) -> str:
     return "\n".join(markdown_table(["operator", "scheme", *(f"step {s:g} h/c" for s in SHARES)], rows)) + "\n"
 
 
-def stability_map(bodies: dict[str, DynamicBody], size: float, path: Path | None) -> str:
-    """Growth in a step over the step's length, drawn and as a table."""
-    shares = np.logspace(-1.5, 1.0, 26)
-    found = {
-        (name, scheme.name): np.array(
-            [growth(body, scheme, share * size / body.waves.dilatational) for share in shares]
-        )
+def stability_map(bodies: dict[str, DynamicBody], size: float) -> dict[tuple[str, str], np.ndarray]:
+    """Growth in a step (26,) over STEPS, by operator and scheme."""
+    return {
+        (name, scheme.name): np.array([growth(body, scheme, share * size / body.waves.dilatational) for share in STEPS])
         for name, body in bodies.items()
         for scheme in SCHEMES
     }
-    if path is not None:
-        _draw_map(shares, found, path)
+
+
+def stability_table(found: dict[tuple[str, str], np.ndarray]) -> str:
+    """Markdown: growth in a step of some lengths."""
     rows = [
-        [*key, *(f"{values[np.argmin(np.abs(shares - share))]:+.1e}" for share in SHARES)]
+        [*key, *(f"{values[np.argmin(np.abs(STEPS - share))]:+.1e}" for share in SHARES)]
         for key, values in found.items()
     ]
     return "\n".join(markdown_table(["operator", "scheme", *(f"step {s:g} h/c" for s in SHARES)], rows)) + "\n"
 
 
-def _draw_map(shares: np.ndarray, found: dict, path: Path) -> None:
-    from rail_fem.show.style import CURVES, lettering, new_figure, save
-
-    with lettering():
-        figure = new_figure(6.0)
-        axes = figure.subplots(1, 2, sharey=True)
-        for axis, operator in zip(axes, dict.fromkeys(name for name, _ in found)):
-            for scheme, colour, line in zip(SCHEMES, CURVES, ("-", "--", ":")):
-                values = found[operator, scheme.name]
-                axis.plot(shares, np.maximum(values, 1e-16), line, color=colour, linewidth=2, label=scheme.name)
-            axis.set(xscale="log", yscale="log", ylim=(1e-16, 10), title=operator)
-            axis.set_xlabel("step over the time in which a wave crosses a cell, c\u2081 \u0394t / h")
-        axes[0].set_ylabel("growth of the worst mode in a step\n(amplification less 1; bottom: none)")
-        axes[0].legend()
-        axes[0].axhspan(1e-16, 1e-12, color="#DDEEDD", zorder=0)
-        axes[1].axhspan(1e-16, 1e-12, color="#DDEEDD", zorder=0)
-        figure.suptitle("Stability of cells with inertia in plane boundary elements (green: stable to round-off)")
-        save(figure, path)
+def draw_map(found: dict[tuple[str, str], np.ndarray]) -> Figure:
+    """Growth of the worst mode over the step, an operator a panel."""
+    figure = new_figure(6.0)
+    axes = figure.subplots(1, 2, sharey=True)
+    for axis, operator in zip(axes, dict.fromkeys(name for name, _ in found)):
+        for scheme, colour, line in zip(SCHEMES, CURVES, ("-", "--", ":")):
+            values = found[operator, scheme.name]
+            axis.plot(STEPS, np.maximum(values, 1e-16), line, color=colour, linewidth=2, label=scheme.name)
+        axis.set(xscale="log", yscale="log", ylim=(1e-16, 10), title=operator)
+        axis.set_xlabel("step over the time in which a wave crosses a cell, c\u2081 \u0394t / h")
+    axes[0].set_ylabel("growth of the worst mode in a step\n(amplification less 1; bottom: none)")
+    axes[0].legend()
+    axes[0].axhspan(1e-16, 1e-12, color="#DDEEDD", zorder=0)
+    axes[1].axhspan(1e-16, 1e-12, color="#DDEEDD", zorder=0)
+    figure.suptitle("Stability of cells with inertia in plane boundary elements (green: stable to round-off)")
+    return figure
 
 
 def bar_runs(cells: int, periods: int, share: float) -> tuple[np.ndarray, dict[str, tuple[np.ndarray, float]]]:
@@ -148,24 +148,21 @@ def bar_table(moment: np.ndarray, found: dict[str, tuple[np.ndarray, float]]) ->
     return "\n".join(markdown_table(head, rows)) + "\n"
 
 
-def draw_bar(moment: np.ndarray, found: dict[str, tuple[np.ndarray, float]], path: Path) -> None:
+def draw_bar(moment: np.ndarray, found: dict[str, tuple[np.ndarray, float]]) -> Figure:
     """The tip in the first and in the last two periods."""
-    from rail_fem.show.style import CURVES, GREY, lettering, new_figure, save
-
     exact, periods = tip_displacement(moment, lambda t: t), moment / (4 * LENGTH)
-    with lettering():
-        figure = new_figure(8.0)
-        axes = figure.subplots(2, 1)
-        for axis, begin in zip(axes, (0, round(periods[-1]) - 2)):
-            shown = (periods >= begin) & (periods <= begin + 2)
-            axis.plot(periods[shown], exact[shown], color=GREY, linewidth=4, alpha=0.5, label="exact (d'Alembert)")
-            for (name, (tip, _)), colour, line in zip(found.items(), CURVES, ("-", "-", "--", "--", ":")):
-                axis.plot(periods[shown], tip[shown], line, color=colour, linewidth=1.4, label=name)
-            axis.set(ylabel="tip displacement / (\u03c3L/E)", xlim=(begin, begin + 2), ylim=(-0.3, 2.3))
-        axes[0].legend(ncols=3, fontsize=10, loc="lower center")
-        axes[1].set_xlabel("time in periods of the bar, t c / 4L")
-        figure.suptitle("A bar held at one end under a step load at the other")
-        save(figure, path)
+    figure = new_figure(8.0)
+    axes = figure.subplots(2, 1)
+    for axis, begin in zip(axes, (0, round(periods[-1]) - 2)):
+        shown = (periods >= begin) & (periods <= begin + 2)
+        axis.plot(periods[shown], exact[shown], color=GREY, linewidth=4, alpha=0.5, label="exact (d'Alembert)")
+        for (name, (tip, _)), colour, line in zip(found.items(), CURVES, ("-", "-", "--", "--", ":")):
+            axis.plot(periods[shown], tip[shown], line, color=colour, linewidth=1.4, label=name)
+        axis.set(ylabel="tip displacement / (\u03c3L/E)", xlim=(begin, begin + 2), ylim=(-0.3, 2.3))
+    axes[0].legend(ncols=3, fontsize=10, loc="lower center")
+    axes[1].set_xlabel("time in periods of the bar, t c / 4L")
+    figure.suptitle("A bar held at one end under a step load at the other")
+    return figure
 
 
 def main(
@@ -185,7 +182,8 @@ def main(
         f" {np.sum(bodies['means over cells, symmetric'].inverse_frequencies < 0)} negative,"
         f" {bodies['means over cells, symmetric'].repaired} repaired.\n\nGrowth of the worst mode in a step:\n\n"
     )
-    text += stability_map(bodies, size, None if out is None else out / "stability.png")
+    stability = stability_map(bodies, size)
+    text += stability_table(stability)
     text += "\nEnergy beyond the work done, largest in 1,000 steps, over the largest energy so far:\n\n"
     text += energy_table(bodies, size)
     moment, found = bar_runs(cells, periods, share)
@@ -193,8 +191,8 @@ def main(
     text += bar_table(moment, found)
     print(text, end="")
     if out is not None:
-        write_text_atomically(out / "waves.md", text)
-        draw_bar(moment, found, out / "bar.png")
+        write_table_and_figure(out / "waves.md", text, out / "stability.png", lambda: draw_map(stability))
+        write_figure(out / "bar.png", lambda: draw_bar(moment, found))
 
 
 if __name__ == "__main__":

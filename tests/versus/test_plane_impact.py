@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from bem.dynamic.body import Inertial
 from bem.dynamic.cells import fill_with_cells
-from bem.dynamic.impact import Striker, Struck, strike
+from bem.dynamic.impact import Striker, StrikerOutline, Struck, strike
 from bem.dynamic.marching import March
 from bem.dynamic.schemes import TRAPEZOIDAL, generalised_alpha
 from bem.material import STEEL
@@ -41,7 +42,11 @@ def boundary():
     sizing = Sizing(3 * MM, [Zone(middle, SIZE, 5 * MM)], 0.3)
     mesh = mesh_outline(block.outline, sizing)
     cells = fill_with_cells(mesh, Sizing(3 * MM, [Zone(middle, 1 * MM, 5 * MM)], 0.3))
-    struck = Struck(block, mesh, cells, DENSITY, cylinder, mesh_outline(cylinder.outline, sizing), 0.1 * MM)
+    struck = Struck(
+        Inertial(block, mesh, cells, DENSITY),
+        StrikerOutline(cylinder, mesh_outline(cylinder.outline, sizing)),
+        0.1 * MM,
+    )
     return strike(struck, striker(), March(struck.body, STEP), STEPS, lambda k: k % 20 == 0)
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bem.dynamic.body import DynamicsError
+from bem.dynamic.body import DynamicsError, Inertial
 from bem.dynamic.cells import fill_with_cells
 from bem.dynamic.contact import NormalContact
-from bem.dynamic.impact import ImpactWarning, Striker, Struck, strike
+from bem.dynamic.impact import ImpactWarning, Striker, StrikerOutline, Struck, strike
 from bem.dynamic.marching import March
 from bem.dynamic.schemes import BACKWARD_EULER, TRAPEZOIDAL
 from bem.plane.body import Body
@@ -22,7 +22,9 @@ def struck_bar(gap: float = 0.0, yielding: bool = False) -> Struck:
     block = box(0.3, 0.35, held="right", face="left").moved(np.array([LENGTH + gap, -0.05]))
     mesh = mesh_outline(outline, Sizing(size / 2))
     cells, other = fill_with_cells(mesh, Sizing(size)), mesh_outline(block, Sizing(0.05))
-    return Struck(Body(outline, MATERIAL), mesh, cells, 1.0, Body(block, MATERIAL), other, 0.2, yielding)
+    return Struck(
+        Inertial(Body(outline, MATERIAL), mesh, cells, 1.0), StrikerOutline(Body(block, MATERIAL), other), 0.2, yielding
+    )
 
 
 @pytest.fixture(scope="module")
