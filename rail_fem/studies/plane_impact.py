@@ -46,6 +46,7 @@ APPROACH = 0.1  # vertical speed of the wheel [m/s]
 CONTACT_TIME = 2 * 5 * MM / 33.528  # 2 a / V of a patch half-length of 5 mm at 75 mph [s]
 WHEEL_MASS = 600 / (2 * 5 * MM)  # a wheel's share of the wheelset over the patch's length [kg/m]; chosen here
 END = 1.9e-3  # [s]
+LINES = {BACKWARD_EULER.name: "--", TRAPEZOIDAL.name: "-"}
 # BS 113A below its head, from memory and not verified: height, foot width, web thickness, and straight lines between
 HEIGHT, FOOT, WEB = 158.75 * MM, 139.70 * MM, 20.0 * MM
 
@@ -239,37 +240,56 @@ def judge(run: Run, element: float = 0.1 * MM, end: float = 0.4e-3) -> Judgement
 def judge_line(found: Judgement) -> str:
     """One sentence on a judgement."""
     peak, worst = found.largest
+    when = found.time[np.argmax(np.abs(found.boundary - found.finite))]
     return (
         f"Judge: plane-strain finite elements, {found.nodes} nodes, step {found.step / US:g} us, {found.seconds:.0f} s"
         " of CPU.\n"
         f"Largest von Mises stress {found.finite.max() / MPA:.1f} MPa; boundary elements at the same points"
-        f" {peak:+.2%}; largest difference at any instant {worst:.2%} of it.\n"
+        f" {peak:+.2%}; largest difference at any instant {worst:.2%} of it, at"
+        f" {when * 1e3:.2f} ms.\n"
     )
 
 
 def draw(runs: list[Run], found: Judgement | None) -> Figure:
-    """Stress and force over time, every scheme and step on one axis."""
-    figure = new_figure(8.0)
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    for run, colour in zip(runs, CURVES):
-        label = f"{run.scheme.name}, step {run.step / US:g} \u00b5s"
-        upper.plot(run.time * 1e3, run.stress / MPA, color=colour, linewidth=1.5, label=label)
-        lower.plot(run.impact.time * 1e3, run.impact.force / 1e6, color=colour, linewidth=1.2)
+    """Stress and force while the wheel presses, a colour a step and a line a scheme; what rings on afterwards, and what
+    becomes of the energy."""
+    figure = new_figure(8.5)
+    (stress, ring), (force, energy) = figure.subplots(2, 2, width_ratios=[1.6, 1])
+    steps = sorted({run.step for run in runs}, reverse=True)
+    colour = {step: CURVES[k % len(CURVES)] for k, step in enumerate(steps)}
+    for run in runs:
+        line = {"color": colour[run.step], "linestyle": LINES[run.scheme.name], "linewidth": 1.4}
+        stress.plot(run.time * 1e3, run.stress / MPA, label=f"{run.scheme.name}, {run.step / US:g} \u00b5s", **line)
+        force.plot(run.impact.time * 1e3, run.impact.force / 1e6, **line)
+        ring.plot(run.time * 1e3, run.stress / MPA, **line)
+        energy.plot(run.impact.time * 1e3, 100 * run.impact.imbalance, **line)
     if found is not None:
-        upper.plot(
-            found.time * 1e3, found.finite / MPA, "o", color=GREY, markersize=5, markerfacecolor="none",
-            label=f"finite elements, step {found.step / US:g} \u00b5s",
-        )  # fmt: skip
-        lower.plot(found.result.time * 1e3, found.force / 1e6, "--", color=GREY, linewidth=1)
-    for axis in (upper, lower):
+        marks = {"color": GREY, "markersize": 6, "markerfacecolor": "none", "linestyle": ""}
+        words = f"finite elements, trapezoidal, {found.step / US:g} \u00b5s"
+        stress.plot(found.time * 1e3, found.finite / MPA, marker="o", label=words, **marks)
+        stress.plot(found.time * 1e3, found.boundary / MPA, marker="+", label="cells, at those very points", **marks)
+        force.plot(found.result.time[::4] * 1e3, found.force[::4] / 1e6, marker=".", **marks)
+    late = [run.stress[run.time > CONTACT_TIME + 4 * US] for run in runs]
+    highest = max((values.max() for values in late if len(values)), default=1.0)
+    end = max(run.time[-1] for run in runs) * 1e3
+    for axis in (stress, force):
         axis.axvline(CONTACT_TIME * 1e3, color=GREY, linestyle=":", linewidth=1)
-    upper.annotate(
+        axis.set(xlim=(0, min(0.42, end)), ylim=(0, None), xlabel="time since first contact [ms]")
+    stress.annotate(
         "load removed", (CONTACT_TIME * 1e3, 1), xycoords=("data", "axes fraction"), xytext=(4, -14),
         textcoords="offset points", fontsize=10,
     )  # fmt: skip
-    upper.set(ylabel="largest von Mises stress\nbelow the contact [MPa]", ylim=(0, None))
-    lower.set(ylabel="contact force [kN per mm\nof thickness]", xlabel="time since first contact [ms]", ylim=(0, None))
-    upper.legend(fontsize=9, loc="upper right")
+    stress.set(ylabel="largest von Mises stress\nbelow the contact [MPa]", title="while the wheel presses")
+    force.set(ylabel="contact force\n[kN per mm of thickness]")
+    ring.set(
+        title="afterwards", ylabel="largest von Mises stress [MPa]", ylim=(0, 1.1 * highest / MPA),
+        xlim=(CONTACT_TIME * 1e3, end), xlabel="time since first contact [ms]",
+    )  # fmt: skip
+    energy.set(
+        title="energy gained or lost", ylabel="of the largest energy [%]", xlabel="time since first contact [ms]",
+        xlim=(0, end),
+    )  # fmt: skip
+    stress.legend(fontsize=8, loc="upper left")
     figure.suptitle("P8 wheel striking a BS 113A rail section at 100 mm/s (plane strain, foot held)")
     return figure
 
