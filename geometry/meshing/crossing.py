@@ -33,7 +33,7 @@ class BodyMeshSpec:
     fine_depth : depth of the fine block;  coarse : largest element size away from it
     anchor : a position on the body from which its slabs are counted, so that the mesh under the wheel does not hang on
         where x_range ends:
-    slabs are then exactly element_size long and fine_x grows by up to three of them at each end; None: they divide
+    slabs are then exactly of the fine length and fine_x grows by up to three of them at each end; None: they divide
     fine_x evenly
     design_x : the sections that decide the block's columns and which section is meshed, around fine_x; None: those of
         fine_x
@@ -58,6 +58,7 @@ class CrossingMeshSpec:
 
     wing, nose : what to mesh of each body, None to leave it out;  base : z of the plane where the bodies are clamped
     growth : ratio of neighbouring sizes away from the fine zone
+    length : of the fine slabs along x; None: element_size
     """
 
     element_size: float
@@ -65,6 +66,12 @@ class CrossingMeshSpec:
     nose: BodyMeshSpec | None = None
     base: float = -0.055
     growth: float = 1.3
+    length: float | None = None
+
+    @property
+    def slab(self) -> float:
+        """Length of the fine slabs [m]."""
+        return self.element_size if self.length is None else self.length
 
 
 @gmsh_process()
@@ -139,23 +146,23 @@ def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> Stations:
     """Fine over fine_x, longer outside; see BodyMeshSpec.anchor."""
     low, high = body.fine_x
     if body.anchor is None:
-        line = graded_line(*body.x_range, body.fine_x, spec.element_size, spec.growth, body.coarse / 3, multiple=3)
+        line = graded_line(*body.x_range, body.fine_x, spec.slab, spec.growth, body.coarse / 3, multiple=3)
         first, last = np.searchsorted(line, [low - 1e-9, high - 1e-9])
         return Stations(line[:first], line[first : last + 1], 0, last - first, line[last + 1 :])
-    group = 3 * spec.element_size
+    group = 3 * spec.slab
     wide = body.design_x or body.fine_x
     ends = [
         round_away((x - body.anchor) / group)
         for x, round_away in ((min(wide[0], low), _floor), (low, _floor), (high, _ceil), (max(wide[1], high), _ceil))
     ]
-    design = body.anchor + spec.element_size * np.arange(3 * ends[0], 3 * ends[3] + 1)
+    design = body.anchor + spec.slab * np.arange(3 * ends[0], 3 * ends[3] + 1)
     first, last = 3 * (ends[1] - ends[0]), 3 * (ends[2] - ends[0])
     fine = (design[first], design[last])
     line = graded_line(
         min(body.x_range[0], fine[0]),
         max(body.x_range[1], fine[1]),
         fine,
-        spec.element_size,
+        spec.slab,
         spec.growth,
         body.coarse / 3,
         multiple=3,
@@ -220,11 +227,22 @@ def _chain(before, after, first, reference, last, count):
 def check_body(name: str, body: BodyMeshSpec, spec: CrossingMeshSpec) -> None:
     """Refuse what cannot be meshed before any geometry is evaluated; raises MeshError."""
     errors = []
-    numbers = [spec.element_size, spec.base, spec.growth, body.fine_depth, body.coarse, *body.x_range, *body.fine_x]
+    numbers = [
+        spec.element_size,
+        spec.slab,
+        spec.base,
+        spec.growth,
+        body.fine_depth,
+        body.coarse,
+        *body.x_range,
+        *body.fine_x,
+    ]
     if not np.isfinite(numbers).all():
         errors.append(f"all lengths must be finite numbers, these are {numbers}")
     elif not spec.element_size > 0:
         errors.append(f"element_size {spec.element_size} m must be positive")
+    elif not spec.slab > 0:
+        errors.append(f"length of the elements {spec.slab} m must be positive")
     else:
         if not body.x_range[0] <= body.fine_x[0] < body.fine_x[1] <= body.x_range[1]:
             errors.append(f"fine_x {body.fine_x} m must be a range inside x_range {body.x_range} m")

@@ -29,6 +29,7 @@ class WheelMeshSpec:
     rim_depth : height of the clamped inner rim above D0;  fine_depth : depth of the fine blocks
     coarse : largest element size;  growth : ratio of neighbouring sizes
     y_range : lateral part of the profile that is modelled, cut by upright planes; None for all of it
+    length : of the fine slabs along the circumference; None: element_size
     """
 
     element_size: float
@@ -40,6 +41,12 @@ class WheelMeshSpec:
     coarse: float = 0.010
     growth: float = 1.3
     y_range: tuple[float, float] | None = None
+    length: float | None = None
+
+    @property
+    def slab(self) -> float:
+        """Length of the fine slabs [m]."""
+        return self.element_size if self.length is None else self.length
 
 
 @gmsh_process()
@@ -91,7 +98,7 @@ def arc_stations(radius: float, spec: WheelMeshSpec) -> np.ndarray:
         -reach,
         reach,
         (-spec.fine_half_length, spec.fine_half_length),
-        spec.element_size,
+        spec.slab,
         spec.growth,
         spec.coarse / 3,
         multiple=3,
@@ -104,6 +111,7 @@ def check_wheel(radius: float, spec: WheelMeshSpec) -> None:
     numbers = [
         radius,
         spec.element_size,
+        spec.slab,
         spec.fine_half_length,
         spec.half_angle,
         spec.rim_depth,

@@ -57,7 +57,13 @@ def critical_step(scene: Scene, settings: FeSettings) -> float:
     """Courant number times shortest edge over the fastest wave, mass scaling included [s]."""
     materials = scene.materials
     fastest = max(_speed(steel) for steel in (materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()))
-    return settings.courant * SHORTEST_EDGE * settings.element_size * _mass_factor(scene, settings) ** 0.5 / fastest
+    return (
+        settings.courant
+        * SHORTEST_EDGE
+        * min(settings.element_size, settings.along)
+        * _mass_factor(scene, settings) ** 0.5
+        / fastest
+    )
 
 
 def _mass_factor(scene: Scene, settings: FeSettings) -> float:
@@ -76,11 +82,12 @@ def _speed(steel: Steel) -> float:
 
 def _crossing_cells(settings: FeSettings, length: float) -> float:
     size = settings.element_size
-    return length / size * (RAIL_AREA / size**2 + RAIL_LINE / size)
+    return length / settings.along * (RAIL_AREA / size**2 + RAIL_LINE / size)
 
 
 def _wheel_cells(settings: FeSettings) -> float:
-    return WHEEL_AREA / settings.wheel_size**2 + WHEEL_LINE / settings.wheel_size
+    cells = WHEEL_AREA / settings.wheel_size**2 + WHEEL_LINE / settings.wheel_size
+    return cells * settings.wheel_size / (settings.element_length or settings.wheel_size)
 
 
 def available_memory() -> float:

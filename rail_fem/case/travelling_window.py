@@ -34,8 +34,8 @@ def contact_reach(scene: Scene, settings: FeSettings) -> tuple[float, float]:
 def least_window(scene: Scene, settings: FeSettings) -> tuple[float, float]:
     """Shortest window ahead of the wheel and behind it [m]: to where the rigid wheel is in contact, half a patch, the
     plastic zone beyond it, a slab and two elements. Errors: CrossingError."""
-    slab = max(SLAB, SLAB_ELEMENTS * settings.element_size)
-    around = (1 + ZONE) * largest_half_patch(scene) + slab + EDGE_ELEMENTS * settings.element_size
+    slab = max(SLAB, SLAB_ELEMENTS * settings.along)
+    around = (1 + ZONE) * largest_half_patch(scene) + slab + EDGE_ELEMENTS * settings.along
     ahead, behind = contact_reach(scene, settings)
     return ahead + around, behind + around
 

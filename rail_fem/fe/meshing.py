@@ -33,10 +33,8 @@ def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[Hex
     crossing, path = scene.crossing.surface, running.path
     low, high = sorted((running.start, running.end))
     with gmsh_process():
-        rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings.element_size))
-        wheel = mesh_wheel(
-            scene.wheel.shape, scene.wheel.radius, wheel_spec(path, running.datum_y, settings.wheel_size)
-        )
+        rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings))
+        wheel = mesh_wheel(scene.wheel.shape, scene.wheel.radius, wheel_spec(path, running.datum_y, settings))
     height = datum_height(scene, running.path, running.start)
     mesh, gap = position_wheel(rail, wheel, running.start, running.datum_y, height)
     return mesh, gap, height - gap

@@ -78,7 +78,7 @@ def impact_work(contact_work: np.ndarray) -> float:
     return float(np.ptp(contact_work)) if len(contact_work) > 2 else float("nan")
 
 
-def chatter(history: dict[str, np.ndarray], speed: float, element_size: float, settled: float) -> tuple[float, float]:
+def chatter(history: dict[str, np.ndarray], speed: float, element_length: float, settled: float) -> tuple[float, float]:
     """What the contact force does above half the frequency at which elements pass under the wheel: its share of the
     force's variance, and its root mean square over the mean force. The share alone would condemn steady running, where
     there is no other variance. NaN, NaN when not sampled so finely."""
@@ -87,7 +87,7 @@ def chatter(history: dict[str, np.ndarray], speed: float, element_size: float, s
         return float("nan"), float("nan")
     time, force = history["time"][after], history["force"][after]
     step = float(np.median(np.diff(time)))
-    limit = 0.5 * abs(speed) / element_size
+    limit = 0.5 * abs(speed) / element_length
     if limit >= 0.5 / step:
         return float("nan"), float("nan")
     window = np.hanning(len(force))
@@ -97,7 +97,7 @@ def chatter(history: dict[str, np.ndarray], speed: float, element_size: float, s
     return float(high / max(power[1:].sum(), 1e-300)), float(np.sqrt(mean_square) / max(abs(force.mean()), 1e-300))
 
 
-def mesh_noise(history: dict[str, np.ndarray], speed: float, element_size: float, settled: float) -> float:
+def mesh_noise(history: dict[str, np.ndarray], speed: float, element_length: float, settled: float) -> float:
     """How far the largest force stands above its mean over the passage of one element, relative; NaN when not sampled
     so finely.
 
@@ -107,7 +107,7 @@ def mesh_noise(history: dict[str, np.ndarray], speed: float, element_size: float
     """
     after = history["time"] > settled
     time, force = history["time"][after], history["force"][after]
-    period = element_size / abs(speed)
+    period = element_length / abs(speed)
     if len(time) < 4 or 2 * np.diff(time).max() > period or time[-1] - time[0] < 2 * period or not force.max() > 0:
         return float("nan")
     work = np.append(0.0, np.cumsum(np.diff(time) * (force[1:] + force[:-1]) / 2))

@@ -30,26 +30,29 @@ def mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     low, high = sorted((settings.start, settings.end))
     crossing, path = scene.crossing.surface, anchored_path(scene, low, high)
     try:
-        check_bands(crossing, crossing_spec(crossing, path, low, high, size))
-        wheel = wheel_spec(path, scene.wheel_datum_y, settings.wheel_size)
+        check_bands(crossing, crossing_spec(crossing, path, low, high, settings))
+        wheel = wheel_spec(path, scene.wheel_datum_y, settings)
         check_wheel_bands(scene.wheel.shape, scene.wheel.radius, wheel)
     except MeshError as error:
         return [f"run.{model}.element_size: {size * 1e3:g} mm cannot be meshed: {error}"]
     return []
 
 
-def wheel_spec(path: WheelPath, datum_y: float, size: float) -> WheelMeshSpec:
-    """The wheel's mesh, fine where the wheel touches on its path; datum_y : where D0 is [m];  size : of an element
-    [m]"""
-    return WheelMeshSpec(size, bands=wheel_bands(path, datum_y), fine_half_length=PATCH_REACH + 4e-3)
+def wheel_spec(path: WheelPath, datum_y: float, settings: FeSettings) -> WheelMeshSpec:
+    """The wheel's mesh, fine where the wheel touches on its path; datum_y : where D0 is [m]"""
+    bands = wheel_bands(path, datum_y)
+    return WheelMeshSpec(
+        settings.wheel_size, bands=bands, fine_half_length=PATCH_REACH + 4e-3, length=settings.element_length
+    )
 
 
-def crossing_spec(crossing: AnyCrossing, path: WheelPath, low: float, high: float, size: float) -> CrossingMeshSpec:
+def crossing_spec(
+    crossing: AnyCrossing, path: WheelPath, low: float, high: float, settings: FeSettings
+) -> CrossingMeshSpec:
     """Fine where the rigid wheel comes near: the cheaper model says where the fine mesh must lie.
 
     path : over the stretch that decides the mesh (rail_fem.light.rigid.anchored_path);
-    low, high : the wheel's path [m];  size : of an element [m] Slabs are counted from x = 0 on the wing and from the
-        tip on the nose.
+    low, high : the wheel's path [m]. Slabs are counted from x = 0 on the wing and from the tip on the nose.
     """
     bodies = {}
     for name, gap, point, anchor in (
@@ -65,7 +68,7 @@ def crossing_spec(crossing: AnyCrossing, path: WheelPath, low: float, high: floa
         band = _band(getattr(crossing, f"{name}_section"), point[known, 0], point[known, 1])
         around = (design[0] - PATCH_REACH, design[-1] + PATCH_REACH)
         bodies[name] = BodyMeshSpec((fine[0] - ENDS, fine[1] + ENDS), fine, band, anchor=anchor, design_x=around)
-    return CrossingMeshSpec(size, **bodies)
+    return CrossingMeshSpec(settings.element_size, **bodies, length=settings.element_length)
 
 
 def _band(section, x: np.ndarray, y: np.ndarray):

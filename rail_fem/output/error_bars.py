@@ -32,6 +32,7 @@ def error_bars(result: PassResult, twin: PassResult) -> dict[str, float]:
     twin : the same scene on coarser elements
     """
     size, coarse = (r.settings["element_size"] for r in (result, twin))
+    element = size**2 * (result.settings.get("element_length") or size)
     if result.cut_off or twin.cut_off or not coarse > size:
         return {}
     ratio, there = (coarse / size) ** ORDER - 1, reported(twin)
@@ -39,7 +40,7 @@ def error_bars(result: PassResult, twin: PassResult) -> dict[str, float]:
         name: SAFETY[kind(name)] / ratio * abs(value - there[name]) + scatter(name, value, size)
         for name, value in reported(result).items()
         # nothing on both meshes says nothing
-        if name in there and (value or there[name]) and resolved(name, size)
+        if name in there and (value or there[name]) and resolved(name, element)
     }
 
 
@@ -48,10 +49,10 @@ def kind(name: str) -> str:
     return KINDS[REPORTED[name].unit]
 
 
-def resolved(name: str, size: float) -> bool:
-    """Whether elements of a size [m] are small enough for a quantity: a mean needs some of them in its volume."""
+def resolved(name: str, element: float) -> bool:
+    """Whether elements of a volume [m3] are small enough for a quantity: a mean needs some of them in its volume."""
     volume = VOLUMES.get(name.rpartition("_")[0], math.inf)
-    return volume >= LEAST_ELEMENTS * size**3
+    return volume >= LEAST_ELEMENTS * element
 
 
 def scatter(name: str, value: float, size: float) -> float:

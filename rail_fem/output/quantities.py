@@ -50,7 +50,8 @@ def _strain(body: str, name: str) -> Callable[[PassResult], float]:
 
 def impact_pressure(result: PassResult) -> float:
     """Mean contact pressure, weighted by the force, while one element passes at the first impact [Pa]."""
-    peak, size = result.peaks.get("first_impact"), result.settings.get("element_size", NAN)
+    peak = result.peaks.get("first_impact")
+    size = result.settings.get("element_length") or result.settings.get("element_size", NAN)
     x, pressure = result.history["x"], result.history["contact_pressure"]
     if peak is None or not size == size:
         return NAN

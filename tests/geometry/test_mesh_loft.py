@@ -1,5 +1,7 @@
 """Hexahedra of an extruded rail, whose volume and surface are known, and of a crossing with wing and nose."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
@@ -174,6 +176,21 @@ def test_asked_size_is_found_under_the_band_and_grades_away(rail):
     means = [level.mean() for level in levels]
     assert means[0] < 1.6 * size**3 and means[0] < means[1] < means[2]
     assert mesh_quality(mesh).longest_edge < 2.2 * max(8 * MM, size)
+
+
+@pytest.mark.parametrize("anchor", [None, 1 * MM])
+def test_a_length_along_the_rail_changes_the_slabs_and_nothing_across(anchor):
+    """Twice as long: half the slabs over the fine zone, the same section, volume to the chords."""
+    square = mesh_crossing(StraightRail(), rail_spec(2 * MM, anchor=anchor))
+    spec = rail_spec(2 * MM, anchor=anchor)
+    long = mesh_crossing(StraightRail(), replace(spec, length=4 * MM))
+    check_mesh(long)
+    fine = [np.unique(np.round(mesh.points[:, 0], 9)) for mesh in (square, long)]
+    steps = [np.diff(x[(x > FINE[0] - 1e-6) & (x < FINE[1] + 1e-6)]) for x in fine]
+    np.testing.assert_allclose(steps[0], 2 * MM, rtol=0.05)
+    np.testing.assert_allclose(steps[1], 4 * MM, rtol=0.25 if anchor is None else 1e-9)
+    sections = [mesh.points[np.isclose(mesh.points[:, 0], mesh.points[:, 0].min()), 1:] for mesh in (square, long)]
+    np.testing.assert_allclose(*(np.sort(section, axis=0) for section in sections), atol=1e-9)
 
 
 def test_wing_and_nose_are_bodies_of_their_own(crossing):

@@ -51,6 +51,14 @@ def test_equal_results_leave_the_scatter_which_falls_with_the_square_of_the_size
         assert bars["first_impact"] == pytest.approx(SCATTER["force"] * FORCE * (size / SCATTER_SIZE) ** 2, rel=1e-9)
 
 
+def test_long_elements_count_by_their_volume():
+    """Of 2 x 2 x 4 mm the block holds 4.7, of 2 x 2 x 2 mm 9.4: only the second claims its mean."""
+    for length, claims in ((None, True), (2 * MM, True), (4 * MM, False)):
+        result, twin = at_size(2 * MM), at_size(4 * MM)
+        result.settings["element_length"] = length
+        assert ("block_nose" in error_bars(result, twin)) is claims
+
+
 @pytest.mark.parametrize(
     "size, claimed", [(1 * MM, {"block", "worst_1000"}), (3 * MM, {"worst_1000"}), (6 * MM, set())]
 )
