@@ -87,7 +87,7 @@ def _crossing_cells(settings: FeSettings, length: float) -> float:
 
 def _wheel_cells(settings: FeSettings) -> float:
     cells = WHEEL_AREA / settings.wheel_size**2 + WHEEL_LINE / settings.wheel_size
-    return cells * settings.wheel_size / (settings.element_length or settings.wheel_size)
+    return cells * settings.wheel_size / settings.along
 
 
 def available_memory() -> float:

@@ -41,9 +41,7 @@ def mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
 def wheel_spec(path: WheelPath, datum_y: float, settings: FeSettings) -> WheelMeshSpec:
     """The wheel's mesh, fine where the wheel touches on its path; datum_y : where D0 is [m]"""
     bands = wheel_bands(path, datum_y)
-    return WheelMeshSpec(
-        settings.wheel_size, bands=bands, fine_half_length=PATCH_REACH + 4e-3, length=settings.element_length
-    )
+    return WheelMeshSpec(settings.wheel_size, bands=bands, fine_half_length=PATCH_REACH + 4e-3, length=settings.along)
 
 
 def crossing_spec(
@@ -68,7 +66,7 @@ def crossing_spec(
         band = _band(getattr(crossing, f"{name}_section"), point[known, 0], point[known, 1])
         around = (design[0] - PATCH_REACH, design[-1] + PATCH_REACH)
         bodies[name] = BodyMeshSpec((fine[0] - ENDS, fine[1] + ENDS), fine, band, anchor=anchor, design_x=around)
-    return CrossingMeshSpec(settings.element_size, **bodies, length=settings.element_length)
+    return CrossingMeshSpec(settings.element_size, **bodies, length=settings.along)
 
 
 def _band(section, x: np.ndarray, y: np.ndarray):

@@ -32,7 +32,7 @@ def error_bars(result: PassResult, twin: PassResult) -> dict[str, float]:
     twin : the same scene on coarser elements
     """
     size, coarse = (r.settings["element_size"] for r in (result, twin))
-    element = size**2 * (result.settings.get("element_length") or size)
+    element = size**3 * result.settings.get("element_aspect", 1.0)
     if result.cut_off or twin.cut_off or not coarse > size:
         return {}
     ratio, there = (coarse / size) ** ORDER - 1, reported(twin)

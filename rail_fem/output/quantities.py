@@ -51,7 +51,7 @@ def _strain(body: str, name: str) -> Callable[[PassResult], float]:
 def impact_pressure(result: PassResult) -> float:
     """Mean contact pressure, weighted by the force, while one element passes at the first impact [Pa]."""
     peak = result.peaks.get("first_impact")
-    size = result.settings.get("element_length") or result.settings.get("element_size", NAN)
+    size = result.settings.get("element_size", NAN) * result.settings.get("element_aspect", 1.0)
     x, pressure = result.history["x"], result.history["contact_pressure"]
     if peak is None or not size == size:
         return NAN

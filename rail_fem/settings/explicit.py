@@ -27,15 +27,15 @@ class FeSettings(Frozen):
     free_on_restart: ClassVar[tuple[str, ...]] = ("checkpoint_interval", "max_steps", "mesh")
 
     element_size: Annotated[float, Quantity("mm", 0.1, 20, "element size under the running band")] = 2.0e-3
-    wheel_element_size: (
-        Annotated[float, Quantity("mm", 0.1, 20, "element size in the wheel's patch; none: element_size")] | None
-    ) = None
-    element_length: (
-        Annotated[
-            float, Quantity("mm", 0.1, 20, "element length along the rail, there and in the patch; none: their size")
-        ]
-        | None
-    ) = None
+    element_aspect: Annotated[
+        float,
+        Quantity(
+            "", 1 / MOST_SLENDER, MOST_SLENDER, "length of elements along the rail, of the wheel too, over element_size"
+        ),
+    ] = 1.0
+    wheel_element_ratio: Annotated[
+        float, Quantity("", 0.25, 4, "element size in the wheel's patch over that of the rails")
+    ] = 1.0
     start: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the start")] = COMMON_WINDOW[0]
     end: Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at the end")] = COMMON_WINDOW[1]
     courant: Annotated[float, Quantity("", 0.05, 0.97, "time step over the critical step")] = 0.9
@@ -140,33 +140,21 @@ class FeSettings(Frozen):
             )
         return self
 
-    @model_validator(mode="after")
-    def _elements_are_no_needles(self) -> "FeSettings":
-        if not 1 / MOST_SLENDER <= self.along / self.element_size <= MOST_SLENDER:
-            raise input_error(
-                "aspect",
-                f"element_length {self.along * 1e3:g} mm must lie between a quarter and {MOST_SLENDER:g} times"
-                f" element_size {self.element_size * 1e3:g} mm",
-            )
-        return self
-
     @property
     def wheel_size(self) -> float:
         """Element size in the wheel's patch [m]."""
-        return self.element_size if self.wheel_element_size is None else self.wheel_element_size
+        return self.wheel_element_ratio * self.element_size
 
     @property
     def along(self) -> float:
         """Length of the crossing's elements along the rail [m]."""
-        return self.element_size if self.element_length is None else self.element_length
+        return self.element_aspect * self.element_size
 
     def coarser(self, factor: float) -> "FeSettings":
         """The same with elements larger by a factor; a travelling window longer by as much as its slabs are."""
         longer = SLAB_ELEMENTS * (factor - 1) * self.along
         changed = {
             "element_size": factor * self.element_size,
-            "element_length": self.element_length and factor * self.element_length,
-            "wheel_element_size": self.wheel_element_size and factor * self.wheel_element_size,
             "window_ahead": self.window_ahead and self.window_ahead + longer,
             "window_behind": self.window_behind and self.window_behind + longer,
         }
@@ -190,8 +178,6 @@ class FeSettings(Frozen):
         return self.model_copy(
             update={
                 "element_size": max(self.element_size, SMOKE_ELEMENT_SIZE),
-                "wheel_element_size": self.wheel_element_size and max(self.wheel_element_size, SMOKE_ELEMENT_SIZE),
-                "element_length": self.element_length and max(self.element_length, SMOKE_ELEMENT_SIZE),
                 "max_steps": min(self.max_steps or SMOKE_STEPS, SMOKE_STEPS),
                 "field_frames": 1,
             }

@@ -53,9 +53,9 @@ def test_equal_results_leave_the_scatter_which_falls_with_the_square_of_the_size
 
 def test_long_elements_count_by_their_volume():
     """Of 2 x 2 x 4 mm the block holds 4.7, of 2 x 2 x 2 mm 9.4: only the second claims its mean."""
-    for length, claims in ((None, True), (2 * MM, True), (4 * MM, False)):
+    for aspect, claims in ((1.0, True), (2.0, False)):
         result, twin = at_size(2 * MM), at_size(4 * MM)
-        result.settings["element_length"] = length
+        result.settings["element_aspect"] = aspect
         assert ("block_nose" in error_bars(result, twin)) is claims
 
 

@@ -51,9 +51,9 @@ def test_work_follows_the_window_and_memory_the_body():
 
 def test_a_coarser_twin_has_a_window_longer_by_its_slabs():
     """Both ends by what three elements grow by; what is not set stays so."""
-    twin = with_window(window_ahead=0.060, window_behind=0.050, wheel_element_size=3e-3).coarser(2.0)
-    assert (twin.element_size, twin.wheel_element_size) == (4e-3, 6e-3)
+    twin = with_window(window_ahead=0.060, window_behind=0.050, wheel_element_ratio=1.5).coarser(2.0)
+    assert (twin.element_size, twin.wheel_size) == pytest.approx((4e-3, 6e-3))
     assert (twin.window_ahead, twin.window_behind) == pytest.approx((0.066, 0.056))
     plain = SETTINGS.coarser(1.5)
     assert plain.element_size == pytest.approx(3e-3)
-    assert (plain.wheel_element_size, plain.window_ahead, plain.window_behind) == (None, None, None)
+    assert (plain.window_ahead, plain.window_behind) == (None, None)
