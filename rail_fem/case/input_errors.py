@@ -80,18 +80,22 @@ def _all_keys(section: type[BaseModel], key: str) -> list[str]:
     paths = []
     for name, entry in section.model_fields.items():
         paths.append(f"{key}.{name}")
-        if _is_model(entry.annotation):
-            paths += _all_keys(entry.annotation, f"{key}.{name}")
+        if (table := table_of(entry.annotation)) is not None:
+            paths += _all_keys(table, f"{key}.{name}")
     return paths
 
 
-def _is_model(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+def table_of(annotation: Any) -> type[BaseModel] | None:
+    """The section that a key holds, also where it may be left out; None where it holds a value."""
+    for one in (annotation, *get_args(annotation)):
+        if isinstance(one, type) and issubclass(one, BaseModel):
+            return one
+    return None
 
 
 def _model_at(section: type[BaseModel], position: tuple) -> type[BaseModel]:
     for name in position:
-        section = cast(type[BaseModel], section.model_fields[name].annotation)
+        section = cast(type[BaseModel], table_of(section.model_fields[name].annotation))
     return section
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from rail_fem.case.input_errors import choices_of, meaning, quantity_of
+from rail_fem.case.input_errors import choices_of, meaning, quantity_of, table_of
 
 WRITTEN = ("digest",)  # by runs into their own case.json
 
@@ -15,7 +15,7 @@ WRITTEN = ("digest",)  # by runs into their own case.json
 class Key:
     """One key: unit ("" for none), range or choices in words, default in words ("required", "none"), meaning; section :
     its class where it is a table,
-    table : what that holds by default, None where it must be written."""
+    table : what that holds by default, None where it must be written or is left out."""
 
     name: str
     unit: str
@@ -35,7 +35,7 @@ def section_keys(section: type[BaseModel], values: BaseModel | None = None) -> I
     for name, field in section.model_fields.items():
         if field.exclude or name in WRITTEN:
             continue
-        quantity, table = quantity_of(field), field.annotation if isinstance(field.annotation, type) else None
+        quantity = quantity_of(field)
         fixed = values is None or not field.is_required()
         yield Key(
             name,
@@ -44,7 +44,7 @@ def section_keys(section: type[BaseModel], values: BaseModel | None = None) -> I
             _default(field, quantity) if fixed else getattr(values, name),
             meaning(field),
             field.is_required(),
-            table if table and issubclass(table, BaseModel) else None,
+            table_of(field.annotation),
             None if field.is_required() else field.default,
         )
 

@@ -4,12 +4,12 @@ defaults and meanings by it."""
 import json
 import re
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel
 
 from rail_fem.atomic import write_text_atomically
-from rail_fem.case.input_errors import meaning, quantity_of
+from rail_fem.case.input_errors import meaning, quantity_of, table_of
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.scene import Material, Scene
 from rail_fem.scene.steel import GRADES
@@ -76,7 +76,7 @@ def _section(section: type[BaseModel], definitions: dict[str, Any]) -> dict[str,
 
 
 def _key(entry: Any, made: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
-    inner = _inner(entry.annotation)
+    inner = table_of(entry.annotation)
     if inner is not None:
         return {"allOf": [_section(inner, definitions)], "description": meaning(entry)}
     quantity = quantity_of(entry)
@@ -117,11 +117,3 @@ def _plain(entry: Any, made: dict[str, Any]) -> dict[str, Any]:
     if entry.description and entry.description.startswith("name of a wheel profile"):
         found |= {"examples": [*WHEEL_NAMES]}
     return found | {"description": meaning(entry)}
-
-
-def _inner(annotation: Any) -> type[BaseModel] | None:
-    """The section that a key holds, also where it may be left out."""
-    for one in (annotation, *get_args(annotation)):
-        if isinstance(one, type) and issubclass(one, BaseModel):
-            return one
-    return None

@@ -35,6 +35,8 @@ def _section(name: str, section: type, values: Any = None) -> Iterator[str]:
     for key in keys:
         if key.section is not None and key.required:
             yield from _section(f"{name}.{key.name}", key.section)
+        elif key.section is not None and key.table is None:
+            yield f"\n# [{name}.{key.name}]  # {key.meaning}; its keys: docs/case_file.md"
         elif key.section is not None:
             lines = _section(f"{name}.{key.name}", key.section, key.table)
             yield from (line.replace("\n[", "\n# [") if line.startswith(("#", "\n")) else f"# {line}" for line in lines)

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 
 from geometry.surfaces.bodies import BODIES
+from rail_fem.light.beam_results import bearer_table
 from rail_fem.light.contact_table import ContactTable, patch_sizes
 from rail_fem.light.validity import Flag, flag_warnings
 from rail_fem.light.vertical_pass import LightPass, common_history, foundation_peak, history_rows
 from rail_fem.output.clock import working_time
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
-from rail_fem.output.result import Cost, PassResult, PatchSummary, Peak
+from rail_fem.output.result import BearerSummary, Cost, PassResult, PatchSummary, Peak
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import IndentationSettings, PassSettings
 
@@ -34,12 +35,17 @@ def light_result(
     rows = history_rows(run, settings.history_interval)
     history = {name: values[rows] for name, values in columns.items()}
     peaks = force_peaks(columns, scene.direction_sign, load, leg_end=scene.crossing.leg_end)
+    bearers: tuple[BearerSummary, ...] = ()
+    if run.beam is not None and scene.bearers is not None:
+        low, high = sorted((run.x[0], run.x[-1]))
+        bearers = bearer_table(run.beam, scene.bearers, run.beam_position, run.beam_velocity, low, high)
     return PassResult(
         model=model,
         scene=scene,
         settings=settings.model_dump(mode="json"),
         history=history,
-        peaks=peaks | {"force_foundation": foundation_peak(run)},
+        peaks=peaks | {"force_foundation": foundation_peak(run)} | ({} if run.on_beam is None else run.on_beam.peaks),
+        bearers=bearers,
         energies={name[7:]: float(values[-1]) for name, values in history.items() if name.startswith("energy_")},
         cost=Cost(search_time + working_time() - started, 0, len(run.time), search_time=search_time),
         error_estimate=errors,

@@ -5,6 +5,9 @@ height - s and pushes with the force F that solves d = (F / stiffness)^(1 / expo
 yield_load, 0): Hertz' law, and a plastic indentation above the yield load. F only grows with d, so each step closes
 with one equation for s that has exactly one root. Scheme: implicit midpoint rule, second order, symplectic where
 nothing damps, unconditionally stable.
+
+The wheel may run on a beam (rail_fem.light.track_beam) instead of a mass: s is then coupling . q less the beam's height
+under the wheel, which moves on along it.
 Source: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), section II.1.
 """
 
@@ -14,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernel_cache import njit
+from rail_fem.light.beam_kernel import BeamBand, band_solve, band_times, height_under, load_at
 
 MOST_ITERATIONS = 100
 CLOSED = 1e-15  # to which s is found [m]
@@ -39,6 +43,7 @@ class VerticalMotion(NamedTuple):
     position, velocity : (m + 1, n) [m, m/s];  force : (bodies, m) mean over each step [N]
     path_work : (m,) work of each step done by moving the path under the wheel [J];
     loss : (m,) work of each step in the dampers [J]
+    beam_position, beam_velocity : (m + 1, k) of a beam's degrees of freedom; None without one
     """
 
     position: np.ndarray
@@ -46,6 +51,18 @@ class VerticalMotion(NamedTuple):
     force: np.ndarray
     path_work: np.ndarray
     loss: np.ndarray
+    beam_position: np.ndarray | None = None
+    beam_velocity: np.ndarray | None = None
+
+
+class BeamStart(NamedTuple):
+    """A beam under the wheel when a march begins: its matrices for this step, position and velocity (k,), and where
+    the wheel is at the ends and middles of the steps, x (2 m + 1,) [m]."""
+
+    band: BeamBand
+    position: np.ndarray
+    velocity: np.ndarray
+    x: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -77,9 +94,14 @@ class ContactLaw:
 
 
 def integrate(
-    masses: Masses, position: np.ndarray, velocity: np.ndarray, step: float, law: ContactLaw
+    masses: Masses,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    step: float,
+    law: ContactLaw,
+    beam: BeamStart | None = None,
 ) -> VerticalMotion:
-    """March from the start (n,), (n,) [m, m/s] over m steps of `step` [s].
+    """March from the start (n,), (n,) [m, m/s] over m steps of `step` [s], on a beam where one is given.
 
     Error: second order in the step (tests/rail_fem/test_vertical_dynamics.py).
     Errors: ValueError for shapes that do not fit, FloatingPointError when the motion is not finite.
@@ -93,7 +115,8 @@ def integrate(
     if not (np.isfinite(step) and step > 0):
         raise ValueError(f"vertical dynamics: step {step!r} s must be positive")
     inverse = np.linalg.inv(2 / step * np.diag(masses.mass) + masses.damping + step / 2 * masses.stiffness)
-    found = _march(masses, inverse, np.array(position, float), np.array(velocity, float), step, *law.arrays)
+    start = np.array(position, float), np.array(velocity, float)
+    found = _march(masses, inverse, *start, step, *law.arrays, *(beam or (None,) * 4))
     if not np.isfinite(found.position).all():
         bad = int(np.argmin(np.isfinite(found.position).all(axis=1)))
         raise FloatingPointError(
@@ -181,34 +204,63 @@ def contact_energies(s, height, law, exponent):
 
 
 @njit(cache=True)
-def _march(masses, inverse, q, v, step, height, law, exponent):
+def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
     coupling = masses.coupling
     steps = (height.shape[1] - 1) // 2
     position, velocity = np.empty((steps + 1, len(q))), np.empty((steps + 1, len(q)))
     force, path_work, loss = np.empty((height.shape[0], steps)), np.empty(steps), np.empty(steps)
     now = np.empty(height.shape[0])
     position[0], velocity[0] = q, v
+    beam_position, beam_velocity = _beam_history(steps, u, w)
     reply = inverse @ coupling
     compliance = step / 2 * (coupling @ reply)
+    before = after = 0.0
     for i in range(steps):
         still = inverse @ (2 / step * masses.mass * v - masses.stiffness @ q + masses.load)
         unloaded = coupling @ (q + step / 2 * still)
-        s = solve_distance(unloaded, compliance, height[:, 2 * i + 1], law[:, 2 * i + 1], exponent, now)
+        soft = compliance
+        if beam is not None:
+            beam_still = band_solve(beam.factor, 2 / step * band_times(beam.mass, w) - band_times(beam.stiffness, u))
+            beam_reply = band_solve(beam.factor, load_at(x[2 * i + 1], beam))
+            unloaded -= height_under(u + step / 2 * beam_still, x[2 * i + 1], beam)
+            soft += step / 2 * height_under(beam_reply, x[2 * i + 1], beam)
+        s = solve_distance(unloaded, soft, height[:, 2 * i + 1], law[:, 2 * i + 1], exponent, now)
         middle = still + reply * now.sum()
         q = q + step * middle
         v = 2 * middle - v
         position[i + 1], velocity[i + 1] = q, v
         force[:, i] = now
-        path_work[i] = _path_work(s, height, law, exponent, i)
         loss[i] = step * (middle @ (masses.damping @ middle))
-    return VerticalMotion(position, velocity, force, path_work, loss)
+        if beam is not None:
+            beam_middle = beam_still - beam_reply * now.sum()
+            mean = u + step / 2 * beam_middle
+            under = height_under(mean, x[2 * i + 1], beam)
+            before = under - height_under(mean, x[2 * i], beam)
+            after = under - height_under(mean, x[2 * i + 2], beam)
+            u = u + step * beam_middle
+            w = 2 * beam_middle - w
+            beam_position[i + 1], beam_velocity[i + 1] = u, w
+            loss[i] += step * (beam_middle @ band_times(beam.damping, beam_middle))
+        path_work[i] = _path_work(s + before, s + after, height, law, exponent, i)
+    return VerticalMotion(position, velocity, force, path_work, loss, beam_position, beam_velocity)
 
 
 @njit(cache=True)
-def _path_work(s, height, law, exponent, i):
-    """Work done on the contacts by moving the path on during step i, at the distance of its middle."""
-    after = contact_energy(s, height[:, 2 * i + 2], law[:, 2 * i + 2], exponent)
-    return after - contact_energy(s, height[:, 2 * i], law[:, 2 * i], exponent)
+def _beam_history(steps, u, w):
+    """Arrays (m + 1, k) that begin with u and w (k,); None without a beam."""
+    if u is None:
+        return None, None
+    beam_position, beam_velocity = np.empty((steps + 1, len(u))), np.empty((steps + 1, len(u)))
+    beam_position[0], beam_velocity[0] = u, w
+    return beam_position, beam_velocity
+
+
+@njit(cache=True)
+def _path_work(before, after, height, law, exponent, i):
+    """Work done on the contacts by moving the path on during step i, at the distances that the masses' middle leaves
+    at both ends: the same, but on a beam, which is as high elsewhere as it is inclined."""
+    energy = contact_energy(after, height[:, 2 * i + 2], law[:, 2 * i + 2], exponent)
+    return energy - contact_energy(before, height[:, 2 * i], law[:, 2 * i], exponent)
 
 
 def static_distance(load: float, law: ContactLaw) -> float:

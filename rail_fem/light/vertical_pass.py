@@ -2,16 +2,21 @@
 rigid_hertz.
 
 q = (sprung mass, wheel, track): heights [m]; the wheel's is that of its axle less the rolling radius, the track's that
-of its position at rest without load. Vertical only; the wheel runs straight on at the scene's speed (assumptions of the
+of its position at rest without load. Where a scene names bearers there is no track mass: the wheel runs on a beam
+(rail_fem.light.track_beam). Vertical only; the wheel runs straight on at the scene's speed (assumptions of the
 thesis, section 7.2.1.1).
 """
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from rail_fem.light.beam_results import BeamResults, beam_results
+from rail_fem.light.track_beam import TrackBeam, track_beam
 from rail_fem.light.vertical_dynamics import (
+    BeamStart,
     ContactLaw,
     Masses,
     VerticalMotion,
@@ -42,16 +47,42 @@ class LightPass:
     masses: Masses
     step: float
     contact_energy: np.ndarray
+    beam: TrackBeam | None = None
 
     @property
     def position(self) -> np.ndarray:
-        """(m, 3) heights at the middles of the steps [m]."""
+        """(m, n) heights at the middles of the steps [m]."""
         return (self.motion.position[1:] + self.motion.position[:-1]) / 2
 
     @property
+    def beam_position(self) -> np.ndarray:
+        """(m, k) of the beam's degrees of freedom at the middles of the steps."""
+        return (self.motion.beam_position[1:] + self.motion.beam_position[:-1]) / 2
+
+    @property
+    def beam_velocity(self) -> np.ndarray:
+        """(m, k) of the beam's degrees of freedom at the middles of the steps."""
+        return (self.motion.beam_velocity[1:] + self.motion.beam_velocity[:-1]) / 2
+
+    @functools.cached_property
+    def on_beam(self) -> BeamResults | None:
+        """Moments and stresses of the beam; None on a rigid mass."""
+        if self.beam is None:
+            return None
+        return beam_results(self.beam, self.beam_position, self.force.sum(axis=0), self.x, self.time)
+
+    @property
+    def track_height(self) -> np.ndarray:
+        """(m,) of the track mass, or of the beam under the wheel, at the middles of the steps [m]."""
+        return self.position[:, TRACK] if self.beam is None else self.beam.heights(self.beam_position, self.x)
+
+    @property
     def foundation_force(self) -> np.ndarray:
-        """(m,) force of the track on its spring [N], damper left out: what the P2 formula calls P2."""
-        return -self.masses.stiffness[TRACK, TRACK] * self.position[:, TRACK]
+        """(m,) force of the track on its spring [N], damper left out: what the P2 formula calls P2. On bearers: of all
+        of them on the ballast."""
+        if self.beam is None:
+            return -self.masses.stiffness[TRACK, TRACK] * self.position[:, TRACK]
+        return -sum(bearer.ballast[0] * self.beam_position[:, bearer.own] for bearer in self.beam.bearers)
 
 
 def scene_masses(scene: Scene) -> Masses:
@@ -62,7 +93,7 @@ def scene_masses(scene: Scene) -> Masses:
     """
     vehicle, foundation = scene.vehicle, scene.foundation
     mass = np.array([vehicle.wheel_sprung_mass, vehicle.wheel_unsprung_mass, foundation.track_mass])
-    if not (mass > 0).all():
+    if scene.bearers is None and not (mass > 0).all():
         raise ValueError(
             f"scene.foundation.track_mass: {foundation.track_mass:g} kg, the light models need a mass under the"
             " contact: give more than 0 kg"
@@ -70,26 +101,59 @@ def scene_masses(scene: Scene) -> Masses:
     between = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
     under = np.diag([0.0, 0.0, 1.0])
     load = np.array([-mass[0], -mass[1], 0.0]) * GRAVITY  # the track's own weight is in its position at rest
-    return Masses(
+    masses = Masses(
         mass,
         vehicle.primary_stiffness * between + foundation.stiffness * under,
         vehicle.primary_damping * between + foundation.damping * under,
         load,
         np.array([0.0, 1.0, -1.0]),
     )
+    return masses if scene.bearers is None else without_track(masses)
+
+
+def without_track(masses: Masses) -> Masses:
+    """The same without the track's mass, for a wheel on a beam."""
+    keep = np.array([i for i in range(len(masses.mass)) if i != TRACK])
+    cut = lambda values: np.ascontiguousarray(values[np.ix_(*[keep] * values.ndim)])
+    return Masses(*map(cut, masses))
 
 
 def run_pass(scene: Scene, settings: PassSettings, contacts: Contacts, step: float | None = None) -> LightPass:
     """March from static equilibrium over the window. Errors: ValueError for a step count beyond reason,
     FloatingPointError."""
     step, x = half_steps(scene, settings, step)
-    law, masses = contacts(x), scene_masses(scene)
+    law, masses, beam = contacts(x), scene_masses(scene), beam_of(scene, settings)
     position, velocity = static_start(scene, masses, law, step)
-    motion = integrate(masses, position, velocity, step, law)
+    on_beam = None
+    if beam is not None:
+        on_beam = static_beam(scene, beam, x, step)
+        height, rate = (beam.heights(values[None], x[:1])[0] for values in (on_beam.position, on_beam.velocity))
+        rate += beam.slope_at(x[0]) @ on_beam.position * (x[1] - x[0]) / (step / 2)
+        position, velocity = position + height, velocity + rate
+    motion = integrate(masses, position, velocity, step, law, on_beam)
     height, stiffness, exponent = law.arrays
-    energy = contact_energies(motion.position @ masses.coupling, height[:, ::2], stiffness[:, ::2], exponent)
+    distance = motion.position @ masses.coupling
+    if beam is not None:
+        distance = distance - beam.heights(motion.beam_position, x[::2])
+    energy = contact_energies(distance, height[:, ::2], stiffness[:, ::2], exponent)
     return LightPass(
-        (np.arange(motion.force.shape[1]) + 0.5) * step, x[1::2], motion.force, motion, masses, step, energy
+        (np.arange(motion.force.shape[1]) + 0.5) * step, x[1::2], motion.force, motion, masses, step, energy, beam
+    )
+
+
+def beam_of(scene: Scene, settings: PassSettings) -> TrackBeam | None:
+    """The beam that the wheel runs on, where the scene names bearers."""
+    if scene.bearers is None:
+        return None
+    low, high = sorted(settings.window(scene))
+    return track_beam(scene.bearers, low, high, settings.beam_element, settings.beam_reach)
+
+
+def static_beam(scene: Scene, beam: TrackBeam, x: np.ndarray, step: float) -> BeamStart:
+    """The beam under the static load at x[0], in the motion that the load's travel along x gives its deflection."""
+    load, speed = scene.static_wheel_load, (x[1] - x[0]) / (step / 2)
+    return BeamStart(
+        beam.band(step), beam.static(-load * beam.force_at(x[0])), beam.static(-load * speed * beam.slope_at(x[0])), x
     )
 
 
@@ -111,13 +175,16 @@ def half_steps(scene: Scene, settings: PassSettings, step: float | None = None) 
 
 
 def static_start(scene: Scene, masses: Masses, law: ContactLaw, step: float):
-    """Heights and velocities (3,), (3,) of steady running along the path's first slope under the static load."""
+    """Heights and velocities (n,), (n,) of steady running along the path's first slope under the static load; without
+    a track mass those over the beam."""
     load = scene.static_wheel_load
     distance = static_distance(load, law)
-    track = -load / scene.foundation.stiffness
+    track = -load / scene.foundation.stiffness if scene.bearers is None else 0.0
     wheel = distance + track
     sprung = wheel - masses.mass[0] * GRAVITY / scene.vehicle.primary_stiffness
     rate = (np.max(law.height[:, 1]) - np.max(law.height[:, 0])) / (step / 2)
+    if scene.bearers is not None:
+        return np.array([sprung, wheel]), np.array([rate, rate])
     return np.array([sprung, wheel, track]), np.array([rate, rate, 0.0])
 
 
@@ -134,9 +201,15 @@ def common_history(run: LightPass) -> dict[str, np.ndarray]:
         "x": run.x,
         "force": run.force.sum(axis=0),
         "wheel_height": position[:, WHEEL],
-        "crossing_height": position[:, TRACK],
+        "crossing_height": run.track_height,
+        **beam_columns(run),
         **energy_columns(run),
     }
+
+
+def beam_columns(run: LightPass) -> dict[str, np.ndarray]:
+    """Columns (m,) of a beam on bearers under the wheel; none on a rigid mass."""
+    return {} if run.on_beam is None else {"bending_moment": run.on_beam.moment, "foot_stress": run.on_beam.stress}
 
 
 def energy_columns(run: LightPass) -> dict[str, np.ndarray]:
@@ -145,6 +218,9 @@ def energy_columns(run: LightPass) -> dict[str, np.ndarray]:
     q, v, masses = run.motion.position, run.motion.velocity, run.masses
     kinetic = 0.5 * (v**2) @ masses.mass
     springs = 0.5 * np.einsum("mi,ij,mj->m", q, masses.stiffness, q)
+    if run.beam is not None:
+        kinetic = kinetic + run.beam.energy(run.beam.mass, run.motion.beam_velocity)
+        springs = springs + run.beam.energy(run.beam.stiffness, run.motion.beam_position)
     external = np.r_[0.0, np.cumsum(run.motion.path_work)] + (q - q[0]) @ masses.load
     damping = np.r_[0.0, np.cumsum(run.motion.loss)]
     total = kinetic + springs + run.contact_energy + damping - external
@@ -183,3 +259,13 @@ def force_change(run: LightPass, other: LightPass) -> float:
     """Relative L2 change of the force history."""
     one, two = run.force.sum(axis=0), other.force.sum(axis=0)
     return float(np.linalg.norm(one - two) / np.linalg.norm(one))
+
+
+def beam_errors(scene: Scene, settings: PassSettings, contacts: Contacts, run: LightPass) -> dict[str, float]:
+    """Relative L2 change of the force history by elements of twice the length, and by half more track on both sides;
+    none on a rigid mass."""
+    if scene.bearers is None:
+        return {}
+    changes = {"beam_element": 2 * settings.beam_element, "beam_reach": 1.5 * settings.beam_reach}
+    again = {name: settings.model_copy(update={name: value}) for name, value in changes.items()}
+    return {name: force_change(run, run_pass(scene, changed, contacts)) for name, changed in again.items()}

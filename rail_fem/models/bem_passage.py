@@ -23,7 +23,7 @@ from rail_fem.light.contact_table import ContactTable, TableKey, table_key, tabl
 from rail_fem.light.pass_result import moments, pass_result
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import bem_flags
-from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
+from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
 from rail_fem.output.clock import working_time
 from rail_fem.output.result import PassResult, PatchSummary
 from rail_fem.scene.scene import Scene
@@ -52,6 +52,7 @@ def solve(
     patches = tuple(patch for patch, _ in solved)
     flags = bem_flags(scene, run, patches, lift_offs(run, scene.static_wheel_load))
     errors = {"time_step": step_error(run, coarse), "pressure": max(p.error.max_pressure for _, p in solved)}
+    errors |= beam_errors(scene, settings, contacts, run)
     return pass_result("bem_passage", scene, settings, table, run, patches, flags, errors, started)
 
 

@@ -24,7 +24,7 @@ from rail_fem.light.plastic_fields import write_archive, write_vtu
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.plastic_rolling import Flow, Station, roll_along
 from rail_fem.light.validity import Flag, flag, lift_flags
-from rail_fem.light.vertical_pass import LightPass, lift_offs, run_pass, step_error
+from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
 from rail_fem.models.bem_passage import pair_of
 from rail_fem.output.clock import working_time
 from rail_fem.output.result import PassResult, Peak
@@ -63,7 +63,7 @@ def solve(
             estimates[body] = abs(coarse_flow.block_mean() / flow.block_mean() - 1)
         flags += flow_flags(body, flow)
     patches = patches_at(table, run, moments(run))
-    errors = {"time_step": step_error(run, coarse)}
+    errors = {"time_step": step_error(run, coarse)} | beam_errors(scene, settings, contacts, run)
     errors |= {f"plastic_strain_{body}": value for body, value in estimates.items()}
     result = pass_result("bem_plastic", scene, settings, table, run, patches, flags, errors, started)
     return _with_flow(result, flows, run, folder, key, started)

@@ -13,7 +13,15 @@ from rail_fem.light.contact_table import contact_table
 from rail_fem.light.pass_result import light_result
 from rail_fem.light.validity import lumped_flags
 from rail_fem.light.vertical_dynamics import ContactLaw
-from rail_fem.light.vertical_pass import Contacts, common_history, force_change, lift_offs, run_pass, step_error
+from rail_fem.light.vertical_pass import (
+    Contacts,
+    beam_errors,
+    common_history,
+    force_change,
+    lift_offs,
+    run_pass,
+    step_error,
+)
 from rail_fem.output.clock import working_time
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
@@ -38,6 +46,7 @@ def solve(
     flags = lumped_flags(scene, table, run, constant, lift_offs(run, scene.static_wheel_load))
     trust = {"contact_constant": constant}
     errors = {"time_step": step_error(run, coarse), "contact_stiffness": force_change(run, softer)}
+    errors |= beam_errors(scene, settings, contacts, run)
     columns = common_history(run)
     return light_result("lumped", scene, settings, run, columns, flags, trust, errors, table.search_time, started)
 

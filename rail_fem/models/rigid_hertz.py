@@ -16,7 +16,7 @@ from rail_fem.light.contact_table import ContactTable, contact_table
 from rail_fem.light.pass_result import moments, pass_result, patches_at
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import hertz_flags
-from rail_fem.light.vertical_pass import force_change, lift_offs, run_pass, step_error
+from rail_fem.light.vertical_pass import beam_errors, force_change, lift_offs, run_pass, step_error
 from rail_fem.light.wheelset_pass import run_wheelset, surfaces_of
 from rail_fem.output.clock import working_time
 from rail_fem.output.result import PassResult
@@ -43,6 +43,7 @@ def solve(
     patches = patches_at(table, run, moments(run))
     flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
     errors = {"time_step": step_error(run, coarse), "path_spacing": force_change(run, sparse)}
+    errors |= beam_errors(scene, settings, contacts, run)
     return pass_result("rigid_hertz", scene, settings, table, run, patches, flags, errors, started)
 
 

@@ -31,6 +31,10 @@ COLUMNS: dict[str, Column] = {
     "wheel_spin": Column("rad/s", "angular velocity of the wheel about its axle, + where it rolls towards +x"),
     "wheel_height": Column("mm", "height of the wheel's centre less the rolling radius"),
     "crossing_height": Column("mm", "height of the crossing's base against its position at rest without load"),
+    "bending_moment": Column(
+        "kN m", "bending moment of the beam on bearers under the wheel, + where its foot is in tension"
+    ),
+    "foot_stress": Column("MPa", "stress that it makes in the foot of rail or casting there, + tension"),
     "force_other": Column("kN", "vertical contact force on the other wheel of the wheelset"),
     "wheel_lateral": Column(
         "mm", "lateral position of the wheel at rail level against its centred position, + towards the field side"

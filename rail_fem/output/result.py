@@ -56,6 +56,24 @@ class PatchSummary:
 
 
 @dataclass(frozen=True)
+class BearerSummary:
+    """One bearer under a beam and what it has had to carry on a pass, static load included [SI].
+
+    number, x : its number and where it lies;  state : "", "voided" or "unlike";  pad_force : largest force that the
+        rail presses on it with, springs and dampers;  ballast_force : largest that it presses on the ballast with;
+        uplift : largest that its pad is pulled with;  deflection : largest of the bearer, down
+    """
+
+    number: int
+    x: float
+    state: str
+    pad_force: float
+    uplift: float
+    ballast_force: float
+    deflection: float
+
+
+@dataclass(frozen=True)
 class Cost:
     """What the answer cost: wall time [s], elements, steps, ranks, element updates per second of all ranks, peak memory
     [B] of all ranks.
@@ -90,6 +108,7 @@ class PassResult:
     peaks          : name -> Peak: "first_impact", "largest_force", "largest_force_leg", "largest_force_wing",
         "largest_force_nose" (rail_fem.output.events), "plastic_strain_wing", ...
     patches        : contact patches at chosen moments
+    bearers        : what each bearer near the window has carried; () on a rigid mass
     transfer_x     : x [m] where the body that the wheel comes to takes over half of the force for good
         (rail_fem.output.events); NaN if it never does
     energies       : final energies [J] and their balance error
@@ -111,6 +130,7 @@ class PassResult:
     history: Mapping[str, np.ndarray]
     peaks: Mapping[str, Peak] = field(default_factory=dict)
     patches: tuple[PatchSummary, ...] = ()
+    bearers: tuple[BearerSummary, ...] = ()
     transfer_x: float = NAN
     energies: Mapping[str, float] = field(default_factory=dict)
     cost: Cost = Cost()
@@ -214,6 +234,7 @@ class PassResult:
             "cost": asdict(self.cost),
             "peaks": {name: asdict(peak) for name, peak in self.peaks.items()},
             "patches": [asdict(patch) for patch in self.patches],
+            "bearers": [asdict(bearer) for bearer in self.bearers],
         }
 
 
@@ -257,6 +278,7 @@ def _read(folder: Path) -> PassResult:
     summary["cost"] = Cost(**summary["cost"])
     summary["peaks"] = {name: Peak(**peak) for name, peak in summary["peaks"].items()}
     summary["patches"] = tuple(PatchSummary(**patch) for patch in summary["patches"])
+    summary["bearers"] = tuple(BearerSummary(**bearer) for bearer in summary.get("bearers", ()))
     summary["warnings"], summary["passes"] = tuple(summary["warnings"]), tuple(summary.get("passes", ()))
     with np.load(folder / "history.npz") as stored:
         return PassResult(history=dict(stored), **summary)

@@ -16,6 +16,7 @@ from pydantic_core import PydanticCustomError
 
 from geometry.axes import tread_datum_y
 from rail_fem.scene.base import PRINTABLE, Count, Frozen, digest_of_read, input_error
+from rail_fem.scene.bearers import Bearers
 from rail_fem.scene.crossing import Crossing
 from rail_fem.scene.steel import GRADES, Steel
 from rail_fem.scene.units import Quantity
@@ -265,6 +266,11 @@ class Scene(Frozen):
     wheel: Wheel = Field(description="the wheel")
     vehicle: Vehicle = Field(description="the vehicle on the wheel")
     foundation: Foundation = Field(description="what the crossing stands on")
+    bearers: Bearers | None = Field(
+        None,
+        description="rail and casting as a beam on bearers, in place of mass, spring and damper of scene.foundation;"
+        " for light models of a wheel that moves vertically",
+    )
     materials: Materials = Field(Materials(), description="the steels")
     speed: Annotated[float, Quantity("mph", 0.5, 350, "running speed v")]
     direction: Literal["facing", "trailing"] = Field(description="facing runs from the legs towards the nose")
@@ -294,6 +300,8 @@ class Scene(Frozen):
         digest = plain["wheel"].pop("digest")
         for name in READING:  # part of the digest
             plain["wheel"].pop(name)
+        if self.bearers is None:  # scenes that stand on a rigid mass are those they were
+            plain.pop("bearers")
         if digest:
             plain["wheel"]["profile"] = f"file of content {digest}"
         return plain

@@ -26,7 +26,14 @@ ROUNDING = 1e-12  # relative slack at the ends of a range: conversion between un
 
 
 # SI unit of a result -> what is shown
-SHOWN = {"N": ("kN", 1e-3), "Pa": ("MPa", 1e-6), "m": ("mm", 1e3), "m^2": ("mm^2", 1e6), "1": ("%", 100.0)}
+SHOWN = {
+    "N": ("kN", 1e-3),
+    "N m": ("kN m", 1e-3),
+    "Pa": ("MPa", 1e-6),
+    "m": ("mm", 1e3),
+    "m^2": ("mm^2", 1e6),
+    "1": ("%", 100.0),
+}
 
 
 class QuantityError(ValueError):

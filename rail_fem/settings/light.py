@@ -15,6 +15,11 @@ SHORTEST_WINDOW = 0.01
 class LightSettings(Frozen):
     """What every light model takes."""
 
+    @property
+    def runs_on_bearers(self) -> bool:
+        """Whether the wheel of this model runs on a beam where the scene names bearers."""
+        return False
+
     def smoke(self) -> "LightSettings":
         """These models are quick as they are."""
         return self
@@ -58,6 +63,16 @@ class PassSettings(LightSettings):
         float, Quantity("mm", 0.1, 20, "distance between positions where the surfaces are searched for contact")
     ] = 2.5e-3
     history_interval: Annotated[float, Quantity("us", 0.01, 1e5, "time between rows of the history")] = 20e-6
+    beam_element: Annotated[float, Quantity("mm", 10, 1000, "longest element of a beam on bearers (scene.bearers)")] = (
+        0.1
+    )
+    beam_reach: Annotated[
+        float, Quantity("m", 2, 100, "track computed on each side of the window, its outer half absorbing waves")
+    ] = 9.0
+
+    @property
+    def runs_on_bearers(self) -> bool:
+        return True
 
     @model_validator(mode="after")
     def _has_a_length(self) -> "PassSettings":
@@ -134,6 +149,10 @@ class RigidHertzSettings(IndentationSettings):
         | None
     ) = None
 
+    @property
+    def runs_on_bearers(self) -> bool:
+        return self.degrees_of_freedom == "vertical"
+
 
 class BemPassageSettings(IndentationSettings):
     """As rigid_hertz, with contacts solved on the true gaps."""
@@ -143,3 +162,13 @@ class BemPassageSettings(IndentationSettings):
         Quantity("mm", 0.5, 100, "distance between positions where the gap is solved for the contact's stiffness"),
     ] = 10e-3
     cells: Count = Field(32, ge=8, le=512, description="cells across a patch, each way")
+
+
+def support_errors(scene: Scene, settings: Frozen) -> list[str]:
+    """Why a model cannot stand on what the scene says, in one line; none where it can."""
+    if scene.bearers is None or getattr(settings, "runs_on_bearers", False):
+        return []
+    return [
+        "scene.bearers is for lumped, rigid_hertz (degrees_of_freedom vertical), bem_passage and bem_plastic: leave it"
+        " out, or leave out this model; without it the crossing is a rigid mass on the spring of scene.foundation"
+    ]

@@ -1,0 +1,222 @@
+"""Rail and casting as a beam on bearers under the light models: closed forms, an independent route, and what is
+refused."""
+
+import numpy as np
+import pytest
+
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.hierarchy import solve
+from rail_fem.light.beam_kernel import element_shape
+from rail_fem.light.beam_results import moments
+from rail_fem.light.track_beam import element_rotation, element_stiffness, track_beam
+from rail_fem.models import rigid_hertz
+from rail_fem.output.result import load
+from rail_fem.scene.bearers import BeamSection, Bearers
+from rail_fem.settings.light import RigidHertzSettings
+from rail_fem.studies.joint import joint_scene
+from tests.order import assert_order
+from tests.rail_fem.test_casefile import GOOD
+
+TRACK = {
+    "pad_stiffness": "200 kN/mm",
+    "pad_damping": "30 kN s/m",
+    "mass": "120 kg",
+    "ballast_stiffness": "60 kN/mm",
+    "ballast_damping": "60 kN s/m",
+}
+RAIL = {"second_moment": "2321 cm^4", "mass": "56.3 kg/m", "foot_depth": "74.5 mm"}
+LOAD = 100e3
+
+
+def bearers(**changes) -> Bearers:
+    return Bearers.model_validate(TRACK | changes)
+
+
+def winkler(spacing: float, per_length: float = 80e6, **changes) -> Bearers:
+    """Bearers so stiff on their pads that all gives way below them, as a foundation [N/m2] cut into pieces."""
+    return bearers(
+        spacing=spacing, ballast_stiffness=per_length * spacing, ballast_damping=0.0, pad_stiffness=1e11, mass=1.0,
+        pad_damping=0.0, **changes,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("shear_area", [None, 29e-4])
+def test_a_cantilever_of_one_element_is_exact_along_its_length(shear_area):
+    """Euler and Bernoulli: P x^2 (3 L - x) / 6 EI; shear adds P x / (shear stiffness)."""
+    section = BeamSection.model_validate(RAIL | {"shear_area": shear_area})
+    length = 0.6
+    shear = 12 * section.bending_stiffness / (section.shear_stiffness * length**2)
+    tip = np.linalg.solve(element_stiffness(section, length, shear)[2:, 2:], [1.0, 0.0])
+    for t in (0.3, 0.7, 1.0):
+        x = t * length
+        exact = x**2 * (3 * length - x) / (6 * section.bending_stiffness) + x / section.shear_stiffness
+        assert element_shape(t, length, shear)[2:] @ tip == pytest.approx(exact, rel=1e-12)
+    turned = np.array([0.0, 1.0, length, 1.0])  # a rigid rotation
+    assert element_shape(0.4, length, shear) @ turned == pytest.approx(0.4 * length, rel=1e-12)
+    assert element_rotation(0.4, length, shear) @ turned == pytest.approx(1.0, rel=1e-12)
+
+
+def test_close_bearers_become_winkler_s_foundation():
+    """Deflection P lambda / 2 k with order 4 and moment P / 4 lambda with order 2 in their spacing, over a bearer."""
+    spacings, errors, at = (0.8, 0.4, 0.2), [], np.array([0.0])
+    for spacing in spacings:
+        track = winkler(spacing, 10e6)
+        per_length = 1 / (1 / track.pad_stiffness + 1 / track.ballast_stiffness) / spacing
+        beam = track_beam(track, 0.0, 0.0, spacing, 16.0)
+        root = (per_length / (4 * beam.sections[0].bending_stiffness)) ** 0.25
+        u = beam.static(-LOAD * beam.force_at(0.0))[None]
+        moment = moments(beam, u, np.array([LOAD]), at)
+        height = beam.heights(u, at)[0]
+        errors.append((-height / (LOAD * root / (2 * per_length)) - 1, moment.under[0] / (LOAD / (4 * root)) - 1))
+        assert moment.under_foot[0] == pytest.approx(moment.under[0] * 74.5e-3 / 2321e-8, rel=1e-9)
+    deflection, moment = np.array(errors).T
+    assert_order(spacings, deflection, expected=4, slack=0.2)
+    assert_order(spacings, moment, expected=2, slack=0.1)
+
+
+def test_moments_do_not_hang_on_the_elements():
+    """In statics they are exact, wherever the load stands in an element."""
+    found = []
+    for element in (0.3, 0.05):
+        beam = track_beam(bearers(), 0.0, 0.0, element, 9.0)
+        at = np.array([0.137])
+        u = beam.static(-LOAD * beam.force_at(at[0]))[None]
+        found.append(moments(beam, u, np.array([LOAD]), at).under[0])
+    assert found[0] == pytest.approx(found[1], rel=2e-3)
+
+
+def test_receptance_is_that_of_an_endless_beam_on_its_supports():
+    """Independent route: Green's function of an endless beam (Euler, Bernoulli) and the reactions of 81 supports."""
+    track, frequency = bearers(), np.array([20.0, 80.0, 180.0, 400.0, 700.0, 1000.0])
+    beam = track_beam(track, 0.0, 0.0, 0.05, 14.0)
+    for at in (0.0, 0.3):
+        exact = np.array([endless(track, at, f) for f in frequency])
+        found = beam.receptance(at, frequency)
+        assert np.abs(found / exact - 1).max() < 0.01, np.abs(found / exact - 1)
+
+
+def endless(track: Bearers, at: float, frequency: float) -> complex:
+    omega, stiffness = 2 * np.pi * frequency, track.rail.bending_stiffness
+    wave = (track.rail.mass * omega**2 / stiffness) ** 0.25
+    green = lambda r: -(np.exp(-wave * np.abs(r)) + 1j * np.exp(-1j * wave * np.abs(r))) / (4 * stiffness * wave**3)
+    x = track.spacing * np.arange(-40, 41)
+    ground = track.ballast_stiffness + 1j * omega * track.ballast_damping - omega**2 * track.mass
+    pad = track.pad_stiffness + 1j * omega * track.pad_damping
+    reaction = 1 / (1 / pad + 1 / ground)
+    heights = np.linalg.solve(np.eye(81) + reaction * green(x[:, None] - x), green(x - at))
+    return green(0.0) - reaction * green(at - x) @ heights
+
+
+@pytest.mark.parametrize("shear_area", [None, 29e-4])
+def test_the_pinned_pinned_resonance_is_that_of_a_bay_on_two_pins(shear_area):
+    """The receptance in a bay peaks where half a bending wave fills it. Timoshenko: his frequency equation."""
+    rail = BeamSection.model_validate(RAIL | {"shear_area": shear_area})
+    beam = track_beam(bearers(rail=rail), 0.0, 0.0, 0.05, 14.0)
+    wave = np.pi / 0.6
+    bending, mass, turning = rail.bending_stiffness, rail.mass, rail.rotary_inertia
+    if shear_area is None:
+        exact = wave**2 * np.sqrt(bending / mass) / (2 * np.pi)
+    else:
+        shear = rail.shear_stiffness
+        a, b, c = turning * mass / shear, -(mass + (turning + mass * bending / shear) * wave**2), bending * wave**4
+        exact = np.sqrt((-b - np.sqrt(b * b - 4 * a * c)) / (2 * a)) / (2 * np.pi)
+    frequency = exact * np.linspace(0.9, 1.1, 161)
+    size = np.abs(beam.receptance(0.3, frequency))
+    assert frequency[np.argmax(size)] == pytest.approx(exact, rel=0.01)
+    over_bearer = np.abs(beam.receptance(0.0, np.array([exact])))[0]
+    assert over_bearer < 0.2 * size.max()
+
+
+def test_energies_balance_with_the_square_of_the_step():
+    scene = joint_scene(4e-3, length=0.3, shape="parabolic").replace(bearers=bearers())
+    steps, errors = (80e-6, 40e-6, 20e-6), []
+    for step in steps:
+        settings = RigidHertzSettings(start=-0.4, end=-0.02, time_step=step, beam_reach=4.0)
+        history = rigid_hertz.solve(scene, settings).history
+        errors.append(np.abs(history["energy_balance"]).max() / np.ptp(history["energy_external"]))
+    assert errors[-1] < 1e-3
+    assert_order(steps, errors, expected=2, slack=0.4)
+
+
+def test_bearers_carry_the_wheel_and_a_hanging_one_carries_nothing():
+    """At rest the ballast forces sum to the wheel load; a void bends the beam more and loads its neighbours."""
+    scene = joint_scene(0.0)
+    window = RigidHertzSettings(start=-0.3, end=0.3)
+    sound, void, gone = (
+        rigid_hertz.solve(scene.replace(bearers=bearers(**changes)), window)
+        for changes in ({}, {"voided": [0]}, {"missing": [0]})
+    )
+    of = lambda result: {one.number: one for one in result.bearers}
+    assert of(void)[0].ballast_force == 0.0 and of(void)[0].state == "voided" and 0 not in of(gone)
+    assert of(void)[1].ballast_force > 1.2 * of(sound)[1].ballast_force
+    values = [result.peaks["bending_moment"].value for result in (sound, void, gone)]
+    assert values[1] > 1.2 * values[0] and values[2] == pytest.approx(values[1], rel=0.1)
+    assert sound.peaks["force_foundation"].value == pytest.approx(scene.static_wheel_load, rel=0.03)
+    assert sound.peaks["foot_stress"].value == pytest.approx(values[0] * 74.5e-3 / 2321e-8, rel=1e-6)
+    assert {"beam_element", "beam_reach", "time_step"} <= set(sound.error_estimate)
+
+
+def test_a_stiff_casting_is_a_section_of_its_own(tmp_path):
+    casting = RAIL | {"second_moment": "9000 cm^4", "mass": "180 kg/m", "start": "-650 mm", "end": "1250 mm"}
+    scene = joint_scene(0.0)
+    window = RigidHertzSettings(start=-0.1, end=0.5)
+    plain, stiff = (
+        rigid_hertz.solve(scene.replace(bearers=bearers(**of)), window) for of in ({}, {"casting": casting})
+    )
+    assert np.abs(stiff.history["crossing_height"]).max() < 0.9 * np.abs(plain.history["crossing_height"]).max()
+    stiff.save(tmp_path)
+    again = load(tmp_path)
+    assert again.bearers == stiff.bearers and again.scene == stiff.scene
+    np.testing.assert_array_equal(again.history["foot_stress"], stiff.history["foot_stress"])
+
+
+def test_scenes_without_bearers_are_the_scenes_they_were():
+    """A run that stands on a rigid mass goes on where it was; bearers make another scene."""
+    scene = joint_scene(1e-3)
+    assert "bearers" not in scene.plain()
+    assert scene.replace(bearers=bearers()).plain() != scene.replace(bearers=bearers(voided=[1])).plain()
+
+
+BEARERS = (
+    '[scene.bearers]\npad_stiffness = "200 kN/mm"\npad_damping = "30 kN s/m"\nmass = "120 kg"\n'
+    'ballast_stiffness = "60 kN/mm"\nballast_damping = "60 kN s/m"\n'
+)
+
+
+@pytest.mark.parametrize(
+    "lines, complaint",
+    [
+        (BEARERS.replace("120 kg", "0 kg"), "scene.bearers.mass: 0 kg .* is outside"),
+        (BEARERS.replace("pad_stiffness", "pad_stifness"), "unknown key, did you mean 'pad_stiffness'"),
+        (BEARERS + "voided = [1]\nmissing = [1]\n", "bearer 1 is named twice"),
+        (BEARERS + "unlike = [1, 2]\nunlike_pad = [0.5]\n", "1 factor.s. for 2 bearer.s. of unlike"),
+        (BEARERS + "unlike = [1]\nunlike_pad = [0.0]\n", "name the bearer in missing"),
+        (BEARERS + 'voided = ["one"]\n', "voided"),
+        (BEARERS + '[scene.bearers.casting]\nstart = "0 m"\nend = "1 m"\n', "scene.bearers.casting.mass: missing"),
+        (
+            BEARERS
+            + '[scene.bearers.casting]\nstart = "1 m"\nend = "0 m"\nsecond_moment = "1 cm^4"\nmass = "1 kg/m"\n',
+            "second_moment: 1 cm\\^4 .* is outside",
+        ),
+    ],
+)
+def test_what_are_no_bearers_is_refused(tmp_path, lines, complaint):
+    scene = GOOD.partition("[run.")[0]
+    path = tmp_path / "case.toml"
+    path.write_text(scene + lines + "[run.rigid_hertz]\n", encoding="utf-8")
+    with pytest.raises(CaseError, match=complaint):
+        load_case(path)
+
+
+@pytest.mark.parametrize("model", ["p2_formula", "fe_full", "fe_window"])
+def test_models_that_stand_on_a_rigid_mass_refuse_bearers(tmp_path, model):
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD.partition("[run.")[0] + BEARERS + f"[run.{model}]\n", encoding="utf-8")
+    with pytest.raises(CaseError, match=f"run.{model}: scene.bearers is for lumped"):
+        load_case(path)
+
+
+def test_a_wheelset_with_more_degrees_of_freedom_refuses_bearers():
+    scene = joint_scene(0.0).replace(bearers=bearers())
+    with pytest.raises(ValueError, match="degrees_of_freedom vertical"):
+        solve("rigid_hertz", scene, RigidHertzSettings(start=-0.1, end=0.1, degrees_of_freedom="roll"))
