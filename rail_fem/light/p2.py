@@ -16,9 +16,23 @@ DIP_LIMIT = 10e-3  # of the standard for a P8 wheel [rad]
 P2_LIMITS = {"high-speed power car": 266e3, "modern freight locomotive": 223e3}  # table 7-4 [N]
 
 
-def p2_increment(dip_angle: float, speed: float, unsprung: float, track_mass: float, track_stiffness: float) -> float:
-    """2 alpha V sqrt(Kt Mu) sqrt(Mu / (Mu + Mt)) [N]; dip_angle = 2 alpha [rad], masses [kg], stiffness [N/m]."""
-    return dip_angle * speed * np.sqrt(track_stiffness * unsprung) * np.sqrt(unsprung / (unsprung + track_mass))
+def p2_increment(
+    dip_angle: float,
+    speed: float,
+    unsprung: float,
+    track_mass: float,
+    track_stiffness: float,
+    track_damping: float = 0.0,
+) -> float:
+    """2 alpha V sqrt(Kt Mu) sqrt(Mu / (Mu + Mt)) (1 - pi Ct / (4 sqrt(Kt (Mu + Mt)))) [N].
+
+    dip_angle = 2 alpha, between both slopes [rad]; masses [kg], stiffness [N/m], damping [N s/m]. The crossing standard
+    leaves the damping out. The last factor is, to first order, what damping leaves of the first peak of a mass on a
+    spring: exp(-pi zeta / 2) with zeta = Ct / (2 sqrt(Kt (Mu + Mt))); a limit of track forces is quoted with it.
+    """
+    together = unsprung + track_mass
+    damped = 1 - np.pi * track_damping / (4 * np.sqrt(track_stiffness * together))
+    return dip_angle * speed * np.sqrt(track_stiffness * unsprung) * np.sqrt(unsprung / together) * damped
 
 
 def p2_force(static_load: float, increment: float, reading: str = "increment") -> float:
