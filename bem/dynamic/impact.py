@@ -233,9 +233,17 @@ class _Run:
             state = following
             if keep(k):
                 states[k] = state
-        columns = np.array(rows).T
+        times, positions, velocities, forces = np.array(rows).T
         return Impact(
-            self.struck, *columns, np.array(pressures), np.array(energies), states, self.contact.factorisations
+            self.struck,
+            time=times,
+            position=positions,
+            velocity=velocities,
+            force=forces,
+            pressure=np.array(pressures),
+            energy=np.array(energies),
+            states=states,
+            factorisations=self.contact.factorisations,
         )
 
     def _stored(self, energy: Energy, v: float, pressure: np.ndarray) -> tuple[float, float, float]:

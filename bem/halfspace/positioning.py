@@ -130,13 +130,15 @@ def _box(grid: Grid, mask: np.ndarray) -> Window:
 
 def _lay(patch: Window, window: Window, cells: tuple[int, int], search_cells: list[int]) -> Grid:
     """`patch` is the patch and one search cell more on each side, which serves as the margin's error."""
-    ranges = []
-    for (low, high), count, limit, searched in zip(patch, cells, window, search_cells):
+
+    def extent(low: float, high: float, count: int, limit: tuple[float, float], searched: int) -> tuple[float, float]:
         share = max(count - 2 * _MARGIN, count / 2)
         slack = (high - low) / searched
         margin = max(((high - low) - 2 * slack) * (count / share - 1) / 2 - slack, 0.0)
-        ranges.append((max(low - margin, limit[0]), min(high + margin, limit[1])))
-    return Grid.over(*ranges, *cells)
+        return max(low - margin, limit[0]), min(high + margin, limit[1])
+
+    along, across = (extent(*patch[i], cells[i], window[i], search_cells[i]) for i in (0, 1))
+    return Grid.over(along, across, *cells)
 
 
 def widened(grid: Grid, pressure: np.ndarray, window: Window) -> Grid:

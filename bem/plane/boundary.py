@@ -23,7 +23,7 @@ from scipy.linalg import lu_factor, lu_solve
 
 from bem.checks import point_text, refuse_unless_finite
 from bem.material import Elastic, MaterialError
-from bem.plane.kelvin import displacement_integrals, resultant_integrals
+from bem.plane.kelvin import ResultantIntegrals, displacement_integrals, resultant_integrals
 from bem.plane.mesh import BoundaryMesh
 from bem.plane.point_load import PointLoad
 
@@ -79,16 +79,15 @@ def resultant_matrix(mesh: BoundaryMesh, material: Elastic, out: np.ndarray | No
     """Resultant of the traction over each cell (2n, 2n) [m], all x then all y, of the densities; written into `out`
     where given."""
     points, begin, end, cell = mesh.paths()
-    log_r, angle, twist = resultant_integrals(
+    integrals = resultant_integrals(
         points, begin, end, cell, mesh.densities, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities
     )
-    return resultant_map(log_r, angle, twist, material, out)
+    return resultant_map(integrals, material, out)
 
 
-def resultant_map(
-    log_r: np.ndarray, angle: np.ndarray, twist: np.ndarray, material: Elastic, out: np.ndarray | None = None
-) -> np.ndarray:
-    """Real matrix (2m, 2n) [m] from densities to resultants, of the integrals (m, n) over m paths."""
+def resultant_map(integrals: ResultantIntegrals, material: Elastic, out: np.ndarray | None = None) -> np.ndarray:
+    """Real matrix (2m, 2n) [m] from densities to resultants, of the integrals over m paths."""
+    log_r, angle, twist = integrals
     kappa, (m, n) = material.kolosov, log_r.shape
     c = 1 / (2 * np.pi * (1 + kappa))
     matrix = np.empty((2 * m, 2 * n)) if out is None else out

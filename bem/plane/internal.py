@@ -160,7 +160,7 @@ def boundary_stress(solution: BoundarySolution, element: np.ndarray) -> np.ndarr
     length, along = np.abs(step), step / np.abs(step)
     points = np.r_[start, start + step / 2, start + step]
     path = np.arange(m)
-    parts = resultant_integrals(
+    integrals = resultant_integrals(
         points,
         np.r_[path, m + path],
         np.r_[m + path, 2 * m + path],
@@ -172,7 +172,7 @@ def boundary_stress(solution: BoundarySolution, element: np.ndarray) -> np.ndarr
         mesh.last,
         mesh.densities,
     )
-    force = (resultant_map(*parts, material) @ solution.density.T.ravel()).reshape(2, m)
+    force = (resultant_map(integrals, material) @ solution.density.T.ravel()).reshape(2, m)
     for load in solution.loads:
         force = force + load.path_force(start, start + step, material)
     ends = np.column_stack([points.real, points.imag])
@@ -199,7 +199,7 @@ class Field:
 
 def von_mises(stress: np.ndarray, poisson: float) -> np.ndarray:
     """Von Mises stress (...) [Pa] in plane strain of stress (..., 3) xx, yy, xy."""
-    return von_mises_plane(*np.moveaxis(stress, -1, 0), poisson)
+    return von_mises_plane(*np.moveaxis(stress, -1, 0), poisson=poisson)
 
 
 def field_at(solution: BoundarySolution, points: np.ndarray) -> Field:

@@ -23,6 +23,8 @@ of equal arms. Its stresses were not used. Error: 1e-12 of the largest value (te
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kernel_cache import njit
@@ -178,6 +180,15 @@ def displacement_integrals(points, start, end, first, last, count):
     return log_r, twist
 
 
+class ResultantIntegrals(NamedTuple):
+    """Change of the integrals of ln r, theta (cells, n) and e^(2 i theta) (cells, n) complex over the paths of each
+    cell, of n hats [m]."""
+
+    log_r: np.ndarray
+    angle: np.ndarray
+    twist: np.ndarray
+
+
 @njit(cache=True)
 def resultant_integrals(points, path_from, path_to, cell, cells, start, end, first, last, count):
     """Change of the integrals of ln r, theta and e^(2 i theta) along straight paths, summed into cells.
@@ -185,7 +196,7 @@ def resultant_integrals(points, path_from, path_to, cell, cells, start, end, fir
     points : (m,) complex; path_from, path_to : (h,) indices of points at the ends of each path
     cell   : (h,) index of the cell that a path belongs to; cells : their number
     start, end, first, last, count : as in displacement_integrals
-    Returns log_r, angle (cells, n) real and twist (cells, n) complex, all [m].
+    Returns ResultantIntegrals.
     A source sees a straight path that it does not lie on under less than pi: that fixes the branch of theta.
     """
     log_r = np.zeros((count, cells))
@@ -212,7 +223,7 @@ def resultant_integrals(points, path_from, path_to, cell, cells, start, end, fir
             log_r[last[e], c] += change.real
             angle[last[e], c] += change.imag - turn * np.rint(change.imag * one_over)
             twist[last[e], c] += rise_twist[b] - rise_twist[a]
-    return log_r.T, angle.T, twist.T
+    return ResultantIntegrals(log_r.T, angle.T, twist.T)
 
 
 @njit(cache=True, inline="always")

@@ -121,10 +121,10 @@ def boundary_traces(cells: Cells, chosen: np.ndarray, mesh: BoundaryMesh, elasti
     edges, forces = edge_forces(cells, chosen)
     z, e = cells.complex_vertices, np.arange(len(edges))
     points, begin, end, cell = mesh.paths()
-    parts = resultant_integrals(
+    integrals = resultant_integrals(
         points, begin, end, cell, mesh.densities, z[edges], z[cells.following[edges]], e, e, len(e)
     )
-    out = resultant_map(*parts, elastic) @ forces
+    out = resultant_map(integrals, elastic) @ forces
     element = boundary_edges(cells, mesh)[edges]
     on = np.flatnonzero(element >= 0)
     own = sparse.csr_matrix(forces)

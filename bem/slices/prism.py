@@ -56,8 +56,8 @@ class PrismSection:
         integrals = resultant_integrals(
             points, begin, end, cell, mesh.densities, mesh.start, mesh.end, mesh.first, mesh.last, mesh.densities
         )
-        self._in_plane = resultant_map(*integrals, self.material)
-        self._along = -integrals[1] / (2 * np.pi)
+        self._in_plane = resultant_map(integrals, self.material)
+        self._along = -integrals.angle / (2 * np.pi)
         self._path_points = np.vstack([self._start + 0.25 * self._step, self._start + 0.75 * self._step])
         normal = np.column_stack([self._step[:, 1], -self._step[:, 0]]) / mesh.lengths[:, None]
         self._path_normals, self._path_widths = np.vstack([normal, normal]), np.r_[mesh.lengths, mesh.lengths] / 2

@@ -97,11 +97,12 @@ def tabulated(gmsh, tag: int) -> Face:
         if all(len(new) == len(old) for new, old in zip(grown, lines)):
             break
         lines = grown
-    u, v = (line[1 : -1 : max(1, len(line) // ASKED)] for line in lines)
-    inner = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+    asked = [line[1 : -1 : max(1, len(line) // ASKED)] for line in lines]
+    inner = np.stack(np.meshgrid(*asked, indexing="ij"), axis=-1).reshape(-1, 2)
     trimmed = gmsh.model.isInside(2, tag, inner.ravel(), parametric=True) < len(inner)
     ends = tuple((points[..., 0].min(axis=axis), points[..., 0].max(axis=axis)) for axis in (1, 0))
-    return Face(tag, *lines, points, trimmed, ends)
+    u, v = lines
+    return Face(tag, u, v, points, trimmed, ends)
 
 
 def _values(gmsh, tag: int, u: np.ndarray, v: np.ndarray) -> np.ndarray:

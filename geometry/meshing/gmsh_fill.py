@@ -43,8 +43,8 @@ def fill_with_quads(
             f"Gmsh found no quadrilaterals in a polygon of {len(polygon)} edges near {polygon.mean(axis=0) * 1e3} mm;"
             " change the element sizes or the band a little"
         )
-    angles = inner_angles(polygon)[None] if angles is None else angles
-    return min(found, key=lambda mesh: badness(*mesh, angles))
+    shapes = inner_angles(polygon)[None] if angles is None else angles
+    return min(found, key=lambda mesh: badness(*mesh, angles=shapes))
 
 
 def _attempts(polygon, largest):

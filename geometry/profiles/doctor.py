@@ -105,7 +105,8 @@ def examine(
     points, lines = without_loops(points, lines, raw, out)
     refuse_loops(points, lines, raw)
     examine_gaps(points, lines, raw, out)
-    points, lines = without_spikes(*without_crowd(points, lines, out), out)
+    points, lines = without_crowd(points, lines, out)
+    points, lines = without_spikes(points, lines, out)
     points, corners = smooth_points(points, smooth, smoothing, out)
     try:
         if kind == "wheel":

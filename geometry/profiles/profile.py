@@ -5,7 +5,7 @@ Between its points a profile is a cubic Hermite curve through the exact tangents
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -177,8 +177,8 @@ class Profile:
         starts, ends = np.flatnonzero(~grows[:-1] & grows[1:]), np.flatnonzero(grows[:-1] & ~grows[1:])
         longest = int(np.argmax(ends - starts))
         keep = slice(starts[longest], ends[longest] + 1)
-        fields = (getattr(self, name)[keep] for name in ("points", "angle_before", "angle_after", "curvature"))
-        return Profile(*fields, self.label, self.provenance)
+        fields = {name: getattr(self, name)[keep] for name in ("points", "angle_before", "angle_after", "curvature")}
+        return replace(self, **fields)
 
     def from_above(self) -> "Profile":
         """What can be seen from above of a line with its metal beneath, such as a rail: z is a function of y.

@@ -58,18 +58,21 @@ def body_grid(x: np.ndarray, faces: np.ndarray, lines: list[Line], spacing: floa
     z = np.array([_carried_on(y, *line) for line in lines])
     slope = np.zeros_like(z)
     for i in range(1, len(x) - 1):
-        rates = [_rate(i, k, x, y, faces, far, lines, z[i]) for k in (i - 1, i + 1)]
-        slope[i] = limited(*rates, x[i] - x[i - 1], x[i + 1] - x[i])
+        before, after = (_rate(i, k, x, y, faces, far, lines, z[i]) for k in (i - 1, i + 1))
+        slope[i] = limited(before, after, x[i] - x[i - 1], x[i + 1] - x[i])
     if len(x) > 1:
         slope[0], slope[-1] = (
             _rate(i, k, x, y, faces, far, lines, z[i]) for i, k in ((0, 1), (len(x) - 1, len(x) - 2))
         )
     return BodyGrid(
-        *(np.ascontiguousarray(v, float) for v in (x, faces, far, low)),
-        float(y[0]),
-        float(spacing),
-        np.ascontiguousarray(z),
-        np.ascontiguousarray(slope),
+        x=np.ascontiguousarray(x, float),
+        face=np.ascontiguousarray(faces, float),
+        far=np.ascontiguousarray(far, float),
+        low=np.ascontiguousarray(low, float),
+        first=float(y[0]),
+        step=float(spacing),
+        z=np.ascontiguousarray(z),
+        slope=np.ascontiguousarray(slope),
     )
 
 

@@ -134,7 +134,8 @@ def matched_body(x: np.ndarray, sections: Sequence[Profile], count: int = 24, la
         after = np.concatenate([v[:-1] for v in slope] + [slope[-1][-1:]])
         before = np.concatenate([slope[0][:1]] + [v[1:] for v in slope])
         bodies.append((points[:, 0], points[:, 1], after, before))
-    return LoftedBody(np.asarray(x, float), *(np.array(rows) for rows in zip(*bodies)), label)
+    y, z, after, before = (np.array(rows) for rows in zip(*bodies))
+    return LoftedBody(np.asarray(x, float), y, z, after, before, label)
 
 
 def upper_line(first: Profile, second: Profile, label: str = "") -> Profile:

@@ -128,12 +128,20 @@ def table_contacts(
         sizes = patch_sizes(normal, table.radii[b, carries], table.modulus[b])
         large = np.sqrt(np.maximum(normal / (np.pi * sizes.prod(axis=1)) / options.hardness, 1.0))
         steels = (scene.materials.wheel.steel(), getattr(scene.materials, body).steel())
-        elastic = [Elastic(steel.youngs_modulus, steel.poisson) for steel in steels]
-        rolled = {"initial_slope": options.initial_slope, "direction": int(sign), "estimate": False}
+        upper, lower = (Elastic(steel.youngs_modulus, steel.poisson) for steel in steels)
         for k, i in enumerate(carries):
             axes = large[k] * sizes[k]
             patch = elliptic_patch(float(axes[0]), float(axes[1]), float(normal[k]), (options.cells, options.cells))
-            patch = fastsim(patch, *elastic, law, Creepage(*map(float, rigid[k])), **rolled)
+            patch = fastsim(
+                patch,
+                upper,
+                lower,
+                law,
+                Creepage(*map(float, rigid[k])),
+                initial_slope=options.initial_slope,
+                direction=int(sign),
+                estimate=False,
+            )
             angle = float(table.angle[b, i])
             aside = table.middle[b, i] * np.array([0.0, np.cos(angle), np.sin(angle)])
             found.append(

@@ -57,7 +57,10 @@ class Pairs(NamedTuple):
     pressure: np.ndarray
     active: np.ndarray
 
-    STATE = "slaves", "facets", "where", "usable", "gap", "normal", "weight", "pressure", "active"
+    @property
+    def STATE(self) -> tuple[str, ...]:
+        """What changes in time (rail_fem.fe.saved_state)."""
+        return "slaves", "facets", "where", "usable", "gap", "normal", "weight", "pressure", "active"
 
     @staticmethod
     def over(quads, neighbours, usable, slaves, facets, where) -> Pairs:

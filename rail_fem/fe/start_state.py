@@ -68,9 +68,11 @@ def from_rigid_hertz(scene: Scene, settings: RigidHertzSettings, x: float) -> St
             f"rigid_hertz finds the wheel in the air at x = {x * 1e3:.0f} mm: begin where it is in contact"
         )
     return StartState(
-        force,
-        float(position[WHEEL] - position[SPRUNG]),
-        float(-position[TRACK]),
-        *(float(velocity[k]) for k in (WHEEL, SPRUNG, TRACK)),
-        False,
+        force=force,
+        suspension=float(position[WHEEL] - position[SPRUNG]),
+        foundation=float(-position[TRACK]),
+        axle=float(velocity[WHEEL]),
+        sprung=float(velocity[SPRUNG]),
+        crossing=float(velocity[TRACK]),
+        resting=False,
     )

@@ -182,7 +182,7 @@ def report_rows(facts: dict) -> list[Row]:
             GOOD,
         ),
         *_scaling_rows(facts["scaling"], *facts["deforming"]),
-        _chatter_row(*facts["chatter"], facts["penalty_factor"]),
+        _chatter_row(*facts["chatter"], penalty=facts["penalty_factor"]),
         *_window_rows(facts["window"], work),
     ]
 

@@ -115,7 +115,7 @@ def march(
 def for_kernels(values: Values) -> Values:
     """The same with contiguous, writable arrays and floats, so that kernels are compiled for one set of types."""
     plain = lambda value: np.require(value, float, ["C", "W"]) if isinstance(value, np.ndarray) else value
-    return values._make(plain(value) for value in values)
+    return type(values)(*(plain(value) for value in values))
 
 
 def potential(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray) -> np.ndarray:

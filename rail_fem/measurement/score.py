@@ -57,8 +57,8 @@ def align(record: Record, own: Record, reach: float | None, cutoff: float = CUTO
     a, b = np.interp(u, far(record), record.values), np.interp(v, far(own), own.values)
     shift = 0.0
     if reach != 0:
-        smooth = [low_pass(values, rate, min(cutoff, rate / 4)) for values in (a, b)]
-        shift = _best_shift(*smooth, u[0], v[0], step, reach)
+        smooth_record, smooth_own = (low_pass(values, rate, min(cutoff, rate / 4)) for values in (a, b))
+        shift = _best_shift(smooth_record, smooth_own, u[0], v[0], step, reach)
     low, high = max(u[0] + shift, v[0]), min(u[-1] + shift, v[-1])
     if high - low < 10 * step:
         raise RecordError(

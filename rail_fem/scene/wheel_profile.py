@@ -139,9 +139,9 @@ def _read_kept(path: Path) -> MeasuredWheel | None:
     )
     label = next(text for key, text in notes if key == "label")
     findings = tuple((key, text) for key, text in notes if key in ("found", "repaired", "warning"))
-    return MeasuredWheel(
-        str(path), words["read"], findings, Profile(table[:, :2], *table[:, 2:].T, label, f"file {path}")
-    )
+    before, after, curvature = table[:, 2:].T
+    profile = Profile(table[:, :2], before, after, curvature, label, provenance=f"file {path}")
+    return MeasuredWheel(str(path), words["read"], findings, profile)
 
 
 def _check(path: Path, points: np.ndarray) -> None:

@@ -60,7 +60,7 @@ def draw_plan(axes, crossing: AnyCrossing, x: np.ndarray, path) -> None:
     """Metal above the gauge depth, and where the rigid wheel touches."""
     y = np.arange(-0.06, 0.13, 0.5e-3)
     for body, colour in BODY.items():
-        height = crossing.top_height(*np.meshgrid(x, y, indexing="ij"), body)
+        height = crossing.top_height(*np.meshgrid(x, y, indexing="ij"), body=body)
         inside = height > -GAUGE_DEPTH
         there = inside.any(axis=1)
         low = np.where(there, y[np.argmax(inside, axis=1)], np.nan)

@@ -43,7 +43,7 @@ class FiniteImpact:
     def von_mises(self, instant: int) -> tuple[np.ndarray, np.ndarray]:
         """Points (p, 2) [m] and von Mises stress (p,) [Pa] at an instant that was kept."""
         points, stress = self.body.stress(self.displacement[instant])
-        return points, von_mises_plane(*stress.T, self.body.body.material.poisson)
+        return points, von_mises_plane(*stress.T, poisson=self.body.body.material.poisson)
 
 
 def pressure_hats(
@@ -148,4 +148,7 @@ def finite_impact(
             whole = np.zeros(total)
             whole[free] = u
             kept[n] = whole
-    return FiniteImpact(plane, *np.array(rows).T, x, np.array(pressures), np.array(energies), kept)
+    times, positions, velocities, forces = np.array(rows).T
+    return FiniteImpact(
+        plane, times, positions, velocities, forces, x, np.array(pressures), np.array(energies), displacement=kept
+    )

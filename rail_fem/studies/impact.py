@@ -101,10 +101,10 @@ def press(
     for axis in mirrors:
         fixed[:, axis] = np.abs(x[:, axis]) < 1e-9
     fixed[:, list(still)] = True
-    surfaces = [Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1)]
+    rail_surface, wheel_surface = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
     edge = np.linalg.norm(mesh.points[mesh.surface[:, 1]] - mesh.points[mesh.surface[:, 0]], axis=1).min()
     modulus = steel.density * steel.wave_speed**2
-    contact = MirroredContact(structure, *surfaces, ContactSettings(penalty * modulus / edge), fixed)
+    contact = MirroredContact(structure, rail_surface, wheel_surface, ContactSettings(penalty * modulus / edge), fixed)
     return Dynamics(structure, Supports([base, plate]), contact, fixed, mass_damping=1.4 * frequency)
 
 

@@ -149,9 +149,9 @@ def contact_cost(across: int, effort: Effort) -> ContactCost:
     wheel = replace(wheel, points=wheel.points @ turn.T + [0.3 * EDGE, 0.2 * EDGE, -1e-6])
     mesh = merge_bodies([rail, wheel])
     structure = Structure(Domain(MPI.COMM_SELF, mesh.points, mesh.cells, mesh.region), [STEEL] * 2, small=(0, 1))
-    surfaces = [Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1)]
+    rail_surface, wheel_surface = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
     settings = ContactSettings(1e15, friction=0.3)
-    contact = Contact(structure, *surfaces, settings, speed=30.0, spin=70.0, axle=(0.0, 0.0, 0.42))
+    contact = Contact(structure, rail_surface, wheel_surface, settings, speed=30.0, spin=70.0, axle=(0.0, 0.0, 0.42))
     contact.search(1e-7)
 
     def forces():

@@ -233,8 +233,10 @@ def judge(run: Run, element: float = 0.1 * MM, end: float = 0.4e-3) -> Judgement
         there = field_at(run.impact.solution(k), points[highest]).von_mises
         run.impact.struck.body.forget_points()
         pairs.append((stress[highest[0]], np.nanmax(there)))
-    stresses = np.array(pairs)
-    return Judgement(run.step, len(finite.body.nodes), spent, finite.time[kept], *stresses.T, finite)
+    finite_stress, boundary_stress = np.array(pairs).T
+    return Judgement(
+        run.step, len(finite.body.nodes), spent, finite.time[kept], finite_stress, boundary_stress, result=finite
+    )
 
 
 def judge_line(found: Judgement) -> str:

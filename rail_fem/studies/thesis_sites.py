@@ -65,7 +65,8 @@ def _sites() -> dict[str, Site]:
         "e": (-1.19, 0.58, 24.75, -0.27, 0.01, 60.83, 59.86),
         "f": (0.45, 0.02, 163.10, -4.72, 0.07, 55.83, 73.67),
     }
-    return {k: Site(k, *(v * MM for v in c[:4]), np.radians(c[4]), c[5] * MM, c[6] * MM) for k, c in columns.items()}
+    scale = np.array([MM, MM, MM, MM, np.radians(1.0), MM, MM])
+    return {name: Site(name, *(scale * column)) for name, column in columns.items()}
 
 
 SITES = _sites()
