@@ -8,7 +8,7 @@ from pathlib import Path
 PARTIAL = re.compile(r"\..+\.\d+\.partial(\.[^.]*)?")
 
 
-def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
+def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """Call `write(temporary)` and rename the temporary file to `path`; a reader or a kill never meets half a file.
 
     Errors: whatever `write` raises; the temporary file is then removed and `path` is as before.

@@ -98,8 +98,9 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     return np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (yz**2 + xz**2 + xy**2))
 
 
-def von_mises_plane(xx: np.ndarray, zz: np.ndarray, xz: np.ndarray, poisson: float) -> np.ndarray:
-    """Von Mises stress [Pa] in plane strain."""
+def von_mises_plane(stress: np.ndarray, poisson: float) -> np.ndarray:
+    """Von Mises stress (...) [Pa] in plane strain of stresses (..., 3), two normal ones and the shear stress."""
+    xx, zz, xz = np.moveaxis(stress, -1, 0)
     out = poisson * (xx + zz)
     none = np.zeros_like(out)
     return von_mises(np.stack(np.broadcast_arrays(xx, zz, out, none, none, xz), axis=-1))

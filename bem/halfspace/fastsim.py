@@ -22,6 +22,7 @@ of the patch); errata: the bound holds mu.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -103,9 +104,10 @@ def fastsim(
     law = friction if isinstance(friction, FallingFriction) else FallingFriction.constant(friction)
     reach = patch.grid.edges if not patch.contact.any() else _centres(patch)
     notes = check_friction(law.static) + check_creepage(creepage, reach)
-    settings = Pair.of(first, second), law, creepage, bound, direction, initial_slope
-    traction, slip, stick = _tractions(patch.grid, patch.pressure, *settings)
-    error = _estimate(patch, traction, *settings) if estimate else patch.error
+    pair = Pair.of(first, second)
+    solve = lambda grid, pressure: _tractions(grid, pressure, pair, law, creepage, bound, direction, initial_slope)
+    traction, slip, stick = solve(patch.grid, patch.pressure)
+    error = _estimate(patch, traction, solve) if estimate and law.static > 0 else patch.error
     cost = patch.cost + Cost(time.perf_counter() - started, 1, 0)
     return replace(
         patch,
@@ -239,19 +241,19 @@ def _end_slip(slip, i, j, qx, qy, after):
     slip[i, j, 0], slip[i, j, 1] = -qx * scale, -qy * scale
 
 
-def _estimate(
-    patch: Patch, traction: np.ndarray, pair: Pair, law: FallingFriction, *settings: Creepage | str | int | float
-) -> ErrorEstimate:
-    """The same on doubled and on fourfold cell sides."""
-    if not patch.contact.any() or law.static == 0:
+def _estimate(patch: Patch, traction: np.ndarray, solve: Callable) -> ErrorEstimate:
+    """The same on doubled and on fourfold cell sides. solve : grid, pressure -> traction, slip, stick"""
+    if not patch.contact.any():
         return patch.error
     grid, pressure, forces = patch.grid, patch.pressure, [traction.sum(axis=(0, 1))]
     for _ in range(2):
         grid, pressure = coarse_grid(grid), coarse_field(pressure, "constant")
-        coarse = _tractions(grid, pressure, pair, law, *settings)[0]
+        coarse, _, _ = solve(grid, pressure)
         forces.append(coarse.sum(axis=(0, 1)) * grid.cell_area / patch.grid.cell_area)
+    fine, doubled, fourfold = forces
+    least = edge_share(patch.pressure, FORCE_STAIRS)
     return replace(
         patch.error,
-        tangential_force=_SHARE * error_bound(*forces, order=1, least=edge_share(patch.pressure, FORCE_STAIRS)),
+        tangential_force=_SHARE * error_bound(fine, doubled, fourfold, order=1, least=least),
         note="changes from doubled and fourfold cell sides: of the discretisation, not of the simplified theory",
     )

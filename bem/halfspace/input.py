@@ -3,7 +3,8 @@ patch."""
 
 from __future__ import annotations
 
-from numbers import Integral, Real
+from collections.abc import Iterable
+from numbers import Integral
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def gap_values(gap: np.ndarray, grid: Grid) -> np.ndarray:
 
 def check_cells(cells: int | tuple[int, int]) -> tuple[int, int]:
     """Cells along x and y; refuses what are no whole numbers, and grids too small to hold a patch and its margin."""
-    both = (cells, cells) if isinstance(cells, Real) else tuple(cells)
+    both = tuple(cells) if isinstance(cells, Iterable) else (cells, cells)
     if len(both) != 2 or not all(isinstance(count, Integral) and count >= _FEWEST_CELLS for count in both):
         raise ContactInputError(
             f"cells = {cells!r}: give whole numbers, at least {_FEWEST_CELLS} each way, as the patch needs a margin"

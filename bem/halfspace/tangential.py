@@ -272,9 +272,9 @@ def _tangential(
     if problem.traction_before is not None:
         slip = slip - operator.product(problem.traction_before[:, box[0], box[1]])
     bound = problem.friction * problem.pressure[box]
-    sums = tuple(None if value is None else value / problem.grid.cell_area for value in problem.force)
+    along, across = (None if value is None else value / problem.grid.cell_area for value in problem.force)
     start = slide_start(operator, slip, bound) if last is None else last.traction[:, box[0], box[1]]
-    solution = solve_friction(operator, slip, bound, sums, start, tolerance)
+    solution = solve_friction(operator, slip, bound, (along, across), start, tolerance)
     return replace(
         solution,
         traction=_embed(solution.traction, box, shape),
@@ -365,10 +365,11 @@ def _estimate(
             if given
             else solution.traction.sum(axis=(1, 2)) * level.grid.cell_area / turned.grid.cell_area
         )
+    of_cells, doubled, fourfold = found
     bound = (
-        _SHARE_ROLLING * error_bound(*found, order=1, least=edge_share(turned.pressure, FORCE_STAIRS))
+        _SHARE_ROLLING * error_bound(of_cells, doubled, fourfold, 1, edge_share(turned.pressure, FORCE_STAIRS))
         if problem.rolling
-        else _SHARE_SHIFT * error_bound(*found)
+        else _SHARE_SHIFT * error_bound(of_cells, doubled, fourfold)
     )
     return replace(
         error,

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
@@ -286,16 +287,26 @@ def cell_resultants(mesh: BoundaryMesh, element: np.ndarray, load: Callable) -> 
     return force
 
 
+class InnerLoad(Protocol):
+    """What acts inside a body, by its field in the infinite plane (bem.plane.point_load says the shapes)."""
+
+    def displacement(self, points: np.ndarray, material: Elastic) -> np.ndarray: ...
+
+    def stress(self, points: np.ndarray, material: Elastic) -> np.ndarray: ...
+
+    def path_force(self, begin: np.ndarray, end: np.ndarray, material: Elastic) -> np.ndarray: ...
+
+
 @dataclass(frozen=True)
 class BoundarySolution:
-    """Field of a solved problem: densities w (n, 2) [Pa], shift (2,) [m] and rotation [rad] about the origin, point
-    loads inside."""
+    """Field of a solved problem: densities w (n, 2) [Pa], shift (2,) [m] and rotation [rad] about the origin, loads
+    inside."""
 
     mesh: BoundaryMesh
     material: Elastic
     density: np.ndarray
     shift: np.ndarray
-    loads: tuple[PointLoad, ...] = ()
+    loads: tuple[InnerLoad, ...] = ()
     rotation: float = 0.0
 
 

@@ -197,11 +197,6 @@ class Field:
     von_mises: np.ndarray
 
 
-def von_mises(stress: np.ndarray, poisson: float) -> np.ndarray:
-    """Von Mises stress (...) [Pa] in plane strain of stress (..., 3) xx, yy, xy."""
-    return von_mises_plane(*np.moveaxis(stress, -1, 0), poisson=poisson)
-
-
 def field_at(solution: BoundarySolution, points: np.ndarray) -> Field:
     """Everything at points (..., 2) [m] of any shape."""
     points = np.asarray(points, float)
@@ -214,7 +209,7 @@ def field_at(solution: BoundarySolution, points: np.ndarray) -> Field:
         points,
         moved.reshape(*shape, 2),
         stress.reshape(*shape, 3),
-        von_mises(stress, solution.material.poisson).reshape(shape),
+        von_mises_plane(stress, solution.material.poisson).reshape(shape),
     )
 
 

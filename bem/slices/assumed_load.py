@@ -105,7 +105,8 @@ def hertz_of(gap: SliceGap, load: float):
     modulus = contact_modulus(gap.slices.upper.material, gap.slices.lower.material)
     chord = np.full(2, 1e-3 * (gap.window[1] - gap.window[0]))
     for _ in range(6):
-        contact = point_contact(load, *_radii(gap, chord), modulus=modulus)
+        radius_x, radius_y = _radii(gap, chord)
+        contact = point_contact(load, radius_x, radius_y, modulus)
         chord = _CHORD * np.array([contact.semi_x, contact.semi_y])
     return contact
 

@@ -157,13 +157,14 @@ def slice_contact(
     window = (length or _default_length(gap), gap.window)
     if load == 0:
         return _untouched(problem, grid or Grid.over(*window, *cells), clock)
-    given = grid is not None
-    if given:
+    if grid is not None:
         _check_beside_face(grid, gap)
+        stretches = 1
     else:
         grid = position_grid(problem.gap_along, window, problem.pair, load, approach, cells)
+        stretches = _MOST_STRETCHES
     clock.stop("positioning")
-    patch = _solve(problem, grid, window, stations, clock, 1 if given else _MOST_STRETCHES, cut)
+    patch = _solve(problem, grid, window, stations, clock, stretches, cut)
     if estimate:
         patch.error = _estimate(problem, patch, stations)
         clock.stop("estimate")
@@ -345,12 +346,16 @@ def _estimate(problem: _Problem, fine: SlicePatch, stations: int) -> ErrorEstima
     except NoContactError:
         return ErrorEstimate()
     normal = [patch.approach if problem.approach is None else patch.normal_force for patch in levels]
-    bounds = (
-        error_bound(*values)
-        for values in zip(*((patch.max_pressure, patch.contact_area, force) for patch, force in zip(levels, normal)))
+    pressure, area, controlled = (
+        share * error_bound(*values)
+        for share, values in zip(
+            _SHARES, zip(*((patch.max_pressure, patch.contact_area, force) for patch, force in zip(levels, normal)))
+        )
     )
     return ErrorEstimate(
-        *(share * bound for share, bound in zip(_SHARES, bounds)),
+        max_pressure=pressure,
+        contact_area=area,
+        normal=controlled,
         note=f"changes from {grid.nx} x {grid.ny} cells and {stations // 2} stations, and from doubled cells there",
     )
 

@@ -133,22 +133,22 @@ class SliceGap:
     along the direction.
 
     initial_approach : (2,) [m] by which the upper body was moved into contact; upper : Body there; reach : largest gap
-        considered [m]
+        considered [m], half the upper body's size
     """
 
     slices: Slices
-    reach: float | None = None
+    reach: float = field(init=False)
     initial_approach: np.ndarray = field(init=False)
     upper: Body = field(init=False)
 
     def __post_init__(self) -> None:
         slices, direction = self.slices, np.array(self.slices.direction)
-        self.reach = self.reach or slices.upper.outline.size / 2
+        self.reach = slices.upper.outline.size / 2
         near = nearest_positions(slices.lower, slices.upper, direction, self.reach)
         if not near:
             raise NoContactError(
                 f"moved along ({direction[0]:.3g}, {direction[1]:.3g}) the sections at x = 0 never meet within"
-                f" {self.reach:g} m: check their positions, or raise reach"
+                f" {self.reach:g} m: check their positions"
             )
         self.initial_approach = near[0][0] * direction
         self.upper = slices.upper.moved(self.initial_approach)

@@ -136,9 +136,8 @@ def flamant_error(size: float) -> float:
 def disc(center: tuple[float, float], radius: float, material: Elastic, top: bool = True, points: int = 1441) -> Body:
     """Disc on a hub at its centre; its boundary begins at the top or at the bottom, opposite to the contact."""
     begin = np.pi / 2 if top else -np.pi / 2
-    return Body(
-        Outline([[Edge(arc(center, radius, begin, begin + 2 * np.pi, points), "face")]]), material, hub=tuple(center)
-    )
+    edge = Edge(arc(center, radius, begin, begin + 2 * np.pi, points), "face")
+    return Body(Outline([[edge]]), material, hub=(center[0], center[1]))
 
 
 def two_discs(radius: float, lower: Elastic, upper: Elastic) -> tuple[Body, Body]:

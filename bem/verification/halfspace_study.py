@@ -17,6 +17,7 @@ import argparse
 import csv
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -108,7 +109,7 @@ def tangential_rows(sizes: tuple[int, ...]) -> list[dict]:
     }
     rows, limits = [], {}
     for name, solver in solvers.items():
-        timed = {cells: least_seconds(lambda patch=solve_normal(cells): solver(patch)) for cells in sizes}
+        timed = {cells: least_seconds(partial(solver, solve_normal(cells))) for cells in sizes}
         forces = np.array([timed[cells][1].tangential_force for cells in sizes])
         limits[name] = extrapolated(forces)
         errors = np.linalg.norm(forces - limits[name], axis=1) / np.linalg.norm(limits[name])

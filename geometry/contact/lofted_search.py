@@ -72,7 +72,11 @@ class SurfaceSearch(ContactSearch):
         here = copy.copy(self)
         here.wheelset = replace(self.wheelset, x=float(x))
         gone = [side for side, (low, high) in self.checked.items() if not low <= x <= high]
-        here.track = replace(self.track, **{f"{side}_check": None for side in gone})
+        here.track = replace(
+            self.track,
+            left_check=None if "left" in gone else self.track.left_check,
+            right_check=None if "right" in gone else self.track.right_check,
+        )
         here.sides = {side: self._standing_at(x, side, own=True) for side in SIDES}
         return here
 

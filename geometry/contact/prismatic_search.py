@@ -249,8 +249,13 @@ class Motion:
 
 
 def creepages(state: Wheelset, contacts: Contacts, motion: Motion) -> np.ndarray:
-    """(n, 3)  longitudinal, lateral [1] and spin creepage [1/m] at the points: the wheel's velocity relative to the
-    rail per speed.
+    """(n, 3) creepages at the contacts, as `creepages_at`."""
+    return creepages_at(state, contacts.position, contacts.normal, motion)
+
+
+def creepages_at(state: Wheelset, position: np.ndarray, normal: np.ndarray, motion: Motion) -> np.ndarray:
+    """(n, 3)  longitudinal, lateral [1] and spin creepage [1/m] at points (n, 3) [m] with normals (n, 3) into the
+    wheel: the wheel's velocity relative to the rail per speed.
 
     Directions: along the rail and across it to the left, in the tangent plane, about the normal into the wheel
     (bem.patch has the same). Exact for rigid bodies. Raises WheelsetError for a speed of zero.
@@ -263,10 +268,10 @@ def creepages(state: Wheelset, contacts: Contacts, motion: Motion) -> np.ndarray
     spin = motion.speed / state.radius if motion.spin is None else motion.spin
     turning = spin * axle + motion.yaw * np.array([0.0, 0.0, 1.0]) + motion.roll * forward
     travel = np.array([motion.speed, motion.lateral, motion.vertical])
-    velocity = travel + np.cross(turning, contacts.position - [state.x, state.y, state.z])
-    x, _, z = contacts.normal.T
+    velocity = travel + np.cross(turning, position - [state.x, state.y, state.z])
+    x, _, z = normal.T
     along = np.column_stack([z, 0 * z, -x]) / np.hypot(x, z)[:, None]
-    across = np.cross(contacts.normal, along)
-    return np.column_stack(
-        [(velocity * along).sum(axis=1), (velocity * across).sum(axis=1), contacts.normal @ turning]
-    ) / abs(motion.speed)
+    across = np.cross(normal, along)
+    return np.column_stack([(velocity * along).sum(axis=1), (velocity * across).sum(axis=1), normal @ turning]) / abs(
+        motion.speed
+    )

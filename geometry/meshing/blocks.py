@@ -45,11 +45,13 @@ def mesh_box(
         raise MeshError(
             f"box of lengths {lengths} m, counts {counts}, grading {grading}: all must be positive, counts at least 1"
         )
-    axes = []
-    for length, count, ratio in zip(lengths, counts, grading):
+
+    def graded(length: float, count: int, ratio: float) -> np.ndarray:
         steps = ratio ** (np.arange(count) / max(count - 1, 1))
-        axes.append(length * np.append(0.0, np.cumsum(steps) / steps.sum()))
-    return mesh_grid(*axes, name=name)
+        return length * np.append(0.0, np.cumsum(steps) / steps.sum())
+
+    x, y, z = (graded(*axis) for axis in zip(lengths, counts, grading))
+    return mesh_grid(x, y, z, name)
 
 
 def mesh_cap(

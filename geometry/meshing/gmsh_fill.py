@@ -44,7 +44,7 @@ def fill_with_quads(
             " change the element sizes or the band a little"
         )
     shapes = inner_angles(polygon)[None] if angles is None else angles
-    return min(found, key=lambda mesh: badness(*mesh, angles=shapes))
+    return min(found, key=lambda mesh: badness(mesh[0], mesh[1], shapes))
 
 
 def _attempts(polygon, largest):

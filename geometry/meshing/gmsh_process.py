@@ -13,7 +13,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, TypeVar, cast
@@ -26,7 +26,7 @@ LONGEST = 600.0  # for one answer [s]; a section takes under a second
 _mine = threading.local()  # the child of this thread, while a `gmsh_process` is open
 
 
-def without_mpi(environment: dict[str, str]) -> dict[str, str]:
+def without_mpi(environment: Mapping[str, str]) -> dict[str, str]:
     """An environment without the variables by which an MPI launcher makes a process one of its ranks."""
     return {name: value for name, value in environment.items() if not name.startswith(OF_MPI)}
 

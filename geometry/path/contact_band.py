@@ -55,7 +55,8 @@ def clearance(
 
     Second order in the path's spacing h: h^2 / (8 radius), 0.3 um at 1 mm. x within the path.
     """
-    surface = np.nan_to_num(crossing.top_height(*np.meshgrid(x, y, indexing="ij"), body=body), nan=NO_METAL)
+    grid_x, grid_y = np.meshgrid(x, y, indexing="ij")
+    surface = np.nan_to_num(crossing.top_height(grid_x, grid_y, body), nan=NO_METAL)
     datum = tread_datum_y() + lateral_shift
     point, order = path.contact_point, np.argsort(path.x)
     rolling = path.radius - wheel.height(point[:, 1] - datum)

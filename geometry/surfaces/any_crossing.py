@@ -5,8 +5,6 @@ All have: heights(x, y, body), top_height(x, y, body), wing_section(x), nose_sec
 leg_range, tables.
 """
 
-from geometry.surfaces.crossing import CastCrossing
-from geometry.surfaces.measured_crossing import MeasuredCrossing
-from geometry.surfaces.worn_crossing import WornCrossing
+from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 
-AnyCrossing = CastCrossing | MeasuredCrossing | WornCrossing
+AnyCrossing = UnwornCrossing | WornCrossing

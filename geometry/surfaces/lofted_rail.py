@@ -99,13 +99,13 @@ class LoftedBody:
                     f"{label}: section at x = {at:g} m turns back at y = {y[int(np.argmax(np.diff(y) <= 0))]:.6f} m: y"
                     " must grow from point to point"
                 )
-        datum = np.broadcast_to(np.asarray(datum, float), len(x))
+        datums = np.broadcast_to(np.asarray(datum, float), len(x))
         points = [s.points if isinstance(s, Profile) else np.asarray(s, float) for s in sections]
-        low, high = (f([p[i, 0] - d for p, d in zip(points, datum)]) for f, i in ((min, 0), (max, -1)))
+        low, high = (f([p[i, 0] - d for p, d in zip(points, datums)]) for f, i in ((min, 0), (max, -1)))
         u = np.linspace(low, high, max(int(np.ceil((high - low) / spacing)), 3) + 1)
-        z = np.array([_height(s, p, u + d) for s, p, d in zip(sections, points, datum)])
+        z = np.array([_height(s, p, u + d) for s, p, d in zip(sections, points, datums)])
         slope = np.gradient(z, u, axis=1)
-        return cls(np.asarray(x, float), u + np.asarray(datum)[:, None], z, slope, slope, label, limited)
+        return cls(np.asarray(x, float), u + datums[:, None], z, slope, slope, label, limited)
 
     def moved(self, lateral: float) -> "LoftedBody":
         """The body moved to + y [m]."""

@@ -5,6 +5,7 @@ reader interpolates there (section_grid) lies farther from the section cut there
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -79,7 +80,7 @@ def _distances(sections: dict[float, np.ndarray], middles: dict[float, np.ndarra
     bodies = tracked([split(sections[x] if x in sections else middles[x], x) for x in found])
     out = dict.fromkeys(middles, 0.0)
     for which in (0, 1):
-        here = {x: pair[which] for x, pair in zip(found, bodies) if pair[which] is not None}
+        here = {x: body for x, pair in zip(found, bodies) if (body := pair[which]) is not None}
         stations = [x for x in here if x in sections]
         if len(stations) < 2:
             for x in here:
@@ -99,7 +100,7 @@ def _distances(sections: dict[float, np.ndarray], middles: dict[float, np.ndarra
 def _grid(x: np.ndarray, bodies: list[Body]) -> BodyGrid:
     lines = [np.column_stack([body.face + body.u, body.z]) for body in bodies]
     faces = np.array([body.face for body in bodies])
-    return body_grid(x, faces, [(line, lambda u, line=line: np.interp(u, *line.T)) for line in lines])
+    return body_grid(x, faces, [(line, partial(np.interp, xp=line[:, 0], fp=line[:, 1])) for line in lines])
 
 
 def _distance(x: float, body: Body, grid: BodyGrid) -> float:

@@ -15,6 +15,8 @@ from geometry.surfaces.depth_field import DepthField, depths_at
 from geometry.surfaces.measured_crossing import MeasuredCrossing
 from geometry.surfaces.section_grid import SectionGrids
 
+UnwornCrossing = CastCrossing | MeasuredCrossing
+
 
 class WornShape(NamedTuple):
     """What the compiled search takes: the unworn crossing's numbers or tables, and what has been worn off."""
@@ -32,7 +34,7 @@ class WornCrossing(TwoBodies):
     Error: that of `base`, and the fields' spread (geometry.surfaces.depth_field).
     """
 
-    base: CastCrossing | MeasuredCrossing
+    base: UnwornCrossing
     wing: DepthField
     nose: DepthField
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -20,6 +20,9 @@ LONGEST_TITLE = 200
 MOST_ERRORS = 50  # told of one file
 FEWEST_ROWS = 10  # of a history
 TOP_KEYS = ("version", "title", "scene", "run", "damage")
+
+
+Settings = TypeVar("Settings", bound=Frozen)
 
 
 class CaseError(ValueError):
@@ -48,6 +51,13 @@ class Case:
     changes: Mapping[str, Any] = field(default_factory=dict)
     name: str = ""
     damage: DamageSettings | None = None
+
+    def settings(self, kind: type[Settings]) -> Settings:
+        """Numerics of the model that takes this kind. Errors: KeyError where the case does not run it."""
+        for run in self.runs.values():
+            if type(run) is kind:
+                return run
+        raise KeyError(f"{self.path}: runs no model by {kind.__name__}")
 
 
 def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = "") -> Case:

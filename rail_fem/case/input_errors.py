@@ -6,6 +6,7 @@ from typing import Any, Literal, cast, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
 
 from rail_fem.scene.units import Quantity, typed
 
@@ -23,7 +24,7 @@ def describe_errors(error: ValidationError, section: type[BaseModel], key: str, 
     return [f"{_dotted(key, _position(error))}: {_remedy(error, section, key)}" for error in error.errors()[:most]]
 
 
-def _position(error: dict[str, Any]) -> tuple:
+def _position(error: ErrorDetails) -> tuple:
     """Where an input error is; of the field that it names, if it names one."""
     own = error.get("ctx", {}).get("key")
     return (*error["loc"][:-1], own) if own else error["loc"]
@@ -52,7 +53,7 @@ def _dotted(key: str, position: tuple) -> str:
     return key
 
 
-def _remedy(error: dict[str, Any], section: type[BaseModel], key: str) -> str:
+def _remedy(error: ErrorDetails, section: type[BaseModel], key: str) -> str:
     position, kind, value = error["loc"], error["type"], quoted(error["input"])
     if kind == "extra_forbidden":
         return _unknown_key(position, section, key)

@@ -11,19 +11,19 @@ from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
 
 
-def preflight_errors(scene: Scene, settings: Frozen, ranks: int, model: str) -> list[str]:
+def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> list[str]:
     """Too little memory, more ranks than cells, a window that leaves the crossing or settles across a transfer,
     a travelling window that is too short, elements too large for it, a mesh of one's own that cannot be run; one line
     each with the remedy."""
-    if not isinstance(settings, FeSettings):
+    if not isinstance(asked, FeSettings):
         return []
     try:
-        settings = with_window(scene, settings)
+        settings = with_window(scene, asked)
     except (CrossingError, ValueError) as error:
         return [f"run.{model}.start, end: {error}"]
     errors = impossible(scene, settings, ranks, model) + window_errors(scene, settings, model)
     errors += length_errors(scene, settings, model)
-    if isinstance(settings, FeSettings) and settings.mesh:
+    if settings.mesh:
         return errors or own_mesh_errors(scene, settings, model)
     return errors or mesh_errors(scene, settings, model)
 

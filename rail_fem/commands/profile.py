@@ -48,13 +48,13 @@ def profile(
     from geometry.profiles.doctor import examine
     from geometry.profiles.figure import draw_diagnosis
     from geometry.profiles.formats.by_suffix import write_profile
-    from geometry.profiles.formats.units import UNITS
+    from geometry.profiles.formats.units import UNITS, metres_of
 
     if unit is not None and unit not in UNITS:
         stop(f"--unit {unit}: known are {', '.join(UNITS)}")
     try:
         found = examine(
-            raw_profile(file, kind, UNITS.get(unit), number),
+            raw_profile(file, kind, metres_of(unit), number),
             smooth,
             smoothing=None if smoothing is None else smoothing * 1e-6,
             mirror=mirror,

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from bem.halfspace.falling_friction import FallingFriction
 from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.material import Elastic
 from bem.patch import Creepage, Patch
-from geometry.contact.prismatic_search import Motion, creepages
+from geometry.contact.prismatic_search import Motion, creepages_at
 from geometry.surfaces.bodies import BODIES
 from geometry.wheelset import Wheelset
 from rail_fem.damage.wear import WearLaw, friction_work
@@ -166,9 +165,9 @@ def _creepages(scene, table: ContactTable, b: int, positions: np.ndarray, sign: 
         normal = np.array([-steep, -np.tan(angle), 1.0])
         height = float(table.height[b, i]) + wheel.radius
         state = Wheelset(wheel.shape, radius=wheel.radius, back_to_back=scene.back_to_back, x=table.x[i], z=height)
-        contact = SimpleNamespace(position=table.point[b, i][None], normal=(normal / np.linalg.norm(normal))[None])
         motion = Motion(sign * scene.speed, vertical=sign * scene.speed * steep)
-        rigid[row] = creepages(state, contact, motion)[0]
+        unit = normal / np.linalg.norm(normal)
+        rigid[row] = creepages_at(state, table.point[b, i][None], unit[None], motion)[0]
     return rigid
 
 

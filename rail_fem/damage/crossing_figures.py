@@ -61,7 +61,7 @@ def stations_of(state: Evolution) -> list[tuple[int, int]]:
         rest = np.where(near, 0.0, deepest)
         if len(found) >= STATIONS or rest.max() <= 0:
             break
-        found.append(tuple(int(k) for k in np.unravel_index(int(np.argmax(rest)), rest.shape)))
+        found.append(divmod(int(np.argmax(rest)), rest.shape[1]))
     return sorted(found, key=lambda one: one[1])
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from bem.patch import Patch
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES, NO_METAL
-from geometry.surfaces.worn_crossing import WornCrossing
+from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
 from rail_fem.damage.crossing import CrossingContact, PatchOptions, table_contacts, wear_field
 from rail_fem.damage.impacts import LargestImpact, largest_impact
@@ -97,7 +97,7 @@ class CrossingSite:
     on all laws;  hardness, shear_yield [Pa];  pool : processes that share the passes; None: this one
     flow : (2, m, n) depths by which plastic flow lowered the surfaces before they wear [m]; None: it did not"""
 
-    base: AnyCrossing
+    base: UnwornCrossing
     passes: tuple[CrossingPass, ...]
     laws: Mapping[str, WearLaw]
     run: RigidHertzSettings
@@ -198,7 +198,7 @@ def pass_wear(site: CrossingSite, one: CrossingPass, crossing: AnyCrossing) -> P
         light.force.max(axis=1),
         largest_impact(light, table, one.scene.static_wheel_load),
         float(transfer),
-        tuple(_hardest(contacts, body) for body in BODIES),
+        (_hardest(contacts, BODIES[0]), _hardest(contacts, BODIES[1])),
     )
 
 

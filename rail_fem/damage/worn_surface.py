@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.depth_field import SPREAD, DepthField
-from geometry.surfaces.worn_crossing import WornCrossing
+from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 from rail_fem.damage.worn_profile import WornOutError
 
 LARGEST_STEP = 0.2e-3  # that one step may take off [m]
@@ -76,7 +75,7 @@ class WornSurface:
         """Largest depth that it has lost [m]."""
         return float((self.depth - first.depth).max())
 
-    def crossing(self, base: AnyCrossing, flow: np.ndarray | None = None) -> WornCrossing:
+    def crossing(self, base: UnwornCrossing, flow: np.ndarray | None = None) -> WornCrossing:
         """The crossing itself, for searches. flow : (2, m, n) depths by which plastic flow has lowered it first, + into
         the metal [m]"""
         at = float(self.x[0]), float(self.x[1] - self.x[0]), float(self.y[0]), float(self.y[1] - self.y[0])

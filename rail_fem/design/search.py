@@ -77,10 +77,10 @@ def search(problem: Problem, out: Path, workers: int = 2, say: Callable[[str], N
 
 def _scores(problem: Problem, record: "Record", start: Trial, run: Callable, points: Iterable, say: Callable) -> list:
     points = [rounded(point) for point in points]
-    missing = [p for k, p in enumerate(points) if record.of(p) is None and tuple(p) not in map(tuple, points[:k])]
+    missing = [p for k, p in enumerate(points) if p not in record and tuple(p) not in map(tuple, points[:k])]
     for point, (numbers, fault) in zip(missing, run(missing)):
         record.add(Trial(point, numbers, np.nan, fault))
-    scores = [_score(problem, record.of(point), start) for point in points]
+    scores = [_score(problem, record[point], start) for point in points]
     failed = sum(bool(trial.fault) for trial in record.trials)
     best = min(_score(problem, trial, start) for trial in record.trials)
     first = problem.score(start.numbers, start.numbers)
@@ -145,9 +145,13 @@ class Record:
             self._row(self._start)
         return self._start
 
-    def of(self, values: np.ndarray) -> Trial | None:
-        """The trial of these values, if it was made."""
-        return self._known.get(tuple(values))
+    def __contains__(self, values: np.ndarray) -> bool:
+        """Whether the trial of these values was made."""
+        return tuple(values) in self._known
+
+    def __getitem__(self, values: np.ndarray) -> Trial:
+        """The trial of these values. Errors: KeyError where it was not made."""
+        return self._known[tuple(values)]
 
     def add(self, trial: Trial) -> None:
         """Keep a trial."""

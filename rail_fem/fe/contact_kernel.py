@@ -36,14 +36,8 @@ NORMAL_ENERGY, FRICTION_WORK, AXLE_MOMENT, TOWED, N_ACTIVE = range(5)
 N_SUMS = 5
 
 
-class Pairs(NamedTuple):
-    """Nodes of one surface over facets of the other, and what a step finds for them.
-
-    slaves : (k,) nodes;  facets : (k,) facet under each, -1 none;  where : (k, 2) its position xi, eta there
-    quads, neighbours : (q, 4) nodes of the facets, facets across the edges 01, 12, 23, 30;
-    usable : (q,) facets whose nodes are up to date gap [m], normal, weight of the facet's nodes, pressure [Pa], active
-        : (k,), (k, 3), (k, 4), (k,), (k,)
-    """
+class _PairArrays(NamedTuple):
+    """What `Pairs` hold: a NamedTuple takes nothing but fields."""
 
     slaves: np.ndarray
     facets: np.ndarray
@@ -57,10 +51,18 @@ class Pairs(NamedTuple):
     pressure: np.ndarray
     active: np.ndarray
 
-    @property
-    def STATE(self) -> tuple[str, ...]:
-        """What changes in time (rail_fem.fe.saved_state)."""
-        return "slaves", "facets", "where", "usable", "gap", "normal", "weight", "pressure", "active"
+
+class Pairs(_PairArrays):
+    """Nodes of one surface over facets of the other, and what a step finds for them.
+
+    slaves : (k,) nodes;  facets : (k,) facet under each, -1 none;  where : (k, 2) its position xi, eta there
+    quads, neighbours : (q, 4) nodes of the facets, facets across the edges 01, 12, 23, 30;
+    usable : (q,) facets whose nodes are up to date gap [m], normal, weight of the facet's nodes, pressure [Pa], active
+        : (k,), (k, 3), (k, 4), (k,), (k,)
+    """
+
+    __slots__ = ()
+    STATE = "slaves", "facets", "where", "usable", "gap", "normal", "weight", "pressure", "active"
 
     @staticmethod
     def over(quads, neighbours, usable, slaves, facets, where) -> Pairs:

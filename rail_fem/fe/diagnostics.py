@@ -105,11 +105,9 @@ def strain_peaks(run: Run) -> dict[str, Peak]:
         if len(mine):
             worst = mine[np.argmax(cells[mine, 6])]
             corners = mesh.points[mesh.cells[worst]]
+            x, y, z = map(float, corners.mean(axis=0))
             found[f"plastic_strain_{name}"] = Peak(
-                float(cells[worst, 6]),
-                "1",
-                *map(float, corners.mean(axis=0)),
-                size=float(np.cbrt(cell_volume(corners[None])[0])),
+                float(cells[worst, 6]), "1", x, y, z, size=float(np.cbrt(cell_volume(corners[None])[0]))
             )
     return run.comm.bcast(found, root=0)
 

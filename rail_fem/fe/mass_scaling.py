@@ -74,7 +74,7 @@ def choose_scaling(
         "wheel": scene.vehicle.wheel_unsprung_mass,
     }
     scaling = MassScaling(1.0, steel, bodies, transit_ratio(scene, 1.0), "")
-    if settings.mass_scaling == AUTO:
+    if isinstance(settings.mass_scaling, str):  # AUTO
         scaling = _automatic(scene, scaling)
     else:
         scaling = replace(scaling, factor=settings.mass_scaling, why="as the case asks")

@@ -182,7 +182,7 @@ def report_rows(facts: dict) -> list[Row]:
             GOOD,
         ),
         *_scaling_rows(facts["scaling"], *facts["deforming"]),
-        _chatter_row(*facts["chatter"], penalty=facts["penalty_factor"]),
+        _chatter_row(facts["chatter"], facts["penalty_factor"]),
         *_window_rows(facts["window"], work),
     ]
 
@@ -255,8 +255,9 @@ def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[Row
     ]
 
 
-def _chatter_row(share: float, force: float, penalty: float) -> Row:
+def _chatter_row(chatter: tuple[float, float], penalty: float) -> Row:
     """Judged by the lesser of both: what is small against the force, or against its changes, does no harm."""
+    share, force = chatter
     worst = float(np.fmin(share, force)) if np.isfinite(share) else 0.0
     shown = f"{share:.2%} of the force's variance above half the mesh frequency, {force:.2%} of its mean"
     row = judged("chatter", worst, shown)

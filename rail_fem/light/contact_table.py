@@ -163,7 +163,8 @@ def fresh_table(key: TableKey) -> ContactTable:
 def _tabled(key: TableKey, path: WheelPath, search_time: float) -> ContactTable:
     crossing, wheel, radius, datum, steels, load = key.crossing, key.wheel, key.radius, key.datum, key.steels, key.load
     started = working_time()
-    moduli = tuple(contact_modulus(Elastic(*rail), Elastic(*steels[2])) for rail in steels[:2])
+    wing, nose, own = (Elastic(*steel) for steel in steels)
+    moduli = contact_modulus(wing, own), contact_modulus(nose, own)
     points = np.stack([path.wing_point, path.nose_point])
     heights = path.height - np.stack([path.wing_gap, path.nose_gap])
     parts = [_contacts(crossing, wheel, b, path, points[b], radius, datum, moduli[b], load) for b in (0, 1)]

@@ -66,7 +66,7 @@ def crossing_spec(
         band = _band(getattr(crossing, f"{name}_section"), point[known, 0], point[known, 1])
         around = (design[0] - PATCH_REACH, design[-1] + PATCH_REACH)
         bodies[name] = BodyMeshSpec((fine[0] - ENDS, fine[1] + ENDS), fine, band, anchor=anchor, design_x=around)
-    return CrossingMeshSpec(settings.element_size, **bodies, length=settings.along)
+    return CrossingMeshSpec(settings.element_size, bodies.get("wing"), bodies.get("nose"), length=settings.along)
 
 
 def _band(section, x: np.ndarray, y: np.ndarray):

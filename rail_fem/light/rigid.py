@@ -1,5 +1,7 @@
 """The rigid wheel's path over a scene's crossing: what geometry alone says before any model runs."""
 
+from typing import TypeVar
+
 import numpy as np
 
 from geometry.axes import tread_datum_y
@@ -18,6 +20,9 @@ BEYOND_PATH = 0.11  # of the modelled crossing that a wheel needs ahead of its l
 CLEAR = 20e-3  # at least between the end of settling and a transfer: a patch's length [m]
 # of a window around the transfer: released before the transfer, and run on behind the first impact [m]
 LEAD, FOLLOW = 35e-3, 160e-3
+
+
+Settings = TypeVar("Settings", bound=Frozen)
 
 
 def rigid_path(scene: Scene, x: np.ndarray) -> WheelPath:
@@ -59,7 +64,7 @@ def window_path(scene: Scene, settings: FeSettings) -> WheelPath:
     return rigid_path(scene, np.linspace(settings.start, settings.end, count))
 
 
-def with_window(scene: Scene, settings: Frozen) -> Frozen:
+def with_window(scene: Scene, settings: Settings) -> Settings:
     """The settings of any model, with start and end where fe_window's leave them open: so that the wheel has settled
     LEAD before the position where a rigid wheel changes body, and runs on for FOLLOW behind it.
 

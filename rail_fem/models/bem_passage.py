@@ -82,14 +82,14 @@ def pair_of(key: TableKey, table: ContactTable, body: int, index: int, x: float 
     """Wheel and body touching at the table's contact point, shifted with the wheel to x [m]."""
     x = float(table.x[index]) if x is None else x
     point = table.point[body, index, :2] + [x - table.x[index], 0.0]
-    steels = (Elastic(*key.steels[k]) for k in (2, body))
     return pair_at(
         key.wheel,
         crossing_surface(key.crossing, BODIES[body]),
         (x, key.datum),
         point,
         key.radius,
-        *steels,
+        wheel_steel=Elastic(*key.steels[2]),
+        rail_steel=Elastic(*key.steels[body]),
         label=BODIES[body],
     )
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import resource
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from mpi4py import MPI
@@ -87,7 +88,7 @@ def solve_from(
         identity = identity | {"mesh": seal, "pass": str(number)}
         run = Run(comm, scene, settings, passage, below, progress, identity)
         run.started = started
-        if restart and below is not None and on_root(lambda at=below: (at / CHECKPOINT).is_file()):
+        if restart and below is not None and on_root((below / CHECKPOINT).is_file):
             run.resume()
         run.go()
         result = result_of(run, model, initial_clearance)
@@ -97,7 +98,7 @@ def solve_from(
         if number < settings.passes:
             carried = steel_after(run)
             if below is not None:
-                on_root(lambda at=below, of=result: of.save(at))
+                on_root(partial(result.save, below))
     return result if twin is None else with_bars(result, twin)
 
 
@@ -137,7 +138,7 @@ def _twin(
             why = f"no twin of {size * 1e3:g} mm: {error}"
             continue
         if below is not None:
-            on_root(lambda found=result: found.save(below))
+            on_root(partial(result.save, below))
         return result
     return why
 

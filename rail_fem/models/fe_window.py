@@ -6,8 +6,8 @@ velocities of wheel, sprung mass and crossing are the FE's there. Resolves what 
 plastic strain and waves from before it, and as wrong at its start as rigid_hertz is.
 """
 
+from functools import partial
 from pathlib import Path
-from typing import cast
 
 from rail_fem.fe.start_state import from_rigid_hertz
 from rail_fem.launcher import on_root
@@ -24,7 +24,7 @@ def solve(
 ) -> PassResult:
     """One window. Collective on MPI.COMM_WORLD. Errors: as fe_full, and ValueError where rigid_hertz finds the wheel in
     the air at the start."""
-    settings = cast(FeWindowSettings, on_root(lambda given=settings: with_window(scene, given)))
+    settings = on_root(partial(with_window, scene, settings))
     released = running_start(scene, settings) + scene.direction_sign * scene.speed * settings.settle_time
     approach = RigidHertzSettings(start=settings.approach_start, end=settings.end)
     start = on_root(lambda: from_rigid_hertz(scene, approach, released))

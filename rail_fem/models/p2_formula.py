@@ -33,10 +33,12 @@ def solve(
     The formula takes microseconds; the dip angle of the rigid path, unless given, a second.
     Errors: ValueError when a rigid wheel never changes body and no dip angle is given.
     """
-    looked_at = JOINT_LOOKED_AT if scene.crossing.family == JOINT else LOOKED_AT
-    table = contact_table(scene, *looked_at, SPACING) if settings.dip_angle is None else None
-    started, search_time = working_time(), table.search_time if table else 0.0
-    dip, transfer, constant = (settings.dip_angle, NAN, None) if table is None else rigid_dip(table)
+    dip, transfer, constant = settings.dip_angle, NAN, NAN
+    started, search_time = working_time(), 0.0
+    if dip is None:
+        table = contact_table(scene, *(JOINT_LOOKED_AT if scene.crossing.family == JOINT else LOOKED_AT), SPACING)
+        started, search_time = working_time(), table.search_time
+        dip, transfer, constant = rigid_dip(table)
     load, mass = scene.static_wheel_load, unsprung_mass(scene, settings.unsprung)
     foundation = scene.foundation
     increment = p2_increment(dip, scene.speed, mass, foundation.track_mass, foundation.stiffness)
@@ -47,7 +49,7 @@ def solve(
         "p2_all_times_1.2": Peak(p2_force(load, increment, "all"), "N", x=transfer),
         "force_foundation": Peak(load + increment, "N", x=transfer),
     }
-    if constant:
+    if constant > 0:
         linear = tangent_stiffness(constant, load)
         peaks["p1"] = Peak(
             p1_force(load, dip, scene.speed, linear, scene.vehicle.wheel_unsprung_mass, foundation.track_mass),

@@ -86,13 +86,14 @@ def plastic_zone(corners: np.ndarray, strain: np.ndarray, stress: np.ndarray) ->
     values["integral"] = float(strain @ volume)
     values |= {name: float(volume[strain > level].sum()) for name, level in LEVELS.items()}
     at = int(np.argmax(strain))
+    x, y, z = corners[at].mean(axis=0)
     block, top, depth, layers = _block(corners, np.column_stack([strain, stress]), volume)
     values["block"] = block
     return PlasticZone(
         {name: values[name] for name in NAMES},
         float(strain[at]),
         float(np.cbrt(volume[at])),
-        tuple(map(float, corners[at].mean(axis=0))),
+        (float(x), float(y), float(z)),
         top,
         depth,
         layers[:, 0],

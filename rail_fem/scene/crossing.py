@@ -3,20 +3,23 @@
 import functools
 import os
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.crossing import CastCrossing, CrossingError
 from geometry.surfaces.joint import Joint, joint_rail
 from geometry.surfaces.measured_crossing import MeasuredCrossing
+from geometry.surfaces.worn_crossing import UnwornCrossing
 from rail_fem.scene.base import PRINTABLE, Frozen, digest_of_read, input_error
 from rail_fem.scene.section_files import KEPT, STEP_SUFFIXES, CrossingFile, SectionReading, read_crossing
 from rail_fem.scene.units import Quantity
 
-CAST, SECTIONS, STEP, JOINT = "UK-cast", "sections", "step", "joint"
+CAST: Final = "UK-cast"
+SECTIONS: Final = "sections"
+STEP: Final = "step"
+JOINT: Final = "joint"
 CAST_KEYS = (
     "ratio", "flangeway", "topping_slope", "topping_depth", "transition_length", "transition_smoothness",
     "leg_lowering", "leg_fade", "wing_raise", "wing_flare", "flare_start", "nose_lowering", "nose_widening",
@@ -192,7 +195,7 @@ class Crossing(Frozen):
         return f"{CAST} crossing 1:{self.ratio:g}" if self.family == CAST else f"crossing {Path(self.file).name}"
 
     @property
-    def surface(self) -> AnyCrossing:
+    def surface(self) -> UnwornCrossing:
         """The crossing itself; the same object for the same numbers or sections. Errors: CrossingError."""
         if self.family == JOINT:
             return _joint(*(getattr(self, name) for name in DIP_KEYS))

@@ -17,7 +17,7 @@ from geometry.profiles.formats.columns import UNIT_SAID, read_columns
 from geometry.profiles.formats.raw import RawProfile, numbers, read_text
 from geometry.profiles.formats.simpack import read_simpack
 from geometry.profiles.formats.slices import read_slices
-from geometry.profiles.formats.units import UNITS, WIDTHS, fitting_units
+from geometry.profiles.formats.units import UNITS, WIDTHS, fitting_units, metres_of
 from geometry.profiles.profile import ProfileError
 from geometry.surfaces.measured_crossing import MeasuredCrossing, measured_crossing, moved
 from rail_fem.atomic import write_text_atomically
@@ -110,7 +110,7 @@ def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> Cro
     elif path.suffix.lower() in STEP_SUFFIXES:
         x, sections = read_step(path, StepReading(reading.faces == "named", reading.tolerance))
     elif path.suffix.lower() == ".slcs":
-        found = read_slices(path, UNITS.get(reading.unit))
+        found = read_slices(path, metres_of(reading.unit))
         x, sections = found.x, [raw.points * [1.0, raw.up or -1] for raw in found.sections]
     elif path.suffix.lower() in (".csv", ".txt"):
         x, sections = _read_table(path, reading)
@@ -127,7 +127,7 @@ def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> Cro
 def _read_table(path: Path, reading: SectionReading) -> tuple[np.ndarray, list[np.ndarray]]:
     """A table of x, y, z with z up; rows of one section stand together, its unit in the file or told."""
     lines, _ = read_text(path)
-    factor = UNITS.get(reading.unit) or _said_unit(lines)
+    factor = metres_of(reading.unit) or _said_unit(lines)
     if factor is None:
         raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give unit')
     rows = [(i, line) for i, line in enumerate(lines, 1) if re.match(r"\s*[+-]?\.?\d", line)]
@@ -146,7 +146,7 @@ def _read_folder(folder: Path, reading: SectionReading) -> tuple[np.ndarray, lis
             f'{folder}: no list of stations "{path.name}": one row a section with its x and the name of its file'
         )
     lines, _ = read_text(path)
-    factor = UNITS.get(reading.station_unit) or _said_unit(lines)
+    factor = metres_of(reading.station_unit) or _said_unit(lines)
     if factor is None:
         raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give station_unit')
     x: list[float] = []
@@ -165,7 +165,7 @@ def _read_folder(folder: Path, reading: SectionReading) -> tuple[np.ndarray, lis
         raw.append(read_simpack(file) if file.suffix.lower() == ".prr" else read_columns(file))
     if not x:
         raise ProfileError(f"{path}: names no section")
-    return np.array(x), _in_metres(folder, raw, UNITS.get(reading.unit))
+    return np.array(x), _in_metres(folder, raw, metres_of(reading.unit))
 
 
 def _in_metres(folder: Path, raw: list[RawProfile], told: float | None) -> list[np.ndarray]:

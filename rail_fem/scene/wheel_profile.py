@@ -16,7 +16,7 @@ import numpy as np
 from geometry.profiles.doctor import examine
 from geometry.profiles.formats.by_suffix import read_raw
 from geometry.profiles.formats.raw import RawProfile
-from geometry.profiles.formats.units import UNITS
+from geometry.profiles.formats.units import metres_of
 from geometry.profiles.profile import Profile, ProfileError
 from geometry.profiles.shape import FLANGE
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
@@ -101,7 +101,7 @@ def read_wheel(path: Path, reading: Reading = Reading()) -> MeasuredWheel:
     if kept and reading.told():
         raise ProfileError(f"{path}: is the profile as a run used it, there is nothing left to tell of its reading: "
                            f"leave out {', '.join(reading.told())}")  # fmt: skip
-    return kept or _judged(path, read_raw(path, "wheel", UNITS.get(reading.unit), reading.number or 1), reading)
+    return kept or _judged(path, read_raw(path, "wheel", metres_of(reading.unit), reading.number or 1), reading)
 
 
 def _judged(path: Path, raw: RawProfile, reading: Reading) -> MeasuredWheel:

@@ -15,10 +15,10 @@ from rail_fem.settings.explicit import FeSettings
 def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
     """Scene and numerics as they are understood, what follows from them, cost, warnings, and the errors that forbid the
     run [SI]. cost : None for a light model"""
-    scene, settings = case.scene, case.runs[model]
-    errors = preflight_errors(scene, settings, ranks, model)
-    explicit = isinstance(settings, FeSettings)
-    settings = settings if errors else with_window(scene, settings)
+    scene, asked = case.scene, case.runs[model]
+    errors = preflight_errors(scene, asked, ranks, model)
+    settings = asked if errors else with_window(scene, asked)
+    explicit = settings if isinstance(settings, FeSettings) and not errors else None
     patch = static_patch(scene)
     derived = {
         "static_wheel_load": scene.static_wheel_load,
@@ -29,8 +29,8 @@ def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
         "static_patch_width": 2 * patch.semi_y,
         "static_patch_max_pressure": patch.max_pressure,
     }
-    if explicit and not errors:
-        derived["rigid_transfers"] = window_path(scene, settings).transfers
+    if explicit is not None:
+        derived["rigid_transfers"] = window_path(scene, explicit).transfers
     return {
         "case": case.path,
         "title": case.title,
@@ -38,7 +38,7 @@ def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
         "scene": scene.model_dump(mode="json"),
         "settings": settings.model_dump(mode="json"),
         "derived": derived,
-        "cost": asdict(estimate_run(scene, settings, ranks)) | {"ranks": ranks} if explicit and not errors else None,
+        "cost": asdict(estimate_run(scene, explicit, ranks)) | {"ranks": ranks} if explicit is not None else None,
         "warnings": scene_warnings(scene) if errors else case_warnings(scene, settings),
         "errors": errors,
     }

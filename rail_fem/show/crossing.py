@@ -59,8 +59,9 @@ def section_positions(crossing: AnyCrossing, transfers: np.ndarray, x: np.ndarra
 def draw_plan(axes, crossing: AnyCrossing, x: np.ndarray, path) -> None:
     """Metal above the gauge depth, and where the rigid wheel touches."""
     y = np.arange(-0.06, 0.13, 0.5e-3)
+    grid_x, grid_y = np.meshgrid(x, y, indexing="ij")
     for body, colour in BODY.items():
-        height = crossing.top_height(*np.meshgrid(x, y, indexing="ij"), body=body)
+        height = crossing.top_height(grid_x, grid_y, body)
         inside = height > -GAUGE_DEPTH
         there = inside.any(axis=1)
         low = np.where(there, y[np.argmax(inside, axis=1)], np.nan)

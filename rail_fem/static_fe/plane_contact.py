@@ -44,7 +44,7 @@ class PlaneContact:
     def von_mises(self) -> tuple[np.ndarray, np.ndarray]:
         """Points (p, 2) [m] in the fixed body and von Mises stress (p,) [Pa] there."""
         points, stress = self.fixed.stress(self.fixed_displacement)
-        return points, von_mises_plane(*stress.T, poisson=self.fixed.body.material.poisson)
+        return points, von_mises_plane(stress, self.fixed.body.material.poisson)
 
 
 def shapes(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -43,7 +43,7 @@ class FiniteImpact:
     def von_mises(self, instant: int) -> tuple[np.ndarray, np.ndarray]:
         """Points (p, 2) [m] and von Mises stress (p,) [Pa] at an instant that was kept."""
         points, stress = self.body.stress(self.displacement[instant])
-        return points, von_mises_plane(*stress.T, poisson=self.body.body.material.poisson)
+        return points, von_mises_plane(stress, self.body.body.material.poisson)
 
 
 def pressure_hats(

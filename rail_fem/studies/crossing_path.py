@@ -131,7 +131,8 @@ def against_sections(file: Path, paths: dict[str, WheelPath], radius: float) -> 
 
 def outline(crossing: CastCrossing, x: np.ndarray, y: np.ndarray, body: str) -> np.ndarray:
     """(n, 2)  both sides of a body at x (n,), where it passes the gauge depth [m]; NaN where it is not."""
-    height = crossing.top_height(*np.meshgrid(x, y, indexing="ij"), body=body)
+    grid_x, grid_y = np.meshgrid(x, y, indexing="ij")
+    height = crossing.top_height(grid_x, grid_y, body)
     return band_edges(np.where(height > -GAUGE_DEPTH, -1.0, 1.0), y, 0.0)
 
 

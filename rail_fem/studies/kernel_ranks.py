@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 from dataclasses import dataclass
+from functools import partial
 
 from rail_fem.launcher import mpi_command, rank_environment
 
@@ -57,16 +58,16 @@ def study_ranks(ranks: int, counts: tuple[int, int, int], steps: int, repeats: i
     """
     if counts[0] % ranks:
         raise ValueError(f"{counts[0]} elements along x cannot be shared evenly by {ranks} ranks: choose a multiple")
-    share = (counts[0] // ranks, *counts[1:])
+    share = (counts[0] // ranks, counts[1], counts[2])
     trials = {
-        "one": (1, counts, steps, repeats),
-        "shared": (ranks, counts, steps, repeats),
-        "alone": (ranks, share, steps, repeats, True),
+        "one": partial(run_job, 1, counts, steps, repeats),
+        "shared": partial(run_job, ranks, counts, steps, repeats),
+        "alone": partial(run_job, ranks, share, steps, repeats, True),
     }
     found: dict[str, list[dict[str, float]]] = {name: [] for name in trials}
     for _ in range(rounds):
         for name, trial in trials.items():
-            found[name].append(run_job(*trial))
+            found[name].append(trial())
     return RankStudy(**{name: min(runs, key=lambda run: run["step"]) for name, runs in found.items()})
 
 

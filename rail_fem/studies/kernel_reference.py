@@ -10,6 +10,7 @@ import inspect
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import ufl
@@ -62,7 +63,9 @@ def block_domain(across: int) -> Domain:
     return Domain(MPI.COMM_SELF, box.points, box.cells, box.region)
 
 
-def finite_rate(domain: Domain, flowing: bool, effort: Effort, element: str = "one-point") -> tuple[float, float]:
+def finite_rate(
+    domain: Domain, flowing: bool, effort: Effort, element: Literal["one-point", "full"] = "one-point"
+) -> tuple[float, float]:
     """Updates per second of the finite-strain kernel, and the share of the elements that flowed in the last one.
 
     flowing : the body is first strained to yield (a few tenths of a percent) at rates that differ from element to

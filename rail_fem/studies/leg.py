@@ -22,6 +22,7 @@ from rail_fem.models import rigid_hertz
 from rail_fem.output.events import Flight, flights, stated_peaks
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
+from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.show.style import GREEN, GREY, NOSE, PURPLE, TOTAL, WING, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 
@@ -58,7 +59,7 @@ VARIATIONS: tuple[tuple[str, dict[str, Any]], ...] = (
 def run(changes: dict[str, Any]) -> PassResult:
     """The reference case, whole crossing, with these changes, by rigid_hertz."""
     case = load_case(example("whole_crossing"), WINDOW | changes)
-    return rigid_hertz.solve(case.scene, case.runs["rigid_hertz"])
+    return rigid_hertz.solve(case.scene, case.settings(RigidHertzSettings))
 
 
 def first_flight(result: PassResult) -> Flight | None:

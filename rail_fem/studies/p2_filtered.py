@@ -11,7 +11,6 @@ slopes and moves on with the track mass for a quarter of their period: pi / 2 sq
 """
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import typer
@@ -23,6 +22,7 @@ from rail_fem.models import p2_formula, rigid_hertz
 from rail_fem.output.low_pass import filtered_peak
 from rail_fem.output.markdown import markdown_table
 from rail_fem.scene.scene import Scene
+from rail_fem.settings.light import P2Settings, RigidHertzSettings
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.studies.whole_crossing import case_files
 
@@ -51,8 +51,11 @@ def p2_of(scene: Scene, dip: float, reading: str, mass: float) -> float:
 def row(file: Path) -> list[str]:
     """One case."""
     case = load_case(file)
-    settings: Any = case.runs["p2_formula"]
-    formula, found = p2_formula.solve(case.scene, settings), rigid_hertz.solve(case.scene, case.runs["rigid_hertz"])
+    settings = case.settings(P2Settings)
+    formula, found = (
+        p2_formula.solve(case.scene, settings),
+        rigid_hertz.solve(case.scene, case.settings(RigidHertzSettings)),
+    )
     own = trajectory_dip(found).angle
     peaks = [filtered_peak(found, cutoff) for cutoff in CUTOFFS]
     dips, mass = (formula.trust["dip_angle"], own), formula.trust["unsprung_mass"]

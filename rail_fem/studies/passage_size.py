@@ -167,7 +167,7 @@ def main(
             base = next((r for r in results if abs(size_of(r) - judged * 1e-3) < 1e-9), None)
             if base is None:
                 base = run_at(path, changes, judged * 1e-3, out / f"{judged:g}mm", quiet)
-            for name, settings in judges(load_case(path, changes).runs[MODEL]).items():
+            for name, settings in judges(load_case(path, changes).settings(FeSettings)).items():
                 changed = changes | {f"run.{MODEL}.{key}": value for key, value in settings.items()}
                 others[name] = run_at(
                     path, changed, judged * 1e-3, out / f"{judged:g}mm-{name.replace(' ', '_')}", quiet

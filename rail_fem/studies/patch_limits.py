@@ -90,13 +90,13 @@ CASES = (
 )
 
 
-def light_patches(case: LimitCase, cells: tuple[int, int] = (50, 80)) -> dict[str, Patch]:
+def light_patches(case: LimitCase, cells: tuple[int, int] = (50, 80)) -> tuple[Patch, SlicePatch]:
     """Half-space and slices of a case."""
     long, wide = case.reach
     window = ((-long, long), (-wide, wide))
     half_space = normal_contact(case.pair.gap, STEEL, STEEL, load=case.load, window=window, cells=88, estimate=False)
     slices = slice_contact(case.pair.slices(), load=case.load, cells=cells, length=(-long, long), estimate=False)
-    return {HALF_SPACE: half_space, SLICES: slices}
+    return half_space, slices
 
 
 def seen_along_approach(method: str, patch: SlicePatch) -> MethodRow:
@@ -115,11 +115,11 @@ def rows_of(
     case: LimitCase, sizes: list[float], report=to_stderr
 ) -> tuple[list[MethodRow], MethodRow, dict[str, float]]:
     """Half-space, slices, finite elements of these sizes [m] and their limit; the limit; its uncertainty."""
-    light = light_patches(case)
+    half_space, slices = light_patches(case)
     report(case.name)
-    series = finite_series(case.pair, case.load, light[SLICES], sizes, report)
+    series = finite_series(case.pair, case.load, slices, sizes, report)
     reference, miss = limit_row(series)
-    rows = [MethodRow.of(HALF_SPACE, light[HALF_SPACE]), seen_along_approach(SLICES, light[SLICES])]
+    rows = [MethodRow.of(HALF_SPACE, half_space), seen_along_approach(SLICES, slices)]
     return [*rows, *(MethodRow.of(patch.method, patch) for patch in series), reference], reference, miss
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -48,9 +49,7 @@ HEAD = (
 
 
 PROBLEMS = {name: (case, 10e6) for name, case in CASES.items()}
-PROBLEMS |= {
-    f"P8 on BS113A, E 210/{young}": (lambda young=young: wheel_on_rail(young * 1e9), RAIL_LOAD) for young in (210, 190)
-}
+PROBLEMS |= {f"P8 on BS113A, E 210/{young}": (partial(wheel_on_rail, young * 1e9), RAIL_LOAD) for young in (210, 190)}
 
 
 @dataclass(frozen=True)

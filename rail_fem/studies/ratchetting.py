@@ -23,7 +23,7 @@ from rail_fem.cyclic.rolling import VERDICTS, NoEquilibriumError, rolling_line_c
 
 YOUNG, POISSON, YIELD, HALF_WIDTH = 210e9, 0.3, 300e6, 5e-3
 SHEAR_YIELD = YIELD / np.sqrt(3)
-CHABOCHE = {"modulus": [100e9, 20e9, 3e9], "recovery": [2000.0, 300.0, 20.0]}
+CHABOCHE = np.array([100e9, 20e9, 3e9]), np.array([2000.0, 300.0, 20.0])  # modulus [Pa], recovery of each back stress
 STRESS_CYCLE = (-300e6, 420e6)
 DEPTHS = HALF_WIDTH * np.array([0.02, 0.15, 0.3, 0.4, 0.5, 0.6, 0.8])
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7")
@@ -33,9 +33,9 @@ def laws() -> dict[str, CyclicLaw]:
     """One steel by four laws."""
     return {
         "Armstrong-Frederick, one back stress": cyclic_law(YOUNG, POISSON, YIELD, [30e9], [150.0]),
-        "Chaboche, three": cyclic_law(YOUNG, POISSON, YIELD, **CHABOCHE),
-        "Abdel-Karim-Ohno, mixing 0.1": cyclic_law(YOUNG, POISSON, YIELD, **CHABOCHE, mixing=0.1),
-        "Ohno-Wang I": cyclic_law(YOUNG, POISSON, YIELD, **CHABOCHE, mixing=0.0),
+        "Chaboche, three": cyclic_law(YOUNG, POISSON, YIELD, *CHABOCHE),
+        "Abdel-Karim-Ohno, mixing 0.1": cyclic_law(YOUNG, POISSON, YIELD, *CHABOCHE, mixing=0.1),
+        "Ohno-Wang I": cyclic_law(YOUNG, POISSON, YIELD, *CHABOCHE, mixing=0.0),
     }
 
 

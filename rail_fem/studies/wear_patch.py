@@ -96,17 +96,17 @@ def table(found: dict[str, Patch]) -> str:
         shown = WearNumbers(
             own.cell * 1e10, own.pressure / 1e6, own.slip * 1e3, own.strip * 1e8, own.area * 1e11, own.mean_slip * 1e3
         )
-        text = WearNumbers(*(f"{value:.3g}{change}" for value, change in zip(shown, ratio, strict=True)))
+        cell, pressure, slip, strip, area, mean_slip = (f"{v:.3g}{r}" for v, r in zip(shown, ratio, strict=True))
         rows.append(
             [
                 name,
                 f"{patch.max_pressure / 1e6:.0f}",
-                text.cell,
-                f"{text.pressure} MPa",
-                f"{text.slip}e-3",
-                text.strip,
-                text.area,
-                f"{text.mean_slip}e-3",
+                cell,
+                f"{pressure} MPa",
+                f"{slip}e-3",
+                strip,
+                area,
+                f"{mean_slip}e-3",
                 f"{tgamma:.1f}",
             ]
         )

@@ -19,6 +19,7 @@ from rail_fem.models import rigid_hertz
 from rail_fem.output.events import longest_flight, stated_peaks
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
+from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.show.style import GREY, NOSE, TOTAL, WING, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 
@@ -43,7 +44,7 @@ def run(file: Path, leg: str) -> PassResult:
         start, end = (LOW, HIGH) if facing else (HIGH, LOW)
         changes = {"run.rigid_hertz.start": start, "run.rigid_hertz.end": end, "scene.crossing.leg": leg}
     case = load_case(file, changes)
-    return rigid_hertz.solve(case.scene, case.runs["rigid_hertz"])
+    return rigid_hertz.solve(case.scene, case.settings(RigidHertzSettings))
 
 
 def cells(result: PassResult) -> list[str]:

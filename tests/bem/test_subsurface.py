@@ -38,7 +38,7 @@ def test_greatest_stresses_below_a_line_contact():
     """VERIFICATION D: 0.30028 p0 at 0.786 a; von Mises 0.5575 p0 at 0.704 a for nu 0.3."""
     depth = np.linspace(0, 3, 30001)
     stress = line_stress(0 * depth, depth, 1.0, 1.0)
-    shear, mises = max_shear_plane(*stress), von_mises_plane(*stress, 0.3)
+    shear, mises = max_shear_plane(*stress), von_mises_plane(np.column_stack(stress), 0.3)
     assert shear.max() == pytest.approx(0.30028, abs=5e-6)
     assert depth[shear.argmax()] == pytest.approx(0.786, abs=5e-4)
     assert mises.max() == pytest.approx(0.5575, abs=5e-5)

@@ -20,13 +20,9 @@ from rail_fem.studies.patch_limits import (
 
 def judged(case, sizes=(1e-3,)):
     """Rows of half-space, slices and the finest finite elements."""
-    light = light_patches(case)
-    finite = finite_series(case.pair, case.load, light[SLICES], list(sizes))[-1]
-    return (
-        MethodRow.of(HALF_SPACE, light[HALF_SPACE]),
-        seen_along_approach(SLICES, light[SLICES]),
-        MethodRow.of("finite", finite),
-    )
+    half_space, slices = light_patches(case)
+    finite = finite_series(case.pair, case.load, slices, list(sizes))[-1]
+    return (MethodRow.of(HALF_SPACE, half_space), seen_along_approach(SLICES, slices), MethodRow.of("finite", finite))
 
 
 def assert_slices_right(slices, finite):

@@ -34,7 +34,9 @@ def hertz_line(across: float):
     )
     inner = np.abs(found.x) < 0.8 * a
     depth = np.linspace(0.5 * a, a, 501)
-    exact = von_mises_plane(*line_stress(np.zeros(501), depth, a, EXACT.max_pressure), BODY.poisson).max()
+    exact = von_mises_plane(
+        np.column_stack(line_stress(np.zeros(501), depth, a, EXACT.max_pressure)), BODY.poisson
+    ).max()
     return (
         found,
         found.pressure.max() / EXACT.max_pressure - 1,

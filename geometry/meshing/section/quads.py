@@ -76,7 +76,7 @@ def mesh_section(
     base, badness = fill_remainder(parts, loops, elsewhere)
     smoother = parts.smooth(base, rounds=(0.1, 1e-2, 1e-3))
     points, strip = np.array(parts.points), parts.all_of("strip")
-    on_curve = np.array(sorted(parts.arc, key=parts.arc.get))
+    on_curve = np.array(sorted(parts.arc, key=parts.arc.__getitem__))
     place_strip_middles(points, strip, on_curve)
     arcs = np.array([parts.arc[int(node)] for node in on_curve])
     return QuadSection(

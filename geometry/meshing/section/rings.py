@@ -108,9 +108,8 @@ def add_strip(parts: SectionParts, chain: np.ndarray) -> np.ndarray:
     )
     inner = parts.at(chain)
     outer_chain = parts.add_chain(outer, arcs)
-    middle_arcs = tuple(
-        parts.arc[int(chain[end])] + STRIP_MIDDLE * (arcs[end] - parts.arc[int(chain[end])]) for end in (0, -1)
-    )
+    begin, end = parts.arc[int(chain[0])], parts.arc[int(chain[-1])]
+    middle_arcs = begin + STRIP_MIDDLE * (arcs[0] - begin), end + STRIP_MIDDLE * (arcs[-1] - end)
     middle = parts.add_chain(inner + STRIP_MIDDLE * (outer - inner), middle_arcs)
     cells = np.stack([chain[:-1], chain[1:], middle[:-1], middle[1:], outer_chain[:-1], outer_chain[1:]], axis=1)
     ideal = np.stack([rectangle(width, thickness) for width in np.linalg.norm(np.diff(inner, axis=0), axis=1)])

@@ -42,10 +42,12 @@ def read_raw(path: Path, kind: str | None = None, unit: float | None = None, num
         return one_of(path, read_slices(path, unit), number)
     else:
         raw = read_columns(path)
-    known = {
-        key: value for key, value in (("kind", kind), ("unit", unit), ("unit_told", unit and True)) if value is not None
-    }
-    return replace(raw, **known)
+    return replace(
+        raw,
+        kind=raw.kind if kind is None else kind,
+        unit=raw.unit if unit is None else unit,
+        unit_told=raw.unit_told or unit is not None,
+    )
 
 
 def one_of(path: Path, slices: Slices, number: int) -> RawProfile:

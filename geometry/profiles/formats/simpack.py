@@ -39,7 +39,7 @@ def read_simpack(path: Path) -> RawProfile:
     value = {key: declared(keys, key, path) for key in ASKED}
     if declared(keys, "approx.smooth", path):
         notes.append(f"asks for smoothing {keys['approx.smooth']}, which is not done")
-    kind = {"0": "rail", "1": "wheel"}.get(keys.get("type") if "type" in keys else "", None)
+    kind = {"0": "rail", "1": "wheel"}.get(keys.get("type", ""))
     kind = kind_of(lines, path) or kind
     raw = collect(rows, path, "Simpack", kind=kind, up=-1, notes=tuple(notes))
     return processed(raw, value)

@@ -9,3 +9,8 @@ def fitting_units(width: float, kind: str) -> list[str]:
     """Units in which a line of this width can be of this kind."""
     low, high = WIDTHS[kind]
     return [name for name in GUESSED if low <= width * UNITS[name] <= high]
+
+
+def metres_of(unit: str | None) -> float | None:
+    """Length of a unit [m]; None for one that was not told. Errors: KeyError for one that is none of UNITS."""
+    return None if unit is None else UNITS[unit]
