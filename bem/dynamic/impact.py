@@ -156,7 +156,7 @@ def strike(struck: Struck, striker: Striker, march: March, steps: int, keep: Cal
     return impact
 
 
-class Motion(NamedTuple):
+class StrikerMotion(NamedTuple):
     """Of a striker along its axis: position [m], velocity [m/s], acceleration [m/s^2], contact force and load [N/m]."""
 
     x: float
@@ -180,7 +180,7 @@ class _Run:
             matrix = matrix + self._mobility * np.outer(self._arm, self._arm)
         self.contact = NormalContact(matrix)
 
-    def _predicted(self, at: Motion, time: float) -> float:
+    def _predicted(self, at: StrikerMotion, time: float) -> float:
         """Position at the end of a step in which no contact force acts at its end."""
         s, h, striker = self.march.scheme, self.march.step, self.striker
         if striker.path is not None:
@@ -188,23 +188,23 @@ class _Run:
         known = (s.alpha_f * at.force + (1 - s.alpha_f) * striker.load) / moved_mass(striker) - s.alpha_m * at.a
         return at.x + h * at.v + h**2 * (s.before_u * at.a + s.after_u / (1 - s.alpha_m) * known)
 
-    def _begin(self) -> Motion:
+    def _begin(self) -> StrikerMotion:
         striker = self.striker
         if striker.path is not None:
-            return Motion(float(striker.path(0.0)), striker.velocity, 0.0, striker.load)
-        return Motion(0.0, striker.velocity, striker.load / moved_mass(striker), striker.load)
+            return StrikerMotion(float(striker.path(0.0)), striker.velocity, 0.0, striker.load)
+        return StrikerMotion(0.0, striker.velocity, striker.load / moved_mass(striker), striker.load)
 
-    def _moved(self, at: Motion, ahead: float, pushed: float) -> Motion:
+    def _moved(self, at: StrikerMotion, ahead: float, pushed: float) -> StrikerMotion:
         """After a step at whose end the contact pushes with a force [N/m]; ahead : as predicted."""
         s, h, striker = self.march.scheme, self.march.step, self.striker
         if striker.path is not None:
-            return Motion(ahead, (ahead - at.x) / h, at.a, at.force)
+            return StrikerMotion(ahead, (ahead - at.x) / h, at.a, at.force)
         force = pushed + striker.load
         a = (((1 - s.alpha_f) * force + s.alpha_f * at.force) / moved_mass(striker) - s.alpha_m * at.a) / (
             1 - s.alpha_m
         )
         x = at.x + h * at.v + h**2 * (s.before_u * at.a + s.after_u * a)
-        return Motion(x, at.v + h * (s.before_v * at.a + s.after_v * a), a, force)
+        return StrikerMotion(x, at.v + h * (s.before_v * at.a + s.after_v * a), a, force)
 
     def go(self, steps: int, keep: Callable[[int], bool]) -> Impact:
         march, striker = self.march, self.striker

@@ -15,7 +15,7 @@ from bem.plane.zone import runs
 
 
 @dataclass(frozen=True)
-class Patch:
+class PlanePatch:
     """begin, end (2,) [m] : edges, from pressure squared going linearly to zero; width [m]; max_pressure [Pa];
     force (2,) on the moving body [N/m]; nodes : indices into the interface
     """
@@ -82,7 +82,7 @@ class ContactResult:
         tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
         return -state.pressure[:, None] * normal + state.shear[:, None] * tangent
 
-    def patches(self, step: int = -1) -> list[Patch]:
+    def patches(self, step: int = -1) -> list[PlanePatch]:
         """Contact patches in the order of the carrier's boundary."""
         state, points = self.steps[step], self.interface.points
         force = self.traction(step) * self.interface.mass[:, None]
@@ -91,7 +91,7 @@ class ContactResult:
             begin = _edge(points, state.pressure, run[0], -1, len(run))
             end = _edge(points, state.pressure, run[-1], +1, len(run))
             width = float(np.hypot(*np.diff(np.vstack([begin, points[run], end]), axis=0).T).sum())
-            found.append(Patch(begin, end, width, float(state.pressure[run].max()), force[run].sum(axis=0), run))
+            found.append(PlanePatch(begin, end, width, float(state.pressure[run].max()), force[run].sum(axis=0), run))
         return found
 
     def stick_zones(self, step: int = -1) -> list[tuple[np.ndarray, np.ndarray]]:

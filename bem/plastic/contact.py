@@ -33,7 +33,7 @@ LARGE_STRAIN = 0.05
 
 
 @dataclass
-class PlasticContact:
+class IndentationStep:
     """A solved indentation step.
 
     patch    : pressure and approach
@@ -97,7 +97,7 @@ class PlasticHalfSpace:
     def depths(self) -> np.ndarray:
         return self.body.depths
 
-    def press(self, gap: np.ndarray, load: float, tolerance: float = 1e-4) -> PlasticContact:
+    def press(self, gap: np.ndarray, load: float, tolerance: float = 1e-4) -> IndentationStep:
         """Bring the load [N] from what it was to this value on a gap (nx, ny) [m]; the state moves on.
 
         tolerance : change of the surface over the approach at which pressure and plastic strain agree
@@ -113,7 +113,7 @@ class PlasticHalfSpace:
             cost=Cost(time.perf_counter() - started, agreed.turns, agreed.products),
         )  # fmt: skip
         residual = stress_of(self.body.residual, self.body.mean_residual())
-        return PlasticContact(
+        return IndentationStep(
             patch, self.depths, self.body.state.copy(), stress_of(deviator, mean) + residual, residual,
             self.body.surface.copy(), agreed.turns, agreed.products, strain_warnings(self.body),
         )  # fmt: skip

@@ -32,7 +32,7 @@ WINDOW = ((-0.03, 0.03), (-0.03, 0.03))
 COVERED, MEDIAN = 0.95, 5.0  # wanted of every quantity: share within the estimate, median of estimate over error
 
 
-class Row(NamedTuple):
+class EstimateRow(NamedTuple):
     """Estimated and true relative error of one quantity in one case."""
 
     quantity: str
@@ -69,7 +69,7 @@ def _drawn_patch(draw: np.random.Generator, fewest: int, most: int):
     return gap, load, normal_contact(gap, STEEL, STEEL, load=load, window=WINDOW, cells=cells, estimate=False)
 
 
-def normal_case(draw: np.random.Generator) -> list[Row]:
+def normal_case(draw: np.random.Generator) -> list[EstimateRow]:
     """Normal contact by load or by approach, gap as a function or as an array."""
     gap, load, placed = _drawn_patch(draw, 16, 60)
     by_load = draw.random() < 0.6
@@ -80,26 +80,26 @@ def normal_case(draw: np.random.Generator) -> list[Row]:
     return _normal_rows("half-space", patch, fine, by_load)
 
 
-def _normal_rows(method: str, patch: Patch, fine: Patch, by_load: bool) -> list[Row]:
+def _normal_rows(method: str, patch: Patch, fine: Patch, by_load: bool) -> list[EstimateRow]:
     normal = (
         relative_change(patch.closure, fine.closure)
         if by_load
         else relative_change(patch.normal_force, fine.normal_force)
     )
     return [
-        Row(
+        EstimateRow(
             f"{method}: largest pressure",
             patch.error.max_pressure,
             relative_change(patch.max_pressure, fine.max_pressure),
         ),
-        Row(
+        EstimateRow(
             f"{method}: contact area", patch.error.contact_area, relative_change(patch.contact_area, fine.contact_area)
         ),
-        Row(f"{method}: {'approach' if by_load else 'normal force'}", patch.error.normal, normal),
+        EstimateRow(f"{method}: {'approach' if by_load else 'normal force'}", patch.error.normal, normal),
     ]
 
 
-def tangential_case(draw: np.random.Generator, method: str) -> list[Row]:
+def tangential_case(draw: np.random.Generator, method: str) -> list[EstimateRow]:
     """Tangential force by rolling, shift or FASTSIM, from a tenth to six times the creepages whose linear theory
     reaches mu N."""
     gap, load, patch = _drawn_patch(draw, 20, 48)
@@ -130,7 +130,7 @@ def tangential_case(draw: np.random.Generator, method: str) -> list[Row]:
 
     found, true = force(patch, True), force(fine, False)
     return [
-        Row(
+        EstimateRow(
             f"{method}: tangential force",
             found.error.tangential_force,
             relative_change(found.tangential_force, true.tangential_force),
@@ -156,7 +156,7 @@ def drawn_slices(draw: np.random.Generator) -> Slices:
     )
 
 
-def slice_case(draw: np.random.Generator) -> list[Row]:
+def slice_case(draw: np.random.Generator) -> list[EstimateRow]:
     """Coupled slices by load, on crowns and flanks."""
     slices, load = drawn_slices(draw), float(np.exp(draw.uniform(np.log(5e3), np.log(6e4))))
     cells = (int(draw.integers(20, 41)), int(draw.integers(20, 41)))
@@ -170,7 +170,7 @@ def slice_case(draw: np.random.Generator) -> list[Row]:
     ]
 
 
-def plane_case(draw: np.random.Generator) -> list[Row]:
+def plane_case(draw: np.random.Generator) -> list[EstimateRow]:
     """Plane contact of two blocks with round faces: the accuracy asked for is the estimate."""
     first = np.exp(draw.uniform(np.log(0.03), np.log(0.3)))
     second = -1.15 * first if draw.random() < 0.3 else np.exp(draw.uniform(np.log(0.03), np.log(0.3)))
@@ -183,10 +183,10 @@ def plane_case(draw: np.random.Generator) -> list[Row]:
         solve_contact(*bodies, control, settings=Settings(accuracy=asked)).last.pressure.max()
         for asked in (accuracy, accuracy / 20)
     )
-    return [Row("plane: largest pressure", accuracy, relative_change(found, true))]
+    return [EstimateRow("plane: largest pressure", accuracy, relative_change(found, true))]
 
 
-PARTS: dict[str, tuple[int, Callable[[np.random.Generator], list[Row]]]] = {
+PARTS: dict[str, tuple[int, Callable[[np.random.Generator], list[EstimateRow]]]] = {
     "half-space": (70, normal_case),
     "rolling": (40, lambda draw: tangential_case(draw, "rolling")),
     "shift": (20, lambda draw: tangential_case(draw, "shift")),
@@ -196,13 +196,13 @@ PARTS: dict[str, tuple[int, Callable[[np.random.Generator], list[Row]]]] = {
 }
 
 
-def rows_of(part: str, seed: int, cases: int) -> list[Row]:
+def rows_of(part: str, seed: int, cases: int) -> list[EstimateRow]:
     """All rows of a part's first cases under a seed; a case is the same whatever their number."""
     kind = list(PARTS).index(part)
     return [row for case in range(cases) for row in PARTS[part][1](np.random.default_rng([seed, kind, case]))]
 
 
-def summary(rows: list[Row]) -> dict[str, tuple[int, float, float, float]]:
+def summary(rows: list[EstimateRow]) -> dict[str, tuple[int, float, float, float]]:
     """Per quantity: cases, share whose error is within the estimate (NaN counts as outside), median of estimate over
     error, median error."""
     found = {}

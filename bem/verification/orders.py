@@ -26,7 +26,7 @@ from bem.verification import exact_problems as exact
 
 
 @dataclass(frozen=True)
-class Study:
+class OrderStudy:
     """name; quantities whose errors `errors` returns; sizes: element sizes [m], or of a contact elements to its half;
     phases: factors on each size, of which the worst counts
     """
@@ -42,8 +42,8 @@ class Study:
 PHASES = (1.0, 1.13, 1.29)
 
 
-def _pin(degrees: int) -> Study:
-    return Study(
+def _pin(degrees: int) -> OrderStudy:
+    return OrderStudy(
         f"pin in hole, {degrees} degrees (Persson)",
         ("largest pressure", "profile L2"),
         lambda cells: exact.pin_errors(cells, np.radians(degrees)),
@@ -53,24 +53,24 @@ def _pin(degrees: int) -> Study:
 
 
 STUDIES = [
-    Study(
+    OrderStudy(
         "pressurised ring (Lame)",
         ("stress one element off", "displacement"),
         exact.ring_errors,
         (0.2, 0.1, 0.05, 0.025),
         False,
     ),
-    Study(
+    OrderStudy(
         "hole under tension (Kirsch)", ("stress one element off",), exact.kirsch_error, (0.2, 0.1, 0.05, 0.025), False
     ),
-    Study(
+    OrderStudy(
         "point load on a half-plane (Flamant)",
         ("stress one element off",),
         exact.flamant_error,
         (0.2, 0.1, 0.05, 0.025),
         False,
     ),
-    Study(
+    OrderStudy(
         "line contact (Hertz)",
         ("largest pressure", "profile L2"),
         exact.hertz_errors,
@@ -78,21 +78,21 @@ STUDIES = [
         phases=PHASES,
     ),
     *(_pin(degrees) for degrees in (30, 45, 60, 75)),
-    Study(
+    OrderStudy(
         "partial slip, Q = 0.75 mu P (Cattaneo)",
         ("stick width", "shear L2"),
         exact.cattaneo_errors,
         (6, 12, 24, 48, 96),
         phases=PHASES,
     ),
-    Study(
+    OrderStudy(
         "rolling, Q = 0.64 mu P (Carter)",
         ("force", "stick width"),
         exact.carter_errors,
         (6, 12, 25, 50, 100),
         phases=PHASES,
     ),
-    Study("loading of unlike bodies (Spence)", ("stick width",), exact.spence_error, (8, 16, 32, 64)),
+    OrderStudy("loading of unlike bodies (Spence)", ("stick width",), exact.spence_error, (8, 16, 32, 64)),
 ]
 
 
@@ -103,7 +103,7 @@ def observed_order(sizes: np.ndarray, errors: np.ndarray, contact: bool) -> floa
     return float(np.polyfit(step[part], np.log(np.maximum(errors[part], 1e-300)), 1)[0])
 
 
-def measure(study: Study) -> tuple[np.ndarray, np.ndarray, list[float]]:
+def measure(study: OrderStudy) -> tuple[np.ndarray, np.ndarray, list[float]]:
     """Sizes (k,), errors (k, quantities) and the order of each quantity."""
     sizes = np.array(study.sizes[:2] if os.environ.get("RAIL_FEM_SMOKE") else study.sizes, float)
     phases = study.phases[:1] if os.environ.get("RAIL_FEM_SMOKE") else study.phases
@@ -114,7 +114,7 @@ def measure(study: Study) -> tuple[np.ndarray, np.ndarray, list[float]]:
 HEAD = ["| problem | error of | fineness | error [%] at each | observed order |", "|---|---|---|---|---|"]
 
 
-def lines_of(study: Study) -> list[str]:
+def lines_of(study: OrderStudy) -> list[str]:
     """Rows of the table for one problem, one for each quantity."""
     sizes, errors, orders = measure(study)
     unit = "elements to the half contact" if study.contact else "element size [m], body of 1 m"

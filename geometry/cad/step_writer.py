@@ -26,7 +26,7 @@ TAIL = "ENDSEC;\nEND-ISO-10303-21;\n"
 CORNERS = ((0, 0), (-1, 0), (-1, -1), (0, -1))  # of a patch, in turn
 
 
-class Patch(NamedTuple):
+class SplineSurface(NamedTuple):
     """A spline surface: control points (a, b, 3) [m], knots along (of degree 3) and across with its degree."""
 
     control: np.ndarray
@@ -51,7 +51,7 @@ def step_text(crossing: AnyCrossing, x: np.ndarray) -> str:
     return HEAD + "".join(f"#{k}={text};\n" for k, text in enumerate(lines.entities, 1)) + TAIL
 
 
-def body_patches(x: np.ndarray, points: np.ndarray, features: dict[str, int]) -> list[Patch]:
+def body_patches(x: np.ndarray, points: np.ndarray, features: dict[str, int]) -> list[SplineSurface]:
     """Patches of a body: outlines points (m, n, 2) at x (m,), cut at the features."""
     patches, start = [], 0
     for end in features.values():
@@ -60,7 +60,7 @@ def body_patches(x: np.ndarray, points: np.ndarray, features: dict[str, int]) ->
     return patches
 
 
-def spline_patch(x: np.ndarray, points: np.ndarray) -> Patch:
+def spline_patch(x: np.ndarray, points: np.ndarray) -> SplineSurface:
     """The surface through one segment: points (m, n, 2) of y, z at stations x (m,) [m]."""
     m, n, _ = points.shape
     lengths = np.linalg.norm(np.diff(points, axis=1), axis=2).mean(axis=0)
@@ -76,7 +76,7 @@ def spline_patch(x: np.ndarray, points: np.ndarray) -> Patch:
     control[1:-1:2, :, 1:] = at[:-1] + step[:, None, None] * slope[:-1]
     control[2:-1:2, :, 1:] = at[1:] - step[:, None, None] * slope[1:]
     knots = np.r_[np.repeat(x[0], 4), np.repeat(x[1:-1], 2), np.repeat(x[-1], 4)]
-    return Patch(control, knots, spline.t, spline.k)
+    return SplineSurface(control, knots, spline.t, spline.k)
 
 
 class StepLines:
@@ -91,7 +91,7 @@ class StepLines:
         self.entities.append(text)
         return f"#{len(self.entities)}"
 
-    def body(self, name: str, patches: list[Patch]) -> None:
+    def body(self, name: str, patches: list[SplineSurface]) -> None:
         """Sheets of one name: each patch a part with one face, which every reader knows by the part's name."""
         for patch in patches:
             face = self._face(name, patch)
@@ -127,7 +127,7 @@ class StepLines:
         up, ahead = self.add("DIRECTION('',(0.,0.,1.))"), self.add("DIRECTION('',(1.,0.,0.))")
         return self.add(f"AXIS2_PLACEMENT_3D('',{at},{up},{ahead})")
 
-    def _face(self, name: str, patch: Patch) -> str:
+    def _face(self, name: str, patch: SplineSurface) -> str:
         control = patch.control / MM
         points = [[self._point(point) for point in row] for row in control]
         rows = ",".join(f"({','.join(row)})" for row in points)

@@ -18,7 +18,7 @@ from geometry.surfaces.crossing import PLAIN_LINE_X, feature_indices
 from geometry.surfaces.crossing_surface import FLOOR
 from geometry.surfaces.leg_transition import along, cast_leg, lengths
 from geometry.surfaces.section_grid import BodyGrid, SectionGrids, body_grid, grid_heights, no_body
-from geometry.surfaces.sections import FACE_DEPTH, Body, SectionCrossing
+from geometry.surfaces.sections import FACE_DEPTH, SectionBody, SectionCrossing
 
 MM = 1e-3
 BEYOND = 20.0  # by which ends are extended on request [m]
@@ -122,7 +122,7 @@ class MeasuredCrossing(TwoBodies):
 
     nose_features = wing_features
 
-    def _grid(self, name: str, bodies: tuple[Body | None, ...]) -> BodyGrid:
+    def _grid(self, name: str, bodies: tuple[SectionBody | None, ...]) -> BodyGrid:
         keep = [i for i, body in enumerate(bodies) if body is not None]
         kept = [body for body in bodies if body is not None]
         if len(keep) < 2:
@@ -178,7 +178,7 @@ def outline(line: np.ndarray, what: str) -> np.ndarray:
     )
 
 
-def _smooth_line(body: Body, label: str) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+def _smooth_line(body: SectionBody, label: str) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
     """Points (k, 2) of y, z and a height of splines between the points' own corners: chords would be flats with
     edges."""
     points = np.column_stack([body.face + body.u, body.z])
@@ -228,7 +228,7 @@ def _check_datum(sections: SectionCrossing) -> None:
         )
 
 
-def _check_jumps(name: str, x: np.ndarray, bodies: list[Body]) -> None:
+def _check_jumps(name: str, x: np.ndarray, bodies: list[SectionBody]) -> None:
     """A face or a top that jumps from one section to the next: another unit, another side, another zero."""
     for what, values in (("gauge face", [body.face for body in bodies]), ("top", [body.z.max() for body in bodies])):
         if name == "nose" and len(bodies):  # near its tip the face is not yet 14 mm deep, and the top rises steeply

@@ -13,7 +13,7 @@ from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.crossing import CrossingError
 from geometry.surfaces.crossing_surface import FLOOR, NO_METAL
 from geometry.surfaces.section_grid import BodyGrid, body_grid, grid_heights
-from geometry.surfaces.sections import Body, split, tracked
+from geometry.surfaces.sections import SectionBody, split, tracked
 
 MM = 1e-3
 SPACING = 0.2 * MM  # of a section's points across
@@ -97,13 +97,13 @@ def _distances(sections: dict[float, np.ndarray], middles: dict[float, np.ndarra
     return out
 
 
-def _grid(x: np.ndarray, bodies: list[Body]) -> BodyGrid:
+def _grid(x: np.ndarray, bodies: list[SectionBody]) -> BodyGrid:
     lines = [np.column_stack([body.face + body.u, body.z]) for body in bodies]
     faces = np.array([body.face for body in bodies])
     return body_grid(x, faces, [(line, partial(np.interp, xp=line[:, 0], fp=line[:, 1])) for line in lines])
 
 
-def _distance(x: float, body: Body, grid: BodyGrid) -> float:
+def _distance(x: float, body: SectionBody, grid: BodyGrid) -> float:
     """Largest distance of a body's running surface from a table, at right angles [m]."""
     y = body.face + body.u
     running = body.z > body.z.max() - RUNNING_DEPTH

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.profiles.formats.slices import Slices
+from geometry.profiles.formats.slices import RailSlices
 from geometry.profiles.profile import Profile, ProfileError
 from geometry.surfaces.bodies import NO_METAL
 from geometry.wheelset import check_range
@@ -20,7 +20,7 @@ NARROWEST = 2e-3  # of a body [m]
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class SectionBody:
     """One body of one section: distances u (n,) from its gauge face, growing, and heights z (n,) [m]; face : y of the
     face [m]."""
 
@@ -34,11 +34,11 @@ class SectionCrossing:
     """x : (m,) stations, growing [m];  wings, noses : the body of each station, None where it has none."""
 
     x: np.ndarray
-    wings: tuple[Body | None, ...]
-    noses: tuple[Body | None, ...]
+    wings: tuple[SectionBody | None, ...]
+    noses: tuple[SectionBody | None, ...]
 
     @classmethod
-    def from_slices(cls, slices: Slices) -> "SectionCrossing":
+    def from_slices(cls, slices: RailSlices) -> "SectionCrossing":
         """Sections as read_slices gives them (vertical axis as each says)."""
         return cls.from_points(slices.x, [raw.points * [1.0, raw.up or -1] for raw in slices.sections])
 
@@ -62,7 +62,7 @@ class SectionCrossing:
         return np.where((low > NO_METAL) & (high > NO_METAL), (1 - t) * low + t * high, NO_METAL)
 
 
-def split(points: np.ndarray, x: float) -> tuple[Body | None, Body | None]:
+def split(points: np.ndarray, x: float) -> tuple[SectionBody | None, SectionBody | None]:
     """Wing (always the body nearest to the field side) and nose (the one before it, if any) of a section."""
     y, z = points.T
     if np.any(np.diff(y) <= 0):
@@ -82,9 +82,11 @@ def split(points: np.ndarray, x: float) -> tuple[Body | None, Body | None]:
     return found[-1], (found[-2] if len(found) > 1 else None)
 
 
-def tracked(pairs: list[tuple[Body | None, Body | None]]) -> list[tuple[Body | None, Body | None]]:
+def tracked(
+    pairs: list[tuple[SectionBody | None, SectionBody | None]],
+) -> list[tuple[SectionBody | None, SectionBody | None]]:
     """Bodies told apart along the track: where the wing has ended, the one body that is left is the nose."""
-    found: list[tuple[Body | None, Body | None]] = []
+    found: list[tuple[SectionBody | None, SectionBody | None]] = []
     wing = nose = None
     for last, before in pairs:
         if before is None and nose is not None and last is not None:
@@ -95,7 +97,7 @@ def tracked(pairs: list[tuple[Body | None, Body | None]]) -> list[tuple[Body | N
     return found
 
 
-def body_of(y: np.ndarray, z: np.ndarray, start: int, end: int) -> Body:
+def body_of(y: np.ndarray, z: np.ndarray, start: int, end: int) -> SectionBody:
     """The body of the points start..end with its flank down to the flangeway, seen from where its gauge face passes
     FACE_DEPTH."""
     low = max(start - 1, 0)
@@ -105,7 +107,7 @@ def body_of(y: np.ndarray, z: np.ndarray, start: int, end: int) -> Body:
         if z[low] < -FACE_DEPTH
         else float(y[start])
     )
-    return Body(face, y[low:end] - face, z[low:end])
+    return SectionBody(face, y[low:end] - face, z[low:end])
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,7 +46,7 @@ class Found:
 def search(problem: Problem, out: Path, workers: int = 2, say: Callable[[str], None] = print) -> Found:
     """Search, or go on with a search. Errors: DesignError where the start cannot be run, or `out` holds another
     search."""
-    record = Record(problem, Path(out))
+    record = SearchRecord(problem, Path(out))
     with ProcessPoolExecutor(workers) as pool:
         run = lambda points: list(pool.map(_numbers, [problem] * len(points), points))
         start = record.start(run)
@@ -75,7 +75,9 @@ def search(problem: Problem, out: Path, workers: int = 2, say: Callable[[str], N
     )
 
 
-def _scores(problem: Problem, record: "Record", start: Trial, run: Callable, points: Iterable, say: Callable) -> list:
+def _scores(
+    problem: Problem, record: "SearchRecord", start: Trial, run: Callable, points: Iterable, say: Callable
+) -> list:
     points = [rounded(point) for point in points]
     missing = [p for k, p in enumerate(points) if p not in record and tuple(p) not in map(tuple, points[:k])]
     for point, (numbers, fault) in zip(missing, run(missing)):
@@ -105,7 +107,7 @@ def _numbers(problem: Problem, values: np.ndarray | None) -> tuple[np.ndarray, s
         return np.full(len(problem.columns), np.nan), " ".join(str(error).split())[:300]
 
 
-class Record:
+class SearchRecord:
     """trials.csv in a folder: the search's own digest, the start, and a row a trial, written as they come."""
 
     def __init__(self, problem: Problem, out: Path):

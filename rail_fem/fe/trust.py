@@ -17,7 +17,7 @@ from rail_fem.output.shares import OF_IMPACT, last_known
 GOOD, WARN, BAD = "good", "warning", "bad"
 
 
-class Limit(NamedTuple):
+class Threshold(NamedTuple):
     """A row is good up to `warn`, bad above `bad`; the rule in words is made from these numbers."""
 
     warn: float
@@ -30,23 +30,23 @@ class Limit(NamedTuple):
 
 DEFORMING = "kinetic energy of deformation"
 LIMITS = {
-    "energy balance of the bodies": Limit(0.02, 0.10),
-    "energy balance of the contact": Limit(0.02, 0.10),
-    "hourglass energy, all bodies": Limit(0.05, 0.15),
-    "hourglass energy where it yielded": Limit(0.05, 0.15),
-    "penalty energy": Limit(0.02, 0.10),
-    "largest penetration": Limit(0.05, 0.25),
-    "mean penetration": Limit(0.05, 0.25),
-    "static load before the transfer": Limit(0.02, 0.10),
-    DEFORMING: Limit(0.02, 0.10),
-    "chatter": Limit(0.01, 0.10),
-    "ends of the travelling window": Limit(0.01, 0.05),
+    "energy balance of the bodies": Threshold(0.02, 0.10),
+    "energy balance of the contact": Threshold(0.02, 0.10),
+    "hourglass energy, all bodies": Threshold(0.05, 0.15),
+    "hourglass energy where it yielded": Threshold(0.05, 0.15),
+    "penalty energy": Threshold(0.02, 0.10),
+    "largest penetration": Threshold(0.05, 0.25),
+    "mean penetration": Threshold(0.05, 0.25),
+    "static load before the transfer": Threshold(0.02, 0.10),
+    DEFORMING: Threshold(0.02, 0.10),
+    "chatter": Threshold(0.01, 0.10),
+    "ends of the travelling window": Threshold(0.01, 0.05),
 }
 STOP_BALANCE = LIMITS["energy balance of the bodies"].bad  # of the impact's work: a run that loses more is stopped
 
 
 @dataclass(frozen=True)
-class Row:
+class TrustRow:
     """One row: what was looked at, the number, the number in words, the rule it is held to, the verdict, the number for
     a table, the limit up to which it is good."""
 
@@ -62,11 +62,11 @@ class Row:
         return asdict(self)
 
 
-def judged(name: str, value: float, shown: str) -> Row:
+def judged(name: str, value: float, shown: str) -> TrustRow:
     """A row of LIMITS; what is not known is bad."""
     limit = LIMITS[name]
     verdict = BAD if not value <= limit.bad else WARN if not value <= limit.warn else GOOD
-    return Row(name, float(value), shown, limit.rule, verdict, f"{value:.1%}", limit.warn)
+    return TrustRow(name, float(value), shown, limit.rule, verdict, f"{value:.1%}", limit.warn)
 
 
 def impact_work(contact_work: np.ndarray) -> float:
@@ -116,7 +116,7 @@ def mesh_noise(history: dict[str, np.ndarray], speed: float, element_length: flo
     return float(abs(force.max() - mean.max()) / force.max())
 
 
-def report_rows(facts: dict) -> list[Row]:
+def report_rows(facts: dict) -> list[TrustRow]:
     """The trust report from the facts of a run (see rail_fem.fe.diagnostics.trust_facts)."""
     shares, work, internal, approach = (
         facts["shares"],
@@ -156,7 +156,7 @@ def report_rows(facts: dict) -> list[Row]:
             mean / approach,
             f"force-weighted mean of the overlap {mean * 1e6:.2f} um, {mean / approach:.2%} of the approach",
         ),
-        Row(
+        TrustRow(
             "gap at the start",
             facts["initial_clearance"],
             f"meshes were {facts['initial_clearance'] * 1e6:+.1f} um apart on the rigid path; the wheel was moved by"
@@ -165,7 +165,7 @@ def report_rows(facts: dict) -> list[Row]:
             GOOD,
         ),
         _static_row(facts["static_error"], facts["resting"], facts["transfers"]),
-        Row(
+        TrustRow(
             "time step",
             facts["step"],
             f"{facts['step'] * 1e9:.1f} ns, {facts['step_ratio']:.2f} of the limit by Lanczos"
@@ -174,7 +174,7 @@ def report_rows(facts: dict) -> list[Row]:
             "below the limit",
             GOOD,
         ),
-        Row(
+        TrustRow(
             "share of a step outside the element kernels",
             facts["outside"],
             f"{facts['outside']:.1%} (contact, supports, exchange, records, waiting for other ranks)",
@@ -187,14 +187,14 @@ def report_rows(facts: dict) -> list[Row]:
     ]
 
 
-def _static_row(error: float, resting: bool, transfers: bool) -> Row:
+def _static_row(error: float, resting: bool, transfers: bool) -> TrustRow:
     """A pass that begins in motion has no stretch under the static load, nor has one whose path bends right behind the
     settling."""
     name = "static load before the transfer"
     absent = "" if transfers else "; there is no transfer in this window"
     rule = LIMITS[name].rule
     if not resting:
-        return Row(
+        return TrustRow(
             name,
             float("nan"),
             f"the pass begins in motion, as rigid_hertz found it: its start is as wrong as that model{absent}",
@@ -202,7 +202,7 @@ def _static_row(error: float, resting: bool, transfers: bool) -> Row:
             GOOD,
         )
     if np.isnan(error):
-        return Row(
+        return TrustRow(
             name,
             error,
             f"not known: the rigid path bends within a patch's reach of where the wheel is let go{absent}",
@@ -217,7 +217,7 @@ def _static_row(error: float, resting: bool, transfers: bool) -> Row:
     )
 
 
-def _window_rows(window: dict | None, work: float) -> list[Row]:
+def _window_rows(window: dict | None, work: float) -> list[TrustRow]:
     """What was lost where slabs left a travelling window; no row without one. window : energies [J], see
     rail_fem.fe.diagnostics.window_facts;  work : of the impact [J]"""
     if window is None:
@@ -232,7 +232,7 @@ def _window_rows(window: dict | None, work: float) -> list[Row]:
     return [judged("ends of the travelling window", max(lost, late), shown)]
 
 
-def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[Row]:
+def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[TrustRow]:
     """What the elements weigh beyond steel, and whether their inertia shows."""
     added = scaling.added / sum(scaling.steel.values())
     bodies = ", ".join(
@@ -248,14 +248,16 @@ def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[Row
     if scaling.factor > 1 and mean > limit:
         share += f"; it falls with the factor: take mass_scaling = {max(1.0, scaling.factor * limit / mean):.2g}"
     return [
-        Row("added mass", added, shown, "rigid masses are the case's; chatter and waves are not those of steel", GOOD)
+        TrustRow(
+            "added mass", added, shown, "rigid masses are the case's; chatter and waves are not those of steel", GOOD
+        )
         if scaling.factor > 1
-        else Row("added mass", added, shown, "0 by default", GOOD),
+        else TrustRow("added mass", added, shown, "0 by default", GOOD),
         judged(DEFORMING, mean, share),
     ]
 
 
-def _chatter_row(chatter: tuple[float, float], penalty: float) -> Row:
+def _chatter_row(chatter: tuple[float, float], penalty: float) -> TrustRow:
     """Judged by the lesser of both: what is small against the force, or against its changes, does no harm."""
     share, force = chatter
     worst = float(np.fmin(share, force)) if np.isfinite(share) else 0.0

@@ -32,7 +32,7 @@ STRAIN = {
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ReportedQuantity:
     """unit : SI;  meaning : in words;  of : result -> value, NaN where it is not resolved"""
 
     unit: str
@@ -59,12 +59,12 @@ def impact_pressure(result: PassResult) -> float:
     return float(pressure[near].mean()) if near.any() else NAN
 
 
-REPORTED: dict[str, Quantity] = {
-    **{name: Quantity("N", words, _force(name)) for name, words in FORCES.items()},
-    "impact_pressure": Quantity("Pa", "mean contact pressure at the first impact", impact_pressure),
-    "transfer_x": Quantity("m", "transfer", lambda result: result.transfer_x),
+REPORTED: dict[str, ReportedQuantity] = {
+    **{name: ReportedQuantity("N", words, _force(name)) for name, words in FORCES.items()},
+    "impact_pressure": ReportedQuantity("Pa", "mean contact pressure at the first impact", impact_pressure),
+    "transfer_x": ReportedQuantity("m", "transfer", lambda result: result.transfer_x),
     **{
-        f"{name}_{body}": Quantity(plastic_zone.UNITS[name], f"{words}, {body}", _strain(body, name))
+        f"{name}_{body}": ReportedQuantity(plastic_zone.UNITS[name], f"{words}, {body}", _strain(body, name))
         for body in BODIES
         for name, words in STRAIN.items()
     },

@@ -20,14 +20,14 @@ from rail_fem.scene.bearers import Bearers
 from rail_fem.scene.crossing import Crossing
 from rail_fem.scene.steel import GRADES, Steel
 from rail_fem.scene.units import Quantity
-from rail_fem.scene.wheel_profile import KEPT, WHEEL_NAMES, MeasuredWheel, Reading, read_wheel, wheel_shape
+from rail_fem.scene.wheel_profile import KEPT, WHEEL_NAMES, MeasuredWheel, ProfileReading, read_wheel, wheel_shape
 
 if TYPE_CHECKING:
     from geometry.profiles.profile import Profile
 
 GRAVITY = 9.81
 SPIN_GYRATION = 0.25  # of a wheelset about its axle, where a case gives no inertia [m]
-READING = tuple(Reading.__dataclass_fields__)  # keys of a wheel that say how its profile file is to be read
+READING = tuple(ProfileReading.__dataclass_fields__)  # keys of a wheel that say how its profile file is to be read
 
 
 class Wheel(Frozen):
@@ -103,7 +103,9 @@ class Wheel(Frozen):
         if kept := _kept(profile, info):
             return kept
         try:
-            return read_wheel(Path(profile), Reading() if "run_folder" in (info.context or {}) else Reading(**told))
+            return read_wheel(
+                Path(profile), ProfileReading() if "run_folder" in (info.context or {}) else ProfileReading(**told)
+            )
         except (OSError, ValueError) as error:
             raise input_error("profile_file", str(error), key="profile") from error
 

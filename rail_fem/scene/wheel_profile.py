@@ -72,7 +72,7 @@ def wheel_shape(profile: str, far_tread_slope: float = 0.067) -> Profile:
 
 
 @dataclass(frozen=True)
-class Reading:
+class ProfileReading:
     """What is known of a profile file and overrules what it says or shows; None: nothing.
 
     unit : "mm", "cm", "m" or "inch";  number : which profile of an .mpt file, from 1
@@ -89,7 +89,7 @@ class Reading:
         return {name: value for name, value in asdict(self).items() if value is not None}
 
 
-def read_wheel(path: Path, reading: Reading = Reading()) -> MeasuredWheel:
+def read_wheel(path: Path, reading: ProfileReading = ProfileReading()) -> MeasuredWheel:
     """Read a wheel profile file of any format, repair and examine it. Errors: ProfileError that says where and what is
     wrong, OSError."""
     about = Path(path).stat()
@@ -104,14 +104,14 @@ def read_wheel(path: Path, reading: Reading = Reading()) -> MeasuredWheel:
     return kept or _judged(path, read_raw(path, "wheel", metres_of(reading.unit), reading.number or 1), reading)
 
 
-def _judged(path: Path, raw: RawProfile, reading: Reading) -> MeasuredWheel:
+def _judged(path: Path, raw: RawProfile, reading: ProfileReading) -> MeasuredWheel:
     found = examine(raw, smoothing=reading.smoothing, flange_back=reading.flange_back)
     profile = found.profile.graph_part()
     _check(path, profile.points)
     return MeasuredWheel(str(path), _digest(raw, reading), tuple((f.weight, f.text) for f in found.findings), profile)
 
 
-def _digest(raw: RawProfile, reading: Reading) -> str:
+def _digest(raw: RawProfile, reading: ProfileReading) -> str:
     """Of the points as read and of how they are to be read: repairing rounds differently on each machine, reading
     not."""
     declared = repr((raw.points.shape, raw.unit, raw.kind, raw.up, raw.layout, reading.smoothing, reading.flange_back))

@@ -55,7 +55,7 @@ class FinitePatch(Patch):
     sets: int = 0
 
 
-class Pairs:
+class NodePairs:
     """Opposite nodes of both faces, c = a b of them, x slowest.
 
     x (a,), s (b,) [m];  lower, upper (c,) : nodes of each block;  gap (c,) [m];  area (c,) [m^2] seen along h;  normal
@@ -87,7 +87,7 @@ class ElasticPair:
     """Stiffness and approximate inverse of both blocks, one after the other; unknowns (3n + 1,) are displacements [m]
     and the approach [m]."""
 
-    def __init__(self, pair: BlockPair, lower: LinedBlock, upper: LinedBlock, pairs: Pairs) -> None:
+    def __init__(self, pair: BlockPair, lower: LinedBlock, upper: LinedBlock, pairs: NodePairs) -> None:
         self.pairs, self.first = pairs, 3 * len(lower.mesh.points)
         self.matrices = [
             stiffness(block.mesh, steel) for block, steel in ((lower, pair.lower_steel), (upper, pair.upper_steel))
@@ -225,7 +225,7 @@ def finite_patch(
         raise ContactInputError(f"load {load!r} N: give a positive one")
     began = time.perf_counter()
     lower, upper, s = facing_blocks(pair, zone)
-    pairs = Pairs(lower, upper, s)
+    pairs = NodePairs(lower, upper, s)
     elastic = ElasticPair(pair, lower, upper, pairs)
     report(f"{(elastic.size - 1) // 3} nodes, {time.perf_counter() - began:.0f} s")
     first = _set_like(start, pairs) if start is not None else _overlapping(pairs, load, pair)
@@ -247,7 +247,7 @@ def finite_patch(
     )
 
 
-def _set_like(start: Patch, pairs: Pairs) -> np.ndarray:
+def _set_like(start: Patch, pairs: NodePairs) -> np.ndarray:
     i = np.clip(np.round((pairs.x - start.grid.x_first) / start.grid.dx).astype(int), 0, start.grid.nx - 1)
     j = np.clip(np.round((pairs.s - start.grid.y_first) / start.grid.dy).astype(int), 0, start.grid.ny - 1)
     near = (np.abs(pairs.x - start.grid.x[i]) < start.grid.dx)[:, None] & (
@@ -256,7 +256,7 @@ def _set_like(start: Patch, pairs: Pairs) -> np.ndarray:
     return (start.contact[np.ix_(i, j)] & near).ravel()
 
 
-def _overlapping(pairs: Pairs, load: float, pair: BlockPair) -> np.ndarray:
+def _overlapping(pairs: NodePairs, load: float, pair: BlockPair) -> np.ndarray:
     """Pairs whose gap is below the depth d at which a flat punch of their area A needs the load, 2 E* d sqrt(A /
     pi)."""
     modulus = 1 / (1 / pair.lower_steel.plane_modulus + 1 / pair.upper_steel.plane_modulus)
@@ -309,7 +309,7 @@ def _settle(elastic: ElasticPair, active: np.ndarray, load: float, report: Repor
 
 
 def _fine_part(
-    pairs: Pairs, zone: FineZone, common: tuple[float, float], pressure: np.ndarray
+    pairs: NodePairs, zone: FineZone, common: tuple[float, float], pressure: np.ndarray
 ) -> tuple[Grid, np.ndarray]:
     """Grid of the even part of the face, mirrored, and the pressure of its half; refuses pressure outside it."""
     x, s = pairs.x, pairs.s

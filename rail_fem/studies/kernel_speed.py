@@ -28,7 +28,7 @@ MILLION, UPDATES = 1e-6, "million element updates/s"
 
 
 @dataclass(frozen=True)
-class Row:
+class SpeedRow:
     """One measured number: what, value, unit, and what it depends on."""
 
     what: str
@@ -54,7 +54,7 @@ class Sizes:
 SMOKE = Sizes(cubes=(4,), facets=6, block=(8, 4, 4), steps=2, repeats=1, shortest=0.0, rounds=1)
 
 
-def kernel_rows(sizes: Sizes) -> list[Row]:
+def kernel_rows(sizes: Sizes) -> list[SpeedRow]:
     """Element kernels, dolfinx's assembly and their ratio for each cube; contact."""
     from rail_fem.studies import (
         kernel_reference as kernels,  # imports dolfinx, and with it MPI: only after the jobs under mpirun
@@ -73,47 +73,47 @@ def kernel_rows(sizes: Sizes) -> list[Row]:
             kernels.assembly_rate(domain, 2, effort),
         )
         rows += [
-            Row("finite strain, J2, hourglass: nothing yields", elastic_state * MILLION, unit, at),
-            Row(
+            SpeedRow("finite strain, J2, hourglass: nothing yields", elastic_state * MILLION, unit, at),
+            SpeedRow(
                 "finite strain, J2, hourglass: everything flows",
                 plastic_state * MILLION,
                 unit,
                 f"{at}, {share:.1%} of them flowing",
             ),
-            Row(
+            SpeedRow(
                 "finite strain, J2, 2x2x2 points: everything flows",
                 full * MILLION,
                 unit,
                 f"{at}, {full_share:.1%} of them flowing",
             ),
-            Row("small displacement, elastic, hourglass", small * MILLION, unit, at),
-            Row(
+            SpeedRow("small displacement, elastic, hourglass", small * MILLION, unit, at),
+            SpeedRow(
                 "dolfinx assembly, elastic, 1 point, no hourglass",
                 one_point * MILLION,
                 unit,
                 f"{at}, compiled with {' '.join(kernels.TUNED)}",
             ),
-            Row(
+            SpeedRow(
                 "dolfinx assembly, the same as shipped",
                 shipped * MILLION,
                 unit,
                 f"{at}, compiled with {' '.join(kernels.AS_SHIPPED)}",
             ),
-            Row("dolfinx assembly, elastic, 2x2x2 points", eight_points * MILLION, unit, at),
-            Row(
+            SpeedRow("dolfinx assembly, elastic, 2x2x2 points", eight_points * MILLION, unit, at),
+            SpeedRow(
                 "small displacement over dolfinx 1 point",
                 small / one_point,
                 "times",
                 f"{at}; over the faster of the two",
             ),
-            Row("finite strain, nothing yields, over dolfinx 1 point", elastic_state / one_point, "times", at),
-            Row("finite strain, all flows, over dolfinx 1 point", plastic_state / one_point, "times", at),
+            SpeedRow("finite strain, nothing yields, over dolfinx 1 point", elastic_state / one_point, "times", at),
+            SpeedRow("finite strain, all flows, over dolfinx 1 point", plastic_state / one_point, "times", at),
         ]
     cost = kernels.contact_cost(sizes.facets, effort)
     at = f"{cost.pairs} pairs, {cost.active} of them active, with friction"
-    rows.append(Row("contact forces", cost.pairs / cost.forces * MILLION, "million pairs/s", at))
+    rows.append(SpeedRow("contact forces", cost.pairs / cost.forces * MILLION, "million pairs/s", at))
     rows.append(
-        Row(
+        SpeedRow(
             "contact search",
             cost.search / cost.forces,
             "times a step's contact forces",
@@ -123,46 +123,46 @@ def kernel_rows(sizes: Sizes) -> list[Row]:
     return rows
 
 
-def rank_rows(ranks: int, sizes: Sizes) -> list[Row]:
+def rank_rows(ranks: int, sizes: Sizes) -> list[SpeedRow]:
     """Ranks against one, and the halo exchange."""
     study = study_ranks(ranks, sizes.block, sizes.steps, sizes.repeats, sizes.rounds)
     one, shared = study.one, study.shared
     at = f"{one['elements']} elements, {one['flowed']:.0%} of them have yielded"
     return [
-        Row("whole step, 1 rank", one["elements"] / one["step"] * MILLION, UPDATES, at),
-        Row(f"whole step, {ranks} ranks", one["elements"] / shared["step"] * MILLION, UPDATES, "the same block"),
-        Row(f"efficiency of {ranks} ranks", 100 * study.efficiency, "%", "time on 1 rank over ranks x time"),
-        Row(
+        SpeedRow("whole step, 1 rank", one["elements"] / one["step"] * MILLION, UPDATES, at),
+        SpeedRow(f"whole step, {ranks} ranks", one["elements"] / shared["step"] * MILLION, UPDATES, "the same block"),
+        SpeedRow(f"efficiency of {ranks} ranks", 100 * study.efficiency, "%", "time on 1 rank over ranks x time"),
+        SpeedRow(
             f"the same, {ranks} runs at once without a word", 100 * study.machine, "%", "what the machine itself allows"
         ),
-        Row(
+        SpeedRow(
             "efficiency beyond the machine's",
             100 * study.efficiency / study.machine,
             "%",
             "communication and imbalance only",
         ),
-        Row(
+        SpeedRow(
             "step outside the element kernel, 1 rank",
             100 * (1 - one["kernel"] / one["step"]),
             "%",
             "no contact, no supports",
         ),
-        Row(
+        SpeedRow(
             "halo exchange of a step", 1e6 * shared["exchange"], "us", f"{ranks} ranks, {shared['ghosts']} ghost nodes"
         ),
     ]
 
 
-def memory_rows(sizes: Sizes) -> list[Row]:
+def memory_rows(sizes: Sizes) -> list[SpeedRow]:
     """Memory of a run on one rank."""
     found = memory_per_element(sizes.block)
     at = f"{found['elements']} elements, 1 rank, mesh given, beyond a run of 8"
     return [
-        Row(
+        SpeedRow(
             "arrays of the solver", found["arrays"], "B/element", "state, nodes, forces, masses; without dolfinx's mesh"
         ),
-        Row("resident memory while stepping", found["memory"], "B/element", at),
-        Row("peak memory", found["peak_memory"], "B/element", at),
+        SpeedRow("resident memory while stepping", found["memory"], "B/element", at),
+        SpeedRow("peak memory", found["peak_memory"], "B/element", at),
     ]
 
 
@@ -188,7 +188,7 @@ def machine_words() -> str:
     )
 
 
-def markdown(rows: list[Row], machine: str) -> str:
+def markdown(rows: list[SpeedRow], machine: str) -> str:
     """The table, with the machine above it."""
     lines = [
         (
@@ -203,7 +203,7 @@ def markdown(rows: list[Row], machine: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def save(path: Path, rows: list[Row], machine: str) -> None:
+def save(path: Path, rows: list[SpeedRow], machine: str) -> None:
     """Markdown or JSON by the file's suffix."""
     if path.suffix == ".json":
         write_text_atomically(

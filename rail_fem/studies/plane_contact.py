@@ -53,7 +53,7 @@ PROBLEMS |= {f"P8 on BS113A, E 210/{young}": (partial(wheel_on_rail, young * 1e9
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Differences:
     """One case solved twice. Differences are (FE - BEM) / BEM.
 
     largest : largest difference of the pressures farther than two elements from the patch's edges, over the largest
@@ -79,7 +79,7 @@ class Comparison:
         return pair[1] / pair[0] - 1
 
 
-def compare(case: str, size: float) -> Comparison:
+def compare(case: str, size: float) -> Differences:
     """Solve a case of PROBLEMS with both methods at an element size [m] in the contact."""
     make, load = PROBLEMS[case]
     fixed, moving = make()
@@ -98,7 +98,7 @@ def compare(case: str, size: float) -> Comparison:
     below = face[(face[:, 0] > touched[0, 0]) & (face[:, 0] < touched[-1, 0])]
     solution = boundary.solution("fixed")
     largest, l2 = _differences(boundary, x, pressure, finite, size)
-    return Comparison(
+    return Differences(
         case, size, boundary, finite, between - tick, end - between,
         (pressure.max(), finite.pressure.max()),
         (np.nanmin(field_at(solution, below).displacement[:, 1]), finite.lowest),
@@ -124,7 +124,7 @@ def _differences(boundary: ContactResult, x, pressure, finite: PlaneContact, siz
     )
 
 
-def table(rows: list[Comparison]) -> str:
+def table(rows: list[Differences]) -> str:
     """Markdown, a line for each case and size."""
     lines = []
     for row in rows:
@@ -145,7 +145,7 @@ def table(rows: list[Comparison]) -> str:
     return "\n".join(markdown_table(HEAD, lines)) + "\n"
 
 
-def draw(rows: list[Comparison], path: Path) -> None:
+def draw(rows: list[Differences], path: Path) -> None:
     """Pressure profiles of each case, both methods on one axis."""
     from rail_fem.show.style import NOSE, TOTAL, lettering, new_figure, save
 

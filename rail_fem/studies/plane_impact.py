@@ -117,7 +117,7 @@ def patch_grid(struck: Struck) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Run:
+class ImpactRun:
     """One march: step [s], CPU time of the setting up and of the steps [s], the impact, and over the instants kept the
     time [s] and largest von Mises stress below the contact [Pa]."""
 
@@ -146,7 +146,7 @@ class Run:
         return float(self.stress[late].max()) if late.any() else np.nan
 
 
-def march(struck: Struck, scheme: Scheme, step: float, end: float = END, every: float = 20 * US) -> Run:
+def march(struck: Struck, scheme: Scheme, step: float, end: float = END, every: float = 20 * US) -> ImpactRun:
     """Strike with steps of one length; stresses are looked at about `every` so many seconds."""
     count, stride = round(end / step), max(round(every / step), 1)
     tick = time.process_time()
@@ -159,10 +159,10 @@ def march(struck: Struck, scheme: Scheme, step: float, end: float = END, every: 
     grid = patch_grid(struck).reshape(-1, 2)
     instants = sorted(impact.states)
     stress = np.array([np.nanmax(field_at(impact.solution(k), grid).von_mises) for k in instants])
-    return Run(scheme, step, ready - tick, done - ready, impact, impact.time[instants], stress)
+    return ImpactRun(scheme, step, ready - tick, done - ready, impact, impact.time[instants], stress)
 
 
-def table(runs: list[Run]) -> str:
+def table(runs: list[ImpactRun]) -> str:
     """Markdown, a line for each scheme and step."""
     head = [
         "scheme", "step [us]", "steps", "CPU [s]", "force, peak [kN/mm]", "penetration [mm]",
@@ -208,7 +208,7 @@ class Judgement:
         )
 
 
-def judge(run: Run, element: float = 0.1 * MM, end: float = 0.4e-3) -> Judgement:
+def judge(run: ImpactRun, element: float = 0.1 * MM, end: float = 0.4e-3) -> Judgement:
     """Plane-strain finite elements of the same section under the same wheel, with the run's scheme and step,
     until 0.1 ms after the load has gone."""
     from rail_fem.static_fe.plane_impact import finite_impact
@@ -252,7 +252,7 @@ def judge_line(found: Judgement) -> str:
     )
 
 
-def draw(runs: list[Run], found: Judgement | None) -> Figure:
+def draw(runs: list[ImpactRun], found: Judgement | None) -> Figure:
     """Stress and force while the wheel presses, a colour a step and a line a scheme; what rings on afterwards, and what
     becomes of the energy."""
     figure = new_figure(8.5)

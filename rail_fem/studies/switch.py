@@ -30,7 +30,7 @@ BODIES = (("stock rail", WING), ("switch rail", NOSE))
 
 
 @dataclass(frozen=True)
-class Pass:
+class SwitchPass:
     """What a wheelset does at x (n,) [m]: where it rests, and for each left point (k,) its index in x, y on the stock
     rail's axes [m], whether the switch rail carries it, its normal force [N], the vertical part of it (along the mean
     normal of its strip) [N], contact angle [rad]."""
@@ -56,7 +56,7 @@ class Pass:
         return np.bincount(self.index, minlength=len(self.x))
 
 
-def run_through(switch: Switch, wheel: str = "P8", x: np.ndarray | None = None, push: float = PUSH) -> Pass:
+def run_through(switch: Switch, wheel: str = "P8", x: np.ndarray | None = None, push: float = PUSH) -> SwitchPass:
     """The wheelset at rest at each x under its axle load and a push outwards, yawed outwards as it enters."""
     x = np.arange(0, 4.001, 0.05) if x is None else x
     states, rows = [], []
@@ -76,10 +76,10 @@ def run_through(switch: Switch, wheel: str = "P8", x: np.ndarray | None = None, 
             )
         ]
     index, position, on_switch_rail, force, vertical, angle = (np.array(column) for column in zip(*rows))
-    return Pass(x, tuple(states), index, position, on_switch_rail.astype(bool), force, vertical, angle)
+    return SwitchPass(x, tuple(states), index, position, on_switch_rail.astype(bool), force, vertical, angle)
 
 
-def report(found: Pass) -> str:
+def report(found: SwitchPass) -> str:
     """Where the switch rail begins to carry, where it carries half and all, and where two or more points carry."""
     share, several = found.share(True), found.x[found.points() > 1]
     first = lambda least: f"{found.x[np.argmax(share >= least)]:.2f} m" if (share >= least).any() else "never"
@@ -95,7 +95,7 @@ def report(found: Pass) -> str:
     )
 
 
-def write(path: Path, found: Pass, switch: Switch) -> None:
+def write(path: Path, found: SwitchPass, switch: Switch) -> None:
     """One row a point: x [m], y on the stock rail's axes [mm], body (0 stock rail, 1 switch rail), force [kN], angle
     [degrees], shift [mm], axle height [mm]."""
     k = found.index
@@ -125,7 +125,7 @@ def write(path: Path, found: Pass, switch: Switch) -> None:
     )
 
 
-def draw(path: Path, switch: Switch, found: Pass, wheel: str) -> Path:
+def draw(path: Path, switch: Switch, found: SwitchPass, wheel: str) -> Path:
     """Plan with the contact points, load shares, shift and height, and four sections with the wheel in place. Returns
     the file."""
     with lettering():
@@ -145,7 +145,7 @@ def draw(path: Path, switch: Switch, found: Pass, wheel: str) -> Path:
         return save(figure, path)
 
 
-def draw_plan(axis, switch: Switch, found: Pass) -> None:
+def draw_plan(axis, switch: Switch, found: SwitchPass) -> None:
     """Top view in the stock rail's axes: edges 14 mm down, points as large as their force."""
     x = np.linspace(found.x[0], found.x[-1], 200)
     edge = np.array([switch.gauge_line - switch.width(v) for v in x]) / MM
@@ -184,7 +184,7 @@ def draw_plan(axis, switch: Switch, found: Pass) -> None:
     axis.legend(loc="lower left")
 
 
-def draw_shares(axis, found: Pass) -> None:
+def draw_shares(axis, found: SwitchPass) -> None:
     for switch_rail, (name, colour) in enumerate(BODIES):
         axis.plot(found.x, 100 * found.share(bool(switch_rail)), color=colour, label=f"load on the {name} [%]")
     axis.plot(
@@ -196,7 +196,7 @@ def draw_shares(axis, found: Pass) -> None:
     axis.legend(ncols=3, loc="center right")
 
 
-def draw_section(axis, switch: Switch, found: Pass, at: float, wheel: str) -> None:
+def draw_section(axis, switch: Switch, found: SwitchPass, at: float, wheel: str) -> None:
     """Stock rail, switch rail and the wheel where it rests, looking along the track; contacts marked."""
     k = int(np.argmin(np.abs(found.x - at)))
     x, state = float(found.x[k]), found.states[k].state

@@ -43,7 +43,7 @@ STEEP = np.radians(30)  # a contact angle beyond which it is the flange that car
 
 
 @dataclass(frozen=True)
-class Site:
+class TableSite:
     """A column of Table 3-2 with its row of Table 3-3 [m, rad]; offset : of the wheelset, as printed."""
 
     name: str
@@ -56,7 +56,7 @@ class Site:
     measured: float
 
 
-def _sites() -> dict[str, Site]:
+def _sites() -> dict[str, TableSite]:
     columns = {
         "a": (-0.36, -0.29, 10.82, 0.39, -0.02, 70.00, 78.28),
         "b": (-1.00, -1.61, 11.46, -0.11, 0.02, 61.67, 62.16),
@@ -66,14 +66,14 @@ def _sites() -> dict[str, Site]:
         "f": (0.45, 0.02, 163.10, -4.72, 0.07, 55.83, 73.67),
     }
     scale = np.array([MM, MM, MM, MM, np.radians(1.0), MM, MM])
-    return {name: Site(name, *(scale * column)) for name, column in columns.items()}
+    return {name: TableSite(name, *(scale * column)) for name, column in columns.items()}
 
 
 SITES = _sites()
 
 
 @dataclass(frozen=True)
-class Reading:
+class TableReading:
     """How Table 3-2 is understood; the defaults are the only ones that order the six positions.
 
     sign : +1: a positive offset moves the wheel that was seen towards the track's middle;
@@ -90,7 +90,7 @@ class Reading:
     inclination: float = INCLINATION
     play: float = 0.0
 
-    def inward(self, site: Site) -> float:
+    def inward(self, site: TableSite) -> float:
         """Shift of the wheel that was seen, towards the track's middle [m]."""
         return (
             self.sign * site.offset
@@ -99,7 +99,7 @@ class Reading:
             + self.play
         )
 
-    def lean(self, site: Site) -> float:
+    def lean(self, site: TableSite) -> float:
         """Inclination of the rail at the site."""
         return max(self.inclination + self.level_share * site.cross_level / 1.5, 0.0)
 
@@ -124,23 +124,23 @@ class ContactPositions:
             )
         return self.known[key]
 
-    def site(self, site: Site, reading: Reading = Reading()) -> float:
+    def site(self, site: TableSite, reading: TableReading = TableReading()) -> float:
         return self.at(reading.inward(site), reading.lean(site), site.yaw)
 
-    def misses(self, reading: Reading = Reading(), names: tuple[str, ...] = FITTED) -> np.ndarray:
+    def misses(self, reading: TableReading = TableReading(), names: tuple[str, ...] = FITTED) -> np.ndarray:
         """(n,)  position less the thesis' theoretical one at these sites [m]."""
         return np.array([self.site(SITES[k], reading) - SITES[k].theoretical for k in names])
 
 
-def readings(play_step: float = 0.25 * MM) -> list[Reading]:
+def readings(play_step: float = 0.25 * MM) -> list[TableReading]:
     """All readings of Table 3-2 that a reader might take: signs, shares, inclinations, 1.75 mm of play to either
     side."""
     plays = np.arange(-7, 8) * 0.25 * MM if play_step == 0.25 * MM else np.arange(-1.75 * MM, 1.76 * MM, play_step)
     choices = (1, -1), (0, 0.5, 1), (-1, 0, 1), (-1, 0, 1), (0.0, 1 / 40, 1 / 30, INCLINATION), plays
-    return [Reading(*map(float, c)) for c in itertools.product(*choices)]
+    return [TableReading(*map(float, c)) for c in itertools.product(*choices)]
 
 
-def best_reading(positions: ContactPositions, candidates: list[Reading]) -> tuple[Reading, float]:
+def best_reading(positions: ContactPositions, candidates: list[TableReading]) -> tuple[TableReading, float]:
     """The reading whose largest miss at sites b to e is least, and that miss [m]."""
     misses = [np.abs(positions.misses(r)).max() for r in candidates]
     best = int(np.argmin(misses))
@@ -162,9 +162,9 @@ def fitted_wheel() -> tuple[tuple[float, float, float], float]:
     return (shift, first, second), float(found.fun)
 
 
-def sensitivities(site: Site) -> dict[str, float]:
+def sensitivities(site: TableSite) -> dict[str, float]:
     """Change of the position [m] for a change of what is not known, nominal profiles."""
-    nominal, one = ContactPositions(wheel_profile("P8")), Reading()
+    nominal, one = ContactPositions(wheel_profile("P8")), TableReading()
     shift, lean = one.inward(site), one.lean(site)
     here = nominal.at(shift, lean, site.yaw)
     search = nominal.searches[round(lean, 4)]
@@ -213,7 +213,7 @@ def tables() -> str:
     rows = ["site  shift inwards  thesis  measured   nominal P8    worn P8   [mm from the flange back]"]
     for s in SITES.values():
         rows.append(
-            f"   {s.name}  {Reading().inward(s) / MM:13.2f} {s.theoretical / MM:7.2f} {s.measured / MM:9.2f}"
+            f"   {s.name}  {TableReading().inward(s) / MM:13.2f} {s.theoretical / MM:7.2f} {s.measured / MM:9.2f}"
             f" {nominal.site(s) / MM:12.2f} {fitted.site(s) / MM:10.2f}"
         )
     rows.append(
@@ -249,7 +249,7 @@ def draw(path: Path) -> Path:
     for label, wheel, lean, colour in curves:
         positions = ContactPositions(wheel)
         axis.plot(shift / MM, [positions.at(y, lean) / MM for y in shift], ".", ms=3, color=colour, label=label)
-    at = [Reading().inward(s) / MM for s in SITES.values()]
+    at = [TableReading().inward(s) / MM for s in SITES.values()]
     for name, step, colour, marker in (
         ("theoretical", THEORETICAL_STEP, "tab:red", "s"),
         ("measured", MEASURED_STEP, "tab:orange", "o"),

@@ -23,7 +23,7 @@ class CompareError(ValueError):
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ErrorMeasure:
     """How far a result is from the reference on their common path: `error(result, reference)` relative, NaN where one
     of them does not resolve
     it. forces : names of the peaks it is about;  reported : its name among rail_fem.output.quantities.REPORTED"""
@@ -135,19 +135,21 @@ def history_error(result: PassResult, reference: PassResult, name: str = "force"
     return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
 
-QUANTITIES: dict[str, Quantity] = {
-    "first impact": Quantity("first impact after the transfer", of_force(*FIRST_IMPACT), FIRST_IMPACT, "first_impact"),
-    "largest force": Quantity(
+QUANTITIES: dict[str, ErrorMeasure] = {
+    "first impact": ErrorMeasure(
+        "first impact after the transfer", of_force(*FIRST_IMPACT), FIRST_IMPACT, "first_impact"
+    ),
+    "largest force": ErrorMeasure(
         "largest force on the wheel", of_force("largest_force"), ("largest_force",), "largest_force"
     ),
-    "largest wing force": Quantity(
+    "largest wing force": ErrorMeasure(
         "largest force on the wing rail", of_force("largest_force_wing"), ("largest_force_wing",), "largest_force_wing"
     ),
-    "largest nose force": Quantity(
+    "largest nose force": ErrorMeasure(
         "largest force on the nose", of_force("largest_force_nose"), ("largest_force_nose",), "largest_force_nose"
     ),
-    "history": Quantity("force history, relative L2", history_error),
-    "strain": Quantity(
+    "history": ErrorMeasure("force history, relative L2", history_error),
+    "strain": ErrorMeasure(
         "mean plastic strain of the nose's worst 5 x 5 x 3 mm", of_strain("nose"), reported="block_nose"
     ),
 }

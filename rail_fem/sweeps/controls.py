@@ -10,10 +10,10 @@ from pathlib import Path
 
 from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import solve
-from rail_fem.sweeps.trends import MEASURES, Control, Trend, TrendError, TrendFinding, check
+from rail_fem.sweeps.trends import MEASURES, ControlExperiment, Trend, TrendError, TrendFinding, check
 
 
-def run_control(control: Control, trend: Trend, folder: Path) -> TrendFinding:
+def run_control(control: ControlExperiment, trend: Trend, folder: Path) -> TrendFinding:
     """What the control's model finds. folder : of the case files CASE.toml. Errors: CaseError, TrendError for a case
     that lacks the model, the model's own."""
     asked = trend.model_copy(
@@ -34,7 +34,7 @@ def run_control(control: Control, trend: Trend, folder: Path) -> TrendFinding:
     return found[0]
 
 
-def control_words(control: Control, trend: Trend, folder: Path) -> str:
+def control_words(control: ControlExperiment, trend: Trend, folder: Path) -> str:
     """The control in a line, with what was changed and what came out."""
     found = run_control(control, trend, folder)
     changed = [f"{key} = {value}" for key, value in control.change.items()]

@@ -101,7 +101,7 @@ MEASURES: dict[str, Measure] = {
 Change = str | float | int | bool | dict
 
 
-class Control(Frozen):
+class ControlExperiment(Frozen):
     """An experiment by a light model on the trend's cases with `change` made in all of them, `only` in one; quantity,
     order: as the trend's unless given."""
 
@@ -113,7 +113,7 @@ class Control(Frozen):
     only: dict[str, dict[str, Change]] = {}
 
     @model_validator(mode="after")
-    def _runs_here(self) -> Control:
+    def _runs_here(self) -> ControlExperiment:
         if self.model not in MODELS or MODELS[self.model].parallel:
             raise ValueError(
                 f"model '{self.model}' of a control is none of the light models"
@@ -130,7 +130,7 @@ class Trend(Frozen):
     order: tuple[str, ...] = Field(min_length=2)
     published: str = ""
     because: str = ""
-    control: tuple[Control, ...] = ()
+    control: tuple[ControlExperiment, ...] = ()
 
     @model_validator(mode="after")
     def _of_known_quantities(self) -> Trend:

@@ -23,8 +23,8 @@ def test_table_is_printed_and_a_wrong_estimate_is_seen(capsys):
     estimates_study.main(["--share", "0.02", "--part", "half-space"])
     assert "half-space: contact area" in capsys.readouterr().out
     outside = summary(
-        [estimates_study.Row("force", 0.1, error) for error in (0.2, 0.05, 0.01)]
-        + [estimates_study.Row("force", np.nan, 0.1)]
+        [estimates_study.EstimateRow("force", 0.1, error) for error in (0.2, 0.05, 0.01)]
+        + [estimates_study.EstimateRow("force", np.nan, 0.1)]
     )
     assert outside["force"][:2] == (4, 0.5)
 

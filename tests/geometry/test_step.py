@@ -8,7 +8,7 @@ import pytest
 
 from geometry.cad.step_crossing import StepReading, read_step
 from geometry.cad.step_slices import upper_line
-from geometry.cad.step_writer import Patch, StepLines, spline_patch, step_text
+from geometry.cad.step_writer import SplineSurface, StepLines, spline_patch, step_text
 from geometry.path.wheel_path import wheel_path
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing, CrossingError
@@ -117,6 +117,6 @@ def test_the_upper_line_is_that_of_the_highest_piece():
 def test_a_patch_goes_through_its_points():
     x = np.array([0.0, 0.1, 0.15, 0.4])
     points = np.random.default_rng(1).normal(size=(4, 7, 2))
-    patch: Patch = spline_patch(x, points)
+    patch: SplineSurface = spline_patch(x, points)
     assert patch.control.shape == (8, 7, 3) and len(patch.along) == 12 and len(patch.across) == 11
     assert patch.control[[0, -1], 0, 1:] == pytest.approx(points[[0, -1], 0])

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 from rail_fem.cli import app
 from rail_fem.design import search as search_module
 from rail_fem.design.problem import DesignError, read_design
-from rail_fem.design.search import TRIALS, Record, rounded, search
+from rail_fem.design.search import TRIALS, SearchRecord, rounded, search
 from tests.rail_fem.test_casefile import ROOT
 
 DESIGN = """
@@ -106,10 +106,10 @@ def test_a_search_in_which_nothing_can_be_run_says_why(bowl, tmp_path, monkeypat
 
 def test_trials_of_another_search_are_not_taken(bowl, tmp_path):
     problem, _ = bowl
-    Record(problem, tmp_path / "out")
+    SearchRecord(problem, tmp_path / "out")
     other = read_design(design(tmp_path, high=('high = "2 mm"', 'high = "3 mm"')))
     with pytest.raises(DesignError, match="trials of another search"):
-        Record(other, tmp_path / "out")
+        SearchRecord(other, tmp_path / "out")
 
 
 def test_values_are_run_as_they_are_written(tmp_path):

@@ -14,7 +14,7 @@ from rail_fem.studies.thesis_sites import (
     SITES,
     THEORETICAL_STEP,
     ContactPositions,
-    Reading,
+    TableReading,
     best_reading,
     draw,
     fitted_wheel,
@@ -45,17 +45,19 @@ def test_the_six_places_are_one_curve_for_one_sign_of_the_offset_only():
         rows = sorted((reading.inward(s), s.theoretical) for s in SITES.values())
         return bool(np.all(np.diff([position for _, position in rows]) > 0))
 
-    assert order(Reading())
+    assert order(TableReading())
     assert not any(
-        order(Reading(sign=-1.0, gauge_share=share, alignment_share=a)) for share in (0, 0.5, 1) for a in (-1, 0, 1)
+        order(TableReading(sign=-1.0, gauge_share=share, alignment_share=a))
+        for share in (0, 0.5, 1)
+        for a in (-1, 0, 1)
     )
 
 
 def test_the_nominal_pair_has_the_slope_of_the_thesis_curve_below_its_jump(nominal):
     """From f to e, within a picture point over their distance."""
     e, f = SITES["e"], SITES["f"]
-    run = Reading().inward(e) - Reading().inward(f)
-    found = (nominal.at(Reading().inward(e)) - nominal.at(Reading().inward(f))) / run
+    run = TableReading().inward(e) - TableReading().inward(f)
+    found = (nominal.at(TableReading().inward(e)) - nominal.at(TableReading().inward(f))) / run
     assert found == pytest.approx((e.theoretical - f.theoretical) / run, abs=THEORETICAL_STEP / run)
 
 

@@ -14,7 +14,7 @@ from rail_fem.output.result import PassResult, Peak
 from rail_fem.sweeps.controls import run_control
 from rail_fem.sweeps.published_table import published_table
 from rail_fem.sweeps.trend_words import count_lines, trend_lines
-from rail_fem.sweeps.trends import Control, Group, Trend, TrendError, check, load_source, verdict
+from rail_fem.sweeps.trends import ControlExperiment, Group, Trend, TrendError, check, load_source, verdict
 
 ROOT = Path(__file__).resolve().parents[2]
 TRENDS = ROOT / "cases" / "thesis" / "trends.toml"
@@ -183,11 +183,15 @@ def test_a_reason_is_said_only_where_a_rung_does_not_agree(tmp_path):
 def test_a_control_changes_what_it_says_and_nothing_else():
     """Speed against nose force differs on the thesis' cases and agrees where the wheel begins on the falling wing: the
     reason in trends.toml."""
-    plain = run_control(Control(says="as it is"), TREND, TRENDS.parent)
-    begun = run_control(Control(says="later", change={"run.rigid_hertz.start": "300 mm"}), TREND, TRENDS.parent)
+    plain = run_control(ControlExperiment(says="as it is"), TREND, TRENDS.parent)
+    begun = run_control(
+        ControlExperiment(says="later", change={"run.rigid_hertz.start": "300 mm"}), TREND, TRENDS.parent
+    )
     assert (plain.verdict, begun.verdict) == ("differs", "agrees")
     same = run_control(
-        Control(says="all alike", only={c: {"scene.speed": "75 mph"} for c in TREND.order}), TREND, TRENDS.parent
+        ControlExperiment(says="all alike", only={c: {"scene.speed": "75 mph"} for c in TREND.order}),
+        TREND,
+        TRENDS.parent,
     )
     assert same.verdict == "same" and len(set(same.values)) == 1 and same.values[0] == plain.values[1]
 
@@ -202,15 +206,15 @@ def test_a_control_changes_what_it_says_and_nothing_else():
 )
 def test_a_change_that_cannot_be_made_is_named(control, words):
     with pytest.raises(CaseError) as error:
-        run_control(Control(says="bad", **control), TREND, TRENDS.parent)
+        run_control(ControlExperiment(says="bad", **control), TREND, TRENDS.parent)
     assert words in " ".join(str(error.value).split())
 
 
 def test_controls_are_light_rungs_that_resolve_the_trend():
     with pytest.raises(ValueError, match="none of the light models p2_formula"):
-        Control(says="dear", model="fe_full")
+        ControlExperiment(says="dear", model="fe_full")
     with pytest.raises(TrendError, match="lumped does not resolve the first impact"):
-        run_control(Control(says="blind", model="lumped"), TREND, TRENDS.parent)
+        run_control(ControlExperiment(says="blind", model="lumped"), TREND, TRENDS.parent)
 
 
 def test_every_trend_of_the_thesis_that_a_rung_of_the_sweep_contradicts_has_a_reason():

@@ -10,7 +10,7 @@ from geometry.profiles.formats.columns import read_columns, write_columns
 from geometry.profiles.formats.miniprof import read_miniprof, read_mpt
 from geometry.profiles.formats.raw import KINDS, RawProfile
 from geometry.profiles.formats.simpack import read_simpack, write_simpack
-from geometry.profiles.formats.slices import Slices, read_slices
+from geometry.profiles.formats.slices import RailSlices, read_slices
 from geometry.profiles.profile import ProfileError
 
 
@@ -50,7 +50,7 @@ def read_raw(path: Path, kind: str | None = None, unit: float | None = None, num
     )
 
 
-def one_of(path: Path, slices: Slices, number: int) -> RawProfile:
+def one_of(path: Path, slices: RailSlices, number: int) -> RawProfile:
     """One section of a rail in slices, counted from 1, with a note on where it stands among them."""
     x, count = slices.x, len(slices.x)
     if not 1 <= number <= count:

@@ -26,7 +26,7 @@ NEAREST = 10e-6  # two stations of a rail [m]
 
 
 @dataclass(frozen=True, eq=False)
-class Slices:
+class RailSlices:
     """Sections of one rail along the track.
 
     x : (m,)  stations, growing [m];  sections : the raw profile at each, in metres (unit 1)
@@ -44,7 +44,7 @@ class Slices:
     accelerations: tuple[int, ...] = ()
 
 
-def read_slices(path: Path, section_unit: float | None = None) -> Slices:
+def read_slices(path: Path, section_unit: float | None = None) -> RailSlices:
     """Read a .slcs and the files it names (relative to it): .prr, or two columns with the vertical axis down. Stations
     times S_SCALE are mm.
 
@@ -76,7 +76,7 @@ def read_slices(path: Path, section_unit: float | None = None) -> Slices:
             tuple(int(v) for v in values_of(rows_left.pop(0), path, wanted)) if wanted > 0 and rows_left else ()
         )
     table = feature_table(path, rows_left, named, features) * 1e-3 if features > 1 else np.empty((count, 0))
-    return Slices(x, in_metres(path, [section(path, i, m[3]) for i, m in found], section_unit), path, table, *parts)
+    return RailSlices(x, in_metres(path, [section(path, i, m[3]) for i, m in found], section_unit), path, table, *parts)
 
 
 def refuse_wheel(path: Path, lines: list[str]) -> None:
