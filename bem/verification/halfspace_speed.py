@@ -12,9 +12,6 @@ which the rows keep.
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
 import numpy as np
 
 from bem.exact.conformal import pin_clearance, pin_pressure, pin_semi_angle
@@ -134,11 +131,7 @@ def speed_rows(quick: bool = False) -> list[dict]:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("study3d"))
-    parser.add_argument("--quick", action="store_true", help="small grids only, for a look")
-    options = parser.parse_args(arguments)
-    options.out.mkdir(parents=True, exist_ok=True)
+    options = halfspace_study.read_options(arguments, __doc__.splitlines()[0], "study3d")
     rows = speed_rows(options.quick)
     halfspace_study.report_speed_error(rows, options.out)
     creep_curves_figure(

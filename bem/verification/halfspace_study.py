@@ -180,12 +180,18 @@ def report_speed_error(rows: list[dict], folder: Path) -> None:
     speed_error_figure(rows, str(folder / "speed_error.png"))
 
 
-def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("halfspace_study"))
+def read_options(arguments: list[str] | None, description: str, out: str) -> argparse.Namespace:
+    """out : folder, made where it is not there;  quick"""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--out", type=Path, default=Path(out))
     parser.add_argument("--quick", action="store_true", help="small grids only, for a look")
     options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
+    return options
+
+
+def main(arguments: list[str] | None = None) -> None:
+    options = read_options(arguments, __doc__.splitlines()[0], "halfspace_study")
     rows = normal_rows((22, 44) if options.quick else (22, 44, 88, 176, 352, 704))
     rows += tangential_rows((11, 22, 44) if options.quick else (22, 44, 88, 176, 352))
     report_speed_error(rows, options.out)

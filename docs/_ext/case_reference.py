@@ -14,16 +14,17 @@ from sphinx.util.docutils import SphinxDirective
 
 from rail_fem.case.keys import section_keys
 from rail_fem.output.history import COLUMNS
+from rail_fem.output.markdown import markdown_table
 
 
 class MarkdownTable(SphinxDirective):
     """A directive that gives its rows as a Markdown table."""
 
     def table(self, head: list[str], rows: list[list[str]]) -> list[nodes.Node]:
-        lines = [head, ["---"] * len(head), *rows]
-        text = ["| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines]
         node = nodes.container()
-        self.state.nested_parse(StringList(text, source=self.get_source_info()[0]), self.content_offset, node)
+        self.state.nested_parse(
+            StringList(markdown_table(head, rows), source=self.get_source_info()[0]), self.content_offset, node
+        )
         return [node]
 
 

@@ -164,9 +164,3 @@ class ElementBlocks:
     def plastic_strain(self) -> np.ndarray:
         """Cumulated equivalent plastic strain, PEEQ (m,), mean over each cell."""
         return self.mean(PLASTIC_STRAIN, 1)[:, 0]
-
-
-def von_mises(stress: np.ndarray) -> np.ndarray:
-    """Von Mises stress (m,) [Pa] of stresses (m, 6), order VOIGT."""
-    x, y, z = stress[:, 0], stress[:, 1], stress[:, 2]
-    return np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3 * (stress[:, 3:] ** 2).sum(axis=1))

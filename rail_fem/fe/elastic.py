@@ -15,6 +15,7 @@ from rail_fem.fe.hexahedron import (
     FAST,
     add_elastic,
     field_gradient,
+    gather_one,
     internal_force,
     load,
     mean_gradient,
@@ -33,15 +34,6 @@ N_FIXED = 33
 N_FORCES = HOURGLASS + 12  # rows of stress and hourglass forces as `hexahedron.internal_force` reads them
 _compiled = njit(cache=True, **FAST)
 _part = njit(forceinline=True, **FAST)  # one copy, inside its caller
-
-
-@_part
-def gather_one(u, nodes, start, nodal):
-    """A nodal vector of one block -> nodal (24*W,), ordered node, component, lane."""
-    for a in range(8):
-        for e in range(_W):
-            n, k = 3 * nodes[start + a * _W + e], 3 * a * _W + e
-            nodal[k], nodal[k + _W], nodal[k + 2 * _W] = u[n], u[n + 1], u[n + 2]
 
 
 @_compiled

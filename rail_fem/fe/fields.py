@@ -12,8 +12,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 
+from bem.exact.subsurface import von_mises
 from rail_fem.atomic import write_atomically, write_text_atomically
-from rail_fem.fe.blocks import von_mises
 from rail_fem.fe.checkpoint import gather_nodes, gather_rows
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.output.fields import VTK_COMPONENTS, VTK_ORDER

@@ -8,9 +8,9 @@ import meshio
 import numpy as np
 import pytest
 
+from bem.exact.subsurface import von_mises
 from geometry.axes import as_tensor
 from geometry.meshing.blocks import mesh_box
-from rail_fem.fe.blocks import von_mises
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.fields import VTK_ORDER, gather_cells, write_frame
 from tests.fe.bodies import distort, place, structure_of

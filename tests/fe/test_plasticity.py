@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from bem.exact.subsurface import von_mises
 from geometry.meshing.blocks import mesh_box
-from rail_fem.fe.blocks import von_mises
 from rail_fem.scene.steel import MN13
 from tests.fe.bodies import NO_VISCOSITY, STEEL, place, plastic, structure_of
 from tests.order import assert_order
