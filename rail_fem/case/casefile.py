@@ -166,7 +166,7 @@ def _disagreements(scene: Scene, name: str, run: Frozen) -> list[str]:
         ]
     return [
         f"run.{name}.{error}"
-        for error in (*_too_long(abs(end - start) / scene.speed, run), *_late_approach(scene, start, run))
+        for error in (*_too_long(scene.travel_time(start, end), run), *_late_approach(scene, start, run))
     ]
 
 

@@ -43,7 +43,7 @@ def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate
     rail, wheel = _crossing_cells(settings, length), _wheel_cells(settings)
     active, cells = _crossing_cells(settings, min(length, sum(settings.window_lengths))), rail + wheel
     step = critical_step(scene, settings)
-    duration = settings.settle_time + abs(settings.end - settings.start) / scene.speed
+    duration = settings.settle_time + scene.travel_time(settings.start, settings.end)
     steps = min(duration / step, settings.max_steps or float("inf"))
     memory, updates = cells * BYTES_PER_CELL + ranks * BYTES_PER_RANK, active + wheel
     if settings.element == "full":

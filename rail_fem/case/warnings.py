@@ -2,7 +2,7 @@
 result and trust report repeats it."""
 
 from rail_fem.light.mass_scaling import static_patch
-from rail_fem.light.rigid import window_warnings
+from rail_fem.light.rigid import settling_distance, window_warnings
 from rail_fem.scene.crossing import CAST
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.steel import FROM_MEMORY
@@ -77,7 +77,7 @@ def fe_warnings(scene: Scene, settings: FeSettings) -> list[str]:
         warnings.append(
             f"courant {settings.courant:g} > 0.95: contact stiffens the surface, the step may become unstable"
         )
-    settling, window = settings.settle_time * scene.speed, abs(settings.end - settings.start)
+    settling, window = settling_distance(scene, settings), abs(settings.end - settings.start)
     if settling > window / 2:
         warnings.append(
             f"the wheel rolls {settling * 1e3:.4g} of {window * 1e3:.4g} mm while it settles: less than half of the"

@@ -37,7 +37,7 @@ def measured(
         result = load(folder)
         wanted = [math.inf, *([parse(text, "Hz")[0] for text in cutoffs] if cutoffs else CUTOFFS)]
         farthest = None if reach is None else parse(reach, "mm")[0]
-        found = read_record(record, result.scene.direction_sign * result.scene.speed)
+        found = read_record(record, result.scene.velocity)
         pair = align(found, of_result(result, found.quantity), farthest)
         say(score_table(found, pair, [score(pair, cutoff) for cutoff in wanted]))
         if draw is not None:

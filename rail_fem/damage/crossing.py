@@ -145,13 +145,7 @@ def table_contacts(
             aside = table.middle[b, i] * np.array([0.0, np.cos(angle), np.sin(angle)])
             found.append(
                 CrossingContact(
-                    body,
-                    float(table.x[i]),
-                    table.point[b, i] + aside,
-                    patch,
-                    angle,
-                    sign * scene.speed,
-                    float(large[k]),
+                    body, float(table.x[i]), table.point[b, i] + aside, patch, angle, scene.velocity, float(large[k])
                 )
             )
     return tuple(sorted(found, key=lambda contact: (sign * contact.x, contact.body)))
@@ -165,7 +159,7 @@ def _creepages(scene, table: ContactTable, b: int, positions: np.ndarray, sign: 
         normal = np.array([-steep, -np.tan(angle), 1.0])
         height = float(table.height[b, i]) + wheel.radius
         state = Wheelset(wheel.shape, radius=wheel.radius, back_to_back=scene.back_to_back, x=table.x[i], z=height)
-        motion = Motion(sign * scene.speed, vertical=sign * scene.speed * steep)
+        motion = Motion(scene.velocity, vertical=scene.velocity * steep)
         unit = normal / np.linalg.norm(normal)
         rigid[row] = creepages_at(state, table.point[b, i][None], unit[None], motion)[0]
     return rigid

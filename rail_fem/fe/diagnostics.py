@@ -46,7 +46,7 @@ def trust_facts(
         "element_limit": run.comm.bcast(quality.worst_step if quality else None, root=0) * scaling.factor**0.5,
         "scaling": scaling,
         "rechecks": run.rechecks,
-        "chatter": trust.chatter(history, run.scene.speed, run.settings.along, settled),
+        "chatter": trust.chatter(history, run.element_time, settled),
         "penalty_factor": run.settings.penalty,
         "window": window_facts(run),
         "outside": 1.0 - run.comm.allreduce(dynamics.kernel_time) / run.comm.size / max(run.loop_time, 1e-9),

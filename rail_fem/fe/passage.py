@@ -89,11 +89,10 @@ def running_of(scene: Scene, settings: FeSettings) -> Running:
     low, high = sorted((settings.start, settings.end))
     path, sign = anchored_path(scene, low, high), scene.direction_sign
     start, end = (low, high) if sign > 0 else (high, low)
-    speed = sign * scene.speed
     shape, radius, datum = scene.wheel.shape, scene.wheel.radius, scene.wheel_datum_y
     first = path.contact_point[int(np.argmin(np.abs(path.x - start)))]
     rolling = float(rolling_radius(shape, radius, first[1:2] - datum)[0])
-    return Running(sign, start, end, speed, speed / rolling, path, datum, shape)
+    return Running(sign, start, end, scene.velocity, scene.velocity / rolling, path, datum, shape)
 
 
 @dataclass(frozen=True)

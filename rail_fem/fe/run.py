@@ -103,6 +103,11 @@ class Run:
                 take_up(self.passage, self.scene, self.settings)
             self.start_energies = self.dynamics.energies()
 
+    @property
+    def element_time(self) -> float:
+        """Time in which the wheel passes an element [s]."""
+        return self.settings.along / self.scene.speed
+
     def go(self) -> None:
         """From rest, unless resumed, run to the end of the window or to max_steps. The last restart file holds the
         state before the end is recorded, so that a restart after it records it once more, and the same. Collective."""

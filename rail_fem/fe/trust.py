@@ -78,16 +78,19 @@ def impact_work(contact_work: np.ndarray) -> float:
     return float(np.ptp(contact_work)) if len(contact_work) > 2 else float("nan")
 
 
-def chatter(history: dict[str, np.ndarray], speed: float, element_length: float, settled: float) -> tuple[float, float]:
+def chatter(history: dict[str, np.ndarray], element_time: float, settled: float) -> tuple[float, float]:
     """What the contact force does above half the frequency at which elements pass under the wheel: its share of the
     force's variance, and its root mean square over the mean force. The share alone would condemn steady running, where
-    there is no other variance. NaN, NaN when not sampled so finely."""
+    there is no other variance. NaN, NaN when not sampled so finely.
+
+    element_time : in which the wheel passes an element [s];  settled : time from which rows count [s]
+    """
     after = history["time"] > settled
     if after.sum() < 16:
         return float("nan"), float("nan")
     time, force = history["time"][after], history["force"][after]
     step = float(np.median(np.diff(time)))
-    limit = 0.5 * abs(speed) / element_length
+    limit = 0.5 / element_time
     if limit >= 0.5 / step:
         return float("nan"), float("nan")
     window = np.hanning(len(force))
@@ -97,7 +100,7 @@ def chatter(history: dict[str, np.ndarray], speed: float, element_length: float,
     return float(high / max(power[1:].sum(), 1e-300)), float(np.sqrt(mean_square) / max(abs(force.mean()), 1e-300))
 
 
-def mesh_noise(history: dict[str, np.ndarray], speed: float, element_length: float, settled: float) -> float:
+def mesh_noise(history: dict[str, np.ndarray], element_time: float, settled: float) -> float:
     """How far the largest force stands above its mean over the passage of one element, relative; NaN when not sampled
     so finely.
 
@@ -107,12 +110,16 @@ def mesh_noise(history: dict[str, np.ndarray], speed: float, element_length: flo
     """
     after = history["time"] > settled
     time, force = history["time"][after], history["force"][after]
-    period = element_length / abs(speed)
-    if len(time) < 4 or 2 * np.diff(time).max() > period or time[-1] - time[0] < 2 * period or not force.max() > 0:
+    if (
+        len(time) < 4
+        or 2 * np.diff(time).max() > element_time
+        or time[-1] - time[0] < 2 * element_time
+        or not force.max() > 0
+    ):
         return float("nan")
     work = np.append(0.0, np.cumsum(np.diff(time) * (force[1:] + force[:-1]) / 2))
-    ends = time[(time - time[0]) >= period]
-    mean = (np.interp(ends, time, work) - np.interp(ends - period, time, work)) / period
+    ends = time[(time - time[0]) >= element_time]
+    mean = (np.interp(ends, time, work) - np.interp(ends - element_time, time, work)) / element_time
     return float(abs(force.max() - mean.max()) / force.max())
 
 

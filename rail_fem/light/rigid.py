@@ -78,7 +78,7 @@ def with_window(scene: Scene, settings: Settings) -> Settings:
             f"a rigid wheel never changes body between x = {COMMON_WINDOW[0] * 1e3:g} and {COMMON_WINDOW[1] * 1e3:g}"
             " mm: give start and end"
         )
-    start = transfers.min() - LEAD - scene.speed * settings.settle_time
+    start = transfers.min() - LEAD - settling_distance(scene, settings)
     chosen = {"start": start, "end": transfers.max() + FOLLOW}
     chosen = {name: round(scene.direction_sign * x, 4) for name, x in chosen.items() if getattr(settings, name) is None}
     return settings.model_copy(update=chosen)
@@ -91,10 +91,11 @@ def window_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
         path = window_path(scene, settings)
     except (CrossingError, ValueError) as error:
         return [f"run.{model}.start, end: {error}"]
-    start, sign, settling = running_start(scene, settings), scene.direction_sign, scene.speed * settings.settle_time
+    start, sign, settling = running_start(scene, settings), scene.direction_sign, settling_distance(scene, settings)
     hit = [x for x in path.transfers if sign * (x - start) <= settling + CLEAR] if settling > 0 else []
     return [
-        f"run.{model}.start: the wheel settles from x = {start * 1e3:.0f} to {(start + sign * settling) * 1e3:.0f} mm,"
+        f"run.{model}.start: the wheel settles from x = {start * 1e3:.0f} to"
+        f" {release_position(scene, settings) * 1e3:.0f} mm,"
         f" and a rigid wheel changes body at {x * 1e3:.0f} mm, less than {CLEAR * 1e3:g} mm behind that: begin"
         f" {'before' if sign > 0 else 'behind'} x = {(x - sign * (settling + CLEAR)) * 1e3:.0f} mm, or take a shorter"
         " settle_time"
@@ -106,6 +107,16 @@ def running_start(scene: Scene, settings: FeSettings) -> float:
     """The end of the window at which the wheel begins [m]."""
     ends = sorted((settings.start, settings.end))
     return ends[0] if scene.direction_sign > 0 else ends[1]
+
+
+def settling_distance(scene: Scene, settings: FeSettings) -> float:
+    """How far the wheel rolls while it settles [m]."""
+    return scene.speed * settings.settle_time
+
+
+def release_position(scene: Scene, settings: FeSettings) -> float:
+    """x where the wheel has settled and is let go [m]."""
+    return running_start(scene, settings) + scene.direction_sign * settling_distance(scene, settings)
 
 
 def window_warnings(scene: Scene, settings: FeSettings) -> list[str]:

@@ -173,7 +173,7 @@ def half_steps(scene: Scene, settings: PassSettings, step: float | None = None) 
     Errors: ValueError for a step count beyond reason.
     """
     start, end = settings.window(scene)
-    duration = abs(end - start) / scene.speed
+    duration = scene.travel_time(start, end)
     count = max(2, int(np.ceil(duration / (step or settings.time_step) - 1e-9)))
     if count > MOST_STEPS:
         raise ValueError(

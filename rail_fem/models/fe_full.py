@@ -232,9 +232,7 @@ def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
         error_estimate={
             "energy_balance": rows[0].value,
             "static_load": abs(facts["static_error"]),
-            "force_mesh_noise": trust.mesh_noise(
-                history, run.scene.speed, run.settings.along, run.settings.settle_time
-            ),
+            "force_mesh_noise": trust.mesh_noise(history, run.element_time, settled),
             "discretisation": float("nan"),
         },
         metal=metal(run),

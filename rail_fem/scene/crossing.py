@@ -2,6 +2,7 @@
 
 import functools
 import os
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -20,16 +21,18 @@ CAST: Final = "UK-cast"
 SECTIONS: Final = "sections"
 STEP: Final = "step"
 JOINT: Final = "joint"
-CAST_KEYS = (
-    "ratio", "flangeway", "topping_slope", "topping_depth", "transition_length", "transition_smoothness",
-    "leg_lowering", "leg_fade", "wing_raise", "wing_flare", "flare_start", "nose_lowering", "nose_widening",
-    "gauge_widening",
-)  # fmt: skip
+CAST_KEYS = tuple(field.name for field in fields(CastCrossing))
 # cases/design/leg.toml by rigid_hertz: 241 kN, flight 29.5 mm, for the thesis' 263.6 kN, 28.49 mm; of no drawing
 FITTED_LEG = {"transition_length": 0.417225, "transition_smoothness": 0.921624, "leg_lowering": 1.47963e-3}
 DIP_KEYS = "dip_angle", "dip_length", "dip_shape", "dip_bend"
-OF_SECTIONS, OF_STEP = ("stations", "unit", "station_unit"), ("faces", "tolerance")
-READING = (*OF_SECTIONS, *OF_STEP, "mirror", "lateral", "height", "along")
+READING = tuple(field.name for field in fields(SectionReading))
+FILE_KEYS = "file", "mirror", "lateral", "height", "along", "extend"
+FAMILY_KEYS = {  # what each family may be told beside `family`
+    CAST: (*CAST_KEYS, "leg"),
+    SECTIONS: (*FILE_KEYS, "stations", "unit", "station_unit"),
+    STEP: (*FILE_KEYS, "faces", "tolerance"),
+    JOINT: DIP_KEYS,
+}
 
 
 class Crossing(Frozen):
@@ -158,13 +161,8 @@ class Crossing(Frozen):
 
     @model_validator(mode="after")
     def _is_one_family(self) -> Self:
-        other = {
-            CAST: ("file", *READING, "extend", *DIP_KEYS),
-            SECTIONS: ("leg", *CAST_KEYS, *OF_STEP, *DIP_KEYS),
-            STEP: ("leg", *CAST_KEYS, *OF_SECTIONS, *DIP_KEYS),
-            JOINT: ("leg", *CAST_KEYS, "file", *READING, "extend"),
-        }[self.family]
-        told = [name for name in other if self._is_told(name)]
+        others = {name for keys in FAMILY_KEYS.values() for name in keys} - set(FAMILY_KEYS[self.family])
+        told = [name for name in type(self).model_fields if name in others and self._is_told(name)]
         if told:
             raise input_error(
                 "family", f"does not belong to family {self.family}: leave it out", key=f"crossing.{told[0]}"

@@ -327,6 +327,15 @@ class Scene(Frozen):
         return 1.0 if self.direction == "facing" else -1.0
 
     @property
+    def velocity(self) -> float:
+        """Of the wheel along x, with its sign [m/s]."""
+        return self.direction_sign * self.speed
+
+    def travel_time(self, start: float, end: float) -> float:
+        """Time [s] in which the wheel runs from one x to the other [m]."""
+        return abs(end - start) / self.speed
+
+    @property
     def wheel_datum_y(self) -> float:
         """Lateral position [m] of the wheel's tread datum for a centred wheelset."""
         return tread_datum_y(self.gauge, self.back_to_back)

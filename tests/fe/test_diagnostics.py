@@ -42,7 +42,7 @@ def test_mesh_noise_is_the_part_that_repeats_with_each_element(share):
     sampling's second order."""
     phase = 2 * np.pi * TIME / PASSES
     force = 1e5 * (1 + share * (np.cos(phase) + 0.5 * np.cos(2 * phase)))
-    assert mesh_noise({"time": TIME, "force": force}, SPEED, SIZE, 0.0) == pytest.approx(
+    assert mesh_noise({"time": TIME, "force": force}, PASSES, 0.0) == pytest.approx(
         1.5 * share / (1 + 1.5 * share), rel=1e-6
     )
 
@@ -53,7 +53,7 @@ def test_smooth_peak_is_hardly_mesh_noise_and_falls_with_the_square_of_the_size(
     force = 1e5 * (1 + np.cos(w * (TIME - 4e-3)))
     for size in (SIZE, SIZE / 2):
         a = w * size / SPEED / 2
-        assert mesh_noise({"time": TIME, "force": force}, SPEED, size, 0.0) == pytest.approx(
+        assert mesh_noise({"time": TIME, "force": force}, size / SPEED, 0.0) == pytest.approx(
             (1 - np.sin(a) / a) / 2, rel=0.05
         )
 
@@ -61,16 +61,16 @@ def test_smooth_peak_is_hardly_mesh_noise_and_falls_with_the_square_of_the_size(
 def test_noise_and_chatter_that_the_rows_cannot_show_are_nan():
     coarse = {"time": TIME[::20], "force": np.ones(len(TIME[::20]))}
     for judge in (mesh_noise, chatter):
-        assert np.isnan(judge(coarse, SPEED, SIZE, 0.0)).all()
-        assert np.isnan(judge({"time": TIME, "force": np.ones(len(TIME))}, SPEED, SIZE, 1.0)).all()
-        assert np.isnan(judge({"time": np.empty(0), "force": np.empty(0)}, SPEED, SIZE, 0.0)).all()
+        assert np.isnan(judge(coarse, PASSES, 0.0)).all()
+        assert np.isnan(judge({"time": TIME, "force": np.ones(len(TIME))}, PASSES, 1.0)).all()
+        assert np.isnan(judge({"time": np.empty(0), "force": np.empty(0)}, PASSES, 0.0)).all()
 
 
 @pytest.mark.parametrize("times, share, high", [(0.25, 0.0, 0.0), (2.0, 1.0, 0.01 / np.sqrt(2))])
 def test_chatter_is_what_happens_above_half_the_mesh_frequency(times, share, high):
     """A wave of 1 % of the mean: all of the variance and 1 % / sqrt(2) of the mean when above, nothing when below."""
     force = 1e5 + 1e3 * np.cos(2 * np.pi * times * TIME / PASSES)
-    assert chatter({"time": TIME, "force": force}, SPEED, SIZE, 0.0) == pytest.approx((share, high), abs=1e-3, rel=0.01)
+    assert chatter({"time": TIME, "force": force}, PASSES, 0.0) == pytest.approx((share, high), abs=1e-3, rel=0.01)
 
 
 @pytest.mark.parametrize(
