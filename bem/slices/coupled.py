@@ -62,10 +62,10 @@ class SlicePatch(Patch):
         body into contact at x = 0
     """
 
-    points: np.ndarray | None = None
-    normals: np.ndarray | None = None
-    direction: np.ndarray = field(default_factory=lambda: np.array([0.0, -1.0]))
-    initial_approach: np.ndarray | None = None
+    points: np.ndarray = field(kw_only=True)
+    normals: np.ndarray = field(kw_only=True)
+    direction: np.ndarray = field(kw_only=True)
+    initial_approach: np.ndarray = field(kw_only=True)
     seconds: dict[str, float] | None = None
 
     @property

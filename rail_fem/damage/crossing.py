@@ -2,6 +2,7 @@
 fatigue.
 
 Forces come from a pass of rigid_hertz (any result with forces on wing and nose), positions and radii of the contacts
+from rail_fem.damage.wear import tgamma
 from the same table of the surfaces. The wheel turns at the spin at which it rolls on its tread datum; the other wheel,
 on its stock rail, holds it there. Each patch rolls steadily, though forces change along a patch's length at the
 transfer.
@@ -23,7 +24,7 @@ from bem.patch import Creepage, Patch
 from geometry.contact.prismatic_search import Motion, creepages_at
 from geometry.surfaces.bodies import BODIES
 from geometry.wheelset import Wheelset
-from rail_fem.damage.wear import WearLaw, friction_work
+from rail_fem.damage.wear import WearLaw, friction_work, tgamma
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
@@ -51,8 +52,7 @@ class CrossingContact:
     @property
     def tgamma(self) -> float:
         """Tractive forces times creepages [N]."""
-        force, creepage = self.patch.tangential_force, self.patch.creepage
-        return float(-(force[0] * creepage.longitudinal + force[1] * creepage.lateral))
+        return tgamma(self.patch)
 
 
 @dataclass(frozen=True, eq=False)

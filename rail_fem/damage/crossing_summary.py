@@ -86,7 +86,7 @@ def _body(settings, state: Evolution, before: CrossingRate, after: CrossingRate,
 
 def _subsurface(rate: CrossingRate, b: int, settings: DamageSettings) -> dict[str, float] | None:
     """Under the patch of the largest force on a body by any wheel."""
-    patches = [own.hardest[b] for _, own in rate.kinds if own.hardest[b] is not None]
+    patches = [patch for _, own in rate.kinds if (patch := own.hardest[b]) is not None]
     return subsurface_of(max(patches, key=lambda patch: patch.normal_force), settings) if patches else None
 
 

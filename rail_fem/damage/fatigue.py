@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bem.patch import Patch
-from rail_fem.damage.wear import WearError
+from rail_fem.damage.wear import WearError, rolling_creepage
 
 REGIONS = ("none", "fatigue", "mixed", "wear")
 
@@ -56,7 +56,7 @@ def opening_tgamma(patch: Patch) -> float:
     push the rail's surface backwards (traction on the wheel forwards).
     """
     force = float(patch.tangential_force[0])
-    return max(force, 0.0) * abs(patch.creepage.longitudinal)
+    return max(force, 0.0) * abs(rolling_creepage(patch).longitudinal)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bem.patch import Patch
-from rail_fem.damage.wear import refuse_unsolved
+from rail_fem.damage.wear import friction_density, refuse_unsolved
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def flash_temperature(patch: Patch, speed: float, steel: HeatSteel | None = None
     """
     refuse_unsolved(patch, speed)
     steel = steel or HeatSteel()
-    flux = np.maximum(-(patch.traction * patch.slip).sum(axis=2), 0.0) * abs(speed) / 2
+    flux = friction_density(patch) * abs(speed) / 2
     if speed > 0:  # the leading edge of a patch that moves to +x lies there: it passes a point first
         flux = flux[::-1]
     n, duration = patch.grid.nx, patch.grid.dx / abs(speed)

@@ -20,6 +20,7 @@ from bem.material import STEEL, Elastic
 from bem.patch import Creepage, Patch
 from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
 from geometry.wheelset import SIDES, WheelsetError
+from rail_fem.damage.wear import tgamma
 from rail_fem.light.load_sharing import LoadedSide, LoadedWheelset, static_equilibrium
 
 COARSE = 16  # cells each way while the spin is looked for
@@ -65,8 +66,7 @@ class RollingPoint:
     @property
     def tgamma(self) -> float:
         """Tractive forces times creepages without the spin moment [N]: thesis 2.3.3's T gamma."""
-        force, creepage = self.patch.tangential_force, self.patch.creepage
-        return float(-(force[0] * creepage.longitudinal + force[1] * creepage.lateral))
+        return tgamma(self.patch)
 
     @property
     def outwards(self) -> np.ndarray:

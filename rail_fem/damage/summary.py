@@ -43,7 +43,7 @@ def section_summary(
         "area_correction": state.correction,
         "border_share": before.border_share,
         "tgamma": {"largest": max((p.tgamma for _, p in points), default=0.0)} | _end_tgamma(after),
-        "subsurface": subsurface_of(hardest.patch, settings) if points else None,
+        "subsurface": None if hardest is None else subsurface_of(hardest.patch, settings),
         "contacts": [_contact(weight, p, p.position, section, settings, model) for weight, p in points],
         "years": years_of(settings, state, crack, bands | {settings.law: deepest}),
     }

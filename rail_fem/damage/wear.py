@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from bem.patch import Patch
+from bem.patch import Creepage, Patch
 
 DENSITY = 7850.0  # of rail steel, by which laws that give mass are turned into volume [kg/m3]
 NEAR_BORDER = 0.1  # of a border of the wear map: wear from cells so near to one is reported
@@ -36,20 +36,46 @@ class WearLaw(Protocol):
 
 def refuse_unsolved(patch: Patch, speed: float) -> None:
     """Raise WearError for a patch without tractions and slip, or a speed of no rolling."""
-    if patch.traction is None or patch.slip is None:
-        raise WearError(f"{patch.method}: tractions and slip are not solved; wear needs both")
+    _traction_and_slip(patch)
     if not (np.isfinite(speed) and speed != 0):
         raise WearError(f"speed {speed!r} m/s: wear of a rolling patch needs a finite speed other than zero")
 
 
+def _traction_and_slip(patch: Patch) -> tuple[np.ndarray, np.ndarray]:
+    if patch.traction is None or patch.slip is None:
+        raise WearError(f"{patch.method}: tractions and slip are not solved; wear needs both")
+    return patch.traction, patch.slip
+
+
 def slip_size(patch: Patch) -> np.ndarray:
-    """(nx, ny) slip per metre rolled [1]."""
-    return np.hypot(patch.slip[..., 0], patch.slip[..., 1])
+    """(nx, ny) slip per metre rolled [1]. Errors: WearError for a patch without tractions and slip."""
+    _, slip = _traction_and_slip(patch)
+    return np.hypot(slip[..., 0], slip[..., 1])
+
+
+def friction_density(patch: Patch) -> np.ndarray:
+    """(nx, ny) friction work per area and metre rolled [Pa]. Errors: as `slip_size`."""
+    traction, slip = _traction_and_slip(patch)
+    return np.maximum(-(traction * slip).sum(axis=2), 0.0)
 
 
 def friction_work(patch: Patch) -> np.ndarray:
     """(ny,) friction work per area of each strip by one pass [J/m2]: the integral of traction times slip along x."""
-    return np.maximum(-(patch.traction * patch.slip).sum(axis=2), 0.0).sum(axis=0) * patch.grid.dx
+    return friction_density(patch).sum(axis=0) * patch.grid.dx
+
+
+def rolling_creepage(patch: Patch) -> Creepage:
+    """Creepage of a rolling patch. Errors: WearError for one without."""
+    if patch.creepage is None:
+        raise WearError(f"{patch.method}: has no creepage; T gamma needs a rolling patch")
+    return patch.creepage
+
+
+def tgamma(patch: Patch) -> float:
+    """Tractive forces times creepages without the spin moment [N]: thesis 2.3.3's T gamma. Errors: as
+    `rolling_creepage`."""
+    force, creepage = patch.tangential_force, rolling_creepage(patch)
+    return float(-(force[0] * creepage.longitudinal + force[1] * creepage.lateral))
 
 
 def spread_as_work(patch: Patch, area: float) -> np.ndarray:

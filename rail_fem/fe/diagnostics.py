@@ -100,7 +100,9 @@ def strain_peaks(run: Run) -> dict[str, Peak]:
     """Largest plastic strain of wing and nose. Collective, replicated."""
     cells, mesh = gather_cells(run.dynamics), run.passage.mesh
     found = {}
-    for region, name in ((0, "wing"), (1, "nose")) if mesh is not None else ():
+    if cells is None or mesh is None:  # not on root
+        return run.comm.bcast(None, root=0)
+    for region, name in ((0, "wing"), (1, "nose")):
         mine = np.flatnonzero(mesh.region == region)
         if len(mine):
             worst = mine[np.argmax(cells[mine, 6])]

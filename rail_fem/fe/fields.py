@@ -13,6 +13,7 @@ import meshio
 import numpy as np
 
 from bem.exact.subsurface import von_mises
+from geometry.meshing.hexmesh import HexMesh
 from rail_fem.atomic import write_atomically, write_text_atomically
 from rail_fem.fe.checkpoint import gather_nodes, gather_rows
 from rail_fem.fe.dynamics import Dynamics
@@ -35,23 +36,21 @@ def gather_cells(dynamics: Dynamics) -> np.ndarray | None:
     return gather_rows(domain.comm, domain.cell_input, rows, domain.m_global)
 
 
-def write_frame(
-    path: Path, dynamics: Dynamics, points: np.ndarray, cells: np.ndarray, region: np.ndarray, wheel_offset: float
-) -> None:
-    """One VTU file [SI]. points, cells, region: the input mesh, root only. Collective. Errors: OSError on root."""
+def write_frame(path: Path, dynamics: Dynamics, mesh: HexMesh | None, wheel_offset: float) -> None:
+    """One VTU file [SI]. mesh : the input mesh, root only. Collective. Errors: OSError on root."""
     domain = dynamics.domain
     dynamics.bring_up()
     state, x = gather_cells(dynamics), gather_nodes(domain, dynamics.structure.x)
-    if domain.comm.rank != 0:
+    if mesh is None or state is None or x is None:
         return
-    placed = points.copy()
-    placed[np.unique(cells[region == 2]), 0] += wheel_offset
+    placed = mesh.points.copy()
+    placed[np.unique(mesh.cells[mesh.region == 2]), 0] += wheel_offset
     frame = meshio.Mesh(
         placed,
-        [("hexahedron", cells)],
-        point_data={"displacement": x - points},
+        [("hexahedron", mesh.cells)],
+        point_data={"displacement": x - mesh.points},
         cell_data={
-            "region": [region.astype(np.int32)],
+            "region": [mesh.region.astype(np.int32)],
             "plastic_strain": [state[:, 6]],
             "von_mises": [von_mises(state[:, :6])],
             "stress": [state[:, VTK_ORDER]],

@@ -25,7 +25,7 @@ def metal(run: Run) -> dict[str, dict]:
         run.passage.mesh,
     )
     found = {}
-    if mesh is not None:
+    if mesh is not None and cells is not None and points is not None:
         wheel = run.passage.running.start + run.dynamics.contact.offset
         moved = points - mesh.points - run.passage.crossing.displacement
         for name, region in BODIES.items():

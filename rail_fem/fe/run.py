@@ -87,7 +87,9 @@ class Run:
         return self.spent + working_time() - self.started
 
     def resume(self) -> None:
-        """Go on from the restart file. Collective."""
+        """Go on from the restart file. Collective. Errors: ValueError for a run without a folder."""
+        if self.folder is None:
+            raise ValueError("a run without a folder has no restart file: give the folder")
         load_checkpoint(self.folder / CHECKPOINT, self, self.dynamics, self.identity)
 
     # ---- the loop
@@ -204,9 +206,8 @@ class Run:
     def _frame(self, name: str) -> None:
         if self.folder is None:
             return
-        mesh, d = self.passage.mesh, self.dynamics
-        arrays = (mesh.points, mesh.cells, mesh.region) if mesh is not None else (None, None, None)
-        write_frame(self.folder / "fields" / name, d, *arrays, d.contact.offset)
+        d = self.dynamics
+        write_frame(self.folder / "fields" / name, d, self.passage.mesh, d.contact.offset)
         self.frames.append([d.time, name])
         if self.comm.rank == 0:
             write_collection(self.folder / "fields" / "pass.pvd", self.frames)

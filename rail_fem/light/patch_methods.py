@@ -50,6 +50,13 @@ class MethodRow:
     patch: Patch | None = None
     effective_area: float = float("nan")
 
+    @property
+    def known_patch(self) -> Patch:
+        """The patch. Errors: ValueError where there is only a closed form."""
+        if self.patch is None:
+            raise ValueError(f"{self.method}: a closed form, it has no cells")
+        return self.patch
+
     @classmethod
     def of(cls, method: str, patch: Patch) -> MethodRow:
         return cls(

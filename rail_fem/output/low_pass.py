@@ -61,6 +61,12 @@ def low_passed(history: Mapping[str, np.ndarray], cutoff: float) -> dict[str, np
     return found
 
 
+def filtered_force(result: PassResult, cutoff: float) -> float:
+    """Value of `filtered_peak` [N], NaN where there is none."""
+    peak = filtered_peak(result, cutoff)
+    return np.nan if peak is None else peak.value
+
+
 def filtered_peak(result: PassResult, cutoff: float) -> Peak | None:
     """The largest low-passed force on the wheel after the settling; None where there is no history of a force."""
     rows = after_settling(result.history, result.settings.get("settle_time") or -np.inf)

@@ -14,7 +14,7 @@ import typer
 from matplotlib.figure import Figure
 
 from rail_fem.light.p2 import p2_force, p2_increment
-from rail_fem.output.low_pass import filtered_peak, low_passed
+from rail_fem.output.low_pass import filtered_force, low_passed
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
@@ -87,7 +87,7 @@ def angle_table(found: dict[str, list[OnSpring]], damped: list[PassResult]) -> l
         ],
         ["damped: contact force [kN]", *kilo(result.peaks["largest_force"].value for result in damped)],
         *(
-            [f"damped: contact force at {cutoff:g} Hz [kN]", *kilo(filtered_peak(r, cutoff).value for r in damped)]
+            [f"damped: contact force at {cutoff:g} Hz [kN]", *kilo(filtered_force(r, cutoff) for r in damped)]
             for cutoff in (500.0, 50.0, 20.0)
         ),
         ["P2 with the factor 1.2 [kN]", *kilo(map(_p2, scenes))],

@@ -153,16 +153,17 @@ def contact_cost(across: int, effort: Effort) -> ContactCost:
     mesh = merge_bodies([rail, wheel])
     structure = Structure(Domain(MPI.COMM_SELF, mesh.points, mesh.cells, mesh.region), [STEEL] * 2, small=(0, 1))
     rail_surface, wheel_surface = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
-    settings = ContactSettings(1e15, friction=0.3)
+    refresh = 50
+    settings = ContactSettings(1e15, friction=0.3, refresh=refresh)
     contact = Contact(structure, rail_surface, wheel_surface, settings, speed=30.0, spin=70.0, axle=(0.0, 0.0, 0.42))
     contact.search(1e-7)
 
     def forces():
-        contact.steps_to_search = settings.refresh
+        contact.steps_to_search = refresh
         contact.add_forces(1e-7)
 
     seconds = least_time(forces, effort)
     pairs = sum(len(pairs.slaves) for pairs in contact.pairs)
     return ContactCost(
-        pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(lambda: contact.search(1e-7), effort), settings.refresh
+        pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(lambda: contact.search(1e-7), effort), refresh
     )

@@ -19,7 +19,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p2_force, p2_increment
 from rail_fem.models import p2_formula, rigid_hertz
-from rail_fem.output.low_pass import filtered_peak
+from rail_fem.output.low_pass import filtered_force
 from rail_fem.output.markdown import markdown_table
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import P2Settings, RigidHertzSettings
@@ -57,7 +57,7 @@ def row(file: Path) -> list[str]:
         rigid_hertz.solve(case.scene, case.settings(RigidHertzSettings)),
     )
     own = trajectory_dip(found).angle
-    peaks = [filtered_peak(found, cutoff) for cutoff in CUTOFFS]
+    forces = [filtered_force(found, cutoff) for cutoff in CUTOFFS]
     dips, mass = (formula.trust["dip_angle"], own), formula.trust["unsprung_mass"]
     p2 = [p2_of(case.scene, dip, settings.reading, mass) for dip in dips]
     return [
@@ -66,7 +66,7 @@ def row(file: Path) -> list[str]:
         f"{p2[0]:.0f}",
         f"{1e3 * own:.1f}",
         f"{p2[1]:.0f}",
-        *(f"{peak.value / 1e3:.0f}" for peak in peaks),
+        *(f"{force / 1e3:.0f}" for force in forces),
         f"{found.peaks['force_foundation'].value / 1e3:.0f}",
     ]
 

@@ -30,7 +30,8 @@ def across_from_contact(row: MethodRow) -> np.ndarray:
     """s of a patch's columns [m], from the initial contact; slices of whole profiles count from the middle of the
     track."""
     whole = row.method.startswith("2.5D") and row.method != BLOCKS
-    return row.patch.grid.y - (contact_point_of(row.patch) if whole else 0.0)
+    patch = row.known_patch
+    return patch.grid.y - (contact_point_of(patch) if whole else 0.0)
 
 
 def draw_profiles(cases: dict[str, list[MethodRow]], path: Path) -> None:
@@ -47,7 +48,8 @@ def draw_profiles(cases: dict[str, list[MethodRow]], path: Path) -> None:
                     "markerfacecolor": "none",
                     "label": row.method,
                 }
-                patch, middle = row.patch, int(np.abs(row.patch.grid.x).argmin())
+                patch = row.known_patch
+                middle = int(np.abs(patch.grid.x).argmin())
                 across.plot(across_from_contact(row) * 1e3, patch.pressure[middle] / 1e6, style, **kind)
                 along.plot(patch.grid.x * 1e3, patch.pressure.max(axis=1) / 1e6, style, **kind)
             across.axhline(
@@ -87,13 +89,15 @@ def draw_maps(cases: dict[str, list[MethodRow]], path: Path) -> None:
 
 
 def _map_line(figure, line, name: str, finest: MethodRow, others: list[MethodRow]) -> None:
-    x, s = finest.patch.grid.x, finest.patch.grid.y
+    reference = finest.known_patch
+    x, s = reference.grid.x, reference.grid.y
     top = max(row.max_pressure for row in (finest, *others)) / 1e6
     for axis, row in zip(line, (finest, *others)):
+        patch = row.known_patch
         drawn = axis.pcolormesh(
             across_from_contact(row) * 1e3,
-            row.patch.grid.x * 1e3,
-            np.where(row.patch.pressure > 0, row.patch.pressure / 1e6, np.nan),
+            patch.grid.x * 1e3,
+            np.where(patch.pressure > 0, patch.pressure / 1e6, np.nan),
             cmap="viridis",
             vmin=0,
             vmax=top,
@@ -103,10 +107,11 @@ def _map_line(figure, line, name: str, finest: MethodRow, others: list[MethodRow
         axis.set_title(f"{label}\n{row.max_pressure / 1e6:.0f} MPa, {row.area * 1e6:.0f} mm²", fontsize=11)
     figure.colorbar(drawn, ax=line[:3], label="pressure [MPa]", shrink=0.9)
     for axis, row in zip(line[3:], others):
+        patch = row.known_patch
         inside = RegularGridInterpolator(
-            (row.patch.grid.x, across_from_contact(row)), row.patch.pressure, bounds_error=False, fill_value=0.0
+            (patch.grid.x, across_from_contact(row)), patch.pressure, bounds_error=False, fill_value=0.0
         )
-        miss = (inside(tuple(np.meshgrid(x, s, indexing="ij"))) - finest.patch.pressure) / finest.max_pressure * 100
+        miss = (inside(tuple(np.meshgrid(x, s, indexing="ij"))) - reference.pressure) / finest.max_pressure * 100
         drawn = axis.pcolormesh(
             s * 1e3, x * 1e3, np.where((miss != 0), miss, np.nan), cmap="RdBu_r", vmin=-10, vmax=10, shading="nearest"
         )

@@ -125,7 +125,7 @@ def rows_of(
 
 def centre_across(row: MethodRow) -> float:
     """Where the pressure's resultant acts, across from the initial contact [m]."""
-    patch = row.patch
+    patch = row.known_patch
     s = patch.points[:, 0] if isinstance(patch, SlicePatch) else patch.grid.y
     along = patch.pressure.sum(axis=0)
     return float(along @ s / along.sum())
@@ -144,7 +144,7 @@ def draw(cases: dict[str, list[MethodRow]], path: Path) -> None:
                 (rows[1], GREEN, "--", SLICES),
                 (rows[-1], NOSE, "o", "finite elements"),
             ):
-                patch = row.patch
+                patch = row.known_patch
                 middle = patch.pressure[int(np.abs(patch.grid.x).argmin())]
                 s = patch.points[:, 0] if isinstance(patch, SlicePatch) else patch.grid.y
                 axis.plot(
@@ -157,7 +157,8 @@ def draw(cases: dict[str, list[MethodRow]], path: Path) -> None:
                     markerfacecolor="none",
                     label=label,
                 )
-            pressed = rows[-1].patch.grid.y[rows[-1].patch.pressure.any(axis=0)] * 1e3
+            finest = rows[-1].known_patch
+            pressed = finest.grid.y[finest.pressure.any(axis=0)] * 1e3
             axis.set_title(textwrap.fill(name, 26), fontsize=11)
             axis.set(
                 xlabel="across [mm]", ylabel="pressure [MPa]", ylim=(0, None), xlim=(pressed[0] - 2, pressed[-1] + 2)

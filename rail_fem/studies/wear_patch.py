@@ -20,7 +20,7 @@ import typer
 from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.patch import Creepage, Patch
 from rail_fem.atomic import write_text_atomically
-from rail_fem.damage.wear import Archard, slip_size, worn_area
+from rail_fem.damage.wear import Archard, slip_size, tgamma, worn_area
 from rail_fem.light.patch_methods import THESIS_STEEL, WHEEL_LOAD, method_rows, thesis_pair
 from rail_fem.output.markdown import markdown_table
 from rail_fem.show.style import GREEN, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
@@ -43,7 +43,7 @@ def patches() -> dict[str, Patch]:
     """Rolled patches by the method of their pressure."""
     found = {"Hertz, thesis' ellipse": elliptic_patch(5.66e-3, 4.02e-3, WHEEL_LOAD, (50, 51))}
     wanted = {"2.5D (a) parabolic, 2a = 11.32 mm", "2.5D (b), coupled slices", "half-space"}
-    found |= {row.method: row.patch for row in method_rows(thesis_pair(HEAD), HEAD) if row.method in wanted}
+    found |= {row.method: row.known_patch for row in method_rows(thesis_pair(HEAD), HEAD) if row.method in wanted}
     return {name: rolled(patch) for name, patch in found.items()}
 
 
@@ -91,8 +91,6 @@ def table(found: dict[str, Patch]) -> str:
     for name, patch in found.items():
         own = numbers(patch)
         ratio = [f" ({a / b - 1:+.0%})" if own is not first and a != b else "" for a, b in zip(own, first, strict=True)]
-        force = patch.tangential_force
-        tgamma = -(force[0] * CREEPAGE.longitudinal + force[1] * CREEPAGE.lateral)
         shown = WearNumbers(
             own.cell * 1e10, own.pressure / 1e6, own.slip * 1e3, own.strip * 1e8, own.area * 1e11, own.mean_slip * 1e3
         )
@@ -107,7 +105,7 @@ def table(found: dict[str, Patch]) -> str:
                 strip,
                 area,
                 f"{mean_slip}e-3",
-                f"{tgamma:.1f}",
+                f"{tgamma(patch):.1f}",
             ]
         )
     return "\n".join(markdown_table(head, rows)) + "\n"

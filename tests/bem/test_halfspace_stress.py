@@ -170,7 +170,18 @@ def test_patches_along_a_curved_face_and_no_depths_are_refused():
     patch = round_patch(12)
     with pytest.raises(ContactInputError, match="empty"):
         subsurface_stress(patch, [], 0.3)
-    curved = SlicePatch(patch.grid, patch.gap, patch.pressure, patch.approach, "2.5D slices")
+    face = np.column_stack([patch.grid.y, -(patch.grid.y**2)])
+    curved = SlicePatch(
+        patch.grid,
+        patch.gap,
+        patch.pressure,
+        patch.approach,
+        "2.5D slices",
+        points=face,
+        normals=np.tile([0.0, 1.0], (len(face), 1)),
+        direction=np.array([0.0, -1.0]),
+        initial_approach=np.zeros(2),
+    )
     for ask in (lambda: subsurface_stress(curved, [1e-3], 0.3), lambda: max_von_mises(curved, 0.3)):
         with pytest.raises(ContactInputError, match="curved face"):
             ask()

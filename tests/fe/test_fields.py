@@ -49,7 +49,7 @@ def frame(tmp_path_factory):
     dynamics = Dynamics(structure)
     dynamics.time = 1.25e-3
     path = tmp_path_factory.mktemp("fields") / "frame.vtu"
-    write_frame(path, dynamics, mesh.points, mesh.cells, mesh.region, 0.0)
+    write_frame(path, dynamics, mesh, 0.0)
     answer = subprocess.run([sys.executable, "-c", READ, str(path)], capture_output=True, text=True, timeout=120)
     assert answer.returncode == 0, answer.stderr
     return gather_cells(dynamics)[:, :6], json.loads(answer.stdout), meshio.read(path)
