@@ -134,6 +134,7 @@ def report_rows(facts: dict) -> list[TrustRow]:
     hourglass, penalty = last_known(shares["energy_hourglass"]), float(np.nanmax(shares["energy_contact"], initial=0.0))
     balance, loss = (last_known(shares[name]) for name in OF_IMPACT)
     largest, mean = facts["penetration"]
+    share, force = facts["chatter"]
     return [
         judged(
             "energy balance of the bodies",
@@ -189,7 +190,7 @@ def report_rows(facts: dict) -> list[TrustRow]:
             GOOD,
         ),
         *_scaling_rows(facts["scaling"], *facts["deforming"]),
-        _chatter_row(facts["chatter"], facts["penalty_factor"]),
+        _chatter_row(share, force, facts["penalty_factor"]),
         *_window_rows(facts["window"], work),
     ]
 
@@ -264,9 +265,8 @@ def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[Tru
     ]
 
 
-def _chatter_row(chatter: tuple[float, float], penalty: float) -> TrustRow:
+def _chatter_row(share: float, force: float, penalty: float) -> TrustRow:
     """Judged by the lesser of both: what is small against the force, or against its changes, does no harm."""
-    share, force = chatter
     worst = float(np.fmin(share, force)) if np.isfinite(share) else 0.0
     shown = f"{share:.2%} of the force's variance above half the mesh frequency, {force:.2%} of its mean"
     row = judged("chatter", worst, shown)

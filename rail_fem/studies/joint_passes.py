@@ -17,7 +17,7 @@ from rail_fem.light.vertical_pass import run_pass
 from rail_fem.models import rigid_hertz
 from rail_fem.models.lumped import one_contact
 from rail_fem.output.result import PassResult
-from rail_fem.scene.scene import Foundation, Scene, Vehicle, Wheel
+from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import LumpedSettings, RigidHertzSettings
 
 WINDOW = -0.4, 1.0  # [m]
@@ -51,20 +51,24 @@ def joint_scene(
         `damping` says [N s/m]
     """
     of_track, of_suspension = (TRACK_DAMPING, SUSPENSION_DAMPING) if damping else (0.0, 0.0)
-    return Scene(
-        crossing={"family": "joint", "dip_angle": angle, "dip_length": length, "dip_shape": shape},
-        wheel=Wheel(profile="P8"),
-        vehicle=Vehicle(
-            vehicle_sprung_mass=66250.0,
-            wheelset_unsprung_mass=1000.0,
-            primary_stiffness=suspension,
-            primary_damping=of_suspension if suspension_damping is None else suspension_damping,
-        ),
-        foundation=Foundation(
-            stiffness=1.6e8, damping=of_track if track_damping is None else track_damping, track_mass=750.0
-        ),
-        speed="75 mph",
-        direction="facing",
+    return Scene.model_validate(
+        {
+            "crossing": {"family": "joint", "dip_angle": angle, "dip_length": length, "dip_shape": shape},
+            "wheel": {"profile": "P8"},
+            "vehicle": {
+                "vehicle_sprung_mass": 66250.0,
+                "wheelset_unsprung_mass": 1000.0,
+                "primary_stiffness": suspension,
+                "primary_damping": of_suspension if suspension_damping is None else suspension_damping,
+            },
+            "foundation": {
+                "stiffness": 1.6e8,
+                "damping": of_track if track_damping is None else track_damping,
+                "track_mass": 750.0,
+            },
+            "speed": "75 mph",
+            "direction": "facing",
+        }
     )
 
 
