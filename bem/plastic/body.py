@@ -66,6 +66,8 @@ class PlasticBody:
     def __init__(self, grid: Grid, thickness: float, layers: int, elastic: Elastic, hardening: Hardening) -> None:
         if layers < 2 or not (np.isfinite(thickness) and thickness > 0):
             raise ContactInputError(f"{layers} layers of {thickness!r} m: give at least two, of finite depth")
+        window = Cells(grid.dx, grid.dy, float(thickness), grid.nx, grid.ny, int(layers))
+        window.refuse_too_large(window.window_memory)
         self.grid, self.thickness, self.layers = grid, float(thickness), int(layers)
         self.elastic, self.hardening = elastic, hardening
         self.depths = (np.arange(layers) + 0.5) * thickness

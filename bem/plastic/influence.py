@@ -64,11 +64,20 @@ class Cells:
         px, py = self.period
         return 8 * (px // 2 + 1) * (py // 2 + 1) * (5 * self.nz) ** 2
 
-    def refuse_too_large(self) -> None:
-        """Raise ContactInputError, with the numbers, for a kernel beyond MOST_MEMORY, before anything is allocated."""
-        if self.kernel_memory > MOST_MEMORY:
+    @property
+    def window_memory(self) -> int:
+        """Bytes of what a window of these cells holds before any of them yields: stress by pressure and displacement by
+        strain, at all offsets and as complex spectra, and its state."""
+        px, py = self.period
+        return self.nz * (11 * px * (8 * py + 16 * (py // 2 + 1)) + 8 * 17 * self.nx * self.ny)
+
+    def refuse_too_large(self, need: int | None = None) -> None:
+        """Raise ContactInputError, with the numbers, for a `need` [B], by default the kernel's, beyond MOST_MEMORY,
+        before anything is allocated."""
+        need = self.kernel_memory if need is None else need
+        if need > MOST_MEMORY:
             raise ContactInputError(
-                f"{self.nx} x {self.ny} x {self.nz} cells need {self.kernel_memory / 1e9:.3g} GB for their influence, "
+                f"{self.nx} x {self.ny} x {self.nz} cells need {need / 1e9:.3g} GB for their influence, "
                 f"more than {MOST_MEMORY / 1e9:g} GB: take larger cells, fewer layers, or a shorter window"
             )
 

@@ -2,7 +2,7 @@
 
 newton : residuals of Newton's method with the consistent tangent, and how many steps the fixed point takes instead
 sphere : a rigid sphere at 10 times the load of first yield, over the cells per Hertz radius, with CPU seconds
-line   : rolling line contact: first yield, elastic shakedown and ratchetting
+line   : rolling line contact: first yield and the limit of elastic shakedown, over the cells per half-width
 """
 
 from __future__ import annotations
@@ -14,14 +14,13 @@ import numpy as np
 
 from bem.material import Elastic, contact_modulus
 from bem.patch import Grid
-from bem.plastic.body import PlasticBody
 from bem.plastic.contact import PlasticHalfSpace
 from bem.plastic.hardening import Hardening
 from bem.plastic.increment import solve_increment
 from bem.plastic.influence import Cells, StressInfluence
 from bem.plastic.return_map import PlasticState
-from bem.plastic.rolling import PlasticTrack, repeat_passes
 from bem.plastic.surface import LoadStress
+from bem.verification.line_shakedown import line_limits
 
 STEEL, RIGID = Elastic(210e9, 0.3), Elastic(1e17, 0.3)
 YIELD, RADIUS = 310e6, 0.1
@@ -71,19 +70,18 @@ def sphere() -> None:
 
 
 def line() -> None:
-    """Hertz' line pressure over a ring, perfectly plastic: what eight passes come to."""
-    side, shear_yield = 1 / 8, YIELD / np.sqrt(3)
-    print("p0 / k | verdict | growth of plastic strain in the first and in the last pass")
-    for ratio in (3.07, 3.15, 3.8, 4.2):
-        grid = Grid.over((-1.75, 1.75), (-200.0, 200.0), 28, 1)
-        body = PlasticBody(grid, side, 26, STEEL, Hardening.linear(YIELD))
-        edges = np.clip(np.append(grid.x - side / 2, grid.x[-1] + side / 2), -1, 1)
-        whole = (edges * np.sqrt(1 - edges**2) + np.arcsin(edges)) / 2
-        pressure = ratio * shear_yield * np.diff(whole) / side
-        deviator, _ = LoadStress(grid, body.depths, STEEL.poisson)((pressure[:, None],))
-        passes = repeat_passes(PlasticTrack(body, 64, 24, periodic=True), deviator, 8, stride=2)
-        last = passes.growth[passes.solved - 1]
-        print(f"{ratio:g} | {passes.verdict} | {passes.growth[0]:.2e} | {last:.2e}", flush=True)
+    """Rolling line contact, perfectly plastic: first yield and shakedown limit over the cells per half-width."""
+    print(
+        "cells per half-width | first yield, p0 / Y | shakedown, p0 / k | by the largest shear in these cells | CPU s"
+    )
+    for cells in (6, 8, 12):
+        started = time.process_time()
+        found = line_limits(cells)
+        print(
+            f"{cells} | {found.first_yield:.4f} | {found.shakedown:.3f} | {found.by_shear:.3f} |"
+            f" {time.process_time() - started:.0f}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -56,6 +56,10 @@ STUDIES = {
         "a wheel pressed into a yielding rail in the plane: boundary elements, finite elements beside",
         ("--quick",),
     ),
+    "plastic-pass": Study(
+        "rail_fem.studies.plastic_pass",
+        "plastic strain of a pass by bem_plastic on several sizes of cells, beside a finished explicit run",
+    ),
     "patch-methods": Study(
         "rail_fem.studies.patch_methods", "one patch by every method, static finite elements as reference solution"
     ),

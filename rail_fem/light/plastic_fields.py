@@ -11,6 +11,7 @@ from geometry.surfaces.bodies import BODIES
 from rail_fem.atomic import write_atomically
 from rail_fem.light.plastic_rolling import Flow
 from rail_fem.output.fields import REGIONS, VTK_ORDER
+from rail_fem.output.plastic_zone import BLOCK, plastic_zone
 
 ARCHIVE = "plastic.npz"
 
@@ -41,7 +42,7 @@ def write_vtu(folder: Path, flows: dict[str, Flow], heights, time: float) -> boo
         import meshio  # comes with the explicit models
     except ImportError:
         return False
-    made = [_hexahedra(flow, heights[body], BODIES.index(body)) for body, flow in flows.items()]
+    made = [hexahedra(flow, heights[body], BODIES.index(body)) for body, flow in flows.items()]
     parts = [part for part in made if part is not None]
     if not parts:
         return True
@@ -60,15 +61,35 @@ def write_vtu(folder: Path, flows: dict[str, Flow], heights, time: float) -> boo
     return True
 
 
-def _hexahedra(flow: Flow, height, region: int) -> dict[str, np.ndarray] | None:
-    """Cells around the plastic zone of one body; the axis order of the deviator is turned to z up."""
+def metal_of(flow: Flow, height) -> dict:
+    """What the flow leaves in one body: plain values of rail_fem.output.plastic_zone.PlasticZone, as explicit runs have
+    them, and the largest fall of the surface in every row of cells; height : z(x, y) [m]. Empty where nothing yielded.
+
+    Stresses are not told here: the flow keeps the deviator of the residual stress alone.
+    """
+    part = hexahedra(flow, height, 0)
+    if part is None:
+        return {}
+    corners, strain = part["points"][part["cells"]], part["plastic_strain"]
+    zone = plastic_zone(corners, strain, np.full((len(strain), 2), np.nan)).plain()
+    fall = {"x": flow.x.tolist(), "fall": flow.lowered.max(axis=1).tolist()}
+    return zone | {"unloaded": True, "surface": fall}
+
+
+def hexahedra(flow: Flow, height, region: int) -> dict[str, np.ndarray] | None:
+    """Cells around the plastic zone of one body: points [m], cells (m, 8), region, plastic_strain, stress (m, 6): the
+    deviator of the residual stress, z up, in VTK's order; None where nothing has yielded."""
     assert REGIONS[: len(BODIES)] == BODIES
     used = np.argwhere(flow.peeq > 0)
     if not len(used):
         return None
-    low, high = np.maximum(used.min(axis=0) - 2, 0), np.minimum(used.max(axis=0) + 3, flow.peeq.shape)
-    box = tuple(slice(a, b) for a, b in zip((0, *low[1:]), high))
-    edges = [np.r_[c[s] - flow.side / 2, c[s][-1] + flow.side / 2] for c, s in zip((flow.depths, flow.x, flow.y), box)]
+    sides = np.array([flow.side, flow.length, flow.side])
+    around = np.maximum(2, np.ceil(max(BLOCK) / sides).astype(int))  # a block to average over lies within
+    low, high = np.maximum(used.min(axis=0) - around, 0), np.minimum(used.max(axis=0) + around + 1, flow.peeq.shape)
+    box = tuple(slice(int(a), int(b)) for a, b in zip((0, *low[1:]), high))
+    edges = [
+        np.r_[c[s] - side / 2, c[s][-1] + side / 2] for c, s, side in zip((flow.depths, flow.x, flow.y), box, sides)
+    ]
     x, y = np.meshgrid(edges[1], edges[2], indexing="ij")
     top = height(x, y)
     z = top[None] - edges[0][:, None, None]

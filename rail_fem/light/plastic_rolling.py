@@ -21,12 +21,12 @@ from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.rolling import PlasticTrack
 from rail_fem.light.contact_pairs import ContactPair
 
-WIDE = 2.6  # half window over the elastic patch's semi-axis
-DEEP = 4.0  # depth of the cells over the smaller semi-axis
+WIDE = 2.6  # half window over the elastic patch's semi-axis, at least
+DEEP = 4.0  # depth of the cells over the smaller semi-axis, at least
+BESIDE, BELOW = 0.95, 1.1  # half window and depth over the depth to which the force at one point would yield, at least
 REACH = 2.0  # stretch ahead and behind in which a step is felt, over the depth of the cells
 MOST_TRIES = 4
 GROW = 1.35  # of window or depth where the plastic zone reaches its end
-BLOCK = (5e-3, 5e-3, 3e-3)  # along, across, deep: over which plastic strain is averaged [m]
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,8 @@ class SolvedStation:
 class Flow:
     """Plastic flow along one body.
 
-    x, y, depths : (nx,), (ny,), (nz,) centres of the cells [m]; side : of the cells [m]
+    x, y, depths : (nx,), (ny,), (nz,) centres of the cells [m]; side : of the cells across and in depth, length :
+        along the track [m]
     peeq    : (nz, nx, ny) equivalent plastic strain
     residual : (nz, 5, nx, ny) deviator of the residual stress [Pa], bem.plastic.deviator
     lowered : (nx, ny) change of the surface, positive into the body [m]
@@ -64,6 +65,7 @@ class Flow:
     y: np.ndarray
     depths: np.ndarray
     side: float
+    length: float
     peeq: np.ndarray
     residual: np.ndarray
     lowered: np.ndarray
@@ -71,22 +73,10 @@ class Flow:
     stations: list[SolvedStation]
 
     @property
-    def volume_integral(self) -> float:
-        """Integral of the equivalent plastic strain [m^3]."""
-        return float(self.peeq.sum() * self.side**3)
-
-    @property
     def zone_depth(self) -> float:
         """Depth of the deepest cell that has yielded [m]."""
         layers = np.flatnonzero((self.peeq > 0).any(axis=(1, 2)))
         return float((layers[-1] + 1) * self.side) if len(layers) else 0.0
-
-    def block_mean(self) -> float:
-        """Largest mean of the equivalent plastic strain over a block of BLOCK from the surface down."""
-        layers = max(1, int(round(BLOCK[2] / self.side)))
-        top = self.peeq[:layers].mean(axis=0)
-        sides = [max(1, int(round(length / self.side))) for length in BLOCK[:2]]
-        return float(ndimage.uniform_filter(top, size=sides, mode="constant").max())
 
     def worst(self) -> tuple[float, float, float, float]:
         """Largest equivalent plastic strain and its x, y, depth [m]."""
@@ -98,11 +88,12 @@ def roll_along(
     stations: list[Station],
     steels: tuple[Elastic, Elastic],
     hardening: Hardening,
-    side: float,
+    cell: tuple[float, float],
     agreement: float,
     report: Callable[[float], None] = lambda share: None,
 ) -> Flow:
-    """Roll over a body from station to station on cells of a side [m]; steels : wheel, body.
+    """Roll over a body from station to station; steels : wheel, body; cell : length along the track, side across and in
+    depth [m].
 
     The strip and its depth grow, and the rolling begins anew, where the plastic zone reaches their end.
     Errors: ContactInputError, NoEquilibriumError, with the position.
@@ -110,12 +101,19 @@ def roll_along(
     widen, deepen = 1.0, 1.0
     for attempt in range(MOST_TRIES):
         try:
-            return _roll(stations, steels, hardening, side, agreement, widen, deepen, report)
+            return _roll(stations, steels, hardening, cell, agreement, widen, deepen, report)
         except _ZoneAtEnd as reached:
             if attempt == MOST_TRIES - 1:
                 raise ContactInputError(str(reached)) from None
             widen, deepen = widen * (1 if reached.deep else GROW), deepen * (GROW if reached.deep else 1)
     raise AssertionError("unreachable")
+
+
+def point_zone(force: float, yield_stress: float) -> float:
+    """Depth [m] at which the elastic stress below a force [N] at one point falls to the yield stress (nu 0.3): beyond
+    a sharp patch, about as far as its plastic zone. Source: Boussinesq, sigma_zz = -3 F / (2 pi z^2), sigma_rr =
+    (1 - 2 nu) F / (4 pi z^2); Johnson, Contact Mechanics (1985), section 3.2 (from memory, not verified)."""
+    return float(np.sqrt((1.5 + 0.1) / np.pi * force / yield_stress))
 
 
 class _ZoneAtEnd(Exception):
@@ -124,24 +122,27 @@ class _ZoneAtEnd(Exception):
         self.deep = "deepest layer" in words
 
 
-def _roll(stations, steels, hardening, side, agreement, widen, deepen, report) -> Flow:
+def _roll(stations, steels, hardening, cell, agreement, widen, deepen, report) -> Flow:
+    length, side = cell
     points = np.array([station.pair.point for station in stations])
-    half = widen * WIDE * np.max([station.semi_axes for station in stations], axis=0) + 3 * side
-    nx = 2 * int(np.ceil(half[0] / side))
-    x_low = points[:, 0].min() - (nx // 2 + 1) * side
-    columns = int(np.ceil((points[:, 0].max() - x_low) / side)) + nx // 2 + 2
+    zone = point_zone(max(station.force for station in stations), hardening.first_yield)
+    axes = np.max([station.semi_axes for station in stations], axis=0)
+    half = widen * np.maximum(WIDE * axes, BESIDE * zone) + 3 * np.array(cell)
+    nx = 2 * int(np.ceil(half[0] / length))
+    x_low = points[:, 0].min() - (nx // 2 + 1) * length
+    columns = int(np.ceil((points[:, 0].max() - x_low) / length)) + nx // 2 + 2
     y_low, y_high = points[:, 1].min() - half[1], points[:, 1].max() + half[1]
     ny = int(np.ceil((y_high - y_low) / side))
-    layers = int(np.ceil(deepen * DEEP * min(max(s.semi_axes[0] for s in stations), half[1] / WIDE) / side)) + 2
-    window = Grid(-(nx - 1) / 2 * side, y_low + side / 2, side, side, nx, ny)
+    layers = int(np.ceil(deepen * max(DEEP * min(axes), BELOW * zone) / side)) + 2
+    window = Grid(-(nx - 1) / 2 * length, y_low + side / 2, length, side, nx, ny)
     contact = PlasticHalfSpace(window, side, layers, steels[0], steels[1], hardening)
-    track = PlasticTrack(contact.body, columns, max(4, int(np.ceil(REACH * layers))))
+    track = PlasticTrack(contact.body, columns, max(4, int(np.ceil(REACH * layers * side / length))))
     solved, nowhere, trial = [], np.zeros((columns, ny), bool), None
     for number, station in enumerate(stations):
         point, cosine = station.pair.point, station.pair.frame[1, 1]
-        column = int(np.clip(np.rint((point[0] - x_low) / side - nx / 2), 0, track.last))
+        column = int(np.clip(np.rint((point[0] - x_low) / length - nx / 2), 0, track.last))
         track.stand(column)
-        x = x_low + (column + np.arange(nx) + 0.5) * side - point[0]
+        x = x_low + (column + np.arange(nx) + 0.5) * length - point[0]
         s = (window.y - point[1]) / cosine
         gap = station.pair.gap(*np.meshgrid(x, s, indexing="ij"))
         nowhere[column : column + nx] |= ~np.isfinite(gap)
@@ -156,19 +157,19 @@ def _roll(stations, steels, hardening, side, agreement, widen, deepen, report) -
         trial = agreed.trial
         track.accept(trial)
         pressure = agreed.solution.pressure
-        area = float(np.count_nonzero(pressure) * side**2)
+        area = float(np.count_nonzero(pressure) * length * side)
         solved.append(SolvedStation(area, float(pressure.max()), float(agreed.solution.approach)))
         report((number + 1) / len(stations))
-    x, y = x_low + (np.arange(columns) + 0.5) * side, window.y
-    edge = _edge_distance(track.state.peeq, nowhere, side)
+    x, y = x_low + (np.arange(columns) + 0.5) * length, window.y
+    edge = _edge_distance(track.state.peeq, nowhere, cell)
     return Flow(
-        x, y, contact.depths, side, track.state.peeq, track.residual, track.surface, edge, solved
+        x, y, contact.depths, side, length, track.state.peeq, track.residual, track.surface, edge, solved
     )  # fmt: skip
 
 
-def _edge_distance(peeq: np.ndarray, nowhere: np.ndarray, side: float) -> float:
+def _edge_distance(peeq: np.ndarray, nowhere: np.ndarray, cell: tuple[float, float]) -> float:
     """Least distance along the surface from a column that has yielded to one without surface [m]."""
     yielded = (peeq > 0).any(axis=0)
     if not yielded.any() or not nowhere.any():
         return float("inf")
-    return float(side * ndimage.distance_transform_edt(~nowhere)[yielded].min())
+    return float(ndimage.distance_transform_edt(~nowhere, sampling=cell)[yielded].min())

@@ -7,8 +7,10 @@ surface, and plastic patches. The forces do not feel the flow beyond what rigid_
 edges, friction, waves and large strain, which it flags.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +22,7 @@ from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_pairs import crossing_surface
 from rail_fem.light.contact_table import ContactTable, TableKey, contact_table, patch_sizes, table_key
 from rail_fem.light.pass_result import moments, pass_result, patches_at
-from rail_fem.light.plastic_fields import write_archive, write_vtu
+from rail_fem.light.plastic_fields import metal_of, write_archive, write_vtu
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.plastic_rolling import Flow, Station, roll_along
 from rail_fem.light.validity import Flag, flag, lift_flags
@@ -50,27 +52,79 @@ def solve(
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
     steels = {"wing": scene.materials.wing.steel(), "nose": scene.materials.nose.steel()}
-    flows, estimates, flags = {}, {}, lift_flags(lift_offs(run, scene.static_wheel_load))
+    flows, metal, bars, flags = {}, {}, {}, lift_flags(lift_offs(run, scene.static_wheel_load))
     for b, body in enumerate(BODIES):
         stations = stations_of(key, table, run, b, settings.step, CARRIES * scene.static_wheel_load)
         if not stations or steels[body].is_elastic:
             flags += [flag("elastic", f"{body}: its steel has no yield curve, nothing flows")] if stations else []
             continue
         flow = _rolled(stations, key, b, steels[body], settings, settings.cell_size, _reporter(progress, b))
-        flows[body] = flow
-        if settings.error_estimate and flow.block_mean() > 0:
+        flows[body], surface = flow, crossing_surface(key.crossing, body)
+        left = metal_of(flow, surface)
+        if left:
+            metal[body] = left
+        if settings.error_estimate and left:
             coarse_flow = _rolled(stations, key, b, steels[body], settings, COARSER * settings.cell_size)
-            estimates[body] = abs(coarse_flow.block_mean() / flow.block_mean() - 1)
+            bars |= strain_bars(body, left, metal_of(coarse_flow, surface))
         flags += flow_flags(body, flow)
     patches = patches_at(table, run, moments(run))
     errors = {"time_step": step_error(run, coarse)} | beam_errors(scene, settings, contacts, run)
-    errors |= {f"plastic_strain_{body}": value for body, value in estimates.items()}
+    errors |= {
+        f"plastic_strain_{body}": bars[f"block_{body}"] / left["values"]["block"]
+        for body, left in metal.items()
+        if f"block_{body}" in bars and left["values"]["block"] > 0
+    }
     result = pass_result("bem_plastic", scene, settings, table, run, patches, flags, errors, started)
-    return _with_flow(result, flows, run, folder, key, started)
+    result = replace(result, metal=metal, error_bars=bars)
+    return _with_flow(result, flows, run, folder, key)
+
+
+def strain_bars(body: str, left: dict, coarse: dict) -> dict[str, float]:
+    """Error bars by the names of rail_fem.output.quantities from cells COARSER times as large: at first order, what
+    is left is as much as the two are apart."""
+    there = coarse.get("values", {})
+    return {
+        f"{name}_{body}": abs(value - there[name]) / (COARSER - 1)
+        for name, value in left["values"].items()
+        if name in there and np.isfinite(value - there[name]) and (value or there[name])
+    }
+
+
+@dataclass(frozen=True)
+class ForceHistory:
+    """Vertical forces of a pass by any model: time (m,) [s], position of the wheel x (m,) [m], force (2, m) [N] on wing
+    and nose."""
+
+    time: np.ndarray
+    x: np.ndarray
+    force: np.ndarray
+
+    @classmethod
+    def of(cls, result: PassResult) -> ForceHistory:
+        """What a result's history says, without rows in which a body's force is not told."""
+        force = np.array([result.history[f"force_{body}"] for body in BODIES])
+        told = np.isfinite(force).all(axis=0)
+        return cls(result.history["time"][told], result.history["x"][told], force[:, told])
+
+
+def flow_of(
+    scene: Scene,
+    settings: BemPlasticSettings,
+    pairs: tuple[TableKey, ContactTable],
+    run: LightPass | ForceHistory,
+    body: int,
+) -> Flow | None:
+    """Plastic flow of one body (0 wing, 1 nose) under the forces of a pass; None where it carries nothing or its steel
+    does not yield. pairs : contacts along the path, by `contact_table`."""
+    steel = (scene.materials.wing, scene.materials.nose)[body].steel()
+    stations = stations_of(*pairs, run, body, settings.step, CARRIES * scene.static_wheel_load)
+    if not stations or steel.is_elastic:
+        return None
+    return _rolled(stations, pairs[0], body, steel, settings, settings.cell_size)
 
 
 def stations_of(
-    key: TableKey, table: ContactTable, run: LightPass, body: int, step: float, least: float
+    key: TableKey, table: ContactTable, run: LightPass | ForceHistory, body: int, step: float, least: float
 ) -> list[Station]:
     """Positions about every `step` [m] where a body carries more than `least` [N], in the order of the pass."""
     force, (low, high) = run.force[body], sorted((run.x[0], run.x[-1]))
@@ -104,7 +158,8 @@ def _rolled(
     report: Callable[[float], None] = lambda share: None,
 ) -> Flow:
     elastic = Elastic(*key.steels[2]), Elastic(*key.steels[body])
-    return roll_along(stations, elastic, hardening_of(steel, settings.kinematic), side, settings.agreement, report)
+    cell = settings.cell_aspect * side, side
+    return roll_along(stations, elastic, hardening_of(steel, settings.kinematic), cell, settings.agreement, report)
 
 
 def _reporter(progress, body: int) -> Callable[[float], None]:
@@ -142,7 +197,7 @@ def flow_flags(body: str, flow: Flow) -> list[Flag]:
     return flags
 
 
-def _with_flow(result: PassResult, flows: dict[str, Flow], run: LightPass, folder, key, started: float) -> PassResult:
+def _with_flow(result: PassResult, flows: dict[str, Flow], run: LightPass, folder, key) -> PassResult:
     peaks, trust, cells = dict(result.peaks), dict(result.trust), 0
     notes: tuple[str, ...] = ()
     for body, flow in flows.items():
@@ -151,8 +206,6 @@ def _with_flow(result: PassResult, flows: dict[str, Flow], run: LightPass, folde
         worst = max(flow.stations, key=lambda station: station.max_pressure)
         peaks[f"pressure_{body}"] = Peak(worst.max_pressure, "Pa")
         trust[f"plastic_flow_{body}"] = {
-            "block_mean": flow.block_mean(),
-            "volume_integral": flow.volume_integral,
             "zone_depth": flow.zone_depth,
             "edge_distance": flow.edge_distance,
             "deepest_groove": float(flow.lowered.max()),
@@ -162,14 +215,10 @@ def _with_flow(result: PassResult, flows: dict[str, Flow], run: LightPass, folde
         cells += int(np.count_nonzero(flow.peeq))
     if folder is not None and flows:
         write_archive(folder, flows)
-        heights = {body: _height(key, body) for body in flows}
+        heights = {body: crossing_surface(key.crossing, body) for body in flows}
         if not write_vtu(folder, flows, heights, float(run.time[-1])):
             notes = ("no fields/final.vtu: meshio is not installed (it comes with the explicit models)",)
     cost = replace(result.cost, elements=cells)
     return replace(
         result, peaks=peaks, trust=trust, cost=cost, warnings=result.warnings + notes
     )  # fmt: skip
-
-
-def _height(key: TableKey, body: str):
-    return crossing_surface(key.crossing, body)

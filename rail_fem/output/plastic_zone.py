@@ -101,6 +101,42 @@ def plastic_zone(corners: np.ndarray, strain: np.ndarray, stress: np.ndarray) ->
     )
 
 
+class PlanMap(NamedTuple):
+    """Means over depth seen from above: x (nx,), y (ny,) middles of columns [m], strain (nx, ny), NaN without metal."""
+
+    x: np.ndarray
+    y: np.ndarray
+    strain: np.ndarray
+
+
+def plan_map(corners: np.ndarray, strain: np.ndarray, box: np.ndarray, column: float, depth: float) -> PlanMap:
+    """Mean plastic strain from the running surface down to a depth [m], in columns of a side [m], a multiple of COLUMN.
+
+    corners (m, 8, 3), strain (m,) as `plastic_zone` takes them; box (2, 2) : lowest and highest x, y [m]
+    """
+    centre = corners.mean(axis=1)
+    near = ((centre[:, :2] > box[0] - AROUND) & (centre[:, :2] < box[1] + AROUND)).all(axis=1)
+    samples = _samples(corners[near], cell_volume(corners[near]))
+    columns = _columns_of(samples)
+    below = columns.top[columns.flat] - samples.position[:, 2]
+    weight = samples.volume * _overlap(below, samples.height, 0.0, depth)
+    edges = [np.arange(low, high + column / 2, column) for low, high in zip(*box)]
+    sums = [
+        np.histogram2d(*samples.position[:, :2].T, bins=edges, weights=weight * value)[0]
+        for value in (1.0, strain[near][samples.cell])
+    ]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = sums[1] / sums[0]
+    return PlanMap(*((edge[1:] + edge[:-1]) / 2 for edge in edges), mean)
+
+
+def along_track(corners: np.ndarray, strain: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Plastic strain integrated over the cross-section (k,) [m^2], means between edges (k + 1,) [m] along x."""
+    samples = _samples(corners, cell_volume(corners))
+    total = np.histogram(samples.position[:, 0], edges, weights=samples.volume * strain[samples.cell])[0]
+    return total / np.diff(edges)
+
+
 def worst_mean(strain: np.ndarray, volume: np.ndarray, amount: float) -> float:
     """Mean of strain (m,) over the most strained `amount` of metal [m3]; the last cell counts in part. NaN where there
     is less metal."""
@@ -126,13 +162,7 @@ def _block(corners: np.ndarray, fields: np.ndarray, volume: np.ndarray):
         & (centre[:, 2] > strained[:, 2].min() - DEPTH)
     )
     samples = _samples(corners[near], volume[near])
-    column = np.floor(samples.position[:, :2] / COLUMN).astype(np.int64)
-    first = column.min(axis=0)
-    column -= first
-    shape = tuple(column.max(axis=0) + 1)
-    flat = np.ravel_multi_index(column.T, shape)
-    top = np.full(shape[0] * shape[1], -np.inf)
-    np.maximum.at(top, flat, samples.position[:, 2] + samples.height / 2)
+    column, first, shape, flat, top = _columns_of(samples)
     depth = top[flat] - samples.position[:, 2]
     weight = samples.volume * _overlap(depth, samples.height, 0.0, BLOCK[2])
     metal = _boxes(np.bincount(flat, weight, len(top)).reshape(shape))
@@ -151,6 +181,28 @@ def _block(corners: np.ndarray, fields: np.ndarray, volume: np.ndarray):
     surface = top.reshape(shape)[tuple(at + _columns() // 2)]
     middle = (first + at + _columns() / 2) * COLUMN
     return float(mean.max()), (float(middle[0]), float(middle[1]), float(surface)), layers + LAYER / 2, profile
+
+
+class _Columns(NamedTuple):
+    """Columns of COLUMN: of each sample its column (n, 2) counted from `first` (2,) and its place (n,) among all,
+    `shape` of these, and the height of the metal's top in each [m]."""
+
+    column: np.ndarray
+    first: np.ndarray
+    shape: tuple[int, ...]
+    flat: np.ndarray
+    top: np.ndarray
+
+
+def _columns_of(samples: _Samples) -> _Columns:
+    column = np.floor(samples.position[:, :2] / COLUMN).astype(np.int64)
+    first = column.min(axis=0)
+    column -= first
+    shape = tuple(column.max(axis=0) + 1)
+    flat = np.ravel_multi_index(column.T, shape)
+    top = np.full(shape[0] * shape[1], -np.inf)
+    np.maximum.at(top, flat, samples.position[:, 2] + samples.height / 2)
+    return _Columns(column, first, shape, flat, top)
 
 
 def _columns() -> np.ndarray:

@@ -7,7 +7,9 @@ import pytest
 
 from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import solve
-from rail_fem.light.plastic_rolling import BLOCK, Flow
+from rail_fem.light.plastic_fields import metal_of
+from rail_fem.light.plastic_rolling import Flow
+from rail_fem.models.bem_plastic import strain_bars
 from rail_fem.output.result import load
 from rail_fem.show.fields import read_crossing
 
@@ -31,7 +33,10 @@ def test_plastic_strain_lies_below_the_surface_where_the_wheel_strikes(short_pas
     assert 0.01 < peak.value < 0.2
     assert abs(peak.x - force.x) < 0.03 and -0.01 < peak.z < 0
     row = result.trust["plastic_flow_nose"]
-    assert 0 < row["block_mean"] < peak.value and row["deepest_groove"] > 10e-6
+    assert row["deepest_groove"] > 10e-6
+    left = result.metal["nose"]
+    assert 0 < left["values"]["worst_1000"] < left["values"]["block"] < peak.value
+    assert max(left["surface"]["fall"]) == pytest.approx(row["deepest_groove"])
     assert any(flag["what"] == "no friction" for flag in result.trust["validity"])
 
 
@@ -48,11 +53,22 @@ def test_its_files_are_read_back_by_results_and_figures(short_pass):
 
 
 def test_block_mean_and_integral_are_those_of_the_cells():
-    peeq = np.zeros((4, 20, 12))
-    peeq[:3, 8:13, 4:9] = 0.02
-    side = 1e-3
-    flow = Flow(np.arange(20.0), np.arange(12.0), np.arange(4.0), side, peeq, None, None, np.inf, [])
-    assert BLOCK == (5e-3, 5e-3, 3e-3)
-    assert flow.block_mean() == pytest.approx(0.02)
-    assert flow.volume_integral == pytest.approx(0.02 * 75e-9)
-    assert flow.zone_depth == pytest.approx(3e-3)
+    """5 x 5 x 3 cells of 1 mm at 2 %, and half of that in as many below."""
+    peeq = np.zeros((8, 30, 30))
+    peeq[:3, 12:17, 12:17], peeq[3:6, 12:17, 12:17] = 0.02, 0.01
+    x = (np.arange(30) + 0.5) * 1e-3
+    flow = Flow(x, x, x[:8], 1e-3, 1e-3, peeq, np.zeros((8, 5, 30, 30)), np.full((30, 30), 2e-5), np.inf, [])
+    left = metal_of(flow, lambda x, y: 0.0 * x)
+    assert left["values"]["block"] == pytest.approx(0.02)
+    assert left["values"]["integral"] == pytest.approx(0.03 * 75e-9)
+    assert left["values"]["worst_100"] == pytest.approx((0.02 * 75 + 0.01 * 25) / 100)
+    assert left["block"] == pytest.approx([14.5e-3, 14.5e-3, 0.0])
+    assert flow.zone_depth == pytest.approx(6e-3)
+
+
+def test_bars_are_what_cells_of_twice_the_side_differ_by():
+    bars = strain_bars(
+        "nose", {"values": {"block": 0.05, "volume_10": 0.0}}, {"values": {"block": 0.03, "volume_10": 0.0}}
+    )
+    assert bars == {"block_nose": pytest.approx(0.02)}
+    assert strain_bars("nose", {"values": {"block": 0.05}}, {}) == {}

@@ -3,11 +3,16 @@
 import numpy as np
 import pytest
 
-from bem.dynamic.body import DynamicsError, Waves
+from bem.dynamic.body import DynamicBody, DynamicsError, Inertial, Waves
+from bem.dynamic.cells import CellError, fill_with_cells
 from bem.dynamic.marching import March, StepWarning, respond
 from bem.dynamic.schemes import BACKWARD_EULER, TRAPEZOIDAL, generalised_alpha, spectral_radius
 from bem.material import STEEL
-from bem.verification.bar import HEIGHT, LENGTH, bar, pulse, tip_displacement
+from bem.plane.body import Body
+from bem.plane.boundary import TooLargeError
+from bem.plane.mesh import Sizing, mesh_outline
+from bem.plane.outline import Edge, Outline
+from bem.verification.bar import HEIGHT, LENGTH, MATERIAL, bar, box, edge_pattern, pulse, tip_displacement
 from tests.order import assert_order
 
 
@@ -111,3 +116,36 @@ def test_a_step_that_is_none_is_refused(bars, step):
 def test_a_body_without_mass_is_refused(density):
     with pytest.raises(DynamicsError, match="density"):
         Waves.of(STEEL, density)
+
+
+def test_a_million_cells_are_refused_with_their_number_before_anything_is_allocated():
+    mesh = mesh_outline(box(LENGTH, HEIGHT), Sizing(HEIGHT / 4))
+    with pytest.raises(CellError, match="more than 20000"):
+        fill_with_cells(mesh, Sizing(5e-4))
+
+
+def test_matrices_too_large_say_their_memory_before_they_are_made():
+    outline, size = box(LENGTH, HEIGHT), HEIGHT / 8
+    mesh = mesh_outline(outline, Sizing(size))
+    solid = Inertial(Body(outline, MATERIAL), mesh, fill_with_cells(mesh, Sizing(size)), 1.0)
+    with pytest.raises(TooLargeError, match="256 cells need .* GB"):
+        DynamicBody(solid, edge_pattern(mesh, "face", (1.0, 0.0)), memory_limit=1e6)
+
+
+def test_flat_slivers_of_cells_leave_the_frequencies_where_they_are():
+    """A block whose lower side rises by a fiftieth of its length cuts cells into slivers."""
+    corners = np.array([[0, 0], [1.0, 0.02], [1.0, 0.5], [0, 0.5]])
+    names = ("bottom", "face", "top", "held")
+    edges = [Edge(np.array([a, b]), name) for a, b, name in zip(corners, np.roll(corners, -1, axis=0), names)]
+    slowest, flattest = [], []
+    for size in (0.125, 0.0625):
+        outline = Outline([edges])
+        mesh = mesh_outline(outline, Sizing(size / 2))
+        cells = fill_with_cells(mesh, Sizing(size))
+        solid = Inertial(Body(outline, MATERIAL), mesh, cells, 1.0)
+        inverse = DynamicBody(solid, edge_pattern(mesh, "face", (1.0, 0.0))).inverse_frequencies
+        assert inverse.min() > 0 and cells.area.sum() == pytest.approx(0.49, rel=1e-3)
+        slowest.append(inverse[0])
+        flattest.append((cells.area / cells.side**2).min())
+    assert min(flattest) < 0.05
+    assert slowest[0] == pytest.approx(slowest[1], rel=0.03)
