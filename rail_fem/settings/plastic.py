@@ -16,7 +16,7 @@ class BemPlasticSettings(IndentationSettings):
     cell_size: Annotated[
         float, Quantity("mm", 0.1, 5, "side of the cells that hold plastic strain, across and in depth")
     ] = 1.5e-3
-    cell_aspect: Annotated[float, Quantity("", 0.5, 6, "length of the cells along the track over their side")] = 3.0
+    cell_aspect: Annotated[float, Quantity("", 0.5, 6, "length of the cells along the track over their side")] = 1.0
     step: Annotated[float, Quantity("mm", 0.1, 20, "distance between positions of the wheel that are solved")] = 3e-3
     agreement: Annotated[
         float, Quantity("", 1e-6, 1e-1, "change of the surface over the approach at which pressure and flow agree")
