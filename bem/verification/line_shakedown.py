@@ -27,7 +27,7 @@ ORTHOGONAL = 4  # xz in the order of stress components
 
 
 def rolling_line(
-    ratio: float, cells: int, depth: float = 2.2, ring: int = 8, hardening: Hardening | None = None
+    ratio: float, cells: int, depth: float = 3.2, ring: int = 8, hardening: Hardening | None = None
 ) -> tuple[PlasticTrack, np.ndarray]:
     """A ring of `ring` half-widths (1 m), in so many cells per half-width, and the deviator (nz, 5, nx, 1) [Pa] of
     Hertz' pressure p0 = ratio k over a window of three half-widths; depth : of the cells over the half-width."""
@@ -61,7 +61,7 @@ def last_growth(ratio: float, cells: int, passes: int = PASSES) -> float:
     return float(found.growth[-1] / found.growth[0]) if found.growth[0] > 0 else 0.0
 
 
-def line_limits(cells: int, between: tuple[float, float] = (3.85, 4.25), tolerance: float = 0.01) -> LineLimits:
+def line_limits(cells: int, between: tuple[float, float] = (3.9, 4.2), tolerance: float = 0.01) -> LineLimits:
     """Both limits on so many cells per half-width.
 
     The shakedown limit is where the last of PASSES passes adds RESTS of what the first did, by Brent's method on the

@@ -105,10 +105,10 @@ def by_judge(setting: Setting) -> dict[str, Strained]:
 def by_boundary_elements(
     setting: Setting, size: float, forces: ForceHistory | None = None, bodies=BODIES, **changes
 ) -> dict[str, Strained]:
-    """Bodies after the pass on cells of a side [m], stations half their length apart; forces : in place of its own."""
+    """Bodies after the pass on cells of a side [m], stations their length apart; forces : in place of its own."""
     settings = setting.settings.model_copy(update={"cell_size": size} | changes)
     if "step" not in changes:
-        settings = settings.model_copy(update={"step": settings.cell_aspect * size / 2})
+        settings = settings.model_copy(update={"step": settings.cell_aspect * size})
     found = {}
     for body in bodies:
         tick, number = time.process_time(), BODIES.index(body)
@@ -149,7 +149,7 @@ def table(sizes: list[float], runs: list[dict[str, Strained]], judge: dict[str, 
 def changes_of(setting: Setting) -> dict[str, Callable[[float], dict[str, Strained]]]:
     """One thing changed at a time on the nose: name -> cell size [m] -> the body."""
     forces = ForceHistory.of(setting.judge)
-    step = setting.settings.cell_aspect / 2
+    step = setting.settings.cell_aspect
 
     def run(**options):
         return lambda size: by_boundary_elements(setting, size, bodies=("nose",), **options)
@@ -158,7 +158,7 @@ def changes_of(setting: Setting) -> dict[str, Callable[[float], dict[str, Strain
         "as it is": run(),
         "forces of fe_full": run(forces=forces),
         "stations twice as far apart": lambda size: run(step=2 * step * size)(size),
-        "cells as long as wide": lambda size: run(cell_aspect=1.0, step=step * size)(size),
+        "cells three times as long": lambda size: run(cell_aspect=3 * step, step=step * size)(size),
         "kinematic hardening": run(kinematic=True),
     }
 
@@ -229,7 +229,7 @@ def element(setting: Setting) -> float:
 
 def main(
     judge: Path = typer.Option(..., help="folder of a finished run of fe_full"),
-    sizes: str = typer.Option("2,1.5,1", help="cells across and in depth, coarse to fine [mm]"),
+    sizes: str = typer.Option("3,2,1.5", help="cells across and in depth, coarse to fine [mm]"),
     changes: bool = typer.Option(False, "--changes", help="one thing changed at a time, on the coarsest cells"),
     out: Path = typer.Option(None, help="folder for plastic_pass.md and plastic_pass.png"),
 ) -> None:
