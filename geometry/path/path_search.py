@@ -168,7 +168,7 @@ def refine_all(x, stations, peaks, reach, spacing, radius, datum, profile, nose,
 
 
 @njit(cache=True)
-def clearance(at, ahead, y, radius, datum, profile, nose, c, loft):
+def axle_height(at, ahead, y, radius, datum, profile, nose, c, loft):
     """Axle height less radius at which the wheel touches the surface at this position."""
     z = surface_height(at + ahead, y, nose, c, loft)
     if z < 0.5 * NO_METAL:
@@ -217,7 +217,7 @@ def along_wheel(at, y, low, high, radius, datum, profile, nose, c, loft):
     """
     now, count = opened(low, high), 0
     while now.b - now.a > CLOSE:
-        now = evaluated(now, clearance(at, now.next, y, radius, datum, profile, nose, c, loft))
+        now = evaluated(now, axle_height(at, now.next, y, radius, datum, profile, nose, c, loft))
         count += 1
         now = at_upper(now) if count == 1 else narrowed(now)
     # the better of the last two: the other was about to be replaced

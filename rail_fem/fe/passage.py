@@ -285,14 +285,14 @@ def build_supports(
             axle,
             None,
             0.0,
-            2 * np.sqrt(contact_stiffness(scene, running) * (SETTLING_MASS + factor * MESH_MASS)),
+            2 * np.sqrt(loaded_stiffness(scene, running) * (SETTLING_MASS + factor * MESH_MASS)),
             rate=rate,
         )
         links.append(settling)
     return Supported(crossing, axle, sprung, Supports(groups, links), settling)
 
 
-def contact_stiffness(scene: Scene, running: Running) -> float:
+def loaded_stiffness(scene: Scene, running: Running) -> float:
     """Of the wheel on the body below it at the start, under the static load [N/m]: Hertz' contact in series with the
     plastic indentation under it.
 

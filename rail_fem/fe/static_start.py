@@ -21,7 +21,7 @@ from mpi4py import MPI
 from geometry.meshing.quality import eigen_length
 from rail_fem.fe.contact import Contact, Surface
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.passage import Passage, contact_stiffness, start_velocities
+from rail_fem.fe.passage import Passage, loaded_stiffness, start_velocities
 from rail_fem.fe.state import LINEAR_VISCOSITY, QUADRATIC_VISCOSITY
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import RigidGroup, Supports
@@ -55,7 +55,7 @@ def settle_in_place(
         how far it is
     Errors: ArithmeticError where the wheel does not come to rest.
     """
-    stiffness = contact_stiffness(scene, passage.running)
+    stiffness = loaded_stiffness(scene, passage.running)
     relaxing, axle, frequency = _relaxing(passage, stiffness)
     error = _relax(relaxing, axle, passage.start.force, frequency, stiffness, most_steps, tell)
     passage.axle.displacement[2] = axle.displacement[2]

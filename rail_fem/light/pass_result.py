@@ -100,7 +100,7 @@ def body_columns(run: LightPass, table: ContactTable, point: np.ndarray) -> dict
     }
 
 
-def moments(run: LightPass) -> list[int]:
+def patch_steps(run: LightPass) -> list[int]:
     """Steps whose patches are kept: start, largest force on each body, most even sharing, end."""
     shared = np.minimum(run.force[0], run.force[1])
     chosen = [0, int(np.argmax(run.force[0])), int(np.argmax(run.force[1])), len(run.time) - 1]

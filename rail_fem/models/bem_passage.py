@@ -20,7 +20,7 @@ from bem.patch import Patch, PatchCutError
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_pairs import ContactPair, crossing_surface, pair_at
 from rail_fem.light.contact_table import ContactTable, TableKey, table_key, table_of
-from rail_fem.light.pass_result import moments, pass_result
+from rail_fem.light.pass_result import pass_result, patch_steps
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import bem_flags
 from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
@@ -48,7 +48,7 @@ def solve(
     contacts = contacts_of(scene, settings, table)
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
-    solved = solved_patches(key, settings, table, run, moments(run))
+    solved = solved_patches(key, settings, table, run, patch_steps(run))
     patches = tuple(patch for patch, _ in solved)
     flags = bem_flags(scene, run, patches, lift_offs(run, scene.static_wheel_load))
     errors = {"time_step": step_error(run, coarse), "pressure": max(p.error.max_pressure for _, p in solved)}

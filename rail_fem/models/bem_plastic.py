@@ -21,7 +21,7 @@ from bem.plastic.hardening import Hardening
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_pairs import crossing_surface
 from rail_fem.light.contact_table import ContactTable, TableKey, contact_table, patch_sizes, table_key
-from rail_fem.light.pass_result import moments, pass_result, patches_at
+from rail_fem.light.pass_result import pass_result, patch_steps, patches_at
 from rail_fem.light.plastic_fields import metal_of, write_archive, write_vtu
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.plastic_rolling import Flow, Station, roll_along
@@ -67,7 +67,7 @@ def solve(
             coarse_flow = _rolled(stations, key, b, steels[body], settings, COARSER * settings.cell_size)
             bars |= strain_bars(body, left, metal_of(coarse_flow, surface))
         flags += flow_flags(body, flow)
-    patches = patches_at(table, run, moments(run))
+    patches = patches_at(table, run, patch_steps(run))
     errors = {"time_step": step_error(run, coarse)} | beam_errors(scene, settings, contacts, run)
     errors |= {
         f"plastic_strain_{body}": bars[f"block_{body}"] / left["values"]["block"]

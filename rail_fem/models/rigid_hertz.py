@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from rail_fem.light.contact_table import ContactTable, contact_table
-from rail_fem.light.pass_result import moments, pass_result, patches_at
+from rail_fem.light.pass_result import pass_result, patch_steps, patches_at
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import hertz_flags
 from rail_fem.light.vertical_pass import beam_errors, force_change, lift_offs, run_pass, step_error
@@ -40,7 +40,7 @@ def solve(
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
     sparse = run_pass(scene, settings, contacts_of(scene, settings, every_second(table)))
-    patches = patches_at(table, run, moments(run))
+    patches = patches_at(table, run, patch_steps(run))
     flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
     errors = {"time_step": step_error(run, coarse), "path_spacing": force_change(run, sparse)}
     errors |= beam_errors(scene, settings, contacts, run)
@@ -58,7 +58,7 @@ def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
     contacts = contacts_of(scene, settings, table)
     found = run_wheelset(scene, settings, contacts, surfaces)
     run, coarse = found.light, run_wheelset(scene, settings, contacts, surfaces, 2 * found.light.step).light
-    patches = patches_at(table, run, moments(run))
+    patches = patches_at(table, run, patch_steps(run))
     flags = hertz_flags(scene, table, run, patches, lift_offs(run, scene.static_wheel_load))
     return pass_result(
         "rigid_hertz",

@@ -41,7 +41,7 @@ COLOURS = (TOTAL, WING, NOSE, GREEN, PURPLE, ORANGE, SKY)
 
 def case_words(name: str, scene: Scene) -> str:
     """What sets a case apart, short enough for a legend."""
-    speed, direction, load, wheel, foundation, steels = case_facts(scene)
+    speed, direction, load, wheel, foundation, steels = scene_facts(scene)
     return f"{name}: {speed} {direction}, {load}, {wheel}, {foundation}, {steels}"
 
 
@@ -199,7 +199,7 @@ def draw_bars(
 def what_differs(results: Mapping[str, Mapping[str, PassResult]]) -> list[str]:
     """A name for each case: its own, and in what its scene differs from the most usual one."""
     scenes = [next(iter(of_case.values())).scene if of_case else None for of_case in results.values()]
-    facts: list[tuple[str, ...]] = [case_facts(scene) if scene is not None else () for scene in scenes]
+    facts: list[tuple[str, ...]] = [scene_facts(scene) if scene is not None else () for scene in scenes]
     usual = [max(set(column), key=column.count) for column in zip(*filter(None, facts))]
     return [
         f"{name}: {', '.join(f for f, common in zip(own, usual) if f != common) or 'the usual'}" if own else name
@@ -218,7 +218,7 @@ class SceneFacts(NamedTuple):
     steels: str
 
 
-def case_facts(scene: Scene) -> SceneFacts:
+def scene_facts(scene: Scene) -> SceneFacts:
     """The facts of one scene."""
     wing, nose = (
         m.grade if m.strength == 1 else f"{m.grade} x{m.strength:.0%}"

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 from rail_fem.output.result import PassResult, Peak
-from rail_fem.sweeps.group_figure import case_facts, summary_figure, what_differs
+from rail_fem.sweeps.group_figure import scene_facts, summary_figure, what_differs
 from rail_fem.sweeps.sweep_page import PEAKS, published_marks
 from rail_fem.sweeps.trends import MEASURES, Published, Source
 from tests.rail_fem.test_scene import make_scene
@@ -49,4 +49,4 @@ def test_a_case_is_named_by_what_sets_it_apart():
     results = sweep({"rigid_hertz": 150e3})
     assert what_differs(results) == ["case_01: 100 mph", "case_02: the usual", "case_03: the usual"]
     trailing = make_scene().model_copy(update={"direction": "trailing"})
-    assert set(case_facts(trailing)) - set(case_facts(make_scene())) == {"trailing"}
+    assert set(scene_facts(trailing)) - set(scene_facts(make_scene())) == {"trailing"}
