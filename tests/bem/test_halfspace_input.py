@@ -38,7 +38,7 @@ def test_gap_of_no_real_numbers_is_refused(gap):
         normal_contact(gap, STEEL, STEEL, load=1e3, grid=GRID)
 
 
-@pytest.mark.parametrize("cells", [0, 2, 2.5, (44, -1), (8, 8, 8)])
+@pytest.mark.parametrize("cells", [0, 2, 2.5, None, (44, -1), (8, 8, 8)])
 def test_cells_that_hold_no_patch_are_refused(cells):
     with pytest.raises(ContactInputError, match="cells = "):
         normal_contact(

@@ -17,7 +17,9 @@ from rail_fem.damage.wear import (
     WearMap,
     dry_laws,
     friction_work,
+    slip_size,
     specific_wear,
+    tgamma,
     worn_area,
 )
 
@@ -140,6 +142,9 @@ def test_wear_near_the_borders_of_the_map_is_told():
         (lambda: Usfd(plateau=float("inf")), "finite"),
         (lambda: Archard(2.8e9).depth(elliptic_patch(5e-3, 4e-3, 1e4), 15.0), "not solved"),
         (lambda: Archard(2.8e9).depth(table_6_2(), 0.0), "speed"),
+        (lambda: friction_work(elliptic_patch(5e-3, 4e-3, 1e4)), "not solved"),
+        (lambda: slip_size(elliptic_patch(5e-3, 4e-3, 1e4)), "not solved"),
+        (lambda: tgamma(elliptic_patch(5e-3, 4e-3, 1e4)), "no creepage"),
     ],
 )
 def test_refused_with_a_sentence(make, said):

@@ -7,6 +7,7 @@ import pytest
 from geometry.profiles.doctor import examine
 from geometry.profiles.formats.by_suffix import read_raw, write_profile
 from geometry.profiles.formats.slices import read_slices
+from geometry.profiles.formats.units import metres_of
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.rail import rail_head
 from geometry.profiles.wheel import wheel_profile
@@ -14,6 +15,12 @@ from tests.outside import found, needs, outside
 
 real_files = needs("formats/MBench_UIC60_v3.prr")
 RAIL, WHEEL = rail_head("56E1").points, wheel_profile("S1002").points
+
+
+def test_a_unit_that_is_none_is_refused():
+    assert metres_of(None) is None and metres_of("mm") == 1e-3
+    with pytest.raises(ProfileError, match="unit 'furlong': known are m, cm, mm, inch"):
+        metres_of("furlong")
 
 
 def written(path, text):

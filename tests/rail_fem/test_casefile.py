@@ -1,9 +1,13 @@
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.scene.steel import GRADES
+from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.light import RigidHertzSettings
+from rail_fem.settings.plastic import BemPlasticSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD = (ROOT / "cases" / "nose_transfer.toml").read_text(encoding="utf-8")
@@ -29,6 +33,14 @@ def test_reference_cases_are_case_2_of_the_thesis(name, events):
     assert scene.materials.nose.steel().hardening_stress[0] == 310e6
     run = case.runs["fe_full"]
     assert all(run.start + 0.1 < x < run.end - 0.1 for x in events)  # leg transition and load transfer lie well inside
+
+
+def test_a_case_gives_the_settings_of_a_model_by_their_class():
+    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    assert case.settings(RigidHertzSettings) is case.runs["rigid_hertz"]
+    assert case.settings(FeSettings) is case.runs["fe_full"]
+    with pytest.raises(KeyError, match="no model by BemPlasticSettings"):
+        replace(case, runs={}).settings(BemPlasticSettings)
 
 
 def test_every_case_in_the_folder_is_valid():

@@ -34,6 +34,12 @@ def test_scene_survives_plain_values():
     assert Scene.model_validate(scene.model_dump(mode="json")) == scene
 
 
+def test_velocity_and_travel_time_follow_speed_and_direction():
+    scene = make_scene(speed="20 m/s", direction="trailing")
+    assert scene.velocity == -20.0
+    assert scene.travel_time(0.5, 0.1) == pytest.approx(0.02, rel=1e-15)
+
+
 def test_direction_gives_the_sign_of_travel():
     assert make_scene().direction_sign == 1 and make_scene(direction="trailing").direction_sign == -1
 
