@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import bem
+from bem.exact.subsurface import von_mises
 
 patch = bem.normal_contact(
     lambda x, y: (x**2 + y**2) / 0.6, bem.STEEL, bem.STEEL, load=100e3, window=((-0.02, 0.02), (-0.02, 0.02))
@@ -20,11 +21,10 @@ middle = tuple(np.array(patch.grid.shape) // 2)
 
 # %%
 # Components in the order of geometry.axes: xx, yy, zz, yz, xz, xy.
-xx, yy, zz, yz, xz, xy = np.moveaxis(stress[(slice(None), *middle)], -1, 0)
-von_mises = np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (yz**2 + xz**2 + xy**2))
+below = stress[(slice(None), *middle)]
 figure, axes = plt.subplots(figsize=(5, 4.5), layout="constrained")
-axes.plot(von_mises / patch.max_pressure, depths * 1e3, color="black", label="von Mises")
-axes.plot(-zz / patch.max_pressure, depths * 1e3, ls="--", label="pressure along z")
+axes.plot(von_mises(below) / patch.max_pressure, depths * 1e3, color="black", label="von Mises")
+axes.plot(-below[:, 2] / patch.max_pressure, depths * 1e3, ls="--", label="pressure along z")
 axes.axhline(0.48 * patch.extent[0] / 2 * 1e3, color="grey", ls=":", label="0.48 of the radius (Hertz)")
 axes.invert_yaxis()
 axes.set(xlabel="stress over the largest pressure [1]", ylabel="depth [mm]")

@@ -64,7 +64,8 @@ def beam_results(
         parts.append((part.under, part.under_foot))
         found.append(_peaks(beam, part, x[rows], time[rows]))
     largest = {name: max((one[name] for one in found), key=lambda peak: abs(peak.value)) for name in found[0]}
-    return BeamResults(*(np.concatenate(of) for of in zip(*parts)), largest)
+    moment, stress = (np.concatenate(of) for of in zip(*parts))
+    return BeamResults(moment, stress, largest)
 
 
 def _peaks(beam: TrackBeam, part: Moments, x: np.ndarray, time: np.ndarray) -> dict[str, Peak]:

@@ -35,6 +35,13 @@ WHEEL, TRACK = 1, 2
 MOST_STEPS = 20_000_000
 
 
+def _middles(at_ends: np.ndarray | None) -> np.ndarray:
+    """(m, k) at the middles of the steps, from (m + 1, k) at their ends. Errors: ValueError without a beam."""
+    if at_ends is None:
+        raise ValueError("the crossing is a rigid mass in this pass: no beam moves")
+    return (at_ends[1:] + at_ends[:-1]) / 2
+
+
 @dataclass(frozen=True)
 class LightPass:
     """A finished pass at the middles of its m steps: time (m,) [s], x (m,) [m], force (bodies, m) [N], and the motion
@@ -57,12 +64,12 @@ class LightPass:
     @property
     def beam_position(self) -> np.ndarray:
         """(m, k) of the beam's degrees of freedom at the middles of the steps."""
-        return (self.motion.beam_position[1:] + self.motion.beam_position[:-1]) / 2
+        return _middles(self.motion.beam_position)
 
     @property
     def beam_velocity(self) -> np.ndarray:
         """(m, k) of the beam's degrees of freedom at the middles of the steps."""
-        return (self.motion.beam_velocity[1:] + self.motion.beam_velocity[:-1]) / 2
+        return _middles(self.motion.beam_velocity)
 
     @functools.cached_property
     def on_beam(self) -> BeamResults | None:
