@@ -82,7 +82,7 @@ def spline_patch(x: np.ndarray, points: np.ndarray) -> SplineSurface:
 class StepLines:
     """Entities of a STEP file as they come; each is known by its number, from 1."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.entities: list[str] = []
         self.context = self._context()
 

@@ -278,7 +278,7 @@ def _columns(name, body, x, curves, sizes):
     arcs = [curve.band_arcs(tuple(ends), what) for curve, ends in zip(curves, steady_band(x, band, top))]
     widths = np.array([lateral_length(curve, np.linspace(*ends, 200))[-1] for curve, ends in zip(curves, arcs)])
     count = column_count(widths, sizes.fine, 2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, what)
-    return np.array([lateral_columns(curve, *ends, count) for curve, ends in zip(curves, arcs)])
+    return np.array([lateral_columns(curve, start, end, count) for curve, (start, end) in zip(curves, arcs)])
 
 
 def _reference_section(curves, columns, sizes):

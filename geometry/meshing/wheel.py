@@ -178,8 +178,7 @@ def _cut_sides(points, y_range):
 def _columns(curve, band, sizes):
     arcs = curve.band_arcs(band, "the wheel's band")
     width = lateral_length(curve, np.linspace(*arcs, 200))[-1:]
-    return lateral_columns(
-        curve,
-        *arcs,
-        column_count(width, sizes.fine, 2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, "the wheel's band"),
-    )
+    multiple = 3 if sizes.triple_ring else 1
+    count = column_count(width, sizes.fine, 2 * len(depth_steps(sizes)), multiple, "the wheel's band")
+    start, end = arcs
+    return lateral_columns(curve, start, end, count)

@@ -175,12 +175,12 @@ def positioned_mesh(
     def on_root_only():
         stored = None if folder is None else folder / MESH
         if restart and stored is not None and stored.is_file():
-            mesh, *about = _read_mesh(stored, identity)
+            mesh, gap, datum, seal = _read_mesh(stored, identity)
         else:
             mesh, gap, datum = make_mesh(scene, settings, running)
-            about = gap, datum, "" if stored is None else _write_mesh(stored, mesh, gap, datum, identity)
+            seal = "" if stored is None else _write_mesh(stored, mesh, gap, datum, identity)
         kept.append(mesh)
-        return about
+        return gap, datum, seal
 
     gap, datum, seal = on_root(on_root_only)
     return (kept[0] if kept else None), gap, datum, seal

@@ -36,9 +36,9 @@ def test_reference_cases_are_case_2_of_the_thesis(name, events):
 
 
 def test_a_case_gives_the_settings_of_a_model_by_their_class():
-    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    case = load_case(ROOT / "cases" / "thesis" / "case_02.toml")
     assert case.settings(RigidHertzSettings) is case.runs["rigid_hertz"]
-    assert case.settings(FeSettings) is case.runs["fe_full"]
+    assert case.settings(FeSettings) is case.runs["fe_full"]  # not fe_window, whose settings are a kind of these
     with pytest.raises(KeyError, match="no model by BemPlasticSettings"):
         replace(case, runs={}).settings(BemPlasticSettings)
 
