@@ -6,7 +6,7 @@ Mesh and position the wheel; bring it to rest where it stands; let go; run to th
 from __future__ import annotations
 
 import resource
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -68,7 +68,8 @@ def solve_from(
     """One pass from a state where settling ends (None: at rest), its result under the name of a model. Collective.
     Errors: as `solve`."""
     comm, started = MPI.COMM_WORLD, working_time()
-    twin = _twin(scene, settings, start, model, folder, restart, progress)
+    solve_coarse = lambda coarse, below: solve_from(scene, coarse, start, model, below, restart, None)
+    twin = _twin(settings, folder, restart, progress, solve_coarse)
     running = on_root(lambda: running_of(scene, settings))
     identity = {"case": digest(fingerprint(model, scene, settings))}
     mesh, initial_clearance, datum, seal = positioned_mesh(scene, settings, running, folder, restart, identity)
@@ -108,16 +109,14 @@ def _folder_of(folder: Path | None, number: int, passes: int) -> Path | None:
 
 
 def _twin(
-    scene: Scene,
     settings: FeSettings,
-    start: StartState | None,
-    model: str,
     folder: Path | None,
     restart: bool,
     progress,
+    solve_coarse: Callable[[FeSettings, Path | None], PassResult],
 ) -> PassResult | str | None:
-    """The same pass on elements up to twice as large; why there is none; None where none is asked for. A
-    restart takes the one that is there. Collective."""
+    """The same pass on elements up to twice as large, solved by settings and folder; why there is none; None where none
+    is asked for. A restart takes the one that is there. Collective."""
     if not settings.error_twin:
         return None
     if settings.max_steps is not None:
@@ -133,7 +132,7 @@ def _twin(
         if progress is not None:
             progress.note(f"first its coarse twin, elements of {size * 1e3:g} mm: for the error bars")
         try:
-            result = solve_from(scene, coarse, start, model, below, restart, None)
+            result = solve_coarse(coarse, below)
         except (ValueError, ArithmeticError) as error:  # what cannot be meshed, and what folds as it yields
             why = f"no twin of {size * 1e3:g} mm: {error}"
             continue

@@ -21,6 +21,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from scipy.interpolate import LinearNDInterpolator
 
+from bem.exact.subsurface import von_mises
 from bem.material import STEEL
 from bem.plane.contact import Settings
 from bem.plane.coulomb import Control
@@ -55,7 +56,8 @@ class Compared:
 def equivalent(stress: np.ndarray) -> np.ndarray:
     """Von Mises stress (m,) of stress (m, 4) xx yy zz xy."""
     xx, yy, zz, xy = stress.T
-    return np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * xy**2)
+    none = np.zeros_like(xy)
+    return von_mises(np.column_stack([xx, yy, zz, none, none, xy]))
 
 
 def press(size: float, steps: int) -> tuple[PlasticContact, list[Control], float]:

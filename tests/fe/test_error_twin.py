@@ -52,18 +52,17 @@ def test_where_twice_the_size_cannot_be_meshed_the_twin_is_less_coarse(scene, tm
     assert result.error_bars == pytest.approx(error_bars(result, twin)) and result.error_bars
 
 
-def test_where_no_twin_can_be_meshed_the_run_says_so(scene, monkeypatch):
+def test_where_no_twin_can_be_meshed_the_run_says_so():
     """The largest that is tried is 6 mm; of 5 mm there is none that is coarser by a quarter."""
     solved = []
 
-    def refuse(scene, settings, running):
-        solved.append(settings.element_size)
+    def refuse(coarse, below):
+        solved.append(coarse.element_size)
         raise MeshError("a folded cell")
 
-    monkeypatch.setattr(fe_full, "make_mesh", refuse)
-    why = fe_full._twin(scene, SETTINGS.model_copy(update={"element_size": 3.5e-3}), None, "fe_full", None, False, None)
+    why = fe_full._twin(SETTINGS.model_copy(update={"element_size": 3.5e-3}), None, False, None, refuse)
     assert why == "no twin of 5.25 mm: a folded cell" and solved == [6e-3, 5.25e-3]
-    why = fe_full._twin(scene, SETTINGS.model_copy(update={"element_size": 5e-3}), None, "fe_full", None, False, None)
+    why = fe_full._twin(SETTINGS.model_copy(update={"element_size": 5e-3}), None, False, None, refuse)
     assert why == "elements of 5 mm are too large for a coarser twin"
 
 
