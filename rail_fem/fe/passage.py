@@ -86,13 +86,12 @@ class Running:
 
 def running_of(scene: Scene, settings: FeSettings) -> Running:
     """The rigid path around the window and the direction of travel. Errors: CrossingError, ProfileError."""
-    low, high = sorted((settings.start, settings.end))
-    path, sign = anchored_path(scene, low, high), scene.direction_sign
-    start, end = (low, high) if sign > 0 else (high, low)
+    start, end = scene.in_order_of_travel(settings.start, settings.end)
+    path = anchored_path(scene, min(start, end), max(start, end))
     shape, radius, datum = scene.wheel.shape, scene.wheel.radius, scene.wheel_datum_y
     first = path.contact_point[int(np.argmin(np.abs(path.x - start)))]
     rolling = float(rolling_radius(shape, radius, first[1:2] - datum)[0])
-    return Running(sign, start, end, scene.velocity, scene.velocity / rolling, path, datum, shape)
+    return Running(scene.direction_sign, start, end, scene.velocity, scene.velocity / rolling, path, datum, shape)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from geometry.meshing.mesh_file import read_mesh_file
 from geometry.path.wheel_path import rolling_radius
 from geometry.profiles.formats.units import UNITS
 from rail_fem.light.fine_zone import PATCH_REACH
-from rail_fem.light.rigid import SPACING, datum_height, rigid_path
+from rail_fem.light.rigid import SPACING, datum_height, rigid_path, running_start
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -40,8 +40,7 @@ def own_mesh(scene: Scene, settings: FeSettings) -> tuple[HexMesh, float]:
     mesh = read_mesh_file(path, UNITS[settings.mesh_unit])
     x, z = _axle(path, mesh, scene)
     height = z - scene.wheel.radius
-    low, high = sorted((settings.start, settings.end))
-    start = low if scene.direction_sign > 0 else high
+    start = running_start(scene, settings)
     _check_length(path, mesh, settings)
     _check_element_size(path, mesh, scene, settings, start)
     touching = _touching_height(path, mesh, scene, start)

@@ -105,8 +105,7 @@ def window_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
 
 def running_start(scene: Scene, settings: FeSettings) -> float:
     """The end of the window at which the wheel begins [m]."""
-    ends = sorted((settings.start, settings.end))
-    return ends[0] if scene.direction_sign > 0 else ends[1]
+    return scene.in_order_of_travel(settings.start, settings.end)[0]
 
 
 def settling_distance(scene: Scene, settings: FeSettings) -> float:

@@ -331,6 +331,11 @@ class Scene(Frozen):
         """Of the wheel along x, with its sign [m/s]."""
         return self.direction_sign * self.speed
 
+    def in_order_of_travel(self, one: float, other: float) -> tuple[float, float]:
+        """Two x [m], the first that the wheel passes first."""
+        low, high = sorted((one, other))
+        return (low, high) if self.direction_sign > 0 else (high, low)
+
     def travel_time(self, start: float, end: float) -> float:
         """Time [s] in which the wheel runs from one x to the other [m]."""
         return abs(end - start) / self.speed

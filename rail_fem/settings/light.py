@@ -91,7 +91,7 @@ class PassSettings(LightSettings):
 
     def window(self, scene: Scene) -> tuple[float, float]:
         """Start and end [m] in the scene's direction; what is not given is that of the path common to all models."""
-        first, last = COMMON_WINDOW if scene.direction_sign > 0 else COMMON_WINDOW[::-1]
+        first, last = scene.in_order_of_travel(*COMMON_WINDOW)
         return first if self.start is None else self.start, last if self.end is None else self.end
 
 

@@ -38,6 +38,8 @@ def test_velocity_and_travel_time_follow_speed_and_direction():
     scene = make_scene(speed="20 m/s", direction="trailing")
     assert scene.velocity == -20.0
     assert scene.travel_time(0.5, 0.1) == pytest.approx(0.02, rel=1e-15)
+    assert scene.in_order_of_travel(0.1, 0.5) == scene.in_order_of_travel(0.5, 0.1) == (0.5, 0.1)
+    assert make_scene(direction="facing").in_order_of_travel(0.5, 0.1) == (0.1, 0.5)
 
 
 def test_direction_gives_the_sign_of_travel():
