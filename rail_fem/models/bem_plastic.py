@@ -52,7 +52,8 @@ def solve(
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
     steels = {"wing": scene.materials.wing.steel(), "nose": scene.materials.nose.steel()}
-    flows, metal, bars, flags = {}, {}, {}, lift_flags(lift_offs(run, scene.static_wheel_load))
+    flows, metal, flags = {}, {}, lift_flags(lift_offs(run, scene.static_wheel_load))
+    bars: dict[str, float] = {}
     for b, body in enumerate(BODIES):
         stations = stations_of(key, table, run, b, settings.step, CARRIES * scene.static_wheel_load)
         if not stations or steels[body].is_elastic:

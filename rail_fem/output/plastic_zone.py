@@ -127,7 +127,8 @@ def plan_map(corners: np.ndarray, strain: np.ndarray, box: np.ndarray, column: f
     ]
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = sums[1] / sums[0]
-    return PlanMap(*((edge[1:] + edge[:-1]) / 2 for edge in edges), mean)
+    x, y = ((edge[1:] + edge[:-1]) / 2 for edge in edges)
+    return PlanMap(x, y, mean)
 
 
 def along_track(corners: np.ndarray, strain: np.ndarray, edges: np.ndarray) -> np.ndarray:

@@ -40,7 +40,8 @@ def run(file: Path, leg: str) -> PassResult:
     """One case by rigid_hertz over the whole crossing with this leg; "": as the file has it."""
     changes = {}
     if leg:
-        start, end = load_case(file).scene.in_order_of_travel(LOW, HIGH)
+        facing = load_case(file).scene.direction == "facing"
+        start, end = (LOW, HIGH) if facing else (HIGH, LOW)
         changes = {"run.rigid_hertz.start": start, "run.rigid_hertz.end": end, "scene.crossing.leg": leg}
     case = load_case(file, changes)
     return rigid_hertz.solve(case.scene, case.settings(RigidHertzSettings))

@@ -126,7 +126,8 @@ ds = ufl.Measure("ds", domain=found.mesh, subdomain_data=found.facet_tags)
 work = found.plastic_strain + 1e-9 * found.stress[0, 1] + 1e3 * found.displacement[2]
 forms = [work * dx(2), work * ds(11), work * ds(23)]
 values = [MPI.COMM_WORLD.allreduce(fem.assemble_scalar(fem.form(form))) for form in forms]
-print(MPI.COMM_WORLD.rank, [float(value) for value in values], flush=True)
+if MPI.COMM_WORLD.rank == 0:
+    print([float(value) for value in values], flush=True)
 """
 
 
@@ -136,8 +137,8 @@ def test_integrals_do_not_depend_on_the_number_of_ranks(folder, written, tmp_pat
     values = []
     for ranks in (1, 3):
         printed = printed_by_ranks(ranks, tmp_path / "job.py", folder)
-        line = next(line for line in printed.splitlines() if line.startswith("0 "))
-        values.append([float(word.strip("' ")) for word in line[line.index("[") + 1 : -1].split(",")])
+        line = next(line for line in printed.splitlines() if line.startswith("["))
+        values.append([float(word.strip("' ")) for word in line[1:-1].split(",")])
     assert np.all(np.abs(values[0]) > 0)
     np.testing.assert_allclose(values[1], values[0], rtol=1e-12)
 
