@@ -1,6 +1,7 @@
 """Highest position of a rigid wheel over one body of a crossing: first search on a grid, then refinement on the exact
 surface."""
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -21,16 +22,23 @@ CLOSE = 2e-8  # width to which a position is closed in [m]
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
-class GoldenSection(NamedTuple):
-    """State of a golden section for the highest value between a and b: inner positions p < q, their values fp and fq,
-    and the position to be evaluated next."""
+class Bracket(NamedTuple):
+    """State of Brent's method for the highest value between a and b: the best position x, the two before it (w, v),
+    their values, the last step and the one before it, and the position to be evaluated next; NaN when closed in.
+
+    Source: Brent, Algorithms for Minimization without Derivatives (1973), chapter 5.
+    """
 
     a: float
     b: float
-    p: float
-    q: float
-    fp: float
-    fq: float
+    x: float
+    w: float
+    v: float
+    fx: float
+    fw: float
+    fv: float
+    step: float
+    before: float
     next: float
 
 
@@ -45,15 +53,9 @@ class BodySearch:
         self.surface = (body == "nose", *crossing.tables)
         self.profile = wheel.hermite_table()
         self.radius, self.datum, self.reach = radius, datum, reach
-        self.spacing, self.step = resolution, STATION_RATIO * resolution
-        low, high = np.min(x) - reach, np.max(x) + reach
-        self.stations = np.linspace(low, high, max(int(np.ceil((high - low) / self.step)), 2) + 1)
-        y = (
-            self.profile[0][0]
-            + np.arange(int((self.profile[0][-1] - self.profile[0][0]) / resolution) + 1) * resolution
-        )
-        tread = hermite_many(y, *self.profile)[0]
-        self.peaks = lateral_peaks(self.stations, y + datum, tread, radius, *self.surface)
+        self.spacing = resolution
+        low, high = float(np.min(x) - reach), float(np.max(x) + reach)
+        self.stations, self.peaks = _tabulated(crossing, wheel, body, radius, datum, resolution, low, high)
 
     def contacts(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Axle height less radius (n,) and contact point (n, 3) [m] at axle positions x (n,); NaN where out of
@@ -64,6 +66,17 @@ class BodySearch:
     def first_search(self, x: np.ndarray) -> np.ndarray:
         """Axle height less radius (n,) of the first search alone; NaN where out of reach."""
         return search_all(x, self.stations, self.peaks, self.reach)
+
+
+@functools.lru_cache(maxsize=32)
+def _tabulated(crossing, wheel, body, radius, datum, resolution, low, high) -> tuple[np.ndarray, np.ndarray]:
+    """Stations (m,) between low and high [m] and their lateral peaks; kept, as it is most of what a path costs."""
+    stations = np.linspace(low, high, max(int(np.ceil((high - low) / (STATION_RATIO * resolution))), 2) + 1)
+    profile = wheel.hermite_table()
+    width = profile[0][-1] - profile[0][0]
+    y = profile[0][0] + np.arange(int(width / resolution) + 1) * resolution
+    tread = hermite_many(y, *profile)[0]
+    return stations, lateral_peaks(stations, y + datum, tread, radius, body == "nose", *crossing.tables)
 
 
 @njit(cache=True)
@@ -181,47 +194,55 @@ def axle_height(at, ahead, y, radius, datum, profile, nose, c, loft):
 
 @njit(cache=True)
 def opened(a, b):
-    """A golden section between a and b, its lower inner position next."""
-    p = b - GOLDEN * (b - a)
-    return GoldenSection(a, b, p, a + GOLDEN * (b - a), -np.inf, -np.inf, p)
+    """A bracket between a and b before anything was evaluated."""
+    x = a + (1 - GOLDEN) * (b - a)
+    return Bracket(a, b, x, x, x, -np.inf, -np.inf, -np.inf, 0.0, np.inf, x)
 
 
 @njit(cache=True)
-def evaluated(old, value):
-    """With the value at the next position."""
-    lower = old.next == old.p
-    return GoldenSection(old.a, old.b, old.p, old.q, value if lower else old.fp, old.fq if lower else value, old.next)
+def narrowed(old, value):
+    """The bracket with the value at its next position: narrower, or closed in."""
+    a, b, x, w, v, fx, fw, fv, u = old.a, old.b, old.x, old.w, old.v, old.fx, old.fw, old.fv, old.next
+    if old.before == np.inf:  # the first
+        fx = fw = fv = value
+    elif value >= fx:
+        a, b = (x, b) if u >= x else (a, x)
+        v, w, x, fv, fw, fx = w, x, u, fw, fx, value
+    else:
+        a, b = (u, b) if u < x else (a, u)
+        if value >= fw or w == x:
+            v, w, fv, fw = w, u, fw, value
+        elif value >= fv or v == x or v == w:
+            v, fv = u, value
+    step, before = next_step(a, b, x, w, v, fx, fw, fv, old.step, 0.0 if old.before == np.inf else old.before)
+    closed = abs(x - (a + b) / 2) <= CLOSE - (b - a) / 2
+    least = step if abs(step) >= CLOSE / 2 else np.copysign(CLOSE / 2, step)
+    return Bracket(a, b, x, w, v, fx, fw, fv, step, before, np.nan if closed else x + least)
 
 
 @njit(cache=True)
-def at_upper(old):
-    """With the upper inner position next."""
-    return GoldenSection(old.a, old.b, old.p, old.q, old.fp, old.fq, old.q)
-
-
-@njit(cache=True)
-def narrowed(old):
-    """One step of a golden section: the narrower GoldenSection, `next` a new inner position."""
-    if old.fp >= old.fq:
-        below = old.q - GOLDEN * (old.q - old.a)
-        return GoldenSection(old.a, old.q, below, old.p, old.fp, old.fp, below)
-    above = old.p + GOLDEN * (old.b - old.p)
-    return GoldenSection(old.p, old.b, old.q, above, old.fq, old.fq, above)
+def next_step(a, b, x, w, v, fx, fw, fv, step, before):
+    """Step from x and the one before it: to the top of a parabola through the three best, where steps shrink so and it
+    lies inside; else a golden section of the larger part."""
+    middle = (a + b) / 2
+    if abs(before) > CLOSE / 2 and np.isfinite(fx + fw + fv):
+        r, q = (x - w) * (fv - fx), (x - v) * (fw - fx)
+        p, q = (x - v) * q - (x - w) * r, 2 * (q - r)
+        p, q = (-p, q) if q > 0 else (p, -q)
+        if abs(p) < abs(q * before / 2) and q * (a - x) < p < q * (b - x):
+            near = min(x + p / q - a, b - x - p / q) < CLOSE
+            return (np.copysign(CLOSE / 2, middle - x) if near else p / q), step
+    larger = (a if x >= middle else b) - x
+    return (1 - GOLDEN) * larger, larger
 
 
 @njit(cache=True)
 def along_wheel(at, y, low, high, radius, datum, profile, nose, c, loft):
-    """Highest position along x at this y by golden section between low and high: (height, ahead).
-
-    One call of `clearance` serves all evaluations: every further one would be compiled in again.
-    """
-    now, count = opened(low, high), 0
-    while now.b - now.a > CLOSE:
-        now = evaluated(now, axle_height(at, now.next, y, radius, datum, profile, nose, c, loft))
-        count += 1
-        now = at_upper(now) if count == 1 else narrowed(now)
-    # the better of the last two: the other was about to be replaced
-    return (now.fq, now.q) if now.next == now.p else (now.fp, now.p)
+    """Highest position along x at this y between low and high: (height, ahead)."""
+    now = opened(low, high)
+    while not np.isnan(now.next):
+        now = narrowed(now, axle_height(at, now.next, y, radius, datum, profile, nose, c, loft))
+    return now.fx, now.x
 
 
 @njit(cache=True)
@@ -241,26 +262,23 @@ def climb(at, guess, reach, step, spacing, radius, datum, profile, nose, c, loft
 
 @njit(cache=True)
 def refine(at, ahead, y, step, spacing, radius, datum, profile, nose, c, loft):
-    """Highest position near a first guess: golden section over y of the highest position along x. (height, ahead, y).
+    """Highest position near a first guess: over y of the highest position along x. (height, ahead, y).
 
     Needs no derivatives, so that edges and kinks of either surface are found as they are; the ends of the window are
-    looked at too, as a wheel may stand on its rim.
+    looked at too, as a wheel may stand on its rim. One call of `along_wheel` serves all evaluations: every further one
+    would be compiled in again.
     """
     a, b = max(y - 2 * spacing, profile[0][0] + datum), min(y + 2 * spacing, profile[0][-1] + datum)
     now, position, count = opened(a, b), a, 0
     best, best_ahead, best_y = -np.inf, ahead, y
-    while now.b - now.a > CLOSE:
+    while not np.isnan(position):
         value, along = along_wheel(
             at, position, ahead - 2 * step, ahead + 2 * step, radius, datum, profile, nose, c, loft
         )
         if value > best:
             best, best_ahead, best_y = value, along, position
         count += 1
-        if count == 1:
-            position = b
-            continue
         if count > 2:
-            now = evaluated(now, value)
-            now = at_upper(now) if count == 3 else narrowed(now)
-        position = now.next
+            now = narrowed(now, value)
+        position = b if count == 1 else now.next
     return best, best_ahead, best_y

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from geometry.axes import tread_datum_y
-from geometry.path.path_search import BodySearch
+from geometry.path.path_search import BodySearch, _tabulated
 from geometry.path.wheel_path import wheel_path
 from geometry.profiles.profile import Profile, arc, line
 from geometry.profiles.wheel import wheel_profile
@@ -207,3 +207,15 @@ def test_a_shifted_wheel_changes_its_path_smoothly_through_zero_shift():
 def test_impossible_paths_are_refused(arguments, complaint):
     with pytest.raises(CrossingError, match=complaint):
         wheel_path(CastCrossing(), wheel_profile("P8"), **arguments)
+
+
+def test_a_path_asked_for_again_is_the_same_and_its_first_search_is_kept():
+    crossing, wheel, x = CastCrossing(9.5), wheel_profile("P8"), np.linspace(-0.9, -0.6, 60)
+    first = wheel_path(crossing, wheel, x)
+    kept = _tabulated.cache_info()
+    again = wheel_path(CastCrossing(9.5), wheel_profile("P8"), x)
+    assert np.array_equal(first.height, again.height) and np.array_equal(first.wing_point, again.wing_point)
+    now = _tabulated.cache_info()
+    assert now.misses == kept.misses and now.hits == kept.hits + 3  # wing, nose, and the wing on plain line
+    other = wheel_path(CastCrossing(9.5, leg_lowering=0.5e-3), wheel, x)
+    assert np.abs(other.height - first.height).max() > 0.1e-3
