@@ -29,6 +29,10 @@ STUDIES = {
         "five wheels over the cast crossing: contact bands, axle height, transfer, dip angle",
     ),
     "leg": Study("rail_fem.studies.leg", "why the leg throws the wheel: one thing changed at a time, by a light model"),
+    "leg-wheels": Study("rail_fem.studies.leg_wheels", "four wheels on the leg, and why a P1 does there what it does"),
+    "leg-explicit": Study(
+        "rail_fem.studies.leg_explicit", "the leg by the explicit model beside the light one", ("--quick",)
+    ),
     "p2": Study("rail_fem.studies.p2_filtered", "the P2 formula beside forces low-passed as the trade quotes them"),
     "joint": Study("rail_fem.studies.joint", "a dipped rail joint by light models, against the P2 formula"),
     "whole-crossing": Study(

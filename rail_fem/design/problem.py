@@ -15,6 +15,10 @@ name = "worn, 75 mph"
 weight = 2.0
 set = { "scene.wheel.profile" = "P8-worn", "scene.speed" = "75 mph" }
 
+[[check]]                             # passes of the report alone: what was found, on wheels that were not searched on
+name = "as fast as 100 mph"
+set = { "scene.speed" = "100 mph" }
+
 [[objective]]
 quantity = "largest leg force"        # of rail_fem.sweeps.trends.MEASURES
 weight = 1.0
@@ -122,8 +126,10 @@ class Design(Frozen):
     model: str = "rigid_hertz"
     seed: Annotated[Count, Field(ge=0)] = 1
     trials: Annotated[Count, Field(ge=10, le=1_000_000)] = 400
+    worse: Annotated[float, Field(ge=0, le=1e3)] = 0.0  # weight of whatever is worse in a pass than at the start
     vary: Annotated[tuple[Variable, ...], Field(min_length=1, max_length=30)]
     passes: Annotated[tuple[Pass, ...], Field(min_length=1, alias="pass")]
+    checks: Annotated[tuple[Pass, ...], Field(alias="check")] = ()
     objective: Annotated[tuple[Objective, ...], Field(min_length=1)]
 
     @model_validator(mode="after")
@@ -131,7 +137,8 @@ class Design(Frozen):
         if self.model not in MODELS or MODELS[self.model].parallel:
             light = [name for name, entry in MODELS.items() if not entry.parallel]
             raise ValueError(f'model "{self.model}" is no light model: a search takes {", ".join(light)}')
-        for what, names in (("key", [v.key for v in self.vary]), ("pass", [p.name for p in self.passes])):
+        passes = [p.name for p in (*self.passes, *self.checks)]
+        for what, names in (("key", [v.key for v in self.vary]), ("pass", passes)):
             if len(set(names)) < len(names):
                 raise ValueError(f"{what} {sorted(n for n in names if names.count(n) > 1)[0]} stands twice")
         return self
@@ -147,16 +154,21 @@ class Problem:
     @property
     def columns(self) -> list[tuple[str, str]]:
         """Pass and quantity of each number of a trial."""
-        return [(one.name, objective.quantity) for one in self.design.passes for objective in self.design.objective]
+        return self.columns_of(self.design.passes)
+
+    def columns_of(self, passes: tuple[Pass, ...]) -> list[tuple[str, str]]:
+        """The same for other passes."""
+        return [(one.name, objective.quantity) for one in passes for objective in self.design.objective]
 
     def changes(self, values: np.ndarray | None) -> dict[str, Any]:
         """Keys of the case with their values; none for the case as it is."""
         return {} if values is None else {v.key: v.text(x) for v, x in zip(self.design.vary, values)}
 
-    def numbers(self, values: np.ndarray | None) -> np.ndarray:
-        """(k,)  the measures of `columns` in their units. Errors: those of load_case and of the model."""
+    def numbers(self, values: np.ndarray | None, passes: tuple[Pass, ...] = ()) -> np.ndarray:
+        """(k,)  the measures of `columns` in their units, or of other passes. Errors: those of load_case and of the
+        model."""
         found = []
-        for one in self.design.passes:
+        for one in passes or self.design.passes:
             case = load_case(self.case, self.changes(values) | one.set)
             if self.design.model not in case.runs:
                 raise DesignError(f"{self.case}: has no [run.{self.design.model}]")
@@ -167,14 +179,19 @@ class Problem:
         return np.array(found)
 
     def score(self, numbers: np.ndarray, start: np.ndarray) -> float:
-        """Weighted mean over passes and objectives: value over the start's, or squared distance from a target."""
+        """Weighted mean over passes and objectives: value over the start's, or squared distance from a target; what is
+        above the start's counts `worse` times more."""
         total = weights = 0.0
         for k, (one, objective) in enumerate((p, o) for p in self.design.passes for o in self.design.objective):
             weight = one.weight * objective.weight
             goal = objective.goal
-            part = numbers[k] / max(abs(start[k]), 1e-9) if goal is None else ((numbers[k] - goal) / goal) ** 2
+            part = self._part(numbers[k], start[k]) if goal is None else ((numbers[k] - goal) / goal) ** 2
             total, weights = total + weight * (FAILED if np.isnan(part) else min(part, FAILED)), weights + weight
         return total / weights
+
+    def _part(self, number: float, start: float) -> float:
+        ratio = number / max(abs(start), 1e-9)
+        return ratio + self.design.worse * max(ratio - 1, 0.0)
 
 
 def read_design(path: Path) -> Problem:
@@ -191,7 +208,7 @@ def read_design(path: Path) -> Problem:
         faults = [f"  {where(fault)}: {fault['msg']}" for fault in error.errors()]
         raise DesignError("\n".join([f"{path}: {len(faults)} fault(s)", *faults])) from error
     problem = Problem(design, path.parent / design.case)
-    for one in design.passes:
+    for one in (*design.passes, *design.checks):
         case = load_case(problem.case, one.set)
         if design.model not in case.runs:
             raise DesignError(f"{problem.case}: has no [run.{design.model}]")

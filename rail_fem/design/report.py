@@ -1,5 +1,8 @@
-"""What a search found: a table of start and best over all passes, how robust the gain is, and one figure."""
+"""What a search found: a table of start and best over all passes and checks, how robust the gain is, how far the shapes
+are apart, the best as a command, and two figures."""
 
+import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +12,10 @@ from matplotlib.figure import Figure
 from rail_fem.case.casefile import load_case
 from rail_fem.design.problem import Problem
 from rail_fem.design.search import Found, Trial
+from rail_fem.design.shape import ShapeDifference, shape_difference, told
 from rail_fem.light.rigid import rigid_path
 from rail_fem.output.markdown import markdown_table
-from rail_fem.show.style import GREY, NOSE, PURPLE, TOTAL, WING, new_figure
+from rail_fem.show.style import BODY, GREY, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.sweeps.trends import MEASURES
 
@@ -19,15 +23,33 @@ SHAPE_SPACING = 5e-3  # of the long section that is drawn [m]
 
 
 def write_report(problem: Problem, found: Found, out: Path) -> str:
-    """design.md and design.png in `out`; returns the text. Errors: OSError."""
-    text = report(problem, found)
+    """design.md, design.png, design_forces.png in `out`; returns the text. Errors: OSError."""
+    design = problem.design
+    checked = [_checked(problem, values) for values in (None, found.best.values)] if design.checks else []
+    text = report(problem, found, checked)
     folder = Path(out)
     write_table_and_figure(folder / "design.md", text, folder / "design.png", lambda: design_figure(problem, found))
+    with lettering():
+        save(force_figure(problem, found, checked), folder / "design_forces.png")
     return text
 
 
-def report(problem: Problem, found: Found) -> str:
-    """Start and best: variables, each measure of each pass, the gain's range over the passes, failed trials."""
+def _checked(problem: Problem, values: np.ndarray | None) -> np.ndarray:
+    """The numbers of the checks; NaN for those that cannot be run."""
+    parts = []
+    for check in problem.design.checks:
+        try:
+            parts.append(problem.numbers(values, (check,)))
+        except (ValueError, ArithmeticError):  # a wheel that derails on one of the two
+            parts.append(np.full(len(problem.design.objective), np.nan))
+    return np.concatenate(parts)
+
+
+def report(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -> str:
+    """Start and best: variables, each measure of each pass, the gain's range over the passes, failed trials.
+
+    checked : the numbers of the checks at the start and at best
+    """
     design, best = problem.design, found.best
     lines = [
         f"# Search of {problem.case.name} by {design.model}",
@@ -44,27 +66,60 @@ def report(problem: Problem, found: Found) -> str:
         ),
         "",
     ]
-    targets = {objective.quantity: objective.target for objective in design.objective}
-    rows = []
-    for (name, quantity), a, b in zip(problem.columns, found.start.numbers, best.numbers):
-        unit, change = MEASURES[quantity].unit, f"{100 * (b / a - 1):+.1f} %" if a else "-"
-        rows.append([name, quantity, f"{a:.4g} {unit}", f"{b:.4g} {unit}", change, str(targets[quantity] or "")])
-    lines += markdown_table(["pass", "quantity", "start", "best", "change", "target"], rows)
-    lines += ["", *robustness(problem, found)]
+    lines += _side_by_side(problem, problem.columns, found.start.numbers, best.numbers)
+    if len(checked):
+        lines += ["", "Passes that were not searched on:", ""]
+        lines += _side_by_side(problem, problem.columns_of(design.checks), *checked)
+    lines += ["", *robustness(problem, found, checked)]
+    lines += ["Running surfaces, best less start:", ""]
+    shapes = shape_differences(problem, found)
+    lines += markdown_table(["body", "most added [mm]", "most taken away [mm]"], [told(one) for one in shapes])
+    lines += ["", "The best by an explicit model:", "", f"```\n{command(problem, found)}\n```", ""]
     failed = [trial for trial in found.trials if trial.fault]
     last = f", the last: {failed[-1].fault}" if failed else ""
     lines.append(f"{len(failed)} of {len(found.trials)} trials could not be run{last}.")
     return "\n".join(lines)
 
 
-def robustness(problem: Problem, found: Found) -> list[str]:
-    """For each quantity without a target: in how many passes the best is below the start, and the range of change."""
+def _side_by_side(problem: Problem, columns: list[tuple[str, str]], start: np.ndarray, best: np.ndarray) -> list[str]:
+    """Markdown: each quantity of each pass at the start and at best."""
+    targets = {objective.quantity: objective.target for objective in problem.design.objective}
+    rows = []
+    for (name, quantity), a, b in zip(columns, start, best):
+        unit, change = MEASURES[quantity].unit, f"{100 * (b / a - 1):+.1f} %" if a else "-"
+        rows.append([name, quantity, f"{a:.4g} {unit}", f"{b:.4g} {unit}", change, str(targets[quantity] or "")])
+    return markdown_table(["pass", "quantity", "start", "best", "change", "target"], rows)
+
+
+def command(problem: Problem, found: Found) -> str:
+    """What runs the best."""
+    keys = " ".join(f'--set "{key}={value}"' for key, value in problem.changes(found.best.values).items())
+    return f"rail-fem run {problem.case} --model fe_full --out runs/best {keys}"
+
+
+def shape_differences(problem: Problem, found: Found) -> list[ShapeDifference]:
+    """Of the bodies over the first pass's window."""
+    first = problem.design.passes[0].set
+    cases = [load_case(problem.case, problem.changes(values) | first) for values in (None, found.best.values)]
+    settings: Any = cases[0].runs[problem.design.model]
+    low, high = sorted(settings.window(cases[0].scene))
+    return shape_difference(*(case.scene.crossing.surface for case in cases), low, high)
+
+
+def robustness(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -> list[str]:
+    """For each quantity without a target: in how many passes and checks the best is below the start, and the range of
+    change."""
+    columns = problem.columns + (problem.columns_of(problem.design.checks) if len(checked) else [])
+    at_start, at_best = (
+        np.concatenate([own, checked[k]]) if len(checked) else own
+        for k, own in enumerate((found.start.numbers, found.best.numbers))
+    )
     lines = []
     for objective in problem.design.objective:
         if objective.target is not None:
             continue
-        own = [k for k, (_, quantity) in enumerate(problem.columns) if quantity == objective.quantity]
-        start, best = found.start.numbers[own], found.best.numbers[own]
+        own = [k for k, (_, quantity) in enumerate(columns) if quantity == objective.quantity]
+        start, best = at_start[own], at_best[own]
         with np.errstate(invalid="ignore", divide="ignore"):
             change = 100 * (best / start - 1)
         known = change[np.isfinite(change)]
@@ -77,10 +132,12 @@ def robustness(problem: Problem, found: Found) -> list[str]:
 
 
 def design_figure(problem: Problem, found: Found) -> Figure:
-    """Above: all trials by their first two quantities (means over the passes); below: the rigid wheel's path of the
-    first pass at the start and at best, which is the shape that it feels."""
-    figure = new_figure(10.5)
-    above, below = figure.subplots(2, 1, gridspec_kw={"height_ratios": [1.5, 1]})
+    """Above: all trials by their first two quantities (means over the passes); middle: the rigid wheel's path of the
+    first pass at the start and at best, which is the shape that it feels; below: how far the running surfaces are
+    apart."""
+    figure = new_figure(13.0)
+    above, below, shape = figure.subplots(3, 1, gridspec_kw={"height_ratios": [1.5, 1, 1]})
+    shape.sharex(below)
     quantities = list(dict.fromkeys(objective.quantity for objective in problem.design.objective))
     pair = (quantities * 2)[:2]
     at = lambda trial: [_mean(problem, trial, quantity) for quantity in pair]
@@ -100,9 +157,42 @@ def design_figure(problem: Problem, found: Found) -> Figure:
     for trial, words, colour in ((found.start, "start", NOSE), (found.best, "best", TOTAL)):
         x, height = _path(problem, None if trial is found.start else trial.values, first.set)
         below.plot(1e3 * x, 1e3 * height, color=colour, lw=2, label=f"{words}: path of the rigid wheel, {first.name}")
-    below.set(xlabel="position x of the wheel [mm], 0 where the gauge lines intersect", ylabel="axle height [mm]")
+    below.set(ylabel="axle height [mm]")
     below.legend()
+    for one in shape_differences(problem, found):
+        x, words = 1e3 * one.x, "leg and wing" if one.body == "wing" else one.body
+        shape.fill_between(x, 1e3 * one.taken, 1e3 * one.added, color=BODY[one.body], alpha=0.5, label=words)
+    shape.axhline(0, color=GREY, lw=1)
+    shape.set(
+        xlabel="position x [mm], 0 where the gauge lines intersect", ylabel="metal added (+) or\ntaken away (-) [mm]"
+    )
+    shape.legend(title="running surface, best less start")
     figure.suptitle(f"Search of {problem.case.name} by {problem.design.model}: {len(found.trials)} trials", fontsize=14)
+    return figure
+
+
+def force_figure(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -> Figure:
+    """Bars of each quantity at the start and at best, a pair a pass; checks beside them, hatched."""
+    design = problem.design
+    quantities = list(dict.fromkeys(objective.quantity for objective in design.objective))
+    figure = new_figure(2.6 * len(quantities) + 1.4)
+    names = [one.name for one in (*design.passes, *(design.checks if len(checked) else ()))]
+    at = np.arange(len(names))
+    for axes, quantity in zip(figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0], quantities):
+        k = quantities.index(quantity)
+        for side, (trial, words, colour) in enumerate(((found.start, "start", NOSE), (found.best, "best", TOTAL))):
+            values = trial.numbers.reshape(-1, len(design.objective))[:, k]
+            if len(checked):
+                values = np.concatenate([values, checked[side].reshape(-1, len(design.objective))[:, k]])
+            bars = axes.bar(at + 0.4 * side - 0.2, values, width=0.38, color=colour, label=words)
+            for bar in bars[len(design.passes) :]:
+                bar.set(hatch="//", edgecolor="white")
+        axes.set_ylabel(f"{quantity}\n[{MEASURES[quantity].unit}]")
+        axes.grid(axis="x", visible=False)
+    axes.set_xticks(at, [textwrap.fill(name, 14) for name in names], fontsize=10)
+    figure.axes[0].legend(ncols=2, loc="upper left", bbox_to_anchor=(0, 1.28))
+    hatched = "; hatched: not searched on" if len(checked) else ""
+    figure.suptitle(f"Start and best of {problem.case.name} by {design.model}{hatched}", fontsize=14)
     return figure
 
 

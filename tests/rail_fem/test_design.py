@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from geometry.surfaces.crossing import CastCrossing
 from rail_fem.cli import app
 from rail_fem.design import search as search_module
 from rail_fem.design.problem import DesignError, read_design
 from rail_fem.design.search import TRIALS, SearchRecord, rounded, search
+from rail_fem.design.shape import shape_difference, told
 from tests.rail_fem.test_casefile import ROOT
 
 DESIGN = """
@@ -124,6 +126,47 @@ def test_the_command_searches_with_a_light_model_and_reports(tmp_path):
     assert done.exit_code == 0, done.output
     assert "trials (seed 3)" in done.output and (out / "design.png").stat().st_size > 10_000
     assert "first impact: lower in 1 of 1 passes" in (out / "design.md").read_text()
+
+
+CHECK = """
+[[check]]
+name = "as slow as 50 mph"
+[check.set]
+"scene.speed" = "50 mph"
+"run.rigid_hertz.start" = "280 mm"
+"run.rigid_hertz.end" = "420 mm"
+"run.rigid_hertz.path_spacing" = "10 mm"
+"""
+
+
+def test_what_is_worse_in_a_pass_counts_more(tmp_path):
+    start = np.array([100.0])
+    even = read_design(design(tmp_path))
+    strict = read_design(design(tmp_path, seed=("seed = 3", "seed = 3\nworse = 4")))
+    for value, plain, weighted in ((80.0, 0.8, 0.8), (120.0, 1.2, 2.0)):
+        assert even.score(np.array([value]), start) == pytest.approx(plain)
+        assert strict.score(np.array([value]), start) == pytest.approx(weighted)
+
+
+def test_shapes_are_apart_by_what_was_changed():
+    """A nose cut 1 mm lower loses 1 mm on its whole running surface, the wing nothing."""
+    wing, nose = shape_difference(CastCrossing(), CastCrossing(nose_lowering=1e-3), 0.4, 0.6)
+    assert nose.taken == pytest.approx(-1e-3, abs=1e-6) and nose.added == pytest.approx(0, abs=1e-6)
+    assert wing.taken == pytest.approx(0, abs=1e-9) and wing.added == pytest.approx(0, abs=1e-9)
+    assert "-1.00 at x" in told(nose)[2]
+    assert told(shape_difference(CastCrossing(), CastCrossing(), -0.9, -0.8)[1])[1:] == ["-", "-"]
+
+
+def test_checks_are_reported_and_not_searched_on(tmp_path):
+    out = tmp_path / "out"
+    path = design(tmp_path, trials=12, extra=CHECK)
+    assert CliRunner().invoke(app, ["design", str(path), "--out", str(out), "--workers", "1"]).exit_code == 0
+    text = (out / "design.md").read_text()
+    assert "as slow as 50 mph" in text and "of 2 passes" in text and "rail-fem run" in text
+    assert "50 mph" not in (out / TRIALS).read_text() and (out / "design_forces.png").stat().st_size > 10_000
+    twice = design(tmp_path, extra=CHECK.replace("as slow as 50", "75"))
+    with pytest.raises(DesignError, match="stands twice"):
+        read_design(twice)
 
 
 @pytest.mark.parametrize(
