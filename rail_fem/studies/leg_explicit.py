@@ -22,6 +22,7 @@ from rail_fem.models import rigid_hertz
 from rail_fem.output.events import Flight, longest_flight, stated_peaks
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
+from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.show.style import GREY, LINE_OF_MODEL, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.studies.leg import FITTED, THESIS
@@ -61,7 +62,7 @@ def run(name: str, size: float, out: Path) -> Pair:
     """A row by both models; size : of the elements [m]. Collective. Errors: as of `run_at`."""
     changes = changes_of(name)
     case = load_case(example("whole_crossing"), changes)
-    light = rigid_hertz.solve(case.scene, case.runs["rigid_hertz"])
+    light = rigid_hertz.solve(case.scene, case.settings(RigidHertzSettings))
     explicit = run_at(
         example("whole_crossing"),
         {key: value for key, value in changes.items() if "rigid_hertz" not in key},
