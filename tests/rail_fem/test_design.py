@@ -149,8 +149,8 @@ def test_what_is_worse_in_a_pass_counts_more(tmp_path):
 
 
 def test_shapes_are_apart_by_what_was_changed():
-    """A nose cut 1 mm lower loses 1 mm on its whole running surface, the wing nothing."""
-    wing, nose = shape_difference(CastCrossing(), CastCrossing(nose_lowering=1e-3), 0.4, 0.6)
+    """A topping line 1 mm lower takes 1 mm off the topped nose (up to 0.45 m), the wing nothing."""
+    wing, nose = shape_difference(CastCrossing(), CastCrossing(nose_lowering=1e-3), 0.36, 0.45)
     assert nose.taken == pytest.approx(-1e-3, abs=1e-6) and nose.added == pytest.approx(0, abs=1e-6)
     assert wing.taken == pytest.approx(0, abs=1e-9) and wing.added == pytest.approx(0, abs=1e-9)
     assert "-1.00 at x" in told(nose)[2]
