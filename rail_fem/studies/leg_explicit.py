@@ -4,8 +4,9 @@
     rail-fem study leg-explicit --size 2 --out leg_explicit
 
 The reference case (worn P8, 1:10.75, 75 mph, facing) from the plain rail over the leg to behind the landing, with the
-benchmark's leg and with the one that was fitted to the thesis; and with a P1 on the benchmark's leg. Both models run
-over the same stretch, from rest. The explicit model computes the steel near the wheel only (a travelling window of
+benchmark's leg, with two longer transitions and with the one that was fitted to the thesis by the light model; and
+with a P1 on the benchmark's leg. rigid_hertz, the same with two contacts on the leg (leg_contacts) and fe_full run over
+the same stretch, from rest. The explicit model computes the steel near the wheel only (a travelling window of
 60 mm), masses scaled ("auto"). Runs lie in folders of their name: what is there is not run again.
 """
 
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
 from matplotlib.figure import Figure
 
@@ -23,28 +25,35 @@ from rail_fem.output.events import Flight, longest_flight, stated_peaks
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
 from rail_fem.settings.light import RigidHertzSettings
-from rail_fem.show.style import GREY, LINE_OF_MODEL, new_figure
+from rail_fem.show.style import GREY, LINE_OF_MODEL, ORANGE, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
-from rail_fem.studies.leg import FITTED, THESIS
+from rail_fem.studies.leg import CROSSING, FITTED, THESIS
+from rail_fem.studies.leg_contacts import LegPass, two_contact_pass
 from rail_fem.studies.size_series import MODEL, faults_told, run_at
 from rail_fem.sweeps.compare import core_seconds, history_error
 
-BEFORE, BEHIND = 0.06, 0.25  # plain rail before the leg, and path behind it [m]
+BEFORE = 0.06  # plain rail before the leg [m]
+BEHIND = {"benchmark-P1": 0.12}  # path behind it, else WHOLE: no mesh follows a P1 to the knuckle at 4 mm [m]
+WHOLE = 0.25
 WINDOW = {f"run.{MODEL}.window_ahead": "60 mm", f"run.{MODEL}.window_behind": "60 mm"}
 P1 = {"scene.wheel.profile": "P1"}
+LENGTH = CROSSING + "transition_length"
 ROWS: dict[str, tuple[str, dict[str, Any]]] = {
     "benchmark": ("benchmark's leg, worn P8", {}),
+    "200mm": ("transition of 200 mm, worn P8", {LENGTH: "200 mm"}),
+    "300mm": ("transition of 300 mm, worn P8", {LENGTH: "300 mm"}),
     "fitted": ("fitted leg, worn P8", FITTED),
     "benchmark-P1": ("benchmark's leg, P1", P1),
 }
 
 
 @dataclass(frozen=True)
-class Pair:
-    """One pass by both models."""
+class OneLeg:
+    """One pass by the models. two : the light one with two contacts on the leg"""
 
     words: str
     light: PassResult
+    two: LegPass
     explicit: PassResult
 
 
@@ -52,17 +61,18 @@ def changes_of(name: str) -> dict[str, Any]:
     """Changes of the case for a row, with the stretch that is run over."""
     own = ROWS[name][1]
     surface = load_case(example("whole_crossing"), own).scene.crossing.surface
-    start, end = surface.leg_range[0] - BEFORE, surface.leg_range[1] + BEHIND
+    start, end = surface.leg_range[0] - BEFORE, surface.leg_range[1] + BEHIND.get(name, WHOLE)
     window = {key: f"{1e3 * x:.0f} mm" for key, x in (("start", start), ("end", end))}
     models = "rigid_hertz", MODEL
     return own | WINDOW | {f"run.{model}.{key}": value for model in models for key, value in window.items()}
 
 
-def run(name: str, size: float, out: Path) -> Pair:
+def run(name: str, size: float, out: Path) -> OneLeg:
     """A row by both models; size : of the elements [m]. Collective. Errors: as of `run_at`."""
     changes = changes_of(name)
     case = load_case(example("whole_crossing"), changes)
-    light = rigid_hertz.solve(case.scene, case.settings(RigidHertzSettings))
+    settings = case.settings(RigidHertzSettings)
+    light = rigid_hertz.solve(case.scene, settings)
     explicit = run_at(
         example("whole_crossing"),
         {key: value for key, value in changes.items() if "rigid_hertz" not in key},
@@ -70,7 +80,7 @@ def run(name: str, size: float, out: Path) -> Pair:
         out / f"{name}-{1e3 * size:g}mm",
         lambda line: None,
     )
-    return Pair(ROWS[name][0], light, explicit)
+    return OneLeg(ROWS[name][0], light, two_contact_pass(case.scene, settings), explicit)
 
 
 def cells(words: str, result: PassResult) -> list[str]:
@@ -92,6 +102,17 @@ def cells(words: str, result: PassResult) -> list[str]:
     ]
 
 
+def two_cells(words: str, leg_end: float, found: LegPass) -> list[str]:
+    """The same of the light model with two contacts."""
+    on_leg = np.where(found.x < leg_end, found.force, 0.0)
+    peak = lambda force: f"{force.max() / 1e3:.0f} at {1e3 * found.x[np.argmax(force)]:.0f}"
+    flight = found.flight
+    own = ["none", "-"]
+    if flight is not None:
+        own = [f"{1e3 * abs(flight.x_end - flight.x_start):.0f}", f"{1e3 * (flight.end - flight.start):.2f}"]
+    return [words, "rigid_hertz, two contacts", peak(on_leg), peak(found.force), *own, "-", "-", "-", "-"]
+
+
 def flown(flight: Flight) -> list[str]:
     """Length, time and launch speed of a flight."""
     if not flight.length:
@@ -99,34 +120,38 @@ def flown(flight: Flight) -> list[str]:
     return [f"{1e3 * flight.length:.0f}", f"{1e3 * flight.duration:.2f}", f"{flight.launch_speed:.2f}"]
 
 
-def table(pairs: list[Pair]) -> str:
+def table(legs: list[OneLeg]) -> str:
     """Markdown: a row a pass and model; then how far the force histories are apart."""
     head = ["leg, wheel", "model", "force on the leg [kN] at x [mm]", "largest force [kN] at x [mm]", "flight [mm]"]
     head += ["flight [ms]", "launch [m/s]", "PEEQ, worst 5 x 5 x 3 mm [%] at x [mm]", "largest element [%] at x [mm]"]
     head += ["core seconds"]
-    rows = [cells(pair.words, result) for pair in pairs for result in (pair.light, pair.explicit)]
+    rows = []
+    for one in legs:
+        rows += [cells(one.words, one.light), two_cells(one.words, one.light.scene.crossing.leg_end, one.two)]
+        rows.append(cells(one.words, one.explicit))
     force, length, time, _ = THESIS
     rows.append(["thesis, case 2", "explicit FE", f"{force}", "", f"{length}", f"{time}", "", "", "22.95", ""])
-    apart = [f"{pair.words}: {history_error(pair.light, pair.explicit):.0%}" for pair in pairs]
+    apart = [f"{one.words}: {history_error(one.light, one.explicit):.0%}" for one in legs]
     return "\n".join([*markdown_table(head, rows), "", f"Force histories apart (L2): {', '.join(apart)}."])
 
 
-def figure(pairs: list[Pair]) -> Figure:
+def figure(legs: list[OneLeg]) -> Figure:
     """Force over x by both models, a panel a row."""
-    drawn = new_figure(3.4 * len(pairs) + 0.8)
-    for axes, pair in zip(drawn.subplots(len(pairs), 1, squeeze=False)[:, 0], pairs):
-        for result in (pair.light, pair.explicit):
+    drawn = new_figure(3.4 * len(legs) + 0.8)
+    for axes, one in zip(drawn.subplots(len(legs), 1, squeeze=False)[:, 0], legs):
+        for result in (one.light, one.explicit):
             colour = LINE_OF_MODEL[result.model][0]
             x, force = 1e3 * result.history["x"], result.history["force"] / 1e3
-            axes.plot(x, force, color=colour, lw=1.6, label=result.model)
-        low, high = (1e3 * x for x in pair.light.scene.crossing.surface.leg_range)
+            axes.plot(x, force, color=colour, lw=1.8, label=result.model)
+        axes.plot(1e3 * one.two.x, one.two.force / 1e3, color=ORANGE, lw=1.4, label="rigid_hertz, two contacts")
+        low, high = (1e3 * x for x in one.light.scene.crossing.surface.leg_range)
         axes.axvspan(low, high, color="#EEEEEE", zorder=-1, label="leg: plain rail to cast section")
-        if "P1" not in pair.words:
+        if "P1" not in one.words:
             axes.axhline(THESIS[0], color=GREY, ls="--", lw=1.5, label=f"thesis: {THESIS[0]} kN on the leg")
-        axes.set(ylabel="force on the wheel [kN]", title=pair.words, xlim=(-1140, -390))
+        axes.set(ylabel="force on the wheel [kN]", title=one.words, xlim=(-1140, -390))
         axes.legend(loc="upper left")
     axes.set_xlabel("position x of the wheel [mm]  (it runs to the right \u2192)")
-    size = 1e3 * pairs[0].explicit.settings["element_size"]
+    size = 1e3 * legs[0].explicit.settings["element_size"]
     drawn.suptitle(f"The leg at 75 mph, 1:10.75: light model and explicit model (elements of {size:g} mm)", fontsize=14)
     return drawn
 
@@ -143,10 +168,10 @@ def main(
     if unknown:
         raise typer.BadParameter(f"--rows: {unknown[0]} is not known, there are {', '.join(ROWS)}")
     with faults_told():
-        pairs = [run(name, 1e-3 * (6.0 if quick else size), out) for name in names]
-    text = table(pairs)
+        legs = [run(name, 1e-3 * (6.0 if quick else size), out) for name in names]
+    text = table(legs)
     typer.echo(text)
-    write_table_and_figure(out / "leg_explicit.md", text, out / "leg_explicit.png", lambda: figure(pairs))
+    write_table_and_figure(out / "leg_explicit.md", text, out / "leg_explicit.png", lambda: figure(legs))
 
 
 if __name__ == "__main__":
