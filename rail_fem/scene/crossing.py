@@ -59,7 +59,8 @@ class Crossing(Frozen):
     leg: Literal["benchmark", "fitted"] = Field(
         "benchmark",
         description="the leg: of the benchmark crossing, or one found by search that throws a worn P8 at 75 mph as the"
-        " thesis has it (transition_length, transition_smoothness and leg_lowering are then given)",
+        " thesis has it, by rigid_hertz alone (transition_length, transition_smoothness and leg_lowering are then"
+        " given)",
     )
     transition_length: Annotated[
         float, Quantity("mm", 20, 1000, "length of the leg's change from plain rail to cast section; its end is fixed")
