@@ -178,6 +178,8 @@ class FeSettings(Frozen):
         return self.model_copy(
             update={
                 "element_size": max(self.element_size, SMOKE_ELEMENT_SIZE),
+                "element_aspect": 1.0,
+                "wheel_element_ratio": 1.0,
                 "max_steps": min(self.max_steps or SMOKE_STEPS, SMOKE_STEPS),
                 "field_frames": 1,
             }

@@ -27,6 +27,8 @@ def main() -> None:
         update={
             "max_steps": steps,
             "element_size": 5e-3,
+            "element_aspect": 1.0,
+            "wheel_element_ratio": 1.0,
             "start": 0.30,
             "end": 0.42,
             "settle_time": 5e-5,

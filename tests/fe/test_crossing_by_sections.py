@@ -11,8 +11,9 @@ from rail_fem.models import fe_full
 from tests.outside import needs, outside
 
 ROOT = Path(__file__).resolve().parents[2]
-COARSE = {"element_size": 5e-3, "start": 0.335, "end": 0.365, "error_twin": False, "field_frames": 1}
-ACROSS = {"element_size": 4e-3, "start": 0.095, "end": 0.44, "error_twin": False, "field_frames": 1}
+CUBES = {"element_aspect": 1.0, "wheel_element_ratio": 1.0}
+COARSE = CUBES | {"element_size": 5e-3, "start": 0.335, "end": 0.365, "error_twin": False, "field_frames": 1}
+ACROSS = CUBES | {"element_size": 4e-3, "start": 0.095, "end": 0.44, "error_twin": False, "field_frames": 1}
 
 
 def passes(ratio: float, file: Path, changes: dict):

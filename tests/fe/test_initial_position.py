@@ -15,7 +15,9 @@ from rail_fem.fe.passage import running_of
 
 CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
 SIZE = 5e-3
-SETTINGS = CASE.runs["fe_full"].model_copy(update={"element_size": SIZE, "start": 0.30, "end": 0.34})
+SETTINGS = CASE.runs["fe_full"].model_copy(
+    update={"element_size": SIZE, "element_aspect": 1.0, "wheel_element_ratio": 1.0, "start": 0.30, "end": 0.34}
+)
 SHARPEST = 80e-3  # smallest crown or tread radius that meets the other body in this window [m]
 
 

@@ -30,6 +30,8 @@ def short_pass(monkeypatch=None):
         update={
             "max_steps": STEPS,
             "element_size": 5e-3,
+            "element_aspect": 1.0,
+            "wheel_element_ratio": 1.0,
             "start": 0.345,
             "end": 0.42,
             "settle_time": 5e-5,

@@ -94,6 +94,7 @@ def test_a_run_that_is_there_is_not_run_again_and_one_that_was_cut_goes_on(tmp_p
     """On a few millimetres of the wing, elements of 6 mm."""
     said: list[str] = []
     short = {"run.fe_full.start": "95 mm", "run.fe_full.end": "125 mm", "run.fe_full.max_steps": 40}
+    short |= {"run.fe_full.element_aspect": 1, "run.fe_full.wheel_element_ratio": 1}
     where = passage_size.example("nose_transfer")
     (cut,) = size_series.run_sizes(where, short, [6 * MM], tmp_path, said.append)
     assert cut.cut_off and (tmp_path / "6mm" / "checkpoint.npz").is_file()

@@ -11,7 +11,15 @@ from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.travelling_window import largest_half_patch, least_window, length_errors
 
 CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
-SETTINGS = CASE.runs["fe_full"].model_copy(update={"element_size": 2e-3, "window_ahead": None, "window_behind": None})
+SETTINGS = CASE.runs["fe_full"].model_copy(
+    update={
+        "element_size": 2e-3,
+        "element_aspect": 1.0,
+        "wheel_element_ratio": 1.0,
+        "window_ahead": None,
+        "window_behind": None,
+    }
+)
 
 
 def with_window(**lengths):
