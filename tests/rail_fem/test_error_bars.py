@@ -59,6 +59,13 @@ def test_long_elements_count_by_their_volume():
         assert ("block_nose" in error_bars(result, twin)) is claims
 
 
+def test_a_volume_of_fewer_than_eight_elements_has_no_bar():
+    for elements, claims in ((7.9, False), (8.1, True)):
+        result, twin = at_size(2 * MM), at_size(4 * MM)
+        result.metal["nose"]["values"]["volume_3"] = elements * 8e-9
+        assert ("volume_3_nose" in error_bars(result, twin)) is claims
+
+
 @pytest.mark.parametrize(
     "size, claimed", [(1 * MM, {"block", "worst_1000"}), (3 * MM, {"worst_1000"}), (6 * MM, set())]
 )
