@@ -53,7 +53,7 @@ def kind(name: str) -> str:
 def resolved(name: str, value: float, element: float) -> bool:
     """Whether elements of a volume [m3] are small enough for a quantity: a mean needs some of them in its volume, and a
     volume of what has flowed is one of some of them."""
-    volume = value if kind(name) == "volume" else VOLUMES.get(name.rpartition("_")[0], math.inf)
+    volume = value if name.startswith("volume_") else VOLUMES.get(name.rpartition("_")[0], math.inf)
     return volume >= LEAST_ELEMENTS * element
 
 
