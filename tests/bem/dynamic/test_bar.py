@@ -11,7 +11,6 @@ from bem.material import STEEL
 from bem.plane.body import Body
 from bem.plane.boundary import TooLargeError
 from bem.plane.mesh import Sizing, mesh_outline
-from bem.plane.outline import Edge, Outline
 from bem.verification.bar import HEIGHT, LENGTH, MATERIAL, bar, box, edge_pattern, pulse, tip_displacement
 from tests.order import assert_order
 
@@ -130,22 +129,3 @@ def test_matrices_too_large_say_their_memory_before_they_are_made():
     solid = Inertial(Body(outline, MATERIAL), mesh, fill_with_cells(mesh, Sizing(size)), 1.0)
     with pytest.raises(TooLargeError, match="256 cells need .* GB"):
         DynamicBody(solid, edge_pattern(mesh, "face", (1.0, 0.0)), memory_limit=1e6)
-
-
-def test_flat_slivers_of_cells_leave_the_frequencies_where_they_are():
-    """A block whose lower side rises by a fiftieth of its length cuts cells into slivers."""
-    corners = np.array([[0, 0], [1.0, 0.02], [1.0, 0.5], [0, 0.5]])
-    names = ("bottom", "face", "top", "held")
-    edges = [Edge(np.array([a, b]), name) for a, b, name in zip(corners, np.roll(corners, -1, axis=0), names)]
-    slowest, flattest = [], []
-    for size in (0.125, 0.0625):
-        outline = Outline([edges])
-        mesh = mesh_outline(outline, Sizing(size / 2))
-        cells = fill_with_cells(mesh, Sizing(size))
-        solid = Inertial(Body(outline, MATERIAL), mesh, cells, 1.0)
-        inverse = DynamicBody(solid, edge_pattern(mesh, "face", (1.0, 0.0))).inverse_frequencies
-        assert inverse.min() > 0 and cells.area.sum() == pytest.approx(0.49, rel=1e-3)
-        slowest.append(inverse[0])
-        flattest.append((cells.area / cells.side**2).min())
-    assert min(flattest) < 0.05
-    assert slowest[0] == pytest.approx(slowest[1], rel=0.03)
