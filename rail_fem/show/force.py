@@ -96,7 +96,7 @@ def draw_wheel(axes, result: PassResult) -> None:
     if known.any():
         axes.plot(1e3 * x, 1e3 * height, color=TOTAL, lw=2, label="wheel in this run")
     if rigid is not None:
-        shift = meeting_shift(result, *rigid) if known.any() else 0.0
+        shift = path_shift(result, *rigid) if known.any() else 0.0
         axes.plot(
             1e3 * rigid[0],
             1e3 * (rigid[1] + shift),
@@ -141,7 +141,7 @@ def computed_path(result: PassResult) -> tuple[np.ndarray, np.ndarray] | None:
         return None
 
 
-def meeting_shift(result: PassResult, path_x: np.ndarray, path_height: np.ndarray) -> float:
+def path_shift(result: PassResult, path_x: np.ndarray, path_height: np.ndarray) -> float:
     """What brings the rigid path to the wheel's height at the end of settling, or at the first row [m]."""
     x, height = result.history["x"], result.history["wheel_height"]
     known = np.flatnonzero(np.isfinite(height))

@@ -67,7 +67,7 @@ def test_repeated_points_are_taken_out_and_said():
     assert np.array_equal(found.profile.points, RAIL)
 
 
-def test_zigzag_is_mended_by_taking_out_what_turns_back():
+def test_zigzag_is_repaired_by_taking_out_what_turns_back():
     points = np.insert(RAIL, 60, RAIL[40] + [0, 1 * MM * 0], axis=0)
     found = examine(raw(points))
     assert says(found, "repaired", "zig-zag: 1 point(s)")
@@ -122,7 +122,7 @@ def test_a_kink_is_told_from_noise_and_kept():
     assert found.profile.slope(np.array([-0.4 * MM, 0.4 * MM])) == pytest.approx([0.3, -0.3], abs=0.05)
 
 
-def test_gaps_are_bridged_with_a_doubt_or_refused():
+def test_gaps_are_bridged_with_a_warning_or_refused():
     narrow = np.delete(RAIL, slice(60, 95), axis=0)
     assert says(examine(raw(narrow)), "warning", "gap of")
     y = RAIL[:, 0]

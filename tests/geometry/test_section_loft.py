@@ -63,7 +63,7 @@ def test_averages_at_equal_y_would_make_a_staircase_of_two_faces():
     assert turns(between(*pair, 0.5)) < 1e-4
 
 
-def test_sections_of_a_tongue_converge_to_its_drawing():
+def test_sections_of_a_switch_rail_converge_to_its_drawing():
     """Second order in their distance: the switch rail's width is quadratic in x."""
     steps, errors = np.array([0.8, 0.4, 0.2]), []
     for step in steps:

@@ -72,7 +72,7 @@ def test_a_wheel_that_would_settle_across_its_transfer_is_refused_with_the_remed
     assert CLEAR == 20e-3
 
 
-def test_what_check_doubts_stands_in_result_and_trust_report(tmp_path):
+def test_what_check_warns_of_stands_in_result_and_trust_report(tmp_path):
     """A crossing scaled beyond what was compared, and a surrogate for a worn wheel."""
     case = tmp_path / "case.toml"
     case.write_text(

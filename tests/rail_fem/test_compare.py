@@ -145,7 +145,7 @@ def test_the_references_error_bar_counts_against_who_wants_to_be_within(folders)
     assert "the error bar of dear, 2.00%, is counted in" in advice(barred, 0.061, "first impact")
 
 
-def test_the_cheapest_within_an_error_is_named_with_its_cost_and_doubts(folders):
+def test_the_least_expensive_within_an_error_is_named_with_its_cost_and_warnings(folders):
     found = compare([folders])
     assert "middle (rigid_hertz) is the least expensive within 0.05" in advice(
         found, 0.05, "first impact"

@@ -80,7 +80,7 @@ def test_static_patch_carries_the_static_load():
     assert patch.max_pressure * patch.area * 2 / 3 == pytest.approx(SCENE.static_wheel_load, rel=1e-12)
 
 
-def test_doubts_name_both_numbers():
+def test_warnings_name_both_numbers():
     assert any("0.9 > 0.7" in warning for warning in scene_warnings(make_scene(friction=0.9)))
     assert any("6 elements of 4 mm" in warning for warning in fe_warnings(SCENE, FeSettings(element_size=4e-3)))
     assert any("penalty 50" in warning for warning in fe_warnings(SCENE, FeSettings(penalty=50)))

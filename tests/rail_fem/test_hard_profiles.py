@@ -85,7 +85,7 @@ def stands(wheel, rail) -> None:
 
 
 @pytest.mark.parametrize("name", WHEELS)
-def test_a_wheel_that_was_mended_stands_on_plain_line(tmp_path, name):
+def test_a_wheel_that_was_repaired_stands_on_plain_line(tmp_path, name):
     stands(
         examine(read_raw(through_a_file(tmp_path, WHEELS[name], WRITTEN.get(name, "{:.4f} {:.4f}")), "wheel")).profile,
         RAIL,

@@ -166,7 +166,7 @@ def test_numerics_that_no_run_survives_are_faults(tmp_path, line, said):
     assert len(errors) == 1 and said in errors[0]
 
 
-def test_light_rungs_refuse_a_history_of_one_row_too(tmp_path):
+def test_light_models_refuse_a_history_of_one_row_too(tmp_path):
     assert (
         "history_interval: 100000 us gives"
         in errors_of(tmp_path, LIGHT + '[run.lumped]\nhistory_interval = "1e5 us"\n')[0]

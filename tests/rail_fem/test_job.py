@@ -245,7 +245,7 @@ def test_case_with_several_models_asks_which(case):
     assert "has no [run.other]" in call("check", case, "--model", "other").stderr
 
 
-def test_check_shows_units_derived_numbers_cost_and_doubts(case, tmp_path):
+def test_check_shows_units_derived_numbers_cost_and_warnings(case, tmp_path):
     answer = call("check", case)
     assert answer.exit_code == 0
     for words in (

@@ -62,7 +62,7 @@ def test_csv_holds_engineers_units_and_reads_back_to_si(tmp_path):
         np.testing.assert_allclose(back[name], result.history[name], rtol=5.1e-9)
 
 
-def test_what_a_rung_does_not_resolve_is_nan():
+def test_what_a_model_does_not_resolve_is_nan():
     history = make_result().history
     assert np.isnan(history["force_nose"]).all() and np.isnan(history["contact_y"]).all()
 

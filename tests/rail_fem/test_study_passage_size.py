@@ -36,7 +36,7 @@ def test_the_limit_of_second_order_values_is_exact():
     assert limit.doubt == pytest.approx(2e5 * SIZES[-1] ** 2 / 2)
 
 
-def test_values_that_scatter_widen_the_doubt():
+def test_values_that_scatter_widen_the_uncertainty():
     smooth = [5.0 + 2e5 * size**2 for size in SIZES]
     rough = [smooth[0], smooth[1] + 0.3, smooth[2]]
     assert limit_of(SIZES, rough, 2.0).doubt > limit_of(SIZES, smooth, 2.0).doubt

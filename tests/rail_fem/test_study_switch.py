@@ -23,7 +23,7 @@ def passed():
 
 
 @pytest.mark.parametrize("x", [1.6, 2.5, 4.0])
-def test_the_tongue_has_the_width_and_height_that_it_is_given(x):
+def test_the_switch_rail_has_the_width_and_height_that_it_is_given(x):
     """14 mm below the stock rail's crown, where gauges are measured; a quarter of a metre between sections: 0.25^2 / (8
     * 290 m) = 27 um."""
     switch = Switch()
@@ -38,7 +38,7 @@ def test_at_the_toe_the_wheel_meets_the_stock_rail_alone():
     assert np.abs(switch.section(0.0).height(y) - switch.stock.height(y)).max() < 1e-9
 
 
-def test_the_turnouts_own_middle_is_half_a_gauge_from_the_tongue():
+def test_the_turnouts_own_middle_is_half_a_gauge_from_the_switch_rail():
     """The gauge holds at every x where the switch rail's face reaches gauge depth, and the right rail does not move."""
     for x in (1.0, 3.0):
         track = Switch().track(x)
@@ -47,14 +47,14 @@ def test_the_turnouts_own_middle_is_half_a_gauge_from_the_tongue():
         assert track.right_position.lateral == 0.0
 
 
-def test_the_load_goes_from_the_stock_rail_to_the_tongue(passed):
+def test_the_load_goes_from_the_stock_rail_to_the_switch_rail(passed):
     share = passed.share(True)
     assert share[0] == 0.0 and share[-1] == pytest.approx(1.0, abs=1e-12)
     assert (np.diff(share) > -1e-9).all()
     assert np.bincount(passed.index, passed.vertical) == pytest.approx(AXLE_LOAD / 2, rel=1e-6)
 
 
-def test_in_between_the_wheel_stands_on_both_with_its_flange_on_the_tongue(passed):
+def test_in_between_the_wheel_stands_on_both_with_its_flange_on_the_switch_rail(passed):
     """Thesis 3.9: one point on the head of the stock rail, one at the gauge corner of the switch rail; more when the
     tread is reached."""
     for x in (0.7, 1.2, 1.8):
@@ -64,7 +64,7 @@ def test_in_between_the_wheel_stands_on_both_with_its_flange_on_the_tongue(passe
     assert passed.points().max() == 3 and passed.points()[-1] == 1
 
 
-def test_a_wheel_that_is_not_pushed_stays_on_the_stock_rail_until_its_tread_meets_the_tongue():
+def test_a_wheel_that_is_not_pushed_stays_on_the_stock_rail_until_its_tread_meets_the_switch_rail():
     """Held at 8.2 mm, the largest offset of thesis 3.9, at 0.7 m, it just touches the switch rail or not at all; the
     stock rail carries."""
     switch = Switch()

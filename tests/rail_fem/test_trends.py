@@ -51,7 +51,7 @@ def test_verdicts(values, word):
     assert verdict(np.array(values, float)) == word
 
 
-def test_a_rung_is_judged_only_where_it_has_all_cases():
+def test_a_model_is_judged_only_where_it_has_all_cases():
     trend = Trend(says="more", quantity="first impact", order=("a", "b"))
     results = {
         "a": {"lumped": made("lumped", 1e5), "fe_full": made("fe_full", 1e5)},
@@ -163,7 +163,7 @@ TREND = Trend(
 )
 
 
-def test_a_reason_is_said_only_where_a_rung_does_not_agree(tmp_path):
+def test_a_reason_is_said_only_where_a_model_does_not_agree(tmp_path):
     group = lambda trend: Group(title="Speed", cases=("a", "b"), trend=(trend,))
     trend = TREND.model_copy(update={"order": ("a", "b")})
     of = lambda a, b, model="fe_full": {"a": {model: made(model, a)}, "b": {model: made(model, b)}}
@@ -210,14 +210,14 @@ def test_a_change_that_cannot_be_made_is_named(control, words):
     assert words in " ".join(str(error.value).split())
 
 
-def test_controls_are_light_rungs_that_resolve_the_trend():
+def test_controls_are_light_models_that_resolve_the_trend():
     with pytest.raises(ValueError, match="none of the light models p2_formula"):
         ControlExperiment(says="dear", model="fe_full")
     with pytest.raises(TrendError, match="lumped does not resolve the first impact"):
         run_control(ControlExperiment(says="blind", model="lumped"), TREND, TRENDS.parent)
 
 
-def test_every_trend_of_the_thesis_that_a_rung_of_the_sweep_contradicts_has_a_reason():
+def test_every_trend_of_the_thesis_that_a_model_of_the_sweep_contradicts_has_a_reason():
     """By the quick models, run here: the page leaves no difference without a because."""
     groups = load_source(TRENDS).group
     results = {}

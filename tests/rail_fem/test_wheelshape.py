@@ -268,7 +268,7 @@ def test_a_case_that_changed_while_it_waited_is_refused(tmp_path):
         dict(points=np.repeat(P8, 2, axis=0)),
     ],
 )
-def test_a_case_reads_what_the_profile_command_reads_and_says_what_was_mended(tmp_path, change):
+def test_a_case_reads_what_the_profile_command_reads_and_says_what_was_repaired(tmp_path, change):
     write(tmp_path / "wheel.csv", **change)
     scene, found = load_case(case_with(tmp_path)).scene, examine(read_raw(tmp_path / "wheel.csv", "wheel"))
     assert scene.wheel.shape == found.profile.graph_part()
