@@ -11,6 +11,7 @@ from bem.material import STEEL
 from bem.plane.body import Body
 from bem.plane.boundary import TooLargeError
 from bem.plane.mesh import Sizing, mesh_outline
+from bem.plane.outline import Edge, Outline
 from bem.verification.bar import HEIGHT, LENGTH, MATERIAL, bar, box, edge_pattern, pulse, tip_displacement
 from tests.order import assert_order
 
@@ -129,3 +130,22 @@ def test_matrices_too_large_say_their_memory_before_they_are_made():
     solid = Inertial(Body(outline, MATERIAL), mesh, fill_with_cells(mesh, Sizing(size)), 1.0)
     with pytest.raises(TooLargeError, match="256 cells need .* GB"):
         DynamicBody(solid, edge_pattern(mesh, "face", (1.0, 0.0)), memory_limit=1e6)
+
+
+def test_flat_slivers_of_cells_leave_the_frequencies_where_they_are():
+    """A step in the upper side, just above a line of the quadtree, leaves slivers of a hundredth of a square."""
+    corners = np.array([[0, 0], [1.0, 0], [1.0, 0.5], [0.9, 0.5], [0.5, 0.376], [0, 0.376]])
+    names = ("bottom", "face", "top", "top", "top", "held")
+    edges = [Edge(np.array([a, b]), name) for a, b, name in zip(corners, np.roll(corners, -1, axis=0), names)]
+    slowest, flattest = [], []
+    for size in (0.125, 0.0625):
+        outline = Outline([edges])
+        mesh = mesh_outline(outline, Sizing(size / 2))
+        cells = fill_with_cells(mesh, Sizing(size))
+        solid = Inertial(Body(outline, MATERIAL), mesh, cells, 1.0)
+        inverse = DynamicBody(solid, edge_pattern(mesh, "face", (1.0, 0.0))).inverse_frequencies
+        assert inverse.min() > 0 and cells.area.sum() == pytest.approx(0.4132, rel=1e-3)
+        slowest.append(inverse[0])
+        flattest.append((cells.area / cells.side**2).min())
+    assert min(flattest) < 0.05
+    assert slowest[0] == pytest.approx(slowest[1], rel=0.03)

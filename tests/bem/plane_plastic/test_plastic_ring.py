@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from bem.exact.plastic_ring import PlasticRing
-from bem.material import Elastic
+from bem.material import Elastic, MaterialError
 from bem.plane.boundary import TooLargeError
 from bem.plane_plastic.cells import CellError
 from bem.plane_plastic.section import memory_need
@@ -61,6 +61,12 @@ def test_errors_of_the_ring_fall_with_order_1_5_or_more(slope, kinematic):
     coarse, fine = (ring_errors(size, slope, kinematic=kinematic)[0] for size in (0.14, 0.1))
     assert fine.max() < 0.02
     assert (np.log(coarse / fine)[[0, 3]] > 1.5 * np.log(1.4)).all(), (coarse, fine)
+
+
+def test_a_ring_that_hardly_changes_its_volume_is_refused_in_words():
+    """nu 0.4999: the fictitious material in the hole of an indirect method could not follow."""
+    with pytest.raises(MaterialError, match="0.4999 of a body with a hole.*stay below 0.495"):
+        ring_body(0.14, Hardening.linear(YIELD), 0.4999)
 
 
 def test_newton_with_the_consistent_tangent_is_quadratic_and_the_fixed_point_is_not():
