@@ -103,7 +103,8 @@ def shape_differences(problem: Problem, found: Found) -> list[ShapeDifference]:
     cases = [load_case(problem.case, problem.changes(values) | first) for values in (None, found.best.values)]
     settings: Any = cases[0].runs[problem.design.model]
     low, high = sorted(settings.window(cases[0].scene))
-    return shape_difference(*(case.scene.crossing.surface for case in cases), low, high)
+    before, after = (case.scene.crossing.surface for case in cases)
+    return shape_difference(before, after, low, high)
 
 
 def robustness(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -> list[str]:
