@@ -1,8 +1,9 @@
 """Contact between two surfaces of a structure: which nodes may come into contact, the forces of a step, on any number
 of ranks.
 
-Surface data are replicated; what moves is gathered: each step the positions of the nodes near contact, by one sum over
-the ranks. Every rank then computes the same forces and applies those on the nodes that it owns.
+Surface data are replicated; what moves is summed over the ranks twice a step: positions of the nodes near contact, and
+their projections, of which each rank computes its part. From these every rank finds the same pressures and applies the
+forces on the nodes that it owns.
 """
 
 from __future__ import annotations
@@ -150,6 +151,7 @@ class Contact:
         self.pressure_at = np.zeros(n)
         self.sums = np.zeros(kernel.N_SUMS)
         self.steps_to_search, self.started = 0, False
+        self.guests = 0
         self.pairs = [
             self._pairs(side, np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2))) for side in (0, 1)
         ]
@@ -227,26 +229,27 @@ class Contact:
 
     def _close_pairs(self, side: int, position: np.ndarray, near: np.ndarray, opposite: np.ndarray) -> kernel.Pairs:
         """Pairs of the nodes `near` with a gap within the margin, over those of the facets `opposite` that lie below
-        them. Replicated."""
+        them. Replicated. Collective."""
         quads, neighbours = self.quads[1 - side], self.neighbours[1 - side]
-        facets, where = np.empty(0, np.int64), np.empty((0, 2))
+        facets, where, ahead = np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 3))
         allowed = np.zeros(len(quads), np.bool_)
         allowed[self._near_facets()[1 - side]] = True
         if len(near):
-            _, nearest = cKDTree(position[quads[opposite]].mean(axis=1)).query(position[near])
+            mine, nearest = slice(self.comm.rank, None, self.comm.size), np.zeros(len(near), np.int64)
+            _, nearest[mine] = cKDTree(position[quads[opposite]].mean(axis=1)).query(position[near[mine]])
             every = self._pairs(side, near, opposite[nearest], np.zeros((len(near), 2)), allowed.copy())
-            kernel.project_pairs(position, every)
+            self._project(position, every)
             if not self.started:
                 self._refuse_deep_start(position, every, side)
             close = (every.facets >= 0) & (every.gap < self.settings.margin) & (every.gap > -self.settings.deepest)
-            near, facets, where = near[close], every.facets[close], every.where[close]
+            near, facets, where, ahead = near[close], every.facets[close], every.where[close], every.ahead[close]
         usable = np.zeros(len(quads), np.bool_)
         usable[facets] = True
         for _ in range(2):
             around = neighbours[usable]
             usable[around[around >= 0]] = True
         usable &= allowed
-        return self._pairs(side, near, facets, where, usable)
+        return self._pairs(side, near, facets, where, usable)._replace(ahead=ahead)
 
     def _look_at_all(self, position: np.ndarray) -> np.ndarray:
         """The facets of both surfaces, the rail's first, that can come within the margin of the other's before
@@ -305,7 +308,7 @@ class Contact:
         # watched nodes of this rank: local number, position in the surface arrays
         self.own_local, self.own_at = self.local[mine], self.here[mine]
         self.own_slot = slot[self.own_at]
-        self.buffer = np.zeros((len(self.watched), 6))
+        self.buffer = np.zeros((len(self.watched) + self.guests, 6))
         k = len(self.pairs[0].slaves)
         self.sticking, self.moved, self.drag = np.zeros(k, np.bool_), np.zeros((k, 3)), np.zeros((k, 3))
 
@@ -313,19 +316,28 @@ class Contact:
         """What follows from the pairs. Replicated."""
         self._prepare()
 
-    def add_forces(self, dt: float) -> None:
-        """Contact forces of the step that `structure.v` (velocity without contact) would make from `structure.x` ->
-        `force`. Collective."""
+    def take_guests(self, rows: int) -> None:
+        """From now on `buffer` ends with so many rows of 6 numbers, for what the caller sums over the ranks with it."""
+        self.guests = rows
+        self._prepare()
+
+    def pack(self, dt: float) -> np.ndarray:
+        """A search where one is due; then the buffer that is to be summed over the ranks before `add_forces`: watched
+        nodes of this rank at `structure.x` and, by `structure.v` (velocity without contact), dt [s] later; 0 for all
+        other nodes and in the guests' rows. Collective."""
         if self.steps_to_search <= 0:
             self.search(dt)
         self.steps_to_search -= 1
+        kernel.pack(self.structure.x, self.structure.v, dt, self.own_local, self.own_slot, self.buffer)
+        return self.buffer
+
+    def add_forces(self, dt: float) -> None:
+        """Contact forces of the step for which the buffer was packed -> `force`. Collective."""
         if not len(self.watched):
             self.sums[:] = 0.0
             return
-        kernel.pack(self.structure.x, self.structure.v, dt, self.own_local, self.own_slot, self.buffer)
-        if self.comm.size > 1:
-            self.comm.Allreduce(MPI.IN_PLACE, self.buffer)
         kernel.unpack(self.buffer, self.watched, self.n_rail, self.offset, dt * self.speed, self.before, self.position)
+        self._project(self.position, *self.pairs)
         s = self.settings
         kernel.contact_forces(
             *self.pairs,
@@ -339,6 +351,18 @@ class Contact:
             kernel.Sliding(self.sticking, self.moved, self.drag),
             self.sums,
         )
+
+    def _project(self, position: np.ndarray, *all_pairs: kernel.Pairs) -> None:
+        """Projections of pairs at positions (n, 3), each rank its part of them; the same numbers on any number of
+        ranks. Collective."""
+        ends = np.cumsum([0, *(len(pairs.slaves) for pairs in all_pairs)])
+        rows = np.empty((ends[-1], kernel.PROJECTION))
+        for pairs, first, last in zip(all_pairs, ends[:-1], ends[1:]):
+            kernel.project_share(position, pairs, self.comm.rank, self.comm.size, rows[first:last])
+        if self.comm.size > 1:
+            self.comm.Allreduce(MPI.IN_PLACE, rows)
+        for pairs, first, last in zip(all_pairs, ends[:-1], ends[1:]):
+            kernel.take_projections(rows[first:last], pairs)
 
     def steps_between_searches(self, dt: float) -> int:
         """How many steps of dt [s] surfaces need to come half the margin nearer: no node that is not watched is in
@@ -357,8 +381,7 @@ class Contact:
 
     def overlap(self) -> list[float]:
         """How deep the surfaces lie in one another after the step before the last, at the pairs that carry: largest
-        [m], force times overlap summed up [N m], force [N]. Measured on the geometry; what the penalty would allow is
-        less, the step's own inertia adds to it. Replicated."""
+        [m], force times overlap summed up [N m], force [N]. Measured on the geometry. Replicated. Collective."""
         deepest = work = force = 0.0
         for pairs in self.pairs:
             there = pairs._replace(
@@ -366,9 +389,10 @@ class Contact:
                 where=pairs.where.copy(),
                 gap=np.zeros_like(pairs.gap),
                 normal=np.zeros_like(pairs.normal),
+                ahead=np.zeros_like(pairs.ahead),
                 weight=np.zeros_like(pairs.weight),
             )
-            kernel.project_pairs(self.before, there)
+            self._project(self.before, there)
             carries = pairs.active & (there.facets >= 0) & (pairs.pressure > 0)
             depth, normal_force = (
                 np.maximum(-there.gap[carries], 0.0),

@@ -2,13 +2,10 @@
 allocation-free, no mesh.
 
 A pair is one slave node and the facet that it lies over. The gap is taken where the nodes would be at the end of the
-step without contact. The pressure that closes it is
-    p = -gap / (1/k + dt^2 D),     D = sum over the nodes of the pair |coefficient| S / mass,
-where k [Pa/m] is the penalty stiffness per area and S the area that all active pairs put on a node. The second term is
-the row sum of the contact operator, so the step is stable for any k and needs no reduction; for k to infinity it is the
-forward increment Lagrange multiplier method of Carpenter, Taylor and Katona (IJNME 32 (1991) 103) with a lumped
-operator. Without it (explicit penalty, k up to 1 / (dt^2 D)) the same pressure leaves a penetration p / k_stable at any
-load.
+step without contact; the pressures that close the gaps are found together (rail_fem.fe.contact_pressure): the forward
+increment Lagrange multiplier method of Carpenter, Taylor and Katona (IJNME 32 (1991) 103) with the compliance of a
+penalty beside it, stable for any penalty. An explicit penalty k, at most 1 / (dt^2 D), would leave a penetration p / k
+of that size at any load.
 
 Both surfaces are slave once, each with half the pressure (balanced). Friction acts in the pass of the rail's nodes,
 which move with their material; the wheel's material flows through its mesh, and its velocity has the term omega x r.
@@ -22,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernel_cache import njit
+from rail_fem.fe.contact_pressure import add_tributary_areas, find_pressures, pair_mobility
 
 _compiled = njit(cache=True, error_model="numpy")
 # self-contained kernels: the same bits from the compiler and from the cache
@@ -29,6 +27,7 @@ _part = njit(forceinline=True, error_model="numpy")
 OUTSIDE = 1.02  # local coordinate beyond which a projection belongs to the neighbour
 NEWTON_STEPS = 12
 TINY = 1e-300
+PROJECTION = 7  # numbers of a pair's projection
 COLUMNS = 24  # cells in plan along and across, in which surfaces are looked for that come near to each other
 # entries of the sums that `contact_forces` adds up: energies of the step [J], moment on the wheel about its axle (y) [N
 # m], force on it along x [N], active pairs
@@ -50,6 +49,9 @@ class _PairArrays(NamedTuple):
     weight: np.ndarray
     pressure: np.ndarray
     active: np.ndarray
+    ahead: np.ndarray
+    trial: np.ndarray
+    yielding: np.ndarray
 
 
 class Pairs(_PairArrays):
@@ -57,12 +59,17 @@ class Pairs(_PairArrays):
 
     slaves : (k,) nodes;  facets : (k,) facet under each, -1 none;  where : (k, 2) its position xi, eta there
     quads, neighbours : (q, 4) nodes of the facets, facets across the edges 01, 12, 23, 30;
-    usable : (q,) facets whose nodes are up to date gap [m], normal, weight of the facet's nodes, pressure [Pa], active
-        : (k,), (k, 3), (k, 4), (k,), (k,)
+    usable : (q,) facets whose nodes are up to date
+    gap [m], normal, weight of the facet's nodes, pressure [Pa], active : (k,), (k, 3), (k, 4), (k,), (k,)
+    ahead : (k, 3) normal at the end of the step, which the next one's forces go along, so that their work on surfaces
+        that slide over each other is that on the gap;  trial, yielding : (k,) scratch of rail_fem.fe.contact_pressure
     """
 
     __slots__ = ()
-    STATE = "slaves", "facets", "where", "usable", "gap", "normal", "weight", "pressure", "active"
+    STATE = (
+        *("slaves", "facets", "where", "usable", "gap", "normal", "weight", "pressure", "active", "ahead"),
+        *("trial", "yielding"),
+    )
 
     @staticmethod
     def over(quads, neighbours, usable, slaves, facets, where) -> Pairs:
@@ -80,6 +87,9 @@ class Pairs(_PairArrays):
             np.zeros((k, 4)),
             np.zeros(k),
             np.zeros(k, np.bool_),
+            np.zeros((k, 3)),
+            np.zeros(k),
+            np.zeros(k),
         )
 
 
@@ -272,84 +282,71 @@ def project(position, node, facet, xi, eta, quads, neighbours, usable, point, t1
 
 
 @_compiled
-def project_pairs(position, pairs):
-    """Projection of all pairs at positions (n, 3), from where `facets` and `where` say: these, `gap`, `normal` and
-    `weight` are changed."""
-    project_all(position, pairs, np.empty(3), np.empty(3), np.empty(3))
+def project_share(position, pairs, first, every, rows):
+    """Projection at positions (n, 3) of every so many pairs from number `first` on, from where `facets` and `where` say
+    -> rows (k, PROJECTION): facet (-1: none), xi, eta, gap [m], normal; 0 in the rows of other pairs, so that the rows
+    of all ranks add up to all projections, exactly."""
+    point, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
+    slaves, facets, local = pairs.slaves, pairs.facets, pairs.where
+    rows[:] = 0.0
+    for i in range(first, slaves.size, every):
+        node, f, xi, eta = slaves[i], facets[i], 0.0, 0.0
+        if f >= 0:
+            start = local[i, 0], local[i, 1]
+            f, xi, eta = project(
+                position, node, f, start[0], start[1], pairs.quads, pairs.neighbours, pairs.usable, point, t1, t2
+            )
+        rows[i, 0], rows[i, 1], rows[i, 2] = f, xi, eta
+        if f >= 0:
+            nx, ny, nz = t1[1] * t2[2] - t1[2] * t2[1], t1[2] * t2[0] - t1[0] * t2[2], t1[0] * t2[1] - t1[1] * t2[0]
+            s = 1.0 / math.sqrt(nx * nx + ny * ny + nz * nz)
+            normal = nx * s, ny * s, nz * s
+            for c in range(3):
+                rows[i, 3] += (position[node, c] - point[c]) * normal[c]
+                rows[i, 4 + c] = normal[c]
 
 
-@_part
-def project_all(position, pairs, point, t1, t2):
-    """As `project_pairs`, with scratch vectors."""
-    slaves, facets, local, quads, neighbours, usable = (
-        pairs.slaves,
-        pairs.facets,
-        pairs.where,
-        pairs.quads,
-        pairs.neighbours,
-        pairs.usable,
-    )
-    gap, normal, weight = pairs.gap, pairs.normal, pairs.weight
-    for i in range(slaves.size):
-        if facets[i] < 0:
-            continue
-        f, xi, eta = project(
-            position, slaves[i], facets[i], local[i, 0], local[i, 1], quads, neighbours, usable, point, t1, t2
-        )
-        facets[i] = f
+@_compiled
+def take_projections(rows, pairs):
+    """All projections -> `facets`, `where`, `gap`, `weight`, `ahead`, and `normal` as `ahead` was."""
+    for i in range(pairs.slaves.size):
+        f = int(rows[i, 0])
+        pairs.facets[i] = f
         if f < 0:
             continue
-        local[i, 0], local[i, 1] = xi, eta
-        nx, ny, nz = t1[1] * t2[2] - t1[2] * t2[1], t1[2] * t2[0] - t1[0] * t2[2], t1[0] * t2[1] - t1[1] * t2[0]
-        s = 1.0 / math.sqrt(nx * nx + ny * ny + nz * nz)
-        normal[i, 0], normal[i, 1], normal[i, 2] = nx * s, ny * s, nz * s
-        g = 0.0
+        xi, eta = rows[i, 1], rows[i, 2]
+        pairs.where[i, 0], pairs.where[i, 1], pairs.gap[i] = xi, eta, rows[i, 3]
+        ahead = pairs.ahead[i]
+        known = ahead[0] != 0.0 or ahead[1] != 0.0 or ahead[2] != 0.0
         for c in range(3):
-            g += (position[slaves[i], c] - point[c]) * normal[i, c]
-        gap[i] = g
-        weight[i, 0], weight[i, 1] = 0.25 * (1 - xi) * (1 - eta), 0.25 * (1 + xi) * (1 - eta)
-        weight[i, 2], weight[i, 3] = 0.25 * (1 + xi) * (1 + eta), 0.25 * (1 - xi) * (1 + eta)
+            pairs.normal[i, c] = ahead[c] if known else rows[i, 4 + c]
+            ahead[c] = rows[i, 4 + c]
+        weight = pairs.weight[i]
+        weight[0], weight[1] = 0.25 * (1 - xi) * (1 - eta), 0.25 * (1 + xi) * (1 - eta)
+        weight[2], weight[3] = 0.25 * (1 + xi) * (1 + eta), 0.25 * (1 - xi) * (1 + eta)
+
+
+def project_pairs(position, pairs):
+    """Projection of all pairs at positions (n, 3), from where `facets` and `where` say: these, `gap`, `normal`, `ahead`
+    and `weight` are changed."""
+    rows = np.empty((len(pairs.slaves), PROJECTION))
+    project_share(position, pairs, 0, 1, rows)
+    take_projections(rows, pairs)
 
 
 @_part
-def add_tributary_areas(pairs, area, factor, tributary_area):
-    """Area that all active pairs put on each node -> tributary_area (n,)."""
-    for i in range(pairs.slaves.size):
-        if pairs.active[i]:
-            s = pairs.slaves[i]
-            a = factor * area[s]
-            tributary_area[s] += a
-            for k in range(4):
-                tributary_area[pairs.quads[pairs.facets[i], k]] += pairs.weight[i, k] * a
-
-
-@_part
-def pair_mobility(pairs, i, tributary_area, inverse_mass):
-    """D of pair i: what its pressure moves its gap by, over dt^2 [m3/kg]."""
-    s, q = pairs.slaves[i], pairs.quads[pairs.facets[i]]
-    d = tributary_area[s] * inverse_mass[s]
-    for k in range(4):
-        d += pairs.weight[i, k] * tributary_area[q[k]] * inverse_mass[q[k]]
-    return d
-
-
-@_part
-def add_normal_forces(pairs, nodes, factor, law, dt, of_wheel, found, sums):
-    """Pressures of one pass, their forces on the nodes, and the scalar normal force on each node.
+def add_normal_forces(pairs, nodes, factor, law, of_wheel, found, sums):
+    """The pressures of one pass as forces on the nodes, and as the scalar normal force on each node.
 
     of_wheel : 1 in the pass of the wheel's nodes, 0 in that of the rail's: there the wheel's material flows along the
         facets
     """
     normal, weight, force, normal_force = pairs.normal, pairs.weight, found.force, found.normal_force
-    compliance, from_axle = law.compliance, nodes.from_axle
+    from_axle = nodes.from_axle
     for i in range(pairs.slaves.size):
-        s = pairs.slaves[i]
-        p = 0.0
+        s, p = pairs.slaves[i], pairs.pressure[i]
         if pairs.active[i]:
             q = pairs.quads[pairs.facets[i]]
-            p = -pairs.gap[i] / (
-                compliance + dt * dt * pair_mobility(pairs, i, found.tributary_area, nodes.inverse_mass)
-            )
             f = factor * nodes.area[s] * p
             normal_force[s] += f
             for k in range(4):
@@ -358,10 +355,9 @@ def add_normal_forces(pairs, nodes, factor, law, dt, of_wheel, found, sums):
                 force[s, c] += f * normal[i, c]
                 for k in range(4):
                     force[q[k], c] -= weight[i, k] * f * normal[i, c]
-            sums[NORMAL_ENERGY] += 0.5 * f * p * compliance
+            sums[NORMAL_ENERGY] += 0.5 * f * p * law.compliance
             sums[AXLE_MOMENT] += of_wheel * f * (normal[i, 0] * from_axle[s, 2] - normal[i, 2] * from_axle[s, 0])
             sums[N_ACTIVE] += 1
-        pairs.pressure[i] = p
         found.pressure_at[s] = p
 
 
@@ -457,7 +453,7 @@ def finish_slip(pairs, inverse_mass, dt, found, sliding, sums):
 
 @_compiled
 def contact_forces(on_rail, on_wheel, watched, n_rail, nodes, law, spin, dt, found, sliding, sums):
-    """All contact forces of a step.
+    """All contact forces of a step, from the projections that the pairs hold.
 
     on_rail, on_wheel : Pairs of the rail's nodes over the wheel's facets and the reverse;
     watched : (w,) surface nodes in question, the wheel's from number n_rail on;  nodes : Nodes;  law : Law;  spin of
@@ -467,19 +463,18 @@ def contact_forces(on_rail, on_wheel, watched, n_rail, nodes, law, spin, dt, fou
     With friction the rail's pairs are left active where their node carries normal force, its own or of the wheel's
     nodes.
     """
-    point, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
     sums[:] = 0.0
     for n in watched:
         found.tributary_area[n], found.normal_force[n], found.pressure_at[n] = 0.0, 0.0, 0.0
         found.force[n, 0] = found.force[n, 1] = found.force[n, 2] = 0.0
     for side in range(2):
         pairs = on_wheel if side else on_rail
-        project_all(nodes.position, pairs, point, t1, t2)
         for i in range(pairs.slaves.size):
             pairs.active[i] = pairs.facets[i] >= 0 and -law.deepest < pairs.gap[i] < 0.0
         add_tributary_areas(pairs, nodes.area, 0.5, found.tributary_area)
+    find_pressures(on_rail, on_wheel, watched, nodes, law, dt, found.tributary_area, found.force)
     for side in range(2):
-        add_normal_forces(on_wheel if side else on_rail, nodes, 0.5, law, dt, side, found, sums)
+        add_normal_forces(on_wheel if side else on_rail, nodes, 0.5, law, side, found, sums)
     if law.friction > 0.0:
         for n in watched:
             found.tributary_area[n] = 0.0

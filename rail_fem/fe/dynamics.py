@@ -168,6 +168,8 @@ class Dynamics:
         self.held = np.flatnonzero(held & ~grouped[:, None])  # unknowns at rest
         self.moving = ~held.ravel() & ~np.repeat(grouped, 3)  # unknowns that move on their own where they are active
         self.reactions = np.zeros((len(self.supports.groups), 3))
+        if contact is not None:
+            contact.take_guests(len(self.reactions))
         self.small = np.zeros(n, np.int64)
         self.small[self.domain.cells[structure.small_cells].ravel()] = 1
         self.small_unknown = np.repeat(self.small.astype(np.int8), 3)
@@ -249,15 +251,28 @@ class Dynamics:
             self.owned_runs,
             self.works,
         )
+        group_reactions(s.force, self.owned_members, self.first_member, self.reactions)
+        self._sum_over_ranks(dt)
         if len(self.reactions):
-            group_reactions(s.force, self.owned_members, self.first_member, self.reactions)
-            if self.comm.size > 1:
-                self.comm.Allreduce(MPI.IN_PLACE, self.reactions)
             self.supports.advance(self.reactions, dt)
             self._give_group_velocities()
         if self.contact is not None:
             self._contact(dt)
         self.domain.copy_to_ghosts(s.v)
+
+    def _sum_over_ranks(self, dt: float) -> None:
+        """Reactions of the groups, and positions of the nodes near contact, in one message. Watched nodes of a group
+        stand there with the group's last velocity: its change of a step moves them by less than a nanometre.
+        Collective."""
+        if self.contact is None:
+            summed = self.reactions
+        else:
+            summed = self.contact.pack(dt)
+            summed[len(summed) - len(self.reactions) :, :3] = self.reactions
+        if self.comm.size > 1 and summed.size:
+            self.comm.Allreduce(MPI.IN_PLACE, summed)
+        if self.contact is not None:
+            self.reactions[:] = summed[len(summed) - len(self.reactions) :, :3]
 
     def _give_group_velocities(self) -> None:
         for group, local in zip(self.supports.groups, self.members):

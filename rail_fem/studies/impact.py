@@ -145,7 +145,8 @@ def moment_axis(contact: Contact, axis: int, moment: float) -> float:
 @dataclass(frozen=True)
 class Indentation:
     """Errors are relative to Hertz: (computed - exact) / exact. size [m] of the elements, across: of them over the
-    minor axis."""
+    minor axis;  overlap : largest of a node in the other surface, allowed : the largest pressure of a node over the
+    penalty stiffness, both over Hertz' approach."""
 
     size: float
     across: float
@@ -155,6 +156,8 @@ class Indentation:
     rate: float
     pressure_error: float
     area_error: float
+    overlap: float
+    allowed: float
 
 
 def indent(
@@ -185,6 +188,8 @@ def indent(
         cells * steps / wall / comm.size,
         peak / exact.max_pressure - 1,
         area / exact.area - 1,
+        contact.overlap()[0] / exact.approach,
+        max(pairs.pressure.max() for pairs in contact.pairs) / contact.settings.stiffness / exact.approach,
     )
 
 
@@ -200,7 +205,7 @@ def body(exact: PointContact, radius_x: float, radius_y: float, size: float, fac
 def table(rows: list[Indentation]) -> str:
     """Markdown, coarse to fine; the order is that of a row against the one before."""
     head = ["element [mm]", "across patch", "elements", "steps", "wall [s]", "updates/s/core [million]"]
-    head += ["peak pressure error", "order", "area error", "order"]
+    head += ["peak pressure error", "order", "area error", "order", "largest overlap"]
     lines = []
     for i, row in enumerate(rows):
         orders = ["", ""]
@@ -220,6 +225,7 @@ def table(rows: list[Indentation]) -> str:
                 orders[0],
                 f"{row.area_error:+.2%}",
                 orders[1],
+                f"{row.overlap:.2%}",
             ]
         )
     return "\n".join(markdown_table(head, lines)) + "\n"

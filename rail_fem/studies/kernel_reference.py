@@ -26,6 +26,7 @@ from rail_fem.fe.contact_kernel import N_ACTIVE
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.structure import Structure
 from rail_fem.scene.steel import GRADES, Steel
+from rail_fem.studies.kernel_flops import Kernel
 
 EDGE = 1e-3  # of an element [m]
 STEEL = GRADES["Mn13"]
@@ -63,6 +64,13 @@ def block_domain(across: int) -> Domain:
     return Domain(MPI.COMM_SELF, box.points, box.cells, box.region)
 
 
+def structure_of(domain: Domain, kernel: Kernel) -> Structure:
+    """The body on the kernel "one-point" or "full" of finite strain, or on the small-displacement one, "elastic"."""
+    if kernel == "elastic":
+        return Structure(domain, [STEEL], small=(0,))
+    return Structure(domain, [STEEL], settings=ElementSettings(kernel))
+
+
 def finite_rate(
     domain: Domain, flowing: bool, effort: Effort, element: Literal["one-point", "full"] = "one-point"
 ) -> tuple[float, float]:
@@ -72,7 +80,7 @@ def finite_rate(
         element, then on at
     steps of 1e-6 strain, so that all elements take the plastic branch at every step; else the strain stays near 1e-7.
     """
-    s = Structure(domain, [STEEL], settings=ElementSettings(element))
+    s = structure_of(domain, element)
     step, direction = 1e-7, np.random.default_rng(1).uniform(-1, 1, domain.n_nodes * 3)
     if flowing:
         s.v[:] = direction * 2e-3 * EDGE / step  # strains of about 1e-3 a step
@@ -87,7 +95,7 @@ def finite_rate(
 
 def elastic_rate(domain: Domain, effort: Effort) -> float:
     """Updates per second of the small-displacement kernel."""
-    s = Structure(domain, [STEEL], small=(0,))
+    s = structure_of(domain, "elastic")
     s.damping = 1e-9
     s.v[:] = np.random.default_rng(1).uniform(-1, 1, s.v.size)
     s.x += 1e-7 * s.v
@@ -160,6 +168,7 @@ def contact_cost(across: int, effort: Effort) -> ContactCost:
 
     def forces():
         contact.steps_to_search = refresh
+        contact.pack(1e-7)
         contact.add_forces(1e-7)
 
     seconds = least_time(forces, effort)

@@ -22,6 +22,7 @@ from rail_fem.hierarchy import smoke_requested
 from rail_fem.launcher import rank_count
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.versions import versions
+from rail_fem.studies.kernel_flops import Kernel, operations_of_kernels
 from rail_fem.studies.kernel_ranks import memory_per_element, study_ranks
 
 MILLION, UPDATES = 1e-6, "million element updates/s"
@@ -49,9 +50,10 @@ class Sizes:
     repeats: int = 7
     shortest: float = 0.1
     rounds: int = 3
+    streamed: int = 8_000_000
 
 
-SMOKE = Sizes(cubes=(4,), facets=6, block=(8, 4, 4), steps=2, repeats=1, shortest=0.0, rounds=1)
+SMOKE = Sizes(cubes=(4,), facets=6, block=(8, 4, 4), steps=2, repeats=1, shortest=0.0, rounds=1, streamed=1000)
 
 
 def kernel_rows(sizes: Sizes) -> list[SpeedRow]:
@@ -61,6 +63,7 @@ def kernel_rows(sizes: Sizes) -> list[SpeedRow]:
     )
 
     effort, rows = kernels.Effort(sizes.repeats, sizes.shortest), []
+    rates: list[dict[str, float]] = []
     for across in sizes.cubes:
         domain = kernels.block_domain(across)
         unit, at = UPDATES, f"{across**3} elements"
@@ -68,6 +71,7 @@ def kernel_rows(sizes: Sizes) -> list[SpeedRow]:
         plastic_state, share = kernels.finite_rate(domain, True, effort)
         full, full_share = kernels.finite_rate(domain, True, effort, "full")
         small, one_point = kernels.elastic_rate(domain, effort), kernels.assembly_rate(domain, 1, effort)
+        rates.append({"one-point": plastic_state, "full": full, "elastic": small})
         shipped, eight_points = (
             kernels.assembly_rate(domain, 1, effort, kernels.AS_SHIPPED),
             kernels.assembly_rate(domain, 2, effort),
@@ -109,6 +113,7 @@ def kernel_rows(sizes: Sizes) -> list[SpeedRow]:
             SpeedRow("finite strain, nothing yields, over dolfinx 1 point", elastic_state / one_point, "times", at),
             SpeedRow("finite strain, all flows, over dolfinx 1 point", plastic_state / one_point, "times", at),
         ]
+    rows += roofline_rows(sizes, effort, rates)
     cost = kernels.contact_cost(sizes.facets, effort)
     at = f"{cost.pairs} pairs, {cost.active} of them active, with friction"
     rows.append(SpeedRow("contact forces", cost.pairs / cost.forces * MILLION, "million pairs/s", at))
@@ -120,6 +125,49 @@ def kernel_rows(sizes: Sizes) -> list[SpeedRow]:
             f"once in {cost.refresh} steps",
         )
     )
+    return rows
+
+
+KERNELS: dict[Kernel, str] = {
+    "one-point": "finite strain, J2, hourglass: everything flows",
+    "full": "finite strain, J2, 2x2x2 points: everything flows",
+    "elastic": "small displacement, elastic, hourglass",
+}
+
+
+def roofline_rows(sizes: Sizes, effort, rates: list[dict[str, float]]) -> list[SpeedRow]:
+    """The two limits of this core, operations and bytes of each kernel, and how near it comes to what they allow.
+
+    rates : updates per second of each kernel at each size of `sizes.cubes`
+    """
+    from rail_fem.studies import kernel_reference as kernels
+    from rail_fem.studies.kernel_roofline import bytes_of_update, machine_limits
+
+    limits = machine_limits(lambda action: kernels.least_time(action, effort), sizes.streamed)
+    rows = [
+        SpeedRow(
+            "limit of arithmetic", limits.operations * 1e-9, "10^9 operations/s", "multiply-adds in the first cache"
+        ),
+        SpeedRow(
+            "limit of memory", limits.bytes * 1e-9, "10^9 B/s", f"two arrays of {8e-6 * sizes.streamed:g} MB in place"
+        ),
+    ]
+    operations, domain = operations_of_kernels()["flowing"], kernels.block_domain(sizes.cubes[-1])
+    for name, what in KERNELS.items():
+        moved = bytes_of_update(kernels.structure_of(domain, name))
+        by_arithmetic, by_memory = limits.updates(operations[name], moved)
+        rows += [
+            SpeedRow(f"{what}: operations", operations[name], "an update", "counted on the kernel's source"),
+            SpeedRow(f"{what}: bytes", moved, "an update", "each array once"),
+            SpeedRow(f"{what}: limit by arithmetic", by_arithmetic * MILLION, UPDATES),
+            SpeedRow(f"{what}: limit by memory", by_memory * MILLION, UPDATES, "beyond the cache"),
+        ]
+        for across, rate in zip(sizes.cubes, rates):
+            share = 100 * rate[name] / by_arithmetic
+            rows.append(SpeedRow(f"{what}: of the arithmetic's limit", share, "%", f"{across**3} elements"))
+        rows.append(
+            SpeedRow(f"{what}: of its own rate in cache", 100 * rates[-1][name] / rates[0][name], "%", "largest cube")
+        )
     return rows
 
 

@@ -19,6 +19,16 @@ from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.scene.steel import MN13, R8T
 
 
+class Counting(MPI.Intracomm):
+    """Counts the sums over all ranks."""
+
+    sums = 0
+
+    def Allreduce(self, *arguments, **options):
+        Counting.sums += 1
+        return super().Allreduce(*arguments, **options)
+
+
 def gathered(comm, rows, index, total):
     """Rows of all ranks in the order of `index` on root."""
     parts = comm.gather((index, rows))
@@ -56,9 +66,12 @@ def main(out):
     comm = MPI.COMM_WORLD
     mesh, dynamics = build(comm)
     structure, domain, contact = dynamics.structure, dynamics.domain, dynamics.contact
-    dt, force = dynamics.stable_step(), []
+    dt, force, sums = dynamics.stable_step(), [], []
+    dynamics.comm = contact.comm = Counting(comm)
     for _ in range(400):
+        before = Counting.sums
         dynamics.step(dt)
+        sums.append(Counting.sums - before)
         force.append(contact.force[: contact.n_rail].sum(axis=0))
     dynamics.check()
     energies = dynamics.energies()
@@ -81,6 +94,7 @@ def main(out):
             reactions=reactions,
             energies=np.array(list(energies.values())),
             ranks=comm.size,
+            sums=np.array(sums),
         )
 
 

@@ -15,9 +15,11 @@ from dolfinx import fem
 from scipy.spatial import cKDTree
 
 from geometry.meshing.blocks import mesh_box
+from rail_fem.fe import hexahedron
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.structure import Structure
 from rail_fem.studies import kernel_reference as kernels
+from rail_fem.studies.kernel_flops import Counted, counted, operations_of_kernels
 from rail_fem.studies.kernel_job import EDGE, array_bytes, block
 from rail_fem.studies.kernel_ranks import RankStudy, run_job, study_ranks
 from rail_fem.studies.kernel_reference import STEEL, Effort
@@ -86,6 +88,25 @@ def test_solver_keeps_less_than_half_a_kilobyte_an_element():
     domain = Domain(MPI.COMM_SELF, *block((16, 16, 16)))
     s = Structure(domain, [STEEL])
     assert 160 < array_bytes(domain, s, s.finite) / domain.m_global < 500
+
+
+@pytest.mark.parametrize("name, operations", [("dot", 5), ("cross", 9)])
+def test_operations_are_counted_on_the_source(name, operations):
+    """Three products and two sums; six products and three differences."""
+    u, v = counted(np.array([1.0, 2.0, 3.0])), counted(np.array([4.0, 5.0, 6.0]))
+    Counted.operations = 0
+    found = getattr(hexahedron, name).py_func(u, v)
+    assert Counted.operations == operations
+    np.testing.assert_array_equal(np.array(found, float), getattr(np, name)([1, 2, 3], [4, 5, 6]))
+
+
+def test_flow_and_more_points_cost_operations():
+    """Eight points share the element's geometry and forces: less than eight times one point, more than twice."""
+    found = operations_of_kernels()
+    flowing, still = found["flowing"], found["elastic state"]
+    assert still["one-point"] < flowing["one-point"] and still["full"] < flowing["full"]
+    assert still["elastic"] == flowing["elastic"] < still["one-point"] / 2
+    assert 2 < still["full"] / still["one-point"] < 8
 
 
 def test_efficiency_compares_step_times():

@@ -1,0 +1,148 @@
+"""Operations of an element update, counted and not estimated: the kernels' own source runs in Python, uncompiled, on
+numbers that count what is done with them.
+
+    NUMBA_DISABLE_JIT=1 python -m rail_fem.studies.kernel_flops
+
+prints one line of JSON: operations per element of each kernel. Additions, subtractions, multiplications, divisions and
+roots count one each, comparisons and changes of sign nothing. The compiler may save a few (reassociation, common
+factors). `operations_of_kernels` starts this in a process of its own.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Literal
+
+import numpy as np
+
+Kernel = Literal["one-point", "full", "elastic"]
+LONGEST = 300  # of the job [s]
+EDGE, STEP = 1e-3, 1e-7
+
+
+class Counted:
+    """A number that counts the operations on all of its kind."""
+
+    __slots__ = ("value",)
+    operations = 0
+
+    def __init__(self, value: float):
+        self.value = value
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __pow__(self, exponent: int) -> Counted:
+        Counted.operations += exponent - 1
+        return Counted(self.value**exponent)
+
+    def __neg__(self) -> Counted:
+        return Counted(-self.value)
+
+
+def _operation(of: Callable[[float, float], float]) -> Callable[[Counted, float], Counted]:
+    def counted(self: Counted, other: Counted | float) -> Counted:
+        Counted.operations += 1
+        return Counted(of(self.value, float(other)))
+
+    return counted
+
+
+def _comparison(of: Callable[[float, float], bool]) -> Callable[[Counted, float], bool]:
+    return lambda self, other: of(self.value, float(other))
+
+
+for _name, _of in {
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "truediv": lambda a, b: a / b,
+}.items():
+    setattr(Counted, f"__{_name}__", _operation(_of))
+    setattr(Counted, f"__r{_name}__", _operation(lambda a, b, of=_of: of(b, a)))
+for _name, _test in {
+    "lt": lambda a, b: a < b,
+    "le": lambda a, b: a <= b,
+    "gt": lambda a, b: a > b,
+    "ge": lambda a, b: a >= b,
+}.items():
+    setattr(Counted, f"__{_name}__", _comparison(_test))
+
+
+def counted(values: np.ndarray) -> np.ndarray:
+    """The same array of counting numbers."""
+    out = np.empty(values.shape, object)
+    out.ravel()[:] = [Counted(float(value)) for value in values.ravel()]
+    return out
+
+
+def root(value: Counted) -> Counted:
+    Counted.operations += 1
+    return Counted(math.sqrt(value.value))
+
+
+def count_in(*modules) -> None:
+    """Let kernels of these modules allocate counting arrays and take counting roots."""
+    arrays = SimpleNamespace(inf=math.inf, empty=lambda n: counted(np.zeros(n)), zeros=lambda n: counted(np.zeros(n)))
+    for module in modules:
+        module.np, module.math = arrays, SimpleNamespace(sqrt=root)
+
+
+def operations_each(strain: float) -> dict[str, float]:
+    """Operations per element of one block of slightly irregular cubes whose strain in a step is about `strain`."""
+    from rail_fem.fe import elastic, hexahedron, hexahedron_full, plasticity
+    from rail_fem.fe.blocks import ElementSettings, material_table
+    from rail_fem.fe.state import LANES, N_STATE, N_STATE_FULL, POINT_STATE, YIELD
+    from rail_fem.scene.steel import GRADES
+
+    rng, table = np.random.default_rng(1), material_table([GRADES["Mn13"]], ElementSettings())
+    cube = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+    points = EDGE * (cube[None] + rng.uniform(-0.05, 0.05, (LANES, 8, 3)))
+    velocity = strain * EDGE / STEP * rng.uniform(-1, 1, points.shape)
+    nodes = np.arange(8 * LANES).reshape(LANES, 8).T.ravel()
+    filled, kind = np.array([LANES]), np.array([0])
+    curve = table.curve_start, counted(table.curve_strain), counted(table.curve_stress)
+    count_in(elastic, hexahedron, hexahedron_full, plasticity)
+    rows, x, v = counted(table.rows), counted(points.ravel()), counted(velocity.ravel())
+    found = {}
+
+    def count(name: str, action: Callable[[], object]) -> None:
+        Counted.operations = 0
+        action()
+        found[name] = Counted.operations / LANES
+
+    for name, update, entries, stride in (
+        ("one-point", hexahedron.update_elements, N_STATE, N_STATE),
+        ("full", hexahedron_full.update_full_elements, N_STATE_FULL, POINT_STATE),
+    ):
+        state = np.zeros((entries, LANES))
+        state[YIELD::stride] = table.curve_stress[0]
+        state, force, work = counted(state.ravel()), counted(np.zeros(points.size)), counted(np.zeros(3))
+        arguments = nodes, filled, kind, rows, *curve, state, np.empty(0), force, work
+        count(name, lambda update=update, rest=arguments: update(x, v, Counted(STEP), *rest))
+    geometry, _ = elastic.fixed_geometry(x, nodes, filled, kind, rows)
+    force = counted(np.zeros(points.size))
+    count("elastic", lambda: elastic.add_elastic_force(v, nodes, filled, kind, rows, geometry, force))
+    return found
+
+
+def operations_of_kernels() -> dict[str, dict[str, float]]:
+    """Operations per element: "flowing" and "elastic state", each by kernel "one-point", "full", "elastic". Starts a
+    process without compiled kernels. Errors: RuntimeError with its last words."""
+    command = [sys.executable, "-m", "rail_fem.studies.kernel_flops"]
+    answer = subprocess.run(
+        command, capture_output=True, text=True, timeout=LONGEST, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    )
+    if answer.returncode != 0:
+        raise RuntimeError(f"{' '.join(command)} ended with {answer.returncode}: {answer.stderr.strip()[-500:]}")
+    return json.loads(answer.stdout.splitlines()[-1])
+
+
+if __name__ == "__main__":
+    print(json.dumps({"flowing": operations_each(2e-2), "elastic state": operations_each(1e-9)}))
