@@ -12,6 +12,7 @@ from mpi4py import MPI
 from dolfinx import la
 
 from rail_fem.fe.compat import SUM, create_hexahedral_mesh, geometry_dofmap, original_cells
+from rail_fem.fe.heap import give_back_free_memory
 from rail_fem.fe.partition import balanced_parts
 
 VTK_TO_DOLFINX = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # its own inverse
@@ -65,7 +66,9 @@ class Domain:
         region = comm.bcast(None if region is None else np.asarray(region), root=0)
         self.region = region[self.cell_input]
         self._shared: list[tuple[np.ndarray, la.Vector]] = []
-        self.shared_vector()  # the buffer of all other fields
+        self._buffer: tuple[np.ndarray, la.Vector] | None = None  # of all other fields, where one travels
+        del cells, points, region, ordered, destination
+        give_back_free_memory()
 
     def cell_centres(self) -> np.ndarray:
         """Mean reference positions of the nodes of each cell (m_local, 3) [m]. Rank-local."""
@@ -77,15 +80,22 @@ class Domain:
     def shared_vector(self) -> np.ndarray:
         """A nodal vector (3 n_nodes,) of zeros in the memory of a dolfinx vector: exchanged without a copy, for fields
         that travel every step."""
+        self._shared.append(self._vector())
+        return self._shared[-1][0]
+
+    def _vector(self) -> tuple[np.ndarray, la.Vector]:
+        """A dolfinx vector of zeros and its array."""
         vector = la.vector(self.mesh.geometry.index_map(), 3)
         field = vector.array
         field[:] = 0.0
-        self._shared.append((field, vector))
-        return field
+        return field, vector
 
     def _carrier(self, field: np.ndarray) -> tuple[np.ndarray, la.Vector]:
-        """The array and dolfinx vector that exchange a field: its own, or the buffer."""
-        return next((pair for pair in self._shared if pair[0] is field), self._shared[0])
+        """The array and dolfinx vector that exchange a field: its own, or the buffer. Collective."""
+        own = next((pair for pair in self._shared if pair[0] is field), None)
+        if own is None and self._buffer is None:
+            self._buffer = self._vector()
+        return own or self._buffer  # type: ignore[return-value]
 
     def sum_to_owner(self, field: np.ndarray) -> None:
         """Add what ghosts hold onto their owners, in place (3 n_nodes,). Collective."""

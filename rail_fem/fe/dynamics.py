@@ -170,9 +170,9 @@ class Dynamics:
         self.reactions = np.zeros((len(self.supports.groups), 3))
         if contact is not None:
             contact.take_guests(len(self.reactions))
-        self.small = np.zeros(n, np.int64)
+        self.small = np.zeros(n, np.int8)
         self.small[self.domain.cells[structure.small_cells].ravel()] = 1
-        self.small_unknown = np.repeat(self.small.astype(np.int8), 3)
+        self.small_unknown = np.repeat(self.small, 3)
         self.updates = 0  # of elements so far, of all ranks
         self.after_restore()
         self.works = np.zeros(3)

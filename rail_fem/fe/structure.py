@@ -67,7 +67,8 @@ class Structure:
         if slab is not None:
             self.anchor = domain.reference.copy()
             self.NODAL = (*self.NODAL, "anchor")
-        self.u = domain.nodal_vector()  # displacement and damping of the small-displacement nodes, 0 elsewhere
+        # displacement and damping of the small-displacement nodes, 0 elsewhere; empty without such elements
+        self.u = domain.nodal_vector() if self.small.n_cells else np.empty(0)
         self.small_nodes = np.unique(domain.cells[self.small_cells])
         self.geometry, smallest = fixed_geometry(
             domain.reference, self.small.nodes, self.small.filled, self.small.material_of, self.table.rows
