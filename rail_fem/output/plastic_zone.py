@@ -112,10 +112,12 @@ class PlanMap(NamedTuple):
 def plan_map(corners: np.ndarray, strain: np.ndarray, box: np.ndarray, column: float, depth: float) -> PlanMap:
     """Mean plastic strain from the running surface down to a depth [m], in columns of a side [m], a multiple of COLUMN.
 
-    corners (m, 8, 3), strain (m,) as `plastic_zone` takes them; box (2, 2) : lowest and highest x, y [m]
+    corners (m, 8, 3), strain (m,), somewhere positive, as `plastic_zone` takes them; box (2, 2) : lowest and highest x,
+        y [m]
     """
     centre = corners.mean(axis=1)
     near = ((centre[:, :2] > box[0] - AROUND) & (centre[:, :2] < box[1] + AROUND)).all(axis=1)
+    near &= centre[:, 2] > centre[strain > 0, 2].min(initial=np.inf) - DEPTH  # coarse cells far below make many samples
     samples = _samples(corners[near], cell_volume(corners[near]))
     columns = _columns_of(samples)
     below = columns.top[columns.flat] - samples.position[:, 2]
@@ -133,8 +135,10 @@ def plan_map(corners: np.ndarray, strain: np.ndarray, box: np.ndarray, column: f
 
 def along_track(corners: np.ndarray, strain: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Plastic strain integrated over the cross-section (k,) [m^2], means between edges (k + 1,) [m] along x."""
-    samples = _samples(corners, cell_volume(corners))
-    total = np.histogram(samples.position[:, 0], edges, weights=samples.volume * strain[samples.cell])[0]
+    strained = strain > 0
+    samples = _samples(corners[strained], cell_volume(corners[strained]))
+    weight = samples.volume * strain[strained][samples.cell]
+    total = np.histogram(samples.position[:, 0], edges, weights=weight)[0]
     return total / np.diff(edges)
 
 
