@@ -13,6 +13,7 @@ from kernel_cache import njit
 from rail_fem.fe.contact import Contact
 from rail_fem.fe.contact_kernel import FRICTION_WORK, NORMAL_ENERGY, TOWED
 from rail_fem.fe.domain import raise_together
+from rail_fem.fe.heap import give_back_free_memory
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK, VISCOUS_WORK
 from rail_fem.fe.structure import Structure
@@ -219,6 +220,7 @@ class Dynamics:
         s.damping = 2 * WHEEL_DAMPING / frequency
         damped = self.comm.allreduce(s.small.n_cells) > 0  # of all ranks: one without such cells takes the same step
         ratio = max(s.settings.linear_viscosity, WHEEL_DAMPING if damped else 0.0)
+        give_back_free_memory()  # the vectors of Lanczos, and what was left of meshing
         return round_down(courant * damped_limit(frequency, ratio))
 
     # ---- one step
