@@ -149,7 +149,7 @@ def _tractions(
     traction, slip = np.zeros((*grid.shape, 2)), np.zeros((*grid.shape, 2))
     stick = np.zeros(grid.shape, bool)
     falling = law.ratio, law.decay
-    _march(pressure**2, limit, falling, labels, rates, grid.x, grid.y, grid.dx, direction, traction, slip, stick)
+    march(pressure**2, limit, falling, labels, rates, grid.x, grid.y, grid.dx, direction, traction, slip, stick)
     return traction, slip, stick
 
 
@@ -171,7 +171,7 @@ def _reach(outer, inner):
 
 
 @njit(cache=True)
-def _march(square, limit, falling, labels, rates, x, y, dx, direction, traction, slip, stick):
+def march(square, limit, falling, labels, rates, x, y, dx, direction, traction, slip, stick):
     """Each run of cells of one part is marched from its leading edge, from covered centre to covered centre.
 
     A cell's value is the traction at the centre of its covered length times the share of the cell that is covered, so

@@ -237,12 +237,12 @@ class ContactSearch:
 
 @dataclass(frozen=True)
 class Motion:
-    """Velocities of a wheelset: forward speed [m/s], lateral and vertical [m/s], yaw, roll and spin rates [rad/s]; spin
-    None: rolls freely on its tread datum."""
+    """Velocities of a wheelset: forward speed [m/s], lateral and vertical [m/s] (vertical (n,): one for each point),
+    yaw, roll and spin rates [rad/s]; spin None: rolls freely on its tread datum."""
 
     speed: float
     lateral: float = 0.0
-    vertical: float = 0.0
+    vertical: float | np.ndarray = 0.0
     yaw: float = 0.0
     roll: float = 0.0
     spin: float | None = None
@@ -267,7 +267,7 @@ def creepages_at(state: Wheelset, position: np.ndarray, normal: np.ndarray, moti
     axle = np.cos(state.roll) * left + np.sin(state.roll) * np.array([0.0, 0.0, 1.0])
     spin = motion.speed / state.radius if motion.spin is None else motion.spin
     turning = spin * axle + motion.yaw * np.array([0.0, 0.0, 1.0]) + motion.roll * forward
-    travel = np.array([motion.speed, motion.lateral, motion.vertical])
+    travel = np.stack(np.broadcast_arrays(motion.speed, motion.lateral, motion.vertical), axis=-1)
     velocity = travel + np.cross(turning, position - [state.x, state.y, state.z])
     x, _, z = normal.T
     along = np.column_stack([z, 0 * z, -x]) / np.hypot(x, z)[:, None]

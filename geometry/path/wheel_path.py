@@ -60,12 +60,14 @@ def wheel_path(
     lateral_shift: float = 0.0,
     resolution: float = 0.25e-3,
     reach: float = 0.1,
+    within: float = np.inf,
 ) -> WheelPath:
     """Path of the rigid wheel at axle positions x (n,) [m].
 
     radius : of the wheel at its tread datum [m];  lateral_shift : of the wheelset, + towards the field side [m]
     resolution : lateral spacing of the first search [m]; the points found are then refined on the exact surface
     reach : how far ahead of and behind the axle contact is looked for [m]
+    within : how far below the one that carries a body is looked at [m]; further down it is out of reach
 
     Error: 1e-9 m in height on planes, ramps and crowns with exact answers; the first search alone is second order in
     its resolution (tests/geometry/test_path.py).
@@ -76,8 +78,9 @@ def wheel_path(
     datum = tread_datum_y() + lateral_shift
     find = lambda body, at: BodySearch(crossing, wheel, body, at, radius, datum, resolution, reach)
     wing, nose = find("wing", x), find("nose", x)
-    wing_height, wing_point = wing.contacts(x)
-    nose_height, nose_point = nose.contacts(x)
+    near = bodies_within(*(search.first_search(x) for search in (wing, nose)), within)
+    wing_height, wing_point = contacts_at(wing, x, near[0])
+    nose_height, nose_point = contacts_at(nose, x, near[1])
     best = np.fmax(wing_height, nose_height)
     if np.isnan(best).any():
         raise CrossingError(
@@ -101,6 +104,23 @@ def wheel_path(
         radius=radius,
         wheel=wheel.label,
     )
+
+
+def bodies_within(wing: np.ndarray, nose: np.ndarray, within: float) -> tuple[np.ndarray, np.ndarray]:
+    """Where (n,) each body stands at most `within` [m] below the higher one, by heights (n,) [m]."""
+    if not np.isfinite(within):
+        return np.full(len(wing), True), np.full(len(nose), True)
+    lowest = np.fmax(wing, nose) - within
+    return wing >= lowest, nose >= lowest
+
+
+def contacts_at(search: BodySearch, x: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """As BodySearch.contacts where near (n,), NaN elsewhere."""
+    if near.all():
+        return search.contacts(x)
+    height, point = np.full(len(x), np.nan), np.full((len(x), 3), np.nan)
+    height[near], point[near] = search.contacts(x[near])
+    return height, point
 
 
 def rolling_radius(wheel: Profile, radius: float, y: np.ndarray) -> np.ndarray:

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rail_fem.damage.crossing import CrossingContact
+from rail_fem.damage.crossing import PassContacts
 from rail_fem.damage.fatigue import shakedown_point
 from rail_fem.damage.heat import flash_temperature
-from rail_fem.damage.wear import Archard
+from rail_fem.damage.wear import Archard, to_cells
 
 
 class ContactFacts(NamedTuple):
@@ -41,29 +41,27 @@ class ContactFacts(NamedTuple):
         return ContactFacts(*(values[own] for values in self))
 
 
-def facts_of(contacts: tuple[CrossingContact, ...], hardness: float, shear_yield: float) -> ContactFacts:
+def facts_of(contacts: PassContacts, hardness: float, shear_yield: float) -> ContactFacts:
     """Of solved patches. hardness of the rail and shear yield stress of its surface [Pa]"""
-    law, rows = Archard(hardness), []
-    for c in contacts:
-        patch, point = c.patch, shakedown_point(c.patch, shear_yield)
-        depth = law.cells(patch, c.speed) * patch.grid.dy
-        rows.append(
-            (
-                int(c.body == "nose"),
-                *c.position,
-                c.angle,
-                c.tgamma,
-                patch.frictional_power,
-                patch.normal_force,
-                patch.max_pressure,
-                point.load,
-                point.traction,
-                point.index,
-                flash_temperature(patch, c.speed).max(),
-                c.enlarged,
-                depth.sum(),
-                depth[patch.pressure > law.wear_map.pressure[-1] * hardness].sum(),
-            )
-        )
-    table = np.array(rows, float).reshape(-1, len(ContactFacts._fields)).T
-    return ContactFacts(table[0].astype(int), *table[1:])
+    if not len(contacts):
+        return ContactFacts(np.zeros(0, int), *np.zeros((len(ContactFacts._fields) - 1, 0)))
+    law, patches, speed = Archard(hardness), contacts.patches, contacts.speed
+    point = shakedown_point(patches, shear_yield)
+    depth = law.cells(patches, speed) * to_cells(patches.grid.dy)
+    seized = np.where(patches.pressure > law.wear_map.pressure[-1] * hardness, depth, 0.0)
+    return ContactFacts(
+        contacts.body,
+        *contacts.position.T,
+        contacts.angle,
+        contacts.tgamma,
+        patches.frictional_power,
+        patches.normal_force,
+        patches.max_pressure,
+        point.load,
+        point.traction,
+        point.index,
+        flash_temperature(patches, speed).max(axis=(1, 2)),
+        contacts.enlarged,
+        depth.sum(axis=(1, 2)),
+        seized.sum(axis=(1, 2)),
+    )

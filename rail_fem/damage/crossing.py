@@ -2,7 +2,6 @@
 fatigue.
 
 Forces come from a pass of rigid_hertz (any result with forces on wing and nose), positions and radii of the contacts
-from rail_fem.damage.wear import tgamma
 from the same table of the surfaces. The wheel turns at the spin at which it rolls on its tread datum; the other wheel,
 on its stock rail, holds it there. Each patch rolls steadily, though forces change along a patch's length at the
 transfer.
@@ -12,18 +11,20 @@ plastic there cannot press more, and elastic ellipses on a nose's unworn corner 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from bem.halfspace.falling_friction import FallingFriction
-from bem.halfspace.fastsim import elliptic_patch, fastsim
+from bem.halfspace.rolled_ellipses import RolledEllipses, rolled_ellipses
 from bem.material import Elastic
-from bem.patch import Creepage, Patch
+from bem.patch import Patch
 from geometry.contact.prismatic_search import Motion, creepages_at
 from geometry.surfaces.bodies import BODIES
 from geometry.wheelset import Wheelset
+from kernel_cache import njit
 from rail_fem.damage.wear import WearLaw, friction_work, tgamma
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.output.result import PassResult
@@ -56,6 +57,46 @@ class CrossingContact:
 
 
 @dataclass(frozen=True, eq=False)
+class PassContacts(Sequence[CrossingContact]):
+    """The k patches of a pass in the order in which the wheel meets them, fields of CrossingContact with a first axis.
+    body : (k,) 0 wing, 1 nose;  speed [m/s];  radii (k, 2) relative, along and across [m];  modulus : E* of wing and
+    nose [Pa]. One by one they are CrossingContacts."""
+
+    body: np.ndarray
+    x: np.ndarray
+    position: np.ndarray
+    patches: RolledEllipses
+    angle: np.ndarray
+    speed: float
+    enlarged: np.ndarray
+    radii: np.ndarray
+    modulus: tuple[float, float]
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def __getitem__(self, i):
+        if isinstance(i, slice):
+            return tuple(self[k] for k in range(*i.indices(len(self))))
+        k = range(len(self))[i]
+        return CrossingContact(
+            BODIES[self.body[k]],
+            float(self.x[k]),
+            self.position[k],
+            self.patches.patch(k),
+            float(self.angle[k]),
+            self.speed,
+            float(self.enlarged[k]),
+        )
+
+    @property
+    def tgamma(self) -> np.ndarray:
+        """(k,) tractive forces times creepages [N]."""
+        force, creepage = self.patches.tangential_force, self.patches.creepage
+        return -(force[:, 0] * creepage[:, 0] + force[:, 1] * creepage[:, 1])
+
+
+@dataclass(frozen=True, eq=False)
 class WearField:
     """Depth worn off by one pass on a plan. x (m,), y (n,) [m];  depth : law -> body -> (m, n) [m];  work : body ->
     (m, n) friction work per area [J/m2];  contacts : that it comes from."""
@@ -64,7 +105,7 @@ class WearField:
     y: np.ndarray
     depth: Mapping[str, Mapping[str, np.ndarray]]
     work: Mapping[str, np.ndarray]
-    contacts: tuple[CrossingContact, ...]
+    contacts: PassContacts
 
     def volume(self, law: str) -> float:
         """Worn off by one pass [m3]."""
@@ -90,7 +131,7 @@ def pass_contacts(
     end: float | None = None,
     shift: float = 0.0,
     options: PatchOptions | None = None,
-) -> tuple[CrossingContact, ...]:
+) -> PassContacts:
     """The patches of a pass, every `spacing` [m] of the wheel's path between start and end [m] (None: the whole pass).
 
     shift : lateral position of the wheel towards its field side [m]; the forces stay those of the result
@@ -113,60 +154,74 @@ def pass_contacts(
     return table_contacts(scene, table, forces, options or PatchOptions())
 
 
-def table_contacts(
-    scene: Scene, table: ContactTable, forces: np.ndarray, options: PatchOptions
-) -> tuple[CrossingContact, ...]:
+def table_contacts(scene: Scene, table: ContactTable, forces: np.ndarray, options: PatchOptions) -> PassContacts:
     """The patches at all positions of a table under vertical forces (2, n) [N] on wing and nose, in the order in which
     the wheel meets them; one that carries less than LEAST_FORCE is none."""
-    sign, found = scene.direction_sign, []
-    law = scene.friction if options.friction is None else options.friction
-    for b, body in enumerate(BODIES):
-        carries = np.flatnonzero((forces[b] > LEAST_FORCE) & (table.stiffness[b] > 0))
-        rigid = _creepages(scene, table, b, carries, sign)
-        normal = forces[b][carries] / np.cos(table.angle[b, carries])
-        sizes = patch_sizes(normal, table.radii[b, carries], table.modulus[b])
-        large = np.sqrt(np.maximum(normal / (np.pi * sizes.prod(axis=1)) / options.hardness, 1.0))
-        steels = (scene.materials.wheel.steel(), getattr(scene.materials, body).steel())
-        upper, lower = (Elastic(steel.youngs_modulus, steel.poisson) for steel in steels)
-        for k, i in enumerate(carries):
-            axes = large[k] * sizes[k]
-            patch = elliptic_patch(float(axes[0]), float(axes[1]), float(normal[k]), (options.cells, options.cells))
-            patch = fastsim(
-                patch,
-                upper,
-                lower,
-                law,
-                Creepage(*map(float, rigid[k])),
-                initial_slope=options.initial_slope,
-                direction=int(sign),
-                estimate=False,
-            )
-            angle = float(table.angle[b, i])
-            aside = table.middle[b, i] * np.array([0.0, np.cos(angle), np.sin(angle)])
-            found.append(
-                CrossingContact(
-                    body, float(table.x[i]), table.point[b, i] + aside, patch, angle, scene.velocity, float(large[k])
-                )
-            )
-    return tuple(sorted(found, key=lambda contact: (sign * contact.x, contact.body)))
+    wing, nose = (_of_body(scene, table, b, forces[b], options) for b in (0, 1))
+    body = np.repeat([0, 1], [len(wing.x), len(nose.x)])
+    order = np.lexsort([-body, scene.direction_sign * np.concatenate([wing.x, nose.x])])
+    row = lambda name: np.concatenate([getattr(wing, name), getattr(nose, name)])[order]
+    return PassContacts(
+        body[order],
+        row("x"),
+        row("position"),
+        wing.patches.joined(nose.patches).taken(order),
+        row("angle"),
+        scene.velocity,
+        row("enlarged"),
+        row("radii"),
+        table.modulus,
+    )
 
 
-def _creepages(scene, table: ContactTable, b: int, positions: np.ndarray, sign: float) -> np.ndarray:
+class BodyContacts(NamedTuple):
+    """Patches of one body, as of PassContacts."""
+
+    patches: RolledEllipses
+    x: np.ndarray
+    position: np.ndarray
+    angle: np.ndarray
+    enlarged: np.ndarray
+    radii: np.ndarray
+
+
+def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, options: PatchOptions) -> BodyContacts:
+    """Those of one body under vertical forces (n,) [N]."""
+    carries = np.flatnonzero((force > LEAST_FORCE) & (table.stiffness[b] > 0))
+    angle = table.angle[b, carries]
+    normal = force[carries] / np.cos(angle)
+    sizes = patch_sizes(normal, table.radii[b, carries], table.modulus[b])
+    large = np.sqrt(np.maximum(normal / (np.pi * sizes.prod(axis=1)) / options.hardness, 1.0))
+    steels = (scene.materials.wheel.steel(), getattr(scene.materials, BODIES[b]).steel())
+    patches = rolled_ellipses(
+        large[:, None] * sizes,
+        normal,
+        *(Elastic(steel.youngs_modulus, steel.poisson) for steel in steels),
+        scene.friction if options.friction is None else options.friction,
+        _creepages(scene, table, b, carries),
+        (options.cells, options.cells),
+        direction=int(scene.direction_sign),
+        initial_slope=options.initial_slope,
+    )
+    aside = np.stack([np.zeros_like(angle), np.cos(angle), np.sin(angle)], axis=1) * table.middle[b, carries][:, None]
+    position = table.point[b, carries] + aside
+    return BodyContacts(patches, table.x[carries], position, angle, large, table.radii[b, carries])
+
+
+def _creepages(scene: Scene, table: ContactTable, b: int, carries: np.ndarray) -> np.ndarray:
     """(k, 3) rigid slip per speed at the contacts of one body; the axle follows the table's heights."""
-    wheel, rigid = scene.wheel, np.zeros((len(positions), 3))
-    for row, i in enumerate(positions):
-        steep, angle = table.slope[b, i], table.angle[b, i]
-        normal = np.array([-steep, -np.tan(angle), 1.0])
-        height = float(table.height[b, i]) + wheel.radius
-        state = Wheelset(wheel.shape, radius=wheel.radius, back_to_back=scene.back_to_back, x=table.x[i], z=height)
-        motion = Motion(scene.velocity, vertical=scene.velocity * steep)
-        unit = normal / np.linalg.norm(normal)
-        rigid[row] = creepages_at(state, table.point[b, i][None], unit[None], motion)[0]
-    return rigid
+    wheel, steep, angle = scene.wheel, table.slope[b, carries], table.angle[b, carries]
+    normal = np.stack([-steep, -np.tan(angle), np.ones_like(angle)], axis=1)
+    # seen from the middle of the axle, so that one wheelset serves all positions
+    middle = np.stack([table.x[carries], 0 * angle, table.height[b, carries] + wheel.radius], axis=1)
+    unit = normal / np.linalg.norm(normal, axis=1)[:, None]
+    state = Wheelset(wheel.shape, radius=wheel.radius, back_to_back=scene.back_to_back, x=0.0, z=0.0)
+    motion = Motion(scene.velocity, vertical=scene.velocity * steep)
+    return creepages_at(state, table.point[b, carries] - middle, unit, motion)
 
 
 def wear_field(
-    contacts: tuple[CrossingContact, ...],
+    contacts: PassContacts,
     laws: Mapping[str, WearLaw],
     factor: float = 1.0,
     spacing: float = SPACING,
@@ -178,10 +233,9 @@ def wear_field(
     grid : x (m,) and y (n,) of the field, evenly spaced [m]; None: about the contacts
     Raises ValueError where no contact carries, or one lies beyond the grid.
     """
-    if not contacts:
+    if not len(contacts):
         raise ValueError("no contact carries on this stretch: nothing wears")
-    positions = np.array([c.position for c in contacts])
-    low, high = positions.min(axis=0), positions.max(axis=0)
+    low, high = contacts.position.min(axis=0), contacts.position.max(axis=0)
     if grid is None:
         x = np.arange(low[0] - 2 * spacing, high[0] + 3 * spacing, spacing)
         y = np.arange(low[1] - MARGIN, high[1] + MARGIN, LATERAL)
@@ -192,28 +246,52 @@ def wear_field(
             f"contacts lie at x {low[0]:.3f} to {high[0]:.3f} m, y {low[1]:.3f} to {high[1]:.3f} m, the field at x"
             f" {x[0]:.3f} to {x[-1]:.3f}, y {y[0]:.3f} to {y[-1]:.3f}: give a larger one"
         )
-    lateral, line_share = y[1] - y[0], spacing / (x[1] - x[0])
-    empty = lambda: {body: np.zeros((len(x), len(y))) for body in BODIES}
-    depth, work = {name: empty() for name in laws}, empty()
-    for c in contacts:
-        rows = _spread(c.position[0], x)
-        cosine = np.cos(c.angle)
-        edges = c.position[1] + np.append(c.patch.grid.y - c.patch.grid.dy / 2, c.patch.grid.edges[3]) * cosine
-        own = np.append(y - lateral / 2, y[-1] + lateral / 2)
-        strips = {name: factor * law.depth(c.patch, c.speed) for name, law in laws.items()}
-        for target, values in (
-            *((depth[name][c.body], v) for name, v in strips.items()),
-            (work[c.body], friction_work(c.patch)),
-        ):
-            worn = np.concatenate([[0.0], np.cumsum(values) * c.patch.grid.dy])
-            line = np.diff(np.interp(own, edges, worn)) / lateral
-            for i, share in rows:
-                target[i] += share * line_share * line
-    return WearField(x, y, depth, work, contacts)
+    patches = contacts.patches
+    strips = [factor * law.depth(patches, contacts.speed) for law in laws.values()] + [friction_work(patches)]
+    width = patches.grid.dy * np.cos(contacts.angle)
+    edge = contacts.position[:, 1] - patches.grid.ny / 2 * width
+    summed = np.cumsum(np.stack(strips, axis=1), axis=2) * patches.grid.dy[:, None, None]
+    share = spacing / (x[1] - x[0])
+    out = np.zeros((len(strips), len(BODIES), len(x), len(y)))
+    _deposit(contacts.body, contacts.position[:, 0], edge, width, share * summed, x, y, out)
+    by_body = [dict(zip(BODIES, own, strict=True)) for own in out]
+    return WearField(x, y, dict(zip(laws, by_body[:-1], strict=True)), by_body[-1], contacts)
 
 
-def _spread(position: float, x: np.ndarray) -> tuple[tuple[int, float], tuple[int, float]]:
-    """The two lines of the field next to a position and their shares."""
-    at = (position - x[0]) / (x[1] - x[0])
-    i = int(np.clip(np.floor(at), 0, len(x) - 2))
-    return (i, 1 - (at - i)), (i + 1, at - i)
+@njit(cache=True)
+def _deposit(body, position, edge, width, summed, x, y, out):
+    """Add patches to depths out (laws, bodies, m, n) on the lines of an even grid x (m,), y (n,): each goes to the two
+    lines next to its position, each line to the cells across that its strips cover.
+
+    edge, width (k,) : of the first strip, in plan [m];  summed (k, laws, strips) : depth times width up to the end of
+    each strip, linear in between
+    """
+    dx, dy = x[1] - x[0], y[1] - y[0]
+    laws, strips = summed.shape[1], summed.shape[2]
+    for k in range(len(body)):
+        at = (position[k] - x[0]) / dx
+        i = min(max(int(np.floor(at)), 0), len(x) - 2)
+        near = at - i
+        first = max(int(np.floor((edge[k] - y[0]) / dy + 0.5)), 0)
+        last = min(int(np.floor((edge[k] + strips * width[k] - y[0]) / dy + 0.5)), len(y) - 1)
+        for law in range(laws):
+            before = _up_to(y[first] - dy / 2, edge[k], width[k], summed[k, law])
+            for j in range(first, last + 1):
+                after = _up_to(y[j] + dy / 2, edge[k], width[k], summed[k, law])
+                depth = (after - before) / dy
+                out[law, body[k], i, j] += (1.0 - near) * depth
+                out[law, body[k], i + 1, j] += near * depth
+                before = after
+
+
+@njit(cache=True)
+def _up_to(y, edge, width, summed):
+    """Area of the strips (strips,) up to y."""
+    at = (y - edge) / width
+    if at <= 0.0:
+        return 0.0
+    n = int(at)
+    if n >= len(summed):
+        return summed[-1]
+    low = summed[n - 1] if n > 0 else 0.0
+    return low + (at - n) * (summed[n] - low)

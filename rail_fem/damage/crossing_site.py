@@ -19,7 +19,7 @@ from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES, NO_METAL
 from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
-from rail_fem.damage.crossing import CrossingContact, PatchOptions, table_contacts, wear_field
+from rail_fem.damage.crossing import PassContacts, PatchOptions, table_contacts, wear_field
 from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.wear import WearLaw
 from rail_fem.damage.worn_surface import WornSurface
@@ -30,6 +30,8 @@ from rail_fem.output.events import transfer_position
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import show
 from rail_fem.settings.light import RigidHertzSettings
+
+WITHIN = 3e-3  # below the body that carries, where the other is looked at: no wheel presses so deep [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,13 +200,13 @@ def pass_wear(site: CrossingSite, one: CrossingPass, crossing: AnyCrossing) -> P
         light.force.max(axis=1),
         largest_impact(light, table, one.scene.static_wheel_load),
         float(transfer),
-        (_hardest(contacts, BODIES[0]), _hardest(contacts, BODIES[1])),
+        (_hardest(contacts, 0), _hardest(contacts, 1)),
     )
 
 
-def _hardest(contacts: tuple[CrossingContact, ...], body: str) -> Patch | None:
-    own = [c.patch for c in contacts if c.body == body]
-    return max(own, key=lambda patch: patch.normal_force) if own else None
+def _hardest(contacts: PassContacts, body: int) -> Patch | None:
+    own = np.flatnonzero(contacts.body == body)
+    return contacts[int(own[np.argmax(contacts.patches.normal_force[own])])].patch if len(own) else None
 
 
 def dynamics(
@@ -212,5 +214,6 @@ def dynamics(
 ) -> tuple[ContactTable, LightPass]:
     """Table of contacts on a crossing as it is now, and the pass over it."""
     scene = one.scene
-    table = fresh_table(table_key(scene, *run.window(scene), spacing, one.shift)._replace(crossing=crossing))
+    key = table_key(scene, *run.window(scene), spacing, one.shift)._replace(crossing=crossing)
+    table = fresh_table(key, WITHIN)
     return table, run_pass(scene, run, contacts_of(scene, run, table))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bem.patch import Patch
-from rail_fem.damage.wear import WearError, rolling_creepage
+from rail_fem.damage.wear import Patches, WearError, rolling_creepage
 
 REGIONS = ("none", "fatigue", "mixed", "wear")
 
@@ -80,8 +80,8 @@ class ShakedownPoint:
         return 10.0 * self.index**-4 if self.ratchets else np.inf
 
 
-def shakedown_point(patch: Patch, shear_yield: float) -> ShakedownPoint:
-    """Point of a rolling patch for a shear yield stress k [Pa] of the hardened surface.
+def shakedown_point(patch: Patches, shear_yield: float) -> ShakedownPoint:
+    """Point of a rolling patch, or points of a row, for a shear yield stress k [Pa] of the hardened surface.
 
     On a Hertz ellipse p0 = 3 N / (2 pi a b), so that the index is traction - k / p0: the map's right border
     p0/k = 1/mu.
@@ -89,9 +89,10 @@ def shakedown_point(patch: Patch, shear_yield: float) -> ShakedownPoint:
     if not (np.isfinite(shear_yield) and shear_yield > 0):
         raise WearError(f"shear yield stress {shear_yield!r} Pa: give one above 0; 300 MPa for worked R260")
     normal = patch.normal_force
-    if normal <= 0:
+    if np.any(normal <= 0):
         raise WearError("a patch without force has no position on the shakedown map")
-    traction = float(np.hypot(*patch.tangential_force)) / normal
+    force = patch.tangential_force
+    traction = np.hypot(force[..., 0], force[..., 1]) / normal
     pressure = 1.5 * normal / patch.contact_area
     return ShakedownPoint(pressure / shear_yield, traction, traction - shear_yield / pressure)
 

@@ -16,8 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.patch import Patch
-from rail_fem.damage.wear import friction_density, refuse_unsolved
+from rail_fem.damage.wear import Patches, friction_density, refuse_unsolved, to_cells
 
 
 @dataclass(frozen=True)
@@ -34,22 +33,19 @@ class HeatSteel:
         return float(np.sqrt(self.conductivity * self.density * self.capacity))
 
 
-def flash_temperature(patch: Patch, speed: float, steel: HeatSteel | None = None) -> np.ndarray:
-    """(nx, ny) rise of the rail's surface temperature at the rear of each cell [K] by this pass alone.
+def flash_temperature(patch: Patches, speed: float, steel: HeatSteel | None = None) -> np.ndarray:
+    """(..., nx, ny) rise of the rail's surface temperature at the rear of each cell [K] by this pass alone.
 
     speed : of rolling [m/s], + towards +x. Error: first order in the cell where the flux changes; exact under even
     flux (tests/damage/test_fatigue.py).
     """
     refuse_unsolved(patch, speed)
     steel = steel or HeatSteel()
-    flux = friction_density(patch) * abs(speed) / 2
+    flux = friction_density(patch) * (abs(speed) / 2)
     if speed > 0:  # the leading edge of a patch that moves to +x lies there: it passes a point first
-        flux = flux[::-1]
+        flux = flux[..., ::-1, :]
     n, duration = patch.grid.nx, patch.grid.dx / abs(speed)
-    edges = 2 * np.sqrt(duration * np.arange(n + 1))
-    weight = np.diff(edges)  # of a flux that ended k cells ago
-    out = np.empty_like(flux)
-    for i in range(n):
-        out[i] = weight[: i + 1][::-1] @ flux[: i + 1]
-    out /= np.sqrt(np.pi) * steel.effusivity
-    return out[::-1] if speed > 0 else out
+    weight = np.diff(2 * np.sqrt(np.arange(n + 1.0)))  # of a flux that ended k cells ago
+    out = np.tril(weight[np.subtract.outer(np.arange(n), np.arange(n))]) @ flux
+    out *= to_cells(np.sqrt(duration / np.pi) / steel.effusivity)
+    return out[..., ::-1, :] if speed > 0 else out

@@ -11,7 +11,7 @@ from bem.halfspace.falling_friction import FallingFriction
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.switch import Switch
-from rail_fem.damage.crossing import CrossingContact, PatchOptions, pass_contacts
+from rail_fem.damage.crossing import PassContacts, PatchOptions, pass_contacts
 from rail_fem.damage.crossing_site import CrossingPass, CrossingSite
 from rail_fem.damage.evolution import LEAST_SHARE, Stepping
 from rail_fem.damage.fatigue import WholeLifeRail
@@ -157,7 +157,7 @@ def crossing_site(
     )
 
 
-def contacts_of_pass(result: PassResult, settings: DamageSettings, shift: float = 0.0) -> tuple[CrossingContact, ...]:
+def contacts_of_pass(result: PassResult, settings: DamageSettings, shift: float = 0.0) -> PassContacts:
     """Patches of one pass as the study wants them."""
     scene = result.scene
     return pass_contacts(result, settings.patch_spacing, shift=shift, options=patch_options(scene, settings))

@@ -3,6 +3,7 @@
 A rail point under strip y is passed by the whole strip, so that d(y) is a sum along x. Every law gives the worn area
 per pass A = sum d(y) dy [m2], which is also the worn volume per metre rolled; over the friction work per metre rolled
 it is the law's specific wear [m3/J], by which the laws can be compared (field practice: ug/J).
+A law takes one patch or a row of k (bem.halfspace.rolled_ellipses); arrays then begin with k.
 Nothing here knows of lubrication or climate: the study multiplies by its calibration factor.
 """
 
@@ -13,8 +14,10 @@ from typing import Protocol
 
 import numpy as np
 
+from bem.halfspace.rolled_ellipses import RolledEllipses
 from bem.patch import Creepage, Patch
 
+Patches = Patch | RolledEllipses
 DENSITY = 7850.0  # of rail steel, by which laws that give mass are turned into volume [kg/m3]
 NEAR_BORDER = 0.1  # of a border of the wear map: wear from cells so near to one is reported
 
@@ -29,39 +32,56 @@ class WearLaw(Protocol):
     @property
     def label(self) -> str: ...
 
-    def depth(self, patch: Patch, speed: float) -> np.ndarray:
-        """(ny,) depth [m] worn off each strip of a rolling patch by one pass at a rolling speed [m/s]."""
+    def depth(self, patch: Patches, speed: float) -> np.ndarray:
+        """(..., ny) depth [m] worn off each strip of a rolling patch by one pass at a rolling speed [m/s]."""
         ...
 
 
-def refuse_unsolved(patch: Patch, speed: float) -> None:
+def refuse_unsolved(patch: Patches, speed: float) -> None:
     """Raise WearError for a patch without tractions and slip, or a speed of no rolling."""
     _traction_and_slip(patch)
     if not (np.isfinite(speed) and speed != 0):
         raise WearError(f"speed {speed!r} m/s: wear of a rolling patch needs a finite speed other than zero")
 
 
-def _traction_and_slip(patch: Patch) -> tuple[np.ndarray, np.ndarray]:
+def _traction_and_slip(patch: Patches) -> tuple[np.ndarray, np.ndarray]:
     if patch.traction is None or patch.slip is None:
         raise WearError(f"{patch.method}: tractions and slip are not solved; wear needs both")
     return patch.traction, patch.slip
 
 
-def slip_size(patch: Patch) -> np.ndarray:
-    """(nx, ny) slip per metre rolled [1]. Errors: WearError for a patch without tractions and slip."""
+def to_cells(value: float | np.ndarray) -> np.ndarray:
+    """A number of each patch () or (k,), to be multiplied with fields of their cells (..., nx, ny)."""
+    return np.asarray(value)[..., None, None]
+
+
+def to_strips(value: float | np.ndarray) -> np.ndarray:
+    """A number of each patch () or (k,), to be multiplied with values of their strips (..., ny)."""
+    return np.asarray(value)[..., None]
+
+
+def ratio(part: float | np.ndarray, whole: float | np.ndarray) -> np.ndarray:
+    """part / whole, 0 where the whole is not above 0."""
+    part, whole = np.asarray(part, float), np.asarray(whole, float)
+    return np.divide(part, whole, out=np.zeros(np.broadcast(part, whole).shape), where=whole > 0)
+
+
+def slip_size(patch: Patches) -> np.ndarray:
+    """(..., nx, ny) slip per metre rolled [1]. Errors: WearError for a patch without tractions and slip."""
     _, slip = _traction_and_slip(patch)
-    return np.hypot(slip[..., 0], slip[..., 1])
+    return np.sqrt(slip[..., 0] ** 2 + slip[..., 1] ** 2)
 
 
-def friction_density(patch: Patch) -> np.ndarray:
-    """(nx, ny) friction work per area and metre rolled [Pa]. Errors: as `slip_size`."""
+def friction_density(patch: Patches) -> np.ndarray:
+    """(..., nx, ny) friction work per area and metre rolled [Pa]. Errors: as `slip_size`."""
     traction, slip = _traction_and_slip(patch)
-    return np.maximum(-(traction * slip).sum(axis=2), 0.0)
+    return np.maximum(-(traction[..., 0] * slip[..., 0] + traction[..., 1] * slip[..., 1]), 0.0)
 
 
-def friction_work(patch: Patch) -> np.ndarray:
-    """(ny,) friction work per area of each strip by one pass [J/m2]: the integral of traction times slip along x."""
-    return friction_density(patch).sum(axis=0) * patch.grid.dx
+def friction_work(patch: Patches) -> np.ndarray:
+    """(..., ny) friction work per area of each strip by one pass [J/m2]: the integral of traction times slip along
+    x."""
+    return friction_density(patch).sum(axis=-2) * to_strips(patch.grid.dx)
 
 
 def rolling_creepage(patch: Patch) -> Creepage:
@@ -78,11 +98,11 @@ def tgamma(patch: Patch) -> float:
     return float(-(force[0] * creepage.longitudinal + force[1] * creepage.lateral))
 
 
-def spread_as_work(patch: Patch, area: float) -> np.ndarray:
-    """(ny,) depths [m] in proportion to the friction work of the strips whose sum over the strips' widths is `area`."""
+def spread_as_work(patch: Patches, area: float | np.ndarray) -> np.ndarray:
+    """(..., ny) depths [m] in proportion to the friction work of the strips whose sum over the strips' widths is
+    `area`."""
     work = friction_work(patch)
-    total = work.sum() * patch.grid.dy
-    return work * (area / total) if total > 0 else np.zeros_like(work)
+    return work * to_strips(ratio(area, work.sum(axis=-1) * patch.grid.dy))
 
 
 @dataclass(frozen=True)
@@ -176,22 +196,23 @@ class Archard:
         if self.coefficient is not None and not (np.isfinite(self.coefficient) and self.coefficient >= 0):
             raise WearError(f"wear coefficient {self.coefficient!r}: give 0 or more")
 
-    def cells(self, patch: Patch, speed: float) -> np.ndarray:
-        """(nx, ny) depth [m] of each cell."""
+    def cells(self, patch: Patches, speed: float) -> np.ndarray:
+        """(..., nx, ny) depth [m] of each cell."""
         refuse_unsolved(patch, speed)
-        return self.coefficients(patch, speed) * patch.pressure * slip_size(patch) * (patch.grid.dx / self.hardness)
+        slip = slip_size(patch)
+        return self.coefficients(patch, slip, speed) * patch.pressure * slip * to_cells(patch.grid.dx / self.hardness)
 
-    def coefficients(self, patch: Patch, speed: float) -> np.ndarray:
-        """(nx, ny) k of each cell."""
+    def coefficients(self, patch: Patches, slip: np.ndarray, speed: float) -> np.ndarray:
+        """(..., nx, ny) k of each cell, or (..., 1, 1) of each patch; slip (..., nx, ny) per metre rolled."""
         if self.coefficient is not None:
-            return np.full(patch.grid.shape, self.coefficient)
-        pressure, velocity = patch.pressure / self.hardness, slip_size(patch) * abs(speed)
+            return np.full((1, 1), self.coefficient)
+        pressure, velocity = patch.pressure / self.hardness, slip * abs(speed)
         if self.one_a_patch:
-            pressure, velocity = np.full(pressure.shape, pressure.max()), np.full(velocity.shape, velocity.max())
+            pressure, velocity = (field.max(axis=(-2, -1), keepdims=True) for field in (pressure, velocity))
         return self.wear_map.coefficient(pressure, velocity, self.share)
 
-    def depth(self, patch: Patch, speed: float) -> np.ndarray:
-        return self.cells(patch, speed).sum(axis=0)
+    def depth(self, patch: Patches, speed: float) -> np.ndarray:
+        return self.cells(patch, speed).sum(axis=-2)
 
     def border_share(self, patch: Patch, speed: float) -> float:
         """Part of the wear that comes from cells within 10 % of a border of the map, where k jumps."""
@@ -226,12 +247,10 @@ class Usfd:
         high = self.plateau + self.slope[1] * (x - self.limits[1])
         return np.where(x < self.limits[0], self.slope[0] * x, np.where(x <= self.limits[1], self.plateau, high))
 
-    def depth(self, patch: Patch, speed: float) -> np.ndarray:
+    def depth(self, patch: Patches, speed: float) -> np.ndarray:
         refuse_unsolved(patch, speed)
-        if not patch.contact.any():
-            return np.zeros(patch.grid.ny)
         area = patch.contact_area
-        return spread_as_work(patch, float(self.rate(patch.frictional_power / area)) * area / DENSITY)
+        return spread_as_work(patch, self.rate(ratio(patch.frictional_power, area)) * area / DENSITY)
 
 
 @dataclass(frozen=True)
@@ -254,13 +273,13 @@ class BritishRail:
     def __post_init__(self) -> None:
         refuse_negative("BRR", *self.limits, *self.slope, self.plateau, self.offset)
 
-    def section_times_diameter(self, index: float) -> float:
+    def section_times_diameter(self, index: float | np.ndarray) -> np.ndarray:
         """Worn section of the wheel per km times its diameter [mm2/km mm] at T gamma [N]."""
-        if index < self.limits[0]:
-            return self.slope[0] * index
-        return self.plateau if index <= self.limits[1] else self.slope[1] * index - self.offset
+        x = np.asarray(index, float)
+        high = np.where(x <= self.limits[1], self.plateau, self.slope[1] * x - self.offset)
+        return np.where(x < self.limits[0], self.slope[0] * x, high)
 
-    def depth(self, patch: Patch, speed: float) -> np.ndarray:
+    def depth(self, patch: Patches, speed: float) -> np.ndarray:
         refuse_unsolved(patch, speed)
         volume = np.pi * self.section_times_diameter(patch.frictional_power) * 1e-12  # mm3/km -> m3/m
         return spread_as_work(patch, volume)
@@ -281,12 +300,10 @@ class KrausePoll:
     def __post_init__(self) -> None:
         refuse_negative("Krause-Poll", self.mild, self.severe, self.limit)
 
-    def depth(self, patch: Patch, speed: float) -> np.ndarray:
+    def depth(self, patch: Patches, speed: float) -> np.ndarray:
         refuse_unsolved(patch, speed)
-        if not patch.contact.any():
-            return np.zeros(patch.grid.ny)
-        power = patch.frictional_power * abs(speed) / patch.contact_area
-        return friction_work(patch) * (self.severe if power > self.limit else self.mild)
+        power = ratio(patch.frictional_power * abs(speed), patch.contact_area)
+        return friction_work(patch) * to_strips(np.where(power > self.limit, self.severe, self.mild))
 
 
 def refuse_negative(law: str, *coefficients: float) -> None:

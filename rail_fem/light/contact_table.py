@@ -141,11 +141,13 @@ def contact_table(scene: Scene, start: float, end: float, spacing: float, shift:
 
 
 @functools.lru_cache(maxsize=32)
-def _path(crossing: AnyCrossing, wheel: Profile, radius, datum, low, high, spacing) -> tuple[WheelPath, float]:
+def _path(
+    crossing: AnyCrossing, wheel: Profile, radius, datum, low, high, spacing, within=np.inf
+) -> tuple[WheelPath, float]:
     """Rigid path and the time that it took [s]."""
     started = working_time()
     x = np.linspace(low, high, max(2, int(np.ceil((high - low) / spacing - 1e-9))) + 1)
-    path = wheel_path(crossing, wheel, x, radius, datum - tread_datum_y())
+    path = wheel_path(crossing, wheel, x, radius, datum - tread_datum_y(), within=within)
     return path, working_time() - started
 
 
@@ -155,9 +157,10 @@ def table_of(key: TableKey) -> ContactTable:
     return _tabled(key, *_path(*key[:7]))
 
 
-def fresh_table(key: TableKey) -> ContactTable:
-    """As table_of, but kept nowhere: of a crossing that will never be seen again. Errors: as contact_table."""
-    return _tabled(key, *_path.__wrapped__(*key[:7]))
+def fresh_table(key: TableKey, within: float = np.inf) -> ContactTable:
+    """As table_of, but kept nowhere: of a crossing that will never be seen again; a body that stands more than `within`
+    [m] below the one that carries is out of reach. Errors: as contact_table."""
+    return _tabled(key, *_path.__wrapped__(*key[:7], within))
 
 
 def _tabled(key: TableKey, path: WheelPath, search_time: float) -> ContactTable:

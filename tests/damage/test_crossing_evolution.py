@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.damage import crossing_site as crossing_site_module
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.flow import FlowError, read_flow
@@ -53,6 +54,14 @@ def test_volume_is_kept_over_blocks_and_nothing_is_worn_beside_the_metal(site):
     *_, end = evolve(site, 20, Stepping(block=10, smoothing=0.5e-3))
     assert end.worn.volume == pytest.approx(end.removed - end.beyond, rel=1e-9) and end.worn.volume > 0
     assert end.deepest == pytest.approx(end.depth.max(), rel=1e-12)
+
+
+def test_bodies_out_of_reach_change_nothing(site, rate, monkeypatch):
+    """A body 3 mm below the other is not looked at: forces and wear are those with all of it, to the last bit."""
+    monkeypatch.setattr(crossing_site_module, "WITHIN", np.inf)
+    whole = site.rate(site.first())
+    assert all((whole.depth[law] == rate.depth[law]).all() for law in site.laws) and rate.work.any()
+    assert (whole.kinds[0][1].force == rate.kinds[0][1].force).all()
 
 
 def test_zero_passes_change_nothing(site):
