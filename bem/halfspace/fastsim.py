@@ -29,7 +29,7 @@ import numpy as np
 from scipy import ndimage
 
 from bem.exact.kalker import CreepageCoefficients
-from bem.exact.kalker_table import coefficients
+from bem.exact.kalker_table import CoefficientRows, coefficients
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.falling_friction import FallingFriction, friction_share
 from bem.halfspace.input import check_creepage, check_friction
@@ -55,9 +55,9 @@ def elliptic_patch(semi_x: float, semi_y: float, load: float, cells: tuple[int, 
 
 
 def flexibilities(
-    semi_x: float, semi_y: float, pair: Pair, c: CreepageCoefficients | None = None
+    semi_x: float, semi_y: float, pair: Pair, c: CreepageCoefficients | CoefficientRows | None = None
 ) -> tuple[float, float, float]:
-    """L1, L2, L3 [m/Pa] of an ellipse with semi-axes along x and y [m]."""
+    """L1, L2, L3 [m/Pa] of an ellipse with semi-axes along x and y [m]; of rows of them, rows."""
     c = c or coefficients(semi_x / semi_y, pair.poisson)
     return (
         8 * semi_x / (3 * pair.shear * c.c11),

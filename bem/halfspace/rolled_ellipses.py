@@ -7,7 +7,7 @@ Result: as of `fastsim(elliptic_patch(...))` one by one, to round-off (tests/bem
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +23,7 @@ from bem.patch_edge import covered_area
 from kernel_cache import njit
 
 METHOD = "FASTSIM (parabolic bound) on Hertz ellipse"
+ROWS = "pressure", "traction", "slip", "stick", "creepage", "contact_area", "friction"  # of RolledEllipses
 
 
 class Grids(NamedTuple):
@@ -108,18 +109,16 @@ class RolledEllipses:
 
     def taken(self, order: np.ndarray) -> RolledEllipses:
         """Those at indices `order`, in that order."""
-        grid = Grids(self.grid.dx[order], self.grid.dy[order], *self.grid.shape)
-        fields = self.pressure, self.traction, self.slip, self.stick, self.creepage, self.contact_area, self.friction
-        return RolledEllipses(grid, *(own[order] for own in fields), self.method)
+        grid = self.grid._replace(dx=self.grid.dx[order], dy=self.grid.dy[order])
+        return replace(self, grid=grid, **{name: getattr(self, name)[order] for name in ROWS})
 
     def joined(self, other: RolledEllipses) -> RolledEllipses:
         """These and then those of another row of as many cells."""
         if self.grid.shape != other.grid.shape:
             raise ContactInputError(f"patches of {self.grid.shape} and {other.grid.shape} cells do not go in one row")
-        both = lambda name: np.concatenate([getattr(self, name), getattr(other, name)])
-        sides = (np.concatenate([getattr(self.grid, name), getattr(other.grid, name)]) for name in ("dx", "dy"))
-        names = ("pressure", "traction", "slip", "stick", "creepage", "contact_area", "friction")
-        return RolledEllipses(Grids(*sides, *self.grid.shape), *(both(name) for name in names), self.method)
+        dx, dy = (np.concatenate([getattr(row.grid, side) for row in (self, other)]) for side in ("dx", "dy"))
+        fields = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in ROWS}
+        return replace(self, grid=self.grid._replace(dx=dx, dy=dy), **fields)
 
 
 def rolled_ellipses(

@@ -78,7 +78,7 @@ def wheel_path(
     datum = tread_datum_y() + lateral_shift
     find = lambda body, at: BodySearch(crossing, wheel, body, at, radius, datum, resolution, reach)
     wing, nose = find("wing", x), find("nose", x)
-    near = bodies_within(*(search.first_search(x) for search in (wing, nose)), within)
+    near = bodies_within(wing.first_search(x), nose.first_search(x), within)
     wing_height, wing_point = contacts_at(wing, x, near[0])
     nose_height, nose_point = contacts_at(nose, x, near[1])
     best = np.fmax(wing_height, nose_height)

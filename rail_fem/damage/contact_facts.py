@@ -44,14 +44,18 @@ class ContactFacts(NamedTuple):
 def facts_of(contacts: PassContacts, hardness: float, shear_yield: float) -> ContactFacts:
     """Of solved patches. hardness of the rail and shear yield stress of its surface [Pa]"""
     if not len(contacts):
-        return ContactFacts(np.zeros(0, int), *np.zeros((len(ContactFacts._fields) - 1, 0)))
+        nothing = dict.fromkeys(ContactFacts._fields, np.zeros(0))
+        return ContactFacts(**nothing)._replace(body=np.zeros(0, int))
     law, patches, speed = Archard(hardness), contacts.patches, contacts.speed
+    x, y, z = contacts.position.T
     point = shakedown_point(patches, shear_yield)
     depth = law.cells(patches, speed) * to_cells(patches.grid.dy)
     seized = np.where(patches.pressure > law.wear_map.pressure[-1] * hardness, depth, 0.0)
     return ContactFacts(
         contacts.body,
-        *contacts.position.T,
+        x,
+        y,
+        z,
         contacts.angle,
         contacts.tgamma,
         patches.frictional_power,

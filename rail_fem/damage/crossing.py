@@ -193,10 +193,12 @@ def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, optio
     sizes = patch_sizes(normal, table.radii[b, carries], table.modulus[b])
     large = np.sqrt(np.maximum(normal / (np.pi * sizes.prod(axis=1)) / options.hardness, 1.0))
     steels = (scene.materials.wheel.steel(), getattr(scene.materials, BODIES[b]).steel())
+    wheel, rail = (Elastic(steel.youngs_modulus, steel.poisson) for steel in steels)
     patches = rolled_ellipses(
         large[:, None] * sizes,
         normal,
-        *(Elastic(steel.youngs_modulus, steel.poisson) for steel in steels),
+        wheel,
+        rail,
         scene.friction if options.friction is None else options.friction,
         _creepages(scene, table, b, carries),
         (options.cells, options.cells),

@@ -16,6 +16,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from types import SimpleNamespace
 from typing import Literal
 
@@ -54,6 +55,10 @@ def _operation(of: Callable[[float, float], float]) -> Callable[[Counted, float]
     return counted
 
 
+def _reversed(of: Callable[[float, float], float]) -> Callable[[float, float], float]:
+    return lambda a, b: of(b, a)
+
+
 def _comparison(of: Callable[[float, float], bool]) -> Callable[[Counted, float], bool]:
     return lambda self, other: of(self.value, float(other))
 
@@ -65,7 +70,7 @@ for _name, _of in {
     "truediv": lambda a, b: a / b,
 }.items():
     setattr(Counted, f"__{_name}__", _operation(_of))
-    setattr(Counted, f"__r{_name}__", _operation(lambda a, b, of=_of: of(b, a)))
+    setattr(Counted, f"__r{_name}__", _operation(_reversed(_of)))
 for _name, _test in {
     "lt": lambda a, b: a < b,
     "le": lambda a, b: a <= b,
@@ -125,7 +130,7 @@ def operations_each(strain: float) -> dict[str, float]:
         state[YIELD::stride] = table.curve_stress[0]
         state, force, work = counted(state.ravel()), counted(np.zeros(points.size)), counted(np.zeros(3))
         arguments = nodes, filled, kind, rows, *curve, state, np.empty(0), force, work
-        count(name, lambda update=update, rest=arguments: update(x, v, Counted(STEP), *rest))
+        count(name, partial(update, x, v, Counted(STEP), *arguments))
     geometry, _ = elastic.fixed_geometry(x, nodes, filled, kind, rows)
     force = counted(np.zeros(points.size))
     count("elastic", lambda: elastic.add_elastic_force(v, nodes, filled, kind, rows, geometry, force))
