@@ -53,10 +53,10 @@ def test_two_free_masses_meet_with_hertz_impact():
 
 
 def test_a_flat_cone_lands_on_the_nose_with_the_largest_force_of_the_mix():
-    """A P1 surrogate at 75 mph is thrown up by its first impact, flies a seventh of a metre and lands, 845 kN. Neither
-    step nor spacing makes it (within 1 %), the free masses' impact at its landing speed explains it (the weight, the
-    foundation and a contact that stiffens along the nose add the rest), and contacts by the half-space on the true
-    gaps give it too (within 6 %)."""
+    """A P1 surrogate at 75 mph is thrown up by its first impact, flies a seventh of a metre and lands, 856 kN. Neither
+    step nor spacing makes it (steps within 0.1 %; 1.2 % from 5 to 2.5 mm, 0.1 % from there to 1.25 mm), the free
+    masses' impact at its landing speed explains it (the weight, the foundation and a contact that stiffens along the
+    nose add the rest), and contacts by the half-space on the true gaps give it too (within 6 %)."""
     site = crossing_site(P1, MIX.damage.replace(wheels=(), weights=(), speeds=()))
     forces = {}
     for spacing in (2.5e-3, 5e-3):
@@ -66,7 +66,7 @@ def test_a_flat_cone_lands_on_the_nose_with_the_largest_force_of_the_mix():
             forces[spacing, step] = largest_impact(light, table, P1.static_wheel_load)
     found = forces[2.5e-3, 1e-5]
     assert found.body == 1 and 0.12 < found.flight < 0.17
-    assert all(own.force == pytest.approx(found.force, rel=0.01) for own in forces.values())
+    assert all(own.force == pytest.approx(found.force, rel=0.015) for own in forces.values())
     assert found.free < found.force < 1.25 * found.free
     half_space = solve("bem_passage", P1)
     assert np.nanmax(half_space.history["force"]) == pytest.approx(found.force, rel=0.06)
