@@ -191,7 +191,7 @@ def draw(setting: Setting, ours: dict[str, Strained], judge: dict[str, Strained]
     for axis, value, name in zip(panels, [*values, values[0] - values[1]], [*names, "bem_plastic less fe_full"]):
         apart = axis is panels[2]
         image = axis.imshow(
-            value.T, origin="lower", extent=extent, aspect="equal", interpolation="nearest",
+            value.T, origin="lower", extent=extent, aspect="auto", interpolation="nearest",
             cmap="RdBu_r" if apart else STRAIN_COLOURS, vmin=-most if apart else 0, vmax=most,
         )  # fmt: skip
         axis.set_title(name, fontsize=11)
@@ -218,7 +218,9 @@ def draw(setting: Setting, ours: dict[str, Strained], judge: dict[str, Strained]
     right.plot([], [], "-", color=TOTAL, label="bem_plastic (of rigid_hertz)")
     right.plot([], [], "--", color=TOTAL, label="fe_full")
     right.legend(fontsize=9)
-    above.suptitle(f"Plastic strain of a pass, mean over the upper {DEPTH / MM:g} mm of the nose seen from above")
+    above.suptitle(
+        f"Plastic strain of a pass, mean over the upper {DEPTH / MM:g} mm of the nose seen from above, widths stretched"
+    )
     return figure
 
 
