@@ -50,7 +50,17 @@ def light_result(
         cost=Cost(search_time + working_time() - started, 0, len(run.time), search_time=search_time),
         error_estimate=errors,
         trust={"validity": flags} | trust,
-        warnings=flag_warnings(flags) + end_warnings(columns, peaks, load),
+        warnings=flag_warnings(flags) + end_warnings(columns, peaks, load) + void_warnings(bearers),
+    )
+
+
+def void_warnings(bearers: tuple[BearerSummary, ...]) -> tuple[str, ...]:
+    """Of bearers that hang: how deep a void must be to stay open, as this model takes it to."""
+    return tuple(
+        f"bearer {one.number} at x = {one.x * 1e3:.0f} mm hangs and sinks by {one.deflection * 1e3:.2g} mm: a void less"
+        " deep closes, and the ballast carries again, which this model leaves out"
+        for one in bearers
+        if one.state == "voided"
     )
 
 

@@ -33,6 +33,7 @@ Contacts = Callable[[np.ndarray], ContactLaw]  # wheel positions x (m,) [m] -> t
 
 WHEEL, TRACK = 1, 2
 MOST_STEPS = 20_000_000
+MOST_BEAM_VALUES = 2e8  # degrees of freedom times steps: 3 GB with positions and velocities
 
 
 def _middles(at_ends: np.ndarray | None) -> np.ndarray:
@@ -162,7 +163,14 @@ def beam_of(scene: Scene, settings: PassSettings) -> TrackBeam | None:
     if scene.bearers is None:
         return None
     low, high = sorted(settings.window(scene))
-    return track_beam(scene.bearers, low, high, settings.beam_element, settings.beam_reach)
+    beam = track_beam(scene.bearers, low, high, settings.beam_element, settings.beam_reach)
+    values = len(beam.mass) * (high - low) / (scene.speed * settings.time_step)
+    if values > MOST_BEAM_VALUES:
+        raise ValueError(
+            f"scene.bearers: {len(beam.mass)} degrees of freedom over this pass are {values:.2g} values, at most"
+            f" {MOST_BEAM_VALUES:.2g} are kept: take a longer time_step or beam_element, or a shorter window"
+        )
+    return beam
 
 
 def static_beam(scene: Scene, beam: TrackBeam, x: np.ndarray, step: float) -> BeamStart:

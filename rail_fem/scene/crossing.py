@@ -12,6 +12,8 @@ from pydantic.json_schema import SkipJsonSchema
 from geometry.surfaces.crossing import CastCrossing, CrossingError
 from geometry.surfaces.joint import Joint, joint_rail
 from geometry.surfaces.measured_crossing import MeasuredCrossing
+from geometry.surfaces.switch import Switch
+from geometry.surfaces.switch_rails import switch_rails
 from geometry.surfaces.worn_crossing import UnwornCrossing
 from rail_fem.scene.base import PRINTABLE, Frozen, digest_of_read, input_error
 from rail_fem.scene.section_files import KEPT, STEP_SUFFIXES, CrossingFile, SectionReading, read_crossing
@@ -21,10 +23,12 @@ CAST: Final = "UK-cast"
 SECTIONS: Final = "sections"
 STEP: Final = "step"
 JOINT: Final = "joint"
+SWITCH: Final = "switch"
 CAST_KEYS = tuple(field.name for field in fields(CastCrossing))
 # cases/design/leg.toml by rigid_hertz: 241 kN, flight 29.5 mm, for the thesis' 263.6 kN, 28.49 mm; of no drawing
 FITTED_LEG = {"transition_length": 0.417225, "transition_smoothness": 0.921624, "leg_lowering": 1.47963e-3}
-DIP_KEYS = "dip_angle", "dip_length", "dip_shape", "dip_bend"
+DIP_KEYS = "dip_angle", "dip_length", "dip_shape", "dip_bend", "joint_gap"
+SWITCH_KEYS = "switch_radius", "switch_entry"
 READING = tuple(field.name for field in fields(SectionReading))
 FILE_KEYS = "file", "mirror", "lateral", "height", "along", "extend"
 FAMILY_KEYS = {  # what each family may be told beside `family`
@@ -32,6 +36,7 @@ FAMILY_KEYS = {  # what each family may be told beside `family`
     SECTIONS: (*FILE_KEYS, "stations", "unit", "station_unit"),
     STEP: (*FILE_KEYS, "faces", "tolerance"),
     JOINT: DIP_KEYS,
+    SWITCH: SWITCH_KEYS,
 }
 
 
@@ -40,11 +45,12 @@ class Crossing(Frozen):
 
     Family sections: by a file of its own sections, measured or drawn; see docs/case_file.md for the forms it may have.
     Family step: by a STEP file of its surfaces, sliced into sections. Family joint: no crossing but plain 56E1 rail
-    with a dipped joint or weld at x = 0; without a dip, plain line.
+    with a dipped joint or weld at x = 0, or an insulated joint's gap; without either, plain line. Family switch: from
+    stock rail to switch rail, our own shape, no drawing.
     """
 
-    family: Literal["UK-cast", "sections", "step", "joint"] = Field(
-        CAST, description="by design rules, by a file of sections, by a STEP file, or plain rail with a dipped joint"
+    family: Literal["UK-cast", "sections", "step", "joint", "switch"] = Field(
+        CAST, description="by design rules, by a file of sections, by a STEP file, plain rail with a joint, or a switch"
     )
     ratio: Annotated[float, Quantity("", 6, 32, "crossing ratio N of 1:N")] = 10.75
     flangeway: Annotated[float, Quantity("mm", 30, 70, "flangeway between wing and nose, 14 mm down")] = (
@@ -87,6 +93,13 @@ class Crossing(Frozen):
     )
     dip_bend: Annotated[float, Quantity("mm", 0.1, 20, "length over which a joint's slopes change, on each side")] = (
         Joint.bend
+    )
+    joint_gap: Annotated[float, Quantity("mm", 0, 30, "gap between the rail ends of a joint")] = 0.0
+    switch_radius: Annotated[float, Quantity("m", 50, 1e5, "radius in which a switch's stock rail turns away")] = (
+        Switch.radius
+    )
+    switch_entry: Annotated[float, Quantity("mrad", 0, 50, "angle between stock rail and switch rail at the toe")] = (
+        Switch.entry
     )
     file: str = Field(
         "",
@@ -190,7 +203,11 @@ class Crossing(Frozen):
     def name(self) -> str:
         """What titles call the crossing."""
         if self.family == JOINT:
-            return f"joint of {1e3 * self.dip_angle:g} mrad" if self.dip_angle else "plain line"
+            parts = [f"a dip of {1e3 * self.dip_angle:g} mrad"] if self.dip_angle else []
+            parts += [f"a gap of {1e3 * self.joint_gap:g} mm"] if self.joint_gap else []
+            return f"joint with {' and '.join(parts)}" if parts else "plain line"
+        if self.family == SWITCH:
+            return f"switch of R {self.switch_radius:g} m"
         return f"{CAST} crossing 1:{self.ratio:g}" if self.family == CAST else f"crossing {Path(self.file).name}"
 
     @property
@@ -198,6 +215,8 @@ class Crossing(Frozen):
         """The crossing itself; the same object for the same numbers or sections. Errors: CrossingError."""
         if self.family == JOINT:
             return _joint(*(getattr(self, name) for name in DIP_KEYS))
+        if self.family == SWITCH:
+            return _switch(*(getattr(self, name) for name in SWITCH_KEYS))
         if self.read is not None:
             return self.read.crossing(self.extend)
         return _cast(tuple(self._numbers().values()))
@@ -205,13 +224,15 @@ class Crossing(Frozen):
     @property
     def leg_end(self) -> float:
         """x up to which forces are the leg's: the knuckle, or the end of the change from the plain rail [m]."""
-        return self.surface.x_range[0] if self.family == JOINT else self.surface.knuckle_x
+        return self.surface.x_range[0] if self.family in (JOINT, SWITCH) else self.surface.knuckle_x
 
     def plain(self) -> dict[str, Any]:
         """All that a model sees, as plain values: of a file its content, of parameters those that are not the
         benchmark's."""
         if self.family == JOINT:
             return {"family": self.family, **{name: getattr(self, name) for name in DIP_KEYS}}
+        if self.family == SWITCH:
+            return {"family": self.family, **{name: getattr(self, name) for name in SWITCH_KEYS}}
         if self.family != CAST:
             return {"family": self.family, "extend": self.extend, "sections": f"of content {self.digest}"}
         numbers = self._numbers().items()
@@ -236,8 +257,13 @@ def _cast(numbers: tuple[float, ...]) -> CastCrossing:
 
 
 @functools.lru_cache(maxsize=64)
-def _joint(angle: float, length: float, shape: str, bend: float) -> MeasuredCrossing:
-    return joint_rail(Joint(angle, length, shape, bend))
+def _joint(*values) -> MeasuredCrossing:
+    return joint_rail(Joint(*values))
+
+
+@functools.lru_cache(maxsize=16)
+def _switch(radius: float, entry: float) -> MeasuredCrossing:
+    return switch_rails(Switch(radius=radius, entry=entry))
 
 
 def _kept(file: str, info: ValidationInfo) -> CrossingFile | None:

@@ -16,8 +16,8 @@ class LightSettings(Frozen):
     """What every light model takes."""
 
     @property
-    def runs_on_bearers(self) -> bool:
-        """Whether the wheel of this model runs on a beam where the scene names bearers."""
+    def takes_flexible_parts(self) -> bool:
+        """Whether this model lets a beam on bearers move, where the scene has one."""
         return False
 
     def smoke(self) -> "LightSettings":
@@ -46,7 +46,7 @@ class PassSettings(LightSettings):
         Annotated[
             float,
             Quantity(
-                "mm", -9000, 3000, "position x of the wheel at the start; none: from wing to nose, as every model"
+                "mm", -9000, 9000, "position x of the wheel at the start; none: from wing to nose, as every model"
             ),
         ]
         | None
@@ -54,7 +54,7 @@ class PassSettings(LightSettings):
     end: (
         Annotated[
             float,
-            Quantity("mm", -9000, 3000, "position x of the wheel at the end; none: from wing to nose, as every model"),
+            Quantity("mm", -9000, 9000, "position x of the wheel at the end; none: from wing to nose, as every model"),
         ]
         | None
     ) = None
@@ -71,7 +71,7 @@ class PassSettings(LightSettings):
     ] = 9.0
 
     @property
-    def runs_on_bearers(self) -> bool:
+    def takes_flexible_parts(self) -> bool:
         return True
 
     @model_validator(mode="after")
@@ -150,7 +150,7 @@ class RigidHertzSettings(IndentationSettings):
     ) = None
 
     @property
-    def runs_on_bearers(self) -> bool:
+    def takes_flexible_parts(self) -> bool:
         return self.degrees_of_freedom == "vertical"
 
 
@@ -164,11 +164,11 @@ class BemPassageSettings(IndentationSettings):
     cells: Count = Field(32, ge=8, le=512, description="cells across a patch, each way")
 
 
-def support_errors(scene: Scene, settings: Frozen) -> list[str]:
-    """Why a model cannot stand on what the scene says, in one line; none where it can."""
-    if scene.bearers is None or getattr(settings, "runs_on_bearers", False):
+def flexible_part_errors(scene: Scene, settings: Frozen) -> list[str]:
+    """What of the scene a model cannot let move, in one line; none where it can."""
+    if scene.bearers is None or getattr(settings, "takes_flexible_parts", False):
         return []
     return [
         "scene.bearers is for lumped, rigid_hertz (degrees_of_freedom vertical), bem_passage and bem_plastic: leave it"
-        " out, or leave out this model; without it the crossing is a rigid mass on the spring of scene.foundation"
+        " out, or leave out this model"
     ]

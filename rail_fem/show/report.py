@@ -21,6 +21,7 @@ from rail_fem.output.result import PassResult, load
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering, show
 from rail_fem.settings.explicit import FeSettings
+from rail_fem.show.bearers import bearer_rows
 from rail_fem.show.metal import metal_rows, with_bar
 from rail_fem.show.passes import passes_rows
 
@@ -168,6 +169,8 @@ def result_report(result: PassResult) -> str:
         *(["", "passes"] if result.passes else []),
         *passes_rows(result),
         *([_row("contact pressure at first impact", pressure, "weighted by the force")] if pressure else []),
+        *(["", "bearers, largest forces and movement"] if result.bearers else []),
+        *bearer_rows(result),
         *(["", "metal"] if result.metal else []),
         *(f"  {name:<58}{value:<21} {text}".rstrip() for name, value, text in metal_rows(result)),
         "",

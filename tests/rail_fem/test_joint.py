@@ -5,6 +5,7 @@ import pytest
 from scipy.linalg import eigh
 
 from bem.exact.hertz import tangent_stiffness
+from geometry.axes import tread_datum_y
 from geometry.path.wheel_path import wheel_path
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CrossingError
@@ -134,9 +135,37 @@ def test_damping_takes_the_force_below_the_formula_and_a_low_pass_further():
     assert (np.diff(peaks) < 0).all() and peaks[-1] > scene.static_wheel_load
 
 
+def test_over_a_gap_the_rigid_wheel_stands_on_the_nearer_rail_end():
+    """It falls by r - sqrt(r^2 - d^2) at a distance d from it, r where the tread touches, and changes rails midway."""
+    gap, x = 12e-3, np.r_[-0.1, np.linspace(-6e-3, 6e-3, 7), 0.1]
+    path = wheel_path(joint_rail(Joint(0.0, gap=gap)), wheel_profile("P8"), x)
+    radius = 0.425 - wheel_profile("P8").height(path.contact_point[:, 1] - tread_datum_y())
+    beside = np.maximum(gap / 2 - np.abs(x), 0.0)
+    assert path.height == pytest.approx(-(radius - np.sqrt(radius**2 - beside**2)), abs=2e-8)
+    assert path.transfers == pytest.approx([0.0], abs=1e-6)
+
+
+def test_an_insulated_joint_s_gap_hands_the_wheel_from_rail_to_rail():
+    """Within it both rail ends carry; a wider gap strikes harder; without one nothing happens."""
+    found = []
+    for gap in (0.0, 6e-3, 12e-3):
+        scene = joint_scene(0.0).replace(crossing={"joint_gap": gap})
+        found.append(rigid_hertz.solve(scene, RigidHertzSettings(start=-0.1, end=0.15, path_spacing=1e-3)))
+    load = found[0].scene.static_wheel_load
+    assert "largest_force_nose" not in found[0].peaks
+    assert found[1].transfer_x == pytest.approx(0.0, abs=1e-3)
+    both = (found[1].history["force_wing"] > 0.1 * load) & (found[1].history["force_nose"] > 0.1 * load)
+    assert both.any()
+    peaks = [result.peaks["largest_force"].value / load for result in found]
+    assert peaks[0] == pytest.approx(1, rel=1e-5) and 1.05 < peaks[1] < peaks[2] < 2, peaks
+
+
 @pytest.mark.parametrize(
     "lines, complaint",
     [
+        (['family = "joint"', 'joint_gap = "31 mm"'], "joint_gap: .* is outside"),
+        (['family = "switch"', 'joint_gap = "6 mm"'], "joint_gap: does not belong to family switch"),
+        (['family = "joint"', 'switch_radius = "200 m"'], "switch_radius: does not belong to family joint"),
         (['family = "joint"', 'dip_angle = "100 mrad"'], "dip_angle: .* is outside"),
         (['family = "joint"', "ratio = 9.25"], "ratio: does not belong to family joint"),
         (['family = "joint"', 'file = "x.csv"'], 'no file "x.csv"'),
