@@ -15,9 +15,8 @@ from rail_fem.studies.patch_limits import HALF_SPACE, SLICES, edge_case, light_p
 distances = (7e-3, 5e-3, 3e-3)
 figure, panels = plt.subplots(1, len(distances), figsize=(10, 3.6), sharey=True, layout="constrained")
 for axes, distance in zip(panels, distances, strict=True):
-    patches = light_patches(edge_case(distance), cells=(24, 40))
-    for name, style in ((HALF_SPACE, "--"), (SLICES, "-")):
-        patch = patches[name]
+    half_space, slices = light_patches(edge_case(distance), cells=(24, 40))
+    for name, patch, style in ((HALF_SPACE, half_space, "--"), (SLICES, slices, "-")):
         middle = patch.pressure[abs(patch.grid.x).argmin()] / 1e6
         largest = f"{patch.max_pressure / 1e6:.0f} MPa"
         axes.plot(1e3 * patch.grid.y, middle, style, label=f"{name.split(', ')[-1]}, {largest}")
