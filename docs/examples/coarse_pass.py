@@ -17,6 +17,8 @@ from rail_fem.run.job import run_case
 RUNS = Path(__file__).resolve().parents[1] / "_build" / "runs"
 CHANGES = {
     "run.fe_full.element_size": "6 mm",
+    "run.fe_full.element_aspect": 1,
+    "run.fe_full.wheel_element_ratio": 1,
     "run.fe_full.start": "335 mm",
     "run.fe_full.end": "375 mm",
     "run.fe_full.field_frames": 8,
