@@ -117,6 +117,7 @@ def strain_figure(title: str, folders: Mapping[str, Path], results: Mapping[str,
 
 
 ROUGH = ("p2_formula", "lumped")  # bounds and formulas: their bars may leave the panel, with their value written
+LEGEND_COLUMNS = 4  # of the summary: more reach beyond its panels
 Marks = Mapping[str, tuple[str, Mapping[str, float]]]  # words of a panel -> legend, case -> value in the panel's unit
 
 
@@ -166,9 +167,7 @@ def summary_figure(
         axes.set_ylabel(f"{words} [{measure.unit}]")
         axes.set_ylim(0.0, top if top > 0 else None)
         if axes.patches or known:
-            axes.legend(
-                loc="lower left", bbox_to_anchor=(0, 1), ncols=len(models) + 1, frameon=False, borderaxespad=0.1
-            )
+            axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=LEGEND_COLUMNS, frameon=False, borderaxespad=0.1)
     panels[-1].set_xticks(position, what_differs(results), rotation=45, ha="right")
     figure.suptitle(title, fontsize=14)
     return figure
