@@ -99,7 +99,7 @@ class Crossing(Frozen):
         Switch.radius
     )
     switch_entry: Annotated[float, Quantity("mrad", 0, 50, "angle between stock rail and switch rail at the toe")] = (
-        Switch.entry
+        6.6667e-3
     )
     file: str = Field(
         "",

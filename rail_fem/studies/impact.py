@@ -35,6 +35,7 @@ WHEEL_RADIUS, RAIL_RADIUS, LOAD = 0.460, 0.300, 100e3
 FE_STEEL = Steel(STEEL.young, STEEL.poisson, 7850.0)
 # the contact carries the load within this part of it, and the kinetic energy is that part squared of the elastic one
 REST = 1e-4
+BOUNCE = 10.0  # on that energy: single nodes of meshes that do not match go on bouncing, the force by 2e-4
 
 
 class MirroredContact(Contact):
@@ -121,7 +122,7 @@ def settle(dynamics: Dynamics, load: float, energy: float, longest: float) -> No
         dynamics.check()
         kinetic = dynamics.comm.allreduce(dynamics.structure.kinetic_energy())
         carried = -dynamics.contact.force[: dynamics.contact.n_rail, 2].sum()
-        if abs(carried / load - 1) < REST and kinetic < REST**2 * energy:
+        if abs(carried / load - 1) < REST and kinetic < BOUNCE * REST**2 * energy:
             return
         if dynamics.time > longest:
             raise ArithmeticError(

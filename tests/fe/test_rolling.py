@@ -77,8 +77,8 @@ def test_a_free_wheel_that_turns_too_fast_is_slowed_by_the_moment_of_its_force(s
     assert result.energies["rotation"] == pytest.approx(0.5 * inertia * (last**2 - spin**2), rel=1e-9)
     assert (
         abs(result.energies["contact_loss"])
-        < 0.2 * result.energies["friction"]
-        < 2e-3 * abs(result.energies["rotation"])
+        < 0.3 * result.energies["friction"]  # a quarter on elements of 5 mm
+        < 3e-3 * abs(result.energies["rotation"])
     )
 
 

@@ -42,7 +42,7 @@ def test_cells_and_step_are_right_to_a_factor_of_two(size, aspect):
     passage, meshing = pytest.importorskip("rail_fem.fe.passage"), pytest.importorskip("rail_fem.fe.meshing")
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
     settings = case.runs["fe_full"].model_copy(
-        update={"element_size": size, "element_aspect": aspect, "mass_scaling": 1.0}
+        update={"element_size": size, "element_aspect": aspect, "wheel_element_ratio": 1.0, "mass_scaling": 1.0}
     )
     mesh, *_ = meshing.make_mesh(case.scene, settings, passage.running_of(case.scene, settings))
     estimate = estimate_run(case.scene, settings)
