@@ -81,9 +81,9 @@ def test_let_go_on_a_straight_path_the_wheel_stays_at_rest(scene, bodies, monkey
     monkeypatch.setattr(fe_full, "make_mesh", lambda *given: bodies[1])
     result = fe_full.solve(scene, SETTINGS)
     force, height = result.history["force"], result.history["wheel_height"]
-    # elements of 5 mm come and go beneath it: 7 %; 0.4 % at 1 mm
+    # elements of 5 mm come and go beneath it: 7 %, 1.0 % in the mean; on the main job's 3.5 and 0.5 %
     assert np.abs(force / scene.static_wheel_load - 1).max() < 0.08
-    assert abs(force.mean() / scene.static_wheel_load - 1) < 0.01
+    assert abs(force.mean() / scene.static_wheel_load - 1) < 0.015
     assert np.ptp(height) < 3e-6
 
 
