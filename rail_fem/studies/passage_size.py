@@ -1,7 +1,7 @@
 """Resolution of a pass: one case at several element sizes, the limit that each quantity tends to, and what the choices
 that make it less expensive change.
 
-    rail-fem study passage-size --out sizes                       6, 4, 3 mm over the nose: some minutes
+    rail-fem study passage-size --out sizes                       4, 3, 2 mm over the nose: some minutes
     mpirun -n 2 python -m mpi4py -m rail_fem.studies.passage_size --case cases/nose_transfer.toml
         --sizes 4,2,1 --judged 4 --out runs/sizes
 
@@ -148,7 +148,7 @@ def page(results: Sequence[PassResult], base: PassResult | None, judged: dict[st
 def main(
     case: Path = typer.Option(None, help="case file; none: nose_transfer"),
     out: Path = typer.Option(Path("passage_size"), help="folder of the runs, of table.md and of passage_size.png"),
-    sizes: str = typer.Option("6,4,3", help="element sizes [mm]"),
+    sizes: str = typer.Option("4,3,2", help="element sizes [mm]"),
     setting: list[str] = typer.Option(
         [], "--set", help="KEY=VALUE in place of the case file's, e.g. scene.speed=60mph"
     ),

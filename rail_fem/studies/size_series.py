@@ -19,6 +19,7 @@ from rail_fem.output.extrapolation import Limit, limit_of
 from rail_fem.output.quantities import REPORTED, reported
 from rail_fem.output.result import PassResult, load
 from rail_fem.run.job import JobError, run_case
+from rail_fem.settings.explicit import FeSettings
 
 MODEL = "fe_full"
 TWIN = 1.2, 2.6  # ratio of sizes with which the coarser run serves as the finer one's twin
@@ -62,7 +63,7 @@ def run_at(
     Errors: JobError where the folder holds another case; RunError for a run that failed.
     """
     keys = {f"run.{MODEL}.element_size": f"{size * 1e3:g} mm", f"run.{MODEL}.error_twin": False}
-    case = load_case(case_path, {**changes, **keys})
+    case = load_case(case_path, {**changes, **keys, **_windows(case_path, changes, size)})
     if getattr(case.runs[MODEL], "mesh", ""):
         raise RunError(
             f"{case_path}: run.{MODEL}.mesh has one element size, a study of sizes meshes itself: leave it out"
@@ -71,6 +72,16 @@ def run_at(
     if fault:
         raise RunError(f"{folder}: {fault}")
     return on_root(lambda: load(folder))
+
+
+def _windows(case_path: Path, changes: Mapping[str, Any], size: float) -> dict[str, str]:
+    """Keys of a travelling window where elements are larger than the case's: longer by as much as its slabs are."""
+    own = load_case(case_path, changes).runs[MODEL]
+    if not isinstance(own, FeSettings) or size <= own.element_size:
+        return {}
+    coarse = own.coarser(size / own.element_size)
+    lengths = {"window_ahead": coarse.window_ahead, "window_behind": coarse.window_behind}
+    return {f"run.{MODEL}.{name}": f"{length * 1e3:g} mm" for name, length in lengths.items() if length is not None}
 
 
 def run_sizes(
