@@ -76,7 +76,7 @@ def run_at(
 
 def _windows(case_path: Path, changes: Mapping[str, Any], size: float) -> dict[str, str]:
     """Keys of a travelling window where elements are larger than the case's: longer by as much as its slabs are."""
-    own = load_case(case_path, changes).runs[MODEL]
+    own = load_case(case_path, changes).runs.get(MODEL)
     if not isinstance(own, FeSettings) or size <= own.element_size:
         return {}
     coarse = own.coarser(size / own.element_size)

@@ -105,3 +105,14 @@ def test_a_run_that_is_there_is_not_run_again_and_one_that_was_cut_goes_on(tmp_p
     (again,) = size_series.run_sizes(where, short, [6 * MM], tmp_path, said.append)
     assert (tmp_path / "6mm" / "result.json").stat().st_mtime_ns == written
     assert REPORTED["transfer_x"].of(again) != REPORTED["transfer_x"].of(again)  # nothing is claimed of a cut run
+
+
+def test_a_window_grows_with_the_elements_where_the_case_has_one(tmp_path):
+    """By three elements of length at both ends; not for smaller elements, nor in a case without this model."""
+    keys = [f"run.fe_full.window_{end}" for end in ("ahead", "behind")]
+    reference = passage_size.example("nose_transfer")
+    assert size_series._windows(reference, {}, 4 * MM) == dict.fromkeys(keys, "78 mm")
+    assert size_series._windows(reference, {}, 0.5 * MM) == {}
+    light = tmp_path / "light.toml"
+    light.write_text(reference.read_text().split("[run.fe_full]")[0] + "[run.lumped]\n")
+    assert size_series._windows(light, {}, 4 * MM) == {}
