@@ -24,7 +24,7 @@ def one_rank(tmp_path_factory) -> dict:
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.validate)])
 def test_pass_is_the_same_on_any_number_of_ranks(one_rank, ranks):
     """Sums in another order: round-off, which a pass of 160 steps does not amplify beyond 1e-10."""
     found = run_job(ranks)
@@ -35,6 +35,7 @@ def test_pass_is_the_same_on_any_number_of_ranks(one_rank, ranks):
 
 
 @pytest.mark.mpi
+@pytest.mark.validate
 def test_pass_with_the_full_element_is_the_same_on_two_ranks(tmp_path):
     one, two = (run_job(ranks, str(tmp_path / str(ranks)), "full") for ranks in (1, 2))
     for name in ("force", "wheel_height", "energy_plastic"):
@@ -43,7 +44,7 @@ def test_pass_with_the_full_element_is_the_same_on_two_ranks(tmp_path):
     assert not np.any(one["energy_hourglass"])  # the wheel's small-displacement kernel has none in this row
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [pytest.param(1, marks=pytest.mark.validate), 2])
 def test_restart_is_bitwise_the_same(one_rank, tmp_path, ranks):
     """Cut off half way after a restart file, gone on with: every column of the history to the last bit."""
     whole = one_rank if ranks == 1 else run_job(ranks, str(tmp_path / "whole"))

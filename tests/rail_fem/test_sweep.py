@@ -121,7 +121,7 @@ def test_the_explicit_model_of_a_sweep_runs_under_mpirun(cases, tmp_path, monkey
     pytest.importorskip("dolfinx")
     monkeypatch.setenv("RAIL_FEM_SMOKE", "1")
     with cases[2].open("a") as stream:
-        stream.write('\n[run.fe_full]\nelement_size = "6 mm"\nstart = "95 mm"\nend = "540 mm"\n')
+        stream.write('\n[run.fe_full]\nelement_size = "6 mm"\nstart = "300 mm"\nend = "420 mm"\n')
     done = sweep(cases[2], "--out", tmp_path / "out", "--model", "fe_full", "--ranks", "2")
     log = tmp_path / "out" / "good" / "fe_full.log"
     assert done.exit_code == 0, done.output + (log.read_text() if log.is_file() else "")
