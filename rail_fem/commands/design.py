@@ -1,4 +1,4 @@
-"""`rail-fem design`: search for a better crossing with a light model."""
+"""`rail-fem design`: search for a better crossing with a light model, and prove what is found by the explicit one."""
 
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -6,29 +6,61 @@ from typing import Annotated
 
 import typer
 
-from rail_fem.commands.ending import RUN_FAILED, say, stop
+from rail_fem import launcher
+from rail_fem.commands.ending import RUN_FAILED, say, stop, tell
+from rail_fem.commands.options import SetOption
 
 
 def design(
     file: Annotated[Path, typer.Argument(metavar="DESIGN", help="design file (TOML), e.g. cases/design/leg.toml")],
     out: Annotated[Path, typer.Option("--out", help="folder of the trials, the report and its figure")],
     workers: Annotated[int, typer.Option(help="processes that run trials", min=1, max=1024)] = 2,
+    prove: Annotated[
+        int,
+        typer.Option(
+            help="run fe_full for the start, so many of the best trials, and the best that is worse nowhere",
+            min=0,
+            max=20,
+        ),
+    ] = 0,
+    settings: SetOption = None,
+    finer: Annotated[
+        list[str] | None,
+        typer.Option(help='with --prove: the first pass of start and best at this element size, too: "3 mm"'),
+    ] = None,
+    ranks: Annotated[int, typer.Option(help="with --prove: ranks of a run", min=1)] = 1,
 ) -> None:
     """Vary a case's parameters within bounds and look for what is best over a set of wheels and speeds.
 
-    Seeded; every trial is kept in OUT/trials.csv, and started again the search goes on where it was.
+    Seeded; every trial is kept in OUT/trials.csv, and started again the search goes on where it was. --prove runs in
+    OUT/proof, goes on there too, and leaves proof.md and proof.png; --set is for these runs alone.
     """
     from rail_fem.case.casefile import CaseError
+    from rail_fem.case.variations import VariationError, read_settings
     from rail_fem.design.problem import DesignError, read_design
+    from rail_fem.design.proof import check_proof, prove_design
+    from rail_fem.design.proof_report import write_proof
     from rail_fem.design.report import write_report
     from rail_fem.design.search import search
 
+    if launcher.rank_count() > 1:
+        stop("design starts mpirun itself, run by run: leave mpirun out and give --ranks")
+    if not prove and (settings or finer):
+        stop(f"{'--set' if settings else '--finer'} is for the runs that prove: give --prove, too")
     try:
-        problem = read_design(file)
+        problem, changes = read_design(file), read_settings(settings or ())
+        if prove:
+            check_proof(problem, changes, finer or ())
         found = search(problem, out, workers, say)
         say("\n" + write_report(problem, found, out))
+        if not prove:
+            return
+        runs = prove_design(problem, found, out, prove, changes, finer or (), ranks, tell)
+        say("\n" + write_proof(problem, runs, out))
     except BrokenProcessPool:
         text = "a process of the search was ended from outside (out of memory?): start again, it goes on where it was"
         stop(text, RUN_FAILED)
-    except (DesignError, CaseError, OSError) as error:
+    except (DesignError, CaseError, VariationError, OSError) as error:
         stop(str(error))
+    if any(run.fault for run in runs):
+        raise typer.Exit(RUN_FAILED)

@@ -19,6 +19,9 @@ set = { "scene.wheel.profile" = "P8-worn", "scene.speed" = "75 mph" }
 name = "as fast as 100 mph"
 set = { "scene.speed" = "100 mph" }
 
+[proof]                               # keys for the runs of the explicit model that prove what was found
+"run.fe_full.element_size" = "4 mm"
+
 [[objective]]
 quantity = "largest leg force"        # of rail_fem.sweeps.trends.MEASURES
 weight = 1.0
@@ -127,6 +130,7 @@ class Design(Frozen):
     seed: Annotated[Count, Field(ge=0)] = 1
     trials: Annotated[Count, Field(ge=10, le=1_000_000)] = 400
     worse: Annotated[float, Field(ge=0, le=1e3)] = 0.0  # weight of whatever is worse in a pass than at the start
+    proof: dict[str, Any] = Field(default_factory=dict)  # keys of the case for the runs that prove what was found
     vary: Annotated[tuple[Variable, ...], Field(min_length=1, max_length=30)]
     passes: Annotated[tuple[Pass, ...], Field(min_length=1, alias="pass")]
     checks: Annotated[tuple[Pass, ...], Field(alias="check")] = ()

@@ -84,7 +84,7 @@ def swing(result: PassResult) -> float:
 MEASURES: dict[str, Measure] = {
     "first impact": Measure(lambda r: peak(r, *FIRST_IMPACT), "kN", 1e-3, "first_impact"),
     "largest force": Measure(lambda r: peak(r, "largest_force"), "kN", 1e-3, "largest_force"),
-    "largest leg force": Measure(lambda r: peak(r, "largest_force_leg"), "kN", 1e-3),
+    "largest leg force": Measure(lambda r: peak(r, "largest_force_leg"), "kN", 1e-3, "largest_force_leg"),
     "longest flight": Measure(lambda r: longest_flight(r).length if len(r.history["x"]) else np.nan, "mm", 1e3),
     "longest flight time": Measure(lambda r: longest_flight(r).duration if len(r.history["x"]) else np.nan, "ms", 1e3),
     "largest wing force": Measure(lambda r: peak(r, "largest_force_wing"), "kN", 1e-3, "largest_force_wing"),

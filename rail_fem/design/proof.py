@@ -1,0 +1,159 @@
+"""The start and the best trials by the explicit model: whether what a search on a light model has found is so.
+
+Each pass of each shape is a run in a folder of its own, OUT/proof/SIZE/SHAPE/PASS/fe_full, made as a sweep makes it:
+one that is finished is passed over, one that was stopped or killed goes on, one that fails is told of by name.
+"""
+
+import contextlib
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.design.problem import DesignError, Pass, Problem
+from rail_fem.design.search import Found, Trial
+from rail_fem.output.progress import duration, read_status
+from rail_fem.output.quantities import REPORTED
+from rail_fem.output.result import PassResult, load
+from rail_fem.settings.explicit import FeSettings
+from rail_fem.sweeps.sweep import FAILED, Job, Outcome, run_job
+from rail_fem.sweeps.trends import MEASURES, Measure
+
+MODEL = "fe_full"
+SIZE = f"run.{MODEL}.element_size"
+LONGEST_REASON = 200  # characters
+PROVEN: dict[str, Measure] = {
+    **{name: MEASURES[f"largest {name}"] for name in ("leg force", "wing force", "nose force")},
+    "longest flight": MEASURES["longest flight"],
+    **{
+        f"PEEQ {words} of {body}": Measure(REPORTED[f"{name}_{body}"].of, unit, factor, f"{name}_{body}")
+        for body in ("wing", "nose")
+        for name, words, unit, factor in (
+            ("block", "worst 5 x 5 x 3 mm", "%", 100.0),
+            ("integral", "integral", "mm3", 1e9),
+        )
+    },
+}
+SEARCHED = {"leg force": "largest leg force", "wing force": "largest wing force", "nose force": "largest nose force"}
+SEARCHED["longest flight"] = "longest flight"  # name here -> quantity of a design
+
+
+@dataclass(frozen=True)
+class ProvenShape:
+    """A crossing that is proven: the name of its folder, what it is called, and its trial."""
+
+    name: str
+    words: str
+    trial: Trial
+
+    @property
+    def values(self) -> np.ndarray | None:
+        """Of the design's variables; None for the case as it is."""
+        return None if np.isnan(self.trial.values).all() else self.trial.values
+
+
+@dataclass(frozen=True)
+class ProofRun:
+    """One pass of one shape. size : of its elements [m], NaN where the case could not be read;  result : None where it
+    failed, and why"""
+
+    shape: ProvenShape
+    one: Pass
+    size: float
+    result: PassResult | None
+    fault: str = ""
+
+    def value(self, name: str) -> tuple[float, float]:
+        """A quantity of PROVEN and its bar in the measure's unit; NaN where it is not known, no bar (0) where none is
+        claimed."""
+        if self.result is None:
+            return np.nan, 0.0
+        measure = PROVEN[name]
+        return measure.factor * measure.of(self.result), measure.factor * measure.bar(self.result)
+
+
+def shapes(problem: Problem, found: Found, count: int) -> list[ProvenShape]:
+    """The start, the `count` trials of least score, and of those that are worse than the start in nothing the one of
+    least score, where there is one."""
+    good = [(trial.score, number, trial) for number, trial in enumerate(found.trials, 1) if not trial.fault]
+    good.sort(key=lambda entry: entry[:2])
+    chosen = [(number, trial, "") for _, number, trial in good[:count]]
+    even = [(n, t, ", worse nowhere") for _, n, t in good if (t.numbers <= found.start.numbers).all()]
+    if even and even[0][0] not in [number for number, *_ in chosen]:
+        chosen.append(even[0])
+    named = [ProvenShape(f"trial_{number:04d}", f"trial {number}{words}", trial) for number, trial, words in chosen]
+    return [ProvenShape("start", "start", found.start), *named]
+
+
+def prove_design(
+    problem: Problem,
+    found: Found,
+    out: Path,
+    count: int = 1,
+    settings: Mapping[str, Any] | None = None,
+    finer: Sequence[str] = (),
+    ranks: int = 1,
+    say: Callable[[str], None] = print,
+) -> list[ProofRun]:
+    """Run what is to be proven, or go on with it.
+
+    count : how many of the best;  settings : keys of the case in place of the design's `proof`
+    finer : element sizes at which the first pass of start and best is run, too
+    Errors: those of `check_proof`.
+    """
+    changes = check_proof(problem, settings or {}, finer)
+    chosen = shapes(problem, found, count)
+    tasks = [(shape, one, changes) for one in problem.design.passes for shape in chosen]
+    first = problem.design.passes[0]
+    tasks += [(shape, first, {**changes, SIZE: size}) for size in finer for shape in chosen[:2]]
+    done = []
+    for number, (shape, one, keys) in enumerate(tasks, 1):
+        run, wall = _run(problem, shape, one, keys, Path(out) / "proof", ranks)
+        done.append(run)
+        ended = f"FAILED: {run.fault}" if run.fault else f"done in {duration(wall)}"
+        say(f"[{number}/{len(tasks)}] {shape.words}, {one.name}, {1e3 * run.size:g} mm: {ended}")
+    return done
+
+
+def check_proof(problem: Problem, settings: Mapping[str, Any], finer: Sequence[str]) -> dict[str, Any]:
+    """The keys of a proof, looked at before anything is searched or run. Errors: DesignError for a key that varies or a
+    case without [run.fe_full], CaseError for what no shape could be run with."""
+    changes = {**problem.design.proof, **settings}
+    varied = sorted({variable.key for variable in problem.design.vary} & set(changes))
+    if varied:
+        raise DesignError(f"{varied[0]} is what the search varies: a proof cannot set it")
+    for one in problem.design.passes:
+        for size in ({}, *({SIZE: size} for size in finer)):
+            if MODEL not in load_case(problem.case, {**one.set, **changes, **size}).runs:
+                raise DesignError(f"{problem.case}: has no [run.{MODEL}], by which a design is proven")
+    return changes
+
+
+def _run(
+    problem: Problem, shape: ProvenShape, one: Pass, changes: Mapping[str, Any], out: Path, ranks: int
+) -> tuple[ProofRun, float]:
+    """A run and its wall time [s]."""
+    try:
+        case = load_case(problem.case, problem.changes(shape.values) | one.set | dict(changes))
+    except CaseError as error:
+        return ProofRun(shape, one, np.nan, None, "; ".join(error.errors)[:LONGEST_REASON]), 0.0
+    size = case.settings(FeSettings).element_size
+    folder = out / f"{1e3 * size:g}mm" / shape.name / re.sub(r"[^\w.+-]+", "_", one.name) / MODEL
+    outcome = run_job(Job(case, MODEL, folder), ranks)
+    if outcome.state == FAILED:
+        return ProofRun(shape, one, size, None, _reason(outcome)), outcome.wall_time
+    return ProofRun(shape, one, size, load(folder)), outcome.wall_time
+
+
+def _reason(outcome: Outcome) -> str:
+    """Why a run failed, in its own words where it left any."""
+    folder = outcome.job.folder
+    with contextlib.suppress(OSError, ValueError, KeyError):
+        status = read_status(folder)
+        if status["state"] in ("failed", "stopped") and status["message"]:
+            return " ".join(str(status["message"]).split())[:LONGEST_REASON]
+    return " ".join(outcome.reason.split())[:LONGEST_REASON]

@@ -1,0 +1,162 @@
+"""What the explicit model says of a design: a table of the start against the best for each pass, what of the light
+model's gain holds, and a figure."""
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from rail_fem.design.problem import Problem
+from rail_fem.design.proof import MODEL, PROVEN, SEARCHED, ProofRun, ProvenShape
+from rail_fem.output.markdown import markdown_table
+from rail_fem.output.trust_text import verdict_words
+from rail_fem.show.style import GREEN, NOSE, PURPLE, SKY, TOTAL, new_figure
+from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.sweeps.compare import core_seconds
+
+COLOURS = (NOSE, TOTAL, SKY, GREEN, PURPLE)  # the start, then the shapes that were found
+LOWER, HIGHER, WITHIN, SAME, UNKNOWN = "lower", "higher", "within the bars", "same", "-"
+
+
+def write_proof(problem: Problem, runs: Sequence[ProofRun], out: Path) -> str:
+    """proof.md and proof.png in `out`; returns the text. Errors: OSError."""
+    text = proof_report(problem, runs)
+    folder = Path(out)
+    write_table_and_figure(folder / "proof.md", text, folder / "proof.png", lambda: proof_figure(problem, runs))
+    return text
+
+
+def verdict(start: tuple[float, float], best: tuple[float, float]) -> str:
+    """Of a value and its bar at the start and at best: one of LOWER, HIGHER, WITHIN, SAME, UNKNOWN."""
+    (a, own), (b, other) = start, best
+    if not np.isfinite([a, b]).all():
+        return UNKNOWN
+    if a == b:
+        return SAME
+    if abs(b - a) <= own + other:
+        return WITHIN
+    return LOWER if b < a else HIGHER
+
+
+def proof_report(problem: Problem, runs: Sequence[ProofRun]) -> str:
+    """Markdown: a table for each size and shape, a line for each quantity, trust, failures, cost."""
+    lines = [f"# Proof of a search on {problem.case.name} by {MODEL}", ""]
+    for size, shape in _pairs(runs):
+        own = [run for run in runs if run.size == size and run.shape == shape]
+        lines += [f"Elements of {1e3 * size:g} mm, {shape.words}:", ""]
+        rows = [row for run in own for row in _rows(problem, _start_of(runs, run), run)]
+        lines += markdown_table(["pass", "quantity", "start", shape.words, "change", MODEL, problem.design.model], rows)
+        lines += ["", *_summary([(_start_of(runs, run), run) for run in own]), ""]
+    lines += _told("How far the runs may be trusted:", [(run, _trust(run)) for run in runs])
+    lines += _told("Could not be run:", [(run, run.fault) for run in runs])
+    seconds = sum(core_seconds(run.result) for run in runs if run.result is not None)
+    lines.append(f"{len(runs)} runs, {seconds / 60:.1f} core minutes. Without +- no bar is claimed.")
+    return "\n".join(lines)
+
+
+def _pairs(runs: Sequence[ProofRun]) -> list[tuple[float, ProvenShape]]:
+    """Sizes and shapes beside the start, in the order of the runs."""
+    found: list[tuple[float, ProvenShape]] = []
+    for run in runs:
+        if run.shape.values is not None and np.isfinite(run.size) and (run.size, run.shape) not in found:
+            found.append((run.size, run.shape))
+    return found
+
+
+def _start_of(runs: Sequence[ProofRun], run: ProofRun) -> ProofRun:
+    return next(r for r in runs if r.shape.values is None and r.one == run.one and r.size == run.size)
+
+
+def _rows(problem: Problem, start: ProofRun, best: ProofRun) -> list[list[str]]:
+    rows = []
+    for name, measure in PROVEN.items():
+        a, b = start.value(name), best.value(name)
+        if not np.isfinite([a[0], b[0]]).any():
+            continue
+        cell = lambda pair: "-" if np.isnan(pair[0]) else f"{told(*pair)} {measure.unit}"
+        change = f"{100 * (b[0] / a[0] - 1):+.0f} %" if np.isfinite([a[0], b[0]]).all() and a[0] else "-"
+        light = _light(problem, name, start, best)
+        rows.append([best.one.name, name, cell(a), cell(b), change, verdict(a, b), light])
+    return rows or [[best.one.name, *["-"] * 6]]
+
+
+def told(value: float, bar: float) -> str:
+    """A value with its bar, where there is one."""
+    return f"{value:.3g} +- {bar:.2g}" if bar else f"{value:.3g}"
+
+
+def _light(problem: Problem, name: str, start: ProofRun, best: ProofRun) -> str:
+    """The change that the search's own model found."""
+    column = best.one.name, SEARCHED.get(name, "")
+    if column not in problem.columns:
+        return "-"
+    k = problem.columns.index(column)
+    a, b = start.shape.trial.numbers[k], best.shape.trial.numbers[k]
+    return f"{100 * (b / a - 1):+.0f} %" if a else "-"
+
+
+def _summary(pairs: list[tuple[ProofRun, ProofRun]]) -> list[str]:
+    """For each quantity, in how many passes it is lower, higher, or neither."""
+    lines = []
+    for name in PROVEN:
+        found = [verdict(start.value(name), best.value(name)) for start, best in pairs]
+        known = [word for word in found if word != UNKNOWN]
+        if known:
+            counts = [f"{word} in {known.count(word)}" for word in (LOWER, WITHIN, SAME, HIGHER) if word in known]
+            lines.append(f"- {name}: {', '.join(counts)} of {len(known)}")
+    return lines
+
+
+def _trust(run: ProofRun) -> str:
+    return "" if run.result is None else verdict_words(run.result.trust)
+
+
+def _told(head: str, found: Sequence[tuple[ProofRun, str]]) -> list[str]:
+    rows = [f"- {run.shape.words}, {run.one.name}, {1e3 * run.size:g} mm: {words}" for run, words in found if words]
+    return [head, "", *rows, ""] if rows else []
+
+
+def proof_figure(problem: Problem, runs: Sequence[ProofRun]) -> Figure:
+    """A panel for each quantity: bars of all shapes for each pass, with error bars; what the light model said as open
+    marks. At the size at which all passes were run."""
+    size = runs[0].size
+    own = [run for run in runs if run.size == size]
+    drawn = [name for name in PROVEN if any(np.isfinite(run.value(name)[0]) for run in own)]
+    shapes = list({run.shape.name: run.shape for run in own}.values())
+    passes = list(problem.design.passes)
+    figure = new_figure(2.3 * max(1, len(drawn)) / 2 + 2.2)
+    panels = figure.subplots((len(drawn) + 1) // 2 or 1, 2, squeeze=False, sharex=True).ravel()
+    width = 0.8 / len(shapes)
+    for axes, name in zip(panels, drawn):
+        for s, shape in enumerate(shapes):
+            for p, one in enumerate(passes):
+                run = next((r for r in own if r.shape == shape and r.one == one), None)
+                at = p + (s - (len(shapes) - 1) / 2) * width
+                _bar(axes, problem, run, name, at, width, COLOURS[s % len(COLOURS)], shape.words if p == 0 else "")
+        axes.set_ylabel(f"{textwrap.fill(name, 24)} [{PROVEN[name].unit}]", fontsize=10)
+        axes.grid(axis="x", visible=False)
+        axes.set_xticks(range(len(passes)), [textwrap.fill(one.name, 14) for one in passes])
+    for axes in panels[len(drawn) :]:
+        axes.set_axis_off()
+    panels[0].legend(ncols=2, loc="lower left", bbox_to_anchor=(0, 1.01), fontsize=10)
+    figure.suptitle(f"Start and best of {problem.case.name} by {MODEL}, elements of {1e3 * size:g} mm", fontsize=14)
+    return figure
+
+
+def _bar(axes, problem: Problem, run: ProofRun | None, name: str, at: float, width: float, colour: str, words: str):
+    if run is None:
+        return
+    value, bar = run.value(name)
+    if np.isnan(value):
+        axes.text(at, 0, " failed", rotation=90, ha="center", va="bottom", fontsize=9)
+    else:
+        axes.bar(at, value, 0.9 * width, color=colour, label=f"{words}, {MODEL}" if words else None)
+        if bar:
+            axes.errorbar(at, value, bar, color="#888888", capsize=3, lw=1.5)
+    column = run.one.name, SEARCHED.get(name, "")
+    if column in problem.columns:
+        light = run.shape.trial.numbers[problem.columns.index(column)]
+        mark = f"the same by {problem.design.model}" if words == "start" else None
+        axes.plot(at, light, "D", mfc="white", mec="black", ms=6, label=mark)
