@@ -71,7 +71,7 @@ def test_a_folder_with_its_stations_and_a_table_are_the_same_crossing(files, tmp
     rows = ["# unit: m", "file, x"]
     for k, (x, points) in enumerate(zip(crossing.read.x, crossing.read.sections)):
         np.savetxt(tmp_path / f"s{k}.txt", points / MM, fmt="%.12f")
-        rows.append(f"s{k}.txt, {x!r}")
+        rows.append(f"s{k}.txt, {float(x)!r}")
     (tmp_path / "stations.csv").write_text("\n".join(rows))
     folder = Crossing(family="sections", file=str(tmp_path))
     assert np.abs(folder.read.sections[40] - crossing.read.sections[40]).max() < 1e-12

@@ -120,7 +120,8 @@ def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(started, case, t
 @pytest.mark.mpi
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_stop_of_mpirun_reaches_the_status(started, case, tmp_path, number):  # noqa: F811
-    """mpirun sends SIGTERM to its ranks and kills them soon after."""
+    """mpirun sends SIGTERM to its ranks and kills them soon after; from Open MPI 5 on it also drops what they say then,
+    and the status alone tells."""
     out = tmp_path / "out"
     run = started(
         [*launcher.mpi_command(2), sys.executable, "-m", "mpi4py", "-c", ALONE],
@@ -135,5 +136,6 @@ def test_stop_of_mpirun_reaches_the_status(started, case, tmp_path, number):  # 
         time.sleep(0.05)
     run.send_signal(number)
     _, said = run.communicate(timeout=30)
-    assert run.returncode != 0 and said.count(GO_ON) == 1
+    version = subprocess.run(["mpirun", "--version"], capture_output=True, text=True).stdout
+    assert run.returncode != 0 and said.count(GO_ON) in ((0, 1) if "(Open MPI) 5" in version else (1,))
     assert read_status(out)["state"] == "stopped" and not (out / lock.LOCK).exists()
