@@ -24,11 +24,15 @@ def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
     """All warnings about a case run by one model. settings : of the model, with start and end. Errors: as
     rail_fem.light.rigid.window_path."""
     warnings = scene_warnings(scene)
-    return (
-        warnings + fe_warnings(scene, settings) + window_warnings(scene, settings)
-        if isinstance(settings, FeSettings)
-        else warnings
-    )
+    if isinstance(settings, FeSettings):
+        return warnings + fe_warnings(scene, settings) + window_warnings(scene, settings)
+    cyclic = [part for part in ("wing", "nose") if getattr(scene.materials, part).cyclic is not None]
+    if cyclic:
+        warnings.append(
+            f"steel of the {' and '.join(cyclic)}: only the explicit models follow its law over cycles, this one takes"
+            " its first loading as an isotropic curve"
+        )
+    return warnings
 
 
 def scene_warnings(scene: Scene) -> list[str]:

@@ -58,7 +58,12 @@ def cyclic_law(
     Errors: ValueError that names the constant, its value and its limit.
     """
     modulus, recovery = np.atleast_1d(np.asarray(modulus, float)), np.atleast_1d(np.asarray(recovery, float))
-    mixing = np.broadcast_to(np.asarray(mixing, float), modulus.shape).copy()
+    mixing = np.atleast_1d(np.asarray(mixing, float))
+    if mixing.size not in (1, modulus.size):
+        raise ValueError(
+            f"cyclic law: {modulus.size} back stresses and {mixing.size} mixings: give one, or one for each"
+        )
+    mixing = np.broadcast_to(mixing, modulus.shape).copy()
     if modulus.shape != recovery.shape or modulus.ndim != 1:
         raise ValueError(f"cyclic law: {modulus.size} moduli and {recovery.size} recoveries: give as many of each")
     _within("youngs_modulus", youngs_modulus, 0, np.inf, open_below=True)
@@ -84,18 +89,45 @@ def _within(name: str, value: float, low: float, high: float, open_below: bool =
         raise ValueError(f"cyclic law: {name} is {value!r}, must lie in {brackets[0]}{low:g}, {high:g}{brackets[1]}")
 
 
-@njit(cache=True)
+# One copy inside each caller, of the point as of the element: what two kernels call is the same to the last bit.
+_part = njit(forceinline=True)
+
+
+@njit(cache=True, forceinline=True)
 def equivalent(a: np.ndarray) -> float:
     """sqrt(3/2 a:a) of a deviator (6,), order VOIGT, tensor shears."""
     return math.sqrt(1.5 * (a[0] ** 2 + a[1] ** 2 + a[2] ** 2) + 3.0 * (a[3] ** 2 + a[4] ** 2 + a[5] ** 2))
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def yield_stress_at(law: CyclicLaw, p: float) -> float:
     return law.yield_stress - law.hardening * math.expm1(-law.hardening_rate * p)
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
+def plastic_return(law, trial, back, p, direction, factor):
+    """Bring a point back to the yield surface, where it is beyond: the law itself, which points and elements call.
+
+    trial : (6,) trial deviator [Pa];  back : (k, 6) back stresses [Pa], both changed in place;  p : plastic strain
+    direction : (6,) becomes the flow's, |direction| = 1, so that the plastic strain grows by 3/2 dp direction;
+    factor : (k,) buffer
+    Returns dp, 0 within the surface. No memory is taken.
+    """
+    for j in range(6):
+        direction[j] = trial[j]
+        for i in range(law.modulus.size):
+            direction[j] -= back[i, j]
+    if not equivalent(direction) > yield_stress_at(law, p):
+        return 0.0
+    dp = _plastic_increment(law, trial, back, p, direction, factor)
+    for j in range(6):
+        for i in range(law.modulus.size):
+            back[i, j] = factor[i] * (back[i, j] + law.modulus[i] * dp * direction[j])
+        trial[j] -= 3.0 * law.shear * dp * direction[j]
+    return dp
+
+
+@_part
 def _plastic_increment(law, trial, back, p, direction, factor):
     """dp of the step from the trial deviator; leaves the flow direction (6,), |direction| = 1, and factor (k,), by
     which back stress k is multiplied after it has grown by C dp direction.
@@ -114,9 +146,11 @@ def _plastic_increment(law, trial, back, p, direction, factor):
         direction[:] = trial
         for i in range(k):
             stiffness += factor[i] * law.modulus[i]
-            direction -= factor[i] * back[i]
+            for j in range(6):
+                direction[j] -= factor[i] * back[i, j]
         size = equivalent(direction)
-        direction /= size
+        for j in range(6):
+            direction[j] /= size
         for i in range(k):
             recovery = law.mixing[i] * law.recovery[i]
             fall = recovery * factor[i] ** 2
@@ -141,15 +175,16 @@ def _plastic_increment(law, trial, back, p, direction, factor):
     return dp
 
 
-@njit(cache=True)
+@_part
 def _update_factors(law, back, dp, direction, factor):
     """Factors of the back stresses for dp along direction; returns their largest change where one is projected."""
     moved = 0.0
     for i in range(law.modulus.size):
-        grown = back[i] + law.modulus[i] * dp * direction
         new = 1.0 / (1.0 + law.mixing[i] * law.recovery[i] * dp)
         if law.recovery[i] > 0.0 and law.mixing[i] < 1.0:
-            size = equivalent(grown)
+            grown = law.modulus[i] * dp
+            square = _double_dot(back[i], back[i]) + 2.0 * grown * _double_dot(back[i], direction)
+            size = math.sqrt(max(1.5 * square + grown * grown, 0.0))  # |back + grown direction|, |direction| = 1
             if size * new * law.recovery[i] > law.modulus[i]:
                 new = law.modulus[i] / (law.recovery[i] * size)
                 moved = max(moved, abs(new - factor[i]))
@@ -157,7 +192,7 @@ def _update_factors(law, back, dp, direction, factor):
     return moved
 
 
-@njit(cache=True)
+@_part
 def _double_dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
 
@@ -170,25 +205,13 @@ def update(law: CyclicLaw, strain_increment: np.ndarray, stress: np.ndarray, bac
     Returns the plastic strain after the step. Exact at rest and for one back stress without recovery under
     proportional loading; else first order in the increment (tests/rail_fem/test_cyclic_law.py).
     """
-    k = law.modulus.size
     volume = (strain_increment[0] + strain_increment[1] + strain_increment[2]) / 3.0
     pressure = (stress[0] + stress[1] + stress[2]) / 3.0
-    trial, inner = np.empty(6), np.empty(6)
     for j in range(6):
         diagonal = 1.0 if j < 3 else 0.0
-        trial[j] = stress[j] - diagonal * pressure + 2.0 * law.shear * (strain_increment[j] - diagonal * volume)
-        inner[j] = trial[j]
-        for i in range(k):
-            inner[j] -= back[i, j]
+        stress[j] += 2.0 * law.shear * (strain_increment[j] - diagonal * volume) - diagonal * pressure
+    dp = plastic_return(law, stress, back, p, np.empty(6), np.empty(law.modulus.size))
     pressure += 3.0 * law.bulk * volume
-    if equivalent(inner) > yield_stress_at(law, p):
-        direction, factor = np.empty(6), np.empty(k)
-        dp = _plastic_increment(law, trial, back, p, direction, factor)
-        p += dp
-        for j in range(6):
-            for i in range(k):
-                back[i, j] = factor[i] * (back[i, j] + law.modulus[i] * dp * direction[j])
-            trial[j] -= 3.0 * law.shear * dp * direction[j]
-    for j in range(6):
-        stress[j] = trial[j] + (pressure if j < 3 else 0.0)
-    return p
+    for j in range(3):
+        stress[j] += pressure
+    return p + dp

@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from rail_fem.cyclic.law import CyclicLaw
 from rail_fem.fe.state import KINEMATIC, LANES, N_MATERIAL, N_STATE, PLASTIC_STRAIN, POINT_STATE, STRESS, YIELD
 from rail_fem.scene.steel import Steel
 
@@ -28,13 +29,20 @@ class ElementSettings:
 
 @dataclass(frozen=True)
 class MaterialTable:
-    """Steels as the kernels read them: rows (n, N_MATERIAL), and all yield curves end to end with their start
-    (n+1,)."""
+    """Steels as the kernels read them: rows (n, N_MATERIAL), all yield curves end to end with their start (n+1,), and
+    the law over cycles of each that has one."""
 
     rows: np.ndarray
     curve_start: np.ndarray
     curve_strain: np.ndarray
     curve_stress: np.ndarray
+    laws: tuple[CyclicLaw | None, ...]
+
+    @property
+    def back_stresses(self) -> int:
+        """The most that a material has."""
+        cyclic = max((law.modulus.size for law in self.laws if law is not None), default=0)
+        return max(cyclic, int(self.rows[:, KINEMATIC].any()))
 
 
 def material_table(steels: list[Steel], settings: ElementSettings) -> MaterialTable:
@@ -57,7 +65,8 @@ def material_table(steels: list[Steel], settings: ElementSettings) -> MaterialTa
         strain.append([0.0] if steel.is_elastic else steel.hardening_strain)
         stress.append([np.inf] if steel.is_elastic else steel.hardening_stress)
         start.append(start[-1] + len(strain[-1]))
-    return MaterialTable(rows, np.array(start, np.int64), np.concatenate(strain), np.concatenate(stress))
+    laws = tuple(steel.cyclic for steel in steels)
+    return MaterialTable(rows, np.array(start, np.int64), np.concatenate(strain), np.concatenate(stress), laws)
 
 
 class BlockViews(NamedTuple):
@@ -68,6 +77,14 @@ class BlockViews(NamedTuple):
     material_of: np.ndarray
     state: np.ndarray
     back: np.ndarray
+
+
+class BlockRun(NamedTuple):
+    """Blocks first..last-1; material : their row of the table where they follow its law over cycles, else -1."""
+
+    first: int
+    last: int
+    material: int
 
 
 class ElementBlocks:
@@ -112,8 +129,9 @@ class ElementBlocks:
         self.points, self.rows = points, N_STATE if points == 1 else points * POINT_STATE
         self.state = np.zeros(0 if stateless else len(order) * self.rows * LANES)
         self.entries = self.state.reshape(-1, self.rows, LANES)
-        moves = table.rows[:, KINEMATIC].any()
-        self.back = np.zeros(self.state.size // self.rows * 6 * points if moves else 0)
+        self.back_rows = 6 * points * table.back_stresses
+        self.back = np.zeros(self.state.size // self.rows * self.back_rows)
+        self.is_cyclic = np.array([law is not None for law in table.laws], bool)
         if not stateless:
             first = table.curve_stress[table.curve_start[self.material_of]]
             for point in range(points):
@@ -125,6 +143,15 @@ class ElementBlocks:
         state[:, [point * POINT_STATE + YIELD for point in range(self.points)], :] = np.inf
         return state
 
+    def by_law(self, first: int, last: int) -> list[BlockRun]:
+        """The blocks first..last-1 in runs of one kernel: each material with a law over cycles alone."""
+        if not self.is_cyclic.any():
+            return [BlockRun(first, last, -1)]
+        own = np.where(self.is_cyclic[self.material_of[first:last]], self.material_of[first:last], -1)
+        cuts = first + np.flatnonzero(np.diff(own)) + 1
+        ends = [first, *(int(cut) for cut in cuts), last]
+        return [BlockRun(a, b, int(own[a - first])) for a, b in zip(ends, ends[1:]) if b > a]
+
     def part(self, first: int, last: int) -> BlockViews:
         """Views of the blocks first..last-1."""
         return BlockViews(
@@ -132,7 +159,7 @@ class ElementBlocks:
             self.filled[first:last],
             self.material_of[first:last],
             self.state[self.rows * LANES * first : self.rows * LANES * last],
-            self.back[6 * self.points * LANES * first : 6 * self.points * LANES * last],
+            self.back[self.back_rows * LANES * first : self.back_rows * LANES * last],
         )
 
     def in_cells(self, entries: np.ndarray) -> np.ndarray:

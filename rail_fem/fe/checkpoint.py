@@ -47,8 +47,8 @@ def element_state(blocks: ElementBlocks) -> np.ndarray:
     """State of each element (m, blocks.rows), then its back stress where there is one."""
     state = blocks.read(0, blocks.rows)
     return (
-        np.column_stack([state, blocks.in_cells(blocks.back.reshape(-1, 6 * blocks.points, LANES))])
-        if blocks.back.size
+        np.column_stack([state, blocks.in_cells(blocks.back.reshape(-1, blocks.back_rows, LANES))])
+        if blocks.back_rows
         else state
     )
 
@@ -59,7 +59,7 @@ def restore_elements(blocks: ElementBlocks, rows: np.ndarray) -> None:
     real = (blocks.cell_of >= 0).reshape(-1, 1, LANES)
     state = np.where(real, state, state[:, :, :1])
     blocks.entries[:] = state[:, : blocks.rows]
-    if blocks.back.size:
+    if blocks.back_rows:
         blocks.back[:] = state[:, blocks.rows :].ravel()
 
 

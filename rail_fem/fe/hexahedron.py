@@ -354,7 +354,8 @@ def update_elements(
     material_of : (n_blocks,) row of `materials` (n_materials, N_MATERIAL);
     curve_start (n_materials+1,) slices the yield curves
     state     : (n_blocks*N_STATE*LANES,) changed in place
-    back      : (n_blocks*6*LANES,) back stresses, changed in place; empty when no material hardens kinematically
+    back      : (n_blocks*k*6*LANES,) back stresses, the first of each block changed in place; empty when no material
+        has any
     force     : (3*n,)  [N], changed in place
     work      : (3*n_blocks,) [J], plastic, hourglass and viscous work of the step are added to each block's
 
@@ -369,7 +370,8 @@ def update_elements(
         own = state[s : s + N_STATE * _W]
         c0, c1 = curve_start[row], curve_start[row + 1]
         if materials[row, KINEMATIC] > 0.0:
-            centre = back[block * 6 * _W : (block + 1) * 6 * _W]
+            first = block * (back.size // filled.size)  # a block of another material may hold more of them
+            centre = back[first : first + 6 * _W]
             for k in range(6 * _W):
                 own[k] -= centre[k]
             turn_back_stress(nodal, dt, centre)

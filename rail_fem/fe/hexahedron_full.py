@@ -50,11 +50,12 @@ from rail_fem.fe.state import KINEMATIC, LANES, N_STATE_FULL, POINT_STATE, POINT
 
 _W = LANES
 _G = 1.0 / math.sqrt(3.0)
-_VECTORS = 36  # rows of the twelve vectors X_k(p, q): axis, sign of p, sign of q, component
-_MEAN = 22  # rows of what belongs to the whole element: mean gradient (18), volume, divergence, integral of the
+VECTORS = 36  # rows of the twelve vectors X_k(p, q): axis, sign of p, sign of q, component
+MEAN = 22  # rows of what belongs to the whole element: mean gradient (18), volume, divergence, integral of the
 # pressure over the volume, viscous work
-_VOLUME, _DIVERGENCE, _PRESSURE, _VISCOUS = 18, 19, 20, 21
-_JACOBIAN = 30  # row of a point's scratch: volume it stands for; rows 0 to 8 are its contravariant area vectors
+VOLUME, DIVERGENCE, PRESSURE, VISCOUS = 18, 19, 20, 21
+JACOBIAN = 30  # row of a point's scratch: volume it stands for; rows 0 to 8 are its contravariant area vectors
+ROTATION = 9  # rows of a point's scratch where its back stresses are turned elsewhere: the step's rotation (9)
 _compiled = njit(cache=True, **FAST)
 _part = njit(forceinline=True, **FAST)
 _inlined = njit(inline="always", **FAST)
@@ -82,7 +83,7 @@ def store_covariant(vectors, e, m):
 
 @_part
 def whole_element(nodal, dt, material, vectors, rates, mean):
-    """Of a block: covariant vectors of coordinates and velocities (_VECTORS*W,), and `mean` (_MEAN*W,)."""
+    """Of a block: covariant vectors of coordinates and velocities (VECTORS*W,), and `mean` (MEAN*W,)."""
     density, speed, linear, quadratic = material[2], material[3], material[4], material[5]
     for e in range(_W):
         x, v = vector_modes(nodal, e), vector_modes(nodal, 24 * _W + e)
@@ -92,15 +93,15 @@ def whole_element(nodal, dt, material, vectors, rates, mean):
             for i in range(3):
                 mean[(3 * k + i) * _W + e] = b[k][i]
                 mean[(9 + 3 * k + i) * _W + e] = b[3 + k][i]
-        mean[_VOLUME * _W + e] = volume
-        mean[_DIVERGENCE * _W + e] = end[0][0] + end[1][1] + end[2][2]
+        mean[VOLUME * _W + e] = volume
+        mean[DIVERGENCE * _W + e] = end[0][0] + end[1][1] + end[2][2]
         mid = to_mid_step(end, dt)
         rate = mid[0][0] + mid[1][1] + mid[2][2]
         length = math.sqrt(1.5 / (8.0 * sum_of_squares(b))) * volume
         closing = min(rate, 0.0)
         viscous = density * length * (linear * speed * rate - quadratic * quadratic * length * closing * closing)
-        mean[_PRESSURE * _W + e] = viscous * volume  # the points' pressures are added to it
-        mean[_VISCOUS * _W + e] = viscous * rate * volume * dt
+        mean[PRESSURE * _W + e] = viscous * volume  # the points' pressures are added to it
+        mean[VISCOUS * _W + e] = viscous * rate * volume * dt
         store_covariant(vectors, e, x)
         store_covariant(rates, e, v)
 
@@ -118,10 +119,11 @@ def gradient_component(v1, v2, v3, c1, c2, c3, i, j, s):
 
 
 @_part
-def point_trial(vectors, rates, mean, point, dt, material, state, back, turns_back, scratch):
+def point_trial(vectors, rates, mean, point, dt, material, state, back, turns_back, keeps_rotation, scratch):
     """Trial stress of one point of a block, and what its force needs -> scratch: area vectors, volume, excess.
 
     state : (POINT_STATE*W,) of this point;  back : (6*W,) its back stress, turned along where `turns_back`
+    keeps_rotation : the step's goes to the rows from ROTATION of scratch
     """
     lame, shear = material[0], material[1]
     r1, r2, r3 = rows_at(point)
@@ -134,7 +136,7 @@ def point_trial(vectors, rates, mean, point, dt, material, state, back, turns_ba
         g00 = gradient_component(v1, v2, v3, c1, c2, c3, 0, 0, s)
         g11 = gradient_component(v1, v2, v3, c1, c2, c3, 1, 1, s)
         g22 = gradient_component(v1, v2, v3, c1, c2, c3, 2, 2, s)
-        dilatation = (mean[_DIVERGENCE * _W + e] - g00 - g11 - g22) / 3.0
+        dilatation = (mean[DIVERGENCE * _W + e] - g00 - g11 - g22) / 3.0
         g = (
             (
                 g00 + dilatation,
@@ -162,12 +164,16 @@ def point_trial(vectors, rates, mean, point, dt, material, state, back, turns_ba
         store(scratch, 0, 0, e, c1)
         store(scratch, 0, 3, e, c2)
         store(scratch, 0, 6, e, c3)
-        scratch[_JACOBIAN * _W + e] = jacobian
+        scratch[JACOBIAN * _W + e] = jacobian
         scratch[EXCESS * _W + e] = von_mises(stress) - state[YIELD * _W + e]
         if turns_back:
             turned = rotate_stress(r, load(back, 0, 0, e) + load(back, 0, 3, e))
             store(back, 0, 0, e, turned[:3])
             store(back, 0, 3, e, turned[3:])
+        if keeps_rotation:
+            store(scratch, 0, ROTATION, e, r[0])
+            store(scratch, 0, ROTATION + 3, e, r[1])
+            store(scratch, 0, ROTATION + 6, e, r[2])
 
 
 @_inlined
@@ -184,7 +190,7 @@ def add_point_force(state, scratch, point, mean, forces):
     for e in range(_W):
         t, u = load(state, 0, 0, e), load(state, 0, 3, e)
         pressure = (t[0] + t[1] + t[2]) / 3.0
-        mean[_PRESSURE * _W + e] += pressure * scratch[_JACOBIAN * _W + e]
+        mean[PRESSURE * _W + e] += pressure * scratch[JACOBIAN * _W + e]
         d0, d1, d2 = t[0] - pressure, t[1] - pressure, t[2] - pressure
         rows = ((d0, u[2], u[1]), (u[2], d1, u[0]), (u[1], u[0], d2))
         add(forces, r1, e, times(rows, load(scratch, 0, 0, e)))
@@ -204,7 +210,7 @@ def signed_sums(forces, row, i, e):
 def nodal_force(forces, mean, f):
     """Twelve force vectors and the mean pressure of a block -> nodal internal forces f (24*W,)."""
     for e in range(_W):
-        p = mean[_PRESSURE * _W + e] / mean[_VOLUME * _W + e]
+        p = mean[PRESSURE * _W + e] / mean[VOLUME * _W + e]
         for i in range(3):
             s1, p1, q1, w1 = signed_sums(forces, 0, i, e)
             s2, p2, q2, w2 = signed_sums(forces, 12, i, e)
@@ -225,13 +231,13 @@ def update_full_elements(
 ):
     """One step of every block: as `rail_fem.fe.hexahedron.update_elements`, at eight points an element.
 
-    state : (n_blocks*N_STATE_FULL*LANES,), point by point POINT_STATE rows;  back : (n_blocks*8*6*LANES,) or empty;
+    state : (n_blocks*N_STATE_FULL*LANES,), point by point POINT_STATE rows;  back : (n_blocks*k*8*6*LANES,) or empty;
     everything else, and what is returned, as there: the second work of a block, of hourglass control, stays 0.
     """
-    nodal, vectors, rates = np.empty(48 * _W), np.empty(_VECTORS * _W), np.empty(_VECTORS * _W)
+    nodal, vectors, rates = np.empty(48 * _W), np.empty(VECTORS * _W), np.empty(VECTORS * _W)
     forces, mean, scratch, return_factor = (
-        np.empty(_VECTORS * _W),
-        np.empty(_MEAN * _W),
+        np.empty(VECTORS * _W),
+        np.empty(MEAN * _W),
         np.empty(N_SCRATCH * _W),
         np.empty(_W),
     )
@@ -247,28 +253,28 @@ def update_full_elements(
         for point in range(POINTS):
             own = state[s + point * POINT_STATE * _W : s + (point + 1) * POINT_STATE * _W]
             if materials[row, KINEMATIC] > 0.0:
-                first = (block * POINTS + point) * 6 * _W
+                first = block * (back.size // filled.size) + point * 6 * _W
                 centre = back[first : first + 6 * _W]
                 for k in range(6 * _W):
                     own[k] -= centre[k]
-                point_trial(vectors, rates, mean, point, dt, materials[row], own, centre, True, scratch)
+                point_trial(vectors, rates, mean, point, dt, materials[row], own, centre, True, False, scratch)
                 return_kinematic(
                     own, centre, scratch, count, materials[row, 1], strain, stress, return_factor, POINT_STATE
                 )
                 for k in range(6 * _W):
                     own[k] += centre[k]
             else:
-                point_trial(vectors, rates, mean, point, dt, materials[row], own, none, False, scratch)
+                point_trial(vectors, rates, mean, point, dt, materials[row], own, none, False, False, scratch)
                 return_isotropic(own, scratch, count, materials[row, 1], strain, stress, return_factor, POINT_STATE)
             add_point_force(own, scratch, point, mean, forces)
             for e in range(count):
-                work[3 * block] += scratch[EXCESS * _W + e] * scratch[_JACOBIAN * _W + e]
-                if not scratch[_JACOBIAN * _W + e] > 0.0:
-                    smallest = min(smallest, scratch[_JACOBIAN * _W + e])
+                work[3 * block] += scratch[EXCESS * _W + e] * scratch[JACOBIAN * _W + e]
+                if not scratch[JACOBIAN * _W + e] > 0.0:
+                    smallest = min(smallest, scratch[JACOBIAN * _W + e])
         for e in range(count):
-            work[3 * block + 2] += mean[_VISCOUS * _W + e]
-            if not mean[_VOLUME * _W + e] >= smallest:
-                smallest = mean[_VOLUME * _W + e]
+            work[3 * block + 2] += mean[VISCOUS * _W + e]
+            if not mean[VOLUME * _W + e] >= smallest:
+                smallest = mean[VOLUME * _W + e]
         nodal_force(forces, mean, nodal)
         scatter(nodal, nodes, start, count, force)
     return smallest
@@ -277,7 +283,7 @@ def update_full_elements(
 @_compiled
 def stored_energy_full(x, nodes, filled, material_of, materials, state):
     """Elastic energy [J] of the stresses of all points on the geometry x."""
-    nodal, vectors, total = np.empty(24 * _W), np.empty(_VECTORS * _W), 0.0
+    nodal, vectors, total = np.empty(24 * _W), np.empty(VECTORS * _W), 0.0
     for block in range(filled.size):
         start, row = block * 8 * _W, material_of[block]
         lame, shear = materials[row, 0], materials[row, 1]

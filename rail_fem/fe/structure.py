@@ -9,6 +9,7 @@ from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.elastic import add_elastic_force, damped_displacement, elastic_stress, fixed_geometry
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
+from rail_fem.fe.hexahedron_cyclic import update_cyclic_elements, update_full_cyclic_elements
 from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
 from rail_fem.fe.state import KINEMATIC, LANES, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
@@ -51,6 +52,7 @@ class Structure:
         self.finite_cells, self.small_cells = np.flatnonzero(~is_small), np.flatnonzero(is_small)
         full = settings.element == "full"
         self.update_elements = update_full_elements if full else update_elements
+        self.update_cyclic = update_full_cyclic_elements if full else update_cyclic_elements
         self.stored_energy = stored_energy_full if full else stored_energy
         self.finite = ElementBlocks(
             domain.cells[self.finite_cells],
@@ -119,24 +121,31 @@ class Structure:
         Rank-local."""
         t, b = self.table, self.finite
         self.smallest_volume = np.inf
-        for first, last in self.active:
+        for first, last, cyclic in (run for active in self.active for run in b.by_law(*active)):
             nodes, filled, material_of, state, back = b.part(first, last)
-            smallest = self.update_elements(
-                self.x,
-                self.v,
-                dt,
-                nodes,
-                filled,
-                material_of,
-                t.rows,
-                t.curve_start,
-                t.curve_strain,
-                t.curve_stress,
-                state,
-                back,
-                self.force,
-                self.block_work.ravel()[N_WORK * first : N_WORK * last],
-            )
+            work = self.block_work.ravel()[N_WORK * first : N_WORK * last]
+            if cyclic >= 0:
+                row, law = t.rows[cyclic], t.laws[cyclic]
+                smallest = self.update_cyclic(
+                    self.x, self.v, dt, nodes, filled, row, law, state, back, self.force, work
+                )
+            else:
+                smallest = self.update_elements(
+                    self.x,
+                    self.v,
+                    dt,
+                    nodes,
+                    filled,
+                    material_of,
+                    t.rows,
+                    t.curve_start,
+                    t.curve_strain,
+                    t.curve_stress,
+                    state,
+                    back,
+                    self.force,
+                    work,
+                )
             self.smallest_volume = np.minimum(self.smallest_volume, smallest)  # keeps what is not a number
         b = self.small
         if b.n_cells:

@@ -18,7 +18,8 @@ from geometry.axes import tread_datum_y
 from rail_fem.scene.base import PRINTABLE, Count, Frozen, digest_of_read, input_error
 from rail_fem.scene.bearers import Bearers
 from rail_fem.scene.crossing import Crossing
-from rail_fem.scene.steel import GRADES, Steel
+from rail_fem.scene.cyclic_hardening import CyclicHardening
+from rail_fem.scene.steel import GRADES, Steel, cyclic_steel
 from rail_fem.scene.units import Quantity
 from rail_fem.scene.wheel_profile import KEPT, WHEEL_NAMES, MeasuredWheel, ProfileReading, read_wheel, wheel_shape
 
@@ -213,6 +214,10 @@ class Material(Frozen):
     hardening: Literal["isotropic", "kinematic"] | None = Field(
         None, description="how the curve is meant: the yield surface grows, or moves"
     )
+    cyclic: CyclicHardening | None = Field(
+        None,
+        description="plasticity over many cycles in place of the curve, which other models take from its first one",
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -249,8 +254,12 @@ class Material(Frozen):
         """The steel that this material names."""
         grade = GRADES[self.grade]
         pick = lambda name: getattr(grade, name) if getattr(self, name) is None else getattr(self, name)
-        names = ("youngs_modulus", "poisson", "density", "hardening_strain", "hardening_stress", "hardening")
-        return Steel(*(pick(name) for name in names)).scaled(self.strength)
+        elastic, curve = ("youngs_modulus", "poisson", "density"), ("hardening_strain", "hardening_stress", "hardening")
+        if self.cyclic is None:
+            return Steel(*(pick(name) for name in elastic + curve)).scaled(self.strength)
+        if given := [name for name in curve if getattr(self, name) is not None]:
+            raise ValueError(f"steel: {given[0]} and cyclic both say how it hardens: give one of the two")
+        return cyclic_steel(*(pick(name) for name in elastic), **self.cyclic.constants).scaled(self.strength)
 
 
 class Materials(Frozen):
@@ -302,6 +311,9 @@ class Scene(Frozen):
         digest = plain["wheel"].pop("digest")
         for name in READING:  # part of the digest
             plain["wheel"].pop(name)
+        for material in plain["materials"].values():  # steels by a curve are those they were
+            if material["cyclic"] is None:
+                material.pop("cyclic")
         if self.bearers is None:  # scenes that stand on a rigid mass are those they were
             plain.pop("bearers")
         if digest:

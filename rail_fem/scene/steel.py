@@ -1,8 +1,15 @@
 """Steel as the solvers see it, and the grades of the reference cases."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
+
+from rail_fem.cyclic.closed_forms import monotonic_stress
+from rail_fem.cyclic.law import CyclicLaw, cyclic_law
+
+# plastic strains at which the curve of a cyclic law is tabulated
+MONOTONIC = np.concatenate([[0.0], np.geomspace(1e-6, 2.0, 150)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,6 +22,8 @@ class Steel:
     hardening_strain : (k,) equivalent plastic strain, from 0, strictly increasing   [1]
     hardening_stress : (k,) true yield stress, positive, never falling               [Pa]
     hardening        : "isotropic", the yield surface grows along the curve; "kinematic", it moves along it (Prager)
+    cyclic           : law with back stresses in place of the curve, for those who can take it (`cyclic_steel`); the
+        curve is then its first loading
 
     An empty curve means elastic. Errors: ValueError when a value cannot be a steel's.
     """
@@ -25,6 +34,7 @@ class Steel:
     hardening_strain: np.ndarray = field(default_factory=lambda: np.empty(0))
     hardening_stress: np.ndarray = field(default_factory=lambda: np.empty(0))
     hardening: str = "isotropic"
+    cyclic: CyclicLaw | None = None
 
     def __post_init__(self):
         for name in ("hardening_strain", "hardening_stress"):
@@ -87,15 +97,25 @@ class Steel:
         return np.interp(plastic_strain, self.hardening_strain, self.hardening_stress)
 
     def scaled(self, factor: float) -> "Steel":
-        """The same steel with all stresses of its curve times `factor` (400 % of Mn13 yields at 4 * 310 MPa)."""
-        return Steel(
-            self.youngs_modulus,
-            self.poisson,
-            self.density,
-            self.hardening_strain,
-            factor * self.hardening_stress,
-            self.hardening,
-        )
+        """The same steel with all stresses of its curve, or of its cyclic law, times `factor` (400 % of Mn13 yields at
+        4 * 310 MPa)."""
+        law = self.cyclic
+        if law is not None:
+            stresses = {name: factor * getattr(law, name) for name in ("yield_stress", "hardening", "modulus")}
+            law = law._replace(**stresses)
+        return replace(self, hardening_stress=factor * self.hardening_stress, cyclic=law)
+
+
+def cyclic_steel(youngs_modulus: float, poisson: float, density: float, **constants: Any) -> Steel:
+    """A steel by its law over cycles; constants : those of rail_fem.cyclic.law.cyclic_law, which the elements follow.
+
+    Errors: ValueError that names the constant; for a law whose first loading softens.
+    """
+    law = cyclic_law(youngs_modulus, poisson, **constants)
+    curve = monotonic_stress(law, MONOTONIC)
+    rising = np.maximum.accumulate(curve)  # a saturated curve falls by round-off
+    curve = rising if np.allclose(rising, curve, rtol=1e-9) else curve
+    return Steel(youngs_modulus, poisson, density, MONOTONIC, curve, cyclic=law)
 
 
 # Cast austenitic manganese steel, 11 to 14 % Mn. Elasticity, density and first yield: Coleman's thesis, table 7-3.

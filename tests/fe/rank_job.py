@@ -1,4 +1,5 @@
-"""One run with everything in it, for tests/fe/test_ranks.py: mpirun -n N python -m mpi4py tests/fe/rank_job.py OUT.npz
+"""One run with everything in it, for tests/fe/test_ranks.py:
+mpirun -n N python -m mpi4py tests/fe/rank_job.py OUT.npz [cyclic]
 
 A plastic block on a fixed base, an elastic cap under a loaded sprung plate that slides over it with friction. Root
 writes forces, energies and the state of all nodes and cells in the order of the input mesh.
@@ -16,7 +17,9 @@ from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
-from rail_fem.scene.steel import MN13, R8T
+from rail_fem.scene.steel import MN13, R8T, cyclic_steel
+
+CYCLIC = cyclic_steel(190.772e9, 0.3, 7433.0, yield_stress=310e6, modulus=[60e9, 5e9], recovery=[600.0, 20.0])
 
 
 class Counting(MPI.Intracomm):
@@ -40,12 +43,12 @@ def gathered(comm, rows, index, total):
     return out
 
 
-def build(comm):
+def build(comm, steel=MN13):
     block = mesh_cap(np.inf, np.inf, (6e-3, 5e-3), 5e-3, 0.6e-3, (3e-3, 2.4e-3, 2.4e-3), facing="up", name="block")
     cap = mesh_cap(0.03, 0.02, (4e-3, 4e-3), 5e-3, 0.5e-3, (2e-3, 2e-3, 2e-3), facing="down", name="cap")
     mesh = merge_bodies([block, cap])
     domain = Domain(comm, *((mesh.points, mesh.cells, mesh.region) if comm.rank == 0 else (None,) * 3))
-    structure = Structure(domain, [MN13, R8T], small=(1,))
+    structure = Structure(domain, [steel, R8T], small=(1,))
     split = len(block.clamp)
     base = RigidGroup("base", mesh.clamp[:split])
     plate = RigidGroup(
@@ -62,9 +65,9 @@ def build(comm):
     return mesh, Dynamics(structure, Supports([base, plate, axle], links), contact)
 
 
-def main(out):
+def main(out, law=""):
     comm = MPI.COMM_WORLD
-    mesh, dynamics = build(comm)
+    mesh, dynamics = build(comm, CYCLIC if law == "cyclic" else MN13)
     structure, domain, contact = dynamics.structure, dynamics.domain, dynamics.contact
     dt, force, sums = dynamics.stable_step(), [], []
     dynamics.comm = contact.comm = Counting(comm)
@@ -99,4 +102,4 @@ def main(out):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])

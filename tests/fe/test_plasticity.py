@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from bem.exact.subsurface import von_mises
 from geometry.meshing.blocks import mesh_box
-from rail_fem.scene.steel import MN13
+from rail_fem.scene.steel import MN13, cyclic_steel
 from tests.fe.bodies import NO_VISCOSITY, STEEL, place, plastic, structure_of
 from tests.order import assert_order
 
@@ -16,21 +16,21 @@ from tests.order import assert_order
 class Coupon:
     """One cube pulled along x, its sides free: each pull finds the side that leaves no lateral stress."""
 
-    def __init__(self, steel):
-        self.structure = structure_of(mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), steel, settings=NO_VISCOSITY)
+    def __init__(self, steel, settings=NO_VISCOSITY):
+        self.structure = structure_of(mesh_box((1.0, 1.0, 1.0), (1, 1, 1)), steel, settings=settings)
         self.corners = self.structure.x.reshape(-1, 3).copy()
         self.stretch, self.side, self.strain = 1.0, 1.0, 0.0
 
     def pull(self, stretch):
         """Axial stress [Pa] after stretching to `stretch`; `strain` adds up the kernel's own increments, 2 (b - a) / (b
         + a)."""
-        structure, saved = (
-            self.structure,
-            (self.structure.x.copy(), self.structure.finite.state.copy(), self.structure.finite.back.copy()),
-        )
+        structure = self.structure
+        kept = structure.x, structure.finite.state, structure.finite.back, structure.block_work
+        saved = [array.copy() for array in kept]
 
         def lateral_stress(side):
-            structure.x[:], structure.finite.state[:], structure.finite.back[:] = saved
+            for array, before in zip(kept, saved, strict=True):
+                array[:] = before
             place(structure, self.corners * [stretch, side, side], 1.0)
             return structure.finite.stress()[0, 1]
 
@@ -60,12 +60,21 @@ def test_cyclic_uniaxial_loading_follows_the_closed_form(steps):
     assert p > 0.03
 
 
+def linear_kinematic(law: str, yield_stress: float, hardening: float):
+    """The steel whose elastic range moves by H dp: by its curve, or by one back stress without recovery."""
+    if law == "curve":
+        return replace(plastic(STEEL, yield_stress, hardening), hardening="kinematic")
+    constants = {"yield_stress": yield_stress, "modulus": [hardening], "recovery": [0.0]}
+    return cyclic_steel(STEEL.youngs_modulus, STEEL.poisson, STEEL.density, **constants)
+
+
+@pytest.mark.parametrize("law", ["curve", "back stress"])
 @pytest.mark.parametrize("steps", [1, 7])
-def test_cyclic_uniaxial_loading_with_kinematic_hardening_follows_the_closed_form(steps):
+def test_cyclic_uniaxial_loading_with_kinematic_hardening_follows_the_closed_form(steps, law):
     """Linear hardening: the elastic range keeps its size 2 yield and its centre moves by H dp, |trial - centre| beyond
     it returns by dp."""
     yield_stress, hardening, modulus = 300e6, 10e9, STEEL.youngs_modulus
-    coupon = Coupon(replace(plastic(STEEL, yield_stress, hardening), hardening="kinematic"))
+    coupon = Coupon(linear_kinematic(law, yield_stress, hardening))
     stress, centre, strain, p = 0.0, 0.0, 0.0, 0.0
     for turn in (1.005, 0.994, 1.008, 0.990, 1.0):
         for stretch in np.linspace(coupon.stretch, turn, steps + 1)[1:]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rail_fem.cyclic.closed_forms import back_stress, ratchet_strain
+from rail_fem.cyclic.closed_forms import back_stress, monotonic_stress, ratchet_strain
 from rail_fem.cyclic.fit import fit_cyclic_curve, stress_amplitude
 from rail_fem.cyclic.law import cyclic_law, equivalent
 from rail_fem.cyclic.paths import UNIAXIAL_STRAIN, at_rest, march, uniaxial_cycles
@@ -47,6 +47,18 @@ def test_a_loop_of_three_back_stresses_and_saturating_hardening_follows_its_clos
         errors.append(stress - exact)
     romberg = (8 * errors[2] - 6 * errors[1] + errors[0]) / 3
     assert np.abs(errors[2]).max() < 0.01 * YIELD and np.abs(romberg).max() < 3e-4 * YIELD
+
+
+@pytest.mark.parametrize("mixing", [1.0, 0.3, 0.0])
+def test_the_first_loading_is_its_closed_form_with_first_order(mixing):
+    law = cyclic_law(YOUNG, POISSON, YIELD, **CHABOCHE, mixing=mixing, hardening=80e6, hardening_rate=30.0)
+    errors = []
+    for n in (200, 400, 800):
+        _, stress, p = uniaxial_cycles(law, (0.0, 0.03), 0, n, False).T
+        errors.append((stress - monotonic_stress(law, p))[-1])
+    assert max(np.abs(errors)) < 1e-3 * YIELD
+    if mixing == 1.0:
+        assert_order(1 / np.array([200, 400, 800]), errors, expected=1)
 
 
 def tension_torsion(law, path):

@@ -65,6 +65,43 @@ def test_a_measured_curve_replaces_the_grades():
     )
 
 
+CYCLIC = {"yield_stress": "310 MPa", "modulus": ["60 GPa", "5 GPa"], "recovery": [600, 20], "mixing": [0.5]}
+
+
+def test_a_law_over_cycles_replaces_the_grades_curve_and_scales_with_strength():
+    steel = Material(grade="Mn13", cyclic=CYCLIC, strength="200 %").steel()
+    assert steel.cyclic.yield_stress == pytest.approx(620e6) and list(steel.cyclic.mixing) == [0.5, 0.5]
+    assert list(steel.cyclic.modulus) == pytest.approx([120e9, 10e9]) and list(steel.cyclic.recovery) == [600, 20]
+    assert steel.cyclic.shear == pytest.approx(steel.shear_modulus)
+    # at 2 % each back stress is at its bound or on its way
+    grown = sum(2 * min(c / g, c / (0.5 * g) * -np.expm1(-0.5 * g * 0.02)) for c, g in ((60e9, 600), (5e9, 20)))
+    assert steel.yield_stress(np.array(0.02)) == pytest.approx(620e6 + grown, rel=1e-3)
+
+
+def test_scenes_without_a_law_over_cycles_are_those_they_were():
+    assert "cyclic" not in make_scene().plain()["materials"]["nose"]
+    assert make_scene(materials={"nose": {"grade": "Mn13", "cyclic": CYCLIC}}).plain()["materials"]["nose"]["cyclic"][
+        "recovery"
+    ]
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        ({"hardening": "kinematic"}, "hardening and cyclic both say"),
+        ({"cyclic": CYCLIC | {"recovery": [600]}}, "2 moduli and 1 recoveries"),
+        ({"cyclic": CYCLIC | {"mixing": [0.1, 0.2, 0.3]}}, "2 back stresses and 3 mixings"),
+        ({"cyclic": CYCLIC | {"modulus": ["0 GPa", "5 GPa"]}}, "modulus 1 is 0.0"),
+        ({"cyclic": CYCLIC | {"hardening": "-400 MPa"}}, "hardening is -400000000.0"),
+        ({"cyclic": CYCLIC | {"hardening": "-250 MPa", "hardening_rate": 50}}, "must not fall"),
+        ({"cyclic": CYCLIC | {"yield_stress": "nan MPa"}}, "not a finite number"),
+    ],
+)
+def test_a_law_over_cycles_that_is_none_is_refused(change, said):
+    with pytest.raises(ValueError, match=said):
+        Material(**({"grade": "Mn13", "cyclic": CYCLIC} | change))
+
+
 @pytest.mark.parametrize(
     "change",
     [
