@@ -27,7 +27,7 @@ from rail_fem.light.contact_table import ContactTable, fresh_table, table_key
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.vertical_pass import LightPass, run_pass
 from rail_fem.output.events import transfer_position
-from rail_fem.scene.scene import Scene
+from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.scene.units import show
 from rail_fem.settings.light import RigidHertzSettings
 
@@ -37,18 +37,20 @@ WITHIN = 3e-3  # below the body that carries, where the other is looked at: no w
 @dataclass(frozen=True, eq=False)
 class CrossingPass:
     """One kind of pass. shift : lateral position towards the field side [m];  weight : its share of all passes;
-    options : of its patches"""
+    options : of its patches;  by_load : the label says the axle load"""
 
     scene: Scene
     shift: float
     weight: float
     options: PatchOptions
+    by_load: bool = False
 
     @property
     def label(self) -> str:
-        """Wheel, speed and lateral position."""
+        """Wheel, axle load where the traffic has several, speed and lateral position."""
         aside = f", {self.shift * 1e3:+.1f} mm" if self.shift else ""
-        return f"{self.scene.wheel.name} at {show(self.scene.speed, 'mph')}{aside}"
+        load = f", {show(2 * self.scene.static_wheel_load / GRAVITY, 't', 3)}" if self.by_load else ""
+        return f"{self.scene.wheel.name}{load} at {show(self.scene.speed, 'mph')}{aside}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
+from typing import Any
 
 import numpy as np
 
@@ -84,11 +85,14 @@ def friction_of(scene: Scene, settings: DamageSettings, speed: float) -> float |
 def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, float], ...]:
     """The scene of each kind of pass, and its share. Errors: pydantic.ValidationError for a wheel that is none."""
     wheels = settings.wheels or (None,)
-    weights, speeds = settings.weights or (1.0,), settings.speeds or (None,) * len(wheels)
+    none = (None,) * len(wheels)
+    weights, speeds, loads = settings.weights or (1.0,), settings.speeds or none, settings.axle_loads or none
     made = []
-    for wheel, weight, speed in zip(wheels, weights, speeds, strict=True):
-        changes = {} if wheel is None else {"wheel": {"profile": wheel, "label": ""}}
-        made.append((scene.replace(**changes, **({} if speed is None else {"speed": speed})), weight))
+    for wheel, weight, speed, load in zip(wheels, weights, speeds, loads, strict=True):
+        changes: dict[str, Any] = {} if wheel is None else {"wheel": {"profile": wheel, "label": ""}}
+        changes |= {} if speed is None else {"speed": speed}
+        changes |= {} if load is None else {"vehicle": {"vehicle_sprung_mass": scene.vehicle.sprung_mass_at(load)}}
+        made.append((scene.replace(**changes), weight))
     return tuple(made)
 
 
@@ -137,7 +141,9 @@ def crossing_site(
     positions, shares = scattered(0.0, settings.lateral_scatter)
     for own, weight in traffic_of(scene, settings):
         passes += [
-            CrossingPass(own, float(shift), weight * float(share), patch_options(own, settings))
+            CrossingPass(
+                own, float(shift), weight * float(share), patch_options(own, settings), bool(settings.axle_loads)
+            )
             for shift, share in zip(positions, shares, strict=True)
         ]
     low, high = sorted(numerics.window(scene))

@@ -181,6 +181,10 @@ class Vehicle(Frozen):
         """Unsprung mass of one wheel [kg]: half a wheelset."""
         return self.wheelset_unsprung_mass / 2
 
+    def sprung_mass_at(self, axle_load: float) -> float:
+        """Sprung mass of the whole vehicle [kg] whose axles carry axle_load [kg] each."""
+        return (axle_load - self.wheelset_unsprung_mass) * self.wheel_count / 2
+
     @property
     def wheel_spin_inertia(self) -> float:
         """About the axle, of one wheel [kg m2]: half a wheelset. Radius of gyration, where nothing is given: that of

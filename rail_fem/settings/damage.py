@@ -65,6 +65,9 @@ class DamageSettings(Frozen):
     speeds: tuple[Annotated[float, Quantity("mph", 0.5, 350, "speed")], ...] = Field(
         (), description="their speeds; none: the scene's"
     )
+    axle_loads: tuple[Annotated[float, Quantity("t", 1, 60, "axle load")], ...] = Field(
+        (), description="their axle loads, by which their sprung masses differ; none: the scene's"
+    )
     lateral_scatter: Annotated[float, Quantity("mm", 0, 10, "standard deviation of the wheels' lateral position")] = 0.0
     shear_yield: Annotated[
         float, Quantity("MPa", 50, 2000, "shear yield stress of the worked surface, for the shakedown map")
@@ -114,10 +117,9 @@ class DamageSettings(Frozen):
             )
         if self.weights and abs(sum(self.weights) - 1) > 1e-6:
             self._refuse(f"weights: add up to {sum(self.weights):.6g}, they must sum to 1")
-        if self.speeds and len(self.speeds) != max(len(self.wheels), 1):
-            self._refuse(
-                f"speeds: {len(self.speeds)} for {max(len(self.wheels), 1)} wheels: give one for each, or none"
-            )
+        for name, given in (("speeds", self.speeds), ("axle_loads", self.axle_loads)):
+            if given and len(given) != max(len(self.wheels), 1):
+                self._refuse(f"{name}: {len(given)} for {max(len(self.wheels), 1)} wheels: give one for each, or none")
         return self
 
     @staticmethod

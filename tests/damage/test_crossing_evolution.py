@@ -15,11 +15,12 @@ from rail_fem.damage import crossing_site as crossing_site_module
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.flow import FlowError, read_flow
-from rail_fem.damage.sites import crossing_site, laws_of
+from rail_fem.damage.sites import crossing_site, laws_of, traffic_of
 from rail_fem.damage.traffic import WELD, Event
 from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.damage.worn_surface import WornSurface
 from rail_fem.hierarchy import solve
+from rail_fem.settings.damage import DamageSettings
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
 QUICK = {"damage.cells": 12, "damage.patch_spacing": "6 mm", "damage.plan_spacing": "0.5 mm"}
@@ -133,6 +134,22 @@ def test_welding_begins_anew_and_grinding_costs_height(site):
         assert (end.worn.depth == alone.worn.depth).all() and end.passes == 30 and end.began == 20
         assert end.lost == pytest.approx(lost, rel=1e-12) and end.resets == 1 and len(end.log) == 3
         assert end.worn.volume == pytest.approx(end.removed - end.beyond, rel=1e-9)
+
+
+def test_kinds_of_wheel_have_axle_loads_of_their_own():
+    """Two wheelsets on two bogies: 14 t an axle is 13 t sprung on each of four."""
+    scene = load_case(CASE).scene
+    kinds = {"wheels": ("P8", "P8-worn"), "weights": (0.5, 0.5), "axle_loads": ("14 t", "22.5 t")}
+    settings = DamageSettings(hardness="5 GPa", **kinds)
+    light, heavy = (own for own, _ in traffic_of(scene, settings))
+    assert light.vehicle.vehicle_sprung_mass == pytest.approx(
+        4 * (14e3 - light.vehicle.wheelset_unsprung_mass), rel=1e-12
+    )
+    assert heavy.static_wheel_load == pytest.approx(22.5e3 / 2 * 9.81, rel=1e-12)
+    with pytest.raises(ValueError, match="axle_loads: 1 for 2 wheels"):
+        DamageSettings(hardness="5 GPa", **(kinds | {"axle_loads": ("14 t",)}))
+    with pytest.raises(ValueError, match="sprung mass of the whole vehicle"):
+        traffic_of(scene, DamageSettings(hardness="5 GPa", **(kinds | {"axle_loads": ("1 t", "14 t")})))
 
 
 def test_weights_that_do_not_add_up_are_refused(site):
