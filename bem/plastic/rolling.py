@@ -11,13 +11,14 @@ the zone (tests/bem/plastic/test_rolling.py).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from bem.patch import ContactInputError, Grid
 from bem.plastic.body import Box, PlasticBody, Trial
-from bem.plastic.influence import Cells
+from bem.plastic.influence import MOST_MEMORY, Cells
 from bem.plastic.return_map import PlasticState
 from bem.plastic.surface import SurfaceDisplacement
 
@@ -83,26 +84,68 @@ class PlasticTrack:
         self.state.peeq[:, at] = body.state.peeq
         self._feel(box, trial.returned.increment, self.column + box.x.start)
 
+    @property
+    def known(self) -> Box | None:
+        """Layers and cells across in which `residual` is known; None where nothing has yielded."""
+        return self._known
+
+    def know_around(self, across: int, deep: int) -> bool:
+        """Let the residual stress be known so many cells farther across and deeper than the steps needed it. False, and
+        nothing is changed, where nothing has yielded or the kernels would be too large."""
+        box, grid = self._known, self.body.grid
+        if box is None:
+            return False
+        y = slice(max(box.y.start - across, 0), min(box.y.stop + across, grid.ny))
+        wider = Box(box.x, y, min(box.layers + deep, self.body.layers))
+        if self._wide(wider, box.x.stop - box.x.start).kernel_memory > MOST_MEMORY:
+            return False
+        self.body.box = self._known = wider
+        self._feel_again(wider)
+        return True
+
+    def mean_residual(self) -> np.ndarray:
+        """(nz, columns, ny) mean stress by the plastic strain [Pa], where `residual` is known."""
+        mean, box = np.zeros(self.state.peeq.shape), self._known
+        if box is None:
+            return mean
+        for first, part in self._stretches(box):
+            cells = self._wide(box, part.shape[2])
+            stress = self.body.influence(cells).mean(self._in_middle(cells, part))
+            for k, column in self._felt(first, part.shape[2]):
+                mean[: box.layers, column, box.y] += stress[:, k]
+        return mean
+
+    def _wide(self, box: Box, count: int) -> Cells:
+        """Cells of a box across and in depth, `count` columns long and a reach ahead and behind."""
+        grid = self.body.grid
+        return Cells(
+            grid.dx, grid.dy, self.body.thickness, count + 2 * self.reach, box.y.stop - box.y.start, box.layers
+        )
+
+    def _in_middle(self, cells: Cells, increment: np.ndarray) -> np.ndarray:
+        """Plastic strain (nz, 5, nx, ny) in the middle of such cells."""
+        wide = np.zeros(cells.shape)
+        wide[:, :, self.reach : self.reach + increment.shape[2]] = increment
+        return wide
+
+    def _felt(self, first: int, count: int) -> Iterator[tuple[int, int]]:
+        """Of `count` columns from `first`: columns of the wide cells, and those of the track that they are."""
+        low, high = first - self.reach, first + count + self.reach
+        for k, column in enumerate(range(low, high)):
+            if self.periodic or 0 <= column < self.columns:
+                yield k, column % self.columns
+
     def _feel(self, box: Box, increment: np.ndarray, first: int) -> None:
         """Adds stress and surface by an increment (nz, 5, nx, ny) of plastic strain that begins at column `first`."""
         count = increment.shape[2]
-        low, high = first - self.reach, first + count + self.reach
-        if not self.periodic:
-            low, high = max(low, 0), min(high, self.columns)
-        cells = Cells(
-            self.body.grid.dx, self.body.grid.dy, self.body.thickness, count + 2 * self.reach, increment.shape[3],
-            increment.shape[0],
-        )  # fmt: skip
-        wide = np.zeros((cells.nz, 5, cells.nx, cells.ny))
-        wide[:, :, self.reach : self.reach + count] = increment
-        stress = self.body.influence(cells).rough_deviator(wide)
+        cells = self._wide(box, count)
+        stress = self.body.influence(cells).rough_deviator(self._in_middle(cells, increment))
         full = np.zeros((cells.nz, 5, cells.nx, self.body.grid.ny))
         full[:, :, self.reach : self.reach + count, box.y] = increment
         lowered = self._surface_of(cells.nx).normal(full)
-        skip = low - (first - self.reach)
-        for k, column in enumerate(np.arange(low, high) % self.columns):
-            self.residual[: box.layers, :, column, box.y] += stress[:, :, k + skip]
-            self.surface[column] += lowered[k + skip]
+        for k, column in self._felt(first, count):
+            self.residual[: box.layers, :, column, box.y] += stress[:, :, k]
+            self.surface[column] += lowered[k]
 
     def _surface_of(self, count: int) -> SurfaceDisplacement:
         grid = self.body.grid
@@ -115,14 +158,19 @@ class PlasticTrack:
     def _feel_again(self, box: Box) -> None:
         """The residual stress and surface of the whole track anew, in a larger box."""
         self.residual[:], self.surface[:] = 0.0, 0.0
+        for first, part in self._stretches(box):
+            self._feel(box, part, first)
+        self.body.residual, self.body.surface = self.residual[:, :, self._at], self.surface[self._at]
+
+    def _stretches(self, box: Box) -> Iterator[tuple[int, np.ndarray]]:
+        """The plastic strain of the track in stretches of a box's length: first column, (nz, 5, nx, ny)."""
         width = box.x.stop - box.x.start
         for first in range(0, self.columns, width):
             part = self.state.strain[: box.layers, :, first : first + width, box.y]
             if part.any():
                 increment = np.zeros((box.layers, 5, width, part.shape[3]))
                 increment[:, :, : part.shape[2]] = part
-                self._feel(box, increment, first)
-        self.body.residual, self.body.surface = self.residual[:, :, self._at], self.surface[self._at]
+                yield first, increment
 
 
 @dataclass

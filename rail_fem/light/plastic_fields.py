@@ -6,23 +6,22 @@ from pathlib import Path
 
 import numpy as np
 
-from bem.plastic.deviator import FROM_DEVIATOR
 from geometry.surfaces.bodies import BODIES
 from rail_fem.atomic import write_atomically
-from rail_fem.light.plastic_rolling import Flow
+from rail_fem.light.plastic_rolling import Flow, around
 from rail_fem.output.fields import REGIONS, VTK_ORDER
-from rail_fem.output.plastic_zone import BLOCK, plastic_zone
+from rail_fem.output.plastic_zone import plastic_zone
 
 ARCHIVE = "plastic.npz"
 
 
 def write_archive(folder: Path, flows: dict[str, Flow]) -> None:
-    """plastic.npz: of each body x, y, depths [m], peeq (nz, nx, ny), lowered (nx, ny) [m], residual deviator
-    (nz, 5, nx, ny) [Pa]."""
+    """plastic.npz: of each body x, y, depths [m], peeq (nz, nx, ny), lowered (nx, ny) [m], residual_stress
+    (nz, nx, ny, 6) [Pa], order VOIGT, z up."""
     arrays = {}
     for body, flow in flows.items():
-        for name in ("x", "y", "depths", "peeq", "lowered", "residual"):
-            values = getattr(flow, name)
+        for name in ("x", "y", "depths", "peeq", "lowered", "residual_stress"):
+            values = getattr(flow, name.removesuffix("_stress"))
             arrays[f"{body}_{name}"] = values.astype(np.float32) if values.ndim > 2 else values
 
     def write(path: Path) -> None:
@@ -64,28 +63,26 @@ def write_vtu(folder: Path, flows: dict[str, Flow], heights, time: float) -> boo
 def metal_of(flow: Flow, height) -> dict:
     """What the flow leaves in one body: plain values of rail_fem.output.plastic_zone.PlasticZone, as explicit runs have
     them, and the largest fall of the surface in every row of cells; height : z(x, y) [m]. Empty where nothing yielded.
-
-    Stresses are not told here: the flow keeps the deviator of the residual stress alone.
     """
     part = hexahedra(flow, height, 0)
     if part is None:
         return {}
     corners, strain = part["points"][part["cells"]], part["plastic_strain"]
-    zone = plastic_zone(corners, strain, np.full((len(strain), 2), np.nan)).plain()
+    zone = plastic_zone(corners, strain, part["stress"][:, :2]).plain()
     fall = {"x": flow.x.tolist(), "fall": flow.lowered.max(axis=1).tolist()}
     return zone | {"unloaded": True, "surface": fall}
 
 
 def hexahedra(flow: Flow, height, region: int) -> dict[str, np.ndarray] | None:
     """Cells around the plastic zone of one body: points [m], cells (m, 8), region, plastic_strain, stress (m, 6): the
-    deviator of the residual stress, z up, in VTK's order; None where nothing has yielded."""
+    residual stress [Pa] in VTK's order, NaN where it is not known; None where nothing has yielded."""
     assert REGIONS[: len(BODIES)] == BODIES
     used = np.argwhere(flow.peeq > 0)
     if not len(used):
         return None
-    sides = np.array([flow.side, flow.length, flow.side])
-    around = np.maximum(2, np.ceil(max(BLOCK) / sides).astype(int))  # a block to average over lies within
-    low, high = np.maximum(used.min(axis=0) - around, 0), np.minimum(used.max(axis=0) + around + 1, flow.peeq.shape)
+    sides = flow.side, flow.length, flow.side
+    margin = around(sides)
+    low, high = np.maximum(used.min(axis=0) - margin, 0), np.minimum(used.max(axis=0) + margin + 1, flow.peeq.shape)
     box = tuple(slice(int(a), int(b)) for a, b in zip((0, *low[1:]), high))
     edges = [
         np.r_[c[s] - side / 2, c[s][-1] + side / 2] for c, s, side in zip((flow.depths, flow.x, flow.y), box, sides)
@@ -98,8 +95,6 @@ def hexahedra(flow: Flow, height, region: int) -> dict[str, np.ndarray] | None:
     low, high = slice(None, -1), slice(1, None)
     ring = (low, low), (high, low), (high, high), (low, high)
     cells = np.stack([layer[:, a, b] for layer in (lower, upper) for a, b in ring], axis=-1).reshape(-1, 8)
-    stress = np.einsum("vc,kcij->kijv", FROM_DEVIATOR, flow.residual[box[0], :, box[1], box[2]]).reshape(-1, 6)
-    stress[:, 3:5] *= -1  # depth-positive to z up
     points = np.stack([np.broadcast_to(x, z.shape), np.broadcast_to(y, z.shape), z], axis=-1).reshape(-1, 3)
     whole = np.isfinite(points[cells]).all(axis=(1, 2))
     return {
@@ -107,5 +102,5 @@ def hexahedra(flow: Flow, height, region: int) -> dict[str, np.ndarray] | None:
         "cells": cells[whole],
         "region": np.full(int(whole.sum()), region),
         "plastic_strain": flow.peeq[box].ravel()[whole],
-        "stress": stress[whole][:, VTK_ORDER],
+        "stress": flow.residual[box].reshape(-1, 6)[whole][:, VTK_ORDER],
     }

@@ -16,10 +16,12 @@ from scipy import ndimage
 from bem.material import Elastic
 from bem.patch import ContactInputError, Grid
 from bem.plastic.contact import PlasticHalfSpace
+from bem.plastic.deviator import stress_of
 from bem.plastic.hardening import Hardening
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.rolling import PlasticTrack
 from rail_fem.light.contact_pairs import ContactPair
+from rail_fem.output.plastic_zone import BLOCK
 
 WIDE = 2.6  # half window over the elastic patch's semi-axis, at least
 DEEP = 4.0  # depth of the cells over the smaller semi-axis, at least
@@ -55,7 +57,8 @@ class Flow:
     x, y, depths : (nx,), (ny,), (nz,) centres of the cells [m]; side : of the cells across and in depth, length :
         along the track [m]
     peeq    : (nz, nx, ny) equivalent plastic strain
-    residual : (nz, 5, nx, ny) deviator of the residual stress [Pa], bem.plastic.deviator
+    residual : (nz, nx, ny, 6) residual stress [Pa], order VOIGT, z up, means over cells; NaN where it is not known:
+        across and in depth far beyond what has yielded
     lowered : (nx, ny) change of the surface, positive into the body [m]
     edge_distance : of the plastic zone from the nearest position without surface [m]; inf where none is in the strip
     stations : what each station came to
@@ -163,8 +166,32 @@ def _roll(stations, steels, hardening, cell, agreement, widen, deepen, report) -
     x, y = x_low + (np.arange(columns) + 0.5) * length, window.y
     edge = _edge_distance(track.state.peeq, nowhere, cell)
     return Flow(
-        x, y, contact.depths, side, length, track.state.peeq, track.residual, track.surface, edge, solved
+        x, y, contact.depths, side, length, track.state.peeq, residual_stress(track), track.surface, edge, solved
     )  # fmt: skip
+
+
+def residual_stress(track: PlasticTrack) -> np.ndarray:
+    """(nz, columns, ny, 6) stress that the plastic strain leaves [Pa], order VOIGT, z up; NaN where it is not known.
+
+    It is known as far around what has yielded as files tell it, or, where the kernels for that would be too large, as
+    far as the rolling needed it. Error: that of the track (bem.plastic.rolling); the hydrostatic part by the same
+    kernels (tests/bem/plastic/test_residual_stress.py).
+    """
+    margin = around((track.body.thickness, track.body.grid.dx, track.body.grid.dy))
+    track.know_around(int(margin[2]), int(margin[0]))
+    stress = np.full((*track.state.peeq.shape, 6), np.nan)
+    box = track.known
+    if box is None:
+        return np.zeros_like(stress)
+    inside = slice(0, box.layers), slice(None), box.y
+    stress[inside] = stress_of(track.residual, track.mean_residual())[inside]
+    stress[..., 3:5] *= -1  # depth-positive to z up
+    return stress
+
+
+def around(sides: tuple[float, float, float]) -> np.ndarray:
+    """Cells of sides [m] (depth, x, y) that are shown around what has yielded: a block to average over lies within."""
+    return np.maximum(2, np.ceil(max(BLOCK) / np.array(sides)).astype(int))
 
 
 def _edge_distance(peeq: np.ndarray, nowhere: np.ndarray, cell: tuple[float, float]) -> float:

@@ -121,7 +121,7 @@ def draw_row(figure: Figure, row, found: dict[str, Panel | None], words: str, si
     there = {body: panel for body, panel in found.items() if panel is not None}
     views = {body: near(panel) for body, panel in there.items()}
     seen = np.concatenate([there[body].values[inside] for body, (_, inside) in views.items()] or [np.ones(1)])
-    most = max(float(np.abs(seen).max(initial=0.0)), 1e-9)
+    most = max(float(np.nan_to_num(np.abs(seen)).max(initial=0.0)), 1e-9)
     colours = ScalarMappable(Normalize(-most if signed else 0.0, most), SIGNED if signed else STRAIN_COLOURS)
     for axes, (body, panel) in zip(row, found.items()):
         axes.grid(False)

@@ -10,6 +10,7 @@ from rail_fem.hierarchy import solve
 from rail_fem.light.plastic_fields import metal_of
 from rail_fem.light.plastic_rolling import Flow
 from rail_fem.models.bem_plastic import strain_bars
+from rail_fem.output.fields import REGIONS, field_file, read_fields
 from rail_fem.output.result import load
 from rail_fem.show.fields import read_crossing
 
@@ -50,6 +51,25 @@ def test_its_files_are_read_back_by_results_and_figures(short_pass):
     assert fields.centre(worst)[0] == pytest.approx(result.peaks["plastic_strain_nose"].x, abs=1e-6)
     with np.load(folder / "plastic.npz") as archive:
         assert archive["nose_peeq"].max() == pytest.approx(fields.plastic_strain[worst], rel=1e-6)
+        assert archive["nose_residual_stress"].shape == (*archive["nose_peeq"].shape, 6)
+
+
+def test_its_stress_is_the_whole_residual_stress(short_pass):
+    """Planes along the surface carry no force: zz sums up to nothing over the uppermost cells, where the deviator's
+    does not; along and across the metal below the wheel is pressed."""
+    folder, result = short_pass
+    pytest.importorskip("meshio")
+    fields = read_fields(field_file(folder))
+    mine = fields.region == REGIONS.index("nose")
+    assert np.isfinite(fields.stress[mine]).all()
+    with np.load(folder / "plastic.npz") as archive:
+        top = np.nan_to_num(archive["nose_residual_stress"][0].astype(float))
+    down, across = top[..., 2], top[..., :2].sum(axis=-1)
+    assert np.abs(down).max() > 50e6 and abs(down.sum()) < 0.03 * np.abs(down).sum()
+    deviator = down - (down + across) / 3
+    assert abs(deviator.sum()) > 0.5 * np.abs(deviator).sum()
+    left = np.array(result.metal["nose"]["stress"])
+    assert np.isfinite(left).all() and (left[:5] < -50e6).all()
 
 
 def test_block_mean_and_integral_are_those_of_the_cells():
@@ -57,13 +77,14 @@ def test_block_mean_and_integral_are_those_of_the_cells():
     peeq = np.zeros((8, 30, 30))
     peeq[:3, 12:17, 12:17], peeq[3:6, 12:17, 12:17] = 0.02, 0.01
     x = (np.arange(30) + 0.5) * 1e-3
-    flow = Flow(x, x, x[:8], 1e-3, 1e-3, peeq, np.zeros((8, 5, 30, 30)), np.full((30, 30), 2e-5), np.inf, [])
+    flow = Flow(x, x, x[:8], 1e-3, 1e-3, peeq, np.full((8, 30, 30, 6), 2e6), np.full((30, 30), 2e-5), np.inf, [])
     left = metal_of(flow, lambda x, y: 0.0 * x)
     assert left["values"]["block"] == pytest.approx(0.02)
     assert left["values"]["integral"] == pytest.approx(0.03 * 75e-9)
     assert left["values"]["worst_100"] == pytest.approx((0.02 * 75 + 0.01 * 25) / 100)
     assert left["block"] == pytest.approx([14.5e-3, 14.5e-3, 0.0])
     assert flow.zone_depth == pytest.approx(6e-3)
+    assert np.array(left["stress"])[:4] == pytest.approx(2e6)
 
 
 def test_bars_are_what_cells_of_twice_the_side_differ_by():
