@@ -87,6 +87,10 @@ STUDIES = {
         "shakedown or ratchetting under many passes of a line contact, by four laws of cyclic plasticity",
         ("--quick",),
     ),
+    "repeated-passes": Study(
+        "rail_fem.studies.repeated_passes",
+        "wearing in or ratchetting: finished runs of the same passes with different steels",
+    ),
     "kernel-speed": Study("rail_fem.studies.kernel_speed", "element kernels against dolfinx's own assembly"),
     "verification": Study(
         "rail_fem.studies.verification",

@@ -9,8 +9,11 @@ Norms are von Mises': |a| = sqrt(3/2 a:a), p the equivalent plastic strain.
 
 Sources: Armstrong & Frederick, CEGB report RD/B/N731 (1966); Chaboche, Int. J. Plasticity 5 (1989) 247; Ohno & Wang,
 Int. J. Plasticity 9 (1993) 375; Abdel-Karim & Ohno, Int. J. Plasticity 16 (2000) 225; implicit integration: Kobayashi &
-Ohno, Int. J. Numer. Meth. Eng. 53 (2002) 2217. Cited from memory of their equations, not opened; what is coded is what
-stands above, held to closed forms and to an independent integration (tests/rail_fem/test_cyclic_law.py).
+Ohno, Int. J. Numer. Meth. Eng. 53 (2002) 2217. The papers were not opened. Read were public implementations:
+Armstrong and Frederick's rule with the saturating yield stress (docs.rs, oxiphysics-materials, `Chaboche`) is this one;
+one of Abdel-Karim and Ohno has the same growth and bound, but lets the part with mu act only while the flow goes along
+the back stress, so that it recovers less on reversal. What is coded is what stands above, held to closed forms and to
+an independent integration (tests/rail_fem/test_cyclic_law.py).
 """
 
 from __future__ import annotations

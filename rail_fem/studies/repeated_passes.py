@@ -1,0 +1,130 @@
+"""Wearing in or ratchetting: finished runs of the same passes with different steels, side by side.
+
+    rail-fem run cases/repeated_passes.toml --out runs/cyclic
+    rail-fem run isotropic.toml --out runs/isotropic            the same without the tables "cyclic"
+    rail-fem study repeated-passes runs/isotropic runs/cyclic --out passes
+
+What a pass adds to the integral of the plastic strain falls from pass to pass by a factor; were this factor of the last
+three passes to last, all further passes together would add what a geometric series does. Where it grows towards 1
+nothing says that it ends. Plastic strain is cumulated: steel that flows to and fro adds to it and stays in shape. How
+far the running surface has fallen, clear of the wheel, says whether the flow runs away in one direction.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import typer
+from matplotlib.figure import Figure
+
+from rail_fem.output.markdown import markdown_table
+from rail_fem.output.result import NAN, PassResult, load
+from rail_fem.show.style import CURVES, new_figure
+from rail_fem.show.table_and_figure import write_table_and_figure
+
+LAST = 3  # passes over which the factor is taken
+BODY = "nose"
+
+
+def column(result: PassResult, name: str) -> np.ndarray:
+    """(passes,) of a reported quantity [SI], NaN where a pass has none."""
+    return np.array([report.get(name, NAN) for report in result.passes])
+
+
+def added(result: PassResult, body: str = BODY) -> np.ndarray:
+    """(passes,) of the integral of the plastic strain that each pass adds [m3]."""
+    return np.diff(column(result, f"integral_{body}"), prepend=0.0)
+
+
+def factors(growth: np.ndarray) -> tuple[float, float]:
+    """Mean factor from pass to pass of the last LAST steps, and of the LAST before; NaN without as many."""
+    mean = lambda end: (growth[end] / growth[end - LAST]) ** (1 / LAST) if end - LAST >= 0 else NAN
+    return float(mean(len(growth) - 1)), float(mean(len(growth) - 1 - LAST))
+
+
+def steel_of(result: PassResult, body: str = BODY) -> str:
+    """The steel's law in a few words."""
+    material = getattr(result.scene.materials, body)
+    if material.cyclic is None:
+        return f"{material.grade}, {material.steel().hardening} hardening"
+    mixing = " to ".join(f"{value:g}" for value in sorted({*material.steel().cyclic.mixing}))
+    return f"{material.grade}, {len(material.cyclic.modulus)} back stresses, mixing {mixing}"
+
+
+def falls(folder: Path, result: PassResult, body: str = BODY) -> np.ndarray:
+    """(passes,) largest fall of the running surface after each pass [m], NaN where its folder is not there."""
+    out = np.full(len(result.passes), np.nan)
+    for k in range(len(out)):
+        own = folder if k == len(out) - 1 else folder / f"pass_{k + 1:04d}"
+        metal = load(own).metal if (own / "result.json").is_file() else {}
+        fall = metal.get(body, {}).get("surface", {}).get("fall", [])
+        out[k] = max(fall, default=np.nan)
+    return out
+
+
+def read(folders: list[Path]) -> list[PassResult]:
+    """Finished runs. Errors: ValueError for one of a single pass or that failed; those of result.load."""
+    results = [load(folder) for folder in folders]
+    for folder, result in zip(folders, results):
+        if len(result.passes) < 2:
+            raise ValueError(
+                f"{folder}: {len(result.passes)} passes on the same steel; give a run with passes = 2 or more"
+            )
+    return results
+
+
+def table(results: list[PassResult], fallen: list[np.ndarray]) -> str:
+    """Markdown: what each pass did, and how the growth falls. fallen : of each run, see `falls`."""
+    rows = []
+    for result, fall in zip(results, fallen):
+        growth, (last, before) = added(result), factors(added(result))
+        rest = f"{1e9 * growth[-1] * last / (1 - last):.0f}" if last < 1 - 1e-6 else "no end"
+        block = column(result, f"block_{BODY}")
+        rows.append(
+            [steel_of(result), f"{len(growth)}", f"{100 * block[0]:.1f}, {100 * block[-1]:.1f}",
+             ", ".join(f"{1e9 * value:.0f}" for value in growth), f"{before:.2f}, {last:.2f}", rest,
+             ", ".join(f"{1e6 * value:.0f}" for value in fall)]
+        )  # fmt: skip
+    head = ["steel of the nose", "passes", "worst 5 x 5 x 3 mm after the first, last [%]", "added by each [mm3]"]
+    head += ["factor a pass, before and last", "all further passes, were it to last [mm3]", "surface fallen by [um]"]
+    return "\n".join(markdown_table(head, rows)) + "\n"
+
+
+def draw(results: list[PassResult], fallen: list[np.ndarray]) -> Figure:
+    """Plastic strain so far, what each pass adds to it, and the fall of the surface, over the number of the pass."""
+    figure = new_figure(4.8)
+    strain, growth, surface = figure.subplots(1, 3)
+    for result, fall, colour, mark in zip(results, fallen, CURVES, "osv^Dx*"):
+        number, name = np.arange(1, len(result.passes) + 1), steel_of(result)
+        strain.plot(number, 100 * column(result, f"block_{BODY}"), f"{mark}-", color=colour, label=name)
+        growth.plot(number, 1e9 * added(result), f"{mark}-", color=colour)
+        surface.plot(number, 1e6 * fall, f"{mark}-", color=colour)
+    strain.set(ylabel="PEEQ, mean of 5 x 5 x 3 mm [%]", title="cumulated strain, worst block")
+    growth.set(ylabel="integral of PEEQ [mm\u00b3]", title="added by the pass")
+    surface.set(ylabel="largest fall [\u00b5m]", title="running surface")
+    for axes in (strain, growth, surface):
+        axes.set(xlabel="pass", ylim=(0, None))
+        axes.xaxis.get_major_locator().set_params(integer=True)
+    strain.legend(fontsize=10, loc="lower right")
+    figure.suptitle(f"Passes over the same {BODY}")
+    return figure
+
+
+def main(
+    runs: list[Path] = typer.Argument(..., help="folders of finished runs with passes > 1"),
+    out: Path = typer.Option(None, help="folder for repeated_passes.md and repeated_passes.png"),
+) -> None:
+    """Wearing in or ratchetting: what each pass adds to the plastic strain of the nose, by the steels of the runs."""
+    results = read(runs)
+    fallen = [falls(folder, result) for folder, result in zip(runs, results)]
+    text = table(results, fallen)
+    print(text, end="")
+    if out is not None:
+        write_table_and_figure(
+            out / "repeated_passes.md", text, out / "repeated_passes.png", lambda: draw(results, fallen)
+        )
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,58 @@
+"""Wearing in or ratchetting, from what finished runs report of each pass."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rail_fem.output.result import PassResult, load
+from rail_fem.studies.repeated_passes import added, factors, falls, main, steel_of, table
+from tests.rail_fem.test_scene import CYCLIC, make_scene
+
+
+def made_up(growth, cyclic: bool) -> PassResult:
+    """A run whose passes add so much [mm3] to the nose."""
+    steel = {"grade": "Mn13", "cyclic": CYCLIC} if cyclic else "Mn13"
+    reports = [
+        {"integral_nose": 1e-9 * total, "block_nose": 1e-4 * total, "largest_force_nose": 2e5}
+        for total in np.cumsum(growth)
+    ]
+    time = np.linspace(0, 1e-3, 5)
+    history = dict.fromkeys(("time", "x", "force", "force_wing", "force_nose"), time)
+    return PassResult("fe_full", make_scene(materials={"nose": steel}), {}, history, passes=tuple(reports))
+
+
+def test_a_geometric_growth_gives_its_factor_and_the_rest_of_its_series():
+    result = made_up(300 * 0.5 ** np.arange(8), False)
+    assert added(result) == pytest.approx(1e-9 * 300 * 0.5 ** np.arange(8), rel=1e-9)
+    assert factors(added(result)) == pytest.approx((0.5, 0.5), rel=1e-9)
+    row = table([result], [np.full(8, 1e-6)]).splitlines()[-1]
+    assert "| 2 | 1, 1, 1" in row and "isotropic" in row and "0.50, 0.50" in row  # 300 / 2^7 and as much again
+
+
+def test_a_growth_that_stays_has_no_end():
+    text = table([made_up(np.full(8, 50.0), True)], [np.full(8, np.nan)])
+    assert "no end" in text and "2 back stresses, mixing 0.5" in text
+    assert np.isnan(factors(np.ones(3))[0])
+
+
+def test_steels_are_named_and_single_passes_refused(tmp_path):
+    assert steel_of(made_up([1.0], False)) == "Mn13, isotropic hardening"
+    made_up([1.0], False).save(tmp_path)
+    with pytest.raises(ValueError, match="passes = 2 or more"):
+        main([tmp_path], None)
+
+
+def test_the_surface_of_each_pass_is_read_from_its_folder(tmp_path):
+    for k, fall in enumerate((3e-4, 4e-4, 4.5e-4), 1):
+        metal = {"nose": {"surface": {"x": [0.35, 0.36], "fall": [0.5 * fall, fall]}}}
+        replace(made_up(np.ones(k), False), metal=metal).save(tmp_path if k == 3 else tmp_path / f"pass_{k:04d}")
+    assert falls(tmp_path, load(tmp_path)) == pytest.approx([3e-4, 4e-4, 4.5e-4], rel=1e-12)
+
+
+def test_table_and_figure_are_written(tmp_path):
+    for name, cyclic in (("a", False), ("b", True)):
+        made_up(300 * 0.8 ** np.arange(8), cyclic).save(tmp_path / name)
+    main([tmp_path / "a", tmp_path / "b"], tmp_path / "out")
+    assert (tmp_path / "out" / "repeated_passes.png").stat().st_size > 10_000
+    assert "0.80, 0.80" in (tmp_path / "out" / "repeated_passes.md").read_text()
