@@ -62,6 +62,19 @@ def test_the_rolled_limit_is_that_of_the_largest_orthogonal_shear():
     assert below < 0.015 and above > 0.1
 
 
+def test_melans_limit_for_the_cells_goes_to_4_k_with_the_square_of_the_cell():
+    """Seven and fifteen cells per half-width have a middle within 0.01 half-widths of the largest orthogonal shear,
+    (0.866, 0.5): 1.1 and 0.23 % too high, extrapolated within 0.05 %. Nine are within 1 %."""
+    limits = {}
+    for cells in (7, 9, 15):
+        _, deviator = rolling_line(1.0, cells)
+        shear = np.abs(np.einsum("c,kcij->kij", FROM_DEVIATOR[ORTHOGONAL], deviator)).max()
+        limits[cells] = SHEAR_YIELD / shear
+    assert limits[9] == pytest.approx(4.0, rel=0.01) and limits[15] == pytest.approx(4.0, rel=0.0025)
+    extrapolated = limits[15] - (limits[7] - limits[15]) / ((15 / 7) ** 2 - 1)
+    assert extrapolated == pytest.approx(4.0, rel=5e-4)
+
+
 def test_the_track_feels_its_plastic_strain_as_one_body_would():
     """Residual deviator of a short track against the influence of all its cells at once; the reach covers the track."""
     grid = Grid.over((-4e-3, 4e-3), (-4e-3, 4e-3), 16, 16)
