@@ -1,4 +1,5 @@
-"""A user's own hexahedra from a Gmsh file with physical groups, checked before anything is computed with them.
+"""A user's own hexahedra from a file with groups, checked before anything is computed with them: .msh of Gmsh, or what
+meshio reads (geometry.meshing.meshio_file).
 
 Volumes: "wing", "nose" (one of them at least) and "wheel". Faces: "wing contact", "wing base" and so on, or "contact
 surface" and "base" for all bodies. `rail-fem export RUN --to mesh.msh` writes such a file.
@@ -13,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from geometry.meshing.conforming import check_conforming, position
 from geometry.meshing.gmsh_process import in_gmsh_process
 from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces
+from geometry.meshing.meshio_file import LINEAR_TETRAHEDRON, SUFFIXES, Group, read_by_meshio
 from geometry.meshing.quality import check_shapes
 
 BODIES = ("wing", "nose", "wheel")
@@ -21,19 +23,23 @@ FARTHEST_SURFACE = 60e-3  # of a crossing's contact surface from rail level [m]
 HEXAHEDRON, QUADRILATERAL = 5, 3  # Gmsh's element types
 LOCKING = "linear tetrahedra lock under plastic flow, which keeps its volume"
 NO_KERNEL = "the element kernels are for 8-node hexahedra alone"
-Group = tuple[str, np.ndarray]  # name, and nodes (m, 8) or (m, 4) of its hexahedra or quadrilaterals
 
 
 def read_mesh_file(path: Path, unit: float = 1.0) -> HexMesh:
-    """The mesh of a .msh file. unit : of its lengths [m]
+    """The mesh of a .msh file or one of another program. unit : of its lengths [m]
 
     Errors: MeshError that says what is missing or wrong, where, and the remedy; OSError.
     """
     path = Path(path)
-    if path.suffix.lower() != ".msh":
-        raise MeshError(f'{path}: a mesh with physical groups is a .msh of Gmsh; "{path.suffix}" is none')
+    if path.suffix.lower() not in (".msh", *SUFFIXES):
+        raise MeshError(
+            f'{path}: a mesh with groups is a .msh of Gmsh, or {", ".join(SUFFIXES)}; "{path.suffix}" is none'
+        )
     with path.open("rb"):
-        points, volumes, faces, count = in_gmsh_process(_read, str(path))
+        gmsh = path.suffix.lower() == ".msh"
+        refused = {LINEAR_TETRAHEDRON: LOCKING, "": NO_KERNEL}
+        found = in_gmsh_process(_read, str(path)) if gmsh else read_by_meshio(path, refused)
+    points, volumes, faces, count = found
     cells, region = _cells(path, volumes, count)
     used, cells = np.unique(cells, return_inverse=True)
     number = np.full(len(points), -1)

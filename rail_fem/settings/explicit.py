@@ -93,7 +93,8 @@ class FeSettings(Frozen):
         "",
         max_length=400,
         pattern=PRINTABLE,
-        description="a .msh with one's own hexahedra in physical groups, run as they are; none: meshed here",
+        description="a file with one's own hexahedra in groups (.msh, .inp, .vtu, .med, .xdmf), run as they are; none:"
+        " meshed here",
     )
     mesh_unit: Literal["mm", "m"] = Field("m", description="unit of the mesh file's lengths")
     mesh_digest: str = Field("", validate_default=True, description="digest of the mesh file")

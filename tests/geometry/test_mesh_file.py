@@ -55,14 +55,66 @@ def test_a_mesh_with_groups_is_taken_as_it_is(tmp_path):
     corner = mesh.points[mesh.surface]
     normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])[:, 2]
     assert (normal[mesh.surface_region == 0] > 0).all() and (normal[mesh.surface_region == 2] < 0).all()
-    with pytest.raises(MeshError, match='".vtu" is none'):
-        read_mesh_file(tmp_path / "own.vtu")
+    with pytest.raises(MeshError, match='".stl" is none'):
+        read_mesh_file(tmp_path / "own.stl")
     path.write_bytes(path.read_bytes().replace(b'"wheel"', b'"frogs"'))
     with pytest.raises(MeshError, match="8 hexahedra are in no group wing, nose or wheel .*frogs, wing"):
         read_mesh_file(path, 1e-3)
     path.write_text("nothing")
     with pytest.raises(MeshError, match="Gmsh cannot read it|holds no mesh"):
         read_mesh_file(path)
+
+
+def of_other_program(suffix: str, region, cells, quads, tag):
+    """The same mesh as meshio writes it, with groups as that format has them."""
+    import meshio
+
+    blocks = [("hexahedron", cells), ("quad", quads)]
+    points = wing_and_wheel()[0]
+    outside = lambda members: [members, np.zeros(0, np.int64)]
+    if suffix == ".inp":  # cells by sets, faces by sets of nodes
+        sets = {name: outside(np.flatnonzero(region == body)) for name, body in (("wing", 0), ("wheel", 2))}
+        nodes = {name: np.unique(quads[tag == number]) for number, name in FACES.items()}
+        return meshio.Mesh(points, blocks[:1], cell_sets={k: v[:1] for k, v in sets.items()}, point_sets=nodes)
+    data = {name: [(region == body) * 1, 0 * tag] for name, body in (("wing", 0), ("wheel", 2))}
+    data |= {name: [0 * region.astype(int), (tag == number) * 1] for number, name in FACES.items()}
+    if suffix == ".med":
+        names = {-1: ["wing"], -2: ["wheel"]} | {-number: [name] for number, name in FACES.items()}
+        mesh = meshio.Mesh(points, blocks, cell_data={"cell_tags": [-1 - (region == 2).astype(int), -tag]})
+        mesh.cell_tags = names
+        return mesh
+    return meshio.Mesh(points, blocks, cell_data=data)
+
+
+@pytest.mark.parametrize("suffix", [".inp", ".vtu", ".med"])
+def test_a_mesh_of_another_program_is_the_same_mesh(tmp_path, suffix):
+    parts = wing_and_wheel()
+    path = tmp_path / f"own{suffix}"
+    of_other_program(suffix, *(parts[k] for k in (2, 1, 3, 4))).write(path)
+    mesh, own = read_mesh_file(path), checked_mesh("own", *parts)
+    assert np.allclose(mesh.points, own.points, atol=1e-9) and np.array_equal(mesh.region, own.region)
+    assert np.array_equal(mesh.cells, own.cells)
+    assert {tuple(sorted(face)) for face in mesh.surface} == {tuple(sorted(face)) for face in own.surface}
+    assert np.array_equal(np.sort(mesh.clamp), np.sort(own.clamp))
+
+
+def test_a_mesh_of_another_program_that_cannot_be_run_is_refused(tmp_path):
+    import meshio
+
+    parts = wing_and_wheel()
+    bare = meshio.Mesh(parts[0], [("hexahedron", parts[1])])
+    bare.write(tmp_path / "bare.vtu")
+    with pytest.raises(MeshError, match="20 hexahedra are in no group wing, nose or wheel .volume groups: none"):
+        read_mesh_file(tmp_path / "bare.vtu")
+    meshio.Mesh(np.eye(4, 3), [("tetra", np.array([[0, 1, 2, 3]]))]).write(tmp_path / "t.vtu")
+    with pytest.raises(MeshError, match="1 cells of type tetra: linear tetrahedra lock under plastic flow"):
+        read_mesh_file(tmp_path / "t.vtu")
+    (tmp_path / "broken.inp").write_text("*NODE\n1, 0, nothing\n")
+    with pytest.raises(MeshError, match="meshio cannot read it"):
+        read_mesh_file(tmp_path / "broken.inp")
+    (tmp_path / "broken.vtu").write_text("<VTK")
+    with pytest.raises(MeshError, match="meshio cannot read it"):
+        read_mesh_file(tmp_path / "broken.vtu")
 
 
 def test_tetrahedra_are_refused_with_the_reason(tmp_path):
