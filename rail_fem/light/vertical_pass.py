@@ -3,7 +3,8 @@ rigid_hertz.
 
 q = (sprung mass, wheel, track): heights [m]; the wheel's is that of its axle less the rolling radius, the track's that
 of its position at rest without load. Where a scene names bearers there is no track mass: the wheel runs on a beam
-(rail_fem.light.track_beam). Vertical only; the wheel runs straight on at the scene's speed (assumptions of the
+(rail_fem.light.track_beam); where it gives the wheel's body, its modes are masses more (rail_fem.light.wheel_modes).
+Vertical only; the wheel runs straight on at the scene's speed (assumptions of the
 thesis, section 7.2.1.1).
 """
 
@@ -24,6 +25,7 @@ from rail_fem.light.vertical_dynamics import (
     integrate,
     static_distance,
 )
+from rail_fem.light.wheel_modes import SPRUNG, WHEEL, WheelModes, modes_of, static_deflections, with_modes
 from rail_fem.output.events import OPEN, peak_at
 from rail_fem.output.result import Peak
 from rail_fem.scene.scene import GRAVITY, Scene
@@ -31,7 +33,7 @@ from rail_fem.settings.light import PassSettings
 
 Contacts = Callable[[np.ndarray], ContactLaw]  # wheel positions x (m,) [m] -> the law there
 
-WHEEL, TRACK = 1, 2
+TRACK = 2
 MOST_STEPS = 20_000_000
 MOST_BEAM_VALUES = 2e8  # degrees of freedom times steps: 3 GB with positions and velocities
 
@@ -136,7 +138,8 @@ def run_pass(
     Errors: ValueError for a step count beyond reason, FloatingPointError.
     """
     step, x = half_steps(scene, settings, step)
-    law, masses, beam = contacts(x), scene_masses(scene), beam_of(scene, settings)
+    law, beam, modes = contacts(x), beam_of(scene, settings), modes_of(scene, settings.wheel_modes)
+    masses = with_modes(scene_masses(scene), scene, modes)
     if beam is not None and pretension:
         raise ValueError("pretension: presses the wheel on a track mass, not on bearers: leave one of the two out")
     masses = masses._replace(load=masses.load - pretension * masses.coupling)
@@ -147,6 +150,8 @@ def run_pass(
         height, rate = (beam.heights(values[None], x[:1])[0] for values in (on_beam.position, on_beam.velocity))
         rate += beam.slope_at(x[0]) @ on_beam.position * (x[1] - x[0]) / (step / 2)
         position, velocity = position + height, velocity + rate
+    if modes is not None:
+        position, velocity = bent(scene, modes, position), np.r_[velocity, np.zeros(len(modes.mass))]
     motion = integrate(masses, position, velocity, step, law, on_beam)
     height, stiffness, exponent = law.arrays
     distance = motion.position @ masses.coupling
@@ -156,6 +161,16 @@ def run_pass(
     return LightPass(
         (np.arange(motion.force.shape[1]) + 0.5) * step, x[1::2], motion.force, motion, masses, step, energy, beam
     )
+
+
+def bent(scene: Scene, modes: WheelModes, position: np.ndarray) -> np.ndarray:
+    """Heights (n,) of a rigid wheel at rest as those (n + k,) of one whose modes give way under the static load: the
+    contact stays where it is, the suspension as long as it is."""
+    deflection = static_deflections(scene, modes)
+    rigid = position.copy()
+    rigid[WHEEL] -= deflection.sum()
+    rigid[SPRUNG] += modes.axle @ deflection - deflection.sum()
+    return np.r_[rigid, deflection]
 
 
 def beam_of(scene: Scene, settings: PassSettings) -> TrackBeam | None:

@@ -21,6 +21,7 @@ from rail_fem.scene.crossing import Crossing
 from rail_fem.scene.cyclic_hardening import CyclicHardening
 from rail_fem.scene.steel import GRADES, Steel, cyclic_steel
 from rail_fem.scene.units import Quantity
+from rail_fem.scene.wheel_body import WheelBody
 from rail_fem.scene.wheel_profile import KEPT, WHEEL_NAMES, MeasuredWheel, ProfileReading, read_wheel, wheel_shape
 
 if TYPE_CHECKING:
@@ -286,6 +287,11 @@ class Scene(Frozen):
         description="rail and casting as a beam on bearers, in place of mass, spring and damper of scene.foundation;"
         " for light models of a wheel that moves vertically",
     )
+    wheel_body: WheelBody | None = Field(
+        None,
+        description="hub, web and rim of a wheel that vibrates; none: a rigid wheel; for light models of a wheel that"
+        " moves vertically",
+    )
     materials: Materials = Field(Materials(), description="the steels")
     speed: Annotated[float, Quantity("mph", 0.5, 350, "running speed v")]
     direction: Literal["facing", "trailing"] = Field(description="facing runs from the legs towards the nose")
@@ -318,8 +324,9 @@ class Scene(Frozen):
         for material in plain["materials"].values():  # steels by a curve are those they were
             if material["cyclic"] is None:
                 material.pop("cyclic")
-        if self.bearers is None:  # scenes that stand on a rigid mass are those they were
-            plain.pop("bearers")
+        for part in ("bearers", "wheel_body"):  # scenes with rigid parts are those they were
+            if getattr(self, part) is None:
+                plain.pop(part)
         if digest:
             plain["wheel"]["profile"] = f"file of content {digest}"
         return plain

@@ -17,7 +17,7 @@ class LightSettings(Frozen):
 
     @property
     def takes_flexible_parts(self) -> bool:
-        """Whether this model lets a beam on bearers move, where the scene has one."""
+        """Whether this model lets a beam on bearers and a wheel's body move, where the scene has them."""
         return False
 
     def smoke(self) -> "LightSettings":
@@ -69,6 +69,10 @@ class PassSettings(LightSettings):
     beam_reach: Annotated[
         float, Quantity("m", 2, 100, "track computed on each side of the window, its outer half absorbing waves")
     ] = 9.0
+
+    wheel_modes: Annotated[
+        float, Quantity("kHz", 0.1, 30, "highest frequency of a wheel's own modes that are run (scene.wheel_body)")
+    ] = 5e3
 
     @property
     def takes_flexible_parts(self) -> bool:
@@ -165,10 +169,12 @@ class BemPassageSettings(IndentationSettings):
 
 
 def flexible_part_errors(scene: Scene, settings: Frozen) -> list[str]:
-    """What of the scene a model cannot let move, in one line; none where it can."""
-    if scene.bearers is None or getattr(settings, "takes_flexible_parts", False):
+    """What of the scene a model cannot let move, a line each; none where it can."""
+    if getattr(settings, "takes_flexible_parts", False):
         return []
     return [
-        "scene.bearers is for lumped, rigid_hertz (degrees_of_freedom vertical), bem_passage and bem_plastic: leave it"
+        f"scene.{part} is for lumped, rigid_hertz (degrees_of_freedom vertical), bem_passage and bem_plastic: leave it"
         " out, or leave out this model"
+        for part in ("bearers", "wheel_body")
+        if getattr(scene, part) is not None
     ]
