@@ -35,11 +35,18 @@ STUDIES = {
     ),
     "p2": Study("rail_fem.studies.p2_filtered", "the P2 formula beside forces low-passed as the trade quotes them"),
     "joint": Study("rail_fem.studies.joint", "a dipped rail joint by light models, against the P2 formula"),
+    "flexible-parts": Study(
+        "rail_fem.studies.flexible_parts", "a wheel that vibrates and a casting on bearers, in the reference pass"
+    ),
     "whole-crossing": Study(
         "rail_fem.studies.whole_crossing", "the sixteen cases from the leg on, beside the nose transfer begun at rest"
     ),
     "crossing-contact": Study(
         "rail_fem.studies.crossing_contact", "time against error of a loaded wheelset state on a crossing"
+    ),
+    "light-speed": Study(
+        "rail_fem.studies.light_speed",
+        "processor time of the light models over a whole crossing, and of a design's passes",
     ),
     "switch": Study("rail_fem.studies.switch", "a wheelset through a switch"),
     "sites": Study("rail_fem.studies.thesis_sites", "the six measured sites of the thesis"),

@@ -1,0 +1,93 @@
+"""Study: processor time of the light models over a whole crossing: rigid path, pass, passes of a design.
+
+    rail-fem study light-speed                                    the parametric crossing
+    rail-fem study light-speed --case my_crossing.toml            any other, e.g. by its sections
+    rail-fem study light-speed --designs 60                       as many crossings that were never seen before
+
+Processor time of this process, the least of several rounds where a row can be repeated; kernels are compiled before.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+
+from rail_fem.case.casefile import Case, load_case
+from rail_fem.case.examples import example
+from rail_fem.light.contact_table import table_of
+from rail_fem.light.rigid import rigid_path
+from rail_fem.models import rigid_hertz
+from rail_fem.output.markdown import markdown_table
+from rail_fem.settings.light import RigidHertzSettings
+
+START, END = -1.35, 0.75  # [m]
+WHEELS = "P8-worn", "P8", "P8-hollow", "P1"
+ROUNDS = 3
+CORES, STUDY = 2, 2000  # of a design study that the last row is extrapolated to
+LENGTHS = 0.116, 0.6  # transitions of the designs [m]
+
+
+def spent(work: Callable[[], Any]) -> float:
+    """Processor time of this process for it [s]."""
+    started = time.process_time()
+    work()
+    return time.process_time() - started
+
+
+def case_with(path: Path, wheel: str, spacing: str = "2.5 mm", **crossing: Any) -> Case:
+    """The case over the whole crossing. Errors: CaseError."""
+    window = {"start": f"{START * 1e3:g} mm", "end": f"{END * 1e3:g} mm", "path_spacing": spacing}
+    changes = {f"run.rigid_hertz.{key}": value for key, value in window.items()}
+    changes |= {f"scene.crossing.{key}": value for key, value in crossing.items()}
+    return load_case(path, {"scene.wheel.profile": wheel, **changes})
+
+
+def run(case: Case) -> None:
+    """The pass by rigid_hertz."""
+    rigid_hertz.solve(case.scene, case.settings(RigidHertzSettings))
+
+
+def rows_of(path: Path, designs: int) -> Iterator[list[str]]:
+    """What is measured, milliseconds, and what it stands for."""
+    cases = {wheel: case_with(path, wheel) for wheel in WHEELS}
+    for case in cases.values():  # kernels, surfaces
+        run(case)
+    for spacing in (5e-3, 2.5e-3):
+        x = np.arange(START, END, spacing)
+        each = [min(spent(lambda: rigid_path(one.scene, x)) for _ in range(ROUNDS)) for one in cases.values()]
+        words = f"rigid path, {len(x)} positions every {1e3 * spacing:g} mm, surfaces kept"
+        yield [words, f"{1e3 * np.mean(each):.0f}", f"a wheel; at most {1e3 * max(each):.0f}"]
+    again = [min(spent(lambda: run(one)) for _ in range(ROUNDS)) for one in cases.values()]
+    yield ["pass by rigid_hertz, contacts kept (another speed or foundation)", f"{1e3 * np.mean(again):.0f}", "a wheel"]
+    for spacing in ("5 mm", "2.5 mm"):
+        anew = []
+        for wheel in WHEELS:
+            case = case_with(path, wheel, spacing)
+            table_of.cache_clear()
+            anew.append(spent(lambda case=case: run(case)))
+        words = f"pass by rigid_hertz, contacts every {spacing} searched, surfaces kept"
+        yield [words, f"{1e3 * np.mean(anew):.0f}", f"a wheel; at most {1e3 * max(anew):.0f}"]
+    if designs:
+        lengths = np.linspace(*LENGTHS, designs)
+        new = [
+            case_with(path, WHEELS[k % 4], "5 mm", transition_length=f"{1e3 * v:.6g} mm") for k, v in enumerate(lengths)
+        ]
+        each = sum(spent(lambda case=case: run(case)) for case in new) / designs
+        whole = f"a pass; {STUDY} on {CORES} cores: {each * STUDY / CORES / 60:.0f} min (extrapolated)"
+        yield [f"{designs} passes of crossings not seen before, every 5 mm", f"{1e3 * each:.0f}", whole]
+
+
+def main(
+    case: Path = typer.Option(None, help="case file; none: the whole crossing that comes with the program"),
+    designs: int = typer.Option(0, help="crossings not seen before, of the parametric family", min=0, max=10000),
+) -> None:
+    """Processor time of the light models over a whole crossing."""
+    rows = list(rows_of(example("whole_crossing") if case is None else case, designs))
+    typer.echo("\n".join(markdown_table(["what", "processor time [ms]", ""], rows)))
+
+
+if __name__ == "__main__":
+    typer.run(main)
