@@ -22,6 +22,7 @@ COLUMN = 0.25e-3  # of the columns in which metal is counted [m]
 DEPTH, LAYER = 10e-3, 0.5e-3  # of the profile over depth, and of its layers [m]
 MOST_PARTS = 40  # of a cell's edge: cells of more than 10 mm say little of a block of 5 mm
 AROUND = 12e-3  # of the most strained metal that is looked at for the block [m]
+STRETCH = 60e-3  # along the track, of such metal that is looked at together [m]
 NAMES = (*WORST, "block", "integral", *LEVELS)
 UNITS = {**dict.fromkeys((*WORST, "block"), "1"), "integral": "m^3", **dict.fromkeys(LEVELS, "m^3")}
 
@@ -152,40 +153,72 @@ def worst_mean(strain: np.ndarray, volume: np.ndarray, amount: float) -> float:
     return float(strain[order] @ np.diff(filled, prepend=0.0) / amount)
 
 
-def _block(corners: np.ndarray, fields: np.ndarray, volume: np.ndarray):
-    """Mean of the first of the fields (m, f) over the block, the centre of its top, and the layers below its top: depth
-    (k,) and means (k, f)."""
+class _Block(NamedTuple):
+    """The block of largest mean: that mean, the centre of its top [m], depth (k,) and means (k, f) of layers below."""
+
+    mean: float
+    top: tuple[float, float, float]
+    depth: np.ndarray
+    profile: np.ndarray
+
+
+def _block(corners: np.ndarray, fields: np.ndarray, volume: np.ndarray) -> _Block:
+    """Of all blocks of metal that of the largest mean of the first of the fields (m, f). A zone that is long is looked
+    at stretch by stretch, for cells are cut into thousands of samples."""
     layers = np.arange(int(round(DEPTH / LAYER))) * LAYER
     nothing = np.full((len(layers), fields.shape[1]), np.nan)
     centre, strain = corners.mean(axis=1), fields[:, 0]
     if not strain.max(initial=0.0) > 0:
-        return 0.0, (float("nan"),) * 3, layers + LAYER / 2, nothing
+        return _Block(0.0, (float("nan"),) * 3, layers + LAYER / 2, nothing)
     strained = centre[strain >= 0.5 * strain.max()]
     near = np.flatnonzero(
         (centre[:, :2] > strained[:, :2].min(axis=0) - AROUND).all(axis=1)
         & (centre[:, :2] < strained[:, :2].max(axis=0) + AROUND).all(axis=1)
         & (centre[:, 2] > strained[:, 2].min() - DEPTH)
     )
-    samples = _samples(corners[near], volume[near])
+    low, high = strained[:, 0].min() - AROUND, strained[:, 0].max() + AROUND
+    best = _Block(float("nan"), (float("nan"),) * 3, layers + LAYER / 2, nothing)
+    count = max(1, int(np.ceil((high - low - 2 * AROUND) / STRETCH)))
+    edges = np.linspace(low, high, count + 1)
+    for begin, end in zip(edges[:-1], edges[1:]):
+        x = centre[near, 0]
+        here = near[(x > begin - AROUND) & (x < end + AROUND)]
+        if count > 1 and not (strain[here] >= 0.5 * strain.max()).any():
+            continue
+        found = _block_within(corners[here], fields[here], volume[here], layers, (begin, end) if count > 1 else None)
+        if found is not None and not found.mean <= best.mean:
+            best = found
+    return best
+
+
+def _block_within(
+    corners: np.ndarray, fields: np.ndarray, volume: np.ndarray, layers: np.ndarray, stretch: tuple[float, float] | None
+) -> _Block | None:
+    """The same among cells (m,), of blocks whose middle lies in a stretch along x [m]; None where there is no metal for
+    any."""
+    samples = _samples(corners, volume)
     column, first, shape, flat, top = _columns_of(samples)
     depth = top[flat] - samples.position[:, 2]
     weight = samples.volume * _overlap(depth, samples.height, 0.0, BLOCK[2])
     metal = _boxes(np.bincount(flat, weight, len(top)).reshape(shape))
-    filled = _boxes(np.bincount(flat, weight * strain[near][samples.cell], len(top)).reshape(shape))
+    filled = _boxes(np.bincount(flat, weight * fields[samples.cell, 0], len(top)).reshape(shape))
     full = metal >= FULL * np.prod(BLOCK)
+    if stretch is not None:
+        middle = (first[0] + np.arange(metal.shape[0]) + _columns()[0] / 2) * COLUMN
+        full &= ((middle >= stretch[0]) & (middle <= stretch[1]))[:, None]
     if not full.any():
-        return float("nan"), (float("nan"),) * 3, layers + LAYER / 2, nothing
+        return None
     mean = np.where(full, filled / np.where(full, metal, 1.0), -np.inf)
     at = np.array(np.unravel_index(int(np.argmax(mean)), mean.shape))
     below = ((column >= at) & (column < at + _columns())).all(axis=1)
-    profile = nothing.copy()
+    profile = np.full((len(layers), fields.shape[1]), np.nan)
     for k, start in enumerate(layers):
         weight = samples.volume[below] * _overlap(depth[below], samples.height[below], start, start + LAYER)
         if weight.sum() > 0:
-            profile[k] = weight @ fields[near][samples.cell[below]] / weight.sum()
+            profile[k] = weight @ fields[samples.cell[below]] / weight.sum()
     surface = top.reshape(shape)[tuple(at + _columns() // 2)]
-    middle = (first + at + _columns() / 2) * COLUMN
-    return float(mean.max()), (float(middle[0]), float(middle[1]), float(surface)), layers + LAYER / 2, profile
+    x, y = (first + at + _columns() / 2) * COLUMN
+    return _Block(float(mean.max()), (float(x), float(y), float(surface)), layers + LAYER / 2, profile)
 
 
 class _Columns(NamedTuple):

@@ -5,6 +5,7 @@ import pytest
 from scipy.special import erf
 
 from geometry.meshing.blocks import mesh_box
+from rail_fem.output import plastic_zone as module
 from rail_fem.output.plastic_zone import BLOCK, LEVELS, NAMES, along_track, plan_map, plastic_zone, worst_mean
 
 MM = 1e-3
@@ -121,3 +122,16 @@ def test_metal_without_plastic_strain_has_none():
     corners = box(2 * MM)
     found = zone(corners, np.zeros(len(corners)))
     assert found.maximum == 0.0 and found.values["block"] == 0.0 and found.values["integral"] == 0.0
+
+
+def test_a_zone_along_the_whole_body_is_looked_at_in_stretches(monkeypatch):
+    """Strain between half of its largest value and all of it over 0.24 m: the block, its layers and stresses of stretch
+    by stretch are those of all at once, which took gigabytes over a whole crossing."""
+    corners = box(2 * MM, (240 * MM, 12 * MM, 12 * MM))
+    x, _, z = corners.mean(axis=1).T
+    strain = 0.05 * (0.8 + 0.2 * np.sin(37 * x)) * np.exp(-((z - z.max()) ** 2) / (20 * MM) ** 2)
+    found = zone(corners, strain)
+    monkeypatch.setattr(module, "STRETCH", np.inf)
+    whole = zone(corners, strain)
+    assert found.values["block"] == pytest.approx(whole.values["block"], rel=1e-12)
+    assert found.block == pytest.approx(whole.block) and found.profile == pytest.approx(whole.profile, rel=1e-12)
