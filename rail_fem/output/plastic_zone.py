@@ -180,12 +180,15 @@ def _block(corners: np.ndarray, fields: np.ndarray, volume: np.ndarray) -> _Bloc
     best = _Block(float("nan"), (float("nan"),) * 3, layers + LAYER / 2, nothing)
     count = max(1, int(np.ceil((high - low - 2 * AROUND) / STRETCH)))
     edges = np.linspace(low, high, count + 1)
+    parts = []
     for begin, end in zip(edges[:-1], edges[1:]):
         x = centre[near, 0]
         here = near[(x > begin - AROUND) & (x < end + AROUND)]
-        if count > 1 and not (strain[here] >= 0.5 * strain.max()).any():
-            continue
-        found = _block_within(corners[here], fields[here], volume[here], layers, (begin, end) if count > 1 else None)
+        parts.append((float(strain[here].max(initial=0.0)), here, (begin, end) if count > 1 else None))
+    for most, here, stretch in sorted(parts, key=lambda part: -part[0]):
+        if most <= best.mean:  # no mean is above its largest part
+            break
+        found = _block_within(corners[here], fields[here], volume[here], layers, stretch)
         if found is not None and not found.mean <= best.mean:
             best = found
     return best
