@@ -93,9 +93,10 @@ def run(case: Case) -> PassResult:
 def cells(result: PassResult, reference: PassResult) -> list[str]:
     """Of HEAD; P2: the largest force of the track on its spring, or of all bearers on the ballast."""
     force = lambda name: f"{result.peaks[name].value / 1e3:.1f}"
+    filtered = filtered_peak(result, 500.0)
     return [
         *(force(name) for name in ("first_impact", "largest_force_wing", "largest_force")),
-        f"{filtered_peak(result, 500.0).value / 1e3:.1f}",
+        "-" if filtered is None else f"{filtered.value / 1e3:.1f}",
         force("force_foundation"),
         "-" if result is reference else f"{history_error(result, reference):.1%}",
     ]

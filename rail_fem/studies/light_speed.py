@@ -9,6 +9,7 @@ Processor time of this process, the least of several rounds where a row can be r
 
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,11 @@ def spent(work: Callable[[], Any]) -> float:
     return time.process_time() - started
 
 
+def least(work: Callable[[], Any]) -> float:
+    """The least of ROUNDS [s]."""
+    return min(spent(work) for _ in range(ROUNDS))
+
+
 def case_with(path: Path, wheel: str, spacing: str = "2.5 mm", **crossing: Any) -> Case:
     """The case over the whole crossing. Errors: CaseError."""
     window = {"start": f"{START * 1e3:g} mm", "end": f"{END * 1e3:g} mm", "path_spacing": spacing}
@@ -57,25 +63,23 @@ def rows_of(path: Path, designs: int) -> Iterator[list[str]]:
         run(case)
     for spacing in (5e-3, 2.5e-3):
         x = np.arange(START, END, spacing)
-        each = [min(spent(lambda: rigid_path(one.scene, x)) for _ in range(ROUNDS)) for one in cases.values()]
+        paths = [least(partial(rigid_path, case.scene, x)) for case in cases.values()]
         words = f"rigid path, {len(x)} positions every {1e3 * spacing:g} mm, surfaces kept"
-        yield [words, f"{1e3 * np.mean(each):.0f}", f"a wheel; at most {1e3 * max(each):.0f}"]
-    again = [min(spent(lambda: run(one)) for _ in range(ROUNDS)) for one in cases.values()]
-    yield ["pass by rigid_hertz, contacts kept (another speed or foundation)", f"{1e3 * np.mean(again):.0f}", "a wheel"]
-    for spacing in ("5 mm", "2.5 mm"):
+        yield [words, f"{1e3 * np.mean(paths):.0f}", f"a wheel; at most {1e3 * max(paths):.0f}"]
+    kept = [least(partial(run, case)) for case in cases.values()]
+    yield ["pass by rigid_hertz, contacts kept (another speed or foundation)", f"{1e3 * np.mean(kept):.0f}", "a wheel"]
+    for gap in ("5 mm", "2.5 mm"):
         anew = []
         for wheel in WHEELS:
-            case = case_with(path, wheel, spacing)
+            case = case_with(path, wheel, gap)
             table_of.cache_clear()
-            anew.append(spent(lambda case=case: run(case)))
-        words = f"pass by rigid_hertz, contacts every {spacing} searched, surfaces kept"
+            anew.append(spent(partial(run, case)))
+        words = f"pass by rigid_hertz, contacts every {gap} searched, surfaces kept"
         yield [words, f"{1e3 * np.mean(anew):.0f}", f"a wheel; at most {1e3 * max(anew):.0f}"]
     if designs:
-        lengths = np.linspace(*LENGTHS, designs)
-        new = [
-            case_with(path, WHEELS[k % 4], "5 mm", transition_length=f"{1e3 * v:.6g} mm") for k, v in enumerate(lengths)
-        ]
-        each = sum(spent(lambda case=case: run(case)) for case in new) / designs
+        lengths = [f"{1e3 * length:.6g} mm" for length in np.linspace(*LENGTHS, designs)]
+        new = [case_with(path, WHEELS[k % 4], "5 mm", transition_length=text) for k, text in enumerate(lengths)]
+        each = sum(spent(partial(run, case)) for case in new) / designs
         whole = f"a pass; {STUDY} on {CORES} cores: {each * STUDY / CORES / 60:.0f} min (extrapolated)"
         yield [f"{designs} passes of crossings not seen before, every 5 mm", f"{1e3 * each:.0f}", whole]
 
