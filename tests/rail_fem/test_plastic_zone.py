@@ -128,8 +128,8 @@ def test_a_zone_along_the_whole_body_is_looked_at_in_stretches(monkeypatch):
     """Strain between half of its largest value and all of it over 0.24 m: the block, its layers and stresses of stretch
     by stretch are those of all at once, which took gigabytes over a whole crossing."""
     corners = box(2 * MM, (240 * MM, 12 * MM, 12 * MM))
-    x, _, z = corners.mean(axis=1).T
-    strain = 0.05 * (0.8 + 0.2 * np.sin(37 * x)) * np.exp(-((z - z.max()) ** 2) / (20 * MM) ** 2)
+    x, y, z = corners.mean(axis=1).T
+    strain = 0.05 * (0.8 + 0.2 * np.sin(37 * x)) * np.exp(-((z - z.max()) ** 2 + (y - 0.7 * MM) ** 2) / (20 * MM) ** 2)
     found = zone(corners, strain)
     monkeypatch.setattr(module, "STRETCH", np.inf)
     whole = zone(corners, strain)
