@@ -3,7 +3,7 @@
 Kinematics, trial stress and forces are those of the elements by a hardening curve (rail_fem.fe.hexahedron,
 hexahedron_full); the return is the function that the law's own point calls (rail_fem.cyclic.law.plastic_return), lane
 by lane where a lane flows. Back stresses are state: they turn with the step's rotation as the stress does. A block that
-has never flowed has none, and takes the time of one by a curve.
+has never flowed has none to turn.
 """
 
 from __future__ import annotations

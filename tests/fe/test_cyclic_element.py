@@ -188,6 +188,24 @@ def test_back_stresses_come_back_from_their_rows():
     assert np.abs(made[1].finite.back).max() > 1e6
 
 
+def test_slabs_outside_the_window_keep_their_back_stresses():
+    """Strained as a whole, then with the middle slab alone active: the others keep every bit."""
+    mesh = mesh_box((96.0, 1.0, 1.0), (96, 1, 1))
+    slab = np.repeat([0, 1, 2], 32)
+    structure = structure_of(mesh, steel_by("Chaboche"), settings=ONE, slab=slab)
+    rng = np.random.default_rng(4)
+    shake = lambda: place(structure, structure.x.reshape(-1, 3) + 5e-3 * rng.standard_normal((97 * 4, 3)), 1e-6)
+    shake()
+    before = element_state(structure.finite)
+    structure.active = [(1, 2)]
+    shake()
+    after = element_state(structure.finite)
+    middle = structure.finite.cell_of[LANES : 2 * LANES]
+    outside = np.setdiff1d(np.arange(96), middle)
+    assert np.array_equal(after[outside], before[outside]) and before[outside][:, structure.finite.rows :].any()
+    assert (after[middle][:, structure.finite.rows :] != before[middle][:, structure.finite.rows :]).any()
+
+
 def test_a_run_is_the_same_on_two_ranks(tmp_path):
     """Only the order of sums differs: 1e-10 of each quantity's largest value."""
     one, two = (
