@@ -249,17 +249,29 @@ def equivalent_paraboloid(
     """Radii (n, 2) [m] of the paraboloid that intersects to `depth` (n,) as the gap (n, p, q) does, its middle across
     (n,) [m], and how asymmetric that is (n,).
 
-    Length, width and area are those of the position where the gap, linear between its samples, is below the depth.
+    Length, width and area are those of the position where the gap, linear between its samples, is below the depth; the
+    middle is that of its piece at the contact point: over a groove, which the wheel spans, there is no contact.
     """
     rows, columns = gap.min(axis=2), gap.min(axis=1)
     length, _ = _below(rows, along, depth[:, None])
-    width, middle = _below(columns, across, depth[:, None])
+    width, balance = _below(columns, across, depth[:, None])
+    _, middle = _below(_one_piece(columns, depth), across, depth[:, None])
     widths, _ = _below(gap, across, depth[:, None, None])
     area = trapezoid(widths, along, axis=1)
     ellipse = np.pi / 4 * length * width
     scale = (area / ellipse)[:, None]
     radii = np.stack([length, width], axis=1) ** 2 / 4 * scale / (2 * depth[:, None])
-    return radii, middle, np.abs(middle) / (width / 2)
+    return radii, middle, np.abs(balance) / (width / 2)
+
+
+def _one_piece(gap: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """Gap (n, q) with q odd, infinite beyond the first samples on either side of the middle one that are not below the
+    depth (n,)."""
+    inside, centre = gap < depth[:, None], gap.shape[1] // 2
+    reached = np.ones_like(inside)  # samples up to the first outside, itself included
+    reached[:, centre + 1 :] = np.logical_and.accumulate(inside[:, centre:-1], axis=1)
+    reached[:, :centre] = np.logical_and.accumulate(inside[:, centre:0:-1], axis=1)[:, ::-1]
+    return np.where(reached, gap, FAR)
 
 
 def _below(gap: np.ndarray, positions: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
