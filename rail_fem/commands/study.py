@@ -57,6 +57,11 @@ STUDIES = {
         "waves by boundary elements: stability map, energy over 1,000 steps, a bar over twenty periods",
         ("--cells", "2", "--periods", "2"),
     ),
+    "wave-orders": Study(
+        "bem.verification.waves",
+        "waves by boundary elements against exact solutions: a bar, a cavity, Lamb's line load, with their orders",
+        ("--quick",),
+    ),
     "plane-impact": Study(
         "rail_fem.studies.plane_impact",
         "a wheel strikes a rail section: waves by boundary elements, steps and schemes, finite elements as judge",

@@ -7,14 +7,10 @@ from scipy.special import kv
 from bem.dynamic.body import DynamicsError
 from bem.dynamic.convolution import RULES, Conditions, LaplaceBody, convolve, transfer
 from bem.dynamic.laplace_kernel import bessel
-from bem.material import Elastic
-from bem.plane.curve import arc
 from bem.plane.mesh import Sizing, mesh_outline
-from bem.plane.outline import Edge, Outline
 from bem.verification.bar import HEIGHT, LENGTH, MATERIAL, box, edge_pattern, pulse, tip_displacement
+from bem.verification.waves import cavity, cavity_pressure, cavity_transform
 from tests.order import assert_order
-
-ROCK = Elastic.from_shear(1.0, 0.25)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.7, 1.5, -1.2])
@@ -28,61 +24,17 @@ def test_bessel_functions_are_scipys(angle):
     assert np.abs(ours[near, 1] / second[near] - 1).max() < 0.1 and abs(ours[0, 1] / second[0] - 1) < 1e-5
 
 
-def cavity(elements: int) -> LaplaceBody:
-    circle = Outline([[Edge(arc((0, 0), 1.0, 0, 2 * np.pi, 721))]], infinite=True)
-    return LaplaceBody(mesh_outline(circle, Sizing(2 * np.pi / elements)), ROCK, 1.0)
-
-
-def pressure(body: LaplaceBody) -> Conditions:
-    """A unit pressure on the whole boundary."""
-    mesh = body.mesh
-    force = -mesh.normals * mesh.cell_length[:, None]
-    return Conditions(np.zeros((mesh.densities, 2), bool), force.T.reshape(-1, 1))
-
-
-def exact_cavity(s: complex, r: float) -> complex:
-    """Radial displacement around a cavity of radius 1 under a unit pressure: u = B K1(k r)."""
-    speed = np.sqrt((ROCK.shear * 2 * (1 - ROCK.poisson)) / (1 - 2 * ROCK.poisson))
-    k, stiff = s / speed, speed**2
-    lame = stiff - 2 * ROCK.shear
-    slope = -k * kv(0, k) - kv(1, k)  # d/dr K1(k r) at r = 1
-    return -kv(1, k * r) / (stiff * slope + lame * kv(1, k))
-
-
 @pytest.mark.parametrize("s", [0.05, 0.5 + 1j, 0.3 + 4j, 3 - 6j])
 def test_a_cavity_under_pressure_answers_as_the_exact_transform(s):
     """Second order in the element, at slow and at fast s."""
     points = np.array([[1.5, 0.0], [0.0, 3.0]])
     errors = []
     for elements in (24, 48):
-        moved = transfer(cavity(elements), pressure(cavity(elements)), s, points)[:, 0]
-        exact = np.array([exact_cavity(s, 1.5), exact_cavity(s, 3.0)])
+        moved = transfer(cavity(elements), cavity_pressure(cavity(elements)), s, points)[:, 0]
+        exact = np.array([cavity_transform(s, 1.5), cavity_transform(s, 3.0)])
         errors.append(np.abs(np.array([moved[0], moved[3]]) - exact).max() / np.abs(exact).max())
     assert errors[1] < 0.01
     assert_order([1 / 24, 1 / 48], errors, 2, 0.6)
-
-
-def talbot(transform, time: float, nodes: int = 24) -> float:
-    """Inverse Laplace transform at a time by Talbot's contour (Abate and Valko 2004)."""
-    theta = np.arange(1, nodes) * np.pi / nodes
-    r = 2 * nodes / (5 * time)
-    cot = 1 / np.tan(theta)
-    s = r * theta * (cot + 1j)
-    sigma = theta + (theta * cot - 1) * cot
-    total = 0.5 * np.exp(r * time) * transform(r) + sum(
-        (np.exp(time * s) * np.array([transform(each) for each in s]) * (1 + 1j * sigma)).tolist()
-    )
-    return float((r / nodes * total).real)
-
-
-def test_a_cavity_under_a_step_pressure_follows_its_transform_inverted():
-    """Convolution quadrature in time against Talbot's contour on the exact transform, after the front."""
-    body, step, count = cavity(24), 0.05, 80
-    point = np.array([[1.0 + 1e-9, 0.0]])
-    answer = convolve(lambda s: transfer(body, pressure(body), s, point), np.ones((count, 1)), step, "BDF2")
-    time = step * np.arange(1, count + 1)
-    exact = np.array([talbot(lambda s: exact_cavity(s, 1.0) / s, t) for t in time])
-    assert np.abs(answer[:, 0] - exact)[10:].max() < 0.02 * exact[10:].max()
 
 
 def bar_body(cells: int) -> tuple[LaplaceBody, Conditions]:
