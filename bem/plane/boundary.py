@@ -24,12 +24,14 @@ from scipy.linalg import lu_factor, lu_solve
 
 from bem.checks import point_text, refuse_unless_finite
 from bem.material import Elastic, MaterialError
+from bem.plane.dilatation import Dilatation, in_holes
 from bem.plane.kelvin import ResultantIntegrals, displacement_integrals, resultant_integrals
 from bem.plane.mesh import BoundaryMesh
 from bem.plane.point_load import PointLoad
 
 MEMORY_LIMIT = 4e9  # bytes that one system may take at its peak
-_HOLLOW_POISSON = 0.495  # beyond it a body with a hole loses more than two digits (tests/bem/test_boundary.py)
+_HOLLOW_POISSON = 0.495  # beyond it a body with a hole loses more than two digits without centres of dilatation
+_OPENED_POISSON = 0.35  # beyond it holes get them: at 0.3 they change nothing, at 0.49 errors are seven times smaller
 _BALANCE = 1e-3  # largest unbalanced part of the loads on a free body; discretised balanced loads reach (h/R)^2
 
 
@@ -127,6 +129,8 @@ class BoundaryProblem:
     held  : (n, 2) bool, component whose displacement is prescribed
     local : (n,) bool, components are (normal, tangential) there, tangential along the boundary; else (x, y)
     free  : (3, f) rigid motions that the conditions leave free
+    dilating : give each hole a centre of dilatation where Poisson's ratio is large; strengths of the `centres` (h,) are
+        unknowns after the densities
     """
 
     mesh: BoundaryMesh
@@ -134,12 +138,15 @@ class BoundaryProblem:
     held: np.ndarray
     local: np.ndarray
     memory_limit: float = MEMORY_LIMIT
+    dilating: bool = False
     free: np.ndarray = field(init=False)
+    centres: tuple[Dilatation, ...] = field(init=False, default=())
 
     def __post_init__(self) -> None:
         n = self.mesh.densities
         check_memory(2 * n + 5, self.memory_limit)
-        if self.material.poisson > _HOLLOW_POISSON and (self.mesh.infinite or self.mesh.loops > 1):
+        hollow = self.mesh.infinite or self.mesh.loops > 1
+        if hollow and self.material.poisson > _HOLLOW_POISSON and not self.dilating:
             raise MaterialError(
                 f"Poisson's ratio {self.material.poisson} of a body with a hole: the fictitious material in the hole "
                 f"cannot change its area, and errors grow as 1/(1 - 2 nu); stay below {_HOLLOW_POISSON}"
@@ -154,6 +161,17 @@ class BoundaryProblem:
             _, values, rows = np.linalg.svd(np.vstack([modes[self._mask], np.zeros((3, 3))]))
             self.free = rows[values[:3] < 1e-9 * np.sqrt(n)].T
         self._factorise(modes @ self.free)
+        if hollow and self.dilating and self.material.poisson > _OPENED_POISSON:
+            self._open_holes()
+
+    def _open_holes(self) -> None:
+        """Centres of dilatation, and the densities and shift that answer each."""
+        mesh, material = self.mesh, self.material
+        centres, self._means = in_holes(mesh)
+        resultants = np.column_stack([each.resultants(mesh, material) for each in centres])
+        moved = np.column_stack([each.displacement(mesh.middles, material).T.ravel() for each in centres])
+        self._answers = self._solve(self._turn(resultants), self._turn(moved))
+        self.centres = centres
 
     def _turn(self, rows: np.ndarray, back: bool = False) -> np.ndarray:
         """Rows (2n, m), x then y, in the components of the conditions (or back)."""
@@ -210,8 +228,18 @@ class BoundaryProblem:
 
         resultants    : (2n, m) force per cell, in the components of the conditions, all first then all second [N/m]
         displacements : (2n, m) prescribed displacement at the middle of the cell [m], read where held
-        Returns w (2n, m) [Pa], x then y, and shift (2, m) [m].
+        Returns w (2n, m) [Pa], x then y, and shift (2, m) [m]. With centres w is (2n + h, m), strengths last: the
+        densities on each hole then have no mean along its normal.
         """
+        density, shift = self._solve(resultants, displacements)
+        if not self.centres:
+            return density, shift
+        own, moved = self._answers
+        strength = np.linalg.solve(self._means @ own, self._means @ density)
+        return np.vstack([density - own @ strength, strength]), shift - moved @ strength
+
+    def _solve(self, resultants: np.ndarray, displacements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Densities (2n, m) and shift (2, m) alone."""
         n = self.mesh.densities
         length = np.r_[self.mesh.cell_length, self.mesh.cell_length][:, None]
         right = np.zeros((self._lu[0].shape[0], resultants.shape[1]))
@@ -346,12 +374,21 @@ def solve_boundary(
     conditions : edge name -> Condition; edges and components left out are free of traction
     """
     held, local, force, displacement = conditions_of(mesh, conditions)
-    problem = BoundaryProblem(mesh, material, held, local, memory_limit)
-    resultants, known, n = force[:, None], displacement[:, None], mesh.densities
+    problem = BoundaryProblem(mesh, material, held, local, memory_limit, dilating=True)
+    resultants, known = force[:, None], displacement[:, None]
     for load in loads:
         load.refuse_outside(mesh)
         resultants = resultants - problem._turn(load.resultants(mesh, material)[:, None])
         known = known - problem._turn(load.displacement(mesh.middles, material).T.reshape(-1, 1))
     problem.refuse_unbalanced(resultants[:, 0])
     density, shift = problem.solve(resultants, known)
-    return BoundarySolution(mesh, material, density[:, 0].reshape(2, n).T, shift[:, 0], tuple(loads))
+    return solution_of(problem, density[:, 0], shift[:, 0], tuple(loads))
+
+
+def solution_of(
+    problem: BoundaryProblem, density: np.ndarray, shift: np.ndarray, loads: tuple[InnerLoad, ...] = ()
+) -> BoundarySolution:
+    """The field of densities (2n,) and, after them, strengths of centres (h,), as `solve` gives them."""
+    n = 2 * problem.mesh.densities
+    opened = tuple(centre.scaled(s) for centre, s in zip(problem.centres, density[n:]))
+    return BoundarySolution(problem.mesh, problem.material, density[:n].reshape(2, -1).T, shift, (*loads, *opened))

@@ -10,14 +10,7 @@ import numpy as np
 
 from bem.checks import refuse_unless_finite
 from bem.material import Elastic
-from bem.plane.boundary import (
-    MEMORY_LIMIT,
-    BoundaryProblem,
-    BoundarySolution,
-    Condition,
-    EquilibriumError,
-    conditions_of,
-)
+from bem.plane.boundary import MEMORY_LIMIT, BoundaryProblem, Condition, EquilibriumError, conditions_of, solution_of
 from bem.plane.internal import displacement_at
 from bem.plane.mesh import BoundaryMesh
 from bem.plane_plastic.cells import Cells
@@ -62,11 +55,11 @@ class PlasticBoundaryBody:
         memory_limit: float = MEMORY_LIMIT,
     ) -> None:
         held, local, resultants, known = conditions_of(mesh, conditions)
-        problem = BoundaryProblem(mesh, elastic, held, local, memory_limit)
+        problem = BoundaryProblem(mesh, elastic, held, local, memory_limit, dilating=True)
         problem.refuse_unbalanced(resultants)
         density, shift = problem.solve(resultants[:, None], known[:, None])
         self.section = PlasticSection(problem, cells, hardening, memory_limit)
-        self.elastic = BoundarySolution(mesh, elastic, density[:, 0].reshape(2, -1).T, shift[:, 0])
+        self.elastic = solution_of(problem, density[:, 0], shift[:, 0])
         self.density, self.load = density[:, 0], 0.0
         self.steps: list[Step] = []
 
@@ -205,7 +198,11 @@ def section_stress(section: PlasticSection, density: np.ndarray, loads: tuple = 
     plastic = section.plastic_stress()
     stress = np.empty((section.cells.count, 4))
     own = section.from_layers @ density + section.matrix @ plastic
-    stress[section.active] = section.stress(own.reshape(3, -1), plastic.reshape(3, -1))
+    mean = None
+    if nearly_incompressible(section.elastic):
+        field = section.field_stress(section.cells.points(section.active), density, plastic, loads)
+        mean = (1 + section.elastic.poisson) / 3 * field[:, :2].sum(axis=1).reshape(-1, 4).mean(axis=1)
+    stress[section.active] = section.stress(own.reshape(3, -1), plastic.reshape(3, -1), mean)
     others = np.flatnonzero(section.position < 0)
     strain = section.strain_at(section.cells.centers[others], density, plastic, loads)
     stress[others] = section.stress(strain, np.zeros_like(strain))

@@ -49,8 +49,8 @@ class PlasticSection:
     state    : plastic strain, back stress (m, 3, 1, 1) as deviators without yz and xz, and peeq (m, 1, 1), of all cells
     active   : (a,) the cells that take part so far; `position` (m,) their place in it, or -1
     matrix   : (3 a, 3 a) 2 G mean total strain, as deviators, by their plastic stress 2 G e^p
-    density, shift : (2 n, 3 a), (2, 3 a) the layers' answer to it
-    from_layers : (3 a, 2 n) 2 G strain by the boundary's densities
+    density, shift : (2 n + h, 3 a), (2, 3 a) the layers' answer to it, and that of h centres of dilatation in holes
+    from_layers : (3 a, 2 n + h) 2 G strain by the boundary's densities and these centres
     Errors: CellError where cells do not fit the body, TooLargeError before matrices beyond memory_limit [bytes] are
     made.
     """
@@ -60,11 +60,11 @@ class PlasticSection:
     ) -> None:
         check_inside(cells, problem.mesh)
         self.problem, self.cells, self.hardening, self.memory_limit = problem, cells, hardening, memory_limit
-        self.elastic, n = problem.material, problem.mesh.densities
+        self.elastic, n = problem.material, 2 * problem.mesh.densities + len(problem.centres)
         self.state = PlasticState.virgin((cells.count, 3, 1, 1))
         self.active, self.position = np.zeros(0, int), np.full(cells.count, -1)
         self.matrix = np.zeros((0, 0))
-        self.density, self.shift, self.from_layers = np.zeros((2 * n, 0)), np.zeros((2, 0)), np.zeros((0, 2 * n))
+        self.density, self.shift, self.from_layers = np.zeros((n, 0)), np.zeros((2, 0)), np.zeros((0, n))
         self.rim = self._rim()
 
     def _rim(self) -> np.ndarray:
@@ -97,6 +97,7 @@ class PlasticSection:
         turn = self.problem._turn
         density, shift = self.problem.solve(-turn(resultants), -turn(moved))
         layers = strain_by_layers(cells.points(new), mesh, elastic)
+        layers = np.concatenate([layers, self._strain_by_centres(cells.points(new))], axis=2)
         layers = np.einsum("ac,cin->ain", OF_STRAIN, layers)
         every = np.r_[old, new]
         columns = _deviators(cell_strain(cells, every, new, elastic))
@@ -115,6 +116,13 @@ class PlasticSection:
         self.position[new] = a + np.arange(k)
         return True
 
+    def _strain_by_centres(self, points: np.ndarray) -> np.ndarray:
+        """2 G strain (3, k, h), mean over the cells whose four points are in `points` (4 k, 2), by unit centres."""
+        out = np.empty((3, len(points) // 4, len(self.problem.centres)))
+        for h, centre in enumerate(self.problem.centres):  # no pressure in their field: stress is 2 G strain
+            out[:, :, h] = centre.stress(points, self.elastic).reshape(-1, 4, 3).mean(axis=1).T
+        return out
+
     def part(self) -> PlasticState:
         """The state of the cells that take part."""
         return PlasticState(*(field[self.active] for field in (self.state.strain, self.state.back, self.state.peeq)))
@@ -125,7 +133,9 @@ class PlasticSection:
 
     def displacement_matrix(self, points: np.ndarray) -> np.ndarray:
         """Displacement (2 k, 3 a) [m/Pa] of points (k, 2) by plastic stress, all x then all y."""
-        layers = displacement_matrix(points, self.problem.mesh, self.elastic) @ self.density
+        layers = displacement_matrix(points, self.problem.mesh, self.elastic)
+        opened = [c.displacement(points, self.elastic).T.reshape(-1, 1) for c in self.problem.centres]
+        layers = np.hstack([layers, *opened]) @ self.density
         cells = _by_deviators(displacement_by_cells(points, self.cells, self.active, self.elastic))
         return layers + np.repeat(self.shift, len(points), axis=0) + cells
 
@@ -142,14 +152,25 @@ class PlasticSection:
     def strain_at(
         self, points: np.ndarray, density: np.ndarray, plastic: np.ndarray, loads: tuple[PointLoad, ...] = ()
     ) -> np.ndarray:
-        """2 G total strain as deviators (3, k) [Pa] at points (k, 2) outside the cells' edges.
+        """2 G total strain as deviators (3, k) [Pa] at points (k, 2) outside the cells' edges; arguments as in
+        field_stress."""
+        stress = self.field_stress(points, density, plastic, loads)
+        return OF_STRAIN @ strain_of_stress(stress.T.copy(), self.elastic.poisson)
 
-        density : (2 n,) of the load; plastic : (3 a,) plastic stress
+    def field_stress(
+        self, points: np.ndarray, density: np.ndarray, plastic: np.ndarray, loads: tuple[PointLoad, ...] = ()
+    ) -> np.ndarray:
+        """Stress (k, 3) xx yy xy [Pa] of the total strain at points (k, 2) outside the cells' edges.
+
+        density : (2 n + h,) of the load; plastic : (3 a,) plastic stress
         """
         mesh, kappa = self.problem.mesh, self.elastic.kolosov
         z = points[:, 0] + 1j * points[:, 1]
-        w = _complex(density + self.density @ plastic)
+        answer = density + self.density @ plastic
+        w = _complex(answer[: 2 * mesh.densities])
         stress = stress_sums(z, mesh.start, mesh.end, w[mesh.first], w[mesh.last], kappa)
+        for strength, centre in zip(answer[2 * mesh.densities :], self.problem.centres):
+            stress += centre.scaled(strength).stress(points, self.elastic)
         if len(self.active):
             edges, forces = edge_forces(self.cells, self.active)
             force = _complex(forces @ (TO_PLANE @ plastic.reshape(3, -1)).ravel())
@@ -157,13 +178,17 @@ class PlasticSection:
             stress += stress_sums(z, corner[edges], corner[self.cells.following[edges]], force, force, kappa)
         for load in loads:
             stress += load.stress(points, self.elastic)
-        return OF_STRAIN @ strain_of_stress(stress.T.copy(), self.elastic.poisson)
+        return stress
 
-    def stress(self, strain: np.ndarray, plastic: np.ndarray) -> np.ndarray:
-        """Stress (k, 4) xx yy zz xy [Pa] of 2 G total strain (3, k) and plastic stress (3, k), both as deviators."""
+    def stress(self, strain: np.ndarray, plastic: np.ndarray, mean: np.ndarray | None = None) -> np.ndarray:
+        """Stress (k, 4) xx yy zz xy [Pa] of 2 G total strain (3, k) and plastic stress (3, k), both as deviators.
+
+        mean : stress (k,) [Pa], where it is known better than by the strain (a volume that hardly changes)
+        """
         deviator = strain - plastic
         poisson = self.elastic.poisson
-        mean = -np.sqrt(6) * strain[1] * (1 + poisson) / (3 * (1 - 2 * poisson))  # bulk modulus over 2 G
+        if mean is None:
+            mean = -np.sqrt(6) * strain[1] * (1 + poisson) / (3 * (1 - 2 * poisson))  # bulk modulus over 2 G
         xx, yy, xy = TO_PLANE @ deviator
         return np.column_stack([xx + mean, yy + mean, mean - xx - yy, xy])
 

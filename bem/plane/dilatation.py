@@ -1,0 +1,82 @@
+"""Centres of dilatation in the holes of a body: what fictitious forces cannot do where nothing changes its area.
+
+The indirect method fills a hole with the body's own material. As Poisson's ratio tends to 1/2 the filling can no longer
+change the hole's area: forces along the hole's normal press on the filling alone and move nothing outside, and errors
+grow as 1 / (1 - 2 nu). A centre of dilatation in each hole opens it at any Poisson's ratio; in exchange the forces on
+each hole have no mean along its normal. The field is that of a pressurised hole in an infinite plane,
+
+    u = S z / (2 G |z|^2),    radial and hoop stress  -S / r^2, S / r^2
+
+Source: Lame; derived here. Held by the thick ring at nu 0.4999 (tests/bem/test_boundary.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bem.material import Elastic, MaterialError
+from bem.plane.mesh import BoundaryMesh
+
+
+@dataclass(frozen=True)
+class Dilatation:
+    """A centre at a point [m] with the strength S [N] per unit thickness; the interface is that of a PointLoad."""
+
+    at: tuple[float, float]
+    strength: float = 1.0
+
+    def scaled(self, factor: float) -> Dilatation:
+        return replace(self, strength=self.strength * float(factor))
+
+    def displacement(self, points: np.ndarray, material: Elastic) -> np.ndarray:
+        """Displacement (m, 2) [m] at points (m, 2)."""
+        away = points - np.array(self.at)
+        return self.strength / (2 * material.shear) * away / (away**2).sum(axis=1)[:, None]
+
+    def stress(self, points: np.ndarray, material: Elastic) -> np.ndarray:
+        """Stress (m, 3) xx, yy, xy [Pa] at points (m, 2)."""
+        turn = 2 * self.strength / (points[:, 0] + 1j * points[:, 1] - complex(*self.at)) ** 2  # yy - xx + 2 i xy
+        return np.column_stack([-turn.real / 2, turn.real / 2, turn.imag / 2])
+
+    def path_force(self, begin: np.ndarray, end: np.ndarray, material: Elastic) -> np.ndarray:
+        """Force (2, h) [N/m] of the field's traction over straight paths between complex points, outward on the
+        right."""
+        at = complex(*self.at)
+        force = 1j * self.strength * (1 / np.conj(end - at) - 1 / np.conj(begin - at))
+        return np.vstack([force.real, force.imag])
+
+    def resultants(self, mesh: BoundaryMesh, material: Elastic) -> np.ndarray:
+        """Force (2n,) [N/m], all x then all y, of the field's traction on each cell."""
+        points, begin, end, cell = mesh.paths()
+        x, y = self.path_force(points[begin], points[end], material)
+        return np.r_[np.bincount(cell, x, mesh.densities), np.bincount(cell, y, mesh.densities)]
+
+
+def in_holes(mesh: BoundaryMesh) -> tuple[tuple[Dilatation, ...], np.ndarray]:
+    """A centre in each hole of a body, of the strength of a unit pressure, and the mean along the hole's normal (h, 2n)
+    of densities, all x then all y.
+
+    Raises MaterialError for a hole that its own centroid lies outside of.
+    """
+    last = np.flatnonzero(mesh.following != np.arange(1, mesh.elements + 1))
+    centres, means = [], []
+    for low, high in zip(np.r_[0, last[:-1] + 1], last + 1):
+        start, end = mesh.start[low:high], mesh.end[low:high]
+        twice = (np.conj(start) * end).imag
+        if twice.sum() > 0:  # the material on its left, inside: the outer boundary
+            continue
+        area = -twice.sum() / 2
+        centre = ((start + end) * twice).sum() / (3 * twice.sum())
+        if round(np.angle((end - centre) / (start - centre)).sum() / (2 * np.pi)) != -1:
+            raise MaterialError(
+                f"a hole about ({centre.real:.4g}, {centre.imag:.4g}) m does not hold its own centroid: Poisson's ratio"
+                " must stay below 0.495 there"
+            )
+        centres.append(Dilatation((float(centre.real), float(centre.imag)), float(area / np.pi)))
+        mean = np.zeros((2, mesh.densities))
+        mine = np.unique(np.r_[mesh.first[low:high], mesh.last[low:high]])
+        mean[:, mine] = (mesh.normals[mine] * mesh.cell_length[mine, None]).T / mesh.cell_length[mine].sum()
+        means.append(mean.ravel())
+    return tuple(centres), np.array(means).reshape(len(centres), 2 * mesh.densities)
