@@ -91,6 +91,32 @@ def drift(x, v, dt, force, runs):
             force[i] = 0.0
 
 
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
+def add_motion_energy(v, force, mass, small, runs, out):
+    """Kinetic energy [J], power of the forces, and its part on small-displacement nodes [W], of the nodes in `runs`.
+
+    v, force : (3 n,);  mass, small : (n,), small 1 on the small-displacement bodies;  out : (3,) added to
+    """
+    for r in range(runs.shape[0]):
+        for n in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
+            i = np.uint64(3) * n
+            a, b, c = v[i], v[i + np.uint64(1)], v[i + np.uint64(2)]
+            power = force[i] * a + force[i + np.uint64(1)] * b + force[i + np.uint64(2)] * c
+            out[0] += 0.5 * mass[n] * (a * a + b * b + c * c)
+            out[1] += power
+            out[2] += small[n] * power
+
+
+@njit(cache=True, error_model="numpy")
+def all_finite(v, runs):
+    """Whether every unknown in `runs` of v (3 n,) is a number."""
+    for r in range(runs.shape[0]):
+        for i in range(runs[r, 0], runs[r, 1]):
+            if not abs(v[i]) < np.inf:
+                return False
+    return True
+
+
 @njit(cache=True, error_model="numpy")
 def apply_contact(v, internal, force, inverse_mass, local, at, small, dt, works):
     """Contact forces onto the velocities of owned nodes; returns their work on the bodies [J].
@@ -228,7 +254,7 @@ class Dynamics:
     def step(self, dt: float) -> None:
         """Advance by dt [s]. Collective."""
         if self.balance_mark is None:
-            self.balance_mark = self._lagging_balance(self.energies())
+            self.balance_mark = self._lagging_balance(self._energies())
         self._kick(dt)
         self._drift(dt)
         if self.window is not None and self.window.advance(self.contact.offset):
@@ -329,7 +355,8 @@ class Dynamics:
         too long is found within 50 steps. Collective."""
         s = self.structure
         message = None
-        if not s.smallest_volume > 0 or not np.isfinite(s.v).all():
+        if not s.smallest_volume > 0 or not all_finite(s.v, self.runs):
+            self.bring_up()
             message = s.inversion_message() or "velocities are not finite"
         try:
             raise_together(self.comm, message)
@@ -345,8 +372,8 @@ class Dynamics:
                 raise ValueError(message)
 
     def _check_balance(self) -> None:
-        e = self.energies()
-        before, self.balance_mark = self.balance_mark, self._lagging_balance(e)
+        found = self._energies()
+        e, before, self.balance_mark = found[0], self.balance_mark, self._lagging_balance(found)
         if before is None:
             return
         change, held = (
@@ -359,14 +386,12 @@ class Dynamics:
                 " hold or lost: the run is unstable, take a smaller courant number"
             )
 
-    def _lagging_balance(self, energies: dict[str, float]) -> float:
-        """The balance with velocities half a step behind [J]. Beyond the critical step a linear body grows while the
-        balance at one time holds: it is the scheme's invariant, with ever more negative kinetic energy; this one grows
-        with it. Collective."""
-        n = 3 * self.domain.n_owned
-        return energies["balance"] - 0.5 * self.dt * self.comm.allreduce(
-            float(self.structure.force[:n] @ self.structure.v[:n])
-        )
+    def _lagging_balance(self, energies: tuple[dict[str, float], float]) -> float:
+        """The balance with velocities half a step behind [J], from what `_energies` found. Beyond the critical step a
+        linear body grows while the balance at one time holds: it is the scheme's invariant, with ever more negative
+        kinetic energy; this one grows with it. Replicated."""
+        found, power = energies
+        return found["balance"] - 0.5 * self.dt * power
 
     def energies(self) -> dict[str, float]:
         """All energies and works so far [J], replicated. Collective.
@@ -377,20 +402,26 @@ class Dynamics:
         half the kick of the forces at hand. contact_loss = what the contact forces take from the bodies beyond penalty
         energy, friction, prescribed motion and rotation: the error of the contact.
         """
+        return self._energies()[0]
+
+    def _energies(self) -> tuple[dict[str, float], float]:
+        """`energies`, and the power of the forces at hand on the velocities [W]. Nodes outside the window are not
+        looked at: they have the base's velocity and no forces. Collective."""
         s, w = self.structure, self.window
-        self.bring_up()
         finite, small = s.elastic_energy()
-        n = 3 * self.domain.n_owned
-        power = s.force[:n] * s.v[:n]
-        half = 0.5 * self.dt * np.array([power.sum(), power @ self.small_unknown[:n]])
+        motion = np.zeros(3)
+        add_motion_energy(s.v, s.force, s.mass, self.small, self.owned_runs, motion)
+        half = 0.5 * self.dt * motion[1:]
         works = self.works - [half[0] - half[1], half[1], 0.0]
-        local = np.array([s.kinetic_energy() + half[0], finite, small, *s.work, *works, self.contact_work])
-        total = self.comm.allreduce(local, op=MPI.SUM)
-        kinetic, finite, small = total[:3]
+        kinetic = motion[0] + half[0] + (0.0 if w is None else w.motion_outside[4])
+        local = np.array([kinetic, finite, small, *s.work, *works, self.contact_work, motion[1]])
+        total = np.empty_like(local)
+        self.comm.Allreduce(local, total)
+        kinetic, finite, small = map(float, total[:3])
         left_elastic, left_kinetic = (0.0, 0.0) if w is None else (w.left_elastic, w.left_kinetic)
         finite += left_elastic
-        plastic, hourglass, viscous = total[3 + PLASTIC_WORK], total[3 + HOURGLASS_WORK], total[3 + VISCOUS_WORK]
-        finite_work, small_work, mass_damping, contact = total[6:]
+        plastic, hourglass, viscous = map(float, total[[3 + PLASTIC_WORK, 3 + HOURGLASS_WORK, 3 + VISCOUS_WORK]])
+        finite_work, small_work, mass_damping, contact, power = map(float, total[6:])
         kinetic += 0.5 * self.dt * self.supports.spring_power()
         out = {
             "kinetic": kinetic,
@@ -416,4 +447,4 @@ class Dynamics:
         out["contact_loss"] = (
             -contact - out["prescribed_motion"] - out["rotation"] - out["friction"] - out["contact_penalty"]
         )
-        return out
+        return out, power

@@ -14,7 +14,10 @@ from kernel_cache import njit
 from rail_fem.fe.hexahedron import (
     FAST,
     add_elastic,
+    dot,
+    energy_density,
     field_gradient,
+    gather,
     gather_one,
     internal_force,
     load,
@@ -112,6 +115,47 @@ def add_elastic_force(u, nodes, filled, material_of, materials, geometry, force)
         elastic_forces(nodal, materials[row, 0], materials[row, 1], fixed, own)
         internal_force(own, fixed, nodal)
         scatter(nodal, nodes, start, filled[block], force)
+
+
+@_part
+def elastic_energies(nodal, lame, shear, fixed, energy):
+    """Elastic energy of each element of a block -> energy (W,) [J]; nodal (48*W,) holds positions and, after them, the
+    reference's."""
+    for k in range(24 * _W):
+        nodal[k] -= nodal[24 * _W + k]
+    for e in range(_W):
+        m = vector_modes(nodal, e)
+        b = (
+            load(fixed, 0, 0, e),
+            load(fixed, 0, 3, e),
+            load(fixed, 0, 6, e),
+            load(fixed, 0, 9, e),
+            load(fixed, 0, 12, e),
+            load(fixed, 0, 15, e),
+        )
+        volume = fixed[30 * _W + e]
+        l = field_gradient(m, b, volume)
+        stress = add_elastic((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), l, 1.0, lame, shear)
+        q1 = hourglass_force(m[3], l, load(fixed, 0, 18, e), 1.0)
+        q2 = hourglass_force(m[4], l, load(fixed, 0, 21, e), 1.0)
+        q3 = hourglass_force(m[5], l, load(fixed, 0, 24, e), 1.0)
+        q4 = hourglass_force(m[6], l, load(fixed, 0, 27, e), 1.0)
+        squares = dot(q1, q1) + dot(q2, q2) + dot(q3, q3) + dot(q4, q4)
+        energy[e] = volume * energy_density(stress[:3], stress[3:], lame, shear) + 4.0 * fixed[32 * _W + e] * squares
+
+
+@_compiled
+def small_energy(x, reference, nodes, filled, material_of, materials, geometry):
+    """Elastic energy [J] of every block with its nodes at x (3*n,), that of the hourglass stiffness with it."""
+    nodal, energy, total = np.empty(48 * _W), np.empty(_W), 0.0
+    for block in range(filled.size):
+        row = material_of[block]
+        gather(x, reference, nodes, block * 8 * _W, nodal)
+        fixed = geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
+        elastic_energies(nodal, materials[row, 0], materials[row, 1], fixed, energy)
+        for e in range(filled[block]):
+            total += energy[e]
+    return total
 
 
 @_compiled

@@ -19,6 +19,7 @@ CLEAR = 40e-3  # from the wheel at the end of the pass: nearer, the metal is und
 def metal(run: Run) -> dict[str, dict]:
     """For wing and nose the plain values of rail_fem.output.plastic_zone.PlasticZone whether the block lies clear of
     the wheel, so that its stresses are residual, and the surface: see `surface_change`. Collective, replicated."""
+    run.dynamics.bring_up()
     cells, points, mesh = (
         gather_cells(run.dynamics),
         gather_nodes(run.dynamics.domain, run.dynamics.structure.x),

@@ -33,19 +33,20 @@ def add_step(force, normal_force, position, area, watched, n_rail, on_nose, tota
 
 
 @njit(cache=True, error_model="numpy")
-def add_motion(v, mass, body_of, n, out):
+def add_motion(v, mass, body_of, runs, out):
     """What says how much of the bodies' motion is not that of a rigid one: mass, momentum and kinetic energy of each.
 
-    v : (3 n_nodes,);  mass, body_of : (n_nodes,), of which the first `n` count;  out : (bodies, 5) mass [kg], momentum
-    along x, y, z [kg m/s], kinetic energy [J], added to
+    v : (3 n_nodes,);  mass, body_of : (n_nodes,);  runs : (k, 2) the unknowns that count, in ranges first..last-1
+    out : (bodies, 5) mass [kg], momentum along x, y, z [kg m/s], kinetic energy [J], added to
     """
-    for i in range(n):
-        row, m = out[body_of[i]], mass[i]
-        row[0] += m
-        for c in range(3):
-            speed = v[3 * i + c]
-            row[1 + c] += m * speed
-            row[4] += 0.5 * m * speed * speed
+    for r in range(runs.shape[0]):
+        for i in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
+            row, m = out[body_of[i]], mass[i]
+            row[0] += m
+            for c in range(3):
+                speed = v[3 * i + c]
+                row[1 + c] += m * speed
+                row[4] += 0.5 * m * speed * speed
 
 
 class Recorder:
@@ -122,9 +123,11 @@ class Recorder:
 
     def _deforming(self) -> float:
         """Kinetic energy of the meshes beyond that of each body's mean velocity [J]. Collective."""
-        s, motion = self.passage.dynamics.structure, np.zeros((2, 5))
-        add_motion(s.v, s.mass, self.passage.body_of, s.domain.n_owned, motion)
-        motion = s.domain.comm.allreduce(motion)
+        d, motion = self.passage.dynamics, np.zeros((2, 5))
+        add_motion(d.structure.v, d.structure.mass, self.passage.body_of, d.owned_runs, motion)
+        if d.window is not None:
+            motion[0] += d.window.motion_outside  # of the crossing
+        motion = d.comm.allreduce(motion)
         return float((motion[:, 4] - 0.5 * (motion[:, 1:4] ** 2).sum(axis=1) / motion[:, 0]).sum())
 
     def history(self) -> dict[str, np.ndarray]:

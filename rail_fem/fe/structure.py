@@ -7,7 +7,7 @@ import numpy as np
 
 from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
-from rail_fem.fe.elastic import add_elastic_force, damped_displacement, elastic_stress, fixed_geometry
+from rail_fem.fe.elastic import add_elastic_force, damped_displacement, elastic_stress, fixed_geometry, small_energy
 from rail_fem.fe.hexahedron import stored_energy, update_elements, volumes
 from rail_fem.fe.hexahedron_cyclic import update_cyclic_elements, update_full_cyclic_elements
 from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
@@ -154,13 +154,11 @@ class Structure:
 
     def elastic_energy(self) -> tuple[float, float]:
         """Elastic energy of the active finite-strain and of the small-displacement elements [J]. Rank-local."""
-        rows, finite = self.table.rows, sum(self.energy_of_blocks(*blocks) for blocks in self.active)
-        b = self.small
-        if not b.n_cells:
-            return finite, 0.0
-        displacement, force = self.x - self.domain.reference, self.domain.nodal_vector()
-        add_elastic_force(displacement, b.nodes, b.filled, b.material_of, rows, self.geometry, force)
-        return finite, -0.5 * float(force @ displacement)
+        finite, b = sum(self.energy_of_blocks(*blocks) for blocks in self.active), self.small
+        small = small_energy(
+            self.x, self.domain.reference, b.nodes, b.filled, b.material_of, self.table.rows, self.geometry
+        )
+        return finite, small
 
     def energy_of_blocks(self, first: int, last: int) -> float:
         """Elastic energy of the finite-strain blocks first..last-1 [J]. Rank-local."""

@@ -128,11 +128,14 @@ class TravellingWindow:
         return out
 
     def _activate(self) -> None:
-        """Tell the structure which blocks to compute: those of active slabs, and of bodies without slabs."""
+        """Tell the structure which blocks to compute: those of active slabs, and of bodies without slabs; weigh the
+        nodes that no step touches."""
         blocks = self.structure.finite
         uncut = np.setdiff1d(blocks.material_of, np.flatnonzero(self.slabs.counts))
         whole = [np.flatnonzero(blocks.material_of == region) for region in uncut]
         self.structure.active = self._blocks(self.active) + [(int(at[0]), int(at[-1]) + 1) for at in whole]
+        owned = self.structure.domain.n_owned
+        self.mass_outside = float(self.structure.mass[:owned][~self.reach.touched[:owned]].sum())
 
     def _count_cells(self) -> int:
         """Cells that a step computes, of all ranks. Collective."""
@@ -156,6 +159,13 @@ class TravellingWindow:
         outside = ~self.reach.touched
         self._place(outside)
         self.structure.v.reshape(-1, 3)[outside] = self.group.velocity
+
+    @property
+    def motion_outside(self) -> np.ndarray:
+        """Mass [kg], momentum along x, y, z [kg m/s] and kinetic energy [J] of the owned nodes that no step touches
+        (5,). Rank-local."""
+        v = self.group.velocity
+        return self.mass_outside * np.array([1.0, *v, 0.5 * v @ v])
 
     def _place(self, nodes: np.ndarray) -> None:
         s = self.structure

@@ -30,6 +30,7 @@ def windowed():
     scene, states, parts = rolling(MPI.COMM_SELF, HALF, HALF), [], []
     for steps in (EARLY, STEPS - EARLY):
         parts.append(run(scene, steps, DT))
+        scene.dynamics.bring_up()
         relative = scene.dynamics.structure.x.reshape(-1, 3) - scene.base.displacement
         states.append((gather_cells(scene.dynamics), relative.copy(), scene.window.active.copy()))
     return scene, parts, states
