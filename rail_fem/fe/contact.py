@@ -15,6 +15,9 @@ from mpi4py import MPI
 from scipy.spatial import cKDTree
 
 from rail_fem.fe import contact_kernel as kernel
+from rail_fem.fe.contact_pairs import AXLE_MOMENT, N_SUMS, Law, NodalForces, Nodes, Pairs, Sliding
+from rail_fem.fe.facet_projection import PROJECTION, project_share, take_projections
+from rail_fem.fe.near_facets import facet_boxes, share_space
 from rail_fem.fe.structure import Structure
 
 OPPOSED = -0.3  # cosine between the normals of a node and of a facet that it can lie in
@@ -89,7 +92,7 @@ class Contact:
 
     After `add_forces`: pressure on the rail's nodes and wheel's nodes, `force` (n, 3) on all surface nodes (rail
     first), replicated;
-    sums : (kernel.N_SUMS,) of the step.
+    sums : (N_SUMS,) of the step.
     """
 
     STATE = (
@@ -149,7 +152,7 @@ class Contact:
         self.force, self.slip = np.zeros((n, 3)), np.zeros((n, 3))
         self.normal_force, self.tributary_area = np.zeros(n), np.zeros(n)
         self.pressure_at = np.zeros(n)
-        self.sums = np.zeros(kernel.N_SUMS)
+        self.sums = np.zeros(N_SUMS)
         self.steps_to_search, self.started = 0, False
         self.guests = 0
         self.pairs = [
@@ -159,11 +162,11 @@ class Contact:
 
     def _pairs(
         self, side: int, slaves: np.ndarray, facets: np.ndarray, where: np.ndarray, usable: np.ndarray | None = None
-    ) -> kernel.Pairs:
+    ) -> Pairs:
         """Nodes of the rail (side 0) or of the wheel (side 1) over facets of the other; usable : None for none of
         them."""
         usable = np.zeros(len(self.quads[1 - side]), np.bool_) if usable is None else usable
-        return kernel.Pairs.over(self.quads[1 - side], self.neighbours[1 - side], usable, slaves, facets, where)
+        return Pairs.over(self.quads[1 - side], self.neighbours[1 - side], usable, slaves, facets, where)
 
     def _gather_all(self, field: np.ndarray) -> np.ndarray:
         """Nodal field at all surface nodes (n, 3), replicated. Collective."""
@@ -227,7 +230,7 @@ class Contact:
         self.force[:], self.normal_force[:], self.pressure_at[:] = 0.0, 0.0, 0.0
         self._prepare()
 
-    def _close_pairs(self, side: int, position: np.ndarray, near: np.ndarray, opposite: np.ndarray) -> kernel.Pairs:
+    def _close_pairs(self, side: int, position: np.ndarray, near: np.ndarray, opposite: np.ndarray) -> Pairs:
         """Pairs of the nodes `near` with a gap within the margin, over those of the facets `opposite` that lie below
         them. Replicated. Collective."""
         quads, neighbours = self.quads[1 - side], self.neighbours[1 - side]
@@ -264,7 +267,7 @@ class Contact:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Those of the facets of rail and wheel whose boxes, wider by `reach` (3,) [m], may share space with the
         other's. Replicated."""
-        kept = kernel.share_space(*(kernel.facet_boxes(position, q[f], reach) for q, f in zip(self.quads, facets)))
+        kept = share_space(*(facet_boxes(position, q[f], reach) for q, f in zip(self.quads, facets)))
         return facets[0][kept[0]], facets[1][kept[1]]
 
     def _candidates(
@@ -276,7 +279,7 @@ class Contact:
         nodes = [np.unique(self.quads[k][near[k]]) for k in (0, 1)]
         return [(nodes[k], near[1 - k]) if len(near[1 - k]) else (nodes[k][:0], near[1 - k]) for k in (0, 1)]
 
-    def _refuse_deep_start(self, position: np.ndarray, pairs: kernel.Pairs, side: int) -> None:
+    def _refuse_deep_start(self, position: np.ndarray, pairs: Pairs, side: int) -> None:
         """Raise ValueError where a surface starts deeper in the other than contact would believe: such nodes would
         never be pushed out. Replicated."""
         nodes, gap = pairs.slaves, pairs.gap
@@ -343,26 +346,26 @@ class Contact:
             *self.pairs,
             self.watched,
             self.n_rail,
-            kernel.Nodes(self.area, self.inverse_mass, self.from_axle, self.position, self.before),
-            kernel.Law(1.0 / s.stiffness, float(s.friction), float(s.deepest)),
+            Nodes(self.area, self.inverse_mass, self.from_axle, self.position, self.before),
+            Law(1.0 / s.stiffness, float(s.friction), float(s.deepest)),
             self.spin,
             dt,
-            kernel.NodalForces(self.tributary_area, self.normal_force, self.force, self.pressure_at, self.slip),
-            kernel.Sliding(self.sticking, self.moved, self.drag),
+            NodalForces(self.tributary_area, self.normal_force, self.force, self.pressure_at, self.slip),
+            Sliding(self.sticking, self.moved, self.drag),
             self.sums,
         )
 
-    def _project(self, position: np.ndarray, *all_pairs: kernel.Pairs) -> None:
+    def _project(self, position: np.ndarray, *all_pairs: Pairs) -> None:
         """Projections of pairs at positions (n, 3), each rank its part of them; the same numbers on any number of
         ranks. Collective."""
         ends = np.cumsum([0, *(len(pairs.slaves) for pairs in all_pairs)])
-        rows = np.empty((ends[-1], kernel.PROJECTION))
+        rows = np.empty((ends[-1], PROJECTION))
         for pairs, first, last in zip(all_pairs, ends[:-1], ends[1:]):
-            kernel.project_share(position, pairs, self.comm.rank, self.comm.size, rows[first:last])
+            project_share(position, pairs, self.comm.rank, self.comm.size, rows[first:last])
         if self.comm.size > 1:
             self.comm.Allreduce(MPI.IN_PLACE, rows)
         for pairs, first, last in zip(all_pairs, ends[:-1], ends[1:]):
-            kernel.take_projections(rows[first:last], pairs)
+            take_projections(rows[first:last], pairs)
 
     def steps_between_searches(self, dt: float) -> int:
         """How many steps of dt [s] surfaces need to come half the margin nearer: no node that is not watched is in
@@ -409,7 +412,7 @@ class Contact:
         The step's forces went with the spin at its start; the work goes with the mean, so it is the change of the
         rotation's energy exactly.
         """
-        moment, before = float(self.sums[kernel.AXLE_MOMENT]), self.spin
+        moment, before = float(self.sums[AXLE_MOMENT]), self.spin
         if self.inertia is not None:
             self.spin += dt * moment / self.inertia
         return dt * moment * 0.5 * (before + self.spin)

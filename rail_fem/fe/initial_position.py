@@ -9,8 +9,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from geometry.meshing.hexmesh import HexMesh, merge_bodies
-from rail_fem.fe import contact_kernel as kernel
 from rail_fem.fe.contact import Surface, edge_neighbours
+from rail_fem.fe.contact_pairs import Pairs
+from rail_fem.fe.facet_projection import project_pairs
 from rail_fem.output.fields import REGIONS
 
 FARTHEST = 20e-3  # surface nodes farther apart than this are not compared [m]
@@ -47,7 +48,7 @@ def _vertical_gap(slave: HexMesh, master: HexMesh) -> float:
     near = np.flatnonzero(away < FARTHEST)
     if not len(near):
         return np.inf
-    pairs = kernel.Pairs.over(
+    pairs = Pairs.over(
         quads,
         edge_neighbours(facets.quads),
         np.ones(len(quads), np.bool_),
@@ -55,7 +56,7 @@ def _vertical_gap(slave: HexMesh, master: HexMesh) -> float:
         nearest[near].astype(np.int64),
         np.zeros((len(near), 2)),
     )
-    kernel.project_pairs(points, pairs)
+    project_pairs(points, pairs)
     gap, normal = pairs.gap, pairs.normal
     upright = (pairs.facets >= 0) & (np.abs(normal[:, 2]) > 0.3)
     return float((gap[upright] / np.abs(normal[upright, 2])).min(initial=np.inf))

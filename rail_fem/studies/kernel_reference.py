@@ -22,7 +22,7 @@ from geometry.meshing.hexmesh import merge_bodies
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.compat import function_space
 from rail_fem.fe.contact import Contact, ContactSettings, Surface
-from rail_fem.fe.contact_kernel import N_ACTIVE
+from rail_fem.fe.contact_pairs import N_ACTIVE
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.structure import Structure
 from rail_fem.scene.steel import GRADES, Steel

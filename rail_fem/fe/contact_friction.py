@@ -1,0 +1,105 @@
+"""Coulomb friction of the rail's nodes on the wheel's material, which flows through the wheel's mesh. Compiled,
+allocation-free but for a few vectors, no mesh."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kernel_cache import njit
+from rail_fem.fe.contact_pairs import AXLE_MOMENT, FRICTION_WORK
+from rail_fem.fe.contact_pressure import pair_mobility
+from rail_fem.fe.facet_projection import facet_point
+
+_part = njit(forceinline=True, error_model="numpy")
+
+
+@_part
+def material_flow(reference, position, quad, weight, flow, t1, t2, r1, r2, point):
+    """Velocity of the wheel's material through its mesh at a point of a facet, for 1 rad/s: e_y x r taken along the
+    deformed facet."""
+    xi = weight[1] + weight[2] - weight[0] - weight[3]
+    eta = weight[2] + weight[3] - weight[0] - weight[1]
+    facet_point(reference, quad, xi, eta, point, r1, r2)
+    wx, wz = point[2], -point[0]
+    a11 = r1[0] * r1[0] + r1[1] * r1[1] + r1[2] * r1[2]
+    a22 = r2[0] * r2[0] + r2[1] * r2[1] + r2[2] * r2[2]
+    a12 = r1[0] * r2[0] + r1[1] * r2[1] + r1[2] * r2[2]
+    b1, b2 = r1[0] * wx + r1[2] * wz, r2[0] * wx + r2[2] * wz
+    det = a11 * a22 - a12 * a12
+    c1, c2 = (a22 * b1 - a12 * b2) / det, (a11 * b2 - a12 * b1) / det
+    facet_point(position, quad, xi, eta, point, t1, t2)
+    for c in range(3):
+        flow[c] = c1 * t1[c] + c2 * t2[c]
+
+
+@_part
+def add_friction_forces(pairs, nodes, law, spin, dt, found, sliding, sums):
+    """Coulomb friction of the rail's nodes: elastic slip per node with the same implicit stiffness, returned to the
+    cone friction * normal force; fills `sliding`."""
+    flow, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
+    r1, r2, point, trial = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    normal, weight, position, before = pairs.normal, pairs.weight, nodes.position, nodes.before
+    slip, force, moved, drag = found.slip, found.force, sliding.moved, sliding.drag
+    for i in range(pairs.slaves.size):
+        s = pairs.slaves[i]
+        if not pairs.active[i]:
+            slip[s, 0] = slip[s, 1] = slip[s, 2] = 0.0
+            continue
+        q = pairs.quads[pairs.facets[i]]
+        material_flow(nodes.from_axle, position, q, weight[i], flow, t1, t2, r1, r2, point)
+        along = 0.0
+        for c in range(3):
+            move = position[s, c] - before[s, c] - dt * spin * flow[c]
+            for k in range(4):
+                move -= weight[i, k] * (position[q[k], c] - before[q[k], c])
+            moved[i, c] = move
+            trial[c] = slip[s, c] + move
+            along += trial[c] * normal[i, c]
+        size = 0.0
+        for c in range(3):
+            trial[c] -= along * normal[i, c]
+            size += trial[c] * trial[c]
+        size = math.sqrt(size)
+        stiffness = nodes.area[s] / (
+            law.compliance + dt * dt * pair_mobility(pairs, i, found.tributary_area, nodes.inverse_mass)
+        )
+        f = stiffness * size
+        bound = law.friction * found.normal_force[s]
+        sliding_now = f > bound
+        if sliding_now:
+            f = bound
+        scale = f / size if size > 0.0 else 0.0
+        sliding.sticking[i] = not sliding_now
+        for c in range(3):
+            slip[s, c] = trial[c] * (law.compliance * scale / nodes.area[s] if sliding_now else 1.0)
+            force[s, c] -= scale * trial[c]
+            drag[i, c] = scale * trial[c]
+            sums[AXLE_MOMENT] += drag[i, c] * flow[c]
+            for k in range(4):
+                force[q[k], c] += weight[i, k] * drag[i, c]
+
+
+@_part
+def finish_slip(pairs, inverse_mass, dt, found, sliding, sums):
+    """After all forces: elastic slip of sticking nodes with what the contact forces move within the step, and the work
+    of friction."""
+    slip, force = found.slip, found.force
+    for i in range(pairs.slaves.size):
+        if not pairs.active[i]:
+            continue
+        s, q = pairs.slaves[i], pairs.quads[pairs.facets[i]]
+        along = 0.0
+        for c in range(3):
+            change = force[s, c] * inverse_mass[s]
+            for k in range(4):
+                change -= pairs.weight[i, k] * force[q[k], c] * inverse_mass[q[k]]
+            change *= dt * dt
+            sums[FRICTION_WORK] += sliding.drag[i, c] * (sliding.moved[i, c] + change)
+            if sliding.sticking[i]:
+                slip[s, c] += change
+                along += slip[s, c] * pairs.normal[i, c]
+        if sliding.sticking[i]:
+            for c in range(3):
+                slip[s, c] -= along * pairs.normal[i, c]

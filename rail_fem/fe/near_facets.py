@@ -1,0 +1,82 @@
+"""Which facets of two surfaces may come near to each other: boxes around them, sorted in plan. Compiled, no mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kernel_cache import njit
+
+_compiled = njit(cache=True, error_model="numpy")
+_part = njit(forceinline=True, error_model="numpy")
+TINY = 1e-300
+COLUMNS = 24  # cells in plan along and across, in which surfaces are looked for that come near to each other
+
+
+@_compiled
+def facet_boxes(position, quads, reach):
+    """Corners low and high (q, 3) of the boxes around facets, wider by `reach` (3,) [m] on all sides."""
+    low, high = np.empty((quads.shape[0], 3)), np.empty((quads.shape[0], 3))
+    for f in range(quads.shape[0]):
+        for c in range(3):
+            low[f, c] = high[f, c] = position[quads[f, 0], c]
+            for k in range(1, 4):
+                p = position[quads[f, k], c]
+                low[f, c], high[f, c] = min(low[f, c], p), max(high[f, c], p)
+            low[f, c] -= reach[c]
+            high[f, c] += reach[c]
+    return low, high
+
+
+@_compiled
+def share_space(rail, wheel):
+    """Which boxes of one set may overlap one of the other's: (q1,), (q2,) bool. Too many, never too few: in plan boxes
+    are sorted into COLUMNS x COLUMNS cells of the rectangle that both sets share, and kept where in one of their cells
+    their height meets the range of the other set's. Twice, with what is left.
+
+    rail, wheel : low, high corners of boxes, each (q, 3) [m]
+    """
+    sets = (rail, wheel)
+    kept = (np.ones(rail[0].shape[0], np.bool_), np.ones(wheel[0].shape[0], np.bool_))
+    heights = np.empty((2, COLUMNS, COLUMNS, 2))
+    box = np.empty((2, 3, 2))
+    for _ in range(2):
+        box[:, :, 0], box[:, :, 1] = np.inf, -np.inf
+        for k in range(2):
+            low, high = sets[k]
+            for f in range(low.shape[0]):
+                if kept[k][f]:
+                    for c in range(3):
+                        box[k, c, 0], box[k, c, 1] = min(box[k, c, 0], low[f, c]), max(box[k, c, 1], high[f, c])
+        x0, x1 = max(box[0, 0, 0], box[1, 0, 0]), min(box[0, 0, 1], box[1, 0, 1])
+        y0, y1 = max(box[0, 1, 0], box[1, 1, 0]), min(box[0, 1, 1], box[1, 1, 1])
+        if not (x1 >= x0 and y1 >= y0):
+            kept[0][:], kept[1][:] = False, False
+            return kept
+        dx, dy = COLUMNS / max(x1 - x0, TINY), COLUMNS / max(y1 - y0, TINY)
+        heights[..., 0], heights[..., 1] = np.inf, -np.inf
+        for fill in (True, False):
+            for k in range(2):
+                low, high = sets[k]
+                for f in range(low.shape[0]):
+                    if not kept[k][f]:
+                        continue
+                    meets = False
+                    if low[f, 0] <= x1 and high[f, 0] >= x0 and low[f, 1] <= y1 and high[f, 1] >= y0:
+                        i0, i1 = column(low[f, 0] - x0, dx), column(high[f, 0] - x0, dx)
+                        j0, j1 = column(low[f, 1] - y0, dy), column(high[f, 1] - y0, dy)
+                        for i in range(i0, i1 + 1):
+                            for j in range(j0, j1 + 1):
+                                if fill:
+                                    heights[k, i, j, 0] = min(heights[k, i, j, 0], low[f, 2])
+                                    heights[k, i, j, 1] = max(heights[k, i, j, 1], high[f, 2])
+                                    meets = True
+                                elif low[f, 2] <= heights[1 - k, i, j, 1] and high[f, 2] >= heights[1 - k, i, j, 0]:
+                                    meets = True
+                    kept[k][f] = meets
+    return kept
+
+
+@_part
+def column(distance, per_metre):
+    """Number 0..COLUMNS-1 of the cell at a distance [m] from the first, those beyond in the outer ones."""
+    return int(min(max(distance * per_metre, 0.0), COLUMNS - 1.0))
