@@ -8,13 +8,18 @@ from pathlib import Path
 PARTIAL = re.compile(r"\..+\.\d+\.partial(\.[^.]*)?")
 
 
+def partial_name(path: Path) -> Path:
+    """Under which this process writes a file before it gets its name."""
+    path = Path(path)
+    return path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+
+
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """Call `write(temporary)` and rename the temporary file to `path`; a reader or a kill never meets half a file.
 
     Errors: whatever `write` raises; the temporary file is then removed and `path` is as before.
     """
-    path = Path(path)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    temporary = partial_name(path)
     try:
         write(temporary)
         os.replace(temporary, path)

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rail_fem.fe.checkpoint import element_state, gather_nodes, gather_rows, restore_elements
+from rail_fem.fe.checkpoint import element_state, restore_elements
+from rail_fem.fe.global_rows import from_blocks, nodes_to_blocks, to_blocks
 from rail_fem.fe.passage import Passage
 from rail_fem.fe.run import Run
 
@@ -19,7 +20,7 @@ from rail_fem.fe.run import Run
 @dataclass(frozen=True)
 class CarriedSteel:
     """points : (n, 3) positions of all nodes relative to the rail's base [m];  state : (m, rows) of all elements as
-    restart files have it; both by input number. Replicated."""
+    restart files have it; both by input number, each rank its block (rail_fem.fe.global_rows)."""
 
     points: np.ndarray
     state: np.ndarray
@@ -29,19 +30,18 @@ def steel_after(run: Run) -> CarriedSteel:
     """What the run has left. Collective."""
     d = run.dynamics
     d.bring_up()
-    points = gather_nodes(d.domain, d.structure.x)
+    points = nodes_to_blocks(d.domain, d.structure.x) - run.passage.crossing.displacement
     cells = d.domain.cell_input[d.structure.finite_cells]
-    state = gather_rows(d.comm, cells, element_state(d.structure.finite), d.domain.m_global)
-    if points is not None:
-        points = points - run.passage.crossing.displacement
-    return CarriedSteel(*run.comm.bcast((points, state), root=0))
+    return CarriedSteel(points, to_blocks(d.comm, cells, element_state(d.structure.finite), d.domain.m_global))
 
 
 def lay_in(passage: Passage, carried: CarriedSteel) -> None:
-    """Give the rail of a new pass on the same mesh the shape and the state that were carried. Rank-local."""
+    """Give the rail of a new pass on the same mesh the shape and the state that were carried. Collective."""
     structure, rail = passage.dynamics.structure, passage.body_of == 0
     domain = structure.domain
-    structure.x.reshape(-1, 3)[rail] = carried.points[domain.node_input][rail]
+    points = from_blocks(domain.comm, carried.points, domain.node_input, domain.n_global)[rail]
+    structure.x.reshape(-1, 3)[rail] = points
     if "anchor" in structure.NODAL:
-        structure.anchor.reshape(-1, 3)[rail] = carried.points[domain.node_input][rail]
-    restore_elements(structure.finite, carried.state[domain.cell_input[structure.finite_cells]])
+        structure.anchor.reshape(-1, 3)[rail] = points
+    cells = domain.cell_input[structure.finite_cells]
+    restore_elements(structure.finite, from_blocks(domain.comm, carried.state, cells, domain.m_global))

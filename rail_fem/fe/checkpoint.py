@@ -1,8 +1,8 @@
 """Full state of a run in one file, in global numbering: a restart on the same number of ranks is bitwise the same, on
 another it is possible.
 
-What is saved is declared by the classes themselves (rail_fem.fe.saved_state). Root gathers and writes; the file appears
-whole or not at all, and the one before it is kept until then.
+What is saved is declared by the classes themselves (rail_fem.fe.saved_state). All ranks write and read, each its block
+of the rows (rail_fem.fe.shared_file); the file appears whole or not at all, and the one before it is kept until then.
 """
 
 from __future__ import annotations
@@ -15,14 +15,15 @@ from typing import Any
 import numpy as np
 
 from rail_fem.fe.blocks import ElementBlocks
-from rail_fem.fe.domain import Domain, raise_together
+from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.global_rows import from_blocks, nodes_to_blocks, to_blocks
 from rail_fem.fe.saved_state import gather_state, restore_state
+from rail_fem.fe.shared_file import Shared, SharedReader, write_shared
 from rail_fem.fe.state import LANES
 from rail_fem.fe.structure import Structure
-from rail_fem.output.sealed import SealError, read_sealed, write_sealed
 
-FORMAT = "9"
+FORMAT = "10"
 REMEDY = "remove it and --restart begins at the first step, or begin again with --overwrite"
 
 
@@ -95,26 +96,17 @@ def save_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mappin
     """
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
     dynamics.bring_up()
-    arrays = {f"nodal/{name}": gather_nodes(domain, getattr(s, name)) for name in s.NODAL}
-    finite = domain.cell_input[s.finite_cells]
-    arrays["finite"] = gather_rows(comm, finite, element_state(s.finite), domain.m_global)
-    arrays["block_work"] = gather_rows(comm, finite, _block_works(s), domain.m_global)
+    shared = {f"nodal/{name}": Shared(nodes_to_blocks(domain, getattr(s, name)), domain.n_global) for name in s.NODAL}
+    finite, cells = domain.cell_input[s.finite_cells], domain.m_global
+    shared["finite"] = Shared(to_blocks(comm, finite, element_state(s.finite), cells), cells)
+    shared["block_work"] = Shared(to_blocks(comm, finite, _block_works(s), cells), cells)
     parts = np.concatenate([np.atleast_1d(getattr(dynamics, name)) for name in dynamics.SUMMED])
-    arrays["summed"] = gather_rows(comm, np.array([comm.rank]), parts[None], comm.size)
+    own: dict[str, np.ndarray] = {"summed": np.array(comm.allgather(parts))}
     plain: dict = {}
     for key, leaf in gather_state(owner).items():
-        (arrays if isinstance(leaf, np.ndarray) else plain)[key] = leaf
-    message = None
-    if comm.rank == 0:
-        try:
-            write_sealed(
-                path,
-                arrays | {"plain": np.frombuffer(json.dumps(plain).encode(), np.uint8)},
-                {"format": FORMAT, **identity},
-            )
-        except OSError as error:
-            message = f"cannot write the restart file {path}: {error}"
-    raise_together(comm, message)
+        (own if isinstance(leaf, np.ndarray) else plain)[key] = leaf
+    own["plain"] = np.frombuffer(json.dumps(plain).encode(), np.uint8)
+    write_shared(comm, path, shared, own, {"format": FORMAT, **identity})
 
 
 def _restore_summed(summed: np.ndarray, dynamics: Dynamics) -> None:
@@ -131,20 +123,15 @@ def load_checkpoint(path: Path, owner: Any, dynamics: Dynamics, identity: Mappin
     """Restore a state saved by `save_checkpoint` with the same identity (root only). Collective. Errors: ValueError on
     all ranks."""
     domain, s, comm = dynamics.domain, dynamics.structure, dynamics.comm
-    arrays, message = None, None
-    if comm.rank == 0:
-        try:
-            arrays, _ = read_sealed(path, {"format": FORMAT, **identity}, REMEDY)
-        except SealError as error:
-            message = str(error)
-    raise_together(comm, message)
-    arrays = comm.bcast(arrays, root=0)
-    plain = json.loads(bytes(arrays.pop("plain")).decode())
+    names = (*(f"nodal/{name}" for name in s.NODAL), "finite", "block_work")
+    stored = SharedReader(comm, path, {"format": FORMAT, **identity}, names, REMEDY)
     for name in s.NODAL:
-        getattr(s, name)[:] = arrays[f"nodal/{name}"][domain.node_input].ravel()
+        rows = from_blocks(comm, stored.blocks.pop(f"nodal/{name}"), domain.node_input, domain.n_global)
+        getattr(s, name)[:] = rows.ravel()
     s.force[3 * domain.n_owned :] = 0.0
-    finite = domain.cell_input[s.finite_cells]
-    restore_elements(s.finite, arrays["finite"][finite])
-    _restore_block_works(s, arrays["block_work"][finite])
-    _restore_summed(arrays["summed"], dynamics)
-    restore_state(owner, arrays | plain)
+    finite, cells = domain.cell_input[s.finite_cells], domain.m_global
+    restore_elements(s.finite, from_blocks(comm, stored.blocks.pop("finite"), finite, cells))
+    _restore_block_works(s, from_blocks(comm, stored.blocks.pop("block_work"), finite, cells))
+    _restore_summed(stored.whole["summed"], dynamics)
+    plain = json.loads(bytes(stored.whole.pop("plain")).decode())
+    restore_state(owner, stored.whole | plain)
