@@ -16,8 +16,9 @@ from scipy.spatial import cKDTree
 
 from rail_fem.fe import contact_kernel as kernel
 from rail_fem.fe.contact_pairs import AXLE_MOMENT, N_SUMS, Law, NodalForces, Nodes, Pairs, Sliding
+from rail_fem.fe.contact_surface import Surface, edge_neighbours, node_normals, tributary_areas
 from rail_fem.fe.facet_projection import PROJECTION, project_share, take_projections
-from rail_fem.fe.near_facets import facet_boxes, share_space
+from rail_fem.fe.near_facets import facet_boxes, facet_centres, nodes_of, share_space, with_neighbours
 from rail_fem.fe.structure import Structure
 
 OPPOSED = -0.3  # cosine between the normals of a node and of a facet that it can lie in
@@ -27,48 +28,6 @@ SLOPE, APPROACH = 0.1, 2.0
 # how much nearer the surfaces come, and how far the wheel travels, before all facets are looked at again and not only
 # those that were so near [m]
 NEARER, FARTHER = 1e-3, 8e-3
-
-
-@dataclass(frozen=True)
-class Surface:
-    """Bilinear facets of a body. nodes : (n,) input nodes;  quads : (q, 4) positions in `nodes`, outward normal by the
-    right-hand rule."""
-
-    nodes: np.ndarray
-    quads: np.ndarray
-
-    @staticmethod
-    def from_quads(quads: np.ndarray) -> Surface:
-        """From facets in input node numbers (q, 4)."""
-        nodes, local = np.unique(quads, return_inverse=True)
-        return Surface(nodes, local.reshape(quads.shape))
-
-
-def edge_neighbours(quads: np.ndarray) -> np.ndarray:
-    """Facet across each edge 01, 12, 23, 30 of each facet (q, 4), -1 where there is none."""
-    out = np.full(quads.shape, -1, np.int64)
-    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    ordered = edges[order]
-    same = np.flatnonzero((ordered[1:] == ordered[:-1]).all(axis=1))
-    first, second = order[same], order[same + 1]
-    out.ravel()[first], out.ravel()[second] = second // 4, first // 4
-    return out
-
-
-def tributary_areas(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """A quarter of the area of each facet at a node, summed (n,) [m2]."""
-    p = points[quads]
-    area = 0.5 * np.linalg.norm(np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]), axis=1)
-    return np.bincount(quads.ravel(), np.repeat(area / 4, 4), minlength=len(points))
-
-
-def node_normals(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """Outward unit normals (n, 3) of the nodes, facets weighted by their area; 0 where a node has no facet."""
-    p = points[quads]
-    facet = np.repeat(np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]), 4, axis=0)
-    out = np.column_stack([np.bincount(quads.ravel(), facet[:, c], minlength=len(points)) for c in range(3)])
-    return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
 
 
 @dataclass(frozen=True)
@@ -176,21 +135,19 @@ class Contact:
             self.comm.Allreduce(MPI.IN_PLACE, out)
         return out
 
-    def _gather_near(self) -> np.ndarray:
-        """Positions (n, 3) [m], of the nodes of near facets as they are now, of others as they were. Replicated.
-        Collective."""
-        wanted = np.zeros(self.n, bool)
-        for quads, facets in zip(self.quads, self._near_facets()):
-            wanted[quads[facets].ravel()] = True
-        mine = wanted[self.here]
-        out = np.zeros((self.n, 3))
-        out[self.here[mine]] = self.structure.x.reshape(-1, 3)[self.local[mine]]
+    def _gather_near(self, facets: list[np.ndarray]) -> None:
+        """`position` of the nodes of these facets, of rail and wheel, as they are now [m]. Collective."""
+        nodes = np.concatenate([nodes_of(quads, near, self.n) for quads, near in zip(self.quads, facets)])
+        slot = np.full(self.n, -1)
+        slot[nodes] = np.arange(len(nodes))
+        own = slot[self.here]
+        mine = own >= 0
+        near = np.zeros((len(nodes), 3))
+        near[own[mine]] = self.structure.x.reshape(-1, 3)[self.local[mine]]
         if self.comm.size > 1:
-            near = out[wanted]
             self.comm.Allreduce(MPI.IN_PLACE, near)
-            out[wanted] = near
-        out[wanted & self.is_wheel, 0] += self.offset
-        return np.where(wanted[:, None], out, self.position)
+        near[nodes >= self.n_rail, 0] += self.offset
+        self.position[nodes] = near
 
     def let_reach(self, facets: np.ndarray) -> None:
         """From now on a search looks at these of the rail's facets (q,) bool; those that come anew count as near.
@@ -211,48 +168,51 @@ class Contact:
         ahead = self.steps_to_search * dt
         nearer, farther = ahead * self._approach_velocity(), ahead * abs(self.speed)
         if nearer > self.nearer_left or farther > self.farther_left:
-            position = self._gather_all(self.structure.x)
-            position[self.is_wheel, 0] += self.offset
+            self.position[:] = self._gather_all(self.structure.x)
+            self.position[self.is_wheel, 0] += self.offset
             self.nearer_left, self.farther_left = max(NEARER, nearer), max(FARTHER, farther)
-            self.near = self._look_at_all(position)
+            self.near = self._look_at_all(self.position)
+            facets = self._near_facets()
         else:
-            position = self._gather_near()
+            facets = self._near_facets()
+            self._gather_near(facets)
         self.nearer_left -= nearer
         self.farther_left -= farther
         reach = self.settings.margin if self.started else START_REACH
-        candidates = self._candidates(position, self._near_facets(), np.full(3, reach))
-        self.pairs = [self._close_pairs(side, position, *candidates[side]) for side in (0, 1)]
+        candidates = self._candidates(self.position, facets, np.full(3, reach))
+        rubbed, watched = self.pairs[0].slaves, self.watched
+        self.pairs = [self._close_pairs(side, self.position, *candidates[side], facets[1 - side]) for side in (0, 1)]
         self.started = True
-        keep_slip, slaves = self.slip, self.pairs[0].slaves
-        self.slip = np.zeros_like(keep_slip)
-        self.slip[slaves] = keep_slip[slaves]
-        self.position[:] = position
-        self.force[:], self.normal_force[:], self.pressure_at[:] = 0.0, 0.0, 0.0
+        slaves = self.pairs[0].slaves
+        slip = self.slip[slaves]
+        self.slip[rubbed] = 0.0
+        self.slip[slaves] = slip
+        for found in (self.force, self.normal_force, self.pressure_at):
+            found[watched] = 0.0
         self._prepare()
 
-    def _close_pairs(self, side: int, position: np.ndarray, near: np.ndarray, opposite: np.ndarray) -> Pairs:
+    def _close_pairs(
+        self, side: int, position: np.ndarray, near: np.ndarray, opposite: np.ndarray, allowed: np.ndarray
+    ) -> Pairs:
         """Pairs of the nodes `near` with a gap within the margin, over those of the facets `opposite` that lie below
-        them. Replicated. Collective."""
+        them; projections stay on the facets `allowed` (k,). Replicated. Collective."""
         quads, neighbours = self.quads[1 - side], self.neighbours[1 - side]
         facets, where, ahead = np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 3))
-        allowed = np.zeros(len(quads), np.bool_)
-        allowed[self._near_facets()[1 - side]] = True
+        usable = np.zeros(len(quads), np.bool_)
+        usable[allowed] = True
         if len(near):
             mine, nearest = slice(self.comm.rank, None, self.comm.size), np.zeros(len(near), np.int64)
-            _, nearest[mine] = cKDTree(position[quads[opposite]].mean(axis=1)).query(position[near[mine]])
-            every = self._pairs(side, near, opposite[nearest], np.zeros((len(near), 2)), allowed.copy())
+            _, nearest[mine] = cKDTree(facet_centres(position, quads, opposite)).query(position[near[mine]])
+            every = self._pairs(side, near, opposite[nearest], np.zeros((len(near), 2)), usable)
             self._project(position, every)
             if not self.started:
                 self._refuse_deep_start(position, every, side)
-            close = (every.facets >= 0) & (every.gap < self.settings.margin) & (every.gap > -self.settings.deepest)
+            gap = every.gap
+            close = np.flatnonzero((every.facets >= 0) & (gap < self.settings.margin) & (gap > -self.settings.deepest))
             near, facets, where, ahead = near[close], every.facets[close], every.where[close], every.ahead[close]
-        usable = np.zeros(len(quads), np.bool_)
-        usable[facets] = True
-        for _ in range(2):
-            around = neighbours[usable]
-            usable[around[around >= 0]] = True
-        usable &= allowed
-        return self._pairs(side, near, facets, where, usable)._replace(ahead=ahead)
+        return self._pairs(side, near, facets, where, with_neighbours(facets, neighbours, 2) & usable)._replace(
+            ahead=ahead
+        )
 
     def _look_at_all(self, position: np.ndarray) -> np.ndarray:
         """The facets of both surfaces, the rail's first, that can come within the margin of the other's before
@@ -276,7 +236,7 @@ class Contact:
         """For each side its nodes and the opposite facets, of those given, that come within reach of the other surface.
         Replicated."""
         near = self._sharing_space(position, facets, reach)
-        nodes = [np.unique(self.quads[k][near[k]]) for k in (0, 1)]
+        nodes = [nodes_of(quads, found, self.n) for quads, found in zip(self.quads, near)]
         return [(nodes[k], near[1 - k]) if len(near[1 - k]) else (nodes[k][:0], near[1 - k]) for k in (0, 1)]
 
     def _refuse_deep_start(self, position: np.ndarray, pairs: Pairs, side: int) -> None:

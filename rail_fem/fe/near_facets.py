@@ -80,3 +80,53 @@ def share_space(rail, wheel):
 def column(distance, per_metre):
     """Number 0..COLUMNS-1 of the cell at a distance [m] from the first, those beyond in the outer ones."""
     return int(min(max(distance * per_metre, 0.0), COLUMNS - 1.0))
+
+
+@_compiled
+def nodes_of(quads, facets, n):
+    """Nodes (m,) of the facets (k,) among n, ascending, each once."""
+    wanted, count = np.zeros(n, np.bool_), 0
+    for f in facets:
+        for k in range(4):
+            count += not wanted[quads[f, k]]
+            wanted[quads[f, k]] = True
+    out, count = np.empty(count, np.int64), 0
+    for i in range(n):
+        if wanted[i]:
+            out[count] = i
+            count += 1
+    return out
+
+
+@_compiled
+def facet_centres(position, quads, facets):
+    """Mean positions (k, 3) of the corners of the facets (k,)."""
+    out = np.empty((facets.size, 3))
+    for i in range(facets.size):
+        q = quads[facets[i]]
+        for c in range(3):
+            out[i, c] = (position[q[0], c] + position[q[1], c] + position[q[2], c] + position[q[3], c]) / 4.0
+    return out
+
+
+@_compiled
+def with_neighbours(facets, neighbours, rings):
+    """(q,) bool: the facets (k,) and those up to so many facets away across edges."""
+    out = np.zeros(neighbours.shape[0], np.bool_)
+    ring = np.empty(neighbours.shape[0], np.int64)
+    count = 0
+    for f in facets:
+        if not out[f]:
+            out[f], ring[count] = True, f
+            count += 1
+    first = 0
+    for _ in range(rings):
+        last = count
+        for i in range(first, last):
+            for k in range(4):
+                other = neighbours[ring[i], k]
+                if other >= 0 and not out[other]:
+                    out[other], ring[count] = True, other
+                    count += 1
+        first = last
+    return out
