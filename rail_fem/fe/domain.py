@@ -7,6 +7,8 @@ ghost cells), so each element is counted once; forces on ghosts travel to their 
 
 from __future__ import annotations
 
+import gc
+
 import numpy as np
 from mpi4py import MPI
 from dolfinx import la
@@ -25,17 +27,19 @@ class Domain:
     ----------
     points : (n, 3) [m];  cells : (m, 8) VTK order;  region : (m,) int;  cost : (m,) relative cost of an update, or None
     part : (m,) rank of each cell; None: pieces along the longest side, by cost
+    keep_mesh : keep the dolfinx mesh, for dolfinx's own forms; steps want of it only who owns which node
 
     Attributes (rank-local unless said)
     ----------
-    mesh : dolfinx mesh;  cells : (m_local, 8) local nodes in VTK order;  region : (m_local,);
+    mesh : dolfinx mesh, None unless it is kept;  cells : (m_local, 8) local nodes in VTK order;  region : (m_local,);
     cell_input : (m_local,) index in the input
-    n_owned, n_nodes : owned nodes, and with ghosts;  node_input : (n_nodes,) index in the input;
+    nodes : dolfinx index map of the nodes;  n_owned, n_nodes : owned nodes, and with ghosts
+    node_input : (n_nodes,) index in the input;
     reference : (3 n_nodes,) [m]
     n_global, m_global : replicated totals
     """
 
-    def __init__(self, comm: MPI.Comm, points=None, cells=None, region=None, cost=None, part=None):
+    def __init__(self, comm: MPI.Comm, points=None, cells=None, region=None, cost=None, part=None, keep_mesh=False):
         self.comm = comm
         if comm.rank == 0:
             if len(cells) < comm.size:
@@ -52,22 +56,24 @@ class Domain:
             ordered, points = cells[:, VTK_TO_DOLFINX], np.ascontiguousarray(points, dtype=float)
         else:
             ordered, points, destination = np.empty((0, 8), np.int64), np.empty((0, 3)), np.empty(0, np.int32)
-        self.mesh = create_hexahedral_mesh(comm, ordered, points, destination)
-        geometry = self.mesh.geometry
-        index_map = geometry.index_map()
+        mesh = create_hexahedral_mesh(comm, ordered, points, destination)
+        geometry = mesh.geometry
+        self.nodes = index_map = geometry.index_map()
         self.n_owned, self.n_nodes = index_map.size_local, index_map.size_local + index_map.num_ghosts
         self.n_global = index_map.size_global
-        self.node_input = np.asarray(geometry.input_global_indices, dtype=np.int64)
-        self.reference = np.ascontiguousarray(geometry.x[: self.n_nodes]).ravel()
-        owned_cells = self.mesh.topology.index_map(3).size_local
-        self.m_global = self.mesh.topology.index_map(3).size_global
-        self.cells = np.ascontiguousarray(geometry_dofmap(self.mesh)[:owned_cells][:, VTK_TO_DOLFINX])
-        self.cell_input = original_cells(self.mesh)[:owned_cells].astype(np.int64)
+        self.node_input = np.array(geometry.input_global_indices, dtype=np.int64)
+        self.reference = np.array(geometry.x[: self.n_nodes]).ravel()
+        owned_cells = mesh.topology.index_map(3).size_local
+        self.m_global = mesh.topology.index_map(3).size_global
+        self.cells = np.ascontiguousarray(geometry_dofmap(mesh)[:owned_cells][:, VTK_TO_DOLFINX])
+        self.cell_input = original_cells(mesh)[:owned_cells].astype(np.int64)
         region = comm.bcast(None if region is None else np.asarray(region), root=0)
         self.region = region[self.cell_input]
         self._shared: list[tuple[np.ndarray, la.Vector]] = []
         self._buffer: tuple[np.ndarray, la.Vector] | None = None  # of all other fields, where one travels
-        del cells, points, region, ordered, destination
+        self.mesh = mesh if keep_mesh else None
+        del cells, points, region, ordered, destination, geometry, index_map, mesh
+        gc.collect()  # mesh and coordinate element of dolfinx 0.5 hold each other
         give_back_free_memory()
 
     def cell_centres(self) -> np.ndarray:
@@ -85,7 +91,7 @@ class Domain:
 
     def _vector(self) -> tuple[np.ndarray, la.Vector]:
         """A dolfinx vector of zeros and its array."""
-        vector = la.vector(self.mesh.geometry.index_map(), 3)
+        vector = la.vector(self.nodes, 3)
         field = vector.array
         field[:] = 0.0
         return field, vector

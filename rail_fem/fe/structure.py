@@ -78,8 +78,7 @@ class Structure:
         self.damping = 0.0
         self.block_work = np.zeros((len(self.finite.filled), N_WORK))
         self.smallest_volume = smallest
-        self.initial_volume = volumes(domain.reference, domain.cells)
-        raise_together(domain.comm, self._inversion_message(self.initial_volume))
+        raise_together(domain.comm, self._inversion_message(volumes(domain.reference, domain.cells)))
         self.mass = self.lumped_mass()
 
     @property
@@ -99,7 +98,9 @@ class Structure:
 
     def _cell_mass(self) -> np.ndarray:
         """(m,) [kg]. Rank-local."""
-        return np.array([s.density for s in self.steels])[self.domain.region] * self.initial_volume
+        return np.array([s.density for s in self.steels])[self.domain.region] * volumes(
+            self.domain.reference, self.domain.cells
+        )
 
     def region_masses(self) -> np.ndarray:
         """Mass of each region, in the order of the steels [kg]; replicated. Collective."""

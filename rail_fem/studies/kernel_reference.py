@@ -62,7 +62,7 @@ def least_time(action: Callable[[], None], effort: Effort) -> float:
 def block_domain(across: int) -> Domain:
     """A cube of across^3 elements of 1 mm on this rank alone, with the node numbers that dolfinx gives."""
     box = mesh_box((across * EDGE,) * 3, (across,) * 3)
-    return Domain(MPI.COMM_SELF, box.points, box.cells, box.region)
+    return Domain(MPI.COMM_SELF, box.points, box.cells, box.region, keep_mesh=True)
 
 
 def structure_of(domain: Domain, kernel: Kernel) -> Structure:

@@ -31,7 +31,8 @@ def lame(steel: Steel) -> tuple[float, float]:
 
 def structure_of(mesh: HexMesh, *steels: Steel, **options) -> Structure:
     """The mesh as a serial structure, steel by default."""
-    return Structure(Domain(MPI.COMM_SELF, mesh.points, mesh.cells, mesh.region), list(steels) or [STEEL], **options)
+    domain = Domain(MPI.COMM_SELF, mesh.points, mesh.cells, mesh.region, keep_mesh=True)
+    return Structure(domain, list(steels) or [STEEL], **options)
 
 
 def distort(mesh: HexMesh, amount: float, seed: int, boundary: bool = True) -> HexMesh:
