@@ -69,8 +69,8 @@ def window_facts(run: Run) -> dict[str, float] | None:
 
 
 def penetration(rows: np.ndarray) -> tuple[float, float]:
-    """Largest overlap, and its mean weighted by the force, over rows (n, 3) of fe.contact.Contact.overlap [m]; NaN
-    without contact."""
+    """Largest overlap, and its mean weighted by the force, over rows (n, 3) of fe.contact.contact.Contact.overlap [m];
+    NaN without contact."""
     force = rows[:, 2].sum()
     return (float(rows[:, 0].max()), float(rows[:, 1].sum() / force)) if force > 0 else (float("nan"), float("nan"))
 

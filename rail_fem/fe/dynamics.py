@@ -10,8 +10,8 @@ import numpy as np
 from mpi4py import MPI
 
 from kernel_cache import njit
-from rail_fem.fe.contact import Contact
-from rail_fem.fe.contact_pairs import FRICTION_WORK, NORMAL_ENERGY, TOWED
+from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.pairs import FRICTION_WORK, NORMAL_ENERGY, TOWED
 from rail_fem.fe.domain import raise_together
 from rail_fem.fe.heap import give_back_free_memory
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down

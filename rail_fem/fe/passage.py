@@ -19,8 +19,8 @@ from geometry.meshing.hexmesh import HexMesh
 from geometry.path.wheel_path import WheelPath, rolling_radius
 from geometry.profiles.profile import Profile
 from rail_fem.fe.blocks import ElementSettings
-from rail_fem.fe.contact import Contact, ContactSettings
-from rail_fem.fe.contact_surface import Surface
+from rail_fem.fe.contact.contact import Contact, ContactSettings
+from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.mass_scaling import MassScaling, choose_scaling

@@ -19,8 +19,8 @@ import numpy as np
 from mpi4py import MPI
 
 from geometry.meshing.quality import eigen_length
-from rail_fem.fe.contact import Contact
-from rail_fem.fe.contact_surface import Surface
+from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.passage import Passage, loaded_stiffness, start_velocities
 from rail_fem.fe.state import LINEAR_VISCOSITY, QUADRATIC_VISCOSITY

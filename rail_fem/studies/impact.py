@@ -23,8 +23,8 @@ from bem.material import STEEL, contact_modulus
 from geometry.meshing.blocks import mesh_cap
 from geometry.meshing.hexmesh import HexMesh, merge_bodies
 from rail_fem.atomic import write_text_atomically
-from rail_fem.fe.contact import Contact, ContactSettings
-from rail_fem.fe.contact_surface import Surface
+from rail_fem.fe.contact.contact import Contact, ContactSettings
+from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.structure import Structure

@@ -21,9 +21,9 @@ from geometry.meshing.blocks import mesh_box, mesh_cap
 from geometry.meshing.hexmesh import merge_bodies
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.compat import function_space
-from rail_fem.fe.contact import Contact, ContactSettings
-from rail_fem.fe.contact_pairs import N_ACTIVE
-from rail_fem.fe.contact_surface import Surface
+from rail_fem.fe.contact.contact import Contact, ContactSettings
+from rail_fem.fe.contact.pairs import N_ACTIVE
+from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.structure import Structure
 from rail_fem.scene.steel import GRADES, Steel

@@ -13,8 +13,8 @@ from mpi4py import MPI
 from geometry.meshing.blocks import mesh_cap, mesh_grid
 from geometry.meshing.hexmesh import merge_bodies
 from rail_fem.fe.checkpoint import gather_nodes
-from rail_fem.fe.contact import Contact, ContactSettings
-from rail_fem.fe.contact_surface import Surface
+from rail_fem.fe.contact.contact import Contact, ContactSettings
+from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.fields import gather_cells

@@ -11,8 +11,8 @@ from bem.material import STEEL as ELASTIC
 from bem.material import contact_modulus
 from geometry.meshing.blocks import mesh_cap
 from geometry.meshing.hexmesh import merge_bodies
-from rail_fem.fe.contact import Contact, ContactSettings
-from rail_fem.fe.contact_surface import Surface
+from rail_fem.fe.contact.contact import Contact, ContactSettings
+from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.supports import RigidGroup, Supports
 from rail_fem.studies.impact import settle

@@ -7,8 +7,8 @@ import pytest
 
 from geometry.meshing.blocks import mesh_box
 from geometry.meshing.hexmesh import merge_bodies
-from rail_fem.fe.contact import Contact, ContactSettings
-from rail_fem.fe.contact_surface import Surface
+from rail_fem.fe.contact.contact import Contact, ContactSettings
+from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.supports import RigidGroup, Supports
 from tests.fe.bodies import STEEL, bottom, momentum, plastic, structure_of

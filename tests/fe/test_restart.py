@@ -13,8 +13,8 @@ from mpi4py import MPI
 from rail_fem.case.casefile import load_case
 from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.checkpoint import _block_works, _restore_block_works
-from rail_fem.fe.contact import Contact
-from rail_fem.fe.contact_pairs import Pairs
+from rail_fem.fe.contact.contact import Contact
+from rail_fem.fe.contact.pairs import Pairs
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import build_passage, running_of

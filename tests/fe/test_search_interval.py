@@ -9,9 +9,9 @@ from mpi4py import MPI
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rail_fem.fe import contact as contact_module
-from rail_fem.fe.contact import APPROACH, SLOPE, Contact
-from rail_fem.fe.near_facets import share_space
+from rail_fem.fe.contact import contact as contact_module
+from rail_fem.fe.contact.contact import APPROACH, SLOPE, Contact
+from rail_fem.fe.contact.near_facets import share_space
 from tests.fe.rolling_job import rolling, run
 
 DT = 1.5e-7

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-# entries of the sums that `contact_kernel.contact_forces` adds up: energies of the step [J], moment on the wheel about
+# entries of the sums that `forces.contact_forces` adds up: energies of the step [J], moment on the wheel about
 # its axle (y) [N m], force on it along x [N], active pairs
 NORMAL_ENERGY, FRICTION_WORK, AXLE_MOMENT, TOWED, N_ACTIVE = range(5)
 N_SUMS = 5
@@ -43,7 +43,7 @@ class Pairs(_PairArrays):
     usable : (q,) facets whose nodes are up to date
     gap [m], normal, weight of the facet's nodes, pressure [Pa], active : (k,), (k, 3), (k, 4), (k,), (k,)
     ahead : (k, 3) normal at the end of the step, which the next one's forces go along, so that their work on surfaces
-        that slide over each other is that on the gap;  trial, yielding : (k,) scratch of rail_fem.fe.contact_pressure
+        that slide over each other is that on the gap;  trial, yielding : (k,) scratch of rail_fem.fe.contact.pressure
     """
 
     __slots__ = ()

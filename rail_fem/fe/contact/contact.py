@@ -14,11 +14,11 @@ import numpy as np
 from mpi4py import MPI
 from scipy.spatial import cKDTree
 
-from rail_fem.fe import contact_kernel as kernel
-from rail_fem.fe.contact_pairs import AXLE_MOMENT, N_SUMS, Law, NodalForces, Nodes, Pairs, Sliding
-from rail_fem.fe.contact_surface import Surface, edge_neighbours, node_normals, tributary_areas
-from rail_fem.fe.facet_projection import PROJECTION, project_share, take_projections
-from rail_fem.fe.near_facets import facet_boxes, facet_centres, nodes_of, share_space, with_neighbours
+from rail_fem.fe.contact import forces as kernel
+from rail_fem.fe.contact.near_facets import facet_boxes, facet_centres, nodes_of, share_space, with_neighbours
+from rail_fem.fe.contact.pairs import AXLE_MOMENT, N_SUMS, Law, NodalForces, Nodes, Pairs, Sliding
+from rail_fem.fe.contact.projection import PROJECTION, project_share, take_projections
+from rail_fem.fe.contact.surface import Surface, edge_neighbours, node_normals, tributary_areas
 from rail_fem.fe.structure import Structure
 
 OPPOSED = -0.3  # cosine between the normals of a node and of a facet that it can lie in

@@ -8,9 +8,9 @@ import math
 import numpy as np
 
 from kernel_cache import njit
-from rail_fem.fe.contact_pairs import AXLE_MOMENT, FRICTION_WORK
-from rail_fem.fe.contact_pressure import pair_mobility
-from rail_fem.fe.facet_projection import facet_point
+from rail_fem.fe.contact.pairs import AXLE_MOMENT, FRICTION_WORK
+from rail_fem.fe.contact.pressure import pair_mobility
+from rail_fem.fe.contact.projection import facet_point
 
 _part = njit(forceinline=True, error_model="numpy")
 

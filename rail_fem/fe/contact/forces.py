@@ -1,12 +1,12 @@
 """Contact forces of a step: positions of the nodes in, forces on them out. Compiled, allocation-free, no mesh.
 
-The gap is taken where the nodes would be at the end of the step without contact (rail_fem.fe.facet_projection); the
-pressures that close the gaps are found together (rail_fem.fe.contact_pressure): the forward increment Lagrange
+The gap is taken where the nodes would be at the end of the step without contact (rail_fem.fe.contact.projection); the
+pressures that close the gaps are found together (rail_fem.fe.contact.pressure): the forward increment Lagrange
 multiplier method of Carpenter, Taylor and Katona (IJNME 32 (1991) 103) with the compliance of a penalty beside it,
 stable for any penalty. An explicit penalty k, at most 1 / (dt^2 D), would leave a penetration p / k of that size at any
 load.
 
-Both surfaces are slave once, each with half the pressure (balanced). Friction (rail_fem.fe.contact_friction) acts in
+Both surfaces are slave once, each with half the pressure (balanced). Friction (rail_fem.fe.contact.friction) acts in
 the pass of the rail's nodes, which move with their material; the wheel's material flows through its mesh, and its
 velocity has the term omega x r.
 """
@@ -14,9 +14,9 @@ velocity has the term omega x r.
 from __future__ import annotations
 
 from kernel_cache import njit
-from rail_fem.fe.contact_friction import add_friction_forces, finish_slip
-from rail_fem.fe.contact_pairs import AXLE_MOMENT, N_ACTIVE, NORMAL_ENERGY, TOWED
-from rail_fem.fe.contact_pressure import add_tributary_areas, find_pressures
+from rail_fem.fe.contact.friction import add_friction_forces, finish_slip
+from rail_fem.fe.contact.pairs import AXLE_MOMENT, N_ACTIVE, NORMAL_ENERGY, TOWED
+from rail_fem.fe.contact.pressure import add_tributary_areas, find_pressures
 
 _compiled = njit(cache=True, error_model="numpy")
 # self-contained kernels: the same bits from the compiler and from the cache

@@ -1,0 +1,1 @@
+"""Penalty contact between two surfaces of a structure: who lies over whom, pressures, friction, forces of a step."""
