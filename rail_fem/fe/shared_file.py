@@ -53,7 +53,7 @@ def write_shared(
     own, identity : further arrays, the same on all ranks, and what the file belongs to; root's count
     Collective. Errors: ValueError on all ranks where it cannot be written.
     """
-    own = comm.bcast({name: np.ascontiguousarray(a) for name, a in own.items()} if comm.rank == 0 else None, root=0)
+    own = comm.bcast({name: np.asarray(a, order="C") for name, a in own.items()} if comm.rank == 0 else None, root=0)
     identity = comm.bcast(dict(identity) if comm.rank == 0 else None, root=0)
     label = label_of(hashlib.sha256(b"").hexdigest(), identity)  # as long as the one that will stand there
     kinds = {LABEL: (label.dtype, label.shape)} | {name: (a.dtype, a.shape) for name, a in own.items()}

@@ -24,8 +24,7 @@ class SealError(ValueError):
 
 def leaves(array: np.ndarray, chunk: int = CHUNK) -> list[bytes]:
     """Digests of an array's bytes, of so many rows along the first axis at a time."""
-    array = np.ascontiguousarray(array)
-    rows = array.reshape(1, -1) if array.ndim == 0 else array
+    rows = np.ascontiguousarray(array)  # a single number is one row
     parts = (rows[first : first + chunk] for first in range(0, len(rows), chunk))
     return [hashlib.sha256(part.data if part.size else b"").digest() for part in parts]
 
