@@ -119,7 +119,7 @@ class ElementBlocks:
                 order.append(np.concatenate([lanes, np.full(LANES - len(lanes), -1)]))
         self.filled = np.array(filled, np.int64)
         self.material_of, self.slab_of = (np.array([k[c] for k in kinds], np.int64) for c in (0, 1))
-        self.cell_of = np.concatenate(order) if order else np.empty(0, np.int64)
+        self.cell_of = (np.concatenate(order) if order else np.empty(0)).astype(np.int32)
         self.n_cells = len(cells)
         padded = self.cell_of.reshape(-1, LANES).copy()
         if len(order):

@@ -49,7 +49,7 @@ class Structure:
         self.domain, self.settings, self.steels = domain, settings, steels
         self.table = material_table(steels, settings)
         is_small = np.isin(domain.region, small)
-        self.finite_cells, self.small_cells = np.flatnonzero(~is_small), np.flatnonzero(is_small)
+        self.finite_cells, self.small_cells = (np.flatnonzero(f).astype(np.int32) for f in (~is_small, is_small))
         full = settings.element == "full"
         self.update_elements = update_full_elements if full else update_elements
         self.update_cyclic = update_full_cyclic_elements if full else update_cyclic_elements
