@@ -8,6 +8,7 @@ ghost cells), so each element is counted once; forces on ghosts travel to their 
 from __future__ import annotations
 
 import gc
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
@@ -71,7 +72,7 @@ class Domain:
         self.region = region[self.cell_input]
         self._shared: list[tuple[np.ndarray, la.Vector]] = []
         self._buffer: tuple[np.ndarray, la.Vector] | None = None  # of all other fields, where one travels
-        self.mesh = mesh if keep_mesh else None
+        self.mesh: Any = mesh if keep_mesh else None
         del cells, points, region, ordered, destination, geometry, index_map, mesh
         gc.collect()  # mesh and coordinate element of dolfinx 0.5 hold each other
         give_back_free_memory()
