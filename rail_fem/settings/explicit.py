@@ -188,6 +188,7 @@ class FeSettings(Frozen):
                 "element_aspect": 1.0,
                 "wheel_element_ratio": 1.0,
                 "max_steps": min(self.max_steps or SMOKE_STEPS, SMOKE_STEPS),
+                "passes": min(self.passes, 2),
                 "field_frames": 1,
             }
         )

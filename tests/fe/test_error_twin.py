@@ -37,6 +37,7 @@ def test_bars_are_those_of_the_twin_and_a_restart_keeps_it(scene, tmp_path):
     assert (tmp_path / "twin" / "result.json").stat().st_mtime_ns == written
 
 
+@pytest.mark.validate
 def test_where_twice_the_size_cannot_be_meshed_the_twin_is_less_coarse(scene, tmp_path, monkeypatch):
     make = fe_full.make_mesh
 

@@ -16,6 +16,7 @@ SHEAR_YIELD = YIELD / np.sqrt(3)
 CHABOCHE = {"modulus": [100e9, 20e9, 3e9], "recovery": [2000.0, 300.0, 20.0]}
 
 
+@pytest.mark.validate
 def test_ratchetting_of_one_back_stress_is_the_closed_forms_with_first_order():
     steps, exact = np.array([50, 100, 200, 400]), ratchet_strain(50e9, 200.0, YIELD, -320e6, 450e6)
     law, errors = cyclic_law(YOUNG, POISSON, YIELD, [50e9], [200.0]), []

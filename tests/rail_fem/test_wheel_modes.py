@@ -102,6 +102,7 @@ def test_frequencies_do_not_hang_on_the_elements():
     np.testing.assert_allclose(coarse.frequency[order[0]], fine.frequency[order[1]], rtol=5e-3)
 
 
+@pytest.mark.validate
 def test_the_sum_of_modes_is_the_dynamic_solution_of_the_half_wheelset():
     """Harmonic 1, bore and axle going up and down together: how the contact's flexibility changes from 200 to 1000 Hz,
     against a direct solve. What modes above the sixteenth add is alike at both."""

@@ -56,6 +56,7 @@ def test_a_cavity_under_a_step_pressure_follows_its_transform_inverted():
     assert rough.ever > 1.8 * fine.ever
 
 
+@pytest.mark.validate
 def test_lambs_line_load_is_within_two_per_cent():
     """Elements of a fifteenth of the pulse's length, steps of half an element: 1.1 %."""
     assert lamb_run(0.1, 0.05).error < 0.02
