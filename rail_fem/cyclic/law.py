@@ -89,7 +89,8 @@ def _within(name: str, value: float, low: float, high: float, open_below: bool =
     fits = np.isfinite(value) and low <= value <= high and not (open_below and value == low)
     if not fits or (open_above and value == high):
         brackets = "(" if open_below else "[", ")" if open_above or not np.isfinite(high) else "]"
-        raise ValueError(f"cyclic law: {name} is {float(value)!r}, must lie in {brackets[0]}{low:g}, {high:g}{brackets[1]}")
+        inside = f"{brackets[0]}{low:g}, {high:g}{brackets[1]}"
+        raise ValueError(f"cyclic law: {name} is {float(value)!r}, must lie in {inside}")
 
 
 # One copy inside each caller, of the point as of the element: what two kernels call is the same to the last bit.
