@@ -62,21 +62,27 @@ def fixed_geometry(x, nodes, filled, material_of, materials):
     return out, smallest
 
 
+@njit(inline="always", **FAST)
+def gradient_and_stress(m, fixed, e, lame, shear):
+    """Mean displacement gradient and elastic stress of lane e, m the modes of its displacement."""
+    b = (
+        load(fixed, 0, 0, e),
+        load(fixed, 0, 3, e),
+        load(fixed, 0, 6, e),
+        load(fixed, 0, 9, e),
+        load(fixed, 0, 12, e),
+        load(fixed, 0, 15, e),
+    )
+    l = field_gradient(m, b, fixed[30 * _W + e])
+    return l, add_elastic((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), l, 1.0, lame, shear)
+
+
 @_part
 def elastic_forces(nodal, lame, shear, fixed, own):
     """Stress and hourglass forces of a block -> own (N_FORCES*W,); nodal (24*W,) holds the displacement."""
     for e in range(_W):
         m = vector_modes(nodal, e)
-        b = (
-            load(fixed, 0, 0, e),
-            load(fixed, 0, 3, e),
-            load(fixed, 0, 6, e),
-            load(fixed, 0, 9, e),
-            load(fixed, 0, 12, e),
-            load(fixed, 0, 15, e),
-        )
-        l = field_gradient(m, b, fixed[30 * _W + e])
-        stress = add_elastic((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), l, 1.0, lame, shear)
+        l, stress = gradient_and_stress(m, fixed, e, lame, shear)
         store(own, 0, 0, e, stress[:3])
         store(own, 0, 3, e, stress[3:])
         k = fixed[32 * _W + e]
@@ -125,23 +131,14 @@ def elastic_energies(nodal, lame, shear, fixed, energy):
         nodal[k] -= nodal[24 * _W + k]
     for e in range(_W):
         m = vector_modes(nodal, e)
-        b = (
-            load(fixed, 0, 0, e),
-            load(fixed, 0, 3, e),
-            load(fixed, 0, 6, e),
-            load(fixed, 0, 9, e),
-            load(fixed, 0, 12, e),
-            load(fixed, 0, 15, e),
-        )
-        volume = fixed[30 * _W + e]
-        l = field_gradient(m, b, volume)
-        stress = add_elastic((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), l, 1.0, lame, shear)
+        l, stress = gradient_and_stress(m, fixed, e, lame, shear)
         q1 = hourglass_force(m[3], l, load(fixed, 0, 18, e), 1.0)
         q2 = hourglass_force(m[4], l, load(fixed, 0, 21, e), 1.0)
         q3 = hourglass_force(m[5], l, load(fixed, 0, 24, e), 1.0)
         q4 = hourglass_force(m[6], l, load(fixed, 0, 27, e), 1.0)
         squares = dot(q1, q1) + dot(q2, q2) + dot(q3, q3) + dot(q4, q4)
-        energy[e] = volume * energy_density(stress[:3], stress[3:], lame, shear) + 4.0 * fixed[32 * _W + e] * squares
+        density = energy_density(stress[:3], stress[3:], lame, shear)
+        energy[e] = fixed[30 * _W + e] * density + 4.0 * fixed[32 * _W + e] * squares
 
 
 @_compiled

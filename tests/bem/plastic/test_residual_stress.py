@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 
 from bem.material import Elastic
-from bem.patch import Grid
-from bem.plastic.body import PlasticBody
 from bem.plastic.cuboid import Cuboid, cuboid_stress
 from bem.plastic.deviator import FROM_DEVIATOR, TO_DEVIATOR, stress_of
 from bem.plastic.hardening import Hardening
 from bem.plastic.influence import Cells, StressInfluence
-from bem.plastic.rolling import PlasticTrack, one_pass
-from bem.plastic.surface import LoadStress
-from bem.verification.line_shakedown import SHEAR_YIELD, STEEL, YIELD, rolling_line
+from bem.plastic.rolling import one_pass
+from bem.verification.line_shakedown import STEEL, YIELD, rolling_line
+from tests.bem.plastic.short_track import short_track
 
 
 def whole_stress(cells: Cells, strain: np.ndarray, elastic: Elastic) -> np.ndarray:
@@ -80,12 +78,7 @@ def test_the_surface_is_free_of_the_residual_stress():
 def test_a_track_knows_its_whole_residual_stress_as_one_body_would():
     """Mean stress of a short track under a sphere's pressure against the influence of all its cells at once, also three
     cells farther than the steps needed; the deviator is not changed by knowing more."""
-    grid = Grid.over((-4e-3, 4e-3), (-4e-3, 4e-3), 16, 16)
-    x, y = grid.points()
-    body = PlasticBody(grid, grid.dx, 10, STEEL, Hardening.linear(YIELD, 5e9))
-    pressure = 6 * SHEAR_YIELD * np.sqrt(np.maximum(1 - (x**2 + y**2) / 2e-3**2, 0))
-    deviator, _ = LoadStress(grid, body.depths, STEEL.poisson)((pressure,))
-    track = PlasticTrack(body, 22, 22)
+    grid, track, deviator = short_track()
     assert not track.know_around(3, 2) and not track.mean_residual().any()
     one_pass(track, deviator, stride=2)
     box, before = track.known, track.residual.copy()

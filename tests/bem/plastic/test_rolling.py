@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from bem.patch import ContactInputError, Grid
-from bem.plastic.body import PlasticBody
+from bem.patch import ContactInputError
 from bem.plastic.deviator import FROM_DEVIATOR
 from bem.plastic.hardening import Hardening
 from bem.plastic.influence import Cells, StressInfluence
 from bem.plastic.rolling import PlasticTrack, one_pass, repeat_passes
-from bem.plastic.surface import LoadStress
 from bem.verification.line_shakedown import (
     ORTHOGONAL,
     SHEAR_YIELD,
@@ -19,6 +17,7 @@ from bem.verification.line_shakedown import (
     line_limits,
     rolling_line,
 )
+from tests.bem.plastic.short_track import short_track
 
 
 def line_contact(pressure_ratio, cells=6, depth=1.6, ring=6, hardening=None):
@@ -77,12 +76,7 @@ def test_melans_limit_for_the_cells_goes_to_4_k_with_the_square_of_the_cell():
 
 def test_the_track_feels_its_plastic_strain_as_one_body_would():
     """Residual deviator of a short track against the influence of all its cells at once; the reach covers the track."""
-    grid = Grid.over((-4e-3, 4e-3), (-4e-3, 4e-3), 16, 16)
-    x, y = grid.points()
-    body = PlasticBody(grid, grid.dx, 10, STEEL, Hardening.linear(YIELD, 5e9))
-    pressure = 6 * SHEAR_YIELD * np.sqrt(np.maximum(1 - (x**2 + y**2) / 2e-3**2, 0))
-    deviator, _ = LoadStress(grid, body.depths, STEEL.poisson)((pressure,))
-    track = PlasticTrack(body, 22, 22)
+    grid, track, deviator = short_track()
     one_pass(track, deviator, stride=2)
     box = track._known
     cells = Cells(grid.dx, grid.dy, grid.dx, 22, box.y.stop - box.y.start, box.layers)
