@@ -203,7 +203,8 @@ class Quantity:
     def _check_range(self, as_typed: Any, in_unit: float) -> None:
         slack = ROUNDING * max(abs(self.low), abs(self.high))
         if not self.low - slack <= in_unit <= self.high + slack:
-            shown = f"{as_typed} = {in_unit:.6g} {self.unit}".strip()
+            own = f"{in_unit:.6g} {self.unit}".strip()
+            shown = own if str(as_typed).strip() == own else f"{as_typed} = {own}"
             raise QuantityError(f"{shown} is outside {self.range()} for the {self.meaning}")
 
     def range(self) -> str:

@@ -5,9 +5,9 @@ that make it less expensive change.
     mpirun -n 2 python -m mpi4py -m rail_fem.studies.passage_size --case cases/nose_transfer.toml
         --sizes 4,2,1 --judged 4 --out runs/sizes
 
-Writes table.md and passage_size.png. Runs lie in folders of their size: what is there is not run again, what was
-stopped goes on. Bars are those of `error_twin`, the next coarser run of the series taken as the twin. The limit is by
-second order through the last three sizes.
+Writes table.md, passage_size.png and passage_cost.png (speed against error). Runs lie in folders of their size: what
+is there is not run again, what was stopped goes on. Bars are those of `error_twin`, the next coarser run of the series
+taken as the twin. The limit is by second order through the last three sizes.
 """
 
 from __future__ import annotations
@@ -30,11 +30,14 @@ from rail_fem.output.result import PassResult
 from rail_fem.scene.units import SHOWN
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.show.metal import CUBIC_MM
+from rail_fem.studies.size_cost_figure import draw_cost
 from rail_fem.studies.size_figure import draw_sizes
 from rail_fem.studies.size_series import MODEL, faults_told, limits, read_sizes, run_at, run_sizes, size_of
 from rail_fem.sweeps.compare import core_seconds, history_error
 
-WINDOW, WHOLE = "60 mm", "5000 mm"  # lengths of a travelling window: short, and longer than any crossing
+# lengths of a travelling window: short; longer than any crossing, and short of the most a case file may ask for, for
+# larger elements have a longer one
+WINDOW, WHOLE = "60 mm", "4000 mm"
 QUICK_STRETCH = {f"run.{MODEL}.start": "320 mm", f"run.{MODEL}.end": "400 mm"}
 NAMES = [name for name in REPORTED if name not in FORCES or name.endswith(("impact", "_wing", "_nose"))]
 DECIMALS = {"kN": 1, "MPa": 0, "mm": 2, "%": 2, "mm3": 0}
@@ -147,7 +150,7 @@ def page(results: Sequence[PassResult], base: PassResult | None, judged: dict[st
 
 def main(
     case: Path = typer.Option(None, help="case file; none: nose_transfer"),
-    out: Path = typer.Option(Path("passage_size"), help="folder of the runs, of table.md and of passage_size.png"),
+    out: Path = typer.Option(Path("passage_size"), help="folder of the runs, of table.md and of the figures"),
     sizes: str = typer.Option("4,3,2", help="element sizes [mm]"),
     setting: list[str] = typer.Option(
         [], "--set", help="KEY=VALUE in place of the case file's, e.g. scene.speed=60mph"
@@ -176,8 +179,9 @@ def main(
         text = page(results, base, others)
         write_text_atomically(out / "table.md", text)
         draw_sizes(results, others, out / "passage_size.png")
+        draw_cost(results, others, out / "passage_cost.png")
         typer.echo(text)
-        typer.echo(f"written: {out}/table.md, passage_size.png")
+        typer.echo(f"written: {out}/table.md, passage_size.png, passage_cost.png")
 
 
 if __name__ == "__main__":

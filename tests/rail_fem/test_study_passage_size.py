@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from typer import BadParameter
 
+from rail_fem.case.casefile import load_case
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.extrapolation import limit_of, observed_order
 from rail_fem.output.quantities import REPORTED
+from rail_fem.output.result import Cost
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.studies import passage_size, size_series
+from rail_fem.studies.size_cost_figure import draw_cost
 from rail_fem.studies.size_figure import draw_sizes
 from tests.rail_fem.test_error_bars import FORCE, MM, TRANSFER, at_size
 
@@ -86,8 +89,19 @@ def test_what_a_pass_has_is_changed_one_at_a_time():
 
 
 def test_the_figure_is_drawn_with_what_there_is(series, tmp_path):
-    path = draw_sizes(series, {"element full": at_size(2 * MM, 0.5)}, tmp_path / "sizes.png")
-    assert path.stat().st_size > 20_000
+    judged = {"element full": at_size(2 * MM, 0.5)}
+    assert draw_sizes(series, judged, tmp_path / "sizes.png").stat().st_size > 20_000
+    dear = [replace(r, cost=Cost(wall_time=10.0 * 4**k)) for k, r in enumerate(series)]
+    judged = {"element full": replace(judged["element full"], cost=Cost(wall_time=25.0))}
+    assert draw_cost(dear, judged, tmp_path / "cost.png").stat().st_size > 20_000
+
+
+def test_windows_of_the_whole_crossing_may_still_be_lengthened_for_larger_elements(tmp_path):
+    """What makes a pass less expensive is changed on elements larger than the case's as well."""
+    reference = passage_size.example("nose_transfer")
+    whole = passage_size.judges(load_case(reference).settings(FeSettings))["whole crossing"]
+    longer = size_series._windows(reference, {f"run.fe_full.{key}": value for key, value in whole.items()}, 4 * MM)
+    assert load_case(reference, longer).settings(FeSettings).window_ahead == pytest.approx(4.018)
 
 
 def test_a_run_that_is_there_is_not_run_again_and_one_that_was_cut_goes_on(tmp_path):

@@ -186,7 +186,7 @@ BEARERS = (
 @pytest.mark.parametrize(
     "lines, complaint",
     [
-        (BEARERS.replace("120 kg", "0 kg"), "scene.bearers.mass: 0 kg .* is outside"),
+        (BEARERS.replace("120 kg", "0 kg"), "scene.bearers.mass: 0 kg is outside"),
         (BEARERS.replace("pad_stiffness", "pad_stifness"), "unknown key, did you mean 'pad_stiffness'"),
         (BEARERS + "voided = [1]\nmissing = [1]\n", "bearer 1 is named twice"),
         (BEARERS + "unlike = [1, 2]\nunlike_pad = [0.5]\n", "1 factor.s. for 2 bearer.s. of unlike"),
@@ -196,7 +196,7 @@ BEARERS = (
         (
             BEARERS
             + '[scene.bearers.casting]\nstart = "1 m"\nend = "0 m"\nsecond_moment = "1 cm^4"\nmass = "1 kg/m"\n',
-            "second_moment: 1 cm\\^4 .* is outside",
+            "second_moment: 1 cm\\^4 is outside",
         ),
     ],
 )

@@ -73,6 +73,8 @@ def test_range_holds_in_every_unit_and_its_ends_are_allowed():
         LENGTH.read(text)
     with pytest.raises(QuantityError, match=r"9 m = 9000 mm is outside \[1, 100\] mm for the test length"):
         LENGTH.read("9 m")
+    with pytest.raises(QuantityError, match=r"^900 mm is outside \[1, 100\] mm"):
+        LENGTH.read("900 mm")
     with pytest.raises(QuantityError, match="outside"):
         LENGTH.read(0.1001)
 
