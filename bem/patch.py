@@ -11,11 +11,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import ndimage
 
 from bem.patch_edge import covered_area, edge_positions
+
+if TYPE_CHECKING:
+    from bem.local_creepage import LocalCreepage
 
 HALF_SPACE = "half-space"  # method of patches whose pressure is the half-space's for their gap
 
@@ -111,6 +115,22 @@ class Creepage:
     lateral: float = 0.0
     spin: float = 0.0
 
+    def rigid_slip(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """(2, ...) at x, y (...)."""
+        return np.stack([self.longitudinal - self.spin * y, self.lateral + self.spin * x])
+
+    def about(self, y: float) -> Creepage:
+        """As bem.local_creepage.LocalCreepage: that of a strip; all strips of a plane patch have the same."""
+        return self
+
+    def mirrored(self) -> Creepage:
+        """Seen in the mirror x -> -x."""
+        return Creepage(-self.longitudinal, self.lateral, -self.spin)
+
+    def added(self, longitudinal: float, lateral: float) -> Creepage:
+        """With a uniform slip more."""
+        return Creepage(self.longitudinal + longitudinal, self.lateral + lateral, self.spin)
+
 
 @dataclass(frozen=True)
 class Cost:
@@ -166,6 +186,7 @@ class Patch:
     slip     : (nx, ny, 2) slip of body 1 against body 2, or None (see the module's head)
     stick    : (nx, ny) bool, cells in contact that do not slide, or None
     friction : coefficient of friction, NaN without friction
+    creepage : about x = y = 0; of a patch whose strips have their own (local_creepage) that of its centre's strip
     """
 
     grid: Grid
@@ -181,6 +202,7 @@ class Patch:
     cost: Cost = field(default_factory=Cost)
     error: ErrorEstimate = field(default_factory=ErrorEstimate)
     warnings: tuple[str, ...] = ()
+    local_creepage: LocalCreepage | None = None
 
     @property
     def curved(self) -> bool:

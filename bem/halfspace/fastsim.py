@@ -33,6 +33,7 @@ from bem.exact.kalker_table import CoefficientRows, coefficients
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.falling_friction import FallingFriction, friction_share
 from bem.halfspace.input import check_creepage, check_friction
+from bem.local_creepage import LocalCreepage
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 from bem.patch_edge import covered_area
@@ -79,7 +80,7 @@ def fastsim(
     first: Elastic,
     second: Elastic,
     friction: float | FallingFriction,
-    creepage: Creepage,
+    creepage: Creepage | LocalCreepage,
     *,
     bound: str = "parabolic",
     direction: int = 1,
@@ -89,7 +90,7 @@ def fastsim(
     """Tractions, stick and slip of a solved normal contact by the simplified theory.
 
     friction  : coefficient, or one that falls with slip; the patch's `friction` is then that without slip
-    creepage  : rigid slip of body 1 over body 2 per rolling speed, about x = y = 0
+    creepage  : rigid slip of body 1 over body 2 per rolling speed, about x = y = 0; of a curved patch each strip's own
     initial_slope : third-body reduction of the slope at small creepage, above 0, at most 1
     bound     : "parabolic" or "elliptic", see the module's head; direction : +1 or -1, where the leading edge lies
     Returns the patch with traction [Pa], slip per metre rolled [1] and stick.
@@ -116,10 +117,11 @@ def fastsim(
         slip=slip,
         stick=stick,
         friction=law.static,
-        creepage=creepage,
+        creepage=creepage.about((reach[2] + reach[3]) / 2),
         cost=cost,
         error=error,
         warnings=patch.warnings + notes,
+        local_creepage=creepage if isinstance(creepage, LocalCreepage) else None,
     )
 
 
@@ -133,14 +135,14 @@ def _tractions(
     pressure: np.ndarray,
     pair: Pair,
     law: FallingFriction,
-    creepage: Creepage,
+    creepage: Creepage | LocalCreepage,
     bound: str,
     direction: int,
     initial_slope: float,
 ):
     labels, count = ndimage.label(pressure > 0, structure=np.ones((3, 3)))
     limit = law.static * pressure
-    rates = np.zeros((count + 1, 9))
+    rates = np.zeros((count + 1, grid.ny if isinstance(creepage, LocalCreepage) else 1, 9))
     for part in range(1, count + 1):
         own = np.where(labels == part, pressure, 0.0)
         rates[part] = _part_rates(grid, own, pair, creepage, initial_slope)
@@ -153,15 +155,41 @@ def _tractions(
     return traction, slip, stick
 
 
-def _part_rates(grid: Grid, own: np.ndarray, pair: Pair, creepage: Creepage, initial_slope: float) -> list[float]:
-    """Growth of the tractions by uniform slip along x and y [Pa/m] and by spin [Pa/m^2], in stick and in slip; centre
-    x, y; flexibility in slip."""
+def _part_rates(
+    grid: Grid, own: np.ndarray, pair: Pair, creepage: Creepage | LocalCreepage, initial_slope: float
+) -> np.ndarray:
+    """(1 or ny, 9) growth of the tractions by uniform slip along x and y [Pa/m] and by spin [Pa/m^2], in stick and in
+    slip; centre x, y; flexibility in slip: of all strips, or of each."""
     semi_x, semi_y, x, y = equivalent_ellipse(grid, own)
-    slip = np.array([creepage.longitudinal - creepage.spin * y, creepage.lateral + creepage.spin * x, creepage.spin])
+    nominal = creepage.about(y)
+    slip = np.array([nominal.longitudinal - nominal.spin * y, nominal.lateral + nominal.spin * x, nominal.spin])
     flexibility = np.array(flexibilities(semi_x, semi_y, pair)) / initial_slope
     weights = np.abs(slip) * [1, 1, np.sqrt(semi_x * semi_y)]
     sliding = np.average(flexibility, weights=weights if weights.any() else None)
-    return [*(slip / flexibility), *(slip / sliding), x, y, sliding]
+    if isinstance(creepage, LocalCreepage):
+        return strip_rates(creepage.strips(grid.y), slip, (x, y), flexibility, sliding, grid.y)
+    return np.array([[*(slip / flexibility), *(slip / sliding), x, y, sliding]])
+
+
+def strip_rates(
+    strips: np.ndarray,
+    middle: np.ndarray,
+    centre: tuple[float, float],
+    flexibility: np.ndarray,
+    sliding: float,
+    y: np.ndarray,
+) -> np.ndarray:
+    """(ny, 9) as of `_part_rates`, of strips at y (ny,) with creepages (ny, 3) of their own about x = 0.
+
+    middle (3,) : creepage of the centre's strip at the centre. What a strip's longitudinal slip differs from it by is
+    spin's work, and gives way as spin does.
+    """
+    own = strips.copy()
+    own[:, 1] += own[:, 2] * centre[0]
+    stick = own / flexibility
+    stick[:, 0] = middle[0] / flexibility[0] + (own[:, 0] - middle[0]) / flexibility[2]
+    rest = np.stack(np.broadcast_arrays(centre[0], y, sliding), axis=1)
+    return np.concatenate([stick, own / sliding, rest], axis=1)
 
 
 @njit(cache=True)
@@ -174,6 +202,7 @@ def _reach(outer, inner):
 def march(square, limit, falling, labels, rates, x, y, dx, direction, traction, slip, stick):
     """Each run of cells of one part is marched from its leading edge, from covered centre to covered centre.
 
+    rates : (parts, 1 or ny, 9) as of `_part_rates`.
     A cell's value is the traction at the centre of its covered length times the share of the cell that is covered, so
     that the sums over cells are those over the patch. Its slip is opposite to the traction, and as large as the mean of
     the steps that end and begin at its centre: second order, as a step's own belongs to the step's middle.
@@ -200,7 +229,8 @@ def march(square, limit, falling, labels, rates, x, y, dx, direction, traction, 
             centre = x[i] + direction * (front - rear) / 2 * dx
             cover = front + rear
             bound = limit[i, j] / cover
-            tx, ty, size, holds = _step(qx, qy, position, centre, y[j], bound, falling, rates[part])
+            own = rates[part, min(j, rates.shape[1] - 1)]
+            tx, ty, size, holds = _step(qx, qy, position, centre, y[j], bound, falling, own)
             if part == before and not stick[ahead, j]:  # the step begins at the centre of the cell ahead
                 _end_slip(slip, ahead, j, qx, qy, size)
             stick[i, j] = holds
@@ -209,7 +239,7 @@ def march(square, limit, falling, labels, rates, x, y, dx, direction, traction, 
             traction[i, j, 0], traction[i, j, 1] = qx * cover, qy * cover
             if not inside_behind and not holds:  # on to the trailing edge, where nothing is carried
                 edge = x[i] - direction * rear * dx
-                _, _, size, _ = _step(qx, qy, centre, edge, y[j], 0.0, falling, rates[part])
+                _, _, size, _ = _step(qx, qy, centre, edge, y[j], 0.0, falling, own)
                 _end_slip(slip, i, j, qx, qy, size)
             position, before = centre, part
 

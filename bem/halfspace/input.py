@@ -9,6 +9,7 @@ from numbers import Integral
 import numpy as np
 
 from bem.checks import is_finite
+from bem.local_creepage import LocalCreepage
 from bem.material import Elastic
 from bem.patch import ContactInputError, Creepage, Grid, PatchCutError
 
@@ -18,6 +19,7 @@ _UNLIKELY_SLIP = 0.1
 _USUAL_FRICTION = 1.0
 _ROUND_OFF = 1e-9
 _FEWEST_CELLS = 4
+_STRIPS = 41  # at which a creepage that differs across the patch is looked at
 _YIELDING = 0.01  # of Young's modulus, 2.1 GPa in steel: 2.3 to 4 times the yield stress of rail steels
 _LARGE_STRAIN = 0.05
 _SOFTEST_STEEL = 150e9  # Young's modulus [Pa] from which a body is taken for steel
@@ -82,24 +84,30 @@ def check_friction(friction: float) -> tuple[str, ...]:
     return ()
 
 
-def _largest_slip(motion: Creepage, bounds: tuple[float, float, float, float]) -> float:
+def _largest_slip(motion: Creepage | LocalCreepage, bounds: tuple[float, float, float, float]) -> float:
     x = max(abs(bounds[0]), abs(bounds[1]))
+    if isinstance(motion, LocalCreepage):
+        strips = np.abs(motion.strips(np.linspace(bounds[2], bounds[3], _STRIPS)))
+        return float(np.hypot(strips[:, 0], strips[:, 1] + strips[:, 2] * x).max())
     y = max(abs(bounds[2]), abs(bounds[3]))
     return float(np.hypot(abs(motion.longitudinal) + abs(motion.spin) * y, abs(motion.lateral) + abs(motion.spin) * x))
 
 
-def _check_finite(motion: Creepage) -> None:
+def _check_finite(motion: Creepage | LocalCreepage) -> None:
+    if isinstance(motion, LocalCreepage):  # which holds finite numbers only
+        return
     if not all(map(is_finite, (motion.longitudinal, motion.lateral, motion.spin))):
         raise ContactInputError(f"{motion}: every part must be a finite number")
 
 
-def check_creepage(creepage: Creepage, bounds: tuple[float, float, float, float]) -> tuple[str, ...]:
+def check_creepage(creepage: Creepage | LocalCreepage, bounds: tuple[float, float, float, float]) -> tuple[str, ...]:
     """Refuses creepages whose rigid slip within the patch exceeds the rolling speed, as a spin in 1/mm or a creepage in
     percent does; warns above a tenth of it. bounds: (x_min, x_max, y_min, y_max) of the patch [m]."""
     _check_finite(creepage)
     slip = _largest_slip(creepage, bounds)
+    middle = creepage.about((bounds[2] + bounds[3]) / 2)
     numbers = (
-        f"creepages {creepage.longitudinal:g}, {creepage.lateral:g}, spin {creepage.spin:g} 1/m over a patch within "
+        f"creepages {middle.longitudinal:g}, {middle.lateral:g}, spin {middle.spin:g} 1/m over a patch within "
         f"{max(map(abs, bounds)):.3g} m of the origin make a rigid slip of {slip:.3g} times the rolling speed"
     )
     if slip > _IMPOSSIBLE_SLIP:

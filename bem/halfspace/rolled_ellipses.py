@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from bem.exact.kalker_table import coefficient_rows
 from bem.halfspace.falling_friction import FallingFriction
-from bem.halfspace.fastsim import elliptic_patch, equivalent_ellipse, flexibilities, march
+from bem.halfspace.fastsim import elliptic_patch, equivalent_ellipse, flexibilities, march, strip_rates
 from bem.halfspace.input import check_creepage, check_friction
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Creepage, Grid, Patch
@@ -132,17 +132,22 @@ def rolled_ellipses(
     *,
     direction: int = 1,
     initial_slope: float = 1.0,
+    strips: np.ndarray | None = None,
 ) -> RolledEllipses:
     """Tractions, slip and stick of k rolling ellipses.
 
     semi (k, 2) : along x and y [m];  load (k,) [N];  creepage (k, 3) : longitudinal, lateral, spin [1, 1, 1/m]; the
-    rest as of bem.halfspace.fastsim.fastsim. Errors: ContactInputError as there.
+    rest as of bem.halfspace.fastsim.fastsim. strips (k, ny, 3) : creepages of the strips at the grids' y about x = 0,
+    where the ellipses are laid along curved faces (bem/local_creepage.py); None: those of plane ones.
+    Errors: ContactInputError as there.
     """
     semi, load, creepage = (
         np.asarray(v, float).reshape(-1, *s) for v, s in ((semi, (2,)), (load, ()), (creepage, (3,)))
     )
     law = friction if isinstance(friction, FallingFriction) else FallingFriction.constant(friction)
     _check(semi, load, creepage, law, direction, initial_slope)
+    if strips is not None:
+        _check_strips(strips, (len(load), cells[1], 3))
     unit = elliptic_patch(1.0, 1.0, 1.0, cells)
     pressure = unit.pressure * (load / semi.prod(axis=1))[:, None, None]
     grid = Grids(2 * semi[:, 0] / cells[0], 2 * semi[:, 1] / cells[1], *cells)
@@ -156,7 +161,7 @@ def rolled_ellipses(
         law.static * load / semi.prod(axis=1),
         (law.ratio, law.decay),
         labels,
-        _rates(unit, semi, Pair.of(first, second), creepage, initial_slope),
+        _rates(unit, semi, Pair.of(first, second), creepage, initial_slope, strips),
         semi,
         (unit.grid.x, unit.grid.y),
         direction,
@@ -187,8 +192,15 @@ def _check(semi, load, creepage, law, direction, initial_slope) -> None:
         check_creepage(Creepage(*map(float, own)), (-a, a, -b, b))
 
 
-def _rates(unit: Patch, semi: np.ndarray, pair: Pair, creepage: np.ndarray, initial_slope: float) -> np.ndarray:
-    """(k, 2, 9): of no part and of the patch, as fastsim's for one."""
+def _check_strips(strips: np.ndarray, shape: tuple[int, ...]) -> None:
+    if np.shape(strips) != shape or not np.isfinite(strips).all():
+        raise ContactInputError(f"strips of shape {np.shape(strips)}: give finite creepages of shape {shape}")
+
+
+def _rates(
+    unit: Patch, semi: np.ndarray, pair: Pair, creepage: np.ndarray, initial_slope: float, strips: np.ndarray | None
+) -> np.ndarray:
+    """(k, 2, 1 or ny, 9): of no part and of the patch, as fastsim's for one."""
     wide, deep, _, _ = equivalent_ellipse(unit.grid, unit.pressure)
     a, b = wide * semi[:, 0], deep * semi[:, 1]
     c = coefficient_rows(a / b, pair.poisson)
@@ -196,9 +208,15 @@ def _rates(unit: Patch, semi: np.ndarray, pair: Pair, creepage: np.ndarray, init
     weights = np.abs(creepage) * np.stack([np.ones_like(a), np.ones_like(a), np.sqrt(a * b)], axis=1)
     weights = np.where(weights.sum(axis=1)[:, None] > 0, weights, 1.0)
     sliding = (flexibility * weights).sum(axis=1) / weights.sum(axis=1)
-    rates = np.zeros((len(semi), 2, 9))
-    rates[:, 1, 0:3], rates[:, 1, 3:6] = creepage / flexibility, creepage / sliding[:, None]
-    rates[:, 1, 8] = sliding
+    if strips is not None:
+        rates = np.zeros((len(semi), 2, unit.grid.ny, 9))
+        for k, own in enumerate(strips):
+            y = unit.grid.y * semi[k, 1]
+            rates[k, 1] = strip_rates(own, creepage[k], (0.0, 0.0), flexibility[k], sliding[k], y)
+        return rates
+    rates = np.zeros((len(semi), 2, 1, 9))
+    rates[:, 1, 0, 0:3], rates[:, 1, 0, 3:6] = creepage / flexibility, creepage / sliding[:, None]
+    rates[:, 1, 0, 8] = sliding
     return rates
 
 

@@ -20,6 +20,7 @@ from bem.halfspace.friction import FrictionSolution, TangentialOperator, solve_f
 from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
 from bem.halfspace.input import check_creepage, check_force, check_friction, check_shift
 from bem.halfspace.pressure import NormalOperator, solve_pressure
+from bem.local_creepage import LocalCreepage
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 
@@ -37,7 +38,7 @@ def rolling_contact(
     first: Elastic,
     second: Elastic,
     friction: float,
-    creepage: Creepage = Creepage(),
+    creepage: Creepage | LocalCreepage = Creepage(),
     force: Force = (None, None),
     *,
     direction: int = 1,
@@ -46,7 +47,8 @@ def rolling_contact(
 ) -> Patch:
     """Steady rolling along direction * x with Coulomb friction.
 
-    creepage  : rigid slip of body 1 over body 2 per rolling speed (a positive number whatever the direction)
+    creepage  : rigid slip of body 1 over body 2 per rolling speed (a positive number whatever the direction); on a
+        patch laid along a curved face each strip's own (bem/local_creepage.py)
     force     : (Fx, Fy) on body 1 [N]; where a number, the creepage along that axis is what comes out, added to the
         given
     direction : +1 or -1; the leading edge lies there
@@ -57,6 +59,11 @@ def rolling_contact(
     """
     if direction not in (1, -1):
         raise ContactInputError(f"direction {direction!r}: give +1 or -1")
+    if isinstance(creepage, LocalCreepage) and force[1] is not None:
+        raise ContactInputError(
+            f"lateral force {force[1]!r} N with strips of their own normals: each takes another part of a lateral slip;"
+            " give the creepages, and look for the motion that gives the force"
+        )
     notes = check_friction(friction) + check_creepage(creepage, _bounds(patch))
     return _solve(patch, Pair.of(first, second), friction, creepage, force, None, direction, tolerance, estimate, notes)
 
@@ -106,7 +113,7 @@ class _Problem:
     pressure: np.ndarray
     approach: float
     friction: float
-    motion: Creepage
+    motion: Creepage | LocalCreepage
     force: Force
     rolling: bool
     traction_before: np.ndarray | None
@@ -117,7 +124,7 @@ def _solve(
     patch: Patch,
     pair: Pair,
     friction: float,
-    motion: Creepage,
+    motion: Creepage | LocalCreepage,
     force: Force,
     previous: Patch | None,
     direction: int,
@@ -158,6 +165,7 @@ def _solve(
             solution, traction=_flip(solution.traction), slip=_flip(solution.slip), stick=solution.stick[::-1]
         )
         turned = replace(turned, pressure=turned.pressure[::-1])
+    moved, (_, _, low, high) = motion.added(*map(float, found)), _bounds(patch)
     return Patch(
         patch.grid,
         patch.gap,
@@ -168,10 +176,11 @@ def _solve(
         _last(solution.slip),
         solution.stick,
         friction,
-        Creepage(motion.longitudinal + found[0], motion.lateral + found[1], motion.spin),
+        moved.about((low + high) / 2),
         patch.cost + Cost(time.perf_counter() - started, solution.iterations, 2 * solution.iterations + 1),
         error,
         patch.warnings + notes,
+        moved if isinstance(moved, LocalCreepage) else None,
     )
 
 
@@ -197,7 +206,7 @@ def _mirrored(problem: _Problem) -> _Problem:
         grid=replace(grid, x_first=-grid.x[-1]),
         gap=gap,
         pressure=problem.pressure[::-1],
-        motion=Creepage(-motion.longitudinal, motion.lateral, -motion.spin),
+        motion=motion.mirrored(),
         force=(x_force, problem.force[1]),
     )
 
@@ -214,9 +223,7 @@ def _rigid_slip(problem: _Problem) -> np.ndarray:
     x, y = problem.grid.points()
     if problem.rolling:
         x = x + problem.grid.dx / 4
-    return np.stack(
-        [problem.motion.longitudinal - problem.motion.spin * y, problem.motion.lateral + problem.motion.spin * x]
-    )
+    return problem.motion.rigid_slip(x, y)
 
 
 def _turns(problem: _Problem, pair: Pair, tolerance: float) -> tuple[FrictionSolution, _Problem, int]:

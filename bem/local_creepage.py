@@ -1,0 +1,95 @@
+"""Creepage that differs from place to place across a curved patch.
+
+Where the bodies conform, a patch bends around a rounding and each strip along x has a normal n of its own. A rigid
+motion of body 1 over body 2, velocity v at the origin and rotation w per rolling speed, then slips by
+
+    longitudinal(y) = v_x + w_y z - w_z y',   lateral(y) = v.t + w_x (y' t_z - z t_y),   spin(y) = w.n
+
+at x = 0, (y', z) the strip's place in the section, t = (n_z, -n_y) its tangent; along x the lateral slip grows by
+spin(y) x. Along the developed coordinate d longitudinal / dy = -spin: on a flat patch these are the three numbers of
+bem.patch.Creepage. A wheel of rolling radius r turns with w_y = 1/r, so spin is the sine of the local angle over r.
+Source: Vollebregt and Segal, Vehicle System Dynamics 52 suppl. 1 (2014) 455 (idea; its example is held in
+tests/bem/test_conformal_rolling.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from bem.patch import ContactInputError, Creepage
+
+
+@dataclass(frozen=True, eq=False)
+class LocalCreepage:
+    """Creepage of strips at y (m,) [m], rising: longitudinal, lateral (m,) [1], spin (m,) [1/m]; cubic in between.
+
+    The rigid slip at (x, y) is (longitudinal(y), lateral(y) + spin(y) x).
+    Raises ContactInputError for fewer than two strips, positions that do not rise, numbers that are not finite.
+    """
+
+    y: np.ndarray
+    longitudinal: np.ndarray
+    lateral: np.ndarray
+    spin: np.ndarray
+
+    def __post_init__(self) -> None:
+        rows = [np.asarray(getattr(self, name), float) for name in ("y", "longitudinal", "lateral", "spin")]
+        if len({row.shape for row in rows}) != 1 or rows[0].ndim != 1 or len(rows[0]) < 2:
+            raise ContactInputError(
+                f"local creepage: rows of {[row.shape for row in rows]}: give four of one length >= 2"
+            )
+        if not all(np.isfinite(row).all() for row in rows):
+            raise ContactInputError("local creepage: every number must be finite")
+        if not (np.diff(rows[0]) > 0).all():
+            raise ContactInputError("local creepage: positions of the strips must rise")
+
+    @cached_property
+    def _rows(self) -> BSpline:
+        rows = np.stack([self.longitudinal, self.lateral, self.spin], axis=1)
+        return make_interp_spline(self.y, rows, k=min(3, len(self.y) - 1))
+
+    def strips(self, y: np.ndarray) -> np.ndarray:
+        """(n, 3) longitudinal, lateral, spin of strips at y (n,)."""
+        return self._rows(np.asarray(y, float))
+
+    def rigid_slip(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """(2, ...) at x, y (...) [1]."""
+        longitudinal, lateral, spin = np.moveaxis(self.strips(y), -1, 0)
+        return np.stack([longitudinal, lateral + spin * x])
+
+    def about(self, y: float) -> Creepage:
+        """That of the strip at y as one creepage about x = y = 0."""
+        longitudinal, lateral, spin = map(float, self.strips(np.array(y)))
+        return Creepage(longitudinal + spin * y, lateral, spin)
+
+    def mirrored(self) -> LocalCreepage:
+        """Seen in the mirror x -> -x."""
+        return LocalCreepage(self.y, -np.asarray(self.longitudinal), self.lateral, -np.asarray(self.spin))
+
+    def added(self, longitudinal: float, lateral: float) -> LocalCreepage:
+        """With a uniform slip more."""
+        return LocalCreepage(
+            self.y, np.asarray(self.longitudinal) + longitudinal, np.asarray(self.lateral) + lateral, self.spin
+        )
+
+
+@dataclass(frozen=True)
+class RigidMotion:
+    """Of body 1 over body 2 per rolling speed, in the axes x, lateral, up: velocity (3,) at the origin of the section's
+    frame [1], rotation (3,) [1/m]."""
+
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def creepage(self, y: np.ndarray, points: np.ndarray, normals: np.ndarray) -> LocalCreepage:
+        """Of strips at the patch's coordinate y (m,), at points (m, 2) [m] of the section with unit normals (m, 2) out
+        of body 2 (bem.slices.coupled.SlicePatch has all three)."""
+        (a, z), (n, up) = np.asarray(points, float).T, np.asarray(normals, float).T
+        v, w = self.velocity, self.rotation
+        return LocalCreepage(
+            y, v[0] + w[1] * z - w[2] * a, v[1] * up - v[2] * n - w[0] * (a * n + z * up), w[1] * n + w[2] * up
+        )
