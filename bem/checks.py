@@ -9,6 +9,10 @@ from typing import Any
 import numpy as np
 
 
+class ContactInputError(ValueError):
+    """Input that no contact solver can answer: what, where, how large, what to do."""
+
+
 def is_finite(value: object) -> bool:
     """Whether a value is a finite real number."""
     return isinstance(value, (Real, np.number)) and bool(np.isfinite(value))

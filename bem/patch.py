@@ -11,21 +11,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import ndimage
 
+from bem.checks import ContactInputError
+from bem.creepage import Creepage, LocalCreepage
 from bem.patch_edge import covered_area, edge_positions
 
-if TYPE_CHECKING:
-    from bem.local_creepage import LocalCreepage
-
 HALF_SPACE = "half-space"  # method of patches whose pressure is the half-space's for their gap
-
-
-class ContactInputError(ValueError):
-    """Input that no contact solver can answer: what, where, how large, what to do."""
 
 
 class NoContactError(ContactInputError):
@@ -101,35 +95,6 @@ class Grid:
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """(nx, ny) x and y of the cell centres [m]."""
         return np.meshgrid(self.x, self.y, indexing="ij")
-
-
-@dataclass(frozen=True)
-class Creepage:
-    """Rigid slip of body 1 over body 2 divided by the rolling speed: longitudinal [1], lateral [1], spin [1/m].
-
-    The rigid slip at (x, y) is (longitudinal - spin * y, lateral + spin * x). In a shift the same three numbers are
-    displacements [m] and a rotation [1].
-    """
-
-    longitudinal: float = 0.0
-    lateral: float = 0.0
-    spin: float = 0.0
-
-    def rigid_slip(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """(2, ...) at x, y (...)."""
-        return np.stack([self.longitudinal - self.spin * y, self.lateral + self.spin * x])
-
-    def about(self, y: float) -> Creepage:
-        """As bem.local_creepage.LocalCreepage: that of a strip; all strips of a plane patch have the same."""
-        return self
-
-    def mirrored(self) -> Creepage:
-        """Seen in the mirror x -> -x."""
-        return Creepage(-self.longitudinal, self.lateral, -self.spin)
-
-    def added(self, longitudinal: float, lateral: float) -> Creepage:
-        """With a uniform slip more."""
-        return Creepage(self.longitudinal + longitudinal, self.lateral + lateral, self.spin)
 
 
 @dataclass(frozen=True)

@@ -28,12 +28,12 @@ from dataclasses import replace
 import numpy as np
 from scipy import ndimage
 
+from bem.creepage import LocalCreepage
 from bem.exact.kalker import CreepageCoefficients
 from bem.exact.kalker_table import CoefficientRows, coefficients
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.falling_friction import FallingFriction, friction_share
 from bem.halfspace.input import check_creepage, check_friction
-from bem.local_creepage import LocalCreepage
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 from bem.patch_edge import covered_area

@@ -9,7 +9,7 @@ from numbers import Integral
 import numpy as np
 
 from bem.checks import is_finite
-from bem.local_creepage import LocalCreepage
+from bem.creepage import LocalCreepage
 from bem.material import Elastic
 from bem.patch import ContactInputError, Creepage, Grid, PatchCutError
 

@@ -138,7 +138,7 @@ def rolled_ellipses(
 
     semi (k, 2) : along x and y [m];  load (k,) [N];  creepage (k, 3) : longitudinal, lateral, spin [1, 1, 1/m]; the
     rest as of bem.halfspace.fastsim.fastsim. strips (k, ny, 3) : creepages of the strips at the grids' y about x = 0,
-    where the ellipses are laid along curved faces (bem/local_creepage.py); None: those of plane ones.
+    where the ellipses are laid along curved faces (bem/creepage.py); None: those of plane ones.
     Errors: ContactInputError as there.
     """
     semi, load, creepage = (

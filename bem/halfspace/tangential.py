@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bem.creepage import LocalCreepage
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
 from bem.halfspace.friction import FrictionSolution, TangentialOperator, solve_friction
 from bem.halfspace.influence import backward, forward, kernel_spectrum, padded_shape
 from bem.halfspace.input import check_creepage, check_force, check_friction, check_shift
 from bem.halfspace.pressure import NormalOperator, solve_pressure
-from bem.local_creepage import LocalCreepage
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 
@@ -48,7 +48,7 @@ def rolling_contact(
     """Steady rolling along direction * x with Coulomb friction.
 
     creepage  : rigid slip of body 1 over body 2 per rolling speed (a positive number whatever the direction); on a
-        patch laid along a curved face each strip's own (bem/local_creepage.py)
+        patch laid along a curved face each strip's own (bem/creepage.py)
     force     : (Fx, Fy) on body 1 [N]; where a number, the creepage along that axis is what comes out, added to the
         given
     direction : +1 or -1; the leading edge lies there

@@ -21,10 +21,9 @@ from bem.halfspace.falling_friction import FallingFriction
 from bem.halfspace.rolled_ellipses import RolledEllipses, rolled_ellipses
 from bem.material import Elastic
 from bem.patch import Patch
-from geometry.contact.prismatic_search import Motion, creepages_at
 from geometry.surfaces.bodies import BODIES
-from geometry.wheelset import Wheelset
 from kernel_cache import njit
+from rail_fem.damage.strips import point_creepages, strip_creepages
 from rail_fem.damage.wear import WearLaw, friction_work, tgamma
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.output.result import PassResult
@@ -116,12 +115,14 @@ class WearField:
 @dataclass(frozen=True)
 class PatchOptions:
     """How the patches of a pass are solved. friction : None: the scene's;  initial_slope : third body;  cells : each
-    way;  hardness : of the rail [Pa], which bounds the mean pressure"""
+    way;  hardness : of the rail [Pa], which bounds the mean pressure;  conformal : strips along the curved face with
+    normals and creepages of their own (rail_fem.damage.strips), in place of one tangent plane"""
 
     friction: float | FallingFriction | None = None
     initial_slope: float = 1.0
     cells: int = 50
     hardness: float = np.inf
+    conformal: bool = False
 
 
 def pass_contacts(
@@ -194,16 +195,21 @@ def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, optio
     large = np.sqrt(np.maximum(normal / (np.pi * sizes.prod(axis=1)) / options.hardness, 1.0))
     steels = (scene.materials.wheel.steel(), getattr(scene.materials, BODIES[b]).steel())
     wheel, rail = (Elastic(steel.youngs_modulus, steel.poisson) for steel in steels)
+    semi = large[:, None] * sizes
+    creepage, strips = _creepages(scene, table, b, carries), None
+    if options.conformal:
+        creepage, strips = strip_creepages(scene, table, b, carries, semi[:, 1], options.cells)
     patches = rolled_ellipses(
-        large[:, None] * sizes,
+        semi,
         normal,
         wheel,
         rail,
         scene.friction if options.friction is None else options.friction,
-        _creepages(scene, table, b, carries),
+        creepage,
         (options.cells, options.cells),
         direction=int(scene.direction_sign),
         initial_slope=options.initial_slope,
+        strips=strips,
     )
     aside = np.stack([np.zeros_like(angle), np.cos(angle), np.sin(angle)], axis=1) * table.middle[b, carries][:, None]
     position = table.point[b, carries] + aside
@@ -212,14 +218,7 @@ def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, optio
 
 def _creepages(scene: Scene, table: ContactTable, b: int, carries: np.ndarray) -> np.ndarray:
     """(k, 3) rigid slip per speed at the contacts of one body; the axle follows the table's heights."""
-    wheel, steep, angle = scene.wheel, table.slope[b, carries], table.angle[b, carries]
-    normal = np.stack([-steep, -np.tan(angle), np.ones_like(angle)], axis=1)
-    # seen from the middle of the axle, so that one wheelset serves all positions
-    middle = np.stack([table.x[carries], 0 * angle, table.height[b, carries] + wheel.radius], axis=1)
-    unit = normal / np.linalg.norm(normal, axis=1)[:, None]
-    state = Wheelset(wheel.shape, radius=wheel.radius, back_to_back=scene.back_to_back, x=0.0, z=0.0)
-    motion = Motion(scene.velocity, vertical=scene.velocity * steep)
-    return creepages_at(state, table.point[b, carries] - middle, unit, motion)
+    return point_creepages(scene, table, b, carries, table.point[b, carries], table.angle[b, carries])
 
 
 def wear_field(

@@ -120,7 +120,8 @@ def switch_section(scene: Scene, settings: DamageSettings) -> Section:
 def patch_options(scene: Scene, settings: DamageSettings) -> PatchOptions:
     """How the patches of its passes over a crossing are solved."""
     friction = friction_of(scene, settings, scene.speed)
-    return PatchOptions(friction, settings.initial_slope, settings.cells, settings.hardness)
+    conformal = settings.tangential == "conformal"
+    return PatchOptions(friction, settings.initial_slope, settings.cells, settings.hardness, conformal)
 
 
 def crossing_site(

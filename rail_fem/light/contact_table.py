@@ -50,6 +50,7 @@ class ContactTable:
     asymmetry : (2, n)    its distance over the intersection's half-width [1]
     transfers : (k,)      x where a rigid wheel changes body [m]
     modulus   : E* of wheel and each body [Pa]
+    datum     : y of the wheel's tread datum [m]
     search_time : what finding it cost, also where it was kept from another scene [s]
     """
 
@@ -64,6 +65,7 @@ class ContactTable:
     asymmetry: np.ndarray
     transfers: np.ndarray
     modulus: tuple[float, float]
+    datum: float
     search_time: float = 0.0
 
     def height_at(self, x: np.ndarray) -> np.ndarray:
@@ -184,6 +186,7 @@ def _tabled(key: TableKey, path: WheelPath, search_time: float) -> ContactTable:
         gather("asymmetry"),
         path.transfers,
         moduli,
+        datum,
         search_time + working_time() - started,
     )
 

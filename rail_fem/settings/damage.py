@@ -40,6 +40,11 @@ class DamageSettings(Frozen):
         None
     )
     cells: Count = Field(50, ge=10, le=400, description="cells of a patch, each way")
+    tangential: Literal["plane", "conformal"] = Field(
+        "plane",
+        description="FASTSIM with one creepage in a patch's tangent plane, or with normal and creepage of each strip"
+        " where a patch of a crossing bends around a corner",
+    )
     patch_spacing: Annotated[float, Quantity("mm", 0.1, 50, "between the patches along a crossing")] = 2e-3
     plan_spacing: Annotated[
         float, Quantity("mm", 0.05, 2, "across a crossing between the depths of its plan; along it is patch_spacing")
@@ -105,6 +110,8 @@ class DamageSettings(Frozen):
     def _fits_together(self) -> Self:
         if self.site == "switch" and self.flow:
             self._refuse("flow: plastic flow is known of a crossing's wing and nose; leave it out")
+        if self.site == "switch" and self.tangential == "conformal":
+            self._refuse('tangential: strips of their own normals are known of a crossing\'s patches; write "plane"')
         if self.site == "switch" and self.lateral_scatter:
             self._refuse("lateral_scatter: the switch's wheelset runs on a sine; leave it out")
         if not 0 <= self.onset < self.peak < self.balance:

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bem.creepage import LocalCreepage, RigidMotion
 from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.halfspace.normal import normal_contact
 from bem.halfspace.rolled_ellipses import rolled_ellipses
 from bem.halfspace.tangential import rolling_contact
-from bem.local_creepage import LocalCreepage, RigidMotion
 from bem.material import STEEL, Elastic
 from bem.patch import ContactInputError, Creepage, Grid
 from tests.order import assert_order
@@ -168,7 +168,7 @@ def conformal():
 
 
 def test_conformal_example_of_contact_on_the_half_space(conformal):
-    """Its cases 2 (one creepage) and 4 (of each strip): normal force, largest pressure, forces, spin moment and power at
+    """Its cases 2 (one creepage) and 4 (of each strip): normal force, largest pressure, forces, spin moment, power at
     30 m/s, printed with four digits. Strips' slip is given there at the cells' centres: 0.05 %. Of one creepage it is
     not said where: half a cell's spin is 1 %, so 0.2 % of mu N."""
     bound = 0.3 * conformal.normal_force

@@ -1,6 +1,7 @@
 """Wear and fatigue along a crossing: volume, mirror of the running direction, what limits pressure, the command."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,9 @@ from rail_fem import cli
 from rail_fem.damage.crossing import PatchOptions, pass_contacts, wear_field
 from rail_fem.damage.drivers import DRIVERS, sensitivities
 from rail_fem.damage.fatigue import WholeLifeRail
+from rail_fem.damage.strips import strip_angles, strip_creepages
 from rail_fem.damage.wear import dry_laws, worn_area
+from rail_fem.light.contact_table import contact_table
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
 LAWS = dry_laws(5e9)
@@ -35,6 +38,37 @@ def test_wing_and_nose_carry_what_the_pass_says(result, contacts):
         for c in [c for c in contacts if c.body == body][::7]:
             vertical = c.patch.normal_force * np.cos(c.angle)
             assert vertical == pytest.approx(np.interp(c.x, x, result.history[f"force_{body}"]), rel=1e-9)
+
+
+def test_strips_of_a_conformal_patch_have_the_wheels_own_slip(result, contacts):
+    """Each strip's spin is the sine of its own angle over the rolling radius, d longitudinal / dy = -spin along the
+    face, and the middle's creepage is the patch's. A patch that is a thousandth as wide is plane."""
+    scene = result.scene
+    table = contact_table(scene, 0.34, 0.44, 4e-3)
+    carries = np.flatnonzero(table.stiffness[1] > 0)
+    for semi, bend in ((1e-3, True), (1e-6, False)):
+        wide = np.full(len(carries), semi)
+        offset, angle = strip_angles(scene, table, 1, carries, wide, 24)
+        middle, strips = strip_creepages(scene, table, 1, carries, wide, 24)
+        assert (np.ptp(angle, axis=1).min() > 0.02) == bend
+        slope = np.gradient(strips[..., 0], offset[0], axis=1)[:, 1:-1]
+        np.testing.assert_allclose(slope, -strips[:, 1:-1, 2], rtol=2e-2)
+        np.testing.assert_allclose(strips[..., 2] * scene.wheel.radius, -np.sin(angle), atol=5e-3)
+        np.testing.assert_allclose(strips.mean(axis=1), middle, rtol=0.02, atol=2e-6)
+
+
+def test_conformal_patches_wear_volume_and_differ_where_the_patch_is_wide(result, contacts):
+    """Volume in the field is the strips'; pressures are the same; friction only takes energy; on the nose's narrow
+    patches T gamma stays within 3 %."""
+    own = pass_contacts(result, start=0.24, end=0.44, options=replace(COARSE, conformal=True))
+    assert (own.patches.pressure == contacts.patches.pressure).all()
+    assert (own.patches.frictional_power >= 0).all()
+    field = wear_field(own, LAWS)
+    strips = sum(worn_area(LAWS["archard"], c.patch, c.speed) for c in own) * 2e-3
+    assert field.volume("archard") == pytest.approx(strips, rel=1e-9)
+    nose = own.body == 1
+    assert own.tgamma[nose].sum() == pytest.approx(contacts.tgamma[nose].sum(), rel=0.03)
+    assert np.abs(own.patches.frictional_power / contacts.patches.frictional_power - 1).max() > 0.02
 
 
 def test_volume_of_the_field_is_that_of_the_patches(contacts):

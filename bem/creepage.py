@@ -1,4 +1,4 @@
-"""Creepage that differs from place to place across a curved patch.
+"""Creepage: three numbers for a plane patch, three for each strip of a curved one.
 
 Where the bodies conform, a patch bends around a rounding and each strip along x has a normal n of its own. A rigid
 motion of body 1 over body 2, velocity v at the origin and rotation w per rolling speed, then slips by
@@ -7,9 +7,9 @@ motion of body 1 over body 2, velocity v at the origin and rotation w per rollin
 
 at x = 0, (y', z) the strip's place in the section, t = (n_z, -n_y) its tangent; along x the lateral slip grows by
 spin(y) x. Along the developed coordinate d longitudinal / dy = -spin: on a flat patch these are the three numbers of
-bem.patch.Creepage. A wheel of rolling radius r turns with w_y = 1/r, so spin is the sine of the local angle over r.
-Source: Vollebregt and Segal, Vehicle System Dynamics 52 suppl. 1 (2014) 455 (idea; its example is held in
-tests/bem/test_conformal_rolling.py).
+Creepage. A wheel of rolling radius r turns with w_y = 1/r, so spin is the sine of the local angle over r.
+Source: Vollebregt and Segal, Vehicle System Dynamics 52 suppl. 1 (2014) 455 (not opened; its example in the program
+CONTACT is, tests/bem/test_conformal_rolling.py).
 """
 
 from __future__ import annotations
@@ -20,7 +20,36 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from bem.patch import ContactInputError, Creepage
+from bem.checks import ContactInputError
+
+
+@dataclass(frozen=True)
+class Creepage:
+    """Rigid slip of body 1 over body 2 divided by the rolling speed: longitudinal [1], lateral [1], spin [1/m].
+
+    The rigid slip at (x, y) is (longitudinal - spin * y, lateral + spin * x). In a shift the same three numbers are
+    displacements [m] and a rotation [1].
+    """
+
+    longitudinal: float = 0.0
+    lateral: float = 0.0
+    spin: float = 0.0
+
+    def rigid_slip(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """(2, ...) at x, y (...)."""
+        return np.stack([self.longitudinal - self.spin * y, self.lateral + self.spin * x])
+
+    def about(self, y: float) -> Creepage:
+        """As of LocalCreepage: that of a strip; all strips of a plane patch have the same."""
+        return self
+
+    def mirrored(self) -> Creepage:
+        """Seen in the mirror x -> -x."""
+        return Creepage(-self.longitudinal, self.lateral, -self.spin)
+
+    def added(self, longitudinal: float, lateral: float) -> Creepage:
+        """With a uniform slip more."""
+        return Creepage(self.longitudinal + longitudinal, self.lateral + lateral, self.spin)
 
 
 @dataclass(frozen=True, eq=False)
