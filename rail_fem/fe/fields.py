@@ -1,79 +1,103 @@
 """Fields of a run as VTU files: plastic strain, von Mises stress, stress, region and displacement on the hexahedra.
 
-Root gathers in the numbering of the input mesh and writes through meshio; a ParaView collection (.pvd) lists the
-frames. Six components mean XX YY ZZ XY YZ XZ to VTK, which is not the order of geometry.axes: they are written in
-VTK's, and named in the file.
+All ranks write, each its block of the rows in the numbering of the input mesh (rail_fem.fe.global_rows): what a file
+holds does not depend on the number of ranks, and none has more of the mesh than its share. A ParaView collection
+(.pvd) lists the frames. Six components mean XX YY ZZ XY YZ XZ to VTK, which is not the order of geometry.axes: they are
+written in VTK's, and named in the file.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import meshio
 import numpy as np
 
 from bem.exact.subsurface import von_mises
-from geometry.meshing.hexmesh import HexMesh
-from rail_fem.atomic import write_atomically, write_text_atomically
-from rail_fem.fe.checkpoint import gather_nodes, gather_rows
+from rail_fem.atomic import write_text_atomically
+from rail_fem.fe.checkpoint import gather_rows
+from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.output.fields import VTK_COMPONENTS, VTK_ORDER
+from rail_fem.fe.global_rows import block_starts, to_blocks
+from rail_fem.fe.shared_file import as_bytes, write_pieces
+from rail_fem.output.fields import REGIONS, VTK_COMPONENTS, VTK_ORDER
+from rail_fem.output.vtu_layout import HEXAHEDRON, Column, compressed, lay_out
 
-TIME_VALUE = (
-    '<FieldData><DataArray type="Float64" Name="TimeValue" NumberOfTuples="1"'
-    ' format="ascii">{!r}</DataArray></FieldData>'
-)
+WHEEL = REGIONS.index("wheel")
 
 
-def gather_cells(dynamics: Dynamics) -> np.ndarray | None:
-    """Stress (6), plastic strain of every cell (m_global, 7) in input order. Root only. Collective."""
+def cell_rows(dynamics: Dynamics) -> np.ndarray:
+    """Stress (6), plastic strain of the rank's cells (m_local, 7). Rank-local."""
     s, domain = dynamics.structure, dynamics.domain
     rows = np.zeros((len(domain.cells), 7))
     if s.finite.n_cells:
         rows[s.finite_cells] = np.column_stack([s.finite.stress(), s.finite.plastic_strain()])
     if s.small.n_cells:
         rows[s.small_cells, :6] = s.small_stress()
-    return gather_rows(domain.comm, domain.cell_input, rows, domain.m_global)
+    return rows
 
 
-def write_frame(path: Path, dynamics: Dynamics, mesh: HexMesh | None, wheel_offset: float) -> None:
-    """One VTU file [SI]. mesh : the input mesh, root only. Collective. Errors: OSError on root."""
+def gather_cells(dynamics: Dynamics) -> np.ndarray | None:
+    """`cell_rows` of all cells (m_global, 7) in input order. Root only. Collective."""
     domain = dynamics.domain
+    return gather_rows(domain.comm, domain.cell_input, cell_rows(dynamics), domain.m_global)
+
+
+def write_frame(path: Path, dynamics: Dynamics, wheel_offset: float) -> None:
+    """One VTU file [SI]. wheel_offset : how far the wheel has moved along x [m]. Collective. Errors: ValueError on all
+    ranks where it cannot be written."""
+    domain, comm = dynamics.domain, dynamics.domain.comm
     dynamics.bring_up()
-    state, x = gather_cells(dynamics), gather_nodes(domain, dynamics.structure.x)
-    if mesh is None or state is None or x is None:
-        return
-    placed = mesh.points.copy()
-    placed[np.unique(mesh.cells[mesh.region == 2]), 0] += wheel_offset
-    frame = meshio.Mesh(
-        placed,
-        [("hexahedron", mesh.cells)],
-        point_data={"displacement": x - mesh.points},
-        cell_data={
-            "region": [mesh.region.astype(np.int32)],
-            "plastic_strain": [state[:, 6]],
-            "von_mises": [von_mises(state[:, :6])],
-            "stress": [state[:, VTK_ORDER]],
-        },
-    )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, lambda temporary: _write_vtu(temporary, frame, dynamics.time))
+    if comm.rank == 0:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    blocks = _node_blocks(domain, dynamics.structure.x, wheel_offset) + _cell_blocks(dynamics)
+    chunks = [compressed(column, rows) for column, rows in blocks]
+    every = comm.allgather([[len(chunk) for chunk in mine] for mine in chunks])
+    columns = [column for column, _ in blocks]
+    sizes = [[size for told in every for size in told[k]] for k in range(len(columns))]
+    layout = lay_out(columns, sizes, dynamics.time)
+    pieces = []
+    for k, mine in enumerate(chunks):
+        before = sum(len(told[k]) for told in every[: comm.rank])
+        if mine:
+            pieces.append((int(layout.data[k][before]), as_bytes(b"".join(mine))))
+    if comm.rank == 0:
+        pieces += [(0, as_bytes(layout.head)), (layout.end, as_bytes(layout.tail))]
+        pieces += [(at, as_bytes(header)) for at, header in layout.headers]
+    write_pieces(comm, path, pieces)
 
 
-def _write_vtu(path: Path, frame: meshio.Mesh, time: float) -> None:
-    """The file by meshio, and what meshio does not write: names of the stress components, and the time [s]. (Texts it
-    could not read back.)"""
-    meshio.write(path, frame, file_format="vtu", compression="zlib")
-    names = "".join(f' ComponentName{i}="{name}"' for i, name in enumerate(VTK_COMPONENTS))
-    text = path.read_bytes()
-    for mark, more in (('Name="stress"', names), ("<UnstructuredGrid>", TIME_VALUE.format(float(time)))):
-        if text.count(mark.encode()) != 1:
-            raise RuntimeError(
-                f"{path}: meshio has written {mark} {text.count(mark.encode())} times, once was expected: this version"
-                " of it is not known"
-            )
-        text = text.replace(mark.encode(), (mark + more).encode())
-    path.write_bytes(text)
+def _node_blocks(domain: Domain, x: np.ndarray, wheel_offset: float) -> list[tuple[Column, np.ndarray]]:
+    """The arrays of the nodes, each with the rank's block of its rows. Collective."""
+    owned, total = domain.n_owned, domain.n_global
+    reference, now = (field.reshape(-1, 3)[:owned] for field in (domain.reference, x))
+    placed = reference.copy()
+    wheel = np.unique(domain.cells[domain.region == WHEEL])
+    placed[wheel[wheel < owned], 0] += wheel_offset
+    rows = np.concatenate([placed, now - reference], axis=1)
+    rows = to_blocks(domain.comm, domain.node_input[:owned], rows, total)
+    return [
+        (Column("Points", "Points", "f8", 3, total), rows[:, :3]),
+        (Column("PointData", "displacement", "f8", 3, total), rows[:, 3:]),
+    ]
+
+
+def _cell_blocks(dynamics: Dynamics) -> list[tuple[Column, np.ndarray]]:
+    """The arrays of the cells, each with the rank's block of its rows. Collective."""
+    domain = dynamics.domain
+    comm, total = domain.comm, domain.m_global
+    corners = np.column_stack([domain.node_input[domain.cells], domain.region])
+    corners = to_blocks(comm, domain.cell_input, corners, total)
+    state = to_blocks(comm, domain.cell_input, cell_rows(dynamics), total)
+    numbers = np.arange(*block_starts(total, comm.size)[comm.rank : comm.rank + 2])[:, None]
+    return [
+        (Column("Cells", "connectivity", "i8", 8, total), corners[:, :8]),
+        (Column("Cells", "offsets", "i8", 1, total), 8 * (numbers + 1)),
+        (Column("Cells", "types", "u1", 1, total), np.full_like(numbers, HEXAHEDRON)),
+        (Column("CellData", "region", "i4", 1, total), corners[:, 8:]),
+        (Column("CellData", "plastic_strain", "f8", 1, total), state[:, 6:]),
+        (Column("CellData", "von_mises", "f8", 1, total), von_mises(state[:, :6])[:, None]),
+        (Column("CellData", "stress", "f8", 6, total, VTK_COMPONENTS), state[:, VTK_ORDER]),
+    ]
 
 
 def write_collection(path: Path, frames: list[list]) -> None:

@@ -207,7 +207,7 @@ class Run:
         if self.folder is None:
             return
         d = self.dynamics
-        write_frame(self.folder / "fields" / name, d, self.passage.mesh, d.contact.offset)
+        write_frame(self.folder / "fields" / name, d, d.contact.offset)
         self.frames.append([d.time, name])
         if self.comm.rank == 0:
             write_collection(self.folder / "fields" / "pass.pvd", self.frames)

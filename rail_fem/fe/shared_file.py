@@ -61,17 +61,12 @@ def write_shared(
     members, end = lay_out(kinds)
     blocks = {name: np.ascontiguousarray(part.block) for name, part in shared.items()}
     told = {name: _Part(b.nbytes, zlib.crc32(b.data if b.size else b""), leaves(b)) for name, b in blocks.items()}
-    every, temporary = comm.gather(told, root=0), comm.bcast(partial_name(Path(path)), root=0)
+    every = comm.gather(told, root=0)
     mine = [(m, int(block_starts(m.shape[0], comm.size)[comm.rank])) for m in members if m.name in blocks]
     pieces = [(m.data + first * m.row, blocks[m.name]) for m, first in mine]
     if comm.rank == 0:
         pieces += _roots_pieces(members, end, own, every, identity)
-    message = _written(comm, temporary, pieces)
-    if comm.rank == 0 and message is None:
-        message = _attempt(lambda: os.replace(temporary, path))
-    if comm.rank == 0:
-        temporary.unlink(missing_ok=True)
-    raise_together(comm, None if message is None else f"cannot write {path}: {message}")
+    write_pieces(comm, path, pieces)
 
 
 def _roots_pieces(
@@ -93,13 +88,26 @@ def _roots_pieces(
                 checksums[m.name] = joined(checksums[m.name], part.checksum, part.size)
     whole = {**own, LABEL: label_of(seal_from(digests, identity), identity)}
     checksums[LABEL] = zlib.crc32(whole[LABEL].data)
-    pieces = [(m.at, _bytes(head(m, checksums[m.name]))) for m in members]
+    pieces = [(m.at, as_bytes(head(m, checksums[m.name]))) for m in members]
     pieces += [(m.data, whole[m.name]) for m in members if m.name in whole]
-    return [*pieces, (end, _bytes(directory(members, [checksums[m.name] for m in members], end)))]
+    return [*pieces, (end, as_bytes(directory(members, [checksums[m.name] for m in members], end)))]
 
 
-def _bytes(text: bytes) -> np.ndarray:
+def as_bytes(text: bytes) -> np.ndarray:
+    """A piece (k,) uint8 of `write_pieces`."""
     return np.frombuffer(text, np.uint8)
+
+
+def write_pieces(comm: MPI.Comm, path: Path, pieces: list[tuple[int, np.ndarray]]) -> None:
+    """One file of every rank's pieces, position [bytes] and array, whole or not at all. Collective. Errors: ValueError
+    on all ranks where it cannot be written."""
+    temporary = comm.bcast(partial_name(Path(path)), root=0)
+    message = _written(comm, temporary, pieces)
+    if comm.rank == 0 and message is None:
+        message = _attempt(lambda: os.replace(temporary, path))
+    if comm.rank == 0:
+        temporary.unlink(missing_ok=True)
+    raise_together(comm, None if message is None else f"cannot write {path}: {message}")
 
 
 def _written(comm: MPI.Comm, path: Path, pieces: list[tuple[int, np.ndarray]]) -> str | None:

@@ -47,5 +47,5 @@ def write_run(folder: Path, motion=bend) -> tuple[HexMesh, np.ndarray]:
     dynamics = Dynamics(structure)
     dynamics.time = 1.25e-3
     _write_mesh(folder / "mesh.npz", mesh, 0.0, 0.0, {})
-    write_frame(folder / "fields" / "final.vtu", dynamics, mesh, OFFSET)
+    write_frame(folder / "fields" / "final.vtu", dynamics, OFFSET)
     return mesh, gather_cells(dynamics)

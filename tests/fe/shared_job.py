@@ -32,6 +32,20 @@ def dealt(comm, total: int) -> np.ndarray:
     return np.flatnonzero(np.random.default_rng(5).integers(0, comm.size, total) == comm.rank)[::-1].copy()
 
 
+def break_last_rank(comm, how: str) -> None:
+    """full: the last rank cannot write its pieces of a file; lost: it ends before it has."""
+    write = shared_file._attempt
+
+    def fail(action):
+        if action.__name__ != "write" or comm.rank != comm.size - 1:
+            return write(action)
+        if how == "lost":
+            os._exit(9)
+        return "no space left on device"
+
+    shared_file._attempt = fail
+
+
 def main(folder: Path, how: str) -> None:
     comm = MPI.COMM_WORLD
     points, cells = fields()
@@ -41,17 +55,8 @@ def main(folder: Path, how: str) -> None:
         "points": Shared(to_blocks(comm, nodes, points[nodes], NODES), NODES),
         "cells": Shared(to_blocks(comm, mine, cells[mine], CELLS), CELLS),
     }
-    if how and comm.rank == comm.size - 1:
-        write = shared_file._attempt
-
-        def fail(action):
-            if action.__name__ != "write":
-                return write(action)
-            if how == "lost":
-                os._exit(9)
-            return "no space left on device"
-
-        shared_file._attempt = fail
+    if how:
+        break_last_rank(comm, how)
     try:
         write_shared(comm, folder / "state.npz", shared, OWN, IDENTITY)
     except ValueError as error:

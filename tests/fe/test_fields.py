@@ -1,6 +1,8 @@
-"""Field files as VTK reads them: components by name, principal stresses, time."""
+"""Field files as VTK reads them: components by name, principal stresses, time; the same bytes from any number of ranks,
+whole or not at all."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -13,7 +15,11 @@ from geometry.axes import as_tensor
 from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.fields import VTK_ORDER, gather_cells, write_frame
+from rail_fem.output.sealed import CHUNK
+from rail_fem.output.vtu_layout import Column, lay_out
 from tests.fe.bodies import distort, place, structure_of
+from tests.fe.fields_job import OFFSET, TIME, bodies, motion
+from tests.ranks import printed_by_ranks, run_on_ranks
 
 READ = """
 import json, sys, vtk
@@ -34,6 +40,8 @@ print(json.dumps({
     "principal": [vtk_to_numpy(cells.GetArray(f"stress - Sigma {i}")).tolist() for i in (1, 2, 3)],
     "von_mises": vtk_to_numpy(cells.GetArray("von_mises")).tolist(),
     "time": fields.GetArray("TimeValue").GetValue(0),
+    "points": vtk_to_numpy(grid.GetPoints().GetData()).tolist(),
+    "corners": vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 8).tolist(),
 }))
 """
 
@@ -49,7 +57,7 @@ def frame(tmp_path_factory):
     dynamics = Dynamics(structure)
     dynamics.time = 1.25e-3
     path = tmp_path_factory.mktemp("fields") / "frame.vtu"
-    write_frame(path, dynamics, mesh, 0.0)
+    write_frame(path, dynamics, 0.0)
     answer = subprocess.run([sys.executable, "-c", READ, str(path)], capture_output=True, text=True, timeout=120)
     assert answer.returncode == 0, answer.stderr
     return gather_cells(dynamics)[:, :6], json.loads(answer.stdout), meshio.read(path)
@@ -79,3 +87,83 @@ def test_file_says_its_time_and_meshio_reads_it_too(frame):
     stress, read, by_meshio = frame
     assert read["time"] == 1.25e-3 and by_meshio.field_data["TimeValue"].tolist() == [1.25e-3]
     np.testing.assert_array_equal(by_meshio.cell_data["stress"][0], stress[:, VTK_ORDER])
+
+
+JOB = "tests/fe/fields_job.py"
+
+
+@pytest.fixture(scope="module")
+def one(tmp_path_factory):
+    """The file of one rank, of more than one chunk of rows."""
+    folder = tmp_path_factory.mktemp("one")
+    assert json.loads(printed_by_ranks(1, JOB, folder)) == [None]
+    return folder / "frame.vtu"
+
+
+@pytest.mark.mpi
+def test_file_of_one_rank_holds_the_input_mesh_in_its_order(one):
+    found, mesh = meshio.read(one), bodies()
+    assert len(mesh.cells) > CHUNK and len(mesh.points) > CHUNK
+    placed = mesh.points.copy()
+    placed[np.unique(mesh.cells[mesh.region == 2]), 0] += OFFSET
+    np.testing.assert_array_equal(found.points, placed)
+    np.testing.assert_array_equal(found.cells_dict["hexahedron"], mesh.cells)
+    np.testing.assert_array_equal(found.cell_data["region"][0], mesh.region)
+    np.testing.assert_allclose(found.point_data["displacement"], motion(mesh.points), rtol=0, atol=1e-14)
+    strain, stress = found.cell_data["plastic_strain"][0], found.cell_data["stress"][0]
+    assert (strain[mesh.region == 2] == 0).all() and 0.1 < (strain[mesh.region < 2] > 0).mean() < 1
+    tensor = np.empty_like(stress)
+    tensor[:, VTK_ORDER] = stress
+    np.testing.assert_array_equal(found.cell_data["von_mises"][0], von_mises(tensor))
+    assert np.abs(stress[mesh.region == 2]).max() > 1e6 and found.field_data["TimeValue"] == [TIME]
+
+
+@pytest.mark.mpi
+def test_vtk_reads_a_file_of_several_chunks_as_meshio_does(one):
+    answer = subprocess.run([sys.executable, "-c", READ, str(one)], capture_output=True, text=True, timeout=120)
+    assert answer.returncode == 0, answer.stderr
+    read, found = json.loads(answer.stdout), meshio.read(one)
+    np.testing.assert_array_equal(read["stress"], found.cell_data["stress"][0])
+    np.testing.assert_array_equal(read["von_mises"], found.cell_data["von_mises"][0])
+    np.testing.assert_array_equal(read["points"], found.points)
+    np.testing.assert_array_equal(read["corners"], found.cells_dict["hexahedron"])
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_any_number_of_ranks_writes_the_same_bytes(one, ranks, tmp_path):
+    assert json.loads(printed_by_ranks(ranks, JOB, tmp_path)) == [None] * ranks
+    assert (tmp_path / "frame.vtu").read_bytes() == one.read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["frame.vtu"]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("how", ["full", "lost"])
+def test_a_rank_that_cannot_write_its_part_leaves_the_file_of_before(how, tmp_path):
+    (tmp_path / "frame.vtu").write_text("of before")
+    done = run_on_ranks(2, JOB, tmp_path, how)
+    assert (tmp_path / "frame.vtu").read_text() == "of before"
+    if how == "full":
+        assert json.loads(done.stdout) == [f"cannot write {tmp_path / 'frame.vtu'}: no space left on device"] * 2
+        assert [path.name for path in tmp_path.iterdir()] == ["frame.vtu"]
+    else:
+        assert done.returncode != 0
+
+
+def test_positions_beyond_4_gb_are_whole_numbers_of_64_bits():
+    """Of chunks as large as they are without compression: 40 million cells."""
+    total = 40_000_000
+    columns = [
+        Column("Points", "Points", "f8", 3, total),
+        Column("Cells", "connectivity", "i8", 8, total),
+        Column("CellData", "stress", "f8", 6, total),
+    ]
+    sizes = [[min(CHUNK, total - at) * column.row for at in range(0, total, CHUNK)] for column in columns]
+    layout = lay_out(columns, sizes, 0.0)
+    offsets = list(map(int, re.findall(rb'offset="(\d+)"', layout.head)))
+    for (at, header), offset, column, size, data in zip(layout.headers, offsets, columns, sizes, layout.data):
+        numbers = np.frombuffer(header, "<u8")
+        assert numbers[:3].tolist() == [len(size), CHUNK * column.row, total % CHUNK * column.row]
+        assert at == len(layout.head) + offset and data[0] == at + len(header)
+        assert data[-1] - data[0] == sum(size[:-1]) and numbers[3:].tolist() == size
+    assert layout.end == data[-1] + size[-1] > 2**32 and b'header_type="UInt64"' in layout.head

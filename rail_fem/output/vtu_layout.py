@@ -1,0 +1,109 @@
+"""Where the arrays of a VTU file of hexahedra lie, so that several processes can write their parts of it.
+
+Arrays stand behind the XML as raw bytes, each with a header of its own and compressed by zlib in chunks of CHUNK rows
+(rail_fem.output.sealed): who holds whole chunks compresses and writes them alone, and what the file holds does not
+depend on who held which. Sizes and positions are 64-bit numbers: files may be larger than 4 GB.
+
+Source: VTK file formats, "XML File Formats" of the VTK user's documentation (docs.vtk.org). VTK and meshio read what
+comes out (tests/fe/test_fields.py).
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from typing import NamedTuple
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from rail_fem.output.sealed import CHUNK
+
+LEVEL = 4  # of zlib: 1 fast to 9 small
+HEXAHEDRON = 12  # VTK's number of the cell type
+KINDS = {"f8": "Float64", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}
+
+
+class Column(NamedTuple):
+    """An array of the file.
+
+    section : Points, Cells, PointData or CellData;  dtype : of one number, little-endian;  width : numbers of a row
+    total : rows;  components : names of the numbers of a row, or none
+    """
+
+    section: str
+    name: str
+    dtype: str
+    width: int
+    total: int
+    components: tuple[str, ...] = ()
+
+    @property
+    def row(self) -> int:
+        """Bytes of a row."""
+        return np.dtype(self.dtype).itemsize * self.width
+
+    @property
+    def chunks(self) -> int:
+        return -(-self.total // CHUNK)
+
+    def tag(self, offset: int) -> str:
+        names = "".join(f" ComponentName{i}={quoteattr(name)}" for i, name in enumerate(self.components))
+        width = f' NumberOfComponents="{self.width}"' if self.width > 1 and self.section != "Cells" else ""
+        return (
+            f'<DataArray type="{KINDS[self.dtype]}" Name={quoteattr(self.name)}{width}{names}'
+            f' format="appended" offset="{offset}"/>'
+        )
+
+
+def compressed(column: Column, rows: np.ndarray) -> list[bytes]:
+    """Chunks of the rows (b, width), which begin with a chunk."""
+    little = np.ascontiguousarray(rows, dtype=np.dtype(column.dtype).newbyteorder("<"))
+    return [zlib.compress(little[at : at + CHUNK].data, LEVEL) for at in range(0, len(little), CHUNK)]
+
+
+class Layout(NamedTuple):
+    """head, tail : bytes at the beginning and from position `end` on;  headers : of each array and where it stands;
+    data : (chunks,) where each array's chunks stand [bytes]"""
+
+    head: bytes
+    headers: list[tuple[int, bytes]]
+    data: list[np.ndarray]
+    tail: bytes
+    end: int
+
+
+def lay_out(columns: Sequence[Column], sizes: Sequence[Sequence[int]], time: float) -> Layout:
+    """The file of these arrays. sizes : of the compressed chunks of each [bytes];  time : of the fields [s]"""
+    offsets, headers = [], []
+    at = 0
+    for column, of_chunks in zip(columns, sizes):
+        partial = (column.total % CHUNK) * column.row  # 0: the last chunk is whole
+        header = np.array([column.chunks, CHUNK * column.row, partial, *of_chunks], "<u8").tobytes()
+        offsets.append(at)
+        headers.append(header)
+        at += len(header) + int(sum(of_chunks))
+    head = _xml(columns, offsets, time).encode()
+    starts = [len(head) + offset for offset in offsets]
+    first = [start + len(header) for start, header in zip(starts, headers)]
+    data = [begin + np.cumsum([0, *of_chunks[:-1]], dtype=np.int64) for begin, of_chunks in zip(first, sizes)]
+    return Layout(head, list(zip(starts, headers)), data, b"\n</AppendedData>\n</VTKFile>\n", len(head) + at)
+
+
+def _xml(columns: Sequence[Column], offsets: Sequence[int], time: float) -> str:
+    """All up to the first byte of the arrays."""
+    rows = {column.section: column.total for column in columns}
+    lines = [
+        '<?xml version="1.0"?>',
+        '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64"'
+        ' compressor="vtkZLibDataCompressor">',
+        "<UnstructuredGrid>",
+        '<FieldData><DataArray type="Float64" Name="TimeValue" NumberOfTuples="1"'
+        f' format="ascii">{float(time)!r}</DataArray></FieldData>',
+        f'<Piece NumberOfPoints="{rows["Points"]}" NumberOfCells="{rows["Cells"]}">',
+    ]
+    for section in ("Points", "Cells", "PointData", "CellData"):
+        tags = [column.tag(offset) for column, offset in zip(columns, offsets) if column.section == section]
+        lines += [f"<{section}>", *tags, f"</{section}>"]
+    lines += ["</Piece>", "</UnstructuredGrid>", '<AppendedData encoding="raw">', "_"]
+    return "\n".join(lines)
