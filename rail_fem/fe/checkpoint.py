@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from rail_fem.fe.blocks import ElementBlocks
-from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.global_rows import from_blocks, nodes_to_blocks, to_blocks
 from rail_fem.fe.saved_state import gather_state, restore_state
@@ -25,23 +24,6 @@ from rail_fem.fe.structure import Structure
 
 FORMAT = "10"
 REMEDY = "remove it and --restart begins at the first step, or begin again with --overwrite"
-
-
-def gather_rows(comm, index: np.ndarray, rows: np.ndarray, total: int) -> np.ndarray | None:
-    """Rows (k, m) of all ranks put at their global index (total, m). Root only, others get None. Collective."""
-    parts = comm.gather((index, rows), root=0)
-    if comm.rank != 0:
-        return None
-    out = np.zeros((total, rows.shape[1]))
-    for where, values in parts:
-        out[where] = values
-    return out
-
-
-def gather_nodes(domain: Domain, field: np.ndarray) -> np.ndarray | None:
-    """Nodal vector (3 n_nodes,) -> (n_global, 3) by input node. Root only. Collective."""
-    owned = domain.n_owned
-    return gather_rows(domain.comm, domain.node_input[:owned], field.reshape(-1, 3)[:owned], domain.n_global)
 
 
 def element_state(blocks: ElementBlocks) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 
 from geometry.meshing.quality import MeshQuality, cell_volume
 from rail_fem.fe import trust
-from rail_fem.fe.fields import gather_cells
+from rail_fem.fe.fields import cell_rows
 from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
 from rail_fem.fe.state import PLASTIC_WORK
@@ -97,21 +97,23 @@ def zone_hourglass(run: Run) -> float:
 
 
 def strain_peaks(run: Run) -> dict[str, Peak]:
-    """Largest plastic strain of wing and nose. Collective, replicated."""
-    cells, mesh = gather_cells(run.dynamics), run.passage.mesh
+    """Largest plastic strain of wing and nose; of equal ones that of the first cell. Collective, replicated."""
+    domain, rows = run.dynamics.domain, cell_rows(run.dynamics)
     found = {}
-    if cells is None or mesh is None:  # not on root
-        return run.comm.bcast(None, root=0)
     for region, name in ((0, "wing"), (1, "nose")):
-        mine = np.flatnonzero(mesh.region == region)
+        mine = np.flatnonzero(domain.region == region)
+        own = None
         if len(mine):
-            worst = mine[np.argmax(cells[mine, 6])]
-            corners = mesh.points[mesh.cells[worst]]
+            worst = mine[np.lexsort((domain.cell_input[mine], -rows[mine, 6]))[0]]
+            corners = domain.reference.reshape(-1, 3)[domain.cells[worst]]
+            own = -float(rows[worst, 6]), int(domain.cell_input[worst]), corners
+        every = [other for other in run.comm.allgather(own) if other is not None]
+        if every:
+            value, _, corners = min(every, key=lambda other: other[:2])
             x, y, z = map(float, corners.mean(axis=0))
-            found[f"plastic_strain_{name}"] = Peak(
-                float(cells[worst, 6]), "1", x, y, z, size=float(np.cbrt(cell_volume(corners[None])[0]))
-            )
-    return run.comm.bcast(found, root=0)
+            size = float(np.cbrt(cell_volume(corners[None])[0]))
+            found[f"plastic_strain_{name}"] = Peak(-value, "1", x, y, z, size=size)
+    return found
 
 
 def slowest_elements(quality: MeshQuality) -> list[str]:

@@ -14,7 +14,6 @@ import numpy as np
 
 from bem.exact.subsurface import von_mises
 from rail_fem.atomic import write_text_atomically
-from rail_fem.fe.checkpoint import gather_rows
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.global_rows import block_starts, to_blocks
@@ -34,12 +33,6 @@ def cell_rows(dynamics: Dynamics) -> np.ndarray:
     if s.small.n_cells:
         rows[s.small_cells, :6] = s.small_stress()
     return rows
-
-
-def gather_cells(dynamics: Dynamics) -> np.ndarray | None:
-    """`cell_rows` of all cells (m_global, 7) in input order. Root only. Collective."""
-    domain = dynamics.domain
-    return gather_rows(domain.comm, domain.cell_input, cell_rows(dynamics), domain.m_global)
 
 
 def write_frame(path: Path, dynamics: Dynamics, wheel_offset: float) -> None:

@@ -1,15 +1,19 @@
 """What a pass leaves in the metal of wing and nose: plastic strain as quantities with a limit, residual stress, and the
-change of the running surface."""
+change of the running surface.
+
+Root judges what has yielded with the metal around it, and the running surfaces; nobody gathers the bodies.
+"""
 
 from __future__ import annotations
 
 import numpy as np
+from mpi4py import MPI
 
-from geometry.meshing.hexmesh import HexMesh
-from rail_fem.fe.checkpoint import gather_nodes
-from rail_fem.fe.fields import gather_cells
+from geometry.meshing.quality import cell_volume
+from rail_fem.fe.domain import Domain
+from rail_fem.fe.fields import cell_rows
 from rail_fem.fe.run import Run
-from rail_fem.output.plastic_zone import plastic_zone
+from rail_fem.output.plastic_zone import near, plastic_zone, strained_box
 
 BODIES = {"wing": 0, "nose": 1}
 STRIP = 5e-3  # along the track, over which the change of the surface is looked at [m]
@@ -20,33 +24,68 @@ def metal(run: Run) -> dict[str, dict]:
     """For wing and nose the plain values of rail_fem.output.plastic_zone.PlasticZone whether the block lies clear of
     the wheel, so that its stresses are residual, and the surface: see `surface_change`. Collective, replicated."""
     run.dynamics.bring_up()
-    cells, points, mesh = (
-        gather_cells(run.dynamics),
-        gather_nodes(run.dynamics.domain, run.dynamics.structure.x),
-        run.passage.mesh,
-    )
+    domain, mesh, rows = run.dynamics.domain, run.passage.mesh, cell_rows(run.dynamics)
+    wheel = run.passage.running.start + run.dynamics.contact.offset
     found = {}
-    if mesh is not None and cells is not None and points is not None:
-        wheel = run.passage.running.start + run.dynamics.contact.offset
-        moved = points - mesh.points - run.passage.crossing.displacement
-        for name, region in BODIES.items():
-            mine = mesh.region == region
-            if mine.any():
-                zone = plastic_zone(mesh.points[mesh.cells[mine]], cells[mine, 6], cells[mine, :2]).plain()
-                zone["unloaded"] = bool(abs(zone["block"][0] - wheel) > CLEAR)
-                found[name] = zone | {"surface": surface_change(mesh, moved, region, wheel)}
+    for name, region in BODIES.items():
+        if not run.comm.allreduce(int((domain.region == region).sum())):
+            continue
+        zone, whole = _yielded(domain, rows, region)
+        surface = None if mesh is None else mesh.surface[mesh.surface_region == region]
+        nodes = run.comm.bcast(None if surface is None else np.unique(surface), root=0)
+        positions = _positions(domain, run.dynamics.structure.x, nodes)
+        if zone is None or positions is None:  # not on root
+            continue
+        judged = plastic_zone(zone[:, :24].reshape(-1, 8, 3), zone[:, 24], zone[:, 25:], whole).plain()
+        judged["unloaded"] = bool(abs(judged["block"][0] - wheel) > CLEAR)
+        fall = positions[:, 2] - positions[:, 5] + run.passage.crossing.displacement[2]
+        found[name] = judged | {"surface": surface_change(positions[:, 0], fall, wheel)}
     return run.comm.bcast(found, root=0)
 
 
-def surface_change(mesh: HexMesh, moved: np.ndarray, region: int, wheel: float) -> dict[str, list[float]]:
+def _yielded(domain: Domain, rows: np.ndarray, region: int) -> tuple[np.ndarray | None, float]:
+    """Of the cells of a body that have yielded or lie around those that did: corners, plastic strain, stresses along
+    and across the track (k, 27), in input order, root only; at least one cell. And the body's volume [m3]. rows :
+    (m_local, 7) of rail_fem.fe.fields.cell_rows. Collective."""
+    comm, mine = domain.comm, np.flatnonzero(domain.region == region)
+    corners, strain = domain.reference.reshape(-1, 3)[domain.cells[mine]], rows[mine, 6]
+    centre = corners.mean(axis=1)
+    largest = comm.allreduce(float(strain.max(initial=0.0)), op=MPI.MAX)
+    box = strained_box(centre, strain, largest)
+    boxes = np.array(comm.allgather(box))
+    box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    first = comm.allreduce(int(domain.cell_input[mine].min(initial=domain.m_global)), op=MPI.MIN)
+    matters = (strain > 0) | (domain.cell_input[mine] == first)
+    if largest > 0:
+        matters |= near(centre, box)
+    kept = np.column_stack([corners.reshape(-1, 24), strain, rows[mine, :2]])[matters]
+    zone = _in_order(comm, domain.cell_input[mine[matters]], kept)
+    return zone, comm.allreduce(float(cell_volume(corners).sum()))
+
+
+def _positions(domain: Domain, x: np.ndarray, nodes: np.ndarray) -> np.ndarray | None:
+    """Reference and present positions (k, 6) [m] of input nodes, ascending. Root only. Collective."""
+    local, _ = domain.local_nodes(nodes)
+    both = np.column_stack([domain.reference.reshape(-1, 3)[local], x.reshape(-1, 3)[local]])
+    return _in_order(domain.comm, domain.node_input[local], both)
+
+
+def _in_order(comm: MPI.Comm, index: np.ndarray, rows: np.ndarray) -> np.ndarray | None:
+    """Rows of all ranks, by ascending index. Root only. Collective."""
+    parts = comm.gather((index, rows), root=0)
+    if parts is None:
+        return None
+    return np.concatenate([part[1] for part in parts])[np.argsort(np.concatenate([part[0] for part in parts]))]
+
+
+def surface_change(x: np.ndarray, fall: np.ndarray, wheel: float) -> dict[str, list[float]]:
     """How far the running surface of a body lies below what it was, strip by strip along the track.
 
-    moved : (n, 3) displacement of the nodes beyond that of the crossing as a whole [m];  wheel : its x at the end [m]
+    x, fall : (n,) of the surface's nodes: where they were, how far they have fallen beyond the crossing as a whole [m];
+    wheel : its x at the end [m]
     Returns x, the middles of strips of 5 mm that lie clear of the wheel, and the largest fall of a surface node in each
     [m].
     """
-    nodes = np.unique(mesh.surface[mesh.surface_region == region])
-    x, fall = mesh.points[nodes, 0], -moved[nodes, 2]
     strip = np.floor(x / STRIP).astype(np.int64)
     away = np.abs((strip + 0.5) * STRIP - wheel) > CLEAR
     middles, largest = [], []

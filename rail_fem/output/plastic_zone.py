@@ -74,16 +74,18 @@ class _Samples(NamedTuple):
     cell: np.ndarray
 
 
-def plastic_zone(corners: np.ndarray, strain: np.ndarray, stress: np.ndarray) -> PlasticZone:
+def plastic_zone(
+    corners: np.ndarray, strain: np.ndarray, stress: np.ndarray, whole: float | None = None
+) -> PlasticZone:
     """The plastic zone of a body.
 
     corners : (m, 8, 3) of its cells, VTK order [m];  strain : (m,) PEEQ [1];  stress : (m, 2) along and across the
-    track [Pa]
+    track [Pa];  whole : volume of the body where only those cells are given that have yielded or are `near` [m3]
     Error: exact for cells that are boxes along the axes and no finer than COLUMN; cells elsewhere count in columns of
     0.25 mm.
     """
     volume = cell_volume(corners)
-    values = {name: worst_mean(strain, volume, amount) for name, amount in WORST.items()}
+    values = {name: worst_mean(strain, volume, amount, whole) for name, amount in WORST.items()}
     values["integral"] = float(strain @ volume)
     values |= {name: float(volume[strain > level].sum()) for name, level in LEVELS.items()}
     at = int(np.argmax(strain))
@@ -143,10 +145,10 @@ def along_track(corners: np.ndarray, strain: np.ndarray, edges: np.ndarray) -> n
     return total / np.diff(edges)
 
 
-def worst_mean(strain: np.ndarray, volume: np.ndarray, amount: float) -> float:
+def worst_mean(strain: np.ndarray, volume: np.ndarray, amount: float, whole: float | None = None) -> float:
     """Mean of strain (m,) over the most strained `amount` of metal [m3]; the last cell counts in part. NaN where there
-    is less metal."""
-    if not volume.sum() >= amount:
+    is less metal. whole : volume of the body, the rest of it not strained; None: that of the cells [m3]"""
+    if not (volume.sum() if whole is None else whole) >= amount:
         return float("nan")
     order = np.argsort(-strain, kind="stable")
     filled = np.minimum(np.cumsum(volume[order]), amount)
@@ -170,20 +172,16 @@ def _block(corners: np.ndarray, fields: np.ndarray, volume: np.ndarray) -> _Bloc
     centre, strain = corners.mean(axis=1), fields[:, 0]
     if not strain.max(initial=0.0) > 0:
         return _Block(0.0, (float("nan"),) * 3, layers + LAYER / 2, nothing)
-    strained = centre[strain >= 0.5 * strain.max()]
-    near = np.flatnonzero(
-        (centre[:, :2] > strained[:, :2].min(axis=0) - AROUND).all(axis=1)
-        & (centre[:, :2] < strained[:, :2].max(axis=0) + AROUND).all(axis=1)
-        & (centre[:, 2] > strained[:, 2].min() - DEPTH)
-    )
-    low, high = strained[:, 0].min() - AROUND, strained[:, 0].max() + AROUND
+    box = strained_box(centre, strain, float(strain.max()))
+    around = np.flatnonzero(near(centre, box))
+    low, high = box[0, 0] - AROUND, box[1, 0] + AROUND
     best = _Block(float("nan"), (float("nan"),) * 3, layers + LAYER / 2, nothing)
     count = max(1, int(np.ceil((high - low - 2 * AROUND) / STRETCH)))
     edges = np.linspace(low, high, count + 1)
     parts = []
     for begin, end in zip(edges[:-1], edges[1:]):
-        x = centre[near, 0]
-        here = near[(x > begin - AROUND) & (x < end + AROUND)]
+        x = centre[around, 0]
+        here = around[(x > begin - AROUND) & (x < end + AROUND)]
         parts.append((float(strain[here].max(initial=0.0)), here, (begin, end) if count > 1 else None))
     for most, here, stretch in sorted(parts, key=lambda part: -part[0]):
         if most <= best.mean:  # no mean is above its largest part
@@ -192,6 +190,19 @@ def _block(corners: np.ndarray, fields: np.ndarray, volume: np.ndarray) -> _Bloc
         if found is not None and not found.mean <= best.mean:
             best = found
     return best
+
+
+def strained_box(centre: np.ndarray, strain: np.ndarray, largest: float) -> np.ndarray:
+    """Lowest and highest coordinates (2, 3) of the centres (m, 3) of cells with half of the largest strain or more;
+    infinite where there are none."""
+    strained = centre[strain >= 0.5 * largest]
+    return np.array([strained.min(axis=0, initial=np.inf), strained.max(axis=0, initial=-np.inf)])
+
+
+def near(centre: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Which cells (m,) are looked at for the block: those around and below a `strained_box`."""
+    beside = ((centre[:, :2] > box[0, :2] - AROUND) & (centre[:, :2] < box[1, :2] + AROUND)).all(axis=1)
+    return beside & (centre[:, 2] > box[0, 2] - DEPTH)
 
 
 def _block_within(

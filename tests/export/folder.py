@@ -8,9 +8,10 @@ import numpy as np
 from geometry.meshing.blocks import mesh_box
 from geometry.meshing.hexmesh import HexMesh, merge_bodies
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.fields import gather_cells, write_frame
+from rail_fem.fe.fields import write_frame
 from rail_fem.models.fe_full import _write_mesh
 from tests.fe.bodies import STEEL, distort, place, plastic, structure_of
+from tests.fe.gathered import gather_cells
 
 SIDES = {"wing": (3, 2, 2), "nose": (2, 2, 2), "wheel": (2, 3, 2)}
 SHIFT = {"wing": (0, 0, 0), "nose": (0, 3, 0), "wheel": (1, 1, 3)}

@@ -19,6 +19,7 @@ from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.scene.steel import MN13, R8T, cyclic_steel
+from tests.fe.gathered import gather_nodes, gather_rows
 
 CYCLIC = cyclic_steel(190.772e9, 0.3, 7433.0, yield_stress=310e6, modulus=[60e9, 5e9], recovery=[600.0, 20.0])
 
@@ -31,17 +32,6 @@ class Counting(MPI.Intracomm):
     def Allreduce(self, *arguments, **options):
         Counting.sums += 1
         return super().Allreduce(*arguments, **options)
-
-
-def gathered(comm, rows, index, total):
-    """Rows of all ranks in the order of `index` on root."""
-    parts = comm.gather((index, rows))
-    if comm.rank:
-        return None
-    out = np.full((total, *rows.shape[1:]), np.nan)
-    for at, values in parts:
-        out[at] = values
-    return out
 
 
 def build(comm, steel=MN13):
@@ -79,11 +69,10 @@ def main(out, law=""):
         force.append(contact.force[: contact.n_rail].sum(axis=0))
     dynamics.check()
     energies = dynamics.energies()
-    owned, plastic = domain.n_owned, structure.finite.plastic_strain()
-    x = gathered(comm, structure.x.reshape(-1, 3)[:owned], domain.node_input[:owned], len(mesh.points))
-    v = gathered(comm, structure.v.reshape(-1, 3)[:owned], domain.node_input[:owned], len(mesh.points))
-    peeq = gathered(comm, plastic, domain.cell_input[structure.finite_cells], len(mesh.cells))
-    stress = gathered(comm, structure.finite.stress(), domain.cell_input[structure.finite_cells], len(mesh.cells))
+    plastic = structure.finite.plastic_strain()
+    x, v = gather_nodes(domain, structure.x), gather_nodes(domain, structure.v)
+    peeq = gather_rows(comm, domain.cell_input[structure.finite_cells], plastic, len(mesh.cells))
+    stress = gather_rows(comm, domain.cell_input[structure.finite_cells], structure.finite.stress(), len(mesh.cells))
     if comm.rank == 0:
         reactions = np.array([group.reaction for group in dynamics.supports.groups[:2]])
         np.savez(

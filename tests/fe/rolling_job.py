@@ -12,17 +12,16 @@ from mpi4py import MPI
 
 from geometry.meshing.blocks import mesh_cap, mesh_grid
 from geometry.meshing.hexmesh import merge_bodies
-from rail_fem.fe.checkpoint import gather_nodes
 from rail_fem.fe.contact.contact import Contact, ContactSettings
 from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.fields import gather_cells
 from rail_fem.fe.slabs import cut_into_slabs, slab_parts
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.fe.window import Extent, TravellingWindow
 from rail_fem.scene.steel import MN13, R8T
+from tests.fe.gathered import gather_cells, gather_nodes
 
 MM = 1e-3
 LENGTH, WIDTH, DEPTH, SIZE = 48 * MM, 6 * MM, 6 * MM, 1 * MM

@@ -14,11 +14,12 @@ from bem.exact.subsurface import von_mises
 from geometry.axes import as_tensor
 from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.fields import VTK_ORDER, gather_cells, write_frame
+from rail_fem.fe.fields import VTK_ORDER, write_frame
 from rail_fem.output.sealed import CHUNK
 from rail_fem.output.vtu_layout import Column, lay_out
 from tests.fe.bodies import distort, place, structure_of
 from tests.fe.fields_job import OFFSET, TIME, bodies, motion
+from tests.fe.gathered import gather_cells
 from tests.ranks import printed_by_ranks, run_on_ranks
 
 READ = """

@@ -8,9 +8,9 @@ import pytest
 from mpi4py import MPI
 
 from rail_fem.fe.checkpoint import load_checkpoint, save_checkpoint
-from rail_fem.fe.fields import gather_cells
 from rail_fem.fe.slabs import Slabs
 from rail_fem.fe.window import Extent, heaviest
+from tests.fe.gathered import gather_cells
 from tests.fe.rolling_job import BODY_MASS, MM, rolling, run
 from tests.ranks import arrays_of_ranks
 
