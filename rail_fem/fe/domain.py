@@ -68,12 +68,13 @@ class Domain:
         self.m_global = mesh.topology.index_map(3).size_global
         self.cells = np.ascontiguousarray(geometry_dofmap(mesh)[:owned_cells][:, VTK_TO_DOLFINX])
         self.cell_input = original_cells(mesh)[:owned_cells].astype(np.int64)
-        region = comm.bcast(None if region is None else np.asarray(region), root=0)
-        self.region = region[self.cell_input]
+        wanted = comm.gather(self.cell_input, root=0)
+        given = None if wanted is None else [np.asarray(region)[cells] for cells in wanted]
+        self.region = comm.scatter(given, root=0)
         self._shared: list[tuple[np.ndarray, la.Vector]] = []
         self._buffer: tuple[np.ndarray, la.Vector] | None = None  # of all other fields, where one travels
         self.mesh: Any = mesh if keep_mesh else None
-        del cells, points, region, ordered, destination, geometry, index_map, mesh
+        del cells, points, region, wanted, given, ordered, destination, geometry, index_map, mesh
         gc.collect()  # mesh and coordinate element of dolfinx 0.5 hold each other
         give_back_free_memory()
 
