@@ -16,6 +16,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
+from typing import cast
 
 from mpi4py import MPI
 
@@ -32,6 +33,7 @@ from rail_fem.fe.supports import Supports
 from rail_fem.fe.window import TravellingWindow
 from rail_fem.models.fe_full import positioned_mesh
 from rail_fem.output.markdown import markdown_table
+from rail_fem.settings.explicit import FeSettings
 
 CASE = Path("cases/nose_transfer.toml")
 WAITING = "waiting for messages"
@@ -119,7 +121,7 @@ def pass_at_rest(arguments: argparse.Namespace, comm: MPI.Intracomm) -> Run:
         "start": arguments.start * 1e-3,
         "end": arguments.end * 1e-3,
     }
-    settings = case.runs["fe_full"].model_copy(update=changes)
+    settings = cast(FeSettings, case.runs["fe_full"]).model_copy(update=changes)
     running = running_of(case.scene, settings)
     identity = {"case": json.dumps(changes, sort_keys=True)}
     mesh, _, datum, _ = positioned_mesh(case.scene, settings, running, arguments.mesh, True, identity)
