@@ -19,7 +19,7 @@ from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.global_rows import block_starts, to_blocks
 from rail_fem.fe.shared_file import as_bytes, write_pieces
 from rail_fem.output.fields import REGIONS, VTK_COMPONENTS, VTK_ORDER
-from rail_fem.output.vtu_layout import HEXAHEDRON, Column, compressed, lay_out
+from rail_fem.output.vtu_layout import HEXAHEDRON, VtuArray, compressed, lay_out
 
 WHEEL = REGIONS.index("wheel")
 
@@ -59,7 +59,7 @@ def write_frame(path: Path, dynamics: Dynamics, wheel_offset: float) -> None:
     write_pieces(comm, path, pieces)
 
 
-def _node_blocks(domain: Domain, x: np.ndarray, wheel_offset: float) -> list[tuple[Column, np.ndarray]]:
+def _node_blocks(domain: Domain, x: np.ndarray, wheel_offset: float) -> list[tuple[VtuArray, np.ndarray]]:
     """The arrays of the nodes, each with the rank's block of its rows. Collective."""
     owned, total = domain.n_owned, domain.n_global
     reference, now = (field.reshape(-1, 3)[:owned] for field in (domain.reference, x))
@@ -69,12 +69,12 @@ def _node_blocks(domain: Domain, x: np.ndarray, wheel_offset: float) -> list[tup
     rows = np.concatenate([placed, now - reference], axis=1)
     rows = to_blocks(domain.comm, domain.node_input[:owned], rows, total)
     return [
-        (Column("Points", "Points", "f8", 3, total), rows[:, :3]),
-        (Column("PointData", "displacement", "f8", 3, total), rows[:, 3:]),
+        (VtuArray("Points", "Points", "f8", 3, total), rows[:, :3]),
+        (VtuArray("PointData", "displacement", "f8", 3, total), rows[:, 3:]),
     ]
 
 
-def _cell_blocks(dynamics: Dynamics) -> list[tuple[Column, np.ndarray]]:
+def _cell_blocks(dynamics: Dynamics) -> list[tuple[VtuArray, np.ndarray]]:
     """The arrays of the cells, each with the rank's block of its rows. Collective."""
     domain = dynamics.domain
     comm, total = domain.comm, domain.m_global
@@ -83,13 +83,13 @@ def _cell_blocks(dynamics: Dynamics) -> list[tuple[Column, np.ndarray]]:
     state = to_blocks(comm, domain.cell_input, cell_rows(dynamics), total)
     numbers = np.arange(*block_starts(total, comm.size)[comm.rank : comm.rank + 2])[:, None]
     return [
-        (Column("Cells", "connectivity", "i8", 8, total), corners[:, :8]),
-        (Column("Cells", "offsets", "i8", 1, total), 8 * (numbers + 1)),
-        (Column("Cells", "types", "u1", 1, total), np.full_like(numbers, HEXAHEDRON)),
-        (Column("CellData", "region", "i4", 1, total), corners[:, 8:]),
-        (Column("CellData", "plastic_strain", "f8", 1, total), state[:, 6:]),
-        (Column("CellData", "von_mises", "f8", 1, total), von_mises(state[:, :6])[:, None]),
-        (Column("CellData", "stress", "f8", 6, total, VTK_COMPONENTS), state[:, VTK_ORDER]),
+        (VtuArray("Cells", "connectivity", "i8", 8, total), corners[:, :8]),
+        (VtuArray("Cells", "offsets", "i8", 1, total), 8 * (numbers + 1)),
+        (VtuArray("Cells", "types", "u1", 1, total), np.full_like(numbers, HEXAHEDRON)),
+        (VtuArray("CellData", "region", "i4", 1, total), corners[:, 8:]),
+        (VtuArray("CellData", "plastic_strain", "f8", 1, total), state[:, 6:]),
+        (VtuArray("CellData", "von_mises", "f8", 1, total), von_mises(state[:, :6])[:, None]),
+        (VtuArray("CellData", "stress", "f8", 6, total, VTK_COMPONENTS), state[:, VTK_ORDER]),
     ]
 
 

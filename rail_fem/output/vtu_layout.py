@@ -24,7 +24,7 @@ HEXAHEDRON = 12  # VTK's number of the cell type
 KINDS = {"f8": "Float64", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}
 
 
-class Column(NamedTuple):
+class VtuArray(NamedTuple):
     """An array of the file.
 
     section : Points, Cells, PointData or CellData;  dtype : of one number, little-endian;  width : numbers of a row
@@ -56,7 +56,7 @@ class Column(NamedTuple):
         )
 
 
-def compressed(column: Column, rows: np.ndarray) -> list[bytes]:
+def compressed(column: VtuArray, rows: np.ndarray) -> list[bytes]:
     """Chunks of the rows (b, width), which begin with a chunk."""
     little = np.ascontiguousarray(rows, dtype=np.dtype(column.dtype).newbyteorder("<"))
     return [zlib.compress(little[at : at + CHUNK].data, LEVEL) for at in range(0, len(little), CHUNK)]
@@ -73,7 +73,7 @@ class Layout(NamedTuple):
     end: int
 
 
-def lay_out(columns: Sequence[Column], sizes: Sequence[Sequence[int]], time: float) -> Layout:
+def lay_out(columns: Sequence[VtuArray], sizes: Sequence[Sequence[int]], time: float) -> Layout:
     """The file of these arrays. sizes : of the compressed chunks of each [bytes];  time : of the fields [s]"""
     offsets, headers = [], []
     at = 0
@@ -90,7 +90,7 @@ def lay_out(columns: Sequence[Column], sizes: Sequence[Sequence[int]], time: flo
     return Layout(head, list(zip(starts, headers)), data, b"\n</AppendedData>\n</VTKFile>\n", len(head) + at)
 
 
-def _xml(columns: Sequence[Column], offsets: Sequence[int], time: float) -> str:
+def _xml(columns: Sequence[VtuArray], offsets: Sequence[int], time: float) -> str:
     """All up to the first byte of the arrays."""
     rows = {column.section: column.total for column in columns}
     lines = [

@@ -16,7 +16,7 @@ from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.fields import VTK_ORDER, write_frame
 from rail_fem.output.sealed import CHUNK
-from rail_fem.output.vtu_layout import Column, lay_out
+from rail_fem.output.vtu_layout import VtuArray, lay_out
 from tests.fe.bodies import distort, place, structure_of
 from tests.fe.fields_job import OFFSET, TIME, bodies, motion
 from tests.fe.gathered import gather_cells
@@ -155,9 +155,9 @@ def test_positions_beyond_4_gb_are_whole_numbers_of_64_bits():
     """Of chunks as large as they are without compression: 40 million cells."""
     total = 40_000_000
     columns = [
-        Column("Points", "Points", "f8", 3, total),
-        Column("Cells", "connectivity", "i8", 8, total),
-        Column("CellData", "stress", "f8", 6, total),
+        VtuArray("Points", "Points", "f8", 3, total),
+        VtuArray("Cells", "connectivity", "i8", 8, total),
+        VtuArray("CellData", "stress", "f8", 6, total),
     ]
     sizes = [[min(CHUNK, total - at) * column.row for at in range(0, total, CHUNK)] for column in columns]
     layout = lay_out(columns, sizes, 0.0)
