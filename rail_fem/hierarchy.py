@@ -14,13 +14,7 @@ from typing import TYPE_CHECKING, Any
 from rail_fem.output.versions import HOW_TO_GET
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings, FeWindowSettings
-from rail_fem.settings.light import (
-    BemPassageSettings,
-    LumpedSettings,
-    P2Settings,
-    RigidHertzSettings,
-    flexible_part_errors,
-)
+from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings, unfit_parts
 from rail_fem.settings.plastic import BemPlasticSettings
 
 if TYPE_CHECKING:
@@ -115,7 +109,7 @@ def solve(
     solver = load(model)
     if not isinstance(settings, Frozen):
         settings = MODELS[model].settings.model_validate(dict(settings or {}))
-    if unfit := flexible_part_errors(scene, settings):
+    if unfit := unfit_parts(scene, settings):
         raise ValueError(f"{model}: {unfit[0]}")
     from kernel_cache import compile_time
 

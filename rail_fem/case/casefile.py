@@ -13,7 +13,7 @@ from rail_fem.hierarchy import MODELS
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.units import typed
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.settings.light import PassSettings, flexible_part_errors
+from rail_fem.settings.light import PassSettings, unfit_parts
 
 CASE_VERSION = 1
 LONGEST_TITLE = 200
@@ -151,7 +151,7 @@ def _read_runs(value: Any, context: dict, errors: list[str]) -> dict[str, Frozen
 
 def _disagreements(scene: Scene, name: str, run: Frozen) -> list[str]:
     """Input errors that only scene and numerics together show."""
-    if unfit := flexible_part_errors(scene, run):
+    if unfit := unfit_parts(scene, run):
         return [f"run.{name}: {error}" for error in unfit]
     start, end = (
         run.window(scene) if isinstance(run, PassSettings) else (getattr(run, "start", None), getattr(run, "end", None))

@@ -9,7 +9,8 @@ H the height at which a wheel shifted by u towards its field side touches the ra
 track. Its gradient gives every force: of the normal, of the contact angle (dH/du), and the lever in roll. So lateral
 and roll motion exchange energy with the vertical one exactly; what it leaves out is of second order in the slopes and
 of third in y and phi. Creep forces: Kalker's linear theory, bounded by friction as Vermeulen and Johnson do; spin
-creepage left out. The axle turns so that its longitudinal creep forces cancel. Scheme: implicit midpoint as in
+creepage left out. The axle turns so that its longitudinal creep forces cancel. In a curve y and psi are taken against
+the track, the left rail the outer one: what lies at Y runs a path longer by Y / R. Scheme: implicit midpoint as in
 vertical_dynamics, Newton's method for the middle velocity.
 Source: Wickens, Fundamentals of Rail Vehicle Dynamics (2003), chapters 2, 3; Vermeulen and Johnson, J. Appl. Mech. 31
 (1964) 338.
@@ -57,6 +58,7 @@ class WheelsetSystem(NamedTuple):
     where it is held.
 
     rolling_radius [m];  speed V > 0 along the path [m/s];  stop : clearance [m] and stiffness [N/m] of the check rail
+    curvature : 1 / R of the track, + where the left rail is the outer one [1/m]
     """
 
     mass: np.ndarray
@@ -67,6 +69,7 @@ class WheelsetSystem(NamedTuple):
     rolling_radius: float
     speed: float
     stop: tuple[float, float]
+    curvature: float = 0.0
 
 
 class WheelsetMotion(NamedTuple):
@@ -116,6 +119,27 @@ def for_kernels(values: Values) -> Values:
     """The same with contiguous, writable arrays and floats, so that kernels are compiled for one set of types."""
     plain = lambda value: np.require(value, float, ["C", "W"]) if isinstance(value, np.ndarray) else value
     return type(values)(*(plain(value) for value in values))
+
+
+class StaticForces(NamedTuple):
+    """Generalised force (8,) on a wheelset that keeps its position, its derivative (8, 8) with minus sign, forces of
+    the contacts (c,) [N]."""
+
+    load: np.ndarray
+    stiffness: np.ndarray
+    contact: np.ndarray
+
+
+def static_forces(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray) -> StaticForces:
+    """What acts on a wheelset at a position (8,) at the beginning of the contacts, running on without moving against
+    the track: springs, loads, contacts, check rail, creep. system, contacts : as `for_kernels` gives them."""
+    count = len(contacts.side)
+    found, normal, stiff, creep, slip = (np.zeros(shape) for shape in (count, 8, (8, 8), 8, (2, 8, 8)))
+    _normal(position, 0, contacts, system.rolling_radius, *system.stop, found, normal, stiff)
+    speed, curvature = system.speed, system.curvature
+    _creep(position, np.zeros(8), 0, contacts, system.rolling_radius, speed, curvature, found, creep, slip)
+    load = system.load + normal + creep - system.stiffness @ position
+    return StaticForces(load, system.stiffness + stiff + slip[1], found)
 
 
 def potential(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray) -> np.ndarray:
@@ -207,7 +231,7 @@ def _normal(q, t, contacts, rolling, clearance, check, force, into, stiff):
 
 
 @njit(cache=True)
-def _creep(q, v, t, contacts, rolling, speed, force, into, stiff):
+def _creep(q, v, t, contacts, rolling, speed, curvature, force, into, stiff):
     """Generalised creep force (8,); stiff[0], stiff[1] (8, 8): minus its derivative to v and to q, with the share that
     friction leaves held."""
     into[:], stiff[:] = 0.0, 0.0
@@ -215,16 +239,17 @@ def _creep(q, v, t, contacts, rolling, speed, force, into, stiff):
     total = force.sum()
     if total <= 0 or friction <= 0:
         return
-    at, mean = np.empty(len(side)), 0.0
+    at, mean, middle = np.empty(len(side)), 0.0, 0.0
     for c in range(len(side)):
         at[c] = np.interp(side[c] * (q[4] + rolling * q[3]), contacts.shift, contacts.radius[c, t])
         mean += force[c] * at[c] / total
+        middle += force[c] * contacts.contact_y[c, t] / total
     lateral = (v[4] + rolling * v[3]) / speed - q[5]
     for c in range(len(side)):
         if force[c] <= 0:
             continue
         grown, arm = (force[c] / contacts.reference) ** (2 / 3), contacts.contact_y[c, t]
-        along = -arm * v[5] / speed - (at[c] - mean) / rolling
+        along = -arm * v[5] / speed - (at[c] - mean) / rolling + curvature * (arm - middle)
         wanted_x, wanted_y = -creep[c, t, 0] * grown * along, -creep[c, t, 1] * grown * lateral
         size = np.hypot(wanted_x, wanted_y) / (3 * friction * force[c])
         share = 1 - size + size**2 / 3 if size < 1 else 1 / (3 * size)
@@ -268,7 +293,7 @@ def _march(system, contacts, q, v, step):
         for _ in range(MOST_ITERATIONS):
             at = q + step / 2 * middle
             _normal(at, t, contacts, rolling, clearance, check, now, normal_load, stiff)
-            _creep(at, middle, t, contacts, rolling, system.speed, now, creep_load, slip)
+            _creep(at, middle, t, contacts, rolling, system.speed, system.curvature, now, creep_load, slip)
             residual = (
                 2 / step * mass * (middle - v)
                 + system.stiffness @ at

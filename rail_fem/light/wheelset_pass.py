@@ -3,9 +3,11 @@ LightPass.
 
 The surfaces are searched for the wheel at several lateral positions (contact_table), the stock rail is the crossing's
 own rail ahead of the leg, mirrored. Each rail stands on a foundation and track mass of its own, each side of the
-wheelset under a sprung mass above its tread datum. Starts centred and parallel to the track. Left out: lateral and yaw
-springs of the suspension (they act over metres), lateral motion of the rails, the change of a contact's stiffness with
-the lateral position, plastic indentation in the stock rail.
+wheelset under a sprung mass above its tread datum. Starts centred and parallel to the track, on a diverging route where
+the force across it is held (lateral_equilibrium) and at its angle of attack, which the suspension keeps. Left out:
+lateral and yaw springs of the suspension (they act over metres), lateral motion of the rails, the change of a contact's
+stiffness with the lateral position, plastic indentation in the stock rail, the load that a curve moves to the outer
+wheel.
 """
 
 from dataclasses import dataclass
@@ -18,6 +20,7 @@ from geometry.path.path_search import BodySearch
 from geometry.path.wheel_path import rolling_radius
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
+from rail_fem.light.lateral_equilibrium import lateral_equilibrium
 from rail_fem.light.vertical_dynamics import ContactLaw, VerticalMotion, static_distance
 from rail_fem.light.vertical_pass import Contacts, LightPass, half_steps, scene_masses
 from rail_fem.light.wheelset_dynamics import (
@@ -42,6 +45,7 @@ LATERAL_SPACING = 0.5e-3  # between the lateral positions that are searched [m]
 SEARCH, REACH = 0.25e-3, 0.1  # of the plain rail, as geometry.path.wheel_path does
 CHECK_STIFFNESS = 50e6  # of the check rail [N/m]
 ROUNDS = 6  # of the levers at the start; each round gains three digits
+FLANGE = np.radians(45.0)  # contact angle from which a wheel stands on its flange
 LEAST_RATIO, MOST_RATIO = 0.05, 20.0  # of a patch's semi-axes for which Kalker's coefficients are tabulated
 
 
@@ -65,8 +69,16 @@ class Surfaces:
     level: np.ndarray
 
 
+def centred(scene: Scene) -> Scene:
+    """The scene with its wheelset in the middle of the track."""
+    if scene.diverging is None or scene.diverging.lateral is None:
+        return scene
+    return scene.replace(diverging={"lateral": None})
+
+
 def surfaces_of(scene: Scene, settings: RigidHertzSettings) -> Surfaces:
     """Search the surfaces. Errors: as contact_table."""
+    scene = centred(scene)
     reach = settings.lateral_range if settings.degrees_of_freedom == "lateral_roll" else LATERAL_SPACING
     count = int(np.ceil(reach / LATERAL_SPACING))
     shift = LATERAL_SPACING * np.arange(-count, count + 1)
@@ -94,8 +106,48 @@ def run_wheelset(
     FloatingPointError."""
     step, x = half_steps(scene, settings, step)
     found, system = wheelset_contacts(scene, contacts(x), surfaces, x), wheelset_system(scene, settings)
-    motion = march(system, found, *start_of(scene, system, found, step), step)
+    position, velocity = start_of(scene, system, found, step)
+    refuse_flange_on_nose(scene, system, surfaces, position[None])
+    motion = march(system, found, position, velocity, step)
+    refuse_flange_on_nose(scene, system, surfaces, motion.position)
     return as_light(scene, system, found, motion, x, step)
+
+
+def refuse_flange_on_nose(scene: Scene, system: WheelsetSystem, surfaces: Surfaces, position: np.ndarray) -> None:
+    """Raise ValueError where a wheelset of a diverging route that comes to positions (m, 8) strikes the nose with its
+    flange."""
+    if scene.diverging is None or not (found := flange_on_nose(surfaces)):
+        return
+    allowed, x = found
+    across = float((position[:, LATERAL] + system.rolling_radius * position[:, ROLL]).max())
+    if across < allowed:
+        return
+    excess, clearance = across - allowed, system.stop[0]
+    held = (
+        f"the check rail lets the wheelset {across * 1e3:.2f} mm to the outside (flangeway"
+        f" {(scene.diverging.check_rail or 0.0) * 1e3:g} mm)"
+        if np.isfinite(clearance)
+        else f"nothing but the crossing holds the wheelset, {across * 1e3:.2f} mm to the outside"
+    )
+    remedy = (
+        f"a check_rail narrower by {excess * 1e3 + LATERAL_SPACING * 1e3:.1f} mm"
+        if np.isfinite(clearance)
+        else "a check_rail"
+    )
+    raise ValueError(
+        f"{held}: from {allowed * 1e3:.2f} mm on its flange strikes the nose at x = {x * 1e3:.0f} mm: give {remedy},"
+        " less lateral_force or angle_of_attack"
+    )
+
+
+def flange_on_nose(surfaces: Surfaces) -> tuple[float, float] | None:
+    """Least lateral position [m] at which the rigid wheel stands on the nose with its flange, and x there [m]; None
+    where it does so at none that was looked at."""
+    for shift, table in zip(surfaces.shift, surfaces.over):
+        on_flange = (table.height[1] > table.height[0]) & (np.abs(table.angle[1]) > FLANGE)
+        if shift > 0 and on_flange.any():
+            return float(shift), float(table.x[np.argmax(on_flange)])
+    return None
 
 
 def wheelset_system(scene: Scene, settings: RigidHertzSettings) -> WheelsetSystem:
@@ -113,13 +165,33 @@ def wheelset_system(scene: Scene, settings: RigidHertzSettings) -> WheelsetSyste
         damping[track, track] += scene.foundation.damping
     load = np.zeros(8)
     load[[SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT]] = -GRAVITY * mass[[SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT]]
-    free_dofs = np.ones(8)
+    load[LATERAL] = scene.lateral_force
+    free_dofs, route = np.ones(8), scene.diverging
     if settings.degrees_of_freedom == "roll":
         free_dofs[[LATERAL, YAW]] = 0.0
-    clearance = np.inf if settings.check_rail is None else settings.check_rail - (scene.gauge - scene.back_to_back) / 2
+    if route is not None and route.angle_of_attack is not None:
+        free_dofs[YAW] = 0.0
+    curvature = 0.0 if route is None else route.curvature
     return WheelsetSystem(
-        mass, stiffness, damping, load, free_dofs, scene.wheel.radius, scene.speed, (clearance, CHECK_STIFFNESS)
+        mass,
+        stiffness,
+        damping,
+        load,
+        free_dofs,
+        scene.wheel.radius,
+        scene.speed,
+        check_stop(scene, settings),
+        curvature,
     )
+
+
+def check_stop(scene: Scene, settings: RigidHertzSettings) -> tuple[float, float]:
+    """How far the centred wheelset may move towards the wheel's field side before the check rail holds it [m], inf
+    without one, and the check rail's stiffness [N/m]."""
+    if scene.diverging is not None:
+        return scene.diverging.clearance(scene.gauge, scene.back_to_back), scene.diverging.check_stiffness
+    clearance = np.inf if settings.check_rail is None else settings.check_rail - (scene.gauge - scene.back_to_back) / 2
+    return clearance, CHECK_STIFFNESS
 
 
 def datum_arm(scene: Scene) -> float:
@@ -205,8 +277,11 @@ def creep_coefficients(scene: Scene, table: ContactTable, body: int) -> np.ndarr
 def start_of(
     scene: Scene, system: WheelsetSystem, contacts: WheelsetContacts, step: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities (8,) of steady running: centred at rail level, each rail under its part of the weight,
-    the left wheel along the path's first slope."""
+    """Positions and velocities (8,) of steady running: centred at rail level, or where a diverging route has the
+    wheelset, each rail under its part of the weight, the left wheel along the path's first slope.
+
+    Errors: as lateral_equilibrium.
+    """
     centred, arm = len(contacts.shift) // 2, datum_arm(scene)
     left = contacts.side > 0
     height = contacts.height[:, :2, centred]
@@ -239,7 +314,23 @@ def start_of(
     rate = (height[left, 1].max() - height[left, 0].max()) / (step / 2)
     velocity[[HEIGHT, ROLL]] = np.linalg.solve(both, [rate, 0.0])
     velocity[[SPRUNG_LEFT, SPRUNG_RIGHT]] = velocity[HEIGHT] + arm * np.array([1, -1]) * velocity[ROLL]
-    return position, velocity
+    return diverging_start(scene, system, contacts, position), velocity
+
+
+def diverging_start(
+    scene: Scene, system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray
+) -> np.ndarray:
+    """A centred wheelset's position (8,) as the scene's diverging route has it: at the lateral position and the angle
+    of attack that it gives, in equilibrium where it gives none and something pushes. Errors: as lateral_equilibrium."""
+    route = scene.diverging
+    if route is None:
+        return position
+    heading = route.angle_of_attack or 0.0
+    if route.lateral is None and system.load[LATERAL] == 0.0 and heading == 0.0 and system.stop[0] >= 0.0:
+        return position
+    position = position.copy()
+    position[YAW] = heading
+    return lateral_equilibrium(system, contacts, position, route.lateral).position
 
 
 def as_light(
@@ -259,8 +350,12 @@ def as_light(
         energy,
     )
     middle = (q[1:] + q[:-1]) / 2
+    clearance, stiffness = system.stop
+    past = middle[:, LATERAL] + system.rolling_radius * middle[:, ROLL] - clearance
+    checked = {"force_check": stiffness * np.maximum(past, 0.0)} if np.isfinite(clearance) else {}
     columns = {
         "force_other": motion.force[2],
+        **checked,
         "wheel_lateral": middle[:, LATERAL] + system.rolling_radius * middle[:, ROLL],
         "wheel_roll": middle[:, ROLL],
         "wheel_yaw": middle[:, YAW],

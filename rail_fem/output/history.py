@@ -36,6 +36,7 @@ COLUMNS: dict[str, Column] = {
     ),
     "foot_stress": Column("MPa", "stress that it makes in the foot of rail or casting there, + tension"),
     "force_other": Column("kN", "vertical contact force on the other wheel of the wheelset"),
+    "force_check": Column("kN", "force of the check rail on the other wheel's flange back, across the track"),
     "wheel_lateral": Column(
         "mm", "lateral position of the wheel at rail level against its centred position, + towards the field side"
     ),

@@ -8,6 +8,7 @@ from pydantic_core import PydanticCustomError
 
 PRINTABLE = r"^[^\x00-\x1f\x7f-\x9f]*$"  # one line without control characters
 
+GRAVITY = 9.81  # [m/s2]
 Count = Annotated[int, Strict()]  # true is no count of 1
 
 

@@ -15,10 +15,11 @@ from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
 from geometry.axes import tread_datum_y
-from rail_fem.scene.base import PRINTABLE, Count, Frozen, digest_of_read, input_error
+from rail_fem.scene.base import GRAVITY, PRINTABLE, Count, Frozen, digest_of_read, input_error
 from rail_fem.scene.bearers import Bearers
-from rail_fem.scene.crossing import Crossing
+from rail_fem.scene.crossing import CAST, SWITCH, Crossing
 from rail_fem.scene.cyclic_hardening import CyclicHardening
+from rail_fem.scene.diverging import Diverging
 from rail_fem.scene.steel import GRADES, Steel, cyclic_steel
 from rail_fem.scene.units import Quantity
 from rail_fem.scene.wheel_body import WheelBody
@@ -27,7 +28,6 @@ from rail_fem.scene.wheel_profile import KEPT, WHEEL_NAMES, MeasuredWheel, Profi
 if TYPE_CHECKING:
     from geometry.profiles.profile import Profile
 
-GRAVITY = 9.81
 SPIN_GYRATION = 0.25  # of a wheelset about its axle, where a case gives no inertia [m]
 READING = tuple(ProfileReading.__dataclass_fields__)  # keys of a wheel that say how its profile file is to be read
 
@@ -292,6 +292,11 @@ class Scene(Frozen):
         description="hub, web and rim of a wheel that vibrates; none: a rigid wheel; for light models of a wheel that"
         " moves vertically",
     )
+    diverging: Diverging | None = Field(
+        None,
+        description="the diverging route of the crossing: curve, force across the wheelset, check rail; none: the"
+        " through route; for rigid_hertz (degrees_of_freedom lateral_roll) and fe_full",
+    )
     materials: Materials = Field(Materials(), description="the steels")
     speed: Annotated[float, Quantity("mph", 0.5, 350, "running speed v")]
     direction: Literal["facing", "trailing"] = Field(description="facing runs from the legs towards the nose")
@@ -315,6 +320,25 @@ class Scene(Frozen):
             )
         return self
 
+    @model_validator(mode="after")
+    def _has_a_diverging_route(self) -> "Scene":
+        if self.diverging is None:
+            return self
+        if self.crossing.family == SWITCH:
+            raise input_error(
+                "diverging",
+                "a switch's diverging route runs on its other switch rail, which is not modelled: leave the table out",
+                key="diverging",
+            )
+        if self.crossing.family == CAST and self.crossing.gauge_widening:
+            raise input_error(
+                "diverging",
+                "crossing.gauge_widening sets the nose's through-route face back, the diverging route's face stays:"
+                " leave one of the two out",
+                key="diverging",
+            )
+        return self
+
     def plain(self) -> dict[str, Any]:
         """All that a model sees, as plain values [SI]: a profile file by its content, not by its name or position."""
         plain = self.model_dump(mode="json") | {"crossing": self.crossing.plain()}
@@ -324,7 +348,7 @@ class Scene(Frozen):
         for material in plain["materials"].values():  # steels by a curve are those they were
             if material["cyclic"] is None:
                 material.pop("cyclic")
-        for part in ("bearers", "wheel_body"):  # scenes with rigid parts are those they were
+        for part in ("bearers", "wheel_body", "diverging"):  # scenes without are those they were
             if getattr(self, part) is None:
                 plain.pop(part)
         if digest:
@@ -364,6 +388,19 @@ class Scene(Frozen):
         return abs(end - start) / self.speed
 
     @property
+    def lateral_force(self) -> float:
+        """Of the vehicle across the wheelset, + towards the field side of the wheel on the crossing [N]: as given, or
+        the mass on the axle times the acceleration that cant does not balance."""
+        if self.diverging is None:
+            return 0.0
+        if self.diverging.lateral_force is not None:
+            return self.diverging.lateral_force
+        mass = 2 * (self.vehicle.wheel_sprung_mass + self.vehicle.wheel_unsprung_mass)
+        return mass * self.diverging.acceleration(self.speed, self.gauge)
+
+    @property
     def wheel_datum_y(self) -> float:
-        """Lateral position [m] of the wheel's tread datum for a centred wheelset."""
-        return tread_datum_y(self.gauge, self.back_to_back)
+        """Lateral position [m] of the wheel's tread datum for a wheelset that is centred, or stands as its diverging
+        route says."""
+        aside = 0.0 if self.diverging is None else (self.diverging.lateral or 0.0)
+        return tread_datum_y(self.gauge, self.back_to_back) + aside

@@ -157,6 +157,11 @@ class RigidHertzSettings(IndentationSettings):
     def takes_flexible_parts(self) -> bool:
         return self.degrees_of_freedom == "vertical"
 
+    @property
+    def takes_diverging_route(self) -> bool:
+        """Whether this model lets a wheelset move across the track."""
+        return self.degrees_of_freedom == "lateral_roll"
+
 
 class BemPassageSettings(IndentationSettings):
     """As rigid_hertz, with contacts solved on the true gaps."""
@@ -168,8 +173,25 @@ class BemPassageSettings(IndentationSettings):
     cells: Count = Field(32, ge=8, le=512, description="cells across a patch, each way")
 
 
-def flexible_part_errors(scene: Scene, settings: Frozen) -> list[str]:
+def unfit_parts(scene: Scene, settings: Frozen) -> list[str]:
     """What of the scene a model cannot let move, a line each; none where it can."""
+    return [*_flexible_part_errors(scene, settings), *_diverging_errors(scene, settings)]
+
+
+def _diverging_errors(scene: Scene, settings: Frozen) -> list[str]:
+    if scene.diverging is None:
+        return []
+    if not getattr(settings, "takes_diverging_route", False):
+        return [
+            "scene.diverging is for rigid_hertz (degrees_of_freedom lateral_roll) and fe_full: leave it out, or"
+            " leave out this model"
+        ]
+    if getattr(settings, "check_rail", None) is not None:
+        return ["check_rail: the check rail is that of scene.diverging: leave it out here"]
+    return []
+
+
+def _flexible_part_errors(scene: Scene, settings: Frozen) -> list[str]:
     if getattr(settings, "takes_flexible_parts", False):
         return []
     return [

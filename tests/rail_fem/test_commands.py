@@ -55,7 +55,7 @@ def test_a_new_case_file_can_be_run_and_its_comments_are_the_defaults(tmp_path, 
     case = load_case(file)
     assert list(case.runs) == [model]
     # keys without a value; tables that are not there
-    absent = r'= "none"|^# \[scene\.(bearers|wheel_body|materials\.\w+\.cyclic)\]'
+    absent = r'= "none"|^# \[scene\.(bearers|wheel_body|diverging|materials\.\w+\.cyclic)\]'
     lines = [line for line in file.read_text().splitlines() if not re.search(absent, line)]
     plain = tmp_path / "plain.toml"
     plain.write_text("\n".join(re.sub(r"^# (?=\[|\w+ =)", "", line) for line in lines))

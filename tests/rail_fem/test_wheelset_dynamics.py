@@ -79,7 +79,7 @@ def lateral_creep_force(load, lateral_speed, friction=0.3):
         reference=86e3,
         friction=friction,
     )
-    _creep(np.zeros(8), speed, 0, contacts, 0.42, 33.5, load * two[:, 0], into, stiff)
+    _creep(np.zeros(8), speed, 0, contacts, 0.42, 33.5, 0.0, load * two[:, 0], into, stiff)
     return into[LATERAL]
 
 
