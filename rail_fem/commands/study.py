@@ -76,6 +76,11 @@ STUDIES = {
         "rail_fem.studies.plastic_pass",
         "plastic strain of a pass by bem_plastic on several sizes of cells, beside a finished explicit run",
     ),
+    "pressed-sphere": Study(
+        "rail_fem.studies.pressed_sphere",
+        "a sphere pressed into a yielding half-space: boundary elements, finite elements, published fits",
+        ("--quick",),
+    ),
     "patch-methods": Study(
         "rail_fem.studies.patch_methods", "one patch by every method, static finite elements as reference solution"
     ),

@@ -1,0 +1,201 @@
+"""A rigid sphere pressed into an elastic, perfectly plastic half-space: boundary elements, finite elements, fits.
+
+    rail-fem study pressed-sphere --out sphere          1 to 110 times the approach of first yield; some minutes
+    rail-fem study pressed-sphere --quick               up to 10 times, coarse
+
+Each row is pressed by the load that the fit of Kogut and Etsion gives; all others are taken at the approach that the
+half-space finds. In small strain on a flat surface w, the approach over that of first yield, and Poisson's ratio are
+all there is: radius, modulus and yield stress drop out. The fits are of large-strain elements of a sphere and a flat.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import typer
+from matplotlib.figure import Figure
+
+from bem.exact.yielding_sphere import SphereAtYield, first_yield, jackson_green, kogut_etsion
+from bem.material import Elastic, contact_modulus
+from bem.patch import Grid
+from bem.plastic.contact import PlasticHalfSpace
+from bem.plastic.hardening import Hardening
+from rail_fem.output.extrapolation import limit_of
+from rail_fem.output.markdown import markdown_table
+from rail_fem.show.style import CURVES, GREY, new_figure
+from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.static_fe.axisymmetric import YieldingSteel
+from rail_fem.static_fe.pressed_sphere import Pressed, press_sphere
+
+STEEL, RIGID = Elastic(210e9, 0.3), Elastic(1e17, 0.3)
+RADIUS, YIELD = 0.1, 310e6  # [m], [Pa]
+BEYOND = 1.08  # approach up to which finite elements press, over the row's
+STEP = 1.6  # from one load to the next of the half-space
+TOLERANCE = 3e-4
+
+
+def at_yield() -> SphereAtYield:
+    """Approach, load and area of first yield."""
+    return first_yield(RADIUS, contact_modulus(RIGID, STEEL), YIELD, STEEL.poisson)
+
+
+@dataclass(frozen=True)
+class Indented:
+    """By the half-space: approach, load and area over those of first yield, cells over the radius of contact, largest
+    equivalent plastic strain, CPU seconds."""
+
+    approach: float
+    load: float
+    area: float
+    cells: float
+    strain: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Judged:
+    """By finite elements at one approach: load and area over those of first yield, limits for vanishing elements, with
+    their bars; CPU seconds."""
+
+    load: float
+    load_bar: float
+    area: float
+    area_bar: float
+    seconds: float
+
+
+def mean_pressure(load: float, area: float) -> float:
+    """Over the yield stress, of load and area over those of first yield."""
+    first = at_yield()
+    return load / area * first.load / first.area / YIELD
+
+
+def indent(approach: float, cells: int) -> Indented:
+    """The half-space under the load that the fit gives for an approach over that of first yield, by about so many cells
+    over the radius of contact."""
+    first, tick = at_yield(), time.process_time()
+    load, area = (float(value) for value in kogut_etsion(np.float64(approach)))
+    radius = np.sqrt(area * first.area / np.pi)
+    size, deep = radius / cells, 1.5 + 0.5 * np.log(1.5 + approach)
+    n = 2 * int(np.ceil((1.2 + 0.35 * np.log(1 + approach)) * cells))
+    grid = Grid.over((-n * size / 2, n * size / 2), (-n * size / 2, n * size / 2), n, n)
+    x, y = grid.points()
+    body = PlasticHalfSpace(grid, size, int(np.ceil(deep * cells)), RIGID, STEEL, Hardening.linear(YIELD))
+    steps = 1 + int(np.ceil(np.log(max(load, 1.0)) / np.log(STEP)))
+    for part in np.geomspace(min(1.0, load), load, steps):
+        found = body.press((x**2 + y**2) / (2 * RADIUS), part * first.load, TOLERANCE)
+    patch = found.patch
+    return Indented(
+        patch.approach / first.approach, load, patch.contact_area / first.area,
+        float(np.sqrt(patch.contact_area / np.pi) / size), float(found.state.peeq.max()), time.process_time() - tick,
+    )  # fmt: skip
+
+
+def press(approach: float, across: int, circle: bool = False) -> Pressed:
+    """Finite elements up to somewhat more than an approach over that of first yield, `across` elements over the radius
+    of contact; circle : a sphere's own shape in place of the parabola."""
+    first = at_yield()
+    w = BEYOND * max(approach, 1.0)
+    radius = np.sqrt(max(w, 0.94 * w**1.146) * first.area / np.pi) * (1 + 0.4 / across)  # the edge lies inside
+    if circle:
+        return press_sphere(_circle, radius, across, YieldingSteel(STEEL, YIELD))
+    return press_sphere(lambda r: r**2 / (2 * RADIUS), radius, across, YieldingSteel(STEEL, YIELD))
+
+
+def _circle(r: np.ndarray) -> np.ndarray:
+    inside = np.minimum(r, 0.99 * RADIUS)
+    return inside**2 / (RADIUS + np.sqrt(RADIUS**2 - inside**2))
+
+
+def judge(runs: list[Pressed], approach: float, seconds: float = 0.0) -> Judged:
+    """Limits at an approach over that of first yield, of runs coarse to fine; first order, as the edge of the contact
+    lies up to an element inside the last node."""
+    first = at_yield()
+    values = np.array([run.at(approach * first.approach) for run in runs]) / [first.load, first.area]
+    sizes = [float(run.radius[0]) for run in runs]
+    load, area = (limit_of(sizes, list(column), 1.0) for column in values.T)
+    return Judged(load.value, load.doubt, area.value, area.doubt, seconds)
+
+
+def table(rows: list[tuple[Indented, Judged]]) -> str:
+    """Markdown: area and mean pressure at each approach by the half-space, finite elements and fits."""
+    lines = []
+    for here, there in rows:
+        fits = [kogut_etsion(here.approach), jackson_green(here.approach, RADIUS, _modulus(), YIELD, STEEL.poisson)]
+        ours, judges = mean_pressure(here.load, here.area), mean_pressure(there.load, there.area)
+        bar = judges * float(np.hypot(there.load_bar / there.load, there.area_bar / there.area))
+        lines.append(
+            [
+                f"{here.approach:.3g}", f"{2 * here.cells:.0f}", f"{here.area:.2f}",
+                f"{there.area:.2f} +- {there.area_bar:.2f}", f"{here.area / there.area - 1:+.1%}",
+                *(f"{float(area):.2f}" for _, area in fits), f"{ours:.3f}", f"{judges:.3f} +- {bar:.3f}",
+                f"{ours / judges - 1:+.1%}", *(f"{mean_pressure(float(load), float(area)):.3f}" for load, area in fits),
+                f"{here.strain:.2%}", f"{here.seconds:.0f}, {there.seconds:.0f}",
+            ]
+        )  # fmt: skip
+    head = ["w", "cells across", "area: half-space", "FE", "difference", "K-E", "J-G"]
+    head += ["pressure: half-space", "FE", "difference", "K-E", "J-G", "largest strain", "CPU s: half-space, FE"]
+    return "\n".join(markdown_table(head, lines)) + "\n"
+
+
+def _modulus() -> float:
+    return contact_modulus(RIGID, STEEL)
+
+
+def draw(rows: list[tuple[Indented, Judged]]) -> Figure:
+    """Area over the elastic one, and mean pressure over the yield stress, over the approach."""
+    figure = new_figure(4.6)
+    left, right = figure.subplots(1, 2)
+    w = np.geomspace(1.0, 110.0, 400)
+    fits = {
+        "Kogut and Etsion (2002), fit": (kogut_etsion(w), CURVES[2], "--"),
+        "Jackson and Green (2005), fit": (jackson_green(w, RADIUS, _modulus(), YIELD, STEEL.poisson), CURVES[1], "-."),
+    }
+    for words, ((load, area), colour, line) in fits.items():
+        left.plot(w, area / w, line, color=colour, label=words)
+        right.plot(w, mean_pressure(load, area), line, color=colour, label=words)
+    at = np.array([here.approach for here, _ in rows])
+    area, bar = (np.array([getattr(there, name) for _, there in rows]) for name in ("area", "area_bar"))
+    pressure = np.array([mean_pressure(there.load, there.area) for _, there in rows])
+    shown = {"fmt": "o", "color": GREY, "markerfacecolor": "none", "capsize": 3, "label": "finite elements, limit"}
+    left.errorbar(at, area / at, bar / at, **shown)
+    right.errorbar(at, pressure, pressure * bar / area, **shown)
+    ours = {"marker": "+", "markersize": 10, "linestyle": "", "color": CURVES[0], "label": "half-space (bem/plastic)"}
+    left.plot(at, [here.area / here.approach for here, _ in rows], **ours)
+    right.plot(at, [mean_pressure(here.load, here.area) for here, _ in rows], **ours)
+    left.set(ylabel="area of contact over Hertz' at this approach")
+    right.set(ylabel="mean pressure over yield stress")
+    for axis in (left, right):
+        axis.set(xscale="log", xlabel="approach over that of first yield")
+    left.legend(fontsize=9)
+    figure.suptitle("A rigid sphere on an elastic, perfectly plastic half-space (Poisson's ratio 0.3)")
+    return figure
+
+
+def main(
+    approach: list[float] = typer.Option([1.0, 3.0, 10.0, 30.0, 110.0], help="over that of first yield"),
+    cells: int = typer.Option(8, help="cells of the half-space over the radius of contact"),
+    across: list[int] = typer.Option([12, 24], help="finite elements over the radius, coarse to fine"),
+    quick: bool = typer.Option(False, "--quick", help="three approaches, coarse"),
+    out: Path = typer.Option(None, help="folder for pressed_sphere.md and pressed_sphere.png"),
+) -> None:
+    """A sphere pressed into a yielding half-space: boundary elements, finite elements, published fits."""
+    if quick:
+        approach, cells, across = [1.0, 3.0, 10.0], 6, [6, 12]
+    rows = []
+    for w in approach:
+        here, tick = indent(w, cells), time.process_time()
+        runs = [press(here.approach, count) for count in sorted(across)]
+        rows.append((here, judge(runs, here.approach, time.process_time() - tick)))
+        typer.echo(f"w = {here.approach:.3g}: {here.seconds:.0f} and {rows[-1][1].seconds:.0f} CPU s", err=True)
+    text = table(rows)
+    print(text, end="")
+    if out is not None:
+        write_table_and_figure(out / "pressed_sphere.md", text, out / "pressed_sphere.png", lambda: draw(rows))
+
+
+if __name__ == "__main__":
+    typer.run(main)
