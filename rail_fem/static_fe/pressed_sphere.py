@@ -46,8 +46,11 @@ class Pressed:
         """Load [N] and area [m^2] at an approach [m]; powers of it between two nodes. NaN beyond what was pressed."""
         if not self.approach[0] <= approach <= self.approach[-1]:
             return np.nan, np.nan
-        logs = (np.interp(np.log(approach), np.log(self.approach), np.log(of)) for of in (self.load, self.area))
-        return tuple(float(np.exp(value)) for value in logs)
+        load, area = (
+            float(np.exp(np.interp(np.log(approach), np.log(self.approach), np.log(of))))
+            for of in (self.load, self.area)
+        )
+        return load, area
 
 
 def point_force(nodes: np.ndarray, elastic: Elastic) -> np.ndarray:
@@ -157,4 +160,5 @@ def press_sphere(gap: Callable[[np.ndarray], np.ndarray], radius: float, across:
             )
         strain = state.answer.plastic.equivalent.max()
         rows.append((line[k], load, approach, pressure.max(), strain, len(state.mismatch) - 1))
-    return Pressed(*np.array(rows).T, line, pressure)
+    radii, loads, approaches, largest, strains, steps = np.array(rows).T
+    return Pressed(radii, loads, approaches, largest, strains, steps, line, pressure)
