@@ -62,7 +62,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Equilibrium:
+class BalancedState:
     """displacement (2m,) [m] r and z by node; nodal force (2m,) [N], over the whole circle; the answer of the steel;
     amplitudes (q,) of the held motions; mismatch of each step of Newton's method."""
 
@@ -74,7 +74,7 @@ class Equilibrium:
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldMotions:
     """Degrees of freedom (c,) that move as target (c,) + motions (c, q) times amplitudes, which fulfil
     on_force (q, 2m) force + on_amplitude (q, q) amplitudes = 0."""
 
@@ -85,7 +85,7 @@ class Held:
     on_amplitude: np.ndarray
 
     @classmethod
-    def still(cls, dofs: np.ndarray, total: int) -> Held:
+    def still(cls, dofs: np.ndarray, total: int) -> HeldMotions:
         """Degrees of freedom that do not move, of `total`."""
         none = np.zeros((len(dofs), 0))
         return cls(dofs, np.zeros(len(dofs)), none, np.zeros((0, total)), np.zeros((0, 0)))
@@ -165,8 +165,13 @@ class AxisymmetricBody:
         return coo_matrix((each.ravel(), (self._rows, self._columns)), shape=(self.count, self.count)).tocsc()
 
     def equilibrium(
-        self, held: Held, start: np.ndarray, before: Plastic, load: np.ndarray | float = 0.0, tolerance: float = 1e-8
-    ) -> Equilibrium:
+        self,
+        held: HeldMotions,
+        start: np.ndarray,
+        before: Plastic,
+        load: np.ndarray | float = 0.0,
+        tolerance: float = 1e-8,
+    ) -> BalancedState:
         """Balance with forces `load` (2m,) [N] from a displacement (2m,) to start with; nothing is kept.
 
         tolerance : largest force that is not balanced, over the largest there is. Raises AxisymmetricError when none is
@@ -183,7 +188,7 @@ class AxisymmetricBody:
             lacking = held.on_force @ residual + held.on_amplitude @ s
             mismatch.append(float(max(np.abs(residual[free]).max(), np.abs(lacking).max(initial=0.0)) / scale))
             if step and mismatch[-1] <= tolerance and np.abs(off).max() <= 1e-12 * np.abs(u).max():
-                return Equilibrium(u, residual, answer, s, mismatch)
+                return BalancedState(u, residual, answer, s, mismatch)
             if not np.isfinite(mismatch[-1]) or min(mismatch[-_PATIENCE:]) > 0.5 and step >= _PATIENCE:
                 break
             stiff = self.stiffness(answer.moduli)

@@ -15,7 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bem.material import Elastic
-from rail_fem.static_fe.axisymmetric import AxisymmetricBody, AxisymmetricError, Equilibrium, Held, YieldingSteel
+from rail_fem.static_fe.axisymmetric import (
+    AxisymmetricBody,
+    AxisymmetricError,
+    BalancedState,
+    HeldMotions,
+    YieldingSteel,
+)
 
 FAR = 25.0  # radius and depth of the mesh over the largest radius of contact
 FINE = 1.25  # of that radius: the region of equal elements
@@ -105,7 +111,7 @@ class _Model:
         outer = (2 * nodes[:, None] + [0, 1]).ravel()
         return cls(body, line, 2 * at[:, 0] + 1, np.setdiff1d(2 * at[0], outer), outer, far.ravel())
 
-    def held(self, k: int, height: np.ndarray) -> Held:
+    def held(self, k: int, height: np.ndarray) -> HeldMotions:
         """Nodes 0 to k of the surface at a height (k + 1,) [m] over the approach; amplitudes: approach, load."""
         inside = self.surface[: k + 1]
         dofs = np.r_[self.axis, self.outer, inside]
@@ -115,9 +121,9 @@ class _Model:
         on_force = np.zeros((2, self.body.count))
         on_force[0, inside[-1]] = 1.0  # the last node carries nothing
         on_force[1, inside] = 1.0
-        return Held(dofs, target, motions, on_force, np.array([[0.0, 0.0], [0.0, 1.0]]))
+        return HeldMotions(dofs, target, motions, on_force, np.array([[0.0, 0.0], [0.0, 1.0]]))
 
-    def take_in(self, k: int, height: np.ndarray, before: Equilibrium, parts: int) -> Equilibrium:
+    def take_in(self, k: int, height: np.ndarray, before: BalancedState, parts: int) -> BalancedState:
         """On to the load at which node k just touches, its gap closed in equal parts.
 
         Raises AxisymmetricError when there is no equilibrium."""
@@ -139,7 +145,7 @@ def press_sphere(gap: Callable[[np.ndarray], np.ndarray], radius: float, across:
     line, surface, height = model.line, model.surface, np.asarray(gap(model.line), float)
     carried, pressure, rows = tributary_area(line), np.zeros(len(line)), []
     none = np.zeros(model.body.count)
-    state = Equilibrium(none, none, model.body.respond(none, model.body.virgin()), np.zeros(2), [])
+    state = BalancedState(none, none, model.body.respond(none, model.body.virgin()), np.zeros(2), [])
     for k in range(1, across + 1):
         for parts in PARTS:
             try:

@@ -5,7 +5,7 @@ import pytest
 
 from bem.exact.yielding_sphere import first_yield
 from bem.material import Elastic, contact_modulus
-from rail_fem.static_fe.axisymmetric import AxisymmetricBody, AxisymmetricError, Held, YieldingSteel
+from rail_fem.static_fe.axisymmetric import AxisymmetricBody, AxisymmetricError, HeldMotions, YieldingSteel
 from rail_fem.static_fe.pressed_sphere import press_sphere, tributary_area
 from rail_fem.studies.pressed_sphere import RIGID, STEEL, indent, judge, mean_pressure, press
 from tests.order import assert_order
@@ -51,7 +51,7 @@ def test_a_hollow_sphere_is_elastic_to_second_order(nu):
     sizes, errors = (4, 8, 16), []
     for n in sizes:
         body, fixed, push, equator, _ = hollow_sphere(1.0, 2.0, n, 2 * n, YieldingSteel(Elastic(YOUNG, nu), 1e12))
-        found = body.equilibrium(Held.still(fixed, body.count), np.zeros(body.count), body.virgin(), 1e6 * push)
+        found = body.equilibrium(HeldMotions.still(fixed, body.count), np.zeros(body.count), body.virgin(), 1e6 * push)
         errors.append(found.displacement[equator[0]] / exact - 1)
     assert_order(1 / np.array(sizes), errors, 2, slack=0.2)
     assert abs(errors[-1]) < 3e-3
@@ -63,7 +63,7 @@ def test_a_hollow_sphere_that_yields_half_way_is_the_exact_one():
     for n in (8, 16, 32):
         body, fixed, push, equator, _ = hollow_sphere(1.0, 2.0, n, n, YieldingSteel(Elastic(YOUNG, NU), YIELD))
         pressure, inside, outside = exact_sphere(1.5, 1.0, 2.0)
-        u, plastic, held = np.zeros(body.count), body.virgin(), Held.still(fixed, body.count)
+        u, plastic, held = np.zeros(body.count), body.virgin(), HeldMotions.still(fixed, body.count)
         for part in (0.5, 0.8, 1.0):
             found = body.equilibrium(held, u, plastic, part * pressure * push)
             u, plastic = found.displacement, found.answer.plastic
@@ -79,7 +79,7 @@ def test_more_than_a_hollow_sphere_carries_is_refused():
     body, fixed, push, *_ = hollow_sphere(1.0, 2.0, 6, 6, YieldingSteel(Elastic(YOUNG, NU), YIELD))
     with pytest.raises(AxisymmetricError, match="smaller loads"):
         body.equilibrium(
-            Held.still(fixed, body.count), np.zeros(body.count), body.virgin(), 2.2 * YIELD * np.log(2) * push
+            HeldMotions.still(fixed, body.count), np.zeros(body.count), body.virgin(), 2.2 * YIELD * np.log(2) * push
         )
 
 
