@@ -78,21 +78,28 @@ class Struck:
         reach: float,
         yielding: bool = False,
         memory_limit: float = MEMORY_LIMIT,
+        friction: bool = False,
     ) -> None:
-        """yielding : the striker yields statically by its own material; reach [m] : largest gap considered"""
+        """yielding : the striker yields statically by its own material; reach [m] : largest gap considered; friction :
+        ready for tractions along the face too (bem.dynamic.sliding), at twice the load patterns"""
         striker, striker_mesh = outline
         self.interface: Interface = pair(
             solid.mesh, solid.body.face, striker_mesh, striker.face, striker.outline, reach
         )
-        n, (nx, ny) = len(self.interface.nodes), self.interface.normals.T
-        self._inward = np.vstack([np.diag(-nx), np.diag(-ny)])  # unit pressures as x and y tractions
-        self.body = DynamicBody(solid, self.interface.on_slave @ self._inward, memory_limit=memory_limit)
+        nx, ny = self.interface.normals.T
+        tractions = np.vstack([np.diag(-nx), np.diag(-ny)])  # unit pressures as x and y tractions
+        if friction:
+            tractions = np.hstack([tractions, np.vstack([np.diag(ny), np.diag(-nx)])])
+        self.friction = friction
+        self.body = DynamicBody(solid, self.interface.on_slave @ tractions, memory_limit=memory_limit)
         self.mass = self.interface.mass
-        self.local = np.zeros((n, n))
+        count = tractions.shape[1]
+        self.local = np.zeros((count, count))
         if yielding:
             other = CondensedBody(striker, striker_mesh, memory_limit)
-            other.condense(self.interface.on_master @ self._inward)
-            yields = self.mass[:, None] * (self._inward.T @ other.displacement(self.interface.feet))
+            other.condense(self.interface.on_master @ tractions)
+            weight = np.resize(self.mass, count)
+            yields = weight[:, None] * (tractions.T @ other.displacement(self.interface.feet))
             self.local = (yields + yields.T) / 2
 
 
@@ -140,20 +147,32 @@ def strike(struck: Struck, striker: Striker, march: March, steps: int, keep: Cal
 
     Warns when they never touch. Raises DynamicsError for a number of steps that is none.
     """
+    check_strike(struck, march, steps)
+    if struck.friction:
+        raise DynamicsError("a body made ready for friction: strike it with bem.dynamic.sliding.strike_sliding")
+    run = _Run(struck, striker, march)
+    impact = run.go(steps, keep or (lambda k: False))
+    warn_unless_touching(impact)
+    return impact
+
+
+def check_strike(struck: Struck, march: March, steps: int) -> None:
+    """Raise DynamicsError for a number of steps that is none, or the march of another body."""
     if not isinstance(steps, (int, np.integer)) or steps < 1:
         raise DynamicsError(f"steps = {steps!r}: must be a positive whole number")
     if march.body is not struck.body:
         raise DynamicsError("the march is of another body than the one struck: make it of struck.body")
-    run = _Run(struck, striker, march)
-    impact = run.go(steps, keep or (lambda k: False))
+
+
+def warn_unless_touching(impact: Impact) -> None:
+    """Warn of an impact that was none."""
     if not impact.pressure.any():
         warnings.warn(
             f"the striker never touches in {impact.time[-1]:.3g} s: smallest gap at the start"
-            f" {struck.interface.gap.min():.3g} m, moved {impact.position[-1]:.3g} m along its axis",
+            f" {impact.struck.interface.gap.min():.3g} m, moved {impact.position[-1]:.3g} m along its axis",
             ImpactWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
-    return impact
 
 
 class StrikerMotion(NamedTuple):
@@ -165,22 +184,23 @@ class StrikerMotion(NamedTuple):
     force: float
 
 
-class _Run:
-    """One march with a striker."""
+class Carriage:
+    """How a striker moves along its axis from step to step of a march."""
 
-    def __init__(self, struck: Struck, striker: Striker, march: March) -> None:
-        self.struck, self.striker, self.march = struck, striker, march
+    def __init__(self, striker: Striker, march: March) -> None:
+        self.striker, self.march = striker, march
         s, h = march.scheme, march.step
-        self._gap = struck.mass * struck.interface.gap
-        self._arm = struck.mass * (struck.interface.normals @ np.array(striker.axis))  # force and gap per unit
-        matrix = march.compliance + struck.local
-        self._mobility = 0.0
+        self.mobility = 0.0  # position per force at a step's end [m^2/N]
         if striker.mass is not None:
-            self._mobility = h**2 * s.after_u * (1 - s.alpha_f) / ((1 - s.alpha_m) * striker.mass)
-            matrix = matrix + self._mobility * np.outer(self._arm, self._arm)
-        self.contact = NormalContact(matrix)
+            self.mobility = h**2 * s.after_u * (1 - s.alpha_f) / ((1 - s.alpha_m) * striker.mass)
 
-    def _predicted(self, at: StrikerMotion, time: float) -> float:
+    def begin(self) -> StrikerMotion:
+        striker = self.striker
+        if striker.path is not None:
+            return StrikerMotion(float(striker.path(0.0)), striker.velocity, 0.0, striker.load)
+        return StrikerMotion(0.0, striker.velocity, striker.load / moved_mass(striker), striker.load)
+
+    def predicted(self, at: StrikerMotion, time: float) -> float:
         """Position at the end of a step in which no contact force acts at its end."""
         s, h, striker = self.march.scheme, self.march.step, self.striker
         if striker.path is not None:
@@ -188,13 +208,7 @@ class _Run:
         known = (s.alpha_f * at.force + (1 - s.alpha_f) * striker.load) / moved_mass(striker) - s.alpha_m * at.a
         return at.x + h * at.v + h**2 * (s.before_u * at.a + s.after_u / (1 - s.alpha_m) * known)
 
-    def _begin(self) -> StrikerMotion:
-        striker = self.striker
-        if striker.path is not None:
-            return StrikerMotion(float(striker.path(0.0)), striker.velocity, 0.0, striker.load)
-        return StrikerMotion(0.0, striker.velocity, striker.load / moved_mass(striker), striker.load)
-
-    def _moved(self, at: StrikerMotion, ahead: float, pushed: float) -> StrikerMotion:
+    def moved(self, at: StrikerMotion, ahead: float, pushed: float) -> StrikerMotion:
         """After a step at whose end the contact pushes with a force [N/m]; ahead : as predicted."""
         s, h, striker = self.march.scheme, self.march.step, self.striker
         if striker.path is not None:
@@ -206,9 +220,28 @@ class _Run:
         x = at.x + h * at.v + h**2 * (s.before_u * at.a + s.after_u * a)
         return StrikerMotion(x, at.v + h * (s.before_v * at.a + s.after_v * a), a, force)
 
+    def work(self, mean: float, moved: float) -> float:
+        """Of its load, or of what guides it along its path against a mean contact force [N/m], over a way [m]."""
+        return (self.striker.load if self.striker.path is None else -mean) * moved
+
+
+class _Run:
+    """One march with a striker."""
+
+    def __init__(self, struck: Struck, striker: Striker, march: March) -> None:
+        self.struck, self.striker, self.march = struck, striker, march
+        self._gap = struck.mass * struck.interface.gap
+        self._arm = struck.mass * (struck.interface.normals @ np.array(striker.axis))  # force and gap per unit
+        matrix = march.compliance + struck.local
+        self._carriage = Carriage(striker, march)
+        if striker.mass is not None:
+            matrix = matrix + self._carriage.mobility * np.outer(self._arm, self._arm)
+        self.contact = NormalContact(matrix)
+
     def go(self, steps: int, keep: Callable[[int], bool]) -> Impact:
         march, striker = self.march, self.striker
-        state, at = march.start(), self._begin()
+        carriage = self._carriage
+        state, at = march.start(), carriage.begin()
         energy = march.energy(state)
         pressures = [np.zeros(len(self._gap))]
         stored, done = self._stored(energy, at.v, pressures[0]), 0.0
@@ -217,16 +250,16 @@ class _Run:
         states = {0: state} if keep(0) else {}
         for k in range(1, steps + 1):
             time, free = k * march.step, march.free(state)
-            ahead = self._predicted(at, time)
+            ahead = carriage.predicted(at, time)
             pressure = np.zeros(len(self._gap))
             if striker.release is None or time <= striker.release:
                 pressure = self.contact.solve(self._gap + free[1] + self._arm * ahead)
             pushed = float(self._arm @ pressure)
             following = march.advance(state, pressure, free)
             energy = march.energy(following, (state, energy))
-            before, at = at, self._moved(at, ahead, pushed)
+            before, at = at, carriage.moved(at, ahead, pushed)
             mean = (pushed + float(self._arm @ pressures[-1])) / 2
-            done += (striker.load if striker.path is None else -mean) * (at.x - before.x)
+            done += carriage.work(mean, at.x - before.x)
             rows.append((time, at.x, at.v, pushed))
             pressures.append(pressure)
             energies.append((*self._stored(energy, at.v, pressure), begun + done))

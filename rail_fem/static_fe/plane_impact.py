@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.linalg import splu
 
-from bem.dynamic.contact import NormalContact
+from bem.dynamic.contact import FrictionalContact, NormalContact
 from bem.dynamic.impact import Striker, moved_mass
 from bem.dynamic.schemes import TRAPEZOIDAL, Scheme
+from bem.dynamic.sliding import TangentialMotion
 from bem.exact.subsurface import von_mises_plane
 from bem.plane.body import Body
 from bem.plane.curve import Curve
@@ -28,7 +30,8 @@ from rail_fem.static_fe.plane_strain import Fineness, PlaneBody, PlaneStrainErro
 class FiniteImpact:
     """Of k + 1 instants: time, position, velocity and force (k+1,) of the striker [s, m, m/s, N/m], pressure (k+1, c)
     [Pa] at x (c,) [m], energy (k+1, 3) kinetic, strain, striker's kinetic [J/m], largest von Mises stress (k+1,) [Pa]
-    where it was asked for, nan elsewhere; displacements (2m,) [m] kept by number of the instant."""
+    where it was asked for, nan elsewhere; displacements (2m,) [m] kept by number of the instant; shear (k+1, c) [Pa] on
+    the body along its tangent; slide (k+1, 3) position, velocity, force of the striker along x [m, m/s, N/m]"""
 
     body: PlaneBody
     time: np.ndarray
@@ -39,6 +42,8 @@ class FiniteImpact:
     pressure: np.ndarray
     energy: np.ndarray
     displacement: dict[int, np.ndarray]
+    shear: np.ndarray
+    slide: np.ndarray
 
     def von_mises(self, instant: int) -> tuple[np.ndarray, np.ndarray]:
         """Points (p, 2) [m] and von Mises stress (p,) [Pa] at an instant that was kept."""
@@ -46,13 +51,20 @@ class FiniteImpact:
         return points, von_mises_plane(stress, self.body.body.material.poisson)
 
 
-def pressure_hats(
-    body: PlaneBody, edges: np.ndarray, curves: list[Curve], reach: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Nodal forces (2m, c) of unit pressures, linear from node to node of the edges (e, 3), the gaps (c,) [m^2] to the
-    striker's curves weighted with the same hats, and their x (c,)."""
+class Hats(NamedTuple):
+    """Nodal forces push, drag (2m, c) of unit pressures and unit shears, linear from node to node; gap (c,) [m^2] to
+    the striker weighted with the same hats; x (c,) [m]."""
+
+    push: np.ndarray
+    drag: np.ndarray
+    gap: np.ndarray
+    x: np.ndarray
+
+
+def pressure_hats(body: PlaneBody, edges: np.ndarray, curves: list[Curve], reach: float) -> Hats:
+    """Of the edges (e, 3) of a face, against the striker's curves."""
     count = 2 * len(edges) + 1
-    push, gap = np.zeros((2 * len(body.nodes), count)), np.zeros(count)
+    push, drag, gap = np.zeros((2 * len(body.nodes), count)), np.zeros((2 * len(body.nodes), count)), np.zeros(count)
     for e, edge in enumerate(edges):
         nodes = body.nodes[edge]
         for half in (0.0, 0.5):
@@ -70,9 +82,62 @@ def pressure_hats(
                 force = (hat * weight * length)[:, None] * normal
                 for axis in (0, 1):
                     np.add.at(push[:, column], 2 * edge + axis, -shape.T @ force[:, axis])
+                    turned = force[:, 1] if axis == 0 else -force[:, 0]
+                    np.add.at(drag[:, column], 2 * edge + axis, shape.T @ turned)
                 gap[column] += (hat * weight * length * np.minimum(open_by, reach)).sum()
     nodes = np.r_[edges[:, :2].ravel(), edges[-1, 2]]
-    return push, gap, body.nodes[nodes, 0]
+    return Hats(push, drag, gap, body.nodes[nodes, 0])
+
+
+@dataclass
+class Guide:
+    """The striker along one axis, from step to step: position, velocity, acceleration, contact force [N/m]."""
+
+    striker: Striker
+    scheme: Scheme
+    step: float
+    x: float
+    v: float
+    a: float
+    force: float = 0.0
+
+    @classmethod
+    def of(cls, striker: Striker, scheme: Scheme, step: float) -> Guide:
+        begin = float(striker.path(0.0)) if striker.path else 0.0
+        return cls(striker, scheme, step, begin, striker.velocity, striker.load / striker.mass if striker.mass else 0.0)
+
+    @property
+    def mobility(self) -> float:
+        """Position at a step's end per force there [m^2/N]."""
+        return self.scheme.after_u * self.step**2 / self.striker.mass if self.striker.mass else 0.0
+
+    @property
+    def energy(self) -> float:
+        """Kinetic [J/m]."""
+        return 0.5 * (self.striker.mass or 0.0) * self.v**2
+
+    def row(self, time: float) -> tuple[float, float, float, float]:
+        """Time, position, velocity, contact force."""
+        return time, self.x, self.v, self.force
+
+    def predicted(self, time: float) -> float:
+        """Position after a step without contact force at its end."""
+        if self.striker.path is not None:
+            return float(self.striker.path(time))
+        pull = self.scheme.before_u * self.a + self.scheme.after_u * self.striker.load / moved_mass(self.striker)
+        return self.x + self.step * self.v + self.step**2 * pull
+
+    def move(self, force: float, ahead: float) -> None:
+        """On by a step at whose end the contact pushes with a force; ahead : as predicted."""
+        s, step = self.scheme, self.step
+        self.force = force
+        if self.striker.path is not None:
+            self.v, self.x = (ahead - self.x) / step, ahead
+            return
+        a = (force + self.striker.load) / moved_mass(self.striker)
+        self.x += step * self.v + step**2 * (s.before_u * self.a + s.after_u * a)
+        self.v += step * (s.before_v * self.a + s.after_v * a)
+        self.a = a
 
 
 def finite_impact(
@@ -87,8 +152,10 @@ def finite_impact(
     scheme: Scheme = TRAPEZOIDAL,
     keep: Callable[[int], bool] = lambda k: False,
     reach: float = 0.01,
+    sliding: TangentialMotion | None = None,
 ) -> FiniteImpact:
-    """March a body under a striker along y; window (x_min, x_max) [m] of the face that may be touched.
+    """March a body under a striker along y; window (x_min, x_max) [m] of the face that may be touched; sliding : the
+    striker's motion along x, with friction.
 
     Raises PlaneStrainError for a scheme with weights between two instants, or a striker along another axis.
     """
@@ -96,59 +163,63 @@ def finite_impact(
         raise PlaneStrainError("the reference takes schemes with the balance at the step's end, and strikers along y")
     plane = PlaneBody(body, fineness)
     edges = face_within(plane, window)
-    push, gap, x = pressure_hats(plane, edges, striker_curves, reach)
-    free = plane.free
+    hats = pressure_hats(plane, edges, striker_curves, reach)
+    free, gap, x, count = plane.free, hats.gap, hats.x, len(hats.gap)
     mass, stiff = (matrix[free][:, free].tocsc() for matrix in (plane.mass(density), plane.stiffness()))
     k = scheme.after_u * step**2
     factor = splu(mass + k * stiff, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    push, total = push[free], plane.displacement(push).shape[0]
-    answer = factor.solve(np.ascontiguousarray(push))  # acceleration per unit pressure
-    arm = -push[(free % 2 == 1)].sum(axis=0)  # upward force on the striker
+    total = plane.displacement(hats.push).shape[0]
+    across = Guide.of(striker, scheme, step)
+    guides = [across] if sliding is None else [across, Guide.of(sliding.striker(striker.axis), scheme, step)]
+    push = (hats.push if sliding is None else np.hstack([hats.push, hats.drag]))[free]
+    answer = factor.solve(np.ascontiguousarray(push))  # acceleration per unit pressure and shear
+    # force on the striker, upward and to the right
+    arm = np.column_stack([-push[free % 2 == one].sum(axis=0) for one in (1, 0)[: len(guides)]])
     matrix = k * push.T @ answer
     matrix = (matrix + matrix.T) / 2
-    if striker.mass is not None:
-        matrix = matrix + k / striker.mass * np.outer(arm, arm)
-    contact = NormalContact(matrix)
+    for column, guide in zip(arm.T, guides):
+        matrix = matrix + guide.mobility * np.outer(column, column)
+    normal = NormalContact(matrix) if sliding is None else None
+    rough = None if sliding is None else FrictionalContact(matrix, sliding.friction)
     u, v, a = np.zeros((3, len(free)))
-    place = float(striker.path(0.0)) if striker.path else 0.0
-    speed, pull = striker.velocity, (striker.load / striker.mass if striker.mass else 0.0)
-    rows, pressures, energies, kept = [(0.0, place, speed, 0.0)], [np.zeros(len(gap))], [], {}
-    energies.append((0.0, 0.0, 0.5 * (striker.mass or 0.0) * speed**2))
+    tractions = np.zeros(push.shape[1])
+    slip = np.zeros(count)
+    rows, history, energies, kept = [guides[0].row(0.0)], [tractions], [], {}
+    slides = [guides[-1].row(0.0)]
+    energies.append((0.0, 0.0, sum(guide.energy for guide in guides)))
     for n in range(1, steps + 1):
         time = n * step
         star = u + step * v + scheme.before_u * step**2 * a
         unloaded = -factor.solve(stiff @ star)
-        if striker.path is not None:
-            ahead = float(striker.path(time))
-        else:
-            ahead = (
-                place
-                + step * speed
-                + step**2 * (scheme.before_u * pull + scheme.after_u * striker.load / moved_mass(striker))
-            )
-        pressure = np.zeros(len(gap))
+        ahead = np.array([guide.predicted(time) for guide in guides])
+        moved = push.T @ (star + k * unloaded) + arm @ ahead
+        tractions = np.zeros(push.shape[1])
         if striker.release is None or time <= striker.release:
-            pressure = contact.solve(gap + push.T @ (star + k * unloaded) + arm * ahead)
-        force = float(arm @ pressure)
-        a_new = unloaded + answer @ pressure
+            if normal is not None:
+                tractions = normal.solve(gap + moved)
+            elif rough is not None:
+                found = rough.solve(gap + moved[:count], moved[count:] - slip)
+                tractions = np.r_[found.pressure, found.shear]
+        forces = arm.T @ tractions
+        a_new = unloaded + answer @ tractions
         u = star + k * a_new
         v = v + step * (scheme.before_v * a + scheme.after_v * a_new)
         a = a_new
-        if striker.path is not None:
-            speed, place = (ahead - place) / step, ahead
-        else:
-            pull_new = (force + striker.load) / moved_mass(striker)
-            place += step * speed + step**2 * (scheme.before_u * pull + scheme.after_u * pull_new)
-            speed += step * (scheme.before_v * pull + scheme.after_v * pull_new)
-            pull = pull_new
-        rows.append((time, place, speed, force))
-        pressures.append(pressure)
-        energies.append((0.5 * v @ (mass @ v), 0.5 * u @ (stiff @ u), 0.5 * (striker.mass or 0.0) * speed**2))
+        for guide, force, position in zip(guides, forces, ahead):
+            guide.move(float(force), float(position))
+        if rough is not None:
+            slip = (push.T @ u + arm @ [guide.x for guide in guides])[count:]
+        rows.append(guides[0].row(time))
+        slides.append(guides[-1].row(time))
+        history.append(tractions)
+        energies.append((0.5 * v @ (mass @ v), 0.5 * u @ (stiff @ u), sum(guide.energy for guide in guides)))
         if keep(n):
             whole = np.zeros(total)
             whole[free] = u
             kept[n] = whole
     times, positions, velocities, forces = np.array(rows).T
+    both = np.array(history)
     return FiniteImpact(
-        plane, times, positions, velocities, forces, x, np.array(pressures), np.array(energies), displacement=kept
-    )
+        plane, times, positions, velocities, forces, x, both[:, :count], np.array(energies), displacement=kept,
+        shear=both[:, count:], slide=np.array(slides)[:, 1:] if sliding is not None else np.zeros((steps + 1, 3)),
+    )  # fmt: skip

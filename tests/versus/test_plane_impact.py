@@ -8,6 +8,7 @@ from bem.dynamic.cells import fill_with_cells
 from bem.dynamic.impact import Striker, StrikerOutline, Struck, strike
 from bem.dynamic.marching import March
 from bem.dynamic.schemes import TRAPEZOIDAL, generalised_alpha
+from bem.dynamic.sliding import TangentialMotion, strike_sliding
 from bem.material import STEEL
 from bem.plane.body import Body
 from bem.plane.internal import field_at
@@ -95,3 +96,31 @@ def test_the_reference_refuses_what_it_does_not_take():
             block, curves, Striker(mass=1.0, axis=(1.0, 0.0)), DENSITY, STEP, 1,
             Fineness(np.zeros((1, 2)), MM, MM, 5 * MM), (-MM, MM), TRAPEZOIDAL,
         )  # fmt: skip
+
+
+@pytest.mark.parametrize("velocity", [0.2, 3.0])
+def test_with_friction_the_forces_are_one_too(velocity):
+    """A slide that the patch partly holds, and one that slides all over; the drag, too, and what the striker loses."""
+    block, cylinder = bodies()
+    middle = np.zeros((1, 2))
+    sizing = Sizing(4 * MM, [Zone(middle, 0.4 * MM, 5 * MM)], 0.3)
+    mesh = mesh_outline(block.outline, sizing)
+    cells = fill_with_cells(mesh, Sizing(4 * MM, [Zone(middle, 1.2 * MM, 5 * MM)], 0.3))
+    outline = StrikerOutline(cylinder, mesh_outline(cylinder.outline, sizing))
+    struck = Struck(Inertial(block, mesh, cells, DENSITY), outline, 0.1 * MM, friction=True)
+    sliding = TangentialMotion(0.3, velocity, MASS)
+    ours = strike_sliding(struck, striker(), sliding, March(struck.body, STEP), STEPS)
+    judge = finite_impact(
+        block, cylinder.outline.edge_curves("face"), striker(), DENSITY, STEP, STEPS,
+        Fineness(middle, 0.4 * MM, 5 * MM, 4 * MM, 0.3), (-6 * MM, 6 * MM), reach=0.1 * MM, sliding=sliding,
+    )  # fmt: skip
+    # the trapezoidal rule lets the shear of sticking nodes alternate from step to step: means of two
+    force, drag, theirs, there = (
+        (one[1:] + one[:-1]) / 2 for one in (ours.force, ours.drag, judge.force, judge.slide[:, 2])
+    )
+    late = ours.time[1:] > 8 * US
+    print(np.abs(force - theirs)[late].max() / theirs.max(), np.abs(drag - there)[late].max() / np.abs(there).max())
+    assert np.abs(force - theirs)[late].max() < 0.04 * theirs.max()
+    assert np.abs(drag - there)[late].max() < 0.04 * np.abs(there).max()
+    assert ours.slide_velocity[-1] - velocity == pytest.approx(judge.slide[-1, 1] - velocity, rel=0.03)
+    assert (np.abs(there) < 0.29 * theirs)[late].any() == (velocity < 1)
