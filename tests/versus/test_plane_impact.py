@@ -119,7 +119,6 @@ def test_with_friction_the_forces_are_one_too(velocity):
         (one[1:] + one[:-1]) / 2 for one in (ours.force, ours.drag, judge.force, judge.slide[:, 2])
     )
     late = ours.time[1:] > 8 * US
-    print(np.abs(force - theirs)[late].max() / theirs.max(), np.abs(drag - there)[late].max() / np.abs(there).max())
     assert np.abs(force - theirs)[late].max() < 0.04 * theirs.max()
     assert np.abs(drag - there)[late].max() < 0.04 * np.abs(there).max()
     assert ours.slide_velocity[-1] - velocity == pytest.approx(judge.slide[-1, 1] - velocity, rel=0.03)
