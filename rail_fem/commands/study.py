@@ -49,6 +49,9 @@ STUDIES = {
         "processor time of the light models over a whole crossing, and of a design's passes",
     ),
     "switch": Study("rail_fem.studies.switch", "a wheelset through a switch"),
+    "diverging": Study(
+        "rail_fem.studies.diverging", "the diverging route at 40 mph, the other wheel on the check rail", ("--quick",)
+    ),
     "sites": Study("rail_fem.studies.thesis_sites", "the six measured sites of the thesis"),
     "sections": Study("rail_fem.studies.sections", "the plane case studies of the thesis by boundary elements"),
     "plane-contact": Study("rail_fem.studies.plane_contact", "boundary elements against finite elements in the plane"),

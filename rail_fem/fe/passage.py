@@ -4,7 +4,8 @@ The wheel is the elastic bottom of a rim on a rigid axle. Its mesh travels with 
 revolution that stays elastic looks the same however far it has turned, so its fine patch stays at the bottom and the
 material flows through it. What that leaves out is of order (V/c)^2 = 1e-4 (inertia of the flow). How fast it flows is
 the spin of half a wheelset: its speed along x is given, its rotation free against its inertia. What the other wheel's
-rail does is left out.
+rail does is left out, but on a diverging route, where the whole wheelset moves across the track, held by its contact,
+the check rail and the other wheel (rail_fem.fe.lateral_guide); it does not roll about the track.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from rail_fem.fe.contact.contact import Contact, ContactSettings
 from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
+from rail_fem.fe.lateral_guide import LateralGuide
 from rail_fem.fe.mass_scaling import MassScaling, choose_scaling
 from rail_fem.fe.slabs import Slabs, cut_into_slabs, slab_parts
 from rail_fem.fe.start_state import StartState, resting
@@ -30,6 +32,7 @@ from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Link, RigidGroup, Supports
 from rail_fem.fe.window import Extent, TravellingWindow
 from rail_fem.light.contact_table import contact_table
+from rail_fem.light.lateral_start import LateralStart
 from rail_fem.light.plastic_indentation import plastic_indentation
 from rail_fem.light.rigid import anchored_path
 from rail_fem.scene.scene import GRAVITY, Scene
@@ -114,6 +117,7 @@ class Passage:
     datum_height: float  # of the wheel's D0 at the start, over a crossing at rest under the static load [m]
     static_deflection: float  # of the foundation at the start [m]
     scaling: MassScaling
+    guide: LateralGuide | None = None  # what holds the wheelset across the track, where it may move
 
 
 def build_passage(
@@ -124,12 +128,14 @@ def build_passage(
     mesh: HexMesh | None,
     datum_height: float,
     start: StartState | None = None,
+    aside: LateralStart | None = None,
 ) -> Passage:
     """Bodies, supports and contact. Collective.
 
     mesh : wing, nose and wheel in place (root only, see rail_fem.fe.initial_position);
     datum_height : of the wheel's D0 at the start [m]
     start : where settling ends; None: at rest under the static load
+    aside : the wheelset across the track on a diverging route; None: its lateral position is given
     """
     start = start or resting(scene, running.speed * float(running.slope(running.start)))
     surface = comm.bcast(None if mesh is None else (mesh.surface, mesh.surface_region, mesh.clamp), root=0)
@@ -150,6 +156,7 @@ def build_passage(
     is_wheel = comm.bcast(None if mesh is None else _wheel_nodes(mesh)[mesh.clamp], root=0)
     held = build_supports(scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel], scaling.factor)
     crossing, axle, sprung, supports, settling = held
+    guide = None if aside is None else guide_across(scene, aside, axle, supports)
     rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
     contact = Contact(
         structure,
@@ -160,6 +167,7 @@ def build_passage(
         spin=running.spin,
         axle=(running.start, running.datum_y, datum_height + scene.wheel.radius),
         inertia=scene.vehicle.wheel_spin_inertia if settings.spin == "free" else None,
+        yaw=0.0 if aside is None else running.sign * aside.heading,
     )
     window = None
     if slabs is not None:
@@ -172,6 +180,7 @@ def build_passage(
     if window is not None:
         crossing.moving_mass = scaling.factor * scaling.steel["crossing"]
     _set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
+    axle.free = (False, guide is not None and settling is None, True)
     start_velocities(dynamics, running, axle, sprung)
     region = np.zeros(len(rail.nodes), np.int64)
     region[rail.quads[quad_region[quad_region != 2] == 1].ravel()] = 1
@@ -193,6 +202,7 @@ def build_passage(
         datum_height + lifted,
         deflection,
         scaling,
+        guide,
     )
 
 
@@ -292,6 +302,16 @@ def build_supports(
     return Supported(crossing, axle, sprung, Supports(groups, links), settling)
 
 
+def guide_across(scene: Scene, aside: LateralStart, axle: RigidGroup, supports: Supports) -> LateralGuide:
+    """The force of the vehicle and of the other wheel's inclined contact on the axle, the other half of the wheelset's
+    mass, check rail and creep of the other wheel."""
+    axle.load[1] = aside.force + aside.other_push
+    axle.lateral_mass = scene.vehicle.wheel_unsprung_mass
+    guide = LateralGuide(axle, aside, scene.speed, scene.friction)
+    supports.guides.append(guide)
+    return guide
+
+
 def loaded_stiffness(scene: Scene, running: Running) -> float:
     """Of the wheel on the body below it at the start, under the static load [N/m]: Hertz' contact in series with the
     plastic indentation under it.
@@ -349,6 +369,7 @@ def end_settling(passage: Passage, scene: Scene, settings: FeSettings) -> None:
         passage.settling.damping = 0.0
     _set_lumped_masses(scene, settings, passage.crossing, passage.axle, settled=True)
     passage.crossing.free = (False, False, settings.foundation)
+    passage.axle.free = (False, passage.guide is not None, True)
     if not passage.start.resting:
         take_up(passage, scene, settings)
 

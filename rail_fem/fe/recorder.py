@@ -112,6 +112,8 @@ class Recorder:
             "energy_friction": energies["friction"],
             "energy_external": energies["loads"] - energies["prescribed_motion"],
         }
+        if p.guide is not None:
+            row |= {"wheel_lateral": p.guide.across(), "force_check": p.guide.check_force()}
         stored = sum(value for name, value in row.items() if name.startswith("energy_") and name != "energy_external")
         row["energy_balance"] = stored - row["energy_external"] - self.exchanged
         row["energy_contact_loss"] = energies["contact_loss"]

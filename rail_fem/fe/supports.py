@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
@@ -17,6 +18,7 @@ class RigidGroup:
 
     input_nodes : (k,) nodes of the input mesh (may be empty: a lumped mass);  added_mass [kg];
     free : directions that may move
+    lateral_mass : more mass that only moves along y: the other half of a wheelset [kg]
     mesh_mass : of the whole mesh that the group holds [kg]: what its nodes and those that hang on them weigh
     moving_mass : the most of it that ever moves on its own [kg], None: all of it
     load : (3,) constant force [N];  velocity, displacement : (3,), change in place with time
@@ -33,6 +35,7 @@ class RigidGroup:
     mesh_mass: float = 0.0
     moving_mass: float | None = None
     load_work: float = 0.0
+    lateral_mass: float = 0.0
     # force of the elements on the group in the last step [N]
     reaction: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
@@ -52,16 +55,16 @@ class RigidGroup:
             )
         self.added_mass = total - self.mesh_mass
 
-    def kick(self, upwards: float, dt: float) -> None:
-        """Velocity of the free directions from the reaction at hand, the load and a force of links upwards [N]."""
-        mass = self.mass
-        if mass <= 0:
+    def kick(self, upwards: float, dt: float, across: float = 0.0) -> None:
+        """Velocity of the free directions from the reaction at hand, the load and forces upwards and along y [N]."""
+        if self.mass <= 0:
             return
         for c in range(3):
             if not self.free[c]:
                 continue
+            mass = self.mass + (self.lateral_mass if c == 1 else 0.0)
             load, old = float(self.load[c]), float(self.velocity[c])
-            new = old + dt / mass * (float(self.reaction[c]) + load + (upwards if c == 2 else 0.0))
+            new = old + dt / mass * (float(self.reaction[c]) + load + (0.0, across, upwards)[c])
             self.velocity[c] = new
             self.load_work += dt * load * 0.5 * (new + old)
 
@@ -71,7 +74,8 @@ class RigidGroup:
 
     def kinetic_energy(self) -> float:
         """Of the added mass [J]; the nodes' own is counted with the nodes."""
-        return 0.5 * self.added_mass * float(self.velocity @ self.velocity)
+        lateral = 0.5 * self.lateral_mass * float(self.velocity[1]) ** 2 if self.lateral_mass else 0.0
+        return 0.5 * self.added_mass * float(self.velocity @ self.velocity) + lateral
 
 
 @dataclass
@@ -125,13 +129,35 @@ class Link:
         return 0.5 * self.stiffness * self.stretch() ** 2
 
 
+class Guide(Protocol):
+    """What holds a group along y, such as rail_fem.fe.lateral_guide.LateralGuide."""
+
+    axle: RigidGroup
+    dissipated: float
+
+    def spring_force(self) -> float:
+        """Of springs on the group along y [N]."""
+
+    def creep_force(self) -> float:
+        """Of what slides, along y [N]."""
+
+    def spring_power(self) -> float:
+        """Power of the springs on the group [W]."""
+
+    def spring_energy(self) -> float:
+        """In the springs [J]."""
+
+    def book(self, force: float, old: float, dt: float) -> None:
+        """Add the work that a sliding force [N] took from the group in a step from lateral velocity `old` [m/s]."""
+
+
 class Supports:
-    """All groups and links; `advance` moves the groups by one kick."""
+    """All groups, links, and guides along y; `advance` moves the groups by one kick."""
 
-    STATE = ("groups", "links")
+    STATE = ("groups", "links", "guides")
 
-    def __init__(self, groups: list[RigidGroup], links: Sequence[Link] = ()):
-        self.groups, self.links = list(groups), list(links)
+    def __init__(self, groups: list[RigidGroup], links: Sequence[Link] = (), guides: Sequence[Guide] = ()):
+        self.groups, self.links, self.guides = list(groups), list(links), list(guides)
 
     def advance(self, reactions: np.ndarray, dt: float) -> None:
         """Kick: velocities of all groups from element reactions (n_groups, 3) [N], loads and links. Replicated."""
@@ -143,7 +169,12 @@ class Supports:
             on_group = sum(
                 link.sign(g) * (spring + damper) for link, spring, damper in zip(self.links, springs, dampers)
             )
-            g.kick(on_group, dt)
+            guides = [guide for guide in self.guides if guide.axle is g]
+            creeps = [guide.creep_force() for guide in guides]
+            old_across = float(g.velocity[1])
+            g.kick(on_group, dt, sum(guide.spring_force() for guide in guides) + sum(creeps))
+            for guide, creep in zip(guides, creeps):
+                guide.book(creep, old_across, dt)
         for link, damper, old in zip(self.links, dampers, before):
             link.dissipated -= dt * damper * 0.5 * (old + link.stretch_rate())
 
@@ -153,13 +184,13 @@ class Supports:
 
     def spring_power(self) -> float:
         """Power of all springs on the groups [W]."""
-        return sum(link.spring_power() for link in self.links)
+        return sum(held.spring_power() for held in (*self.links, *self.guides))
 
     def energies(self) -> dict[str, float]:
         """Kinetic energy of added masses, spring energy, damper losses and work of loads [J]."""
         return {
             "lumped_kinetic": sum(g.kinetic_energy() for g in self.groups),
-            "springs": sum(link.spring_energy() for link in self.links),
-            "dampers": sum(link.dissipated for link in self.links),
+            "springs": sum(held.spring_energy() for held in (*self.links, *self.guides)),
+            "dampers": sum(held.dissipated for held in (*self.links, *self.guides)),
             "loads": sum(g.load_work for g in self.groups),
         }

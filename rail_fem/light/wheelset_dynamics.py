@@ -231,6 +231,14 @@ def _normal(q, t, contacts, rolling, clearance, check, force, into, stiff):
 
 
 @njit(cache=True)
+def friction_share(along, aside, friction, force):
+    """What friction leaves of linear creep forces along and across the rail [N] under a normal force [N]: Vermeulen and
+    Johnson."""
+    size = np.hypot(along, aside) / (3 * friction * force)
+    return 1 - size + size**2 / 3 if size < 1 else 1 / (3 * size)
+
+
+@njit(cache=True)
 def _creep(q, v, t, contacts, rolling, speed, curvature, force, into, stiff):
     """Generalised creep force (8,); stiff[0], stiff[1] (8, 8): minus its derivative to v and to q, with the share that
     friction leaves held."""
@@ -251,8 +259,7 @@ def _creep(q, v, t, contacts, rolling, speed, curvature, force, into, stiff):
         grown, arm = (force[c] / contacts.reference) ** (2 / 3), contacts.contact_y[c, t]
         along = -arm * v[5] / speed - (at[c] - mean) / rolling + curvature * (arm - middle)
         wanted_x, wanted_y = -creep[c, t, 0] * grown * along, -creep[c, t, 1] * grown * lateral
-        size = np.hypot(wanted_x, wanted_y) / (3 * friction * force[c])
-        share = 1 - size + size**2 / 3 if size < 1 else 1 / (3 * size)
+        share = friction_share(wanted_x, wanted_y, friction, force[c])
         into[5] -= arm * share * wanted_x
         into[4] += share * wanted_y
         into[3] += rolling * share * wanted_y

@@ -25,6 +25,7 @@ from rail_fem.fe.passage import Running, build_passage, running_of
 from rail_fem.fe.run import CHECKPOINT, Run
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
+from rail_fem.light.lateral_start import LateralStart, lateral_start
 from rail_fem.output.clock import working_time
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
@@ -70,8 +71,10 @@ def solve_from(
     comm, started = MPI.COMM_WORLD, working_time()
     solve_coarse = lambda coarse, below: solve_from(scene, coarse, start, model, below, restart, None)
     twin = _twin(settings, folder, restart, progress, solve_coarse)
+    of_case = scene
+    scene, aside = on_root(lambda: placed_across(of_case, settings))
     running = on_root(lambda: running_of(scene, settings))
-    identity = {"case": digest(fingerprint(model, scene, settings))}
+    identity = {"case": digest(fingerprint(model, of_case, settings))}
     mesh, initial_clearance, datum, seal = positioned_mesh(scene, settings, running, folder, restart, identity)
     if progress and mesh is not None:
         progress.note(
@@ -83,7 +86,7 @@ def solve_from(
         below = _folder_of(folder, number, settings.passes)
         if progress and settings.passes > 1:
             progress.note(f"pass {number} of {settings.passes}")
-        passage = build_passage(comm, scene, settings, running, mesh, datum, start)
+        passage = build_passage(comm, scene, settings, running, mesh, datum, start, aside)
         if carried is not None:
             lay_in(passage, carried)
         identity = identity | {"mesh": seal, "pass": str(number)}
@@ -92,7 +95,7 @@ def solve_from(
         if restart and below is not None and on_root((below / CHECKPOINT).is_file):
             run.resume()
         run.go()
-        result = result_of(run, model, initial_clearance)
+        result = replace(result_of(run, model, initial_clearance), scene=of_case)
         if settings.passes > 1:
             reports.append(reported(result))
             result = replace(result, passes=tuple(reports))
@@ -101,6 +104,15 @@ def solve_from(
             if below is not None:
                 on_root(partial(result.save, below))
     return result if twin is None else with_bars(result, twin)
+
+
+def placed_across(scene: Scene, settings: FeSettings) -> tuple[Scene, LateralStart | None]:
+    """The scene with its wheelset where a diverging route has it at the start, and what holds it there; the scene as it
+    is on the through route. Errors: as lateral_start."""
+    if scene.diverging is None:
+        return scene, None
+    aside = lateral_start(scene, *scene.in_order_of_travel(settings.start, settings.end))
+    return scene.replace(diverging={"lateral": aside.across}), aside
 
 
 def _folder_of(folder: Path | None, number: int, passes: int) -> Path | None:

@@ -172,6 +172,11 @@ class FeSettings(Frozen):
         return ahead, behind
 
     @property
+    def takes_diverging_route(self) -> bool:
+        """Whether this model lets a wheelset move across the track."""
+        return True
+
+    @property
     def has_window(self) -> bool:
         """Whether only what lies near the wheel is computed."""
         return min(self.window_lengths) < float("inf")
@@ -213,6 +218,11 @@ class FeWindowSettings(FeSettings):
         Annotated[float, Quantity("mm", -2000, 3000, "position x of the wheel at its end; none: behind that transfer")]
         | None
     ) = None  # type: ignore[assignment]  # found by rigid_hertz where a window gives none
+
+    @property
+    def takes_diverging_route(self) -> bool:
+        return False  # the approach by rigid_hertz moves vertically
+
     approach_start: (
         Annotated[
             float,

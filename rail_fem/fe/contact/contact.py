@@ -48,6 +48,7 @@ class Contact:
     `speed` and whose material flows through it at angular velocity `spin` about the y axis through `axle` (reference
     coordinates) [rad/s].
     inertia : about the axle, of all that turns with the wheel [kg m2]; None: the spin is held
+    yaw : small angle by which the axle heads to +y: only the material's velocity knows of it [rad]
 
     After `add_forces`: pressure on the rail's nodes and wheel's nodes, `force` (n, 3) on all surface nodes (rail
     first), replicated;
@@ -85,8 +86,10 @@ class Contact:
         axle=(0.0, 0.0, 0.0),
         fixed=None,
         inertia=None,
+        yaw=0.0,
     ):
         self.structure, self.settings, self.speed, self.spin, self.inertia = structure, settings, speed, spin, inertia
+        self.yaw = float(yaw)
         domain = structure.domain
         self.comm = domain.comm
         self.n_rail = len(rail.nodes)
@@ -309,6 +312,7 @@ class Contact:
             Nodes(self.area, self.inverse_mass, self.from_axle, self.position, self.before),
             Law(1.0 / s.stiffness, float(s.friction), float(s.deepest)),
             self.spin,
+            self.yaw,
             dt,
             NodalForces(self.tributary_area, self.normal_force, self.force, self.pressure_at, self.slip),
             Sliding(self.sticking, self.moved, self.drag),

@@ -76,12 +76,12 @@ def add_normal_forces(pairs, nodes, factor, law, of_wheel, found, sums):
 
 
 @_compiled
-def contact_forces(on_rail, on_wheel, watched, n_rail, nodes, law, spin, dt, found, sliding, sums):
+def contact_forces(on_rail, on_wheel, watched, n_rail, nodes, law, spin, yaw, dt, found, sliding, sums):
     """All contact forces of a step, from the projections that the pairs hold.
 
     on_rail, on_wheel : Pairs of the rail's nodes over the wheel's facets and the reverse;
     watched : (w,) surface nodes in question, the wheel's from number n_rail on;  nodes : Nodes;  law : Law;  spin of
-        the wheel [rad/s]
+        the wheel [rad/s];  yaw : angle by which it heads to +y [rad]
     found : NodalForces, all but the slip overwritten on `watched`;  sliding : Sliding of the rail's pairs, overwritten;
     sums : (N_SUMS,) overwritten
     With friction the rail's pairs are left active where their node carries normal force, its own or of the wheel's
@@ -106,7 +106,7 @@ def contact_forces(on_rail, on_wheel, watched, n_rail, nodes, law, spin, dt, fou
         for i in range(on_rail.slaves.size):
             on_rail.active[i] = on_rail.facets[i] >= 0 and found.normal_force[on_rail.slaves[i]] > 0.0
         add_tributary_areas(on_rail, nodes.area, 1.0, found.tributary_area)
-        add_friction_forces(on_rail, nodes, law, spin, dt, found, sliding, sums)
+        add_friction_forces(on_rail, nodes, law, spin, yaw, dt, found, sliding, sums)
         finish_slip(on_rail, nodes.inverse_mass, dt, found, sliding, sums)
     for n in watched:
         if n >= n_rail:

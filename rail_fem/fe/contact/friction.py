@@ -16,17 +16,17 @@ _part = njit(forceinline=True, error_model="numpy")
 
 
 @_part
-def material_flow(reference, position, quad, weight, flow, t1, t2, r1, r2, point):
-    """Velocity of the wheel's material through its mesh at a point of a facet, for 1 rad/s: e_y x r taken along the
-    deformed facet."""
+def material_flow(reference, position, quad, weight, yaw, flow, t1, t2, r1, r2, point):
+    """Velocity of the wheel's material through its mesh at a point of a facet, for 1 rad/s: e x r taken along the
+    deformed facet, e = (-yaw, 1, 0) the axle of a wheel that heads to +y by a small angle."""
     xi = weight[1] + weight[2] - weight[0] - weight[3]
     eta = weight[2] + weight[3] - weight[0] - weight[1]
     facet_point(reference, quad, xi, eta, point, r1, r2)
-    wx, wz = point[2], -point[0]
+    wx, wy, wz = point[2], yaw * point[2], -point[0] - yaw * point[1]
     a11 = r1[0] * r1[0] + r1[1] * r1[1] + r1[2] * r1[2]
     a22 = r2[0] * r2[0] + r2[1] * r2[1] + r2[2] * r2[2]
     a12 = r1[0] * r2[0] + r1[1] * r2[1] + r1[2] * r2[2]
-    b1, b2 = r1[0] * wx + r1[2] * wz, r2[0] * wx + r2[2] * wz
+    b1, b2 = r1[0] * wx + r1[2] * wz + r1[1] * wy, r2[0] * wx + r2[2] * wz + r2[1] * wy
     det = a11 * a22 - a12 * a12
     c1, c2 = (a22 * b1 - a12 * b2) / det, (a11 * b2 - a12 * b1) / det
     facet_point(position, quad, xi, eta, point, t1, t2)
@@ -35,7 +35,7 @@ def material_flow(reference, position, quad, weight, flow, t1, t2, r1, r2, point
 
 
 @_part
-def add_friction_forces(pairs, nodes, law, spin, dt, found, sliding, sums):
+def add_friction_forces(pairs, nodes, law, spin, yaw, dt, found, sliding, sums):
     """Coulomb friction of the rail's nodes: elastic slip per node with the same implicit stiffness, returned to the
     cone friction * normal force; fills `sliding`."""
     flow, t1, t2 = np.empty(3), np.empty(3), np.empty(3)
@@ -48,7 +48,7 @@ def add_friction_forces(pairs, nodes, law, spin, dt, found, sliding, sums):
             slip[s, 0] = slip[s, 1] = slip[s, 2] = 0.0
             continue
         q = pairs.quads[pairs.facets[i]]
-        material_flow(nodes.from_axle, position, q, weight[i], flow, t1, t2, r1, r2, point)
+        material_flow(nodes.from_axle, position, q, weight[i], yaw, flow, t1, t2, r1, r2, point)
         along = 0.0
         for c in range(3):
             move = position[s, c] - before[s, c] - dt * spin * flow[c]
