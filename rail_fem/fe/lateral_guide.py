@@ -48,6 +48,8 @@ class LateralGuide:
     def creep_force(self) -> float:
         """Of the other wheel's rail on the axle along y [N]."""
         s = self.start
+        if self.friction <= 0 or s.other_force <= 0:
+            return 0.0
         along = -s.creep[0] * s.creep_along
         aside = -s.creep[1] * (float(self.axle.velocity[1]) / self.speed - s.heading)
         return float(friction_share(along, aside, self.friction, s.other_force)) * aside

@@ -129,7 +129,7 @@ class Link:
         return 0.5 * self.stiffness * self.stretch() ** 2
 
 
-class Guide(Protocol):
+class HeldAcross(Protocol):
     """What holds a group along y, such as rail_fem.fe.lateral_guide.LateralGuide."""
 
     axle: RigidGroup
@@ -156,7 +156,7 @@ class Supports:
 
     STATE = ("groups", "links", "guides")
 
-    def __init__(self, groups: list[RigidGroup], links: Sequence[Link] = (), guides: Sequence[Guide] = ()):
+    def __init__(self, groups: list[RigidGroup], links: Sequence[Link] = (), guides: Sequence[HeldAcross] = ()):
         self.groups, self.links, self.guides = list(groups), list(links), list(guides)
 
     def advance(self, reactions: np.ndarray, dt: float) -> None:
@@ -184,13 +184,14 @@ class Supports:
 
     def spring_power(self) -> float:
         """Power of all springs on the groups [W]."""
-        return sum(held.spring_power() for held in (*self.links, *self.guides))
+        return sum(link.spring_power() for link in self.links) + sum(guide.spring_power() for guide in self.guides)
 
     def energies(self) -> dict[str, float]:
         """Kinetic energy of added masses, spring energy, damper losses and work of loads [J]."""
+        links, guides = self.links, self.guides
         return {
             "lumped_kinetic": sum(g.kinetic_energy() for g in self.groups),
-            "springs": sum(held.spring_energy() for held in (*self.links, *self.guides)),
-            "dampers": sum(held.dissipated for held in (*self.links, *self.guides)),
+            "springs": sum(link.spring_energy() for link in links) + sum(guide.spring_energy() for guide in guides),
+            "dampers": sum(link.dissipated for link in links) + sum(guide.dissipated for guide in guides),
             "loads": sum(g.load_work for g in self.groups),
         }

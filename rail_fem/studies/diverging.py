@@ -46,8 +46,8 @@ ROWS: dict[str, dict[str, Any]] = {
 }
 EXPLICIT = ("through route", "curve, 3 mrad, 41 mm")
 EXPLICIT_WINDOW = {
-    f"run.{MODEL}.start": "240 mm",
-    f"run.{MODEL}.end": "460 mm",
+    f"run.{MODEL}.start": "250 mm",
+    f"run.{MODEL}.end": "430 mm",
     f"run.{MODEL}.element_aspect": 1.0,
     f"run.{MODEL}.wheel_element_ratio": 1.0,
     f"run.{MODEL}.window_ahead": "60 mm",
@@ -60,7 +60,7 @@ HEAD = [
     "check rail [kN]",
     "largest check rail force [kN]",
     "nose carries from x [mm]",
-    "largest force, nose [kN]",
+    "largest force [kN] at x [mm]",
     "PEEQ, worst 5 x 5 x 3 mm of the nose [%]",
 ]
 
@@ -93,7 +93,7 @@ def cells(name: str, result: PassResult) -> list[str]:
         show(check[0]),
         show(check.max()),
         f"{1e3 * h['x'][nose[0]]:.0f}" if len(nose) else "-",
-        show(result.peaks["largest_force_nose"].value) if "largest_force_nose" in result.peaks else "-",
+        f"{result.peaks['largest_force'].value / 1e3:.1f} at {1e3 * result.peaks['largest_force'].x:.0f}",
         "-" if strain is None else f"{100 * strain['values']['block']:.1f}",
     ]
 
