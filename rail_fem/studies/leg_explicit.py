@@ -35,7 +35,8 @@ from rail_fem.sweeps.compare import core_seconds, history_error
 BEFORE = 0.06  # plain rail before the leg [m]
 BEHIND = {"benchmark-P1": 0.12}  # path behind it, else WHOLE: no mesh follows a P1 to the knuckle at 4 mm [m]
 WHOLE = 0.25
-WINDOW = {f"run.{MODEL}.window_ahead": "60 mm", f"run.{MODEL}.window_behind": "60 mm"}
+CUBES = {f"run.{MODEL}.element_aspect": 1, f"run.{MODEL}.wheel_element_ratio": 1}
+WINDOW = CUBES | {f"run.{MODEL}.window_ahead": "60 mm", f"run.{MODEL}.window_behind": "60 mm"}
 P1 = {"scene.wheel.profile": "P1"}
 LENGTH = CROSSING + "transition_length"
 ROWS: dict[str, tuple[str, dict[str, Any]]] = {
