@@ -8,7 +8,7 @@ is solved with the plastic strain under the force that the pass found. No fricti
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -62,6 +62,8 @@ class Flow:
     lowered : (nx, ny) change of the surface, positive into the body [m]
     edge_distance : of the plastic zone from the nearest position without surface [m]; inf where none is in the strip
     stations : what each station came to
+    fall : of the body's own surface below the tangent plane at the worst point, one depth of the zone beside it, over
+        that depth; NaN where nothing has yielded or no surface is left there
     """
 
     x: np.ndarray
@@ -74,6 +76,7 @@ class Flow:
     lowered: np.ndarray
     edge_distance: float
     stations: list[SolvedStation]
+    fall: float = np.nan
 
     @property
     def zone_depth(self) -> float:
@@ -165,9 +168,23 @@ def _roll(stations, steels, hardening, cell, agreement, widen, deepen, report) -
         report((number + 1) / len(stations))
     x, y = x_low + (np.arange(columns) + 0.5) * length, window.y
     edge = _edge_distance(track.state.peeq, nowhere, cell)
-    return Flow(
+    flow = Flow(
         x, y, contact.depths, side, length, track.state.peeq, residual_stress(track), track.surface, edge, solved
     )  # fmt: skip
+    return replace(flow, fall=surface_fall(flow, stations))
+
+
+def surface_fall(flow: Flow, stations: list[Station]) -> float:
+    """How far the body's own surface falls below the tangent plane, one depth of the plastic zone to either side of the
+    worst point, over that depth: 1 / (2 r) of a rounding whose radius is r depths. NaN where nothing has yielded, or
+    where the body ends before (`edge_distance` says so)."""
+    depth = flow.zone_depth
+    if not depth:
+        return np.nan
+    worst = flow.worst()[1]
+    pair = min((station.pair for station in stations), key=lambda pair: abs(pair.point[0] - worst))
+    height = pair.rail_height(np.zeros(2), np.array([-depth, depth]))
+    return float(np.nanmax(-height) / depth) if np.isfinite(height).any() else np.nan
 
 
 def residual_stress(track: PlasticTrack) -> np.ndarray:

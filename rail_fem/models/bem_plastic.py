@@ -35,6 +35,7 @@ from rail_fem.scene.steel import Steel
 from rail_fem.settings.plastic import BemPlasticSettings
 
 CARRIES = 0.05  # of the static load, from which a body is rolled over
+MOST_FALL = 0.1  # of the surface beside the patch over the zone's depth: a rounding of five depths
 COARSER = 2.0  # cells of the error estimate over the run's
 
 
@@ -183,6 +184,16 @@ def flow_flags(body: str, flow: Flow) -> list[Flag]:
                 f" {flow.edge_distance * 1e3:.1f} mm of where the body has no surface: true flow there is larger",
             )
         )
+    if flow.fall > MOST_FALL:
+        flags.append(
+            flag(
+                "corner",
+                f"{body}: beside the patch the surface falls by {flow.fall * flow.zone_depth * 1e3:.1f} mm over the"
+                f" plastic zone's depth of {flow.zone_depth * 1e3:.1f} mm (a radius of {1 / (2 * flow.fall):.1f}"
+                f" depths; {1 / (2 * MOST_FALL):g} at least): the half-space is stiffer, true flow is larger",
+                where,
+            )
+        )
     if strain > LARGE_STRAIN:
         flags.append(
             flag(
@@ -209,6 +220,7 @@ def _with_flow(result: PassResult, flows: dict[str, Flow], run: LightPass, folde
         trust[f"plastic_flow_{body}"] = {
             "zone_depth": flow.zone_depth,
             "edge_distance": flow.edge_distance,
+            "surface_fall": flow.fall,
             "deepest_groove": float(flow.lowered.max()),
             "highest_lip": float(-flow.lowered.min()),
             "stations": len(flow.stations),

@@ -1,5 +1,6 @@
 """The model bem_plastic: a short stretch of the nose, its files and figures, and what it says of itself."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,10 @@ import pytest
 
 from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import solve
+from rail_fem.light.contact_pairs import ContactPair
 from rail_fem.light.plastic_fields import metal_of
-from rail_fem.light.plastic_rolling import Flow
-from rail_fem.models.bem_plastic import strain_bars
+from rail_fem.light.plastic_rolling import Flow, Station, surface_fall
+from rail_fem.models.bem_plastic import flow_flags, strain_bars
 from rail_fem.output.fields import REGIONS, field_file, read_fields
 from rail_fem.output.result import load
 from rail_fem.show.fields import read_crossing
@@ -70,6 +72,33 @@ def test_its_stress_is_the_whole_residual_stress(short_pass):
     assert abs(deviator.sum()) > 0.5 * np.abs(deviator).sum()
     left = np.array(result.metal["nose"]["stress"])
     assert np.isfinite(left).all() and (left[:5] < -50e6).all()
+
+
+def test_a_sharp_crown_is_flagged(short_pass):
+    """The nose's crown of 8 mm radius is a fraction of the zone's depth; a flat of the same flow is not flagged."""
+    _, result = short_pass
+    row = result.trust["plastic_flow_nose"]
+    assert row["surface_fall"] > 0.2 and any(flag["what"] == "corner" for flag in result.trust["validity"])
+    peeq = np.zeros((8, 30, 30))
+    peeq[:3, 12:17, 12:17] = 0.02
+    x = (np.arange(30) + 0.5) * 1e-3
+    zeros = np.zeros((8, 30, 30, 6)), np.zeros((30, 30))
+    for radius, flagged in ((1e-3 * 3 * 6, False), (1e-3 * 3 * 4, True)):
+        flow = Flow(x, x, x[:8], 1e-3, 1e-3, peeq, *zeros, np.inf, [], 3e-3 / (2 * radius))
+        assert any(flag["what"] == "corner" for flag in flow_flags("nose", flow)) == flagged
+
+
+def test_the_fall_of_a_cylinder_is_that_of_its_radius():
+    """A pair on a cylinder of 10 depths' radius along the track: 1 / 20."""
+    peeq = np.zeros((4, 9, 9))
+    peeq[:2, 3:6, 3:6] = 0.01
+    x = (np.arange(9) - 4) * 1e-3
+    flow = Flow(x, x, x[4:8], 1e-3, 1e-3, peeq, np.zeros((4, 9, 9, 6)), np.zeros((9, 9)), np.inf, [])
+    rail = lambda x, y: np.sqrt(0.02**2 - np.asarray(y) ** 2) - 0.02 + 0.0 * np.asarray(x)
+    pair = ContactPair(np.zeros(3), np.eye(3), None, rail)
+    station = Station(0.0, pair, 1.0, (1e-3, 1e-3))
+    assert surface_fall(flow, [station]) == pytest.approx(1 / 20, rel=5e-3)
+    assert np.isnan(surface_fall(replace(flow, peeq=0 * peeq), [station]))
 
 
 def test_block_mean_and_integral_are_those_of_the_cells():
