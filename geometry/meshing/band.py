@@ -10,18 +10,20 @@ from geometry.meshing.hexmesh import MeshError
 from geometry.meshing.section.curve import SectionCurve
 
 STEEPEST = 1.8  # longest column along a steep outline, in fine sizes
-SIDEWAYS = 0.7  # largest sideways slope dy / dx of the block's edges
+# largest sideways slopes dy / dx of the block's edges: the next where cells fold with the one before. Where three slabs
+# meet one, edges that move to and fro from slab to slab, by much of a cell, fold the cells between
+SIDEWAYS = (0.7, 0.3, 0.15)
 WIDEST = 1.25  # widest column where the band is widest, in fine sizes
 
 
-def steady_band(x: np.ndarray, band: np.ndarray, top: np.ndarray) -> np.ndarray:
+def steady_band(x: np.ndarray, band: np.ndarray, top: np.ndarray, sideways: float = SIDEWAYS[0]) -> np.ndarray:
     """Lateral ranges (n, 2) [m] of the block at stations x (n,) [m]: no narrower than the band, with edges of slope <=
-    SIDEWAYS.
+    `sideways`.
 
     band : (n, 2) where the wheel runs;  top : (n, 2) where the section's top is not steep [m]
     Where the band is narrower than the widest over WIDEST, the range is widened to that as far as the top reaches.
     """
-    away = SIDEWAYS * np.abs(x[:, None] - x[None, :])
+    away = sideways * np.abs(x[:, None] - x[None, :])
     top = np.stack([(top[:, 0] - away).max(axis=1), (top[:, 1] + away).min(axis=1)], axis=1)
     inside = np.clip(band, top[:, :1], top[:, 1:])
     low, high = (inside[:, 0] + away).min(axis=1), (inside[:, 1] - away).max(axis=1)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.meshing.axis import graded_line
-from geometry.meshing.band import column_count, lateral_columns, lateral_length, steady_band
+from geometry.meshing.band import SIDEWAYS, column_count, lateral_columns, lateral_length, steady_band
 from geometry.meshing.gmsh_process import gmsh_process
-from geometry.meshing.hexmesh import HexMesh, MeshError, merge_bodies
+from geometry.meshing.hexmesh import FoldedCellError, HexMesh, MeshError, merge_bodies
 from geometry.meshing.quality import check_shapes
 from geometry.meshing.section.curve import cut_at_base
 from geometry.meshing.section.parts import try_sizes
@@ -120,10 +120,17 @@ def _mesh_body(name, body, section_at, spec):
         for part in (stations.before, stations.design, stations.after)
     ]
 
-    def make(sizes):
-        return _loft(name, body, stations, curves, sizes)
+    errors = []
+    for sideways in SIDEWAYS:
 
-    return try_sizes(make, spec.element_size, body.fine_depth, body.coarse, spec.growth)
+        def make(sizes):
+            return _loft(name, body, stations, curves, sizes, sideways)
+
+        try:
+            return try_sizes(make, spec.element_size, body.fine_depth, body.coarse, spec.growth)
+        except FoldedCellError as error:
+            errors.append(error)
+    raise errors[0]
 
 
 @dataclass(frozen=True)
@@ -178,9 +185,9 @@ def _ceil(groups: float) -> int:
     return int(np.ceil(groups - 1e-6))
 
 
-def _loft(name, body, stations, curves, sizes):
+def _loft(name, body, stations, curves, sizes, sideways):
     before, design, after = curves
-    columns = _columns(name, body, stations.design, design, sizes)
+    columns = _columns(name, body, stations.design, design, sizes, sideways)
     reference, section = _reference_section(design, columns, sizes)
     first, last = stations.first, stations.last
     low, high = min(first, reference), max(last, reference)
@@ -269,13 +276,16 @@ def _curve(section_at, x, base, name):
     return cut_at_base(points, base, f"{name} at x = {x * 1e3:.1f} mm")
 
 
-def _columns(name, body, x, curves, sizes):
-    """Arc lengths of the fine block's columns at the stations of the design: (stations, columns)."""
+def _columns(name, body, x, curves, sizes, sideways=SIDEWAYS[0]):
+    """Arc lengths of the fine block's columns at the stations of the design: (stations, columns).
+
+    sideways : slope of its edges at most, see steady_band
+    """
     what = f"the {name}'s band"
     arcs = [curve.band_arcs(body.band_at(at), f"{what} at x = {at * 1e3:.1f} mm") for curve, at in zip(curves, x)]
     top = [curve.band_arcs((-np.inf, np.inf), what) for curve in curves]
     band, top = (np.array([curve.at(ends)[:, 0] for curve, ends in zip(curves, part)]) for part in (arcs, top))
-    arcs = [curve.band_arcs(tuple(ends), what) for curve, ends in zip(curves, steady_band(x, band, top))]
+    arcs = [curve.band_arcs(tuple(ends), what) for curve, ends in zip(curves, steady_band(x, band, top, sideways))]
     widths = np.array([lateral_length(curve, np.linspace(*ends, 200))[-1] for curve, ends in zip(curves, arcs)])
     count = column_count(widths, sizes.fine, 2 * len(depth_steps(sizes)), 3 if sizes.triple_ring else 1, what)
     return np.array([lateral_columns(curve, start, end, count) for curve, (start, end) in zip(curves, arcs)])

@@ -12,6 +12,10 @@ class MeshError(ValueError):
     """A mesh that cannot be made, or that came out unusable: what, where, how large, what to do."""
 
 
+class FoldedCellError(MeshError):
+    """A mesh whose worst cell is folded or flat."""
+
+
 def cross_2d(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cross product of plane vectors (..., 2): positive where b lies to the left of a."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

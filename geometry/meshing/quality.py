@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.meshing.hexmesh import FACES, HexMesh, MeshError
+from geometry.meshing.hexmesh import FACES, FoldedCellError, HexMesh
 
 # Corner k of a VTK hexahedron and its three neighbours in right-handed order.
 CORNERS = np.array(
@@ -165,7 +165,7 @@ def eigen_length(corner: np.ndarray, poisson: float = 0.3) -> np.ndarray:
 
 
 def check_shapes(mesh: HexMesh, remedy: str) -> None:
-    """Raise MeshError where a cell's scaled Jacobian is below LEAST_JACOBIAN: which body, how bad, where, and the
+    """Raise FoldedCellError where a cell's scaled Jacobian is below LEAST_JACOBIAN: which body, how bad, where, and the
     remedy."""
     corner = mesh.points[mesh.cells]
     jacobian = scaled_jacobian(corner)
@@ -174,7 +174,7 @@ def check_shapes(mesh: HexMesh, remedy: str) -> None:
         position = ", ".join(f"{v * 1e3:.1f}" for v in corner[worst].mean(axis=0))
         count = int((~(jacobian >= LEAST_JACOBIAN)).sum())
         many = "" if count == 1 else f", and {count - 1} more"
-        raise MeshError(
+        raise FoldedCellError(
             f"the {mesh.region_names[mesh.region[worst]]}'s mesh has a folded or flat cell (scaled Jacobian"
             f" {jacobian[worst]:.3f}) at ({position}) mm{many}: {remedy}"
         )
