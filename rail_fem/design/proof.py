@@ -101,7 +101,7 @@ def prove_design(
 ) -> list[ProofRun]:
     """Run what is to be proven, or go on with it.
 
-    count : how many of the best;  settings : keys of the case in place of the design's `proof`
+    count : how many of the best;  settings : keys of the case in place of the design's `proof` and of what a pass sets
     finer : element sizes at which the first pass of start and best is run, too
     Errors: those of `check_proof`.
     """
@@ -120,17 +120,22 @@ def prove_design(
 
 
 def check_proof(problem: Problem, settings: Mapping[str, Any], finer: Sequence[str]) -> dict[str, Any]:
-    """The keys of a proof, looked at before anything is searched or run. Errors: DesignError for a key that varies or a
-    case without [run.fe_full], CaseError for what no shape could be run with."""
-    changes = {**problem.design.proof, **settings}
-    varied = sorted({variable.key for variable in problem.design.vary} & set(changes))
+    """The settings of a proof, looked at before anything is searched or run. Errors: DesignError for a key that varies
+    or a case without [run.fe_full], CaseError for what no shape could be run with."""
+    varied = sorted({variable.key for variable in problem.design.vary} & {*problem.design.proof, *settings})
     if varied:
         raise DesignError(f"{varied[0]} is what the search varies: a proof cannot set it")
     for one in problem.design.passes:
         for size in ({}, *({SIZE: size} for size in finer)):
-            if MODEL not in load_case(problem.case, {**one.set, **changes, **size}).runs:
+            if MODEL not in load_case(problem.case, {**keys_of(problem, one, settings), **size}).runs:
                 raise DesignError(f"{problem.case}: has no [run.{MODEL}], by which a design is proven")
-    return changes
+    return dict(settings)
+
+
+def keys_of(problem: Problem, one: Pass, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of the case for a pass' proof: the design's `proof`, before it what the pass itself sets, before both the
+    settings that are given now."""
+    return {**problem.design.proof, **one.set, **settings}
 
 
 def _run(
@@ -138,7 +143,7 @@ def _run(
 ) -> tuple[ProofRun, float]:
     """A run and its wall time [s]."""
     try:
-        case = load_case(problem.case, problem.changes(shape.values) | one.set | dict(changes))
+        case = load_case(problem.case, problem.changes(shape.values) | keys_of(problem, one, changes))
     except CaseError as error:
         return ProofRun(shape, one, np.nan, None, "; ".join(error.errors)[:LONGEST_REASON]), 0.0
     size = case.settings(FeSettings).element_size

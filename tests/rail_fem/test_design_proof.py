@@ -1,6 +1,7 @@
 """The proof of a design: which shapes are run, what is finished is not run again, a run that fails is named."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,13 +9,14 @@ from typer.testing import CliRunner
 
 from rail_fem.cli import app
 from rail_fem.design.problem import DesignError, read_design
-from rail_fem.design.proof import PROVEN, SEARCHED, ProofRun, check_proof, prove_design, shapes
+from rail_fem.design.proof import PROVEN, SEARCHED, ProofRun, check_proof, keys_of, prove_design, shapes
 from rail_fem.design.proof_report import HIGHER, LOWER, SAME, UNKNOWN, WITHIN, verdict, write_proof
 from rail_fem.design.search import Found, Trial
 from rail_fem.sweeps.trends import MEASURES
 from tests.rail_fem.test_design import design
 from tests.rail_fem.test_error_bars import at_size
 
+ROOT = Path(__file__).resolve().parents[2]
 PROOF = """
 [proof]
 "run.fe_full.start" = "330 mm"
@@ -57,6 +59,15 @@ def test_a_gain_is_one_where_both_bars_leave_room():
 
 def test_what_the_search_calls_its_quantities_is_known():
     assert set(SEARCHED) <= set(PROVEN) and set(SEARCHED.values()) <= set(MEASURES)
+
+
+def test_a_pass_may_want_another_window_than_the_proof_s():
+    """A hollow wheel's patch is longer: what its pass sets goes before [proof], what is given now before both."""
+    problem = read_design(ROOT / "cases" / "design" / "leg_and_nose.toml")
+    key = "run.fe_full.window_ahead"
+    ahead = {one.name: keys_of(problem, one, {})[key] for one in problem.design.passes}
+    assert ahead["hollow P8"] == "70 mm" and ahead["P8"] == problem.design.proof[key] == "60 mm"
+    assert all(keys_of(problem, one, {key: "90 mm"})[key] == "90 mm" for one in problem.design.passes)
 
 
 def test_a_design_is_proven_run_by_run_and_goes_on_where_it_was(tmp_path):
