@@ -6,10 +6,15 @@ import numpy as np
 from geometry.contact.rail_kinds import branch, branches, for_each_rail
 from geometry.surfaces.loft_kernel import AXLE_X, BODY, loft_at
 from kernel_cache import njit
-from rail_fem.light.load_pressure import BEND, DEPTH, NZ, SLOPE, X, Y
+from rail_fem.light.load_pressure import BASE, BEND, DEPTH, NZ, SLOPE, X, Y
 
 STEPS = 8  # of the wheel's own half patch, in which the end of an overlap is looked for
 LONGEST = 4  # times the wheel's own half patch
+
+
+@for_each_rail(prism=lambda strip, index, rail: 0.0, loft=lambda strip, index, rail: base_on_loft(strip, index, rail))
+def base_along(strip, index, rail):
+    """Height of a lofted rail under a strip's lowest point [m], NaN beyond its ends; 0 of a prismatic one."""
 
 
 @for_each_rail(
@@ -29,16 +34,22 @@ def depth_along(strip, index, away, rail):
 
 
 @njit(cache=True, error_model="numpy")
-def depth_on_loft(strip, index, away, rail):
-    """Of the branch's body; none beyond its ends."""
+def base_on_loft(strip, index, rail):
     track = branch(rail, index, strip[SLOPE])
     here = loft_at(track.position[AXLE_X] + strip[X], strip[Y], track)
-    if here.beyond != 0 or here.aside != 0:
+    return np.nan if here.beyond != 0 or here.aside != 0 else here.z
+
+
+@njit(cache=True, error_model="numpy")
+def depth_on_loft(strip, index, away, rail):
+    """Of the branch's body; none beyond its ends."""
+    if np.isnan(strip[BASE]):
         return -1.0
+    track = branch(rail, index, strip[SLOPE])
     there = loft_at(track.position[AXLE_X] + strip[X] + away, strip[Y], track)
     if there.beyond != 0 or there.aside != 0:
         return -1.0
-    return strip[DEPTH] - 0.5 * strip[BEND] * away * away + (there.z - here.z - strip[SLOPE] * away) * strip[NZ]
+    return strip[DEPTH] - 0.5 * strip[BEND] * away * away + (there.z - strip[BASE] - strip[SLOPE] * away) * strip[NZ]
 
 
 @njit(cache=True, error_model="numpy")

@@ -17,6 +17,7 @@ from geometry.contact.gap_kernel import (
     BRANCH,
     GAP,
     NO_RAIL,
+    POSITION,
     SLOPE_X,
     STATION,
     gap_at,
@@ -28,9 +29,10 @@ from geometry.contact.gap_kernel import (
 from geometry.contact.rail_kinds import branch, closest_point
 from geometry.contact.wheel_outline import cubic
 from kernel_cache import njit
-from rail_fem.light.load_along import depth_along, reach_along
+from rail_fem.light.load_along import base_along, depth_along, reach_along
 from rail_fem.light.load_pressure import (
     AHEAD,
+    BASE,
     BEHIND,
     BEND,
     DEPTH,
@@ -40,6 +42,7 @@ from rail_fem.light.load_pressure import (
     NY,
     NZ,
     PART,
+    RESIDUAL,
     ROWS,
     SLOPE,
     STRIP,
@@ -60,6 +63,8 @@ CARRIED = 13
 MOST_ADVANCE = 1.5  # dy/ds; more of it is a narrow position where the points run along an edge
 ROUNDS = 60
 CLOSE = 1e-7  # relative, of the vertical force of each side
+# error of the pressures over the largest depth while a vertical force is still off by more than this
+LOOSE, FAR_OFF = 1e-5, 1e-2
 
 
 class OverlapCells(NamedTuple):
@@ -71,6 +76,28 @@ class OverlapCells(NamedTuple):
     away: np.ndarray
     depth: np.ndarray
     length: float
+
+
+class SideLoad(NamedTuple):
+    """What a side carries: its minima that overlap (POSITION, n), what each carries (CARRIED, n) in side axes [N, m],
+    the error left over the largest depth, forces of the cells (strips, ROWS) [N]."""
+
+    found: np.ndarray
+    carried: np.ndarray
+    left_over: float
+    cells: np.ndarray
+
+
+class SettledSides(NamedTuple):
+    """Roll and height of the pivot at which both sides carry their loads, worst relative imbalance (NO_RAIL: no rail),
+    rounds, and what the sides carry there."""
+
+    roll: float
+    height: float
+    worst: float
+    rounds: int
+    left: SideLoad
+    right: SideLoad
 
 
 @njit(cache=True, error_model="numpy")
@@ -261,6 +288,7 @@ def strips_of(edges, part, found, height, wheel, rail, pose):
         row = strip_row(edges[k], edges[k + 1], height, wheel, branch(rail, index, found[SLOPE_X, part[k]]), pose)
         if row[WIDTH] > 1e-12:
             row[PART] = part[k]
+            row[BASE] = base_along(row, index, rail)
             row[BEHIND], row[AHEAD] = reach_along(row, index, rail)
             strips[:, count], count = row, count + 1
     return strips[:, :count]
@@ -321,16 +349,16 @@ def add_carried(force, cells, strips, found, ends, carried):
 
 
 @njit(cache=True, error_model="numpy")
-def side_forces(found, height, wheel, rail, pose, tip, modulus):
-    """What every minimum of a side that overlaps carries (CARRIED, n), in side axes [N, m], and the error left over the
-    largest depth.
+def side_forces(found, height, wheel, rail, pose, tip, modulus, guess, residual):
+    """SideLoad of the minima of a side that overlap.
 
     found : (POSITION, n) minima with negative gap + height, each branch in order
+    guess : (strips, ROWS) forces of cells to begin with, (0, ROWS) for none;  residual : as in solve_forces
     """
     carried = np.zeros((CARRIED, found.shape[1]))
     carried[10], carried[11] = -np.pi, np.pi
     if found.shape[1] == 0:
-        return carried, 0.0
+        return SideLoad(found, carried, 0.0, np.zeros((0, ROWS)))
     ends, depths = parts_of(found, height, wheel, rail, pose, tip)
     for k in range(found.shape[1]):
         if k == 0 or ends[0, k] > ends[2, k - 1] or found[BRANCH, k] != found[BRANCH, k - 1]:
@@ -339,49 +367,75 @@ def side_forces(found, height, wheel, rail, pose, tip, modulus):
             carried[12, k] = max(carried[12, k], depths[2, k])
     edges, part = strip_edges(found, ends, depths, height, wheel, rail, pose, tip)
     strips = strips_of(edges, part, found, height, wheel, rail, pose)
+    forces = np.zeros((strips.shape[1], ROWS))
     if strips.shape[1] == 0:
-        return carried, 0.0
+        return SideLoad(found, carried, 0.0, forces)
     cells = cells_of(strips, found, rail)
     if len(cells.strip) == 0:
-        return carried, 0.0
-    force, left = solve_forces(influence(strips, cells.strip, cells.row, cells.length, modulus), cells.depth)
+        return SideLoad(found, carried, 0.0, forces)
+    start = np.zeros(len(cells.strip))
+    if guess.shape[0] == forces.shape[0]:
+        for c in range(len(start)):
+            start[c] = guess[cells.strip[c], cells.row[c]]
+    matrix = influence(strips, cells.strip, cells.row, cells.length, modulus)
+    force, left_over = solve_forces(matrix, cells.depth, start, residual)
     add_carried(force, cells, strips, found, ends, carried)
-    return carried, left
+    for c in range(len(force)):
+        forces[cells.strip[c], cells.row[c]] = force[c]
+    return SideLoad(found, carried, left_over, forces)
 
 
 @njit(cache=True, error_model="numpy")
-def loaded_side(stations, wheel, rail, tip, pose, height, modulus):
-    """Minima (POSITION, n) of a side that overlap, what they carry (CARRIED, n), the error left over the largest
-    depth."""
+def loaded_after(stations, wheel, rail, tip, pose, height, modulus, guess, residual):
+    """SideLoad of a side at a height of the pivot; guess, residual : as in side_forces."""
     found = nearest_positions(stations, wheel, rail, pose, tip, -height)
     keep = 0
     for k in range(found.shape[1]):
         if found[GAP, k] + height < 0:
             found[:, keep] = found[:, k]
             keep += 1
-    found = found[:, :keep].copy()
-    carried, left = side_forces(found, height, wheel, rail, pose, tip, modulus)
-    return found, carried, left
+    return side_forces(found[:, :keep].copy(), height, wheel, rail, pose, tip, modulus, guess, residual)
+
+
+@njit(cache=True, error_model="numpy")
+def loaded_side(stations, wheel, rail, tip, pose, height, modulus):
+    """SideLoad of a side at a height of the pivot."""
+    return loaded_after(stations, wheel, rail, tip, pose, height, modulus, np.zeros((0, ROWS)), RESIDUAL)
 
 
 @njit(cache=True, error_model="numpy")
 def carried_by(side, sign, lateral, yaw, roll, lever, arm, height, modulus):
     """Vertical force [N] that a Side carries at this roll and height of the pivot; sign +1 left, -1 right."""
+    nothing = np.zeros((0, ROWS))
+    return (
+        carried_after(side, sign, lateral, yaw, roll, lever, arm, height, modulus, nothing, RESIDUAL).carried[2].sum()
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def carried_after(side, sign, lateral, yaw, roll, lever, arm, height, modulus, guess, residual):
+    """SideLoad of a Side at this roll and height of the pivot; guess, residual : as in side_forces."""
     pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
-    _, force, _ = loaded_side(side.stations, side.wheel, side.rail, side.tip, pose, height, modulus)
-    return force[2].sum()
+    return loaded_after(side.stations, side.wheel, side.rail, side.tip, pose, height, modulus, guess, residual)
+
+
+@njit(cache=True, error_model="numpy")
+def nothing_carried():
+    """SideLoad of a side that is not known yet."""
+    return SideLoad(np.zeros((POSITION, 0)), np.zeros((CARRIED, 0)), 0.0, np.zeros((0, ROWS)))
 
 
 @njit(cache=True, error_model="numpy")
 def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
-    """Roll and pivot height at which both sides carry their vertical loads (2,) [N]; sides as in roll_and_height.
+    """SettledSides under their vertical loads (2,) [N]; sides as in roll_and_height.
 
-    Returns roll, height, worst relative imbalance (NO_RAIL: no rail), rounds. Each side is driven by its own lowering,
-    along the secant of force^(2/3), which is straight for one Hertz contact.
+    Each side is driven by its own lowering, along the secant of force^(2/3), which is straight for one Hertz contact.
+    A round begins with the pressures of the one before it.
     """
+    on_left, on_right = nothing_carried(), nothing_carried()
     roll, height, miss = roll_and_height(left, right, lateral, yaw, 0.0, lever, arm)
     if miss >= NO_RAIL:
-        return roll, height, NO_RAIL, 0
+        return SettledSides(roll, height, NO_RAIL, 0, on_left, on_right)
     arms, down, slope = np.empty(2), np.empty(2), np.empty(2)
     _, arms[0] = least_gap(left, 1.0, lateral, yaw, roll, lever, arm, False)
     _, arms[1] = least_gap(right, -1.0, lateral, yaw, roll, lever, arm, False)
@@ -393,14 +447,21 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
     low, high = np.zeros(2), np.full(2, np.inf)
     worst = NO_RAIL
     for count in range(ROUNDS):
+        residual = LOOSE if worst > FAR_OFF else RESIDUAL
         turn = (down[1] - down[0]) / base
         at_roll, at_height = roll + turn, height - down[0] - arms[0] * turn
         worst = 0.0
         for i in range(2):
             if i == 0:  # the sides may be of two kinds
-                total = carried_by(left, 1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus)
+                on_left = carried_after(
+                    left, 1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, on_left.cells, residual
+                )
+                total = on_left.carried[2].sum()
             else:
-                total = carried_by(right, -1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus)
+                on_right = carried_after(
+                    right, -1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, on_right.cells, residual
+                )
+                total = on_right.carried[2].sum()
             if loads[i] > 0:
                 worst = max(worst, abs(total / loads[i] - 1))
             root, target = max(total, 0.0) ** (2 / 3), loads[i] ** (2 / 3)
@@ -421,6 +482,6 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
                 low[i], high[i] = 0.5 * low[i], np.inf
             if count > 8 and loads[i] > 0 and high[i] < np.inf and not (low[i] < down[i] < high[i]):
                 down[i] = 0.5 * (low[i] + high[i])
-        if worst < CLOSE:
-            return at_roll, at_height, worst, count + 1
-    return at_roll, at_height, worst, ROUNDS
+        if worst < CLOSE and residual <= RESIDUAL:
+            return SettledSides(at_roll, at_height, worst, count + 1, on_left, on_right)
+    return SettledSides(at_roll, at_height, worst, ROUNDS, on_left, on_right)

@@ -21,10 +21,10 @@ import numpy as np
 from kernel_cache import njit
 
 ROWS = 14  # of cells, along the longest strip
-LOW, HIGH, X, Y, Z, NX, NY, NZ, WIDTH, DEPTH, BEND, BEHIND, AHEAD, SLOPE, PART, STRIP = range(16)
+LOW, HIGH, X, Y, Z, NX, NY, NZ, WIDTH, DEPTH, BEND, BEHIND, AHEAD, SLOPE, PART, BASE, STRIP = range(17)
 # of a strip: stations of its edges; position and unit normal; width along the surface; depth along the normal and what
 # the wheel takes from it along x, 1/2 BEND x^2; reach of the overlap behind and ahead; dz/dx; part of the profile it
-# lies on; STRIP: their number
+# lies on; height of a lofted rail there; STRIP: their number
 ITERATIONS = 300
 RESIDUAL = 1e-9  # of the largest depth
 NEAR = 1.6  # cells from which the first two terms of the series are good to 0.3 %
@@ -33,25 +33,53 @@ GUESS = 0.45  # the first patch is where the depth is larger than this part of t
 
 @njit(cache=True, error_model="numpy")
 def corner(x, y):
-    """Love's double antiderivative of 1 / r, odd in both."""
-    total = 0.0
-    if x != 0:
-        total += x * np.arcsinh(y / abs(x))
-    if y != 0:
-        total += y * np.arcsinh(x / abs(y))
-    return total
+    """Love's double antiderivative of 1 / r, x asinh(y / |x|) + y asinh(x / |y|), odd in both."""
+    wide, high = abs(x), abs(y)
+    radius, total = np.sqrt(x * x + y * y), 0.0
+    if wide > 0:
+        total += wide * np.log((high + radius) / wide)
+    if high > 0:
+        total += high * np.log((wide + radius) / high)
+    return total if (x < 0) == (y < 0) else -total
 
 
 @njit(cache=True, error_model="numpy")
-def mean_inverse(x, y, length, width):
-    """Mean of 1 / r over a rectangle about (x, y) [1/m]; from NEAR cells away by 1 / r and its second derivatives."""
-    square, near = x * x + y * y, NEAR * max(length, width)
-    if square > near * near:
-        return (
-            1 + ((3 * x * x / square - 1) * length**2 + (3 * y * y / square - 1) * width**2) / (24 * square)
-        ) / np.sqrt(square)
-    a, b, c, d = x - 0.5 * length, x + 0.5 * length, y - 0.5 * width, y + 0.5 * width
-    return (corner(b, d) - corner(a, d) - corner(b, c) + corner(a, c)) / (length * width)
+def edge_integral(x, y, width):
+    """Difference of Love's antiderivative along an edge at x across a strip of this width about y."""
+    return corner(x, y + 0.5 * width) - corner(x, y - 0.5 * width)
+
+
+@njit(cache=True, error_model="numpy")
+def far_inverse(x, y, length, width_square):
+    """Mean of 1 / r over a rectangle about (x, y), far from it, by 1 / r and its second derivatives [1/m]."""
+    square = x * x + y * y
+    along, across = 3 * x * x / square - 1, 3 * y * y / square - 1
+    return (1 + (along * length**2 + across * width_square) / (24 * square)) / np.sqrt(square)
+
+
+@njit(cache=True, error_model="numpy")
+def fill_pair(table, shift, apart, length, one, other):
+    """Mean of 1 / r over the cells of one strip and of the other, for every number of rows that lie between them, into
+    (2 ROWS - 1,) [1/m]: Love's integral near by, whose edges neighbours share; beyond NEAR cells the series."""
+    near = NEAR * max(length, one), NEAR * max(length, other)
+    known, right = -2, (0.0, 0.0)
+    for k in range(2 * ROWS - 1):
+        x = (k - ROWS + 1) * length + shift
+        square = x * x + apart * apart
+        if square > near[0] ** 2 and square > near[1] ** 2:
+            table[k] = far_inverse(x, apart, length, 0.5 * (one * one + other * other))
+            continue
+        left = right
+        if known != k - 1:
+            left = edge_integral(x - 0.5 * length, apart, one), edge_integral(x - 0.5 * length, apart, other)
+        right = edge_integral(x + 0.5 * length, apart, one), edge_integral(x + 0.5 * length, apart, other)
+        known = k
+        first, second = (right[0] - left[0]) / (length * one), (right[1] - left[1]) / (length * other)
+        if square > near[0] ** 2:
+            first = far_inverse(x, apart, length, one * one)
+        if square > near[1] ** 2:
+            second = far_inverse(x, apart, length, other * other)
+        table[k] = 0.5 * (first + second)
 
 
 @njit(cache=True, error_model="numpy")
@@ -82,19 +110,10 @@ def influence(strips, strip, row, length, modulus):
                 np.hypot(strips[Y, i] - strips[Y, j], strips[Z, i] - strips[Z, j]),
                 strips[X, i] - strips[X, j],
             )
-            for k in range(2 * ROWS - 1):
-                x = (k - ROWS + 1) * length + shift
-                table[k] = (
-                    0.5
-                    * facing
-                    * (
-                        mean_inverse(x, apart, length, strips[WIDTH, i])
-                        + mean_inverse(x, apart, length, strips[WIDTH, j])
-                    )
-                )
+            fill_pair(table, shift, apart, length, strips[WIDTH, i], strips[WIDTH, j])
             for a in range(first[i], first[i + 1]):
                 for b in range(first[j], first[j + 1]):
-                    matrix[a, b] = matrix[b, a] = table[row[a] - row[b] + ROWS - 1]
+                    matrix[a, b] = matrix[b, a] = facing * table[row[a] - row[b] + ROWS - 1]
     return matrix
 
 
@@ -110,24 +129,28 @@ def multiply(matrix, vector, out):
 
 
 @njit(cache=True, error_model="numpy")
-def first_forces(matrix, depth):
-    """Forces (c,) about as large as those sought, and what they press down (c,)."""
-    force, product = np.sqrt(np.maximum(depth / depth.max() - GUESS, 0.0)), np.empty(len(depth))
+def first_forces(matrix, depth, guess):
+    """Forces (c,) about as large as those sought, and what they press down (c,): a guess where it says anything,
+    scaled."""
+    force, product = guess.copy(), np.empty(len(depth))
+    if not (force * depth).sum() > 0:
+        force[:] = np.sqrt(np.maximum(depth / depth.max() - GUESS, 0.0))
     multiply(matrix, force, product)
     size = (force * depth).sum() / (force * product).sum()
     return force * size, product * size
 
 
 @njit(cache=True, error_model="numpy")
-def solve_forces(matrix, depth):
-    """Forces (c,) [N] and the largest error left over the largest depth, which is below RESIDUAL unless ITERATIONS were
-    too few.
+def solve_forces(matrix, depth, guess, residual):
+    """Forces (c,) [N] and the largest error left over the largest depth, which is below `residual` unless ITERATIONS
+    were too few.
 
-    matrix : (c, c) [m/N], symmetric and positive;  depth : (c,) > 0 [m]
+    matrix : (c, c) [m/N], symmetric and positive;  depth : (c,) > 0 [m];  guess : (c,) forces >= 0 to begin with, zeros
+        for none
     Conjugate gradients on the cells that carry; negative ones leave, those that overlap join.
     """
-    slack = RESIDUAL * depth.max()
-    force, product = first_forces(matrix, depth)
+    slack = residual * depth.max()
+    force, product = first_forces(matrix, depth, guess)
     direction, deflection, error = np.zeros(len(depth)), np.empty(len(depth)), np.empty(len(depth))
     before, restart, largest = 1.0, True, 1.0
     for _ in range(ITERATIONS):

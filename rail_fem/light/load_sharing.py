@@ -10,7 +10,7 @@ from geometry.contact.flange_back import within_stops
 from geometry.contact.gap_kernel import NO_RAIL, least_gap, ready, side_pose
 from geometry.contact.prismatic_search import Contacts, ContactSearch
 from geometry.wheelset import SIDES, Wheelset, WheelsetError, check_range, check_side
-from rail_fem.light.load_kernel import carried_by, loaded_side, settle_loaded
+from rail_fem.light.load_kernel import SideLoad, carried_by, loaded_side, settle_loaded
 
 STEEL_MODULUS = 210e9 / (2 * (1 - 0.3**2))  # E* of steel on steel [Pa]
 DEEPEST = 1e-3  # penetration along the normal beyond which no elastic contact is meant [m]
@@ -94,9 +94,10 @@ def static_equilibrium(
     _check(loads, modulus)
     lateral = within_stops(search, lateral, yaw, held_at)
     lever = search.wheelset.radius if held_at == "rail" else 0.0
-    roll, height, worst, _ = settle_loaded(
+    settled = settle_loaded(
         *search.sides.values(), lateral, yaw, lever, search.wheelset.datum_arm, np.array(loads, float), modulus
     )
+    roll, height, worst, *_ = settled
     if worst >= NO_RAIL:
         raise WheelsetError(
             f"lateral {lateral:g} m, yaw {yaw:g} rad: a wheel stands over no rail; check gauge and back_to_back"
@@ -112,8 +113,11 @@ def static_equilibrium(
         )
     x, y = search.wheelset.x + lever * np.sin(roll) * np.sin(yaw), lateral - lever * np.sin(roll) * np.cos(yaw)
     state = replace(search.wheelset, x=x, y=y, z=height + lever * np.cos(roll), yaw=yaw, roll=roll)
-    pivot = lateral, yaw, roll, lever, height
-    left, right = (_side(search, state, side, pivot, modulus) for side in SIDES)
+    found = [settled.left, settled.right]
+    if roll != settled.roll or height != settled.height:
+        found = [_loads_of(search, side, (lateral, yaw, roll, lever, height), modulus) for side in SIDES]
+    pivot = search.wheelset.x, height
+    left, right = (_described(search, state, side, loaded, pivot) for side, loaded in zip(SIDES, found))
     return LoadedWheelset(state, left, right, float(worst))
 
 
@@ -243,20 +247,19 @@ def side_held(search: ContactSearch, state: Wheelset, side: str, modulus: float 
     return _described(search, state, side, loaded, (state.x, state.z))
 
 
-def _side(search: ContactSearch, state: Wheelset, side: str, pivot: tuple, modulus: float) -> LoadedSide:
+def _loads_of(search: ContactSearch, side: str, pivot: tuple, modulus: float) -> SideLoad:
     """What a side carries, found with the pivot that was settled with: another one rounds otherwise, and rough profiles
     feel that."""
     of, (lateral, yaw, roll, lever, height) = search.sides[side], pivot
     pose = side_pose(SIDES[side], lateral, yaw, roll, lever, search.wheelset.datum_arm, of.radius)
-    loaded = loaded_side(of.stations, of.wheel, of.rail, of.tip, pose, height, modulus)
-    return _described(search, state, side, loaded, (search.wheelset.x, height))
+    return loaded_side(of.stations, of.wheel, of.rail, of.tip, pose, height, modulus)
 
 
 def _described(
-    search: ContactSearch, state: Wheelset, side: str, loaded: tuple, pivot: tuple[float, float]
+    search: ContactSearch, state: Wheelset, side: str, loaded: SideLoad, pivot: tuple[float, float]
 ) -> LoadedSide:
     """What load_kernel.loaded_side found, in track axes; pivot : its x and z [m]."""
-    found, carried, left_over = loaded
+    found, carried, left_over, _ = loaded
     contacts = search.described(state, side, found)
     if len(contacts) and -contacts.gap.min() > DEEPEST:
         raise WheelsetError(

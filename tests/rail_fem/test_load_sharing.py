@@ -104,7 +104,7 @@ def test_p8_on_bs113a_carries_what_the_half_space_says(lateral, band):
     stations, wheel, rail, tip, _ = search.sides["left"]
     pose = search.pose(Wheelset(wheel_profile("P8"), y=lateral), "left")
     touch = -lowest(stations, wheel, rail, pose, tip)[0]
-    _, force, _ = loaded_side(
+    _, force, *_ = loaded_side(
         stations, wheel, rail, tip, pose, touch - reference.approach / pair.frame[2, 2], STEEL_MODULUS
     )
     assert force[0].sum() == pytest.approx(load, rel=band)
@@ -147,7 +147,7 @@ def test_the_force_is_continuous_as_one_of_two_points_vanishes():
         rail = Profile.from_points(np.concatenate([sides[0], np.column_stack([y, table]), sides[1]]))
         search = ContactSearch(Wheelset(cylinder(), radius=RADIUS), Track(rail.shifted(0.0, -table.max())), 0.2 * MM)
         stations, wheel, table_of_rail, tip, _ = search.sides["left"]
-        found, forces, _ = loaded_side(
+        found, forces, *_ = loaded_side(
             stations,
             wheel,
             table_of_rail,
