@@ -1,17 +1,19 @@
 """What a step of a pass consists of: time of its parts, over a stretch of steps from the static contact on.
 
     python -m rail_fem.studies.step_shares --size 4 --steps 600
-    mpirun -n 2 python -m mpi4py -m rail_fem.studies.step_shares --size 2 --steps 300 [--alone]
+    mpirun -n 2 python -m mpi4py -m rail_fem.studies.step_shares --size 2 --steps 300 [--rounds 8]
 
 Prints a Markdown table: of each part the processor time of all ranks, waiting for other ranks apart, and its share of a
-step. --alone: each rank runs all of the pass by itself, without a word to the others: what the machine can do when all
-its cores work. --mesh DIR keeps the mesh there for the next time.
+step. --rounds: in place of that, steps of the pass shared by the ranks and of the whole pass on each of them, without a
+word to the others, in turn, so many rounds; and the ratio of their times, which is the efficiency against what the
+machine can do when all its cores work. --mesh DIR keeps the mesh there for the next time.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import statistics
 import time
 from collections import defaultdict
 from collections.abc import Callable
@@ -37,6 +39,7 @@ from rail_fem.settings.explicit import FeSettings
 
 CASE = Path("cases/nose_transfer.toml")
 WAITING = "waiting for messages"
+TRIALS = 20000  # of the clock
 # what is timed: part, owner, methods; time within an inner part is the inner part's
 PARTS: tuple[tuple[str, type, tuple[str, ...]], ...] = (
     ("element kernels", Structure, ("add_internal_force",)),
@@ -60,12 +63,22 @@ PARTS: tuple[tuple[str, type, tuple[str, ...]], ...] = (
 
 
 class Stopwatch:
-    """Processor time of nested parts, each without its inner ones [s]. calls : of each part"""
+    """Processor time of nested parts, each without its inner ones and without what the clock itself takes [s]. calls :
+    of each part"""
 
     def __init__(self) -> None:
         self.spent: dict[str, float] = defaultdict(float)
         self.calls: dict[str, int] = defaultdict(int)
         self._inner = [0.0]
+        self.within = self.around = 0.0  # what a timed call takes of the clock's own, in it and in the caller [s]
+        empty = self.timed("", lambda: None)
+        start = time.process_time()
+        for _ in range(TRIALS):
+            empty()
+        whole = (time.process_time() - start) / TRIALS
+        self.within = self.spent[""] / TRIALS
+        self.around = whole
+        self.clear()
 
     def timed(self, part: str, function: Callable) -> Callable:
         """The function with its time added to a part."""
@@ -77,8 +90,8 @@ class Stopwatch:
                 return function(*arguments, **options)
             finally:
                 whole = time.process_time() - start
-                self.spent[part] += whole - self._inner.pop()
-                self._inner[-1] += whole
+                self.spent[part] += whole - self._inner.pop() - self.within
+                self._inner[-1] += whole - self.within + self.around
                 self.calls[part] += 1
 
         return run
@@ -135,7 +148,7 @@ def pass_at_rest(arguments: argparse.Namespace, comm: MPI.Intracomm) -> Run:
 def measure(arguments: argparse.Namespace) -> dict[str, object]:
     """Times of the steps, of all ranks [s]. Collective."""
     world, watch = MPI.COMM_WORLD, Stopwatch()
-    run = pass_at_rest(arguments, MPI.COMM_SELF if arguments.alone else world)
+    run = pass_at_rest(arguments, world)
     for _ in range(arguments.before):
         run._step()
     watched(watch)
@@ -165,6 +178,24 @@ def measure(arguments: argparse.Namespace) -> dict[str, object]:
     }
 
 
+def efficiencies(arguments: argparse.Namespace) -> dict[str, list[float]]:
+    """Of each round the wall time of a step [s], shared by all ranks and of the whole pass on each rank at once, and
+    the efficiency. Collective."""
+    world = MPI.COMM_WORLD
+    shared, alone = pass_at_rest(arguments, world), pass_at_rest(arguments, MPI.COMM_SELF)
+    found: dict[str, list[float]] = {"shared": [], "alone": [], "efficiency": []}
+    for _ in range(arguments.rounds):
+        for name, run in (("shared", shared), ("alone", alone)):
+            world.barrier()
+            start = time.perf_counter()
+            for _ in range(arguments.steps // arguments.rounds):
+                run._step()
+            mine = (time.perf_counter() - start) / (arguments.steps // arguments.rounds)
+            found[name].append(world.allreduce(mine) / world.size)
+        found["efficiency"].append(found["alone"][-1] / (world.size * found["shared"][-1]))
+    return found
+
+
 def report(found: dict) -> str:
     total = sum(found["parts"].values())
     rows = [[part, f"{1e6 * spent:.1f}", f"{spent / total:.1%}"] for part, spent in found["parts"].items()]
@@ -187,11 +218,19 @@ def main() -> None:
     parser.add_argument("--end", type=float, default=430.0, help="x of the wheel where the mesh need not go on [mm]")
     parser.add_argument("--before", type=int, default=50, help="steps that are not timed")
     parser.add_argument("--steps", type=int, default=600)
-    parser.add_argument("--alone", action="store_true")
+    parser.add_argument("--rounds", type=int, default=0)
     parser.add_argument("--mesh", type=Path, default=None)
-    found = measure(parser.parse_args())
+    arguments = parser.parse_args()
+    if arguments.rounds:
+        rounds = efficiencies(arguments)
+        lines = [
+            f"{name}: median {statistics.median(values):.4g}, all {' '.join(f'{value:.4g}' for value in values)}"
+            for name, values in rounds.items()
+        ]
+    else:
+        lines = [report(measure(arguments))]
     if MPI.COMM_WORLD.rank == 0:
-        print(report(found))
+        print("\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -8,10 +8,15 @@ import pytest
 from mpi4py import MPI
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 from rail_fem.fe.contact import contact as contact_module
 from rail_fem.fe.contact.contact import APPROACH, SLOPE, Contact
-from rail_fem.fe.contact.near_facets import share_space
+from rail_fem.fe.contact.continuing import close_pairs, time_to_contact
+from rail_fem.fe.contact.near_facets import nearest_facets, share_space
+from rail_fem.fe.contact.pairs import Pairs
+from rail_fem.fe.contact.projection import project_pairs
+from rail_fem.fe.contact.surface import edge_neighbours
 from tests.fe.rolling_job import rolling, run
 
 DT = 1.5e-7
@@ -26,18 +31,104 @@ def contact():
 
 @pytest.mark.parametrize("speed", [0.0, 1.0, 33.5, -33.5, 156.5])
 @pytest.mark.parametrize("scale", [1, 5, 1000])
-def test_surfaces_come_at_most_half_the_margin_nearer_between_searches(contact, speed, scale):
+def test_surfaces_beyond_a_search_come_at_most_into_contact_before_the_next(contact, speed, scale):
+    """A search looks at what is within two margins."""
     contact.speed = speed
     dt = scale * DT
     steps = contact.steps_between_searches(dt)
     closed = steps * dt * (SLOPE * abs(speed) + APPROACH)
-    assert steps >= 1 and (steps == 1 or 0.25 * contact.settings.margin < closed <= 0.5 * contact.settings.margin)
+    assert steps >= 1 and (steps == 1 or contact.settings.margin < closed <= 2 * contact.settings.margin)
 
 
 def test_a_longest_interval_is_kept(contact):
     contact.speed = 0.0
     contact.settings = dataclasses.replace(contact.settings, refresh=7)
     assert contact.steps_between_searches(DT) == 7 and contact.steps_between_searches(1.0) == 1
+
+
+def searched_every(steps: int | None, speed: float) -> tuple[np.ndarray, np.ndarray, int]:
+    """Forces and last positions of the rolling cap with at most so many steps between searches; how many there were."""
+    scene, searches = rolling(MPI.COMM_SELF, aside=0.13e-3), []
+    c = scene.dynamics.contact
+    c.settings, c.speed, search = dataclasses.replace(c.settings, refresh=steps), speed, c.search
+    c.search = lambda dt: searches.append(dt) or search(dt)
+    force = run(scene, 700).force
+    return force, scene.dynamics.structure.x.copy(), len(searches)
+
+
+@pytest.mark.parametrize("speed", [100.0, 20.0])
+def test_forces_do_not_depend_on_when_searches_happen(speed):
+    """The cap comes down, strikes and rolls: what is not watched touches nowhere before the next search, and pairs go
+    on as they were. Round-off alone differs: where the projections of a new pair begin."""
+    force, x, many = searched_every(1, speed)
+    seldom, there, few = searched_every(None, speed)
+    assert np.abs(force).max() > 1e3 and many == 700 and few < 700 / 25
+    assert np.abs(seldom - force).max() < 1e-9 * np.abs(force).max()
+    assert np.abs(there - x).max() < 1e-13
+
+
+def facing(gap: np.ndarray) -> tuple[np.ndarray, Pairs]:
+    """Four facets of 1 m in a row at z = 0 with a node over each of them at these heights [m]; the pairs, projected.
+    Nodes 0 to 9 are the facets', 10 to 13 those above."""
+    corners = np.array([[i, j, 0.0] for i in range(5) for j in range(2)])
+    quads = np.array([[2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1] for i in range(4)])
+    position = np.concatenate([corners, np.column_stack([np.arange(4) + 0.3, np.full(4, 0.4), gap])])
+    usable = np.ones(4, np.bool_)
+    pairs = Pairs.over(quads, edge_neighbours(quads), usable, np.arange(10, 14), np.arange(4), np.zeros((4, 2)))
+    project_pairs(position, pairs)
+    return position, pairs
+
+
+def test_a_pair_that_is_not_watched_closes_at_the_soonest_after_its_gap_over_its_rate():
+    """Gaps of 1, 2, 4 and 8 mm, those above sink at 1 m/s, the facet of the third node rises at 3 m/s, and with it its
+    neighbours by what they share."""
+    position, pairs = facing(np.array([1e-3, 2e-3, 4e-3, 8e-3]))
+    velocity = np.zeros_like(position)
+    velocity[10:, 2] = -1.0
+    velocity[[4, 5, 6, 7], 2] = 3.0
+    assert time_to_contact(pairs, velocity, 1.5e-3, 0.5) == pytest.approx(2e-3 / (1.0 + 0.3 * 3.0 + 0.5))
+    assert time_to_contact(pairs, velocity, 3e-3, 0.5) == pytest.approx(4e-3 / (1.0 + 3.0 + 0.5))
+    assert time_to_contact(pairs, velocity, 5e-3, 0.5) == pytest.approx(8e-3 / (1.0 + 0.7 * 3.0 + 0.5))
+    assert time_to_contact(pairs, -velocity, 5e-3, 0.5) == pytest.approx(8e-3 / 0.5)
+    pairs.facets[3] = -1
+    assert time_to_contact(pairs, velocity, 5e-3, 0.5) == np.inf
+
+
+def test_pairs_go_on_with_facet_position_and_normal_of_their_last_step():
+    """Of four nodes the first has the pair that it had, the second lies far from where it was, the third is lost to the
+    search, the fourth is new."""
+    _, found = facing(np.array([1e-4, 1e-4, 1e-4, 1e-4]))
+    _, before = facing(np.array([2e-4, 2e-4, 2e-4, 2e-4]))
+    before = before._replace(slaves=np.array([10, 11, 12, 99]), facets=np.array([1, 1, 2, 3]))
+    before.ahead[:], before.where[:] = [0.6, 0.0, 0.8], 0.25
+    found.facets[2] = -1
+    neighbours = np.full((4, 4), -1)
+    neighbours[0, 0], neighbours[1, 0] = 1, 0
+    found = found._replace(neighbours=neighbours)
+    before.facets[1] = 3
+    slot = np.empty(100, np.int64)
+    number, facets, where, ahead = close_pairs(found, before, np.ones(4, np.bool_), 3e-4, 1e-3, slot)
+    assert number.tolist() == [0, 1, 2, 3] and facets.tolist() == [1, 1, 2, 3]
+    assert (where[[0, 2]] == 0.25).all() and (ahead[[0, 2]] == [0.6, 0.0, 0.8]).all()
+    assert (where[[1, 3]] == found.where[[1, 3]]).all() and (ahead[[1, 3]] == [0.0, 0.0, 1.0]).all()
+    usable = np.array([True, False, False, True])
+    number, facets, _, _ = close_pairs(found, before, usable, 3e-4, 1e-3, slot)
+    assert number.tolist() == [0, 1, 3] and facets.tolist() == [0, 1, 3]
+    assert close_pairs(found, before, np.ones(4, np.bool_), 5e-5, 1e-3, slot)[0].tolist() == []
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.integers(0, 2**31), st.integers(1, 200), st.sampled_from([[1, 1, 1], [1, 1e-3, 1], [1e-3, 1e-3, 1], [0, 0, 1]])
+)
+def test_the_nearest_facet_is_the_nearest(seed, count, shape):
+    rng = np.random.default_rng(seed)
+    centres, position = rng.uniform(-1, 1, (count, 3)) * shape, rng.uniform(-2, 2, (150, 3)) * shape
+    nodes = rng.permutation(150)[:100]
+    exact, _ = cKDTree(centres).query(position[nodes])
+    for ranks in (1, 3):
+        found = sum(nearest_facets(position, nodes, rank, ranks, centres) for rank in range(ranks))
+        np.testing.assert_allclose(np.linalg.norm(centres[found] - position[nodes], axis=1), exact, rtol=1e-12)
 
 
 @pytest.mark.parametrize("window", [(None, None), (8e-3, 8e-3)], ids=["whole", "travelling window"])

@@ -12,10 +12,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from mpi4py import MPI
-from scipy.spatial import cKDTree
 
 from rail_fem.fe.contact import forces as kernel
-from rail_fem.fe.contact.near_facets import facet_boxes, facet_centres, nodes_of, share_space, with_neighbours
+from rail_fem.fe.contact.continuing import close_pairs, time_to_contact
+from rail_fem.fe.contact.near_facets import (
+    facet_boxes,
+    facet_centres,
+    nearest_facets,
+    nodes_of,
+    share_space,
+    with_neighbours,
+)
 from rail_fem.fe.contact.pairs import AXLE_MOMENT, N_SUMS, Law, NodalForces, Nodes, Pairs, Sliding
 from rail_fem.fe.contact.projection import PROJECTION, project_share, take_projections
 from rail_fem.fe.contact.surface import Surface, edge_neighbours, node_normals, tributary_areas
@@ -23,8 +30,10 @@ from rail_fem.fe.structure import Structure
 
 OPPOSED = -0.3  # cosine between the normals of a node and of a facet that it can lie in
 START_REACH = 20e-3  # how deep a wrong start is looked for [m]
-# fastest that surfaces close: by travelling over surfaces so much apart in slope [1], and on their own [m/s]
+# fastest that surfaces close: by travelling over surfaces so much apart in slope [1], and on their own [m/s]; by the
+# latter too may the rate at which a pair closes change until the next search
 SLOPE, APPROACH = 0.1, 2.0
+SOON = 3  # steps to the next search where a pair that carried has lost its facet
 # how much nearer the surfaces come, and how far the wheel travels, before all facets are looked at again and not only
 # those that were so near [m]
 NEARER, FARTHER = 1e-3, 8e-3
@@ -73,7 +82,7 @@ class Contact:
         "pressure_at",
         "sums",
     )
-    SCRATCH = ("buffer", "sticking", "moved", "drag")
+    SCRATCH = ("buffer", "rows", "velocity", "sticking", "moved", "drag")
 
     def __init__(
         self,
@@ -111,6 +120,7 @@ class Contact:
         self.from_axle = self.reference - np.asarray(axle)
         self.offset = 0.0  # how far the wheel's frame has moved along x
         self.position, self.before = self.reference.copy(), self.reference.copy()
+        self.velocity = np.zeros((n, 3))
         self.force, self.slip = np.zeros((n, 3)), np.zeros((n, 3))
         self.normal_force, self.tributary_area = np.zeros(n), np.zeros(n)
         self.pressure_at = np.zeros(n)
@@ -138,19 +148,14 @@ class Contact:
             self.comm.Allreduce(MPI.IN_PLACE, out)
         return out
 
-    def _gather_near(self, facets: list[np.ndarray]) -> None:
-        """`position` of the nodes of these facets, of rail and wheel, as they are now [m]. Collective."""
-        nodes = np.concatenate([nodes_of(quads, near, self.n) for quads, near in zip(self.quads, facets)])
-        slot = np.full(self.n, -1)
+    def _take_motion(self, nodes: np.ndarray) -> None:
+        """`position` [m] and `velocity` [m/s] of these nodes as they are now. Collective."""
+        slot, motion = np.full(self.n, -1), np.empty((len(nodes), 6))
         slot[nodes] = np.arange(len(nodes))
-        own = slot[self.here]
-        mine = own >= 0
-        near = np.zeros((len(nodes), 3))
-        near[own[mine]] = self.structure.x.reshape(-1, 3)[self.local[mine]]
+        kernel.pack_motion(self.structure.x, self.structure.v, self.local, self.here, slot, motion)
         if self.comm.size > 1:
-            self.comm.Allreduce(MPI.IN_PLACE, near)
-        near[nodes >= self.n_rail, 0] += self.offset
-        self.position[nodes] = near
+            self.comm.Allreduce(MPI.IN_PLACE, motion)
+        kernel.unpack_motion(motion, nodes, self.n_rail, self.offset, self.speed, self.position, self.velocity)
 
     def let_reach(self, facets: np.ndarray) -> None:
         """From now on a search looks at these of the rail's facets (q,) bool; those that come anew count as near.
@@ -167,55 +172,61 @@ class Contact:
     def search(self, dt: float) -> None:
         """Choose the nodes and facets that may come into contact before the next search, after `steps_to_search` steps
         of dt [s], and where their projections start. All facets are looked at from time to time only. Collective."""
-        self.steps_to_search = self.steps_between_searches(dt)
-        ahead = self.steps_to_search * dt
-        nearer, farther = ahead * self._approach_velocity(), ahead * abs(self.speed)
-        if nearer > self.nearer_left or farther > self.farther_left:
-            self.position[:] = self._gather_all(self.structure.x)
-            self.position[self.is_wheel, 0] += self.offset
-            self.nearer_left, self.farther_left = max(NEARER, nearer), max(FARTHER, farther)
-            self.near = self._look_at_all(self.position)
-            facets = self._near_facets()
-        else:
-            facets = self._near_facets()
-            self._gather_near(facets)
-        self.nearer_left -= nearer
-        self.farther_left -= farther
+        longest = self.steps_between_searches(dt)
+        self._look_ahead(longest * dt)
+        facets = self._near_facets()
         reach = self.settings.margin if self.started else START_REACH
         candidates = self._candidates(self.position, facets, np.full(3, reach))
+        found = [self._over_nearest(side, *candidates[side], facets[1 - side]) for side in (0, 1)]
+        self._project(self.position, *found)
+        if not self.started:
+            for side in (0, 1):
+                self._refuse_deep_start(self.position, found[side], side)
+        free = min(time_to_contact(pairs, self.velocity, self.settings.margin, APPROACH) for pairs in found)
+        self.steps_to_search = int(min(longest, max(1.0, free / dt)))
+        self.nearer_left -= self.steps_to_search * dt * self._approach_velocity()
+        self.farther_left -= self.steps_to_search * dt * abs(self.speed)
         rubbed, watched = self.pairs[0].slaves, self.watched
-        self.pairs = [self._close_pairs(side, self.position, *candidates[side], facets[1 - side]) for side in (0, 1)]
+        self.pairs = [self._close_pairs(side, found[side], facets[1 - side]) for side in (0, 1)]
         self.started = True
         slaves = self.pairs[0].slaves
         slip = self.slip[slaves]
         self.slip[rubbed] = 0.0
         self.slip[slaves] = slip
-        for found in (self.force, self.normal_force, self.pressure_at):
-            found[watched] = 0.0
+        for of_nodes in (self.force, self.normal_force, self.pressure_at):
+            of_nodes[watched] = 0.0
         self._prepare()
 
-    def _close_pairs(
-        self, side: int, position: np.ndarray, near: np.ndarray, opposite: np.ndarray, allowed: np.ndarray
-    ) -> Pairs:
-        """Pairs of the nodes `near` with a gap within the margin, over those of the facets `opposite` that lie below
-        them; projections stay on the facets `allowed` (k,). Replicated. Collective."""
-        quads, neighbours = self.quads[1 - side], self.neighbours[1 - side]
-        facets, where, ahead = np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 3))
-        usable = np.zeros(len(quads), np.bool_)
+    def _look_ahead(self, ahead: float) -> None:
+        """See that `near` holds for this time [s]; position and velocity of its nodes as they are now. Collective."""
+        nearer, farther = ahead * self._approach_velocity(), ahead * abs(self.speed)
+        if nearer > self.nearer_left or farther > self.farther_left:
+            self._take_motion(np.arange(self.n))
+            self.nearer_left, self.farther_left = max(NEARER, nearer), max(FARTHER, farther)
+            self.near = self._look_at_all(self.position)
+        else:
+            facets = self._near_facets()
+            self._take_motion(np.concatenate([nodes_of(q, f, self.n) for q, f in zip(self.quads, facets)]))
+
+    def _over_nearest(self, side: int, nodes: np.ndarray, opposite: np.ndarray, allowed: np.ndarray) -> Pairs:
+        """Each of the nodes over the nearest of the facets `opposite`; projections stay on the facets `allowed` (k,).
+        Each rank finds those of its part of the projections. Rank-local."""
+        usable = np.zeros(len(self.quads[1 - side]), np.bool_)
         usable[allowed] = True
-        if len(near):
-            mine, nearest = slice(self.comm.rank, None, self.comm.size), np.zeros(len(near), np.int64)
-            _, nearest[mine] = cKDTree(facet_centres(position, quads, opposite)).query(position[near[mine]])
-            every = self._pairs(side, near, opposite[nearest], np.zeros((len(near), 2)), usable)
-            self._project(position, every)
-            if not self.started:
-                self._refuse_deep_start(position, every, side)
-            gap = every.gap
-            close = np.flatnonzero((every.facets >= 0) & (gap < self.settings.margin) & (gap > -self.settings.deepest))
-            near, facets, where, ahead = near[close], every.facets[close], every.where[close], every.ahead[close]
-        return self._pairs(side, near, facets, where, with_neighbours(facets, neighbours, 2) & usable)._replace(
-            ahead=ahead
-        )
+        nearest = np.zeros(len(nodes), np.int64)
+        if len(nodes):
+            centres = facet_centres(self.position, self.quads[1 - side], opposite)
+            nearest = nearest_facets(self.position, nodes, self.comm.rank, self.comm.size, centres)
+        return self._pairs(side, nodes, opposite[nearest], np.zeros((len(nodes), 2)), usable)
+
+    def _close_pairs(self, side: int, found: Pairs, allowed: np.ndarray) -> Pairs:
+        """Those with a gap within the margin; projections stay on the facets `allowed` (k,). Replicated."""
+        usable = np.zeros(len(found.quads), np.bool_)
+        usable[allowed] = True
+        s, slot = self.settings, np.empty(self.n, np.int64)
+        number, facets, where, ahead = close_pairs(found, self.pairs[side], usable, s.margin, s.deepest, slot)
+        around = with_neighbours(facets, found.neighbours, 2) & usable
+        return self._pairs(side, found.slaves[number], facets, where, around)._replace(ahead=ahead)
 
     def _look_at_all(self, position: np.ndarray) -> np.ndarray:
         """The facets of both surfaces, the rail's first, that can come within the margin of the other's before
@@ -276,6 +287,7 @@ class Contact:
         self.own_slot = slot[self.own_at]
         self.buffer = np.zeros((len(self.watched) + self.guests, 6))
         k = len(self.pairs[0].slaves)
+        self.rows = np.zeros((k + len(self.pairs[1].slaves), PROJECTION))
         self.sticking, self.moved, self.drag = np.zeros(k, np.bool_), np.zeros((k, 3)), np.zeros((k, 3))
 
     def after_restore(self) -> None:
@@ -302,10 +314,16 @@ class Contact:
         if not len(self.watched):
             self.sums[:] = 0.0
             return
-        kernel.unpack(self.buffer, self.watched, self.n_rail, self.offset, dt * self.speed, self.before, self.position)
-        self._project(self.position, *self.pairs)
+        travel, ranks = dt * self.speed, (self.comm.rank, self.comm.size)
+        kernel.predict(
+            *(self.buffer, self.watched, self.n_rail, self.offset, travel, self.before, self.position),
+            *(*self.pairs, *ranks, self.rows),
+        )
+        if self.comm.size > 1:
+            self.comm.Allreduce(MPI.IN_PLACE, self.rows)
         s = self.settings
-        kernel.contact_forces(
+        lost = kernel.contact_forces(
+            self.rows,
             *self.pairs,
             self.watched,
             self.n_rail,
@@ -318,6 +336,8 @@ class Contact:
             Sliding(self.sticking, self.moved, self.drag),
             self.sums,
         )
+        if lost:
+            self.steps_to_search = min(self.steps_to_search, SOON)
 
     def _project(self, position: np.ndarray, *all_pairs: Pairs) -> None:
         """Projections of pairs at positions (n, 3), each rank its part of them; the same numbers on any number of
@@ -332,9 +352,10 @@ class Contact:
             take_projections(rows[first:last], pairs)
 
     def steps_between_searches(self, dt: float) -> int:
-        """How many steps of dt [s] surfaces need to come half the margin nearer: no node that is not watched is in
-        contact before the next search."""
-        steps = max(int(0.5 * self.settings.margin / (self._approach_velocity() * dt)), 1)
+        """How many steps of dt [s] surfaces that are two margins apart need to come into contact at the soonest. Nodes
+        and facets farther from each other a search does not look at; of nearer ones it knows gap and rate
+        (`time_to_contact`)."""
+        steps = max(int(2 * self.settings.margin / (self._approach_velocity() * dt)), 1)
         return steps if self.settings.refresh is None else min(steps, self.settings.refresh)
 
     def _approach_velocity(self) -> float:

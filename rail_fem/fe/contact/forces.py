@@ -17,6 +17,7 @@ from kernel_cache import njit
 from rail_fem.fe.contact.friction import add_friction_forces, finish_slip
 from rail_fem.fe.contact.pairs import AXLE_MOMENT, N_ACTIVE, NORMAL_ENERGY, TOWED
 from rail_fem.fe.contact.pressure import add_tributary_areas, find_pressures
+from rail_fem.fe.contact.projection import project_some, take
 
 _compiled = njit(cache=True, error_model="numpy")
 # self-contained kernels: the same bits from the compiler and from the cache
@@ -36,6 +37,30 @@ def pack(x, v, dt, local, slot, buffer):
 
 
 @_compiled
+def pack_motion(x, v, local, here, slot, motion):
+    """Positions and velocities of the nodes of this rank, `local`, at `here` among the surface nodes -> rows slot[here]
+    of motion (m, 6), where that is not below 0; 0 elsewhere."""
+    motion[:] = 0.0
+    for i in range(local.size):
+        row = slot[here[i]]
+        if row >= 0:
+            for c in range(3):
+                motion[row, c], motion[row, 3 + c] = x[3 * local[i] + c], v[3 * local[i] + c]
+
+
+@_compiled
+def unpack_motion(motion, nodes, n_rail, offset, speed, position, velocity):
+    """Rows of all ranks onto the surface nodes (m,), the wheel's (from n_rail on) moved by offset, at `speed`."""
+    for i in range(nodes.size):
+        n = nodes[i]
+        for c in range(3):
+            position[n, c], velocity[n, c] = motion[i, c], motion[i, 3 + c]
+        if n >= n_rail:
+            position[n, 0] += offset
+            velocity[n, 0] += speed
+
+
+@_part
 def unpack(buffer, watched, n_rail, offset, travel, before, position):
     """Rows of all ranks onto the surface nodes `watched`, the wheel's (from n_rail on) moved by offset and `travel` of
     the step."""
@@ -46,6 +71,16 @@ def unpack(buffer, watched, n_rail, offset, travel, before, position):
         if n >= n_rail:
             before[n, 0] += offset
             position[n, 0] += offset + travel
+
+
+@_compiled
+def predict(buffer, watched, n_rail, offset, travel, before, position, on_rail, on_wheel, first, every, rows):
+    """Rows of all ranks onto the surface nodes, as `unpack`; then, of every so many pairs of both surfaces from number
+    `first` on, their projections where the nodes would be without contact -> rows (k, PROJECTION), the rail's first."""
+    unpack(buffer, watched, n_rail, offset, travel, before, position)
+    split = on_rail.slaves.size
+    project_some(position, on_rail, first, every, rows[:split])
+    project_some(position, on_wheel, first, every, rows[split:])
 
 
 @_part
@@ -76,10 +111,12 @@ def add_normal_forces(pairs, nodes, factor, law, of_wheel, found, sums):
 
 
 @_compiled
-def contact_forces(on_rail, on_wheel, watched, n_rail, nodes, law, spin, yaw, dt, found, sliding, sums):
-    """All contact forces of a step, from the projections that the pairs hold.
+def contact_forces(rows, on_rail, on_wheel, watched, n_rail, nodes, law, spin, yaw, dt, found, sliding, sums):
+    """All contact forces of a step, from the projections of all pairs; returns how many pairs that carried have lost
+    their facet.
 
-    on_rail, on_wheel : Pairs of the rail's nodes over the wheel's facets and the reverse;
+    rows : (k, PROJECTION) of the rail's pairs, then of the wheel's;  on_rail, on_wheel : Pairs of the rail's nodes over
+        the wheel's facets and the reverse
     watched : (w,) surface nodes in question, the wheel's from number n_rail on;  nodes : Nodes;  law : Law;  spin of
         the wheel [rad/s];  yaw : angle by which it heads to +y [rad]
     found : NodalForces, all but the slip overwritten on `watched`;  sliding : Sliding of the rail's pairs, overwritten;
@@ -88,6 +125,8 @@ def contact_forces(on_rail, on_wheel, watched, n_rail, nodes, law, spin, yaw, dt
     nodes.
     """
     sums[:] = 0.0
+    split = on_rail.slaves.size
+    lost = take(rows[:split], on_rail) + take(rows[split:], on_wheel)
     for n in watched:
         found.tributary_area[n], found.normal_force[n], found.pressure_at[n] = 0.0, 0.0, 0.0
         found.force[n, 0] = found.force[n, 1] = found.force[n, 2] = 0.0
@@ -111,3 +150,4 @@ def contact_forces(on_rail, on_wheel, watched, n_rail, nodes, law, spin, yaw, dt
     for n in watched:
         if n >= n_rail:
             sums[TOWED] += found.force[n, 0]
+    return lost

@@ -130,3 +130,51 @@ def with_neighbours(facets, neighbours, rings):
                     count += 1
         first = last
     return out
+
+
+@_compiled
+def nearest_facets(position, nodes, first, every, centres):
+    """For every so many of the nodes (m,), from number `first` on, the number of the nearest of the centres (k, 3),
+    k > 0; 0 for the others. Centres are sorted into square cells in plan, and cells looked at in rings until none
+    beyond can hold a nearer one."""
+    count = centres.shape[0]
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for f in range(count):
+        for c in range(2):
+            low[c], high[c] = min(low[c], centres[f, c]), max(high[c], centres[f, c])
+    wide = max(high[0] - low[0], high[1] - low[1], TINY)
+    side = max(np.sqrt((high[0] - low[0]) * (high[1] - low[1]) / count), wide / count, TINY)
+    nx, ny = int((high[0] - low[0]) / side) + 1, int((high[1] - low[1]) / side) + 1
+    start = np.zeros(nx * ny + 1, np.int64)
+    cell = np.empty(count, np.int64)
+    for f in range(count):
+        i, j = int((centres[f, 0] - low[0]) / side), int((centres[f, 1] - low[1]) / side)
+        cell[f] = min(i, nx - 1) * ny + min(j, ny - 1)
+        start[cell[f] + 1] += 1
+    for i in range(nx * ny):
+        start[i + 1] += start[i]
+    place, order = start[:-1].copy(), np.empty(count, np.int64)
+    for f in range(count):
+        order[place[cell[f]]] = f
+        place[cell[f]] += 1
+    out = np.zeros(nodes.size, np.int64)
+    for m in range(first, nodes.size, every):
+        p = position[nodes[m]]
+        i0 = int(min(max((p[0] - low[0]) / side, 0.0), nx - 1.0))
+        j0 = int(min(max((p[1] - low[1]) / side, 0.0), ny - 1.0))
+        least = np.inf
+        for ring in range(max(nx, ny)):
+            for i in range(max(i0 - ring, 0), min(i0 + ring, nx - 1) + 1):
+                inner = abs(i - i0) < ring
+                for j in range(max(j0 - ring, 0), min(j0 + ring, ny - 1) + 1):
+                    if inner and abs(j - j0) < ring:
+                        continue
+                    for k in range(start[i * ny + j], start[i * ny + j + 1]):
+                        f = order[k]
+                        dx, dy, dz = centres[f, 0] - p[0], centres[f, 1] - p[1], centres[f, 2] - p[2]
+                        square = dx * dx + dy * dy + dz * dz
+                        if square < least:
+                            least, out[m] = square, f
+            if least <= (ring * side) ** 2:
+                break
+    return out

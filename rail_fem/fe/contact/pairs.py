@@ -31,8 +31,6 @@ class _PairArrays(NamedTuple):
     pressure: np.ndarray
     active: np.ndarray
     ahead: np.ndarray
-    trial: np.ndarray
-    yielding: np.ndarray
 
 
 class Pairs(_PairArrays):
@@ -43,14 +41,11 @@ class Pairs(_PairArrays):
     usable : (q,) facets whose nodes are up to date
     gap [m], normal, weight of the facet's nodes, pressure [Pa], active : (k,), (k, 3), (k, 4), (k,), (k,)
     ahead : (k, 3) normal at the end of the step, which the next one's forces go along, so that their work on surfaces
-        that slide over each other is that on the gap;  trial, yielding : (k,) scratch of rail_fem.fe.contact.pressure
+        that slide over each other is that on the gap
     """
 
     __slots__ = ()
-    STATE = (
-        *("slaves", "facets", "where", "usable", "gap", "normal", "weight", "pressure", "active", "ahead"),
-        *("trial", "yielding"),
-    )
+    STATE = ("slaves", "facets", "where", "usable", "gap", "normal", "weight", "pressure", "active", "ahead")
 
     @staticmethod
     def over(quads, neighbours, usable, slaves, facets, where) -> Pairs:
@@ -69,8 +64,6 @@ class Pairs(_PairArrays):
             np.zeros(k),
             np.zeros(k, np.bool_),
             np.zeros((k, 3)),
-            np.zeros(k),
-            np.zeros(k),
         )
 
 

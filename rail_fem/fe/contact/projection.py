@@ -66,8 +66,8 @@ def project(position, node, facet, xi, eta, quads, neighbours, usable, point, t1
     return facet, xi, eta
 
 
-@_compiled
-def project_share(position, pairs, first, every, rows):
+@_part
+def project_some(position, pairs, first, every, rows):
     """Projection at positions (n, 3) of every so many pairs from number `first` on, from where `facets` and `where` say
     -> rows (k, PROJECTION): facet (-1: none), xi, eta, gap [m], normal; 0 in the rows of other pairs, so that the rows
     of all ranks add up to all projections, exactly."""
@@ -91,13 +91,16 @@ def project_share(position, pairs, first, every, rows):
                 rows[i, 4 + c] = normal[c]
 
 
-@_compiled
-def take_projections(rows, pairs):
-    """All projections -> `facets`, `where`, `gap`, `weight`, `ahead`, and `normal` as `ahead` was."""
+@_part
+def take(rows, pairs):
+    """All projections -> `facets`, `where`, `gap`, `weight`, `ahead`, and `normal` as `ahead` was; how many pairs that
+    carried have lost their facet."""
+    lost = 0
     for i in range(pairs.slaves.size):
         f = int(rows[i, 0])
         pairs.facets[i] = f
         if f < 0:
+            lost += pairs.pressure[i] > 0.0
             continue
         xi, eta = rows[i, 1], rows[i, 2]
         pairs.where[i, 0], pairs.where[i, 1], pairs.gap[i] = xi, eta, rows[i, 3]
@@ -109,6 +112,19 @@ def take_projections(rows, pairs):
         weight = pairs.weight[i]
         weight[0], weight[1] = 0.25 * (1 - xi) * (1 - eta), 0.25 * (1 + xi) * (1 - eta)
         weight[2], weight[3] = 0.25 * (1 + xi) * (1 + eta), 0.25 * (1 - xi) * (1 + eta)
+    return lost
+
+
+@_compiled
+def project_share(position, pairs, first, every, rows):
+    """`project_some` of one surface's pairs."""
+    project_some(position, pairs, first, every, rows)
+
+
+@_compiled
+def take_projections(rows, pairs):
+    """`take` of one surface's pairs."""
+    return take(rows, pairs)
 
 
 def project_pairs(position, pairs):
