@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import statistics
+import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable
@@ -24,6 +25,7 @@ from mpi4py import MPI
 
 from rail_fem.case.casefile import load_case
 from rail_fem.fe import dynamics as dynamics_module
+from rail_fem.fe.contact import forces as contact_kernels
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
@@ -38,6 +40,10 @@ from rail_fem.output.markdown import markdown_table
 from rail_fem.settings.explicit import FeSettings
 
 CASE = Path("cases/nose_transfer.toml")
+KERNELS = (
+    ("rigid groups, springs, dampers", dynamics_module, ("group_reactions", "impose_velocity")),
+    ("projections", contact_kernels, ("predict",)),
+)
 WAITING = "waiting for messages"
 TRIALS = 20000  # of the clock
 # what is timed: part, owner, methods; time within an inner part is the inner part's
@@ -119,9 +125,9 @@ def watched(watch: Stopwatch) -> None:
     for part, owner, names in PARTS:
         for name in names:
             setattr(owner, name, watch.timed(part, getattr(owner, name)))
-    for name in ("kick", "drift", "apply_contact", "group_reactions", "impose_velocity"):
-        of = "motion of the nodes, all else" if name in ("kick", "drift", "apply_contact") else PARTS[9][0]
-        setattr(dynamics_module, name, watch.timed(of, getattr(dynamics_module, name)))
+    for part, module, names in KERNELS:
+        for name in names:
+            setattr(module, name, watch.timed(part, getattr(module, name)))
 
 
 def pass_at_rest(arguments: argparse.Namespace, comm: MPI.Intracomm) -> Run:
@@ -156,7 +162,7 @@ def measure(arguments: argparse.Namespace) -> dict[str, object]:
     d = run.dynamics
     if run.comm.size > 1:
         d.comm = d.contact.comm = Waiting(run.comm)
-    searches, pairs = 0, 0
+    pairs = 0
     watch.clear()
     world.barrier()
     start, updates = time.perf_counter(), d.updates
@@ -208,7 +214,8 @@ def report(found: dict) -> str:
     return "\n".join([head, "", *lines])
 
 
-def main() -> None:
+def arguments_of(*words: str) -> argparse.Namespace:
+    """What the command line says."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--case", type=Path, default=CASE)
     parser.add_argument("--size", type=float, default=4.0, help="of the elements [mm]")
@@ -220,7 +227,11 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=600)
     parser.add_argument("--rounds", type=int, default=0)
     parser.add_argument("--mesh", type=Path, default=None)
-    arguments = parser.parse_args()
+    return parser.parse_args(words)
+
+
+def main() -> None:
+    arguments = arguments_of(*sys.argv[1:])
     if arguments.rounds:
         rounds = efficiencies(arguments)
         lines = [
