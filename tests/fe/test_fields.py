@@ -16,7 +16,7 @@ from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.fields import VTK_ORDER, write_frame
 from rail_fem.output.sealed import CHUNK
-from rail_fem.output.vtu_layout import VtuArray, lay_out
+from rail_fem.output.vtu_layout import HEXAHEDRON, VtuArray, compressed, lay_out
 from tests.fe.bodies import distort, place, structure_of
 from tests.fe.fields_job import OFFSET, TIME, bodies, motion
 from tests.fe.gathered import gather_cells
@@ -168,3 +168,49 @@ def test_positions_beyond_4_gb_are_whole_numbers_of_64_bits():
         assert at == len(layout.head) + offset and data[0] == at + len(header)
         assert data[-1] - data[0] == sum(size[:-1]) and numbers[3:].tolist() == size
     assert layout.end == data[-1] + size[-1] > 2**32 and b'header_type="UInt64"' in layout.head
+
+
+SPARSE = """
+import json, sys, vtk
+from vtk.util.numpy_support import vtk_to_numpy
+reader = vtk.vtkXMLUnstructuredGridReader()
+reader.SetFileName(sys.argv[1])
+reader.UpdateInformation()
+reader.GetCellDataArraySelection().DisableArray("hole")
+reader.Update()
+grid = reader.GetOutput()
+print(json.dumps([grid.GetNumberOfCells(), vtk_to_numpy(grid.GetPoints().GetData()).tolist(),
+                  vtk_to_numpy(grid.GetCellData().GetArray("stress")).tolist()]))
+"""
+
+
+@pytest.mark.validate
+def test_vtk_reads_arrays_that_lie_beyond_4_gb(tmp_path):
+    """Behind a hole of 5 GB in a sparse file, which stands for an array that is not asked for."""
+    mesh = bodies()
+    total, stress = len(mesh.cells), np.random.default_rng(3).normal(size=(len(mesh.cells), 6))
+    numbers = np.arange(total)[:, None]
+    arrays = [
+        (VtuArray("CellData", "hole", "f8", 1, total), None),
+        (VtuArray("Points", "Points", "f8", 3, len(mesh.points)), mesh.points),
+        (VtuArray("Cells", "connectivity", "i8", 8, total), mesh.cells),
+        (VtuArray("Cells", "offsets", "i8", 1, total), 8 * (numbers + 1)),
+        (VtuArray("Cells", "types", "u1", 1, total), np.full_like(numbers, HEXAHEDRON)),
+        (VtuArray("CellData", "stress", "f8", 6, total), stress),
+    ]
+    chunks = [[] if rows is None else compressed(column, rows) for column, rows in arrays]
+    sizes = [list(map(len, mine)) or [5 << 30, 8] for mine in chunks]
+    layout = lay_out([column for column, _ in arrays], sizes, 0.0)
+    assert layout.data[-1][0] > 5 << 30
+    with (tmp_path / "large.vtu").open("wb") as stream:
+        pieces = [(0, layout.head), (layout.end, layout.tail), *layout.headers]
+        for at, data in pieces + [(at[0], b"".join(mine)) for at, mine in zip(layout.data, chunks) if mine]:
+            stream.seek(int(at))
+            stream.write(data)
+    command = [sys.executable, "-c", SPARSE, str(tmp_path / "large.vtu")]
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert answer.returncode == 0, answer.stderr
+    cells, points, found = json.loads(answer.stdout)
+    assert cells == total
+    np.testing.assert_array_equal(points, mesh.points)
+    np.testing.assert_array_equal(found, stress)
