@@ -6,6 +6,7 @@ Between its points a profile is a cubic Hermite curve through the exact tangents
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -219,6 +220,11 @@ class Profile:
 
         Raises ProfileError where y turns back, as z is no function of y there.
         """
+        y, z, after, before = self._table
+        return y.copy(), z.copy(), after.copy(), before.copy()
+
+    @cached_property
+    def _table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         if not self.is_graph:
             where = self.points[np.argmax(np.diff(self.points[:, 0]) <= 0)]
             raise ProfileError(
@@ -235,9 +241,8 @@ class Profile:
         return y.copy(), z.copy(), after, before
 
     def _evaluate(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        table = self.hermite_table()
         y = np.asarray(y, float)
-        height, slope = hermite_many(y.ravel(), *table)
+        height, slope = hermite_many(y.ravel(), *self._table)
         return height.reshape(y.shape), slope.reshape(y.shape)
 
 
