@@ -49,7 +49,7 @@ def test_a_longest_interval_is_kept(contact):
 
 def searched_every(steps: int | None, speed: float) -> tuple[np.ndarray, np.ndarray, int]:
     """Forces and last positions of the rolling cap with at most so many steps between searches; how many there were."""
-    scene, searches = rolling(MPI.COMM_SELF, aside=0.13e-3), []
+    scene, searches = rolling(MPI.COMM_SELF), []
     c = scene.dynamics.contact
     c.settings, c.speed, search = dataclasses.replace(c.settings, refresh=steps), speed, c.search
     c.search = lambda dt: searches.append(dt) or search(dt)
