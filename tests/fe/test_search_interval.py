@@ -17,7 +17,6 @@ from rail_fem.fe.contact.near_facets import nearest_facets, share_space
 from rail_fem.fe.contact.pairs import Pairs
 from rail_fem.fe.contact.projection import project_pairs
 from rail_fem.fe.contact.surface import edge_neighbours
-from rail_fem.studies.step_shares import arguments_of, pass_at_rest
 from tests.fe.rolling_job import rolling, run
 
 DT = 1.5e-7
@@ -66,29 +65,6 @@ def test_forces_do_not_depend_on_when_searches_happen(speed):
     assert np.abs(force).max() > 1e3 and many == 700 and few < 700 / 25
     assert np.abs(seldom - force).max() < 1e-9 * np.abs(force).max()
     assert np.abs(there - x).max() < 1e-13
-
-
-@pytest.mark.validate
-def test_forces_over_the_nose_do_not_depend_on_when_searches_happen():
-    """The reference pass at 4 mm from the wing over to the nose: nodes of the nose come under the wheel that no search
-    watched before."""
-    forces, counts = [], []
-    for refresh in (None, 1):
-        run = pass_at_rest(arguments_of("--size", "4", "--start", "340", "--end", "390"), MPI.COMM_SELF)
-        c, searches = run.dynamics.contact, []
-        c.settings, search = dataclasses.replace(c.settings, refresh=refresh), c.search
-        c.search = lambda dt, search=search, searches=searches: searches.append(dt) or search(dt)
-        nose, history = run.passage.rail_region == 1, []
-        while c.offset < 40e-3:
-            run._step()
-            force = c.force[: c.n_rail]
-            history.append([force.sum(axis=0), force[nose].sum(axis=0)])
-        forces.append(np.array(history))
-        counts.append(len(searches))
-    seldom, every = forces
-    assert counts[0] < counts[1] / 10 and counts[1] == len(every)
-    assert np.abs(every[-1, 1]).max() > 0.9 * np.abs(every[-1, 0]).max() and np.abs(every[0, 1]).max() == 0.0
-    assert np.abs(seldom - every).max() < 1e-6 * np.abs(every).max()
 
 
 def facing(gap: np.ndarray) -> tuple[np.ndarray, Pairs]:
