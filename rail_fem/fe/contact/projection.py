@@ -1,4 +1,10 @@
-"""Closest points of nodes on bilinear facets, found by walking from facet to facet. Compiled, no mesh."""
+"""Closest points of nodes on bilinear facets, found by walking from facet to facet. Compiled, no mesh.
+
+Newton's method on a facet, on to the neighbour where it leads beyond an edge. Between facets that meet at an angle, or
+whose shape is far from a parallelogram, it may lead to and fro: then the closest point within the edges of the facets
+around is taken. Without that a node in the groove between two facets, which both say is the other's, would fall out of
+contact until the next search, sink in by as much as the surfaces close until then, and be thrown out within one step.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +19,8 @@ _compiled = njit(cache=True, error_model="numpy")
 _part = njit(forceinline=True, error_model="numpy")
 OUTSIDE = 1.02  # local coordinate beyond which a projection belongs to the neighbour
 NEWTON_STEPS = 12
+SWEEPS, SETTLED = 50, 1e-10  # of the closest point within a facet's edges, and the change at which it is found
+LEAST_COSINE = 0.5  # between facet's normal and the way to the node: a node farther aside does not lie over the facet
 PROJECTION = 7  # numbers of a pair's projection
 
 
@@ -58,11 +66,83 @@ def project(position, node, facet, xi, eta, quads, neighbours, usable, point, t1
                 return -1, 0.0, 0.0
             walked += 1
             if walked > NEWTON_STEPS:
-                return -1, 0.0, 0.0
+                facet, xi, eta = project_within(position, node, facet, quads, neighbours, usable, point, t1, t2)
+                break
             facet, xi, eta = other, 0.0, 0.0
         elif abs(dxi) + abs(deta) < 1e-10:
             break
+    if facet >= 0:
+        facet_point(position, quads[facet], xi, eta, point, t1, t2)
+    return facet, xi, eta
+
+
+@_part
+def within_edges(position, node, quad, point, t1, t2):
+    """Closest point of `node` on a bilinear facet within its edges, by turns along xi and eta: xi, eta, distance
+    squared [m2]."""
+    xi = eta = 0.0
+    for _ in range(SWEEPS):
+        before = xi, eta
+        facet_point(position, quad, xi, eta, point, t1, t2)
+        along = length = 0.0
+        for c in range(3):
+            along += t1[c] * (position[node, c] - point[c])
+            length += t1[c] * t1[c]
+        xi = min(max(xi + along / length, -1.0), 1.0) if length > 0.0 else 0.0
+        facet_point(position, quad, xi, eta, point, t1, t2)
+        along = length = 0.0
+        for c in range(3):
+            along += t2[c] * (position[node, c] - point[c])
+            length += t2[c] * t2[c]
+        eta = min(max(eta + along / length, -1.0), 1.0) if length > 0.0 else 0.0
+        if abs(xi - before[0]) + abs(eta - before[1]) < SETTLED:
+            break
+    facet_point(position, quad, xi, eta, point, t1, t2)
+    square = 0.0
+    for c in range(3):
+        square += (position[node, c] - point[c]) ** 2
+    return xi, eta, square
+
+
+@_part
+def project_within(position, node, facet, quads, neighbours, usable, point, t1, t2):
+    """Closest point of `node` on the surface around a facet, within the facets' edges: facet (-1: the node is beyond
+    the surface's end, or beside it), xi, eta. From facet to facet while one around is closer, so it comes to an end."""
+    xi, eta, least = within_edges(position, node, quads[facet], point, t1, t2)
+    for _ in range(NEWTON_STEPS):
+        centre = facet
+        for side in range(4):
+            first = neighbours[centre, side]
+            if first < 0 or not usable[first]:
+                continue
+            for turn in range(-1, 4):  # the neighbour itself and its own, among them those across a corner
+                other = first if turn < 0 else neighbours[first, turn]
+                if other < 0 or other == centre or not usable[other]:
+                    continue
+                a, b, square = within_edges(position, node, quads[other], point, t1, t2)
+                if square < least:
+                    facet, xi, eta, least = other, a, b, square
+        if facet == centre:
+            break
     facet_point(position, quads[facet], xi, eta, point, t1, t2)
+    nx, ny, nz = t1[1] * t2[2] - t1[2] * t2[1], t1[2] * t2[0] - t1[0] * t2[2], t1[0] * t2[1] - t1[1] * t2[0]
+    dx, dy, dz = position[node, 0] - point[0], position[node, 1] - point[1], position[node, 2] - point[2]
+    over = nx * dx + ny * dy + nz * dz
+    if over * over < LEAST_COSINE * LEAST_COSINE * least * (nx * nx + ny * ny + nz * nz):
+        return -1, 0.0, 0.0
+    beyond1 = dx * t1[0] + dy * t1[1] + dz * t1[2]
+    beyond2 = dx * t2[0] + dy * t2[1] + dz * t2[2]
+    for side in range(4):
+        other = neighbours[facet, side]
+        if other >= 0 and usable[other]:
+            continue
+        t = t1 if side % 2 else t2
+        sign = 1.0 if side == 1 or side == 2 else -1.0
+        outward = sign * (beyond1 if side % 2 else beyond2)
+        if sign * (xi if side % 2 else eta) >= 1.0 and outward > (OUTSIDE - 1.0) * (
+            t[0] * t[0] + t[1] * t[1] + t[2] * t[2]
+        ):
+            return -1, 0.0, 0.0
     return facet, xi, eta
 
 
