@@ -12,7 +12,7 @@ from geometry.meshing.section.curve import SectionCurve
 STEEPEST = 1.8  # longest column along a steep outline, in fine sizes
 # largest sideways slopes dy / dx of the block's edges: the next where cells fold with the one before. Where three slabs
 # meet one, edges that move to and fro from slab to slab, by much of a cell, fold the cells between
-SIDEWAYS = (0.7, 0.3, 0.15)
+SIDEWAYS = (0.7, 0.5, 0.3, 0.15)
 WIDEST = 1.25  # widest column where the band is widest, in fine sizes
 
 
