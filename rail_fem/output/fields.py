@@ -6,12 +6,13 @@ Six components mean XX YY ZZ XY YZ XZ to VTK, which is not the order of geometry
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from geometry.axes import VOIGT
+from rail_fem.output.vtu_layout import read_arrays
 
 REGIONS = ("wing", "nose", "wheel")  # in the order of their numbers in every mesh of a pass
 MESH = "mesh.npz"  # the mesh of a run, in its folder
@@ -66,12 +67,7 @@ def read_fields(path: Path) -> Fields:
     import meshio  # with the explicit models only
 
     try:
-        mesh = meshio.read(path)
-        cells = mesh.cells_dict["hexahedron"]
-        region, strain, stress = (
-            np.asarray(mesh.cell_data_dict[name]["hexahedron"]) for name in ("region", "plastic_strain", "stress")
-        )
-        displacement, time = mesh.point_data["displacement"], mesh.field_data.get("TimeValue", [np.nan])
+        stored = _stored(path) or _stored_by_meshio(path)
     except KeyError as error:
         raise FieldsError(
             f"{path}: holds no {error.args[0]} on hexahedra; is it a field file of this program?"
@@ -85,20 +81,49 @@ def read_fields(path: Path) -> Fields:
         zlib.error,
     ) as error:  # a cut-off file fails in the XML reader
         raise FieldsError(f"{path}: cannot be read ({type(error).__name__}: {error}); run the case again") from None
-    strain = strain.ravel()
-    if not np.isfinite(strain).all():
-        raise FieldsError(
-            f"{path}: plastic strain is not a number in {int((~np.isfinite(strain)).sum())} cells; the run was unstable"
-        )
-    tensor = np.empty_like(stress)
-    tensor[:, VTK_ORDER] = stress
+    if not np.isfinite(stored.plastic_strain).all():
+        wrong = int((~np.isfinite(stored.plastic_strain)).sum())
+        raise FieldsError(f"{path}: plastic strain is not a number in {wrong} cells; the run was unstable")
+    tensor = np.empty_like(stored.stress)
+    tensor[:, VTK_ORDER] = stored.stress
+    return replace(stored, stress=tensor)
+
+
+def _stored(path: Path) -> Fields | None:
+    """What a file of this program holds, stress in VTK's order; None for one that is laid out in another way."""
+    found = read_arrays(path)
+    if found is None:
+        return None
+    arrays = {key.rpartition("/")[2]: array for key, array in found[0].items()}
+    return Fields(
+        next(array for key, array in found[0].items() if key.startswith("Points/")),
+        arrays["connectivity"].reshape(-1, 8),
+        arrays["region"].ravel().astype(int),
+        arrays["displacement"],
+        arrays["plastic_strain"].ravel(),
+        arrays["stress"],
+        found[1],
+        Path(path).name,
+    )
+
+
+def _stored_by_meshio(path: Path) -> Fields:
+    """The same of any other VTU file, such as those of earlier versions."""
+    import meshio
+
+    mesh = meshio.read(path)
+    cells = mesh.cells_dict["hexahedron"]
+    region, strain, stress = (
+        np.asarray(mesh.cell_data_dict[name]["hexahedron"]) for name in ("region", "plastic_strain", "stress")
+    )
+    time = mesh.field_data.get("TimeValue", [np.nan])
     return Fields(
         mesh.points,
         cells,
         region.ravel().astype(int),
-        np.asarray(displacement),
-        strain,
-        tensor,
+        np.asarray(mesh.point_data["displacement"]),
+        strain.ravel(),
+        stress,
         float(np.ravel(time)[0]),
         Path(path).name,
     )

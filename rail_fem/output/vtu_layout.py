@@ -4,15 +4,18 @@ Arrays stand behind the XML as raw bytes, each with a header of its own and comp
 (rail_fem.output.sealed): who holds whole chunks compresses and writes them alone, and what the file holds does not
 depend on who held which. Sizes and positions are 64-bit numbers: files may be larger than 4 GB.
 
-Source: VTK file formats, "XML File Formats" of the VTK user's documentation (docs.vtk.org). VTK and meshio read what
-comes out (tests/fe/test_fields.py).
+Source: VTK file formats, "XML File Formats" of the VTK user's documentation (docs.vtk.org). VTK reads what comes out
+(tests/fe/test_fields.py), and so does meshio 5.3 under Python up to 3.12: it turns raw arrays into base64 and reads on
+beyond the end of each, which later ones refuse. What the program reads itself it reads here.
 """
 
 from __future__ import annotations
 
 import zlib
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
+from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -20,7 +23,9 @@ import numpy as np
 from rail_fem.output.sealed import CHUNK
 
 LEVEL = 4  # of zlib: 1 fast to 9 small
+SECTIONS = ("Points", "Cells", "PointData", "CellData")
 HEXAHEDRON = 12  # VTK's number of the cell type
+RAW = '<AppendedData encoding="raw">\n_'  # what stands before the first byte of the arrays
 KINDS = {"f8": "Float64", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}
 
 
@@ -102,8 +107,40 @@ def _xml(columns: Sequence[VtuArray], offsets: Sequence[int], time: float) -> st
         f' format="ascii">{float(time)!r}</DataArray></FieldData>',
         f'<Piece NumberOfPoints="{rows["Points"]}" NumberOfCells="{rows["Cells"]}">',
     ]
-    for section in ("Points", "Cells", "PointData", "CellData"):
+    for section in SECTIONS:
         tags = [column.tag(offset) for column, offset in zip(columns, offsets) if column.section == section]
         lines += [f"<{section}>", *tags, f"</{section}>"]
-    lines += ["</Piece>", "</UnstructuredGrid>", '<AppendedData encoding="raw">', "_"]
-    return "\n".join(lines)
+    return "\n".join([*lines, "</Piece>", "</UnstructuredGrid>", RAW])
+
+
+def read_arrays(path: Path) -> tuple[dict[str, np.ndarray], float] | None:
+    """The arrays of such a file by section and name, "PointData/displacement", with a row for each point, cell or
+    number (rows, width), and the time [s]; None for a file that is laid out in another way.
+
+    Errors: OSError; ElementTree.ParseError, ValueError or zlib.error for a damaged file.
+    """
+    content = Path(path).read_bytes()
+    head, mark, data = content.partition(RAW.encode())
+    if not mark:
+        return None
+    root = ElementTree.fromstring(head.decode() + "</VTKFile>")
+    kinds = {kind: dtype for dtype, kind in KINDS.items()}
+    arrays = {}
+    for section in SECTIONS:
+        for tag in root.findall(f"./UnstructuredGrid/Piece/{section}/DataArray"):
+            flat = _decompressed(data, int(tag.attrib["offset"]), kinds[tag.attrib["type"]])
+            arrays[f"{section}/{tag.attrib['Name']}"] = flat.reshape(-1, int(tag.get("NumberOfComponents", 1)))
+    time = root.find("./UnstructuredGrid/FieldData/DataArray[@Name='TimeValue']")
+    return arrays, float("nan") if time is None else float(time.text or "nan")
+
+
+def _decompressed(data: bytes, offset: int, dtype: str) -> np.ndarray:
+    """The numbers of the array whose header begins at the offset."""
+    count, whole, partial = (int(n) for n in np.frombuffer(data, "<u8", 3, offset))
+    sizes = np.frombuffer(data, "<u8", count, offset + 24)
+    ends = offset + 24 + 8 * count + np.cumsum(sizes, dtype=np.int64)
+    chunks = [zlib.decompress(data[end - int(size) : end]) for size, end in zip(sizes, ends)]
+    expected = [whole] * (count - 1) + [partial or whole] if count else []
+    if [len(chunk) for chunk in chunks] != expected:
+        raise ValueError(f"chunks of {[len(chunk) for chunk in chunks]} bytes where {expected} are said")
+    return np.frombuffer(b"".join(chunks), np.dtype(dtype).newbyteorder("<")).astype(dtype)

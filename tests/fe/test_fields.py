@@ -15,8 +15,9 @@ from geometry.axes import as_tensor
 from geometry.meshing.blocks import mesh_box
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.fields import VTK_ORDER, write_frame
+from rail_fem.output.fields import FieldsError, read_fields
 from rail_fem.output.sealed import CHUNK
-from rail_fem.output.vtu_layout import HEXAHEDRON, VtuArray, compressed, lay_out
+from rail_fem.output.vtu_layout import HEXAHEDRON, VtuArray, compressed, lay_out, read_arrays
 from tests.fe.bodies import distort, place, structure_of
 from tests.fe.fields_job import OFFSET, TIME, bodies, motion
 from tests.fe.gathered import gather_cells
@@ -61,7 +62,7 @@ def frame(tmp_path_factory):
     write_frame(path, dynamics, 0.0)
     answer = subprocess.run([sys.executable, "-c", READ, str(path)], capture_output=True, text=True, timeout=120)
     assert answer.returncode == 0, answer.stderr
-    return gather_cells(dynamics)[:, :6], json.loads(answer.stdout), meshio.read(path)
+    return gather_cells(dynamics)[:, :6], json.loads(answer.stdout), path
 
 
 def test_components_are_named_and_stand_where_vtk_expects_them(frame):
@@ -84,10 +85,27 @@ def test_principal_stresses_by_vtk_are_the_eigenvalues_of_the_tensor(frame):
     np.testing.assert_allclose(read["von_mises"], von_mises(stress), rtol=1e-12)
 
 
-def test_file_says_its_time_and_meshio_reads_it_too(frame):
-    stress, read, by_meshio = frame
-    assert read["time"] == 1.25e-3 and by_meshio.field_data["TimeValue"].tolist() == [1.25e-3]
+def test_file_says_its_time_and_is_read_back(frame):
+    stress, read, path = frame
+    arrays, time = read_arrays(path)
+    assert read["time"] == time == 1.25e-3
+    np.testing.assert_array_equal(arrays["CellData/stress"], stress[:, VTK_ORDER])
+
+
+@pytest.mark.skipif(sys.version_info >= (3, 13), reason="meshio 5.3 reads on beyond the end of raw arrays")
+def test_meshio_reads_it_too(frame):
+    stress, _, path = frame
+    by_meshio = meshio.read(path)
+    assert by_meshio.field_data["TimeValue"].tolist() == [1.25e-3]
     np.testing.assert_array_equal(by_meshio.cell_data["stress"][0], stress[:, VTK_ORDER])
+
+
+@pytest.mark.parametrize("kept", [0.3, 0.95])
+def test_a_file_that_was_cut_off_is_refused(frame, tmp_path, kept):
+    content = frame[2].read_bytes()
+    (tmp_path / "cut.vtu").write_bytes(content[: int(kept * len(content))])
+    with pytest.raises(FieldsError, match="cut.vtu: cannot be read .* run the case again"):
+        read_fields(tmp_path / "cut.vtu")
 
 
 JOB = "tests/fe/fields_job.py"
@@ -101,33 +119,38 @@ def one(tmp_path_factory):
     return folder / "frame.vtu"
 
 
+def points_of(arrays):
+    """The positions of the nodes, whatever their name."""
+    return next(array for key, array in arrays.items() if key.startswith("Points/"))
+
+
 @pytest.mark.mpi
 def test_file_of_one_rank_holds_the_input_mesh_in_its_order(one):
-    found, mesh = meshio.read(one), bodies()
+    (found, time), mesh = read_arrays(one), bodies()
     assert len(mesh.cells) > CHUNK and len(mesh.points) > CHUNK
     placed = mesh.points.copy()
     placed[np.unique(mesh.cells[mesh.region == 2]), 0] += OFFSET
-    np.testing.assert_array_equal(found.points, placed)
-    np.testing.assert_array_equal(found.cells_dict["hexahedron"], mesh.cells)
-    np.testing.assert_array_equal(found.cell_data["region"][0], mesh.region)
-    np.testing.assert_allclose(found.point_data["displacement"], motion(mesh.points), rtol=0, atol=1e-14)
-    strain, stress = found.cell_data["plastic_strain"][0], found.cell_data["stress"][0]
+    np.testing.assert_array_equal(points_of(found), placed)
+    np.testing.assert_array_equal(found["Cells/connectivity"].reshape(-1, 8), mesh.cells)
+    np.testing.assert_array_equal(found["CellData/region"].ravel(), mesh.region)
+    np.testing.assert_allclose(found["PointData/displacement"], motion(mesh.points), rtol=0, atol=1e-14)
+    strain, stress = found["CellData/plastic_strain"].ravel(), found["CellData/stress"]
     assert (strain[mesh.region == 2] == 0).all() and 0.1 < (strain[mesh.region < 2] > 0).mean() < 1
     tensor = np.empty_like(stress)
     tensor[:, VTK_ORDER] = stress
-    np.testing.assert_array_equal(found.cell_data["von_mises"][0], von_mises(tensor))
-    assert np.abs(stress[mesh.region == 2]).max() > 1e6 and found.field_data["TimeValue"] == [TIME]
+    np.testing.assert_array_equal(found["CellData/von_mises"].ravel(), von_mises(tensor))
+    assert np.abs(stress[mesh.region == 2]).max() > 1e6 and time == TIME
 
 
 @pytest.mark.mpi
-def test_vtk_reads_a_file_of_several_chunks_as_meshio_does(one):
+def test_vtk_reads_a_file_of_several_chunks_as_this_program_does(one):
     answer = subprocess.run([sys.executable, "-c", READ, str(one)], capture_output=True, text=True, timeout=120)
     assert answer.returncode == 0, answer.stderr
-    read, found = json.loads(answer.stdout), meshio.read(one)
-    np.testing.assert_array_equal(read["stress"], found.cell_data["stress"][0])
-    np.testing.assert_array_equal(read["von_mises"], found.cell_data["von_mises"][0])
-    np.testing.assert_array_equal(read["points"], found.points)
-    np.testing.assert_array_equal(read["corners"], found.cells_dict["hexahedron"])
+    read, found = json.loads(answer.stdout), read_arrays(one)[0]
+    np.testing.assert_array_equal(read["stress"], found["CellData/stress"])
+    np.testing.assert_array_equal(read["von_mises"], found["CellData/von_mises"].ravel())
+    np.testing.assert_array_equal(read["points"], points_of(found))
+    np.testing.assert_array_equal(read["corners"], found["Cells/connectivity"].reshape(-1, 8))
 
 
 @pytest.mark.mpi
