@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from kernel_cache import njit
@@ -114,7 +116,7 @@ class Recorder:
         }
         if p.guide is not None:
             row |= {"wheel_lateral": p.guide.across(), "force_check": p.guide.check_force()}
-        stored = sum(value for name, value in row.items() if name.startswith("energy_") and name != "energy_external")
+        stored = math.fsum(v for name, v in row.items() if name.startswith("energy_") and name != "energy_external")
         row["energy_balance"] = stored - row["energy_external"] - self.exchanged
         row["energy_contact_loss"] = energies["contact_loss"]
         self.rows.append(row)
