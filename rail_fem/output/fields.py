@@ -96,7 +96,7 @@ def _stored(path: Path) -> Fields | None:
         return None
     arrays = {key.rpartition("/")[2]: array for key, array in found[0].items()}
     return Fields(
-        next(array for key, array in found[0].items() if key.startswith("Points/")),
+        arrays["Points"],
         arrays["connectivity"].reshape(-1, 8),
         arrays["region"].ravel().astype(int),
         arrays["displacement"],

@@ -104,17 +104,17 @@ def test_pairs_go_on_with_facet_position_and_normal_of_their_last_step():
     found.facets[2] = -1
     neighbours = np.full((4, 4), -1)
     neighbours[0, 0], neighbours[1, 0] = 1, 0
-    found = found._replace(neighbours=neighbours)
+    found = found._replace(neighbours=neighbours, usable=np.ones(4, np.bool_))
     before.facets[1] = 3
     slot = np.empty(100, np.int64)
-    number, facets, where, ahead = close_pairs(found, before, np.ones(4, np.bool_), 3e-4, 1e-3, slot)
+    number, facets, where, ahead = close_pairs(found, before, 3e-4, 1e-3, slot)
     assert number.tolist() == [0, 1, 2, 3] and facets.tolist() == [1, 1, 2, 3]
     assert (where[[0, 2]] == 0.25).all() and (ahead[[0, 2]] == [0.6, 0.0, 0.8]).all()
     assert (where[[1, 3]] == found.where[[1, 3]]).all() and (ahead[[1, 3]] == [0.0, 0.0, 1.0]).all()
-    usable = np.array([True, False, False, True])
-    number, facets, _, _ = close_pairs(found, before, usable, 3e-4, 1e-3, slot)
+    some = found._replace(usable=np.array([True, False, False, True]))
+    number, facets, _, _ = close_pairs(some, before, 3e-4, 1e-3, slot)
     assert number.tolist() == [0, 1, 3] and facets.tolist() == [0, 1, 3]
-    assert close_pairs(found, before, np.ones(4, np.bool_), 5e-5, 1e-3, slot)[0].tolist() == []
+    assert close_pairs(found, before, 5e-5, 1e-3, slot)[0].tolist() == []
 
 
 @settings(max_examples=60, deadline=None)

@@ -187,7 +187,7 @@ class Contact:
         self.nearer_left -= self.steps_to_search * dt * self._approach_velocity()
         self.farther_left -= self.steps_to_search * dt * abs(self.speed)
         rubbed, watched = self.pairs[0].slaves, self.watched
-        self.pairs = [self._close_pairs(side, found[side], facets[1 - side]) for side in (0, 1)]
+        self.pairs = [self._close_pairs(side, found[side]) for side in (0, 1)]
         self.started = True
         slaves = self.pairs[0].slaves
         slip = self.slip[slaves]
@@ -219,13 +219,11 @@ class Contact:
             nearest = nearest_facets(self.position, nodes, self.comm.rank, self.comm.size, centres)
         return self._pairs(side, nodes, opposite[nearest], np.zeros((len(nodes), 2)), usable)
 
-    def _close_pairs(self, side: int, found: Pairs, allowed: np.ndarray) -> Pairs:
-        """Those with a gap within the margin; projections stay on the facets `allowed` (k,). Replicated."""
-        usable = np.zeros(len(found.quads), np.bool_)
-        usable[allowed] = True
+    def _close_pairs(self, side: int, found: Pairs) -> Pairs:
+        """Those with a gap within the margin; projections stay on the facets near them. Replicated."""
         s, slot = self.settings, np.empty(self.n, np.int64)
-        number, facets, where, ahead = close_pairs(found, self.pairs[side], usable, s.margin, s.deepest, slot)
-        around = with_neighbours(facets, found.neighbours, 2) & usable
+        number, facets, where, ahead = close_pairs(found, self.pairs[side], s.margin, s.deepest, slot)
+        around = with_neighbours(facets, found.neighbours, 2) & found.usable
         return self._pairs(side, found.slaves[number], facets, where, around)._replace(ahead=ahead)
 
     def _look_at_all(self, position: np.ndarray) -> np.ndarray:

@@ -54,11 +54,11 @@ def are_close(neighbours, one, other):
 
 
 @_compiled
-def close_pairs(found, before, usable, margin, deepest, slot):
+def close_pairs(found, before, margin, deepest, slot):
     """The pairs to watch, of those that a search found (k,): number (m,) of each in `found`, facet (m,), position on it
     (m, 2), normal of the last step (m, 3), 0 for new pairs.
 
-    before : pairs up to now;  usable : (q,) facets that they may stay on;  slot : (n,) scratch
+    before : pairs up to now, which may stay on the facets that `found` may use;  slot : (n,) scratch
     A pair up to now stays on its facet unless the search found it well away from there, on another part of the surface;
     it stays also where the search found no facet.
     """
@@ -72,7 +72,7 @@ def close_pairs(found, before, usable, margin, deepest, slot):
     for i in range(count):
         j, f = slot[found.slaves[i]], found.facets[i]
         old = before.facets[j] if j >= 0 else -1
-        goes_on = old >= 0 and usable[old] and (f < 0 or are_close(found.neighbours, old, f))
+        goes_on = old >= 0 and found.usable[old] and (f < 0 or are_close(found.neighbours, old, f))
         if f < 0 and not goes_on:
             continue
         gap = before.gap[j] if f < 0 else found.gap[i]

@@ -77,6 +77,16 @@ def project(position, node, facet, xi, eta, quads, neighbours, usable, point, t1
 
 
 @_part
+def moved_within(local, position, node, point, tangent):
+    """A local coordinate moved along its tangent from `point` to below `node`, no farther than the facet's edges."""
+    along = length = 0.0
+    for c in range(3):
+        along += tangent[c] * (position[node, c] - point[c])
+        length += tangent[c] * tangent[c]
+    return min(max(local + along / length, -1.0), 1.0) if length > 0.0 else 0.0
+
+
+@_part
 def within_edges(position, node, quad, point, t1, t2):
     """Closest point of `node` on a bilinear facet within its edges, by turns along xi and eta: xi, eta, distance
     squared [m2]."""
@@ -84,17 +94,9 @@ def within_edges(position, node, quad, point, t1, t2):
     for _ in range(SWEEPS):
         before = xi, eta
         facet_point(position, quad, xi, eta, point, t1, t2)
-        along = length = 0.0
-        for c in range(3):
-            along += t1[c] * (position[node, c] - point[c])
-            length += t1[c] * t1[c]
-        xi = min(max(xi + along / length, -1.0), 1.0) if length > 0.0 else 0.0
+        xi = moved_within(xi, position, node, point, t1)
         facet_point(position, quad, xi, eta, point, t1, t2)
-        along = length = 0.0
-        for c in range(3):
-            along += t2[c] * (position[node, c] - point[c])
-            length += t2[c] * t2[c]
-        eta = min(max(eta + along / length, -1.0), 1.0) if length > 0.0 else 0.0
+        eta = moved_within(eta, position, node, point, t2)
         if abs(xi - before[0]) + abs(eta - before[1]) < SETTLED:
             break
     facet_point(position, quad, xi, eta, point, t1, t2)
