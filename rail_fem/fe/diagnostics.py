@@ -8,6 +8,7 @@ import numpy as np
 from geometry.meshing.quality import MeshQuality, cell_volume
 from rail_fem.fe import trust
 from rail_fem.fe.fields import cell_rows
+from rail_fem.fe.parts import parts_of
 from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
 from rail_fem.fe.state import PLASTIC_WORK
@@ -97,11 +98,11 @@ def zone_hourglass(run: Run) -> float:
 
 
 def strain_peaks(run: Run) -> dict[str, Peak]:
-    """Largest plastic strain of wing and nose; of equal ones that of the first cell. Collective, replicated."""
+    """Largest plastic strain of leg, wing and nose; of equal ones that of the first cell. Collective, replicated."""
     domain, rows = run.dynamics.domain, cell_rows(run.dynamics)
     found = {}
-    for region, name in ((0, "wing"), (1, "nose")):
-        mine = np.flatnonzero(domain.region == region)
+    for part in parts_of(run):
+        mine = part.cells(domain)
         own = None
         if len(mine):
             worst = mine[np.lexsort((domain.cell_input[mine], -rows[mine, 6]))[0]]
@@ -112,7 +113,7 @@ def strain_peaks(run: Run) -> dict[str, Peak]:
             value, _, corners = min(every, key=lambda other: other[:2])
             x, y, z = map(float, corners.mean(axis=0))
             size = float(np.cbrt(cell_volume(corners[None])[0]))
-            found[f"plastic_strain_{name}"] = Peak(-value, "1", x, y, z, size=size)
+            found[f"plastic_strain_{part.name}"] = Peak(-value, "1", x, y, z, size=size)
     return found
 
 

@@ -1,5 +1,5 @@
-"""What a pass leaves in the metal of wing and nose: plastic strain as quantities with a limit, residual stress, and the
-change of the running surface.
+"""What a pass leaves in the metal of leg, wing and nose: plastic strain as quantities with a limit, residual stress,
+and the change of the running surface.
 
 Root judges what has yielded with the metal around it, and the running surfaces; nobody gathers the bodies.
 """
@@ -12,42 +12,43 @@ from mpi4py import MPI
 from geometry.meshing.quality import cell_volume
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.fields import cell_rows
+from rail_fem.fe.parts import parts_of
 from rail_fem.fe.run import Run
 from rail_fem.output.plastic_zone import near, plastic_zone, strained_box
 
-BODIES = {"wing": 0, "nose": 1}
 STRIP = 5e-3  # along the track, over which the change of the surface is looked at [m]
 CLEAR = 40e-3  # from the wheel at the end of the pass: nearer, the metal is under load [m]
 
 
 def metal(run: Run) -> dict[str, dict]:
-    """For wing and nose the plain values of rail_fem.output.plastic_zone.PlasticZone whether the block lies clear of
-    the wheel, so that its stresses are residual, and the surface: see `surface_change`. Collective, replicated."""
+    """For leg (where the pass runs over it), wing and nose the plain values of
+    rail_fem.output.plastic_zone.PlasticZone, whether the block lies clear of the wheel, so that its stresses are
+    residual, and the surface: see `surface_change`. Collective, replicated."""
     run.dynamics.bring_up()
     domain, mesh, rows = run.dynamics.domain, run.passage.mesh, cell_rows(run.dynamics)
     wheel = run.passage.running.start + run.dynamics.contact.offset
     found = {}
-    for name, region in BODIES.items():
-        if not run.comm.allreduce(int((domain.region == region).sum())):
+    for part in parts_of(run):
+        mine = part.cells(domain)
+        if not run.comm.allreduce(len(mine)):
             continue
-        zone, whole = _yielded(domain, rows, region)
-        surface = None if mesh is None else mesh.surface[mesh.surface_region == region]
-        nodes = run.comm.bcast(None if surface is None else np.unique(surface), root=0)
+        zone, whole = _yielded(domain, rows, mine)
+        nodes = run.comm.bcast(None if mesh is None else part.surface_nodes(mesh), root=0)
         positions = _positions(domain, run.dynamics.structure.x, nodes)
         if zone is None or positions is None:  # not on root
             continue
         judged = plastic_zone(zone[:, :24].reshape(-1, 8, 3), zone[:, 24], zone[:, 25:], whole).plain()
         judged["unloaded"] = bool(abs(judged["block"][0] - wheel) > CLEAR)
         fall = positions[:, 2] - positions[:, 5] + run.passage.crossing.displacement[2]
-        found[name] = judged | {"surface": surface_change(positions[:, 0], fall, wheel)}
+        found[part.name] = judged | {"surface": surface_change(positions[:, 0], fall, wheel)}
     return run.comm.bcast(found, root=0)
 
 
-def _yielded(domain: Domain, rows: np.ndarray, region: int) -> tuple[np.ndarray | None, float]:
-    """Of the cells of a body that have yielded or lie around those that did: corners, plastic strain, stresses along
-    and across the track (k, 27), in input order, root only; at least one cell. And the body's volume [m3]. rows :
-    (m_local, 7) of rail_fem.fe.fields.cell_rows. Collective."""
-    comm, mine = domain.comm, np.flatnonzero(domain.region == region)
+def _yielded(domain: Domain, rows: np.ndarray, mine: np.ndarray) -> tuple[np.ndarray | None, float]:
+    """Of the cells of a part that have yielded or lie around those that did: corners, plastic strain, stresses along
+    and across the track (k, 27), in input order, root only; at least one cell. And the part's volume [m3]. rows :
+    (m_local, 7) of rail_fem.fe.fields.cell_rows;  mine : (m,) this rank's cells of it. Collective."""
+    comm = domain.comm
     corners, strain = domain.reference.reshape(-1, 3)[domain.cells[mine]], rows[mine, 6]
     centre = corners.mean(axis=1)
     largest = comm.allreduce(float(strain.max(initial=0.0)), op=MPI.MAX)

@@ -10,7 +10,7 @@ import numpy as np
 from rail_fem.output import plastic_zone
 from rail_fem.output.result import NAN, PassResult
 
-BODIES = ("nose", "wing")
+BODIES = ("nose", "wing", "leg")
 FORCES = {
     "first_impact": "first impact after the transfer",
     "largest_force": "largest force on the wheel",

@@ -93,7 +93,8 @@ def test_the_largest_plastic_strain_is_that_of_its_own_body_and_place():
     x, y, _ = structure.domain.reference.reshape(-1, 3).T
     pulled = np.where(y < 2, 0.02 * (x > 1.5), np.where(y < 8, 0.04 * (x > 3.5), 0.08 * (x > 0.5)))
     place(structure, structure.domain.reference.reshape(-1, 3) + pulled[:, None] * [1.0, 0.0, 0.0], 1.0)
-    run = SimpleNamespace(dynamics=Dynamics(structure), passage=SimpleNamespace(mesh=mesh), comm=MPI.COMM_SELF)
+    passage = SimpleNamespace(mesh=mesh, running=SimpleNamespace(start=0.0, end=6.0))
+    run = SimpleNamespace(dynamics=Dynamics(structure), passage=passage, comm=MPI.COMM_SELF, scene=with_leg_until(0.0))
     peaks = strain_peaks(run)
     assert peaks.keys() == {"plastic_strain_wing", "plastic_strain_nose"}
     wing, nose = peaks["plastic_strain_wing"], peaks["plastic_strain_nose"]
@@ -102,6 +103,14 @@ def test_the_largest_plastic_strain_is_that_of_its_own_body_and_place():
     )
     # uniaxial strain e: the equivalent plastic strain of perfect plasticity is 2/3 e less the yield strain, 2/3 of 3e-6
     assert (wing.value, nose.value) == pytest.approx((2 / 3 * 0.02 / 1.01, 2 / 3 * 0.04 / 1.02), rel=1e-3)
+    run.scene = with_leg_until(3.0)  # which the wheel now runs over: the wing's second cell is the leg's
+    parts = strain_peaks(run)
+    assert parts.keys() == {"plastic_strain_leg", "plastic_strain_wing", "plastic_strain_nose"}
+    assert parts["plastic_strain_leg"] == wing and parts["plastic_strain_wing"].x > 3.0
+
+
+def with_leg_until(x: float) -> SimpleNamespace:
+    return SimpleNamespace(crossing=SimpleNamespace(leg_end=x))
 
 
 def test_what_is_left_in_the_metal_is_that_of_each_body():
@@ -120,8 +129,10 @@ def test_what_is_left_in_the_metal_is_that_of_each_body():
     place(structure, structure.domain.reference.reshape(-1, 3) + moved, 1.0)
     dynamics, crossing = Dynamics(structure), SimpleNamespace(displacement=np.array([0.0, 0.0, -1e-3]))
     dynamics.contact = SimpleNamespace(offset=0.05)
-    passage = SimpleNamespace(mesh=mesh, running=SimpleNamespace(start=0.0), crossing=crossing)
-    found = metal(SimpleNamespace(dynamics=dynamics, passage=passage, comm=MPI.COMM_SELF))
+    running = SimpleNamespace(start=0.0, end=6 * size)
+    passage = SimpleNamespace(mesh=mesh, running=running, crossing=crossing)
+    run = SimpleNamespace(dynamics=dynamics, passage=passage, comm=MPI.COMM_SELF, scene=with_leg_until(0.0))
+    found = metal(run)
     assert found.keys() == {"wing", "nose"}
     wing, nose = found["wing"], found["nose"]
     assert wing["values"]["integral"] == pytest.approx(4 * size**3 * 2 / 3 * 0.02 / 1.01, rel=1e-3)
@@ -131,3 +142,10 @@ def test_what_is_left_in_the_metal_is_that_of_each_body():
     assert max(wing["surface"]["fall"]) == pytest.approx(0.3e-3) and not nose["unloaded"] and wing["unloaded"]
     assert max(nose["surface"]["fall"]) == pytest.approx(0.0, abs=1e-12)
     assert max(wing["surface"]["x"]) < 0.01 < max(x) * size
+    run.scene = with_leg_until(3 * size)  # of the wing's four strained cells two lie on the leg
+    parts = metal(run)
+    leg, behind = parts["leg"], parts["wing"]
+    assert parts["nose"]["values"] == nose["values"] and leg["position"][0] < 3 * size < behind["position"][0]
+    shares = [part["values"]["integral"] / wing["values"]["integral"] for part in (leg, behind)]
+    assert shares == pytest.approx([0.5, 0.5], rel=1e-6)
+    assert max(leg["surface"]["x"]) < 3 * size + 5e-3 and parts.keys() == {"leg", "wing", "nose"}
