@@ -87,7 +87,7 @@ def run(name: str, size: float, out: Path) -> OneLeg:
 def cells(words: str, result: PassResult) -> list[str]:
     """Force on the leg, flight, strain, cost of one result."""
     peak, flight = stated_peaks(result)["largest_force_leg"], longest_flight(result)
-    strain = result.metal.get("wing")
+    strain = result.metal.get("leg")
     peeq = ["-", "-"]
     if strain is not None:
         maximum = f"{100 * strain['maximum']:.1f} at {1e3 * strain['position'][0]:.0f}"
