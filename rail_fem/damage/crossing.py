@@ -23,7 +23,7 @@ from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.bodies import BODIES
 from kernel_cache import njit
-from rail_fem.damage.strips import point_creepages, strip_creepages
+from rail_fem.damage.strips import patch_centres, plane_creepages, strip_creepages
 from rail_fem.damage.wear import WearLaw, friction_work, tgamma
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.output.result import PassResult
@@ -37,7 +37,7 @@ LEAST_FORCE = 100.0  # of a contact that is looked at [N]
 
 @dataclass(frozen=True)
 class CrossingContact:
-    """One patch of the pass. body : "wing" or "nose";  x [m] of the wheel;  position (3,) of the patch's middle [m]
+    """One patch of the pass. body : "wing" or "nose";  x [m] of the wheel;  position (3,) of the centre of pressure [m]
     patch : solved;  angle [rad], speed [m/s];  enlarged : factor on its axes, above 1 where the elastic patch would
     press more than the hardness"""
 
@@ -196,9 +196,10 @@ def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, optio
     steels = (scene.materials.wheel.steel(), getattr(scene.materials, BODIES[b]).steel())
     wheel, rail = (Elastic(steel.youngs_modulus, steel.poisson) for steel in steels)
     semi = large[:, None] * sizes
-    creepage, strips = _creepages(scene, table, b, carries), None
     if options.conformal:
         creepage, strips = strip_creepages(scene, table, b, carries, semi[:, 1], options.cells)
+    else:
+        creepage, strips = plane_creepages(scene, table, b, carries), None
     patches = rolled_ellipses(
         semi,
         normal,
@@ -211,14 +212,8 @@ def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, optio
         initial_slope=options.initial_slope,
         strips=strips,
     )
-    aside = np.stack([np.zeros_like(angle), np.cos(angle), np.sin(angle)], axis=1) * table.middle[b, carries][:, None]
-    position = table.point[b, carries] + aside
+    position = patch_centres(table, b, carries)
     return BodyContacts(patches, table.x[carries], position, angle, large, table.radii[b, carries])
-
-
-def _creepages(scene: Scene, table: ContactTable, b: int, carries: np.ndarray) -> np.ndarray:
-    """(k, 3) rigid slip per speed at the contacts of one body; the axle follows the table's heights."""
-    return point_creepages(scene, table, b, carries, table.point[b, carries], table.angle[b, carries])
 
 
 def wear_field(

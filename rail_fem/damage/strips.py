@@ -31,15 +31,28 @@ def point_creepages(
     return creepages_at(state, points - middle, unit, motion)
 
 
+def patch_centres(table: ContactTable, b: int, carries: np.ndarray) -> np.ndarray:
+    """(k, 3) centres of pressure of the patches of body b [m], in the tangent plane at the contact point."""
+    lean = table.angle[b, carries]
+    tangent = np.stack([np.zeros_like(lean), np.cos(lean), np.sin(lean)], axis=1)
+    return table.point[b, carries] + tangent * table.centre[b, carries][:, None]
+
+
+def plane_creepages(scene: Scene, table: ContactTable, b: int, carries: np.ndarray) -> np.ndarray:
+    """(k, 3) creepages of patches of body b in the tangent plane, about their centres of pressure: there the ellipse
+    lies, whose strips are counted from it."""
+    return point_creepages(scene, table, b, carries, patch_centres(table, b, carries), table.angle[b, carries])
+
+
 def strip_angles(
     scene: Scene, table: ContactTable, b: int, carries: np.ndarray, semi: np.ndarray, cells: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (k, cells) [m] of the strips of patches with half-widths semi (k,) from their middles, and angles
+    """Distances (k, cells) [m] of the strips of patches with half-widths semi (k,) from their centres, and angles
     (k, cells) [rad] of the faces' mean slope there. Beyond the wheel's profile the angle is the contact point's."""
     across = (2 * np.arange(cells) + 1 - cells) / cells
     offset = semi[:, None] * across
     lean = table.angle[b, carries][:, None]
-    at = table.point[b, carries, 1][:, None] + (table.middle[b, carries][:, None] + offset) * np.cos(lean)
+    at = table.point[b, carries, 1][:, None] + (table.centre[b, carries][:, None] + offset) * np.cos(lean)
     _, slope = hermite_many((at - table.datum).ravel(), *scene.wheel.shape.hermite_table())
     turned = np.arctan(slope).reshape(at.shape) - offset / (2 * table.radii[b, carries, 1][:, None])
     return offset, np.where(np.isfinite(turned), turned, lean)
@@ -48,16 +61,14 @@ def strip_angles(
 def strip_creepages(
     scene: Scene, table: ContactTable, b: int, carries: np.ndarray, semi: np.ndarray, cells: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Creepages (k, 3) of patches with half-widths semi (k,) [m] at their middles, (k, cells, 3) of their strips."""
+    """Creepages (k, 3) of patches with half-widths semi (k,) [m] at their centres, (k, cells, 3) of their strips."""
     offset, angle = strip_angles(scene, table, b, carries, semi, cells)
     step = 2 * semi[:, None] / cells
-    centre = (angle[:, (cells - 1) // 2] + angle[:, cells // 2]) / 2
-    lean = table.angle[b, carries]
-    aside = np.stack([np.zeros_like(lean), np.cos(lean), np.sin(lean)], axis=1) * table.middle[b, carries][:, None]
-    middle = table.point[b, carries] + aside
-    creepage = point_creepages(scene, table, b, carries, middle, centre)
+    level = (angle[:, (cells - 1) // 2] + angle[:, cells // 2]) / 2
+    centre = patch_centres(table, b, carries)
+    creepage = point_creepages(scene, table, b, carries, centre, level)
     place = lambda part: _from_middle(part(angle) * step)
-    points = middle[:, None] + np.stack([0 * offset, place(np.cos), place(np.sin)], axis=2)
+    points = centre[:, None] + np.stack([0 * offset, place(np.cos), place(np.sin)], axis=2)
     every = np.repeat(carries, cells)
     strips = point_creepages(scene, table, b, every, points.reshape(-1, 3), angle.ravel())
     return creepage, strips.reshape(*offset.shape, 3)

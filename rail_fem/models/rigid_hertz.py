@@ -77,5 +77,5 @@ def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
 def every_second(table: ContactTable) -> ContactTable:
     """The same table at twice the spacing (both ends kept when their number is odd)."""
     keep = np.unique(np.r_[np.arange(0, len(table.x), 2), len(table.x) - 1])
-    rows = ("height", "slope", "point", "stiffness", "radii", "angle", "middle", "asymmetry")
+    rows = ("height", "slope", "point", "stiffness", "radii", "angle", "centre", "asymmetry")
     return replace(table, x=table.x[keep], **{name: getattr(table, name)[:, keep] for name in rows})

@@ -21,7 +21,7 @@ from rail_fem.settings.light import RigidHertzSettings
 
 CUT = 8e-3  # y on the rail's head at which the wheel is cut: no wheel is carried there on the leg [m]
 RESOLUTION, REACH = 0.25e-3, 0.1  # of the rigid path [m]
-BY_BODY = "height", "slope", "point", "stiffness", "radii", "angle", "middle", "asymmetry"
+BY_BODY = "height", "slope", "point", "stiffness", "radii", "angle", "centre", "asymmetry"
 
 
 class LegPass(NamedTuple):

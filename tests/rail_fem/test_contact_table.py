@@ -2,22 +2,29 @@
 
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 
 from bem.exact.hertz import contact_stiffness
 from rail_fem.light.contact_table import equivalent_paraboloid, hertz_constants
 
 
-def test_the_middle_of_an_intersection_lies_where_there_is_metal():
-    """Two shoulders of a groove: the middle is that of the shoulder at the contact point; of one piece, as it was."""
+def test_the_centre_of_pressure_lies_where_there_is_metal():
+    """Two shoulders of a groove: that of the shoulder at the contact point, its strips loaded as they lie below the
+    plane; two radii: 3/8 of the difference of the half-widths, where the middle is 1/2. The gap is linear between
+    samples 0.1 mm apart."""
     across, along = np.linspace(-4e-3, 4e-3, 81), np.linspace(-4e-3, 4e-3, 41)
     bowl = across**2 / (2 * 0.1) + along[:, None] ** 2 / (2 * 0.4)
     whole = bowl + np.where(across > 0, 0.5, 0.0) * across**2 / 0.1
-    depth = np.array([2e-5, 2e-5])
-    groove = np.where(np.abs(across - 1e-3) < 0.6e-3, 1e-3, bowl)
-    _, middle, _ = equivalent_paraboloid(np.stack([groove, whole]), along, across, depth)
-    right_end, left_end = 0.4e-3, -np.sqrt(2 * 0.1 * 2e-5)
-    assert middle[0] == pytest.approx((left_end + right_end) / 2, abs=6e-5)
-    assert middle[1] == pytest.approx((left_end + np.sqrt(2e-5 * 0.1)) / 2, abs=6e-5)
+    depth = np.array([2e-5, 2e-5, 2e-5])
+    groove = np.where(np.abs(across - 1e-3) < 0.65e-3, 1e-3, bowl)
+    _, centre, _ = equivalent_paraboloid(np.stack([groove, whole, bowl]), along, across, depth)
+    left, right = -np.sqrt(2 * 0.1 * 2e-5), np.sqrt(0.1 * 2e-5)
+    piece = Polynomial([1, 0, -1 / left**2])
+    up_to = lambda own, end: own.integ()(end) - own.integ()(left)
+    shoulder = up_to(piece * Polynomial([0, 1]), 0.3e-3) / up_to(piece, 0.3e-3)
+    assert centre[0] == pytest.approx(shoulder, abs=3e-6)
+    assert centre[1] == pytest.approx(3 / 8 * (right + left), abs=3e-6)
+    assert abs(centre[2]) < 1e-12
 
 
 def test_hertz_constants_of_a_table_are_the_exact_ones_to_2e_5():
