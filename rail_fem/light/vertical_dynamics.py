@@ -1,25 +1,24 @@
 """Few masses on springs and dampers, loaded by one wheel on several contacts: the time step of the light models.
 
 All contacts act along one coordinate, s = coupling . q (wheel less track). A body at distance s is approached by d =
-height - s and pushes with the force F that solves d = (F / stiffness)^(1 / exponent) + plastic_compliance * max(F -
-yield_load, 0): Hertz' law, and a plastic indentation above the yield load. F only grows with d, so each step closes
-with one equation for s that has exactly one root. Scheme: implicit midpoint rule, second order, symplectic where
-nothing damps, unconditionally stable.
+height - s and pushes with a force F that only grows with d (rail_fem.light.contact_law), so each step closes with one
+equation for s that has exactly one root. A plastic indentation p that lags behind the force is a state of its own,
+dp/dt = (p(F) - p) / lag. Scheme: implicit midpoint rule, second order, symplectic where nothing damps, unconditionally
+stable.
 
 The wheel may run on a beam (rail_fem.light.track_beam) instead of a mass: s is then coupling . q less the beam's height
 under the wheel, which moves on along it.
 Source: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), section II.1.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from kernel_cache import njit
 from rail_fem.light.beam_kernel import BeamBand, band_solve, band_times, height_under, load_at
+from rail_fem.light.contact_law import MOST_ITERATIONS, ContactLaw, contact_energy, contact_forces, indentation
 
-MOST_ITERATIONS = 100
 CLOSED = 1e-15  # to which s is found [m]
 
 
@@ -43,6 +42,7 @@ class VerticalMotion(NamedTuple):
     position, velocity : (m + 1, n) [m, m/s];  force : (bodies, m) mean over each step [N]
     path_work : (m,) work of each step done by moving the path under the wheel [J];
     loss : (m,) work of each step in the dampers [J]
+    dent : (bodies, m + 1) plastic indentation that lags behind the force [m]; 0 where it does not lag
     beam_position, beam_velocity : (m + 1, k) of a beam's degrees of freedom; None without one
     """
 
@@ -51,6 +51,7 @@ class VerticalMotion(NamedTuple):
     force: np.ndarray
     path_work: np.ndarray
     loss: np.ndarray
+    dent: np.ndarray
     beam_position: np.ndarray | None = None
     beam_velocity: np.ndarray | None = None
 
@@ -63,34 +64,6 @@ class BeamStart(NamedTuple):
     position: np.ndarray
     velocity: np.ndarray
     x: np.ndarray
-
-
-@dataclass(frozen=True)
-class ContactLaw:
-    """Contacts at the ends and middles of m steps.
-
-    height : (bodies, 2 m + 1) axle height at which the wheel comes into contact [m]; -inf out of reach
-    stiffness : (bodies, 2 m + 1) [N/m^exponent]
-    yield_load, plastic_compliance : (bodies, 2 m + 1) force at which plastic indentation begins [N] and its depth per
-        force above [m/N]; None: elastic
-    exponent : 1.5 (Hertz) or 1 (linear)
-    """
-
-    height: np.ndarray
-    stiffness: np.ndarray
-    yield_load: np.ndarray | None = None
-    plastic_compliance: np.ndarray | None = None
-    exponent: float = 1.5
-
-    @property
-    def arrays(self) -> tuple:
-        """What the kernels take: height, (stiffness, yield_load, plastic_compliance), exponent."""
-        none = np.zeros_like(self.stiffness)
-        yield_load, plastic_compliance = (
-            none if self.yield_load is None else self.yield_load,
-            none if self.plastic_compliance is None else self.plastic_compliance,
-        )
-        return self.height, np.stack([self.stiffness, yield_load, plastic_compliance], axis=-1), self.exponent
 
 
 def integrate(
@@ -127,40 +100,6 @@ def integrate(
 
 
 @njit(cache=True)
-def contact_force(depth, law, exponent):
-    """Force [N] at an approach [m] and its derivative; law: (stiffness, yield_load, plastic_compliance).
-
-    Beyond the limit by Newton's method from the limit up: the depth is a concave function of the force, so no iterate
-    overshoots.
-    """
-    stiffness, yield_load, plastic_compliance = law
-    if depth <= 0:
-        return 0.0, 0.0
-    force = stiffness * depth**exponent
-    if plastic_compliance == 0.0 or force <= yield_load:
-        return force, exponent * force / depth
-    force = max(yield_load, 1e-12)
-    for _ in range(MOST_ITERATIONS):
-        elastic = (force / stiffness) ** (1 / exponent)
-        slope = elastic / (exponent * force) + plastic_compliance
-        change = (depth - elastic - plastic_compliance * (force - yield_load)) / slope
-        force += change
-        if change <= 1e-14 * force:
-            break
-    return force, 1 / slope
-
-
-@njit(cache=True)
-def contact_forces(s, height, law, exponent, out):
-    """Force of each body (bodies,) into `out`, and the derivative of their sum to s."""
-    slope = 0.0
-    for b in range(len(height)):
-        out[b], stiffening = contact_force(height[b] - s, law[b], exponent)
-        slope -= stiffening
-    return slope
-
-
-@njit(cache=True)
 def solve_distance(unloaded, compliance, height, law, exponent, out):
     """Root s of s = free + compliance * sum of forces(s); `out` (bodies,) holds the forces there.
 
@@ -182,28 +121,6 @@ def solve_distance(unloaded, compliance, height, law, exponent, out):
 
 
 @njit(cache=True)
-def contact_energy(s, height, law, exponent):
-    """Work that bringing the contacts to distance s takes [J]; of a plastic indentation, this is not given back."""
-    energy = 0.0
-    for b in range(len(height)):
-        force, _ = contact_force(height[b] - s, law[b], exponent)
-        if force > 0:
-            stiffness, yield_load, plastic_compliance = law[b]
-            energy += force * (force / stiffness) ** (1 / exponent) / (1 + 1 / exponent) / exponent
-            energy += plastic_compliance * max(force**2 - yield_load**2, 0.0) / 2
-    return energy
-
-
-@njit(cache=True)
-def contact_energies(s, height, law, exponent):
-    """contact_energy at each of the distances s (m,) with height (bodies, m) and law (bodies, m, 3)."""
-    out = np.empty(len(s))
-    for i in range(len(s)):
-        out[i] = contact_energy(s[i], height[:, i], law[:, i], exponent)
-    return out
-
-
-@njit(cache=True)
 def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
     coupling = masses.coupling
     steps = (height.shape[1] - 1) // 2
@@ -211,10 +128,15 @@ def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
     force, path_work, loss = np.empty((height.shape[0], steps)), np.empty(steps), np.empty(steps)
     now = np.empty(height.shape[0])
     position[0], velocity[0] = q, v
+    dent, top, here = np.zeros((height.shape[0], steps + 1)), np.empty(height.shape[0]), law[:, 0].copy()
     beam_position, beam_velocity = _beam_history(steps, u, w)
     reply = inverse @ coupling
     compliance = step / 2 * (coupling @ reply)
     before = after = 0.0
+    start = coupling @ q - (0.0 if beam is None else height_under(u, x[0], beam))
+    contact_forces(start, height[:, 0], law[:, 0], exponent, now)
+    for b in range(len(top)):
+        dent[b, 0] = indentation(now[b], law[b, 0], exponent) if law[b, 0, 3] > 0 else 0.0
     for i in range(steps):
         still = inverse @ (2 / step * masses.mass * v - masses.stiffness @ q + masses.load)
         unloaded = coupling @ (q + step / 2 * still)
@@ -224,7 +146,9 @@ def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
             beam_reply = band_solve(beam.factor, load_at(x[2 * i + 1], beam))
             unloaded -= height_under(u + step / 2 * beam_still, x[2 * i + 1], beam)
             soft += step / 2 * height_under(beam_reply, x[2 * i + 1], beam)
-        s = solve_distance(unloaded, soft, height[:, 2 * i + 1], law[:, 2 * i + 1], exponent, now)
+        _lagging(dent[:, i], height[:, 2 * i + 1], law[:, 2 * i + 1], step, top, here)
+        s = solve_distance(unloaded, soft, top, here, exponent, now)
+        _follow(dent, i, now, law[:, 2 * i + 1], exponent, step)
         middle = still + reply * now.sum()
         q = q + step * middle
         v = 2 * middle - v
@@ -241,8 +165,29 @@ def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
             w = 2 * beam_middle - w
             beam_position[i + 1], beam_velocity[i + 1] = u, w
             loss[i] += step * (beam_middle @ band_times(beam.damping, beam_middle))
-        path_work[i] = _path_work(s + before, s + after, height, law, exponent, i)
-    return VerticalMotion(position, velocity, force, path_work, loss, beam_position, beam_velocity)
+        path_work[i] = _path_work(s + before, s + after, height, dent, law, exponent, i)
+    return VerticalMotion(position, velocity, force, path_work, loss, dent, beam_position, beam_velocity)
+
+
+@njit(cache=True)
+def _lagging(dent, height, law, step, top, here):
+    """Heights (bodies,) into `top` and laws (bodies, 4) into `here` with which the middle of a step closes: of a dent
+    that lags, what the step's own force adds to it is plastic compliance, the rest lowers the height."""
+    for b in range(len(dent)):
+        lag = law[b, 3]
+        follows = step / (step + 2 * lag)
+        top[b], here[b] = height[b] - (1 - follows) * dent[b], law[b]
+        here[b, 2] *= follows if lag > 0 else 1.0
+
+
+@njit(cache=True)
+def _follow(dent, i, force, law, exponent, step):
+    """Dents (bodies, m + 1) after step i, by the middle's force: the midpoint rule on dp/dt = (p(F) - p) / lag."""
+    for b in range(len(force)):
+        lag = law[b, 3]
+        if lag > 0:
+            behind = indentation(force[b], law[b], exponent) - dent[b, i]
+            dent[b, i + 1] = dent[b, i] + 2 * behind * step / (step + 2 * lag)
 
 
 @njit(cache=True)
@@ -256,11 +201,11 @@ def _beam_history(steps, u, w):
 
 
 @njit(cache=True)
-def _path_work(before, after, height, law, exponent, i):
-    """Work done on the contacts by moving the path on during step i, at the distances that the masses' middle leaves
-    at both ends: the same, but on a beam, which is as high elsewhere as it is inclined."""
-    energy = contact_energy(after, height[:, 2 * i + 2], law[:, 2 * i + 2], exponent)
-    return energy - contact_energy(before, height[:, 2 * i], law[:, 2 * i], exponent)
+def _path_work(before, after, height, dent, law, exponent, i):
+    """Work done on the contacts by moving the path on during step i, dents that lag with it, at the distances that the
+    masses' middle leaves at both ends: the same, but on a beam, which is as high elsewhere as it is inclined."""
+    energy = contact_energy(after, height[:, 2 * i + 2] - dent[:, i + 1], law[:, 2 * i + 2], exponent)
+    return energy - contact_energy(before, height[:, 2 * i] - dent[:, i], law[:, 2 * i], exponent)
 
 
 def static_distance(load: float, law: ContactLaw) -> float:
@@ -268,9 +213,8 @@ def static_distance(load: float, law: ContactLaw) -> float:
     heights, laws, exponent = law.arrays
     height, at, out = heights[:, 0], laws[:, 0], np.empty(len(heights))
     best = int(np.argmax(height))
-    stiffness, yield_load, plastic_compliance = at[best]
     high = float(height[best])
-    low = high - (load / stiffness) ** (1 / exponent) - plastic_compliance * max(load - yield_load, 0.0)
+    low = high - (load / at[best, 0]) ** (1 / exponent) - indentation(load, at[best], exponent)
     while (low + high) / 2 not in (low, high):
         middle = (low + high) / 2
         contact_forces(middle, height, at, exponent, out)

@@ -15,16 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rail_fem.light.beam_results import BeamResults, beam_results
+from rail_fem.light.contact_law import ContactLaw, contact_energies
 from rail_fem.light.track_beam import TrackBeam, track_beam
-from rail_fem.light.vertical_dynamics import (
-    BeamStart,
-    ContactLaw,
-    Masses,
-    VerticalMotion,
-    contact_energies,
-    integrate,
-    static_distance,
-)
+from rail_fem.light.vertical_dynamics import BeamStart, Masses, VerticalMotion, integrate, static_distance
 from rail_fem.light.wheel_modes import SPRUNG, WHEEL, WheelModes, modes_of, static_deflections, with_modes
 from rail_fem.output.events import OPEN, peak_at
 from rail_fem.output.result import Peak
@@ -153,11 +146,11 @@ def run_pass(
     if modes is not None:
         position, velocity = bent(scene, modes, position), np.r_[velocity, np.zeros(len(modes.mass))]
     motion = integrate(masses, position, velocity, step, law, on_beam)
-    height, stiffness, exponent = law.arrays
+    height, laws, exponent = law.arrays
     distance = motion.position @ masses.coupling
     if beam is not None:
         distance = distance - beam.heights(motion.beam_position, x[::2])
-    energy = contact_energies(distance, height[:, ::2], stiffness[:, ::2], exponent)
+    energy = contact_energies(distance, height[:, ::2] - motion.dent, laws[:, ::2], exponent)
     return LightPass(
         (np.arange(motion.force.shape[1]) + 0.5) * step, x[1::2], motion.force, motion, masses, step, energy, beam
     )

@@ -22,7 +22,7 @@ import numpy as np
 
 from geometry.hermite import cubic_between
 from kernel_cache import njit
-from rail_fem.light.vertical_dynamics import contact_energy, contact_force
+from rail_fem.light.contact_law import contact_energy, contact_force
 
 SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT, ROLL, LATERAL, YAW, TRACK_LEFT, TRACK_RIGHT = range(8)
 MOST_ITERATIONS = 100

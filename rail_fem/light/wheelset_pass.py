@@ -19,9 +19,10 @@ from geometry.axes import GAUGE_FACE_Y
 from geometry.path.path_search import BodySearch
 from geometry.path.wheel_path import rolling_radius
 from geometry.surfaces.bodies import BODIES
+from rail_fem.light.contact_law import ContactLaw
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.light.lateral_equilibrium import lateral_equilibrium
-from rail_fem.light.vertical_dynamics import ContactLaw, VerticalMotion, static_distance
+from rail_fem.light.vertical_dynamics import VerticalMotion, static_distance
 from rail_fem.light.vertical_pass import Contacts, LightPass, half_steps, scene_masses
 from rail_fem.light.wheelset_dynamics import (
     HEIGHT,
@@ -213,16 +214,9 @@ def wheelset_contacts(scene: Scene, law: ContactLaw, surfaces: Surfaces, x: np.n
     radii = np.stack(
         [t.between(x, wheel_radii(scene, t, shift)) for t, shift in zip(surfaces.over, surfaces.shift)], axis=-1
     )
-    plain, none = surfaces.plain, np.zeros_like(law.stiffness)
+    plain = surfaces.plain
     contact_y = np.stack([known(table.point[b, :, 1], scene.wheel_datum_y) for b in range(len(BODIES))]) - centre
-    laws = np.stack(
-        [
-            law.stiffness,
-            none if law.yield_load is None else law.yield_load,
-            none if law.plastic_compliance is None else law.plastic_compliance,
-        ],
-        axis=-1,
-    )
+    laws = law.arrays[1]
     repeat = lambda row: np.broadcast_to(row, (1, len(x), *np.shape(row)))
     stock = plain[middle]
     creep = np.stack([creep_coefficients(scene, table, b) for b in range(len(BODIES))])
@@ -236,7 +230,7 @@ def wheelset_contacts(scene: Scene, law: ContactLaw, surfaces: Surfaces, x: np.n
         radius=np.concatenate(
             [radii, repeat(np.array([wheel_radii(scene, t, s)[0, 0] for t, s in zip(plain, surfaces.shift)]))]
         ),
-        law=np.concatenate([laws, repeat(np.array([stock.stiffness[0, 0], 0.0, 0.0]))]),
+        law=np.concatenate([laws, repeat(np.array([stock.stiffness[0, 0], 0.0, 0.0, 0.0]))]),
         creep=np.concatenate([creeps, repeat(creep_coefficients(scene, stock, 0)[0])]),
         reference=scene.static_wheel_load,
         friction=scene.friction,
@@ -344,7 +338,7 @@ def as_light(
         (np.arange(len(motion.path_work)) + 0.5) * step,
         x[1::2],
         motion.force[:2],
-        VerticalMotion(of_left(q), of_left(v), motion.force[:2], motion.path_work, motion.loss),
+        VerticalMotion(of_left(q), of_left(v), motion.force[:2], motion.path_work, motion.loss, np.zeros((2, len(q)))),
         scene_masses(scene),
         step,
         energy,

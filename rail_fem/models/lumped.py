@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from bem.exact.hertz import tangent_stiffness
+from rail_fem.light.contact_law import ContactLaw
 from rail_fem.light.contact_table import contact_table
 from rail_fem.light.pass_result import light_result
 from rail_fem.light.validity import lumped_flags
-from rail_fem.light.vertical_dynamics import ContactLaw
 from rail_fem.light.vertical_pass import (
     Contacts,
     beam_errors,

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
+from rail_fem.light.contact_law import ContactLaw
 from rail_fem.light.dip import trajectory_dip
 from rail_fem.light.p2 import p1_force, p2_force, p2_increment
-from rail_fem.light.vertical_dynamics import ContactLaw, Masses, integrate
+from rail_fem.light.vertical_dynamics import Masses, integrate
 from rail_fem.output.result import PassResult
 from tests.rail_fem.test_scene import make_scene
 

@@ -136,11 +136,18 @@ def test_elastic_contact_is_harder_and_harder_steel_too(scene):
     assert peak(scene) < peak(strong) < peak(scene, plastic_indentation=False)
 
 
-@pytest.mark.parametrize("model, settings", [(lumped, LumpedSettings), (rigid_hertz, RigidHertzSettings)])
-def test_pass_is_second_order_in_the_step_and_the_balance_falls_with_it(scene, model, settings):
+@pytest.mark.parametrize(
+    "model, settings, law",
+    [
+        (lumped, LumpedSettings, {}),
+        (rigid_hertz, RigidHertzSettings, {}),
+        (rigid_hertz, RigidHertzSettings, {"indentation_law": "rolled"}),
+    ],
+)
+def test_pass_is_second_order_in_the_step_and_the_balance_falls_with_it(scene, model, settings, law):
     """Up to where the wheel is on the wing alone: the nose's contact begins inside a step."""
     runs = [
-        model.solve(scene, settings(start=0.095, end=0.30, time_step=step, history_interval=step))
+        model.solve(scene, settings(start=0.095, end=0.30, time_step=step, history_interval=step, **law))
         for step in (40e-6, 20e-6, 10e-6, 1.25e-6)
     ]
     at = np.linspace(0.1, 0.29, 40)

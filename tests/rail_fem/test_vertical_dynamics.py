@@ -4,14 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from rail_fem.light.vertical_dynamics import (
-    ContactLaw,
-    Masses,
-    contact_energy,
-    contact_force,
-    integrate,
-    static_distance,
-)
+from rail_fem.light.contact_law import ContactLaw, contact_energy, contact_force, indentation
+from rail_fem.light.vertical_dynamics import Masses, integrate, static_distance
 from tests.order import assert_order
 
 WHEEL, TRACK, SPRING = 500.0, 750.0, 1.2e9
@@ -36,7 +30,13 @@ def law(steps, stiffness, exponent, height=None, **plastic_indentation):
 
 
 @pytest.mark.parametrize(
-    "exponent, plastic_indentation", [(1.0, {}), (1.5, {}), (1.5, {"yield_load": 5e3, "plastic_compliance": 2e-9})]
+    "exponent, plastic_indentation",
+    [
+        (1.0, {}),
+        (1.5, {}),
+        (1.5, {"yield_load": 5e3, "plastic_compliance": 2e-9}),
+        (1.5, {"yield_load": 5e3, "plastic_compliance": 1e-9, "lag": 3e-4}),
+    ],
 )
 def test_second_order_on_every_contact_law(exponent, plastic_indentation):
     """One lasting contact, a load of 86 kN, started away from rest; against a hundred times finer steps."""
@@ -99,13 +99,15 @@ def test_linear_system_in_lasting_contact_keeps_energy_exactly():
     steps, load = 3000, 86e3
     motion = integrate(free_pair(load), np.array([-5e-5, 0.0]), np.zeros(2), 2e-5, law(steps, SPRING, 1.0))
     assert motion.force.min() > 0
-    contact = [contact_energy(s, np.zeros(1), np.array([[SPRING, 0.0, 0.0]]), 1.0) for s in motion.position @ [1, -1]]
+    contact = [
+        contact_energy(s, np.zeros(1), np.array([[SPRING, 0.0, 0.0, 0.0]]), 1.0) for s in motion.position @ [1, -1]
+    ]
     energy = 0.5 * motion.velocity**2 @ [WHEEL, TRACK] + contact + load * (motion.position @ [1, -1])
     assert np.ptp(energy) < 1e-9 * np.ptp(contact)
 
 
 def test_groove_law_is_the_sum_of_both_depths_and_its_energy_the_work():
-    at = (4e10, 5e3, 2e-9)
+    at = (4e10, 5e3, 2e-9, 0.0)
     depth = np.linspace(1e-6, 8e-4, 4001)
     force = np.array([contact_force(d, at, 1.5)[0] for d in depth])
     np.testing.assert_allclose((force / 4e10) ** (2 / 3) + 2e-9 * np.maximum(force - 5e3, 0), depth, rtol=1e-12)
@@ -116,10 +118,54 @@ def test_groove_law_is_the_sum_of_both_depths_and_its_energy_the_work():
     assert energy == pytest.approx(work, rel=1e-6)  # trapezoidal rule, 4000 intervals
 
 
+def test_rolled_law_is_the_sum_of_elastic_approach_and_indentation():
+    stiffness, yield_load, compliance = 4e10, 5e3, 1e-9
+    at = (stiffness, yield_load, compliance, 1e-4)
+    depth = np.linspace(1e-6, 8e-4, 401)
+    force = np.array([contact_force(d, at, 1.5)[0] for d in depth])
+    elastic = (force / stiffness) ** (2 / 3)
+    dent = compliance * np.maximum(force - yield_load * (force / yield_load) ** (2 / 3), 0)
+    np.testing.assert_allclose(elastic + dent, depth, rtol=1e-12)
+    np.testing.assert_allclose([indentation(f, at, 1.5) for f in force], dent, rtol=1e-12, atol=1e-20)
+    slope = np.array([contact_force(d, at, 1.5)[1] for d in depth])
+    error = np.abs(np.gradient(force, depth)[1:-1] / slope[1:-1] - 1)
+    assert np.median(error) < 1e-5 and error.max() < 0.06 and (np.diff(force) > 0).all()  # a bend at the yield load
+
+
+def test_a_dent_that_lags_follows_a_held_force_as_an_exponential():
+    """A heavy wheel on a track that cannot move back: the force stays, the dent goes from 0 to what the law wants."""
+    steps, lag, load, step = 200, 1e-3, 86e3, 2e-5
+    at = law(steps, 4e10, 1.5, yield_load=5e3, plastic_compliance=1e-9, lag=lag)
+    heavy = free_pair(load)._replace(mass=np.array([1e-6, 1e12]))  # no inertia: the contact carries the load
+    late = ContactLaw(at.height, at.stiffness, at.yield_load, at.plastic_compliance.copy(), lag=at.lag)
+    late.plastic_compliance[0, 0] = 0.0  # at the first time alone, where the dent begins
+    motion = integrate(heavy, np.array([static_distance(load, late), 0.0]), np.zeros(2), step, late)
+    np.testing.assert_allclose(motion.force[0, 5:], load, rtol=1e-3)
+    wanted = indentation(load, (4e10, 5e3, 1e-9, lag), 1.5)
+    time = step * np.arange(steps + 1)
+    np.testing.assert_allclose(motion.dent[0], wanted * (1 - np.exp(-time / lag)), atol=2e-3 * wanted)
+
+
+def test_a_dent_that_hardly_lags_is_that_of_the_force_at_once():
+    steps, at = 400, (4e10, 5e3, 1e-9, 1e-9)
+    motion = integrate(
+        free_pair(86e3),
+        np.array([-1.2e-4, 0.0]),
+        np.zeros(2),
+        1e-5,
+        law(steps, *at[:1], 1.5, yield_load=at[1], plastic_compliance=at[2], lag=at[3]),
+    )
+    middle = (motion.dent[0, 1:] + motion.dent[0, :-1]) / 2
+    np.testing.assert_allclose(middle, [indentation(f, at, 1.5) for f in motion.force[0]], rtol=1e-4)
+    assert motion.dent[0].max() > 20e-6
+
+
 def test_static_rest_carries_the_load():
     two = ContactLaw(np.array([[0.0] * 3, [2e-5] * 3]), np.full((2, 3), 4e10))
     s = static_distance(86e3, two)
-    assert sum(contact_force(h - s, (4e10, 0.0, 0.0), 1.5)[0] for h in (0.0, 2e-5)) == pytest.approx(86e3, rel=1e-10)
+    assert sum(contact_force(h - s, (4e10, 0.0, 0.0, 0.0), 1.5)[0] for h in (0.0, 2e-5)) == pytest.approx(
+        86e3, rel=1e-10
+    )
 
 
 def test_bad_shapes_and_steps_are_refused():
