@@ -111,3 +111,31 @@ def contact_energies(s, height, law, exponent):
     for i in range(len(s)):
         out[i] = contact_energy(s[i], height[:, i], law[:, i], exponent)
     return out
+
+
+@njit(cache=True)
+def first_dents(force, law, exponent, dent):
+    """Dents that lag, (bodies, m + 1), at the start: as deep as the forces there (bodies,) press them in the end."""
+    for b in range(len(force)):
+        dent[b, 0] = indentation(force[b], law[b], exponent) if law[b, 3] > 0 else 0.0
+
+
+@njit(cache=True)
+def lagging(dent, height, law, step, top, here):
+    """Heights (bodies,) into `top` and laws (bodies, 4) into `here` with which the middle of a step closes: of a dent
+    that lags, what the step's own force adds to it is plastic compliance, the rest lowers the height."""
+    for b in range(len(dent)):
+        lag = law[b, 3]
+        follows = step / (step + 2 * lag)
+        top[b], here[b] = height[b] - (1 - follows) * dent[b], law[b]
+        here[b, 2] *= follows if lag > 0 else 1.0
+
+
+@njit(cache=True)
+def follow(dent, i, force, law, exponent, step):
+    """Dents (bodies, m + 1) after step i, by the middle's force: the midpoint rule on dp/dt = (p(F) - p) / lag."""
+    for b in range(len(force)):
+        lag = law[b, 3]
+        if lag > 0:
+            behind = indentation(force[b], law[b], exponent) - dent[b, i]
+            dent[b, i + 1] = dent[b, i] + 2 * behind * step / (step + 2 * lag)

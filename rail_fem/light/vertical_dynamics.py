@@ -17,7 +17,16 @@ import numpy as np
 
 from kernel_cache import njit
 from rail_fem.light.beam_kernel import BeamBand, band_solve, band_times, height_under, load_at
-from rail_fem.light.contact_law import MOST_ITERATIONS, ContactLaw, contact_energy, contact_forces, indentation
+from rail_fem.light.contact_law import (
+    MOST_ITERATIONS,
+    ContactLaw,
+    contact_energy,
+    contact_forces,
+    first_dents,
+    follow,
+    indentation,
+    lagging,
+)
 
 CLOSED = 1e-15  # to which s is found [m]
 
@@ -135,8 +144,7 @@ def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
     before = after = 0.0
     start = coupling @ q - (0.0 if beam is None else height_under(u, x[0], beam))
     contact_forces(start, height[:, 0], law[:, 0], exponent, now)
-    for b in range(len(top)):
-        dent[b, 0] = indentation(now[b], law[b, 0], exponent) if law[b, 0, 3] > 0 else 0.0
+    first_dents(now, law[:, 0], exponent, dent)
     for i in range(steps):
         still = inverse @ (2 / step * masses.mass * v - masses.stiffness @ q + masses.load)
         unloaded = coupling @ (q + step / 2 * still)
@@ -146,9 +154,9 @@ def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
             beam_reply = band_solve(beam.factor, load_at(x[2 * i + 1], beam))
             unloaded -= height_under(u + step / 2 * beam_still, x[2 * i + 1], beam)
             soft += step / 2 * height_under(beam_reply, x[2 * i + 1], beam)
-        _lagging(dent[:, i], height[:, 2 * i + 1], law[:, 2 * i + 1], step, top, here)
+        lagging(dent[:, i], height[:, 2 * i + 1], law[:, 2 * i + 1], step, top, here)
         s = solve_distance(unloaded, soft, top, here, exponent, now)
-        _follow(dent, i, now, law[:, 2 * i + 1], exponent, step)
+        follow(dent, i, now, law[:, 2 * i + 1], exponent, step)
         middle = still + reply * now.sum()
         q = q + step * middle
         v = 2 * middle - v
@@ -167,27 +175,6 @@ def _march(masses, inverse, q, v, step, height, law, exponent, beam, u, w, x):
             loss[i] += step * (beam_middle @ band_times(beam.damping, beam_middle))
         path_work[i] = _path_work(s + before, s + after, height, dent, law, exponent, i)
     return VerticalMotion(position, velocity, force, path_work, loss, dent, beam_position, beam_velocity)
-
-
-@njit(cache=True)
-def _lagging(dent, height, law, step, top, here):
-    """Heights (bodies,) into `top` and laws (bodies, 4) into `here` with which the middle of a step closes: of a dent
-    that lags, what the step's own force adds to it is plastic compliance, the rest lowers the height."""
-    for b in range(len(dent)):
-        lag = law[b, 3]
-        follows = step / (step + 2 * lag)
-        top[b], here[b] = height[b] - (1 - follows) * dent[b], law[b]
-        here[b, 2] *= follows if lag > 0 else 1.0
-
-
-@njit(cache=True)
-def _follow(dent, i, force, law, exponent, step):
-    """Dents (bodies, m + 1) after step i, by the middle's force: the midpoint rule on dp/dt = (p(F) - p) / lag."""
-    for b in range(len(force)):
-        lag = law[b, 3]
-        if lag > 0:
-            behind = indentation(force[b], law[b], exponent) - dent[b, i]
-            dent[b, i + 1] = dent[b, i] + 2 * behind * step / (step + 2 * lag)
 
 
 @njit(cache=True)

@@ -22,7 +22,7 @@ import numpy as np
 
 from geometry.hermite import cubic_between
 from kernel_cache import njit
-from rail_fem.light.contact_law import contact_energy, contact_force
+from rail_fem.light.contact_law import contact_energy, contact_force, first_dents, follow, lagging
 
 SPRUNG_LEFT, SPRUNG_RIGHT, HEIGHT, ROLL, LATERAL, YAW, TRACK_LEFT, TRACK_RIGHT = range(8)
 MOST_ITERATIONS = 100
@@ -74,7 +74,7 @@ class WheelsetSystem(NamedTuple):
 
 class WheelsetMotion(NamedTuple):
     """position, velocity (m + 1, 8); force (c, m) in each step's middle [N]; works of each step (m,) [J]: of the path
-    on the contacts, dampers, creep."""
+    on the contacts, dampers, creep; dent (c, m + 1) that lags behind the force [m]."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -82,6 +82,7 @@ class WheelsetMotion(NamedTuple):
     path_work: np.ndarray
     loss: np.ndarray
     friction: np.ndarray
+    dent: np.ndarray
 
 
 Values = TypeVar("Values", WheelsetContacts, WheelsetSystem)
@@ -135,20 +136,22 @@ def static_forces(system: WheelsetSystem, contacts: WheelsetContacts, position: 
     the track: springs, loads, contacts, check rail, creep. system, contacts : as `for_kernels` gives them."""
     count = len(contacts.side)
     found, normal, stiff, creep, slip = (np.zeros(shape) for shape in (count, 8, (8, 8), 8, (2, 8, 8)))
-    _normal(position, 0, contacts, system.rolling_radius, *system.stop, found, normal, stiff)
+    here = contacts.law[:, 0], np.zeros(count)
+    _normal(position, 0, contacts, *here, system.rolling_radius, *system.stop, found, normal, stiff)
     speed, curvature = system.speed, system.curvature
     _creep(position, np.zeros(8), 0, contacts, system.rolling_radius, speed, curvature, found, creep, slip)
     load = system.load + normal + creep - system.stiffness @ position
     return StaticForces(load, system.stiffness + stiff + slip[1], found)
 
 
-def potential(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray) -> np.ndarray:
-    """Energy (m + 1,) [J] in contacts and check rail at the ends of the steps, for positions (m + 1, 8)."""
+def potential(system: WheelsetSystem, contacts: WheelsetContacts, position: np.ndarray, dent: np.ndarray) -> np.ndarray:
+    """Energy (m + 1,) [J] in contacts and check rail at the ends of the steps, for positions (m + 1, 8), dents that
+    lag (c, m + 1)."""
     c = contacts
     at_ends = c._replace(
         contact_y=c.contact_y[:, ::2], height=c.height[:, ::2], slope=c.slope[:, ::2], law=c.law[:, ::2]
     )
-    return _potentials(position, for_kernels(at_ends), system.rolling_radius, *system.stop)
+    return _potentials(position, for_kernels(at_ends), dent, system.rolling_radius, *system.stop)
 
 
 @njit(cache=True)
@@ -184,28 +187,30 @@ def approach(q, c, t, contacts, rolling, gradient):
 
 
 @njit(cache=True)
-def _energy(q, t, contacts, rolling, clearance, check):
-    """Energy of all contacts at time t of the arrays, and of the check rail."""
+def _energy(q, t, contacts, dent, rolling, clearance, check):
+    """Energy of all contacts at time t of the arrays with dents that lag (c,), and of the check rail."""
     gradient, none = np.empty(8), np.zeros(1)
     energy = 0.5 * check * max(q[4] + rolling * q[3] - clearance, 0.0) ** 2
     for c in range(len(contacts.side)):
         d, _ = approach(q, c, t, contacts, rolling, gradient)
+        d -= dent[c]
         if d > 0:
             energy += contact_energy(-d, none, contacts.law[c, t : t + 1], 1.5)
     return energy
 
 
 @njit(cache=True)
-def _potentials(position, contacts, rolling, clearance, check):
+def _potentials(position, contacts, dent, rolling, clearance, check):
     out = np.empty(len(position))
     for i in range(len(position)):
-        out[i] = _energy(position[i], i, contacts, rolling, clearance, check)
+        out[i] = _energy(position[i], i, contacts, dent[:, i], rolling, clearance, check)
     return out
 
 
 @njit(cache=True)
-def _normal(q, t, contacts, rolling, clearance, check, force, into, stiff):
-    """Forces of contacts (c,), their generalised force into (8,), and minus its derivative to q (8, 8)."""
+def _normal(q, t, contacts, law, top, rolling, clearance, check, force, into, stiff):
+    """Forces of contacts (c,) by their laws (c, 4), with heights changed by `top` (c,), their generalised force into
+    (8,), and minus its derivative to q (8, 8)."""
     gradient = np.empty(8)
     into[:], stiff[:] = 0.0, 0.0
     past = q[4] + rolling * q[3] - clearance
@@ -218,7 +223,7 @@ def _normal(q, t, contacts, rolling, clearance, check, force, into, stiff):
         stiff[3, 3] += check * rolling**2
     for c in range(len(contacts.side)):
         d, bend = approach(q, c, t, contacts, rolling, gradient)
-        force[c], rate = contact_force(d, contacts.law[c, t], 1.5)
+        force[c], rate = contact_force(d + top[c], law[c], 1.5)
         into -= force[c] * gradient
         for i in range(8):
             for j in range(8):
@@ -285,6 +290,7 @@ def _march(system, contacts, q, v, step):
         np.zeros(steps),
         np.zeros(steps),
         np.zeros(steps),
+        np.zeros((count, steps + 1)),
     )
     motion.position[0], motion.velocity[0] = q, v
     now, normal_load, stiff, creep_load, slip = (
@@ -294,12 +300,16 @@ def _march(system, contacts, q, v, step):
         np.zeros(8),
         np.zeros((2, 8, 8)),
     )
-    held = np.diag(1.0 - system.free_dofs)
+    held, dent = np.diag(1.0 - system.free_dofs), motion.dent
+    level, top, here = np.zeros(count), np.zeros(count), contacts.law[:, 0].copy()
+    _normal(q, 0, contacts, here, top, rolling, clearance, check, now, normal_load, stiff)
+    first_dents(now, contacts.law[:, 0], 1.5, dent)
     for i in range(steps):
         t, middle, closed = 2 * i + 1, v.copy(), False
+        lagging(dent[:, i], level, contacts.law[:, t], step, top, here)
         for _ in range(MOST_ITERATIONS):
             at = q + step / 2 * middle
-            _normal(at, t, contacts, rolling, clearance, check, now, normal_load, stiff)
+            _normal(at, t, contacts, here, top, rolling, clearance, check, now, normal_load, stiff)
             _creep(at, middle, t, contacts, rolling, system.speed, system.curvature, now, creep_load, slip)
             residual = (
                 2 / step * mass * (middle - v)
@@ -321,8 +331,9 @@ def _march(system, contacts, q, v, step):
         if not closed:
             return motion, i
         at = q + step / 2 * middle
-        after = _energy(at, t + 1, contacts, rolling, clearance, check)
-        motion.path_work[i] = after - _energy(at, t - 1, contacts, rolling, clearance, check)
+        follow(dent, i, now, contacts.law[:, t], 1.5, step)
+        after = _energy(at, t + 1, contacts, dent[:, i + 1], rolling, clearance, check)
+        motion.path_work[i] = after - _energy(at, t - 1, contacts, dent[:, i], rolling, clearance, check)
         motion.loss[i], motion.friction[i] = step * (middle @ (damper @ middle)), -step * (middle @ creep_load)
         motion.force[:, i] = now
         q, v = q + step * middle, 2 * middle - v

@@ -283,13 +283,7 @@ def start_of(
     arms = np.array([contacts.contact_y[carrier, 0], -contacts.contact_y[~left, 0][0]])
     loads = 2 * scene.static_wheel_load * arms[::-1] / arms.sum()
     static = [
-        static_distance(
-            load,
-            ContactLaw(
-                np.repeat(height[rows, :1], 3, axis=1),
-                *(np.repeat(contacts.law[rows, :1, k], 3, axis=1) for k in range(3)),
-            ),
-        )
+        static_distance(load, _held(height[rows, :1], contacts.law[rows, :1]))
         for load, rows in zip(loads, (left, ~left))
     ]
     track = -loads / scene.foundation.stiffness
@@ -309,6 +303,13 @@ def start_of(
     velocity[[HEIGHT, ROLL]] = np.linalg.solve(both, [rate, 0.0])
     velocity[[SPRUNG_LEFT, SPRUNG_RIGHT]] = velocity[HEIGHT] + arm * np.array([1, -1]) * velocity[ROLL]
     return diverging_start(scene, system, contacts, position), velocity
+
+
+def _held(height: np.ndarray, law: np.ndarray) -> ContactLaw:
+    """The law (bodies, 1, 4) of one moment, kept."""
+    stay = lambda values: np.repeat(values, 3, axis=1)
+    stiffness, yield_load, compliance, lag = (stay(law[..., k]) for k in range(4))
+    return ContactLaw(stay(height), stiffness, yield_load, compliance, lag=lag)
 
 
 def diverging_start(
@@ -333,12 +334,12 @@ def as_light(
     """The left wheel's pass, and the wheelset's own columns."""
     arm, q, v = datum_arm(scene), motion.position, motion.velocity
     of_left = lambda a: np.stack([a[:, SPRUNG_LEFT], a[:, HEIGHT] + arm * a[:, ROLL], a[:, TRACK_LEFT]], axis=1)
-    energy = potential(system, contacts, q)
+    energy = potential(system, contacts, q, motion.dent)
     light = LightPass(
         (np.arange(len(motion.path_work)) + 0.5) * step,
         x[1::2],
         motion.force[:2],
-        VerticalMotion(of_left(q), of_left(v), motion.force[:2], motion.path_work, motion.loss, np.zeros((2, len(q)))),
+        VerticalMotion(of_left(q), of_left(v), motion.force[:2], motion.path_work, motion.loss, motion.dent[:2]),
         scene_masses(scene),
         step,
         energy,

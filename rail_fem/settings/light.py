@@ -124,7 +124,7 @@ class IndentationSettings(PassSettings):
         "fully plastic",
         description=(
             "how deep: as a fully plastic contact (Tabor), or as found by rolling over an elastoplastic half-space,"
-            " nearer to fe_full; rolled: vertical motion alone"
+            " nearer to fe_full"
         ),
     )
 
@@ -159,21 +159,6 @@ class RigidHertzSettings(IndentationSettings):
         ]
         | None
     ) = None
-
-    @model_validator(mode="after")
-    def _wheelset_has_no_memory(self) -> "RigidHertzSettings":
-        if self.indentation_law == "rolled" and self.degrees_of_freedom != "vertical":
-            raise PydanticCustomError(
-                "indentation_law",
-                "{message}",
-                {
-                    "message": (
-                        "indentation_law rolled follows the force after a lag, which only the vertical motion keeps:"
-                        f" take 'fully plastic' with degrees_of_freedom {self.degrees_of_freedom}"
-                    )
-                },
-            )
-        return self
 
     @property
     def takes_flexible_parts(self) -> bool:

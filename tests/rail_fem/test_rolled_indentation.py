@@ -99,8 +99,3 @@ def test_forces_of_the_reference_pass_come_nearer_to_the_finite_elements():
 
     rolled_off, plastic_off = off("rolled"), off("fully plastic")
     assert (rolled_off < [0.02, 0.07, 0.11]).all() and rolled_off.max() < 0.8 * plastic_off.max()
-
-
-def test_a_wheelset_refuses_the_law_that_lags():
-    with pytest.raises(ValueError, match="only the vertical motion keeps: take 'fully plastic'"):
-        RigidHertzSettings(indentation_law="rolled", degrees_of_freedom="roll")

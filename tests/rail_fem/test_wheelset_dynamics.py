@@ -48,12 +48,15 @@ def surfaces():
     return surfaces_of(SCENE, SHORT)
 
 
-def moved(surfaces, settings=SHORT, step=10e-6, change=lambda contacts: contacts, rolling_radius=None):
-    """System, contacts and motion over the true surfaces, elastic."""
+ELASTIC, ROLLED = {"plastic_indentation": False}, {"indentation_law": "rolled"}
+
+
+def moved(surfaces, settings=SHORT, step=10e-6, change=lambda contacts: contacts, rolling_radius=None, law=ELASTIC):
+    """System, contacts and motion over the true surfaces, elastic where nothing else is said."""
     start, end = settings.window(SCENE)
     count = int(round((end - start) / SCENE.speed / step))
     table = surfaces.over[len(surfaces.over) // 2]
-    law = contacts_of(SCENE, settings.model_copy(update={"plastic_indentation": False}), table)
+    law = contacts_of(SCENE, settings.model_copy(update=law), table)
     x = np.linspace(start, end, 2 * count + 1)
     contacts, system = change(wheelset_contacts(SCENE, law(x), surfaces, x)), wheelset_system(SCENE, settings)
     system = system if rolling_radius is None else system._replace(rolling_radius=rolling_radius)
@@ -93,7 +96,8 @@ def test_creep_forces_grow_with_the_patch_area_and_end_at_friction():
     assert lateral_creep_force(86e3, 33.5) == pytest.approx(-2 * 0.3 * 86e3, rel=1e-9)
 
 
-def test_without_cant_of_the_surfaces_each_side_is_the_vertical_model(surfaces):
+@pytest.mark.parametrize("law", [ELASTIC, ROLLED], ids=["elastic", "rolled"])
+def test_without_cant_of_the_surfaces_each_side_is_the_vertical_model(surfaces, law):
     """Levers and gyration at the tread datum, heights that no lateral motion changes, an axle at rail level, no creep:
     the left wheel is alone, to where Newton ends."""
     arm = datum_arm(SCENE)
@@ -108,11 +112,9 @@ def test_without_cant_of_the_surfaces_each_side_is_the_vertical_model(surfaces):
         )
 
     _, _, motion = moved(
-        surfaces, SHORT.model_copy(update={"degrees_of_freedom": "roll"}), change=uncoupled, rolling_radius=0.0
+        surfaces, SHORT.model_copy(update={"degrees_of_freedom": "roll"}), change=uncoupled, rolling_radius=0.0, law=law
     )
-    settings = SHORT.model_copy(
-        update={"plastic_indentation": False, "time_step": (0.30 - 0.095) / SCENE.speed / len(motion.path_work)}
-    )
+    settings = SHORT.model_copy(update=law | {"time_step": (0.30 - 0.095) / SCENE.speed / len(motion.path_work)})
     table = contact_table(SCENE, *settings.window(SCENE), settings.path_spacing)
     alone = run_pass(SCENE, settings, contacts_of(SCENE, settings, table))
     assert alone.force.shape == motion.force[:2].shape
@@ -136,12 +138,13 @@ def motion_step(motion) -> float:
     return (0.30 - 0.095) / SCENE.speed / len(motion.path_work)
 
 
-def test_second_order_in_the_step_and_energy_is_kept(surfaces):
-    """Elastic contacts over the true surfaces, with creep: the balance holds to the scheme's second order."""
+@pytest.mark.parametrize("law", [ELASTIC, ROLLED], ids=["elastic", "rolled"])
+def test_second_order_in_the_step_and_energy_is_kept(surfaces, law):
+    """Contacts over the true surfaces, with creep: the balance holds to the scheme's second order."""
     runs, steps = [], np.array([40e-6, 20e-6, 10e-6, 1.25e-6])
     for step in steps:
-        system, contacts, motion = moved(surfaces, step=step)
-        runs.append((motion, energy_columns(system, motion, potential(system, contacts, motion.position))))
+        system, contacts, motion = moved(surfaces, step=step, law=law)
+        runs.append((motion, energy_columns(system, motion, potential(system, contacts, motion.position, motion.dent))))
     at = np.linspace(0.1, 0.9, 30)
     curve = lambda m, k: np.interp(at, np.linspace(0, 1, len(m.position)), m.position[:, k])
     for k in (HEIGHT, ROLL, LATERAL, YAW):
@@ -221,7 +224,9 @@ def test_gravitational_stiffness_of_cones_is_that_of_plane_geometry():
             0.2 * np.sqrt(system.mass[HEIGHT] / rate),
         ).position
         assert np.abs(end[-1] - end[-2]).max() < 1e-14
-        energies.append(LOAD * end[-1, HEIGHT] + potential(system, contacts, end)[-1])
+        energies.append(
+            LOAD * end[-1, HEIGHT] + potential(system, contacts, end, np.zeros((len(contacts.side), len(end))))[-1]
+        )
     assert np.diff(energies, 2)[0] / 1e-6 == pytest.approx(exact, rel=CONE**2)
 
 
@@ -267,7 +272,7 @@ def test_creep_is_bounded_by_friction_and_the_check_rail_stops_the_wheelset():
         motion.position[:, LATERAL].max() > 0.4e-3 > 0.25e-3 > stopped.position[:, LATERAL].max()
         and stopped.velocity[:, LATERAL].min() < -0.05
     )
-    energy = energy_columns(checked, stopped, potential(checked, contacts, stopped.position))
+    energy = energy_columns(checked, stopped, potential(checked, contacts, stopped.position, stopped.dent))
     assert np.abs(energy["energy_balance"]).max() < 1e-3 * np.ptp(energy["energy_kinetic"])
 
 
