@@ -84,6 +84,11 @@ STUDIES = {
         "a sphere pressed into a yielding half-space: boundary elements, finite elements, published fits",
         ("--quick",),
     ),
+    "rolled-indentation": Study(
+        "rail_fem.studies.rolled_indentation",
+        "how deep a rolling ellipsoid presses a rail in: half-space, law of the light models, explicit passes",
+        ("--quick",),
+    ),
     "patch-methods": Study(
         "rail_fem.studies.patch_methods", "one patch by every method, static finite elements as reference solution"
     ),
