@@ -172,7 +172,8 @@ class StressInfluence:
         spectrum = fft.rfft2(strain.reshape(-1, cells.nx, cells.ny), s=(px, py)).reshape(cells.nz, 5, px, -1)
         spectrum *= self.phase.conj().astype(spectrum.dtype)[None, :, None, None]
         columns = _gather(spectrum, ODD_X, strain.dtype.type(0))
-        rows = np.matmul(matrix, columns)
+        rows = np.empty((len(columns), 4, matrix.shape[2]), columns.dtype)
+        _multiply(matrix, columns, rows)
         odd = ODD_X if outputs == 5 else np.zeros(1, int)
         answer = _scatter(rows, px, py // 2 + 1, cells.nz, outputs, odd, spectrum.dtype.type(0))
         answer *= phase[None, :, None, None]
@@ -180,7 +181,7 @@ class StressInfluence:
         return field[:, : cells.nx, : cells.ny].reshape(cells.nz, outputs, cells.nx, cells.ny)
 
     def _matrix(self, rows: np.ndarray, odd_x: np.ndarray, odd_y: np.ndarray) -> np.ndarray:
-        """(modes, nz outputs, nz 5): one real matrix per wave number of the quadrant."""
+        """(modes, nz 5, nz outputs): one real matrix per wave number of the quadrant, transposed."""
         cells, elastic = self.cells, self.elastic
         signs = _signs(odd_x, odd_y)
         full, surface = (
@@ -202,7 +203,7 @@ class StressInfluence:
 def _assemble(near, turned, touching, p00, p01, p10, p11, nz, dz):
     """Means over layer i of the field of layer j: second differences over the distances of their faces."""
     levels, outputs, inputs, modes = near.shape
-    matrix = np.empty((modes, nz * outputs, nz * inputs))
+    matrix = np.empty((modes, nz * inputs, nz * outputs))
     for i in range(nz):
         for j in range(nz):
             far = abs(i - j)
@@ -224,7 +225,7 @@ def _assemble(near, turned, touching, p00, p01, p10, p11, nz, dz):
                                     p00[level, o, c, k] + z * p10[level, o, c, k]
                                     + source * (p01[level, o, c, k] + z * p11[level, o, c, k])
                                 )  # fmt: skip
-                        matrix[k, i * outputs + o, j * inputs + c] = value
+                        matrix[k, j * inputs + c, i * outputs + o] = value
     return matrix
 
 
@@ -248,6 +249,24 @@ def _gather(spectrum, odd, zero):
 
 
 @njit(cache=True)
+def _multiply(matrix, columns, out):
+    """out (modes, 4, rows): matrix (modes, inputs, rows), transposed, times columns (modes, inputs, 4). The matrix is
+    by far the largest: it is read once and in order."""
+    for k in range(len(matrix)):
+        one, two, three, four = out[k, 0], out[k, 1], out[k, 2], out[k, 3]
+        one[:], two[:], three[:], four[:] = 0, 0, 0, 0
+        for c in range(matrix.shape[1]):
+            a, b, d, e = columns[k, c, 0], columns[k, c, 1], columns[k, c, 2], columns[k, c, 3]
+            row = matrix[k, c]
+            for o in range(len(row)):
+                value = row[o]
+                one[o] += value * a
+                two[o] += value * b
+                three[o] += value * d
+                four[o] += value * e
+
+
+@njit(cache=True)
 def _scatter(rows, px, half, nz, outputs, odd, zero):
     out = np.full((nz, outputs, px, half), zero)
     for k in range(nz):
@@ -255,7 +274,7 @@ def _scatter(rows, px, half, nz, outputs, odd, zero):
             sign = -1.0 if odd[c] else 1.0
             for i in range(px // 2 + 1):
                 for j in range(half):
-                    row = rows[i * half + j, k * outputs + c]
+                    row = rows[i * half + j, :, k * outputs + c]
                     out[k, c, (px - i) % px, j] = sign * (row[2] + 1j * row[3])
                     out[k, c, i, j] = row[0] + 1j * row[1]
     return out
