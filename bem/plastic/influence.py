@@ -169,7 +169,7 @@ class StressInfluence:
 
     def _product(self, matrix: np.ndarray, strain: np.ndarray, phase: np.ndarray) -> np.ndarray:
         cells, (px, py), outputs = self.cells, self.cells.period, len(phase)
-        spectrum = fft.rfft2(strain.reshape(-1, cells.nx, cells.ny), s=(px, py)).reshape(cells.nz, 5, px, -1)
+        spectrum = fft.fft(fft.rfft(strain, n=py, axis=3), n=px, axis=2, overwrite_x=True)
         spectrum *= self.phase.conj().astype(spectrum.dtype)[None, :, None, None]
         columns = _gather(spectrum, ODD_X, strain.dtype.type(0))
         rows = np.empty((len(columns), 4, matrix.shape[2]), columns.dtype)
@@ -177,8 +177,8 @@ class StressInfluence:
         odd = ODD_X if outputs == 5 else np.zeros(1, int)
         answer = _scatter(rows, px, py // 2 + 1, cells.nz, outputs, odd, spectrum.dtype.type(0))
         answer *= phase[None, :, None, None]
-        field = fft.irfft2(answer.reshape(-1, px, py // 2 + 1), s=(px, py))
-        return field[:, : cells.nx, : cells.ny].reshape(cells.nz, outputs, cells.nx, cells.ny)
+        lines = fft.ifft(answer, axis=2, overwrite_x=True)[:, :, : cells.nx]
+        return np.ascontiguousarray(fft.irfft(lines, n=py, axis=3)[..., : cells.ny])
 
     def _matrix(self, rows: np.ndarray, odd_x: np.ndarray, odd_y: np.ndarray) -> np.ndarray:
         """(modes, nz 5, nz outputs): one real matrix per wave number of the quadrant, transposed."""
