@@ -20,6 +20,9 @@ def report(
         Path | None,
         typer.Option(help="instead: this one Markdown file, with the figures named by --show beside it, small"),
     ] = None,
+    beside: Annotated[
+        Path | None, typer.Option(help="folder of another sweep of the same cases, for a table of both")
+    ] = None,
     show: Annotated[
         list[str] | None,
         typer.Option("--show", help="figure of the digest, by its name in the report; may be given several times"),
@@ -31,8 +34,8 @@ def report(
 
     try:
         if digest is None:
-            say(str(write_page(folder, groups, out or folder / "report")))
+            say(str(write_page(folder, groups, out or folder / "report", beside)))
         else:
-            say(str(write_digest(folder, groups, digest, tuple(show or ()))))
+            say(str(write_digest(folder, groups, digest, tuple(show or ()), beside)))
     except (ValueError, OSError) as error:
         stop(str(error))

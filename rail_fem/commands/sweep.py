@@ -24,6 +24,12 @@ def sweep(
         ),
     ] = None,
     settings: SetOption = None,
+    groups: Annotated[
+        Path | None,
+        typer.Option(
+            help="file of groups and trends, e.g. cases/thesis/whole_crossing.toml: the cases are changed as it says"
+        ),
+    ] = None,
     model: Annotated[
         list[str] | None, typer.Option("--model", help="only this model; may be given several times")
     ] = None,
@@ -42,6 +48,7 @@ def sweep(
     from rail_fem.hierarchy import MODELS
     from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
     from rail_fem.sweeps.sweep_report import sweep_report
+    from rail_fem.sweeps.trends import load_source
 
     one = only is not None
     unknown = sorted(set(model or ()) - set(MODELS))
@@ -53,13 +60,14 @@ def sweep(
         variations = [read_variation(text) for text in vary or ()]
         if only is not None and not vary:
             cases, only = chosen(cases, only), None
-        found, faults = read_cases(cases, read_settings(settings or ()), variations)
+        changes = None if groups is None else load_source(groups)
+        found, faults = read_cases(cases, read_settings(settings or ()), variations, changes)
     except (VariationError, ValueError) as error:
         stop(str(error))
     for fault in faults:
         typer.echo(f"left out: {fault}", err=True)
-    if faults and (vary or settings):
-        stop("nothing was run: --vary and --set must give cases without an input error")
+    if faults and (vary or settings or groups):
+        stop("nothing was run: --vary, --set and --groups must give cases without an input error")
     found = found if only is None else chosen(found, only)
     with aside():
         outcomes = run_sweep(jobs_of(found, out, model or concerned(variations)), ranks, tell)

@@ -231,3 +231,13 @@ def flights(result: PassResult) -> list[Flight]:
 def longest_flight(result: PassResult) -> Flight:
     """The longest; of no length where the wheel never leaves the crossing."""
     return max(flights(result), key=lambda flight: flight.length, default=Flight(0.0, 0.0, 0.0, 0.0))
+
+
+def leg_flight(result: PassResult) -> Flight | None:
+    """The longest flight that begins on the leg, of no length where the wheel never leaves it; None for a pass that
+    does not run over it."""
+    leg_end, x = result.scene.crossing.leg_end, result.history["x"]
+    if not len(x) or x.min() >= leg_end:
+        return None
+    own = [flight for flight in flights(result) if flight.x_start < leg_end]
+    return max(own, key=lambda flight: flight.length, default=Flight(0.0, 0.0, 0.0, 0.0))

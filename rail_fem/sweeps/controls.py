@@ -10,18 +10,20 @@ from pathlib import Path
 
 from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import solve
-from rail_fem.sweeps.trends import MEASURES, ControlExperiment, Trend, TrendError, TrendFinding, check
+from rail_fem.sweeps.trends import MEASURES, CaseChanges, ControlExperiment, Trend, TrendError, TrendFinding, check
+
+AS_IT_IS = CaseChanges()
 
 
-def run_control(control: ControlExperiment, trend: Trend, folder: Path) -> TrendFinding:
-    """What the control's model finds. folder : of the case files CASE.toml. Errors: CaseError, TrendError for a case
-    that lacks the model, the model's own."""
+def run_control(control: ControlExperiment, trend: Trend, folder: Path, swept: CaseChanges = AS_IT_IS) -> TrendFinding:
+    """What the control's model finds. folder : of the case files CASE.toml;  swept : what the sweep has changed in
+    them, the control changes that. Errors: CaseError, TrendError for a case that lacks the model, the model's own."""
     asked = trend.model_copy(
         update={"quantity": control.quantity or trend.quantity, "order": control.order or trend.order}
     )
     results = {}
     for name in dict.fromkeys(asked.order):
-        case = load_case(Path(folder) / f"{name}.toml", control.change | control.only.get(name, {}))
+        case = load_case(Path(folder) / f"{name}.toml", swept.of(name) | control.of(name))
         if control.model not in case.runs:
             raise TrendError(f"{case.path}: has no [run.{control.model}], which the control '{control.says}' runs")
         results[name] = {control.model: solve(control.model, case.scene, case.runs[control.model])}
@@ -34,9 +36,9 @@ def run_control(control: ControlExperiment, trend: Trend, folder: Path) -> Trend
     return found[0]
 
 
-def control_words(control: ControlExperiment, trend: Trend, folder: Path) -> str:
+def control_words(control: ControlExperiment, trend: Trend, folder: Path, swept: CaseChanges = AS_IT_IS) -> str:
     """The control in a line, with what was changed and what came out."""
-    found = run_control(control, trend, folder)
+    found = run_control(control, trend, folder, swept)
     changed = [f"{key} = {value}" for key, value in control.change.items()]
     changed += [f"{case}: {key} = {value}" for case, change in control.only.items() for key, value in change.items()]
     quantity = control.quantity or trend.quantity

@@ -18,7 +18,7 @@ LAST_DIGIT = 0.005  # half of it, of the printed dip angles [mrad]
 def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
     """Markdown: a row for each published case that the sweep has; nothing without rows."""
     models = [model for model in MODELS if any(model in of_case for of_case in results.values())]
-    mine = [row for row in rows if row.case in results]
+    mine = [row for row in rows if row.case in results and None not in (row.dip, row.p2, row.peak)]
     if not mine or not models:
         return []
     moving = [model for model in models if model not in ("p2_formula", "lumped")]
@@ -39,6 +39,7 @@ def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
 
 
 def published_row(row: Published, results: dict, moving: list[str]) -> list[str]:
+    assert row.dip is not None and row.p2 is not None and row.peak is not None
     scene = next(iter(results.values())).scene
     per_mrad = p2_of(scene, 1e-3) - scene.static_wheel_load
     ours = p2_of(scene, row.dip * 1e-3) / 1e3

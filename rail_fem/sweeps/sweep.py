@@ -25,6 +25,7 @@ from rail_fem.output.progress import duration
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs
 from rail_fem.run.job import JobError, run_case
+from rail_fem.sweeps.trends import CaseChanges
 
 PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux
 FINISHED, FAILED, SKIPPED = "finished", "FAILED", "finished before"
@@ -50,17 +51,24 @@ class Outcome:
 
 
 def read_cases(
-    paths: Iterable[Path], settings: Mapping[str, Any] | None = None, variations: Sequence[tuple[str, list[Any]]] = ()
+    paths: Iterable[Path],
+    settings: Mapping[str, Any] | None = None,
+    variations: Sequence[tuple[str, list[Any]]] = (),
+    changes: CaseChanges | None = None,
 ) -> tuple[list[Case], list[str]]:
     """Cases that can be read, and the errors of the others.
 
     settings, variations : of every file, as rail_fem.case.variations.vary_case takes them
+    changes : of each file by its name; settings and variations go before them
     Errors: ValueError when two cases have one name, VariationError.
     """
     paths, cases, errors = [Path(p) for p in paths], [], []
     _refuse_twice([path.stem for path in paths])
+    varied = {key for key, _ in variations}
     for path in paths:
-        found, wrong = vary_case(path, settings or {}, variations)
+        own = {} if changes is None else changes.of(path.stem)
+        asked = {key: value for key, value in own.items() if key not in varied} | dict(settings or {})
+        found, wrong = vary_case(path, asked, variations)
         cases += found
         errors += wrong
     _refuse_twice([case.name for case in cases])

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -20,8 +20,9 @@ from rail_fem.show.reference import dip_figure, forces_figure
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds
 from rail_fem.sweeps.group_figure import Marks, group_figure, strain_figure, summary_figure
+from rail_fem.sweeps.leg_table import beside_table, leg_table
 from rail_fem.sweeps.published_table import published_table
-from rail_fem.sweeps.sweep_report import Results, force_table, results_below
+from rail_fem.sweeps.sweep_report import Results, force_table, parts_of, results_below
 from rail_fem.sweeps.trend_words import count_lines, trend_lines
 from rail_fem.sweeps.trends import MEASURES, Group, Source, load_source
 
@@ -31,6 +32,13 @@ SUMMARY = {
     "largest force\non the wing": "largest wing force",
     "mean plastic strain of the\nnose's worst 5 x 5 x 3 mm": "nose strain",
 }
+OVER_LEG = {
+    "largest force\non the leg": "largest leg force",
+    "largest force\non the wing": "largest wing force",
+    "largest force\non the nose": "largest nose force",
+    "mean plastic strain of the\nleg's worst 1000 mm3": "leg strain of 1000 mm3",
+    "longest flight\noff the leg": "flight off the leg",
+}  # in place of the former, where any pass runs over the leg
 PEAKS = ("first impact", "largest force")  # panels beside which the source's largest force belongs
 BESIDE = ("rigid_hertz", "fe_full")  # models whose forces are drawn beneath one another
 COMPACT = 80  # dots per inch of a page for a repository
@@ -47,15 +55,38 @@ class Picture:
     draw: Callable[[], Figure | None]
 
 
-def write_page(folder: Path, groups: Path, out: Path) -> Path:
-    """Write out/report.md and its figures; returns the page. Errors: TrendError, CaseError, FileNotFoundError without
-    results, OSError."""
-    source, (results, unusable) = load_source(groups), results_below(folder, Path(groups).parent)
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep that a page is about. folder : of its results, groups : its file of groups, read as `source`; beside :
+    folder of another sweep of the same cases, and its results"""
+
+    folder: Path
+    groups: Path
+    source: Source
+    results: Results
+    unusable: list[str]
+    beside: Path | None = None
+    others: Results = field(default_factory=dict)
+
+
+def read_sweep(folder: Path, groups: Path, beside: Path | None) -> Sweep:
+    """Errors: TrendError, CaseError, FileNotFoundError without results."""
+    source, cases = load_source(groups), Path(groups).parent
+    results, unusable = results_below(folder, cases, source)
+    others, unfit = ({}, []) if beside is None else results_below(beside, cases)
+    return Sweep(Path(folder), Path(groups), source, results, unusable + unfit, beside, others)
+
+
+def write_page(folder: Path, groups: Path, out: Path, beside: Path | None = None) -> Path:
+    """Write out/report.md and its figures; returns the page. beside : folder of another sweep of the same cases.
+    Errors: TrendError, CaseError, FileNotFoundError without results, OSError."""
+    sweep = read_sweep(folder, groups, beside)
+    source, results = sweep.source, sweep.results
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     drawn = draw_all(pictures(source, results, Path(folder)), out)
     text = [
-        *page_lines(source, results, unusable, folder, groups, f"--out {out}"),
+        *page_lines(sweep, f"--out {out}"),
         *figure_lines(source, drawn, lambda picture: f"{picture.name}.png"),
         *(f"![{picture.words}]({picture.name}.png)" for picture in drawn),
     ]
@@ -63,11 +94,11 @@ def write_page(folder: Path, groups: Path, out: Path) -> Path:
     return out / "report.md"
 
 
-def write_digest(folder: Path, groups: Path, page: Path, shown: tuple[str, ...]) -> Path:
+def write_digest(folder: Path, groups: Path, page: Path, shown: tuple[str, ...], beside: Path | None = None) -> Path:
     """The same page as one Markdown file for a repository, with the figures named in `shown` beside it, small. Errors:
     as write_page, ValueError for a figure that is not there."""
-    source, (results, unusable) = load_source(groups), results_below(folder, Path(groups).parent)
-    page = Path(page)
+    sweep = read_sweep(folder, groups, beside)
+    source, results, page = sweep.source, sweep.results, Path(page)
     found = pictures(source, results, Path(folder))
     absent = sorted(set(shown) - {picture.name for picture in found})
     if absent:
@@ -79,7 +110,7 @@ def write_digest(folder: Path, groups: Path, page: Path, shown: tuple[str, ...])
     drawn = draw_all([picture for picture in found if picture.name in shown], page.parent, prefix, COMPACT)
     how = " ".join([f"--digest {page}", *(f"--show {name}" for name in shown)])
     lines = [
-        *page_lines(source, results, unusable, folder, groups, how),
+        *page_lines(sweep, how),
         *figure_lines(source, found, lambda picture: f"{folder}/report/{picture.name}.png"),
         *(f"![{picture.words}]({prefix}{picture.name}.png)\n\n*{picture.words}.*\n" for picture in drawn),
     ]
@@ -99,23 +130,25 @@ def draw_all(wanted: list[Picture], out: Path, prefix: str = "", dots: int | Non
     return drawn
 
 
-def page_lines(
-    source: Source, results: Results, unusable: list[str], folder: Path, groups: Path, how: str
-) -> list[str]:
+def page_lines(sweep: Sweep, how: str) -> list[str]:
     """How it was made, tables, trends. how : options of the command that writes the page"""
+    source, results, groups = sweep.source, sweep.results, sweep.groups
     revisions = sorted(
         {r.versions.get("git", "") or "unknown" for of_case in results.values() for r in of_case.values()}
     )
+    changed = f" --groups {groups}" if source.change or source.only else ""
+    beside = f" --beside {sweep.beside}" if sweep.beside else ""
     lines = [
         f"# {source.title}",
         "",
         *([source.intro, ""] if source.intro else []),
         (
-            f"Runs by `rail_fem sweep {groups.parent}/case_*.toml --out {folder}` at commit {', '.join(revisions)};"
-            f" this page by `rail_fem report {folder} --groups {groups} {how}` at commit"
-            f" {versions().get('git') or 'unknown'}."
+            f"Runs by `rail_fem sweep {groups.parent}/case_*.toml{changed} --out {sweep.folder}` at commit"
+            f" {', '.join(revisions)}; this page by `rail_fem report {sweep.folder} --groups {groups}{beside} {how}` at"
+            f" commit {versions().get('git') or 'unknown'}."
         ),
         "",
+        *absent_lines(sweep, changed),
         *count_lines(source.group, results),
         "",
         "## All cases, every model",
@@ -125,13 +158,34 @@ def page_lines(
         *trust_lines(results),
         "",
     ]
-    lines += ["Left out:", "", *(f"- {sentence}" for sentence in unusable), ""] if unusable else []
+    lines += ["Left out:", "", *(f"- {sentence}" for sentence in sweep.unusable), ""] if sweep.unusable else []
     lines += [*cost_lines(results), ""]
-    table = published_table(source.published, results)
-    lines += ["## P2 force: published, by formula, and the peaks of the models", "", *table, ""] if table else []
+    tables = {
+        "P2 force: published, by formula, and the peaks of the models": published_table(source.published, results),
+        "The leg: published, and by every model": leg_table(source.published, results),
+        f"Beside {sweep.beside}: the same cases on another path": beside_table(results, sweep.others),
+    }
+    for title, table in tables.items():
+        lines += [f"## {title}", "", *table, ""] if table else []
     for group in source.group:
-        lines += [f"## {group.title}", "", *trend_lines(group, results, groups.parent), ""]
+        lines += [f"## {group.title}", "", *trend_lines(group, results, groups.parent, source), ""]
     return lines
+
+
+def absent_lines(sweep: Sweep, changed: str) -> list[str]:
+    """Cases of the groups that the most expensive model of the sweep has not run, and how to go on."""
+    results = sweep.results
+    model = [model for model in MODELS if any(model in of_case for of_case in results.values())][-1]
+    named = sorted({case for group in sweep.source.group for case in group.cases})
+    absent = [case for case in named if model not in results.get(case, {})]
+    if not absent:
+        return []
+    files = " ".join(f"{sweep.groups.parent}/{case}.toml" for case in absent)
+    return [
+        f"{model} has not run {', '.join(absent)}: `rail_fem sweep {files}{changed} --model {model} --out"
+        f" {sweep.folder}` goes on; trends are checked on the models that have all their cases.",
+        "",
+    ]
 
 
 def trust_lines(results: Results) -> list[str]:
@@ -173,14 +227,19 @@ def figure_lines(source: Source, found: list[Picture], name: Callable[[Picture],
 
 
 def published_marks(source: Source) -> Marks:
-    """What the source gives beside our forces: its largest force of the wheel [kN]."""
-    peaks = {row.case: row.peak for row in source.published}
-    return dict.fromkeys(PEAKS, ("published FE peak", peaks)) if peaks else {}
+    """What the source gives beside ours: its largest force of the wheel, that on the leg [kN], the flight off it
+    [mm]."""
+    known = lambda name: {row.case: value for row in source.published if (value := getattr(row, name)) is not None}
+    peaks, force, flight = known("peak"), known("leg_force"), known("leg_flight")
+    marks = dict.fromkeys(PEAKS, ("published FE peak", peaks)) if peaks else {}
+    marks |= {"largest force\non the leg": ("published, on the leg", force)} if force else {}
+    return marks | ({"longest flight\noff the leg": ("published", flight)} if flight else {})
 
 
 def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:
     """All figures that this sweep can give, in order."""
-    measures = {words: MEASURES[name] for words, name in SUMMARY.items()}
+    wanted = OVER_LEG if "leg" in parts_of(results) else SUMMARY
+    measures = {words: MEASURES[name] for words, name in wanted.items()}
     found = [
         Picture(
             "summary",

@@ -15,6 +15,7 @@ from rail_fem.output.runfolder import differences
 from rail_fem.output.trust_text import verdict_words
 from rail_fem.sweeps.compare import FIRST_IMPACT, core_seconds, peak
 from rail_fem.sweeps.sweep import FAILED, Outcome
+from rail_fem.sweeps.trends import CaseChanges
 
 Results = dict[str, dict[str, PassResult]]  # case -> model -> result
 
@@ -28,11 +29,13 @@ def sweep_report(outcomes: list[Outcome], errors: list[str]) -> str:
     return "\n".join(["# Sweep", "", *force_table(results), "", *failures(outcomes, errors)]).rstrip() + "\n"
 
 
-def results_below(folder: Path, cases: Path | None = None) -> tuple[Results, list[str]]:
+def results_below(
+    folder: Path, cases: Path | None = None, changes: CaseChanges | None = None
+) -> tuple[Results, list[str]]:
     """Results of a sweep's folder DIR/CASE/MODEL by case, and a sentence on each that cannot be used.
 
     cases : folder of the case files; results of another scene than that of cases/CASE.toml, where there is one, are
-        left out
+        left out;  changes : that the sweep has made in these files
     Errors: FileNotFoundError without any result, CaseError for a case file that cannot be read.
     """
     results: Results = {}
@@ -45,7 +48,7 @@ def results_below(folder: Path, cases: Path | None = None) -> tuple[Results, lis
             continue
         if result.fault:
             unusable.append(f"{path.parent}: failed: {result.fault}")
-        elif unlike := _unlike_case(result, cases, path.parent.parent.name):
+        elif unlike := _unlike_case(result, cases, path.parent.parent.name, changes):
             unusable.append(
                 f"{path.parent}: of an older version of the scene: {'; '.join(unlike[:5])}: remove the folder and sweep"
                 " again"
@@ -58,26 +61,28 @@ def results_below(folder: Path, cases: Path | None = None) -> tuple[Results, lis
     return results, unusable
 
 
-def _unlike_case(result: PassResult, cases: Path | None, name: str) -> list[str]:
+def _unlike_case(result: PassResult, cases: Path | None, name: str, changes: CaseChanges | None) -> list[str]:
     """How a result's scene differs from that of its case file; nothing where there is no such file."""
     file = None if cases is None else Path(cases) / f"{name}.toml"
     if file is None or not file.is_file():
         return []
-    return differences(result.scene.plain(), load_case(file).scene.plain())
+    return differences(result.scene.plain(), load_case(file, changes and changes.of(name)).scene.plain())
 
 
 def force_table(results: Results) -> list[str]:
     """A row for each case: static load, forces by each model [kN], plastic strain [%], transfer position [mm], core
     seconds; of the most expensive model the element size, bold where most cases have another, and its trust report's
-    verdict."""
+    verdict. The leg stands before wing and nose where any pass runs over it."""
     models = [model for model in MODELS if any(model in of_case for of_case in results.values())]
     if not models:
         return ["No results."]
+    parts = parts_of(results)
+    named = " / ".join(parts)
     head = [
         "case",
         "static load [kN]",
-        *(f"{model}: first impact; largest on wing / nose [kN]" for model in models),
-        "PEEQ wing / nose: mean of 5 x 5 x 3 mm; largest of an element [%]",
+        *(f"{model}: first impact; largest on {named} [kN]" for model in models),
+        f"PEEQ {named}: mean of 5 x 5 x 3 mm; largest of an element [%]",
         "transfer x [mm]",
         "core seconds",
         "elements [mm]",
@@ -87,14 +92,14 @@ def force_table(results: Results) -> list[str]:
     usual = usual_size(results)
     for case, by_model in results.items():
         last = by_model[[model for model in models if model in by_model][-1]]
-        forces = [forces_of(by_model[model]) if model in by_model else "-" for model in models]
+        forces = [forces_of(by_model[model], parts) if model in by_model else "-" for model in models]
         position = "-" if np.isnan(last.transfer_x) else f"{last.transfer_x * 1e3:.0f}"
         rows.append(
             [
                 case,
                 f"{last.scene.static_wheel_load / 1e3:.2f}",
                 *forces,
-                strains_of(last),
+                strains_of(last, parts),
                 position,
                 f"{sum(map(core_seconds, by_model.values())):.1f}",
                 size_of(last, usual),
@@ -116,29 +121,35 @@ def size_of(result: PassResult, usual: float) -> str:
     return "-" if not size else f"{size * 1e3:g}" if size == usual else f"**{size * 1e3:g}**"
 
 
-def forces_of(result: PassResult) -> str:
-    """First impact; largest force on wing / nose [kN]; where a model knows no bodies, that on the whole wheel."""
-    first, wing, nose, wheel = (
-        shown(result, names, 1e-3)
-        for names in (FIRST_IMPACT, ("largest_force_wing",), ("largest_force_nose",), ("largest_force",))
-    )
-    if (wing, nose) == ("-", "-"):
+def parts_of(results: Results) -> tuple[str, ...]:
+    """Of the crossing, in the order in which a facing wheel comes to them: the leg only where a model knows it apart
+    from the wing."""
+    apart = lambda r: "largest_force_leg" in r.peaks and "largest_force_wing" in r.peaks
+    over_leg = any(apart(result) for of_case in results.values() for result in of_case.values())
+    return ("leg", "wing", "nose") if over_leg else ("wing", "nose")
+
+
+def forces_of(result: PassResult, parts: tuple[str, ...]) -> str:
+    """First impact; largest force on each part [kN]; where a model knows no bodies, that on the whole wheel."""
+    first, wheel = shown(result, FIRST_IMPACT, 1e-3), shown(result, ("largest_force",), 1e-3)
+    own = [shown(result, (f"largest_force_{part}",), 1e-3) for part in parts]
+    if own[-2:] == ["-", "-"]:
         return first if wheel == "-" else f"{wheel} (wheel)"
-    return f"{first}; {wing} / {nose}"
+    return f"{first}; {' / '.join(own)}"
 
 
-def strains_of(result: PassResult) -> str:
-    """Mean of the worst block of wing / nose; largest value of an element, with the element's size [%, mm]."""
-    means = [REPORTED[f"block_{body}"].of(result) for body in ("wing", "nose")]
-    blocks = " / ".join(
-        "-" if np.isnan(mean) else f"{100 * mean:.1f}" + _bar(result, f"block_{body}", 100.0)
-        for body, mean in zip(("wing", "nose"), means)
-    )
-    largest = " / ".join(shown(result, (f"plastic_strain_{body}",), 100.0) for body in ("wing", "nose"))
-    if (blocks, largest) == ("- / -", "- / -"):
+def strains_of(result: PassResult, parts: tuple[str, ...]) -> str:
+    """Mean of the worst block of each part; largest value of an element, with the element's size [%, mm]."""
+    means = [REPORTED[f"block_{part}"].of(result) for part in parts]
+    blocks = [
+        "-" if np.isnan(mean) else f"{100 * mean:.1f}" + _bar(result, f"block_{part}", 100.0)
+        for part, mean in zip(parts, means)
+    ]
+    largest = [shown(result, (f"plastic_strain_{part}",), 100.0) for part in parts]
+    if set(blocks) | set(largest) == {"-"}:
         return "-"
-    sizes = [result.metal[body]["size"] for body in ("wing", "nose") if body in result.metal]
-    return f"{blocks}; {largest}" + (f" (of {1e3 * max(sizes):.1f} mm)" if sizes else "")
+    sizes = [result.metal[part]["size"] for part in parts if part in result.metal]
+    return f"{' / '.join(blocks)}; {' / '.join(largest)}" + (f" (of {1e3 * max(sizes):.1f} mm)" if sizes else "")
 
 
 def _bar(result: PassResult, name: str, factor: float) -> str:

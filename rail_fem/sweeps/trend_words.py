@@ -4,23 +4,26 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rail_fem.sweeps.controls import control_words
-from rail_fem.sweeps.trends import MEASURES, Group, Results, TrendFinding, check
+from rail_fem.sweeps.controls import AS_IT_IS, control_words
+from rail_fem.sweeps.trends import MEASURES, CaseChanges, Group, Results, TrendFinding, check
 
 
-def trend_lines(group: Group, results: Results, cases: Path) -> list[str]:
-    """Markdown of a group's trends. cases : folder of the case files, for the controls."""
+def trend_lines(group: Group, results: Results, cases: Path, swept: CaseChanges = AS_IT_IS) -> list[str]:
+    """Markdown of a group's trends. cases : folder of the case files, for the controls;  swept : what was changed in
+    them."""
     lines = []
     for trend in group.trend:
         found = check(trend, results)
         unit = MEASURES[trend.quantity].unit
+        between = " = " if trend.unchanged else " < "
+        within = f", within {100 * trend.unchanged:g} %" if trend.unchanged else ""
         lines.append(
-            f"- **{trend.says}** ({trend.quantity}: {' < '.join(trend.order)})"
+            f"- **{trend.says}** ({trend.quantity}: {between.join(trend.order)}{within})"
             + (f"; published: {trend.published}" if trend.published else "")
         )
         lines += [f"  - {finding.words(unit)}" for finding in found] or ["  - no model has all of these results"]
         lines += [f"  - {word} because: {trend.because}"] if trend.because and (word := reason_word(found)) else []
-        lines += [f"  - control: {control_words(control, trend, cases)}" for control in trend.control]
+        lines += [f"  - control: {control_words(control, trend, cases, swept)}" for control in trend.control]
     return lines
 
 

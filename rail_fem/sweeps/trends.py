@@ -18,7 +18,11 @@ Read from a TOML file, so that a study of one's own can state its own:
     says = "begun on the falling wing, the force rises with speed"
     change = { "run.rigid_hertz.start" = "300 mm" }
 
-Beside the groups, [[published]] rows hold what a source gives for each case (rail_fem.published).
+Beside the groups, [[published]] rows hold what a source gives for each case (rail_fem.sweeps.published_table), and the
+file may change the cases that it is about, each before it is run (`rail-fem sweep CASE... --groups FILE`):
+
+    change = { "run.fe_full.element_size" = "2 mm" }            # in all
+    only.case_05 = { "run.fe_full.end" = "-1100 mm" }           # in one
 """
 
 from __future__ import annotations
@@ -32,9 +36,9 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.events import longest_flight
+from rail_fem.output.events import leg_flight, longest_flight
 from rail_fem.output.quantities import REPORTED
-from rail_fem.output.result import PassResult
+from rail_fem.output.result import NAN, PassResult
 from rail_fem.scene.scene import Frozen
 from rail_fem.sweeps.compare import FIRST_IMPACT, peak
 
@@ -81,16 +85,30 @@ def swing(result: PassResult) -> float:
     return float(height[: height.argmin() + 1].max() - height.min()) if len(height) else np.nan
 
 
+def length_off_leg(result: PassResult) -> float:
+    """Of the longest flight that begins on the leg [m]; NaN for a pass that does not run over it, or whose model knows
+    no leg."""
+    flight = leg_flight(result) if "largest_force_wing" in result.peaks else None
+    return NAN if flight is None else flight.length
+
+
 MEASURES: dict[str, Measure] = {
     "first impact": Measure(lambda r: peak(r, *FIRST_IMPACT), "kN", 1e-3, "first_impact"),
     "largest force": Measure(lambda r: peak(r, "largest_force"), "kN", 1e-3, "largest_force"),
     "largest leg force": Measure(lambda r: peak(r, "largest_force_leg"), "kN", 1e-3, "largest_force_leg"),
     "longest flight": Measure(lambda r: longest_flight(r).length if len(r.history["x"]) else np.nan, "mm", 1e3),
+    "flight off the leg": Measure(length_off_leg, "mm", 1e3),
     "longest flight time": Measure(lambda r: longest_flight(r).duration if len(r.history["x"]) else np.nan, "ms", 1e3),
     "largest wing force": Measure(lambda r: peak(r, "largest_force_wing"), "kN", 1e-3, "largest_force_wing"),
     "largest nose force": Measure(lambda r: peak(r, "largest_force_nose"), "kN", 1e-3, "largest_force_nose"),
     "nose strain": Measure(REPORTED["block_nose"].of, "%", 100.0, "block_nose"),
     "wing strain": Measure(REPORTED["block_wing"].of, "%", 100.0, "block_wing"),
+    "leg strain": Measure(REPORTED["block_leg"].of, "%", 100.0, "block_leg"),
+    # of small elements alone the block has a bar
+    **{
+        f"{body} strain of 1000 mm3": Measure(REPORTED[f"worst_1000_{body}"].of, "%", 100.0, f"worst_1000_{body}")
+        for body in ("leg", "wing", "nose")
+    },
     "crossing dip": Measure(largest_dip, "mm", 1e3),
     "crossing depth": Measure(deepest, "mm", 1e3),
     "crossing swing": Measure(swing, "mm", 1e3),
@@ -101,16 +119,25 @@ MEASURES: dict[str, Measure] = {
 Change = str | float | int | bool | dict
 
 
-class ControlExperiment(Frozen):
-    """An experiment by a light model on the trend's cases with `change` made in all of them, `only` in one; quantity,
-    order: as the trend's unless given."""
+class CaseChanges(Frozen):
+    """Values in place of the case files': `change` in all cases, `only` in one."""
+
+    change: dict[str, Change] = {}
+    only: dict[str, dict[str, Change]] = {}
+
+    def of(self, case: str) -> dict[str, Change]:
+        """By key, e.g. "scene.speed"."""
+        return self.change | self.only.get(case, {})
+
+
+class ControlExperiment(CaseChanges):
+    """An experiment by a light model on the trend's cases with its changes made in them; quantity, order: as the
+    trend's unless given."""
 
     says: str
     model: str = "rigid_hertz"
     quantity: str = ""
     order: tuple[str, ...] = ()
-    change: dict[str, Change] = {}
-    only: dict[str, dict[str, Change]] = {}
 
     @model_validator(mode="after")
     def _runs_here(self) -> ControlExperiment:
@@ -123,11 +150,13 @@ class ControlExperiment(Frozen):
 
 
 class Trend(Frozen):
-    """quantity : of MEASURES;  order : cases from the smallest to the largest value;  because : why models differ"""
+    """quantity : of MEASURES;  order : cases from the smallest to the largest value;  unchanged : instead, all values
+    lie within so much of one another, relative;  because : why models differ"""
 
     says: str
     quantity: str
     order: tuple[str, ...] = Field(min_length=2)
+    unchanged: float = Field(0.0, ge=0.0, le=1.0)
     published: str = ""
     because: str = ""
     control: tuple[ControlExperiment, ...] = ()
@@ -151,15 +180,19 @@ class Group(Frozen):
 
 
 class Published(Frozen):
-    """What a source gives for a case: dip angle [mrad], P2 and largest force [kN]."""
+    """What a source gives for a case: dip angle [mrad], P2 and largest force [kN]; on the leg largest force [kN],
+    plastic strain [%], flight [mm]. None: not printed there."""
 
     case: str
-    dip: float
-    p2: float
-    peak: float
+    dip: float | None = None
+    p2: float | None = None
+    peak: float | None = None
+    leg_force: float | None = None
+    leg_strain: float | None = None
+    leg_flight: float | None = None
 
 
-class Source(Frozen):
+class Source(CaseChanges):
     """A file of groups. reference : the case whose models are drawn beside one another, and what these figures stand
     for; absent : source's figures that have no like here, and why"""
 
@@ -177,12 +210,15 @@ def load_source(path: Path) -> Source:
     """A TOML file of groups and trends. Errors: TrendError with the key and what to do."""
     path = Path(path)
     try:
-        return Source.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        source = Source.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise TrendError(f"{path}: cannot be read: {error}") from error
     except ValidationError as error:
         errors = [f"{'.'.join(map(str, error['loc']))}: {error['msg']}" for error in error.errors()]
         raise TrendError("\n  ".join([f"{path}: {len(errors)} input error(s)", *errors])) from error
+    if absent := [case for case in source.only if not (path.parent / f"{case}.toml").is_file()]:
+        raise TrendError(f"{path}: only.{absent[0]}: there is no {absent[0]}.toml beside it")
+    return source
 
 
 @dataclass(frozen=True)
@@ -217,14 +253,18 @@ def check(trend: Trend, results: Results) -> list[TrendFinding]:
         if np.isfinite(values).all():
             bars = tuple(measure.factor * measure.bar(results[case][model]) for case in trend.order)
             found.append(
-                TrendFinding(model, verdict(np.array(values)), tuple(measure.factor * v for v in values), bars)
+                TrendFinding(
+                    model, verdict(np.array(values), trend.unchanged), tuple(measure.factor * v for v in values), bars
+                )
             )
     return found
 
 
-def verdict(values: np.ndarray) -> str:
+def verdict(values: np.ndarray, unchanged: float = 0.0) -> str:
     """Of values (n,) that should grow: a step down by more than SAME contradicts; none up by more than SAME says
-    nothing."""
+    nothing. unchanged : of values that should not change, by how much of their largest they may"""
+    if unchanged:
+        return "agrees" if np.ptp(values) <= unchanged * np.abs(values).max() else "differs"
     steps = np.diff(values) / np.maximum(np.abs(values[:-1]), 1e-300)
     if (steps < -SAME).any():
         return "differs"

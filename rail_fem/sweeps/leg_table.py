@@ -1,0 +1,87 @@
+"""Tables of passes over the whole crossing: what a source gives for the leg beside every model, and the passes beside
+those of another sweep of the same cases."""
+
+from __future__ import annotations
+
+from rail_fem.hierarchy import MODELS
+from rail_fem.output.events import leg_flight
+from rail_fem.output.markdown import markdown_table
+from rail_fem.output.result import PassResult
+from rail_fem.sweeps.sweep_report import Results, forces_of, shown, strains_of
+from rail_fem.sweeps.trends import MEASURES, Published
+
+
+def leg_table(rows: tuple[Published, ...], results: Results) -> list[str]:
+    """Markdown: a row for each case whose pass runs over the leg; nothing without such."""
+    over = {
+        case: mine
+        for case, of_case in results.items()
+        if (mine := {model: of_case[model] for model in MODELS if model in of_case and knows_leg(of_case[model])})
+    }
+    models = [model for model in MODELS if any(model in mine for mine in over.values())]
+    if not models:
+        return []
+    published = {row.case: row for row in rows}
+    head = ["case", "published: force [kN], PEEQ [%], flight [mm]"]
+    head += [f"{model}: force [kN] at x [mm]; flight [mm], [ms], launch [m/s]" for model in models]
+    head += ["PEEQ of 1000 mm3; of 5 x 5 x 3 mm; largest of an element, at x [mm] [%]"]
+    table = []
+    for case, mine in over.items():
+        passes = [leg_words(mine[model]) if model in mine else "-" for model in models]
+        table.append([case, published_words(published.get(case)), *passes, leg_strain(list(mine.values())[-1])])
+    return markdown_table(head, table)
+
+
+def knows_leg(result: PassResult) -> bool:
+    """Whether a pass runs over the leg and its model parts it from the wing rail."""
+    return "largest_force_leg" in result.peaks and leg_flight(result) is not None
+
+
+def published_words(row: Published | None) -> str:
+    values = (None,) * 3 if row is None else (row.leg_force, row.leg_strain, row.leg_flight)
+    return "-" if set(values) == {None} else ", ".join("-" if value is None else f"{value:g}" for value in values)
+
+
+def leg_words(result: PassResult) -> str:
+    """Largest force and where, and the longest flight that begins on the leg."""
+    flight = leg_flight(result)
+    force = f"{shown(result, ('largest_force_leg',), 1e-3)} at {1e3 * result.peaks['largest_force_leg'].x:.0f}"
+    if flight is None or not flight.length:
+        return f"{force}; none"
+    return f"{force}; {1e3 * flight.length:.0f}, {1e3 * flight.duration:.2f}, {flight.launch_speed:.2f}"
+
+
+def leg_strain(result: PassResult) -> str:
+    """Plastic strain of the leg; "-" where a model does not resolve it."""
+    if "leg" not in result.metal:
+        return "-"
+    words = []
+    for name in ("leg strain of 1000 mm3", "leg strain"):
+        measure = MEASURES[name]
+        bar = measure.factor * measure.bar(result)
+        words.append(f"{measure.factor * measure.of(result):.1f}" + (f" +- {bar:.1f}" if bar else ""))
+    largest = result.metal["leg"]
+    return f"{'; '.join(words)}; {100 * largest['maximum']:.1f} at {1e3 * largest['position'][0]:.0f}"
+
+
+def beside_table(results: Results, others: Results) -> list[str]:
+    """Markdown: what both sweeps have of a case, by the most expensive model that both have run."""
+    table = []
+    for case, of_case in results.items():
+        common = [model for model in MODELS if model in of_case and model in others.get(case, {})]
+        if not common:
+            continue
+        model, parts = common[-1], ("wing", "nose")
+        row = [case, model]
+        for result in (of_case[model], others[case][model]):
+            x = 1e3 * result.history["x"]
+            path = f"{x[0]:.0f} to {x[-1]:.0f}" if len(x) else "-"
+            row += [path, forces_of(result, parts), strains_of(result, parts).split(";")[0], transfer_words(result)]
+        table.append(row)
+    columns = ["path [mm]", "first impact; largest on wing / nose [kN]", "PEEQ wing / nose, 5 x 5 x 3 mm [%]"]
+    columns += ["transfer x [mm]"]
+    return markdown_table(["case", "model", *columns, *(f"{name}, beside" for name in columns)], table) if table else []
+
+
+def transfer_words(result: PassResult) -> str:
+    return "-" if result.transfer_x != result.transfer_x else f"{1e3 * result.transfer_x:.0f}"

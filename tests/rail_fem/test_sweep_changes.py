@@ -1,0 +1,149 @@
+"""A file of groups that changes the cases it is about, and what the page of a pass over the leg says of it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from rail_fem import cli
+from rail_fem.case.casefile import load_case
+from rail_fem.output.events import leg_flight
+from rail_fem.output.result import PassResult, Peak, load
+from rail_fem.sweeps.controls import run_control
+from rail_fem.sweeps.leg_table import beside_table, leg_table
+from rail_fem.sweeps.sweep import read_cases
+from rail_fem.sweeps.sweep_report import force_table
+from rail_fem.sweeps.trends import (
+    CaseChanges,
+    ControlExperiment,
+    Published,
+    Trend,
+    TrendError,
+    check,
+    load_source,
+    verdict,
+)
+
+THESIS = Path(__file__).resolve().parents[2] / "cases" / "thesis"
+SCENE = load_case(THESIS / "case_02.toml").scene
+LEG_END = SCENE.crossing.leg_end
+CHANGES = CaseChanges(
+    change={"run.rigid_hertz.start": "-940 mm"}, only={"case_05": {"run.rigid_hertz.start": "600 mm"}}
+)
+
+
+def over_the_leg(flight: tuple[float, float] = (-0.70, -0.60), leg: float = 3e5) -> PassResult:
+    """A made pass from the plain line to the nose that is in the air between two x [m]."""
+    x = np.linspace(-0.9, 0.8, 1701)
+    force = np.where((x > flight[0]) & (x < flight[1]), 0.0, 1e5)
+    height = 1e-3 * np.interp(x, [*flight], [0.0, 1.0])
+    rows = {"time": (x - x[0]) / 33.5, "x": x, "force": force, "wheel_height": height, "crossing_height": 0 * x}
+    peaks = {"largest_force_leg": Peak(leg, "N", x=-0.71), "first_impact": Peak(1.2e5, "N", x=0.4)}
+    peaks |= {f"largest_force_{part}": Peak(1.1e5, "N", x=0.1) for part in ("wing", "nose")}
+    metal = {"leg": {"values": {"worst_1000": 0.04, "block": 0.05}, "maximum": 0.07, "position": [-0.69, 0, 0]}}
+    metal["leg"]["size"] = 2e-3
+    return PassResult("fe_full", SCENE, {}, rows, peaks, transfer_x=0.36, metal=metal, error_bars={})
+
+
+def test_changes_of_a_groups_file_are_made_and_what_the_command_sets_goes_before():
+    files = [THESIS / f"case_{number}.toml" for number in ("02", "05")]
+    start = lambda cases: [case.runs["rigid_hertz"].start for case in cases]
+    assert start(read_cases(files, changes=CHANGES)[0]) == pytest.approx([-0.94, 0.6])
+    assert start(read_cases(files, {"run.rigid_hertz.start": "0.1 m"}, (), CHANGES)[0]) == pytest.approx([0.1, 0.1])
+    varied = [("run.rigid_hertz.start", ["0.1 m", "0.2 m"])]
+    assert start(read_cases(files[:1], {}, varied, CHANGES)[0]) == pytest.approx([0.1, 0.2])
+    assert start(read_cases(files)[0]) == pytest.approx([0.095, 0.64])
+
+
+def test_the_sixteen_cases_run_over_the_whole_crossing_each_in_its_direction():
+    """From plain line to behind the nose or the other way, by every model that has a path."""
+    source = load_source(THESIS / "whole_crossing.toml")
+    cases, errors = read_cases(sorted(THESIS.glob("case_*.toml")), changes=source)
+    assert len(cases) == 16 and not errors
+    low, high = SCENE.crossing.surface.leg_range
+    for case in cases:
+        for model in ("lumped", "rigid_hertz", "bem_passage", "fe_full"):
+            ends = sorted((case.runs[model].start, case.runs[model].end))
+            assert ends[0] < low - 0.1 and ends[1] > 0.6 and high < 0
+            assert (case.runs[model].start < 0) == (case.scene.direction == "facing")
+
+
+def test_a_change_of_a_case_that_is_not_there_is_refused(tmp_path):
+    path = tmp_path / "groups.toml"
+    path.write_text("[only.case_5]\n'scene.speed' = '50 mph'\n[[group]]\ntitle='a'\ncases=['case_05']\n")
+    with pytest.raises(TrendError, match="only.case_5: there is no case_5.toml"):
+        load_source(path)
+
+
+def test_a_control_changes_the_case_as_it_was_swept():
+    """Swept at 50 mph, a control at 75 mph brings back what an unchanged sweep has; nothing changed keeps it."""
+    trend = Trend(says="same", quantity="first impact", order=("case_02", "case_03"), unchanged=1e-9)
+    swept = CaseChanges(change={"scene.speed": "50 mph"})
+    kept = run_control(ControlExperiment(says="as it is"), trend, THESIS, swept)
+    back = run_control(
+        ControlExperiment(says="back", only={"case_02": {"scene.speed": "75 mph"}}), trend, THESIS, swept
+    )
+    plain = run_control(ControlExperiment(says="as it is"), trend, THESIS)
+    assert kept.verdict == "agrees" and back.values == plain.values and back.verdict == plain.verdict == "differs"
+
+
+@pytest.mark.parametrize(
+    "values, unchanged, word",
+    [([1, 1.015, 1], 0.02, "agrees"), ([1, 1.03, 1], 0.02, "differs"), ([3, 2.97], 0.02, "agrees")],
+)
+def test_what_should_not_change_is_judged_both_ways(values, unchanged, word):
+    assert verdict(np.array(values, float), unchanged) == word
+
+
+def test_the_flight_off_the_leg_is_none_where_the_pass_does_not_run_over_it():
+    result = over_the_leg()
+    flight = leg_flight(result)
+    assert flight is not None and flight.length == pytest.approx(0.1, abs=3e-3)
+    behind = over_the_leg((LEG_END + 0.05, LEG_END + 0.2))  # that one begins on the wing rail
+    assert leg_flight(behind).length == 0.0
+    late = replace(result, history={name: rows[result.history["x"] > 0] for name, rows in result.history.items()})
+    assert leg_flight(late) is None
+    trend = Trend(says="farther", quantity="flight off the leg", order=("b", "a"))
+    found = check(trend, {"a": {"fe_full": result}, "b": {"fe_full": behind}})
+    assert found[0].verdict == "agrees" and found[0].values == pytest.approx((0.0, 100.0), abs=3.0)
+    assert check(trend, {"a": {"fe_full": result}, "b": {"fe_full": late}}) == []
+
+
+def test_the_page_of_such_a_sweep_has_the_leg_in_its_tables(tmp_path):
+    result = over_the_leg()
+    table = leg_table((Published(case="a", leg_force=263.6, leg_flight=28.49),), {"a": {"fe_full": result}})
+    assert "| a | 263.6, -, 28.49 | 300.0 at -710; 98" in table[2] and "4.0; 5.0; 7.0 at -690" in table[2]
+    assert "first impact; largest on leg / wing / nose [kN]" in force_table({"a": {"fe_full": result}})[0]
+    assert "| 120.0; 300.0 / 110.0 / 110.0 |" in force_table({"a": {"fe_full": result}})[2]
+    other = over_the_leg()
+    both = beside_table({"a": {"fe_full": result}, "b": {"fe_full": result}}, {"a": {"fe_full": other}})
+    assert len(both) == 3 and both[2].count("-900 to 800") == 2
+    assert leg_table((), {"a": {"fe_full": replace(result, peaks={})}}) == []
+
+
+def test_sweep_and_report_by_one_groups_file(tmp_path):
+    """The command line: the sweep makes the changes, its page checks them, names what is missing, and sets another
+    sweep of the same cases beside it."""
+    for name in ("case_02", "case_03"):
+        text = (THESIS / f"{name}.toml").read_text()
+        (tmp_path / f"{name}.toml").write_text(text)
+    groups = tmp_path / "groups.toml"
+    groups.write_text(
+        "[change]\n'scene.speed' = '60 mph'\n"
+        "[[group]]\ntitle='Speed'\ncases=['case_02', 'case_03']\n"
+        "[[group.trend]]\nsays='nothing changes'\nquantity='first impact'\norder=['case_02', 'case_03']\n"
+        "unchanged=0.1\n"
+    )
+    run = lambda *words: CliRunner().invoke(cli.app, [str(word) for word in words])
+    light = ("--model", "p2_formula")
+    swept = run("sweep", tmp_path / "case_02.toml", "--groups", groups, "--out", tmp_path / "new", *light)
+    assert swept.exit_code == 0, swept.output
+    assert load(tmp_path / "new" / "case_02" / "p2_formula").scene.speed == pytest.approx(60 * 0.44704)
+    assert run("sweep", tmp_path / "case_02.toml", "--out", tmp_path / "old", *light).exit_code == 0
+    assert run("report", tmp_path / "new", "--groups", groups, "--beside", tmp_path / "old").exit_code == 0
+    page = (tmp_path / "new" / "report" / "report.md").read_text()
+    assert f"--groups {groups}" in page and "p2_formula has not run case_03: `rail_fem sweep" in page
+    assert f"Beside {tmp_path / 'old'}" in page
+    assert "(first impact: case_02 = case_03, within 10 %)" in page
