@@ -34,7 +34,7 @@ def leg_table(rows: tuple[Published, ...], results: Results) -> list[str]:
 
 def knows_leg(result: PassResult) -> bool:
     """Whether a pass runs over the leg and its model parts it from the wing rail."""
-    return "largest_force_leg" in result.peaks and leg_flight(result) is not None
+    return {"largest_force_leg", "largest_force_wing"} <= set(result.peaks) and leg_flight(result) is not None
 
 
 def published_words(row: Published | None) -> str:

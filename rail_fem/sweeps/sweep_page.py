@@ -39,7 +39,8 @@ OVER_LEG = {
     "mean plastic strain of the\nleg's worst 1000 mm3": "leg strain of 1000 mm3",
     "longest flight\noff the leg": "flight off the leg",
 }  # in place of the former, where any pass runs over the leg
-PEAKS = ("first impact", "largest force")  # panels beside which the source's largest force belongs
+# panels beside which the source's largest force belongs, which is that on the nose
+PEAKS = ("first impact", "largest force", "largest force\non the nose")
 BESIDE = ("rigid_hertz", "fe_full")  # models whose forces are drawn beneath one another
 COMPACT = 80  # dots per inch of a page for a repository
 

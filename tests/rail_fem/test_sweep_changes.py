@@ -51,7 +51,7 @@ def test_changes_of_a_groups_file_are_made_and_what_the_command_sets_goes_before
     files = [THESIS / f"case_{number}.toml" for number in ("02", "05")]
     start = lambda cases: [case.runs["rigid_hertz"].start for case in cases]
     assert start(read_cases(files, changes=CHANGES)[0]) == pytest.approx([-0.94, 0.6])
-    assert start(read_cases(files, {"run.rigid_hertz.start": "0.1 m"}, (), CHANGES)[0]) == pytest.approx([0.1, 0.1])
+    assert start(read_cases(files, {"run.rigid_hertz.start": "0.3 m"}, (), CHANGES)[0]) == pytest.approx([0.3, 0.3])
     varied = [("run.rigid_hertz.start", ["0.1 m", "0.2 m"])]
     assert start(read_cases(files[:1], {}, varied, CHANGES)[0]) == pytest.approx([0.1, 0.2])
     assert start(read_cases(files)[0]) == pytest.approx([0.095, 0.64])
@@ -114,7 +114,7 @@ def test_the_flight_off_the_leg_is_none_where_the_pass_does_not_run_over_it():
 def test_the_page_of_such_a_sweep_has_the_leg_in_its_tables(tmp_path):
     result = over_the_leg()
     table = leg_table((Published(case="a", leg_force=263.6, leg_flight=28.49),), {"a": {"fe_full": result}})
-    assert "| a | 263.6, -, 28.49 | 300.0 at -710; 98" in table[2] and "4.0; 5.0; 7.0 at -690" in table[2]
+    assert "| a | 263.6, -, 28.49 | 300.0 at -710; 99," in table[2] and "4.0; 5.0; 7.0 at -690" in table[2]
     assert "first impact; largest on leg / wing / nose [kN]" in force_table({"a": {"fe_full": result}})[0]
     assert "| 120.0; 300.0 / 110.0 / 110.0 |" in force_table({"a": {"fe_full": result}})[2]
     other = over_the_leg()
