@@ -30,6 +30,15 @@ def test_a_gentler_climb_throws_less_and_a_cone_that_drops_does_not_fly(passes):
     assert speeds[0] > 2 * speeds[1] > 0
 
 
+def test_the_force_and_flight_of_the_thesis_lie_between_two_track_masses():
+    """It does not state the mass that it adds to the crossing; 750 kg is that of its P2 formula."""
+    light, heavy = (leg.run(dict(leg.VARIATIONS)[f"track mass {mass} kg"] | SHORT) for mass in (100, 130))
+    force, length, *_ = leg.THESIS
+    between = [stated_peaks(result)["largest_force_leg"].value / 1e3 for result in (light, heavy)]
+    assert between[0] < force < between[1]
+    assert leg.first_flight(light).length < 1e-3 * length < leg.first_flight(heavy).length
+
+
 def test_a_flight_takes_about_the_time_of_its_launch_speed(passes):
     """On rigid bodies: 2 v m / P0. The wheel lands on a track that has come up meanwhile, so it is shorter."""
     reference = passes["reference: worn P8, 1:10.75, 75 mph"]
