@@ -63,8 +63,8 @@ def test_no_trend_differs_without_a_reason(page):
     """By the most expensive model that has all of its cases."""
     for block in page.text.split("\n- **")[1:]:
         verdicts = re.findall(r"\n  - (?:p2_formula|lumped|rigid_hertz|bem_passage|fe_full) (\w+):", block)
-        assert verdicts, block[:80]
-        assert verdicts[-1] == "agrees" or " because: " in block, block[:80]
+        assert verdicts or "no model has all of these results" in block, block[:80]
+        assert verdicts[-1:] in (["agrees"], []) or " because: " in block, block[:80]
 
 
 def test_its_figures_lie_beside_it_and_are_small(page):
