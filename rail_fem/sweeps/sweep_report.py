@@ -66,7 +66,7 @@ def _unlike_case(result: PassResult, cases: Path | None, name: str, changes: Cas
     file = None if cases is None else Path(cases) / f"{name}.toml"
     if file is None or not file.is_file():
         return []
-    return differences(result.scene.plain(), load_case(file, changes and changes.of(name)).scene.plain())
+    return differences(result.scene.plain(), load_case(file, changes.of(name) if changes else None).scene.plain())
 
 
 def force_table(results: Results) -> list[str]:
