@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from kernel_cache import njit
 from rail_fem.fe.contact.friction import add_friction_forces, finish_slip
-from rail_fem.fe.contact.pairs import AXLE_MOMENT, N_ACTIVE, NORMAL_ENERGY, TOWED
+from rail_fem.fe.contact.pairs import N_ACTIVE, NORMAL_ENERGY, TOWED
 from rail_fem.fe.contact.pressure import add_tributary_areas, find_pressures
 from rail_fem.fe.contact.projection import project_some, take
 
@@ -84,14 +84,15 @@ def predict(buffer, watched, n_rail, offset, travel, before, position, on_rail, 
 
 
 @_part
-def add_normal_forces(pairs, nodes, factor, law, of_wheel, found, sums):
+def add_normal_forces(pairs, nodes, factor, law, found, sums):
     """The pressures of one pass as forces on the nodes, and as the scalar normal force on each node.
 
-    of_wheel : 1 in the pass of the wheel's nodes, 0 in that of the rail's: there the wheel's material flows along the
-        facets
+    They turn no wheel: its material flows along its deformed surface, at right angles to them. About the axle they have
+    the moment of the pressure times the slope that the deformed surface has against the circle. It vanishes for an
+    elastic body of revolution in equilibrium; nodes that stand two or three to a patch sample it with an error of the
+    order of their distance wherever the pressure is steeper in front than behind, as on steel that flows.
     """
     normal, weight, force, normal_force = pairs.normal, pairs.weight, found.force, found.normal_force
-    from_axle = nodes.from_axle
     for i in range(pairs.slaves.size):
         s, p = pairs.slaves[i], pairs.pressure[i]
         if pairs.active[i]:
@@ -105,7 +106,6 @@ def add_normal_forces(pairs, nodes, factor, law, of_wheel, found, sums):
                 for k in range(4):
                     force[q[k], c] -= weight[i, k] * f * normal[i, c]
             sums[NORMAL_ENERGY] += 0.5 * f * p * law.compliance
-            sums[AXLE_MOMENT] += of_wheel * f * (normal[i, 0] * from_axle[s, 2] - normal[i, 2] * from_axle[s, 0])
             sums[N_ACTIVE] += 1
         found.pressure_at[s] = p
 
@@ -137,7 +137,7 @@ def contact_forces(rows, on_rail, on_wheel, watched, n_rail, nodes, law, spin, y
         add_tributary_areas(pairs, nodes.area, 0.5, found.tributary_area)
     find_pressures(on_rail, on_wheel, watched, nodes, law, dt, found.tributary_area, found.force)
     for side in range(2):
-        add_normal_forces(on_wheel if side else on_rail, nodes, 0.5, law, side, found, sums)
+        add_normal_forces(on_wheel if side else on_rail, nodes, 0.5, law, found, sums)
     if law.friction > 0.0:
         for n in watched:
             found.tributary_area[n] = 0.0
