@@ -116,6 +116,10 @@ STUDIES = {
         "rail_fem.studies.repeated_passes",
         "wearing in or ratchetting: finished runs of the same passes with different steels",
     ),
+    "flow-and-wear": Study(
+        "rail_fem.studies.flow_and_wear",
+        "plastic flow and wear on one crossing against wear alone: two finished damage studies",
+    ),
     "kernel-speed": Study("rail_fem.studies.kernel_speed", "element kernels against dolfinx's own assembly"),
     "verification": Study(
         "rail_fem.studies.verification",

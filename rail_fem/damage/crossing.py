@@ -249,13 +249,13 @@ def wear_field(
     summed = np.cumsum(np.stack(strips, axis=1), axis=2) * patches.grid.dy[:, None, None]
     share = spacing / (x[1] - x[0])
     out = np.zeros((len(strips), len(BODIES), len(x), len(y)))
-    _deposit(contacts.body, contacts.position[:, 0], edge, width, share * summed, x, y, out)
+    deposit(contacts.body, contacts.position[:, 0], edge, width, share * summed, x, y, out)
     by_body = [dict(zip(BODIES, own, strict=True)) for own in out]
     return WearField(x, y, dict(zip(laws, by_body[:-1], strict=True)), by_body[-1], contacts)
 
 
 @njit(cache=True)
-def _deposit(body, position, edge, width, summed, x, y, out):
+def deposit(body, position, edge, width, summed, x, y, out):
     """Add patches to depths out (laws, bodies, m, n) on the lines of an even grid x (m,), y (n,): each goes to the two
     lines next to its position, each line to the cells across that its strips cover.
 

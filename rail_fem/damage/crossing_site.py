@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,10 +20,11 @@ from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES, NO_METAL
 from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
-from rail_fem.damage.crossing import PassContacts, PatchOptions, table_contacts, wear_field
+from rail_fem.damage.crossing import PassContacts, PatchOptions, deposit, table_contacts, wear_field
+from rail_fem.damage.groove import FlowLaw, Grooves, groove_strips, grooves, held_beyond, mean_under
 from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.wear import WearLaw
-from rail_fem.damage.worn_surface import WornSurface
+from rail_fem.damage.worn_surface import STEEPEST, WornSurface
 from rail_fem.light.contact_table import ContactTable, fresh_table, table_key
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.vertical_pass import LightPass, run_pass
@@ -58,7 +60,9 @@ class PassWear:
     """What one pass of a kind did. label : of the kind;  lines : (first, last + 1) of the n lines of the plan between
     which it wore;  depth : law -> (2, m, lines) [m];  removed : law -> [m3];  work (2, m, lines) [J/m2]
     force : (2,) largest on wing and nose [N];  impact : the larger of them;  transfer : where the load changes over
-    [m], NaN: nowhere;  hardest : patch of the largest normal force on wing and nose, None: carries nothing"""
+    [m], NaN: nowhere;  hardest : patch of the largest normal force on wing and nose, None: carries nothing
+    grooves : (2, 2, m, lines) depths [m] that it still presses into wing and nose, and the strains of that; empty where
+    nothing flows"""
 
     label: str
     lines: tuple[int, int]
@@ -70,18 +74,20 @@ class PassWear:
     impact: LargestImpact
     transfer: float
     hardest: tuple[Patch | None, Patch | None]
+    grooves: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class CrossingRate:
     """Mean of the passes by their shares; see rail_fem.damage.evolution.Rate. kinds : each (share, PassWear) without
-    its depths."""
+    its depths;  grooves : (kinds, 2, 2, m, n) of each kind."""
 
     depth: dict[str, np.ndarray]
     removed: dict[str, float]
     beyond: dict[str, float]
     work: np.ndarray
     kinds: tuple[tuple[float, PassWear], ...]
+    grooves: np.ndarray
 
     @property
     def tgamma(self) -> tuple[np.ndarray, np.ndarray]:
@@ -99,7 +105,8 @@ class CrossingRate:
 class CrossingSite:
     """base : the unworn crossing;  run : numerics of the pass;  spacing : between patches [m];  factor : of calibration
     on all laws;  hardness, shear_yield [Pa];  pool : processes that share the passes; None: this one
-    flow : (2, m, n) depths by which plastic flow lowered the surfaces before they wear [m]; None: it did not"""
+    flow : (2, m, n) depths by which plastic flow lowered the surfaces before they wear [m]; None: it did not
+    flow_law : of the flow that goes on with the passes; None: none does"""
 
     base: UnwornCrossing
     passes: tuple[CrossingPass, ...]
@@ -112,6 +119,7 @@ class CrossingSite:
     shear_yield: float = 300e6
     pool: Executor | None = field(default=None, repr=False)
     flow: np.ndarray | None = field(default=None, repr=False)
+    flow_law: FlowLaw | None = None
 
     def __post_init__(self) -> None:
         total = sum(p.weight for p in self.passes)
@@ -132,21 +140,26 @@ class CrossingSite:
 
     def first(self) -> WornSurface:
         """The crossing before any pass."""
-        return WornSurface.unworn(*self.grid)
+        return WornSurface.unworn(*self.grid, flows=self.flow_law is not None)
 
     def crossing(self, shape: WornSurface) -> WornCrossing:
         """Wing and nose as they are now, flow and wear together."""
         return shape.crossing(self.base, self.flow)
 
+    @cached_property
+    def heights(self) -> np.ndarray:
+        """(2, m, n) of the unworn wing and nose [m]; NO_METAL where there is none."""
+        x, y = np.meshgrid(*self.grid, indexing="ij")
+        return np.stack([self.base.heights(x.ravel(), y.ravel(), b).reshape(x.shape) for b in BODIES])
+
     def metal(self) -> np.ndarray:
         """(2, m, n) where wing and nose have a surface."""
-        x, y = np.meshgrid(*self.grid, indexing="ij")
-        return np.stack([self.base.heights(x.ravel(), y.ravel(), b).reshape(x.shape) > 0.5 * NO_METAL for b in BODIES])
+        return self.heights > 0.5 * NO_METAL
 
     def rate(self, shape: WornSurface) -> CrossingRate:
         """Mean wear of one pass over the worn crossing. Errors: CrossingError where a wheel derails."""
         crossing = self.crossing(shape)
-        jobs = [(self, one, crossing) for one in self.passes]
+        jobs = [(self, one, crossing, shape) for one in self.passes]
         found = list(self.pool.map(_job, jobs) if self.pool else map(_job, jobs))
         shares, metal = [one.weight for one in self.passes], self.metal()
         depth, beyond = {}, {}
@@ -155,14 +168,40 @@ class CrossingSite:
             depth[law] = np.where(metal, every, 0.0)
             beyond[law] = float((every - depth[law]).sum()) * shape.cell
         kept = tuple(
-            (share, replace(own, depth={}, work=np.zeros(0))) for share, own in zip(shares, found, strict=True)
+            (share, replace(own, depth={}, work=np.zeros(0), grooves=np.zeros(0)))
+            for share, own in zip(shares, found, strict=True)
         )
         weighted = list(zip(shares, found, strict=True))
         removed = {law: sum(share * own.removed[law] for share, own in weighted) for law in self.laws}
-        return CrossingRate(depth, removed, beyond, _mean(shares, found, lambda own: own.work, shape.shape), kept)
+        work = _mean(shares, found, lambda own: own.work, shape.shape)
+        return CrossingRate(depth, removed, beyond, work, kept, self._grooves(found, shape))
+
+    def _grooves(self, found: list[PassWear], shape: WornSurface) -> np.ndarray:
+        if self.flow_law is None:
+            return np.zeros(0)
+        out = np.zeros((len(found), 2, *shape.shape))
+        for own, into in zip(found, out, strict=True):
+            into[..., slice(*own.lines)] = own.grooves
+        return out
+
+    def flowed(self, shape: WornSurface, rate: CrossingRate, passes: float) -> WornSurface:
+        """The surfaces after the flow of some passes by a rate found on them, before their wear."""
+        if self.flow_law is None:
+            return shape
+        shares = [share for share, _ in rate.kinds]
+        return shape.flowed(rate.grooves, shares, passes, self.flow_law.rate, self.heights)
+
+    def flow_passes(self, rate: CrossingRate, depth: float) -> float:
+        """Passes in which they flow by at most a depth [m]; inf: they never do."""
+        if self.flow_law is None:
+            return float("inf")
+        shares = np.array([share for share, _ in rate.kinds])
+        wanted = float(np.tensordot(shares, rate.grooves[:, 0], 1).max())
+        return float("inf") if wanted <= depth else float(-np.log1p(-depth / wanted) / self.flow_law.rate)
 
     def __getstate__(self) -> dict:
-        return {name: value for name, value in self.__dict__.items() if name != "pool"} | {"pool": None}
+        own = {name: value for name, value in self.__dict__.items() if name not in ("pool", "heights")}
+        return own | {"pool": None}
 
 
 def _mean(shares: list[float], found: list[PassWear], pick, shape: tuple[int, ...]) -> np.ndarray:
@@ -173,19 +212,23 @@ def _mean(shares: list[float], found: list[PassWear], pick, shape: tuple[int, ..
     return out
 
 
-def _job(job: tuple[CrossingSite, CrossingPass, AnyCrossing]) -> PassWear:
+def _job(job: tuple[CrossingSite, CrossingPass, AnyCrossing, WornSurface]) -> PassWear:
     return pass_wear(*job)
 
 
-def pass_wear(site: CrossingSite, one: CrossingPass, crossing: AnyCrossing) -> PassWear:
-    """One pass over a crossing as it is now: forces, patches, wear."""
+def pass_wear(
+    site: CrossingSite, one: CrossingPass, crossing: AnyCrossing, shape: WornSurface | None = None
+) -> PassWear:
+    """One pass over a crossing as it is now, its steel as a shape says: forces, patches, wear, grooves."""
     table, light = dynamics(one, crossing, site.run, site.spacing)
     order = np.argsort(light.x)
     at_table = np.stack([np.interp(table.x, light.x[order], own[order]) for own in light.force])
     contacts = table_contacts(one.scene, table, at_table, one.options)
     worn = wear_field(contacts, site.laws, site.factor, site.spacing, grid=site.grid)
+    pressed = groove_field(site, one.scene, contacts, shape)
     touched = np.flatnonzero(
         sum(own.sum(axis=0) for parts in (worn.work, *worn.depth.values()) for own in parts.values())
+        + pressed.sum(axis=(0, 1, 2))
     )
     lines = (int(touched[0]), int(touched[-1]) + 1) if len(touched) else (0, 0)
     stack = lambda parts: np.stack([parts[body][:, slice(*lines)] for body in BODIES])
@@ -203,7 +246,40 @@ def pass_wear(site: CrossingSite, one: CrossingPass, crossing: AnyCrossing) -> P
         largest_impact(light, table, one.scene.static_wheel_load),
         float(transfer),
         (_hardest(contacts, 0), _hardest(contacts, 1)),
+        pressed[..., slice(*lines)],
     )
+
+
+def groove_field(site: CrossingSite, scene: Scene, contacts: PassContacts, shape: WornSurface | None) -> np.ndarray:
+    """(2, 2, m, n) depths that a pass still presses into wing and nose [m], and the squares of strain of that. Nothing
+    where contacts are too steep for a plan. Zeros (2, 2, 1, n) where nothing flows."""
+    x, y = site.grid
+    if site.flow_law is None or shape is None:
+        return np.zeros((2, len(BODIES), 1, len(y)))
+    force, cosine = contacts.patches.normal_force, np.cos(contacts.angle)
+    width = contacts.patches.grid.dy * contacts.patches.grid.ny / 2 * cosine
+    before = mean_under(shape.known_strain, site.grid, contacts.body, contacts.position, width)
+    flowed = mean_under(shape.known_flow, site.grid, contacts.body, contacts.position, 0 * width)
+    depth, load = np.zeros((2, len(BODIES), len(x), len(y))), scene.static_wheel_load / cosine
+    for b, body in enumerate(BODIES):
+        own = (contacts.body == b) & (np.abs(contacts.angle) < STEEPEST)
+        found = grooves(
+            force[own],
+            contacts.radii[own],
+            contacts.modulus[b],
+            load[own],
+            getattr(scene.materials, body).steel(),
+            before[own],
+            site.flow_law.limit,
+            flowed[own],
+        )
+        flows = found.depth > 0
+        strips, across = groove_strips(Grooves(*(v[flows] for v in found)))
+        position, plan = contacts.position[own][flows], across * cosine[own][flows]
+        summed = np.cumsum(strips, axis=2) * across[:, None, None] * (site.spacing / (x[1] - x[0]))
+        edge = position[:, 1] - strips.shape[2] / 2 * plan
+        deposit(np.full(len(plan), b), position[:, 0], edge, plan, summed, x, y, depth)
+    return held_beyond(depth, contacts.position[:, 0], x)
 
 
 def _hardest(contacts: PassContacts, body: int) -> Patch | None:

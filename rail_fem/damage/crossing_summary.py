@@ -81,6 +81,25 @@ def _body(settings, state: Evolution, before: CrossingRate, after: CrossingRate,
         "subsurface": _subsurface(before, b, settings),
         "subsurface_at_end": _subsurface(after, b, settings),
         "years": years_of(settings, state, float(crack.max()), depth),
+        "flow": _flow(state, b),
+    }
+
+
+def _flow(state: Evolution, b: int) -> dict[str, Any] | None:
+    """What plastic flow did to a body: where and how deep, how much of the largest loss of height it is."""
+    worn = state.worn
+    if worn.flow is None:
+        return None
+    flow, lowered = worn.flow[b], worn.lowered[b]
+    i, j = np.unravel_index(int(np.argmax(lowered)), lowered.shape)
+    return {
+        "deepest": float(flow.max()),
+        "heap": float(-flow.min()),
+        "volume_moved": float(np.maximum(flow, 0.0).sum() * worn.cell),
+        "strain": float(worn.strain[b].max()),
+        "lowered": float(lowered[i, j]),
+        "lowered_at": [float(worn.x[i]), float(worn.y[j])],
+        "share": float(flow[i, j] / lowered[i, j]) if lowered[i, j] > 0 else 0.0,
     }
 
 

@@ -5,6 +5,8 @@ In a block the wear rate is taken where it begins, at its middle (on the shape w
 of the block wears at the rate of the middle (midpoint rule, second order). A third of the difference to what it would
 have worn at the mean of both ends is its error (that of the trapezoidal rule is minus twice the midpoint rule's).
 Blocks are as long as this stays below the tolerance, or as long as told. The end's rate is the next block's first.
+Plastic flow, where there is any, goes before the wear of a block, by the grooves that were still to press where it
+began, in closed form; where it is deep the block ends sooner, as the contacts move with it.
 Source of the midpoint rule: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), II.1.
 """
 
@@ -26,6 +28,7 @@ LARGEST = 4.0  # times the block before
 SHALLOW = 0.1e-6  # deepest wear of a first block [m]
 LEAST_SHARE = 0.02  # of the passes done, that a block is long at least
 MOST_BLOCKS = 5000
+FLOW_STEP = 50e-6  # plastic flow between two shapes [m]
 
 
 class Shape(Protocol):
@@ -47,6 +50,11 @@ class Shape(Protocol):
 
     def deepest_from(self, first: Self) -> float:
         """Largest distance [m] from where it began."""
+        ...
+
+    @property
+    def flow_depth(self) -> float:
+        """Deepest plastic flow [m]."""
         ...
 
 
@@ -83,6 +91,14 @@ class Site(Protocol):
 
     def rate(self, shape: Shape) -> Rate: ...
 
+    def flowed(self, shape: Any, rate: Any, passes: float) -> Any:
+        """The shape after the plastic flow of some passes at a rate; itself where nothing flows."""
+        ...
+
+    def flow_passes(self, rate: Any, depth: float) -> float:
+        """Passes in which it flows by a depth [m]; inf where it never does."""
+        ...
+
 
 @dataclass(frozen=True, eq=False)
 class Evolution:
@@ -94,7 +110,7 @@ class Evolution:
     surfaces [m3];  beyond : what of it lay beyond the shape;  error : (...) bound of the blocks' error [m]
     smoothing : largest change of a depth by smoothing [m]
     block : next block's passes;  correction : largest |factor - 1| that met an area;  log : rows of passes, deepest
-    [m], T gamma largest and mean [N], blocks' error [m], largest force [N];  starts : (k,) lateral
+    [m], T gamma largest and mean [N], blocks' error [m], largest force [N], deepest flow [m];  starts : (k,) lateral
     positions [m] from which the state's own rate is found, so that a study gone on with is the same to the last bit
     lost : height ground off before [m];  resets : grindings and weldings so far;  began : passes at the last of them,
     since which all but passes and log count
@@ -134,7 +150,7 @@ def begin(site: Site) -> Evolution:
     first = site.first()
     zero = np.zeros(first.shape)
     laws = dict.fromkeys(site.laws, zero)
-    return Evolution(first, first, 0.0, zero, laws, zero, 0.0, 0.0, zero, 0.0, 0.0, 0.0, np.zeros((0, 6)), site.starts)
+    return Evolution(first, first, 0.0, zero, laws, zero, 0.0, 0.0, zero, 0.0, 0.0, 0.0, np.zeros((0, 7)), site.starts)
 
 
 @dataclass(frozen=True)
@@ -143,7 +159,8 @@ class Stepping:
     standard deviation of depths [m];  limit : depth at which the shape is worn through [m];  least_share : of the
     passes done, that a block is long at least: a rate that jumps, as a point comes or goes, is not met by ever shorter
     blocks, its error is kept instead;  deepest : that one block may wear off [m];  events : (passes, event) of
-    grindings and weldings, in their order"""
+    grindings and weldings, in their order;  flow_step : deepest plastic flow of one block [m], also of one whose
+    passes are told, as long as it is shorter than the least share"""
 
     law: str = "archard"
     block: float | None = None
@@ -153,6 +170,7 @@ class Stepping:
     least_share: float = LEAST_SHARE
     deepest: float = np.inf
     events: tuple[tuple[float, Event], ...] = ()
+    flow_step: float = FLOW_STEP
 
 
 def evolve(
@@ -195,14 +213,16 @@ def _block(site: Site, state: Evolution, rate: Rate, left: float, stepping: Step
     most = stepping.deepest / max(float(rough.max()), 1e-30)
     least = min(max(1.0, stepping.least_share * (state.passes - state.began)), most)
     count = max(stepping.block or state.block or _first_block(rough), least)
+    runs_in = max(site.flow_passes(rate, stepping.flow_step), stepping.least_share * (state.passes - state.began))
+    count, least = min(count, runs_in), min(least, runs_in)
     while True:
         count = min(count, left) if stepping.block else min(count, left, most)
         smooth = state.worn.smoothed(rough, stepping.smoothing)
         try:
-            half, _ = state.worn.worn(smooth * (count / 2))
+            half, _ = site.flowed(state.worn, rate, count / 2).worn(smooth * (count / 2))
             middle = site.rate(half)
             taken = state.worn.smoothed(middle.depth[law], stepping.smoothing)
-            new, factor = state.worn.worn(taken * count)
+            new, factor = site.flowed(state.worn, rate, count).worn(taken * count)
             starts = site.starts
             end = site.rate(new)
         except (WornOutError, WheelsetError, CrossingError):
@@ -257,7 +277,7 @@ def _after(
     tgamma, shares = middle.tgamma
     total = state.error + error
     row = [state.passes + count, depth.max(), tgamma.max(), np.average(tgamma, weights=shares), total.max()]
-    row.append(middle.largest_force)
+    row += [middle.largest_force, new.flow_depth]
     return replace(
         state,
         worn=new,

@@ -120,7 +120,7 @@ def passes_figure(title: str, settings: DamageSettings, state: Evolution) -> Fig
     """Deepest wear and T gamma over the passes."""
     figure = new_figure(9.0)
     depth, tgamma, force = figure.subplots(3, 1, sharex=True, height_ratios=[1.3, 1.0, 0.7])
-    log = np.vstack([[0.0] * 6, state.log]) if len(state.log) else np.zeros((1, 6))
+    log = np.vstack([0 * state.log[:1], state.log]) if len(state.log) else np.zeros((1, 7))
     ends = np.array([d.max() for d in state.by_law.values()])
     share = log[:, 1] / max(log[-1, 1], 1e-30)
     depth.fill_between(

@@ -136,6 +136,14 @@ class Section:
             found.append(PassRecord(p, points, at))
         return tuple(found)
 
+    def flowed(self, shape: WornProfile, rate: WearRate, passes: float) -> WornProfile:
+        """Itself: a section's steel does not flow."""
+        return shape
+
+    def flow_passes(self, rate: WearRate, depth: float) -> float:
+        """Never."""
+        return float("inf")
+
     def rate(self, worn: WornProfile) -> WearRate:
         """Mean wear of one pass over the worn section."""
         depth = {name: np.zeros(len(worn.points)) for name in self.laws}

@@ -16,6 +16,7 @@ from rail_fem.damage.crossing import PassContacts, PatchOptions, pass_contacts
 from rail_fem.damage.crossing_site import CrossingPass, CrossingSite
 from rail_fem.damage.evolution import LEAST_SHARE, Stepping
 from rail_fem.damage.fatigue import WholeLifeRail
+from rail_fem.damage.groove import FlowLaw
 from rail_fem.damage.rolling import Rolling
 from rail_fem.damage.section import Passing, Section, scattered, sine_positions
 from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
@@ -53,6 +54,7 @@ def stepping_of(settings: DamageSettings) -> Stepping:
         CROSSING_SHARE if crossing else LEAST_SHARE,
         settings.block_depth if crossing else np.inf,
         tuple((event.time * settings.axles_per_year, event) for event in maintenance_of(settings)),
+        settings.flow_step,
     )
 
 
@@ -161,6 +163,7 @@ def crossing_site(
         settings.hardness,
         settings.shear_yield,
         pool,
+        flow_law=FlowLaw(settings.flow_limit, settings.flow_share) if settings.plastic_flow else None,
     )
 
 

@@ -34,7 +34,7 @@ from rail_fem.output.runfolder import digest, held, prepare_folder
 from rail_fem.settings.damage import MOST_PASSES, DamageSettings
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
-VERSION = 3
+VERSION = 4
 
 
 class StudyError(ValueError):

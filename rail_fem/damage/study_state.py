@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,14 +26,20 @@ def state_arrays(state: Evolution) -> dict[str, np.ndarray]:
 def _shape_arrays(state: Evolution) -> dict[str, np.ndarray]:
     if isinstance(state.worn, WornSurface):
         surface = state.worn
-        return {"x": surface.x, "y": surface.y, "worn_depth": surface.depth, "first_depth": state.first.depth}
+        own = {"x": surface.x, "y": surface.y, "worn_depth": surface.depth, "first_depth": state.first.depth}
+        return own if surface.flow is None else own | {"worn_flow": surface.flow, "worn_strain": surface.strain}
     return {"points": state.worn.points, "first_points": state.first.points, "corners": state.worn.corners}
 
 
 def _shapes(stored: dict[str, np.ndarray], label: str) -> tuple[Any, ...]:
     if "worn_depth" in stored:
         one, two = (WornSurface(stored["x"], stored["y"], stored[f"{name}_depth"], label) for name in _SHAPES)
-        return one, two
+        if "worn_flow" not in stored:
+            return one, two
+        zero = np.zeros(two.shape)
+        return replace(one, flow=stored["worn_flow"], strain=stored["worn_strain"]), replace(
+            two, flow=zero, strain=zero
+        )
     return tuple(WornProfile(stored[name], stored["corners"], label) for name in ("points", "first_points"))
 
 

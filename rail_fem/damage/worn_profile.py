@@ -60,6 +60,11 @@ class WornProfile:
         """Depths (n,) spread along the line by a standard deviation [m]."""
         return smoothed_depth(self, depth, width)
 
+    @property
+    def flow_depth(self) -> float:
+        """0: a section's steel does not flow."""
+        return 0.0
+
     def deepest_from(self, first: WornProfile) -> float:
         """Largest distance of its nodes from where they began [m]."""
         return float(depth_between(self, first).max())

@@ -7,13 +7,15 @@ faces steeper than STEEPEST the plan is too coarse to say where on the face meta
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
 
+from geometry.surfaces.bodies import NO_METAL
 from geometry.surfaces.depth_field import SPREAD, DepthField
 from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
+from rail_fem.damage.flowed_surface import flow_in_passes, spread_along, with_heaps
 from rail_fem.damage.worn_profile import WornOutError
 
 LARGEST_STEP = 0.2e-3  # that one step may take off [m]
@@ -22,17 +24,58 @@ STEEPEST = np.radians(60)  # contact angle beyond which a plan says little
 
 @dataclass(frozen=True, eq=False)
 class WornSurface:
-    """x (m,), y (n,) of an even grid [m];  depth (2, m, n) worn off wing and nose [m];  label : what it is."""
+    """x (m,), y (n,) of an even grid [m];  depth (2, m, n) worn off wing and nose [m];  label : what it is
+    flow (2, m, n) : by which plastic flow under the passes has lowered them, negative where it heaped metal up [m];
+    strain (2, m, n) : that hardens the steel. None: it does not flow."""
 
     x: np.ndarray
     y: np.ndarray
     depth: np.ndarray
     label: str = "crossing"
+    flow: np.ndarray | None = None
+    strain: np.ndarray | None = None
 
     @classmethod
-    def unworn(cls, x: np.ndarray, y: np.ndarray, label: str = "crossing") -> WornSurface:
-        """Before any pass."""
-        return cls(x, y, np.zeros((2, len(x), len(y))), label)
+    def unworn(cls, x: np.ndarray, y: np.ndarray, label: str = "crossing", flows: bool = False) -> WornSurface:
+        """Before any pass. flows : whether its steel will flow"""
+        zero = np.zeros((2, len(x), len(y)))
+        return cls(x, y, zero, label, *((zero, zero) if flows else ()))
+
+    @property
+    def lowered(self) -> np.ndarray:
+        """(2, m, n) by wear and flow [m]."""
+        return self.depth if self.flow is None else self.depth + self.flow
+
+    @property
+    def flow_depth(self) -> float:
+        """Deepest flow [m]."""
+        return 0.0 if self.flow is None else float(self.flow.max())
+
+    def flowed(
+        self, wanted: np.ndarray, shares: list[float], passes: float, rate: float, heights: np.ndarray
+    ) -> WornSurface:
+        """After passes of kinds whose grooves still want depths and squares of strain (k, 2, 2, m, n):
+        rail_fem.damage.flowed_surface. heights (2, m, n) : of the first surfaces [m]"""
+        metal = heights > 0.5 * NO_METAL
+        spread = np.where(metal, spread_along(wanted, self.x[1] - self.x[0]), 0.0)
+        depth, square = np.moveaxis(spread, 1, 0)
+        groove = flow_in_passes(depth, shares, passes, rate)
+        weights = np.reshape(shares, (-1, 1, 1, 1))
+        total = (weights * depth).sum(axis=0)
+        per_depth = np.where(total > 0, (weights * square).sum(axis=0) / np.maximum(total, 1e-30), 0.0)
+        now = np.maximum(heights, NO_METAL) - self.lowered
+        flow, hardened = self.known_flow + with_heaps(groove, now, metal), self.known_strain**2 + groove * per_depth
+        return replace(self, flow=flow, strain=np.sqrt(hardened))
+
+    @property
+    def known_flow(self) -> np.ndarray:
+        """(2, m, n) [m]; zero where nothing flows."""
+        return np.zeros(self.shape) if self.flow is None else self.flow
+
+    @property
+    def known_strain(self) -> np.ndarray:
+        """(2, m, n); zero where nothing flows."""
+        return np.zeros(self.shape) if self.strain is None else self.strain
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -64,7 +107,7 @@ class WornSurface:
                 f"{self.label}: a step of {depth.max():.3g} m at x = {self.x[i]:.4f}, y = {self.y[j]:.4f} m; one step"
                 f" may take {LARGEST_STEP:g} m: wear off less at once"
             )
-        return WornSurface(self.x, self.y, self.depth + depth, self.label), 0.0
+        return replace(self, depth=self.depth + depth), 0.0
 
     def smoothed(self, depth: np.ndarray, width: float) -> np.ndarray:
         """Depths (2, m, n) spread by a Gauss curve of standard deviation `width` [m] in plan."""
@@ -72,12 +115,12 @@ class WornSurface:
         return ndimage.gaussian_filter(depth, sigma, mode="nearest") if width > 0 else depth
 
     def deepest_from(self, first: WornSurface) -> float:
-        """Largest depth that it has lost [m]."""
-        return float((self.depth - first.depth).max())
+        """Largest depth that it has lost, by wear and flow [m]."""
+        return float((self.lowered - first.lowered).max())
 
     def crossing(self, base: UnwornCrossing, flow: np.ndarray | None = None) -> WornCrossing:
         """The crossing itself, for searches. flow : (2, m, n) depths by which plastic flow has lowered it first, + into
         the metal [m]"""
         at = float(self.x[0]), float(self.x[1] - self.x[0]), float(self.y[0]), float(self.y[1] - self.y[0])
-        depth = self.depth if flow is None else self.depth + flow
+        depth = self.lowered if flow is None else self.lowered + flow
         return WornCrossing(base, *(DepthField(*at, np.ascontiguousarray(own)) for own in depth))

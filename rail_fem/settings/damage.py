@@ -94,6 +94,19 @@ class DamageSettings(Frozen):
         description="folder of a run of bem_plastic on the same crossing, relative to the case file: wear begins on the"
         " surface that its plastic flow has left; none: on the casting",
     )
+    plastic_flow: bool = Field(
+        False,
+        description="the steel of wing and nose flows with the passes where patches press beyond shakedown, hardens by"
+        " its curve, and heaps up beside the grooves",
+    )
+    flow_limit: Annotated[
+        float,
+        Quantity(
+            "", 2, 20, "largest pressure of Hertz over shear yield stress at which flow rests; 7: that of fe_full"
+        ),
+    ] = 7.0
+    flow_step: Annotated[float, Quantity("um", 1, 1000, "deepest plastic flow between two shapes")] = 50e-6
+    flow_share: Annotated[float, Quantity("", 0.01, 0.99, "of what is left to flow that one pass does")] = 0.65
     grindings: tuple[Years, ...] = Field(
         (), description="years at which the first shape is ground again: cracks go, height is lost"
     )
@@ -108,6 +121,16 @@ class DamageSettings(Frozen):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        if self.site == "switch" and self.plastic_flow:
+            self._refuse("plastic_flow: plastic flow is known of a crossing's wing and nose; leave it out")
+        if self.plastic_flow and (self.grindings or self.weldings):
+            self._refuse(
+                "plastic_flow: how hard the steel is after grindings or weldings is not known; leave one of them out"
+            )
+        if self.plastic_flow and self.flow:
+            self._refuse(
+                "plastic_flow: flow, a run's surface, holds the first passes' flow already; leave one of them out"
+            )
         if self.site == "switch" and self.flow:
             self._refuse("flow: plastic flow is known of a crossing's wing and nose; leave it out")
         if self.site == "switch" and self.tangential == "conformal":

@@ -1,0 +1,195 @@
+"""Plastic flow that goes on with the passes: the groove's law, the mix of wheels in closed form, heaps, a crossing."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from bem.exact.hertz import point_contact
+from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.damage.evolution import Stepping, evolve
+from rail_fem.damage.flowed_surface import flow_in_passes, spread_along, with_heaps
+from rail_fem.damage.groove import DEEPEST, FlowLaw, groove_strips, grooves, held_beyond
+from rail_fem.damage.sites import crossing_site
+from rail_fem.damage.study_state import read_state, write_state
+from rail_fem.light.contact_table import DEPTHS, VIRTUAL, equivalent_paraboloid, hertz_constants
+from rail_fem.scene.steel import GRADES
+
+CASES = Path(__file__).resolve().parents[2] / "cases" / "damage"
+STEEL, MODULUS = GRADES["Mn13"], 115e9
+RADII = np.array([[0.43, 7.5e-3], [0.43, 60e-3], [0.43, 3.0]])
+FORCE = np.array([30e3, 60e3, 50e3])
+QUICK = {
+    "damage.cells": 12,
+    "damage.patch_spacing": "6 mm",
+    "damage.plan_spacing": "0.5 mm",
+    "damage.plastic_flow": True,
+}
+
+
+def test_a_groove_as_deep_as_asked_presses_at_the_limit_of_its_hardened_steel():
+    """Hertz on the flatter radius: p0 / k = 4 to 1e-3 (Hertz' constants are tabulated); below the limit nothing flows;
+    harder steel flows less, and steel that has flowed asks for nothing more."""
+    found = grooves(FORCE, RADII, MODULUS, FORCE, STEEL, np.zeros(3), 4.0)
+    assert (found.depth[:2] > 1e-5).all() and found.depth[2] == 0
+    for k in (0, 1):
+        flatter = RADII[k].copy()
+        for _ in range(60):  # R' = R (1 + u / d), with the d of R'
+            virtual = np.clip(VIRTUAL * (FORCE[k] / hertz_constants(flatter[None], MODULUS)[0]) ** (2 / 3), *DEPTHS)
+            flatter[1] = RADII[k, 1] * (1 + found.depth[k] / virtual)
+        pressure = point_contact(FORCE[k], *flatter, MODULUS).max_pressure
+        shear = STEEL.yield_stress(np.sqrt(found.square[k])) / np.sqrt(3)
+        assert pressure / shear == pytest.approx(4.0, rel=1e-3)
+        strain, flowed = np.sqrt(found.square[k : k + 1]), found.depth[k : k + 1]
+        again = grooves(FORCE[k : k + 1], flatter[None], MODULUS, FORCE[k : k + 1], STEEL, strain, 4.001, flowed)
+        assert again.depth[0] < 0.01 * found.depth[k]
+    hard = grooves(FORCE, RADII, MODULUS, FORCE, STEEL.scaled(1.5), np.zeros(3), 4.0)
+    assert (hard.depth[:2] < 0.7 * found.depth[:2]).all()
+    huge = grooves(np.array([1e9]), RADII[:1], MODULUS, np.array([1e5]), STEEL, np.zeros(1), 4.0)
+    none = grooves(np.zeros(0), np.zeros((0, 2)), MODULUS, np.zeros(0), STEEL, np.zeros(0), 4.0)
+    assert huge.depth[0] == DEEPEST and len(none.depth) == 0
+
+
+def test_the_groove_has_the_radius_that_the_table_would_measure():
+    """A paraboloid's gap with its groove cut into it, measured as contact tables do: width and so radius across to 4 %
+    (the intersection is no ellipse any more)."""
+    radius, depth, virtual = 10e-3, 60e-6, 30e-6
+    along, across = np.linspace(-14e-3, 14e-3, 201), np.linspace(-6e-3, 6e-3, 1201)
+    gap = along[:, None] ** 2 / (2 * 0.43) + np.maximum(across**2 / (2 * radius) - depth, 0.0)
+    radii, middle, _ = equivalent_paraboloid(gap[None], along, across, np.array([virtual]))
+    length, width = (2 * np.sqrt(2 * virtual * 0.43)), 2 * np.sqrt(2 * radius * (depth + virtual))
+    assert middle[0] == pytest.approx(0, abs=1e-5)
+    assert radii[0, 1] / radii[0, 0] == pytest.approx((width / length) ** 2, rel=0.01)
+    assert radii[0, 1] == pytest.approx(radius * (1 + depth / virtual), rel=0.25)
+
+
+@pytest.mark.parametrize("passes", [0.3, 2.0, 50.0, 1e6])
+def test_flow_of_a_mix_is_that_of_its_equation(passes):
+    """Closed form against a Runge-Kutta of eighth order, and two parts of the passes against all of them: 1e-9."""
+    rng = np.random.default_rng(5)
+    wanted = rng.uniform(0, 1e-3, (4, 6))
+    wanted[1, 2] = wanted[2, 2] = 0.0
+    wanted[:, 3] = 2e-4  # all alike
+    wanted[:, 4] = 0.0
+    shares, rate = [0.4, 0.3, 0.2, 0.1], FlowLaw().rate
+    one = flow_in_passes(wanted, shares, passes, rate)
+    slope = lambda _, f: rate * (np.array(shares)[:, None] * np.maximum(wanted - f, 0)).sum(axis=0)
+    judge = solve_ivp(slope, (0, min(passes, 400)), np.zeros(6), method="DOP853", rtol=1e-11, atol=1e-16, max_step=0.5)
+    np.testing.assert_allclose(one, judge.y[:, -1], atol=2e-9 if passes < 1e3 else 1e-7 * 1e-3 + 1e-9)
+    first = flow_in_passes(wanted, shares, 0.4 * passes, rate)
+    rest = flow_in_passes(np.maximum(wanted - first, 0), shares, 0.6 * passes, rate)
+    np.testing.assert_allclose(first + rest, one, atol=1e-15)
+    assert (one <= wanted.max(axis=0) + 1e-18).all() and not one[4]
+
+
+def test_heaps_keep_the_volume_of_each_line_and_lie_where_the_face_falls_away():
+    y = np.arange(120) * 0.25e-3
+    groove = np.zeros((2, 5, 120))
+    groove[1, 1:4] = np.maximum(1e-4 * (1 - ((y - 12e-3) / 2e-3) ** 2), 0)
+    groove[0, 2] = np.maximum(2e-5 * (1 - ((y - 1e-3) / 1e-3) ** 2), 0)  # at the edge of its metal
+    heights = np.broadcast_to(-0.2 * np.maximum(y - 14e-3, 0), groove.shape)
+    metal = np.ones(groove.shape, bool)
+    metal[0, :, :4] = False
+    net = with_heaps(np.where(metal, groove, 0), heights, metal)
+    np.testing.assert_allclose(net[1].sum(axis=-1), 0, atol=1e-18)
+    assert net[0, 2].sum() > 0  # the lip beside its metal
+    assert net[1, 2].max() == pytest.approx(1e-4, rel=1e-2) and not net[1, 0].any() and not net[~metal].any()
+    falls, level = -net[1, 2, y > 14e-3].sum(), -net[1, 2, y < 10e-3].sum()
+    assert falls > 3 * level > 0
+    row = np.zeros((60, 3))
+    row[30] = 1.0
+    assert spread_along(row, 2e-3).sum() == pytest.approx(3.0, rel=1e-3)
+
+
+def test_strips_of_a_groove_are_a_parabola():
+    found = grooves(FORCE, RADII, MODULUS, FORCE, STEEL, np.zeros(3), 4.0)
+    strips, width = groove_strips(found)
+    np.testing.assert_allclose(strips[:, 0].sum(axis=1) * width, 4 / 3 * found.depth * found.half_width, rtol=2e-3)
+    assert not strips[2].any()
+
+
+def test_strain_does_not_depend_on_the_steps_in_which_a_groove_grows():
+    """Half of a groove, then what its flatter radius still asks for: depth and square of the strain to 1e-3 (tabulated
+    constants of Hertz)."""
+    whole = grooves(FORCE, RADII, MODULUS, FORCE, STEEL, np.zeros(3), 7.0)
+    half, flatter = whole.depth / 2, RADII.copy()
+    for _ in range(80):
+        virtual = np.clip(VIRTUAL * (FORCE / hertz_constants(flatter, MODULUS)) ** (2 / 3), *DEPTHS)
+        flatter[:, 1] = RADII[:, 1] * (1 + half / virtual)
+    rest = grooves(FORCE, flatter, MODULUS, FORCE, STEEL, np.sqrt(whole.square / 2), 7.0, half)
+    np.testing.assert_allclose(half + rest.depth, whole.depth, rtol=1e-3)
+    np.testing.assert_allclose(whole.square / 2 + rest.square, whole.square, rtol=1e-3)
+
+
+def test_a_groove_goes_on_beyond_the_passes_ends_and_is_mirrored_with_its_track():
+    field = np.zeros((2, 40, 60))
+    field[:, 10:30, 20:40] = np.linspace(1, 2, 20)[:, None]
+    x = np.arange(40) * 2e-3
+    held = held_beyond(field, np.array([x[10], x[29]]), x)
+    assert (held[:, 11:28] == field[:, 11:28]).all()
+    assert (held[:, :11] == field[:, 11:12]).all() and (held[:, 28:] == field[:, 27:28]).all()
+    assert (held_beyond(field, np.zeros(0), x) == field).all()
+    heights, metal = np.broadcast_to(-0.1 * np.arange(60) * 1e-3, field.shape), np.ones(field.shape, bool)
+    one = with_heaps(field, heights, metal)
+    other = with_heaps(field[..., ::-1], heights[..., ::-1], metal)
+    np.testing.assert_allclose(other[..., ::-1], one, atol=1e-14)
+
+
+@pytest.fixture(scope="module")
+def site():
+    case = load_case(CASES / "crossing_transfer.toml", QUICK)
+    return crossing_site(case.scene, case.damage, {"start": "280 mm", "end": "420 mm"})
+
+
+def test_a_crossing_flows_first_and_keeps_its_metal(site, tmp_path):
+    """Volume of the flow is 0 to round-off beside the wear's own, pressures fall, the steel hardens; a study that was
+    stopped goes on to the same bits."""
+    step = Stepping(block=2, smoothing=0.5e-3, deepest=1e9, flow_step=200e-6)
+    states = list(evolve(site, 4, step))
+    end = states[-1]
+    assert end.worn.flow_depth > 20 * end.deepest > 0
+    moved = np.maximum(end.worn.flow, 0).sum()
+    assert abs(end.worn.flow.sum()) < 1e-12 * moved and end.worn.flow.min() < 0
+    assert end.worn.volume == pytest.approx(end.removed - end.beyond, rel=1e-9)
+    assert end.worn.strain.max() > 0.01 and (end.worn.strain >= 0).all()
+    first, last = (site.rate(s).kinds[0][1].facts.of(1).max_pressure.max() for s in (site.first(), end.worn))
+    assert last < 0.8 * first
+    write_state(tmp_path / "state.npz", states[1], "x")
+    *_, again = evolve(site, 4, step, read_state(tmp_path / "state.npz", "x", site))
+    for name in ("depth", "flow", "strain"):
+        assert (getattr(again.worn, name) == getattr(end.worn, name)).all()
+    assert (again.log == end.log).all() and end.log[-1, 6] == end.worn.flow_depth
+
+
+def test_steel_that_is_elastic_does_not_flow(site):
+    hard = replace(site, flow_law=FlowLaw(limit=1e3))
+    *_, end = evolve(hard, 4, Stepping(block=4))
+    assert not end.worn.flow.any() and end.worn.depth.any()
+
+
+def test_no_passes_do_not_flow(site):
+    assert list(evolve(site, 0, Stepping())) == []
+    shape = site.first()
+    assert not site.flowed(shape, site.rate(shape), 0.0).flow.any()
+
+
+def test_half_the_step_of_the_flow_presses_the_same_groove(site):
+    """Two passes in shapes of 100 and 50 um: the deepest groove differs by the step's error, of first order, 5 %."""
+    ends = []
+    for step in (100e-6, 50e-6):
+        *_, end = evolve(site, 2, Stepping(block=2, deepest=1e9, flow_step=step))
+        ends.append(end.worn.flow_depth)
+    assert ends[1] == pytest.approx(ends[0], rel=0.05)
+
+
+def test_a_switch_does_not_flow():
+    with pytest.raises(CaseError, match="plastic_flow: plastic flow is known of a crossing"):
+        load_case(CASES / "switch_section.toml", {"damage.plastic_flow": True})
+
+
+@pytest.mark.parametrize(("name", "value"), [("grindings", [3.0]), ("weldings", [3.0]), ("flow", "runs/plastic")])
+def test_what_would_flow_twice_is_refused(name, value):
+    with pytest.raises(CaseError, match="leave one of them out"):
+        load_case(CASES / "crossing_flow.toml", {f"damage.{name}": value})
