@@ -30,7 +30,7 @@ TangentialForce = Callable[[float, float], float]  # approach of this instant [m
 
 
 @dataclass(frozen=True)
-class Impact:
+class ObliqueImpact:
     """The sphere and its steel. friction, normal velocity, radius and density drop out of psi (a test)."""
 
     poisson: float = 0.3
@@ -68,7 +68,7 @@ class Impact:
         return 4 * LOOSENESS * (1 - nu) / (2 - nu)
 
 
-def rebound(impact: Impact, psi: float, force: TangentialForce, steps: int) -> float:
+def rebound(impact: ObliqueImpact, psi: float, force: TangentialForce, steps: int) -> float:
     """psi after the impact, by the leapfrog method with so many steps in Hertz' time of contact; second order."""
     step = HERTZ_TIME * impact.largest_approach / impact.velocity / steps
     approach, down, along = 0.0, impact.velocity, psi * impact.unit
@@ -84,7 +84,7 @@ def rebound(impact: Impact, psi: float, force: TangentialForce, steps: int) -> f
 class SlidingCells:
     """Tangential force on the sphere by bem.halfspace, on a grid of so many cells over the largest contact."""
 
-    def __init__(self, impact: Impact, across: int) -> None:
+    def __init__(self, impact: ObliqueImpact, across: int) -> None:
         self.impact = impact
         self.before: Patch | None = None
         half = 1.02 * np.sqrt(RADIUS * impact.largest_approach)
@@ -115,7 +115,7 @@ class SlidingSprings:
     Mindlin's theory on any path (Popov and Hess, Method of Dimensionality Reduction in Contact Mechanics and Friction,
     2015, from memory; tests hold it to Cattaneo's closed form)."""
 
-    def __init__(self, impact: Impact, count: int) -> None:
+    def __init__(self, impact: ObliqueImpact, count: int) -> None:
         half, nu = np.sqrt(RADIUS * impact.largest_approach), impact.pair.poisson
         self.length = half / count
         self.profile = ((np.arange(count) + 0.5) * self.length) ** 2 / RADIUS
@@ -131,7 +131,7 @@ class SlidingSprings:
 
 def main() -> None:
     """Rebound over the angle, nu = 0.3."""
-    impact = Impact()
+    impact = ObliqueImpact()
     print(f"nu 0.3: all slides from psi = {impact.slide - 1:.2f} on and takes {impact.slide:.3f}")
     print("psi before | after, springs | cells: 12 across | 24 across | CPU s")
     for psi in (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0):
