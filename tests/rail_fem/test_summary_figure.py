@@ -5,7 +5,7 @@ from matplotlib.collections import LineCollection
 
 from rail_fem.output.result import PassResult, Peak
 from rail_fem.sweeps.group_figure import scene_facts, summary_figure, what_differs
-from rail_fem.sweeps.sweep_page import PEAKS, published_marks
+from rail_fem.sweeps.sweep_page import OVER_LEG, PEAKS, SUMMARY, published_marks
 from rail_fem.sweeps.trends import MEASURES, Published, Source
 from tests.rail_fem.test_scene import make_scene
 
@@ -29,10 +29,11 @@ def test_published_forces_are_dashes_at_their_cases_in_the_panels_of_forces():
     source = Source(group=(), published=(Published(case="case_02", dip=7.33, p2=175.28, peak=172.5),))
     marks = published_marks(source)
     assert set(marks) == set(PEAKS) and published_marks(Source(group=())) == {}
-    measures = {name: MEASURES[name] for name in (*PEAKS, "largest wing force")}
+    panels = SUMMARY | OVER_LEG
+    measures = {words: MEASURES[panels[words]] for words in (*PEAKS, "largest force\non the wing")}
     figure = summary_figure(sweep({"rigid_hertz": 150e3}), measures, "all", marks)
     lines = [[c for c in axes.collections if isinstance(c, LineCollection)] for axes in figure.axes]
-    assert [len(found) for found in lines] == [1, 1, 0]
+    assert [len(found) for found in lines] == [1, 1, 1, 0]
     (segment,) = lines[0][0].get_segments()
     assert np.allclose(segment, [[0.55, 172.5], [1.45, 172.5]])
 
