@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8
 
-PACKAGES=(python3-dolfinx python3-venv python3-matplotlib python3-h5py-mpi openmpi-bin gcc g++
+PACKAGES=(python3-dolfinx python3-venv python3-matplotlib python3-h5py python3-h5py-mpi openmpi-bin gcc g++
           libglu1-mesa libxcursor1 libxinerama1 libxft2 libgl1 libegl1)
 PYTHON=/usr/bin/python3   # a python3 found elsewhere on PATH would not have dolfinx
 LOG=$(mktemp)
