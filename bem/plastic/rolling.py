@@ -18,6 +18,7 @@ import numpy as np
 
 from bem.patch import ContactInputError, Grid
 from bem.plastic.body import Box, PlasticBody, Trial
+from bem.plastic.contact import Agreed, PlasticHalfSpace
 from bem.plastic.influence import MOST_MEMORY, Cells
 from bem.plastic.return_map import PlasticState
 from bem.plastic.surface import SurfaceDisplacement
@@ -233,6 +234,19 @@ def repeat_passes(
     return Passes(
         np.array(growth), track.state.peeq.mean(axis=1) + left * change, change, strain_growth, verdict, solved
     )
+
+
+def agree_on(
+    track: PlasticTrack, contact: PlasticHalfSpace, gap: np.ndarray, load: float, tolerance: float, guess: Trial | None
+) -> Agreed:
+    """Pressure and plastic strain of a contact whose body is the track's window, where it stands, nothing accepted.
+
+    gap, load, tolerance, guess, errors : as of PlasticHalfSpace.agree
+    """
+    agreed = contact.agree(gap, load, tolerance, guess)
+    while track.widened():
+        agreed = contact.agree(gap, load, tolerance, agreed.trial)
+    return agreed
 
 
 def one_pass(track: PlasticTrack, deviator: np.ndarray, stride: int = 1) -> None:

@@ -22,13 +22,13 @@ from geometry.surfaces.bodies import CrossingError
 from geometry.wheelset import WheelsetError
 from rail_fem.damage.traffic import Event
 from rail_fem.damage.worn_profile import WornOutError
+from rail_fem.settings.damage import FLOW_STEP
 
 TOLERANCE = 0.01  # of the depth, that halving a block may change
 LARGEST = 4.0  # times the block before
 SHALLOW = 0.1e-6  # deepest wear of a first block [m]
 LEAST_SHARE = 0.02  # of the passes done, that a block is long at least
 MOST_BLOCKS = 5000
-FLOW_STEP = 50e-6  # plastic flow between two shapes [m]
 
 
 class Shape(Protocol):

@@ -28,10 +28,9 @@ from scipy import ndimage
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_table import DEPTHS, VIRTUAL, hertz_constants, patch_sizes
 from rail_fem.scene.steel import Steel
+from rail_fem.settings.damage import FLOW_LIMIT, FLOW_SHARE
 
 STRAIN = 0.27  # of what flows over half-width / radius of the groove; 0.24 to 0.31 in fe_full
-LIMIT = 7.0  # p0 / k at which ten passes of fe_full come to rest
-SHARE = 0.65  # of what is left to flow that a pass of fe_full does
 FLATTEST = np.log(1e4)  # of R' / R
 DEEPEST = 1e-3  # that one pass over the surface may ask for [m]
 ROUNDS = 50
@@ -44,8 +43,8 @@ class FlowLaw:
     """limit : largest pressure over shear yield stress in shakedown;  share : of what is left to flow that one pass
     does, below 1"""
 
-    limit: float = LIMIT
-    share: float = SHARE
+    limit: float = FLOW_LIMIT
+    share: float = FLOW_SHARE
 
     @property
     def rate(self) -> float:

@@ -128,7 +128,7 @@ def lagging(dent, height, law, step, top, here):
         lag = law[b, 3]
         follows = step / (step + 2 * lag)
         top[b], here[b] = height[b] - (1 - follows) * dent[b], law[b]
-        here[b, 2] *= follows if lag > 0 else 1.0
+        here[b, 2] *= follows  # 1 where nothing lags
 
 
 @njit(cache=True)

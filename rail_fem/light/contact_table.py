@@ -35,6 +35,10 @@ SAMPLES = (25, 49)  # along and across, denser in the middle
 FAR = 1.0  # gap where there is no surface [m]
 
 
+# of a table, with a row for each body
+BY_BODY = ("height", "slope", "point", "stiffness", "radii", "angle", "centre", "asymmetry")
+
+
 @dataclass(frozen=True)
 class ContactTable:
     """Contacts of a scene's wheel with wing and nose (b = 0, 1) at axle positions x (n,) [m].

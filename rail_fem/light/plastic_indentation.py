@@ -67,13 +67,19 @@ def rolled_indentation(
             continue
         radii, normal = table.radii[body][reached], load / np.cos(table.angle[body][reached])
         sizes = patch_sizes(normal, radii, table.modulus[body])
-        strain = STRAIN * sizes.min(axis=1) / radii.min(axis=1)
-        pressure = normal / (np.pi * sizes.prod(axis=1)) / steel.yield_stress(strain)
+        pressure = pressure_over_yield(normal, radii, sizes, steel)
         elastic = (load / table.stiffness[body][reached]) ** (2 / 3)
         yield_load[body, reached] = load * (ONSET / pressure) ** 3
         plastic_compliance[body, reached] = RATE * pressure * elastic / load
         lag[body, reached] = np.maximum(LAG * sizes[:, 0] / speed, SHORTEST_LAG)
     return yield_load, plastic_compliance, lag
+
+
+def pressure_over_yield(normal: np.ndarray, radii: np.ndarray, sizes: np.ndarray, steel: Steel) -> np.ndarray:
+    """Hertz' mean pressure (m,) over the yield stress at Tabor's representative strain, of normal forces (m,) [N] on
+    patches of relative radii (m, 2) [m] and semi-axes (m, 2) [m]."""
+    strain = STRAIN * sizes.min(axis=1) / radii.min(axis=1)
+    return normal / (np.pi * sizes.prod(axis=1)) / steel.yield_stress(strain)
 
 
 def plastic_indentation(table: ContactTable, steels: tuple[Steel, Steel], load: float) -> tuple[np.ndarray, np.ndarray]:

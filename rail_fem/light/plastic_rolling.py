@@ -19,7 +19,7 @@ from bem.plastic.contact import PlasticHalfSpace
 from bem.plastic.deviator import stress_of
 from bem.plastic.hardening import Hardening
 from bem.plastic.increment import NoEquilibriumError
-from bem.plastic.rolling import PlasticTrack
+from bem.plastic.rolling import PlasticTrack, agree_on
 from rail_fem.light.contact_pairs import ContactPair
 from rail_fem.output.plastic_zone import BLOCK
 
@@ -153,9 +153,7 @@ def _roll(stations, steels, hardening, cell, agreement, widen, deepen, report) -
         gap = station.pair.gap(*np.meshgrid(x, s, indexing="ij"))
         nowhere[column : column + nx] |= ~np.isfinite(gap)
         try:
-            agreed = contact.agree(gap, station.force, agreement, trial)
-            while track.widened():
-                agreed = contact.agree(gap, station.force, agreement, agreed.trial)
+            agreed = agree_on(track, contact, gap, station.force, agreement, trial)
         except ContactInputError as fault:
             raise _ZoneAtEnd(f"{station.pair.label} at x = {point[0] * 1e3:.1f} mm: {fault}") from None
         except NoEquilibriumError as fault:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rail_fem.light.contact_table import ContactTable, contact_table
+from rail_fem.light.contact_table import BY_BODY, ContactTable, contact_table
 from rail_fem.light.pass_result import pass_result, patch_steps, patches_at
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.validity import hertz_flags
@@ -77,5 +77,4 @@ def solve_wheelset(scene: Scene, settings: RigidHertzSettings) -> PassResult:
 def every_second(table: ContactTable) -> ContactTable:
     """The same table at twice the spacing (both ends kept when their number is odd)."""
     keep = np.unique(np.r_[np.arange(0, len(table.x), 2), len(table.x) - 1])
-    rows = ("height", "slope", "point", "stiffness", "radii", "angle", "centre", "asymmetry")
-    return replace(table, x=table.x[keep], **{name: getattr(table, name)[:, keep] for name in rows})
+    return replace(table, x=table.x[keep], **{name: getattr(table, name)[:, keep] for name in BY_BODY})

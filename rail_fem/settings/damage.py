@@ -9,6 +9,8 @@ from rail_fem.scene.scene import Count, Frozen
 from rail_fem.scene.units import Quantity
 
 MOST_PASSES = 1e8
+# of plastic flow: p0 / k at which ten passes of fe_full come to rest, what of the rest one of them does, [m]
+FLOW_LIMIT, FLOW_SHARE, FLOW_STEP = 7.0, 0.65, 50e-6
 Share = Annotated[float, Quantity("", 0, 1, "share of the passes")]
 Years = Annotated[float, Quantity("", 0, 100, "years from now")]
 
@@ -104,9 +106,9 @@ class DamageSettings(Frozen):
         Quantity(
             "", 2, 20, "largest pressure of Hertz over shear yield stress at which flow rests; 7: that of fe_full"
         ),
-    ] = 7.0
-    flow_step: Annotated[float, Quantity("um", 1, 1000, "deepest plastic flow between two shapes")] = 50e-6
-    flow_share: Annotated[float, Quantity("", 0.01, 0.99, "of what is left to flow that one pass does")] = 0.65
+    ] = FLOW_LIMIT
+    flow_step: Annotated[float, Quantity("um", 1, 1000, "deepest plastic flow between two shapes")] = FLOW_STEP
+    flow_share: Annotated[float, Quantity("", 0.01, 0.99, "of what is left to flow that one pass does")] = FLOW_SHARE
     grindings: tuple[Years, ...] = Field(
         (), description="years at which the first shape is ground again: cracks go, height is lost"
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.path.path_search import BodySearch
 from geometry.profiles.profile import Profile
-from rail_fem.light.contact_table import ContactTable, TableKey, fresh_table, table_key, table_of
+from rail_fem.light.contact_table import BY_BODY, ContactTable, TableKey, fresh_table, table_key, table_of
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.vertical_pass import run_pass
 from rail_fem.output.events import Loss, lost_contact
@@ -21,7 +21,6 @@ from rail_fem.settings.light import RigidHertzSettings
 
 CUT = 8e-3  # y on the rail's head at which the wheel is cut: no wheel is carried there on the leg [m]
 RESOLUTION, REACH = 0.25e-3, 0.1  # of the rigid path [m]
-BY_BODY = "height", "slope", "point", "stiffness", "radii", "angle", "centre", "asymmetry"
 
 
 class LegPass(NamedTuple):

@@ -26,14 +26,14 @@ from bem.material import Elastic, contact_modulus
 from bem.patch import Grid
 from bem.plastic.contact import PlasticHalfSpace
 from bem.plastic.hardening import Hardening
-from bem.plastic.rolling import PlasticTrack
+from bem.plastic.rolling import PlasticTrack, agree_on
 from rail_fem.light.contact_table import contact_table, patch_sizes
-from rail_fem.light.plastic_indentation import LAG, ONSET, RATE, STRAIN
+from rail_fem.light.plastic_indentation import LAG, ONSET, RATE, pressure_over_yield
 from rail_fem.light.plastic_rolling import point_zone
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
 from rail_fem.output.result import load as load_result
-from rail_fem.scene.steel import MN13, Steel
+from rail_fem.scene.steel import MN13
 from rail_fem.show.style import CURVES, GREY, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 
@@ -76,14 +76,6 @@ class Fit:
     off: float
 
 
-def pressures(forces: np.ndarray, radii: np.ndarray, modulus: float, steel: Steel) -> np.ndarray:
-    """Hertz' mean pressure (m,) over the yield stress at Tabor's representative strain, for forces (m,) [N] and radii
-    (m, 2) [m]."""
-    sizes = patch_sizes(forces, radii, modulus)
-    strain = STRAIN * sizes.min(axis=1) / radii.min(axis=1)
-    return forces / (np.pi * sizes.prod(axis=1)) / steel.yield_stress(strain)
-
-
 def roll(one: Ellipsoid, forces: np.ndarray, step: float, cells: int) -> RolledOver:
     """Rolled over virgin steel under forces (m,) [N], `step` [m] apart; cells over the patch's smaller semi-axis."""
     radii, mean = np.tile(one.radii, (len(forces), 1)), float(np.mean(forces))
@@ -101,14 +93,12 @@ def roll(one: Ellipsoid, forces: np.ndarray, step: float, cells: int) -> RolledO
     trial, approach = None, []
     for column, force in enumerate(forces):
         track.stand(column)
-        agreed = soft.agree(gap, float(force), 4e-3, trial)
-        while track.widened():
-            agreed = soft.agree(gap, float(force), 4e-3, agreed.trial)
+        agreed = agree_on(track, soft, gap, float(force), 4e-3, trial)
         trial = agreed.trial
         track.accept(trial)
         approach.append(agreed.solution.approach)
     elastic = reference * (forces / mean) ** (2 / 3)
-    q = pressures(forces, radii, MODULUS, STEEL)
+    q = pressure_over_yield(forces, radii, patch_sizes(forces, radii, MODULUS), STEEL)
     return RolledOver(step * np.arange(len(forces)), q, elastic, np.array(approach) - elastic, float(sizes[0, 0]))
 
 
@@ -162,9 +152,10 @@ def of_pass(run: PassResult, hard: PassResult, spacing: float = 2.5e-3) -> Rolle
     forces = on(run, "force_wing")
     dent = height(hard) + elastic(hard) - height(run) - elastic(run)
     alone = (forces > 20e3) & (on(run, "force_nose") < WING_ALONE) & (on(hard, "force_nose") < WING_ALONE)
-    q = pressures(np.maximum(forces, 1.0) / np.cos(angle), radii, table.modulus[0], run.scene.materials.wing.steel())
-    along = patch_sizes(forces[alone], radii[alone], table.modulus[0])[:, 0]
-    return RolledOver(x[alone], q[alone], elastic(run)[alone], dent[alone], float(along.mean()))
+    normal = (forces / np.cos(angle))[alone]
+    sizes = patch_sizes(normal, radii[alone], table.modulus[0])
+    q = pressure_over_yield(normal, radii[alone], sizes, run.scene.materials.wing.steel())
+    return RolledOver(x[alone], q, elastic(run)[alone], dent[alone], float(sizes[:, 0].mean()))
 
 
 def table_of(ellipsoids: tuple[Ellipsoid, ...], rolled: list[RolledOver], seconds: list[float]) -> str:
