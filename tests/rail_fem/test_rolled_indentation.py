@@ -1,14 +1,16 @@
 """The rolled law of indentation against what it is made from, the elastoplastic half-space, and against fe_full."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
+from rail_fem.light.contact_table import contact_table
 from rail_fem.models import rigid_hertz
 from rail_fem.settings.light import RigidHertzSettings
-from rail_fem.studies.rolled_indentation import WORN_WING, RolledOver, by_law, fitted, off_by, roll, roll_wave
+from rail_fem.studies.rolled_indentation import WORN_WING, RolledOver, by_law, fitted, of_pass, off_by, roll, roll_wave
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -35,6 +37,25 @@ def test_the_fit_finds_the_constants_that_made_the_data():
     made = RolledOver(wave.x, wave.pressure, wave.elastic, by_law(wave, 0.2, 1.4, 0.6), wave.along)
     best = fitted(made)
     assert (best.rate, best.onset, best.lag) == pytest.approx((0.2, 1.4, 0.6), rel=1e-6) and best.off < 1e-9
+
+
+def test_what_two_passes_differ_by_beyond_their_forces_is_the_wing_s_indentation():
+    """Made-up passes over the wing: the wheel sinks by Hertz' approach of its force, on the soft wing by 30 um more."""
+    scene = load_case(ROOT / "cases" / "thesis" / "case_02.toml").scene
+    x = np.linspace(0.1, 0.34, 97)
+    table = contact_table(scene, x[0], x[-1], x[1] - x[0])
+    stiffness = np.interp(x, table.x, table.stiffness[0])
+
+    def passed(force, dent):
+        height = -((force / stiffness) ** (2 / 3)) - dent
+        none = np.zeros_like(x)
+        columns = {"x": x, "force_wing": force, "force_nose": none, "wheel_height": height, "crossing_height": none}
+        return SimpleNamespace(scene=scene, history=columns, transfer_x=x[-1])
+
+    found = of_pass(passed(8e4 + 2e4 * np.sin(40 * x), 30e-6), passed(np.full_like(x, 9e4), 0.0), x[1] - x[0])
+    assert len(found.x) > 90
+    np.testing.assert_allclose(found.dent, 30e-6, rtol=1e-3)
+    assert (found.pressure > 1.5).all() and (found.pressure < 6).all() and 4e-3 < found.along < 9e-3
 
 
 def test_forces_of_the_reference_pass_come_nearer_to_the_finite_elements():
