@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from geometry.meshing.hexmesh import MeshError, boundary_faces
+from geometry.meshing.vtu_file import read_vtu
 
 SUFFIXES = (".inp", ".vtu", ".med", ".xdmf")
 HEXAHEDRON, QUADRILATERAL = "hexahedron", "quad"
@@ -34,7 +35,9 @@ def read_by_meshio(path: Path, refused: dict[str, str]) -> tuple[np.ndarray, lis
         raise MeshError(f"{path}: meshio reads such files and is not installed; give a .msh of Gmsh") from None
     try:
         with contextlib.redirect_stdout(io.StringIO()):  # it prints what it raises
-            mesh = meshio.read(path)
+            mesh = read_vtu(path) if path.suffix.lower() == ".vtu" else meshio.read(path)
+    except MeshError:
+        raise
     except (Exception, SystemExit) as error:  # whatever its readers die of
         words = " ".join(str(error).split()) or type(error).__name__
         raise MeshError(f"{path}: meshio cannot read it ({words})") from None

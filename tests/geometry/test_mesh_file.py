@@ -98,6 +98,49 @@ def test_a_mesh_of_another_program_is_the_same_mesh(tmp_path, suffix):
     assert np.array_equal(np.sort(mesh.clamp), np.sort(own.clamp))
 
 
+@pytest.mark.parametrize("header", [32, 64])
+@pytest.mark.parametrize("encoded", [False, True], ids=["raw", "base64"])
+@pytest.mark.parametrize("compressor", ["None", "ZLib", "LZMA"])
+def test_a_vtu_as_vtk_writes_it_is_the_same_mesh(tmp_path, header, encoded, compressor):
+    """Arrays behind the XML, ParaView's default; raw ones with 32-bit headers came out as other numbers."""
+    pytest.importorskip("vtk")
+    parts = wing_and_wheel()
+    vtk_file(tmp_path, parts, header, encoded, compressor)
+    mesh, own = read_mesh_file(tmp_path / "vtk.vtu"), checked_mesh("own", *parts)
+    assert np.array_equal(mesh.points, own.points) and np.array_equal(mesh.cells, own.cells)
+    assert np.array_equal(mesh.region, own.region) and np.array_equal(np.sort(mesh.clamp), np.sort(own.clamp))
+    assert {tuple(sorted(face)) for face in mesh.surface} == {tuple(sorted(face)) for face in own.surface}
+
+
+def test_a_vtu_that_is_compressed_otherwise_or_cut_off_is_refused(tmp_path):
+    pytest.importorskip("vtk")
+    vtk_file(tmp_path, wing_and_wheel(), 64, False, "LZ4")
+    with pytest.raises(MeshError, match="compressed by vtkLZ4DataCompressor, which is not read: save it with zlib"):
+        read_mesh_file(tmp_path / "vtk.vtu")
+    for compressor in ("None", "ZLib"):
+        vtk_file(tmp_path, wing_and_wheel(), 64, False, compressor)
+        whole = (tmp_path / "vtk.vtu").read_bytes()
+        (tmp_path / "cut.vtu").write_bytes(whole[: int(0.8 * len(whole))])
+        with pytest.raises(MeshError, match="meshio cannot read it .*cut off"):
+            read_mesh_file(tmp_path / "cut.vtu")
+
+
+def vtk_file(folder, parts, header: int, encoded: bool, compressor: str) -> None:
+    """vtk.vtu as VTK itself writes it."""
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
+
+    of_other_program(".vtu", *(parts[k] for k in (2, 1, 3, 4))).write(folder / "inline.vtu")
+    reader, writer = vtkXMLUnstructuredGridReader(), vtkXMLUnstructuredGridWriter()
+    reader.SetFileName(str(folder / "inline.vtu"))
+    writer.SetInputConnection(reader.GetOutputPort())
+    writer.SetFileName(str(folder / "vtk.vtu"))
+    writer.SetDataModeToAppended()
+    writer.SetEncodeAppendedData(encoded)
+    getattr(writer, f"SetHeaderTypeToUInt{header}")()
+    getattr(writer, f"SetCompressorTypeTo{compressor}")()
+    assert writer.Write() == 1
+
+
 def test_a_mesh_of_another_program_that_cannot_be_run_is_refused(tmp_path):
     import meshio
 
