@@ -32,6 +32,7 @@ from rail_fem.damage.summary import section_summary
 from rail_fem.output.progress import Progress
 from rail_fem.output.runfolder import digest, held, prepare_folder
 from rail_fem.settings.damage import MOST_PASSES, DamageSettings
+from rail_fem.settings.light import RigidHertzSettings
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
 VERSION = 4
@@ -54,8 +55,9 @@ class PassProgress(Progress):
 
 
 def study_mark(case: Case, settings: DamageSettings) -> dict[str, Any]:
-    """What must agree for a restart: scene, study, numerics of the passes."""
-    runs = {name: run.model_dump(mode="json") for name, run in case.runs.items()}
+    """What must agree for a restart: scene, study, numerics of the passes, also where the case leaves them out."""
+    own = {"rigid_hertz": RigidHertzSettings()} if settings.site == "crossing" else {}
+    runs = {name: run.model_dump(mode="json") for name, run in (own | dict(case.runs)).items()}
     damage, flow = settings.model_dump(mode="json"), flow_file(case, settings)
     mark = {"study": "damage", "version": VERSION, "scene": case.scene.plain(), "damage": damage, "run": runs}
     return mark | ({} if flow is None else {"flow": flow_digest(flow)})

@@ -1,21 +1,22 @@
 """How deep a rolling wheel indents a rail plastically: two laws of yield load, plastic compliance and lag.
 
-Fully plastic (Tabor): the mean pressure cannot exceed 3 yield stresses. A fully plastic contact of a paraboloid with
-relative radii R_x, R_y has the area of their intersection, 2 pi sqrt(R_x R_y) times the depth, and the mean pressure
-3 Y(strain) with the representative strain 0.2 b / R_b of the narrower direction. The indentation lies in series with
-the elastic approach and begins where Hertz' mean pressure reaches 3 Y. As the wheel always meets fresh material, the
-depth follows the force up and down.
-Source: Tabor, The Hardness of Metals (1951); K. L. Johnson, Contact Mechanics (1985), sections 6.2 and 6.3.
-Error: an order-of-magnitude theory. At the nose of the reference pass, 200 kN: approach 0.64 mm against 0.63 mm of
-fe_full at 2 mm.
-
-Rolled: the indentation over the elastic approach is RATE (q - ONSET), q Hertz' mean pressure over the yield stress at
-the same representative strain, and follows the force over LAG semi-axes of the patch along the rail: it takes some
-rolling to deepen, and a wheel that is unloaded still runs in what it has pressed.
+Rolled (the default): the indentation over the elastic approach is RATE (q - ONSET), q Hertz' mean pressure over the
+yield stress at Tabor's representative strain, 0.2 b / R_b of the narrower direction, and follows the force over LAG
+semi-axes of the patch along the rail: it takes some rolling to deepen, and a wheel that is unloaded still runs in what
+it has pressed.
 Source: forces that rise and fall, rolled over the elastoplastic half-space (bem.plastic) by ellipsoids with the radii
 of a worn wing, a/b = 2.4 and 3.5, q = 2.3 to 3.5, Mn13: 1 % of the largest indentation (docs/models/light.md has the
 table; one case is in tests/rail_fem/test_rolled_indentation.py). Error: a circular patch is indented by a fifth less;
 beyond q = 5 and on rounded corners it is extrapolated.
+
+Fully plastic (Tabor): the mean pressure cannot exceed 3 yield stresses. A fully plastic contact of a paraboloid with
+relative radii R_x, R_y has the area of their intersection, 2 pi sqrt(R_x R_y) times the depth, and the mean pressure
+3 Y(strain) at the representative strain above. The indentation lies in series with the elastic approach and begins
+where Hertz' mean pressure reaches 3 Y. As the wheel always meets fresh material, the depth follows the force up and
+down.
+Source: Tabor, The Hardness of Metals (1951); K. L. Johnson, Contact Mechanics (1985), sections 6.2 and 6.3.
+Error: an order-of-magnitude theory. At the nose of the reference pass, 200 kN: approach 0.64 mm against 0.63 mm of
+fe_full at 2 mm.
 """
 
 import numpy as np

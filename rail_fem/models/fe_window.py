@@ -26,6 +26,10 @@ def solve(
     the air at the start."""
     settings = on_root(partial(with_window, scene, settings))
     released = release_position(scene, settings)
-    approach = RigidHertzSettings(start=settings.approach_start, end=settings.end)
-    start = on_root(lambda: from_rigid_hertz(scene, approach, released))
+    start = on_root(lambda: from_rigid_hertz(scene, approach_of(settings), released))
     return solve_from(scene, settings, start, "fe_window", folder, restart, progress)
+
+
+def approach_of(settings: FeWindowSettings) -> RigidHertzSettings:
+    """Numerics of the light pass that hands over."""
+    return RigidHertzSettings(start=settings.approach_start, end=settings.end, indentation_law=settings.indentation_law)

@@ -15,6 +15,7 @@ from rail_fem.scene.units import Quantity
 # every model's path unless a case gives another: from the wing ahead of its bend to behind the landing after the nose's
 # first impact [m]
 COMMON_WINDOW = 0.095, 0.700
+IndentationLaw = Literal["rolled", "fully plastic"]  # of the light models, and of the approach of fe_window
 SMOKE_ELEMENT_SIZE = 6e-3
 SLAB_ELEMENTS = 3  # along the rail, of the slabs that a travelling window lets enter and leave
 SMOKE_STEPS = 50
@@ -232,3 +233,6 @@ class FeWindowSettings(FeSettings):
         ]
         | None
     ) = None
+    indentation_law: IndentationLaw = Field(
+        "rolled", description="of that approach: how deep rigid_hertz lets a contact be indented plastically"
+    )

@@ -7,7 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from rail_fem.scene.scene import Count, Frozen, Scene
 from rail_fem.scene.units import Quantity
-from rail_fem.settings.explicit import COMMON_WINDOW
+from rail_fem.settings.explicit import COMMON_WINDOW, IndentationLaw
 
 SHORTEST_WINDOW = 0.01
 
@@ -120,11 +120,11 @@ class IndentationSettings(PassSettings):
         True,
         description="a contact whose mean pressure reaches the steel's limit is plastically indented; off: elastic",
     )
-    indentation_law: Literal["fully plastic", "rolled"] = Field(
-        "fully plastic",
+    indentation_law: IndentationLaw = Field(
+        "rolled",
         description=(
-            "how deep: as a fully plastic contact (Tabor), or as found by rolling over an elastoplastic half-space,"
-            " nearer to fe_full"
+            "how deep: as found by rolling over an elastoplastic half-space, or as a fully plastic contact (Tabor),"
+            " farther from fe_full"
         ),
     )
 

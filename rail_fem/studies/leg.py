@@ -53,7 +53,7 @@ VARIATIONS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("track mass 130 kg", {FOUNDATION + "track_mass": "130 kg"}),
     ("track mass 100 kg", {FOUNDATION + "track_mass": "100 kg"}),
     ("foundation undamped", {FOUNDATION + "damping": "0 kN s/m"}),
-    ("elastic: no plastic groove", {"run.rigid_hertz.grooves": False}),
+    ("elastic: no plastic indentation", {"run.rigid_hertz.plastic_indentation": False}),
     ("50 mph", {"scene.speed": "50 mph"}),
     ("as at Shalford: 1:6, 70 mph (thesis: 22.0 mm, 0.70 ms)", SHALFORD),
     ("as at Shalford, track mass 100 kg", SHALFORD | {FOUNDATION + "track_mass": "100 kg"}),

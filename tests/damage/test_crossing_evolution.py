@@ -209,6 +209,18 @@ def test_a_killed_study_of_a_crossing_goes_on_where_it_was(tmp_path, monkeypatch
     assert answer.exit_code == 2 and "no damage.json" in answer.output
 
 
+def test_numerics_that_a_case_leaves_out_belong_to_the_study_as_those_that_it_gives(tmp_path):
+    """So that a study begun by another default is not gone on with."""
+    (tmp_path / "plain.toml").write_text(CASE.read_text())
+    marks = []
+    for law in ("rolled", "fully plastic"):
+        (tmp_path / "told.toml").write_text(CASE.read_text() + f'\n[run.rigid_hertz]\nindentation_law = "{law}"\n')
+        case = load_case(tmp_path / "told.toml")
+        marks.append(study.study_mark(case, case.damage))
+    plain = load_case(tmp_path / "plain.toml")
+    assert study.study_mark(plain, plain.damage) == marks[0] != marks[1]
+
+
 def test_a_wheelset_of_several_degrees_of_freedom_is_refused():
     case = load_case(CASE)
     with pytest.raises(ValueError, match="lateral position is given"):

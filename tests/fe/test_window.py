@@ -11,6 +11,7 @@ from rail_fem.light.contact_table import contact_table
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.vertical_pass import TRACK, WHEEL, run_pass
 from rail_fem.models import fe_window
+from rail_fem.output.runfolder import differences, fingerprint
 from rail_fem.settings.explicit import FeWindowSettings
 from rail_fem.settings.light import RigidHertzSettings
 
@@ -49,6 +50,19 @@ def test_the_state_is_that_of_the_light_pass_and_in_the_air_there_is_none(scene)
         from_rigid_hertz(scene, APPROACH, float(run.x[lifted[len(lifted) // 2]]))
     with pytest.raises(ValueError, match="give an earlier approach_start"):
         from_rigid_hertz(scene, APPROACH, 0.05)
+
+
+def test_what_hands_over_follows_the_law_of_indentation_that_belongs_to_the_run(scene):
+    """On the falling wing the wheel comes another way to x = 250 mm by each law; a window begun by one is not gone on
+    with by the other."""
+    windows = [
+        FeWindowSettings(start=0.25, end=0.35, approach_start=0.095, indentation_law=law)
+        for law in ("rolled", "fully plastic")
+    ]
+    rolled, plastic = (from_rigid_hertz(scene, fe_window.approach_of(window), 0.25) for window in windows)
+    assert abs(rolled.force - plastic.force) > 0.02 * plastic.force
+    assert differences(*(fingerprint("fe_window", scene, window) for window in windows))
+    assert windows[0] == FeWindowSettings(start=0.25, end=0.35, approach_start=0.095)
 
 
 def test_the_bodies_go_on_as_the_light_pass_left_them(scene):

@@ -110,9 +110,9 @@ def test_all_parameters_of_the_cast_crossing_reach_it(tmp_path):
 def test_a_leg_has_a_name(tmp_path):
     fitted = load_case(case_with(tmp_path, 'leg = "fitted"')).scene.crossing
     assert fitted.surface == CastCrossing(
-        transition_length=0.417225, transition_smoothness=0.921624, leg_lowering=1.47963e-3
+        transition_length=0.322184, transition_smoothness=0.652113, leg_lowering=1.13683e-3
     )
-    assert fitted.plain()["transition_length"] == 0.417225
+    assert fitted.plain()["transition_length"] == 0.322184
     with pytest.raises(CaseError, match="transition_length: is given by leg = fitted"):
         load_case(case_with(tmp_path, 'leg = "fitted"', 'transition_length = "200 mm"'))
 

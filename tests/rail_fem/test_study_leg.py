@@ -2,6 +2,8 @@
 
 import pytest
 
+from rail_fem.case.casefile import load_case
+from rail_fem.case.examples import example
 from rail_fem.output.events import stated_peaks
 from rail_fem.studies import leg
 
@@ -20,6 +22,13 @@ def test_the_fitted_leg_throws_the_wheel_as_the_thesis_says(passes):
     """263.6 kN and 28.49 mm; the search came to 8 and 4 % of them."""
     flight, peak = leg.first_flight(passes["fitted"]), stated_peaks(passes["fitted"])["largest_force_leg"]
     assert flight.length == pytest.approx(28.49e-3, rel=0.1) and peak.value == pytest.approx(263.6e3, rel=0.1)
+
+
+@pytest.mark.parametrize("words, changes", leg.VARIATIONS)
+def test_each_change_is_one_that_a_case_takes(words, changes):
+    before, after = (load_case(example("whole_crossing"), leg.WINDOW | own) for own in ({}, changes))
+    same = before.scene.plain() == after.scene.plain() and before.runs["rigid_hertz"] == after.runs["rigid_hertz"]
+    assert same == (not changes), words
 
 
 def test_a_gentler_climb_throws_less_and_a_cone_that_drops_does_not_fly(passes):
