@@ -19,9 +19,9 @@ def passes():
 
 
 def test_the_fitted_leg_throws_the_wheel_as_the_thesis_says(passes):
-    """263.6 kN and 28.49 mm; the search came to 8 and 4 % of them."""
+    """263.6 kN and 28.49 mm; the search came to 3 and 1 % of them."""
     flight, peak = leg.first_flight(passes["fitted"]), stated_peaks(passes["fitted"])["largest_force_leg"]
-    assert flight.length == pytest.approx(28.49e-3, rel=0.1) and peak.value == pytest.approx(263.6e3, rel=0.1)
+    assert flight.length == pytest.approx(28.49e-3, rel=0.05) and peak.value == pytest.approx(263.6e3, rel=0.05)
 
 
 @pytest.mark.parametrize("words, changes", leg.VARIATIONS)
@@ -41,11 +41,11 @@ def test_a_gentler_climb_throws_less_and_a_cone_that_drops_does_not_fly(passes):
 
 def test_the_force_and_flight_of_the_thesis_lie_between_two_track_masses():
     """It does not state the mass that it adds to the crossing; 750 kg is that of its P2 formula."""
-    light, heavy = (leg.run(dict(leg.VARIATIONS)[f"track mass {mass} kg"] | SHORT) for mass in (100, 130))
+    light, heavy = (leg.run(dict(leg.VARIATIONS)[f"track mass {mass} kg"] | SHORT) for mass in (100, 150))
     force, length, *_ = leg.THESIS
     between = [stated_peaks(result)["largest_force_leg"].value / 1e3 for result in (light, heavy)]
     assert between[0] < force < between[1]
-    assert leg.first_flight(light).length < 1e-3 * length < leg.first_flight(heavy).length
+    assert leg.first_flight(light) is None and leg.first_flight(heavy).length > 1e-3 * length
 
 
 def test_a_flight_takes_about_the_time_of_its_launch_speed(passes):
