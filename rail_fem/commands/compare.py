@@ -25,6 +25,7 @@ def compare(
     from rail_fem.show.style import lettering, save
     from rail_fem.sweeps import compare as side_by_side
     from rail_fem.sweeps.compare_facts import comparison_facts
+    from rail_fem.sweeps.compare_strain import strain_table
     from rail_fem.sweeps.cost_figure import cost_figure
 
     if any((folder / "damage.json").is_file() for folder in folders):
@@ -36,7 +37,8 @@ def compare(
     try:
         found = side_by_side.compare(folders, reference)
         advice = [] if limit is None else [side_by_side.advice(found, limit, quantity) + "\n"]
-        words = [side_by_side.table(found), *advice, side_by_side.warnings(found)]
+        words = [side_by_side.table(found), strain_table(found), *advice, side_by_side.warnings(found)]
+        words = [text for text in words if text]
         say("\n".join(words).rstrip())
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)

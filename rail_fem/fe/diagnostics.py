@@ -8,7 +8,7 @@ import numpy as np
 from geometry.meshing.quality import MeshQuality, cell_volume
 from rail_fem.fe import trust
 from rail_fem.fe.fields import cell_rows
-from rail_fem.fe.parts import parts_of
+from rail_fem.fe.parts import cells_of, parts_of
 from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
 from rail_fem.fe.state import PLASTIC_WORK
@@ -102,7 +102,7 @@ def strain_peaks(run: Run) -> dict[str, Peak]:
     domain, rows = run.dynamics.domain, cell_rows(run.dynamics)
     found = {}
     for part in parts_of(run):
-        mine = part.cells(domain)
+        mine = cells_of(part, domain)
         own = None
         if len(mine):
             worst = mine[np.lexsort((domain.cell_input[mine], -rows[mine, 6]))[0]]

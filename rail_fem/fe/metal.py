@@ -12,7 +12,7 @@ from mpi4py import MPI
 from geometry.meshing.quality import cell_volume
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.fields import cell_rows
-from rail_fem.fe.parts import parts_of
+from rail_fem.fe.parts import cells_of, parts_of, surface_nodes
 from rail_fem.fe.run import Run
 from rail_fem.output.plastic_zone import near, plastic_zone, strained_box
 
@@ -29,11 +29,11 @@ def metal(run: Run) -> dict[str, dict]:
     wheel = run.passage.running.start + run.dynamics.contact.offset
     found = {}
     for part in parts_of(run):
-        mine = part.cells(domain)
+        mine = cells_of(part, domain)
         if not run.comm.allreduce(len(mine)):
             continue
         zone, whole = _yielded(domain, rows, mine)
-        nodes = run.comm.bcast(None if mesh is None else part.surface_nodes(mesh), root=0)
+        nodes = run.comm.bcast(None if mesh is None else surface_nodes(part, mesh), root=0)
         positions = _positions(domain, run.dynamics.structure.x, nodes)
         if zone is None or positions is None:  # not on root
             continue

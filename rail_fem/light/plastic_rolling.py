@@ -21,6 +21,7 @@ from bem.plastic.hardening import Hardening
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.rolling import PlasticTrack, agree_on
 from rail_fem.light.contact_pairs import ContactPair
+from rail_fem.output.parts import CrossingPart
 from rail_fem.output.plastic_zone import BLOCK
 
 WIDE = 2.6  # half window over the elastic patch's semi-axis, at least
@@ -43,8 +44,9 @@ class Station:
 
 @dataclass(frozen=True)
 class SolvedStation:
-    """What a station came to: area [m^2], largest pressure [Pa], approach [m]."""
+    """What a station came to: x [m], area [m^2], largest pressure [Pa], approach [m]."""
 
+    x: float
     area: float
     max_pressure: float
     approach: float
@@ -60,7 +62,7 @@ class Flow:
     residual : (nz, nx, ny, 6) residual stress [Pa], order VOIGT, z up, means over cells; NaN where it is not known:
         across and in depth far beyond what has yielded
     lowered : (nx, ny) change of the surface, positive into the body [m]
-    edge_distance : of the plastic zone from the nearest position without surface [m]; inf where none is in the strip
+    edge : (nx, ny) distance along the surface to the nearest position without one [m]; inf where none is in the strip
     stations : what each station came to
     fall : of the body's own surface below the tangent plane at the worst point, one depth of the zone beside it, over
         that depth; NaN where nothing has yielded or no surface is left there
@@ -74,9 +76,14 @@ class Flow:
     peeq: np.ndarray
     residual: np.ndarray
     lowered: np.ndarray
-    edge_distance: float
+    edge: np.ndarray
     stations: list[SolvedStation]
     fall: float = np.nan
+
+    @property
+    def edge_distance(self) -> float:
+        """Of the plastic zone from the nearest position without surface [m]; inf without any."""
+        return float(self.edge[(self.peeq > 0).any(axis=0)].min(initial=np.inf))
 
     @property
     def zone_depth(self) -> float:
@@ -162,14 +169,28 @@ def _roll(stations, steels, hardening, cell, agreement, widen, deepen, report) -
         track.accept(trial)
         pressure = agreed.solution.pressure
         area = float(np.count_nonzero(pressure) * length * side)
-        solved.append(SolvedStation(area, float(pressure.max()), float(agreed.solution.approach)))
+        solved.append(SolvedStation(float(point[0]), area, float(pressure.max()), float(agreed.solution.approach)))
         report((number + 1) / len(stations))
     x, y = x_low + (np.arange(columns) + 0.5) * length, window.y
-    edge = _edge_distance(track.state.peeq, nowhere, cell)
+    edge = ndimage.distance_transform_edt(~nowhere, sampling=cell) if nowhere.any() else np.full(nowhere.shape, np.inf)
     flow = Flow(
         x, y, contact.depths, side, length, track.state.peeq, residual_stress(track), track.surface, edge, solved
     )  # fmt: skip
     return replace(flow, fall=surface_fall(flow, stations))
+
+
+def flow_in(part: CrossingPart, flow: Flow, stations: list[Station]) -> Flow | None:
+    """The flow of a body within one of its parts: columns whose middle lies in it; None where nothing has yielded
+    there. stations : of the body's pass."""
+    inside = part.holds(flow.x)
+    if not (flow.peeq[:, inside] > 0).any():
+        return None
+    piece = replace(
+        flow, x=flow.x[inside], peeq=flow.peeq[:, inside], residual=flow.residual[:, inside],
+        lowered=flow.lowered[inside], edge=flow.edge[inside],
+        stations=[one for one in flow.stations if bool(part.holds(np.float64(one.x)))],
+    )  # fmt: skip
+    return replace(piece, fall=surface_fall(piece, stations))
 
 
 def surface_fall(flow: Flow, stations: list[Station]) -> float:
@@ -207,11 +228,3 @@ def residual_stress(track: PlasticTrack) -> np.ndarray:
 def around(sides: tuple[float, float, float]) -> np.ndarray:
     """Cells of sides [m] (depth, x, y) that are shown around what has yielded: a block to average over lies within."""
     return np.maximum(2, np.ceil(max(BLOCK) / np.array(sides)).astype(int))
-
-
-def _edge_distance(peeq: np.ndarray, nowhere: np.ndarray, cell: tuple[float, float]) -> float:
-    """Least distance along the surface from a column that has yielded to one without surface [m]."""
-    yielded = (peeq > 0).any(axis=0)
-    if not yielded.any() or not nowhere.any():
-        return float("inf")
-    return float(ndimage.distance_transform_edt(~nowhere, sampling=cell)[yielded].min())

@@ -24,11 +24,12 @@ from rail_fem.light.contact_table import ContactTable, TableKey, contact_table, 
 from rail_fem.light.pass_result import pass_result, patch_steps, patches_at
 from rail_fem.light.plastic_fields import metal_of, write_archive, write_vtu
 from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.plastic_rolling import Flow, Station, roll_along
+from rail_fem.light.plastic_rolling import Flow, Station, flow_in, roll_along
 from rail_fem.light.validity import Flag, flag, lift_flags
 from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
 from rail_fem.models.bem_passage import pair_of
 from rail_fem.output.clock import working_time
+from rail_fem.output.parts import CrossingPart, parts_between
 from rail_fem.output.result import PassResult, Peak
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
@@ -53,40 +54,53 @@ def solve(
     run = run_pass(scene, settings, contacts)
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
     steels = {"wing": scene.materials.wing.steel(), "nose": scene.materials.nose.steel()}
-    flows, metal, flags = {}, {}, lift_flags(lift_offs(run, scene.static_wheel_load))
+    parts = parts_between(run.x[0], run.x[-1], scene.crossing.leg_end)
+    flows: dict[str, Flow] = {}
+    pieces: dict[str, Flow] = {}
+    metal: dict[str, dict] = {}
     bars: dict[str, float] = {}
+    flags = lift_flags(lift_offs(run, scene.static_wheel_load))
     for b, body in enumerate(BODIES):
         stations = stations_of(key, table, run, b, settings.step, CARRIES * scene.static_wheel_load)
         if not stations or steels[body].is_elastic:
             flags += [flag("elastic", f"{body}: its steel has no yield curve, nothing flows")] if stations else []
             continue
         flow = _rolled(stations, key, b, steels[body], settings, settings.cell_size, _reporter(progress, b))
-        flows[body], surface = flow, crossing_surface(key.crossing, body)
-        left = metal_of(flow, surface)
-        if left:
-            metal[body] = left
+        flows[body], surface, mine = flow, crossing_surface(key.crossing, body), [p for p in parts if p.body == b]
+        found = _pieces(mine, flow, stations)
+        left = {name: metal_of(piece, surface) for name, piece in found.items()}
         if settings.error_estimate and left:
             coarse_flow = _rolled(stations, key, b, steels[body], settings, COARSER * settings.cell_size)
-            bars |= strain_bars(body, left, metal_of(coarse_flow, surface))
-        flags += flow_flags(body, flow)
+            there = _pieces(mine, coarse_flow, stations)
+            for name in left:
+                bars |= strain_bars(name, left[name], metal_of(there[name], surface) if name in there else {})
+        for name, piece in found.items():
+            flags += flow_flags(name, piece)
+        metal, pieces = metal | left, pieces | found
     patches = patches_at(table, run, patch_steps(run))
     errors = {"time_step": step_error(run, coarse)} | beam_errors(scene, settings, contacts, run)
     errors |= {
-        f"plastic_strain_{body}": bars[f"block_{body}"] / left["values"]["block"]
-        for body, left in metal.items()
-        if f"block_{body}" in bars and left["values"]["block"] > 0
+        f"plastic_strain_{name}": bars[f"block_{name}"] / left["values"]["block"]
+        for name, left in metal.items()
+        if f"block_{name}" in bars and left["values"]["block"] > 0
     }
     result = pass_result("bem_plastic", scene, settings, table, run, patches, flags, errors, started)
     result = replace(result, metal=metal, error_bars=bars)
-    return _with_flow(result, flows, run, folder, key)
+    return _with_flow(result, flows, pieces, run, folder, key)
 
 
-def strain_bars(body: str, left: dict, coarse: dict) -> dict[str, float]:
+def _pieces(parts: list[CrossingPart], flow: Flow, stations: list[Station]) -> dict[str, Flow]:
+    """The flow of a body by the names of its parts that have yielded."""
+    found = {part.name: flow_in(part, flow, stations) for part in parts}
+    return {name: piece for name, piece in found.items() if piece is not None}
+
+
+def strain_bars(part: str, left: dict, coarse: dict) -> dict[str, float]:
     """Error bars by the names of rail_fem.output.quantities from cells COARSER times as large: at first order, what
     is left is as much as the two are apart."""
     there = coarse.get("values", {})
     return {
-        f"{name}_{body}": abs(value - there[name]) / (COARSER - 1)
+        f"{name}_{part}": abs(value - there[name]) / (COARSER - 1)
         for name, value in left["values"].items()
         if name in there and np.isfinite(value - there[name]) and (value or there[name])
     }
@@ -172,15 +186,15 @@ def _reporter(progress, body: int) -> Callable[[float], None]:
     )
 
 
-def flow_flags(body: str, flow: Flow) -> list[Flag]:
-    """Where a half-space in small strain must not be believed."""
+def flow_flags(part: str, flow: Flow) -> list[Flag]:
+    """Where a half-space in small strain must not be believed, of leg, wing rail or nose."""
     strain, x, _, _ = flow.worst()
     where, flags = f"x = {x * 1e3:.0f} mm", []
     if flow.edge_distance < flow.zone_depth:
         flags.append(
             flag(
                 "edge",
-                f"{body}: the plastic zone, {flow.zone_depth * 1e3:.1f} mm deep, comes within"
+                f"{part}: the plastic zone, {flow.zone_depth * 1e3:.1f} mm deep, comes within"
                 f" {flow.edge_distance * 1e3:.1f} mm of where the body has no surface: true flow there is larger",
             )
         )
@@ -188,7 +202,7 @@ def flow_flags(body: str, flow: Flow) -> list[Flag]:
         flags.append(
             flag(
                 "corner",
-                f"{body}: beside the patch the surface falls by {flow.fall * flow.zone_depth * 1e3:.1f} mm over the"
+                f"{part}: beside the patch the surface falls by {flow.fall * flow.zone_depth * 1e3:.1f} mm over the"
                 f" plastic zone's depth of {flow.zone_depth * 1e3:.1f} mm (a radius of {1 / (2 * flow.fall):.1f}"
                 f" depths; {1 / (2 * MOST_FALL):g} at least): the half-space is stiffer, true flow is larger",
                 where,
@@ -198,26 +212,36 @@ def flow_flags(body: str, flow: Flow) -> list[Flag]:
         flags.append(
             flag(
                 "large strain",
-                f"{body}: plastic strain up to {strain:.1%}; above {LARGE_STRAIN:.0%} the half-space of small strain is"
+                f"{part}: plastic strain up to {strain:.1%}; above {LARGE_STRAIN:.0%} the half-space of small strain is"
                 " an approximation",
                 where,
             )
         )
     flags.append(
-        flag("no friction", f"{body}: creep forces are left out; they raise the flow near the surface and shift it")
+        flag("no friction", f"{part}: creep forces are left out; they raise the flow near the surface and shift it")
     )
     return flags
 
 
-def _with_flow(result: PassResult, flows: dict[str, Flow], run: LightPass, folder, key) -> PassResult:
-    peaks, trust, cells = dict(result.peaks), dict(result.trust), 0
+def _with_flow(
+    result: PassResult,
+    flows: dict[str, Flow],
+    pieces: dict[str, Flow],
+    run: LightPass,
+    folder: Path | None,
+    key: TableKey,
+) -> PassResult:
+    """flows : of wing and nose;  pieces : of leg, wing rail and nose."""
+    peaks, trust = dict(result.peaks), dict(result.trust)
     notes: tuple[str, ...] = ()
-    for body, flow in flows.items():
+    for name, flow in pieces.items():
         strain, x, y, depth = flow.worst()
-        peaks[f"plastic_strain_{body}"] = Peak(strain, "1", x=x, y=y, z=-depth)
-        worst = max(flow.stations, key=lambda station: station.max_pressure)
-        peaks[f"pressure_{body}"] = Peak(worst.max_pressure, "Pa")
-        trust[f"plastic_flow_{body}"] = {
+        size = float(np.cbrt(flow.length * flow.side**2))
+        peaks[f"plastic_strain_{name}"] = Peak(strain, "1", x=x, y=y, z=-depth, size=size)
+        if flow.stations:
+            worst = max(flow.stations, key=lambda station: station.max_pressure)
+            peaks[f"pressure_{name}"] = Peak(worst.max_pressure, "Pa", x=worst.x)
+        trust[f"plastic_flow_{name}"] = {
             "zone_depth": flow.zone_depth,
             "edge_distance": flow.edge_distance,
             "surface_fall": flow.fall,
@@ -225,13 +249,10 @@ def _with_flow(result: PassResult, flows: dict[str, Flow], run: LightPass, folde
             "highest_lip": float(-flow.lowered.min()),
             "stations": len(flow.stations),
         }
-        cells += int(np.count_nonzero(flow.peeq))
     if folder is not None and flows:
         write_archive(folder, flows)
         heights = {body: crossing_surface(key.crossing, body) for body in flows}
         if not write_vtu(folder, flows, heights, float(run.time[-1])):
             notes = ("no fields/final.vtu: meshio is not installed (it comes with the explicit models)",)
-    cost = replace(result.cost, elements=cells)
-    return replace(
-        result, peaks=peaks, trust=trust, cost=cost, warnings=result.warnings + notes
-    )  # fmt: skip
+    cost = replace(result.cost, elements=sum(int(np.count_nonzero(flow.peeq)) for flow in flows.values()))
+    return replace(result, peaks=peaks, trust=trust, cost=cost, warnings=result.warnings + notes)

@@ -10,9 +10,10 @@ from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import solve
 from rail_fem.light.contact_pairs import ContactPair
 from rail_fem.light.plastic_fields import metal_of
-from rail_fem.light.plastic_rolling import Flow, Station, surface_fall
+from rail_fem.light.plastic_rolling import Flow, SolvedStation, Station, flow_in, surface_fall
 from rail_fem.models.bem_plastic import flow_flags, strain_bars
 from rail_fem.output.fields import REGIONS, field_file, read_fields
+from rail_fem.output.parts import parts_between
 from rail_fem.output.result import load
 from rail_fem.show.fields import read_crossing
 
@@ -84,7 +85,7 @@ def test_a_sharp_crown_is_flagged(short_pass):
     x = (np.arange(30) + 0.5) * 1e-3
     zeros = np.zeros((8, 30, 30, 6)), np.zeros((30, 30))
     for radius, flagged in ((1e-3 * 3 * 6, False), (1e-3 * 3 * 4, True)):
-        flow = Flow(x, x, x[:8], 1e-3, 1e-3, peeq, *zeros, np.inf, [], 3e-3 / (2 * radius))
+        flow = Flow(x, x, x[:8], 1e-3, 1e-3, peeq, *zeros, np.full((30, 30), np.inf), [], 3e-3 / (2 * radius))
         assert any(flag["what"] == "corner" for flag in flow_flags("nose", flow)) == flagged
 
 
@@ -93,7 +94,7 @@ def test_the_fall_of_a_cylinder_is_that_of_its_radius():
     peeq = np.zeros((4, 9, 9))
     peeq[:2, 3:6, 3:6] = 0.01
     x = (np.arange(9) - 4) * 1e-3
-    flow = Flow(x, x, x[4:8], 1e-3, 1e-3, peeq, np.zeros((4, 9, 9, 6)), np.zeros((9, 9)), np.inf, [])
+    flow = Flow(x, x, x[4:8], 1e-3, 1e-3, peeq, np.zeros((4, 9, 9, 6)), *np.zeros((2, 9, 9)), [])
     rail = lambda x, y: np.sqrt(0.02**2 - np.asarray(y) ** 2) - 0.02 + 0.0 * np.asarray(x)
     pair = ContactPair(np.zeros(3), np.eye(3), None, rail)
     station = Station(0.0, pair, 1.0, (1e-3, 1e-3))
@@ -106,7 +107,7 @@ def test_block_mean_and_integral_are_those_of_the_cells():
     peeq = np.zeros((8, 30, 30))
     peeq[:3, 12:17, 12:17], peeq[3:6, 12:17, 12:17] = 0.02, 0.01
     x = (np.arange(30) + 0.5) * 1e-3
-    flow = Flow(x, x, x[:8], 1e-3, 1e-3, peeq, np.full((8, 30, 30, 6), 2e6), np.full((30, 30), 2e-5), np.inf, [])
+    flow = Flow(x, x, x[:8], 1e-3, 1e-3, peeq, np.full((8, 30, 30, 6), 2e6), *np.full((2, 30, 30), 2e-5), [])
     left = metal_of(flow, lambda x, y: 0.0 * x)
     assert left["values"]["block"] == pytest.approx(0.02)
     assert left["values"]["integral"] == pytest.approx(0.03 * 75e-9)
@@ -122,3 +123,30 @@ def test_bars_are_what_cells_of_twice_the_side_differ_by():
     )
     assert bars == {"block_nose": pytest.approx(0.02)}
     assert strain_bars("nose", {"values": {"block": 0.05}}, {}) == {}
+
+
+def test_leg_and_wing_rail_are_parted_where_their_forces_are():
+    """Two zones on the wing body, 10 mm apart, the leg's end between them; an edge nearer to the first."""
+    peeq, edge = np.zeros((6, 30, 9)), np.full((30, 9), 9e-3)
+    peeq[:2, 4:9, 2:7], peeq[:3, 19:24, 2:7], edge[:10] = 0.03, 0.02, 1e-3
+    x = (np.arange(30) + 0.5) * 1e-3
+    solved = [SolvedStation(at, 1e-6, pressure, 1e-5) for at, pressure in ((6e-3, 2e9), (21e-3, 1e9))]
+    lowered = np.where(x[:, None] < 15e-3, 1e-4, 5e-5) * np.ones(9)
+    flow = Flow(x, x[:9], x[:6], 1e-3, 1e-3, peeq, np.zeros((6, 30, 9, 6)), lowered, edge, solved)
+    pair = ContactPair(np.zeros(3), np.eye(3), None, lambda x, y: 0.0 * np.asarray(x) + 0.0 * np.asarray(y))
+    stations = [Station(0.0, pair, 1.0, (1e-3, 1e-3))]
+    leg, wing, nose = parts_between(0.0, 30e-3, 15e-3)
+    one, two = flow_in(leg, flow, stations), flow_in(wing, flow, stations)
+    assert (one.worst()[0], two.worst()[0]) == (0.03, 0.02)
+    assert (one.zone_depth, two.zone_depth) == (pytest.approx(2e-3), pytest.approx(3e-3))
+    assert (one.edge_distance, two.edge_distance) == (1e-3, 9e-3)
+    assert [piece.stations[0].max_pressure for piece in (one, two)] == [2e9, 1e9]
+    left = metal_of(flow, lambda x, y: 0.0 * x)
+    apart = [metal_of(piece, lambda x, y: 0.0 * x) for piece in (one, two)]
+    for name in ("integral", "volume_1"):
+        assert sum(part["values"][name] for part in apart) == pytest.approx(left["values"][name])
+    assert [max(part["surface"]["fall"]) for part in apart] == [1e-4, 5e-5]
+    bare = replace(flow, peeq=np.where(x[:, None] < 15e-3, 0.0, peeq))
+    assert flow_in(leg, bare, stations) is None
+    assert [part.name for part in parts_between(20e-3, 30e-3, 15e-3)] == ["wing", "nose"]
+    assert (leg.body, wing.body, nose.body) == (0, 0, 1)

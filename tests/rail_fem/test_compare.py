@@ -23,6 +23,7 @@ from rail_fem.sweeps.compare import (
     history_error,
     table,
 )
+from rail_fem.sweeps.compare_strain import strain_table
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = load_case(ROOT / "cases" / "nose_transfer.toml").scene
@@ -129,6 +130,27 @@ def test_a_strain_outside_the_common_way_is_not_compared():
     assert error(window, strained(made("fe_full", 1.0, 1.0), 0.05, 0.36)) == pytest.approx(-0.2)
     assert np.isnan(error(window, strained(made("fe_full", 1.0, 1.0), 0.05, 0.25)))
     assert np.isnan(error(window, made("fe_full", 1.0, 1.0)))
+
+
+def test_strains_of_all_parts_stand_beside_each_other_with_bars_and_flags(folders):
+    """A light result that knows leg and nose, with a bar and flags, beside an explicit one that knows all three."""
+    values = {"block": 0.03, "worst_1000": 0.02, "integral": 3e-7}
+    here, far = ({"values": values, "block": [x, 0.0, 0.0]} for x in (0.3, 0.9))
+    flags = [{"what": "corner", "reason": "leg: beside the patch", "where": ""}]
+    flags += [{"what": "asymmetry", "reason": "leg: not about its strain", "where": ""}]
+    light = replace(made("bem_plastic", 1.0, 1.0), metal={"leg": here, "nose": far}, error_bars={"block_leg": 0.004})
+    light = replace(light, trust={"validity": flags})
+    explicit = replace(made("fe_full", 1.0, 9.0), metal={"leg": here, "wing": here, "nose": here})
+    text = strain_table(Comparison(explicit, (light, explicit), ("light", "dear")))
+    rows = {line.split(" | ")[0].removeprefix("| "): line for line in text.splitlines()}
+    assert list(rows)[2::4][:3] == [f"{part}: worst 5 x 5 x 3 mm" for part in ("leg", "wing", "nose")]
+    assert "| 3 % +- 0.4 % | 3 % |" in rows["leg: worst 5 x 5 x 3 mm"]
+    assert (
+        "| (3 %) | 3 % |" in rows["nose: worst 5 x 5 x 3 mm"]
+        and "300 mm3 | 300 mm3" in rows["nose: integral over the volume"]
+    )
+    assert "none | 3 %" in rows["wing: worst 5 x 5 x 3 mm"] and "leg corner | -" in rows["flags about it"]
+    assert strain_table(Comparison(explicit, (made("lumped", 1.0, 1.0), explicit), ("cheap", "dear"))) == ""
 
 
 def test_the_references_error_bar_counts_against_who_wants_to_be_within(folders):
