@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from rail_fem.light.mass_scaling import SHARE, quasi_static_factor
+from rail_fem.light.mass_scaling import CUBE, SHARE, quasi_static_factor, quasi_static_step
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import FeSettings
@@ -57,13 +57,10 @@ def critical_step(scene: Scene, settings: FeSettings) -> float:
     """Courant number times shortest edge over the fastest wave, mass scaling included [s]."""
     materials = scene.materials
     fastest = max(_speed(steel) for steel in (materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()))
-    return (
-        settings.courant
-        * SHORTEST_EDGE
-        * min(settings.element_size, settings.along)
-        * _mass_factor(scene, settings) ** 0.5
-        / fastest
-    )
+    smallest = min(settings.element_size, settings.along)
+    if settings.mass_scaling == "auto" and settings.scaled_elements == "small":
+        return settings.courant * max(SHORTEST_EDGE * smallest / fastest, quasi_static_step(scene, CUBE * smallest))
+    return settings.courant * SHORTEST_EDGE * smallest * _mass_factor(scene, settings) ** 0.5 / fastest
 
 
 def _mass_factor(scene: Scene, settings: FeSettings) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 
 from rail_fem.cyclic.law import CyclicLaw
 from rail_fem.fe.state import KINEMATIC, LANES, N_MATERIAL, N_STATE, PLASTIC_STRAIN, POINT_STATE, STRESS, YIELD
+from rail_fem.light.mass_scaling import CUBE
 from rail_fem.scene.steel import Steel
 
 
@@ -45,8 +46,12 @@ class MaterialTable:
         return max(cyclic, int(self.rows[:, KINEMATIC].any()))
 
 
-def material_table(steels: list[Steel], settings: ElementSettings) -> MaterialTable:
-    """One row for each steel; an elastic steel gets an infinite yield stress."""
+def material_table(steels: list[Steel], settings: ElementSettings, least_step: float = 0.0) -> MaterialTable:
+    """One row for each steel; an elastic steel gets an infinite yield stress.
+
+    least_step : critical step that small elements are made heavy for [s] (Structure). The bulk viscosity of such an
+        element, with its own density and wave speed, is that of a cube of steel with this step.
+    """
     rows, strain, stress, start = np.zeros((len(steels), N_MATERIAL)), [], [], [0]
     for i, steel in enumerate(steels):
         shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
@@ -61,6 +66,7 @@ def material_table(steels: list[Steel], settings: ElementSettings) -> MaterialTa
             settings.quadratic_viscosity,
             settings.hourglass * 3.5 * shear,
             steel.hardening == "kinematic",
+            np.sqrt(wave / steel.density) * least_step / CUBE,
         )
         strain.append([0.0] if steel.is_elastic else steel.hardening_strain)
         stress.append([np.inf] if steel.is_elastic else steel.hardening_stress)

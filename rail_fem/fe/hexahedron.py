@@ -223,7 +223,7 @@ def elastic_trial(nodal, dt, material, state, scratch):
             von Mises stress minus yield stress
     """
     lame, shear, density, speed = material[0], material[1], material[2], material[3]
-    linear, quadratic, hourglass = material[4], material[5], material[6]
+    linear, quadratic, hourglass, least = material[4], material[5], material[6], material[8]
     for e in range(_W):
         x, v = vector_modes(nodal, e), vector_modes(nodal, 24 * _W + e)
         b, volume = mean_gradient(x)
@@ -238,7 +238,7 @@ def elastic_trial(nodal, dt, material, state, scratch):
         store(state, 0, 3, e, stress[3:])
         scratch[EXCESS * _W + e] = von_mises(stress) - state[YIELD * _W + e]
         square = 8.0 * sum_of_squares(b)
-        length = math.sqrt(1.5 / square) * volume
+        length = max(math.sqrt(1.5 / square) * volume, least)
         rate = l[0][0] + l[1][1] + l[2][2]
         compression_rate = min(rate, 0.0)
         viscous = (

@@ -84,7 +84,7 @@ def store_covariant(vectors, e, m):
 @_part
 def whole_element(nodal, dt, material, vectors, rates, mean):
     """Of a block: covariant vectors of coordinates and velocities (VECTORS*W,), and `mean` (MEAN*W,)."""
-    density, speed, linear, quadratic = material[2], material[3], material[4], material[5]
+    density, speed, linear, quadratic, least = material[2], material[3], material[4], material[5], material[8]
     for e in range(_W):
         x, v = vector_modes(nodal, e), vector_modes(nodal, 24 * _W + e)
         b, volume = mean_gradient(x)
@@ -97,7 +97,7 @@ def whole_element(nodal, dt, material, vectors, rates, mean):
         mean[DIVERGENCE * _W + e] = end[0][0] + end[1][1] + end[2][2]
         mid = to_mid_step(end, dt)
         rate = mid[0][0] + mid[1][1] + mid[2][2]
-        length = math.sqrt(1.5 / (8.0 * sum_of_squares(b))) * volume
+        length = max(math.sqrt(1.5 / (8.0 * sum_of_squares(b))) * volume, least)
         closing = min(rate, 0.0)
         viscous = density * length * (linear * speed * rate - quadratic * quadratic * length * closing * closing)
         mean[PRESSURE * _W + e] = viscous * volume  # the points' pressures are added to it

@@ -1,6 +1,8 @@
 """Elements heavier than steel in bodies that weigh what they should: a longer step for a field that is quasi-static.
 
-The density of all elements is multiplied by one factor; the stable step grows with its root. Each body moves as a whole
+The density of all elements is multiplied by one factor; the stable step grows with its root. Or only small elements are
+made heavier, the smallest by the factor, each of the others so that it has the same critical step and none where steel
+has it anyway: the same step for a small part of the mass. Each body moves as a whole
 with the mass of the case, to round-off: its lumped mass is that mass less what the mesh weighs
 (rail_fem.fe.supports.RigidGroup). A mesh can therefore never weigh more than its body. The wheel's rotation has the
 inertia of the case whatever the mesh weighs, for the mesh does not spin. What changes are waves within the bodies: they
@@ -14,10 +16,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry.meshing.hexmesh import HexMesh
-from rail_fem.fe.hexahedron import volumes
+from geometry.meshing.quality import eigen_length
 from rail_fem.fe.slabs import Slabs
+from rail_fem.fe.structure import cell_masses, critical_steps
 from rail_fem.fe.window import Extent, heaviest
-from rail_fem.light.mass_scaling import SHARE, quasi_static_factor, transit_ratio
+from rail_fem.light.mass_scaling import SHARE, SLOWNESS, quasi_static_factor, quasi_static_step, transit_ratio
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import FeSettings
@@ -27,21 +30,31 @@ AUTO = "auto"
 
 @dataclass(frozen=True)
 class MassScaling:
-    """factor : on the density of all elements;  steel : mass of each body's mesh at the density of its steel [kg], with
-    a travelling window the most of the crossing's that moves in it;
+    """factor : on the density of all elements, or of the smallest;  steel : mass of each body's mesh at the density of
+    its steel [kg], with a travelling window the most of the crossing's that moves in it;
     bodies : mass of each body in the case [kg], infinite where it is held;  transit : see
-    rail_fem.light.mass_scaling.transit_ratio;  why : what decided the factor"""
+    rail_fem.light.mass_scaling.transit_ratio; with small elements alone the wheel's speed over that of waves in the
+    elements under it;  why : what decided the factor
+    least_step : critical step that small elements are made heavy for [s]; 0 where all are;  scaled : as `steel`, with
+    the mass that is added, where small elements alone are heavier"""
 
     factor: float
     steel: dict[str, float]
     bodies: dict[str, float]
     transit: float
     why: str
+    least_step: float = 0.0
+    scaled: dict[str, float] | None = None
+
+    @property
+    def meshes(self) -> dict[str, float]:
+        """Mass of each body's mesh as it moves [kg]."""
+        return self.scaled or {name: self.factor * mass for name, mass in self.steel.items()}
 
     @property
     def added(self) -> float:
         """What the meshes weigh beyond their steel [kg]; the lumped masses are less by as much."""
-        return (self.factor - 1) * sum(self.steel.values())
+        return sum(self.meshes.values()) - sum(self.steel.values())
 
     @property
     def largest(self) -> float:
@@ -49,7 +62,9 @@ class MassScaling:
         return min(self.bodies[name] / mass for name, mass in self.steel.items())
 
     def densities(self, steels: list[Steel]) -> list[Steel]:
-        """The steels as the elements have them."""
+        """The steels as the elements have them, but for the small ones' own mass."""
+        if self.least_step > 0:
+            return steels
         return [replace(steel, density=self.factor * steel.density) for steel in steels]
 
 
@@ -66,14 +81,18 @@ def choose_scaling(
 
     Errors: ValueError where a mesh would weigh more than its body, with the largest factor that is possible.
     """
-    masses = comm.bcast(None if mesh is None else steel_masses(mesh, steels), root=0)
-    moving = comm.bcast(None if mesh is None or window is None else window_mass(mesh, steels, *window), root=0)
-    steel = {"crossing": float(masses[0] + masses[1]) if moving is None else moving, "wheel": float(masses[2])}
+    steel = comm.bcast(None if mesh is None else mesh_masses(mesh, steels, window), root=0)
     bodies = {
         "crossing": _crossing_mass(scene, settings, steel["crossing"]),
         "wheel": scene.vehicle.wheel_unsprung_mass,
     }
     scaling = MassScaling(1.0, steel, bodies, transit_ratio(scene, 1.0), "")
+    if settings.scaled_elements == "small" and settings.mass_scaling != 1.0:
+        scaling = comm.bcast(
+            None if mesh is None else _of_small(scene, settings, steels, mesh, window, scaling), root=0
+        )
+        _refuse_heavy(scaling)
+        return scaling
     if isinstance(settings.mass_scaling, str):  # AUTO
         scaling = _automatic(scene, scaling)
     else:
@@ -82,14 +101,20 @@ def choose_scaling(
     return replace(scaling, transit=transit_ratio(scene, scaling.factor))
 
 
-def steel_masses(mesh: HexMesh, steels: list[Steel]) -> np.ndarray:
-    """Mass of each region at the density of its steel (n_steels,) [kg]."""
-    return np.bincount(mesh.region, _cell_masses(mesh, steels), minlength=len(steels))
+def mesh_masses(
+    mesh: HexMesh, steels: list[Steel], window: tuple[Slabs, Extent] | None, least_step: float = 0.0
+) -> dict[str, float]:
+    """Mass of each body's mesh [kg], with a window the most of the crossing's that moves in it; least_step : see
+    `cell_masses`."""
+    mass = cell_masses(mesh.points, mesh.cells, mesh.region, steels, least_step)
+    of_regions = np.bincount(mesh.region, mass, minlength=len(steels))
+    crossing = of_regions[0] + of_regions[1] if window is None else window_mass(mesh, mass, *window)
+    return {"crossing": float(crossing), "wheel": float(of_regions[2])}
 
 
-def window_mass(mesh: HexMesh, steels: list[Steel], slabs: Slabs, extent: Extent) -> float:
-    """The most that the slabs in a travelling window weigh at the density of their steel [kg]."""
-    mass, slab = _cell_masses(mesh, steels), slabs.of_cells(mesh.points[mesh.cells].mean(axis=1)[:, 0], mesh.region)
+def window_mass(mesh: HexMesh, mass: np.ndarray, slabs: Slabs, extent: Extent) -> float:
+    """The most that the slabs in a travelling window weigh [kg]; mass : of the cells (m,) [kg]."""
+    slab = slabs.of_cells(mesh.points[mesh.cells].mean(axis=1)[:, 0], mesh.region)
     of_slabs = tuple(
         np.bincount(slab[mesh.region == region], mass[mesh.region == region], minlength=count)
         for region, count in enumerate(slabs.counts)
@@ -97,9 +122,38 @@ def window_mass(mesh: HexMesh, steels: list[Steel], slabs: Slabs, extent: Extent
     return heaviest(slabs, extent, of_slabs)
 
 
-def _cell_masses(mesh: HexMesh, steels: list[Steel]) -> np.ndarray:
-    density = np.array([steel.density for steel in steels])[mesh.region]
-    return density * volumes(mesh.points.ravel(), mesh.cells)
+def _of_small(
+    scene: Scene,
+    settings: FeSettings,
+    steels: list[Steel],
+    mesh: HexMesh,
+    window: tuple[Slabs, Extent] | None,
+    scaling: MassScaling,
+) -> MassScaling:
+    """The critical step that small elements are made heavy for. Root only."""
+    least = float(critical_steps(mesh.points, mesh.cells, mesh.region, steels).min())
+    under_wheel = float(eigen_length(brick(settings.element_size, settings.along))[0])
+    if not isinstance(settings.mass_scaling, str):
+        step, why = settings.mass_scaling**0.5 * least, "as the case asks"
+    else:  # AUTO
+        step = max(least, quasi_static_step(scene, under_wheel))
+        why = f"auto: waves in the elements under the wheel {1 / SLOWNESS:.0f} times as fast as it"
+        while step > least and _overweight(mesh_masses(mesh, steels, window, step), scaling.bodies, SHARE):
+            step, why = max(least, 0.97 * step), f"auto: a mesh weighs {SHARE:.0%} of its body"
+    meshes = mesh_masses(mesh, steels, window, step)
+    slowness = scene.speed * step / under_wheel
+    return replace(scaling, factor=(step / least) ** 2, least_step=step, scaled=meshes, transit=slowness, why=why)
+
+
+def _overweight(meshes: dict[str, float], bodies: dict[str, float], share: float) -> bool:
+    return any(meshes[name] > share * bodies[name] for name in meshes)
+
+
+def brick(size: float, along: float) -> np.ndarray:
+    """Corners of an element of nominal size, `along` in x (1, 8, 3) [m]."""
+    square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], float)
+    corners = np.vstack([np.c_[square, np.zeros(4)], np.c_[square, np.ones(4)]])
+    return (corners * (along, size, size))[None]
 
 
 def _crossing_mass(scene: Scene, settings: FeSettings, steel: float) -> float:
@@ -121,11 +175,12 @@ def _refuse_heavy(scaling: MassScaling) -> None:
     """Raise ValueError where a mesh weighs more than its body. At factor 1 RigidGroup.add_mass_up_to says it better."""
     if scaling.factor == 1.0:
         return
-    for name, steel in scaling.steel.items():
-        if scaling.factor * steel > scaling.bodies[name]:
+    for name, mass in scaling.meshes.items():
+        if mass > scaling.bodies[name]:
+            most = "less" if scaling.least_step else f"at most {_floor(scaling.largest):g}"
             raise ValueError(
-                f"mass_scaling {scaling.factor:g}: the mesh of the {name} would weigh {scaling.factor * steel:.0f} kg,"
-                f" its body weighs {scaling.bodies[name]:.0f} kg in the case: at most {_floor(scaling.largest):g} is"
+                f"mass_scaling {scaling.factor:g}: the mesh of the {name} would weigh {mass:.0f} kg,"
+                f" its body weighs {scaling.bodies[name]:.0f} kg in the case: {most} is"
                 " possible here, or a shorter window"
             )
 

@@ -152,9 +152,11 @@ def build_passage(
         small=(2,),
         settings=ElementSettings(settings.element, settings.hourglass),
         slab=None if slabs is None else slabs.of_cells(domain.cell_centres()[:, 0], domain.region),
+        least_step=scaling.least_step,
     )
     is_wheel = comm.bcast(None if mesh is None else _wheel_nodes(mesh)[mesh.clamp], root=0)
-    held = build_supports(scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel], scaling.factor)
+    wheel_factor = scaling.meshes["wheel"] / scaling.steel["wheel"]
+    held = build_supports(scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel], wheel_factor)
     crossing, axle, sprung, supports, settling = held
     guide = None if aside is None else guide_across(scene, aside, axle, supports)
     rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
@@ -178,7 +180,7 @@ def build_passage(
     masses = structure.region_masses()
     crossing.mesh_mass, axle.mesh_mass = float(masses[0] + masses[1]), float(masses[2])
     if window is not None:
-        crossing.moving_mass = scaling.factor * scaling.steel["crossing"]
+        crossing.moving_mass = scaling.meshes["crossing"]
     _set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
     axle.free = (False, guide is not None and settling is None, True)
     start_velocities(dynamics, running, axle, sprung)
@@ -264,7 +266,7 @@ def build_supports(
     factor: float = 1.0,
 ) -> Supported:
     """Crossing on its foundation, axle with half a wheelset, sprung mass on the primary suspension; springs as the
-    start wants them. factor : of mass scaling.
+    start wants them. factor : of mass scaling on the wheel's mesh.
 
     While it settles the axle is pressed down so that the contact comes to carry the start's force. Vertical only: the
     lateral position and the speed of the wheel are given (thesis assumption 1).

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from geometry.meshing.quality import eigen_length
 from rail_fem.fe.blocks import ElementBlocks, ElementSettings, material_table
 from rail_fem.fe.domain import Domain, raise_together
 from rail_fem.fe.elastic import add_elastic_force, damped_displacement, elastic_stress, fixed_geometry, small_energy
@@ -14,7 +15,27 @@ from rail_fem.fe.hexahedron_full import stored_energy_full, update_full_elements
 from rail_fem.fe.state import KINEMATIC, LANES, LINEAR_VISCOSITY, N_WORK, POINTS, QUADRATIC_VISCOSITY
 from rail_fem.scene.steel import Steel
 
+CELLS_AT_A_TIME = 4096  # whose critical steps are worked out together
 BLOCKS_AT_A_TIME = 64  # scratch state of a product with the stiffness
+
+
+def cell_masses(points: np.ndarray, cells: np.ndarray, region: np.ndarray, steels: list[Steel], least_step: float):
+    """Mass of each cell (m,) [kg]: of steel, and of those with a critical step below `least_step` [s] so much that
+    they have it.
+
+    points (n, 3) [m];  cells (m, 8);  region (m,) index into `steels`
+    """
+    mass = np.array([steel.density for steel in steels])[region] * volumes(points.ravel(), cells)
+    if least_step > 0:
+        mass *= np.maximum(1.0, least_step / critical_steps(points, cells, region, steels)) ** 2
+    return mass
+
+
+def critical_steps(points: np.ndarray, cells: np.ndarray, region: np.ndarray, steels: list[Steel]) -> np.ndarray:
+    """2 / omega_max of each cell by itself, of steel (m,) [s]. Arguments as those of `cell_masses`."""
+    speed = np.array([steel.wave_speed for steel in steels])[region]
+    parts = [eigen_length(points[cells[k : k + CELLS_AT_A_TIME]]) for k in range(0, len(cells), CELLS_AT_A_TIME)]
+    return np.concatenate([np.empty(0), *parts]) / speed
 
 
 class Structure:
@@ -23,6 +44,7 @@ class Structure:
     steels : one for each region of the domain;  small : regions on the small-displacement elastic kernel (the others:
         finite strain, J2)
     damping : beta of the small-displacement kernel [s], set by Dynamics.stable_step
+    least_step : elements whose own critical step is less are heavier than steel, each so that it has this step [s]
     slab : (m,) slab of each cell of the rank, where some of the body may be inactive (rail_fem.fe.window)
 
     Attributes (rank-local): x, v, force (3 n_nodes,);  anchor (3 n_nodes,) with slabs only: position relative to the
@@ -45,9 +67,10 @@ class Structure:
         small: tuple[int, ...] = (),
         settings: ElementSettings = ElementSettings(),
         slab: np.ndarray | None = None,
+        least_step: float = 0.0,
     ):
-        self.domain, self.settings, self.steels = domain, settings, steels
-        self.table = material_table(steels, settings)
+        self.domain, self.settings, self.steels, self.least_step = domain, settings, steels, least_step
+        self.table = material_table(steels, settings, least_step)
         is_small = np.isin(domain.region, small)
         self.finite_cells, self.small_cells = (np.flatnonzero(f).astype(np.int32) for f in (~is_small, is_small))
         full = settings.element == "full"
@@ -98,8 +121,8 @@ class Structure:
 
     def _cell_mass(self) -> np.ndarray:
         """(m,) [kg]. Rank-local."""
-        return np.array([s.density for s in self.steels])[self.domain.region] * volumes(
-            self.domain.reference, self.domain.cells
+        return cell_masses(
+            self.domain.reference.reshape(-1, 3), self.domain.cells, self.domain.region, self.steels, self.least_step
         )
 
     def region_masses(self) -> np.ndarray:

@@ -243,12 +243,16 @@ def _window_rows(window: dict | None, work: float) -> list[TrustRow]:
 def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[TrustRow]:
     """What the elements weigh beyond steel, and whether their inertia shows."""
     added = scaling.added / sum(scaling.steel.values())
-    bodies = ", ".join(
-        f"{name} {scaling.factor * mass:.0f} of {scaling.bodies[name]:.0f} kg" for name, mass in scaling.steel.items()
+    bodies = ", ".join(f"{name} {m:.0f} of {scaling.bodies[name]:.0f} kg" for name, m in scaling.meshes.items())
+    small = scaling.least_step > 0
+    waves = (
+        f"the wheel rolls at {scaling.transit:.3f} of the speed of waves in the elements under it"
+        if small
+        else f"a wave takes {scaling.transit:.2f} of the time that the patch takes to pass"
     )
     shown = (
-        f"density times {scaling.factor:.4g} ({scaling.why}): {scaling.added:.0f} kg more in the meshes ({bodies}), as"
-        f" much less in the lumped masses; a wave takes {scaling.transit:.2f} of the time that the patch takes to pass"
+        f"density{' of the smallest element' if small else ''} times {scaling.factor:.4g} ({scaling.why}):"
+        f" {scaling.added:.0f} kg more in the meshes ({bodies}), as much less in the lumped masses; {waves}"
         if scaling.factor > 1
         else "0 %: no mass scaling"
     )

@@ -1,4 +1,4 @@
-"""How heavy the elements of an explicit run may be before their inertia shows: the rule, before anything is meshed.
+"""How heavy the elements of an explicit run may be before their inertia shows: the rules, before anything is meshed.
 
 The steel near a rolling contact deforms quasi-statically: a patch takes some 400 us to pass, a wave some 17 us to cross
 the modelled steel. Density times n makes that wave sqrt(n) times slower and the stable step as much longer. The bodies'
@@ -14,6 +14,10 @@ WAVE_DISTANCE = 0.1  # a wave's path through the modelled steel, the height of t
 # the largest transit time over the time that a patch takes to pass, with which "auto" is content: the reference case's
 # force history then differs by less than 1.5 % (L2) from the unscaled one
 TRANSIT = 0.25
+# speed of the wheel over that of dilatational waves in the elements under it, with which "auto" is content where only
+# small elements are heavy: the excess of a steadily moving load's deformation is of the order of its square
+SLOWNESS = 0.05
+CUBE = 0.734  # wave speed times critical step of a cube over its side: geometry.meshing.quality.eigen_length
 # the part of a body's mass that "auto" lets its mesh weigh
 SHARE = 0.8
 
@@ -31,6 +35,12 @@ def transit_ratio(scene: Scene, factor: float) -> float:
     under the static load takes to pass a point [1]."""
     transit = WAVE_DISTANCE * factor**0.5 / scene.materials.wing.steel().wave_speed
     return transit * scene.speed / (2 * static_patch(scene).semi_x)
+
+
+def quasi_static_step(scene: Scene, length: float) -> float:
+    """The longest critical step [s] of the elements under the wheel, of `length` = wave speed times critical step [m],
+    with which waves in them are 1 / SLOWNESS times as fast as the wheel."""
+    return SLOWNESS * length / scene.speed
 
 
 def quasi_static_factor(scene: Scene) -> float:

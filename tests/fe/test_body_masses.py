@@ -1,5 +1,6 @@
 """Each body of a pass weighs what the case says, its mesh included, whatever the mesh."""
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -8,9 +9,14 @@ import pytest
 from mpi4py import MPI
 
 from rail_fem.case.casefile import load_case
+from rail_fem.fe.blocks import ElementSettings
+from rail_fem.fe.domain import Domain
+from rail_fem.fe.mass_scaling import brick
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.passage import build_passage, end_settling, running_of
-from rail_fem.light.mass_scaling import SHARE
+from rail_fem.fe.state import VISCOUS_WORK
+from rail_fem.fe.structure import Structure, cell_masses, critical_steps
+from rail_fem.light.mass_scaling import SHARE, SLOWNESS
 from rail_fem.settings.explicit import FeSettings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -74,15 +80,18 @@ def scaled_passage(scene, made, **settings):
     return passage
 
 
-@pytest.mark.parametrize("factor", [1.0, 7.3, 25.0, "auto"])
-def test_bodies_weigh_and_turn_as_the_case_says_at_any_mass_scaling(scene, made, factor):
+@pytest.mark.parametrize(
+    ("factor", "elements"),
+    [(1.0, "all"), (7.3, "all"), (25.0, "all"), ("auto", "all"), (7.3, "small"), (100.0, "small"), ("auto", "small")],
+)
+def test_bodies_weigh_and_turn_as_the_case_says_at_any_mass_scaling(scene, made, factor, elements):
     """The lumped masses give back what the meshes gain; the wheel's rotation has the case's inertia."""
-    passage = scaled_passage(scene, made, mass_scaling=factor)
+    passage = scaled_passage(scene, made, mass_scaling=factor, scaled_elements=elements)
     mass, wheel = passage.dynamics.structure.mass, passage.body_of == 1
     assert mass[wheel].sum() + passage.axle.added_mass == pytest.approx(scene.vehicle.wheel_unsprung_mass, rel=1e-12)
     assert mass[~wheel].sum() + passage.crossing.added_mass == pytest.approx(scene.foundation.track_mass, rel=1e-12)
     assert passage.dynamics.contact.inertia == scene.vehicle.wheel_spin_inertia
-    assert mass.sum() == pytest.approx(passage.scaling.factor * sum(passage.scaling.steel.values()), rel=1e-12)
+    assert mass.sum() == pytest.approx(sum(passage.scaling.meshes.values()), rel=1e-12)
     assert (passage.dynamics.contact.inverse_mass > 0).all()
 
 
@@ -91,6 +100,67 @@ def test_the_stable_step_grows_with_the_root_of_the_factor(scene, made):
     plain, heavy = (scaled_passage(scene, made, mass_scaling=factor).dynamics for factor in (1.0, 16.0))
     assert heavy.stable_step() == pytest.approx(4 * plain.stable_step(), rel=2e-3)
     assert heavy.structure.damping == pytest.approx(4 * plain.structure.damping, rel=2e-3)
+
+
+def test_small_elements_alone_are_heavier_and_all_have_the_step(scene, made):
+    """Each heavier element has the critical step that is asked for, to round-off, each other one a longer one and the
+    mass of steel; the mesh' own step nearly follows, for a small part of the mass."""
+    factor = 4.0
+    plain = scaled_passage(scene, made, mass_scaling=1.0)
+    passage = scaled_passage(scene, made, mass_scaling=factor, scaled_elements="small")
+    s, scaling = passage.dynamics.structure, passage.scaling
+    points = s.domain.reference.reshape(-1, 3)
+    step = critical_steps(points, s.domain.cells, s.domain.region, s.steels)
+    assert scaling.least_step == pytest.approx(np.sqrt(factor) * step.min(), rel=1e-12)
+    ratio = cell_masses(points, s.domain.cells, s.domain.region, s.steels, scaling.least_step) / cell_masses(
+        points, s.domain.cells, s.domain.region, s.steels, 0.0
+    )
+    small = step < scaling.least_step
+    assert 0.1 < small.mean() < 0.99
+    assert step[small] * np.sqrt(ratio[small]) == pytest.approx(scaling.least_step, rel=1e-12)
+    assert np.array_equal(ratio[~small], np.ones((~small).sum()))
+    limit = passage.dynamics.stable_step(1.0)
+    assert 0.9 * scaling.least_step < limit and 1.4 < limit / plain.dynamics.stable_step(1.0) < 2.05
+    assert scaling.added < 0.5 * (factor - 1) * sum(scaling.steel.values())
+
+
+def test_bulk_viscosity_of_a_heavier_small_element_is_that_of_its_density(scene):
+    """A cube that is compressed, its density multiplied: the same viscous work, to round-off."""
+    steel = scene.materials.nose.steel()
+    side, factor, dt = 1e-3, 9.0, 1e-8
+    corners = brick(side, side)[0]
+    cube = Domain(MPI.COMM_SELF, points=corners, cells=np.arange(8)[None], region=np.zeros(1, np.int64))
+    own_step = critical_steps(corners, np.arange(8)[None], np.zeros(1, np.int64), [steel])[0]
+    works = []
+    for element in ("one-point", "full"):
+        for kind in (
+            {"steels": [dataclasses.replace(steel, density=factor * steel.density)]},
+            {"steels": [steel], "least_step": np.sqrt(factor) * own_step},
+        ):
+            s = Structure(cube, settings=ElementSettings(element=element), **kind)
+            s.v[:] = (-3.0 * corners).ravel() / side
+            s.x += dt * s.v
+            s.add_internal_force(dt)
+            works.append((s.work[VISCOUS_WORK], s.mass.sum()))
+    assert works[0][0] > 0
+    for work, mass in works[1:]:
+        assert work == pytest.approx(works[0][0], rel=2e-3) and mass == pytest.approx(works[0][1], rel=1e-12)
+
+
+def test_small_elements_are_as_heavy_as_speed_and_body_allow(scene, made):
+    """auto: waves under the wheel so many times as fast as it; at walking pace a mesh may not weigh more than its
+    share. A factor with which one would is refused."""
+    walking, line = (
+        scaled_passage(scene.replace(speed=speed), made, mass_scaling="auto", scaled_elements="small").scaling
+        for speed in ("2 mph", "125 mph")
+    )
+    assert line.transit == pytest.approx(SLOWNESS) and walking.transit < SLOWNESS
+    worst = max(walking.meshes[name] / walking.bodies[name] for name in walking.meshes)
+    assert 0.9 * SHARE < worst <= SHARE
+    with pytest.raises(
+        ValueError, match=r"mass_scaling 10000: the mesh of the crossing would weigh .* less is possible"
+    ):
+        scaled_passage(scene, made, mass_scaling=1e4, scaled_elements="small")
 
 
 def test_a_factor_with_which_a_mesh_outweighs_its_body_is_refused_with_the_largest_that_does_not(scene, made):
