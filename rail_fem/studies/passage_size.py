@@ -47,8 +47,10 @@ def judges(settings: FeSettings) -> dict[str, dict[str, str | int]]:
     """What makes a pass less expensive, or judges it, changed one at a time: name -> changed settings."""
     length, words = (WHOLE, "whole crossing") if settings.has_window else (WINDOW, f"window of {WINDOW}")
     element = "one-point" if settings.element == "full" else "full"
+    others = {"small": "all", "all": "small"}[settings.scaled_elements]
     return {
         "no mass scaling": {"mass_scaling": 1},
+        f"masses of {others} elements scaled": {"mass_scaling": "auto", "scaled_elements": others},
         words: {"window_ahead": length, "window_behind": length},
         f"element {element}": {"element": element},
     }
