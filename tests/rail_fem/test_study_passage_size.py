@@ -85,7 +85,12 @@ def test_what_a_pass_has_is_changed_one_at_a_time():
     windowed = FeSettings(element="full", window_ahead=0.06, window_behind=0.06)
     assert passage_size.judges(plain)["element full"] == {"element": "full"}
     assert passage_size.judges(plain)["window of 60 mm"]["window_ahead"] == "60 mm"
-    assert list(passage_size.judges(windowed)) == ["no mass scaling", "masses of small elements scaled", "whole crossing", "element one-point"]
+    assert list(passage_size.judges(windowed)) == [
+        "no mass scaling",
+        "masses of small elements scaled",
+        "whole crossing",
+        "element one-point",
+    ]
 
 
 def test_the_figure_is_drawn_with_what_there_is(series, tmp_path):
