@@ -80,6 +80,8 @@ def smoke_requested() -> bool:
 
 def load(model: str) -> ModuleType:
     """Import one model. Errors: KeyError for an unknown model, ModelUnavailable when its libraries are missing."""
+    if model not in MODELS:
+        raise KeyError(f"no model {model!r}: choose among {', '.join(MODELS)}")
     try:
         return importlib.import_module(MODELS[model].module)
     except ImportError as error:
@@ -104,11 +106,16 @@ def solve(
     folder   : where fields, figures and restart files go; None writes nothing
     restart  : go on from the restart files in `folder`
     progress : told each report
-    Errors: those of `load`, pydantic.ValidationError for settings that are none, and the model's own.
+    Errors: those of `load`, TypeError for what is no scene and for settings of another model, pydantic.ValidationError
+    for settings that are none, and the model's own.
     """
-    solver = load(model)
+    solver, kind = load(model), MODELS[model].settings
+    if not isinstance(scene, Scene):
+        raise TypeError(f"{model}: a {type(scene).__name__} is no Scene: give load_case(FILE).scene")
     if not isinstance(settings, Frozen):
-        settings = MODELS[model].settings.model_validate(dict(settings or {}))
+        settings = kind.model_validate(dict(settings or {}))
+    if not isinstance(settings, kind):
+        raise TypeError(f"{model} takes {kind.__name__}, not {type(settings).__name__}: give its own, or a dict")
     if unfit := unfit_parts(scene, settings):
         raise ValueError(f"{model}: {unfit[0]}")
     from kernel_cache import compile_time

@@ -122,6 +122,17 @@ def test_settings_that_are_none_are_refused():
         rail_fem.solve("lumped", rail_fem.load_case(CASE).scene, {"strat": "200 mm"})
 
 
+def test_a_wrong_model_scene_or_kind_of_settings_is_told_in_a_sentence():
+    case = rail_fem.load_case(CASE)
+    with pytest.raises(KeyError, match="no model 'rigid_herz': choose among p2_formula, .*rigid_hertz"):
+        rail_fem.solve("rigid_herz", case.scene)
+    for none in (case, str(CASE), None):
+        with pytest.raises(TypeError, match="is no Scene: give load_case.FILE..scene"):
+            rail_fem.solve("p2_formula", none)
+    with pytest.raises(TypeError, match="p2_formula takes P2Settings, not FeSettings"):
+        rail_fem.solve("p2_formula", case.scene, case.runs["fe_full"])
+
+
 def test_a_sweep_folder_is_read_at_once(result, tmp_path):
     for speed in ("50 mph", "75 mph"):
         scene = result.scene.replace(speed=speed)
