@@ -5,6 +5,7 @@ A changed case is read and checked as if its file had been written so.
 
 import hashlib
 import itertools
+import json
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -61,9 +62,19 @@ def plain_value(text: str) -> Any:
 
 def as_setting(key: str, value: Any) -> str:
     """The inverse of `read_setting`, for another process's command line."""
+    plain = isinstance(value, str) and value == value.strip() != "" and plain_value(value) == value
+    return f"{key}={value if plain else _toml(value)}"
+
+
+def _toml(value: Any) -> str:
+    """A value on one line as TOML has it."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_toml(str(name))} = {_toml(inner)}" for name, inner in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_toml, value)) + "]"
     if isinstance(value, bool):
-        return f"{key}={str(value).lower()}"
-    return f"{key}={value}"
+        return str(value).lower()
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
 def read_variation(text: str) -> tuple[str, list[Any]]:

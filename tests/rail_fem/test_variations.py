@@ -78,8 +78,13 @@ def test_a_grid_holds_every_value_with_every_other():
             combinations(wrong)
 
 
-@pytest.mark.parametrize("value", ["60 mph", 4, 0.25, True, "P8-worn", "wheels/my wheel.csv", [0.0, 0.1]])
+@pytest.mark.parametrize(
+    "value",
+    ["60 mph", 4, 0.25, True, "P8-worn", "wheels/my wheel.csv", [0.0, 0.1], ["60 GPa", "8 GPa"], 1e-7, "1060", "true"]
+    + ["", " a", "[1]", 'a "new" wheel', "Räder", {"radius": "645 m", "own": {"angle of attack": 0.003, "x": [True]}}],
+)
 def test_a_setting_reaches_another_process_unchanged(value):
+    """Also a table, which a file of groups may change, and a text that looks like a number."""
     assert read_setting(as_setting("scene.key", value)) == ("scene.key", value)
 
 
