@@ -255,8 +255,9 @@ def without_loops(points, lines, raw, out):
     keep = without_zigzag(points, int(max(3, MOST_TAKEN_OUT * len(points))))
     if len(reversals(points[keep])):
         at = lines[before[0]]
+        more = f" and at {len(before) - 1} more place(s)" if len(before) > 1 else ""
         raise ProfileError(
-            f"{raw.path}: line {at}: the line turns back on itself here and at {len(before) - 1} more place(s); "
+            f"{raw.path}: line {at}: the line turns back on itself here{more}; "
             "more than 5 % of its points would have to go: measure again, or smooth it first"
         )
     out.say(

@@ -67,7 +67,9 @@ def profile(
         if write is not None:
             write_profile(write, found.profile.points, found.kind, f"from {file.name}")
             say(f"  written {write}")
-    except (ValueError, OSError) as error:
+    except OSError as error:
+        stop(f"{error.filename or file}: {error.strerror or error}")
+    except ValueError as error:
         stop(f"refused: {error}")
 
 
@@ -85,6 +87,8 @@ def raw_profile(file: Path, kind: str | None, unit: float | None, number: int):
     if file.exists() or name not in (*WHEEL_NAMES, *HEADS):
         return read_raw(file, kind, unit, number)
     is_wheel = name in WHEEL_NAMES
+    if kind not in (None, "wheel" if is_wheel else "rail") or unit is not None or number != 1:
+        stop(f"{name} is a built-in {'wheel' if is_wheel else 'rail'}: --kind, --unit and --number are told of files")
     points = (wheel_profile(name) if is_wheel else rail_head(name)).points * in_mm
     what = "wheel" if is_wheel else "rail"
     return RawProfile(points, np.arange(1, len(points) + 1), file, "built-in profile", 1e-3, what, up=1)

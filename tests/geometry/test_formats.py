@@ -115,6 +115,9 @@ def test_malformed_text_is_refused_with_its_line(tmp_path, text, complaint):
         "\ufeff1,5;2\n2,5;3\n4,5;9\n",
         "1,5 2,0\n2,5\t3,0\n4,5 9,0\n",
         "y,z\n1.5,2\n2.5,3\n4.5,9\n",
+        '"y","z"\n"1.5","2"\n"2.5","3"\n"4.5","9"\n',
+        '"1,5";"2"\n"2,5";"3,0"\n"4,5";"9"\n',
+        '"1,5","2"\n"2,5","3,0"\n"4,5","9"\n',
     ],
 )
 def test_separators_decimal_commas_and_byte_order_marks_give_the_same_points(tmp_path, text):

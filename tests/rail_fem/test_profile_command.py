@@ -58,3 +58,17 @@ def test_a_wheels_flange_back_is_asked_for_and_taken_as_told(folder):
 def test_a_missing_file_is_a_sentence(folder):
     code, said = profile("nothere.csv")
     assert code == 2 and "nothere.csv: no such file" in said and "Errno" not in said
+
+
+def test_what_is_told_of_a_file_is_not_taken_of_a_built_in_profile(folder):
+    """--kind banana was passed over without a word."""
+    for told in (["--kind", "banana"], ["--kind", "rail"], ["--unit", "m"], ["--number", 2]):
+        code, said = profile("P8", *told)
+        assert code == 2 and "P8 is a built-in wheel: --kind, --unit and --number are told of files" in said
+    assert profile("P8", "--kind", "wheel")[0] == profile("56E1", "--kind", "rail")[0] == 0
+
+
+def test_a_file_that_cannot_be_written_is_a_sentence(folder):
+    for option, name in (("--write", "x.csv"), ("--picture", "x.png")):
+        code, said = profile("P8", option, folder / "nothere" / name)
+        assert code == 2 and f"{name}: No such file or directory" in said and "Errno" not in said

@@ -12,6 +12,7 @@ from geometry.profiles.profile import ProfileError
 
 COMMENT = ("#", "!", "%", "//", '"')
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+QUOTED = re.compile(r'"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*"\s*[,;\t ]?')  # a cell of a spreadsheet
 UNIT_SAID = re.compile(r"units?\s*[:=]\s*(mm|cm|m|inch|in)\b", re.IGNORECASE)
 
 
@@ -21,6 +22,7 @@ def read_columns(path: Path) -> RawProfile:
     Raises ProfileError with file and line for what is not a number, and for commas that may be both kinds.
     """
     lines, notes = read_text(path)
+    lines = [QUOTED.sub(r"\1;", line) if '"' in line else line for line in lines]
     wanted = [
         (i, line.strip()) for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith(COMMENT)
     ]
