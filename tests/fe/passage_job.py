@@ -1,9 +1,9 @@
 """A short coarse pass, started by test_passage.py on 1, 2 and 3 ranks: prints its last numbers, and can be cut off and
 gone on with.
 
-    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [cut|restart|full]]
+    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [cut|restart|full|small]]
 
-full: with the fully integrated element.
+full: with the fully integrated element; small: with heavier small elements.
 """
 
 import hashlib
@@ -32,7 +32,8 @@ def main() -> None:
             "start": 0.30,
             "end": 0.42,
             "settle_time": 5e-5,
-            "mass_scaling": 1.0,
+            "mass_scaling": 9.0 if how == "small" else 1.0,
+            "scaled_elements": "small",
             "error_twin": False,
             "window_ahead": None,
             "window_behind": None,

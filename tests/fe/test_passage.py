@@ -36,6 +36,15 @@ def test_pass_is_the_same_on_any_number_of_ranks(one_rank, ranks):
 
 @pytest.mark.mpi
 @pytest.mark.validate
+def test_pass_with_heavier_small_elements_is_the_same_on_three_ranks(tmp_path):
+    one, three = (run_job(ranks, str(tmp_path / str(ranks)), "small") for ranks in (1, 3))
+    for name in ("force", "wheel_height", "energy_plastic", "energy_hourglass"):
+        exact = np.array(one[name])
+        assert np.abs(np.array(three[name]) - exact).max() <= 1e-10 * max(np.abs(exact).max(), 1e-12), name
+
+
+@pytest.mark.mpi
+@pytest.mark.validate
 def test_pass_with_the_full_element_is_the_same_on_two_ranks(tmp_path):
     one, two = (run_job(ranks, str(tmp_path / str(ranks)), "full") for ranks in (1, 2))
     for name in ("force", "wheel_height", "energy_plastic"):
