@@ -28,12 +28,14 @@ from rail_fem.fe.hexahedron import (
     times,
     vector_modes,
 )
+from rail_fem.fe.prefetch import INDICES, NUMBERS, fetch
 from rail_fem.fe.state import HOURGLASS, LANES
 
 _W = LANES
 # rows of a block's geometry: b (18), hourglass coordinates (12), volume, 0 for the viscous pressure, hourglass
 # stiffness
 N_FIXED = 33
+_THIRD = N_FIXED * _W // 3  # of a block's geometry: the next block's is fetched in three parts
 N_FORCES = HOURGLASS + 12  # rows of stress and hourglass forces as `hexahedron.internal_force` reads them
 _compiled = njit(cache=True, **FAST)
 _part = njit(forceinline=True, **FAST)  # one copy, inside its caller
@@ -116,10 +118,15 @@ def add_elastic_force(u, nodes, filled, material_of, materials, geometry, force)
     nodal, own = np.empty(24 * _W), np.empty(N_FORCES * _W)
     for block in range(filled.size):
         start, row = block * 8 * _W, material_of[block]
+        ahead = (block + 1) * N_FIXED * _W
+        fetch(nodes, start + 8 * _W, 8 * _W, INDICES)
+        fetch(geometry, ahead, _THIRD, NUMBERS)
         gather_one(u, nodes, start, nodal)
-        fixed = geometry[block * N_FIXED * _W : (block + 1) * N_FIXED * _W]
+        fixed = geometry[block * N_FIXED * _W : ahead]
         elastic_forces(nodal, materials[row, 0], materials[row, 1], fixed, own)
+        fetch(geometry, ahead + _THIRD, _THIRD, NUMBERS)
         internal_force(own, fixed, nodal)
+        fetch(geometry, ahead + 2 * _THIRD, _THIRD, NUMBERS)
         scatter(nodal, nodes, start, filled[block], force)
 
 

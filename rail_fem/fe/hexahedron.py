@@ -26,9 +26,11 @@ import numpy as np
 
 from kernel_cache import njit
 from rail_fem.fe.plasticity import EXCESS, return_isotropic, return_kinematic
+from rail_fem.fe.prefetch import INDICES, NUMBERS, fetch
 from rail_fem.fe.state import HOURGLASS, KINEMATIC, LANES, N_STATE, YIELD
 
 _W = LANES
+_QUARTER = N_STATE * _W // 4  # of a block's state: the next block's is fetched in four parts, as this one's is computed
 N_SCRATCH = 35  # rows of scratch data that `elastic_trial` leaves of a block, see there
 FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 _inlined = njit(inline="always", **FAST)
@@ -366,7 +368,10 @@ def update_elements(
     smallest = np.inf
     for block in range(filled.size):
         start, s, count, row = block * 8 * _W, block * N_STATE * _W, filled[block], material_of[block]
+        ahead = s + N_STATE * _W
+        fetch(nodes, start + 8 * _W, 8 * _W, INDICES)
         gather(x, v, nodes, start, nodal)
+        fetch(state, ahead, _QUARTER, NUMBERS)
         own = state[s : s + N_STATE * _W]
         c0, c1 = curve_start[row], curve_start[row + 1]
         if materials[row, KINEMATIC] > 0.0:
@@ -376,6 +381,7 @@ def update_elements(
                 own[k] -= centre[k]
             turn_back_stress(nodal, dt, centre)
             elastic_trial(nodal, dt, materials[row], own, scratch)
+            fetch(state, ahead + _QUARTER, _QUARTER, NUMBERS)
             return_kinematic(
                 own,
                 centre,
@@ -391,9 +397,11 @@ def update_elements(
                 own[k] += centre[k]
         else:
             elastic_trial(nodal, dt, materials[row], own, scratch)
+            fetch(state, ahead + _QUARTER, _QUARTER, NUMBERS)
             return_isotropic(
                 own, scratch, count, materials[row, 1], curve_strain[c0:c1], curve_stress[c0:c1], return_factor, N_STATE
             )
+        fetch(state, ahead + 2 * _QUARTER, _QUARTER, NUMBERS)
         for e in range(count):
             work[3 * block] += scratch[EXCESS * _W + e] * scratch[30 * _W + e]
             work[3 * block + 1] += scratch[32 * _W + e]
@@ -401,6 +409,7 @@ def update_elements(
             if not scratch[30 * _W + e] >= smallest:
                 smallest = scratch[30 * _W + e]
         internal_force(own, scratch, nodal)
+        fetch(state, ahead + 3 * _QUARTER, _QUARTER, NUMBERS)
         scatter(nodal, nodes, start, count, force)
     return smallest
 

@@ -46,6 +46,7 @@ from rail_fem.fe.hexahedron import (
     von_mises,
 )
 from rail_fem.fe.plasticity import EXCESS, return_isotropic, return_kinematic
+from rail_fem.fe.prefetch import NUMBERS, fetch
 from rail_fem.fe.state import KINEMATIC, LANES, N_STATE_FULL, POINT_STATE, POINTS, YIELD
 
 _W = LANES
@@ -251,7 +252,9 @@ def update_full_elements(
         c0, c1 = curve_start[row], curve_start[row + 1]
         strain, stress = curve_strain[c0:c1], curve_stress[c0:c1]
         for point in range(POINTS):
-            own = state[s + point * POINT_STATE * _W : s + (point + 1) * POINT_STATE * _W]
+            ahead = s + (point + 1) * POINT_STATE * _W
+            fetch(state, ahead, POINT_STATE * _W, NUMBERS)
+            own = state[s + point * POINT_STATE * _W : ahead]
             if materials[row, KINEMATIC] > 0.0:
                 first = block * (back.size // filled.size) + point * 6 * _W
                 centre = back[first : first + 6 * _W]
