@@ -220,13 +220,13 @@ def rail_slabs(mesh: HexMesh) -> Slabs:
 
 
 def shared_mesh(mesh: HexMesh, slabs: Slabs | None, ranks: int) -> dict[str, np.ndarray | None]:
-    """What a Domain is made from, by its arguments. With slabs, each of them and the wheel are shared evenly among the
-    ranks."""
+    """What a Domain is made from, by its arguments. With slabs, blocks of each of them and of the wheel are dealt out
+    to the ranks."""
     cost = np.where(mesh.region == 2, ELASTIC_COST, 1.0)
     part = None
     if slabs is not None:
         centres = mesh.points[mesh.cells].mean(axis=1)
-        part = slab_parts(centres, cost, mesh.region, slabs.of_cells(centres[:, 0], mesh.region), ranks)
+        part = slab_parts(centres, mesh.region, slabs.of_cells(centres[:, 0], mesh.region), ranks)
     return dict(points=mesh.points, cells=mesh.cells, region=mesh.region, cost=cost, part=part)
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rail_fem.fe.partition import balanced_parts
+from rail_fem.fe.state import LANES
 
 # shortest slab [m]: of a millimetre each, half the elements of a slab's last block would be padding
 SHORTEST = 6e-3
@@ -104,16 +105,27 @@ def _thinned(planes: np.ndarray, shortest: float) -> np.ndarray:
     return np.array([*kept, planes[-1]])
 
 
-def slab_parts(centres: np.ndarray, cost: np.ndarray, region: np.ndarray, slab: np.ndarray, parts: int) -> np.ndarray:
-    """Part (m,) of each cell such that every slab is shared evenly: cut across the section, never along x, so that the
-    work is balanced wherever the window stands.
+def slab_parts(centres: np.ndarray, region: np.ndarray, slab: np.ndarray, parts: int) -> np.ndarray:
+    """Part (m,) of each cell such that the parts have equal work wherever the window stands: every slab is cut across
+    the section, never along x, into whole blocks of LANES cells, for a block that is not full costs what a full one
+    does. Blocks are dealt out in turn from slab to slab, so that of any slabs in a row each part has as many as the
+    others, or one more.
 
-    centres : (m, 3) [m];  cost : (m,) of a cell's update;  region, slab : (m,)
+    centres : (m, 3) [m];  region, slab : (m,).  Root only.
     """
     part = np.zeros(len(centres), np.int32)
     across = centres * [0.0, 1.0, 1.0]
     key = region.astype(np.int64) * (int(slab.max(initial=0)) + 1) + slab
     order = np.argsort(key, kind="stable")
-    for mine in np.split(order, np.flatnonzero(np.diff(key[order])) + 1) if len(order) else ():
-        part[mine] = balanced_parts(across[mine], cost[mine], parts)
+    pieces = np.split(order, np.flatnonzero(np.diff(key[order])) + 1) if len(order) else []
+    lanes = LANES if sum(-(-len(mine) // LANES) for mine in pieces) >= parts else 1
+    dealt = 0
+    for mine in pieces:
+        blocks = -(-len(mine) // lanes)
+        sizes = lanes * np.bincount((dealt + np.arange(blocks)) % parts, minlength=parts)
+        dealt += blocks
+        takers = np.flatnonzero(sizes)
+        sizes[takers[-1]] -= lanes * blocks - len(mine)
+        sizes = sizes[takers]
+        part[mine] = takers[balanced_parts(across[mine], np.ones(len(mine)), len(takers), sizes)]
     return part

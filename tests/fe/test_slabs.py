@@ -1,4 +1,4 @@
-"""A body in slabs: planes that no element straddles, and every slab shared evenly among ranks."""
+"""A body in slabs: planes that no element straddles, and slabs shared among ranks in whole blocks."""
 
 import numpy as np
 import pytest
@@ -6,6 +6,7 @@ import pytest
 from geometry.meshing.blocks import mesh_grid
 from geometry.meshing.hexmesh import merge_bodies
 from rail_fem.fe.slabs import cut_into_slabs, slab_parts
+from rail_fem.fe.state import LANES
 
 MM = 1e-3
 
@@ -54,14 +55,36 @@ def test_near_are_the_slabs_that_reach_into_a_range(mesh):
         assert slabs.near(low * MM, high * MM)[0].tolist() == expected
 
 
-@pytest.mark.parametrize("parts", [1, 2, 3])
-def test_every_slab_is_shared_evenly(mesh, parts):
-    """So the ranks have equal work wherever the window stands: to a cell a cut."""
+@pytest.mark.parametrize("parts", [1, 2, 3, 7, 16])
+def test_ranks_have_equal_work_wherever_the_window_stands(parts):
+    """Two bodies of 14 slabs, of 187 and of 100 cells: of any slabs in a row each rank computes as many blocks of LANES
+    cells as the others, or one more, and together no more than one rank alone, whose last block of a slab is not full
+    either."""
+    sizes = np.repeat([187, 100], 14)
+    region, slab = np.repeat(np.repeat([0, 1], 14), sizes), np.repeat(np.tile(np.arange(14), 2), sizes)
+    centres = np.random.default_rng(0).uniform(size=(sizes.sum(), 3)) * [0.0, 60 * MM, 40 * MM]
+    part = slab_parts(centres, region, slab, parts)
+    for body, alone in ((0, 6), (1, 4)):
+        shares = [np.bincount(part[(region == body) & (slab == s)], minlength=parts) for s in range(14)]
+        blocks = -(-np.array(shares) // LANES)
+        assert (blocks.sum(axis=1) == alone).all()
+        for first in range(14):
+            for last in range(first + 1, 15):
+                assert np.ptp(blocks[first:last].sum(axis=0)) <= 1
+
+
+@pytest.mark.parametrize("parts", [1, 2, 3, 40])
+def test_no_rank_is_without_cells(mesh, parts):
+    """Also where there are fewer blocks than ranks: cells are dealt out then."""
     points, cells, region = mesh
     centres = points[cells].mean(axis=1)
     slabs = cut_into_slabs(*mesh, bodies=(0,), shortest=6 * MM)
-    slab = slabs.of_cells(centres[:, 0], region)
-    part = slab_parts(centres, np.ones(len(cells)), region, slab, parts)
-    for body, number in {(b, s) for b, s in zip(region, slab)}:
-        shares = np.bincount(part[(region == body) & (slab == number)], minlength=parts)
-        assert np.ptp(shares) <= parts
+    part = slab_parts(centres, region, slabs.of_cells(centres[:, 0], region), parts)
+    assert np.bincount(part, minlength=parts).min() >= 1 and len(np.unique(part)) == parts
+
+
+def test_a_slab_is_cut_into_pieces_that_lie_together():
+    """Along its longest side, at whole blocks."""
+    centres = np.column_stack([np.zeros(187), np.random.default_rng(1).permutation(187) * MM, np.zeros(187)])
+    part = slab_parts(centres, np.zeros(187, int), np.zeros(187, int), 2)
+    assert (np.diff(part[np.argsort(centres[:, 1])]) >= 0).all() and np.bincount(part).tolist() == [96, 91]
