@@ -14,7 +14,7 @@ FORCES = ("force", "force_wing", "force_nose", "force_longitudinal", "force_late
 
 @njit(cache=True, error_model="numpy")
 def add_step(force, normal_force, position, area, watched, n_rail, on_nose, total, moment):
-    """Contact forces of a step added up over the rail's nodes `watched` (those below n_rail).
+    """Contact forces of a step added up over the rail's nodes `watched` (those below n_rail; ascending).
 
     force : (n, 3) [N];  normal_force : (n,) normal force [N];  position : (n, 3) [m];  area : (n,) of the nodes [m2];
     on_nose : (n_rail,) 1 on the nose, 0 on the wing
@@ -23,6 +23,8 @@ def add_step(force, normal_force, position, area, watched, n_rail, on_nose, tota
     """
     for n in watched:
         if n >= n_rail:
+            break
+        if normal_force[n] == 0.0:  # and with it the force
             continue
         total[0] -= force[n, 2]
         total[1 + on_nose[n]] -= force[n, 2]

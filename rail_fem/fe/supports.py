@@ -69,8 +69,7 @@ class RigidGroup:
             self.load_work += dt * load * 0.5 * (new + old)
 
     def drift(self, dt: float) -> None:
-        for c in range(3):
-            self.displacement[c] += dt * self.velocity[c]
+        self.displacement += dt * self.velocity
 
     def kinetic_energy(self) -> float:
         """Of the added mass [J]; the nodes' own is counted with the nodes."""
@@ -96,10 +95,6 @@ class Link:
     dissipated: float = 0.0
 
     STATE = ("stiffness", "damping", "natural_length", "rate", "dissipated")
-
-    def sign(self, group: RigidGroup) -> float:
-        """Of the link's force on a group: 1 on a, -1 on b, 0 on others."""
-        return 1.0 if self.a is group else -1.0 if self.b is group else 0.0
 
     def stretch(self) -> float:
         """za - zb - natural_length [m]."""
@@ -164,15 +159,17 @@ class Supports:
         springs = [link.spring_force() for link in self.links]
         dampers = [link.damper_force() for link in self.links]
         before = [link.stretch_rate() for link in self.links]
+        on_group = {id(g): 0.0 for g in self.groups}
+        for link, spring, damper in zip(self.links, springs, dampers):
+            on_group[id(link.a)] += spring + damper
+            if link.b is not None:
+                on_group[id(link.b)] -= spring + damper
         for g, reaction in zip(self.groups, reactions):
             g.reaction[:] = reaction
-            on_group = sum(
-                link.sign(g) * (spring + damper) for link, spring, damper in zip(self.links, springs, dampers)
-            )
             guides = [guide for guide in self.guides if guide.axle is g]
             creeps = [guide.creep_force() for guide in guides]
             old_across = float(g.velocity[1])
-            g.kick(on_group, dt, sum(guide.spring_force() for guide in guides) + sum(creeps))
+            g.kick(on_group[id(g)], dt, sum(guide.spring_force() for guide in guides) + sum(creeps))
             for guide, creep in zip(guides, creeps):
                 guide.book(creep, old_across, dt)
         for link, damper, old in zip(self.links, dampers, before):

@@ -82,7 +82,7 @@ class Contact:
         "pressure_at",
         "sums",
     )
-    SCRATCH = ("buffer", "rows", "velocity", "sticking", "moved", "drag")
+    SCRATCH = ("buffer", "rows", "velocity", "sticking", "moved", "drag", "slot")
 
     def __init__(
         self,
@@ -123,7 +123,7 @@ class Contact:
         self.velocity = np.zeros((n, 3))
         self.force, self.slip = np.zeros((n, 3)), np.zeros((n, 3))
         self.normal_force, self.tributary_area = np.zeros(n), np.zeros(n)
-        self.pressure_at = np.zeros(n)
+        self.pressure_at, self.slot = np.zeros(n), np.full(n, -1, np.int64)
         self.sums = np.zeros(N_SUMS)
         self.steps_to_search, self.started = 0, False
         self.guests = 0
@@ -330,7 +330,7 @@ class Contact:
             self.spin,
             self.yaw,
             dt,
-            NodalForces(self.tributary_area, self.normal_force, self.force, self.pressure_at, self.slip),
+            NodalForces(self.tributary_area, self.normal_force, self.force, self.pressure_at, self.slip, self.slot),
             Sliding(self.sticking, self.moved, self.drag),
             self.sums,
         )

@@ -135,7 +135,7 @@ def contact_forces(rows, on_rail, on_wheel, watched, n_rail, nodes, law, spin, y
         for i in range(pairs.slaves.size):
             pairs.active[i] = pairs.facets[i] >= 0 and -law.deepest < pairs.gap[i] < 0.0
         add_tributary_areas(pairs, nodes.area, 0.5, found.tributary_area)
-    find_pressures(on_rail, on_wheel, watched, nodes, law, dt, found.tributary_area, found.force)
+    find_pressures(on_rail, on_wheel, nodes, law, dt, found.tributary_area, found.slot)
     for side in range(2):
         add_normal_forces(on_wheel if side else on_rail, nodes, 0.5, law, found, sums)
     if law.friction > 0.0:

@@ -92,13 +92,15 @@ class Law(NamedTuple):
 
 class NodalForces(NamedTuple):
     """What a step finds at the surface nodes: area that the active pairs put on each [m2], scalar normal force on each
-    [N], (n,); force on each (n, 3) [N]; pressure as a slave [Pa] (n,); elastic slip of the rail's nodes (n, 3) [m]."""
+    [N], (n,); force on each (n, 3) [N]; pressure as a slave [Pa] (n,); elastic slip of the rail's nodes (n, 3) [m];
+    slot : (n,) scratch, -1 between steps."""
 
     tributary_area: np.ndarray
     normal_force: np.ndarray
     force: np.ndarray
     pressure_at: np.ndarray
     slip: np.ndarray
+    slot: np.ndarray
 
 
 class Sliding(NamedTuple):

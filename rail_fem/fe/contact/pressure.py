@@ -20,6 +20,7 @@ import numpy as np
 from kernel_cache import njit
 
 _part = njit(forceinline=True, error_model="numpy")
+_fast = njit(forceinline=True, error_model="numpy", fastmath={"contract"})
 SWEEPS, MOMENTUM = 6, 0.5
 
 
@@ -46,11 +47,30 @@ def pair_mobility(pairs, i, tributary_area, inverse_mass):
 
 
 @_part
-def take_active(pairs, nodes, law, dt, tributary_area, factor, at, node, weight, moves, normal, state):
+def number_nodes(on_rail, on_wheel, slot):
+    """Nodes of the active pairs of both surfaces, numbered as they are met -> slot (n,), -1 elsewhere; how many."""
+    count = 0
+    for side in range(2):
+        pairs = on_wheel if side else on_rail
+        for i in range(pairs.slaves.size):
+            if not pairs.active[i]:
+                continue
+            q = pairs.quads[pairs.facets[i]]
+            for k in range(5):
+                n = pairs.slaves[i] if k == 4 else q[k]
+                if slot[n] < 0:
+                    slot[n] = count
+                    count += 1
+    return count
+
+
+@_part
+def take_active(pairs, nodes, law, dt, tributary_area, factor, slot, at, node, weight, moves, normal, state):
     """Active pairs of one surface from row `at` on, side by side in memory; returns the row after the last.
 
-    node (k, 5) : the slave and the facet's four;  weight : of the pair's gap on their displacements along the normal;
-    moves : what a pressure of 1 gives to their velocities, over dt [m/s2/Pa];  normal (k, 3)
+    slot : (n,) number of each node among those of the active pairs
+    node (k, 5) : that of the slave and of the facet's four;  weight : of the pair's gap on their displacements along
+        the normal;  moves : what a pressure of 1 gives to their velocities, over dt [m/s2/Pa];  normal (k, 3)
     state (k, 4) : gap [m], what it moves by under a pressure of 1 [m/Pa], pressure, trial pressure [Pa], both 0
     """
     for i in range(pairs.slaves.size):
@@ -59,10 +79,10 @@ def take_active(pairs, nodes, law, dt, tributary_area, factor, at, node, weight,
             continue
         s, q = pairs.slaves[i], pairs.quads[pairs.facets[i]]
         push = factor * nodes.area[s]
-        node[at, 0], weight[at, 0], moves[at, 0] = s, 1.0, push * nodes.inverse_mass[s]
+        node[at, 0], weight[at, 0], moves[at, 0] = slot[s], 1.0, push * nodes.inverse_mass[s]
         for k in range(4):
             w = -pairs.weight[i, k]
-            node[at, 1 + k], weight[at, 1 + k], moves[at, 1 + k] = q[k], w, w * push * nodes.inverse_mass[q[k]]
+            node[at, 1 + k], weight[at, 1 + k], moves[at, 1 + k] = slot[q[k]], w, w * push * nodes.inverse_mass[q[k]]
         for c in range(3):
             normal[at, c] = pairs.normal[i, c]
         mobility = pair_mobility(pairs, i, tributary_area, nodes.inverse_mass)
@@ -72,23 +92,29 @@ def take_active(pairs, nodes, law, dt, tributary_area, factor, at, node, weight,
     return at
 
 
-@_part
+@_fast
 def sweep_once(law, dt, node, weight, moves, normal, state, push, momentum):
     """One sweep: every pressure by what its pair is apart from gap = -pressure / k after what all trial pressures give
-    to the nodes, `push` (n, 3) [m/s2]; none below 0. The next trial goes on by `momentum` of the change."""
+    to the nodes, `push` (m, 3) [m/s2], overwritten; none below 0. The next trial goes on by `momentum` of the
+    change."""
+    push[:] = 0.0
     for i in range(state.shape[0]):
         trial = state[i, 3]
         if trial != 0.0:
+            x, y, z = trial * normal[i, 0], trial * normal[i, 1], trial * normal[i, 2]
             for k in range(5):
-                n, size = node[i, k], moves[i, k] * trial
-                for c in range(3):
-                    push[n, c] += size * normal[i, c]
+                n, size = node[i, k], moves[i, k]
+                push[n, 0] += size * x
+                push[n, 1] += size * y
+                push[n, 2] += size * z
     for i in range(state.shape[0]):
-        opening = 0.0
+        x = y = z = 0.0
         for k in range(5):
-            n = node[i, k]
-            along = push[n, 0] * normal[i, 0] + push[n, 1] * normal[i, 1] + push[n, 2] * normal[i, 2]
-            opening += weight[i, k] * along
+            n, size = node[i, k], weight[i, k]
+            x += size * push[n, 0]
+            y += size * push[n, 1]
+            z += size * push[n, 2]
+        opening = x * normal[i, 0] + y * normal[i, 1] + z * normal[i, 2]
         trial, before = state[i, 3], state[i, 2]
         apart = state[i, 0] + dt * dt * opening + law.compliance * trial
         pressure = max(trial - apart / state[i, 1], 0.0)
@@ -96,31 +122,34 @@ def sweep_once(law, dt, node, weight, moves, normal, state, push, momentum):
 
 
 @_part
-def find_pressures(on_rail, on_wheel, watched, nodes, law, dt, tributary_area, push):
+def find_pressures(on_rail, on_wheel, nodes, law, dt, tributary_area, slot):
     """Pressures of all active pairs of both passes, each with half of the area -> pairs.pressure [Pa].
 
-    tributary_area : (n,) of the active pairs [m2];  push : (n, 3) scratch, overwritten on `watched`
+    tributary_area : (n,) of the active pairs [m2];  slot : (n,) scratch, -1 before and after
     """
     count = 0
     for side in range(2):
         for active in (on_wheel if side else on_rail).active:
             count += active
-    node, weight, moves = np.empty((count, 5), np.int64), np.empty((count, 5)), np.empty((count, 5))
+    # what is not signed needs no test at every access
+    node, weight, moves = np.empty((count, 5), np.uint64), np.empty((count, 5)), np.empty((count, 5))
     normal, state = np.empty((count, 3)), np.empty((count, 4))
+    push = np.empty((number_nodes(on_rail, on_wheel, slot), 3))
     at = 0
     for side in range(2):
         pairs = on_wheel if side else on_rail
-        at = take_active(pairs, nodes, law, dt, tributary_area, 0.5, at, node, weight, moves, normal, state)
+        at = take_active(pairs, nodes, law, dt, tributary_area, 0.5, slot, at, node, weight, moves, normal, state)
     for sweep in range(SWEEPS):
-        for n in watched:
-            push[n, 0] = push[n, 1] = push[n, 2] = 0.0
         sweep_once(law, dt, node, weight, moves, normal, state, push, MOMENTUM if sweep else 0.0)
     at = 0
     for side in range(2):
         pairs = on_wheel if side else on_rail
         for i in range(pairs.slaves.size):
-            if pairs.active[i]:
-                pairs.pressure[i] = state[at, 2]
-                at += 1
-    for n in watched:
-        push[n, 0] = push[n, 1] = push[n, 2] = 0.0
+            if not pairs.active[i]:
+                continue
+            pairs.pressure[i] = state[at, 2]
+            at += 1
+            q = pairs.quads[pairs.facets[i]]
+            slot[pairs.slaves[i]] = -1
+            for k in range(4):
+                slot[q[k]] = -1
