@@ -139,6 +139,18 @@ def apply_contact(v, internal, force, inverse_mass, local, at, small, dt, works)
     return work
 
 
+@njit(cache=True, error_model="numpy")
+def free_inverse_mass(mass, moving, inside, out):
+    """Inverse masses [1/kg] of the unknowns that move on their own, 0 of all others -> out (3 n,).
+
+    mass : (n,) [kg];  moving : (3 n,) bool, where the node is active;  inside : (n,) bool, whether it is
+    """
+    for n in range(mass.size):
+        inverse = 1.0 / mass[n] if inside[n] else 0.0
+        for c in range(3):
+            out[3 * n + c] = inverse if moving[3 * n + c] else 0.0
+
+
 def runs(nodes: np.ndarray) -> np.ndarray:
     """Ranges first..last-1 (k, 2) of the unknowns of nodes (n,) bool."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], nodes, [False]]).astype(np.int8)))
@@ -194,6 +206,7 @@ class Dynamics:
             group.node_mass = self.comm.allreduce(float(structure.mass[local[local < self.domain.n_owned]].sum()))
         self.held = np.flatnonzero(held & ~grouped[:, None])  # unknowns at rest
         self.moving = ~held.ravel() & ~np.repeat(grouped, 3)  # unknowns that move on their own where they are active
+        self.inverse_mass = np.zeros(3 * n)
         self.reactions = np.zeros((len(self.supports.groups), 3))
         if contact is not None:
             contact.take_guests(len(self.reactions))
@@ -228,8 +241,7 @@ class Dynamics:
         owned = [local[local < self.domain.n_owned] for local in self.members]
         self.owned_members = np.concatenate([np.empty(0, np.int64), *owned])
         self.first_member = np.cumsum([0, *map(len, owned)])
-        free = self.moving & np.repeat(inside, 3)
-        self.inverse_mass = np.where(free, np.repeat(1.0 / self.structure.mass, 3), 0.0)
+        free_inverse_mass(self.structure.mass, self.moving, inside, self.inverse_mass)
         self.runs, self.owned_runs = runs(touched), runs(touched[: self.domain.n_owned])
         self.updated_cells = self.domain.m_global if w is None else w.updated_cells
         if w is not None and self.contact is not None:
