@@ -6,6 +6,7 @@ import pytest
 from bem.exact.kalker_table import coefficients
 from bem.halfspace.falling_friction import FallingFriction, friction_share
 from bem.halfspace.fastsim import elliptic_patch, fastsim
+from bem.halfspace.polach import polach_force
 from bem.material import STEEL
 from bem.patch import ContactInputError, Creepage
 
@@ -72,3 +73,48 @@ def test_laws_that_cannot_be_are_refused(law):
 def test_a_slope_that_cannot_be_is_refused(part):
     with pytest.raises(ContactInputError, match="initial_slope"):
         force(0.3, 1e-3, initial_slope=part)
+
+
+def test_polachs_formula_is_linear_odd_and_bounded():
+    """Kalker's slope along and across for small creepages, friction times load for large ones, kA and kS lessen the
+    first slope by their mean and leave the saturation."""
+    axes, load = (6e-3, 4e-3), 80e3
+    table = coefficients(1.5, 0.3)
+    for direction, c in (((1.0, 0.0), table.c11), ((0.0, 1.0), table.c22)):
+        small = 1e-7 * np.array(direction)
+        found = polach_force(small, load, axes, STEEL, 0.3)
+        assert -found @ direction == pytest.approx(STEEL.shear * 24e-6 * c * 1e-7, rel=1e-4)
+        assert polach_force(-small, load, axes, STEEL, 0.3) == pytest.approx(-found)
+        less = polach_force(small, load, axes, STEEL, 0.3, 0.6, 0.2)
+        assert less == pytest.approx(0.4 * found, rel=1e-4)
+    creepage = np.stack([np.geomspace(1e-5, 10, 60), 0.3 * np.geomspace(1e-5, 10, 60)], axis=1)
+    law = FallingFriction(0.4, 0.16, 0.03)
+    size = np.hypot(*polach_force(creepage, load, axes, STEEL, law).T)
+    assert (size <= law.at(np.hypot(*creepage.T)) * load * (1 + 1e-12)).all()
+    assert size[-1] == pytest.approx(0.16 * load, rel=2e-3)
+    assert not polach_force(np.zeros((3, 2)), load, axes, STEEL, 0.3).any()
+    assert not polach_force(creepage, load, axes, STEEL, 0.0).any()
+
+
+def test_polach_of_impossible_numbers_is_refused():
+    for bad in ({"slip": 0.0}, {"adhesion": 0.3, "slip": 0.4}, {"load": -1.0}):
+        with pytest.raises(ContactInputError):
+            polach_force(
+                np.zeros(2), **({"load": 1e4, "semi_axes": (5e-3, 4e-3), "steel": STEEL, "friction": 0.3} | bad)
+            )
+
+
+@pytest.mark.parametrize("falls", [False, True], ids=["constant", "falling"])
+def test_fastsims_creep_curve_is_polachs(falls):
+    """Longitudinal, the dry parameters that Polach's paper is known for (static 0.55, 0.4 of it left, 0.6 s/m at 20
+    m/s): his formula takes the whole patch to slide by the creepage, FASTSIM each cell by its own slip. Within 6 % of
+    the static friction, where their slopes and saturations are the same."""
+    law = FallingFriction.at_speed(0.55, 0.22, 1 / 0.6, 20.0) if falls else 0.55
+    creep = np.geomspace(1e-4, 0.5, 25)
+    ours = np.array([-force(law, value)[0] for value in creep]) / PATCH.normal_force
+    along = np.stack([creep, 0 * creep], axis=1)
+    published = -polach_force(along, PATCH.normal_force, (6e-3, 4e-3), STEEL, law)[:, 0] / PATCH.normal_force
+    assert np.abs(ours - published).max() < 0.06 * 0.55
+    assert ours[-1] == pytest.approx(published[-1], rel=0.01)
+    if falls:
+        assert creep[np.argmax(ours)] == pytest.approx(creep[np.argmax(published)], rel=0.5)
