@@ -6,12 +6,14 @@ from typing import Annotated
 import typer
 
 from rail_fem.commands.ending import stop
+from rail_fem.commands.options import SetOption, loaded_case
 
 
 def damage(
     case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML) with a table [damage]")],
     out: Annotated[Path, typer.Option("--out", help="folder for everything the study writes")],
     passes: Annotated[str | None, typer.Option("--passes", help="wheel passes, in place of the case's")] = None,
+    settings: SetOption = None,
     restart: Annotated[bool, typer.Option("--restart", help="go on with the study in the folder")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="remove what is in the folder first")] = False,
     workers: Annotated[
@@ -20,13 +22,10 @@ def damage(
 ) -> None:
     """Wear, profile change, rolling contact fatigue and years to a limit under many passes: figures, numbers, one
     page. A study that was stopped goes on with --restart."""
-    from rail_fem.case.casefile import CaseError, load_case
     from rail_fem.damage.study import passes_of, run_study
 
     try:
         count = None if passes is None else passes_of(passes)
-        run_study(load_case(case), count, out, restart, overwrite, typer.echo, workers)
-    except CaseError as error:
-        stop(str(error))
+        run_study(loaded_case(case, settings), count, out, restart, overwrite, typer.echo, workers)
     except (ValueError, OSError) as error:
         stop(f"{case}: {error}")

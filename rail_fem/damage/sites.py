@@ -45,13 +45,14 @@ def laws_of(settings: DamageSettings) -> dict[str, WearLaw]:
 def stepping_of(settings: DamageSettings) -> Stepping:
     """How its passes are taken in blocks."""
     crossing = settings.site == "crossing"
+    share = (CROSSING_SHARE if crossing else LEAST_SHARE) if settings.block_share is None else settings.block_share
     return Stepping(
         settings.law,
         settings.block,
         settings.tolerance,
         settings.smoothing,
         settings.depth_limit,
-        CROSSING_SHARE if crossing else LEAST_SHARE,
+        share,
         settings.block_depth if crossing else np.inf,
         tuple((event.time * settings.axles_per_year, event) for event in maintenance_of(settings)),
         settings.flow_step,

@@ -55,6 +55,13 @@ class DamageSettings(Frozen):
     block_depth: Annotated[float, Quantity("um", 0.01, 100, "deepest that a crossing may wear between two shapes")] = (
         5e-6
     )
+    block_share: (
+        Annotated[
+            float,
+            Quantity("", 1e-3, 1, "of the passes done, that a block is long at least; none: 0.1 crossing, 0.02 switch"),
+        ]
+        | None
+    ) = None
     tolerance: Annotated[float, Quantity("%", 0.01, 20, "of the depth that a finer block may change")] = 0.01
     smoothing: Annotated[
         float, Quantity("mm", 0, 2, "standard deviation by which depths are spread along the line")

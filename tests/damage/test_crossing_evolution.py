@@ -15,7 +15,7 @@ from rail_fem.damage import crossing_site as crossing_site_module
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.flow import FlowError, read_flow
-from rail_fem.damage.sites import crossing_site, laws_of, traffic_of
+from rail_fem.damage.sites import crossing_site, laws_of, stepping_of, traffic_of
 from rail_fem.damage.traffic import WELD, Event
 from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.damage.worn_surface import WornSurface
@@ -88,6 +88,17 @@ def test_halved_blocks_wear_nearly_the_same(site):
         *_, end = evolve(site, passes, Stepping("krause_poll", block=passes / parts, smoothing=0.5e-3))
         ends.append(end.worn.volume)
     assert ends[0] == pytest.approx(ends[2], rel=0.01) and ends[1] == pytest.approx(ends[2], rel=0.01)
+
+
+def test_the_least_share_of_a_block_is_the_cases_own():
+    """A tenth of the passes done on a crossing, a fiftieth on a switch, or what the case says."""
+    switch = CASE.parent / "switch_section.toml"
+    shares = [stepping_of(load_case(path).damage).least_share for path in (CASE, switch)]
+    assert shares == [0.1, 0.02]
+    for path in (CASE, switch):
+        assert stepping_of(load_case(path, {"damage.block_share": 0.05}).damage).least_share == 0.05
+    with pytest.raises(CaseError, match="block_share"):
+        load_case(CASE, {"damage.block_share": 2.0})
 
 
 def test_a_mix_is_the_mean_of_its_wheels_on_any_number_of_processes(rate):

@@ -186,6 +186,16 @@ def test_passes_that_cannot_be_are_refused(tmp_path, passes, said):
     assert answer.exit_code == 2 and said in answer.output and not (tmp_path / "out").exists()
 
 
+def test_set_changes_the_case_and_its_mistakes_are_sentences(tmp_path):
+    path, folder = small_case(tmp_path), tmp_path / "out"
+    answer = call(path, "--passes", "0", "--out", folder, "--set", "damage.hardness=3 GPa")
+    assert answer.exit_code == 0, answer.output
+    assert json.loads((folder / "case.json").read_text())["damage"]["hardness"] == 3e9
+    for words, said in (("damage.hardness", "KEY=VALUE"), ("damage.hardnes=3 GPa", "did you mean 'hardness'")):
+        answer = call(path, "--out", tmp_path / "none", "--set", words)
+        assert answer.exit_code == 2 and said in answer.output and not (tmp_path / "none").exists()
+
+
 def test_a_case_without_the_table_is_told_what_to_write(tmp_path):
     answer = call(CASE.parents[1] / "nose_transfer.toml", "--out", tmp_path / "out")
     assert answer.exit_code == 2 and "[damage]" in answer.output
