@@ -22,7 +22,9 @@ class WholeLifeRail:
 
     Corners [N]: 15, 65, 175 as published; the thesis prints 75 for the second (2.3.3). Height: 1e-5 per axle.
     Fitted to curves of plain line in grade 220 rail; not to manganese castings (thesis 4.6, item 4).
-    Source: Burstow, Whole life rail model application and development, RSSB T115 (2003); corners recalled, not opened.
+    Source: Burstow, Whole life rail model application and development, RSSB T115 (2003), not opened. 65 N, 175 N and
+    the height as a public code has them (github.com/aliSaleh123/railway_project, crack_initiation/create_di_df.py:
+    2.22e-7 T gamma - 4.44e-6 to 65 N, 1.59e-5 - 9.09e-8 T gamma to 175 N), which begins at 20 N; 15 N is recalled.
     """
 
     onset: float = 15.0

@@ -33,6 +33,14 @@ def test_corners_and_slopes_of_the_damage_function():
     assert float(WholeLifeRail(peak=75.0).damage(75.0)) == pytest.approx(1e-5)  # the thesis' print
 
 
+def test_the_function_is_that_of_a_public_code_that_begins_at_20_newton():
+    """2.22e-7 x - 4.44e-6 from 20 to 65 N, 1.59e-5 - 9.09e-8 x to 175 N, to the three digits that it has."""
+    model = WholeLifeRail(onset=20.0)
+    x = np.array([20.0, 40.0, 64.9, 65.1, 120.0, 175.0])
+    published = np.where(x < 65, 2.22e-7 * x - 4.44e-6, 1.59e-5 - 9.09e-8 * x)
+    assert model.damage(x) == pytest.approx(published, abs=2e-8)
+
+
 @pytest.mark.parametrize("corners", [(15, 15, 175), (-1, 65, 175), (15, 200, 175), (15, 65, np.inf)])
 def test_corners_that_do_not_grow_are_refused(corners):
     with pytest.raises(WearError, match="grow"):
