@@ -120,6 +120,15 @@ STUDIES = {
         "rail_fem.studies.flow_and_wear",
         "plastic flow and wear on one crossing against wear alone: two finished damage studies",
     ),
+    "block-error": Study(
+        "rail_fem.studies.block_error",
+        "how far a crossing's wear depends on the length of its blocks: two finished damage studies",
+    ),
+    "damage-numbers": Study(
+        "rail_fem.studies.damage_numbers",
+        "every number asked of the damage part, measured anew: passes, grids, blocks, laws, friction, shakedown",
+        ("--quick",),
+    ),
     "kernel-speed": Study("rail_fem.studies.kernel_speed", "element kernels against dolfinx's own assembly"),
     "verification": Study(
         "rail_fem.studies.verification",
