@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import typer
@@ -21,19 +21,20 @@ from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.halfspace.polach import polach_force
 from bem.material import STEEL
 from bem.patch import Creepage, Patch
-from rail_fem.case.casefile import Case, load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.cyclic.closed_forms import ratchet_strain
 from rail_fem.cyclic.law import cyclic_law
 from rail_fem.cyclic.paths import uniaxial_cycles
 from rail_fem.cyclic.rolling import NoEquilibriumError, rolling_line_contact
-from rail_fem.damage.crossing_site import CrossingSite
 from rail_fem.damage.evolution import Stepping, evolve
 from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits
 from rail_fem.damage.sites import crossing_site, switch_section
 from rail_fem.damage.wear import DENSITY, Archard, BritishRail, KrausePoll, Usfd, specific_wear, tgamma, worn_area
 from rail_fem.light.patch_methods import THESIS_STEEL, WHEEL_LOAD
 from rail_fem.output.markdown import markdown_table
+from rail_fem.scene.scene import Scene
+from rail_fem.settings.damage import DamageSettings
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.studies.wear_patch import CREEPAGE, LAW, SPEED
 
@@ -149,16 +150,13 @@ def _rolled_limits() -> tuple[float, float]:
     return flows, carried
 
 
-def damage_case(name: str, **changes: object) -> Case:
-    """A shipped case of cases/damage with [damage] changed."""
-    return load_case(
-        example("nose_transfer").parent / "damage" / f"{name}.toml", {f"damage.{k}": v for k, v in changes.items()}
-    )
-
-
-def site_of(case: Case) -> CrossingSite:
-    """The crossing of a case."""
-    return crossing_site(case.scene, case.damage, case.runs.get("rigid_hertz"))
+def damage_case(name: str, **changes: object) -> tuple[Scene, DamageSettings]:
+    """Scene and [damage] of a shipped case of cases/damage, [damage] changed."""
+    path = example("nose_transfer").parent / "damage" / f"{name}.toml"
+    case = load_case(path, {f"damage.{k}": v for k, v in changes.items()})
+    if case.damage is None:
+        raise KeyError(f"{path}: has no table [damage]: is the installation whole?")
+    return case.scene, case.damage
 
 
 def differ(one: np.ndarray, two: np.ndarray) -> str:
@@ -169,7 +167,7 @@ def differ(one: np.ndarray, two: np.ndarray) -> str:
 
 def crossing_numbers() -> Iterator[Number]:
     """Of one wheelset pass over the transfer."""
-    site = site_of(damage_case("crossing_transfer"))
+    site = crossing_site(*damage_case("crossing_transfer"))
     first = site.first()
     site.rate(first)
     start = time.process_time()
@@ -180,7 +178,7 @@ def crossing_numbers() -> Iterator[Number]:
         "2 s of one core",
         f"{spent:.2f} s",
     )
-    fine = site_of(damage_case("crossing_transfer", cells=100))
+    fine = crossing_site(*damage_case("crossing_transfer", cells=100))
     other = fine.rate(fine.first())
     for law in ("archard", "krause_poll"):
         one, two = rate.depth[law], other.depth[law]
@@ -200,10 +198,10 @@ def switch_numbers() -> Iterator[Number]:
     """Of the switch section's 2,000 passes."""
     ends = {}
     for block in (200.0, 100.0, 50.0):
-        case = damage_case("switch_section")
+        scene, settings = damage_case("switch_section")
         start = time.process_time()
-        section = switch_section(case.scene, case.damage)
-        *_, ends[block] = evolve(section, 2000.0, Stepping(block=block, smoothing=case.damage.smoothing))
+        section: Any = switch_section(scene, settings)
+        *_, ends[block] = evolve(section, 2000.0, Stepping(block=block, smoothing=settings.smoothing))
         if block == 200.0:
             spent = time.process_time() - start
     yield Number("switch section, 2,000 passes in blocks of 200", "30 s", f"{spent:.1f} s")
