@@ -212,7 +212,7 @@ def _block(site: Site, state: Evolution, rate: Rate, left: float, stepping: Step
     rough = rate.depth[law]
     most = stepping.deepest / max(float(rough.max()), 1e-30)
     least = min(max(1.0, stepping.least_share * (state.passes - state.began)), most)
-    count = max(stepping.block or state.block or _first_block(rough), least)
+    count = stepping.block or max(state.block or _first_block(rough), least)
     runs_in = max(site.flow_passes(rate, stepping.flow_step), stepping.least_share * (state.passes - state.began))
     count, least = min(count, runs_in), min(least, runs_in)
     while True:

@@ -95,6 +95,12 @@ def test_blocks_keep_the_area_and_their_halving_changes_little(section):
     assert len(ends[1].log) == 4 and ends[1].passes == 40
 
 
+def test_blocks_are_as_long_as_told(section):
+    """Also where they are shorter than the least share of the passes done, which is for blocks by tolerance."""
+    *_, end = evolve(section, 8.0, Stepping(block=2.0, least_share=1.0, smoothing=0.1e-3))
+    assert end.log[:, 0].tolist() == [2.0, 4.0, 6.0, 8.0]
+
+
 def test_a_section_worn_through_is_refused(section):
     fast = replace(section, laws=laws_of(load_case(CASE, QUICK | {"damage.wear_coefficient": 1.0}).damage))
     with pytest.raises(WornOutError, match="limit is 0.05 mm|one step may take"):
