@@ -96,7 +96,7 @@ def _with_even_steps(structure: Structure) -> Structure:
     own.least_step = 0.0  # steel again: the steps are made even below
     length = eigen_length(own.domain.reference.reshape(-1, 3)[own.domain.cells])
     least = own.domain.comm.allreduce(float(length.min(initial=np.inf)), op=MPI.MIN)
-    own.mass = structure.lumped_mass((least / length) ** 2)
+    own.mass = own.lumped_mass((least / length) ** 2)
     rows = structure.table.rows.copy()
     rows[:, [LINEAR_VISCOSITY, QUADRATIC_VISCOSITY]] = 0.0
     own.table = replace(structure.table, rows=rows)
