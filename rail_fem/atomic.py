@@ -1,5 +1,6 @@
 """Files that appear whole or not at all: written under another name in the same folder, then renamed."""
 
+import errno
 import os
 import re
 from collections.abc import Callable
@@ -17,12 +18,19 @@ def partial_name(path: Path) -> Path:
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """Call `write(temporary)` and rename the temporary file to `path`; a reader or a kill never meets half a file.
 
-    Errors: whatever `write` raises; the temporary file is then removed and `path` is as before.
+    Errors: whatever `write` raises, an OSError by the name of `path`; the temporary file is then removed and `path`
+    is as before.
     """
+    if not Path(path).name:
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     temporary = partial_name(path)
     try:
         write(temporary)
         os.replace(temporary, path)
+    except OSError as error:
+        if str(error.filename) == str(temporary):
+            error.filename, error.filename2 = str(path), None
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -58,7 +58,10 @@ def _remedy(error: ErrorDetails, section: type[BaseModel], key: str) -> str:
     if kind == "extra_forbidden":
         return _unknown_key(position, section, key)
     if kind == "missing":
-        return f"missing ({meaning(_field(section, position))})"
+        entry = _field(section, position)
+        return f"missing ({meaning(entry)})" if quantity_of(entry) or entry.description else "missing"
+    if kind == "value_error":
+        return error["msg"].removeprefix("Value error, ")
     if kind in ("choice", "literal_error"):
         choices = error["ctx"].get("choices") or choices_of(_field(section, position).annotation)
         return f"unknown value {value}{suggest(str(error['input']), choices)} (choose from: {', '.join(choices)})"
@@ -95,7 +98,7 @@ def table_of(annotation: Any) -> type[BaseModel] | None:
 
 
 def _model_at(section: type[BaseModel], position: tuple) -> type[BaseModel]:
-    for name in position:
+    for name in (step for step in position if isinstance(step, str)):
         section = cast(type[BaseModel], table_of(section.model_fields[name].annotation))
     return section
 

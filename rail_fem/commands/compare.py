@@ -48,7 +48,7 @@ def compare(
         if MANNER.as_json:
             emit(comparison_facts(found, limit, quantity))
     except (FileNotFoundError, ValueError, OSError) as error:
-        stop(str(error))
+        stop(error)
 
 
 def compare_studies(folders: list[Path], out: Path | None) -> None:
@@ -64,7 +64,7 @@ def compare_studies(folders: list[Path], out: Path | None) -> None:
         if MANNER.as_json:
             emit(studies_facts(folders))
     except (ValueError, OSError) as error:
-        stop(str(error))
+        stop(error)
 
 
 def share(text: str, option: str) -> float:

@@ -37,5 +37,5 @@ def crossing(
         else:
             write_section_folder(to, x, sections, found.name)
     except (ValueError, OSError) as error:
-        stop(str(error))
+        stop(error)
     say(f"written {to}: {len(x)} sections from x = {1e3 * low:.0f} to {1e3 * high:.0f} mm")

@@ -61,6 +61,6 @@ def design(
         text = "a process of the search was ended from outside (out of memory?): start again, it goes on where it was"
         stop(text, RUN_FAILED)
     except (DesignError, CaseError, VariationError, OSError) as error:
-        stop(str(error))
+        stop(error)
     if any(run.fault for run in runs):
         raise typer.Exit(RUN_FAILED)

@@ -89,14 +89,22 @@ def aside() -> Iterator[None]:
             yield
 
 
-def stop(text: str, code: int = REFUSED) -> NoReturn:
-    """End with a fault that all ranks have met: the text on rank 0's standard error, the same exit code on every
+def stop(fault: str | Exception, code: int = REFUSED) -> NoReturn:
+    """End with a fault that all ranks have met: its words on rank 0's standard error, the same exit code on every
     rank; {"fault": text, "exit_code": code} on standard output where JSON is asked for."""
+    text = in_words(fault)
     if launcher.rank() == 0:
         typer.echo(text, err=True)
     emit({"fault": text, "exit_code": code})
     launcher.end_together()
     raise typer.Exit(code)
+
+
+def in_words(fault: str | Exception) -> str:
+    """Its sentence; of a file that the system refuses "FILE: No such file or directory", without the number."""
+    if isinstance(fault, OSError) and fault.filename and fault.strerror:
+        return f"{fault.filename}: {fault.strerror}"
+    return str(fault)
 
 
 def stop_run(text: str) -> NoReturn:

@@ -31,7 +31,7 @@ def export(
             launcher.on_root(lambda: write_by_meshio(to, read_tagged(folder, frame), deformed))
             written = [to]
     except (FieldsError, ExportError, OSError) as error:
-        stop(str(error))
+        stop(error)
     say("written: " + ", ".join(map(str, written)))
 
 

@@ -8,6 +8,7 @@ import typer
 
 from rail_fem.commands.ending import say, stop
 
+FEWEST_ROWS = 3  # of a history that can be filtered
 CutoffOption = Annotated[
     list[str] | None, typer.Option("--low-pass", help='cut-off, e.g. "20 Hz"; may be given several times')
 ]
@@ -45,7 +46,7 @@ def measured(
             with lettering():
                 say(f"drawn {save(record_figure(found, pair, wanted, title), draw)}")
     except (ValueError, OSError) as error:
-        stop(str(error))
+        stop(error)
 
 
 def low_pass(
@@ -62,6 +63,8 @@ def low_pass(
 
     try:
         result, frequency = load(folder), parse(cutoff, "Hz")[0]
+        if len(result.history["time"]) < FEWEST_ROWS:
+            raise ValueError(f"{folder}: {result.model} leaves no history, there is nothing to filter")
         header, table = shown_table(low_passed(result.history, frequency))
         rows = [",".join(f"{value:.9g}" for value in row) for row in table]
         write_text_atomically(out, "\n".join([f"# low-passed at {cutoff}", ",".join(header), *rows]) + "\n")
@@ -70,4 +73,4 @@ def low_pass(
             say(f"largest force low-passed at {cutoff}: {engineering(peak.value, 'N')} at x = {1e3 * peak.x:.1f} mm")
         say(f"written {out}")
     except (ValueError, OSError) as error:
-        stop(str(error))
+        stop(error)

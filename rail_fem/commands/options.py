@@ -48,4 +48,4 @@ def loaded_case(path: Path, settings: list[str] | None = None) -> Case:
         changes = read_settings(settings or ())
         return launcher.on_root(lambda: load_case(path, changes))  # once for all ranks: they work on the same content
     except (CaseError, VariationError) as error:
-        stop(str(error))
+        stop(error)

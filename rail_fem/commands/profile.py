@@ -68,7 +68,7 @@ def profile(
             write_profile(write, found.profile.points, found.kind, f"from {file.name}")
             say(f"  written {write}")
     except OSError as error:
-        stop(f"{error.filename or file}: {error.strerror or error}")
+        stop(error)
     except ValueError as error:
         stop(f"refused: {error}")
 

@@ -38,4 +38,4 @@ def report(
         else:
             say(str(write_digest(folder, groups, digest, tuple(show or ()), beside)))
     except (ValueError, OSError) as error:
-        stop(str(error))
+        stop(error)

@@ -74,7 +74,7 @@ def run(
         with aside():
             fault = run_case(loaded, name, out, restart, overwrite, tell)
     except JobError as error:
-        stop(str(error))
+        stop(error)
     emit({"folder": str(out), **_saved(out, fault)})
     if fault:
         explain(_trace(out))

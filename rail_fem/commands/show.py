@@ -54,7 +54,7 @@ def show(
             if as_json:
                 emit(folder_facts(folder))
     except (ValueError, OSError) as error:
-        stop(str(error))
+        stop(error)
 
 
 def _draw_figures(folder: Path, figures: Figures) -> None:

@@ -63,15 +63,17 @@ def sweep(
         changes = None if groups is None else load_source(groups)
         found, faults = read_cases(cases, read_settings(settings or ()), variations, changes)
     except (VariationError, ValueError) as error:
-        stop(str(error))
+        stop(error)
     for fault in faults:
         typer.echo(f"left out: {fault}", err=True)
     if faults and (vary or settings or groups):
         stop("nothing was run: --vary, --set and --groups must give cases without an input error")
+    if not found:
+        stop("nothing was run: no case file without an input error")
     found = found if only is None else chosen(found, only)
+    make_folder(out)
     with aside():
         outcomes = run_sweep(jobs_of(found, out, model or concerned(variations)), ranks, tell)
-    out.mkdir(parents=True, exist_ok=True)
     report = sweep_report(outcomes, faults)
     if not one:
         write_tables(out, report, bool(vary))
@@ -80,6 +82,14 @@ def sweep(
         emit(sweep_facts(out, outcomes, faults))
     if faults or any(outcome.state == FAILED for outcome in outcomes):
         raise typer.Exit(RUN_FAILED)
+
+
+def make_folder(out: Path) -> None:
+    """Make it if need be; ends the program where it cannot be."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        stop(f"--out {out}: {error.strerror}, choose a folder that can be written")
 
 
 def chosen(cases: list, only: int) -> list:

@@ -17,6 +17,7 @@ from rail_fem.output.result import PassResult, Peak
 CUTOFFS = (20.0, 50.0, 500.0)  # customary [Hz]
 ORDER = 4
 MOST_OF_NYQUIST = 0.9  # a cut-off beyond leaves a record as it is
+LEAST_PERIODS = 1e-4  # of the cut-off in a record: below that it is a constant, carried on for hours
 PERIODS = 2.0  # of the cut-off by which a record is carried on at both ends, with its end values
 FILTERED = ("force", "force_wing", "force_nose", "force_longitudinal", "force_lateral", "force_other",
             "wheel_height", "crossing_height")  # fmt: skip
@@ -34,6 +35,10 @@ def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
         raise ValueError(f"low pass: {np.sum(~np.isfinite(values))} of {values.size} value(s) are not finite")
     if cutoff >= MOST_OF_NYQUIST * rate / 2 or len(values) < 3:
         return values.copy()
+    if cutoff * len(values) < LEAST_PERIODS * rate:
+        raise ValueError(
+            f"low pass: a record of {len(values) / rate:.3g} s has less than {LEAST_PERIODS:g} periods of {cutoff:g} Hz"
+        )
     pad = int(np.ceil(PERIODS * rate / cutoff))
     longer = np.concatenate([np.full(pad, values[0]), values, np.full(pad, values[-1])])
     filtered = sosfiltfilt(butter(ORDER, cutoff, fs=rate, output="sos"), longer, padtype=None)

@@ -1,5 +1,6 @@
 """What the terminal shows: a case before it runs, a result after it, a folder in between."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -150,7 +151,7 @@ def result_report(result: PassResult) -> str:
             _row(
                 name,
                 with_bar(result, name, 5) if name in FORCES else engineering(peak.value, peak.unit),
-                f"at x = {show(peak.x, shown, 5)}"
+                (f"at x = {show(peak.x, shown, 5)}" if np.isfinite(peak.x) else "")
                 + (f", y = {show(peak.y, shown, 4)}" if np.isfinite(peak.y) else "")
                 + (f", in an element of {show(peak.size, shown, 2)}" if np.isfinite(peak.size) else ""),
             )
@@ -231,4 +232,5 @@ def _one_line(folder: Path) -> str:
         first = folder_report(folder).partition("\n")[0]
     except ValueError as error:
         first = str(error)
-    return first if str(folder) in first else f"{folder}: {first}"
+    named = (f"{folder}:", f"{folder}{os.sep}")
+    return first if first.startswith(named) else f"{folder}: {first}"

@@ -56,7 +56,7 @@ def results_below(
         else:
             results.setdefault(path.parent.parent.name, {})[result.model] = result
     if not results:
-        why = "; ".join(unusable) or f"run 'rail_fem sweep CASE... --out {folder}' first"
+        why = "; ".join(unusable) or f"run 'rail-fem sweep CASE... --out {folder}' first"
         raise FileNotFoundError(f"{folder}: no results in CASE/MODEL below it that can be used: {why}")
     return results, unusable
 

@@ -35,6 +35,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
+from rail_fem.case.input_errors import describe_errors
 from rail_fem.hierarchy import MODELS
 from rail_fem.output.events import leg_flight, longest_flight
 from rail_fem.output.quantities import REPORTED
@@ -211,10 +212,12 @@ def load_source(path: Path) -> Source:
     path = Path(path)
     try:
         source = Source.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except OSError as error:
+        raise TrendError(f"{path}: cannot be read: {error.strerror}") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise TrendError(f"{path}: cannot be read: {error}") from error
     except ValidationError as error:
-        errors = [f"{'.'.join(map(str, error['loc']))}: {error['msg']}" for error in error.errors()]
+        errors = [line.lstrip(".") for line in describe_errors(error, Source, "")]
         raise TrendError("\n  ".join([f"{path}: {len(errors)} input error(s)", *errors])) from error
     if absent := [case for case in source.only if not (path.parent / f"{case}.toml").is_file()]:
         raise TrendError(f"{path}: only.{absent[0]}: there is no {absent[0]}.toml beside it")

@@ -114,7 +114,8 @@ def test_the_trends_of_the_thesis_name_cases_that_exist():
             ),
             "'smell' is not one of",
         ),
-        ("[[group]]\ntitle='a'\ncases=['b']\ntrends=1\n", "group.0.trends"),
+        ("[[group]]\ntitle='a'\ncases=['b']\ntrends=1\n", "group[0].trends: unknown key, did you mean 'trend'?"),
+        ("title = 'a'\n", "group: missing"),
         ("[[group]\n", "cannot be read"),
     ],
 )

@@ -1,0 +1,73 @@
+"""What the system refuses, and what a result does not hold, is told in a sentence that names the user's own file."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import rail_fem
+from rail_fem.atomic import write_text_atomically
+from rail_fem.cli import app
+from rail_fem.output.low_pass import low_pass
+
+
+def command(*words) -> tuple[int, str]:
+    result = CliRunner().invoke(app, [*map(str, words)])
+    return result.exit_code, result.output + (result.stderr if result.stderr_bytes else "")
+
+
+@pytest.fixture(scope="module")
+def below(tmp_path_factory):
+    """A folder with a run of the formula in it, which has no history and, told its dip angle, no position."""
+    folder = tmp_path_factory.mktemp("runs")
+    scene = rail_fem.load_case(rail_fem.example("nose_transfer")).scene
+    rail_fem.solve("p2_formula", scene, {"dip_angle": "10 mrad"}).save(folder / "a")
+    return folder
+
+
+def test_a_position_that_is_not_known_is_not_shown(below):
+    code, said = command("show", below / "a")
+    assert code == 0 and "p2 " in said and "nan" not in said
+
+
+def test_runs_below_a_folder_are_told_by_their_folders(below, monkeypatch):
+    """ "a" stands in "p2_formula", too."""
+    monkeypatch.chdir(below)
+    assert "a: p2_formula: finished" in command("show", ".")[1]
+
+
+def test_a_run_without_a_history_is_not_filtered(below, tmp_path):
+    code, said = command("low-pass", below / "a", "--out", tmp_path / "filtered.csv")
+    assert code == 2 and "p2_formula leaves no history" in said and not (tmp_path / "filtered.csv").exists()
+
+
+def test_a_cut_off_of_hours_is_refused():
+    """It was carried on for 2 periods at both ends: 1e11 values."""
+    with pytest.raises(ValueError, match="less than 0.0001 periods of 1e-06 Hz"):
+        low_pass(np.ones(900), 50e3, 1e-6)
+
+
+@pytest.mark.parametrize("name, why", [("nothere/x.csv", "No such file or directory"), (".", "Is a directory")])
+def test_a_file_that_cannot_be_written_is_named_as_it_was_given(tmp_path, monkeypatch, name, why):
+    """Not by the name that it has before it is whole."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(OSError, match=why) as met:
+        write_text_atomically(name, "text")
+    assert met.value.filename == name
+
+
+def test_a_sweep_into_a_file_or_of_no_case_is_refused(tmp_path):
+    """The first was a traceback, the second "a run failed" and an empty folder."""
+    (tmp_path / "file").write_text("mine")
+    code, said = command(
+        "sweep", rail_fem.example("nose_transfer"), "--model", "p2_formula", "--out", tmp_path / "file"
+    )
+    assert code == 2 and "file: File exists, choose a folder that can be written" in said and "Traceback" not in said
+    code, said = command("sweep", tmp_path / "nothere.toml", "--out", tmp_path / "out")
+    assert code == 2 and "no such file" in said and "nothing was run" in said and not (tmp_path / "out").exists()
+
+
+def test_a_file_that_is_not_there_is_a_sentence(below):
+    code, said = command("measured", below / "a", below / "nothere.csv")
+    assert code == 2 and "nothere.csv: No such file or directory" in said and "Errno" not in said
+    code, said = command("low-pass", below / "a", "--out", below / "nothere" / "x.csv", "--cutoff", "0 Hz")
+    assert code == 2 and "Errno" not in said
