@@ -45,18 +45,25 @@ class Pressed:
 
     @property
     def area(self) -> np.ndarray:
-        """Area of contact (k,) [m^2]."""
+        """Area of contact (k,) [m^2], out to the node that just touches."""
         return np.pi * self.radius**2
 
-    def at(self, approach: float) -> tuple[float, float]:
-        """Load [N] and area [m^2] at an approach [m]; powers of it between two nodes. NaN beyond what was pressed."""
+    @property
+    def carrying(self) -> np.ndarray:
+        """Area (k,) [m^2] out to midway between that node and the last that carries: as `area` of first order, with a
+        smaller factor where pressure ends in a step, as it does where all flows."""
+        return np.pi * (self.radius - self.r[1] / 2) ** 2
+
+    def at(self, approach: float, names: tuple[str, str] = ("load", "area")) -> tuple[float, float]:
+        """Load [N] and area [m^2], or others of its columns, at an approach [m]; powers of it between two nodes. NaN
+        beyond what was pressed."""
         if not self.approach[0] <= approach <= self.approach[-1]:
             return np.nan, np.nan
-        load, area = (
-            float(np.exp(np.interp(np.log(approach), np.log(self.approach), np.log(of))))
-            for of in (self.load, self.area)
+        one, two = (
+            float(np.exp(np.interp(np.log(approach), np.log(self.approach), np.log(getattr(self, name)))))
+            for name in names
         )
-        return load, area
+        return one, two
 
 
 def point_force(nodes: np.ndarray, elastic: Elastic) -> np.ndarray:

@@ -113,10 +113,12 @@ def _circle(r: np.ndarray) -> np.ndarray:
 
 def judge(runs: list[Pressed], approach: float, seconds: float = 0.0) -> Judged:
     """Limits at an approach over that of first yield, of runs coarse to fine. The area is of first order, as the edge
-    of the contact lies a part of an element inside the last node (elastic: right to 0.1 % so); the load of 1.5 (1.35
-    seen where it flows, more where it does not)."""
+    of the contact lies a part of an element inside the last node (elastic: right to 0.1 % so): that part is taken for a
+    half, and the limit for vanishing elements corrects it; the load is of order 1.5 (1.35 seen where it flows, more
+    where it does not)."""
     first = at_yield()
-    values = np.array([run.at(approach * first.approach) for run in runs]) / [first.load, first.area]
+    found = [run.at(approach * first.approach, ("load", "carrying")) for run in runs]
+    values = np.array(found) / [first.load, first.area]
     sizes = [float(run.radius[0]) for run in runs]
     load, area = (limit_of(sizes, list(column), order) for column, order in zip(values.T, (1.5, 1.0)))
     return Judged(load.value, load.doubt, area.value, area.doubt, seconds)
