@@ -79,6 +79,11 @@ STUDIES = {
         "rail_fem.studies.plastic_pass",
         "plastic strain of a pass by bem_plastic on several sizes of cells, beside a finished explicit run",
     ),
+    "plastic-ridge": Study(
+        "rail_fem.studies.plastic_ridge",
+        "how much more a ridge flows than a half-space under the same force, in plane strain",
+        ("--quick",),
+    ),
     "pressed-sphere": Study(
         "rail_fem.studies.pressed_sphere",
         "a sphere pressed into a yielding half-space: boundary elements, finite elements, published fits",

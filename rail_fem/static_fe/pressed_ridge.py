@@ -1,0 +1,157 @@
+"""A rigid cylinder pressed along a yielding ridge, in plane strain: what a free side beside the contact changes.
+
+The ridge is an arc about the line of contact that goes over into straight flanks and ends in a level; a flat is a ridge
+of infinite radius. The gap is given relative to the ridge, so that elastic patches on two ridges differ only by what
+the free sides make, not by curvature. The contact grows by one node of the surface at a time as in pressed_sphere.py;
+plane strain is a body of revolution far from its axis. Small strain on the undeformed ridge.
+Error: second order in displacement; `rail-fem study plastic-ridge` shows two sizes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rail_fem.static_fe.axisymmetric import (
+    AxisymmetricBody,
+    AxisymmetricError,
+    BalancedState,
+    HeldMotions,
+    YieldingSteel,
+)
+from rail_fem.static_fe.pressed_sphere import graded
+
+FAR = 20.0  # half width and depth of the mesh over the largest half-width of contact
+FINE = 1.25  # of that half-width: the region of equal elements
+GROWTH = 1.15  # from one element to the next beyond
+REVOLUTION = 1e4  # radius of the body's axis over the mesh: plane strain
+PARTS = 1, 4, 16  # in which the gap of the next node is closed, more where fewer find no equilibrium
+
+
+@dataclass(frozen=True)
+class Ridge:
+    """Symmetric about x = 0. radius [m] of its crown, inf for a flat; flank [rad] from the level; fall [m] from the
+    crown to the level beside."""
+
+    radius: float = np.inf
+    flank: float = np.pi / 4
+    fall: float = np.inf
+
+    def __post_init__(self) -> None:
+        if not (self.radius > 0 and 0 < self.flank < np.pi / 2 and self.fall > 0):
+            raise AxisymmetricError(
+                f"ridge of radius {self.radius:g} m, flank {np.degrees(self.flank):g} degrees, fall {self.fall:g} m:"
+                " all must be positive, the flank below 90 degrees"
+            )
+        if np.isfinite(self.radius) and not np.isfinite(self.fall):
+            raise AxisymmetricError(f"ridge of radius {self.radius:g} m: give the fall from its crown to the level [m]")
+
+    def height(self, x: np.ndarray) -> np.ndarray:
+        """(n,) [m] below 0 at distances x (n,) >= 0 [m]."""
+        x = np.asarray(x, float)
+        if np.isinf(self.radius):
+            return np.zeros_like(x)
+        end = self.radius * np.sin(self.flank)
+        inside = np.minimum(x, end)
+        arc = inside**2 / (self.radius + np.sqrt(self.radius**2 - inside**2))
+        return -np.minimum(arc + np.maximum(x - end, 0) * np.tan(self.flank), self.fall)
+
+
+@dataclass(frozen=True)
+class PressedRidge:
+    """After each node (k,): half-width of contact [m], load per length [N/m], largest pressure [Pa], depth of the
+    plastic zone below the crown [m], plastic strain integrated over the whole section [m^2], largest plastic strain;
+    at the end points (e, 2) [m] from the crown and equivalent plastic strain (e,) of the elements of the half with
+    x > 0."""
+
+    half_width: np.ndarray
+    load: np.ndarray
+    max_pressure: np.ndarray
+    zone_depth: np.ndarray
+    integral: np.ndarray
+    max_strain: np.ndarray
+    points: np.ndarray
+    strain: np.ndarray
+
+    def at(self, load: float, name: str) -> float:
+        """One of the columns at a load [N/m], linear between two nodes; NaN beyond what was pressed."""
+        if not self.load[0] <= load <= self.load[-1]:
+            return float("nan")
+        return float(np.interp(load, self.load, getattr(self, name)))
+
+
+def press_ridge(
+    ridge: Ridge, curvature: float, half_width: float, across: int, steel: YieldingSteel, most_load: float = np.inf
+) -> PressedRidge:
+    """Press until the contact has a half-width [m], by `across` elements over it, or carries `most_load` [N/m].
+
+    curvature : of the gap, relative [1/m]
+    Raises AxisymmetricError where nodes pull or no equilibrium is found (a ridge that the load crushes: said with the
+    load reached).
+    """
+    line = graded(half_width / across, FINE * half_width, FAR * half_width, GROWTH)
+    n, origin = len(line), REVOLUTION * line[-1]
+    x, depth = (values.ravel() for values in np.meshgrid(line, line, indexing="ij"))
+    z = ridge.height(x) * (1 - depth / line[-1]) - depth
+    at = np.arange(n * n).reshape(n, n)
+    quads = np.stack([at[:-1, 1:], at[1:, 1:], at[1:, :-1], at[:-1, :-1]], axis=-1).reshape(-1, 4)
+    body = AxisymmetricBody(np.column_stack([origin + x, z]), quads, steel)
+    surface, middle = 2 * at[:, 0] + 1, 2 * at[0]
+    outer = (2 * np.unique(np.r_[at[-1], at[:, -1]])[:, None] + [0, 1]).ravel()
+    fixed = np.union1d(middle, outer)
+    gap, around = curvature * line**2 / 2, np.pi * origin  # half of the circumference: both halves of the section
+    spread = np.zeros(n)  # area of the surface that belongs to each node, per length
+    spread[:-1] += np.diff(line) / 2
+    spread[1:] += np.diff(line) / 2
+    area = body.weight.sum(axis=1) / around
+    points = body.points.mean(axis=1) - [origin, 0.0]
+    none, rows = np.zeros(body.count), []
+    state = BalancedState(none, none, body.respond(none, body.virgin()), np.zeros(1), [])
+    for k in range(1, across + 1):
+        for parts in PARTS:
+            try:
+                found = _take_in(body, k, gap, state, parts, fixed, surface)
+                break
+            except AxisymmetricError as fault:
+                if parts == PARTS[-1]:
+                    reached = rows[-1][1] if rows else 0.0
+                    raise AxisymmetricError(f"beyond a load of {reached:.3g} N/m: {fault}") from None
+        state = found
+        pressure = -state.force[surface[:k]] / spread[:k] / (2 * np.pi * origin)
+        if pressure.min() < -1e-6 * pressure.max():
+            raise AxisymmetricError(f"half-width {line[k]:.4g} m: a node within pulls ({pressure.min():.3g} Pa)")
+        strain = state.answer.plastic.equivalent.mean(axis=1)
+        flowing = strain > 0
+        deep = float((ridge.height(points[flowing, 0]) - points[flowing, 1]).max(initial=0.0))
+        load = -float(state.force[surface[: k + 1]].sum()) / around
+        rows.append((line[k], load, pressure.max(), deep, float(strain @ area), float(strain.max())))
+        if load >= most_load:
+            break
+    return PressedRidge(*np.array(rows).T, points, strain)
+
+
+def _take_in(
+    body: AxisymmetricBody,
+    k: int,
+    gap: np.ndarray,
+    before: BalancedState,
+    parts: int,
+    fixed: np.ndarray,
+    surface: np.ndarray,
+) -> BalancedState:
+    """On to the load at which node k just touches, its gap closed in equal parts. Raises AxisymmetricError."""
+    inside = surface[: k + 1]
+    dofs = np.r_[fixed, inside]
+    motions = np.zeros((len(dofs), 1))
+    motions[-(k + 1) :, 0] = -1.0
+    on_force = np.zeros((1, body.count))
+    on_force[0, inside[-1]] = 1.0  # the last node carries nothing
+    opening = gap[k] - before.amplitudes[0] - before.displacement[surface[k]]
+    for part in range(1, parts + 1):
+        target = np.zeros(len(dofs))
+        target[-(k + 1) :] = gap[: k + 1]
+        target[-1] -= (1 - part / parts) * opening
+        held = HeldMotions(dofs, target, motions, on_force, np.zeros((1, 1)))
+        before = body.equilibrium(held, before.displacement, before.answer.plastic)
+    return before

@@ -1,0 +1,175 @@
+"""How much more a ridge flows than a half-space under the same force: plane strain, the free sides alone changed.
+
+    rail-fem study plastic-ridge --out ridge      four radii, two loads, two sizes of element; some minutes
+    rail-fem study plastic-ridge --quick          two radii, one load
+
+A rigid cylinder presses a flat and ridges with a rounded crown and flanks of 45 degrees, by finite elements
+(rail_fem/static_fe/pressed_ridge.py). The gap has the same curvature on all, so that elastic patches differ by the
+free sides alone. Radii are counted in depths of the plastic zone that the same force makes in the flat: the measure by
+which bem_plastic flags a corner. Results are over those of the flat.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import typer
+from matplotlib.figure import Figure
+
+from bem.material import Elastic, contact_modulus
+from rail_fem.output.markdown import markdown_table
+from rail_fem.show.style import CURVES, GREY, new_figure
+from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.static_fe.axisymmetric import AxisymmetricError, YieldingSteel
+from rail_fem.static_fe.pressed_ridge import PressedRidge, Ridge, press_ridge
+
+STEEL, RIGID = Elastic(210e9, 0.3), Elastic(1e17, 0.3)
+YIELD, SLOPE = 480e6, 2e9  # [Pa]: about a rail of today
+CURVATURE = 10.0  # of the gap [1/m]; drops out of what is shown but for a / R, some per cent
+FLANK = np.pi / 4
+FALL = 2.5  # from the crown to the level beside, over the depth of the flat's zone
+SOFTEST = 1.25  # mean pressure over yield stress that is expected at least: room for the contact to grow
+SHOWN = {
+    "integral": "plastic strain over the section",
+    "max_strain": "largest plastic strain",
+    "zone_depth": "depth of the zone",
+    "half_width": "half-width of contact",
+}
+
+
+@dataclass(frozen=True)
+class RidgeRow:
+    """One ridge under one load: Hertz' largest pressure over the yield stress, radius over the flat's zone depth,
+    quantities of SHOWN over the flat's by the finest elements, what the last halving of the elements changed them by,
+    CPU seconds."""
+
+    ratio: float
+    radius: float
+    value: dict[str, float]
+    change: dict[str, float]
+    seconds: float
+
+
+def hertz_load(ratio: float) -> tuple[float, float]:
+    """Load per length [N/m] and half-width [m] of the elastic flat whose largest pressure is `ratio` yield stresses."""
+    modulus = contact_modulus(RIGID, STEEL)
+    half = 2 * ratio * YIELD / (modulus * CURVATURE)
+    return float(np.pi / 2 * ratio * YIELD * half), float(half)
+
+
+def pressed(ridge: Ridge, load: float, across: int) -> PressedRidge:
+    """A ridge pressed somewhat beyond a load [N/m]; `across` : elements over the half-width by a pressure of 2.5 Y."""
+    expected = load / (2 * 2.5 * YIELD)
+    room = 2.5 / SOFTEST
+    return press_ridge(
+        ridge, CURVATURE, room * expected, int(np.ceil(room * across)), YieldingSteel(STEEL, YIELD, SLOPE), 1.02 * load
+    )
+
+
+def rows_of(ratio: float, radii: list[float], sizes: list[int]) -> tuple[dict[str, float], list[RidgeRow]]:
+    """The flat's own numbers, depths and widths over Hertz' half-width, and a row for each radius over its zone's
+    depth; sizes : elements over the half-width, coarse to fine."""
+    load, half = hertz_load(ratio)
+    flats = [pressed(Ridge(), load, size) for size in sizes]
+    depth = flats[-1].at(load, "zone_depth")
+    own = {name: flats[-1].at(load, name) for name in SHOWN}
+    own = own | {
+        "zone_depth": depth / half,
+        "half_width": own["half_width"] / half,
+        "integral": own["integral"] / half**2,
+    }
+    rows = []
+    for radius in radii:
+        tick, found = time.process_time(), []
+        for size, flat in zip(sizes, flats):
+            try:
+                one = pressed(Ridge(radius * depth, FLANK, FALL * depth), load, size)
+            except AxisymmetricError as fault:
+                typer.echo(f"radius {radius:g} depths at {ratio:g} Y: {fault}", err=True)
+                found.append(dict.fromkeys(SHOWN, np.nan))
+                continue
+            found.append({name: one.at(load, name) / flat.at(load, name) for name in SHOWN})
+        change = {name: found[-1][name] - found[-2][name] if len(found) > 1 else np.nan for name in SHOWN}
+        rows.append(RidgeRow(ratio, radius, found[-1], change, time.process_time() - tick))
+        typer.echo(
+            f"{ratio:g} Y, radius {radius:g} depths: strain {found[-1]['integral']:.2f} times the flat's", err=True
+        )
+    return own, rows
+
+
+def table(flats: dict[float, dict[str, float]], rows: list[RidgeRow]) -> str:
+    """Markdown."""
+    head = ["Hertz' pressure over Y", "radius of the ridge over the zone's depth", *SHOWN.values(), "CPU s"]
+    lines = []
+    for ratio, own in flats.items():
+        text = {
+            "integral": f"{own['integral']:.3g} half-widths squared", "max_strain": f"{own['max_strain']:.2%}",
+            "zone_depth": f"{own['zone_depth']:.2f} half-widths", "half_width": f"{own['half_width']:.2f} half-widths",
+        }  # fmt: skip
+        lines.append([f"{ratio:g}", "flat", *(text[name] for name in SHOWN), "-"])
+        for row in rows:
+            if row.ratio == ratio:
+                shown = [f"{row.value[name]:.2f} ({row.change[name]:+.2f})" for name in SHOWN]
+                lines.append([f"{ratio:g}", f"{row.radius:g}", *shown, f"{row.seconds:.0f}"])
+    return "\n".join(markdown_table(head, lines)) + "\n"
+
+
+def draw(rows: list[RidgeRow]) -> Figure:
+    """Plastic strain and half-width over the flat's, against the radius of the ridge."""
+    figure = new_figure(4.6)
+    axes = figure.subplots(1, 2)
+    for axis, name in zip(axes, ("integral", "half_width")):
+        for number, ratio in enumerate(sorted({row.ratio for row in rows})):
+            mine = sorted((row for row in rows if row.ratio == ratio), key=lambda row: row.radius)
+            at = [row.radius for row in mine]
+            bars = [abs(row.change[name]) for row in mine]
+            axis.errorbar(
+                at, [row.value[name] for row in mine], bars, fmt="os"[number % 2] + "-", color=CURVES[number],
+                capsize=3, label=f"Hertz' pressure {ratio:g} times the yield stress",
+            )  # fmt: skip
+        axis.axhline(1.0, color=GREY, linewidth=1)
+        axis.set(xscale="log", xlabel="radius of the ridge over the depth of the flat's plastic zone")
+        marks = sorted({row.radius for row in rows})
+        axis.set_xticks(marks, [f"{one:g}" for one in marks])
+        axis.minorticks_off()
+        axis.set(ylabel=f"{SHOWN[name]}, over the flat's")
+    strains = [row.value["integral"] for row in rows if np.isfinite(row.value["integral"])]
+    marks = [one for one in (1, 1.5, 2, 3, 5, 10, 20) if one <= 1.2 * max(strains, default=2.0)]
+    axes[0].set(yscale="log")
+    axes[0].set_yticks(marks, [f"{one:g}" for one in marks])
+    axes[0].minorticks_off()
+    axes[0].legend()
+    figure.suptitle(
+        "A cylinder pressed along a ridge with flanks of 45 degrees, over a flat under the same force, plane strain;"
+        " bars: the last halving of the elements"
+    )
+    return figure
+
+
+def main(
+    ratio: list[float] = typer.Option([3.0, 6.0], help="Hertz' largest pressure on the flat, over the yield stress"),
+    radius: list[float] = typer.Option([5.0, 2.0, 1.0, 0.5], help="of the ridge, over the depth of the flat's zone"),
+    across: list[int] = typer.Option([6, 12], help="finite elements over the half-width of contact, coarse to fine"),
+    quick: bool = typer.Option(False, "--quick", help="one load, two radii, coarse"),
+    out: Path = typer.Option(None, help="folder for plastic_ridge.md and plastic_ridge.png"),
+) -> None:
+    """A ridge against a half-space under the same force: how much more it flows."""
+    if min(ratio) <= 0 or min(radius) <= 0 or min(across) < 3:
+        raise typer.BadParameter("loads and radii must be positive, and at least 3 elements lie over the half-width")
+    if quick:
+        ratio, radius, across = [3.0], [2.0, 0.5], [4, 8]
+    flats, rows = {}, []
+    for one in ratio:
+        flats[one], found = rows_of(one, radius, sorted(across))
+        rows += found
+    text = table(flats, rows)
+    print(text, end="")
+    if out is not None:
+        write_table_and_figure(out / "plastic_ridge.md", text, out / "plastic_ridge.png", lambda: draw(rows))
+
+
+if __name__ == "__main__":
+    typer.run(main)
