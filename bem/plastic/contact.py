@@ -30,6 +30,8 @@ from bem.plastic.surface import LoadStress
 _MOST_TURNS = 60
 _INNER = 0.1  # accuracy of the plastic strain over the surface's present change
 LARGE_STRAIN = 0.05
+EARLY = 0.3  # of a cell: what the edge of such a contact is off by, from 6 to 12 cells across
+MOST_PRESSURE = 3.2  # over the yield stress: finite elements find at most 2.9 below a sphere (docs/models/plastic.md)
 
 
 @dataclass
@@ -115,7 +117,8 @@ class PlasticHalfSpace:
         residual = stress_of(self.body.residual, self.body.mean_residual())
         return IndentationStep(
             patch, self.depths, self.body.state.copy(), stress_of(deviator, mean) + residual, residual,
-            self.body.surface.copy(), agreed.turns, agreed.products, strain_warnings(self.body),
+            self.body.surface.copy(), agreed.turns, agreed.products,
+            strain_warnings(self.body) + pressure_warnings(self.pressure_ratio(agreed.solution.pressure)),
         )  # fmt: skip
 
     def agree(self, gap: np.ndarray, load: float, tolerance: float, guess: Trial | None = None) -> Agreed:
@@ -147,6 +150,11 @@ class PlasticHalfSpace:
             f"{off:.2g} of the approach): take smaller load steps, or the load is beyond what the body carries"
         )
 
+    def pressure_ratio(self, pressure: np.ndarray) -> float:
+        """Largest pressure over the yield stress at the largest plastic strain; 0 where nothing has yielded."""
+        strain = float(self.body.state.peeq.max())
+        return float(pressure.max() / self.body.hardening.at(np.float64(strain))) if strain > 0 else 0.0
+
     def _tractions(self, pressure: np.ndarray) -> tuple[np.ndarray, ...]:
         return (pressure, *(share * pressure for _, share in self.sliding))
 
@@ -168,3 +176,14 @@ def strain_warnings(body: PlasticBody) -> tuple[str, ...]:
             " an approximation",
         )
     return large + nearly_incompressible(body.elastic)
+
+
+def pressure_warnings(ratio: float) -> tuple[str, ...]:
+    """Where cells are too coarse for the flow at the edge of the contact: `ratio` of `pressure_ratio`."""
+    if ratio <= MOST_PRESSURE:
+        return ()
+    return (
+        f"largest pressure {ratio:.2f} times the yield stress at the largest plastic strain (above {MOST_PRESSURE:g}):"
+        f" cells are too stiff for the flow at the edge of the contact, which ends up to {EARLY:g} of a cell too early"
+        " all around: area too small, mean pressure too large by that; take smaller cells",
+    )

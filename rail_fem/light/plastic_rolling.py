@@ -44,12 +44,14 @@ class Station:
 
 @dataclass(frozen=True)
 class SolvedStation:
-    """What a station came to: x [m], area [m^2], largest pressure [Pa], approach [m]."""
+    """What a station came to: x [m], area [m^2], largest pressure [Pa], approach [m], that pressure over the yield
+    stress at the largest plastic strain in the window."""
 
     x: float
     area: float
     max_pressure: float
     approach: float
+    over_yield: float = 0.0
 
 
 @dataclass
@@ -169,7 +171,8 @@ def _roll(stations, steels, hardening, cell, agreement, widen, deepen, report) -
         track.accept(trial)
         pressure = agreed.solution.pressure
         area = float(np.count_nonzero(pressure) * length * side)
-        solved.append(SolvedStation(float(point[0]), area, float(pressure.max()), float(agreed.solution.approach)))
+        reached = float(pressure.max()), float(agreed.solution.approach), contact.pressure_ratio(pressure)
+        solved.append(SolvedStation(float(point[0]), area, *reached))
         report((number + 1) / len(stations))
     x, y = x_low + (np.arange(columns) + 0.5) * length, window.y
     edge = ndimage.distance_transform_edt(~nowhere, sampling=cell) if nowhere.any() else np.full(nowhere.shape, np.inf)

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from bem.material import Elastic
-from bem.plastic.contact import LARGE_STRAIN
+from bem.plastic.contact import LARGE_STRAIN, pressure_warnings
 from bem.plastic.hardening import Hardening
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_pairs import crossing_surface
@@ -217,6 +217,12 @@ def flow_flags(part: str, flow: Flow) -> list[Flag]:
                 where,
             )
         )
+    highest = max(flow.stations, key=lambda station: station.over_yield, default=None)
+    if highest is not None:
+        flags += [
+            flag("stiff cells", f"{part}: {words}", f"x = {highest.x * 1e3:.0f} mm")
+            for words in pressure_warnings(highest.over_yield)
+        ]
     flags.append(
         flag("no friction", f"{part}: creep forces are left out; they raise the flow near the surface and shift it")
     )

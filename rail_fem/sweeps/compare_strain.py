@@ -11,7 +11,7 @@ from rail_fem.show.metal import with_bar
 from rail_fem.sweeps.compare import Comparison, common_path
 
 SHOWN = {"block": "worst 5 x 5 x 3 mm", "worst_1000": "worst 1000 mm3", "integral": "integral over the volume"}
-STRAIN_FLAGS = ("edge", "corner", "large strain", "no friction", "elastic")  # of bem_plastic, about its strain
+STRAIN_FLAGS = ("edge", "corner", "large strain", "stiff cells", "no friction", "elastic")  # of bem_plastic
 
 
 def strain_table(comparison: Comparison) -> str:

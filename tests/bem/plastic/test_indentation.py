@@ -7,7 +7,7 @@ from bem.halfspace.normal import normal_contact
 from bem.material import Elastic, contact_modulus
 from bem.patch import ContactInputError, Grid
 from bem.plastic.body import PlasticBody
-from bem.plastic.contact import PlasticHalfSpace
+from bem.plastic.contact import MOST_PRESSURE, PlasticHalfSpace, pressure_warnings
 from bem.plastic.hardening import Hardening
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.surface import LoadStress
@@ -60,6 +60,19 @@ def test_unloading_leaves_stress_in_balance(hardening):
     assert pressed.surface.max() > 0 and pressed.surface[0].max() < 0.1 * pressed.surface.max()
     assert change.max() < 0.02 * pressed.state.peeq.max()
     assert again.patch.contact_area == pytest.approx(pressed.patch.contact_area, rel=0.03)
+
+
+def test_cells_too_coarse_for_the_flow_at_the_edge_are_said():
+    """Perfectly plastic, two cells over the radius of Hertz: edge cells carry more than the steel would; at four times
+    first yield none does."""
+    assert pressure_warnings(MOST_PRESSURE) == () and "3.40 times" in pressure_warnings(3.4)[0]
+    body, gap = sphere(90 * FIRST, 2, 4.5, 6.5, Hardening.linear(YIELD))
+    said = []
+    for load in (4, 10, 20, 40, 90):
+        found = body.press(gap, load * FIRST, 1e-3)
+        said.append(any("too early" in words for words in found.warnings))
+        assert said[-1] == (found.patch.max_pressure > MOST_PRESSURE * YIELD and found.state.peeq.max() > 0)
+    assert not said[0] and said[-1]
 
 
 def test_a_zone_that_reaches_the_edge_is_named():

@@ -77,6 +77,42 @@ def test_work_is_mutual_and_never_gained():
             assert np.vdot(strain, influence.deviator(strain)) < 0
 
 
+def eddy(per_length: float, depth: float) -> tuple[Cells, np.ndarray, np.ndarray]:
+    """Cells, mean plastic strain of each and fall of the surface by the displacement (psi_z, 0, -psi_x) with psi =
+    exp(-r^2) about a point on the axis at a depth: its strain keeps the volume and fits together."""
+    side, count = 1 / per_length, 2 * int(np.ceil(2.4 * per_length))
+    cells = Cells(side, side, side, count, count, int(np.ceil((depth + 2.4) * per_length)))
+    middle = (np.arange(count) - (count - 1) / 2) * side
+    at = np.meshgrid(cells.depths - depth, middle, middle, indexing="ij")
+    points, weights = np.polynomial.legendre.leggauss(3)
+    tensor = np.zeros((6, *at[0].shape))
+    for a, wa in zip(points, weights):
+        for b, wb in zip(points, weights):
+            for c, wc in zip(points, weights):
+                z, x, y = (one + off * side / 2 for one, off in zip(at, (a, b, c)))
+                psi = wa * wb * wc / 8 * np.exp(-(x**2 + y**2 + z**2))
+                slide = (4 * z**2 - 4 * x**2) * psi / 2
+                tensor += [4 * x * z * psi, 0 * psi, -4 * x * z * psi, -2 * x * y * psi, slide, 2 * y * z * psi]
+    x, y = np.meshgrid(middle, middle, indexing="ij")
+    fall = 2 * x * np.exp(-(x**2 + y**2 + depth**2))
+    return cells, np.ascontiguousarray(np.moveaxis(np.tensordot(TO_DEVIATOR, tensor, 1), 0, 1)), fall
+
+
+def test_plastic_strain_that_fits_together_leaves_no_stress_to_second_order():
+    """A mechanism of flow is free of stress; of cells each uniform it is not: what is left, as a part of 2 G strain,
+    is how much stiffer than the steel they are. The surface moves as the mechanism does."""
+    for depth in (0.0, 2.0):
+        left, off = [], []
+        for per_length in (1.0, 2.0):
+            cells, strain, fall = eddy(per_length, depth)
+            stress = StressInfluence(cells, STEEL).deviator(strain)
+            left.append(-np.vdot(strain, stress) / (2 * STEEL.shear * np.vdot(strain, strain)))
+            grid = Grid(0.0, 0.0, cells.dx, cells.dy, cells.nx, cells.ny)
+            off.append(np.abs(SurfaceDisplacement(grid, cells.nz, cells.dz, STEEL).normal(strain) - fall).max())
+        assert 0 < left[1] < 0.4 * left[0] < 0.2
+        assert off[1] < 0.5 * off[0] < 0.25
+
+
 def test_memory_is_said_before_it_is_taken():
     with pytest.raises(ContactInputError, match="GB"):
         StressInfluence(Cells(1e-4, 1e-4, 1e-4, 400, 400, 60), STEEL)
