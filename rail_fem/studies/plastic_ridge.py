@@ -119,7 +119,7 @@ def table(flats: dict[float, dict[str, float]], rows: list[RidgeRow]) -> str:
 
 def draw(rows: list[RidgeRow]) -> Figure:
     """Plastic strain and half-width over the flat's, against the radius of the ridge."""
-    figure = new_figure(4.6)
+    figure = new_figure(5.4)
     axes = figure.subplots(1, 2)
     for axis, name in zip(axes, ("integral", "half_width")):
         for number, ratio in enumerate(sorted({row.ratio for row in rows})):
@@ -143,8 +143,7 @@ def draw(rows: list[RidgeRow]) -> Figure:
     axes[0].minorticks_off()
     axes[0].legend()
     figure.suptitle(
-        "A cylinder pressed along a ridge with flanks of 45 degrees, over a flat under the same force, plane strain;"
-        " bars: the last halving of the elements"
+        "A cylinder pressed along a ridge with flanks of 45 degrees, over a flat, plane strain (bars: mesh)"
     )
     return figure
 
