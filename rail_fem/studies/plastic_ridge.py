@@ -112,7 +112,10 @@ def table(flats: dict[float, dict[str, float]], rows: list[RidgeRow]) -> str:
         lines.append([f"{ratio:g}", "flat", *(text[name] for name in SHOWN), "-"])
         for row in rows:
             if row.ratio == ratio:
-                shown = [f"{row.value[name]:.2f} ({row.change[name]:+.2f})" for name in SHOWN]
+                change = {
+                    name: f" ({row.change[name]:+.2f})" if np.isfinite(row.change[name]) else "" for name in SHOWN
+                }
+                shown = [f"{row.value[name]:.2f}{change[name]}" for name in SHOWN]
                 lines.append([f"{ratio:g}", f"{row.radius:g}", *shown, f"{row.seconds:.0f}"])
     return "\n".join(markdown_table(head, lines)) + "\n"
 
@@ -125,7 +128,7 @@ def draw(rows: list[RidgeRow]) -> Figure:
         for number, ratio in enumerate(sorted({row.ratio for row in rows})):
             mine = sorted((row for row in rows if row.ratio == ratio), key=lambda row: row.radius)
             at = [row.radius for row in mine]
-            bars = [abs(row.change[name]) for row in mine]
+            bars = np.abs(np.nan_to_num([row.change[name] for row in mine]))
             axis.errorbar(
                 at, [row.value[name] for row in mine], bars, fmt="os"[number % 2] + "-", color=CURVES[number],
                 capsize=3, label=f"Hertz' pressure {ratio:g} times the yield stress",
