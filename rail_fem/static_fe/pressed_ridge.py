@@ -106,7 +106,8 @@ def press_ridge(
     spread[1:] += np.diff(line) / 2
     area = body.weight.sum(axis=1) / around
     points = body.points.mean(axis=1) - [origin, 0.0]
-    none, rows = np.zeros(body.count), []
+    none = np.zeros(body.count)
+    rows: list[tuple[float, ...]] = []
     state = BalancedState(none, none, body.respond(none, body.virgin()), np.zeros(1), [])
     for k in range(1, across + 1):
         for parts in PARTS:
@@ -128,7 +129,8 @@ def press_ridge(
         rows.append((line[k], load, pressure.max(), deep, float(strain @ area), float(strain.max())))
         if load >= most_load:
             break
-    return PressedRidge(*np.array(rows).T, points, strain)
+    half, load_of, largest, zone, integral, most = np.array(rows).T
+    return PressedRidge(half, load_of, largest, zone, integral, most, points, strain)
 
 
 def _take_in(
