@@ -43,7 +43,6 @@ from rail_fem.light.load_pressure import (
     NZ,
     PART,
     RESIDUAL,
-    ROWS,
     SLOPE,
     STRIP,
     WIDTH,
@@ -51,8 +50,9 @@ from rail_fem.light.load_pressure import (
     Y,
     Z,
     influence,
-    solve_forces,
+    solve_cells,
 )
+from rail_fem.light.strip_influence import ROWS
 
 STRIPS = 32  # across, on all positions together
 POINTS = np.array([-1.0, 1.0]) / np.sqrt(3)  # of a strip, where the gap is taken
@@ -179,20 +179,22 @@ def parts_of(found, height, wheel, rail, pose, tip):
 
 
 @njit(cache=True, error_model="numpy")
-def edge_at(share, low, high, depth, width, change, height, wheel, rail, pose, tip):
-    """Station between low and high up to which the shares of width and of the change of depth make `share`; depth is
-    that at low. By Illinois with halvings."""
-    start, below, above, side = low, -share, 1.0, 0
-    for count in range(40):
-        station = 0.5 * (low + high) if count % 3 == 0 else (low * above - high * below) / (above - below)
-        deep = -(gap_at(station, wheel, rail, pose, tip)[0] + height)
+def edge_at(share, start, depth, low, high, station, width, change, height, wheel, rail, pose, tip):
+    """Station between low and high up to which, from `start` with its depth, the shares of width and of the change of
+    depth make `share`. Newton from `station`, with halvings where it leaves the bracket or does not end."""
+    for count in range(60):
+        gap, tilt = gap_at(station, wheel, rail, pose, tip)
+        deep = -(gap + height)
         excess = 0.5 * (station - start) / width + 0.5 * abs(deep - depth) / change - share
         if abs(excess) < 1e-11 or high - low < 1e-13:
             break
         if excess < 0:
-            low, below, above, side = station, excess, (0.5 * above if side == -1 else above), -1
+            low = station
         else:
-            high, above, below, side = station, excess, (0.5 * below if side == 1 else below), 1
+            high = station
+        station -= excess / (0.5 / width + (0.5 if deep < depth else -0.5) * tilt / change)
+        if not low < station < high or count % 8 > 5:
+            station = 0.5 * (low + high)
     return station
 
 
@@ -208,21 +210,29 @@ def strip_edges(found, ends, depths, height, wheel, rail, pose, tip):
             edges[count], part[count], count = ends[0, k], k, count + 1
         for c in range(2):
             share = 0.5 * (ends[c + 1, k] - ends[c, k]) / width + 0.5 * abs(depths[c + 1, k] - depths[c, k]) / change
+            at, done = ends[c, k], 0.0  # last edge, its share
             while line < STRIPS and line / STRIPS < behind + share:
-                edges[count] = edge_at(
-                    line / STRIPS - behind,
-                    ends[c, k],
-                    ends[c + 1, k],
-                    depths[c, k],
-                    width,
-                    change,
-                    height,
-                    wheel,
-                    track,
-                    pose,
-                    tip,
+                sought = line / STRIPS - behind
+                trial = at + (sought - done) / (share - done) * (ends[c + 1, k] - at)
+                at, done = (
+                    edge_at(
+                        sought,
+                        ends[c, k],
+                        depths[c, k],
+                        at,
+                        ends[c + 1, k],
+                        trial,
+                        width,
+                        change,
+                        height,
+                        wheel,
+                        track,
+                        pose,
+                        tip,
+                    ),
+                    sought,
                 )
-                part[count], count, line = k, count + 1, line + 1
+                edges[count], part[count], count, line = at, k, count + 1, line + 1
             behind += share
         if k == n - 1 or found[BRANCH, k] != found[BRANCH, k + 1] or ends[0, k + 1] > ends[2, k] + 1e-12:
             edges[count], part[count], count = ends[2, k], -1, count + 1
@@ -353,7 +363,7 @@ def side_forces(found, height, wheel, rail, pose, tip, modulus, guess, residual)
     """SideLoad of the minima of a side that overlap.
 
     found : (POSITION, n) minima with negative gap + height, each branch in order
-    guess : (strips, ROWS) forces of cells to begin with, (0, ROWS) for none;  residual : as in solve_forces
+    guess : (strips, ROWS) forces of cells to begin with, (0, ROWS) for none;  residual : as in solve_cells
     """
     carried = np.zeros((CARRIED, found.shape[1]))
     carried[10], carried[11] = -np.pi, np.pi
@@ -377,8 +387,10 @@ def side_forces(found, height, wheel, rail, pose, tip, modulus, guess, residual)
     if guess.shape[0] == forces.shape[0]:
         for c in range(len(start)):
             start[c] = guess[cells.strip[c], cells.row[c]]
-    matrix = influence(strips, cells.strip, cells.row, cells.length, modulus)
-    force, left_over = solve_forces(matrix, cells.depth, start, residual)
+    lines = influence(strips, cells.length, modulus)
+    force, left_over = solve_cells(
+        lines, cells.strip, cells.row, cells.depth, strips[WIDTH][cells.strip], start, residual
+    )
     add_carried(force, cells, strips, found, ends, carried)
     for c in range(len(force)):
         forces[cells.strip[c], cells.row[c]] = force[c]

@@ -19,88 +19,27 @@ Source: Johnson, Contact Mechanics (1985), sections 3.2 and 3.3 (displacement un
 import numpy as np
 
 from kernel_cache import njit
+from rail_fem.light.strip_influence import LINE, ROWS, fill_pair
 
-ROWS = 14  # of cells, along the longest strip
 LOW, HIGH, X, Y, Z, NX, NY, NZ, WIDTH, DEPTH, BEND, BEHIND, AHEAD, SLOPE, PART, BASE, STRIP = range(17)
 # of a strip: stations of its edges; position and unit normal; width along the surface; depth along the normal and what
 # the wheel takes from it along x, 1/2 BEND x^2; reach of the overlap behind and ahead; dz/dx; part of the profile it
 # lies on; height of a lofted rail there; STRIP: their number
 ITERATIONS = 300
+JOININGS = 40  # times that cells may join those that are solved for
 RESIDUAL = 1e-9  # of the largest depth
-NEAR = 1.6  # cells from which the first two terms of the series are good to 0.3 %
 GUESS = 0.45  # the first patch is where the depth is larger than this part of the largest
 
 
 @njit(cache=True, error_model="numpy")
-def corner(x, y):
-    """Love's double antiderivative of 1 / r, x asinh(y / |x|) + y asinh(x / |y|), odd in both."""
-    wide, high = abs(x), abs(y)
-    radius, total = np.sqrt(x * x + y * y), 0.0
-    if wide > 0:
-        total += wide * np.log((high + radius) / wide)
-    if high > 0:
-        total += high * np.log((wide + radius) / high)
-    return total if (x < 0) == (y < 0) else -total
+def influence(strips, length, modulus):
+    """(m, m LINE) depth that 1 N in a cell of one strip takes from the cells of all others [m/N]: row i, entry j LINE +
+    ROWS - 1 + k for the cell of strip j that lies k rows ahead of that of strip i.
 
-
-@njit(cache=True, error_model="numpy")
-def edge_integral(x, y, width):
-    """Difference of Love's antiderivative along an edge at x across a strip of this width about y."""
-    return corner(x, y + 0.5 * width) - corner(x, y - 0.5 * width)
-
-
-@njit(cache=True, error_model="numpy")
-def far_inverse(x, y, length, width_square):
-    """Mean of 1 / r over a rectangle about (x, y), far from it, by 1 / r and its second derivatives [1/m]."""
-    square = x * x + y * y
-    along, across = 3 * x * x / square - 1, 3 * y * y / square - 1
-    return (1 + (along * length**2 + across * width_square) / (24 * square)) / np.sqrt(square)
-
-
-@njit(cache=True, error_model="numpy")
-def fill_pair(table, shift, apart, length, one, other):
-    """Mean of 1 / r over the cells of one strip and of the other, for every number of rows that lie between them, into
-    (2 ROWS - 1,) [1/m]: Love's integral near by, whose edges neighbours share; beyond NEAR cells the series."""
-    near = NEAR * max(length, one), NEAR * max(length, other)
-    known, right = -2, (0.0, 0.0)
-    for k in range(2 * ROWS - 1):
-        x = (k - ROWS + 1) * length + shift
-        square = x * x + apart * apart
-        if square > near[0] ** 2 and square > near[1] ** 2:
-            table[k] = far_inverse(x, apart, length, 0.5 * (one * one + other * other))
-            continue
-        left = right
-        if known != k - 1:
-            left = edge_integral(x - 0.5 * length, apart, one), edge_integral(x - 0.5 * length, apart, other)
-        right = edge_integral(x + 0.5 * length, apart, one), edge_integral(x + 0.5 * length, apart, other)
-        known = k
-        first, second = (right[0] - left[0]) / (length * one), (right[1] - left[1]) / (length * other)
-        if square > near[0] ** 2:
-            first = far_inverse(x, apart, length, one * one)
-        if square > near[1] ** 2:
-            second = far_inverse(x, apart, length, other * other)
-        table[k] = 0.5 * (first + second)
-
-
-@njit(cache=True, error_model="numpy")
-def first_cells(strip, count):
-    """First cell of each of `count` strips (count + 1,), from the strip of each cell, in order."""
-    first = np.zeros(count + 1, np.int64)
-    for i in strip:
-        first[i + 1] += 1
-    for i in range(count):
-        first[i + 1] += first[i]
-    return first
-
-
-@njit(cache=True, error_model="numpy")
-def influence(strips, strip, row, length, modulus):
-    """(c, c) depth that 1 N in one cell takes from another [m/N], symmetric.
-
-    strips : (STRIP, m);  strip, row : (c,) of each cell, `length` [m] along x
+    strips : (STRIP, m);  length : of a cell along x [m]
     """
-    m, c = strips.shape[1], len(strip)
-    first, matrix, table = first_cells(strip, m), np.empty((c, c)), np.empty(2 * ROWS - 1)
+    m = strips.shape[1]
+    lines, table = np.empty((m, m * LINE)), np.empty(LINE)
     for i in range(m):
         for j in range(i, m):
             facing = (strips[NX, i] * strips[NX, j] + strips[NY, i] * strips[NY, j] + strips[NZ, i] * strips[NZ, j]) / (
@@ -108,75 +47,139 @@ def influence(strips, strip, row, length, modulus):
             )
             apart, shift = (
                 np.hypot(strips[Y, i] - strips[Y, j], strips[Z, i] - strips[Z, j]),
-                strips[X, i] - strips[X, j],
+                strips[X, j] - strips[X, i],
             )
             fill_pair(table, shift, apart, length, strips[WIDTH, i], strips[WIDTH, j])
-            for a in range(first[i], first[i + 1]):
-                for b in range(first[j], first[j + 1]):
-                    matrix[a, b] = matrix[b, a] = facing * table[row[a] - row[b] + ROWS - 1]
+            for k in range(LINE):
+                lines[i, j * LINE + k] = facing * table[k]
+                lines[j, i * LINE + LINE - 1 - k] = facing * table[k]
+    return lines
+
+
+@njit(cache=True, error_model="numpy")
+def chosen_matrix(lines, strip, row, chosen):
+    """(n, n) influence between chosen cells (n,), from that of all strips; strip, row : (c,) of each cell."""
+    n = len(chosen)
+    matrix, offset = np.empty((n, n)), strip[chosen] * LINE + row[chosen] + ROWS - 1
+    for a in range(n):
+        line, into = lines[strip[chosen[a]]], matrix[a]
+        back = row[chosen[a]]
+        for b in range(n):
+            into[b] = line[offset[b] - back]
     return matrix
 
 
 @njit(cache=True, error_model="numpy")
-def multiply(matrix, vector, out):
-    """out = matrix vector for a symmetric matrix; zeros are passed over."""
-    out[:] = 0.0
-    for j in range(len(vector)):
-        if vector[j] != 0.0:
-            factor, line = vector[j], matrix[j]
-            for i in range(len(out)):
-                out[i] += factor * line[i]
+def pressed_down(lines, strip, row, force):
+    """(m LINE,) what forces (c,) of cells take from the depth of all cells; that of strip i and row k stands at i LINE
+    + k, and all else has no meaning."""
+    total = np.zeros(lines.shape[1])
+    for c in range(len(force)):
+        if force[c] > 0:
+            factor, line = force[c], lines[strip[c], ROWS - 1 - row[c] :]
+            for q in range(len(line)):
+                total[q] += factor * line[q]
+    return total
 
 
 @njit(cache=True, error_model="numpy")
-def first_forces(matrix, depth, guess):
-    """Forces (c,) about as large as those sought, and what they press down (c,): a guess where it says anything,
-    scaled."""
-    force, product = guess.copy(), np.empty(len(depth))
-    if not (force * depth).sum() > 0:
-        force[:] = np.sqrt(np.maximum(depth / depth.max() - GUESS, 0.0))
+def multiply(matrix, vector, out):
+    """out = matrix vector for a symmetric matrix, four of its lines at a time."""
+    n = len(vector)
+    out[:] = 0.0
+    for j in range(0, n - n % 4, 4):
+        f, g, h, k = vector[j], vector[j + 1], vector[j + 2], vector[j + 3]
+        first, second, third, fourth = matrix[j], matrix[j + 1], matrix[j + 2], matrix[j + 3]
+        for i in range(n):
+            out[i] += f * first[i] + g * second[i] + h * third[i] + k * fourth[i]
+    for j in range(n - n % 4, n):
+        f, first = vector[j], matrix[j]
+        for i in range(n):
+            out[i] += f * first[i]
+
+
+@njit(cache=True, error_model="numpy")
+def solve_forces(matrix, depth, guess, slack):
+    """Forces (n,) [N] and the largest error left [m], which is below `slack` unless ITERATIONS were too few.
+
+    matrix : (n, n) [m/N], symmetric and positive;  depth : (n,) > 0 [m];  guess : (n,) forces >= 0 to begin with, some
+        of them > 0, of any size in all
+    Conjugate gradients on the cells that carry; negative ones leave, those that overlap join, and then it begins anew.
+    """
+    n = len(depth)
+    force, product = guess.copy(), np.empty(n)
     multiply(matrix, force, product)
     size = (force * depth).sum() / (force * product).sum()
-    return force * size, product * size
-
-
-@njit(cache=True, error_model="numpy")
-def solve_forces(matrix, depth, guess, residual):
-    """Forces (c,) [N] and the largest error left over the largest depth, which is below `residual` unless ITERATIONS
-    were too few.
-
-    matrix : (c, c) [m/N], symmetric and positive;  depth : (c,) > 0 [m];  guess : (c,) forces >= 0 to begin with, zeros
-        for none
-    Conjugate gradients on the cells that carry; negative ones leave, those that overlap join.
-    """
-    slack = residual * depth.max()
-    force, product = first_forces(matrix, depth, guess)
-    direction, deflection, error = np.zeros(len(depth)), np.empty(len(depth)), np.empty(len(depth))
-    before, restart, largest = 1.0, True, 1.0
+    force *= size
+    product *= size
+    own = 1.0 / np.diag(matrix)
+    direction, deflection = np.zeros(n), np.empty(n)
+    before, anew, largest = 1.0, True, np.inf
     for _ in range(ITERATIONS):
         square, largest = 0.0, 0.0
-        for i in range(len(depth)):
-            error[i] = product[i] - depth[i]
+        for i in range(n):
+            error = product[i] - depth[i]
             if force[i] > 0:
-                square += error[i] * error[i] / matrix[i, i]
-            if force[i] > 0 or error[i] < 0:
-                largest = max(largest, abs(error[i]))
+                square += error * error * own[i]
+                largest = max(largest, abs(error))
+            else:
+                largest = max(largest, -error)
         if largest <= slack:
             break
-        keep, before = (0.0 if restart else square / before), square
-        for i in range(len(depth)):
-            direction[i] = error[i] / matrix[i, i] + keep * direction[i] if force[i] > 0 else 0.0
+        keep, before, falls = (0.0 if anew else square / before), square, 0.0
+        for i in range(n):
+            error = product[i] - depth[i]
+            direction[i] = error * own[i] + keep * direction[i] if force[i] > 0 else 0.0
+            falls += error * direction[i]
         multiply(matrix, direction, deflection)
         bottom = (direction * deflection).sum()
-        step, restart = ((error * direction).sum() / bottom if bottom > 0 else 0.0), False
-        for i in range(len(depth)):
+        step = falls / bottom if bottom > 0 else 0.0
+        anew = not falls > 0
+        for i in range(n):
             product[i] -= step * deflection[i]
             if force[i] > 0:
                 force[i] -= step * direction[i]
-                if force[i] <= 0:
-                    force[i], restart = 0.0, True
-            elif product[i] < depth[i] - slack:
-                force[i], restart = 0.5 * (depth[i] - product[i]) / matrix[i, i], True
-        if restart:
+        changed = False
+        for i in range(n):
+            change = 0.0
+            if force[i] < 0:
+                change, force[i] = -force[i], 0.0
+            elif force[i] == 0 and product[i] < depth[i] - slack:
+                change, anew = 0.5 * (depth[i] - product[i]) * own[i], True
+                force[i] = change
+            if change != 0:
+                changed = True
+        if changed:
             multiply(matrix, force, product)
-    return force, largest / depth.max()
+    return force, largest
+
+
+@njit(cache=True, error_model="numpy")
+def solve_cells(lines, strip, row, depth, width, guess, residual):
+    """Forces (c,) of all cells [N] and the largest error left over the largest depth, which is below `residual` unless
+    ITERATIONS were too few.
+
+    lines : influence;  strip, row, depth, width : (c,) of each cell, depths > 0 [m]
+    guess : (c,) forces >= 0 to begin with, zeros for none
+    Only cells that are thought to carry are solved for. Those that still overlap then join them and those that carry
+    nothing leave, until none overlaps: what is left out is looked at too, each time.
+    """
+    slack, force = residual * depth.max(), guess.copy()
+    if not (force * depth).sum() > 0:
+        force[:] = width * np.sqrt(np.maximum(depth / depth.max() - GUESS, 0.0))
+    left_over = np.inf
+    for _ in range(JOININGS):
+        chosen = np.flatnonzero(force > 0)
+        matrix = chosen_matrix(lines, strip, row, chosen)
+        solved, left_over = solve_forces(matrix, depth[chosen], force[chosen], slack)
+        force[chosen] = solved
+        pressed, joined = pressed_down(lines, strip, row, force), False
+        for c in range(len(force)):
+            if force[c] == 0:
+                short = depth[c] - pressed[strip[c] * LINE + row[c]]
+                if short > slack:
+                    force[c], joined = 0.5 * short / lines[strip[c], strip[c] * LINE + ROWS - 1], True
+                    left_over = max(left_over, short)
+        if not joined:
+            break
+    return force, left_over / depth.max()
