@@ -18,13 +18,15 @@ from geometry.contact.gap_kernel import (
     GAP,
     NO_RAIL,
     POSITION,
+    REACH,
     SLOPE_X,
     STATION,
     gap_at,
-    least_gap,
+    near_stations,
     nearest_positions,
-    roll_and_height,
     side_pose,
+    still_near,
+    touching_sides,
 )
 from geometry.contact.rail_kinds import branch, closest_point
 from geometry.contact.wheel_outline import cubic
@@ -65,6 +67,7 @@ ROUNDS = 60
 CLOSE = 1e-7  # relative, of the vertical force of each side
 # error of the pressures over the largest depth while a vertical force is still off by more than this
 LOOSE, FAR_OFF = 1e-5, 1e-2
+NEARLY, LAST_STEPS = 1e-5, 3  # imbalance from which the cells stay, and how often the lowering then follows it
 
 
 class OverlapCells(NamedTuple):
@@ -76,6 +79,18 @@ class OverlapCells(NamedTuple):
     away: np.ndarray
     depth: np.ndarray
     length: float
+
+
+class SideMesh(NamedTuple):
+    """Cells of a side at one height: its minima that overlap (POSITION, n), where their parts begin and end (3, n), the
+    overlap at ends of profiles (n,), strips (STRIP, m), cells, their influence on each other (m, m LINE) [m/N]."""
+
+    found: np.ndarray
+    ends: np.ndarray
+    cut: np.ndarray
+    strips: np.ndarray
+    cells: OverlapCells
+    lines: np.ndarray
 
 
 class SideLoad(NamedTuple):
@@ -307,8 +322,9 @@ def strips_of(edges, part, found, height, wheel, rail, pose):
 @njit(cache=True, error_model="numpy")
 def cells_of(strips, found, rail):
     """Cells of all strips that overlap."""
-    m = strips.shape[1]
-    length = 2 * max(strips[BEHIND].max(), strips[AHEAD].max()) / ROWS
+    m, length = strips.shape[1], 0.0
+    for i in range(m):
+        length = max(length, 2 * max(strips[BEHIND, i], strips[AHEAD, i]) / ROWS)
     strip, row, away, depth, count = (
         np.empty(m * ROWS, np.int64),
         np.empty(m * ROWS, np.int64),
@@ -359,76 +375,84 @@ def add_carried(force, cells, strips, found, ends, carried):
 
 
 @njit(cache=True, error_model="numpy")
-def side_forces(found, height, wheel, rail, pose, tip, modulus, guess, residual):
-    """SideLoad of the minima of a side that overlap.
+def side_mesh(found, height, wheel, rail, pose, tip, modulus):
+    """SideMesh of the minima of a side that overlap.
 
     found : (POSITION, n) minima with negative gap + height, each branch in order
-    guess : (strips, ROWS) forces of cells to begin with, (0, ROWS) for none;  residual : as in solve_cells
     """
-    carried = np.zeros((CARRIED, found.shape[1]))
-    carried[10], carried[11] = -np.pi, np.pi
-    if found.shape[1] == 0:
-        return SideLoad(found, carried, 0.0, np.zeros((0, ROWS)))
-    ends, depths = parts_of(found, height, wheel, rail, pose, tip)
-    for k in range(found.shape[1]):
-        if k == 0 or ends[0, k] > ends[2, k - 1] or found[BRANCH, k] != found[BRANCH, k - 1]:
-            carried[12, k] = depths[0, k]
-        if k == found.shape[1] - 1 or ends[2, k] < ends[0, k + 1] or found[BRANCH, k] != found[BRANCH, k + 1]:
-            carried[12, k] = max(carried[12, k], depths[2, k])
-    edges, part = strip_edges(found, ends, depths, height, wheel, rail, pose, tip)
-    strips = strips_of(edges, part, found, height, wheel, rail, pose)
-    forces = np.zeros((strips.shape[1], ROWS))
-    if strips.shape[1] == 0:
-        return SideLoad(found, carried, 0.0, forces)
+    n = found.shape[1]
+    ends, cut, strips = np.zeros((3, n)), np.zeros(n), np.zeros((STRIP, 0))
+    if n > 0:
+        ends, depths = parts_of(found, height, wheel, rail, pose, tip)
+        for k in range(n):
+            if k == 0 or ends[0, k] > ends[2, k - 1] or found[BRANCH, k] != found[BRANCH, k - 1]:
+                cut[k] = depths[0, k]
+            if k == n - 1 or ends[2, k] < ends[0, k + 1] or found[BRANCH, k] != found[BRANCH, k + 1]:
+                cut[k] = max(cut[k], depths[2, k])
+        edges, part = strip_edges(found, ends, depths, height, wheel, rail, pose, tip)
+        strips = strips_of(edges, part, found, height, wheel, rail, pose).copy()
     cells = cells_of(strips, found, rail)
-    if len(cells.strip) == 0:
-        return SideLoad(found, carried, 0.0, forces)
-    start = np.zeros(len(cells.strip))
-    if guess.shape[0] == forces.shape[0]:
-        for c in range(len(start)):
-            start[c] = guess[cells.strip[c], cells.row[c]]
-    lines = influence(strips, cells.length, modulus)
-    force, left_over = solve_cells(
-        lines, cells.strip, cells.row, cells.depth, strips[WIDTH][cells.strip], start, residual
-    )
-    add_carried(force, cells, strips, found, ends, carried)
-    for c in range(len(force)):
-        forces[cells.strip[c], cells.row[c]] = force[c]
-    return SideLoad(found, carried, left_over, forces)
+    return SideMesh(found, ends, cut, strips, cells, influence(strips, cells.length, modulus))
 
 
 @njit(cache=True, error_model="numpy")
-def loaded_after(stations, wheel, rail, tip, pose, height, modulus, guess, residual):
-    """SideLoad of a side at a height of the pivot; guess, residual : as in side_forces."""
+def mesh_load(mesh, deeper, guess, residual):
+    """SideLoad of a SideMesh once the wheel is lowered further by a little, over which strips and cells stay [m].
+
+    guess : (strips, ROWS) forces of cells to begin with, (0, ROWS) for none;  residual : as in solve_cells
+    """
+    strips, cells = mesh.strips, mesh.cells
+    carried = np.zeros((CARRIED, mesh.found.shape[1]))
+    carried[10], carried[11], carried[12] = -np.pi, np.pi, mesh.cut
+    forces, c = np.zeros((strips.shape[1], ROWS)), len(cells.strip)
+    if c == 0:
+        return SideLoad(mesh.found, carried, 0.0, forces)
+    start, depth, width = np.zeros(c), np.empty(c), np.empty(c)
+    for k in range(c):
+        strip = cells.strip[k]
+        depth[k], width[k] = cells.depth[k] + deeper * strips[NZ, strip], strips[WIDTH, strip]
+        if guess.shape[0] == forces.shape[0]:
+            start[k] = guess[strip, cells.row[k]]
+    force, left_over = solve_cells(mesh.lines, cells.strip, cells.row, depth, width, start, residual)
+    add_carried(force, cells, strips, mesh.found, mesh.ends, carried)
+    for k in range(c):
+        forces[cells.strip[k], cells.row[k]] = force[k]
+    return SideLoad(mesh.found, carried, left_over, forces)
+
+
+@njit(cache=True, error_model="numpy")
+def mesh_at(stations, wheel, rail, tip, pose, height, modulus):
+    """SideMesh of a side at a height of the pivot, its minima looked for between stations (4, k)."""
     found = nearest_positions(stations, wheel, rail, pose, tip, -height)
     keep = 0
     for k in range(found.shape[1]):
         if found[GAP, k] + height < 0:
             found[:, keep] = found[:, k]
             keep += 1
-    return side_forces(found[:, :keep].copy(), height, wheel, rail, pose, tip, modulus, guess, residual)
+    return side_mesh(found[:, :keep].copy(), height, wheel, rail, pose, tip, modulus)
 
 
 @njit(cache=True, error_model="numpy")
 def loaded_side(stations, wheel, rail, tip, pose, height, modulus):
     """SideLoad of a side at a height of the pivot."""
-    return loaded_after(stations, wheel, rail, tip, pose, height, modulus, np.zeros((0, ROWS)), RESIDUAL)
+    return mesh_load(mesh_at(stations, wheel, rail, tip, pose, height, modulus), 0.0, np.zeros((0, ROWS)), RESIDUAL)
 
 
 @njit(cache=True, error_model="numpy")
 def carried_by(side, sign, lateral, yaw, roll, lever, arm, height, modulus):
     """Vertical force [N] that a Side carries at this roll and height of the pivot; sign +1 left, -1 right."""
-    nothing = np.zeros((0, ROWS))
-    return (
-        carried_after(side, sign, lateral, yaw, roll, lever, arm, height, modulus, nothing, RESIDUAL).carried[2].sum()
-    )
+    pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
+    loaded = loaded_side(side.stations, side.wheel, side.rail, side.tip, pose, height, modulus)
+    return loaded.carried[2].sum()
 
 
 @njit(cache=True, error_model="numpy")
-def carried_after(side, sign, lateral, yaw, roll, lever, arm, height, modulus, guess, residual):
-    """SideLoad of a Side at this roll and height of the pivot; guess, residual : as in side_forces."""
+def next_mesh(side, sign, lateral, yaw, roll, lever, arm, height, modulus, near):
+    """SideMesh of a Side at this roll and height of the pivot; NearStations, new ones where `near` may not hold all."""
     pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
-    return loaded_after(side.stations, side.wheel, side.rail, side.tip, pose, height, modulus, guess, residual)
+    if not still_near(near, side, pose, -height):
+        near = near_stations(side, pose, REACH - height)
+    return mesh_at(near.stations, side.wheel, side.rail, side.tip, pose, height, modulus), near
 
 
 @njit(cache=True, error_model="numpy")
@@ -438,45 +462,59 @@ def nothing_carried():
 
 
 @njit(cache=True, error_model="numpy")
+def lowered(touching, down, base):
+    """Roll and height of the pivot with both sides lowered by down (2,) [m] from where they touch; base : what both
+    least gaps together change by with roll [m/rad]."""
+    turn = (down[1] - down[0]) / base
+    return touching.roll + turn, touching.height - down[0] - touching.slopes[0] * turn
+
+
+@njit(cache=True, error_model="numpy")
+def imbalance(total, loads):
+    """Largest relative difference of vertical forces (2,) from loads (2,) that are not 0."""
+    worst = 0.0
+    for i in range(2):
+        if loads[i] > 0:
+            worst = max(worst, abs(total[i] / loads[i] - 1))
+    return worst
+
+
+@njit(cache=True, error_model="numpy")
 def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
-    """SettledSides under their vertical loads (2,) [N]; sides as in roll_and_height.
+    """SettledSides under their vertical loads (2,) [N]; sides as in touching_sides.
 
     Each side is driven by its own lowering, along the secant of force^(2/3), which is straight for one Hertz contact.
-    A round begins with the pressures of the one before it.
+    A round cuts the overlaps into cells anew and begins with the pressures of the one before it. Where a round has met
+    the loads to NEARLY, the cells stay for the lowering that is left: what they would change by is far below CLOSE.
     """
     on_left, on_right = nothing_carried(), nothing_carried()
-    roll, height, miss = roll_and_height(left, right, lateral, yaw, 0.0, lever, arm)
-    if miss >= NO_RAIL:
-        return SettledSides(roll, height, NO_RAIL, 0, on_left, on_right)
-    arms, down, slope = np.empty(2), np.empty(2), np.empty(2)
-    _, arms[0] = least_gap(left, 1.0, lateral, yaw, roll, lever, arm, False)
-    _, arms[1] = least_gap(right, -1.0, lateral, yaw, roll, lever, arm, False)
+    touching = touching_sides(left, right, lateral, yaw, 0.0, lever, arm)
+    if touching.difference >= NO_RAIL:
+        return SettledSides(touching.roll, touching.height, NO_RAIL, 0, on_left, on_right)
+    near_left, near_right = touching.near
+    down, slope, base = np.empty(2), np.empty(2), max(touching.slopes[0] + touching.slopes[1], 0.1)
     for i in range(2):
         down[i] = (loads[i] / (0.7 * modulus)) ** (2 / 3)
         slope[i] = (0.7 * modulus) ** (2 / 3)
-    base = max(arms[0] + arms[1], 0.1)
-    before, carried = down.copy(), np.zeros(2)
+    before, carried, total, target = down.copy(), np.zeros(2), np.zeros(2), loads ** (2 / 3)
     low, high = np.zeros(2), np.full(2, np.inf)
     worst = NO_RAIL
     for count in range(ROUNDS):
         residual = LOOSE if worst > FAR_OFF else RESIDUAL
-        turn = (down[1] - down[0]) / base
-        at_roll, at_height = roll + turn, height - down[0] - arms[0] * turn
-        worst = 0.0
+        at_roll, at_height = lowered(touching, down, base)
+        # the sides may be of two kinds: no loop over them
+        mesh_left, near_left = next_mesh(left, 1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, near_left)
+        mesh_right, near_right = next_mesh(
+            right, -1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, near_right
+        )
+        on_left = mesh_load(mesh_left, 0.0, on_left.cells, residual)
+        on_right = mesh_load(mesh_right, 0.0, on_right.cells, residual)
+        total[0], total[1] = on_left.carried[2].sum(), on_right.carried[2].sum()
+        worst = imbalance(total, loads)
+        if worst < CLOSE and residual <= RESIDUAL:
+            return SettledSides(at_roll, at_height, worst, count + 1, on_left, on_right)
         for i in range(2):
-            if i == 0:  # the sides may be of two kinds
-                on_left = carried_after(
-                    left, 1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, on_left.cells, residual
-                )
-                total = on_left.carried[2].sum()
-            else:
-                on_right = carried_after(
-                    right, -1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, on_right.cells, residual
-                )
-                total = on_right.carried[2].sum()
-            if loads[i] > 0:
-                worst = max(worst, abs(total / loads[i] - 1))
-            root, target = max(total, 0.0) ** (2 / 3), loads[i] ** (2 / 3)
+            root = max(total[i], 0.0) ** (2 / 3)
             if count > 0 and abs(down[i] - before[i]) > 1e-14 * max(down[i], 1e-9):
                 secant = (root - carried[i]) / (down[i] - before[i])
                 if secant > 0.05 * slope[i] and secant < 20 * slope[i]:
@@ -484,9 +522,9 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
             elif root > 0 and down[i] > 0:
                 slope[i] = root / down[i]
             before[i], carried[i] = down[i], root
-            down[i] = before[i] + (target - root) / slope[i] if loads[i] > 0 else 0.0
+            down[i] = before[i] + (target[i] - root) / slope[i] if loads[i] > 0 else 0.0
             down[i] = min(max(down[i], 0.2 * before[i]), 5 * before[i] + 1e-9)
-            if total < loads[i]:
+            if total[i] < loads[i]:
                 low[i] = before[i]
             else:
                 high[i] = before[i]
@@ -494,6 +532,17 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
                 low[i], high[i] = 0.5 * low[i], np.inf
             if count > 8 and loads[i] > 0 and high[i] < np.inf and not (low[i] < down[i] < high[i]):
                 down[i] = 0.5 * (low[i] + high[i])
-        if worst < CLOSE and residual <= RESIDUAL:
-            return SettledSides(at_roll, at_height, worst, count + 1, on_left, on_right)
+        if worst < NEARLY and residual <= RESIDUAL:
+            for _ in range(LAST_STEPS):
+                on_left = mesh_load(mesh_left, down[0] - before[0], on_left.cells, RESIDUAL)
+                on_right = mesh_load(mesh_right, down[1] - before[1], on_right.cells, RESIDUAL)
+                total[0], total[1] = on_left.carried[2].sum(), on_right.carried[2].sum()
+                worst = imbalance(total, loads)
+                if worst < CLOSE:
+                    at_roll, at_height = lowered(touching, down, base)
+                    return SettledSides(at_roll, at_height, worst, count + 1, on_left, on_right)
+                for i in range(2):
+                    if loads[i] > 0:
+                        down[i] += (target[i] - max(total[i], 0.0) ** (2 / 3)) / slope[i]
+            # a step of the force within the cells: on with the next round
     return SettledSides(at_roll, at_height, worst, ROUNDS, on_left, on_right)
