@@ -19,9 +19,6 @@ MOST_POINTS = 24
 STATION, GAP, WHEEL_SLOPE, SLOPE_X, BRANCH = range(5)  # rows of a position: the slopes are dz/dy and dz/dx
 POSITION = 5
 NO_RAIL = 1e3  # gap where there is no rail or no outline [m]
-REACH = 0.3e-3  # above the least gap, up to which stations are kept for further searches [m]
-# a wheel's point from the pivot: beyond the tread datum along the axle, above or below the lever's end [m]; its slope
-WIDE, HIGH, STEEPEST = 0.1, 0.05, 4.0
 
 
 class Side(NamedTuple):
@@ -34,26 +31,6 @@ class Side(NamedTuple):
     rail: Any
     tip: float
     radius: float
-
-
-class NearStations(NamedTuple):
-    """Stations (4, k) of a side, rims among them, between which all minima of the gap below `level` lie at the roll of
-    that sine."""
-
-    stations: np.ndarray
-    level: float
-    sin_roll: float
-
-
-class TouchingSides(NamedTuple):
-    """Roll of a wheelset whose wheels are equally near to both rails, height of the pivot at which they touch, what is
-    left of the difference [m]; of left and right the least gap's change with roll [m/rad] and NearStations."""
-
-    roll: float
-    height: float
-    difference: float
-    slopes: tuple
-    near: tuple
 
 
 class ContactRow(NamedTuple):
@@ -337,91 +314,25 @@ def least_gap(side, sign, lateral, yaw, roll, lever, arm, fresh):
 
 
 @njit(cache=True, error_model="numpy")
-def near_stations(side, pose, level):
-    """NearStations of a Side for all minima below `level`, or up to REACH above the least gap where that is higher."""
-    stations = side.stations
-    last = stations.shape[1] - 1
-    gaps, tilts, least = np.empty((branches(side.rail), last + 1)), np.empty((branches(side.rail), last + 1)), NO_RAIL
-    for index in range(branches(side.rail)):
-        gaps[index], tilts[index] = gaps_at(stations, side.wheel, branch(side.rail, index, 0.0), pose, side.tip)
-        least = min(least, gaps[index].min())
-    level = max(level, least + REACH)
-    kept = np.zeros(last + 1, np.bool_)
-    kept[0] = kept[last] = True  # the rims
-    for index in range(branches(side.rail)):
-        gap, tilt = gaps[index], tilts[index]
-        for k in range(1, last + 1):
-            if gap[k - 1] >= NO_RAIL and gap[k] >= NO_RAIL:
-                reaches = tilt[k - 1] <= 0 and tilt[k] > 0
-            else:
-                reaches = may_reach(k, gap, tilt, stations[0, k] - stations[0, k - 1], level)
-            if reaches:
-                kept[max(k - 2, 0) : k + 2] = True
-    chosen = np.flatnonzero(kept)
-    near = np.empty((stations.shape[0], len(chosen)))
-    for k in range(len(chosen)):
-        near[:, k] = stations[:, chosen[k]]
-    return NearStations(near, level, pose.sin_roll)
-
-
-@njit(cache=True, error_model="numpy")
-def still_near(near, side, pose, level):
-    """Whether NearStations hold all minima below `level` at a pose that differs in roll alone: since they were chosen
-    no gap has fallen by more than `fall`."""
-    high = abs(side.radius - pose.lever) + HIGH
-    fall = (pose.arm + WIDE + STEEPEST * high) * abs(pose.sin_roll - near.sin_roll)
-    return level + fall <= near.level
-
-
-@njit(cache=True, error_model="numpy")
-def lowest_near(near, side, pose):
-    """`lowest` of a Side, found among NearStations where these are sure to hold it; they, or new ones."""
-    if still_near(near, side, pose, near.level - REACH):
-        gap, slope = lowest(near.stations, side.wheel, side.rail, pose, side.tip)
-        if still_near(near, side, pose, gap):
-            return gap, slope, near
-    near = near_stations(side, pose, -NO_RAIL)
-    gap, slope = lowest(near.stations, side.wheel, side.rail, pose, side.tip)
-    return gap, slope, near
-
-
-@njit(cache=True, error_model="numpy")
-def touching_sides(left, right, lateral, yaw, roll, lever, arm):
-    """TouchingSides: both wheels equally near to their rails. Newton from `roll`: the difference of the least gaps is
-    continuous and grows by about 1.5 m/rad.
+def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
+    """Roll at which both wheels are equally near to their rails, height of the pivot at which they touch, what is left
+    of the difference [m]. Newton from `roll`: the difference of the least gaps is continuous and grows by about 1.5
+    m/rad.
     """
-    pose = (
-        side_pose(1.0, lateral, yaw, roll, lever, arm, left.radius),
-        side_pose(-1.0, lateral, yaw, roll, lever, arm, right.radius),
-    )
-    prepare(left.stations, left.rail, pose[0])
-    prepare(right.stations, right.rail, pose[1])
-    near = near_stations(left, pose[0], -NO_RAIL), near_stations(right, pose[1], -NO_RAIL)
-    height, difference, slope = 0.0, NO_RAIL, (0.0, 0.0)
-    for _ in range(60):
-        gap_left, slope_left, near_left = lowest_near(
-            near[0], left, side_pose(1.0, lateral, yaw, roll, lever, arm, left.radius)
-        )
-        gap_right, slope_right, near_right = lowest_near(
-            near[1], right, side_pose(-1.0, lateral, yaw, roll, lever, arm, right.radius)
-        )
-        near, slope = (near_left, near_right), (slope_left, slope_right)
-        if max(gap_left, gap_right) >= NO_RAIL:
-            return TouchingSides(roll, 0.0, NO_RAIL, slope, near)
-        height, difference = -0.5 * (gap_left + gap_right), gap_left - gap_right
-        step = -difference / max(slope_left + slope_right, 0.1)
+    height, difference = 0.0, NO_RAIL
+    gap, slope = np.empty(2), np.empty(2)
+    for count in range(60):
+        # the sides may be of two kinds: no loop over them
+        gap[0], slope[0] = least_gap(left, 1.0, lateral, yaw, roll, lever, arm, count == 0)
+        gap[1], slope[1] = least_gap(right, -1.0, lateral, yaw, roll, lever, arm, count == 0)
+        if gap.max() >= NO_RAIL:
+            return roll, 0.0, NO_RAIL
+        height, difference = -0.5 * (gap[0] + gap[1]), gap[0] - gap[1]
+        step = -difference / max(slope[0] + slope[1], 0.1)
         if abs(difference) < 2e-15 or abs(step) < 1e-16:
             break
         roll += min(max(step, -0.02), 0.02)
-    return TouchingSides(roll, height, difference, slope, near)
-
-
-@njit(cache=True, error_model="numpy")
-def roll_and_height(left, right, lateral, yaw, roll, lever, arm):
-    """Roll at which both wheels are equally near to their rails, height of the pivot at which they touch, what is left
-    of the difference [m]."""
-    found = touching_sides(left, right, lateral, yaw, roll, lever, arm)
-    return found.roll, found.height, found.difference
+    return roll, height, difference
 
 
 @njit(cache=True, error_model="numpy")

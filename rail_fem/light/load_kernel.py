@@ -18,15 +18,13 @@ from geometry.contact.gap_kernel import (
     GAP,
     NO_RAIL,
     POSITION,
-    REACH,
     SLOPE_X,
     STATION,
     gap_at,
-    near_stations,
+    least_gap,
     nearest_positions,
+    roll_and_height,
     side_pose,
-    still_near,
-    touching_sides,
 )
 from geometry.contact.rail_kinds import branch, closest_point
 from geometry.contact.wheel_outline import cubic
@@ -447,26 +445,16 @@ def carried_by(side, sign, lateral, yaw, roll, lever, arm, height, modulus):
 
 
 @njit(cache=True, error_model="numpy")
-def next_mesh(side, sign, lateral, yaw, roll, lever, arm, height, modulus, near):
-    """SideMesh of a Side at this roll and height of the pivot; NearStations, new ones where `near` may not hold all."""
+def side_mesh_at(side, sign, lateral, yaw, roll, lever, arm, height, modulus):
+    """SideMesh of a Side at this roll and height of the pivot."""
     pose = side_pose(sign, lateral, yaw, roll, lever, arm, side.radius)
-    if not still_near(near, side, pose, -height):
-        near = near_stations(side, pose, REACH - height)
-    return mesh_at(near.stations, side.wheel, side.rail, side.tip, pose, height, modulus), near
+    return mesh_at(side.stations, side.wheel, side.rail, side.tip, pose, height, modulus)
 
 
 @njit(cache=True, error_model="numpy")
 def nothing_carried():
     """SideLoad of a side that is not known yet."""
     return SideLoad(np.zeros((POSITION, 0)), np.zeros((CARRIED, 0)), 0.0, np.zeros((0, ROWS)))
-
-
-@njit(cache=True, error_model="numpy")
-def lowered(touching, down, base):
-    """Roll and height of the pivot with both sides lowered by down (2,) [m] from where they touch; base : what both
-    least gaps together change by with roll [m/rad]."""
-    turn = (down[1] - down[0]) / base
-    return touching.roll + turn, touching.height - down[0] - touching.slopes[0] * turn
 
 
 @njit(cache=True, error_model="numpy")
@@ -481,18 +469,19 @@ def imbalance(total, loads):
 
 @njit(cache=True, error_model="numpy")
 def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
-    """SettledSides under their vertical loads (2,) [N]; sides as in touching_sides.
+    """SettledSides under their vertical loads (2,) [N]; sides as in roll_and_height.
 
     Each side is driven by its own lowering, along the secant of force^(2/3), which is straight for one Hertz contact.
     A round cuts the overlaps into cells anew and begins with the pressures of the one before it. Where a round has met
     the loads to NEARLY, the cells stay for the lowering that is left: what they would change by is far below CLOSE.
     """
     on_left, on_right = nothing_carried(), nothing_carried()
-    touching = touching_sides(left, right, lateral, yaw, 0.0, lever, arm)
-    if touching.difference >= NO_RAIL:
-        return SettledSides(touching.roll, touching.height, NO_RAIL, 0, on_left, on_right)
-    near_left, near_right = touching.near
-    down, slope, base = np.empty(2), np.empty(2), max(touching.slopes[0] + touching.slopes[1], 0.1)
+    roll, height, miss = roll_and_height(left, right, lateral, yaw, 0.0, lever, arm)
+    if miss >= NO_RAIL:
+        return SettledSides(roll, height, NO_RAIL, 0, on_left, on_right)
+    _, arm_left = least_gap(left, 1.0, lateral, yaw, roll, lever, arm, False)
+    _, arm_right = least_gap(right, -1.0, lateral, yaw, roll, lever, arm, False)
+    down, slope, base = np.empty(2), np.empty(2), max(arm_left + arm_right, 0.1)
     for i in range(2):
         down[i] = (loads[i] / (0.7 * modulus)) ** (2 / 3)
         slope[i] = (0.7 * modulus) ** (2 / 3)
@@ -501,12 +490,11 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
     worst = NO_RAIL
     for count in range(ROUNDS):
         residual = LOOSE if worst > FAR_OFF else RESIDUAL
-        at_roll, at_height = lowered(touching, down, base)
+        turn = (down[1] - down[0]) / base
+        at_roll, at_height = roll + turn, height - down[0] - arm_left * turn
         # the sides may be of two kinds: no loop over them
-        mesh_left, near_left = next_mesh(left, 1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, near_left)
-        mesh_right, near_right = next_mesh(
-            right, -1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus, near_right
-        )
+        mesh_left = side_mesh_at(left, 1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus)
+        mesh_right = side_mesh_at(right, -1.0, lateral, yaw, at_roll, lever, arm, at_height, modulus)
         on_left = mesh_load(mesh_left, 0.0, on_left.cells, residual)
         on_right = mesh_load(mesh_right, 0.0, on_right.cells, residual)
         total[0], total[1] = on_left.carried[2].sum(), on_right.carried[2].sum()
@@ -539,7 +527,8 @@ def settle_loaded(left, right, lateral, yaw, lever, arm, loads, modulus):
                 total[0], total[1] = on_left.carried[2].sum(), on_right.carried[2].sum()
                 worst = imbalance(total, loads)
                 if worst < CLOSE:
-                    at_roll, at_height = lowered(touching, down, base)
+                    turn = (down[1] - down[0]) / base
+                    at_roll, at_height = roll + turn, height - down[0] - arm_left * turn
                     return SettledSides(at_roll, at_height, worst, count + 1, on_left, on_right)
                 for i in range(2):
                     if loads[i] > 0:
