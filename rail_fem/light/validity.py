@@ -4,6 +4,9 @@ found.
 A flag is {"what", "reason", "where"}: plain values, so that a result file carries them.
 """
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 
 from geometry.surfaces.bodies import BODIES
@@ -19,7 +22,20 @@ MOST_ASYMMETRY = 0.25
 LARGEST_SHARE = 0.3  # of a patch's semi-axis in the smallest radius, beyond which a half-space is none
 SUDDEN = 0.5  # share of the lumped constant that the true one may differ by
 
+MOST_STIFFNESS = 0.15  # share by which a law's stiffness may differ from that of the gap solved under a pass' force
+
 Flag = dict[str, str]
+
+
+class SolvedContact(NamedTuple):
+    """A contact under a force [N] that a pass found: stiffness [N/m^1.5] of the pass' law there, and of the gap solved
+    under this force."""
+
+    body: str
+    x: float
+    force: float
+    of_law: float
+    solved: float
 
 
 def flag(what: str, reason: str, where: str = "") -> Flag:
@@ -145,6 +161,25 @@ def bem_flags(scene: Scene, run: LightPass, patches: tuple[PatchSummary, ...], l
         )
     )
     return flags
+
+
+def law_flags(contacts: Sequence[SolvedContact], static_load: float, stiffness_load: float) -> list[Flag]:
+    """Bodies on which the law, solved under `stiffness_load` times the static load [N], is not that of the gap under
+    the pass' own forces: one flag a body, of its largest force that is so."""
+    load = stiffness_load * static_load
+    off = [c for c in contacts if c.force > load and abs(c.solved / c.of_law - 1) > MOST_STIFFNESS]
+    worst = [max(mine, key=lambda c: c.force) for body in BODIES if (mine := [c for c in off if c.body == body])]
+    return [
+        flag(
+            "contact law",
+            f"{c.body}: under {c.force / 1e3:.0f} kN the gap's stiffness is {c.solved / c.of_law:.2f} of the law's,"
+            f" which is solved under {load / 1e3:.0f} kN and carried on as F = K d^1.5: the force is too"
+            f" {'large' if c.solved < c.of_law else 'small'} (a wheel that touches along a line has F more nearly in"
+            f" proportion to d); see what stiffness_load = {c.force / static_load:.2g} makes of it",
+            f"x = {c.x * 1e3:.0f} mm",
+        )
+        for c in worst
+    ]
 
 
 def _plastic(body: str, steel, patches: tuple[PatchSummary, ...]) -> list[Flag]:

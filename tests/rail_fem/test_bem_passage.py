@@ -12,7 +12,9 @@ from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import load_case
 from rail_fem.light.contact_pairs import ContactPairError, pair_at
 from rail_fem.light.contact_table import table_key, table_of
+from rail_fem.light.validity import SolvedContact, law_flags
 from rail_fem.models import bem_passage, rigid_hertz
+from rail_fem.settings.light import BemPassageSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -86,3 +88,29 @@ def test_a_touch_beside_the_rail_is_refused():
     wheel = Profile.from_pieces([arc((-0.03, 0.0), (0.03, 0.0), -50.0, 1e-4)], "tread")
     with pytest.raises(ContactPairError, match="no surface at x = 0, y = 0.2"):
         pair_at(wheel, lambda x, y: np.where(np.abs(y) < 0.1, 0.0, np.nan) + 0 * x, (0.0, 0.0), np.array([0.0, 0.2]))
+
+
+def test_a_cone_on_the_leg_s_plane_is_told_to_be_stiffer_than_its_line_contact():
+    """A P1's 1:20 cone lies on the casting's 1:20 plane behind the leg: a patch of 52 by 7 mm, whose approach grows
+    more nearly with the force than with F^(2/3). The law through the static load throws the wheel, which lands with
+    over 300 kN (fe_full 217 +- 27 kN); with the stiffness of 3 static loads nothing is told and less is found."""
+    scene = load_case(ROOT / "cases" / "thesis" / "case_08.toml").scene
+    told, forces = [], []
+    for load in (1.0, 3.0):
+        settings = BemPassageSettings(
+            start=-0.75, end=-0.54, cells=16, path_spacing=5e-3, patch_spacing=20e-3, stiffness_load=load
+        )
+        found = bem_passage.solve(scene, settings)
+        told.append([f["reason"] for f in found.trust["validity"] if f["what"] == "contact law"])
+        forces.append(found.peaks["largest_force_wing"].value)
+    assert len(told[0]) == 1 and "too large" in told[0][0] and "stiffness_load" in told[0][0]
+    assert not told[1] and forces[1] < 0.8 * forces[0]
+
+
+def test_the_law_of_a_line_contact_is_flagged_and_that_of_a_point_contact_is_not():
+    """F = K d^1.5 through 80 kN at 240 kN: exact for a crown, 1.7 times too stiff along a line (K falls as F^-0.5)."""
+    point = SolvedContact("nose", 0.1, 240e3, 1e11, 1.01e11)
+    line = SolvedContact("wing", 0.2, 240e3, 1e11, 1e11 / np.sqrt(3))
+    (told,) = law_flags([point, line, line._replace(force=200e3)], 80e3, 1.0)
+    assert told["reason"].startswith("wing: under 240 kN") and "0.58" in told["reason"] and "= 3" in told["reason"]
+    assert not law_flags([line._replace(force=70e3)], 80e3, 1.0)
