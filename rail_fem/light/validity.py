@@ -163,10 +163,9 @@ def bem_flags(scene: Scene, run: LightPass, patches: tuple[PatchSummary, ...], l
     return flags
 
 
-def law_flags(contacts: Sequence[SolvedContact], static_load: float, stiffness_load: float) -> list[Flag]:
-    """Bodies on which the law, solved under `stiffness_load` times the static load [N], is not that of the gap under
-    the pass' own forces: one flag a body, of its largest force that is so."""
-    load = stiffness_load * static_load
+def law_flags(contacts: Sequence[SolvedContact], load: float) -> list[Flag]:
+    """Bodies on which the law, solved under `load` [N], is not that of the gap under the pass' own forces: one flag a
+    body, of its largest force that is so."""
     off = [c for c in contacts if c.force > load and abs(c.solved / c.of_law - 1) > MOST_STIFFNESS]
     worst = [max(mine, key=lambda c: c.force) for body in BODIES if (mine := [c for c in off if c.body == body])]
     return [
@@ -175,7 +174,7 @@ def law_flags(contacts: Sequence[SolvedContact], static_load: float, stiffness_l
             f"{c.body}: under {c.force / 1e3:.0f} kN the gap's stiffness is {c.solved / c.of_law:.2f} of the law's,"
             f" which is solved under {load / 1e3:.0f} kN and carried on as F = K d^1.5: the force is too"
             f" {'large' if c.solved < c.of_law else 'small'} (a wheel that touches along a line has F more nearly in"
-            f" proportion to d); see what stiffness_load = {c.force / static_load:.2g} makes of it",
+            f' proportion to d); see what stiffness_load = "{c.force / 1e3:.0f} kN" makes of it',
             f"x = {c.x * 1e3:.0f} mm",
         )
         for c in worst

@@ -2,7 +2,7 @@
 on the true gaps.
 
 At positions along the path, on each body that the wheel can reach there, the gap of the true surfaces is solved under
-the static load (times `stiffness_load`); its force over approach^1.5 is the contact's law, in place of the Hertz
+the static load (or `stiffness_load`); its force over approach^1.5 is the contact's law, in place of the Hertz
 constant of a fitted paraboloid. At the moments that matter (start, largest forces, most even sharing, end) the patches
 are solved under the forces that the pass found. Resolves what rigid_hertz does, and the shape and pressure of patches
 that are no ellipses. Blind to edges (the half-space goes on beyond them), plastic flow within a patch and waves, which
@@ -45,7 +45,8 @@ def solve(
     solved.
     """
     key = table_key(scene, *settings.window(scene), settings.path_spacing)
-    table = solved_table(key, settings.patch_spacing, settings.cells, settings.stiffness_load)
+    load = settings.stiffness_load or scene.static_wheel_load
+    table = solved_table(key, settings.patch_spacing, settings.cells, load)
     started = working_time()
     contacts = contacts_of(scene, settings, table)
     run = run_pass(scene, settings, contacts)
@@ -53,16 +54,16 @@ def solve(
     solved = solved_patches(key, settings, table, run, patch_steps(run))
     patches = tuple(patch for patch, _, _ in solved)
     flags = bem_flags(scene, run, patches, lift_offs(run, scene.static_wheel_load))
-    flags += law_flags([contact for _, _, contact in solved], scene.static_wheel_load, settings.stiffness_load)
+    flags += law_flags([contact for _, _, contact in solved], load)
     errors = {"time_step": step_error(run, coarse), "pressure": max(p.error.max_pressure for _, p, _ in solved)}
     errors |= beam_errors(scene, settings, contacts, run)
     return pass_result("bem_passage", scene, settings, table, run, patches, flags, errors, started)
 
 
 @functools.lru_cache(maxsize=32)
-def solved_table(key: TableKey, patch_spacing: float, cells: int, stiffness_load: float = 1.0) -> ContactTable:
-    """The table with stiffness from gaps solved every `patch_spacing` under `stiffness_load` static loads, carried on
-    between them as a factor on the Hertz constant.
+def solved_table(key: TableKey, patch_spacing: float, cells: int, load: float) -> ContactTable:
+    """The table with stiffness from gaps solved every `patch_spacing` under a load [N], carried on between them as a
+    factor on the Hertz constant.
 
     Kept, as the table itself, for scenes that differ in speed, foundation or yield curve only; search_time holds what
     solving took.
@@ -73,10 +74,7 @@ def solved_table(key: TableKey, patch_spacing: float, cells: int, stiffness_load
     for b in range(len(BODIES)):
         reached = np.flatnonzero((hertz.stiffness[b] > 0) & (hertz.height[b] > hertz.height.max(axis=0) - HIDDEN))
         chosen = np.unique(np.r_[reached[::every], reached[-1:]])
-        factor = [
-            approach_stiffness(pair_of(key, hertz, b, i), stiffness_load * key.load, cells) / hertz.stiffness[b, i]
-            for i in chosen
-        ]
+        factor = [approach_stiffness(pair_of(key, hertz, b, i), load, cells) / hertz.stiffness[b, i] for i in chosen]
         if len(chosen):
             stiffness[b] *= np.interp(hertz.x, hertz.x[chosen], factor)
     return replace(hertz, stiffness=stiffness, search_time=hertz.search_time + working_time() - started)

@@ -178,15 +178,18 @@ class BemPassageSettings(IndentationSettings):
         Quantity("mm", 0.5, 100, "distance between positions where the gap is solved for the contact's stiffness"),
     ] = 10e-3
     cells: Count = Field(32, ge=8, le=512, description="cells across a patch, each way")
-    stiffness_load: float = Field(
-        1.0,
-        ge=0.1,
-        le=20,
-        description=(
-            "load under which it is solved, in static wheel loads: where a wheel touches along a line, that of the peak"
-            " asked for"
-        ),
-    )
+    stiffness_load: (
+        Annotated[
+            float,
+            Quantity(
+                "kN",
+                0.1,
+                1e4,
+                "load under which it is solved, for line contacts that of the peak; none: the static one",
+            ),
+        ]
+        | None
+    ) = None
 
 
 def unfit_parts(scene: Scene, settings: Frozen) -> list[str]:
