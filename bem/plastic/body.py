@@ -64,8 +64,10 @@ class PlasticBody:
     """
 
     def __init__(self, grid: Grid, thickness: float, layers: int, elastic: Elastic, hardening: Hardening) -> None:
-        if layers < 2 or not (np.isfinite(thickness) and thickness > 0):
-            raise ContactInputError(f"{layers} layers of {thickness!r} m: give at least two, of finite depth")
+        if not (float(layers).is_integer() and layers >= 2 and np.isfinite(thickness) and thickness > 0):
+            raise ContactInputError(
+                f"{layers} layers of {thickness!r} m: give at least two whole ones, of finite depth"
+            )
         window = Cells(grid.dx, grid.dy, float(thickness), grid.nx, grid.ny, int(layers))
         window.refuse_too_large(window.window_memory)
         self.grid, self.thickness, self.layers = grid, float(thickness), int(layers)

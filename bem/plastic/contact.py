@@ -18,7 +18,7 @@ import numpy as np
 from bem.halfspace.input import check_control, check_friction, check_inside, gap_values
 from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_pressure
 from bem.material import Elastic, Pair
-from bem.patch import HALF_SPACE, Cost, Grid, Patch
+from bem.patch import HALF_SPACE, ContactInputError, Cost, Grid, Patch
 from bem.plastic.body import PlasticBody, Trial
 from bem.plastic.deviator import stress_of
 from bem.plastic.hardening import Hardening, nearly_incompressible
@@ -106,6 +106,10 @@ class PlasticHalfSpace:
         """
         started = time.perf_counter()
         check_control(load, None)
+        if not 0 < tolerance < 1:
+            raise ContactInputError(
+                f"tolerance = {tolerance!r}: a part of the approach, between 0 and 1; 1e-4 is usual"
+            )
         gap = gap_values(gap, self.grid)
         agreed = self.agree(gap, load, tolerance)
         self.body.accept(agreed.trial)

@@ -126,3 +126,17 @@ def test_impossible_loads_are_refused(load):
     body, gap = sphere(FIRST, 6)
     with pytest.raises(ContactInputError, match="load"):
         body.press(gap, load)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-3, np.nan, 10.0])
+def test_tolerances_that_are_no_part_of_the_approach_are_refused(tolerance):
+    body, gap = sphere(2 * FIRST, 4)
+    with pytest.raises(ContactInputError, match="between 0 and 1"):
+        body.press(gap, 2 * FIRST, tolerance)
+
+
+@pytest.mark.parametrize("layers", [1, 2.5, np.nan])
+def test_layers_that_are_none_are_refused(layers):
+    grid = Grid.over((-1e-3, 1e-3), (-1e-3, 1e-3), 8, 8)
+    with pytest.raises(ContactInputError, match="at least two whole ones"):
+        PlasticHalfSpace(grid, grid.dx, layers, RIGID, STEEL, Hardening.linear(YIELD))
