@@ -92,7 +92,7 @@ class PassContacts(Sequence[CrossingContact]):
     def tgamma(self) -> np.ndarray:
         """(k,) tractive forces times creepages [N]."""
         force, creepage = self.patches.tangential_force, self.patches.creepage
-        return -(force[:, 0] * creepage[:, 0] + force[:, 1] * creepage[:, 1])
+        return -(force[:, 0] * creepage[:, 0] + force[:, 1] * creepage[:, 1]) + 0.0  # no -0
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,13 @@ from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from bem.halfspace.falling_friction import FallingFriction
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.switch import Switch
+from rail_fem.case.input_errors import describe_errors
 from rail_fem.damage.crossing import PassContacts, PatchOptions, pass_contacts
 from rail_fem.damage.crossing_site import CrossingPass, CrossingSite
 from rail_fem.damage.evolution import LEAST_SHARE, Stepping
@@ -86,7 +88,7 @@ def friction_of(scene: Scene, settings: DamageSettings, speed: float) -> float |
 
 
 def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, float], ...]:
-    """The scene of each kind of pass, and its share. Errors: pydantic.ValidationError for a wheel that is none."""
+    """The scene of each kind of pass, and its share. Errors: ValueError for a wheel that is none."""
     wheels = settings.wheels or (None,)
     none = (None,) * len(wheels)
     weights, speeds, loads = settings.weights or (1.0,), settings.speeds or none, settings.axle_loads or none
@@ -95,7 +97,11 @@ def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, flo
         changes: dict[str, Any] = {} if wheel is None else {"wheel": {"profile": wheel, "label": ""}}
         changes |= {} if speed is None else {"speed": speed}
         changes |= {} if load is None else {"vehicle": {"vehicle_sprung_mass": scene.vehicle.sprung_mass_at(load)}}
-        made.append((scene.replace(**changes), weight))
+        try:
+            made.append((scene.replace(**changes), weight))
+        except ValidationError as error:
+            told = "; ".join(line.removeprefix("scene.") for line in describe_errors(error, Scene, "scene"))
+            raise ValueError(f"damage.wheels, speeds or axle_loads: kind {len(made) + 1} of pass: {told}") from None
     return tuple(made)
 
 

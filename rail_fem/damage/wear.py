@@ -95,7 +95,7 @@ def tgamma(patch: Patch) -> float:
     """Tractive forces times creepages without the spin moment [N]: thesis 2.3.3's T gamma. Errors: as
     `rolling_creepage`."""
     force, creepage = patch.tangential_force, rolling_creepage(patch)
-    return float(-(force[0] * creepage.longitudinal + force[1] * creepage.lateral))
+    return float(-(force[0] * creepage.longitudinal + force[1] * creepage.lateral)) + 0.0  # no -0
 
 
 def spread_as_work(patch: Patches, area: float | np.ndarray) -> np.ndarray:

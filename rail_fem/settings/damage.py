@@ -58,7 +58,9 @@ class DamageSettings(Frozen):
     block_share: (
         Annotated[
             float,
-            Quantity("", 1e-3, 1, "of the passes done, that a block is long at least; none: 0.1 crossing, 0.02 switch"),
+            Quantity(
+                "", 1e-3, 1, "least length of a block in parts of the passes done; none: 0.1 crossing, 0.02 switch"
+            ),
         ]
         | None
     ) = None

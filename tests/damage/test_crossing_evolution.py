@@ -163,6 +163,17 @@ def test_kinds_of_wheel_have_axle_loads_of_their_own():
         traffic_of(scene, DamageSettings(hardness="5 GPa", **(kinds | {"axle_loads": ("1 t", "14 t")})))
 
 
+@pytest.mark.parametrize(
+    "wheel, said", [("P9", "P8, P8-worn, P8-hollow"), ("none.txt", "no file 'none.txt'|no file \"none.txt\"")]
+)
+def test_a_wheel_of_the_traffic_that_is_none_is_told_by_its_place(wheel, said):
+    """In words of the case file, without the names of its reader."""
+    settings = DamageSettings(hardness="5 GPa", wheels=("P8", wheel), weights=(0.5, 0.5))
+    with pytest.raises(ValueError, match=said) as told:
+        traffic_of(load_case(CASE).scene, settings)
+    assert "kind 2 of pass: profile: " in str(told.value) and "input_value" not in str(told.value)
+
+
 def test_weights_that_do_not_add_up_are_refused(site):
     with pytest.raises(ValueError, match="add up to 0.5"):
         replace(site, passes=(replace(site.passes[0], weight=0.5),))

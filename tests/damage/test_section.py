@@ -101,6 +101,17 @@ def test_blocks_are_as_long_as_told(section):
     assert end.log[:, 0].tolist() == [2.0, 4.0, 6.0, 8.0]
 
 
+def test_no_friction_wears_nothing_and_ten_is_finite():
+    """T gamma 0 and not -0, in any number of passes; at friction 10 what slips wears, all finite."""
+    for friction, words in ((0.0, False), (10.0, True)):
+        case = load_case(CASE, QUICK | {"scene.friction": friction})
+        section = switch_section(case.scene, case.damage)
+        rate = section.rate(section.first())
+        assert all(np.isfinite(own).all() and own.min() >= 0 for own in rate.depth.values())
+        assert rate.depth["archard"].any() == words
+        assert not np.signbit(rate.tgamma[0]).any()
+
+
 def test_a_section_worn_through_is_refused(section):
     fast = replace(section, laws=laws_of(load_case(CASE, QUICK | {"damage.wear_coefficient": 1.0}).damage))
     with pytest.raises(WornOutError, match="limit is 0.05 mm|one step may take"):
