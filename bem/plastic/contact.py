@@ -20,7 +20,7 @@ from bem.halfspace.pressure import NormalOperator, PressureSolution, solve_press
 from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, Grid, Patch
 from bem.plastic.body import PlasticBody, Trial
-from bem.plastic.deviator import stress_of
+from bem.plastic.deviator import equivalent_stress, stress_of
 from bem.plastic.hardening import Hardening, nearly_incompressible
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.mixing import Mixing
@@ -122,7 +122,9 @@ class PlasticHalfSpace:
         return IndentationStep(
             patch, self.depths, self.body.state.copy(), stress_of(deviator, mean) + residual, residual,
             self.body.surface.copy(), agreed.turns, agreed.products,
-            strain_warnings(self.body) + pressure_warnings(self.pressure_ratio(agreed.solution.pressure)),
+            strain_warnings(self.body)
+            + pressure_warnings(self.pressure_ratio(agreed.solution.pressure))
+            + depth_warnings(self.depths, equivalent_stress(deviator)),
         )  # fmt: skip
 
     def agree(self, gap: np.ndarray, load: float, tolerance: float, guess: Trial | None = None) -> Agreed:
@@ -180,6 +182,20 @@ def strain_warnings(body: PlasticBody) -> tuple[str, ...]:
             " an approximation",
         )
     return large + nearly_incompressible(body.elastic)
+
+
+def depth_warnings(depths: np.ndarray, loading: np.ndarray) -> tuple[str, ...]:
+    """Where the steel below the deepest layer is loaded more than that in it, and may yield unseen.
+
+    depths : of the layers (nz,) [m];  loading : von Mises stress of the load alone (nz, nx, ny) [Pa]
+    """
+    of_layers = loading.max(axis=(1, 2))
+    if of_layers.argmax() < len(depths) - 1 or not of_layers[-1] > 0:
+        return ()
+    return (
+        f"the load's von Mises stress is largest in the deepest of {len(depths)} layers, {depths[-1] * 1e3:.3g} mm"
+        " down: steel below it may yield and is not looked at; take more or thicker layers",
+    )
 
 
 def pressure_warnings(ratio: float) -> tuple[str, ...]:

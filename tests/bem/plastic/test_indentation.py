@@ -135,6 +135,16 @@ def test_tolerances_that_are_no_part_of_the_approach_are_refused(tolerance):
         body.press(gap, 2 * FIRST, tolerance)
 
 
+def test_layers_that_end_above_what_yields_are_named():
+    """Yield begins at half a contact radius; layers down to a quarter of it would answer elastic without a word."""
+    body, gap = sphere(2 * FIRST, 8, 1.7, 0.25)
+    found = body.press(gap, 2 * FIRST)
+    assert found.state.peeq.max() == 0 and "largest in the deepest of 2 layers" in "; ".join(found.warnings)
+    body, gap = sphere(2 * FIRST)
+    found = body.press(gap, 2 * FIRST)
+    assert found.state.peeq.max() > 0 and not found.warnings
+
+
 @pytest.mark.parametrize("layers", [1, 2.5, np.nan])
 def test_layers_that_are_none_are_refused(layers):
     grid = Grid.over((-1e-3, 1e-3), (-1e-3, 1e-3), 8, 8)
