@@ -2,11 +2,12 @@
 
 The density of all elements is multiplied by one factor; the stable step grows with its root. Or only small elements are
 made heavier, the smallest by the factor, each of the others so that it has the same critical step and none where steel
-has it anyway: the same step for a small part of the mass. Each body moves as a whole
-with the mass of the case, to round-off: its lumped mass is that mass less what the mesh weighs
-(rail_fem.fe.supports.RigidGroup). A mesh can therefore never weigh more than its body. The wheel's rotation has the
-inertia of the case whatever the mesh weighs, for the mesh does not spin. What changes are waves within the bodies: they
-are slower by the root of the factor, so chatter and the first microseconds of an impact are not those of steel.
+has it anyway: the same step for a small part of the mass.
+
+Each body moves as a whole with the mass of the case, to round-off: its lumped mass is that mass less what the mesh
+weighs (rail_fem.fe.supports.RigidGroup). A mesh can therefore never weigh more than its body. The wheel's rotation has
+the inertia of the case whatever the mesh weighs, for the mesh does not spin. What changes are waves within the bodies:
+they are slower by the root of the factor, so chatter and the first microseconds of an impact are not those of steel.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import eigen_length
 from rail_fem.fe.slabs import Slabs
-from rail_fem.fe.structure import cell_masses, critical_steps
+from rail_fem.fe.structure import cell_masses, critical_steps, heavier
 from rail_fem.fe.window import Extent, heaviest
 from rail_fem.light.mass_scaling import SHARE, SLOWNESS, quasi_static_factor, quasi_static_step, transit_ratio
 from rail_fem.scene.scene import Scene
@@ -33,10 +34,10 @@ class MassScaling:
     """factor : on the density of all elements, or of the smallest;  steel : mass of each body's mesh at the density of
     its steel [kg], with a travelling window the most of the crossing's that moves in it;
     bodies : mass of each body in the case [kg], infinite where it is held;  transit : see
-    rail_fem.light.mass_scaling.transit_ratio; with small elements alone the wheel's speed over that of waves in the
-    elements under it;  why : what decided the factor
-    least_step : critical step that small elements are made heavy for [s]; 0 where all are;  scaled : as `steel`, with
-    the mass that is added, where small elements alone are heavier"""
+    rail_fem.light.mass_scaling.transit_ratio;  why : what decided the factor
+    Where small elements alone are heavier: least_step : critical step that they are made heavy for [s], else 0;
+    scaled : as `steel`, with the mass that is added;  slowness : the wheel's speed over that of waves in the elements
+    under it"""
 
     factor: float
     steel: dict[str, float]
@@ -45,6 +46,7 @@ class MassScaling:
     why: str
     least_step: float = 0.0
     scaled: dict[str, float] | None = None
+    slowness: float = 0.0
 
     @property
     def meshes(self) -> dict[str, float]:
@@ -81,7 +83,7 @@ def choose_scaling(
 
     Errors: ValueError where a mesh would weigh more than its body, with the largest factor that is possible.
     """
-    steel = comm.bcast(None if mesh is None else mesh_masses(mesh, steels, window), root=0)
+    steel = comm.bcast(None if mesh is None else mesh_masses(mesh, steel_masses(mesh, steels), window), root=0)
     bodies = {
         "crossing": _crossing_mass(scene, settings, steel["crossing"]),
         "wheel": scene.vehicle.wheel_unsprung_mass,
@@ -101,13 +103,15 @@ def choose_scaling(
     return replace(scaling, transit=transit_ratio(scene, scaling.factor))
 
 
-def mesh_masses(
-    mesh: HexMesh, steels: list[Steel], window: tuple[Slabs, Extent] | None, least_step: float = 0.0
-) -> dict[str, float]:
-    """Mass of each body's mesh [kg], with a window the most of the crossing's that moves in it; least_step : see
-    `cell_masses`."""
-    mass = cell_masses(mesh.points, mesh.cells, mesh.region, steels, least_step)
-    of_regions = np.bincount(mesh.region, mass, minlength=len(steels))
+def steel_masses(mesh: HexMesh, steels: list[Steel]) -> np.ndarray:
+    """Mass of each cell at the density of its steel (m,) [kg]."""
+    return cell_masses(mesh.points, mesh.cells, mesh.region, steels, 0.0)
+
+
+def mesh_masses(mesh: HexMesh, mass: np.ndarray, window: tuple[Slabs, Extent] | None) -> dict[str, float]:
+    """Mass of each body's mesh [kg], with a window the most of the crossing's that moves in it; mass : of the cells
+    (m,) [kg]."""
+    of_regions = np.bincount(mesh.region, mass, minlength=3)
     crossing = of_regions[0] + of_regions[1] if window is None else window_mass(mesh, mass, *window)
     return {"crossing": float(crossing), "wheel": float(of_regions[2])}
 
@@ -131,22 +135,28 @@ def _of_small(
     scaling: MassScaling,
 ) -> MassScaling:
     """The critical step that small elements are made heavy for. Root only."""
-    least = float(critical_steps(mesh.points, mesh.cells, mesh.region, steels).min())
+    own, mass = critical_steps(mesh.points, mesh.cells, mesh.region, steels), steel_masses(mesh, steels)
+    least = float(own.min())
     under_wheel = float(eigen_length(brick(settings.element_size, settings.along))[0])
     if not isinstance(settings.mass_scaling, str):
         step, why = settings.mass_scaling**0.5 * least, "as the case asks"
     else:  # AUTO
         step = max(least, quasi_static_step(scene, under_wheel))
         why = f"auto: waves in the elements under the wheel {1 / SLOWNESS:.0f} times as fast as it"
-        while step > least and _overweight(mesh_masses(mesh, steels, window, step), scaling.bodies, SHARE):
+        while step > least and _overweight(mesh_masses(mesh, heavier(mass, own, step), window), scaling.bodies):
             step, why = max(least, 0.97 * step), f"auto: a mesh weighs {SHARE:.0%} of its body"
-    meshes = mesh_masses(mesh, steels, window, step)
-    slowness = scene.speed * step / under_wheel
-    return replace(scaling, factor=(step / least) ** 2, least_step=step, scaled=meshes, transit=slowness, why=why)
+    return replace(
+        scaling,
+        factor=(step / least) ** 2,
+        least_step=step,
+        scaled=mesh_masses(mesh, heavier(mass, own, step), window),
+        slowness=scene.speed * step / under_wheel,
+        why=why,
+    )
 
 
-def _overweight(meshes: dict[str, float], bodies: dict[str, float], share: float) -> bool:
-    return any(meshes[name] > share * bodies[name] for name in meshes)
+def _overweight(meshes: dict[str, float], bodies: dict[str, float]) -> bool:
+    return any(meshes[name] > SHARE * bodies[name] for name in meshes)
 
 
 def brick(size: float, along: float) -> np.ndarray:

@@ -26,9 +26,12 @@ def cell_masses(points: np.ndarray, cells: np.ndarray, region: np.ndarray, steel
     points (n, 3) [m];  cells (m, 8);  region (m,) index into `steels`
     """
     mass = np.array([steel.density for steel in steels])[region] * volumes(points.ravel(), cells)
-    if least_step > 0:
-        mass *= np.maximum(1.0, least_step / critical_steps(points, cells, region, steels)) ** 2
-    return mass
+    return heavier(mass, critical_steps(points, cells, region, steels), least_step) if least_step > 0 else mass
+
+
+def heavier(mass: np.ndarray, step: np.ndarray, least_step: float) -> np.ndarray:
+    """Masses (m,) with which no cell has a critical step below `least_step` [s]; step : of each, of steel (m,) [s]."""
+    return mass * np.maximum(1.0, least_step / step) ** 2
 
 
 def critical_steps(points: np.ndarray, cells: np.ndarray, region: np.ndarray, steels: list[Steel]) -> np.ndarray:

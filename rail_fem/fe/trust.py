@@ -246,7 +246,7 @@ def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[Tru
     bodies = ", ".join(f"{name} {m:.0f} of {scaling.bodies[name]:.0f} kg" for name, m in scaling.meshes.items())
     small = scaling.least_step > 0
     waves = (
-        f"the wheel rolls at {scaling.transit:.3f} of the speed of waves in the elements under it"
+        f"the wheel rolls at {scaling.slowness:.3f} of the speed of waves in the elements under it"
         if small
         else f"a wave takes {scaling.transit:.2f} of the time that the patch takes to pass"
     )

@@ -154,7 +154,7 @@ def test_small_elements_are_as_heavy_as_speed_and_body_allow(scene, made):
         scaled_passage(scene.replace(speed=speed), made, mass_scaling="auto", scaled_elements="small").scaling
         for speed in ("2 mph", "125 mph")
     )
-    assert line.transit == pytest.approx(SLOWNESS) and walking.transit < SLOWNESS
+    assert line.slowness == pytest.approx(SLOWNESS) and walking.slowness < SLOWNESS
     worst = max(walking.meshes[name] / walking.bodies[name] for name in walking.meshes)
     assert 0.9 * SHARE < worst <= SHARE
     with pytest.raises(

@@ -193,3 +193,13 @@ def test_a_scaling_whose_inertia_shows_is_said_with_a_factor_that_would_do(mean,
     assert row.verdict == (GOOD if mean < 0.02 else WARN if mean < 0.1 else BAD)
     assert (remedy in row.shown) and ("take mass_scaling" in row.shown) == bool(remedy)
     assert added.value == pytest.approx(24.0) and "816 kg more" in added.shown and "500 of 750 kg" in added.shown
+
+
+def test_heavier_small_elements_are_told_with_what_they_weigh_and_how_fast_their_waves_are():
+    steel, bodies = {"crossing": 20.0, "wheel": 14.0}, {"crossing": 750.0, "wheel": 500.0}
+    small = MassScaling(
+        100.0, steel, bodies, 0.04, "as asked", least_step=1e-6, scaled={"crossing": 50.0, "wheel": 52.0}, slowness=0.05
+    )
+    added = {row.name: row for row in report_rows(facts(scaling=small))}["added mass"]
+    assert added.value == pytest.approx(2.0) and "68 kg more" in added.shown and "50 of 750 kg" in added.shown
+    assert "of the smallest element times 100" in added.shown and "rolls at 0.050 of the speed of waves" in added.shown
