@@ -50,6 +50,25 @@ def test_cells_and_step_are_right_to_a_factor_of_two(size, aspect):
     assert 0.5 < estimate.step / (settings.courant * mesh_quality(mesh).worst_step) < 2
 
 
+@pytest.mark.parametrize(("size", "speed"), [(6e-3, "2 mph"), (3e-3, "2 mph"), (3e-3, "75 mph"), (3e-3, "300 mph")])
+def test_the_step_with_heavier_small_elements_is_right_to_a_factor_of_two(size, speed):
+    """From walking pace, where a body's mass is the bound, to where the wheel is nearly as fast as waves allow."""
+    pytest.importorskip("dolfinx")
+    from mpi4py import MPI
+
+    from rail_fem.fe.mass_scaling import choose_scaling
+
+    passage, meshing = pytest.importorskip("rail_fem.fe.passage"), pytest.importorskip("rail_fem.fe.meshing")
+    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    change = {"element_size": size, "element_aspect": 1.0, "wheel_element_ratio": 1.0, "scaled_elements": "small"}
+    settings = case.runs["fe_full"].model_copy(update=change | {"window_ahead": None, "window_behind": None})
+    scene = case.scene.replace(speed=speed)
+    mesh, *_ = meshing.make_mesh(scene, settings, passage.running_of(scene, settings))
+    steels = [getattr(scene.materials, name).steel() for name in ("wing", "nose", "wheel")]
+    scaling = choose_scaling(scene, settings, steels, mesh, MPI.COMM_SELF)
+    assert 0.5 < critical_step(scene, settings) / (settings.courant * scaling.least_step) < 2
+
+
 def test_two_ranks_take_half_the_time_and_more_memory():
     one, two = (estimate_run(SCENE, FeSettings(), ranks) for ranks in (1, 2))
     assert two.wall_time == pytest.approx(one.wall_time / 2) and two.memory > one.memory
