@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from rail_fem.output.versions import HOW_TO_GET
+from rail_fem.scene.input_errors import suggest
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings, FeWindowSettings
 from rail_fem.settings.light import BemPassageSettings, LumpedSettings, P2Settings, RigidHertzSettings, unfit_parts
@@ -81,7 +82,7 @@ def smoke_requested() -> bool:
 def load(model: str) -> ModuleType:
     """Import one model. Errors: KeyError for an unknown model, ModelUnavailable when its libraries are missing."""
     if model not in MODELS:
-        raise KeyError(f"no model {model!r}: choose among {', '.join(MODELS)}")
+        raise KeyError(f"no model {model!r}{suggest(str(model), MODELS)}: choose among {', '.join(MODELS)}")
     try:
         return importlib.import_module(MODELS[model].module)
     except ImportError as error:
@@ -106,14 +107,14 @@ def solve(
     folder   : where fields, figures and restart files go; None writes nothing
     restart  : go on from the restart files in `folder`
     progress : told each report
-    Errors: those of `load`, TypeError for what is no scene and for settings of another model, pydantic.ValidationError
-    for settings that are none, and the model's own.
+    Errors: those of `load`, TypeError for what is no scene and for settings of another model, InputError (a
+    ValueError) for settings that are none, and the model's own.
     """
     solver, kind = load(model), MODELS[model].settings
     if not isinstance(scene, Scene):
         raise TypeError(f"{model}: a {type(scene).__name__} is no Scene: give load_case(FILE).scene")
-    if not isinstance(settings, Frozen):
-        settings = kind.model_validate(dict(settings or {}))
+    if settings is None or isinstance(settings, Mapping):
+        settings = kind.checked(settings or {})
     if not isinstance(settings, kind):
         raise TypeError(f"{model} takes {kind.__name__}, not {type(settings).__name__}: give its own, or a dict")
     if unfit := unfit_parts(scene, settings):

@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from rail_fem.case.casetext import CaseTextError, read_table
-from rail_fem.case.input_errors import describe_errors, plain, quoted, suggest
 from rail_fem.hierarchy import MODELS
+from rail_fem.scene.input_errors import describe_errors, plain, quoted, suggest
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.units import typed
 from rail_fem.settings.damage import DamageSettings

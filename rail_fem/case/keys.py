@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from rail_fem.case.input_errors import choices_of, meaning, quantity_of, table_of
+from rail_fem.scene.input_errors import choices_of, meaning, quantity_of, table_of
 
 WRITTEN = ("digest",)  # by runs into their own case.json
 

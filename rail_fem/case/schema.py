@@ -9,8 +9,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from rail_fem.atomic import write_text_atomically
-from rail_fem.case.input_errors import meaning, quantity_of, table_of
 from rail_fem.hierarchy import MODELS
+from rail_fem.scene.input_errors import meaning, quantity_of, table_of
 from rail_fem.scene.scene import Material, Scene
 from rail_fem.scene.steel import GRADES
 from rail_fem.scene.wheel_profile import WHEEL_NAMES

@@ -16,8 +16,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from rail_fem.case.casefile import Case, CaseError, load_case
-from rail_fem.case.input_errors import quantity_of, suggest
 from rail_fem.hierarchy import MODELS
+from rail_fem.scene.input_errors import quantity_of, suggest
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.series import is_series, read_series
 from rail_fem.scene.units import QuantityError, typed

@@ -47,10 +47,10 @@ def choices() -> dict[str, Any]:
     """Everything that can be chosen by name."""
     from geometry.profiles.rail import HEADS
     from rail_fem.case.examples import examples
-    from rail_fem.case.input_errors import choices_of
     from rail_fem.case.keys import section_keys
     from rail_fem.commands.study import STUDIES
     from rail_fem.hierarchy import MODELS
+    from rail_fem.scene.input_errors import choices_of
     from rail_fem.scene.scene import Crossing
     from rail_fem.scene.steel import GRADES
     from rail_fem.scene.wheel_profile import WHEEL_NAMES

@@ -7,13 +7,11 @@ from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from bem.halfspace.falling_friction import FallingFriction
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.switch import Switch
-from rail_fem.case.input_errors import describe_errors
 from rail_fem.damage.crossing import PassContacts, PatchOptions, pass_contacts
 from rail_fem.damage.crossing_site import CrossingPass, CrossingSite
 from rail_fem.damage.evolution import LEAST_SHARE, Stepping
@@ -25,6 +23,7 @@ from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
 from rail_fem.damage.traffic import Event, maintenance
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
 from rail_fem.output.result import PassResult
+from rail_fem.scene.base import InputError
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
 from rail_fem.settings.light import RigidHertzSettings
@@ -99,9 +98,8 @@ def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, flo
         changes |= {} if load is None else {"vehicle": {"vehicle_sprung_mass": scene.vehicle.sprung_mass_at(load)}}
         try:
             made.append((scene.replace(**changes), weight))
-        except ValidationError as error:
-            told = "; ".join(line.removeprefix("scene.") for line in describe_errors(error, Scene, "scene"))
-            raise ValueError(f"damage.wheels, speeds or axle_loads: kind {len(made) + 1} of pass: {told}") from None
+        except InputError as error:
+            raise ValueError(f"damage.wheels, speeds or axle_loads: kind {len(made) + 1} of pass: {error}") from None
     return tuple(made)
 
 
@@ -139,7 +137,7 @@ def crossing_site(
     run: RigidHertzSettings | Mapping | None = None,
     pool: Executor | None = None,
 ) -> CrossingSite:
-    """The case's crossing with its wheels, each at every lateral position. Errors: pydantic.ValidationError for
+    """The case's crossing with its wheels, each at every lateral position. Errors: InputError for
     numerics that are none, ValueError for a wheelset of several degrees of freedom."""
     numerics = run if isinstance(run, RigidHertzSettings) else RigidHertzSettings.model_validate(dict(run or {}))
     if numerics.degrees_of_freedom != "vertical":

@@ -39,9 +39,9 @@ from pydantic import Field, ValidationError, model_validator
 
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.case.casetext import CaseTextError, read_table
-from rail_fem.case.input_errors import suggest
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.scene.base import Count, Frozen
+from rail_fem.scene.input_errors import suggest
 from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_factor
 from rail_fem.sweeps.trends import MEASURES
 

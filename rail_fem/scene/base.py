@@ -3,8 +3,10 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Strict
+from pydantic import BaseModel, ConfigDict, Strict, ValidationError
 from pydantic_core import PydanticCustomError
+
+from rail_fem.scene.input_errors import faults_of
 
 PRINTABLE = r"^[^\x00-\x1f\x7f-\x9f]*$"  # one line without control characters
 
@@ -12,10 +14,28 @@ GRAVITY = 9.81  # [m/s2]
 Count = Annotated[int, Strict()]  # true is no count of 1
 
 
+class InputError(ValueError):
+    """Values that a section does not take. faults : key ("" for the section itself) and remedy of each, in the words of
+    a case file's errors"""
+
+    def __init__(self, faults: list[tuple[str, str]]):
+        super().__init__("; ".join(": ".join(filter(None, fault)) for fault in faults))
+        self.faults = faults
+
+
 class Frozen(BaseModel):
     """Base of every typed section of a case: immutable, no unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @classmethod
+    def checked(cls, values: Mapping[str, Any], context: dict[str, Any] | None = None) -> Self:
+        """The section of these values, each checked as a case file's. Errors: InputError that names every key at
+        fault."""
+        try:
+            return cls.model_validate(dict(values), context=context)
+        except ValidationError as error:
+            raise InputError(faults_of(error, cls, "")) from None
 
     def replace(self, **changes: Any) -> Self:
         """The same section with other values, each checked as a case file's: text with its unit, or a number in SI; a
@@ -23,7 +43,7 @@ class Frozen(BaseModel):
 
             scene.replace(speed="100 mph", foundation={"stiffness": "160 kN/mm"})
 
-        Errors: pydantic.ValidationError (a ValueError) that names every key at fault.
+        Errors: InputError (a ValueError) that names every key at fault.
         """
         return self._replaced(changes, {})
 
@@ -32,9 +52,18 @@ class Frozen(BaseModel):
         for name, change in changes.items():
             part = values.get(name)
             values[name] = (
-                part.replace(**change) if isinstance(part, Frozen) and isinstance(change, Mapping) else change
+                _replaced_part(name, part, change)
+                if isinstance(part, Frozen) and isinstance(change, Mapping)
+                else change
             )
-        return type(self).model_validate(values, context=context)
+        return type(self).checked(values, context)
+
+
+def _replaced_part(name: str, part: Frozen, change: Mapping[str, Any]) -> Frozen:
+    try:
+        return part.replace(**change)
+    except InputError as error:
+        raise InputError([(f"{name}.{key}" if key else name, remedy) for key, remedy in error.faults]) from None
 
 
 def digest_of_read(stated: str, read: Any) -> str:

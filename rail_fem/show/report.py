@@ -8,7 +8,6 @@ from pydantic import BaseModel
 
 from rail_fem.case.casefile import Case
 from rail_fem.case.estimate import available_memory, estimate_run
-from rail_fem.case.input_errors import meaning, quantity_of
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings, scene_warnings
 from rail_fem.light.mass_scaling import static_patch
@@ -19,6 +18,7 @@ from rail_fem.output.low_pass import CUTOFFS, filtered_peak
 from rail_fem.output.progress import duration, read_status
 from rail_fem.output.quantities import FORCES, impact_pressure
 from rail_fem.output.result import PassResult, load
+from rail_fem.scene.input_errors import meaning, quantity_of
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering, show
 from rail_fem.settings.explicit import FeSettings

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from rail_fem.case.input_errors import quantity_of, suggest
 from rail_fem.case.variations import VariationError, field_of
 from rail_fem.output.result import PassResult
 from rail_fem.output.runfolder import MARK
+from rail_fem.scene.input_errors import quantity_of, suggest
 from rail_fem.scene.units import si_factor
 
 PROFILE = "scene.wheel.profile"

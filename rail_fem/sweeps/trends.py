@@ -35,11 +35,11 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from rail_fem.case.input_errors import describe_errors
 from rail_fem.hierarchy import MODELS
 from rail_fem.output.events import leg_flight, longest_flight
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult
+from rail_fem.scene.input_errors import describe_errors
 from rail_fem.scene.scene import Frozen
 from rail_fem.sweeps.compare import FIRST_IMPACT, peak
 
@@ -217,7 +217,7 @@ def load_source(path: Path) -> Source:
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise TrendError(f"{path}: cannot be read: {error}") from error
     except ValidationError as error:
-        errors = [line.lstrip(".") for line in describe_errors(error, Source, "")]
+        errors = describe_errors(error, Source, "")
         raise TrendError("\n  ".join([f"{path}: {len(errors)} input error(s)", *errors])) from error
     if absent := [case for case in source.only if not (path.parent / f"{case}.toml").is_file()]:
         raise TrendError(f"{path}: only.{absent[0]}: there is no {absent[0]}.toml beside it")

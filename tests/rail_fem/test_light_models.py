@@ -196,6 +196,13 @@ def test_a_pass_run_backwards_returns_to_its_start(scene):
     np.testing.assert_allclose(back.force[:, ::-1], there.force, rtol=0, atol=1e-3 * there.force.max())
 
 
+@pytest.mark.parametrize("angle, flagged", [("10 mrad", set()), ("11 mrad", {"dip limit"})])
+def test_a_joint_is_the_formula_s_own_scene_up_to_the_standard_s_dip(scene, angle, flagged):
+    joint = scene.replace(crossing={"family": "joint", "dip_angle": angle})
+    flags = {flag["what"] for flag in p2_formula.solve(joint, P2Settings()).trust["validity"]}
+    assert flags & {"dip limit", "one impact"} == flagged
+
+
 def test_dip_angle_of_the_path_is_flagged_above_the_standard_s_limit(scene):
     result = p2_formula.solve(scene, P2Settings())
     # 12.9 to 15.8 mrad on the benchmark's sections stretched to 1:10.75

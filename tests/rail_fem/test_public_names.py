@@ -124,7 +124,9 @@ def test_settings_that_are_none_are_refused():
 
 def test_a_wrong_model_scene_or_kind_of_settings_is_told_in_a_sentence():
     case = rail_fem.load_case(CASE)
-    with pytest.raises(KeyError, match="no model 'rigid_herz': choose among p2_formula, .*rigid_hertz"):
+    with pytest.raises(
+        KeyError, match="no model 'rigid_herz', did you mean 'rigid_hertz'\\?: choose among p2_formula, .*rigid_hertz"
+    ):
         rail_fem.solve("rigid_herz", case.scene)
     for none in (case, str(CASE), None):
         with pytest.raises(TypeError, match="is no Scene: give load_case.FILE..scene"):

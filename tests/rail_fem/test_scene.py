@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from rail_fem.scene.base import InputError
 from rail_fem.scene.scene import Foundation, Material, Scene, Vehicle, Wheel
 from rail_fem.settings.explicit import FeSettings
 
@@ -136,3 +137,21 @@ def test_smoke_settings_are_short_and_still_valid():
     assert smoke.element_size >= 6e-3 and smoke.max_steps <= 50
     assert FeSettings.model_validate(smoke.model_dump()) == smoke
     assert FeSettings(max_steps=3).smoke().max_steps == 3
+
+
+@pytest.mark.parametrize(
+    "change, told",
+    [
+        ({"sped": "3 mph"}, "sped: unknown key, did you mean 'speed'?"),
+        ({"foundation": {"stifness": "1 N/m"}}, "foundation.stifness: unknown key, did you mean 'stiffness'?"),
+        ({"speed": "75"}, 'speed: "75" has no unit, write e.g. "75 mph"'),
+        ({"wheel": "P8"}, "wheel: 'P8' is not a table, write [wheel] with its keys below"),
+        ({"crossing": {"ratio": -1}}, "crossing.ratio: -1 is outside [6, 32] for the crossing ratio N of 1:N"),
+        ({"crossing": {"flangeway": "70 mm"}}, "crossing: crossing: at x = 1011 mm the wing is 7.8 mm wide"),
+        ({"friction": "a", "materials": {"nose": "R26"}}, "materials.nose.grade: unknown value 'R26', did you mean"),
+    ],
+)
+def test_a_change_in_python_is_refused_in_the_words_of_a_case_file(change, told):
+    with pytest.raises(InputError) as fault:
+        make_scene().replace(**change)
+    assert told in str(fault.value) and "pydantic" not in str(fault.value)

@@ -21,7 +21,12 @@ def suggest(word: str, known: Iterable[str]) -> str:
 
 def describe_errors(error: ValidationError, section: type[BaseModel], key: str, most: int = 1000) -> list[str]:
     """One line for each input error, up to `most`, that pydantic found in `section`, which the file calls `key`."""
-    return [f"{_dotted(key, _position(error))}: {_remedy(error, section, key)}" for error in error.errors()[:most]]
+    return [": ".join(filter(None, fault)) for fault in faults_of(error, section, key, most)]
+
+
+def faults_of(error: ValidationError, section: type[BaseModel], key: str, most: int = 1000) -> list[tuple[str, str]]:
+    """Key, "" for the whole of a section without a name, and remedy of each input error, as in describe_errors."""
+    return [(_dotted(key, _position(fault)), _remedy(fault, section, key)) for fault in error.errors()[:most]]
 
 
 def _position(error: ErrorDetails) -> tuple:
@@ -50,7 +55,7 @@ def choices_of(annotation: Any) -> tuple[str, ...]:
 def _dotted(key: str, position: tuple) -> str:
     for step in position:
         key += f"[{step}]" if isinstance(step, int) else f".{plain(step)}"
-    return key
+    return key.removeprefix(".")
 
 
 def _remedy(error: ErrorDetails, section: type[BaseModel], key: str) -> str:
