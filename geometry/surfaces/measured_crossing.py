@@ -219,7 +219,8 @@ def _check_datum(sections: SectionCrossing) -> None:
             f"section at x = {sections.x[0]:g} m: its gauge face stands at y = {first.face / MM:.2f} mm,"
             f" {FACE_DEPTH / MM:g} mm below its top, the gauge line at {expected / MM:.2f} mm (y is positive towards"
             f' the field side of the wing): give lateral = "{-aside / MM:.2f} mm", or mirror = true where y runs the'
-            " other way"
+            " other way; of a file that begins behind the plain rail, where the wing has left the gauge line, put a"
+            " section of the plain rail first"
         )
     if abs(up) > HEIGHT_ERROR:
         raise CrossingError(

@@ -21,6 +21,9 @@ def crossing(
 ) -> None:
     """Write the crossing of a case as sections, as many as a tolerance asks for, or as STEP surfaces through them;
     families "sections" and "step" read them."""
+    from geometry.profiles.profile import ProfileError
+    from geometry.surfaces.bodies import CrossingError
+    from geometry.surfaces.measured_crossing import measured_crossing
     from rail_fem.export.sections import crossing_sections, write_section_folder, write_step, written_range
     from rail_fem.scene.units import parse
 
@@ -39,3 +42,7 @@ def crossing(
     except (ValueError, OSError) as error:
         stop(error)
     say(f"written {to}: {len(x)} sections from x = {1e3 * low:.0f} to {1e3 * high:.0f} mm")
+    try:
+        measured_crossing(x, sections)
+    except (CrossingError, ProfileError) as error:
+        say(f"""note: families "sections" and "step" cannot read them as they are: {error}""")

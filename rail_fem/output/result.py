@@ -97,7 +97,7 @@ class Cost:
         return self.wall_time - self.search_time - self.compile_time
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)  # one result is itself alone: its arrays have no one truth value
 class PassResult:
     """One pass by one model.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -200,7 +201,7 @@ def result_folders(folders: list[Path]) -> list[Path]:
                 f"{folder}: no result.json in it or right below it; give folders that run --out or sweep --out named"
             )
         found += below
-    return list(dict.fromkeys(found))
+    return list({path.resolve(): path for path in found}.values())
 
 
 def compare(folders: list[Path], reference: Path | None = None) -> Comparison:
@@ -257,11 +258,11 @@ def _refuse_unlike_scenes(loaded: list[tuple[Path, PassResult]], chosen: int) ->
 
 
 def _short_names(paths: list[Path]) -> tuple[str, ...]:
-    """Names of the folders, with their parents' where these are not unique."""
-    names = [path.resolve().name for path in paths]
-    return tuple(
-        name if names.count(name) == 1 else f"{path.resolve().parent.name}/{name}" for name, path in zip(names, paths)
-    )
+    """Names of the folders, with as many of those above them as tell each from the others."""
+    parts = [path.resolve().parts[1:] for path in paths]
+    endings = [[tuple(one[-k:]) for k in range(1, len(one) + 1)] for one in parts]
+    taken = Counter(ending for one in endings for ending in one)
+    return tuple("/".join(next((e for e in one if taken[e] == 1), one[-1])) for one in endings)
 
 
 def table(comparison: Comparison) -> str:

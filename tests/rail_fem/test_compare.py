@@ -180,6 +180,14 @@ def test_the_least_expensive_within_an_error_is_named_with_its_cost_and_warnings
     assert compare([folders / "middle", folders / "cheap"], folders / "cheap").reference.model == "lumped"
 
 
+def test_equal_runs_in_folders_of_one_name_are_told_apart(tmp_path):
+    for name in ("old/case/fe", "new/case/fe"):
+        made("rigid_hertz", 1.0, 1.0).save(tmp_path / name)
+    found = compare([tmp_path / "old" / "case", tmp_path / "new" / "case", tmp_path / "new" / ".." / "new" / "case"])
+    assert set(found.names) == {"old/case/fe", "new/case/fe"}
+    assert "is the least expensive within 0.05" in advice(found, 0.05, "first impact")
+
+
 def test_what_cannot_be_compared_is_refused_by_name(folders, tmp_path):
     other = replace(made("lumped", 1.0, 1.0), scene=SCENE.model_copy(update={"speed": 20.0}))
     other.save(tmp_path / "b" / "slow")
