@@ -15,6 +15,12 @@ def design(
     file: Annotated[Path, typer.Argument(metavar="DESIGN", help="design file (TOML), e.g. cases/design/leg.toml")],
     out: Annotated[Path, typer.Option("--out", help="folder of the trials, the report and its figure")],
     workers: Annotated[int, typer.Option(help="processes that run trials", min=1, max=1024)] = 2,
+    begin: Annotated[
+        Path | None,
+        typer.Option(
+            help="folder of a search with other weights: begin with the best of its trials, make half as many"
+        ),
+    ] = None,
     prove: Annotated[
         int,
         typer.Option(
@@ -23,40 +29,59 @@ def design(
             max=20,
         ),
     ] = 0,
+    rounds: Annotated[
+        int,
+        typer.Option(
+            help="with --prove: so many times search and proof, each search corrected by the proofs before",
+            min=1,
+            max=20,
+        ),
+    ] = 1,
     settings: SetOption = None,
     finer: Annotated[
         list[str] | None,
-        typer.Option(help='with --prove: the first pass of start and best at this element size, too: "3 mm"'),
+        typer.Option(
+            help='with --prove: the first pass of start and best at this element size, too, with bars: "2 mm"'
+        ),
     ] = None,
     ranks: Annotated[int, typer.Option(help="with --prove: ranks of a run", min=1)] = 1,
 ) -> None:
     """Vary a case's parameters within bounds and look for what is best over a set of wheels and speeds.
 
     Seeded; every trial is kept in OUT/trials.csv, and started again the search goes on where it was. --prove runs in
-    OUT/proof, goes on there too, and leaves proof.md and proof.png; --set is for these runs alone.
+    OUT/proof, goes on there too, and leaves proof.md and proof.png; --set is for these runs alone. --rounds goes on
+    from there with the light model's numbers corrected by what the proofs have found, and proves again.
     """
     from rail_fem.case.casefile import CaseError
     from rail_fem.case.variations import VariationError, read_settings
     from rail_fem.design.problem import DesignError, read_design
-    from rail_fem.design.proof import check_proof, prove_design
+    from rail_fem.design.proof import check_proof
     from rail_fem.design.proof_report import write_proof
     from rail_fem.design.report import write_report
-    from rail_fem.design.search import search
+    from rail_fem.design.rounds import search_and_prove
+    from rail_fem.design.search import search, trials_of
 
     if launcher.rank_count() > 1:
         stop("design starts mpirun itself, run by run: leave mpirun out and give --ranks")
-    if not prove and (settings or finer):
-        stop(f"{'--set' if settings else '--finer'} is for the runs that prove: give --prove, too")
+    if not prove and (settings or finer or rounds > 1):
+        given = "--set" if settings else "--finer" if finer else "--rounds"
+        stop(f"{given} is for the runs that prove: give --prove, too")
     try:
         problem, changes = read_design(file), read_settings(settings or ())
         if prove:
             check_proof(problem, changes, finer or ())
-        found = search(problem, out, workers, say)
-        say("\n" + write_report(problem, found, out))
+        earlier = trials_of(problem, begin) if begin is not None else []
         if not prove:
+            found = search(problem, out, workers, say, None, earlier)
+            say("\n" + write_report(problem, found, out))
             return
-        runs = prove_design(problem, found, out, prove, changes, finer or (), ranks, tell)
-        say("\n" + write_proof(problem, runs, out))
+        runs = []
+        for proof in search_and_prove(
+            problem, out, prove, rounds, workers, changes, finer or (), ranks, say, tell, earlier
+        ):
+            runs = proof.runs
+            say("\n" + write_report(problem, proof.found, out))
+            say("\n" + write_proof(problem, runs, out))
     except BrokenProcessPool:
         text = "a process of the search was ended from outside (out of memory?): start again, it goes on where it was"
         stop(text, RUN_FAILED)

@@ -4,6 +4,7 @@ case = "whole_crossing.toml"          # beside this file
 model = "rigid_hertz"
 seed = 1
 trials = 400
+set = { "run.rigid_hertz.path_spacing" = "5 mm" }   # in all passes and checks, before what each sets itself
 
 [[vary]]
 key = "scene.crossing.transition_length"
@@ -14,6 +15,10 @@ high = "500 mm"
 name = "worn, 75 mph"
 weight = 2.0
 set = { "scene.wheel.profile" = "P8-worn", "scene.speed" = "75 mph" }
+proven = true                         # false: searched on, left out of the proof
+
+[guess]                               # one of the first trials, e.g. what another search has found
+"scene.crossing.transition_length" = "405 mm"
 
 [[check]]                             # passes of the report alone: what was found, on wheels that were not searched on
 name = "as fast as 100 mph"
@@ -31,6 +36,7 @@ target = "263.6 kN"                   # none: as small as can be
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -97,6 +103,7 @@ class Pass(Frozen):
     name: str
     weight: Annotated[float, Field(gt=0, le=1e6)] = 1.0
     set: dict[str, Any] = Field(default_factory=dict)
+    proven: bool = True  # by --prove; else it is searched on alone
 
 
 class Objective(Frozen):
@@ -130,6 +137,8 @@ class Design(Frozen):
     seed: Annotated[Count, Field(ge=0)] = 1
     trials: Annotated[Count, Field(ge=10, le=1_000_000)] = 400
     worse: Annotated[float, Field(ge=0, le=1e3)] = 0.0  # weight of whatever is worse in a pass than at the start
+    set: dict[str, Any] = Field(default_factory=dict)  # keys in all passes and checks, before their own
+    guess: dict[str, str | float] = Field(default_factory=dict)  # values of all variables for one of the first trials
     proof: dict[str, Any] = Field(default_factory=dict)  # keys of the case for the runs that prove what was found
     vary: Annotated[tuple[Variable, ...], Field(min_length=1, max_length=30)]
     passes: Annotated[tuple[Pass, ...], Field(min_length=1, alias="pass")]
@@ -145,7 +154,23 @@ class Design(Frozen):
         for what, names in (("key", [v.key for v in self.vary]), ("pass", passes)):
             if len(set(names)) < len(names):
                 raise ValueError(f"{what} {sorted(n for n in names if names.count(n) > 1)[0]} stands twice")
+        if self.guess and {*self.guess} != {v.key for v in self.vary}:
+            raise ValueError("guess: give a value for every key that varies and for no other")
+        if any(not low <= x <= high for x, (low, high) in zip(self.guessed, (v.bounds for v in self.vary))):
+            raise ValueError("guess: a value lies outside its bounds")
+        if not any(one.proven for one in self.passes):
+            raise ValueError("proven = false in every pass: leave it out of those that --prove is to run")
         return self
+
+    @property
+    def guessed(self) -> list[float]:
+        """(k,)  `guess` in the variables' units, empty without one."""
+        return [parse(str(self.guess[v.key]), v.unit)[1] for v in self.vary] if self.guess else []
+
+    @property
+    def proven(self) -> tuple[Pass, ...]:
+        """The passes that a proof runs."""
+        return tuple(one for one in self.passes if one.proven)
 
 
 @dataclass(frozen=True)
@@ -168,6 +193,19 @@ class Problem:
         """Keys of the case with their values; none for the case as it is."""
         return {} if values is None else {v.key: v.text(x) for v, x in zip(self.design.vary, values)}
 
+    @cached_property
+    def start_values(self) -> np.ndarray:
+        """(k,)  of the variables in the case as it is, NaN for one that it leaves to the program. Errors: CaseError."""
+        case = load_case(self.case, {})
+        found = []
+        for variable in self.design.vary:
+            section, *names = variable.key.split(".")
+            holder: Any = case.scene if section == "scene" else case.runs
+            for name in names:
+                holder = holder[name] if isinstance(holder, Mapping) else getattr(holder, name)
+            found.append(holder / si_factor(variable.unit) if isinstance(holder, (int, float)) else np.nan)
+        return np.array(found, dtype=float)
+
     def numbers(self, values: np.ndarray | None, passes: tuple[Pass, ...] = ()) -> np.ndarray:
         """(k,)  the measures of `columns` in their units, or of other passes. Errors: those of load_case and of the
         model."""
@@ -182,11 +220,13 @@ class Problem:
                 found.append(measure.of(result) / si_factor(measure.unit))
         return np.array(found)
 
-    def score(self, numbers: np.ndarray, start: np.ndarray) -> float:
+    def score(self, numbers: np.ndarray, start: np.ndarray, counted: np.ndarray | None = None) -> float:
         """Weighted mean over passes and objectives: value over the start's, or squared distance from a target; what is
-        above the start's counts `worse` times more."""
+        above the start's counts `worse` times more. counted (m,) : which of the numbers, all if None"""
         total = weights = 0.0
         for k, (one, objective) in enumerate((p, o) for p in self.design.passes for o in self.design.objective):
+            if counted is not None and not counted[k]:
+                continue
             weight = one.weight * objective.weight
             goal = objective.goal
             part = self._part(numbers[k], start[k]) if goal is None else ((numbers[k] - goal) / goal) ** 2
@@ -206,7 +246,7 @@ def read_design(path: Path) -> Problem:
     except (CaseTextError, tomllib.TOMLDecodeError) as error:
         raise DesignError(f"{path}: {error}") from error
     try:
-        design = Design.model_validate(table)
+        design = _with_common_keys(Design.model_validate(table))
     except ValidationError as error:
         where = lambda fault: ".".join(str(step) for step in fault["loc"]) or "design"
         faults = [f"  {where(fault)}: {fault['msg']}" for fault in error.errors()]
@@ -219,6 +259,12 @@ def read_design(path: Path) -> Problem:
     for variable in design.vary:
         _check_key(problem.case, variable)
     return problem
+
+
+def _with_common_keys(design: Design) -> Design:
+    """What all passes and checks set, written into each of them."""
+    own = lambda passes: tuple(one.model_copy(update={"set": design.set | one.set}) for one in passes)
+    return design.model_copy(update={"passes": own(design.passes), "checks": own(design.checks)})
 
 
 def _check_key(case: Path, variable: Variable) -> None:

@@ -24,7 +24,7 @@ from rail_fem.sweeps.sweep import FAILED, Job, Outcome, run_job
 from rail_fem.sweeps.trends import MEASURES, Measure
 
 MODEL = "fe_full"
-SIZE = f"run.{MODEL}.element_size"
+SIZE, TWIN = (f"run.{MODEL}.{key}" for key in ("element_size", "error_twin"))
 LONGEST_REASON = 200  # characters
 PROVEN: dict[str, Measure] = {
     **{name: MEASURES[f"largest {name}"] for name in ("leg force", "wing force", "nose force")},
@@ -82,7 +82,7 @@ def shapes(problem: Problem, found: Found, count: int) -> list[ProvenShape]:
     good = [(trial.score, number, trial) for number, trial in enumerate(found.trials, 1) if not trial.fault]
     good.sort(key=lambda entry: entry[:2])
     chosen = [(number, trial, "") for _, number, trial in good[:count]]
-    even = [(n, t, ", worse nowhere") for _, n, t in good if (t.numbers <= found.start.numbers).all()]
+    even = [(n, t, ", worse nowhere") for _, n, t in good if (t.expected <= found.start.expected).all()]
     if even and even[0][0] not in [number for number, *_ in chosen]:
         chosen.append(even[0])
     named = [ProvenShape(f"trial_{number:04d}", f"trial {number}{words}", trial) for number, trial, words in chosen]
@@ -102,14 +102,14 @@ def prove_design(
     """Run what is to be proven, or go on with it.
 
     count : how many of the best;  settings : keys of the case in place of the design's `proof` and of what a pass sets
-    finer : element sizes at which the first pass of start and best is run, too
+    finer : element sizes at which the first pass of start and best is run, too, with error bars by a twin
     Errors: those of `check_proof`.
     """
     changes = check_proof(problem, settings or {}, finer)
     chosen = shapes(problem, found, count)
-    tasks = [(shape, one, changes) for one in problem.design.passes for shape in chosen]
-    first = problem.design.passes[0]
-    tasks += [(shape, first, {**changes, SIZE: size}) for size in finer for shape in chosen[:2]]
+    tasks = [(shape, one, changes) for one in problem.design.proven for shape in chosen]
+    first = problem.design.proven[0]
+    tasks += [(shape, first, {TWIN: True, **changes, SIZE: size}) for size in finer for shape in chosen[:2]]
     done = []
     for number, (shape, one, keys) in enumerate(tasks, 1):
         run, wall = _run(problem, shape, one, keys, Path(out) / "proof", ranks)
@@ -125,7 +125,7 @@ def check_proof(problem: Problem, settings: Mapping[str, Any], finer: Sequence[s
     varied = sorted({variable.key for variable in problem.design.vary} & {*problem.design.proof, *settings})
     if varied:
         raise DesignError(f"{varied[0]} is what the search varies: a proof cannot set it")
-    for one in problem.design.passes:
+    for one in problem.design.proven:
         for size in ({}, *({SIZE: size} for size in finer)):
             if MODEL not in load_case(problem.case, {**keys_of(problem, one, settings), **size}).runs:
                 raise DesignError(f"{problem.case}: has no [run.{MODEL}], by which a design is proven")

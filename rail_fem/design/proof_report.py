@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from rail_fem.design.correction import proven_scores
 from rail_fem.design.problem import Problem
 from rail_fem.design.proof import MODEL, PROVEN, SEARCHED, ProofRun, ProvenShape
 from rail_fem.output.markdown import markdown_table
@@ -49,11 +50,24 @@ def proof_report(problem: Problem, runs: Sequence[ProofRun]) -> str:
         rows = [row for run in own for row in _rows(problem, _start_of(runs, run), run)]
         lines += markdown_table(["pass", "quantity", "start", shape.words, "change", MODEL, problem.design.model], rows)
         lines += ["", *_summary([(_start_of(runs, run), run) for run in own]), ""]
+    lines += _told_scores(problem, runs)
     lines += _told("How far the runs may be trusted:", [(run, _trust(run)) for run in runs])
     lines += _told("Could not be run:", [(run, run.fault) for run in runs])
     seconds = sum(core_seconds(run.result) for run in runs if run.result is not None)
     lines.append(f"{len(runs)} runs, {seconds / 60:.1f} core minutes. Without +- no bar is claimed.")
     return "\n".join(lines)
+
+
+def _told_scores(problem: Problem, runs: Sequence[ProofRun]) -> list[str]:
+    """The shapes by this model's numbers, with what is higher than at the start."""
+    rows = []
+    for shape, score, above in proven_scores(problem, runs):
+        worse = [
+            f"{': '.join(problem.columns[k])} {'from 0' if np.isinf(above[k]) else f'{100 * above[k]:+.0f} %'}"
+            for k in np.flatnonzero(~np.isnan(above))
+        ]
+        rows.append([shape.words, f"{score:.4f}", ", ".join(worse) or "nothing"])
+    return [*markdown_table(["shape", f"score by {MODEL}", "higher than at the start"], rows), ""] if rows else []
 
 
 def _pairs(runs: Sequence[ProofRun]) -> list[tuple[float, ProvenShape]]:
@@ -125,7 +139,7 @@ def proof_figure(problem: Problem, runs: Sequence[ProofRun]) -> Figure:
     own = [run for run in runs if run.size == size]
     drawn = [name for name in PROVEN if any(np.isfinite(run.value(name)[0]) for run in own)]
     shapes = list({run.shape.name: run.shape for run in own}.values())
-    passes = list(problem.design.passes)
+    passes = list(problem.design.proven)
     figure = new_figure(2.3 * max(1, len(drawn)) / 2 + 2.2)
     panels = figure.subplots((len(drawn) + 1) // 2 or 1, 2, squeeze=False, sharex=True).ravel()
     width = 0.8 / len(shapes)

@@ -67,6 +67,9 @@ def report(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -
         "",
     ]
     lines += _side_by_side(problem, problem.columns, found.start.numbers, best.numbers)
+    if best.corrected is not None:
+        lines += ["", "As the proofs so far correct it, by which the search went:", ""]
+        lines += _side_by_side(problem, problem.columns, found.start.expected, best.expected)
     if len(checked):
         lines += ["", "Passes that were not searched on:", ""]
         lines += _side_by_side(problem, problem.columns_of(design.checks), *checked)

@@ -7,9 +7,9 @@ behind them. A trial that cannot be run counts as FAILED and keeps its reason.
 import csv
 import hashlib
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,15 +23,24 @@ PER_VARIABLE = 6  # trials of one generation for each variable, at least LEAST i
 LEAST = 12
 DIGITS = 6  # to which values are written, run and remembered
 
+Correct = Callable[[np.ndarray, np.ndarray], np.ndarray]  # values and numbers of a trial to the numbers that count
+
 
 @dataclass(frozen=True)
 class Trial:
-    """values (k,) in the variables' units;  numbers (m,) of Problem.columns, NaN where it failed;  fault : why"""
+    """values (k,) in the variables' units;  numbers (m,) of Problem.columns, NaN where it failed;  fault : why;
+    corrected (m,) : the numbers as earlier proofs correct them, None before there is one"""
 
     values: np.ndarray
     numbers: np.ndarray
     score: float
     fault: str = ""
+    corrected: np.ndarray | None = None
+
+    @property
+    def expected(self) -> np.ndarray:
+        """(m,)  what a proof is expected to find: the numbers, or as earlier proofs correct them."""
+        return self.numbers if self.corrected is None else self.corrected
 
 
 @dataclass(frozen=True)
@@ -43,55 +52,87 @@ class Found:
     trials: list[Trial]
 
 
-def search(problem: Problem, out: Path, workers: int = 2, say: Callable[[str], None] = print) -> Found:
-    """Search, or go on with a search. Errors: DesignError where the start cannot be run, or `out` holds another
-    search."""
-    record = SearchRecord(problem, Path(out))
+def search(
+    problem: Problem,
+    out: Path,
+    workers: int = 2,
+    say: Callable[[str], None] = print,
+    correct: Correct | None = None,
+    earlier: Sequence[Trial] = (),
+) -> Found:
+    """Search, or go on with a search.
+
+    correct : values and numbers of a trial to the numbers that count;  earlier : trials of a search before, whose best
+    by these numbers begin this one, which makes half as many and has them among its own
+    Errors: DesignError where the start cannot be run, or `out` holds another search.
+    """
+    record, design = SearchRecord(problem, Path(out)), problem.design
     with ProcessPoolExecutor(workers) as pool:
         run = lambda points: list(pool.map(_numbers, [problem] * len(points), points))
-        start = record.start(run)
-        make = lambda points: _scores(problem, record, start, run, points, say)
-        bounds = [variable.bounds for variable in problem.design.vary]
+        judge = _Judge(problem, correct, record.start(run))
+        seen = {tuple(trial.values): judge(trial) for trial in earlier}
+        bounds = [variable.bounds for variable in design.vary]
         size = max(LEAST, PER_VARIABLE * len(bounds))
+        members = int(np.ceil(size / len(bounds)))
+        trials = design.trials / 2 if earlier else design.trials
         differential_evolution(
             lambda x: 0.0,  # never called: `workers` is given the points of a generation
             bounds,
-            popsize=int(np.ceil(size / len(bounds))),
-            maxiter=max(1, int(np.ceil(problem.design.trials / (np.ceil(size / len(bounds)) * len(bounds)))) - 1),
-            seed=problem.design.seed,
+            popsize=members,
+            init=_best(seen.values(), members * len(bounds)) or "latinhypercube",
+            maxiter=max(1, int(np.ceil(trials / (members * len(bounds)))) - 1),
+            seed=design.seed,
+            x0=None if earlier else design.guessed or None,
             updating="deferred",
             polish=False,
             tol=1e-6,
-            workers=lambda _, points: make(points),
+            workers=lambda _, points: _scores(record, judge, seen, run, points, say),
         )
-    if all(trial.fault for trial in record.trials):
-        last = record.trials[-1].fault
-        raise DesignError(f"none of the {len(record.trials)} trials could be run, the last: {last}")
-    trials = [Trial(t.values, t.numbers, _score(problem, t, start), t.fault) for t in record.trials]
-    return Found(
-        Trial(start.values, start.numbers, problem.score(start.numbers, start.numbers)),
-        min(trials, key=lambda trial: trial.score),
-        trials,
-    )
+    found = list(seen.values())
+    if all(trial.fault for trial in found):
+        raise DesignError(f"none of the {len(found)} trials could be run, the last: {found[-1].fault}")
+    return Found(judge.start, min(found, key=lambda trial: trial.score), found)
+
+
+def trials_of(problem: Problem, folder: Path) -> list[Trial]:
+    """Of a search of the same passes and bounds, whatever its weights. Errors: DesignError where there is none."""
+    if not (Path(folder) / TRIALS).is_file():
+        raise DesignError(f"{folder}: has no {TRIALS} of a search to begin with")
+    return SearchRecord(problem, Path(folder)).trials
+
+
+class _Judge:
+    """Scores of trials against the start, by the numbers that count."""
+
+    def __init__(self, problem: Problem, correct: Correct | None, start: Trial):
+        self.problem, self.correct, self.start = problem, correct, start
+        self.start = self(start)
+
+    def __call__(self, trial: Trial) -> Trial:
+        corrected = None if trial.fault or self.correct is None else self.correct(trial.values, trial.numbers)
+        own = replace(trial, corrected=corrected)
+        first = own if own.values is self.start.values else self.start
+        return replace(own, score=FAILED if own.fault else self.problem.score(own.expected, first.expected))
+
+
+def _best(trials: Iterable[Trial], count: int) -> list[np.ndarray]:
+    """Values of the `count` trials of least score; none where there are fewer that could be run."""
+    good = sorted((trial for trial in trials if not trial.fault), key=lambda trial: trial.score)
+    return [trial.values for trial in good[:count]] if len(good) >= count else []
 
 
 def _scores(
-    problem: Problem, record: "SearchRecord", start: Trial, run: Callable, points: Iterable, say: Callable
-) -> list:
+    record: "SearchRecord", judge: _Judge, seen: dict[tuple, Trial], run: Callable, points: Iterable, say: Callable
+) -> list[float]:
     points = [rounded(point) for point in points]
     missing = [p for k, p in enumerate(points) if p not in record and tuple(p) not in map(tuple, points[:k])]
     for point, (numbers, fault) in zip(missing, run(missing)):
         record.add(Trial(point, numbers, np.nan, fault))
-    scores = [_score(problem, record[point], start) for point in points]
-    failed = sum(bool(trial.fault) for trial in record.trials)
-    best = min(_score(problem, trial, start) for trial in record.trials)
-    first = problem.score(start.numbers, start.numbers)
-    say(f"{len(record.trials)} trials, best {best:.4f} (start {first:.4f}), {failed} failed")
-    return scores
-
-
-def _score(problem: Problem, trial: Trial, start: Trial) -> float:
-    return FAILED if trial.fault else problem.score(trial.numbers, start.numbers)
+    for point in points:
+        seen.setdefault(tuple(point), judge(record[point]))
+    failed, best = sum(bool(trial.fault) for trial in seen.values()), min(trial.score for trial in seen.values())
+    say(f"{len(seen)} trials, best {best:.4f} (start {judge.start.score:.4f}), {failed} failed")
+    return [seen[tuple(point)].score for point in points]
 
 
 def rounded(point: np.ndarray) -> np.ndarray:

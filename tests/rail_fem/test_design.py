@@ -148,6 +148,24 @@ def test_what_is_worse_in_a_pass_counts_more(tmp_path):
         assert strict.score(np.array([value]), start) == pytest.approx(weighted)
 
 
+def test_keys_of_all_passes_stand_once_and_a_pass_s_own_go_before(tmp_path):
+    common = 'set = { "scene.friction" = 0.2, "scene.speed" = "60 mph" }\nseed = 3'
+    problem = read_design(design(tmp_path, seed=("seed = 3", common), extra=CHECK))
+    (one,), (check,) = problem.design.passes, problem.design.checks
+    assert one.set["scene.friction"] == 0.2 and one.set["scene.speed"] == "60 mph"
+    assert check.set["scene.friction"] == 0.2 and check.set["scene.speed"] == "50 mph"
+
+
+def test_a_guess_is_among_the_first_trials(bowl, tmp_path):
+    guess = '[guess]\n"scene.crossing.nose_lowering" = "0.7 mm"\n[[vary]]'
+    problem = read_design(design(tmp_path, trials=12, vary=("[[vary]]", guess)))
+    found = search(problem, tmp_path / "guessed", say=lambda text: None)
+    assert any(trial.values == 0.7 for trial in found.trials[:12])
+    for old, new in (("0.7 mm", "3 mm"), ("nose_lowering", "wing_raise")):
+        with pytest.raises(DesignError, match="guess"):
+            read_design(design(tmp_path, vary=("[[vary]]", guess.replace(old, new))))
+
+
 def test_shapes_are_apart_by_what_was_changed():
     """A topping line 1 mm lower takes 1 mm off the topped nose (up to 0.45 m), the wing nothing."""
     wing, nose = shape_difference(CastCrossing(), CastCrossing(nose_lowering=1e-3), 0.36, 0.45)
@@ -180,6 +198,7 @@ def test_checks_are_reported_and_not_searched_on(tmp_path):
         ("nose_lowering", "nose_lowerin", None),
         ("nose_transfer.toml", "none.toml", None),
         ("trials = 20", "trials = 2", "greater than or equal to 10"),
+        ("[pass.set]", "proven = false\n[pass.set]", "proven = false in every pass"),
     ],
 )
 def test_a_design_that_cannot_be_searched_is_refused(tmp_path, old, new, complaint):
