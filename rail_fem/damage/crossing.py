@@ -22,9 +22,9 @@ from bem.halfspace.rolled_ellipses import RolledEllipses, rolled_ellipses
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.bodies import BODIES
-from kernel_cache import njit
+from rail_fem.damage.deposit import Footprints, deposit
 from rail_fem.damage.strips import patch_centres, plane_creepages, strip_creepages
-from rail_fem.damage.wear import WearLaw, friction_work, tgamma
+from rail_fem.damage.wear import WearLaw, friction_work_of_cells, tgamma
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
 from rail_fem.output.result import PassResult
 from rail_fem.scene.scene import Scene
@@ -223,8 +223,10 @@ def wear_field(
     spacing: float = SPACING,
     grid: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> WearField:
-    """d(x, y) of one pass: each patch wears the line across the rail that lies under it, `spacing` [m] wide, by its
-    strip sums, shared by the two lines of the field next to it. The volume is that of the strips.
+    """d(x, y) of one pass. While the wheel goes on by `spacing` [m], every point under a patch wears at the rate of the
+    cell that lies on it: a point of the rail is passed by parts of all the patches whose length reaches it, each at its
+    own position, d(x0, y) = sum over X of rate_X(x0 - X, y) dX. Where patches do not change along the rail that is the
+    sum of a strip. The volume is that of the strips.
 
     grid : x (m,) and y (n,) of the field, evenly spaced [m]; None: about the contacts
     Raises ValueError where no contact carries, or one lies beyond the grid.
@@ -233,7 +235,8 @@ def wear_field(
         raise ValueError("no contact carries on this stretch: nothing wears")
     low, high = contacts.position.min(axis=0), contacts.position.max(axis=0)
     if grid is None:
-        x = np.arange(low[0] - 2 * spacing, high[0] + 3 * spacing, spacing)
+        reach = contacts.patches.grid.dx.max() * contacts.patches.grid.nx / 2 + 2 * spacing
+        x = np.arange(low[0] - reach, high[0] + reach + spacing, spacing)
         y = np.arange(low[1] - MARGIN, high[1] + MARGIN, LATERAL)
     else:
         x, y = grid
@@ -243,51 +246,16 @@ def wear_field(
             f" {x[0]:.3f} to {x[-1]:.3f}, y {y[0]:.3f} to {y[-1]:.3f}: give a larger one"
         )
     patches = contacts.patches
-    strips = [factor * law.depth(patches, contacts.speed) for law in laws.values()] + [friction_work(patches)]
-    width = patches.grid.dy * np.cos(contacts.angle)
-    edge = contacts.position[:, 1] - patches.grid.ny / 2 * width
-    summed = np.cumsum(np.stack(strips, axis=1), axis=2) * patches.grid.dy[:, None, None]
-    share = spacing / (x[1] - x[0])
-    out = np.zeros((len(strips), len(BODIES), len(x), len(y)))
-    deposit(contacts.body, contacts.position[:, 0], edge, width, share * summed, x, y, out)
-    by_body = [dict(zip(BODIES, own, strict=True)) for own in out]
-    return WearField(x, y, dict(zip(laws, by_body[:-1], strict=True)), by_body[-1], contacts)
+    feet, share = footprints(contacts), spacing / (x[1] - x[0]) * patches.grid.dy
+    depth = {
+        name: deposit(feet, law.cells(patches, contacts.speed), factor * share, x, y) for name, law in laws.items()
+    }
+    work = deposit(feet, friction_work_of_cells(patches), share, x, y)
+    by_body = {name: dict(zip(BODIES, own, strict=True)) for name, own in depth.items()}
+    return WearField(x, y, by_body, dict(zip(BODIES, work, strict=True)), contacts)
 
 
-@njit(cache=True)
-def deposit(body, position, edge, width, summed, x, y, out):
-    """Add patches to depths out (laws, bodies, m, n) on the lines of an even grid x (m,), y (n,): each goes to the two
-    lines next to its position, each line to the cells across that its strips cover.
-
-    edge, width (k,) : of the first strip, in plan [m];  summed (k, laws, strips) : depth times width up to the end of
-    each strip, linear in between
-    """
-    dx, dy = x[1] - x[0], y[1] - y[0]
-    laws, strips = summed.shape[1], summed.shape[2]
-    for k in range(len(body)):
-        at = (position[k] - x[0]) / dx
-        i = min(max(int(np.floor(at)), 0), len(x) - 2)
-        near = at - i
-        first = max(int(np.floor((edge[k] - y[0]) / dy + 0.5)), 0)
-        last = min(int(np.floor((edge[k] + strips * width[k] - y[0]) / dy + 0.5)), len(y) - 1)
-        for law in range(laws):
-            before = _up_to(y[first] - dy / 2, edge[k], width[k], summed[k, law])
-            for j in range(first, last + 1):
-                after = _up_to(y[j] + dy / 2, edge[k], width[k], summed[k, law])
-                depth = (after - before) / dy
-                out[law, body[k], i, j] += (1.0 - near) * depth
-                out[law, body[k], i + 1, j] += near * depth
-                before = after
-
-
-@njit(cache=True)
-def _up_to(y, edge, width, summed):
-    """Area of the strips (strips,) up to y."""
-    at = (y - edge) / width
-    if at <= 0.0:
-        return 0.0
-    n = int(at)
-    if n >= len(summed):
-        return summed[-1]
-    low = summed[n - 1] if n > 0 else 0.0
-    return low + (at - n) * (summed[n] - low)
+def footprints(contacts: PassContacts) -> Footprints:
+    """Of the patches of a pass."""
+    grid = contacts.patches.grid
+    return Footprints(contacts.body, contacts.position[:, :2], grid.dx, grid.dy * np.cos(contacts.angle))

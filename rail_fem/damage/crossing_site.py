@@ -20,7 +20,8 @@ from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES, NO_METAL
 from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
-from rail_fem.damage.crossing import PassContacts, PatchOptions, deposit, table_contacts, wear_field
+from rail_fem.damage.crossing import PassContacts, PatchOptions, table_contacts, wear_field
+from rail_fem.damage.deposit import Footprints, deposit
 from rail_fem.damage.groove import FlowLaw, Grooves, groove_strips, grooves, held_beyond, mean_under
 from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.wear import WearLaw
@@ -275,10 +276,10 @@ def groove_field(site: CrossingSite, scene: Scene, contacts: PassContacts, shape
         )
         flows = found.depth > 0
         strips, across = groove_strips(Grooves(*(v[flows] for v in found)))
-        position, plan = contacts.position[own][flows], across * cosine[own][flows]
-        summed = np.cumsum(strips, axis=2) * across[:, None, None] * (site.spacing / (x[1] - x[0]))
-        edge = position[:, 1] - strips.shape[2] / 2 * plan
-        deposit(np.full(len(plan), b), position[:, 0], edge, plan, summed, x, y, depth)
+        plan = across * cosine[own][flows]
+        feet = Footprints(np.full(len(plan), b), contacts.position[own][flows][:, :2], 0 * plan, plan)
+        for into, each in zip(depth, np.moveaxis(strips, 1, 0), strict=True):
+            into += deposit(feet, each[:, None], across * (site.spacing / (x[1] - x[0])), x, y)
     return held_beyond(depth, contacts.position[:, 0], x)
 
 

@@ -35,7 +35,7 @@ from rail_fem.settings.damage import MOST_PASSES, DamageSettings
 from rail_fem.settings.light import RigidHertzSettings
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
-VERSION = 4
+VERSION = 5
 
 
 class StudyError(ValueError):

@@ -3,6 +3,8 @@
 A rail point under strip y is passed by the whole strip, so that d(y) is a sum along x. Every law gives the worn area
 per pass A = sum d(y) dy [m2], which is also the worn volume per metre rolled; over the friction work per metre rolled
 it is the law's specific wear [m3/J], by which the laws can be compared (field practice: ug/J).
+Where patches change along the rail a point is passed by parts of several: `cells` says what each cell wears while the
+patch rolls on by its length, of which a strip is the sum.
 A law takes one patch or a row of k (bem.halfspace.rolled_ellipses); arrays then begin with k.
 Nothing here knows of lubrication or climate: the study multiplies by its calibration factor.
 """
@@ -32,9 +34,25 @@ class WearLaw(Protocol):
     @property
     def label(self) -> str: ...
 
+    def cells(self, patch: Patches, speed: float) -> np.ndarray:
+        """(..., nx, ny) depth [m] worn off under each cell of a patch while it rolls on by a cell's length, at a
+        rolling speed [m/s]."""
+        ...
+
     def depth(self, patch: Patches, speed: float) -> np.ndarray:
         """(..., ny) depth [m] worn off each strip of a rolling patch by one pass at a rolling speed [m/s]."""
         ...
+
+
+class OverStrips:
+    """A law's strips are the sums of its cells."""
+
+    def cells(self, patch: Patches, speed: float) -> np.ndarray:
+        raise NotImplementedError
+
+    def depth(self, patch: Patches, speed: float) -> np.ndarray:
+        """(..., ny) [m] as of WearLaw."""
+        return self.cells(patch, speed).sum(axis=-2)
 
 
 def refuse_unsolved(patch: Patches, speed: float) -> None:
@@ -55,11 +73,6 @@ def to_cells(value: float | np.ndarray) -> np.ndarray:
     return np.asarray(value)[..., None, None]
 
 
-def to_strips(value: float | np.ndarray) -> np.ndarray:
-    """A number of each patch () or (k,), to be multiplied with values of their strips (..., ny)."""
-    return np.asarray(value)[..., None]
-
-
 def ratio(part: float | np.ndarray, whole: float | np.ndarray) -> np.ndarray:
     """part / whole, 0 where the whole is not above 0."""
     part, whole = np.asarray(part, float), np.asarray(whole, float)
@@ -78,10 +91,15 @@ def friction_density(patch: Patches) -> np.ndarray:
     return np.maximum(-(traction[..., 0] * slip[..., 0] + traction[..., 1] * slip[..., 1]), 0.0)
 
 
+def friction_work_of_cells(patch: Patches) -> np.ndarray:
+    """(..., nx, ny) friction work per area under each cell while the patch rolls on by its length [J/m2]."""
+    return friction_density(patch) * to_cells(patch.grid.dx)
+
+
 def friction_work(patch: Patches) -> np.ndarray:
     """(..., ny) friction work per area of each strip by one pass [J/m2]: the integral of traction times slip along
     x."""
-    return friction_density(patch).sum(axis=-2) * to_strips(patch.grid.dx)
+    return friction_work_of_cells(patch).sum(axis=-2)
 
 
 def rolling_creepage(patch: Patch) -> Creepage:
@@ -99,10 +117,10 @@ def tgamma(patch: Patch) -> float:
 
 
 def spread_as_work(patch: Patches, area: float | np.ndarray) -> np.ndarray:
-    """(..., ny) depths [m] in proportion to the friction work of the strips whose sum over the strips' widths is
+    """(..., nx, ny) depths [m] in proportion to the friction work of the cells, whose sum over the strips' widths is
     `area`."""
-    work = friction_work(patch)
-    return work * to_strips(ratio(area, work.sum(axis=-1) * patch.grid.dy))
+    work = friction_work_of_cells(patch)
+    return work * to_cells(ratio(area, work.sum(axis=(-2, -1)) * patch.grid.dy))
 
 
 @dataclass(frozen=True)
@@ -171,7 +189,7 @@ JENDEL = WearMap(
 
 
 @dataclass(frozen=True)
-class Archard:
+class Archard(OverStrips):
     """Archard's law per cell, d(y) = sum_x k p s dx / H with the slip s per metre rolled.
 
     hardness : of the worn body [Pa];  wear_map : of k;  share : of its scatter (WearMap.coefficient)
@@ -211,9 +229,6 @@ class Archard:
             pressure, velocity = (field.max(axis=(-2, -1), keepdims=True) for field in (pressure, velocity))
         return self.wear_map.coefficient(pressure, velocity, self.share)
 
-    def depth(self, patch: Patches, speed: float) -> np.ndarray:
-        return self.cells(patch, speed).sum(axis=-2)
-
     def border_share(self, patch: Patch, speed: float) -> float:
         """Part of the wear that comes from cells within 10 % of a border of the map, where k jumps."""
         depth = self.cells(patch, speed)
@@ -222,7 +237,7 @@ class Archard:
 
 
 @dataclass(frozen=True)
-class Usfd:
+class Usfd(OverStrips):
     """Wear rate of R8T on 900A steel by T gamma / A, dry, from twin discs: mass per metre rolled and area of the patch.
 
     limits : of the regimes [N/m2];  rate : slopes [kg/(m m2) per N/m2] of the first and the third, both through 0 of
@@ -247,14 +262,15 @@ class Usfd:
         high = self.plateau + self.slope[1] * (x - self.limits[1])
         return np.where(x < self.limits[0], self.slope[0] * x, np.where(x <= self.limits[1], self.plateau, high))
 
-    def depth(self, patch: Patches, speed: float) -> np.ndarray:
+    def cells(self, patch: Patches, speed: float) -> np.ndarray:
+        """(..., nx, ny) depth [m] of each cell."""
         refuse_unsolved(patch, speed)
         area = patch.contact_area
         return spread_as_work(patch, self.rate(ratio(patch.frictional_power, area)) * area / DENSITY)
 
 
 @dataclass(frozen=True)
-class BritishRail:
+class BritishRail(OverStrips):
     """British Rail Research: worn area of a wheel's section per distance, from T gamma [N] and its diameter D.
 
     T gamma < 100 N: 0.25 T gamma / D mm2/km with D in mm; to 200 N: 25 / D; above: (1.19 T gamma - 154) / D (the
@@ -279,14 +295,15 @@ class BritishRail:
         high = np.where(x <= self.limits[1], self.plateau, self.slope[1] * x - self.offset)
         return np.where(x < self.limits[0], self.slope[0] * x, high)
 
-    def depth(self, patch: Patches, speed: float) -> np.ndarray:
+    def cells(self, patch: Patches, speed: float) -> np.ndarray:
+        """(..., nx, ny) depth [m] of each cell."""
         refuse_unsolved(patch, speed)
         volume = np.pi * self.section_times_diameter(patch.frictional_power) * 1e-12  # mm3/km -> m3/m
         return spread_as_work(patch, volume)
 
 
 @dataclass(frozen=True)
-class KrausePoll:
+class KrausePoll(OverStrips):
     """Volume per friction work, mild or severe by the friction power per area of the patch.
 
     mild, severe : [m3/J];  limit : [W/m2]. Source: Krause and Poll, Wear 113 (1986) 103; values recalled, not opened.
@@ -300,10 +317,11 @@ class KrausePoll:
     def __post_init__(self) -> None:
         refuse_negative("Krause-Poll", self.mild, self.severe, self.limit)
 
-    def depth(self, patch: Patches, speed: float) -> np.ndarray:
+    def cells(self, patch: Patches, speed: float) -> np.ndarray:
+        """(..., nx, ny) depth [m] of each cell."""
         refuse_unsolved(patch, speed)
         power = ratio(patch.frictional_power * abs(speed), patch.contact_area)
-        return friction_work(patch) * to_strips(np.where(power > self.limit, self.severe, self.mild))
+        return friction_work_of_cells(patch) * to_cells(np.where(power > self.limit, self.severe, self.mild))
 
 
 def refuse_negative(law: str, *coefficients: float) -> None:
