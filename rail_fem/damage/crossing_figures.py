@@ -16,6 +16,7 @@ from rail_fem.damage.crossing_site import CrossingRate, CrossingSite
 from rail_fem.damage.evolution import Evolution
 from rail_fem.damage.figures import MM, UM, label_of, passes_figure, shade_regions, shakedown_figure
 from rail_fem.damage.sites import fatigue_of, laws_of
+from rail_fem.damage.wheel_figure import wheel_figure
 from rail_fem.settings.damage import DamageSettings
 from rail_fem.show.style import BODY, GREY, SKY, lettering, new_figure, save, words_instead
 
@@ -42,6 +43,7 @@ def crossing_figures(
             "depth_plan": plan_figure(title, settings, site.base, state),
             "tgamma": tgamma_figure(title, settings, state, before, after),
             "depth_band": band_figure(title, settings, state),
+            "wheel_wear": wheel_figure(title, settings, site, state),
             "passes": passes_figure(title, settings, state),
             "shakedown": crossing_shakedown(title, settings, before, after),
         }

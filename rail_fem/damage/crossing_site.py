@@ -25,6 +25,7 @@ from rail_fem.damage.deposit import Footprints, deposit
 from rail_fem.damage.groove import FlowLaw, Grooves, groove_strips, grooves, held_beyond, mean_under
 from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.wear import WearLaw
+from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
 from rail_fem.damage.worn_surface import STEEPEST, WornSurface
 from rail_fem.light.contact_table import ContactTable, fresh_table, table_key
 from rail_fem.light.plastic_indentation import contacts_of
@@ -63,7 +64,9 @@ class PassWear:
     force : (2,) largest on wing and nose [N];  impact : the larger of them;  transfer : where the load changes over
     [m], NaN: nowhere;  hardest : patch of the largest normal force on wing and nose, None: carries nothing
     grooves : (2, 2, m, lines) depths [m] that it still presses into wing and nose, and the strains of that; empty where
-    nothing flows"""
+    nothing flows
+    wheel : (laws, 2, n) mean depth around its circumference that the wheel loses on wing and nose, over its profile [m]
+    circumference : (n,) of the wheel there [m]"""
 
     label: str
     lines: tuple[int, int]
@@ -76,6 +79,8 @@ class PassWear:
     transfer: float
     hardest: tuple[Patch | None, Patch | None]
     grooves: np.ndarray
+    wheel: np.ndarray
+    circumference: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +102,11 @@ class CrossingRate:
         return np.concatenate(values), np.repeat([share for share, _ in self.kinds], [len(v) for v in values])
 
     @property
+    def wheels(self) -> np.ndarray:
+        """(kinds, laws, 2, n) mean depths that wheels of each kind lose in one pass of theirs [m]."""
+        return np.stack([own.wheel for _, own in self.kinds])
+
+    @property
     def largest_force(self) -> float:
         """On either body by any wheel [N]."""
         return float(max(own.force.max() for _, own in self.kinds))
@@ -107,7 +117,9 @@ class CrossingSite:
     """base : the unworn crossing;  run : numerics of the pass;  spacing : between patches [m];  factor : of calibration
     on all laws;  hardness, shear_yield [Pa];  pool : processes that share the passes; None: this one
     flow : (2, m, n) depths by which plastic flow lowered the surfaces before they wear [m]; None: it did not
-    flow_law : of the flow that goes on with the passes; None: none does"""
+    flow_law : of the flow that goes on with the passes; None: none does
+    wheel_laws : of the wheels' wear, as many as laws; None: the rail's own;  wheel_lines (n,) : coordinates of their
+    profiles [m]"""
 
     base: UnwornCrossing
     passes: tuple[CrossingPass, ...]
@@ -121,6 +133,8 @@ class CrossingSite:
     pool: Executor | None = field(default=None, repr=False)
     flow: np.ndarray | None = field(default=None, repr=False)
     flow_law: FlowLaw | None = None
+    wheel_laws: Mapping[str, WearLaw] | None = None
+    wheel_lines: np.ndarray = field(default_factory=lambda: wheel_lines(0.25e-3), repr=False)
 
     def __post_init__(self) -> None:
         total = sum(p.weight for p in self.passes)
@@ -227,6 +241,8 @@ def pass_wear(
     contacts = table_contacts(one.scene, table, at_table, one.options)
     worn = wear_field(contacts, site.laws, site.factor, site.spacing, grid=site.grid)
     pressed = groove_field(site, one.scene, contacts, shape)
+    laws = site.laws if site.wheel_laws is None else site.wheel_laws
+    wheel = wheel_wear(contacts, one.scene, table.datum, laws, site.factor, site.spacing, site.wheel_lines)
     touched = np.flatnonzero(
         sum(own.sum(axis=0) for parts in (worn.work, *worn.depth.values()) for own in parts.values())
         + pressed.sum(axis=(0, 1, 2))
@@ -248,6 +264,8 @@ def pass_wear(
         float(transfer),
         (_hardest(contacts, 0), _hardest(contacts, 1)),
         pressed[..., slice(*lines)],
+        wheel,
+        circumference(one.scene, site.wheel_lines),
     )
 
 

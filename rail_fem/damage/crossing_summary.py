@@ -12,6 +12,7 @@ from rail_fem.damage.evolution import Evolution
 from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.sites import fatigue_of, subsurface_of
 from rail_fem.damage.summary import years_of
+from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.damage.worn_surface import STEEPEST
 from rail_fem.settings.damage import DamageSettings
 
@@ -44,6 +45,7 @@ def crossing_summary(
         "volume_error": abs(lost - strips) / strips if strips > 0 else 0.0,
         "steep_share": _steep_share(before),
         "largest_force": {"first": before.largest_force, "end": after.largest_force},
+        "wheels": _wheels(settings, state, before),
         "impacts": {"first": _impacts(before), "end": _impacts(after)},
         "transfer": {"first": _transfers(before), "end": _transfers(after)},
     }
@@ -107,6 +109,33 @@ def _subsurface(rate: CrossingRate, b: int, settings: DamageSettings) -> dict[st
     """Under the patch of the largest force on a body by any wheel."""
     patches = [patch for _, own in rate.kinds if (patch := own.hardest[b]) is not None]
     return subsurface_of(max(patches, key=lambda patch: patch.normal_force), settings) if patches else None
+
+
+def _wheels(settings: DamageSettings, state: Evolution, rate: CrossingRate) -> list[dict[str, Any]]:
+    """What a wheel of each kind would have lost, had it made all the passes: deepest [m], section [m2] and volume [m3]
+    by each law, where on the profile [m] and how much of it on the nose."""
+    wheels = np.asarray(state.wheels)
+    if not wheels.ndim:
+        return []
+    y, names = wheel_lines(settings.plan_spacing), list(state.by_law)
+    found = []
+    for (share, own), bodies in zip(rate.kinds, wheels, strict=True):
+        depth = bodies.sum(axis=1)
+        lead = names.index(settings.law)
+        volume = (bodies * own.circumference).sum(axis=2) * (y[1] - y[0])
+        total = float(volume[lead].sum())
+        found.append(
+            {
+                "kind": own.label,
+                "share": share,
+                "deepest_by_law": dict(zip(names, map(float, depth.max(axis=1)), strict=True)),
+                "deepest_at": float(y[np.argmax(depth[lead])]),
+                "section_by_law": dict(zip(names, map(float, depth.sum(axis=1) * (y[1] - y[0])), strict=True)),
+                "volume_by_law": dict(zip(names, map(float, volume.sum(axis=1)), strict=True)),
+                "nose_share": float(volume[lead, 1]) / total if total > 0 else 0.0,
+            }
+        )
+    return found
 
 
 def _end(after: CrossingRate, b: int) -> dict[str, float]:

@@ -46,8 +46,7 @@ def deposit(feet: Footprints, cells: np.ndarray, scale: np.ndarray, x: np.ndarra
 @njit(cache=True)
 def _deposit(feet, cells, scale, x, y, strips, out):
     """deposit into out (2, m, n); strips (lines, ny) is memory for one patch's strips on the lines that it reaches."""
-    dx, dy = x[1] - x[0], y[1] - y[0]
-    nx, ny = cells.shape[1], cells.shape[2]
+    dx, nx, ny = x[1] - x[0], cells.shape[1], cells.shape[2]
     for k in range(len(feet.body)):
         rear = (feet.centre[k, 0] - (nx - 1) / 2 * feet.along[k] - x[0]) / dx
         start = min(max(int(np.floor(rear)), 0), len(x) - 2)
@@ -61,19 +60,37 @@ def _deposit(feet, cells, scale, x, y, strips, out):
             for j in range(ny):
                 strips[line - start, j] += (1.0 - near) * cells[k, i, j]
                 strips[line + 1 - start, j] += near * cells[k, i, j]
-        width = feet.across[k]
-        edge = feet.centre[k, 1] - ny / 2 * width
-        first = max(int(np.floor((edge - y[0]) / dy + 0.5)), 0)
-        last = min(int(np.floor((edge + ny * width - y[0]) / dy + 0.5)), len(y) - 1)
         for line in range(start, end + 1):
-            own = strips[line - start]
-            for j in range(1, ny):
-                own[j] += own[j - 1]
-            before = _up_to(y[first] - dy / 2, edge, width, own)
-            for j in range(first, last + 1):
-                after = _up_to(y[j] + dy / 2, edge, width, own)
-                out[feet.body[k], line, j] += scale[k] * (after - before) / dy
-                before = after
+            _across(feet.centre[k, 1], feet.across[k], strips[line - start], scale[k], y, out[feet.body[k], line])
+
+
+def deposit_across(body, centre, width, strips, y, out) -> None:
+    """Add strips (k, ny), depth times width [m2], that lie about centre (k,) with widths in plan (k,) [m] to depths out
+    (2, n) at y (n,), evenly spaced [m]."""
+    _deposit_across(body, centre, width, np.array(strips, float), y, out)
+
+
+@njit(cache=True)
+def _deposit_across(body, centre, width, strips, y, out):
+    for k in range(len(body)):
+        _across(centre[k], width[k], strips[k], 1.0, y, out[body[k]])
+
+
+@njit(cache=True)
+def _across(centre, width, strips, scale, y, out):
+    """Add scale times the strips (ny,), from one edge to the other about centre, to out (n,) by what they cover; they
+    are summed up in their own memory."""
+    dy, ny = y[1] - y[0], len(strips)
+    edge = centre - ny / 2 * width
+    first = max(int(np.floor((edge - y[0]) / dy + 0.5)), 0)
+    last = min(int(np.floor((edge + ny * width - y[0]) / dy + 0.5)), len(y) - 1)
+    for j in range(1, ny):
+        strips[j] += strips[j - 1]
+    before = _up_to(y[first] - dy / 2, edge, width, strips)
+    for j in range(first, last + 1):
+        after = _up_to(y[j] + dy / 2, edge, width, strips)
+        out[j] += scale * (after - before) / dy
+        before = after
 
 
 @njit(cache=True)

@@ -74,6 +74,9 @@ class Rate(Protocol):
     @property
     def largest_force(self) -> float: ...
 
+    @property
+    def wheels(self) -> np.ndarray | float: ...
+
 
 class Site(Protocol):
     """What passes. starts : (k,) from which it looks for its states next, part of what a restart needs."""
@@ -112,6 +115,7 @@ class Evolution:
     block : next block's passes;  correction : largest |factor - 1| that met an area;  log : rows of passes, deepest
     [m], T gamma largest and mean [N], blocks' error [m], largest force [N], deepest flow [m];  starts : (k,) lateral
     positions [m] from which the state's own rate is found, so that a study gone on with is the same to the last bit
+    wheels : depths (...) that a wheel of each kind would have lost, had it made all the passes [m]
     lost : height ground off before [m];  resets : grindings and weldings so far;  began : passes at the last of them,
     since which all but passes and log count
     """
@@ -130,6 +134,7 @@ class Evolution:
     correction: float
     log: np.ndarray
     starts: np.ndarray
+    wheels: np.ndarray | float = 0.0
     lost: float = 0.0
     resets: float = 0.0
     began: float = 0.0
@@ -285,6 +290,7 @@ def _after(
         depth=depth,
         by_law={name: state.by_law[name] + count * middle.depth[name] for name in state.by_law},
         work=state.work + count * middle.work,
+        wheels=state.wheels + count * middle.wheels,
         removed=state.removed + count * middle.removed[stepping.law],
         beyond=state.beyond + count * middle.beyond[stepping.law],
         error=total,

@@ -14,6 +14,7 @@ from rail_fem.settings.damage import DamageSettings
 
 UM, MM = 1e6, 1e3
 MOST_KINDS = 12  # of pass in a table
+THOUSAND = 1000  # passes of a wheel, to which its wear is told
 
 
 def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) -> str:
@@ -151,6 +152,7 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
             f" {settings.axles_per_year:,.0f} axles (1: visible"
             f" cracks, by a function fitted to plain line). {_to_limit(settings, years)}",
         ]
+    lines += _wheels(settings, found)
     if "sensitivities" in found:
         rows = [[name, f"{value:+.2f}", f"{error:.2f}"] for name, _, value, error in found["sensitivities"]]
         lines += [
@@ -194,6 +196,42 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
         *_limits(any(own["flow"] for own in found["bodies"].values())),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _wheels(settings: DamageSettings, found: dict[str, Any]) -> list[str]:
+    """What wheels of each kind lose in a thousand passes over the crossing as it wears."""
+    if not found["wheels"]:
+        return []
+    rows, per = [], THOUSAND / found["passes"]
+    for one in found["wheels"][:MOST_KINDS]:
+        depth, section, volume = (one[f"{name}_by_law"] for name in ("deepest", "section", "volume"))
+        lead = found["law"]
+        band = lambda values, unit: (
+            f"{min(values.values()) * per * unit:.3g} to {max(values.values()) * per * unit:.3g}"
+        )
+        rows.append(
+            [
+                one["kind"],
+                f"{depth[lead] * per * UM:.3g} ({band(depth, UM)})",
+                f"{one['deepest_at'] * MM:+.0f}",
+                f"{section[lead] * per * 1e6:.3g} ({band(section, 1e6)})",
+                f"{volume[lead] * per * 1e9:.3g}",
+                f"{one['nose_share']:.0%}",
+            ]
+        )
+    head = ["kind of pass", "deepest [\u00b5m] (band over the laws)", "at y from the tread datum [mm]"]
+    head += ["section [mm\u00b2] (band)", "volume [mm\u00b3]", "of it on the nose"]
+    return [
+        "",
+        "## Wheels",
+        "",
+        f"What a wheel of each kind loses in {THOUSAND:,} passes of its own over this crossing as it wears, spread over"
+        f" its circumference; hardness {settings.wheel_hardness / 1e9:g} GPa, the same laws and calibration factor:",
+        "",
+        _table(head, rows),
+        "",
+        "The wheels' shapes stand for a population and do not change.",
+    ]
 
 
 def _impacts(found: dict[str, list[dict[str, Any]]]) -> list[str]:

@@ -62,6 +62,11 @@ class WearRate:
         return values, shares
 
     @property
+    def wheels(self) -> float:
+        """0: wear of the wheels is followed on a crossing."""
+        return 0.0
+
+    @property
     def largest_force(self) -> float:
         """Of all points on the section, normal [N]."""
         return max((p.normal_force for r in self.records for p in r.points if p.side == "left"), default=0.0)

@@ -22,6 +22,7 @@ from rail_fem.damage.section import Passing, Section, scattered, sine_positions
 from rail_fem.damage.subsurface import SubsurfaceSteel, subsurface_fatigue
 from rail_fem.damage.traffic import Event, maintenance
 from rail_fem.damage.wear import Archard, WearLaw, dry_laws
+from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.output.result import PassResult
 from rail_fem.scene.base import InputError
 from rail_fem.scene.scene import Scene
@@ -36,10 +37,18 @@ CROSSING_SHARE = 0.1  # of the passes done, that a block of a crossing is long a
 
 def laws_of(settings: DamageSettings) -> dict[str, WearLaw]:
     """The laws of a study, by name."""
-    laws = dry_laws(settings.hardness)
-    if settings.wear_coefficient is not None:
-        k = settings.wear_coefficient
-        laws["archard"] = Archard(settings.hardness, coefficient=k, label=f"Archard, k = {k:g}")
+    return _laws(settings.hardness, settings.wear_coefficient)
+
+
+def wheel_laws_of(settings: DamageSettings) -> dict[str, WearLaw]:
+    """Those by which its wheels wear, by name."""
+    return _laws(settings.wheel_hardness, settings.wear_coefficient)
+
+
+def _laws(hardness: float, k: float | None) -> dict[str, WearLaw]:
+    laws = dry_laws(hardness)
+    if k is not None:
+        laws["archard"] = Archard(hardness, coefficient=k, label=f"Archard, k = {k:g}")
     return laws
 
 
@@ -169,6 +178,8 @@ def crossing_site(
         settings.shear_yield,
         pool,
         flow_law=FlowLaw(settings.flow_limit, settings.flow_share) if settings.plastic_flow else None,
+        wheel_laws=wheel_laws_of(settings),
+        wheel_lines=wheel_lines(settings.plan_spacing),
     )
 
 

@@ -32,6 +32,9 @@ class DamageSettings(Frozen):
     site: Literal["crossing", "switch"] = Field("crossing", description="what is damaged: crossing, switch section")
     passes: Annotated[float, Quantity("", 0, MOST_PASSES, "wheel passes")] = 2000.0
     hardness: Annotated[float, Quantity("GPa", 0.5, 8, "hardness of the rail; 260 HB is 2.6 GPa, worked Mn13 5")]
+    wheel_hardness: Annotated[
+        float, Quantity("GPa", 0.5, 8, "hardness of the wheels that wear on a crossing; 2.6 is 260 HB")
+    ] = 2.6e9
     law: Literal["archard", "archard_patch", "usfd", "brr", "krause_poll"] = Field(
         "archard", description="wear law by which the shape changes; all laws are reported"
     )

@@ -222,7 +222,7 @@ def test_a_killed_study_of_a_crossing_goes_on_where_it_was(tmp_path, monkeypatch
     assert set(one) == set(two) and all((one[name] == two[name]).all() for name in one)
     found = json.loads((cut / "damage.json").read_text())
     assert found["passes"] == 100 and found["volume_error"] < 1e-6 and found["bodies"]["nose"]["deepest_by_law"]
-    names = {"sections", "depth_plan", "tgamma", "depth_band", "passes", "shakedown"}
+    names = {"sections", "depth_plan", "tgamma", "depth_band", "passes", "shakedown", "wheel_wear"}
     assert {p.stem for p in (cut / "figures").glob("*.png")} == names
     assert "How sure" in CliRunner().invoke(cli.app, ["show", str(cut)]).output
     answer = CliRunner().invoke(cli.app, ["compare", str(whole), str(cut), "--out", str(tmp_path / "side")])

@@ -1,0 +1,91 @@
+"""Wear of the wheel: volume around its circumference, where on the profile, hardness, and carried over the passes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rail_fem.case.casefile import load_case
+from rail_fem.damage.crossing import table_contacts
+from rail_fem.damage.crossing_site import dynamics
+from rail_fem.damage.crossing_summary import crossing_summary
+from rail_fem.damage.evolution import Stepping, begin, evolve
+from rail_fem.damage.sites import crossing_site, patch_options
+from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
+
+CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "crossing_transfer.toml"
+QUICK = {"damage.cells": 12, "damage.patch_spacing": "6 mm", "damage.plan_spacing": "0.5 mm"}
+RUN = {"start": "280 mm", "end": "420 mm"}
+
+
+def quick_site(changes=None):
+    case = load_case(CASE, QUICK | (changes or {}))
+    return case, crossing_site(case.scene, case.damage, RUN)
+
+
+@pytest.fixture(scope="module")
+def made():
+    case, site = quick_site()
+    return case, site, site.rate(site.first())
+
+
+def test_volume_of_the_wheel_is_that_of_the_strips(made):
+    """By laws without hardness the wheel loses what the rail's strips lose, spread over 2 pi r: to round-off."""
+    _, site, rate = made
+    step = site.wheel_lines[1] - site.wheel_lines[0]
+    _, own = rate.kinds[0]
+    for name, depth in zip(site.laws, own.wheel, strict=True):
+        volume = float((depth * own.circumference).sum() * step)
+        if "archard" not in name:
+            assert volume == pytest.approx(rate.removed[name], rel=1e-12)
+        assert volume > 0
+
+
+def test_archards_law_goes_by_the_wheels_own_hardness(made):
+    """With one coefficient depth is as 1 over the hardness: a wheel of 2.5 GPa loses twice what the rail of 5 does."""
+    changes = {"damage.wear_coefficient": 1e-4, "damage.wheel_hardness": "2.5 GPa"}
+    _, site = quick_site(changes)
+    rate = site.rate(site.first())
+    _, own = rate.kinds[0]
+    step = site.wheel_lines[1] - site.wheel_lines[0]
+    volume = float((own.wheel[list(site.laws).index("archard")] * own.circumference).sum() * step)
+    assert volume == pytest.approx(2 * rate.removed["archard"], rel=1e-12)
+
+
+def test_a_wheel_wears_where_it_touches_and_further_out_when_it_is_moved(made):
+    """The loss is centred on the contacts' positions on the profile; a wheel moved by 2 mm to the field side meets the
+    rail 2 mm nearer to its flange, as far as the rail's shape lets it."""
+    case, site, _ = made
+    one = site.passes[0]
+    table, light = dynamics(one, site.crossing(site.first()), site.run, site.spacing)
+    order = np.argsort(light.x)
+    forces = np.stack([np.interp(table.x, light.x[order], own[order]) for own in light.force])
+    contacts = table_contacts(one.scene, table, forces, patch_options(one.scene, case.damage))
+    law = {"krause_poll": site.laws["krause_poll"]}
+    y = wheel_lines(0.5e-3)
+    here = wheel_wear(contacts, one.scene, table.datum, law, 1.0, 2e-3, y)
+    power = law["krause_poll"].depth(contacts.patches, contacts.speed).sum(axis=1) * contacts.patches.grid.dy
+    strips = law["krause_poll"].depth(contacts.patches, contacts.speed)
+    offset = (strips * contacts.patches.grid.y).sum(axis=1) / strips.sum(axis=1) * np.cos(contacts.angle)
+    centre = contacts.position[:, 1] + offset - table.datum
+    lost = here[0].sum(axis=0) * circumference(one.scene, y)
+    assert (lost * y).sum() / lost.sum() == pytest.approx(np.average(centre, weights=power), abs=0.05e-3)
+    there = wheel_wear(contacts, one.scene, table.datum + 2e-3, law, 1.0, 2e-3, y)
+    np.testing.assert_allclose(
+        there[0, :, :-4] * circumference(one.scene, y)[:-4],
+        (here * circumference(one.scene, y))[0, :, 4:],
+        atol=1e-9 * lost.max(),
+    )
+
+
+def test_wear_of_the_wheels_goes_on_over_the_blocks_and_into_the_summary(made):
+    case, site, rate = made
+    *_, end = evolve(site, 20, Stepping(block=10))
+    assert end.wheels.shape == rate.wheels.shape and end.wheels.max() > 0
+    assert end.wheels.sum() == pytest.approx(20 * rate.wheels.sum(), rel=0.3)
+    found = crossing_summary(case.damage, end, rate, rate)["wheels"]
+    assert len(found) == 1 and found[0]["deepest_by_law"]["archard"] == pytest.approx(
+        end.wheels[0, list(site.laws).index("archard")].sum(axis=0).max(), rel=1e-12
+    )
+    assert 0 < found[0]["nose_share"] < 1 and -0.05 < found[0]["deepest_at"] < 0.06
+    assert crossing_summary(case.damage, begin(site), rate, rate)["wheels"] == []
