@@ -205,7 +205,8 @@ def march(square, limit, falling, labels, rates, x, y, dx, direction, traction, 
     rates : (parts, 1 or ny, 9) as of `_part_rates`.
     A cell's value is the traction at the centre of its covered length times the share of the cell that is covered, so
     that the sums over cells are those over the patch. Its slip is opposite to the traction, and as large as the mean of
-    the steps that end and begin at its centre: second order, as a step's own belongs to the step's middle.
+    the steps that end and begin at its centre: second order, as a step's own belongs to the step's middle. A cell whose
+    centre sticks slips by half of what the step from it does: where slip begins it jumps.
     """
     nx, ny = square.shape
     for j in range(ny):
@@ -231,7 +232,7 @@ def march(square, limit, falling, labels, rates, x, y, dx, direction, traction, 
             bound = limit[i, j] / cover
             own = rates[part, min(j, rates.shape[1] - 1)]
             tx, ty, size, holds = _step(qx, qy, position, centre, y[j], bound, falling, own)
-            if part == before and not stick[ahead, j]:  # the step begins at the centre of the cell ahead
+            if part == before:  # the step begins at the centre of the cell ahead, in whose half slip may begin
                 _end_slip(slip, ahead, j, qx, qy, size)
             stick[i, j] = holds
             slip[i, j, 0] = size

@@ -9,7 +9,7 @@ and slides where that passes the bound. Points are those of the rail, on an even
 the leading edge, or where the patch grows over them. Where nothing changes this is `fastsim`'s march, to its order.
 Flexibilities, bound and what a sliding point does are those of bem/halfspace/fastsim.py. Where the patch grows the bed
 softens: its displacement stays (or, to see what that matters, its traction).
-Error: first order in the step along x; what an exact start has, and fastsim's steady state:
+Error: second order in the step of what creepage puts in; against an exact start and fastsim's steady state:
 tests/bem/test_transient_fastsim.py. Source: the equation follows from u = L q; no published transient solution was
 opened.
 """

@@ -129,6 +129,11 @@ STUDIES = {
         "rail_fem.studies.block_error",
         "how far a crossing's wear depends on the length of its blocks: two finished damage studies",
     ),
+    "transient-rolling": Study(
+        "rail_fem.studies.transient_rolling",
+        "friction work and wear over the wing-nose transfer where patches change as they roll, against steady ones",
+        ("--quick",),
+    ),
     "damage-numbers": Study(
         "rail_fem.studies.damage_numbers",
         "every number asked of the damage part, measured anew: passes, grids, blocks, laws, friction, shakedown",

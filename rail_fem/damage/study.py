@@ -36,6 +36,7 @@ from rail_fem.settings.light import RigidHertzSettings
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
 VERSION = 5
+DEFINITION = "each patch wears the rail along its whole length, and its wheel"  # what a state of before does not hold
 
 
 class StudyError(ValueError):
@@ -59,7 +60,8 @@ def study_mark(case: Case, settings: DamageSettings) -> dict[str, Any]:
     own = {"rigid_hertz": RigidHertzSettings()} if settings.site == "crossing" else {}
     runs = {name: run.model_dump(mode="json") for name, run in (own | dict(case.runs)).items()}
     damage, flow = settings.model_dump(mode="json"), flow_file(case, settings)
-    mark = {"study": "damage", "version": VERSION, "scene": case.scene.plain(), "damage": damage, "run": runs}
+    mark = {"study": "damage", "version": VERSION, "definition": DEFINITION}
+    mark |= {"scene": case.scene.plain(), "damage": damage, "run": runs}
     return mark | ({} if flow is None else {"flow": flow_digest(flow)})
 
 

@@ -231,6 +231,19 @@ def test_a_killed_study_of_a_crossing_goes_on_where_it_was(tmp_path, monkeypatch
     assert answer.exit_code == 2 and "no damage.json" in answer.output
 
 
+def test_a_state_of_another_definition_is_refused_in_a_sentence(tmp_path, monkeypatch):
+    """A study begun when each section was worn by the patch at its own position alone is not gone on with."""
+    path, out = small_case(tmp_path), tmp_path / "out"
+    mark = study.study_mark
+    older = lambda *arguments: {k: v for k, v in mark(*arguments).items() if k != "definition"} | {"version": 4}
+    monkeypatch.setattr(study, "study_mark", older)
+    assert call(path, "--passes", "0", "--out", out).exit_code == 0
+    monkeypatch.setattr(study, "study_mark", mark)
+    answer = call(path, "--passes", "0", "--out", out, "--restart")
+    assert answer.exit_code == 2 and "holds another case" in answer.output
+    assert "definition: None there, each patch wears the rail along its whole length" in answer.output
+
+
 def test_numerics_that_a_case_leaves_out_belong_to_the_study_as_those_that_it_gives(tmp_path):
     """So that a study begun by another default is not gone on with."""
     (tmp_path / "plain.toml").write_text(CASE.read_text())

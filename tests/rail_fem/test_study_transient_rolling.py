@@ -1,0 +1,42 @@
+"""Rolling over the transfer with memory and without: a short stretch, the other direction, a figure."""
+
+import numpy as np
+import pytest
+
+from rail_fem.case.casefile import load_case
+from rail_fem.studies import transient_rolling as study
+
+
+@pytest.fixture(scope="module")
+def found():
+    read = load_case(study.CASE, {"damage.cells": 12})
+    return read, study.compare(read.scene, read.damage, {"start": "340 mm", "end": "400 mm"}, 0.4e-3)
+
+
+def test_friction_work_lags_behind_the_load(found):
+    """Where the nose takes the load over, points came under a smaller patch and slip less than in the steady state;
+    where the wing gives it up they slip more. By what a point keeps as the bed softens it differs by less than that."""
+    _, both = found
+    nose, wing = both["nose"], both["wing"]
+    rises, falls = np.gradient(nose.load) > 0, np.gradient(wing.load) < 0
+    assert 0.6 < nose.moving.power[rises].sum() / nose.steady.power[rises].sum() < 0.97
+    assert 1.01 < wing.moving.power[falls].sum() / wing.steady.power[falls].sum() < 1.4
+    for own in both.values():
+        assert own.traction.power.sum() / own.moving.power.sum() == pytest.approx(1, abs=0.1)
+        assert own.coarse.power.sum() * 2 / own.moving.power.sum() == pytest.approx(1, abs=0.02)
+        assert np.isfinite(own.moving.force).all() and (own.moving.volume >= 0).all()
+
+
+def test_table_and_figure(found, tmp_path):
+    read, both = found
+    text = study.table(both, 0.4e-3)
+    assert text.count("\n") == 4 and "| wing |" in text and "| nose |" in text
+    figure = tmp_path / "x.png"
+    study.write_table_and_figure(tmp_path / "x.md", text, figure, lambda: study.draw(both, read.title, 0.4e-3))
+    assert figure.stat().st_size > 10_000
+
+
+def test_a_body_that_never_carries_is_said():
+    read = load_case(study.CASE, {"damage.cells": 12})
+    with pytest.raises(ValueError, match="nose: carries at 0 position"):
+        study.compare(read.scene, read.damage, {"start": "200 mm", "end": "230 mm"}, 0.4e-3)
