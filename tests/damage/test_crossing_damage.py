@@ -68,7 +68,7 @@ def test_conformal_patches_wear_volume_and_differ_where_the_patch_is_wide(result
     assert field.volume("archard") == pytest.approx(strips, rel=1e-9)
     nose = own.body == 1
     assert own.tgamma[nose].sum() == pytest.approx(contacts.tgamma[nose].sum(), rel=0.03)
-    assert np.abs(own.patches.frictional_power / contacts.patches.frictional_power - 1).max() > 0.02
+    assert np.abs(own.patches.frictional_power / contacts.patches.frictional_power - 1).max() > 0.005
 
 
 def test_volume_of_the_field_is_that_of_the_patches(contacts):
