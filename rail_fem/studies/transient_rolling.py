@@ -40,7 +40,7 @@ MM = 1e3
 
 
 @dataclass(frozen=True, eq=False)
-class Compared:
+class SteadyAndMoving:
     """One body. x : (n,) of the wheel at every step [m];  load (n,) [N];  creepage (n, 3);  moving, steady : rolled
     through the pass, and each patch by itself;  traction : moving, where points keep their traction as the bed
     softens;  coarse : moving by steps of twice the length"""
@@ -104,7 +104,7 @@ def moving(
     return Rolled(*(values[count:] for values in found))
 
 
-def compare(scene: Scene, settings: DamageSettings, window: dict[str, str], step: float) -> dict[str, Compared]:
+def compare(scene: Scene, settings: DamageSettings, window: dict[str, str], step: float) -> dict[str, SteadyAndMoving]:
     """Wing and nose in a pass of `rigid_hertz` with the settings `window`."""
     result = solve("rigid_hertz", scene, window)
     low, high = sorted((float(result.history["x"].min()), float(result.history["x"].max())))
@@ -119,7 +119,7 @@ def compare(scene: Scene, settings: DamageSettings, window: dict[str, str], step
         history, x = history_of(contacts, b, step, int(scene.direction_sign))
         cell = step, ACROSS
         roll = lambda every, **how: moving(history, pair, friction, every * step, law, every, **how)
-        found[body] = Compared(
+        found[body] = SteadyAndMoving(
             x,
             history.load,
             history.creepage,
@@ -137,7 +137,7 @@ def averaged(values: np.ndarray, step: float) -> np.ndarray:
     return np.convolve(values, np.full(width, 1 / width), mode="valid") if len(values) > width else values[:1] * 0
 
 
-def body_row(name: str, own: Compared, step: float) -> list[str]:
+def body_row(name: str, own: SteadyAndMoving, step: float) -> list[str]:
     """A row of the table."""
     moving, steady = own.moving, own.steady
     off = lambda one, two: f"{one.sum() / two.sum() - 1:+.2%}" if two.sum() > 0 else "none"
@@ -169,12 +169,12 @@ HEAD = [
 ]
 
 
-def table(found: dict[str, Compared], step: float) -> str:
+def table(found: dict[str, SteadyAndMoving], step: float) -> str:
     """Markdown."""
     return "\n".join(markdown_table(HEAD, [body_row(name, own, step) for name, own in found.items()])) + "\n"
 
 
-def draw(found: dict[str, Compared], title: str, step: float) -> Figure:
+def draw(found: dict[str, SteadyAndMoving], title: str, step: float) -> Figure:
     """Normal force, friction work per millimetre steady and moving, and their difference, of wing and nose."""
     figure = new_figure(8.0)
     load, work, off = figure.subplots(3, 1, sharex=True, height_ratios=[0.7, 1.3, 0.9])
