@@ -1,7 +1,9 @@
-"""What was not run, and why: tests that need packages of the explicit models, where only the light ones are installed,
-and tests that need files of others."""
+"""In which order the files run, and what was not run, and why: tests that need packages of the explicit models, where
+only the light ones are installed, and tests that need files of others."""
 
+import os
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
@@ -9,6 +11,60 @@ from tests.outside import ABSENT, report
 
 OPTIONAL = ("dolfinx", "mpi4py", "petsc4py", "basix", "ufl", "gmsh", "meshio", "pyvista", "vtk", "pandas", "jsonschema")
 MISSING = frozenset(name for name in OPTIONAL if find_spec(name) is None)
+TESTS = Path(__file__).parent
+# Files of ten seconds and more come first, so that none of them is left over when the other worker has nothing to do.
+# The first two compile kernels of different rooms: two workers that begin with the same ones compile them both.
+FIRST = (
+    "test_docs.py",
+    "fe/test_cyclic_element.py",
+    "fe/test_body_masses.py",
+    "rail_fem/test_readme.py",
+    "fe/test_restart.py",
+    "fe/test_passage.py",
+    "rail_fem/test_crossing_benchmark_contact.py",
+    "fe/test_plasticity.py",
+    "rail_fem/test_load_sharing.py",
+    "rail_fem/test_figures.py",
+    "fe/test_travelling_window.py",
+    "rail_fem/test_job.py",
+    "rail_fem/test_load_continuity.py",
+    "fe/test_repeated_passes.py",
+    "fe/test_fields.py",
+    "fe/test_window_end.py",
+    "rail_fem/test_sweep.py",
+    "rail_fem/test_stopping.py",
+    "rail_fem/test_wheelshape.py",
+    "versus/test_plane_strain.py",
+    "rail_fem/test_design_proof.py",
+    "rail_fem/test_diverging.py",
+    "fe/test_crossing_by_sections.py",
+    "fe/test_error_twin.py",
+    "fe/test_ranks.py",
+    "fe/test_shared_file.py",
+)
+ROOMS = ("fe", "rail_fem", "damage", "versus", "export", "bem", "geometry")
+
+
+def pytest_configure(config):
+    """Ranks that wait give way to the other worker's tests; files run in the order below, not by their number of
+    tests."""
+    os.environ.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")
+    if hasattr(config.option, "loadscopereorder"):
+        config.option.loadscopereorder = False
+
+
+def turn(path: Path) -> tuple[int, int]:
+    """What a file is sorted by: first the dear ones in their order, then room by room."""
+    inside = path.relative_to(TESTS)
+    room = inside.parts[0]
+    return (
+        FIRST.index(inside.as_posix()) if inside.as_posix() in FIRST else len(FIRST),
+        ROOMS.index(room) if room in ROOMS else len(ROOMS),
+    )
+
+
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: turn(item.path))
 
 
 def wanted_package(error: BaseException | None) -> str:
