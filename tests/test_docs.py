@@ -9,7 +9,9 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from rail_fem.cli import app
 from rail_fem.output.result import Cost, PassResult, PatchSummary, Peak
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -32,10 +34,19 @@ def own_case() -> str:
     return re.search(r"## Your own case, in nine commands\n(.*?)\n### ", text, re.DOTALL)[1]
 
 
-def run(words: list[str], folder: Path) -> str:
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "RAIL_FEM_SMOKE": str(int("fe_full" in words))}
-    answer = subprocess.run([sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True)
-    assert answer.returncode == 0, f"{shlex.join(words)}\n{answer.stdout[-3000:]}\n{answer.stderr[-3000:]}"
+def call(words: list[str]) -> None:
+    """`rail-fem WORDS` in this process and its folder."""
+    answer = CliRunner(env={"RAIL_FEM_SMOKE": str(int("fe_full" in words))}).invoke(app, words)
+    assert answer.exit_code == 0, f"{shlex.join(words)}\n{answer.output[-3000:]}\n{answer.exception!r}"
+
+
+def printed_by(program: str, folder: Path) -> str:
+    """What Python code prints, in a process of its own."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    answer = subprocess.run(
+        [sys.executable, "-c", program], cwd=folder, env=environment, capture_output=True, text=True
+    )
+    assert answer.returncode == 0, f"{program}\n{answer.stderr[-3000:]}"
     return answer.stdout
 
 
@@ -55,9 +66,10 @@ def test_a_case_of_ones_own_takes_nine_commands():
     assert all(command.startswith(".venv/bin/rail-fem ") for command in commands)
 
 
-def test_the_first_steps_lead_from_a_wheels_file_to_figure_data_frame_and_curve(tmp_path):
+def test_the_first_steps_lead_from_a_wheels_file_to_figure_data_frame_and_curve(tmp_path, monkeypatch):
     """Every command as it stands, in its order, in an empty folder; the explicit run with few steps, where dolfinx
     is."""
+    monkeypatch.chdir(tmp_path)
     before, lines, after = own_case(), *blocks(own_case(), "toml"), blocks(own_case(), "python")[0]
     for block in blocks(before, "sh"):
         for command in block.splitlines():
@@ -66,9 +78,9 @@ def test_the_first_steps_lead_from_a_wheels_file_to_figure_data_frame_and_curve(
                 pytest.importorskip("dolfinx")
             if words[:2] == ["check", "my_case.toml"]:
                 changed(tmp_path / "my_case.toml", lines)
-            run(["-m", "rail_fem", *words], tmp_path)
+            call(words)
             if words[0] == "show":
-                forces = [float(word) for word in run(["-c", after], tmp_path).split()]
+                forces = [float(word) for word in printed_by(after, tmp_path).split()]
                 assert len(forces) == 6 and min(forces) > 50
     for picture in (
         "my_wheel.png",
