@@ -1,7 +1,10 @@
 """Jobs on several MPI ranks, for the tests that compare what they leave."""
 
+import contextlib
+import io
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +27,13 @@ def run_on_ranks(ranks: int, *words: object, timeout: float = 300, **variables: 
         check=False,
         stdin=subprocess.DEVNULL,
     )
+
+
+def printed_here(main: Callable, *arguments: object) -> str:
+    """What the same job's `main` prints on one rank, in this process: no start-up is paid for."""
+    with contextlib.redirect_stdout(io.StringIO()) as said:
+        main(*arguments)
+    return said.getvalue()
 
 
 def printed_by_ranks(ranks: int, *words: object, **options) -> str:

@@ -1,15 +1,18 @@
 """A short coarse pass, started by test_passage.py on 1, 2 and 3 ranks: prints its last numbers, and can be cut off and
 gone on with.
 
-    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [cut|restart|full|small]]
+    python -m mpi4py tests/fe/passage_job.py STEPS [FOLDER [copy|restart|full|small]]
 
-full: with the fully integrated element; small: with heavier small elements.
+copy: half way the folder is copied to FOLDER_cut, as a kill at that moment would leave it; full: with the fully
+integrated element; small: with heavier small elements.
 """
 
 import hashlib
 import json
+import shutil
 import sys
 from pathlib import Path
+from unittest.mock import patch
 
 from mpi4py import MPI
 
@@ -19,9 +22,7 @@ from rail_fem.models import fe_full
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def main() -> None:
-    steps, folder = int(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    how = sys.argv[3] if len(sys.argv) > 3 else ""
+def main(steps: int, folder: Path | None = None, how: str = "") -> None:
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
     settings = case.runs["fe_full"].model_copy(
         update={
@@ -42,18 +43,18 @@ def main() -> None:
             "element": "full" if how == "full" else "one-point",
         }
     )
-    if how == "cut":  # save half way and stop there as a kill would: no last row, no result
-        step = fe_full.Run._step
+    step = fe_full.Run._step
 
-        def stop_half_way(run):
-            step(run)
-            if run.dynamics.step_count == steps // 2:
-                run.save()
-                MPI.COMM_WORLD.barrier()
-                sys.exit(0)
+    def copy_half_way(run):  # no last row, no result: what is on the disk after a restart file
+        step(run)
+        if run.dynamics.step_count == steps // 2:
+            run.save()
+            if MPI.COMM_WORLD.rank == 0:
+                shutil.copytree(folder, f"{folder}_cut")
+            MPI.COMM_WORLD.barrier()
 
-        fe_full.Run._step = stop_half_way
-    result = fe_full.solve(case.scene, settings, folder, restart=how == "restart")
+    with patch.object(fe_full.Run, "_step", copy_half_way if how == "copy" else step):
+        result = fe_full.solve(case.scene, settings, folder, restart=how == "restart")
     if MPI.COMM_WORLD.rank == 0:
         names = (
             "time",
@@ -72,4 +73,5 @@ def main() -> None:
         print(json.dumps({"digest": digest, **{name: result.history[name].tolist() for name in names}}))
 
 
-main()
+if __name__ == "__main__":
+    main(int(sys.argv[1]), *map(Path, sys.argv[2:3]), *sys.argv[3:])

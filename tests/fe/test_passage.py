@@ -1,33 +1,53 @@
 """The pass of a scene: the same on any number of ranks, and after a restart."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.ranks import printed_by_ranks
+from tests.fe.passage_job import main
+from tests.ranks import printed_by_ranks, printed_here
 
 JOB = Path(__file__).with_name("passage_job.py")
 STEPS = 160
 
 
 def run_job(ranks: int, *arguments: str) -> dict:
-    printed = printed_by_ranks(ranks, JOB, STEPS, *arguments)
-    lines = [line for line in printed.splitlines() if line.startswith("{")]
-    return json.loads(lines[-1]) if lines else {}
+    if ranks == 1:
+        printed = printed_here(main, STEPS, *map(Path, arguments[:1]), *arguments[1:])
+    else:
+        printed = printed_by_ranks(ranks, JOB, STEPS, *arguments)
+    return json.loads(next(line for line in reversed(printed.splitlines()) if line.startswith("{")))
 
 
 @pytest.fixture(scope="module")
-def one_rank(tmp_path_factory) -> dict:
-    return run_job(1, str(tmp_path_factory.mktemp("pass") / "one"))
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("pass")
+
+
+@pytest.fixture(scope="module")
+def one_rank(folder) -> dict:
+    return run_job(1, str(folder / "1"), "copy")
+
+
+@pytest.fixture(scope="module")
+def two_ranks(folder) -> dict:
+    return run_job(2, str(folder / "2"), "copy")
+
+
+def cut_off(folder: Path, ranks: int, into: Path) -> str:
+    """A copy of what the pass on so many ranks had left half way."""
+    assert not (folder / f"{ranks}_cut" / "fields" / "final.vtu").exists()
+    return str(shutil.copytree(folder / f"{ranks}_cut", into / "cut"))
 
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.validate)])
-def test_pass_is_the_same_on_any_number_of_ranks(one_rank, ranks):
+def test_pass_is_the_same_on_any_number_of_ranks(one_rank, ranks, request):
     """Sums in another order: round-off, which a pass of 160 steps does not amplify beyond 1e-10."""
-    found = run_job(ranks)
+    found = request.getfixturevalue("two_ranks") if ranks == 2 else run_job(ranks)
     assert max(one_rank["force"]) > 1e3
     for name in ("force", "wheel_height", "energy_plastic", "energy_hourglass"):
         exact = np.array(one_rank[name])
@@ -54,16 +74,15 @@ def test_pass_with_the_full_element_is_the_same_on_two_ranks(tmp_path):
 
 
 @pytest.mark.parametrize("ranks", [pytest.param(1, marks=pytest.mark.validate), 2])
-def test_restart_is_bitwise_the_same(one_rank, tmp_path, ranks):
-    """Cut off half way after a restart file, gone on with: every column of the history to the last bit."""
-    whole = one_rank if ranks == 1 else run_job(ranks, str(tmp_path / "whole"))
-    assert run_job(ranks, str(tmp_path / "cut"), "cut") == {}
-    assert run_job(ranks, str(tmp_path / "cut"), "restart")["digest"] == whole["digest"]
+def test_restart_is_bitwise_the_same(folder, tmp_path, ranks, request):
+    """From the restart file of half way, without anything that came later: every column of the history to the last
+    bit."""
+    whole = request.getfixturevalue("one_rank" if ranks == 1 else "two_ranks")
+    assert run_job(ranks, cut_off(folder, ranks, tmp_path), "restart")["digest"] == whole["digest"]
 
 
-def test_restart_on_another_number_of_ranks_goes_on(one_rank, tmp_path):
-    run_job(2, str(tmp_path / "cut"), "cut")
-    found = run_job(1, str(tmp_path / "cut"), "restart")
+def test_restart_on_another_number_of_ranks_goes_on(one_rank, two_ranks, folder, tmp_path):
+    found = run_job(1, cut_off(folder, 2, tmp_path), "restart")
     assert np.allclose(found["force"], one_rank["force"], rtol=1e-9, atol=1e-4)
 
 
