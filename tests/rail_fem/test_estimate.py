@@ -1,3 +1,4 @@
+import functools
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,17 @@ from tests.rail_fem.test_scene import make_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = make_scene()
+
+
+@functools.cache
+def meshed(size: float, aspect: float):
+    """Mesh over the nose transfer; it knows neither speed nor masses."""
+    pytest.importorskip("dolfinx")
+    passage, meshing = pytest.importorskip("rail_fem.fe.passage"), pytest.importorskip("rail_fem.fe.meshing")
+    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    change = {"element_size": size, "element_aspect": aspect, "wheel_element_ratio": 1.0}
+    settings = case.runs["fe_full"].model_copy(update=change)
+    return meshing.make_mesh(case.scene, settings, passage.running_of(case.scene, settings))[0]
 
 
 def test_halving_the_element_size_costs_up_to_16_times():
@@ -38,13 +50,11 @@ def test_the_fastest_wave_of_all_three_steels_bounds_the_step(part):
 @pytest.mark.parametrize("size, aspect", [(6e-3, 1.0), (3e-3, 1.0), (3e-3, 2.0)])
 def test_cells_and_step_are_right_to_a_factor_of_two(size, aspect):
     """Against the mesher itself, over the nose transfer."""
-    pytest.importorskip("dolfinx")
-    passage, meshing = pytest.importorskip("rail_fem.fe.passage"), pytest.importorskip("rail_fem.fe.meshing")
+    mesh = meshed(size, aspect)
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
     settings = case.runs["fe_full"].model_copy(
         update={"element_size": size, "element_aspect": aspect, "wheel_element_ratio": 1.0, "mass_scaling": 1.0}
     )
-    mesh, *_ = meshing.make_mesh(case.scene, settings, passage.running_of(case.scene, settings))
     estimate = estimate_run(case.scene, settings)
     assert 0.5 < estimate.cells / len(mesh.cells) < 2
     assert 0.5 < estimate.step / (settings.courant * mesh_quality(mesh).worst_step) < 2
@@ -53,17 +63,15 @@ def test_cells_and_step_are_right_to_a_factor_of_two(size, aspect):
 @pytest.mark.parametrize(("size", "speed"), [(6e-3, "2 mph"), (3e-3, "2 mph"), (3e-3, "75 mph"), (3e-3, "300 mph")])
 def test_the_step_with_heavier_small_elements_is_right_to_a_factor_of_two(size, speed):
     """From walking pace, where a body's mass is the bound, to where the wheel is nearly as fast as waves allow."""
-    pytest.importorskip("dolfinx")
+    mesh = meshed(size, 1.0)
     from mpi4py import MPI
 
     from rail_fem.fe.mass_scaling import choose_scaling
 
-    passage, meshing = pytest.importorskip("rail_fem.fe.passage"), pytest.importorskip("rail_fem.fe.meshing")
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
     change = {"element_size": size, "element_aspect": 1.0, "wheel_element_ratio": 1.0, "scaled_elements": "small"}
     settings = case.runs["fe_full"].model_copy(update=change | {"window_ahead": None, "window_behind": None})
     scene = case.scene.replace(speed=speed)
-    mesh, *_ = meshing.make_mesh(scene, settings, passage.running_of(scene, settings))
     steels = [getattr(scene.materials, name).steel() for name in ("wing", "nose", "wheel")]
     scaling = choose_scaling(scene, settings, steels, mesh, MPI.COMM_SELF)
     assert 0.5 < critical_step(scene, settings) / (settings.courant * scaling.least_step) < 2
