@@ -143,6 +143,7 @@ def bench(*options: str) -> subprocess.CompletedProcess:
     )
 
 
+@pytest.mark.validate
 def test_table_is_printed_and_written_as_markdown_and_json(tmp_path):
     answer = bench("--ranks", "1", "--out", str(tmp_path / "b.md"), "--out", str(tmp_path / "b.json"))
     assert answer.returncode == 0, answer.stderr

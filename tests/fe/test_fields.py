@@ -154,7 +154,7 @@ def test_vtk_reads_a_file_of_several_chunks_as_this_program_does(one):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.validate), 3])
 def test_any_number_of_ranks_writes_the_same_bytes(one, ranks, tmp_path):
     assert json.loads(printed_by_ranks(ranks, JOB, tmp_path)) == [None] * ranks
     assert (tmp_path / "frame.vtu").read_bytes() == one.read_bytes()
@@ -162,7 +162,7 @@ def test_any_number_of_ranks_writes_the_same_bytes(one, ranks, tmp_path):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("how", ["full", "lost"])
+@pytest.mark.parametrize("how", ["full", pytest.param("lost", marks=pytest.mark.validate)])
 def test_a_rank_that_cannot_write_its_part_leaves_the_file_of_before(how, tmp_path):
     (tmp_path / "frame.vtu").write_text("of before")
     done = run_on_ranks(2, JOB, tmp_path, how)

@@ -38,7 +38,10 @@ def bent(poisson, cells, **options):
     return slope / 4 / (1 - poisson**2)
 
 
-@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49, 0.4999])
+@pytest.mark.parametrize(
+    "poisson",
+    [0.3, 0.4999, pytest.param(0.0, marks=pytest.mark.validate), pytest.param(0.49, marks=pytest.mark.validate)],
+)
 def test_pure_bending_does_not_lock_as_the_body_becomes_incompressible(poisson):
     """Exact curvature M (1 - nu^2) / (E I); the error with 4 cells over the height is the same few percent for any
     Poisson's ratio."""

@@ -31,7 +31,7 @@ def test_what_a_rank_writes_numpy_and_the_reader_of_sealed_files_read(one):
     assert json.loads(one[1]) == [f"{one[0]}: belongs to another case: begin again"]
 
 
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.validate), 3])
 def test_ranks_write_the_same_bytes_and_read_what_one_wrote(one, tmp_path, ranks):
     (tmp_path / "one.npz").write_bytes(one[0].read_bytes())
     refused = json.loads(printed_by_ranks(ranks, JOB, tmp_path))

@@ -152,7 +152,7 @@ def test_a_restart_between_two_slabs_changes_no_bit(tmp_path):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.validate)])
 def test_forces_and_state_are_the_same_on_any_number_of_ranks(windowed_on_one_rank, tmp_path, ranks):
     """Only the order of sums differs: 1e-9 of each quantity's largest value after slabs have entered and left."""
     other = job(ranks, tmp_path / "out.npz")

@@ -321,7 +321,7 @@ def test_two_ranks_write_one_folder_and_refuse_it_with_one_voice(case, tmp_path)
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("guilty", ["0", "1"])
+@pytest.mark.parametrize("guilty", [pytest.param("0", marks=pytest.mark.validate), "1"])
 def test_fault_of_any_rank_ends_the_job_and_is_heard(case, tmp_path, guilty):
     answer = call_on_ranks(2, "run", case, "--out", tmp_path / "out", TOY_FAULT="20", TOY_RANK=guilty)
     assert answer.returncode != 0 and "unstable at step 20" in answer.stderr

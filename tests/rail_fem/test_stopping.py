@@ -118,7 +118,7 @@ def test_run_ended_by_its_queue_says_so_and_can_be_gone_on_with(started, case, t
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.validate)])
 def test_stop_of_mpirun_reaches_the_status(started, case, tmp_path, number):  # noqa: F811
     """mpirun sends SIGTERM to its ranks and kills them soon after; from Open MPI 5 on it also drops what they say then,
     and the status alone tells."""
