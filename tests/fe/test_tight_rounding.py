@@ -19,12 +19,10 @@ ROOT = Path(__file__).resolve().parents[2]
 MM = 1e-3
 
 
+@pytest.mark.validate
 @pytest.mark.parametrize(
     "name, size, start, end",
-    [
-        ("thesis/case_08", "1 mm", "95 mm", "125 mm"),
-        pytest.param("nose_transfer", "0.5 mm", "360 mm", "395 mm", marks=pytest.mark.validate),
-    ],
+    [("thesis/case_08", "1 mm", "95 mm", "125 mm"), ("nose_transfer", "0.5 mm", "360 mm", "395 mm")],
 )
 def test_long_elements_are_meshed_where_the_contact_jumps_sideways(name, size, start, end):
     """Twice as long along the rail as across it. A P1's contact jumps to and fro on the wing, which is as flat as it
