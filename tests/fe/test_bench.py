@@ -121,6 +121,7 @@ def test_block_that_ranks_cannot_share_evenly_is_refused():
 
 
 @pytest.mark.mpi
+@pytest.mark.validate
 def test_ranks_share_a_block_or_run_blocks_of_their_own():
     shared, alone = run_job(2, (8, 4, 4), 2, 1), run_job(2, (4, 4, 4), 2, 1, alone=True)
     # a plane of 5 x 5 nodes, some owned by either

@@ -1,11 +1,13 @@
 """The study of the diverging route: a row by the light model, its table and figure."""
 
 import numpy as np
+import pytest
 
 from rail_fem.show.style import save
 from rail_fem.studies import diverging
 
 
+@pytest.mark.validate
 def test_rows_are_drawn_and_told(tmp_path):
     """The wheel stands 4.5 mm to the outside and comes to the nose before it does on the through route."""
     rows = [(name, diverging.light(name)) for name in diverging.EXPLICIT]

@@ -84,6 +84,7 @@ def test_the_thesis_finite_elements_are_met_by_ours_of_its_sizes():
     assert thesis.width - 3.2 * row.patch.width < row.width < thesis.width
 
 
+@pytest.mark.validate
 def test_the_study_command_saves_its_table_and_figures(tmp_path, monkeypatch):
     monkeypatch.setattr(study_patch, "RAILS", ("60E1",))
     monkeypatch.setattr(study_patch, "method_rows", lambda pair, rail: short_rows(pair, rail))

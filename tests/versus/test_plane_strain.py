@@ -141,6 +141,7 @@ def test_what_the_judge_cannot_hold_is_refused():
         PlaneBody(Body(ring, BODY, hub=(0.5, 0.5)), fineness)
 
 
+@pytest.mark.validate
 def test_the_study_writes_a_table_and_a_figure(tmp_path, capsys):
     main([0.8], tmp_path / "plane")
     lines = (tmp_path / "plane.md").read_text().splitlines()
