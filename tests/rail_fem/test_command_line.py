@@ -121,6 +121,7 @@ def test_quiet_says_nothing_of_what_goes_on_and_verbose_says_more(case, tmp_path
 
 
 @pytest.mark.mpi
+@pytest.mark.validate
 def test_several_ranks_give_one_json_object(case, tmp_path):
     answer = run_on_ranks(2, "-m", "rail_fem", "check", case, "--model", "lumped", "--json", timeout=60)
     assert answer.returncode == 0 and strict(answer.stdout)["model"] == "lumped"

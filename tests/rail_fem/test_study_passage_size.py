@@ -109,6 +109,7 @@ def test_windows_of_the_whole_crossing_may_still_be_lengthened_for_larger_elemen
     assert load_case(reference, longer).settings(FeSettings).window_ahead == pytest.approx(4.018)
 
 
+@pytest.mark.validate
 def test_a_run_that_is_there_is_not_run_again_and_one_that_was_cut_goes_on(tmp_path):
     """On a few millimetres of the wing, elements of 6 mm."""
     said: list[str] = []
