@@ -87,6 +87,7 @@ def test_a_braked_wheel_slides_with_the_whole_friction(scene, placed, monkeypatc
     assert -1.0 < along < -1.0 + RIM and 1.0 - RIM < work < 1.0
 
 
+@pytest.mark.validate
 def test_a_wheel_that_turns_the_wrong_way_slides_twice_as_fast(scene, placed, monkeypatch):
     along, work = friction_used(rolled(scene, placed, monkeypatch, -1.0, spin="held")[0], scene)
     assert -1.0 < along < -1.0 + RIM and 2.0 * (1.0 - RIM) < work < 2.0

@@ -98,6 +98,7 @@ def test_a_stiffer_penalty_changes_the_force_by_less_than_one_percent(factor):
     assert coarse(penalty=10.0 * factor) == pytest.approx(coarse(), rel=0.01)
 
 
+@pytest.mark.validate
 def test_a_tenth_of_the_penalty_changes_the_force_by_less_than_two_percent():
     """It adds a layer p h / M to the approach, in proportion to the element: 0.9 % of the force at 8 elements across,
     2.6 % at 5."""

@@ -66,6 +66,7 @@ def test_planes_between_slabs_are_counted_from_the_crossing(scene, meshes):
             assert len(slabs) > 5 and np.abs(slabs * 3 - np.round(slabs * 3)).max() < 1e-6 * len(slabs)
 
 
+@pytest.mark.validate
 def test_the_end_of_the_window_changes_nothing_before_the_wheel_is_there(scene):
     """To the last bit as long as the crossing is held. From then on the steel behind the shorter end is missing where
     the foundation shakes it, and where waves along the nose come to: force to 5e-7 until the wheel reaches the nose,

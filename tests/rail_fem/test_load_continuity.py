@@ -72,7 +72,7 @@ def test_a_prismatic_rail_carries_what_the_prismatic_search_gives(lateral, yaw):
     assert loft.state.roll == pytest.approx(prism.state.roll, abs=1e-8)  # 1e-4 of 100 um over the arm
 
 
-@pytest.mark.parametrize("depth", [30 * UM, 150 * UM])
+@pytest.mark.parametrize("depth", [pytest.param(30 * UM, marks=pytest.mark.validate), 150 * UM])
 def test_force_is_continuous_as_a_valley_flattens_and_two_points_become_one(depth):
     """z = a sqrt(x^2 + c^2): two points ahead and behind for c < a R = 9 mm, one above it; conformal at c = a R, where
     Hertz alone diverges."""

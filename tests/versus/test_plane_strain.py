@@ -96,7 +96,13 @@ def agree(row):
     assert row.largest < largest and row.l2 < l2
 
 
-@pytest.mark.parametrize("case", PROBLEMS)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, marks=pytest.mark.validate) if case == "P8 on BS113A, E 210/190" else case
+        for case in PROBLEMS
+    ],
+)
 def test_boundary_and_finite_elements_agree_in_every_case(case):
     """At the thesis' 0.2 mm; what each method does to an exact solution is held far more tightly elsewhere (Hertz: 0.1
     %)."""
