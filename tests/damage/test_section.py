@@ -139,6 +139,7 @@ def small_case(tmp_path, more=""):
     return path
 
 
+@pytest.mark.validate
 def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
     """Bitwise the state of the study that was not killed; its folder then holds figures, page and readable profiles."""
     path, whole, cut = small_case(tmp_path), tmp_path / "whole", tmp_path / "cut"

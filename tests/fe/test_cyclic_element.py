@@ -206,6 +206,7 @@ def test_slabs_outside_the_window_keep_their_back_stresses():
     assert (after[middle][:, structure.finite.rows :] != before[middle][:, structure.finite.rows :]).any()
 
 
+@pytest.mark.validate
 def test_a_run_is_the_same_on_two_ranks(tmp_path):
     """Only the order of sums differs: 1e-10 of each quantity's largest value."""
     one, two = (

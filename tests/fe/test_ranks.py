@@ -38,7 +38,7 @@ def test_the_run_is_worth_comparing(serial):
     assert all(np.isfinite(serial[name]).all() for name in serial)
 
 
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.validate), 3])
 def test_forces_and_state_are_the_same_on_any_number_of_ranks(serial, ranks, tmp_path):
     """Only the order of sums differs: 1e-10 of each quantity's largest value."""
     other = run(ranks, tmp_path / "out.npz")

@@ -75,7 +75,7 @@ def run_alone(*command: str) -> subprocess.CompletedProcess:
 # ---- the pictures themselves
 
 
-@pytest.mark.parametrize("direction", ["facing", "trailing"])
+@pytest.mark.parametrize("direction", ["facing", pytest.param("trailing", marks=pytest.mark.validate)])
 def test_all_figures_of_a_run_are_drawn_wide_enough_to_read(tmp_path, direction):
     write_run(tmp_path, direction)
     drawn = draw_run(tmp_path)

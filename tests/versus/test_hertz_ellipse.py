@@ -33,6 +33,7 @@ def test_meshes_that_do_not_match_cost_a_few_percent_of_pressure_on_the_coarser_
     assert abs(row.area_error) < 0.05
 
 
+@pytest.mark.validate
 def test_the_penalty_does_not_decide_the_pressure():
     """Ten times stiffer than the default changes the peak by less than the mesh's own error; ten times softer by the
     layer it adds."""
