@@ -138,7 +138,7 @@ def jumps_on_lines(search_at, count: int, seed: int) -> np.ndarray:
     return np.array(found)
 
 
-@pytest.mark.parametrize("where", ["plain line", "crossing"])
+@pytest.mark.parametrize("where", ["plain line", pytest.param("crossing", marks=pytest.mark.validate)])
 def test_no_force_jumps_by_one_percent_on_random_lines(rail, where):
     wheelset, track = Wheelset(wheel_profile("P8")), Track.plain_line()
     plain, crossing = ContactSearch(wheelset, track), SurfaceSearch(wheelset, track, left=rail)

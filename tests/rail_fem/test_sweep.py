@@ -117,6 +117,7 @@ def test_arguments_that_cannot_be(cases, tmp_path):
     assert sweep(*cases, "--only", "3", "--out", tmp_path / "out", "--model", "p2_formula").exit_code == 0
 
 
+@pytest.mark.validate
 def test_the_explicit_model_of_a_sweep_runs_under_mpirun(cases, tmp_path, monkeypatch):
     pytest.importorskip("dolfinx")
     monkeypatch.setenv("RAIL_FEM_SMOKE", "1")
