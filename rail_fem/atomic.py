@@ -44,4 +44,5 @@ def remove_partial(*folders: Path) -> None:
 
 
 def write_text_atomically(path: Path, text: str) -> None:
+    """The file holds all of the text (UTF-8) or is not changed."""
     write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))

@@ -195,6 +195,7 @@ class Carriage:
             self.mobility = h**2 * s.after_u * (1 - s.alpha_f) / ((1 - s.alpha_m) * striker.mass)
 
     def begin(self) -> StrikerMotion:
+        """The striker at the start, before it touches."""
         striker = self.striker
         if striker.path is not None:
             return StrikerMotion(float(striker.path(0.0)), striker.velocity, 0.0, striker.load)

@@ -56,6 +56,7 @@ class ContactSystem:
 
     @property
     def nodes(self) -> int:
+        """Number of nodes of the interface."""
         return len(self.gap)
 
 

@@ -49,6 +49,7 @@ class Cells:
 
     @property
     def count(self) -> int:
+        """Number of cells."""
         return len(self.offsets) - 1
 
     @cached_property
@@ -82,6 +83,7 @@ class Cells:
 
     @cached_property
     def complex_vertices(self) -> np.ndarray:
+        """(v,) vertices as x + i y [m]."""
         return self.vertices[:, 0] + 1j * self.vertices[:, 1]
 
     def points(self, chosen: np.ndarray | None = None) -> np.ndarray:

@@ -97,6 +97,7 @@ class PlasticHalfSpace:
 
     @property
     def depths(self) -> np.ndarray:
+        """Middles of the layers of cells (nz,) [m]."""
         return self.body.depths
 
     def press(self, gap: np.ndarray, load: float, tolerance: float = 1e-4) -> IndentationStep:

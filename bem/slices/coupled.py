@@ -70,6 +70,7 @@ class SlicePatch(Patch):
 
     @property
     def curved(self) -> bool:
+        """The patch bends with the section: its normals differ from slice to slice."""
         return True
 
     @property
@@ -115,10 +116,12 @@ class SliceOperator(NormalOperator):
         return total
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
+        """Displacement along the normals (nx, ny) [m] by pressures (nx, ny) [Pa]."""
         load = pressure / self.cosines
         return (super().displacement(load) + self.correction(load)) / self.cosines
 
     def precondition(self, residual: np.ndarray) -> np.ndarray:
+        """As of the half-space, for pressures along the normals."""
         return super().precondition(residual * self.cosines) * self.cosines
 
 

@@ -39,10 +39,12 @@ class ObliqueImpact:
 
     @property
     def steel(self) -> Elastic:
+        """Of the sphere and of what it strikes."""
         return Elastic(210e9, self.poisson)
 
     @property
     def pair(self) -> Pair:
+        """Both bodies together."""
         return Pair.of(self.steel, self.steel)
 
     @property

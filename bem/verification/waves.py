@@ -199,6 +199,7 @@ class LambRun(NamedTuple):
 
     @property
     def error(self) -> float:
+        """Largest error over the largest exact value."""
         return float(np.abs(self.found - self.exact).max() / np.abs(self.exact).max())
 
 

@@ -81,6 +81,7 @@ class SurfaceSearch(ContactSearch):
         return here
 
     def rail_under(self, state: Wheelset, side: str) -> Side:
+        """A side for a state: a lofted rail is another at every x."""
         return self._standing_at(state.x, side)
 
     def _standing_at(self, x: float, side: str, own: bool = False) -> Side:
@@ -94,6 +95,7 @@ class SurfaceSearch(ContactSearch):
         return of._replace(rail=rail)
 
     def rail_station(self, side: str, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """As of a prismatic rail; on a lofted one y (n,) [m] in the crossing's axes."""
         return (
             super().rail_station(side, y, z) if self.surfaces[side] is None else y - self.track.gauge / 2 + GAUGE_FACE_Y
         )

@@ -167,7 +167,7 @@ class RailSurface:
     ) -> "RailSurface":
         """Wing and nose of a parametric crossing from x = first to last [m], through sections `spacing` apart.
 
-        Error against the crossing's own surface: tests/geometry/test_rail_surface.py.
+        Error against the crossing's own surface: tests/geometry/test_surface_contact.py.
         """
         last = crossing.x_range[1] if last is None else last
         cut = lambda a: np.linspace(a, last, max(int(np.ceil((last - a) / spacing)), 3) + 1)

@@ -40,9 +40,11 @@ class LateralGuide:
         return -self.check_force()
 
     def spring_energy(self) -> float:
+        """In the check rail [J]."""
         return 0.5 * self.start.check_stiffness * max(self.across() - self.start.clearance, 0.0) ** 2
 
     def spring_power(self) -> float:
+        """Power of the check rail on the axle [W]."""
         return self.spring_force() * float(self.axle.velocity[1])
 
     def creep_force(self) -> float:

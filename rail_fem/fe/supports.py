@@ -44,6 +44,7 @@ class RigidGroup:
 
     @property
     def mass(self) -> float:
+        """Of nodes and added mass [kg], without `lateral_mass`."""
         return self.node_mass + self.added_mass
 
     def add_mass_up_to(self, total: float, remedy: str) -> None:
@@ -122,6 +123,7 @@ class Link:
         return self.spring_force() * self.stretch_rate()
 
     def spring_energy(self) -> float:
+        """In the spring [J]."""
         return 0.5 * self.stiffness * self.stretch() ** 2
 
 

@@ -25,6 +25,7 @@ class Threshold(NamedTuple):
 
     @property
     def rule(self) -> str:
+        """In words."""
         return f"< {self.warn * 100:g} %, bad above {self.bad * 100:g} %"
 
 

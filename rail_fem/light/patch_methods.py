@@ -59,6 +59,7 @@ class MethodRow:
 
     @classmethod
     def of(cls, method: str, patch: Patch) -> MethodRow:
+        """The numbers of a solver's patch."""
         return cls(
             method,
             patch.max_pressure,

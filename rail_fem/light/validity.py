@@ -40,10 +40,12 @@ class SolvedContact(NamedTuple):
 
 
 def flag(what: str, reason: str, where: str = "") -> Flag:
+    """What is doubtful, why and with which numbers, where along the path."""
     return {"what": what, "reason": reason, "where": where}
 
 
 def flag_warnings(flags: list[Flag]) -> tuple[str, ...]:
+    """Flags as sentences, for a result's warnings."""
     return tuple(f"{f['what']}: {f['reason']}" + (f" ({f['where']})" if f["where"] else "") for f in flags)
 
 
@@ -81,6 +83,7 @@ def p2_flags(scene: Scene, dip: float) -> list[Flag]:
 
 
 def lift_flags(lifts: tuple[int, float]) -> list[Flag]:
+    """Of a wheel that leaves the rail. lifts : how often, and for how long in all [s]"""
     count, duration = lifts
     return (
         [

@@ -50,9 +50,11 @@ class VtuArray(NamedTuple):
 
     @property
     def chunks(self) -> int:
+        """Number of pieces that are compressed by themselves."""
         return -(-self.total // CHUNK)
 
     def tag(self, offset: int) -> str:
+        """The element that names the array; offset : of its bytes in the appended data."""
         names = "".join(f" ComponentName{i}={quoteattr(name)}" for i, name in enumerate(self.components))
         width = f' NumberOfComponents="{self.width}"' if self.width > 1 and self.section != "Cells" else ""
         return (

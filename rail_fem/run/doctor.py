@@ -28,6 +28,7 @@ class PartFinding:
     absent: bool = False
 
     def line(self) -> str:
+        """The finding as a line of the table, with the remedy of a fault."""
         mark = "-    " if self.absent else "ok   " if self.well else "FAULT"
         remedy = "" if self.well and not self.absent else f"\n      -> {self.remedy}"
         return f"{mark} {self.subject:<12}{self.found}{remedy}"

@@ -62,6 +62,7 @@ class CrossingFile:
 
     @functools.cached_property
     def digest(self) -> str:
+        """SHA-256 of stations and sections, whatever the file is called."""
         data = hashlib.sha256(np.ascontiguousarray(self.x, "<f8").tobytes())
         for points in self.sections:
             data.update(f"{points.shape}".encode() + np.ascontiguousarray(points, "<f8").tobytes())

@@ -74,14 +74,17 @@ class Steel:
 
     @property
     def is_elastic(self) -> bool:
+        """It never yields."""
         return self.hardening_strain.size == 0
 
     @property
     def shear_modulus(self) -> float:
+        """G [Pa]."""
         return self.youngs_modulus / (2 * (1 + self.poisson))
 
     @property
     def bulk_modulus(self) -> float:
+        """K [Pa]."""
         return self.youngs_modulus / (3 * (1 - 2 * self.poisson))
 
     @property

@@ -38,6 +38,7 @@ def force_figure(result: PassResult, name: str) -> Figure:
 
 
 def draw_forces(axes, result: PassResult) -> None:
+    """Forces over x in kN, the largest of each named in the legend."""
     history, peaks = result.history, stated_peaks(result)
     for column, words, colour, width, order in FORCES:
         values = history[column]
@@ -114,6 +115,7 @@ def draw_wheel(axes, result: PassResult) -> None:
 
 
 def draw_crossing(axes, result: PassResult) -> None:
+    """The crossing's height over x in mm."""
     x, height = result.history["x"], result.history["crossing_height"]
     if np.isfinite(height).any():
         axes.plot(1e3 * x, 1e3 * height, color=TOTAL, lw=2)

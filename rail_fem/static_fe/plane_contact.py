@@ -183,6 +183,7 @@ class PressedBodies:
 
     @cached_property
     def compliance(self) -> np.ndarray:
+        """(c, c) by how much unit pressures close the mortar's gaps."""
         return self.mortar.on_moving.T @ self.moved + self.mortar.on_fixed.T @ self.yielded
 
     def solve(self, load: float, displaced: np.ndarray | None = None) -> tuple[np.ndarray, float]:

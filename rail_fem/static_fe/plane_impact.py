@@ -103,6 +103,7 @@ class Guide:
 
     @classmethod
     def of(cls, striker: Striker, scheme: Scheme, step: float) -> Guide:
+        """At the start; step [s]."""
         begin = float(striker.path(0.0)) if striker.path else 0.0
         return cls(striker, scheme, step, begin, striker.velocity, striker.load / striker.mass if striker.mass else 0.0)
 

@@ -45,6 +45,7 @@ class Fineness:
     growth: float = 0.15
 
     def along_boundary(self) -> Sizing:
+        """The same as sizes of elements along the boundary."""
         return Sizing(self.coarse, [Zone(self.positions, self.size, self.reach)], self.growth)
 
 

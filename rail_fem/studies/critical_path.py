@@ -112,6 +112,7 @@ class Path(NamedTuple):
 
     @property
     def length(self) -> float:
+        """Of a step [s]: the slowest rank's work and the messages."""
         return float(self.slowest.sum() + self.inside.sum())
 
 

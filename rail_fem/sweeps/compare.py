@@ -48,10 +48,12 @@ class CommonPath:
     high: float
 
     def holds(self, x: float) -> bool:
+        """Whether x [m] lies on it."""
         return self.low <= x <= self.high
 
     @property
     def words(self) -> str:
+        """Its ends in mm."""
         return f"{self.low * 1e3:.0f} to {self.high * 1e3:.0f}" if self.high > self.low else "none"
 
 

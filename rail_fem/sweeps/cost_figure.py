@@ -36,6 +36,7 @@ def cost_figure(comparison: Comparison) -> Figure:
 
 
 def draw_errors(axes, comparison: Comparison) -> None:
+    """Difference to the reference over core seconds, a mark a quantity."""
     for quantity, marker in MARKERS.items():
         rows = [
             (core_seconds(r), abs(comparison.error(r, quantity)))

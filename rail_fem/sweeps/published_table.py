@@ -39,6 +39,10 @@ def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
 
 
 def published_row(row: Published, results: dict, moving: list[str]) -> list[str]:
+    """Cells of one case: the published dip and force beside ours.
+
+    results : by model;  moving : the models with a history, in the order of the columns
+    """
     assert row.dip is not None and row.p2 is not None and row.peak is not None
     scene = next(iter(results.values())).scene
     per_mrad = p2_of(scene, 1e-3) - scene.static_wheel_load

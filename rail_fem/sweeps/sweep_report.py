@@ -165,6 +165,7 @@ def shown(result: PassResult, names: tuple[str, ...], factor: float) -> str:
 
 
 def failures(outcomes: list[Outcome], errors: list[str]) -> list[str]:
+    """Lines on runs that failed and case files that could not be read."""
     failed = [f"- {o.job.case.name} {o.job.model}: {o.reason}" for o in outcomes if o.state == FAILED]
     left_out = [f"- left out: {error.splitlines()[0]}" for error in errors]
     return (

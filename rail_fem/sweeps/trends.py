@@ -240,6 +240,7 @@ class TrendFinding:
         return abs(self.values[-1] - self.values[0]) > sum(self.bars[:1] + self.bars[-1:])
 
     def words(self, unit: str) -> str:
+        """The finding as a line of the page."""
         bars = self.bars or (0.0,) * len(self.values)
         shown = [f"{v:.4g}" + (f" +- {bar:.2g}" if bar else "") for v, bar in zip(self.values, bars)]
         within = "" if self.sure or not any(bars) else " (first and last are not apart by more than their bars)"
