@@ -69,7 +69,7 @@ def design(
     try:
         problem, changes = read_design(file), read_settings(settings or ())
         if prove:
-            check_proof(problem, changes, finer or ())
+            check_proof(problem, changes, finer or (), ranks)
         earlier = trials_of(problem, begin) if begin is not None else []
         if not prove:
             found = search(problem, out, workers, say, None, earlier)

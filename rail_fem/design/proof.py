@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.preflight import preflight_errors
 from rail_fem.design.problem import DesignError, Pass, Problem
 from rail_fem.design.search import Found, Trial
 from rail_fem.output.progress import duration, read_status
@@ -105,7 +106,7 @@ def prove_design(
     finer : element sizes at which the first pass of start and best is run, too, with error bars by a twin
     Errors: those of `check_proof`.
     """
-    changes = check_proof(problem, settings or {}, finer)
+    changes = check_proof(problem, settings or {}, finer, ranks)
     chosen = shapes(problem, found, count)
     tasks = [(shape, one, changes) for one in problem.design.proven for shape in chosen]
     first = problem.design.proven[0]
@@ -119,16 +120,19 @@ def prove_design(
     return done
 
 
-def check_proof(problem: Problem, settings: Mapping[str, Any], finer: Sequence[str]) -> dict[str, Any]:
-    """The settings of a proof, looked at before anything is searched or run. Errors: DesignError for a key that varies
-    or a case without [run.fe_full], CaseError for what no shape could be run with."""
+def check_proof(problem: Problem, settings: Mapping[str, Any], finer: Sequence[str], ranks: int = 1) -> dict[str, Any]:
+    """The settings of a proof, looked at before anything is searched or run. Errors: DesignError for a key that varies,
+    a case without [run.fe_full], or a start that cannot be meshed so, CaseError for what no shape could be run with."""
     varied = sorted({variable.key for variable in problem.design.vary} & {*problem.design.proof, *settings})
     if varied:
         raise DesignError(f"{varied[0]} is what the search varies: a proof cannot set it")
     for one in problem.design.proven:
         for size in ({}, *({SIZE: size} for size in finer)):
-            if MODEL not in load_case(problem.case, {**keys_of(problem, one, settings), **size}).runs:
+            case = load_case(problem.case, {**keys_of(problem, one, settings), **size})
+            if MODEL not in case.runs:
                 raise DesignError(f"{problem.case}: has no [run.{MODEL}], by which a design is proven")
+            if errors := preflight_errors(case.scene, case.runs[MODEL], ranks, MODEL):
+                raise DesignError(f"the start, {one.name}, cannot be proven: {'; '.join(errors)}")
     return dict(settings)
 
 

@@ -55,7 +55,7 @@ def report(problem: Problem, found: Found, checked: Sequence[np.ndarray] = ()) -
         f"# Search of {problem.case.name} by {design.model}",
         "",
         f"{len(found.trials)} trials (seed {design.seed}), score"
-        f" {found.start.score:.4f} at the start, {best.score:.4f} at best.",
+        f" {found.start.score:.4f} at the start, {best.score:.4f} at best (by {found.best_by}).",
         "",
         *markdown_table(
             ["variable", "best", "bounds"],
@@ -154,7 +154,7 @@ def design_figure(problem: Problem, found: Found) -> Figure:
     else:
         above.plot(*front[np.argsort(front[:, 0])].T, "-", color=WING, lw=1.5, label="no trial is below both")
     above.plot(*at(found.start), "s", ms=11, color=NOSE, label="start: the case as it is")
-    above.plot(*at(found.best), "D", ms=11, color=TOTAL, label="best by the weighted score")
+    above.plot(*at(found.best), "D", ms=11, color=TOTAL, label=f"best by {found.best_by}")
     above.set(xlabel=_axis(pair[0]), ylabel=_axis(pair[1]))
     above.legend()
     first = problem.design.passes[0]
@@ -193,7 +193,8 @@ def force_figure(problem: Problem, found: Found, checked: Sequence[np.ndarray] =
                 bar.set(hatch="//", edgecolor="white")
         axes.set_ylabel(f"{quantity}\n[{MEASURES[quantity].unit}]")
         axes.grid(axis="x", visible=False)
-    axes.set_xticks(at, [textwrap.fill(name, 14) for name in names], fontsize=10)
+    few = len(names) <= 9
+    axes.set_xticks(at, [textwrap.fill(name, 14 if few else 8) for name in names], fontsize=10 if few else 9)
     figure.axes[0].legend(ncols=2, loc="upper left", bbox_to_anchor=(0, 1.28))
     hatched = "; hatched: not searched on" if len(checked) else ""
     figure.suptitle(f"Start and best of {problem.case.name} by {design.model}{hatched}", fontsize=14)

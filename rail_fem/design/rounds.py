@@ -8,7 +8,7 @@ from typing import Any
 
 from rail_fem.design.correction import learned, proven_scores
 from rail_fem.design.problem import Problem
-from rail_fem.design.proof import ProofRun, prove_design
+from rail_fem.design.proof import MODEL, ProofRun, prove_design
 from rail_fem.design.search import Correct, Found, Trial, search
 
 
@@ -55,5 +55,5 @@ def _with_proven_best(problem: Problem, found: Found, runs: list[ProofRun]) -> F
     for shape, *_ in proven_scores(problem, runs):
         for trial in found.trials:
             if tuple(trial.values) == tuple(shape.trial.values):
-                return replace(found, best=trial)
+                return replace(found, best=trial, best_by=f"the score by {MODEL}, of the shapes that were proven")
     return found

@@ -45,11 +45,13 @@ class Trial:
 
 @dataclass(frozen=True)
 class Found:
-    """start : the case as it is;  best : the least score;  trials : all, in the order in which they were made"""
+    """start : the case as it is;  best : the least score;  trials : all, in the order in which they were made;
+    best_by : by what the best is so"""
 
     start: Trial
     best: Trial
     trials: list[Trial]
+    best_by: str = "the weighted score"
 
 
 def search(
@@ -125,11 +127,11 @@ def _scores(
     record: "SearchRecord", judge: _Judge, seen: dict[tuple, Trial], run: Callable, points: Iterable, say: Callable
 ) -> list[float]:
     points = [rounded(point) for point in points]
-    missing = [p for k, p in enumerate(points) if p not in record and tuple(p) not in map(tuple, points[:k])]
+    unseen = [p for k, p in enumerate(points) if tuple(p) not in seen and tuple(p) not in map(tuple, points[:k])]
+    missing = [point for point in unseen if point not in record]
     for point, (numbers, fault) in zip(missing, run(missing)):
         record.add(Trial(point, numbers, np.nan, fault))
-    for point in points:
-        seen.setdefault(tuple(point), judge(record[point]))
+    seen.update({tuple(point): judge(record[point]) for point in unseen})
     failed, best = sum(bool(trial.fault) for trial in seen.values()), min(trial.score for trial in seen.values())
     say(f"{len(seen)} trials, best {best:.4f} (start {judge.start.score:.4f}), {failed} failed")
     return [seen[tuple(point)].score for point in points]

@@ -66,7 +66,7 @@ def test_a_pass_may_want_another_window_than_the_proof_s():
     problem = read_design(ROOT / "cases" / "design" / "leg_and_nose.toml")
     key = "run.fe_full.window_ahead"
     ahead = {one.name: keys_of(problem, one, {})[key] for one in problem.design.passes}
-    assert ahead["hollow P8"] == "70 mm" and ahead["P8"] == problem.design.proof[key] == "60 mm"
+    assert ahead["hollow P8"] == "75 mm" and ahead["P8"] == problem.design.proof[key] == "65 mm"
     assert all(keys_of(problem, one, {key: "90 mm"})[key] == "90 mm" for one in problem.design.passes)
 
 
@@ -127,6 +127,13 @@ def test_a_proof_that_cannot_be_is_refused_before_the_search(tmp_path, words, co
     done = CliRunner().invoke(app, ["design", str(design(tmp_path)), "--out", str(tmp_path / "out"), *words])
     assert done.exit_code == 2 and complaint in done.output
     assert not (tmp_path / "out").exists()
+
+
+def test_a_start_that_cannot_be_meshed_is_refused_before_the_search(tmp_path):
+    """A travelling window shorter than contact, plastic zone and a slab."""
+    short = PROOF + '"run.fe_full.window_ahead" = "22 mm"\n"run.fe_full.window_behind" = "22 mm"\n'
+    with pytest.raises(DesignError, match="the start, 75 mph, cannot be proven: .*window_ahead"):
+        check_proof(read_design(design(tmp_path, extra=short)), {}, ())
 
 
 def test_a_case_without_the_explicit_model_cannot_be_proven(tmp_path):
