@@ -45,13 +45,19 @@ def wheel_figure(title: str, settings: DamageSettings, site: CrossingSite, state
     heights = [one.scene.wheel.shape.height(site.wheel_lines[inside]) * MM for one in site.passes]
     bottom, top = np.nanmin(heights), np.nanmax(heights)
     profile.set(xlim=(low, high), ylim=(bottom - 1, top + 1), ylabel="profile, z [mm]")
+    each.set(yscale="log", ylim=(1e-3 * depth[:, lead].max(), 2 * depth[:, lead].max()))
     each.set(ylabel=f"worn off in {THOUSAND:,} passes [\u00b5m]", title="each kind of pass")
-    band.set(yscale="log", ylim=(1e-4 * mean.max(), 2 * mean.max()), ylabel="[\u00b5m]", title="mean of the traffic")
+    band.set(
+        yscale="log",
+        ylim=(1e-4 * mean.max(), 2 * mean.max()),
+        ylabel=f"in {THOUSAND:,} passes [\u00b5m]",
+        title="mean of the traffic",
+    )
     band.set(xlabel="y on the wheel from its tread datum [mm], + to the field side")
-    for axis, columns in ((profile, 5), (each, 1), (band, 1)):
-        axis.legend(fontsize=9, ncols=columns, loc="upper left")
+    for axis, columns in ((profile, 5), (each, 2), (band, 1)):
+        axis.legend(fontsize=9, ncols=columns, loc="best")
     figure.suptitle(
-        f"{title}\nwheels, spread over their circumference; law: {label_of(settings)}, hardness"
+        f"{title}\nwheels, around their circumference, mean over {state.passes - state.began:,.0f} passes; law: {label_of(settings)}, hardness"
         f" {settings.wheel_hardness / 1e9:g} GPa",
         fontsize=13,
     )
