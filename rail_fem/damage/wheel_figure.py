@@ -57,7 +57,8 @@ def wheel_figure(title: str, settings: DamageSettings, site: CrossingSite, state
     for axis, columns in ((profile, 5), (each, 2), (band, 1)):
         axis.legend(fontsize=9, ncols=columns, loc="best")
     figure.suptitle(
-        f"{title}\nwheels, around their circumference, mean over {state.passes - state.began:,.0f} passes; law: {label_of(settings)}, hardness"
+        f"{title}\nwheels, around their circumference, mean over {state.passes - state.began:,.0f} passes; law:"
+        f" {label_of(settings)}, hardness"
         f" {settings.wheel_hardness / 1e9:g} GPa",
         fontsize=13,
     )
