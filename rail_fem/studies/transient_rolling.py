@@ -66,7 +66,7 @@ def history_of(contacts: PassContacts, body: int, step: float, direction: int) -
         raise ValueError(f"{BODIES[body]}: carries at {len(own)} position(s) of the pass; nothing rolls there")
     own = own[np.argsort(direction * contacts.x[own])]
     at = direction * contacts.x[own]
-    x = np.arange(at[0], at[-1] + step / 2, step)
+    x = np.arange(at[0], at[-1] + 1e-9, step)
     between = lambda values: np.stack([np.interp(x, at, row) for row in np.atleast_2d(values.T)], axis=1)
     grid, patches = contacts.patches.grid, contacts.patches
     semi = np.stack([grid.dx * grid.nx, grid.dy * grid.ny], axis=1) / 2
