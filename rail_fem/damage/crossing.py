@@ -222,11 +222,15 @@ def wear_field(
     factor: float = 1.0,
     spacing: float = SPACING,
     grid: tuple[np.ndarray, np.ndarray] | None = None,
+    over_length: bool = False,
 ) -> WearField:
-    """d(x, y) of one pass. While the wheel goes on by `spacing` [m], every point under a patch wears at the rate of the
+    """d(x, y) of one pass, its volume that of the patches' strips: each patch wears the line across the rail at its own
+    position, `spacing` [m] wide, by its strip sums.
+
+    over_length : in its place, while the wheel goes on by `spacing`, every point under a patch wears at the rate of the
     cell that lies on it: a point of the rail is passed by parts of all the patches whose length reaches it, each at its
     own position, d(x0, y) = sum over X of rate_X(x0 - X, y) dX. Where patches do not change along the rail that is the
-    sum of a strip. The volume is that of the strips.
+    sum of a strip. A patch is an ellipse, whatever lies under it: what it does not reach is worn as well
 
     grid : x (m,) and y (n,) of the field, evenly spaced [m]; None: about the contacts
     Raises ValueError where no contact carries, or one lies beyond the grid.
@@ -247,10 +251,13 @@ def wear_field(
         )
     patches = contacts.patches
     feet, share = footprints(contacts), spacing / (x[1] - x[0]) * patches.grid.dy
-    depth = {
-        name: deposit(feet, law.cells(patches, contacts.speed), factor * share, x, y) for name, law in laws.items()
-    }
-    work = deposit(feet, friction_work_of_cells(patches), share, x, y)
+    if over_length:
+        laid = lambda cells, scale: deposit(feet, cells, scale, x, y)
+    else:
+        line = feet._replace(along=0 * feet.along)
+        laid = lambda cells, scale: deposit(line, cells.sum(axis=1, keepdims=True), scale, x, y)
+    depth = {name: laid(law.cells(patches, contacts.speed), factor * share) for name, law in laws.items()}
+    work = laid(friction_work_of_cells(patches), share)
     by_body = {name: dict(zip(BODIES, own, strict=True)) for name, own in depth.items()}
     return WearField(x, y, by_body, dict(zip(BODIES, work, strict=True)), contacts)
 

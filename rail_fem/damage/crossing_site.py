@@ -118,6 +118,7 @@ class CrossingSite:
     on all laws;  hardness, shear_yield [Pa];  pool : processes that share the passes; None: this one
     flow : (2, m, n) depths by which plastic flow lowered the surfaces before they wear [m]; None: it did not
     flow_law : of the flow that goes on with the passes; None: none does
+    over_length : whether a patch wears the rail along its length (rail_fem.damage.crossing.wear_field)
     wheel_laws : of the wheels' wear, as many as laws; None: the rail's own;  wheel_lines (n,) : coordinates of their
     profiles [m]"""
 
@@ -133,6 +134,7 @@ class CrossingSite:
     pool: Executor | None = field(default=None, repr=False)
     flow: np.ndarray | None = field(default=None, repr=False)
     flow_law: FlowLaw | None = None
+    over_length: bool = False
     wheel_laws: Mapping[str, WearLaw] | None = None
     wheel_lines: np.ndarray = field(default_factory=lambda: wheel_lines(0.25e-3), repr=False)
 
@@ -239,7 +241,7 @@ def pass_wear(
     order = np.argsort(light.x)
     at_table = np.stack([np.interp(table.x, light.x[order], own[order]) for own in light.force])
     contacts = table_contacts(one.scene, table, at_table, one.options)
-    worn = wear_field(contacts, site.laws, site.factor, site.spacing, grid=site.grid)
+    worn = wear_field(contacts, site.laws, site.factor, site.spacing, site.grid, site.over_length)
     pressed = groove_field(site, one.scene, contacts, shape)
     laws = site.laws if site.wheel_laws is None else site.wheel_laws
     wheel = wheel_wear(contacts, one.scene, table.datum, laws, site.factor, site.spacing, site.wheel_lines)

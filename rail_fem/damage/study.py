@@ -36,7 +36,7 @@ from rail_fem.settings.light import RigidHertzSettings
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
 VERSION = 5
-DEFINITION = "each patch wears the rail along its whole length, and its wheel"  # what a state of before does not hold
+DEFINITION = "friction work is second order in the cell, and wheels wear"  # what a state of before does not hold
 
 
 class StudyError(ValueError):

@@ -51,6 +51,11 @@ class DamageSettings(Frozen):
         " where a patch of a crossing bends around a corner",
     )
     patch_spacing: Annotated[float, Quantity("mm", 0.1, 50, "between the patches along a crossing")] = 2e-3
+    deposit: Literal["position", "length"] = Field(
+        "position",
+        description="where a patch wears a crossing: across its own position, or along its length, which after some"
+        " thousand passes has dug pits that no wheel reaches",
+    )
     plan_spacing: Annotated[
         float, Quantity("mm", 0.05, 2, "across a crossing between the depths of its plan; along it is patch_spacing")
     ] = 0.25e-3
@@ -149,6 +154,8 @@ class DamageSettings(Frozen):
             self._refuse("flow: plastic flow is known of a crossing's wing and nose; leave it out")
         if self.site == "switch" and self.tangential == "conformal":
             self._refuse('tangential: strips of their own normals are known of a crossing\'s patches; write "plane"')
+        if self.site == "switch" and self.deposit == "length":
+            self._refuse('deposit: a switch is worn as one section, which has no length; write "position"')
         if self.site == "switch" and self.lateral_scatter:
             self._refuse("lateral_scatter: the switch's wheelset runs on a sine; leave it out")
         if not 0 <= self.onset < self.peak < self.balance:
