@@ -78,12 +78,14 @@ class ProofRun:
 
 
 def shapes(problem: Problem, found: Found, count: int) -> list[ProvenShape]:
-    """The start, the `count` trials of least score, and of those that are worse than the start in nothing the one of
-    least score, where there is one."""
+    """The start, the `count` trials of least score, and of those that are worse than the start in no pass that is
+    proven the one of least score, where there is one."""
+    proven = {one.name for one in problem.design.proven}
+    own = [k for k, (name, _) in enumerate(problem.columns) if name in proven]
     good = [(trial.score, number, trial) for number, trial in enumerate(found.trials, 1) if not trial.fault]
     good.sort(key=lambda entry: entry[:2])
     chosen = [(number, trial, "") for _, number, trial in good[:count]]
-    even = [(n, t, ", worse nowhere") for _, n, t in good if (t.expected <= found.start.expected).all()]
+    even = [(n, t, ", worse nowhere") for _, n, t in good if (t.expected <= found.start.expected)[own].all()]
     if even and even[0][0] not in [number for number, *_ in chosen]:
         chosen.append(even[0])
     named = [ProvenShape(f"trial_{number:04d}", f"trial {number}{words}", trial) for number, trial, words in chosen]

@@ -169,12 +169,14 @@ class SearchRecord:
 
     @property
     def digest(self) -> str:
-        """Of what the trials depend on: the case's text, what may vary and what is run; not of weights and targets."""
+        """Of what the trials depend on: the case's text, what may vary and what is run; not of weights and targets, nor
+        of what a pass sets for another model."""
         design = self.problem.design
+        own = lambda key: not key.startswith("run.") or key.startswith(f"run.{design.model}.")
         about = [
             design.model,
             [v.model_dump() for v in design.vary],
-            [p.set for p in design.passes],
+            [{key: value for key, value in p.set.items() if own(key)} for p in design.passes],
             [o.quantity for o in design.objective],
             self.problem.case.read_text(encoding="utf-8"),
         ]

@@ -44,6 +44,7 @@ ROWS: dict[str, tuple[str, dict[str, Any]]] = {
     "200mm": ("transition of 200 mm, worn P8", {LENGTH: "200 mm"}),
     "300mm": ("transition of 300 mm, worn P8", {LENGTH: "300 mm"}),
     "fitted": ("fitted leg, worn P8", FITTED),
+    "fitted-explicit": ("leg fitted by fe_full, worn P8", {CROSSING + "leg": "fitted-explicit"}),
     "benchmark-P1": ("benchmark's leg, P1", P1),
 }
 

@@ -113,8 +113,11 @@ def test_a_leg_has_a_name(tmp_path):
         transition_length=0.322184, transition_smoothness=0.652113, leg_lowering=1.13683e-3
     )
     assert fitted.plain()["transition_length"] == 0.322184
-    with pytest.raises(CaseError, match="transition_length: is given by leg = fitted"):
-        load_case(case_with(tmp_path, 'leg = "fitted"', 'transition_length = "200 mm"'))
+    explicit = load_case(case_with(tmp_path, 'leg = "fitted-explicit"')).scene.crossing
+    assert explicit.plain()["transition_smoothness"] == 1.93435 and explicit.surface != fitted.surface
+    for leg in ("fitted", "fitted-explicit"):
+        with pytest.raises(CaseError, match=f"transition_length: is given by leg = {leg}: leave it out"):
+            load_case(case_with(tmp_path, f'leg = "{leg}"', 'transition_length = "200 mm"'))
 
 
 def test_unchanged_parameters_leave_a_case_what_it_was(tmp_path):
