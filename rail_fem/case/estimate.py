@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from rail_fem.light.mass_scaling import CUBE, SHARE, quasi_static_factor, quasi_static_step
+from rail_fem.light.mass_scaling import CUBE, GAIN, SHARE, quasi_static_factor, quasi_static_step
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import FeSettings
@@ -61,7 +61,8 @@ def critical_step(scene: Scene, settings: FeSettings) -> float:
     smallest = min(settings.element_size, settings.along)
     steel = settings.courant * SHORTEST_EDGE * smallest / fastest
     if settings.mass_scaling == "auto" and settings.scaled_elements == "small":
-        heaviest = SHARE * _heaviest_factor(scene, settings) * _lighter(settings)
+        body = _heaviest_factor(scene, settings)
+        heaviest = min(SHARE * body, 1 + GAIN * body) * _lighter(settings)
         wanted = settings.courant * quasi_static_step(scene, CUBE * smallest)
         return max(steel, min(wanted, steel * heaviest**0.5))
     return steel * _mass_factor(scene, settings) ** 0.5

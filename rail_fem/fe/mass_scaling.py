@@ -12,6 +12,7 @@ they are slower by the root of the factor, so chatter and the first microseconds
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +22,7 @@ from geometry.meshing.quality import eigen_length
 from rail_fem.fe.slabs import Slabs
 from rail_fem.fe.structure import cell_masses, critical_steps, heavier
 from rail_fem.fe.window import Extent, heaviest
-from rail_fem.light.mass_scaling import SHARE, SLOWNESS, quasi_static_factor, quasi_static_step, transit_ratio
+from rail_fem.light.mass_scaling import GAIN, SHARE, quasi_static_factor, quasi_static_step, transit_ratio
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import FeSettings
@@ -37,7 +38,7 @@ class MassScaling:
     rail_fem.light.mass_scaling.transit_ratio;  why : what decided the factor
     Where small elements alone are heavier: least_step : critical step that they are made heavy for [s], else 0;
     scaled : as `steel`, with the mass that is added;  slowness : the wheel's speed over that of waves in the elements
-    under it"""
+    under it;  most : the largest factor that is possible, up to that"""
 
     factor: float
     steel: dict[str, float]
@@ -47,6 +48,7 @@ class MassScaling:
     least_step: float = 0.0
     scaled: dict[str, float] | None = None
     slowness: float = 0.0
+    most: float = 0.0
 
     @property
     def meshes(self) -> dict[str, float]:
@@ -138,25 +140,43 @@ def _of_small(
     own, mass = critical_steps(mesh.points, mesh.cells, mesh.region, steels), steel_masses(mesh, steels)
     least = float(own.min())
     under_wheel = float(eigen_length(brick(settings.element_size, settings.along))[0])
-    if not isinstance(settings.mass_scaling, str):
+    meshes = lambda step: mesh_masses(mesh, heavier(mass, own, step), window)
+    if asked := not isinstance(settings.mass_scaling, str):
         step, why = settings.mass_scaling**0.5 * least, "as the case asks"
     else:  # AUTO
         step = max(least, quasi_static_step(scene, under_wheel))
-        why = f"auto: waves in the elements under the wheel {1 / SLOWNESS:.0f} times as fast as it"
-        while step > least and _overweight(mesh_masses(mesh, heavier(mass, own, step), window), scaling.bodies):
-            step, why = max(least, 0.97 * step), f"auto: a mesh weighs {SHARE:.0%} of its body"
+        why = f"auto: waves in the elements under the wheel {under_wheel / scene.speed / step:.3g} times as fast as it"
+    limits = scaling.bodies if asked else {name: _most_by_auto(scaling, name) for name in scaling.bodies}
+    allowed = _longest(least, step, lambda one: all(kg <= limits[name] for name, kg in meshes(one).items()))
+    if allowed < step and not asked:
+        step, found = allowed, meshes(allowed)
+        name = max(found, key=lambda name: found[name] / limits[name])
+        why = f"auto: the mesh of the {name} weighs {found[name] / scaling.bodies[name]:.0%} of its body"
     return replace(
         scaling,
         factor=(step / least) ** 2,
         least_step=step,
-        scaled=mesh_masses(mesh, heavier(mass, own, step), window),
+        scaled=meshes(step),
         slowness=scene.speed * step / under_wheel,
         why=why,
+        most=(allowed / least) ** 2,
     )
 
 
-def _overweight(meshes: dict[str, float], bodies: dict[str, float]) -> bool:
-    return any(meshes[name] > SHARE * bodies[name] for name in meshes)
+def _most_by_auto(scaling: MassScaling, name: str) -> float:
+    """What the mesh of a body may weigh with small elements heavier [kg]."""
+    return min(SHARE * scaling.bodies[name], scaling.steel[name] + GAIN * scaling.bodies[name])
+
+
+def _longest(least: float, step: float, allowed: Callable[[float], bool]) -> float:
+    """The step if it is allowed, else the longest from `least` on that is, to a thousandth. allowed : falls with it"""
+    if allowed(step):
+        return step
+    low, high = least, step
+    while high > (1 + 1e-3) * low:
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if allowed(middle) else (low, middle)
+    return low
 
 
 def brick(size: float, along: float) -> np.ndarray:
@@ -187,11 +207,10 @@ def _refuse_heavy(scaling: MassScaling) -> None:
         return
     for name, mass in scaling.meshes.items():
         if mass > scaling.bodies[name]:
-            most = "less" if scaling.least_step else f"at most {_floor(scaling.largest):g}"
             raise ValueError(
                 f"mass_scaling {scaling.factor:g}: the mesh of the {name} would weigh {mass:.0f} kg,"
-                f" its body weighs {scaling.bodies[name]:.0f} kg in the case: {most} is"
-                " possible here, or a shorter window"
+                f" its body weighs {scaling.bodies[name]:.0f} kg in the case: at most"
+                f" {_floor(scaling.most or scaling.largest):g} is possible here, or a shorter window"
             )
 
 

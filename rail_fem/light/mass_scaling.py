@@ -15,11 +15,13 @@ WAVE_DISTANCE = 0.1  # a wave's path through the modelled steel, the height of t
 # force history then differs by less than 1.5 % (L2) from the unscaled one
 TRANSIT = 0.25
 # speed of the wheel over that of dilatational waves in the elements under it, with which "auto" is content where only
-# small elements are heavy: the excess of a steadily moving load's deformation is of the order of its square
-SLOWNESS = 0.05
+# small elements are heavy: the excess of a steadily moving load's deformation is of the order of its square. Elements
+# longer than a part of the patch are heavy to a greater depth, in proportion: the same error with less of it
+SLOWNESS, PATCH_PART = 0.05, 1 / 16
 CUBE = 0.734  # wave speed times critical step of a cube over its side: geometry.meshing.quality.eigen_length
-# the part of a body's mass that "auto" lets its mesh weigh
-SHARE = 0.8
+# the part of a body's mass that "auto" lets its mesh weigh, and the part that it lets small elements gain, whose mass
+# lies near the patch
+SHARE, GAIN = 0.8, 0.25
 
 
 def static_patch(scene: Scene) -> PointContact:
@@ -39,8 +41,10 @@ def transit_ratio(scene: Scene, factor: float) -> float:
 
 def quasi_static_step(scene: Scene, length: float) -> float:
     """The longest critical step [s] of the elements under the wheel, of `length` = wave speed times critical step [m],
-    with which waves in them are 1 / SLOWNESS times as fast as the wheel."""
-    return SLOWNESS * length / scene.speed
+    with which waves in them are 1 / SLOWNESS times as fast as the wheel; faster, by the root of their length over
+    PATCH_PART of the patch under the static load, where they are longer than that."""
+    fine = PATCH_PART * 2 * static_patch(scene).semi_x
+    return SLOWNESS * min(1.0, fine / length) ** 0.5 * length / scene.speed
 
 
 def quasi_static_factor(scene: Scene) -> float:

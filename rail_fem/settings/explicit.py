@@ -67,7 +67,7 @@ class FeSettings(Frozen):
     scaled_elements: Literal["all", "small"] = Field(
         "all",
         description="that mass_scaling makes heavier: all by its factor, or the small ones, the smallest by the factor"
-        " and each of the others as far as the same stable step asks",
+        " and each of the others as far as the same stable step asks: from 1 mm down half the steps of auto",
     )
     settle_time: Annotated[
         float, Quantity("ms", 0, 1000, "run under a damper from the static start, before the pass")
