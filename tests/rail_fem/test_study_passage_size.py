@@ -106,7 +106,8 @@ def test_windows_of_the_whole_crossing_may_still_be_lengthened_for_larger_elemen
     reference = passage_size.example("nose_transfer")
     whole = passage_size.judges(load_case(reference).settings(FeSettings))["whole crossing"]
     longer = size_series._windows(reference, {f"run.fe_full.{key}": value for key, value in whole.items()}, 4 * MM)
-    assert load_case(reference, longer).settings(FeSettings).window_ahead == pytest.approx(4.018)
+    size = load_case(reference).settings(FeSettings).element_size
+    assert load_case(reference, longer).settings(FeSettings).window_ahead == pytest.approx(4 + 6 * (4 * MM - size))
 
 
 @pytest.mark.validate
@@ -131,7 +132,10 @@ def test_a_window_grows_with_the_elements_where_the_case_has_one(tmp_path):
     """By three elements of length at both ends; not for smaller elements, nor in a case without this model."""
     keys = [f"run.fe_full.window_{end}" for end in ("ahead", "behind")]
     reference = passage_size.example("nose_transfer")
-    assert size_series._windows(reference, {}, 4 * MM) == dict.fromkeys(keys, "78 mm")
+    own = load_case(reference).settings(FeSettings)
+    assert (own.window_ahead, own.window_behind, own.element_aspect) == (60 * MM, 60 * MM, 2)
+    grown = 60 + 6 * (4 - own.element_size / MM)
+    assert size_series._windows(reference, {}, 4 * MM) == dict.fromkeys(keys, f"{grown:.6g} mm")
     assert size_series._windows(reference, {}, 0.5 * MM) == {}
     light = tmp_path / "light.toml"
     light.write_text(reference.read_text().split("[run.fe_full]")[0] + "[run.lumped]\n")
