@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.surfaces.crossing import CrossingError
-from geometry.surfaces.crossing_surface import FLOOR, NO_METAL
+from geometry.surfaces.bodies import BODIES, NO_METAL, CrossingError
+from geometry.surfaces.crossing_surface import FLOOR
 from geometry.surfaces.section_cuts import MARGIN, SPACING
 
 CHORD = 2e-6  # by which a table's lines may cut a face's curves across the track [m]
@@ -21,7 +21,6 @@ LEAST_LINES, MOST_LINES = 9, 1025  # of a table, in either direction
 ON_PLANE = 1e-9  # [m]
 ASKED = 64  # lines in either direction whose points are asked whether they belong to a face
 HALVINGS = 14  # to where a face's edge cuts a line
-BODIES = ("wing", "nose")
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,10 +24,10 @@ from geometry.profiles.wheel import WHEEL_NAMES
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.sections import SectionCrossing, section_path
 from rail_fem.scene.wheel_profile import wheel_shape
+from rail_fem.show.crossing import GAUGE_DEPTH
 from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
 
 MM = 1e-3
-GAUGE_DEPTH = 14 * MM
 LINE_CONTACT = 20 * MM  # a band wider than this is a line contact, whose deepest point is undetermined
 APPROACH = 0.1 * MM  # elastic approach of a wheel under 80 to 100 kN, whose patch's width the bands show
 RADIUS = 0.46
