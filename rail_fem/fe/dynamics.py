@@ -361,10 +361,10 @@ class Dynamics:
         if self.window is not None:
             self.window.bring_up()
 
-    def check(self) -> None:
+    def check(self) -> dict[str, float]:
         """Raise ArithmeticError on all ranks when an element is inside out, a number is not finite or the energy
         balance has broken since the last check: by more than STOP_BALANCE of what the bodies hold or lost. A step 1 %
-        too long is found within 50 steps. Collective."""
+        too long is found within 50 steps. Returns the `energies` that it looked at. Collective."""
         s = self.structure
         message = None
         if not s.smallest_volume > 0 or not all_finite(s.v, self.runs):
@@ -373,7 +373,7 @@ class Dynamics:
         try:
             raise_together(self.comm, message)
             self._check_window()
-            self._check_balance()
+            return self._check_balance()
         except ValueError as error:
             raise ArithmeticError(f"step {self.step_count}, t = {self.time * 1e3:.4f} ms: {error}") from None
 
@@ -383,20 +383,19 @@ class Dynamics:
             if message:
                 raise ValueError(message)
 
-    def _check_balance(self) -> None:
+    def _check_balance(self) -> dict[str, float]:
         found = self._energies()
         e, before, self.balance_mark = found[0], self.balance_mark, self._lagging_balance(found)
         if before is None:
-            return
-        change, held = (
-            abs(self.balance_mark - before),
-            sum(abs(e[name]) for name in ("kinetic", "elastic", "plastic", "hourglass", "viscous", "contact")),
-        )
+            return e
+        change = abs(self.balance_mark - before)
+        held = sum(abs(e[name]) for name in ("kinetic", "elastic", "plastic", "hourglass", "viscous", "contact"))
         if not change <= STOP_BALANCE * held + ROUND_OFF * abs(e["springs"]) + LEAST_ENERGY:
             raise ValueError(
                 f"the energy balance changed by {change:.3g} J since the last check, of {held:.3g} J that the bodies"
                 " hold or lost: the run is unstable, take a smaller courant number"
             )
+        return e
 
     def _lagging_balance(self, energies: tuple[dict[str, float], float]) -> float:
         """The balance with velocities half a step behind [J], from what `_energies` found. Beyond the critical step a

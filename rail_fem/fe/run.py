@@ -146,10 +146,9 @@ class Run:
             self._let_go()
         d.step(self.dt)
         self.recorder.after_step()
-        if d.step_count % CHECK_EVERY == 0:
-            d.check()
+        checked = d.check() if d.step_count % CHECK_EVERY == 0 else None
         if d.time >= self.next_row:
-            self._report()
+            self._report(checked or d.energies())
         if d.step_count % LIMIT_EVERY == 0:
             self._recheck_step()
         self.loop_time += working_time() - clock
@@ -165,9 +164,8 @@ class Run:
         self.settled, self.start_energies = True, d.energies()
         self.recorder.exchanged += self.start_energies["balance"] - before
 
-    def _report(self) -> None:
+    def _report(self, energies: dict[str, float]) -> None:
         d = self.dynamics
-        energies = d.energies()
         self.recorder.row(energies)
         self.next_row += self.settings.history_interval
         balance = self._balance_share(energies)
