@@ -52,11 +52,6 @@ class Energy:
     strain: float
     work: float
 
-    @property
-    def gain(self) -> float:
-        """What is there beyond the work done [J/m]: zero for a scheme that keeps the balance."""
-        return self.kinetic + self.strain - self.work
-
 
 def check_step(body: DynamicBody, step: float) -> None:
     """Raise DynamicsError for a step that is none; warn where a wave crosses the body in one."""

@@ -247,7 +247,7 @@ def _pivot(
         change = wrong if patience > 0 else wrong[[np.argmax(size[wrong])]]
         following = state.copy()
         following[change] = wanted[change]
-        state = _keep_hold(following, state, pressure, shear, friction, control)
+        state = _keep_hold(following, state, pressure, control)
     remedy = (
         f"lower the friction {friction.max():g}" if friction.max() <= 1 else "give the friction of dry bodies, below 1"
     )
@@ -275,7 +275,7 @@ def _attempt(system, control, friction, before, state):
         ) from None
 
 
-def _keep_hold(state, former, pressure, shear, friction, control):
+def _keep_hold(state, former, pressure, control):
     """Load-controlled bodies must touch somewhere: if every node would open, keep the one that is pressed most."""
     if control.loaded.any() and not (state != OPEN).any():
         state[np.argmax(pressure)] = former[np.argmax(pressure)]

@@ -103,10 +103,8 @@ def _field(name: str, indices, points: np.ndarray, cuboid: Cuboid, strain, elast
     above = np.array([[depth_parity(field, k) for k in range(6)] for field in indices], float)
     full, surface = tables[f"full {name}"], tables[f"surface {name}"]
     one = np.ones_like(above)
-    return _sum_corners(
-        points, np.array([cuboid.x, cuboid.y, cuboid.z], float), weigh(full, one), weigh(full, above),
-        weigh(surface, one), _NUDGE,
-    )  # fmt: skip
+    faces = np.array([cuboid.x, cuboid.y, cuboid.z], float)
+    return _sum_corners(points, faces, weigh(full, one), weigh(full, above), weigh(surface, one))
 
 
 @njit(cache=True)
@@ -137,7 +135,7 @@ def _add_corners(x, y, faces, eta, sign, table, depth, sources, out):
 
 
 @njit(cache=True)
-def _sum_corners(points, faces, below, above, surface, nudge):
+def _sum_corners(points, faces, below, above, surface):
     """(n, components): full space (observer below or above the source, or beside it), and what the surface adds."""
     out = np.zeros((len(points), below.shape[0]))
     top, bottom = faces[2, 0], faces[2, 1]

@@ -146,9 +146,7 @@ class StressInfluence:
         self.matrix = self._matrix(TO_DEVIATOR, ODD_X, ODD_Y)
         self._rough = self.matrix.astype(np.float32)
         self._mean = None
-        px, py = cells.period
         self.phase = 1j ** (ODD_X + ODD_Y)
-        self._partner = (-np.arange(px // 2 + 1)) % px
 
     def deviator(self, strain: np.ndarray) -> np.ndarray:
         """(nz, 5, nx, ny) stress [Pa] by plastic strain (nz, 5, nx, ny)."""

@@ -15,7 +15,6 @@ to Mindlin's solution by quadrature (tests/bem/plastic/test_cuboid.py).
 from __future__ import annotations
 
 import functools
-from itertools import product
 
 Polynomial = dict[tuple[int, int, int, int, int], float]
 
@@ -167,9 +166,3 @@ def layer_polynomials(poisson: float) -> dict[str, list[list[Polynomial]]]:
 def depth_parity(field: tuple[int, ...], component: int) -> int:
     """+1 or -1: what a full-space field does when the observer goes to the other side of the source."""
     return (-1) ** sum(index == 2 for index in (*field, *PAIRS[component]))
-
-
-def used_monomials(poisson: float = 0.3) -> set[tuple[int, int, int]]:
-    """Exponents (a, b, c) of the corner functions that any field needs."""
-    tables = layer_polynomials(poisson).values()
-    return {key[:3] for table in tables for row, column in product(table, range(6)) for key in row[column]}

@@ -11,7 +11,7 @@ from rail_fem.fe.fields import cell_rows
 from rail_fem.fe.parts import cells_of, parts_of
 from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
-from rail_fem.fe.state import PLASTIC_WORK
+from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK
 from rail_fem.light.fine_zone import PATCH_REACH
 from rail_fem.output.history import complete_history
 from rail_fem.output.result import Peak
@@ -92,8 +92,10 @@ def deforming_share(run: Run, history: dict[str, np.ndarray], settled: float) ->
 def zone_hourglass(run: Run) -> float:
     """Hourglass work over plastic work in the blocks of elements that yielded. Collective."""
     work = run.dynamics.structure.block_work
-    yielded = work[:, 0] > 0
-    plastic, hourglass = run.comm.allreduce(np.array([work[yielded, 0].sum(), work[yielded, 1].sum()]))
+    yielded = work[:, PLASTIC_WORK] > 0
+    plastic, hourglass = run.comm.allreduce(
+        np.array([work[yielded, PLASTIC_WORK].sum(), work[yielded, HOURGLASS_WORK].sum()])
+    )
     return float(hourglass / plastic) if plastic > 0 else 0.0
 
 

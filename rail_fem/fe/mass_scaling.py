@@ -27,8 +27,6 @@ from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import FeSettings
 
-AUTO = "auto"
-
 
 @dataclass(frozen=True)
 class MassScaling:
@@ -97,7 +95,7 @@ def choose_scaling(
         )
         _refuse_heavy(scaling)
         return scaling
-    if isinstance(settings.mass_scaling, str):  # AUTO
+    if isinstance(settings.mass_scaling, str):  # "auto"
         scaling = _automatic(scene, scaling)
     else:
         scaling = replace(scaling, factor=settings.mass_scaling, why="as the case asks")
@@ -143,7 +141,7 @@ def _of_small(
     meshes = lambda step: mesh_masses(mesh, heavier(mass, own, step), window)
     if asked := not isinstance(settings.mass_scaling, str):
         step, why = settings.mass_scaling**0.5 * least, "as the case asks"
-    else:  # AUTO
+    else:  # "auto"
         step = max(least, quasi_static_step(scene, under_wheel))
         why = f"auto: waves in the elements under the wheel {under_wheel / scene.speed / step:.3g} times as fast as it"
     limits = scaling.bodies if asked else {name: _most_by_auto(scaling, name) for name in scaling.bodies}

@@ -32,7 +32,7 @@ def write_archive(folder: Path, flows: dict[str, Flow]) -> None:
     write_atomically(Path(folder) / ARCHIVE, write)
 
 
-def write_vtu(folder: Path, flows: dict[str, Flow], heights, time: float) -> bool:
+def write_vtu(folder: Path, flows: dict[str, Flow], heights) -> bool:
     """fields/final.vtu with the cells about what has yielded, on the bodies' surfaces; False where meshio is missing.
 
     heights : body -> z(x, y) [m], NaN without surface

@@ -11,6 +11,7 @@ import numpy as np
 
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_table import ContactTable
+from rail_fem.light.p2 import DIP_LIMIT
 from rail_fem.light.vertical_pass import LightPass
 from rail_fem.output.result import PatchSummary
 from rail_fem.scene.crossing import JOINT
@@ -22,7 +23,6 @@ FIRST_YIELD = 1.6
 MOST_ASYMMETRY = 0.25
 LARGEST_SHARE = 0.3  # of a patch's semi-axis in the smallest radius, beyond which a half-space is none
 SUDDEN = 0.5  # share of the lumped constant that the true one may differ by
-DIP_LIMIT = 10e-3  # [rad] of the standard's formula, for a P8 wheel
 MOST_STIFFNESS = 0.15  # share by which a law's stiffness may differ from that of the gap solved under a pass' force
 
 Flag = dict[str, str]
@@ -156,7 +156,7 @@ def hertz_flags(
     return flags
 
 
-def bem_flags(scene: Scene, run: LightPass, patches: tuple[PatchSummary, ...], lifts: tuple[int, float]) -> list[Flag]:
+def bem_flags(scene: Scene, patches: tuple[PatchSummary, ...], lifts: tuple[int, float]) -> list[Flag]:
     """Plastic flow, and that a half-space knows no edge."""
     flags = lift_flags(lifts)
     for body, steel in (("wing", scene.materials.wing.steel()), ("nose", scene.materials.nose.steel())):

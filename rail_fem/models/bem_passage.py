@@ -53,7 +53,7 @@ def solve(
     coarse = run_pass(scene, settings, contacts, 2 * run.step)
     solved = solved_patches(key, settings, table, run, patch_steps(run))
     patches = tuple(patch for patch, _, _ in solved)
-    flags = bem_flags(scene, run, patches, lift_offs(run, scene.static_wheel_load))
+    flags = bem_flags(scene, patches, lift_offs(run, scene.static_wheel_load))
     flags += law_flags([contact for _, _, contact in solved], load)
     errors = {"time_step": step_error(run, coarse), "pressure": max(p.error.max_pressure for _, p, _ in solved)}
     errors |= beam_errors(scene, settings, contacts, run)

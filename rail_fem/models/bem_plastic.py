@@ -258,7 +258,7 @@ def _with_flow(
     if folder is not None and flows:
         write_archive(folder, flows)
         heights = {body: crossing_surface(key.crossing, body) for body in flows}
-        if not write_vtu(folder, flows, heights, float(run.time[-1])):
+        if not write_vtu(folder, flows, heights):
             notes = ("no fields/final.vtu: meshio is not installed (it comes with the explicit models)",)
     cost = replace(result.cost, elements=sum(int(np.count_nonzero(flow.peeq)) for flow in flows.values()))
     return replace(result, peaks=peaks, trust=trust, cost=cost, warnings=result.warnings + notes)

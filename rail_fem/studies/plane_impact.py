@@ -110,7 +110,7 @@ def striker(release: float | None = CONTACT_TIME) -> Striker:
     return Striker(mass=WHEEL_MASS, velocity=-APPROACH, release=release)
 
 
-def patch_grid(struck: Struck) -> np.ndarray:
+def patch_grid() -> np.ndarray:
     """Points (rows, columns, 2) below the contact, 12 by 6 mm."""
     rail, wheel = wheel_and_rail()
     return grid_below(rail.outline, "face", nearest_point(rail, wheel), 6 * MM, 6 * MM, 0.25 * MM)
@@ -156,7 +156,7 @@ def march(struck: Struck, scheme: Scheme, step: float, end: float = END, every: 
     ready = time.process_time()
     impact = strike(struck, striker(), going, count, lambda k: k % stride == 0)
     done = time.process_time()
-    grid = patch_grid(struck).reshape(-1, 2)
+    grid = patch_grid().reshape(-1, 2)
     instants = sorted(impact.states)
     stress = np.array([np.nanmax(field_at(impact.solution(k), grid).von_mises) for k in instants])
     return ImpactRun(scheme, step, ready - tick, done - ready, impact, impact.time[instants], stress)

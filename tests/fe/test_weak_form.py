@@ -31,11 +31,6 @@ def sym(matrix: np.ndarray) -> np.ndarray:
     return (matrix + np.swapaxes(matrix, -1, -2)) / 2
 
 
-def own_order(structure, values: np.ndarray) -> np.ndarray:
-    """Rows of the input mesh (n, 3) in the structure's numbering."""
-    return values[structure.domain.node_input]
-
-
 @pytest.mark.parametrize("seed", range(2))
 def test_small_displacement_forces_are_those_of_the_weak_form_and_of_the_hourglass_part(seed):
     """Any displacement of any distorted cells, to round-off."""

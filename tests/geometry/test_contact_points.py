@@ -106,7 +106,7 @@ def test_cylinders_touch_on_the_common_perpendicular_of_two_skew_lines(yaw, lift
         perpendicular = np.cross(direction, [1.0, 0, 0])
         perpendicular *= np.sign(perpendicular[2]) / np.linalg.norm(perpendicular)
         assert (start - foot) @ perpendicular == pytest.approx(RADIUS + CROWN, abs=TIGHT)
-        along, on_axle, _ = np.linalg.solve(np.array([[1.0, 0, 0], -direction, perpendicular]).T, start - foot)
+        along, *_ = np.linalg.solve(np.array([[1.0, 0, 0], -direction, perpendicular]).T, start - foot)
         found = search.contacts(state, side)
         exact = foot + [along, 0, 0] + CROWN * perpendicular
         assert np.abs(found.position[0] - exact).max() < TIGHT

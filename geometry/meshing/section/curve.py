@@ -72,10 +72,6 @@ class SectionCurve:
         """Arc length [m] of the feature at a (fractional) index of the original section."""
         return float(np.interp(index, self.index, self.arc))
 
-    def index_of_arc(self, arc: float) -> float:
-        """Fractional index of the original section at an arc length [m]."""
-        return float(np.interp(arc, self.arc, self.index))
-
     def sharp_points(self, angle: float = np.radians(25)) -> np.ndarray:
         """Indices of inner points where the outline turns by more than `angle` [rad]."""
         edge = np.diff(self.points, axis=0)
