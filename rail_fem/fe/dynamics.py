@@ -9,11 +9,20 @@ from __future__ import annotations
 import numpy as np
 from mpi4py import MPI
 
-from kernel_cache import njit
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.pairs import FRICTION_WORK, NORMAL_ENERGY, TOWED
 from rail_fem.fe.domain import raise_together
 from rail_fem.fe.heap import give_back_free_memory
+from rail_fem.fe.node_kernels import (
+    add_motion_energy,
+    all_finite,
+    apply_contact,
+    drift,
+    free_inverse_mass,
+    group_reactions,
+    impose_velocity,
+    kick,
+)
 from rail_fem.fe.stable_step import damped_limit, largest_frequency, round_down
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK, VISCOUS_WORK
 from rail_fem.fe.structure import Structure
@@ -25,130 +34,7 @@ WHEEL_DAMPING = 0.06  # share of critical damping that the small-displacement ke
 
 # change of the energy balance between two checks, over what the bodies hold or lost, that stops a run
 STOP_BALANCE = 0.5
-ROUND_OFF, LEAST_ENERGY = 1e-9, 1e-12  # of the springs energy; [J]
-
-
-@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
-def kick(v, force, inverse_mass, mass_damping, dt, small, runs, works):
-    """Velocities of owned nodes from internal forces; sums up the internal work.
-
-    v, force, inverse_mass, small : (3 n,), inverse_mass 0 where a direction is held or a rigid group moves it, small 1
-        on the small-displacement bodies;  mass_damping [1/s]
-    runs : (k, 2) the unknowns that a step computes, in ranges first..last-1
-    works : (3,) internal work of finite-strain nodes, of small-displacement nodes, damping work, added to [J]
-    """
-    all_power, small_power, damping_work = 0.0, 0.0, 0.0
-    for r in range(runs.shape[0]):
-        for i in range(runs[r, 0], runs[r, 1]):
-            old = v[i]
-            new = old + dt * force[i] * inverse_mass[i]
-            v[i] = new
-            power = 0.5 * force[i] * (old + new)
-            all_power += power
-            small_power += small[i] * power
-    if mass_damping > 0.0:
-        for r in range(runs.shape[0]):
-            for i in range(runs[r, 0], runs[r, 1]):
-                if inverse_mass[i] > 0.0:
-                    push = 0.5 * dt * force[i] * inverse_mass[i]
-                    mean = v[i] - push  # the velocity before the kick and half of it
-                    old = mean - push
-                    lost = dt * mass_damping * old
-                    v[i] -= lost
-                    damping_work += lost / inverse_mass[i] * (mean - 0.5 * lost)
-                    all_power -= 0.5 * force[i] * lost
-                    small_power -= 0.5 * small[i] * force[i] * lost
-    works[0] -= dt * (all_power - small_power)
-    works[1] -= dt * small_power
-    works[2] += damping_work
-
-
-@njit(cache=True, error_model="numpy")
-def group_reactions(force, members, first, out):
-    """Element forces on groups: members[first[g]:first[g+1]] are the owned nodes of group g; out (n_groups, 3) [N],
-    overwritten."""
-    out[:] = 0.0
-    for g in range(out.shape[0]):
-        for k in range(first[g], first[g + 1]):
-            for c in range(3):
-                out[g, c] += force[3 * members[k] + c]
-
-
-@njit(cache=True, error_model="numpy")
-def impose_velocity(v, members, velocity):
-    """Velocity (3,) of a rigid group onto its nodes, in v (3 n,)."""
-    for n in members:
-        for c in range(3):
-            v[3 * n + c] = velocity[c]
-
-
-@njit(cache=True, error_model="numpy")
-def drift(x, v, dt, force, runs):
-    """Positions after the step of the unknowns in ranges `runs` (k, 2); forces start at 0."""
-    for r in range(runs.shape[0]):
-        for i in range(runs[r, 0], runs[r, 1]):
-            x[i] += dt * v[i]
-            force[i] = 0.0
-
-
-@njit(cache=True, fastmath={"contract", "reassoc", "nsz"}, error_model="numpy")
-def add_motion_energy(v, force, mass, small, runs, out):
-    """Kinetic energy [J], power of the forces, and its part on small-displacement nodes [W], of the nodes in `runs`.
-
-    v, force : (3 n,);  mass, small : (n,), small 1 on the small-displacement bodies;  out : (3,) added to
-    """
-    for r in range(runs.shape[0]):
-        for n in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
-            i = np.uint64(3) * n
-            a, b, c = v[i], v[i + np.uint64(1)], v[i + np.uint64(2)]
-            power = force[i] * a + force[i + np.uint64(1)] * b + force[i + np.uint64(2)] * c
-            out[0] += 0.5 * mass[n] * (a * a + b * b + c * c)
-            out[1] += power
-            out[2] += small[n] * power
-
-
-@njit(cache=True, error_model="numpy")
-def all_finite(v, runs):
-    """Whether every unknown in `runs` of v (3 n,) is a number."""
-    for r in range(runs.shape[0]):
-        for i in range(runs[r, 0], runs[r, 1]):
-            if not abs(v[i]) < np.inf:
-                return False
-    return True
-
-
-@njit(cache=True, error_model="numpy")
-def apply_contact(v, internal, force, inverse_mass, local, at, small, dt, works):
-    """Contact forces onto the velocities of owned nodes; returns their work on the bodies [J].
-
-    v, internal : (3 n,) velocities after the kick without contact, internal forces;
-    force : (m, 3), inverse_mass : (m,) of surface nodes
-    local, at : (k,) node and surface number of the nodes in question. All works go with the mean of the velocities
-        before and after
-    the whole kick; `works` (see `kick`) gets what contact changes of the internal work.
-    """
-    work = 0.0
-    for i in range(local.size):
-        n, a = local[i], at[i]
-        for c in range(3):
-            f, inner = force[a, c], internal[3 * n + c]
-            change = dt * f * inverse_mass[a]
-            v[3 * n + c] += change
-            work += dt * f * (v[3 * n + c] - 0.5 * (change + dt * inner * inverse_mass[a]))
-            works[small[n]] -= 0.5 * dt * inner * change
-    return work
-
-
-@njit(cache=True, error_model="numpy")
-def free_inverse_mass(mass, moving, inside, out):
-    """Inverse masses [1/kg] of the unknowns that move on their own, 0 of all others -> out (3 n,).
-
-    mass : (n,) [kg];  moving : (3 n,) bool, where the node is active;  inside : (n,) bool, whether it is
-    """
-    for n in range(mass.size):
-        inverse = 1.0 / mass[n] if inside[n] else 0.0
-        for c in range(3):
-            out[3 * n + c] = inverse if moving[3 * n + c] else 0.0
+ROUND_OFF, LEAST_ENERGY = 1e-9, 1e-12  # of the springs' energy; [J]
 
 
 def runs(nodes: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kernel_cache import njit
+from rail_fem.fe.node_kernels import within
 from rail_fem.fe.slabs import EQUAL, Slabs
 from rail_fem.fe.state import PLASTIC_WORK
 from rail_fem.fe.structure import Structure
@@ -52,23 +52,6 @@ def heaviest(slabs: Slabs, extent: Extent, masses: tuple[np.ndarray, ...]) -> fl
         ranges = slabs.near(*extent.ends(offset))
         most = max(most, sum(float(mass[low:high].sum()) for mass, (low, high) in zip(masses, ranges)))
     return most
-
-
-@njit(cache=True, error_model="numpy")
-def within(active, region, first, last, in_slabs):
-    """Nodes (n,) bool with an element in the active slabs, and with none outside of them.
-
-    active : (n_regions, 2) range of active slabs of each body
-    region, first, last, in_slabs : (n,) of the nodes, their body, first and last slab, and whether that body is cut
-        into slabs: if not, they are both
-    """
-    touched, inside = np.ones(region.size, np.bool_), np.ones(region.size, np.bool_)
-    for n in range(region.size):
-        if in_slabs[n]:
-            low, end = active[region[n], 0], active[region[n], 1]
-            touched[n] = last[n] >= low and first[n] < end
-            inside[n] = first[n] >= low and last[n] < end
-    return touched, inside
 
 
 @dataclass(frozen=True)
