@@ -9,8 +9,8 @@ from geometry.meshing.quality import MeshQuality, cell_volume
 from rail_fem.fe import trust
 from rail_fem.fe.fields import cell_rows
 from rail_fem.fe.parts import cells_of, parts_of
-from rail_fem.fe.passage import Running
 from rail_fem.fe.run import Run
+from rail_fem.fe.running import Running
 from rail_fem.fe.state import HOURGLASS_WORK, PLASTIC_WORK
 from rail_fem.light.fine_zone import PATCH_REACH
 from rail_fem.output.history import complete_history

@@ -11,7 +11,7 @@ from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.hexmesh import HexMesh, MeshError
 from geometry.meshing.wheel import mesh_wheel
 from rail_fem.fe.initial_position import position_wheel, smallest_gap
-from rail_fem.fe.passage import Running
+from rail_fem.fe.running import Running
 from rail_fem.light.fine_zone import crossing_spec, wheel_spec
 from rail_fem.light.own_mesh import own_mesh
 from rail_fem.light.rigid import datum_height

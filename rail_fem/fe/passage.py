@@ -11,14 +11,10 @@ the check rail and the other wheel (rail_fem.fe.lateral_guide); it does not roll
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from bem.exact.hertz import tangent_stiffness
 from geometry.meshing.hexmesh import HexMesh
-from geometry.path.wheel_path import WheelPath, rolling_radius
-from geometry.profiles.profile import Profile
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact.contact import Contact, ContactSettings
 from rail_fem.fe.contact.surface import Surface
@@ -26,76 +22,20 @@ from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.lateral_guide import LateralGuide
 from rail_fem.fe.mass_scaling import MassScaling, choose_scaling
+from rail_fem.fe.pass_supports import build_supports, guide_across, set_lumped_masses
+from rail_fem.fe.running import Running
 from rail_fem.fe.slabs import Slabs, cut_into_slabs, slab_parts
 from rail_fem.fe.start_state import StartState, resting
 from rail_fem.fe.structure import Structure
-from rail_fem.fe.supports import Link, RigidGroup, Supports
+from rail_fem.fe.supports import Link, RigidGroup
 from rail_fem.fe.window import Extent, TravellingWindow
-from rail_fem.light.contact_table import contact_table
 from rail_fem.light.lateral_start import LateralStart
-from rail_fem.light.plastic_indentation import plastic_indentation
-from rail_fem.light.rigid import anchored_path
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.settings.explicit import FeSettings
 
-# lumped mass on the wheel while it settles [kg]: little inertia, so it comes to rest within a millisecond
-SETTLING_MASS = 10.0
-MESH_MASS = 10.0  # about that of the wheel's mesh, which settles with it [kg]
 MARGIN = 0.15e-3  # gap below which nodes are watched [m]
-NEXT_POSITION = 2.5e-3  # where the contact at the start is looked at once more [m]
 # an update of the small-displacement kernel, relative to the finite-strain one (rail_fem.studies.kernel_speed)
 ELASTIC_COST = 0.75
-
-
-@dataclass(frozen=True)
-class Running:
-    """How the wheel runs: sign (+1 facing, -1 trailing), start and end x [m], signed speed [m/s], spin about y at the
-    start [rad/s]:
-    that of pure rolling there, the rigid path around its travel, lateral position of the wheel's D0 [m], its
-    profile."""
-
-    sign: float
-    start: float
-    end: float
-    speed: float
-    spin: float
-    path: WheelPath
-    datum_y: float
-    profile: Profile
-
-    @property
-    def duration(self) -> float:
-        return (self.end - self.start) / self.speed
-
-    def creep(self, spin: float, y: float) -> float:
-        """Longitudinal creep of a contact at lateral position y [m]: (speed - spin * rolling radius) / speed, + where
-        the wheel is braked."""
-        return (
-            1.0
-            - spin * float(rolling_radius(self.profile, self.path.radius, np.array([y - self.datum_y]))[0]) / self.speed
-        )
-
-    @property
-    def transfers(self) -> np.ndarray:
-        """x where the rigid wheel is in contact with wing and nose at once on its travel (k,) [m]."""
-        low, high = sorted((self.start, self.end))
-        return self.path.transfers[(self.path.transfers >= low) & (self.path.transfers <= high)]
-
-    def height(self, x) -> np.ndarray:
-        return np.interp(x, self.path.x, self.path.height)
-
-    def slope(self, x) -> np.ndarray:
-        return np.interp(x, self.path.x, self.path.slope)
-
-
-def running_of(scene: Scene, settings: FeSettings) -> Running:
-    """The rigid path around the window and the direction of travel. Errors: CrossingError, ProfileError."""
-    start, end = scene.in_order_of_travel(settings.start, settings.end)
-    path = anchored_path(scene, min(start, end), max(start, end))
-    shape, radius, datum = scene.wheel.shape, scene.wheel.radius, scene.wheel_datum_y
-    first = path.contact_point[int(np.argmin(np.abs(path.x - start)))]
-    rolling = float(rolling_radius(shape, radius, first[1:2] - datum)[0])
-    return Running(scene.direction_sign, start, end, scene.velocity, scene.velocity / rolling, path, datum, shape)
 
 
 @dataclass(frozen=True)
@@ -160,6 +100,7 @@ def build_passage(
     crossing, axle, sprung, supports, settling = held
     guide = None if aside is None else guide_across(scene, aside, axle, supports)
     rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
+    of_facets = quad_region[quad_region != 2]
     contact = Contact(
         structure,
         rail,
@@ -174,18 +115,17 @@ def build_passage(
     window = None
     if slabs is not None:
         centres = contact.reference[rail.quads].mean(axis=1)[:, 0]
-        of_facets = quad_region[quad_region != 2]
         window = TravellingWindow(structure, slabs, extent, crossing, of_facets, slabs.of_cells(centres, of_facets))
     dynamics = Dynamics(structure, supports, contact, window=window)
     masses = structure.region_masses()
     crossing.mesh_mass, axle.mesh_mass = float(masses[0] + masses[1]), float(masses[2])
     if window is not None:
         crossing.moving_mass = scaling.meshes["crossing"]
-    _set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
+    set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
     axle.free = (False, guide is not None and settling is None, True)
     start_velocities(dynamics, running, axle, sprung)
     region = np.zeros(len(rail.nodes), np.int64)
-    region[rail.quads[quad_region[quad_region != 2] == 1].ravel()] = 1
+    region[rail.quads[of_facets == 1].ravel()] = 1
     static = scene.static_wheel_load / scene.foundation.stiffness
     deflection, lifted = (start.foundation, static - start.foundation) if settings.foundation else (0.0, 0.0)
     load = scene.static_wheel_load if start.resting else np.nan
@@ -245,112 +185,6 @@ def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettin
     )
 
 
-class Supported(NamedTuple):
-    """Rigid groups of crossing, axle and sprung mass (None without suspension), all supports, and the damper that is on
-    while the wheel settles (None: it does not)."""
-
-    crossing: RigidGroup
-    axle: RigidGroup
-    sprung: RigidGroup | None
-    supports: Supports
-    settling: Link | None
-
-
-def build_supports(
-    scene: Scene,
-    settings: FeSettings,
-    running: Running,
-    start: StartState,
-    base_nodes: np.ndarray,
-    rim_nodes: np.ndarray,
-    factor: float = 1.0,
-) -> Supported:
-    """Crossing on its foundation, axle with half a wheelset, sprung mass on the primary suspension; springs as the
-    start wants them. factor : of mass scaling on the wheel's mesh.
-
-    While it settles the axle is pressed down so that the contact comes to carry the start's force. Vertical only: the
-    lateral position and the speed of the wheel are given (thesis assumption 1).
-    """
-    vertical = (False, False, True)
-    crossing = RigidGroup("crossing", base_nodes, free=vertical)
-    axle = RigidGroup("axle", rim_nodes, free=vertical, load=np.array([0.0, 0.0, -start.force]))
-    groups, links, sprung = [crossing, axle], [], None
-    if settings.suspension:
-        mass = scene.vehicle.wheel_sprung_mass
-        sprung = RigidGroup("sprung", np.empty(0, np.int64), mass, vertical, load=np.array([0.0, 0.0, -mass * GRAVITY]))
-        groups.append(sprung)
-        k = scene.vehicle.primary_stiffness
-        links.append(
-            Link("suspension", sprung, axle, k, scene.vehicle.primary_damping, natural_length=start.suspension)
-        )
-        axle.load[2] += k * start.suspension
-    if settings.foundation:
-        k = scene.foundation.stiffness
-        links.append(Link("foundation", crossing, None, k, scene.foundation.damping, natural_length=start.foundation))
-    else:
-        crossing.free = (False, False, False)
-    settling = None
-    if settings.settle_time > 0:
-        rate = running.speed * float(running.slope(running.start))
-        settling = Link(
-            "settling",
-            axle,
-            None,
-            0.0,
-            2 * np.sqrt(loaded_stiffness(scene, running) * (SETTLING_MASS + factor * MESH_MASS)),
-            rate=rate,
-        )
-        links.append(settling)
-    return Supported(crossing, axle, sprung, Supports(groups, links), settling)
-
-
-def guide_across(scene: Scene, aside: LateralStart, axle: RigidGroup, supports: Supports) -> LateralGuide:
-    """The force of the vehicle and of the other wheel's inclined contact on the axle, the other half of the wheelset's
-    mass, check rail and creep of the other wheel."""
-    axle.load[1] = aside.force + aside.other_push
-    axle.lateral_mass = scene.vehicle.wheel_unsprung_mass
-    guide = LateralGuide(axle, aside, scene.speed, scene.friction)
-    supports.guides.append(guide)
-    return guide
-
-
-def loaded_stiffness(scene: Scene, running: Running) -> float:
-    """Of the wheel on the body below it at the start, under the static load [N/m]: Hertz' contact in series with the
-    plastic indentation under it.
-
-    For the settling damper, which this makes critical: a narrow nose that yields is four times softer than the wing.
-    """
-    load, materials = scene.static_wheel_load, scene.materials
-    table = contact_table(scene, running.start, running.start + running.sign * NEXT_POSITION, NEXT_POSITION)
-    body, here = table.carrier(running.start)
-    yield_load, plastic_compliance = (
-        values[body, here]
-        for values in plastic_indentation(table, (materials.wing.steel(), materials.nose.steel()), load)
-    )
-    elastic = tangent_stiffness(table.stiffness[body, here], load)
-    return float(1 / (1 / elastic + (plastic_compliance if load > yield_load else 0.0)))
-
-
-def _set_lumped_masses(
-    scene: Scene, settings: FeSettings, crossing: RigidGroup, axle: RigidGroup, settled: bool
-) -> None:
-    """Masses that make each body, its mesh included, as heavy as the case says; while it settles the wheel carries
-    SETTLING_MASS instead.
-
-    Errors: ValueError where a mesh is heavier than its body: the case's mass is of a shorter piece of track, or of a
-    lighter wheel.
-    """
-    axle.add_mass_up_to(scene.vehicle.wheel_unsprung_mass, "give a larger wheelset_unsprung_mass")
-    if settings.track_mass and settings.foundation:
-        crossing.add_mass_up_to(
-            scene.foundation.track_mass,
-            "give a larger track_mass, a shorter window, or track_mass = false in the run for the mesh alone",
-        )
-    if not settled:
-        axle.added_mass = SETTLING_MASS
-        crossing.free = (False, False, False)
-
-
 def start_velocities(dynamics: Dynamics, running: Running, axle: RigidGroup, sprung: RigidGroup | None) -> None:
     """Wheel and vehicle start along the slope of the rigid path, so that steady running needs no force beyond the
     weight."""
@@ -369,7 +203,7 @@ def end_settling(passage: Passage, scene: Scene, settings: FeSettings) -> None:
     passage.dynamics.balance_mark = None
     if passage.settling is not None:
         passage.settling.damping = 0.0
-    _set_lumped_masses(scene, settings, passage.crossing, passage.axle, settled=True)
+    set_lumped_masses(scene, settings, passage.crossing, passage.axle, settled=True)
     passage.crossing.free = (False, False, settings.foundation)
     passage.axle.free = (False, passage.guide is not None, True)
     if not passage.start.resting:

@@ -22,7 +22,8 @@ from geometry.meshing.quality import eigen_length
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.passage import Passage, loaded_stiffness, start_velocities
+from rail_fem.fe.pass_supports import loaded_stiffness
+from rail_fem.fe.passage import Passage, start_velocities
 from rail_fem.fe.state import LINEAR_VISCOSITY, QUADRATIC_VISCOSITY
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import RigidGroup, Supports

@@ -21,8 +21,9 @@ from rail_fem.fe.carried import lay_in, steel_after
 from rail_fem.fe.diagnostics import slowest_elements, strain_peaks, trust_facts
 from rail_fem.fe.meshing import make_mesh
 from rail_fem.fe.metal import metal
-from rail_fem.fe.passage import Running, build_passage, running_of
+from rail_fem.fe.passage import build_passage
 from rail_fem.fe.run import CHECKPOINT, Run
+from rail_fem.fe.running import Running, running_of
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
 from rail_fem.light.lateral_start import LateralStart, lateral_start

@@ -29,9 +29,10 @@ from rail_fem.fe.contact import forces as contact_kernels
 from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
-from rail_fem.fe.passage import build_passage, running_of
+from rail_fem.fe.passage import build_passage
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.run import Run
+from rail_fem.fe.running import running_of
 from rail_fem.fe.structure import Structure
 from rail_fem.fe.supports import Supports
 from rail_fem.fe.window import TravellingWindow

@@ -11,7 +11,7 @@ from geometry.path.wheel_path import rolling_radius
 from rail_fem.case.casefile import load_case
 from rail_fem.fe.initial_position import smallest_gap
 from rail_fem.fe.meshing import make_mesh
-from rail_fem.fe.passage import running_of
+from rail_fem.fe.running import running_of
 
 CASE = load_case(Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml")
 SIZE = 5e-3

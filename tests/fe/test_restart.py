@@ -17,9 +17,10 @@ from rail_fem.fe.contact.contact import Contact
 from rail_fem.fe.contact.pairs import Pairs
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.meshing import make_mesh
-from rail_fem.fe.passage import build_passage, running_of
+from rail_fem.fe.passage import build_passage
 from rail_fem.fe.recorder import Recorder
 from rail_fem.fe.run import Run
+from rail_fem.fe.running import running_of
 from rail_fem.fe.start_state import resting
 from rail_fem.fe.supports import Link, RigidGroup
 from rail_fem.models import fe_full

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
-from rail_fem.fe.passage import running_of
+from rail_fem.fe.running import running_of
 from rail_fem.models import fe_full
 from rail_fem.scene.scene import Material
 from rail_fem.settings.explicit import FeSettings

@@ -9,8 +9,10 @@ from mpi4py import MPI
 
 from rail_fem.case.casefile import load_case
 from rail_fem.fe.meshing import make_mesh
-from rail_fem.fe.passage import build_passage, loaded_stiffness, running_of
+from rail_fem.fe.pass_supports import loaded_stiffness
+from rail_fem.fe.passage import build_passage
 from rail_fem.fe.run import Run
+from rail_fem.fe.running import running_of
 from rail_fem.fe.start_state import resting
 from rail_fem.fe.static_start import settle_in_place
 from rail_fem.models import fe_full

@@ -11,7 +11,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.fe.contact.pairs import Pairs
 from rail_fem.fe.contact.projection import project_pairs
 from rail_fem.fe.contact.surface import edge_neighbours
-from rail_fem.fe.passage import running_of
+from rail_fem.fe.running import running_of
 from rail_fem.light.fine_zone import crossing_spec
 from rail_fem.settings.explicit import FeSettings
 
