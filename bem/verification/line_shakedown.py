@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from bem.material import Elastic
+from bem.material import STEEL
 from bem.patch import Grid
 from bem.plastic.body import PlasticBody
 from bem.plastic.deviator import FROM_DEVIATOR, equivalent_stress
@@ -20,7 +20,7 @@ from bem.plastic.hardening import Hardening
 from bem.plastic.rolling import PlasticTrack, repeat_passes
 from bem.plastic.surface import LoadStress
 
-STEEL, YIELD = Elastic(210e9, 0.3), 300e6
+YIELD = 300e6
 SHEAR_YIELD = YIELD / np.sqrt(3)
 PASSES, RESTS = 16, 0.02  # a load shakes down whose last pass adds less than this part of what the first did
 ORTHOGONAL = 4  # xz in the order of stress components

@@ -14,7 +14,7 @@ import time
 
 import numpy as np
 
-from bem.material import Elastic, contact_modulus
+from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import Grid
 from bem.plastic.body import PlasticBody
 from bem.plastic.contact import PlasticHalfSpace
@@ -26,7 +26,7 @@ from bem.plastic.rolling import PlasticTrack, repeat_passes
 from bem.plastic.surface import LoadStress
 from bem.verification.line_shakedown import line_limits
 
-STEEL, RIGID = Elastic(210e9, 0.3), Elastic(1e17, 0.3)
+RIGID = Elastic(1e17, 0.3)
 YIELD, RADIUS = 310e6, 0.1
 
 

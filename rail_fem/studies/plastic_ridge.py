@@ -19,14 +19,14 @@ import numpy as np
 import typer
 from matplotlib.figure import Figure
 
-from bem.material import Elastic, contact_modulus
+from bem.material import STEEL, Elastic, contact_modulus
 from rail_fem.output.markdown import markdown_table
 from rail_fem.show.style import CURVES, GREY, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.static_fe.axisymmetric import AxisymmetricError, YieldingSteel
 from rail_fem.static_fe.pressed_ridge import PressedRidge, Ridge, press_ridge
 
-STEEL, RIGID = Elastic(210e9, 0.3), Elastic(1e17, 0.3)
+RIGID = Elastic(1e17, 0.3)
 YIELD, SLOPE = 480e6, 2e9  # [Pa]: about a rail of today
 CURVATURE = 10.0  # of the gap [1/m]; drops out of what is shown but for a / R, some per cent
 FLANK = np.pi / 4

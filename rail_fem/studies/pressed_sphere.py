@@ -20,7 +20,7 @@ import typer
 from matplotlib.figure import Figure
 
 from bem.exact.yielding_sphere import SphereAtYield, first_yield, jackson_green, kogut_etsion
-from bem.material import Elastic, contact_modulus
+from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import Grid
 from bem.plastic.contact import PlasticHalfSpace
 from bem.plastic.hardening import Hardening
@@ -31,7 +31,7 @@ from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.static_fe.axisymmetric import YieldingSteel
 from rail_fem.static_fe.pressed_sphere import Pressed, press_sphere
 
-STEEL, RIGID = Elastic(210e9, 0.3), Elastic(1e17, 0.3)
+RIGID = Elastic(1e17, 0.3)
 RADIUS, YIELD = 0.1, 310e6  # [m], [Pa]
 BEYOND = 1.08  # approach up to which finite elements press, over the row's
 STEP = 1.6  # from one load to the next of the half-space

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from bem.exact.yielding_sphere import first_yield
-from bem.material import Elastic, contact_modulus
+from bem.material import STEEL, Elastic, contact_modulus
 from rail_fem.static_fe.axisymmetric import AxisymmetricBody, AxisymmetricError, HeldMotions, YieldingSteel
 from rail_fem.static_fe.pressed_sphere import press_sphere, tributary_area
-from rail_fem.studies.pressed_sphere import RIGID, STEEL, indent, judge, mean_pressure, press
+from rail_fem.studies.pressed_sphere import RIGID, indent, judge, mean_pressure, press
 from tests.order import assert_order
 
 YOUNG, NU, YIELD = 210e9, 0.3, 300e6

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bem.material import contact_modulus
+from bem.material import STEEL, contact_modulus
 from rail_fem.static_fe.axisymmetric import AxisymmetricError, YieldingSteel
 from rail_fem.static_fe.pressed_ridge import Ridge, press_ridge
-from rail_fem.studies.plastic_ridge import RIGID, STEEL, draw, rows_of, table
+from rail_fem.studies.plastic_ridge import RIGID, draw, rows_of, table
 
 ELASTIC = YieldingSteel(STEEL, 1e15)
 CURVATURE = 10.0

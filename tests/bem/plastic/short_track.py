@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from bem.material import STEEL
 from bem.patch import Grid
 from bem.plastic.body import PlasticBody
 from bem.plastic.hardening import Hardening
 from bem.plastic.rolling import PlasticTrack
 from bem.plastic.surface import LoadStress
-from bem.verification.line_shakedown import SHEAR_YIELD, STEEL, YIELD
+from bem.verification.line_shakedown import SHEAR_YIELD, YIELD
 
 
 def short_track() -> tuple[Grid, PlasticTrack, np.ndarray]:

@@ -3,20 +3,13 @@
 import numpy as np
 import pytest
 
+from bem.material import STEEL
 from bem.patch import ContactInputError
 from bem.plastic.deviator import FROM_DEVIATOR
 from bem.plastic.hardening import Hardening
 from bem.plastic.influence import Cells, StressInfluence
 from bem.plastic.rolling import PlasticTrack, one_pass, repeat_passes
-from bem.verification.line_shakedown import (
-    ORTHOGONAL,
-    SHEAR_YIELD,
-    STEEL,
-    YIELD,
-    last_growth,
-    line_limits,
-    rolling_line,
-)
+from bem.verification.line_shakedown import ORTHOGONAL, SHEAR_YIELD, YIELD, last_growth, line_limits, rolling_line
 from tests.bem.plastic.short_track import short_track
 
 
