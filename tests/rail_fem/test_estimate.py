@@ -20,11 +20,11 @@ SCENE = make_scene()
 def meshed(size: float, aspect: float):
     """Mesh over the nose transfer; it knows neither speed nor masses."""
     pytest.importorskip("dolfinx")
-    passage, meshing = pytest.importorskip("rail_fem.fe.passage"), pytest.importorskip("rail_fem.fe.meshing")
+    running, meshing = pytest.importorskip("rail_fem.fe.running"), pytest.importorskip("rail_fem.fe.meshing")
     case = load_case(ROOT / "cases" / "nose_transfer.toml")
     change = {"element_size": size, "element_aspect": aspect, "wheel_element_ratio": 1.0}
     settings = case.runs["fe_full"].model_copy(update=change)
-    return meshing.make_mesh(case.scene, settings, passage.running_of(case.scene, settings))[0]
+    return meshing.make_mesh(case.scene, settings, running.running_of(case.scene, settings))[0]
 
 
 def test_halving_the_element_size_costs_up_to_16_times():
