@@ -9,10 +9,9 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from rail_fem.cli import app
 from rail_fem.output.result import Cost, PassResult, PatchSummary, Peak
+from tests.commands import call
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -32,12 +31,6 @@ def own_case() -> str:
     """The section of the first steps that leads from a wheel's file to a curve."""
     text = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
     return re.search(r"## Your own case, in nine commands\n(.*?)\n### ", text, re.DOTALL)[1]
-
-
-def call(words: list[str]) -> None:
-    """`rail-fem WORDS` in this process and its folder."""
-    answer = CliRunner(env={"RAIL_FEM_SMOKE": str(int("fe_full" in words))}).invoke(app, words)
-    assert answer.exit_code == 0, f"{shlex.join(words)}\n{answer.output[-3000:]}\n{answer.exception!r}"
 
 
 def printed_by(program: str, folder: Path) -> str:
@@ -78,7 +71,7 @@ def test_the_first_steps_lead_from_a_wheels_file_to_figure_data_frame_and_curve(
                 pytest.importorskip("dolfinx")
             if words[:2] == ["check", "my_case.toml"]:
                 changed(tmp_path / "my_case.toml", lines)
-            call(words)
+            call(*words, RAIL_FEM_SMOKE=str(int("fe_full" in words)))
             if words[0] == "show":
                 forces = [float(word) for word in printed_by(after, tmp_path).split()]
                 assert len(forces) == 6 and min(forces) > 50

@@ -212,14 +212,6 @@ def smoothed_depth(worn: WornProfile, depth: np.ndarray, width: float) -> np.nda
     return np.maximum(depth, 0.0)
 
 
-def refuse_worn_through(worn: WornProfile, first: WornProfile, limit: float) -> float:
-    """Largest distance [m] of a worn line from the first one, along its normals; WornOutError beyond `limit` [m]."""
-    deepest = depth_between(worn, first).max()
-    if deepest > limit:
-        raise WornOutError(f"{worn.label}: worn {deepest * 1e3:.2f} mm deep, the limit is {limit * 1e3:.2f} mm")
-    return float(deepest)
-
-
 def depth_between(worn: WornProfile, first: WornProfile) -> np.ndarray:
     """(n,) distance of a worn line's nodes from where they began [m]."""
     if worn.points.shape != first.points.shape:

@@ -6,11 +6,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from rail_fem.cli import app
 from rail_fem.commands.ending import EXIT_CODES
 from rail_fem.output.strict_json import dumps, nan_for_none, to_plain
+from tests.commands import call
 from tests.ranks import run_on_ranks
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,12 +33,6 @@ def runs(case):
     for model in ("p2_formula", "lumped"):
         call("-q", "run", case, "--model", model, "--out", case.parent / "runs" / model)
     return case.parent / "runs"
-
-
-def call(*words, code=0):
-    answer = CliRunner().invoke(app, [*map(str, words)])
-    assert answer.exit_code == code, answer.output
-    return answer
 
 
 def literal(text: str):

@@ -6,19 +6,16 @@ import re
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import geometry
 from rail_fem.case.casefile import load_case
-from rail_fem.cli import app
 from rail_fem.commands.study import STUDIES, Study
 from rail_fem.hierarchy import MODELS
+from tests import commands
 
 
 def call(*words: str, code: int = 0) -> str:
-    answer = CliRunner().invoke(app, list(words))
-    assert answer.exit_code == code, answer.output
-    return answer.output
+    return commands.call(*words, code=code).output
 
 
 def numbers(values, key="") -> dict:

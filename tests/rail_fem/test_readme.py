@@ -8,12 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from rail_fem import launcher
-from rail_fem.cli import app
 from rail_fem.output.progress import read_status
 from rail_fem.output.result import load
+from tests.commands import call
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = [
@@ -41,13 +40,6 @@ def run_shell(words: list[str]) -> str:
     return answer.stdout
 
 
-def call(words: list[str]) -> str:
-    """What `rail-fem WORDS` prints, in this process."""
-    answer = CliRunner(env={"RAIL_FEM_SMOKE": "1"}).invoke(app, words)
-    assert answer.exit_code == 0, f"{shlex.join(words)}\n{answer.output[-4000:]}\n{answer.exception!r}"
-    return answer.stdout
-
-
 def run_readme(command: str, folder: Path) -> str:
     """A README command, its outputs sent to `folder`, with the mpirun options that this machine needs."""
     words = [
@@ -57,7 +49,7 @@ def run_readme(command: str, folder: Path) -> str:
     if words == [".venv/bin/rail-fem", "doctor"]:  # it tries mpirun, which a process that uses MPI itself cannot start
         return run_shell([sys.executable, "-m", "rail_fem", "doctor"])
     if words[0] == ".venv/bin/rail-fem":
-        return call(words[1:])
+        return call(*words[1:], RAIL_FEM_SMOKE="1").stdout
     words = [sys.executable if word == ".venv/bin/python" else word for word in words]
     assert words[:2] == ["mpirun", "-n"]
     return run_shell(launcher.mpi_command(int(words[2])) + words[3:])
@@ -125,7 +117,7 @@ def test_the_command_on_several_ranks(tmp_path):
 )
 def test_every_other_case_runs(path, tmp_path):
     """The nose transfer runs in the tests above."""
-    call(["run", str(path), "--out", str(tmp_path / "out")])
+    call("run", path, "--out", tmp_path / "out", RAIL_FEM_SMOKE="1")
     check_folder(tmp_path / "out")
 
 

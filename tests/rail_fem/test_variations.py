@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from rail_fem import load_sweep
 from rail_fem.case.casefile import load_case
@@ -20,9 +19,9 @@ from rail_fem.case.variations import (
     read_variation,
     short_keys,
 )
-from rail_fem.cli import app
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import digest, fingerprint
+from tests import commands
 
 REFERENCE = Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml"
 FORMULA = '[run.p2_formula]\ndip_angle = "15 mrad"\n'  # needs no search of surfaces
@@ -36,9 +35,7 @@ def case(tmp_path):
 
 
 def call(*words, code=0) -> str:
-    answer = CliRunner().invoke(app, [*map(str, words)])
-    assert answer.exit_code == code, answer.output
-    return " ".join(answer.output.split())
+    return " ".join(commands.call(*words, code=code).output.split())
 
 
 def test_a_series_is_even_in_the_unit_in_which_it_is_typed():
