@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from rail_fem.output.events import settling_end
 from rail_fem.output.result import PassResult
 from rail_fem.show.positions import label_distance, legend_above, mark_positions
-from rail_fem.show.style import GREY, TOTAL, give_title, new_figure, words_instead
+from rail_fem.show.style import GREY, TOTAL, align_labels, give_title, new_figure, words_instead
 
 OPEN = 1e-3  # of the static load, below which a contact has no creep to speak of
 
@@ -27,7 +27,7 @@ def creep_figure(result: PassResult, name: str) -> Figure:
     if creep is not None:
         draw_creep(panels[1], result, creep)
     label_distance(panels[-1], result)
-    figure.align_ylabels()
+    align_labels(figure)
     give_title(figure, "Longitudinal force" + (" and creep" if creep is not None else ""), name, result)
     return figure
 

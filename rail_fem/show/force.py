@@ -10,7 +10,18 @@ from rail_fem.light.rigid import rigid_path
 from rail_fem.output.events import LARGEST, LEG, receiving_body, settling_end, stated_peaks
 from rail_fem.output.result import PassResult, Peak
 from rail_fem.show.positions import label_distance, legend_above, mark_positions
-from rail_fem.show.style import BODY, GREY, HALO, ORANGE, PURPLE, TOTAL, give_title, new_figure, words_instead
+from rail_fem.show.style import (
+    BODY,
+    GREY,
+    HALO,
+    ORANGE,
+    PURPLE,
+    TOTAL,
+    align_labels,
+    give_title,
+    new_figure,
+    words_instead,
+)
 
 PATH_POINTS = 150  # of the rigid wheel path
 FORCES = (
@@ -32,7 +43,7 @@ def force_figure(result: PassResult, name: str) -> Figure:
     draw_wheel(middle, result)
     draw_crossing(below, result)
     label_distance(below, result)
-    figure.align_ylabels()
+    align_labels(figure)
     give_title(figure, "Contact force and heights", name, result)
     return figure
 

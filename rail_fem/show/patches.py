@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from rail_fem.output.result import PassResult
 from rail_fem.show.positions import label_distance, legend_above, mark_positions
-from rail_fem.show.style import BODY, give_title, new_figure
+from rail_fem.show.style import BODY, align_labels, give_title, new_figure
 
 MARKS = {"wing": "o", "nose": "D"}
 PANELS = (
@@ -32,6 +32,6 @@ def patches_figure(result: PassResult, name: str) -> Figure:
         axes.set_ylabel(words)
     legend_above(panels[0])
     label_distance(panels[-1], result)
-    figure.align_ylabels()
+    align_labels(figure)
     give_title(figure, f"Contact patches at {len({p.time for p in result.patches})} moments", name, result)
     return figure

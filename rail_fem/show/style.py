@@ -50,6 +50,13 @@ def new_figure(height: float, layout: str = "constrained") -> Figure:
     return figure
 
 
+def align_labels(figure: Figure) -> None:
+    """The y labels of all axes in one line; laid out a first time here, because the layout does not know of their line
+    until they stand in it, and would cut off the widest."""
+    figure.align_ylabels()
+    figure.draw_without_rendering()
+
+
 def lettering():
     """Context in which figures are made and saved; the caller's own matplotlib settings stay as they are."""
     return mpl.rc_context(LETTERS)

@@ -32,6 +32,7 @@ from rail_fem.show.style import (
     STRAIN_COLOURS,
     TOTAL,
     WING,
+    align_labels,
     new_figure,
 )
 from rail_fem.sweeps.trends import Measure
@@ -72,7 +73,7 @@ def group_figure(title: str, results: Mapping[str, PassResult]) -> Figure:
         " the field side)"
     )
     panels[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0, 1.0, 0.1), ncols=1, frameon=False)
-    figure.align_ylabels()
+    align_labels(figure)
     figure.suptitle(f"{title}: model {next(iter(results.values())).model}", fontsize=14)
     return figure
 
