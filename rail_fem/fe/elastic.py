@@ -10,26 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from kernel_cache import njit
-from rail_fem.fe.hexahedron import (
-    FAST,
-    add_elastic,
-    dot,
-    energy_density,
-    field_gradient,
-    gather,
-    gather_one,
-    internal_force,
-    load,
-    mean_gradient,
-    scatter,
-    store,
-    sum_of_squares,
-    times,
-    vector_modes,
-)
+from rail_fem.fe.finite_strain import add_elastic
+from rail_fem.fe.hexahedron import energy_density, internal_force
+from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, part, scatter, store
 from rail_fem.fe.prefetch import INDICES, NUMBERS, fetch
 from rail_fem.fe.state import HOURGLASS, LANES
+from rail_fem.fe.trilinear import dot, field_gradient, mean_gradient, sum_of_squares, times, vector_modes
 
 _W = LANES
 # rows of a block's geometry: b (18), hourglass coordinates (12), volume, 0 for the viscous pressure, hourglass
@@ -37,11 +23,9 @@ _W = LANES
 N_FIXED = 33
 _THIRD = N_FIXED * _W // 3  # of a block's geometry: the next block's is fetched in three parts
 N_FORCES = HOURGLASS + 12  # rows of stress and hourglass forces as `hexahedron.internal_force` reads them
-_compiled = njit(cache=True, **FAST)
-_part = njit(forceinline=True, **FAST)  # one copy, inside its caller
 
 
-@_compiled
+@compiled
 def fixed_geometry(x, nodes, filled, material_of, materials):
     """Geometry of every block on the coordinates x -> (n_blocks*N_FIXED*LANES,), and the smallest volume [m3]."""
     out = np.zeros(filled.size * N_FIXED * _W)
@@ -64,7 +48,7 @@ def fixed_geometry(x, nodes, filled, material_of, materials):
     return out, smallest
 
 
-@njit(inline="always", **FAST)
+@inlined
 def gradient_and_stress(m, fixed, e, lame, shear):
     """Mean displacement gradient and elastic stress of lane e, m the modes of its displacement."""
     b = (
@@ -79,7 +63,7 @@ def gradient_and_stress(m, fixed, e, lame, shear):
     return l, add_elastic((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), l, 1.0, lame, shear)
 
 
-@_part
+@part
 def elastic_forces(nodal, lame, shear, fixed, own):
     """Stress and hourglass forces of a block -> own (N_FORCES*W,); nodal (24*W,) holds the displacement."""
     for e in range(_W):
@@ -94,13 +78,13 @@ def elastic_forces(nodal, lame, shear, fixed, own):
         store(own, 0, HOURGLASS + 9, e, hourglass_force(m[6], l, load(fixed, 0, 27, e), k))
 
 
-@njit(inline="always", **FAST)
+@inlined
 def hourglass_force(gu, l, g, k):
     lg = times(l, g)
     return k * (gu[0] - lg[0]), k * (gu[1] - lg[1]), k * (gu[2] - lg[2])
 
 
-@_compiled
+@compiled
 def damped_displacement(x, reference, v, damping, nodes, out):
     """x - reference + damping * v, nodal vectors, at `nodes`."""
     for n in nodes:
@@ -108,7 +92,7 @@ def damped_displacement(x, reference, v, damping, nodes, out):
             out[i] = x[i] - reference[i] + damping * v[i]
 
 
-@_compiled
+@compiled
 def add_elastic_force(u, nodes, filled, material_of, materials, geometry, force):
     """Minus the internal force of every block added to `force`.
 
@@ -130,7 +114,7 @@ def add_elastic_force(u, nodes, filled, material_of, materials, geometry, force)
         scatter(nodal, nodes, start, filled[block], force)
 
 
-@_part
+@part
 def elastic_energies(nodal, lame, shear, fixed, energy):
     """Elastic energy of each element of a block -> energy (W,) [J]; nodal (48*W,) holds positions and, after them, the
     reference's."""
@@ -148,7 +132,7 @@ def elastic_energies(nodal, lame, shear, fixed, energy):
         energy[e] = fixed[30 * _W + e] * density + 4.0 * fixed[32 * _W + e] * squares
 
 
-@_compiled
+@compiled
 def small_energy(x, reference, nodes, filled, material_of, materials, geometry):
     """Elastic energy [J] of every block with its nodes at x (3*n,), that of the hourglass stiffness with it."""
     nodal, energy, total = np.empty(48 * _W), np.empty(_W), 0.0
@@ -162,7 +146,7 @@ def small_energy(x, reference, nodes, filled, material_of, materials, geometry):
     return total
 
 
-@_compiled
+@compiled
 def elastic_stress(u, nodes, filled, material_of, materials, geometry):
     """Stress (n_blocks, 6, LANES), order VOIGT [Pa], of the displacement u (3*n,)."""
     nodal, own = np.empty(24 * _W), np.empty(N_FORCES * _W)

@@ -12,24 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernel_cache import njit
 from rail_fem.cyclic.law import plastic_return, yield_stress_at
-from rail_fem.fe.hexahedron import (
-    FAST,
-    N_SCRATCH,
-    elastic_trial,
-    field_gradient,
-    gather,
-    internal_force,
-    load,
-    mean_gradient,
-    rotate_stress,
-    scatter,
-    step_rotation,
-    store,
-    to_mid_step,
-    vector_modes,
-)
+from rail_fem.fe.finite_strain import rotate_stress, step_rotation, to_mid_step
+from rail_fem.fe.hexahedron import N_SCRATCH, elastic_trial, internal_force
 from rail_fem.fe.hexahedron_full import (
     JACOBIAN,
     MEAN,
@@ -42,12 +27,12 @@ from rail_fem.fe.hexahedron_full import (
     point_trial,
     whole_element,
 )
+from rail_fem.fe.lanes import compiled, gather, load, part, scatter, store
 from rail_fem.fe.plasticity import EXCESS
 from rail_fem.fe.state import HOURGLASS, LANES, N_STATE, N_STATE_FULL, PLASTIC_STRAIN, POINT_STATE, POINTS, YIELD
+from rail_fem.fe.trilinear import field_gradient, mean_gradient, vector_modes
 
 _W = LANES
-_compiled = njit(cache=True, **FAST)
-_part = njit(forceinline=True, **FAST)
 
 
 class PointBuffers(NamedTuple):
@@ -59,7 +44,7 @@ class PointBuffers(NamedTuple):
     factor: np.ndarray
 
 
-@_part
+@part
 def has_flowed(state, count):
     for e in range(count):
         if state[PLASTIC_STRAIN * _W + e] > 0.0:
@@ -67,7 +52,7 @@ def has_flowed(state, count):
     return False
 
 
-@_part
+@part
 def add_centre(state, back, sign):
     """`sign` times the sum of the back stresses (k*6*W,) added to the stress of a block."""
     for first in range(0, back.size, 6 * _W):
@@ -75,7 +60,7 @@ def add_centre(state, back, sign):
             state[j] += sign * back[first + j]
 
 
-@_part
+@part
 def step_rotations(nodal, dt, rotation):
     """Rotation of the step of each lane, that of `elastic_trial` -> rotation (9*W,)."""
     for e in range(_W):
@@ -86,7 +71,7 @@ def step_rotations(nodal, dt, rotation):
         store(rotation, 0, 6, e, r[2])
 
 
-@_part
+@part
 def turn(back, rotation, row):
     """Turn the back stresses (k*6*W,) of a block by the rotation in the rows from `row`."""
     for first in range(0, back.size, 6 * _W):
@@ -97,7 +82,7 @@ def turn(back, rotation, row):
             store(back, first, 3, e, turned[3:])
 
 
-@_part
+@part
 def return_cyclic(state, back, scratch, count, law, point, rows):
     """Bring the first `count` lanes of a block back to the yield surface; scratch[EXCESS] becomes the plastic work
     density of the step. True where any lane flows.
@@ -139,7 +124,7 @@ def return_cyclic(state, back, scratch, count, law, point, rows):
     return flows
 
 
-@_compiled
+@compiled
 def update_cyclic_elements(x, v, dt, nodes, filled, material, law, state, back, force, work):
     """One step of blocks of one material with a law over cycles: as `rail_fem.fe.hexahedron.update_elements`.
 
@@ -173,7 +158,7 @@ def update_cyclic_elements(x, v, dt, nodes, filled, material, law, state, back, 
     return smallest
 
 
-@_compiled
+@compiled
 def update_full_cyclic_elements(x, v, dt, nodes, filled, material, law, state, back, force, work):
     """The same at eight points an element: as `rail_fem.fe.hexahedron_full.update_full_elements`; r of at least 48 k
     rows, point by point."""

@@ -3,7 +3,7 @@
 It judges the one-point element (rail_fem.fe.hexahedron): nothing but the mesh in common, no hourglass modes to control,
 and nothing to choose. Stress update and return mapping are those of the one-point element, at every point.
 
-Kinematics in the modes of the trilinear map (rail_fem.fe.hexahedron): the covariant vector along reference axis k
+Kinematics in the modes of the trilinear map (rail_fem.fe.trilinear): the covariant vector along reference axis k
 depends on the two other coordinates alone,
     X_k(p, q) = a_k + p g_(k+2) + q g_(k+1) + p q g_4,   p along axis k+1, q along axis k+2, indices cyclic,
 so twelve vectors serve the eight points, for the coordinates and for the velocities; forces gather the same way.
@@ -21,33 +21,22 @@ import math
 
 import numpy as np
 
-from kernel_cache import njit
-from rail_fem.fe.hexahedron import (
-    FAST,
-    N_SCRATCH,
-    add_elastic,
-    cross,
-    dot,
-    energy_density,
-    field_gradient,
-    gather,
-    gather_one,
-    load,
-    mean_gradient,
-    rotate_stress,
-    scatter,
-    step_rotation,
-    store,
-    store_nodal,
-    sum_of_squares,
-    times,
-    to_mid_step,
-    vector_modes,
-    von_mises,
-)
+from rail_fem.fe.finite_strain import add_elastic, rotate_stress, step_rotation, to_mid_step, von_mises
+from rail_fem.fe.hexahedron import N_SCRATCH, energy_density
+from rail_fem.fe.lanes import compiled, gather, gather_one, inlined, load, part, scatter, store
 from rail_fem.fe.plasticity import EXCESS, return_isotropic, return_kinematic
 from rail_fem.fe.prefetch import NUMBERS, fetch
 from rail_fem.fe.state import KINEMATIC, LANES, N_STATE_FULL, POINT_STATE, POINTS, YIELD
+from rail_fem.fe.trilinear import (
+    cross,
+    dot,
+    field_gradient,
+    mean_gradient,
+    store_nodal,
+    sum_of_squares,
+    times,
+    vector_modes,
+)
 
 _W = LANES
 _G = 1.0 / math.sqrt(3.0)
@@ -57,12 +46,9 @@ MEAN = 22  # rows of what belongs to the whole element: mean gradient (18), volu
 VOLUME, DIVERGENCE, PRESSURE, VISCOUS = 18, 19, 20, 21
 JACOBIAN = 30  # row of a point's scratch: volume it stands for; rows 0 to 8 are its contravariant area vectors
 ROTATION = 9  # rows of a point's scratch where its back stresses are turned elsewhere: the step's rotation (9)
-_compiled = njit(cache=True, **FAST)
-_part = njit(forceinline=True, **FAST)
-_inlined = njit(inline="always", **FAST)
 
 
-@_inlined
+@inlined
 def covariant(a, second, first, last, p, q):
     """X_k at (p, q): a_k + p g_(k+2) + q g_(k+1) + p q g_4."""
     return (
@@ -72,7 +58,7 @@ def covariant(a, second, first, last, p, q):
     )
 
 
-@_inlined
+@inlined
 def store_covariant(vectors, e, m):
     """The twelve vectors X_k(+-, +-) of the field with modes m."""
     for s in range(4):
@@ -82,7 +68,7 @@ def store_covariant(vectors, e, m):
         store(vectors, 0, 24 + 3 * s, e, covariant(m[2], m[4], m[3], m[6], p, q))
 
 
-@_part
+@part
 def whole_element(nodal, dt, material, vectors, rates, mean):
     """Of a block: covariant vectors of coordinates and velocities (VECTORS*W,), and `mean` (MEAN*W,)."""
     density, speed, linear, quadratic, least = material[2], material[3], material[4], material[5], material[8]
@@ -107,19 +93,19 @@ def whole_element(nodal, dt, material, vectors, rates, mean):
         store_covariant(rates, e, v)
 
 
-@_inlined
+@inlined
 def rows_at(point):
     """First rows of the three covariant vectors of a point, whose bits are the signs of xi, eta, zeta."""
     xi, eta, zeta = point & 1, (point >> 1) & 1, point >> 2
     return 3 * (eta + 2 * zeta), 12 + 3 * (zeta + 2 * xi), 24 + 3 * (xi + 2 * eta)
 
 
-@_inlined
+@inlined
 def gradient_component(v1, v2, v3, c1, c2, c3, i, j, s):
     return s * (v1[i] * c1[j] + v2[i] * c2[j] + v3[i] * c3[j])
 
 
-@_part
+@part
 def point_trial(vectors, rates, mean, point, dt, material, state, back, turns_back, keeps_rotation, scratch):
     """Trial stress of one point of a block, and what its force needs -> scratch: area vectors, volume, excess.
 
@@ -177,14 +163,14 @@ def point_trial(vectors, rates, mean, point, dt, material, state, back, turns_ba
             store(scratch, 0, ROTATION + 6, e, r[2])
 
 
-@_inlined
+@inlined
 def add(a, k, e, u):
     a[k * _W + e] += u[0]
     a[(k + 1) * _W + e] += u[1]
     a[(k + 2) * _W + e] += u[2]
 
 
-@_part
+@part
 def add_point_force(state, scratch, point, mean, forces):
     """The deviator of a point acts on its area vectors: added to the twelve force vectors; its pressure to the mean."""
     r1, r2, r3 = rows_at(point)
@@ -199,7 +185,7 @@ def add_point_force(state, scratch, point, mean, forces):
         add(forces, r3, e, times(rows, load(scratch, 0, 6, e)))
 
 
-@_inlined
+@inlined
 def signed_sums(forces, row, i, e):
     """Of the four vectors of an axis: sum, sum with the sign of p, of q, of p q (the signs' size _G put in)."""
     a, b = forces[(row + i) * _W + e], forces[(row + 3 + i) * _W + e]
@@ -207,7 +193,7 @@ def signed_sums(forces, row, i, e):
     return a + b + c + d, _G * (b + d - a - c), _G * (c + d - a - b), _G * _G * (a + d - b - c)
 
 
-@_part
+@part
 def nodal_force(forces, mean, f):
     """Twelve force vectors and the mean pressure of a block -> nodal internal forces f (24*W,)."""
     for e in range(_W):
@@ -226,7 +212,7 @@ def nodal_force(forces, mean, f):
             store_nodal(f, i, e, (fx, fy, fz), (h1, h2, h3, h4))
 
 
-@_compiled
+@compiled
 def update_full_elements(
     x, v, dt, nodes, filled, material_of, materials, curve_start, curve_strain, curve_stress, state, back, force, work
 ):
@@ -283,7 +269,7 @@ def update_full_elements(
     return smallest
 
 
-@_compiled
+@compiled
 def stored_energy_full(x, nodes, filled, material_of, materials, state):
     """Elastic energy [J] of the stresses of all points on the geometry x."""
     nodal, vectors, total = np.empty(24 * _W), np.empty(VECTORS * _W), 0.0

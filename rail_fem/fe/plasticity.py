@@ -6,18 +6,16 @@ lane; what that number does to the eighteen stresses of the lane is vector code.
 Source: Simo & Hughes, Computational Inelasticity (1998), section 3.3, backward Euler.
 """
 
-from kernel_cache import njit
+from rail_fem.fe.lanes import part
 from rail_fem.fe.state import HOURGLASS, LANES, PLASTIC_STRAIN, YIELD
 
 _W = LANES
 # row of `scratch`: von Mises minus yield stress of the trial state [Pa]; after the return the plastic work density
 # [J/m3]
 EXCESS = 34
-_FAST = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
-_part = njit(forceinline=True, **_FAST)  # one copy, inside its caller
 
 
-@_part
+@part
 def hardening_step(von_mises, p, shear, strain, stress):
     """Solve yield(p + dp) + 3 G dp = von_mises for dp.
 
@@ -39,7 +37,7 @@ def hardening_step(von_mises, p, shear, strain, stress):
     return (von_mises - stress[last]) / (3.0 * shear), stress[last]
 
 
-@_part
+@part
 def curve_at(p, strain, stress):
     """Stress of the hardening curve at plastic strain p [Pa]."""
     last = strain.size - 1
@@ -51,7 +49,7 @@ def curve_at(p, strain, stress):
     return stress[i] + (stress[i + 1] - stress[i]) / (strain[i + 1] - strain[i]) * (p - strain[i])
 
 
-@_part
+@part
 def scale_deviator(state, return_factor, rows):
     """Take the fraction return_factor[e] off the deviator and the hourglass forces of each lane; nothing, to the last
     bit, where it is 0.
@@ -73,7 +71,7 @@ def scale_deviator(state, return_factor, rows):
             state[k * _W + e] -= d * state[k * _W + e]
 
 
-@_part
+@part
 def return_isotropic(state, scratch, count, shear, curve_strain, curve_stress, return_factor, rows):
     """Bring the first `count` lanes of a block back to the yield surface; scratch[EXCESS] becomes the plastic work
     density of the step.
@@ -97,7 +95,7 @@ def return_isotropic(state, scratch, count, shear, curve_strain, curve_stress, r
         scale_deviator(state, return_factor, rows)
 
 
-@_part
+@part
 def return_kinematic(state, back, scratch, count, shear, curve_strain, curve_stress, return_factor, rows):
     """The same for kinematic hardening (Prager): the yield surface keeps its size and moves by what the curve rises.
 

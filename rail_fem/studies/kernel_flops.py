@@ -101,7 +101,7 @@ def count_in(*modules) -> None:
 
 def operations_each(strain: float) -> dict[str, float]:
     """Operations per element of one block of slightly irregular cubes whose strain in a step is about `strain`."""
-    from rail_fem.fe import elastic, hexahedron, hexahedron_full, plasticity
+    from rail_fem.fe import elastic, finite_strain, hexahedron, hexahedron_full, plasticity
     from rail_fem.fe.blocks import ElementSettings, material_table
     from rail_fem.fe.state import LANES, N_STATE, N_STATE_FULL, POINT_STATE, YIELD
     from rail_fem.scene.steel import GRADES
@@ -113,7 +113,7 @@ def operations_each(strain: float) -> dict[str, float]:
     nodes = np.arange(8 * LANES).reshape(LANES, 8).T.ravel()
     filled, kind = np.array([LANES]), np.array([0])
     curve = table.curve_start, counted(table.curve_strain), counted(table.curve_stress)
-    count_in(elastic, hexahedron, hexahedron_full, plasticity)
+    count_in(elastic, finite_strain, hexahedron, hexahedron_full, plasticity)
     rows, x, v = counted(table.rows), counted(points.ravel()), counted(velocity.ravel())
     found = {}
 

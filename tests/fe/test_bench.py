@@ -15,7 +15,7 @@ from dolfinx import fem
 from scipy.spatial import cKDTree
 
 from geometry.meshing.blocks import mesh_box
-from rail_fem.fe import hexahedron
+from rail_fem.fe import trilinear
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.structure import Structure
 from rail_fem.studies import kernel_reference as kernels
@@ -95,7 +95,7 @@ def test_operations_are_counted_on_the_source(name, operations):
     """Three products and two sums; six products and three differences."""
     u, v = counted(np.array([1.0, 2.0, 3.0])), counted(np.array([4.0, 5.0, 6.0]))
     Counted.operations = 0
-    found = getattr(hexahedron, name).py_func(u, v)
+    found = getattr(trilinear, name).py_func(u, v)
     assert Counted.operations == operations
     np.testing.assert_array_equal(np.array(found, float), getattr(np, name)([1, 2, 3], [4, 5, 6]))
 
