@@ -59,11 +59,12 @@ def test_long_elements_count_by_their_volume():
         assert ("block_nose" in error_bars(result, twin)) is claims
 
 
-def test_a_volume_of_fewer_than_eight_elements_has_no_bar():
-    for elements, claims in ((7.9, False), (8.1, True)):
-        result, twin = at_size(2 * MM), at_size(4 * MM)
-        result.metal["nose"]["values"]["volume_3"] = elements * 8e-9
-        assert ("volume_3_nose" in error_bars(result, twin)) is claims
+@pytest.mark.parametrize("own, there, claims", [(7.9, 8.1, False), (65.0, 7.9, False), (65.0, 8.1, True)])
+def test_a_volume_of_fewer_than_eight_elements_of_the_run_or_of_its_twin_has_no_bar(own, there, claims):
+    result, twin = at_size(2 * MM), at_size(4 * MM)
+    result.metal["nose"]["values"]["volume_3"] = own * (2 * MM) ** 3
+    twin.metal["nose"]["values"]["volume_3"] = there * (4 * MM) ** 3
+    assert ("volume_3_nose" in error_bars(result, twin)) is claims
 
 
 @pytest.mark.parametrize(
