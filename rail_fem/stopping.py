@@ -9,12 +9,16 @@ not at all.
 """
 
 import contextlib
+import ctypes
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
+PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux
+_process_control = ctypes.CDLL(None).prctl if sys.platform == "linux" else None
 _last_words: list[Callable[[], str]] = []
 
 
@@ -28,6 +32,14 @@ def listen() -> None:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda *_: None)  # the thread acts; without a handler nothing would wake it
     threading.Thread(target=_answer, args=(heard,), daemon=True).start()
+
+
+def end_with_parent(number: int = signal.SIGKILL) -> None:
+    """Called in a process that works for another one: it is sent this signal when that one dies, even by a kill. A
+    process of a pool would else wait for ever for work, and hears no other signal: it has the handler of `listen`
+    without its thread. Linux only; elsewhere it outlives a kill."""
+    if _process_control is not None:
+        _process_control(PARENT_DEATH_SIGNAL, int(number))
 
 
 @contextlib.contextmanager

@@ -33,6 +33,7 @@ from rail_fem.output.progress import Progress
 from rail_fem.output.runfolder import digest, held, prepare_folder
 from rail_fem.settings.damage import MOST_PASSES, DamageSettings
 from rail_fem.settings.light import RigidHertzSettings
+from rail_fem.stopping import end_with_parent
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
 VERSION = 5
@@ -129,7 +130,7 @@ def _wear_section(case, settings, folder, goes_on, identity, progress, say) -> N
 def _wear_crossing(case, settings, folder, goes_on, identity, progress, say, workers: int) -> None:
     run = case.runs.get("rigid_hertz")
     with ExitStack() as stack:
-        pool = stack.enter_context(ProcessPoolExecutor(workers)) if workers > 1 else None
+        pool = stack.enter_context(ProcessPoolExecutor(workers, initializer=end_with_parent)) if workers > 1 else None
         flow = flow_file(case, settings)
         site = crossing_site(case.scene, settings, run, pool)
         site = replace(site, flow=None if flow is None else read_flow(flow, case.scene, site.grid))

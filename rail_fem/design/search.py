@@ -17,6 +17,7 @@ from scipy.optimize import differential_evolution
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.design.problem import FAILED, DesignError, Problem
+from rail_fem.stopping import end_with_parent
 
 TRIALS = "trials.csv"
 PER_VARIABLE = 6  # trials of one generation for each variable, at least LEAST in all
@@ -69,7 +70,7 @@ def search(
     Errors: DesignError where the start cannot be run, or `out` holds another search.
     """
     record, design = SearchRecord(problem, Path(out)), problem.design
-    with ProcessPoolExecutor(workers) as pool:
+    with ProcessPoolExecutor(workers, initializer=end_with_parent) as pool:
         run = lambda points: list(pool.map(_numbers, [problem] * len(points), points))
         judge = _Judge(problem, correct, record.start(run))
         seen = {tuple(trial.values): judge(trial) for trial in earlier}

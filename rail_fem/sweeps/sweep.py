@@ -6,7 +6,7 @@ finished and goes on with what was cut off. Light models run in this process, pa
 
 from __future__ import annotations
 
-import ctypes
+import functools
 import json
 import signal
 import subprocess
@@ -25,9 +25,9 @@ from rail_fem.output.progress import duration
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs
 from rail_fem.run.job import JobError, run_case
+from rail_fem.stopping import end_with_parent
 from rail_fem.sweeps.trends import CaseChanges
 
-PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux
 FINISHED, FAILED, SKIPPED = "finished", "FAILED", "finished before"
 
 
@@ -196,18 +196,13 @@ def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
 
 
 def run_bound(command: list[str], stream: TextIO, environment: Mapping[str, str]) -> int:
-    """Exit code of a command that is told to end when this process dies, even by a kill: else it would go on writing
-    where a second sweep does.
-
-    Linux only; elsewhere it outlives a kill.
-    """
-    control = getattr(ctypes.CDLL(None), "prctl", None)
-    end_with_parent = None if control is None else lambda: control(PARENT_DEATH_SIGNAL, int(signal.SIGTERM))
+    """Exit code of a command that is told to end when this process dies: else it would go on writing where a second
+    sweep does."""
     return subprocess.run(
         command,
         stdin=subprocess.DEVNULL,
         stdout=stream,
         stderr=subprocess.STDOUT,
         env=environment,
-        preexec_fn=end_with_parent,
+        preexec_fn=functools.partial(end_with_parent, signal.SIGTERM) if sys.platform == "linux" else None,
     ).returncode

@@ -60,7 +60,7 @@ class Bowl:
 class Here:
     """A pool of no processes."""
 
-    def __init__(self, workers):
+    def __init__(self, workers, initializer):
         pass
 
     __enter__ = lambda self: self

@@ -33,6 +33,15 @@ with held(folder), Progress(folder, stream=open("/dev/null", "w")) as progress:
     print("begun", flush=True)
     {}
 """
+POOL = """
+import os, time
+from concurrent.futures import ProcessPoolExecutor
+from rail_fem import stopping
+stopping.listen()
+pool = ProcessPoolExecutor(1, initializer=stopping.end_with_parent)
+print(pool.submit(pow, 2, 3).result(), flush=True)
+time.sleep(60)
+"""
 
 
 def listening() -> None:
@@ -77,6 +86,16 @@ def test_whatever_the_run_does_it_stops_at_once_with_status_and_sentence(started
     assert run.returncode == 128 + number and said == f"\n{number.name}: {GO_ON}\n"
     assert read_status(tmp_path)["state"] == "stopped" and read_status(tmp_path)["message"] == GO_ON
     assert not (tmp_path / lock.LOCK).exists()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells a process of its parent's end")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_processes_of_a_pool_end_with_the_program(started, number):
+    """They hold its output open as long as they live."""
+    run = started([sys.executable, "-c", POOL])
+    assert run.stdout.readline() == "8\n"
+    run.send_signal(number)
+    run.communicate(timeout=20)
 
 
 def test_stop_before_anything_is_there_says_so(started, tmp_path):
