@@ -17,7 +17,7 @@ from pydantic.fields import FieldInfo
 
 from rail_fem.case.casefile import Case, CaseError, load_case
 from rail_fem.hierarchy import MODELS
-from rail_fem.scene.input_errors import quantity_of, suggest
+from rail_fem.scene.input_errors import quantity_of, suggest, table_of
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.series import is_series, read_series
 from rail_fem.scene.units import QuantityError, typed
@@ -100,13 +100,21 @@ def field_of(key: str) -> FieldInfo:
     """The field of "scene.wheel.radius" or "run.lumped.start". Errors: VariationError that names the nearest."""
     section, names = _section_of(key)
     for name in names[:-1]:
-        inner = section.model_fields[name].annotation if name in section.model_fields else None
-        if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
+        inner = table_of(section.model_fields[name].annotation) if name in section.model_fields else None
+        if inner is None:
             raise VariationError(f"{key}: unknown key, {name} is no table{suggest(name, section.model_fields)}")
         section = inner
     if names[-1] not in section.model_fields or section.model_fields[names[-1]].exclude:
         raise VariationError(f"{key}: unknown key{suggest(names[-1], section.model_fields)}")
     return section.model_fields[names[-1]]
+
+
+def value_of(case: Case, key: str) -> Any:
+    """What a case has under such a key [SI]; None where it leaves it to the program or has no such table."""
+    holder: Any = {"scene": case.scene, "run": case.runs}
+    for name in key.split("."):
+        holder = holder.get(name) if isinstance(holder, Mapping) else getattr(holder, name, None)
+    return holder
 
 
 def _section_of(key: str) -> tuple[type[BaseModel], list[str]]:

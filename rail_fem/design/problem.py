@@ -43,11 +43,12 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.casefile import load_case
 from rail_fem.case.casetext import CaseTextError, read_table
+from rail_fem.case.variations import VariationError, field_of, value_of
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.scene.base import Count, Frozen
-from rail_fem.scene.input_errors import suggest
+from rail_fem.scene.input_errors import describe_errors, quantity_of, suggest
 from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_factor
 from rail_fem.sweeps.trends import MEASURES
 
@@ -74,13 +75,19 @@ class Variable(Frozen):
     @property
     def bounds(self) -> tuple[float, float]:
         """Low and high in `unit`."""
-        low, high = (parse(str(value), self.unit)[1] for value in (self.low, self.high))
-        return low, high
+        return self.read(self.low), self.read(self.high)
 
     @property
     def title(self) -> str:
         """Key without its section, and unit."""
         return f"{self.key.rsplit('.', 1)[-1]} [{self.unit}]" if self.unit else self.key.rsplit(".", 1)[-1]
+
+    def read(self, value: str | float) -> float:
+        """A case file's value in `unit`. Errors: ValueError that names the key."""
+        try:
+            return parse(str(value), self.unit)[1]
+        except QuantityError as error:
+            raise ValueError(f"{self.key}: {error}") from error
 
     def text(self, value: float) -> str | float:
         """A value in `unit` as a case file's."""
@@ -88,10 +95,7 @@ class Variable(Frozen):
 
     @model_validator(mode="after")
     def _bounds_are_in_order(self) -> "Variable":
-        try:
-            low, high = self.bounds
-        except QuantityError as error:
-            raise ValueError(f"{self.key}: {error}") from error
+        low, high = self.bounds
         if not low < high:
             raise ValueError(f"{self.key}: low {self.low} must lie below high {self.high}")
         return self
@@ -149,7 +153,9 @@ class Design(Frozen):
     def _model_is_light(self) -> "Design":
         if self.model not in MODELS or MODELS[self.model].parallel:
             light = [name for name, entry in MODELS.items() if not entry.parallel]
-            raise ValueError(f'model "{self.model}" is no light model: a search takes {", ".join(light)}')
+            raise ValueError(
+                f'model "{self.model}" is no light model{suggest(self.model, light)}: a search takes {", ".join(light)}'
+            )
         passes = [p.name for p in (*self.passes, *self.checks)]
         for what, names in (("key", [v.key for v in self.vary]), ("pass", passes)):
             if len(set(names)) < len(names):
@@ -165,7 +171,7 @@ class Design(Frozen):
     @property
     def guessed(self) -> list[float]:
         """(k,)  `guess` in the variables' units, empty without one."""
-        return [parse(str(self.guess[v.key]), v.unit)[1] for v in self.vary] if self.guess else []
+        return [v.read(self.guess[v.key]) for v in self.vary] if self.guess else []
 
     @property
     def proven(self) -> tuple[Pass, ...]:
@@ -197,14 +203,8 @@ class Problem:
     def start_values(self) -> np.ndarray:
         """(k,)  of the variables in the case as it is, NaN for one that it leaves to the program. Errors: CaseError."""
         case = load_case(self.case, {})
-        found = []
-        for variable in self.design.vary:
-            section, *names = variable.key.split(".")
-            holder: Any = case.scene if section == "scene" else case.runs
-            for name in names:
-                holder = holder[name] if isinstance(holder, Mapping) else getattr(holder, name)
-            found.append(holder / si_factor(variable.unit) if isinstance(holder, (int, float)) else np.nan)
-        return np.array(found, dtype=float)
+        values = [(value_of(case, v.key), si_factor(v.unit)) for v in self.design.vary]
+        return np.array([value / unit if isinstance(value, (int, float)) else np.nan for value, unit in values])
 
     def numbers(self, values: np.ndarray | None, passes: tuple[Pass, ...] = ()) -> np.ndarray:
         """(k,)  the measures of `columns` in their units, or of other passes. Errors: those of load_case and of the
@@ -248,16 +248,15 @@ def read_design(path: Path) -> Problem:
     try:
         design = _with_common_keys(Design.model_validate(table))
     except ValidationError as error:
-        where = lambda fault: ".".join(str(step) for step in fault["loc"]) or "design"
-        faults = [f"  {where(fault)}: {fault['msg']}" for fault in error.errors()]
-        raise DesignError("\n".join([f"{path}: {len(faults)} fault(s)", *faults])) from error
+        faults = describe_errors(error, Design, "")
+        raise DesignError("\n  ".join([f"{path}: {len(faults)} input error(s)", *faults])) from error
     problem = Problem(design, path.parent / design.case)
     for one in (*design.passes, *design.checks):
         case = load_case(problem.case, one.set)
         if design.model not in case.runs:
             raise DesignError(f"{problem.case}: has no [run.{design.model}]")
-    for variable in design.vary:
-        _check_key(problem.case, variable)
+    if faults := list(filter(None, map(_fault_of, design.vary))):
+        raise DesignError("\n  ".join([f"{path}: {len(faults)} input error(s)", *faults]))
     return problem
 
 
@@ -267,11 +266,17 @@ def _with_common_keys(design: Design) -> Design:
     return design.model_copy(update={"passes": own(design.passes), "checks": own(design.checks)})
 
 
-def _check_key(case: Path, variable: Variable) -> None:
-    """A key that no case has is refused before the search; a value that no crossing has fails its trial. Errors:
-    CaseError."""
+def _fault_of(variable: Variable) -> str:
+    """Why no case has this key or one of its bounds, "" where it has; values that no crossing has together fail their
+    trial."""
     try:
-        load_case(case, {variable.key: variable.low})
-    except CaseError as error:
-        if any(f"{variable.key}: unknown key" in text for text in error.errors):
-            raise
+        quantity = quantity_of(field_of(variable.key))
+        if quantity is None:
+            return f"{variable.key}: is no physical quantity, only such can vary between bounds"
+        for bound in (variable.low, variable.high):
+            quantity.read(bound, units_required=True)
+    except VariationError as error:
+        return str(error)
+    except QuantityError as error:
+        return f"{variable.key}: {error}"
+    return ""

@@ -63,8 +63,7 @@ def _remedy(error: ErrorDetails, section: type[BaseModel], key: str) -> str:
     if kind == "extra_forbidden":
         return _unknown_key(position, section, key)
     if kind == "missing":
-        entry = _field(section, position)
-        return f"missing ({meaning(entry)})" if quantity_of(entry) or entry.description else "missing"
+        return f"missing{_about(_field(section, position))}"
     if kind == "value_error":
         return error["msg"].removeprefix("Value error, ")
     if kind in ("choice", "literal_error"):
@@ -75,22 +74,26 @@ def _remedy(error: ErrorDetails, section: type[BaseModel], key: str) -> str:
     if "message" in error.get("ctx", {}):
         return error["ctx"]["message"]
     message = error["msg"].removeprefix("Input should be ")
-    return f"{value} must be {message} ({meaning(_field(section, position))})"
+    return f"{value} must be {message}{_about(_field(section, position))}"
+
+
+def _about(entry: FieldInfo) -> str:
+    return f" ({meaning(entry)})" if quantity_of(entry) or entry.description else ""
 
 
 def _unknown_key(position: tuple, section: type[BaseModel], key: str) -> str:
     parent, name = _model_at(section, position[:-1]), str(position[-1])
-    close = suggest(name, parent.model_fields)
+    close = suggest(name, fields_of(parent))
     elsewhere = [path for path in _all_keys(section, key) if path.rsplit(".", 1)[-1] == name]
     return f"unknown key, it belongs in {elsewhere[0]}" if elsewhere and not close else f"unknown key{close}"
 
 
 def _all_keys(section: type[BaseModel], key: str) -> list[str]:
     paths = []
-    for name, entry in section.model_fields.items():
-        paths.append(f"{key}.{name}")
+    for name, entry in fields_of(section).items():
+        paths.append(_dotted(key, (name,)))
         if (table := table_of(entry.annotation)) is not None:
-            paths += _all_keys(table, f"{key}.{name}")
+            paths += _all_keys(table, paths[-1])
     return paths
 
 
@@ -102,15 +105,23 @@ def table_of(annotation: Any) -> type[BaseModel] | None:
     return None
 
 
+def fields_of(section: type[BaseModel]) -> dict[str, FieldInfo]:
+    """The fields of a section by the keys that a file has for them."""
+    return {entry.alias or name: entry for name, entry in section.model_fields.items()}
+
+
 def _model_at(section: type[BaseModel], position: tuple) -> type[BaseModel]:
     for name in (step for step in position if isinstance(step, str)):
-        section = cast(type[BaseModel], table_of(section.model_fields[name].annotation))
+        section = cast(type[BaseModel], table_of(fields_of(section)[name].annotation))
     return section
 
 
 def _field(section: type[BaseModel], position: tuple) -> FieldInfo:
-    names = [step for step in position if isinstance(step, str)]
-    return _model_at(section, tuple(names[:-1])).model_fields[names[-1]]
+    """Of a position; what pydantic names beyond a key, such as the kinds of value it may have, is passed over."""
+    key, *inner = (step for step in position if isinstance(step, str))
+    entry = fields_of(section)[key]
+    table = table_of(entry.annotation)
+    return entry if table is None or not inner else _field(table, tuple(inner))
 
 
 def quantity_of(entry: FieldInfo) -> Quantity | None:

@@ -120,6 +120,15 @@ def test_values_are_run_as_they_are_written(tmp_path):
     assert problem.changes(value) == {"scene.crossing.nose_lowering": "0.123457 mm"}
 
 
+def test_the_start_is_the_case_and_unknown_where_the_case_has_no_such_table(tmp_path):
+    assert read_design(design(tmp_path)).start_values == [0.0]
+    bearers = (
+        'key = "scene.crossing.nose_lowering"\nlow = "-1 mm"\nhigh = "2 mm"',
+        'key = "scene.bearers.spacing"\nlow = "500 mm"\nhigh = "700 mm"',
+    )
+    assert np.isnan(read_design(design(tmp_path, change=bearers)).start_values).all()
+
+
 def test_the_command_searches_with_a_light_model_and_reports(tmp_path):
     out = tmp_path / "out"
     done = CliRunner().invoke(app, ["design", str(design(tmp_path, trials=12)), "--out", str(out), "--workers", "1"])
@@ -194,8 +203,13 @@ def test_checks_are_reported_and_not_searched_on(tmp_path):
         ('low = "-1 mm"', 'low = "-1 kg"', "has the dimension"),
         ("first impact", "first impac", "did you mean 'first impact'"),
         ("seed = 3", 'model = "fe_full"', "is no light model"),
-        ("seed = 3", "sed = 3", "sed: Extra inputs"),
-        ("nose_lowering", "nose_lowerin", None),
+        ("seed = 3", "sed = 3", "sed: unknown key, did you mean 'seed'"),
+        ("[[pass]]", "[[passes]]", "passes: unknown key, did you mean 'pass'"),
+        ('low = "-1 mm"', "low = [1]", r"vary.0..low.*: .1. must be a valid number"),
+        ("nose_lowering", "nose_lowerin", "did you mean 'nose_lowering'"),
+        ("nose_lowering", "leg", "leg: is no physical quantity"),
+        ('low = "-1 mm"', 'low = "-9 mm"', "nose_lowering: -9 mm is outside"),
+        ('low = "-1 mm"\nhigh = "2 mm"', 'low = "-1 kg"\nhigh = "2 kg"', "nose_lowering: .*has the dimension"),
         ("nose_transfer.toml", "none.toml", None),
         ("trials = 20", "trials = 2", "greater than or equal to 10"),
         ("[pass.set]", "proven = false\n[pass.set]", "proven = false in every pass"),

@@ -42,6 +42,11 @@ def test_a_series_is_even_in_the_unit_in_which_it_is_typed():
     key, values = read_variation("scene.speed=30mph:100mph:8")
     assert key == "scene.speed" and values == [f"{speed} mph" for speed in range(30, 101, 10)]
     assert read_variation("scene.friction = 0.1:0.5:3")[1] == ["0.1", "0.3", "0.5"]
+    assert read_variation("scene.bearers.spacing=500mm:700mm:3")[1] == [
+        "500 mm",
+        "600 mm",
+        "700 mm",
+    ]  # an optional table
     assert read_variation("scene.wheel.profile=P8, P1")[1] == ["P8", "P1"]
     assert read_variation("run.rigid_hertz.plastic_indentation=true,false")[1] == [True, False]
 
