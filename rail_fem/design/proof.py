@@ -18,7 +18,7 @@ from rail_fem.case.preflight import preflight_errors
 from rail_fem.design.problem import DesignError, Pass, Problem
 from rail_fem.design.search import Found, Trial
 from rail_fem.output.progress import duration, read_status
-from rail_fem.output.quantities import REPORTED
+from rail_fem.output.quantities import BODIES, REPORTED
 from rail_fem.output.result import PassResult, load
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.sweeps.sweep import FAILED, Job, Outcome, run_job
@@ -32,7 +32,7 @@ PROVEN: dict[str, Measure] = {
     "longest flight": MEASURES["longest flight"],
     **{
         f"PEEQ {words} of {body}": Measure(REPORTED[f"{name}_{body}"].of, unit, factor, f"{name}_{body}")
-        for body in ("wing", "nose")
+        for body in reversed(BODIES)
         for name, words, unit, factor in (
             ("block", "worst 5 x 5 x 3 mm", "%", 100.0),
             ("integral", "integral", "mm3", 1e9),
