@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from rail_fem.design.problem import Problem
-from rail_fem.design.proof import ProofRun, ProvenShape
+from rail_fem.design.proof import ProofRun, ProvenShape, without_finer
 from rail_fem.scene.units import si_factor
 from rail_fem.sweeps.trends import MEASURES
 
@@ -39,8 +39,8 @@ class Correction:
 
 
 def learned(problem: Problem, runs: Sequence[ProofRun]) -> Correction:
-    """From proofs at one element size, that of the first run."""
-    own = [run for run in runs if run.size == runs[0].size]
+    """From proofs, each pass at its own element size."""
+    own = without_finer(runs)
     shapes = list({run.shape.name: run.shape for run in own}.values())
     light = np.array([shape.trial.numbers for shape in shapes])
     proven = np.array([proven_numbers(problem, own, shape.name) for shape in shapes])
@@ -70,8 +70,8 @@ class ProvenScore(NamedTuple):
 
 
 def proven_scores(problem: Problem, runs: Sequence[ProofRun]) -> list[ProvenScore]:
-    """Of all shapes that ran every pass at the first run's element size, least score first."""
-    own = [run for run in runs if run.size == runs[0].size]
+    """Of all shapes that ran every pass that the start ran, least score first."""
+    own = without_finer(runs)
     start = proven_numbers(problem, own, own[0].shape.name) if own else np.array([])
     known, found = np.isfinite(start), []
     for shape in {run.shape.name: run.shape for run in own}.values() if known.any() else ():

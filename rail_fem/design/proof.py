@@ -77,6 +77,15 @@ class ProofRun:
         return measure.factor * measure.of(self.result), measure.factor * measure.bar(self.result)
 
 
+def without_finer(runs: Sequence[ProofRun]) -> list[ProofRun]:
+    """Of each pass of each shape the run at the pass' own element size, which every shape has; `finer` ones come
+    after."""
+    first: dict[tuple[str, str], ProofRun] = {}
+    for run in runs:
+        first.setdefault((run.shape.name, run.one.name), run)
+    return list(first.values())
+
+
 def shapes(problem: Problem, found: Found, count: int) -> list[ProvenShape]:
     """The start, the `count` trials of least score, and of those that are worse than the start in no pass that is
     proven the one of least score, where there is one."""

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from rail_fem.design.correction import proven_scores
 from rail_fem.design.problem import Problem
-from rail_fem.design.proof import MODEL, PROVEN, SEARCHED, ProofRun, ProvenShape
+from rail_fem.design.proof import MODEL, PROVEN, SEARCHED, ProofRun, ProvenShape, without_finer
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.trust_text import verdict_words
 from rail_fem.show.style import GREEN, NOSE, PURPLE, SKY, TOTAL, new_figure
@@ -134,9 +134,10 @@ def _told(head: str, found: Sequence[tuple[ProofRun, str]]) -> list[str]:
 
 def proof_figure(problem: Problem, runs: Sequence[ProofRun]) -> Figure:
     """A panel for each quantity: bars of all shapes for each pass, with error bars; what the light model said as open
-    marks. At the size at which all passes were run."""
-    size = runs[0].size
-    own = [run for run in runs if run.size == size]
+    marks. Each pass at its own element size."""
+    own = without_finer(runs)
+    sizes = {run.one.name: f"{1e3 * run.size:g} mm" for run in own if np.isfinite(run.size)}
+    different = sorted(set(sizes.values()))
     drawn = [name for name in PROVEN if any(np.isfinite(run.value(name)[0]) for run in own)]
     shapes = list({run.shape.name: run.shape for run in own}.values())
     passes = list(problem.design.proven)
@@ -151,11 +152,13 @@ def proof_figure(problem: Problem, runs: Sequence[ProofRun]) -> Figure:
                 _bar(axes, problem, run, name, at, width, COLOURS[s % len(COLOURS)], shape.words if p == 0 else "")
         axes.set_ylabel(f"{textwrap.fill(name, 24)} [{PROVEN[name].unit}]", fontsize=10)
         axes.grid(axis="x", visible=False)
-        axes.set_xticks(range(len(passes)), [textwrap.fill(one.name, 14) for one in passes])
+        words = [textwrap.fill(one.name, 14) + f"\n{sizes.get(one.name, '')}" * (len(different) > 1) for one in passes]
+        axes.set_xticks(range(len(passes)), words)
     for axes in panels[len(drawn) :]:
         axes.set_axis_off()
     panels[0].legend(ncols=2, loc="lower left", bbox_to_anchor=(0, 1.01), fontsize=10)
-    figure.suptitle(f"Start and best of {problem.case.name} by {MODEL}, elements of {1e3 * size:g} mm", fontsize=14)
+    title = f"Start and best of {problem.case.name} by {MODEL}, elements of {' and '.join(different)}"
+    figure.suptitle(title, fontsize=14)
     return figure
 
 

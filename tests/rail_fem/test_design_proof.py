@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from rail_fem.cli import app
 from rail_fem.design.problem import DesignError, read_design
-from rail_fem.design.proof import PROVEN, SEARCHED, ProofRun, check_proof, keys_of, prove_design, shapes
+from rail_fem.design.proof import PROVEN, SEARCHED, ProofRun, check_proof, keys_of, prove_design, shapes, without_finer
 from rail_fem.design.proof_report import HIGHER, LOWER, SAME, UNKNOWN, WITHIN, verdict, write_proof
 from rail_fem.design.search import Found, Trial
 from rail_fem.sweeps.trends import MEASURES
@@ -66,7 +66,7 @@ def test_a_pass_may_want_another_window_than_the_proof_s():
     problem = read_design(ROOT / "cases" / "design" / "leg_and_nose.toml")
     key = "run.fe_full.window_ahead"
     ahead = {one.name: keys_of(problem, one, {})[key] for one in problem.design.passes}
-    assert ahead["hollow P8"] == "75 mm" and ahead["P8"] == problem.design.proof[key] == "65 mm"
+    assert ahead["hollow P8"] == "75 mm" and ahead["worn P8"] == problem.design.proof[key] == "65 mm"
     assert all(keys_of(problem, one, {key: "90 mm"})[key] == "90 mm" for one in problem.design.passes)
 
 
@@ -100,6 +100,14 @@ def test_the_report_has_start_and_best_with_bars_and_what_holds(tmp_path):
     assert "| 75 mph | PEEQ worst 5 x 5 x 3 mm of nose | 8.64 +- 1 % | 8 +- 1 % | -7 % | within the bars | - |" in text
     assert "- PEEQ integral of nose: lower in 1 of 1" in text
     assert (tmp_path / "proof.png").stat().st_size > 10_000
+
+
+def test_each_pass_counts_at_its_own_element_size_and_a_finer_run_of_it_does_not(tmp_path):
+    problem = read_design(design(tmp_path))
+    pair, one = shapes(problem, found(trial(0.7, 90.0, 0.9)), 1), problem.design.passes[0]
+    other = one.model_copy(update={"name": "at 4 mm"})
+    own = [ProofRun(shape, p, size, at_size(size)) for p, size in ((one, 2e-3), (other, 4e-3)) for shape in pair]
+    assert without_finer([*own, *(ProofRun(shape, one, 1e-3, at_size(1e-3)) for shape in pair)]) == own
 
 
 def test_bars_are_those_of_the_runs(tmp_path):
