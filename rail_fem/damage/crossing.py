@@ -22,7 +22,7 @@ from bem.halfspace.rolled_ellipses import RolledEllipses, rolled_ellipses
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.bodies import BODIES
-from rail_fem.damage.deposit import Footprints, deposit
+from rail_fem.damage.deposit import Footprints, Reach, deposit, deposit_reached
 from rail_fem.damage.strips import patch_centres, plane_creepages, strip_creepages
 from rail_fem.damage.wear import WearLaw, friction_work_of_cells, tgamma
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
@@ -223,6 +223,7 @@ def wear_field(
     spacing: float = SPACING,
     grid: tuple[np.ndarray, np.ndarray] | None = None,
     over_length: bool = False,
+    reach: Reach | None = None,
 ) -> WearField:
     """d(x, y) of one pass, its volume that of the patches' strips: each patch wears the line across the rail at its own
     position, `spacing` [m] wide, by its strip sums.
@@ -231,6 +232,7 @@ def wear_field(
     cell that lies on it: a point of the rail is passed by parts of all the patches whose length reaches it, each at its
     own position, d(x0, y) = sum over X of rate_X(x0 - X, y) dX. Where patches do not change along the rail that is the
     sum of a strip. A patch is an ellipse, whatever lies under it: what it does not reach is worn as well
+    reach : in place of both, on which lines of the grid each strip wears (rail_fem.damage.reach)
 
     grid : x (m,) and y (n,) of the field, evenly spaced [m]; None: about the contacts
     Raises ValueError where no contact carries, or one lies beyond the grid.
@@ -239,8 +241,8 @@ def wear_field(
         raise ValueError("no contact carries on this stretch: nothing wears")
     low, high = contacts.position.min(axis=0), contacts.position.max(axis=0)
     if grid is None:
-        reach = contacts.patches.grid.dx.max() * contacts.patches.grid.nx / 2 + 2 * spacing
-        x = np.arange(low[0] - reach, high[0] + reach + spacing, spacing)
+        room = contacts.patches.grid.dx.max() * contacts.patches.grid.nx / 2 + 2 * spacing
+        x = np.arange(low[0] - room, high[0] + room + spacing, spacing)
         y = np.arange(low[1] - MARGIN, high[1] + MARGIN, LATERAL)
     else:
         x, y = grid
@@ -251,7 +253,9 @@ def wear_field(
         )
     patches = contacts.patches
     feet, share = footprints(contacts), spacing / (x[1] - x[0]) * patches.grid.dy
-    if over_length:
+    if reach is not None:
+        laid = lambda cells, scale: deposit_reached(feet, cells.sum(axis=1), scale, reach, x, y)
+    elif over_length:
         laid = lambda cells, scale: deposit(feet, cells, scale, x, y)
     else:
         line = feet._replace(along=0 * feet.along)

@@ -24,6 +24,7 @@ from rail_fem.damage.crossing import PassContacts, PatchOptions, table_contacts,
 from rail_fem.damage.deposit import Footprints, deposit
 from rail_fem.damage.groove import FlowLaw, Grooves, groove_strips, grooves, held_beyond, mean_under
 from rail_fem.damage.impacts import LargestImpact, largest_impact
+from rail_fem.damage.reach import reach_of
 from rail_fem.damage.wear import WearLaw
 from rail_fem.damage.wheel_wear import circumference, wheel_lines, wheel_wear
 from rail_fem.damage.worn_surface import STEEPEST, WornSurface
@@ -33,6 +34,7 @@ from rail_fem.light.vertical_pass import LightPass, run_pass
 from rail_fem.output.events import transfer_position
 from rail_fem.scene.scene import GRAVITY, Scene
 from rail_fem.scene.units import show
+from rail_fem.settings.damage import Deposit
 from rail_fem.settings.light import RigidHertzSettings
 
 WITHIN = 3e-3  # below the body that carries, where the other is looked at: no wheel presses so deep [m]
@@ -118,7 +120,7 @@ class CrossingSite:
     on all laws;  hardness, shear_yield [Pa];  pool : processes that share the passes; None: this one
     flow : (2, m, n) depths by which plastic flow lowered the surfaces before they wear [m]; None: it did not
     flow_law : of the flow that goes on with the passes; None: none does
-    over_length : whether a patch wears the rail along its length (rail_fem.damage.crossing.wear_field)
+    deposit : where along the rail a patch wears it, as of damage.deposit in a case file
     wheel_laws : of the wheels' wear, as many as laws; None: the rail's own;  wheel_lines (n,) : coordinates of their
     profiles [m]"""
 
@@ -134,7 +136,7 @@ class CrossingSite:
     pool: Executor | None = field(default=None, repr=False)
     flow: np.ndarray | None = field(default=None, repr=False)
     flow_law: FlowLaw | None = None
-    over_length: bool = False
+    deposit: Deposit = "position"
     wheel_laws: Mapping[str, WearLaw] | None = None
     wheel_lines: np.ndarray = field(default_factory=lambda: wheel_lines(0.25e-3), repr=False)
 
@@ -241,7 +243,9 @@ def pass_wear(
     order = np.argsort(light.x)
     at_table = np.stack([np.interp(table.x, light.x[order], own[order]) for own in light.force])
     contacts = table_contacts(one.scene, table, at_table, one.options)
-    worn = wear_field(contacts, site.laws, site.factor, site.spacing, site.grid, site.over_length)
+    reach = reach_of(contacts, one.scene, crossing, table.datum, site.grid[0]) if site.deposit == "reach" else None
+    lengthwise = site.deposit == "length"
+    worn = wear_field(contacts, site.laws, site.factor, site.spacing, site.grid, lengthwise, reach)
     pressed = groove_field(site, one.scene, contacts, shape)
     laws = site.laws if site.wheel_laws is None else site.wheel_laws
     wheel = wheel_wear(contacts, one.scene, table.datum, laws, site.factor, site.spacing, site.wheel_lines)

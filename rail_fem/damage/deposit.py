@@ -20,6 +20,14 @@ class Footprints(NamedTuple):
     across: np.ndarray
 
 
+class Reach(NamedTuple):
+    """Shares of lines across the rail in the strips of k patches. first : (k,) line of the first share;  share :
+    (k, l, ny), of each strip 1 in all"""
+
+    first: np.ndarray
+    share: np.ndarray
+
+
 def deposit(feet: Footprints, cells: np.ndarray, scale: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """(2, m, n) depths [m] on the lines of an even grid x (m,), y (n,) [m] by k patches, wing and nose: each column
     of cells across the rail goes to the two lines next to it, so that its middle along the rail is kept, and across by
@@ -61,7 +69,26 @@ def _deposit(feet, cells, scale, x, y, strips, out):
                 strips[line - start, j] += (1.0 - near) * cells[k, i, j]
                 strips[line + 1 - start, j] += near * cells[k, i, j]
         for line in range(start, end + 1):
-            _across(feet.centre[k, 1], feet.across[k], strips[line - start], scale[k], y, out[feet.body[k], line])
+            add_across(feet.centre[k, 1], feet.across[k], strips[line - start], scale[k], y, out[feet.body[k], line])
+
+
+def deposit_reached(
+    feet: Footprints, strips: np.ndarray, scale: np.ndarray, reach: Reach, x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
+    """(2, m, n) depths [m] as of deposit by strips (k, ny) [m], each of which goes to the lines by its shares."""
+    out = np.zeros((len(BODIES), len(x), len(y)))
+    _deposit_reached(feet, np.asarray(strips, float), scale, reach, y, out)
+    return out
+
+
+@njit(cache=True)
+def _deposit_reached(feet, strips, scale, reach, y, out):
+    for k in range(len(feet.body)):
+        for line in range(reach.share.shape[1]):
+            part = strips[k] * reach.share[k, line]
+            if part.any():
+                into = out[feet.body[k], reach.first[k] + line]
+                add_across(feet.centre[k, 1], feet.across[k], part, scale[k], y, into)
 
 
 def deposit_across(body, centre, width, strips, y, out) -> None:
@@ -73,11 +100,11 @@ def deposit_across(body, centre, width, strips, y, out) -> None:
 @njit(cache=True)
 def _deposit_across(body, centre, width, strips, y, out):
     for k in range(len(body)):
-        _across(centre[k], width[k], strips[k], 1.0, y, out[body[k]])
+        add_across(centre[k], width[k], strips[k], 1.0, y, out[body[k]])
 
 
 @njit(cache=True)
-def _across(centre, width, strips, scale, y, out):
+def add_across(centre, width, strips, scale, y, out):
     """Add scale times the strips (ny,), from one edge to the other about centre, to out (n,) by what they cover; they
     are summed up in their own memory."""
     dy, ny = y[1] - y[0], len(strips)

@@ -178,7 +178,7 @@ def crossing_site(
         settings.shear_yield,
         pool,
         flow_law=FlowLaw(settings.flow_limit, settings.flow_share) if settings.plastic_flow else None,
-        over_length=settings.deposit == "length",
+        deposit=settings.deposit,
         wheel_laws=wheel_laws_of(settings),
         wheel_lines=wheel_lines(settings.plan_spacing),
     )

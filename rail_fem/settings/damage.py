@@ -12,6 +12,7 @@ MOST_PASSES = 1e8
 # of plastic flow: p0 / k at which ten passes of fe_full come to rest, what of the rest one of them does, [m]
 FLOW_LIMIT, FLOW_SHARE, FLOW_STEP = 7.0, 0.65, 50e-6
 Share = Annotated[float, Quantity("", 0, 1, "share of the passes")]
+Deposit = Literal["position", "length", "reach"]
 Years = Annotated[float, Quantity("", 0, 100, "years from now")]
 
 
@@ -51,10 +52,10 @@ class DamageSettings(Frozen):
         " where a patch of a crossing bends around a corner",
     )
     patch_spacing: Annotated[float, Quantity("mm", 0.1, 50, "between the patches along a crossing")] = 2e-3
-    deposit: Literal["position", "length"] = Field(
-        "position",
-        description="where a patch wears a crossing: across its own position, or along its length, which after some"
-        " thousand passes has dug pits that no wheel reaches",
+    deposit: Deposit = Field(
+        "reach",
+        description="where a patch wears a crossing: along its length by what the wheel reaches there, across its own"
+        " position, or along its length where its ellipse's cells lie, which digs pits that no wheel reaches",
     )
     plan_spacing: Annotated[
         float, Quantity("mm", 0.05, 2, "across a crossing between the depths of its plan; along it is patch_spacing")
@@ -155,7 +156,7 @@ class DamageSettings(Frozen):
         if self.site == "switch" and self.tangential == "conformal":
             self._refuse('tangential: strips of their own normals are known of a crossing\'s patches; write "plane"')
         if self.site == "switch" and self.deposit == "length":
-            self._refuse('deposit: a switch is worn as one section, which has no length; write "position"')
+            self._refuse("deposit: a switch is worn as one section, which has no length; leave it out")
         if self.site == "switch" and self.lateral_scatter:
             self._refuse("lateral_scatter: the switch's wheelset runs on a sine; leave it out")
         if not 0 <= self.onset < self.peak < self.balance:
