@@ -37,7 +37,9 @@ from rail_fem.stopping import end_with_parent
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
 VERSION = 5
-DEFINITION = "friction work is second order in the cell, and wheels wear"  # what a state of before does not hold
+DEFINITION = (
+    "Archard's k is its mean over a cell that a border of the map crosses"  # what a state of before does not hold
+)
 
 
 class StudyError(ValueError):

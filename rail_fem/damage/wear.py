@@ -18,6 +18,7 @@ import numpy as np
 
 from bem.halfspace.rolled_ellipses import RolledEllipses
 from bem.patch import Creepage, Patch
+from rail_fem.damage.cell_mean import means_over_cells
 
 Patches = Patch | RolledEllipses
 DENSITY = 7850.0  # of rail steel, by which laws that give mass are turned into volume [kg/m3]
@@ -169,6 +170,23 @@ class WearMap:
         least, most = np.array(self.least), np.array(self.most)
         return (least + share * (most - least))[row, column]
 
+    def cell_means(self, pressure: np.ndarray, velocity: np.ndarray, share: float) -> np.ndarray:
+        """(..., nx, ny) coefficient of cells at whose centres p / H and velocity are known: its mean over each cell.
+        Error: second order in the cell where a border runs smoothly (tests/damage/test_wear_laws.py); first where
+        it is the coefficient at the centres."""
+        least, most = np.array(self.least), np.array(self.most)
+        out = np.empty(np.shape(pressure))
+        cells = (-1, *out.shape[-2:])
+        means_over_cells(
+            np.reshape(pressure, cells),
+            np.reshape(velocity, cells),
+            np.array(self.pressure),
+            np.array(self.velocity),
+            least + share * (most - least),
+            out.reshape(cells),
+        )
+        return out
+
     def near_border(self, pressure: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Whether a point lies within NEAR_BORDER of a border of the map."""
         close = np.zeros(np.broadcast(pressure, velocity).shape, bool)
@@ -227,7 +245,8 @@ class Archard(OverStrips):
         pressure, velocity = patch.pressure / self.hardness, slip * abs(speed)
         if self.one_a_patch:
             pressure, velocity = (field.max(axis=(-2, -1), keepdims=True) for field in (pressure, velocity))
-        return self.wear_map.coefficient(pressure, velocity, self.share)
+            return self.wear_map.coefficient(pressure, velocity, self.share)
+        return self.wear_map.cell_means(pressure, velocity, self.share)
 
     def border_share(self, patch: Patch, speed: float) -> float:
         """Part of the wear that comes from cells within 10 % of a border of the map, where k jumps."""

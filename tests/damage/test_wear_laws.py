@@ -22,6 +22,7 @@ from rail_fem.damage.wear import (
     tgamma,
     worn_area,
 )
+from tests.order import assert_order
 
 STEEL_201 = Elastic(201e9, 0.3)
 
@@ -119,6 +120,33 @@ def test_no_creepage_wears_nothing_and_pure_spin_does():
 def test_work_of_the_strips_is_the_power():
     patch = table_6_2()
     assert friction_work(patch).sum() * patch.grid.dy == pytest.approx(patch.frictional_power, rel=1e-3)
+
+
+def test_cells_across_a_border_are_met_to_second_order():
+    """Hertz pressure on the unit circle, k twice as large above 0.8: what that adds is 2 pi / 3 (1 - 0.8^3). Mean over
+    twenty offsets of the grid, as a single one's error changes sign with where the border runs."""
+    jump = WearMap((0.8,), (1.0,), ((1.0, 1.0), (2.0, 2.0)), ((1.0, 1.0), (2.0, 2.0)))
+    exact, sizes, errors = 2 * np.pi / 3 * (1 - 0.8**3), 2.2 / np.array([30, 60, 120]), []
+    offsets = np.random.default_rng(0).random((20, 2))
+    for size in sizes:
+        found, at_centres = [], []
+        for off in offsets:
+            x, y = (-1.15 + size * (np.arange(2.3 // size + 2) + own) for own in off)
+            p = np.sqrt(np.maximum(1 - x[:, None] ** 2 - y**2, 0))
+            extra = lambda k, p=p, size=size: ((k - 1) * p).sum() * size**2 / exact - 1
+            found.append(extra(jump.cell_means(p, 0 * p, 0.0)))
+            at_centres.append(extra(jump.coefficient(p, 0 * p, 0.0)))
+        errors.append(np.mean(found))
+        assert np.abs(found).max() < 0.35 * np.abs(at_centres).max()
+    assert_order(sizes, errors, expected=2, slack=0.3)
+
+
+def test_a_cell_within_one_region_has_its_coefficient():
+    """Where neither pressure nor velocity comes near a border, and where both jump to the next cell."""
+    p = np.where(np.arange(8)[:, None] < 4, 0.2, 0.9) * np.ones(6)
+    v = np.where(np.arange(8)[:, None] < 4, 0.1, 0.5) * np.ones(6)
+    for share in (0.0, 0.5, 1.0):
+        assert (JENDEL.cell_means(p, v, share) == JENDEL.coefficient(p, v, share)).all()
 
 
 def test_wear_near_the_borders_of_the_map_is_told():
