@@ -164,7 +164,7 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
             _table(["parameter", "change [%]", "error"], rows),
             "",
             "By the wheel's shape, over the case's own: "
-            + ", ".join(f"{name} {_ratio(value)}" for name, value in found["wheels"].items())
+            + ", ".join(f"{name} {_ratio(value)}" for name, value in found["wheel_ratios"].items())
             + ".",
         ]
     lines += [

@@ -143,7 +143,7 @@ def _wear_crossing(case, settings, folder, goes_on, identity, progress, say, wor
     if settings.sensitivities:
         found = sensitivities(case.scene, settings, run)
         summary["sensitivities"] = [[s.name, s.base, s.elasticity, s.error] for s in found]
-        summary["wheels"] = wheel_ratios(case.scene, settings, run)
+        summary["wheel_ratios"] = wheel_ratios(case.scene, settings, run)
     _write_results(folder, summary, state_arrays(state))
     crossing_figures(folder / "figures", case.title, settings, site, state, before, after)
     write_text_atomically(folder / REPORT, crossing_report(case.title, settings, summary))

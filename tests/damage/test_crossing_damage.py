@@ -122,11 +122,13 @@ def test_stretches_outside_of_the_pass_are_refused(result):
 def test_zero_passes_wear_nothing_and_the_page_says_so(tmp_path):
     path = tmp_path / "case.toml"
     run = '[run.rigid_hertz]\nstart = "240 mm"\nend = "440 mm"\n\n[damage]\ncells = 12\npatch_spacing = "6 mm"'
-    path.write_text(CASE.read_text().replace("[damage]", run).replace("sensitivities = true", ""))
+    path.write_text(CASE.read_text().replace("[damage]", run))
     answer = CliRunner().invoke(cli.app, ["damage", str(path), "--passes", "0", "--out", str(tmp_path / "out")])
     assert answer.exit_code == 0, answer.output
     found = json.loads((tmp_path / "out" / "damage.json").read_text())
     assert all(d == 0 for body in found["bodies"].values() for d in body["deepest_by_law"].values())
+    assert found["wheels"] == [] and found["wheel_ratios"]["P8-worn"] > 0
+    assert "What drives it" in (tmp_path / "out" / "report.md").read_text()
 
 
 def test_what_drives_the_noses_wear():
