@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from rail_fem.damage.evolution import Evolution
 from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits, shakedown_point
+from rail_fem.damage.patch_figure import patches_figure
 from rail_fem.damage.section import WearRate
 from rail_fem.damage.sites import fatigue_of, laws_of
 from rail_fem.damage.worn_profile import depth_between
@@ -26,6 +27,7 @@ def section_figures(folder, title, settings: DamageSettings, section, state: Evo
         made = {
             "profiles": profiles_figure(title, settings, state),
             "depth": depth_figure(title, settings, state),
+            "patches": patches_figure(title, settings, state.first, before),
             "passes": passes_figure(title, settings, state),
             "shakedown": section_shakedown(title, settings, before),
         }

@@ -14,6 +14,7 @@ from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
+from rail_fem.damage.patch_figure import points_of, shown_pass
 from rail_fem.damage.section import scattered, sine_positions
 from rail_fem.damage.sites import laws_of, switch_section
 from rail_fem.damage.wear import worn_area
@@ -45,6 +46,14 @@ def test_the_sine_goes_in_and_out_of_flange_contact(first_rate):
     depth = first_rate.depth["archard_patch"]
     s = section_line(first_rate)
     assert depth[s < -0.030].max() > 18 * depth[s > -0.025].max()
+
+
+def test_the_pass_that_is_drawn_shares_its_load_between_head_and_corner(first_rate):
+    """Of the three positions the crest's; the largest force, the head's, comes first."""
+    shown = shown_pass(first_rate)
+    assert shown is first_rate.records[0]
+    head, corner = points_of(shown)
+    assert head.normal_force > corner.normal_force and head.angle < corner.angle
 
 
 def section_line(rate):
@@ -162,7 +171,7 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
     assert all((one[name] == two[name]).all() for name in one)
     found = json.loads((cut / "damage.json").read_text())
     assert found["passes"] == 20 and found["deepest"] > 0 and len(found["deepest_by_law"]) == 7
-    assert {p.stem for p in (cut / "figures").glob("*.png")} == {"profiles", "depth", "passes", "shakedown"}
+    assert {p.stem for p in (cut / "figures").glob("*.png")} == {"profiles", "depth", "patches", "passes", "shakedown"}
     assert "How sure" in (cut / "report.md").read_text()
     assert "How sure" in CliRunner().invoke(cli.app, ["show", str(cut)]).output
     after = examine(read_raw(cut / "profile_after.txt", "rail"))
