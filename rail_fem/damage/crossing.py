@@ -22,7 +22,7 @@ from bem.halfspace.rolled_ellipses import RolledEllipses, rolled_ellipses
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.bodies import BODIES
-from rail_fem.damage.deposit import Footprints, Reach, deposit, deposit_reached
+from rail_fem.damage.deposit import Footprints, ReachedLines, deposit, deposit_reached
 from rail_fem.damage.strips import patch_centres, plane_creepages, strip_creepages
 from rail_fem.damage.wear import WearLaw, friction_work_of_cells, tgamma
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
@@ -223,7 +223,7 @@ def wear_field(
     spacing: float = SPACING,
     grid: tuple[np.ndarray, np.ndarray] | None = None,
     over_length: bool = False,
-    reach: Reach | None = None,
+    reach: ReachedLines | None = None,
 ) -> WearField:
     """d(x, y) of one pass, its volume that of the patches' strips: each patch wears the line across the rail at its own
     position, `spacing` [m] wide, by its strip sums.

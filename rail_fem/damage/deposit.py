@@ -20,7 +20,7 @@ class Footprints(NamedTuple):
     across: np.ndarray
 
 
-class Reach(NamedTuple):
+class ReachedLines(NamedTuple):
     """Shares of lines across the rail in the strips of k patches. first : (k,) line of the first share;  share :
     (k, l, ny), of each strip 1 in all"""
 
@@ -73,7 +73,7 @@ def _deposit(feet, cells, scale, x, y, strips, out):
 
 
 def deposit_reached(
-    feet: Footprints, strips: np.ndarray, scale: np.ndarray, reach: Reach, x: np.ndarray, y: np.ndarray
+    feet: Footprints, strips: np.ndarray, scale: np.ndarray, reach: ReachedLines, x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
     """(2, m, n) depths [m] as of deposit by strips (k, ny) [m], each of which goes to the lines by its shares."""
     out = np.zeros((len(BODIES), len(x), len(y)))

@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.surfaces.any_crossing import AnyCrossing
 from rail_fem.damage.crossing import PassContacts
-from rail_fem.damage.deposit import Reach
+from rail_fem.damage.deposit import ReachedLines
 from rail_fem.light.contact_table import surface_gap
 from rail_fem.scene.scene import Scene
 
@@ -25,7 +25,7 @@ def depth_of_patch(contacts: PassContacts) -> np.ndarray:
     return grid.dx * grid.nx * grid.dy * grid.ny / 8 / np.sqrt(contacts.radii.prod(axis=1))
 
 
-def reach_of(contacts: PassContacts, scene: Scene, crossing: AnyCrossing, datum: float, x: np.ndarray) -> Reach:
+def reach_of(contacts: PassContacts, scene: Scene, crossing: AnyCrossing, datum: float, x: np.ndarray) -> ReachedLines:
     """Of a scene's wheel with its tread datum at y = `datum` [m] on a crossing as it is now, on the lines of an even
     grid x (m,) [m]: 1 - gap / depth where that is above 0, over its sum along the strip. A strip that reaches nothing
     goes to the two lines beside the patch's own position."""
@@ -49,4 +49,4 @@ def reach_of(contacts: PassContacts, scene: Scene, crossing: AnyCrossing, datum:
     weight = np.maximum(1 - over / depth_of_patch(contacts)[:, None, None], 0.0)
     own = np.maximum(1 - np.abs(along) / dx, 0.0)[:, :, None]
     weight = np.where(weight.sum(axis=1, keepdims=True) > 0, weight, own)
-    return Reach(first, weight / weight.sum(axis=1, keepdims=True))
+    return ReachedLines(first, weight / weight.sum(axis=1, keepdims=True))

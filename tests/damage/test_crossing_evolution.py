@@ -232,7 +232,7 @@ def test_a_killed_study_of_a_crossing_goes_on_where_it_was(tmp_path, monkeypatch
 
 
 def test_a_state_of_another_definition_is_refused_in_a_sentence(tmp_path, monkeypatch):
-    """A study begun when friction work was first order where slip begins is not gone on with."""
+    """A study begun when a cell had the k of its centre is not gone on with."""
     path, out = small_case(tmp_path), tmp_path / "out"
     mark = study.study_mark
     older = lambda *arguments: {k: v for k, v in mark(*arguments).items() if k != "definition"} | {"version": 4}
@@ -241,7 +241,7 @@ def test_a_state_of_another_definition_is_refused_in_a_sentence(tmp_path, monkey
     monkeypatch.setattr(study, "study_mark", mark)
     answer = call(path, "--passes", "0", "--out", out, "--restart")
     assert answer.exit_code == 2 and "holds another case" in answer.output
-    assert "definition: None there, friction work is second order in the cell" in answer.output
+    assert f"definition: None there, {study.DEFINITION[:40]}" in answer.output
 
 
 def test_numerics_that_a_case_leaves_out_belong_to_the_study_as_those_that_it_gives(tmp_path):
