@@ -89,7 +89,7 @@ def _maps(figure: Figure, axes: list[Axes], bars: list[Axes], point: RollingPoin
     patch, field = point.patch, np.sign(point.outwards[-1] - point.outwards[0])
     x, y = patch.grid.x * MM, patch.grid.y * MM * field
     edge, inside = abs(y).max(), patch.pressure > 0
-    traction = patch.traction * MPA
+    traction = np.asarray(patch.traction, float) * MPA
     size = np.hypot(traction[..., 0], traction[..., 1])
     rows = (
         (patch.pressure * MPA, "viridis", "pressure [MPa]"),
