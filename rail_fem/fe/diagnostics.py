@@ -78,15 +78,19 @@ def penetration(rows: np.ndarray) -> tuple[float, float]:
 
 def deforming_share(run: Run, history: dict[str, np.ndarray], settled: float) -> tuple[float, float]:
     """Kinetic energy of deformation over internal energy after settling: mean of the one over mean of the other, and
-    their largest ratio at one moment; NaN without rows. What is quasi-static has little of it."""
+    largest over largest; NaN without rows. What is quasi-static has little of it.
+
+    Internal energy is counted from 0 or its lowest: steel that an earlier pass has left under stress gives some back.
+    """
     after = history["time"] > settled
     moving, internal = (
         np.array(run.recorder.deforming)[after],
         (history["energy_elastic"] + history["energy_plastic"])[after] if after.any() else np.empty(0),
     )
+    internal = internal - internal.min(initial=0.0)
     if not len(moving) or not internal.mean() > 0:
         return float("nan"), float("nan")
-    return float(moving.mean() / internal.mean()), float((moving / np.maximum(internal, 1e-300)).max())
+    return float(moving.mean() / internal.mean()), float(moving.max() / internal.max())
 
 
 def zone_hourglass(run: Run) -> float:

@@ -257,7 +257,10 @@ def _scaling_rows(scaling: MassScaling, mean: float, largest: float) -> list[Tru
         if scaling.factor > 1
         else "0 %: no mass scaling"
     )
-    share, limit = f"{mean:.2%} of the internal energy in the mean, {largest:.2%} at most", LIMITS[DEFORMING].warn
+    share, limit = (
+        f"{mean:.2%} of the internal energy in the mean, largest over largest {largest:.2%}",
+        LIMITS[DEFORMING].warn,
+    )
     if scaling.factor > 1 and mean > limit:
         share += f"; it falls with the factor: take mass_scaling = {max(1.0, scaling.factor * limit / mean):.2g}"
     return [

@@ -2,11 +2,12 @@
 is really there."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from rail_fem.fe.diagnostics import penetration
+from rail_fem.fe.diagnostics import deforming_share, penetration
 from rail_fem.fe.mass_scaling import MassScaling
 from rail_fem.fe.trust import BAD, GOOD, LIMITS, WARN, _static_row, judged, report_rows
 from rail_fem.output.history import complete_history
@@ -133,6 +134,16 @@ def test_penetration_is_weighted_by_the_force():
     rows = np.array([[2e-6, 1e5 * 1e-6, 1e5], [9e-6, 3e5 * 4e-6, 3e5], [0.0, 0.0, 0.0]])
     assert penetration(rows) == pytest.approx((9e-6, 3.25e-6), rel=1e-12)
     assert np.isnan(penetration(np.zeros((2, 3)))).all() and np.isnan(penetration(np.zeros((0, 3)))).all()
+
+
+def test_steel_that_gives_back_what_an_earlier_pass_left_in_it_has_a_share_of_deformation():
+    """Internal energy counted from its lowest: 30 J given back, then 30 J taken up, with 0.3 J in motion."""
+    run = SimpleNamespace(recorder=SimpleNamespace(deforming=[9.0, 0.0, 0.3, 0.3]))  # the first row is settling
+    time, elastic = np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, -30.0, 0.0, 30.0])
+    history = {"time": time, "energy_elastic": elastic, "energy_plastic": np.zeros(4)}
+    assert deforming_share(run, history, 0.5) == pytest.approx((0.2 / 30, 0.3 / 60), rel=1e-12)
+    history["energy_elastic"] = np.array([0.0, 10.0, 20.0, 30.0])  # a first pass: as it is
+    assert deforming_share(run, history, 0.5) == pytest.approx((0.2 / 20, 0.3 / 30), rel=1e-12)
 
 
 def test_the_static_row_says_where_there_is_nothing_to_judge():
