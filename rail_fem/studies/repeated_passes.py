@@ -2,7 +2,7 @@
 
     rail-fem run cases/repeated_passes.toml --out runs/cyclic
     rail-fem run isotropic.toml --out runs/isotropic            the same without the tables "cyclic"
-    rail-fem study repeated-passes runs/isotropic runs/cyclic --out passes
+    rail-fem study repeated-passes runs/isotropic runs/cyclic --out passes      --part leg, wing: in place of the nose
 
 What a pass adds to the integral of the plastic strain falls from pass to pass by a factor; were this factor of the last
 three passes to last, all further passes together would add what a geometric series does. Where it grows towards 1
@@ -24,7 +24,7 @@ from rail_fem.show.style import CURVES, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 
 LAST = 3  # passes over which the factor is taken
-BODY = "nose"
+PARTS = {"leg": "wing", "wing": "wing", "nose": "nose"}  # part of a crossing -> body whose steel it is of
 
 
 def column(result: PassResult, name: str) -> np.ndarray:
@@ -32,9 +32,9 @@ def column(result: PassResult, name: str) -> np.ndarray:
     return np.array([report.get(name, NAN) for report in result.passes])
 
 
-def added(result: PassResult, body: str = BODY) -> np.ndarray:
+def added(result: PassResult, part: str = "nose") -> np.ndarray:
     """(passes,) of the integral of the plastic strain that each pass adds [m3]."""
-    return np.diff(column(result, f"integral_{body}"), prepend=0.0)
+    return np.diff(column(result, f"integral_{part}"), prepend=0.0)
 
 
 def factors(growth: np.ndarray) -> tuple[float, float]:
@@ -43,22 +43,22 @@ def factors(growth: np.ndarray) -> tuple[float, float]:
     return float(mean(len(growth) - 1)), float(mean(len(growth) - 1 - LAST))
 
 
-def steel_of(result: PassResult, body: str = BODY) -> str:
+def steel_of(result: PassResult, part: str = "nose") -> str:
     """The steel's law in a few words."""
-    material = getattr(result.scene.materials, body)
+    material = getattr(result.scene.materials, PARTS[part])
     if material.cyclic is None:
         return f"{material.grade}, {material.steel().hardening} hardening"
     mixing = " to ".join(f"{value:g}" for value in sorted({*material.steel().cyclic.mixing}))
     return f"{material.grade}, {len(material.cyclic.modulus)} back stresses, mixing {mixing}"
 
 
-def falls(folder: Path, result: PassResult, body: str = BODY) -> np.ndarray:
+def falls(folder: Path, result: PassResult, part: str = "nose") -> np.ndarray:
     """(passes,) largest fall of the running surface after each pass [m], NaN where its folder is not there."""
     out = np.full(len(result.passes), np.nan)
     for k in range(len(out)):
         own = folder if k == len(out) - 1 else folder / f"pass_{k + 1:04d}"
         metal = load(own).metal if (own / "result.json").is_file() else {}
-        fall = metal.get(body, {}).get("surface", {}).get("fall", [])
+        fall = metal.get(part, {}).get("surface", {}).get("fall", [])
         out[k] = max(fall, default=np.nan)
     return out
 
@@ -74,55 +74,75 @@ def read(folders: list[Path]) -> list[PassResult]:
     return results
 
 
-def table(results: list[PassResult], fallen: list[np.ndarray]) -> str:
+def table(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose") -> str:
     """Markdown: what each pass did, and how the growth falls. fallen : of each run, see `falls`."""
     rows = []
     for result, fall in zip(results, fallen):
-        growth, (last, before) = added(result), factors(added(result))
+        growth, (last, before) = added(result, part), factors(added(result, part))
         rest = f"{1e9 * growth[-1] * last / (1 - last):.0f}" if last < 1 - 1e-6 else "no end"
-        block = column(result, f"block_{BODY}")
+        block, force = column(result, f"block_{part}"), column(result, f"largest_force_{part}")
         rows.append(
-            [steel_of(result), f"{len(growth)}", f"{100 * block[0]:.1f}, {100 * block[-1]:.1f}",
-             ", ".join(f"{1e9 * value:.0f}" for value in growth), f"{before:.2f}, {last:.2f}", rest,
-             ", ".join(f"{1e6 * value:.0f}" for value in fall)]
-        )  # fmt: skip
-    head = ["steel of the nose", "passes", "worst 5 x 5 x 3 mm after the first, last [%]", "added by each [mm3]"]
+            [
+                steel_of(result, part),
+                f"{len(growth)}",
+                ", ".join(f"{value / 1e3:.0f}" for value in force),
+                f"{100 * block[0]:.1f}, {100 * block[-1]:.1f}",
+                ", ".join(f"{1e9 * value:.0f}" for value in growth),
+                f"{before:.2f}, {last:.2f}",
+                rest,
+                ", ".join(f"{1e6 * value:.0f}" for value in fall),
+            ]
+        )
+    head = [
+        f"steel of the {part}",
+        "passes",
+        "largest force on it [kN]",
+        "worst 5 x 5 x 3 mm after the first, last [%]",
+        "added by each [mm3]",
+    ]
     head += ["factor a pass, before and last", "all further passes, were it to last [mm3]", "surface fallen by [um]"]
     return "\n".join(markdown_table(head, rows)) + "\n"
 
 
-def draw(results: list[PassResult], fallen: list[np.ndarray]) -> Figure:
-    """Plastic strain so far, what each pass adds to it, and the fall of the surface, over the number of the pass."""
-    figure = new_figure(4.8)
-    strain, growth, surface = figure.subplots(1, 3)
+def draw(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose") -> Figure:
+    """Force, plastic strain so far, what each pass adds to it, and the fall of the surface, over the number of the
+    pass."""
+    figure = new_figure(8.6)
+    (force, strain), (growth, surface) = figure.subplots(2, 2)
     for result, fall, colour, mark in zip(results, fallen, CURVES, "osv^Dx*"):
-        number, name = np.arange(1, len(result.passes) + 1), steel_of(result)
-        strain.plot(number, 100 * column(result, f"block_{BODY}"), f"{mark}-", color=colour, label=name)
-        growth.plot(number, 1e9 * added(result), f"{mark}-", color=colour)
+        number, name = np.arange(1, len(result.passes) + 1), steel_of(result, part)
+        force.plot(number, column(result, f"largest_force_{part}") / 1e3, f"{mark}-", color=colour)
+        strain.plot(number, 100 * column(result, f"block_{part}"), f"{mark}-", color=colour, label=name)
+        growth.plot(number, 1e9 * added(result, part), f"{mark}-", color=colour)
         surface.plot(number, 1e6 * fall, f"{mark}-", color=colour)
+    force.set(ylabel="largest force [kN]", title=f"on the {part}")
     strain.set(ylabel="PEEQ, mean of 5 x 5 x 3 mm [%]", title="cumulated strain, worst block")
     growth.set(ylabel="integral of PEEQ [mm\u00b3]", title="added by the pass")
     surface.set(ylabel="largest fall [\u00b5m]", title="running surface")
-    for axes in (strain, growth, surface):
+    for axes in (force, strain, growth, surface):
         axes.set(xlabel="pass", ylim=(0, None))
         axes.xaxis.get_major_locator().set_params(integer=True)
     strain.legend(fontsize=10, loc="lower right")
-    figure.suptitle(f"Passes over the same {BODY}")
+    figure.suptitle(f"Passes over the same {part}")
     return figure
 
 
 def main(
     runs: list[Path] = typer.Argument(..., help="folders of finished runs with passes > 1"),
     out: Path = typer.Option(None, help="folder for repeated_passes.md and repeated_passes.png"),
+    part: str = typer.Option("nose", help="of the crossing: " + ", ".join(PARTS)),
 ) -> None:
-    """Wearing in or ratchetting: what each pass adds to the plastic strain of the nose, by the steels of the runs."""
+    """Wearing in or ratchetting: force of each pass and what it adds to the plastic strain of a part of the crossing,
+    by the steels of the runs."""
+    if part not in PARTS:
+        raise ValueError(f"--part {part}: choose from {', '.join(PARTS)}")
     results = read(runs)
-    fallen = [falls(folder, result) for folder, result in zip(runs, results)]
-    text = table(results, fallen)
+    fallen = [falls(folder, result, part) for folder, result in zip(runs, results)]
+    text = table(results, fallen, part)
     print(text, end="")
     if out is not None:
         write_table_and_figure(
-            out / "repeated_passes.md", text, out / "repeated_passes.png", lambda: draw(results, fallen)
+            out / "repeated_passes.md", text, out / "repeated_passes.png", lambda: draw(results, fallen, part)
         )
 
 

@@ -10,11 +10,11 @@ from rail_fem.studies.repeated_passes import added, factors, falls, main, steel_
 from tests.rail_fem.test_scene import CYCLIC, make_scene
 
 
-def made_up(growth, cyclic: bool) -> PassResult:
-    """A run whose passes add so much [mm3] to the nose."""
+def made_up(growth, cyclic: bool, part="nose") -> PassResult:
+    """A run whose passes add so much [mm3] to a part of the crossing."""
     steel = {"grade": "Mn13", "cyclic": CYCLIC} if cyclic else "Mn13"
     reports = [
-        {"integral_nose": 1e-9 * total, "block_nose": 1e-4 * total, "largest_force_nose": 2e5}
+        {f"integral_{part}": 1e-9 * total, f"block_{part}": 1e-4 * total, f"largest_force_{part}": 2e5}
         for total in np.cumsum(growth)
     ]
     time = np.linspace(0, 1e-3, 5)
@@ -40,7 +40,7 @@ def test_steels_are_named_and_single_passes_refused(tmp_path):
     assert steel_of(made_up([1.0], False)) == "Mn13, isotropic hardening"
     made_up([1.0], False).save(tmp_path)
     with pytest.raises(ValueError, match="passes = 2 or more"):
-        main([tmp_path], None)
+        main([tmp_path], None, "nose")
 
 
 def test_the_surface_of_each_pass_is_read_from_its_folder(tmp_path):
@@ -53,6 +53,15 @@ def test_the_surface_of_each_pass_is_read_from_its_folder(tmp_path):
 def test_table_and_figure_are_written(tmp_path):
     for name, cyclic in (("a", False), ("b", True)):
         made_up(300 * 0.8 ** np.arange(8), cyclic).save(tmp_path / name)
-    main([tmp_path / "a", tmp_path / "b"], tmp_path / "out")
+    main([tmp_path / "a", tmp_path / "b"], tmp_path / "out", "nose")
     assert (tmp_path / "out" / "repeated_passes.png").stat().st_size > 10_000
     assert "0.80, 0.80" in (tmp_path / "out" / "repeated_passes.md").read_text()
+
+
+def test_the_leg_is_of_the_wing_rail_s_steel_and_has_numbers_of_its_own():
+    result = made_up(300 * 0.5 ** np.arange(8), True, "leg")  # the cyclic steel is the nose's
+    assert steel_of(result, "leg") == steel_of(result, "wing") != steel_of(result)
+    row = table([result], [np.full(8, 1e-6)], "leg").splitlines()[-1]
+    assert "200, 200" in row and "0.50, 0.50" in row
+    with pytest.raises(ValueError, match="choose from leg, wing, nose"):
+        main([], None, "frog")
