@@ -12,18 +12,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from bem.plane_plastic.section import flat, unflat
-from bem.plastic.hardening import Hardening
+from bem.plastic.hardening import YieldLaw
 from bem.plastic.return_map import PlasticState, advanced, radial_return
 
 
 def capped_return(
-    strains: Sequence[np.ndarray], hardening: Hardening, shear: float
+    strains: Sequence[np.ndarray], hardening: YieldLaw, shear: float
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """strains : per load 2 G elastic strain (3, m) of points, as deviators [Pa]; shear : modulus G [Pa].
 
     Returns per load the deviator of stress (3, m) [Pa] and the equivalent plastic strain (m,).
     """
-    state, stresses, peeqs = PlasticState.virgin((strains[0].shape[1], 3, 1, 1)), [], []
+    state, stresses, peeqs = PlasticState.virgin((strains[0].shape[1], 3, 1, 1), hardening.back_stresses), [], []
     for strain in strains:
         trial = strain.ravel() - 2 * shear * flat(state.strain)
         state = advanced(state, radial_return(unflat(trial), state, hardening, shear), hardening)

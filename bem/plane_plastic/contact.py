@@ -24,7 +24,7 @@ from bem.plane_plastic.increment import Increment, Tangent
 from bem.plane_plastic.influence import OF_STRAIN, strain_of_stress
 from bem.plane_plastic.loading import Step, accepted, reach, section_stress
 from bem.plane_plastic.section import PlasticSection
-from bem.plastic.hardening import Hardening
+from bem.plastic.hardening import YieldLaw
 from bem.plastic.increment import NoEquilibriumError
 
 
@@ -58,7 +58,7 @@ class PlasticContact:
         fixed: Body,
         moving: Body,
         greatest: Control,
-        hardening: Hardening,
+        hardening: YieldLaw,
         region: Region,
         friction: float = 0.0,
         settings: Settings = Settings(),

@@ -16,7 +16,7 @@ from bem.plane.mesh import BoundaryMesh
 from bem.plane_plastic.cells import Cells
 from bem.plane_plastic.increment import Increment, solve_increment
 from bem.plane_plastic.section import PlasticSection, flat
-from bem.plastic.hardening import Hardening, nearly_incompressible
+from bem.plastic.hardening import YieldLaw, nearly_incompressible
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.return_map import advanced
 
@@ -49,7 +49,7 @@ class PlasticBoundaryBody:
         self,
         mesh: BoundaryMesh,
         elastic: Elastic,
-        hardening: Hardening,
+        hardening: YieldLaw,
         conditions: dict[str, Condition],
         cells: Cells,
         memory_limit: float = MEMORY_LIMIT,

@@ -23,7 +23,7 @@ from bem.plane_plastic.influence import (
     strain_by_layers,
     strain_of_stress,
 )
-from bem.plastic.hardening import Hardening
+from bem.plastic.hardening import YieldLaw
 from bem.plastic.return_map import PlasticState
 
 
@@ -56,12 +56,12 @@ class PlasticSection:
     """
 
     def __init__(
-        self, problem: BoundaryProblem, cells: Cells, hardening: Hardening, memory_limit: float = MEMORY_LIMIT
+        self, problem: BoundaryProblem, cells: Cells, hardening: YieldLaw, memory_limit: float = MEMORY_LIMIT
     ) -> None:
         check_inside(cells, problem.mesh)
         self.problem, self.cells, self.hardening, self.memory_limit = problem, cells, hardening, memory_limit
         self.elastic, n = problem.material, 2 * problem.mesh.densities + len(problem.centres)
-        self.state = PlasticState.virgin((cells.count, 3, 1, 1))
+        self.state = PlasticState.virgin((cells.count, 3, 1, 1), hardening.back_stresses)
         self.active, self.position = np.zeros(0, int), np.full(cells.count, -1)
         self.matrix = np.zeros((0, 0))
         self.density, self.shift, self.from_layers = np.zeros((n, 0)), np.zeros((2, 0)), np.zeros((0, n))

@@ -9,7 +9,7 @@ import numpy as np
 from bem.material import Elastic
 from bem.patch import ContactInputError, Grid
 from bem.plastic.deviator import equivalent_stress
-from bem.plastic.hardening import Hardening
+from bem.plastic.hardening import YieldLaw
 from bem.plastic.increment import solve_increment
 from bem.plastic.influence import Cells, StressInfluence
 from bem.plastic.return_map import PlasticState, Returned, advanced
@@ -56,14 +56,14 @@ class PlasticBody:
     """An elastic-plastic half-space below a window of cells.
 
     grid, thickness, layers : the cells; elastic, hardening : the steel
-    state    : plastic strain, back stress, equivalent plastic strain (nz, [5,] nx, ny)
+    state    : plastic strain, back stresses, equivalent plastic strain (nz, [5,] nx, ny)
     residual : (nz, 5, nx, ny) deviator by the plastic strain [Pa]; in the box of cells that have yielded
     surface  : (nx, ny) displacement of the surface by it, positive into the body [m]
     Errors: ContactInputError where the yielding zone leaves the window or the kernels are too large (said before they
     are made).
     """
 
-    def __init__(self, grid: Grid, thickness: float, layers: int, elastic: Elastic, hardening: Hardening) -> None:
+    def __init__(self, grid: Grid, thickness: float, layers: int, elastic: Elastic, hardening: YieldLaw) -> None:
         if not (float(layers).is_integer() and layers >= 2 and np.isfinite(thickness) and thickness > 0):
             raise ContactInputError(
                 f"{layers} layers of {thickness!r} m: give at least two whole ones, of finite depth"
@@ -73,7 +73,7 @@ class PlasticBody:
         self.grid, self.thickness, self.layers = grid, float(thickness), int(layers)
         self.elastic, self.hardening = elastic, hardening
         self.depths = (np.arange(layers) + 0.5) * thickness
-        self.state = PlasticState.virgin((layers, 5, *grid.shape))
+        self.state = PlasticState.virgin((layers, 5, *grid.shape), hardening.back_stresses)
         self.residual = np.zeros((layers, 5, *grid.shape))
         self.surface = np.zeros(grid.shape)
         self.displacement = SurfaceDisplacement(grid, layers, thickness, elastic)
@@ -91,10 +91,8 @@ class PlasticBody:
 
     def look(self, deviator: np.ndarray) -> None:
         """Let the box hold all cells that a load's deviator (nz, 5, nx, ny) would bring to yield."""
-        limit = self.hardening.at(self.state.peeq)
-        if self.hardening.kinematic:
-            limit = self.hardening.first_yield
-        near = equivalent_stress(deviator + self.residual - self.state.back) > _NEARLY * limit
+        limit = self.hardening.size(self.state.peeq)
+        near = equivalent_stress(deviator + self.residual - self.state.centre) > _NEARLY * limit
         near &= equivalent_stress(deviator) > _LOADED * limit  # not what other loads left at its limit
         near[-1] = False  # that it really flows at an end of the window is for `attempt` to find
         if self.grid.ny > 1:

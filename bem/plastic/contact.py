@@ -21,7 +21,7 @@ from bem.material import Elastic, Pair
 from bem.patch import HALF_SPACE, ContactInputError, Cost, Grid, Patch
 from bem.plastic.body import PlasticBody, Trial
 from bem.plastic.deviator import equivalent_stress, stress_of
-from bem.plastic.hardening import Hardening, nearly_incompressible
+from bem.plastic.hardening import YieldLaw, nearly_incompressible
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.mixing import Mixing
 from bem.plastic.return_map import PlasticState
@@ -83,7 +83,7 @@ class PlasticHalfSpace:
         layers: int,
         first: Elastic,
         second: Elastic,
-        hardening: Hardening,
+        hardening: YieldLaw,
         sliding: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         for value in sliding:

@@ -1,12 +1,29 @@
-"""The yield curve: a table of yield stress over equivalent plastic strain, isotropic or kinematic."""
+"""What yielding cells harden by: the yield curve, a table of yield stress over equivalent plastic strain, isotropic or
+kinematic; or a law over many cycles (bem.plastic.nonlinear_kinematic)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from bem.material import Elastic, MaterialError
+
+
+class YieldLaw(Protocol):
+    """What every hardening says: the first yield stress [Pa]; how many back stresses a cell remembers; the size of the
+    yield surface, and the stress of a first loading, at an equivalent plastic strain [Pa]."""
+
+    @property
+    def first_yield(self) -> float: ...
+
+    @property
+    def back_stresses(self) -> int: ...
+
+    def size(self, strain: np.ndarray) -> np.ndarray: ...
+
+    def at(self, strain: np.ndarray) -> np.ndarray: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +73,18 @@ class Hardening:
         """[Pa]"""
         return float(self.stress[0])
 
+    @property
+    def back_stresses(self) -> int:
+        """One, which stays 0 where the surface grows."""
+        return 1
+
     def at(self, strain: np.ndarray) -> np.ndarray:
         """Yield stress [Pa] at an equivalent plastic strain."""
         return np.interp(strain, self.strain, self.stress)
+
+    def size(self, strain: np.ndarray) -> np.ndarray:
+        """Of the yield surface [Pa] at an equivalent plastic strain."""
+        return np.full(np.shape(strain), self.first_yield) if self.kinematic else self.at(strain)
 
 
 def nearly_incompressible(elastic: Elastic) -> tuple[str, ...]:

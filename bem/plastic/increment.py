@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.plastic.hardening import Hardening
+from bem.plastic.hardening import YieldLaw
 from bem.plastic.influence import StressInfluence
 from bem.plastic.return_map import PlasticState, Returned, radial_return
 
@@ -44,7 +44,7 @@ def solve_increment(
     influence: StressInfluence,
     held: np.ndarray,
     state: PlasticState,
-    hardening: Hardening,
+    hardening: YieldLaw,
     start: np.ndarray | None = None,
     tolerance: float = 1e-6,
     consistent: bool = True,

@@ -5,6 +5,9 @@ d(2 G plastic strain)/d s = m_n N x N + m_t (I - N x N), m_n = 1 / (1 + H / 3 G)
 Source: Simo and Taylor, Comput. Methods Appl. Mech. Eng. 48 (1985) 101 (the operator theta, theta'), in the form of
 Simo and Hughes, Computational Inelasticity (1998), section 3.3; derived here, held to differences
 (tests/bem/plastic/test_return_map.py). Error: exact for proportional loading, first order in the increment otherwise.
+Of a law over many cycles the increment is a root of one equation, the tangent along N that of the root with N held;
+what the recovery of back stresses adds across N is left out, so that the tangent is symmetric and Newton's method a
+little slower.
 """
 
 from __future__ import annotations
@@ -13,22 +16,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.plastic.hardening import Hardening
+from bem.plastic.hardening import Hardening, YieldLaw
+from bem.plastic.nonlinear_kinematic import NonlinearKinematic, constants_of, return_nonlinear
 from kernel_cache import njit
 
 
 @dataclass
 class PlasticState:
-    """strain : (nz, 5, nx, ny) plastic strain; back : the same, back stress [Pa]; peeq : (nz, nx, ny) equivalent
-    plastic strain."""
+    """strain : (nz, 5, nx, ny) plastic strain; back : (nz, 5 m, nx, ny) m back stresses one after another [Pa]; peeq :
+    (nz, nx, ny) equivalent plastic strain."""
 
     strain: np.ndarray
     back: np.ndarray
     peeq: np.ndarray
 
     @classmethod
-    def virgin(cls, shape: tuple[int, int, int, int]) -> PlasticState:
-        return cls(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], *shape[2:])))
+    def virgin(cls, shape: tuple[int, int, int, int], back_stresses: int = 1) -> PlasticState:
+        nz, nc, nx, ny = shape
+        return cls(np.zeros(shape), np.zeros((nz, back_stresses * nc, nx, ny)), np.zeros((nz, nx, ny)))
+
+    @property
+    def centre(self) -> np.ndarray:
+        """(nz, 5, nx, ny) of the yield surface, the sum of the back stresses [Pa]."""
+        nz, nc, nx, ny = self.strain.shape
+        return self.back.reshape(nz, -1, nc, nx, ny).sum(axis=1)
 
     def part(self, x: slice, y: slice, z: slice) -> PlasticState:
         """Views of a box of the cells."""
@@ -55,9 +66,17 @@ class Returned:
         return across[:, None] * field + normal[:, None] * self.direction
 
 
-def radial_return(trial: np.ndarray, state: PlasticState, hardening: Hardening, shear: float) -> Returned:
+def radial_return(trial: np.ndarray, state: PlasticState, hardening: YieldLaw, shear: float) -> Returned:
     """trial : (nz, 5, nx, ny) deviator with the plastic strain of `state` held [Pa]. Pure."""
     found = Returned(*(np.zeros(trial.shape) for _ in range(2)), *(np.zeros(state.peeq.shape) for _ in range(2)))
+    if isinstance(hardening, NonlinearKinematic):
+        return_nonlinear(
+            trial, state.back, state.peeq, constants_of(hardening), shear, found.increment, found.direction,
+            found.along, found.across,
+        )  # fmt: skip
+        return found
+    if not isinstance(hardening, Hardening):
+        raise TypeError(f"hardening is a {type(hardening).__name__}: give a Hardening or a NonlinearKinematic")
     _return(
         trial, state.back, state.peeq, hardening.strain, hardening.stress, hardening.kinematic, shear, found.increment,
         found.direction, found.along, found.across,
@@ -65,11 +84,13 @@ def radial_return(trial: np.ndarray, state: PlasticState, hardening: Hardening, 
     return found
 
 
-def advanced(state: PlasticState, found: Returned, hardening: Hardening) -> PlasticState:
+def advanced(state: PlasticState, found: Returned, hardening: YieldLaw) -> PlasticState:
     """The state after an increment."""
     grown = np.sqrt(2 / 3 * np.einsum("kc...,kc...->k...", found.increment, found.increment))
     peeq, back = state.peeq + grown, state.back
-    if hardening.kinematic:
+    if isinstance(hardening, NonlinearKinematic):
+        back = hardening.moved(back, found.direction, grown)
+    elif isinstance(hardening, Hardening) and hardening.kinematic:
         rise = np.sqrt(2 / 3) * (hardening.at(peeq) - hardening.at(state.peeq))
         back = back + rise[:, None] * found.direction
     return PlasticState(state.strain + found.increment, back, peeq)

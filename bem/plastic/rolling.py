@@ -43,7 +43,7 @@ class PlasticTrack:
             raise ContactInputError(f"reach of {reach} columns on a ring of {columns}: give at most half the ring")
         self.body, self.columns, self.reach, self.periodic = body, int(columns), int(reach), periodic
         ny, nz = body.grid.ny, body.layers
-        self.state = PlasticState.virgin((nz, 5, columns, ny))
+        self.state = PlasticState.virgin((nz, 5, columns, ny), body.hardening.back_stresses)
         self.residual = np.zeros((nz, 5, columns, ny))
         self.surface = np.zeros((columns, ny))
         self._known: Box | None = None

@@ -16,7 +16,7 @@ from bem.material import STEEL
 from bem.patch import Grid
 from bem.plastic.body import PlasticBody
 from bem.plastic.deviator import FROM_DEVIATOR, equivalent_stress
-from bem.plastic.hardening import Hardening
+from bem.plastic.hardening import Hardening, YieldLaw
 from bem.plastic.rolling import PlasticTrack, repeat_passes
 from bem.plastic.surface import LoadStress
 
@@ -27,18 +27,18 @@ ORTHOGONAL = 4  # xz in the order of stress components
 
 
 def rolling_line(
-    ratio: float, cells: int, depth: float = 3.2, ring: int = 8, hardening: Hardening | None = None
+    ratio: float, cells: int, depth: float = 3.2, ring: int = 8, hardening: YieldLaw | None = None, window: int = 3
 ) -> tuple[PlasticTrack, np.ndarray]:
     """A ring of `ring` half-widths (1 m), in so many cells per half-width, and the deviator (nz, 5, nx, 1) [Pa] of
-    Hertz' pressure p0 = ratio k over a window of three half-widths; depth : of the cells over the half-width."""
-    side, nx = 1.0 / cells, 3 * cells
+    Hertz' pressure p0 = ratio k over a window of so many half-widths; depth : of the cells over the half-width."""
+    side, nx = 1.0 / cells, window * cells
     grid = Grid.over((-nx / 2 * side, nx / 2 * side), (-200.0, 200.0), nx, 1)
     body = PlasticBody(grid, side, int(depth * cells), STEEL, hardening or Hardening.linear(YIELD))
     edges = np.clip(np.append(grid.x - side / 2, grid.x[-1] + side / 2), -1, 1)
     whole = (edges * np.sqrt(1 - edges**2) + np.arcsin(edges)) / 2
     pressure = ratio * SHEAR_YIELD * np.diff(whole) / side
     deviator, _ = LoadStress(grid, body.depths, STEEL.poisson)((pressure[:, None],))
-    return PlasticTrack(body, ring * cells, 3 * cells, periodic=True), deviator
+    return PlasticTrack(body, ring * cells, min(window, ring // 2) * cells, periodic=True), deviator
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from scipy.linalg import solve_banded
 from bem.material import Elastic
 from bem.plane_plastic.influence import OF_STRAIN, TO_PLANE
 from bem.plane_plastic.section import flat, unflat
-from bem.plastic.hardening import Hardening
+from bem.plastic.hardening import YieldLaw
 from bem.plastic.return_map import PlasticState, advanced, radial_return
 
 
@@ -31,13 +31,13 @@ class RadialState:
 
 
 def radial_ring(
-    inner: float, outer: float, elastic: Elastic, hardening: Hardening, pressures: np.ndarray, count: int = 800
+    inner: float, outer: float, elastic: Elastic, hardening: YieldLaw, pressures: np.ndarray, count: int = 800
 ) -> list[RadialState]:
     """The states after each internal pressure [Pa] of a sequence."""
     nodes = np.linspace(inner, outer, count + 1)
     length, r = np.diff(nodes), (nodes[1:] + nodes[:-1]) / 2
     shear, bulk = elastic.shear, elastic.young / (3 * (1 - 2 * elastic.poisson))
-    state, u, states = PlasticState.virgin((count, 3, 1, 1)), np.zeros(count + 1), []
+    state, u, states = PlasticState.virgin((count, 3, 1, 1), hardening.back_stresses), np.zeros(count + 1), []
     slope = np.stack([np.stack([-1 / length, 1 / length]), np.stack([0.5 / r, 0.5 / r])])  # (strain, end, element)
     for pressure in pressures:
         for _ in range(40):

@@ -7,6 +7,7 @@ from rail_fem.scene.crossing import CAST
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.steel import FROM_MEMORY
 from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.plastic import BemPlasticSettings
 
 COMPARED_RATIOS = 9.25, 10.75  # between which the parametric crossing was held against anything
 ELEMENTS_ACROSS_PATCH = 6
@@ -27,10 +28,15 @@ def case_warnings(scene: Scene, settings: Frozen) -> list[str]:
     if isinstance(settings, FeSettings):
         return warnings + fe_warnings(scene, settings) + window_warnings(scene, settings)
     cyclic = [part for part in ("wing", "nose") if getattr(scene.materials, part).cyclic is not None]
-    if cyclic:
+    if cyclic and isinstance(settings, BemPlasticSettings):
         warnings.append(
-            f"steel of the {' and '.join(cyclic)}: only the explicit models follow its law over cycles, this one takes"
-            " its first loading as an isotropic curve"
+            f"steel of the {' and '.join(cyclic)}: plastic strain follows its law over cycles, the indentation that the"
+            " forces feel its first loading as an isotropic curve"
+        )
+    elif cyclic:
+        warnings.append(
+            f"steel of the {' and '.join(cyclic)}: only bem_plastic and the explicit models follow its law over cycles,"
+            " this one takes its first loading as an isotropic curve"
         )
     return warnings
 

@@ -17,7 +17,7 @@ from bem.material import Elastic
 from bem.patch import ContactInputError, Grid
 from bem.plastic.contact import PlasticHalfSpace
 from bem.plastic.deviator import stress_of
-from bem.plastic.hardening import Hardening
+from bem.plastic.hardening import YieldLaw
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.rolling import PlasticTrack, agree_on
 from rail_fem.light.contact_pairs import ContactPair
@@ -102,7 +102,7 @@ class Flow:
 def roll_along(
     stations: list[Station],
     steels: tuple[Elastic, Elastic],
-    hardening: Hardening,
+    hardening: YieldLaw,
     cell: tuple[float, float],
     agreement: float,
     report: Callable[[float], None] = lambda share: None,

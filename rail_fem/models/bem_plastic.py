@@ -17,7 +17,8 @@ import numpy as np
 
 from bem.material import Elastic
 from bem.plastic.contact import LARGE_STRAIN, pressure_warnings
-from bem.plastic.hardening import Hardening
+from bem.plastic.hardening import Hardening, YieldLaw
+from bem.plastic.nonlinear_kinematic import NonlinearKinematic
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_pairs import crossing_surface
 from rail_fem.light.contact_table import ContactTable, TableKey, contact_table, patch_sizes, table_key
@@ -159,8 +160,13 @@ def stations_of(
     return stations
 
 
-def hardening_of(steel: Steel, kinematic: bool) -> Hardening:
-    """The yield curve of a steel as bem.plastic takes it."""
+def hardening_of(steel: Steel, kinematic: bool) -> YieldLaw:
+    """The yield curve of a steel, or its law over many cycles, as bem.plastic takes it."""
+    if steel.cyclic is not None:
+        law = steel.cyclic
+        return NonlinearKinematic(
+            law.yield_stress, law.modulus, law.recovery, law.mixing, law.hardening, law.hardening_rate
+        )
     return Hardening(steel.hardening_strain, steel.hardening_stress, kinematic or steel.hardening == "kinematic")
 
 

@@ -22,7 +22,8 @@ class BemPlasticSettings(IndentationSettings):
         float, Quantity("", 1e-6, 1e-1, "change of the surface over the approach at which pressure and flow agree")
     ] = 2e-3
     kinematic: bool = Field(
-        False, description="kinematic hardening whatever the steel says; off: as the steel's curve is declared"
+        False,
+        description="kinematic hardening whatever a steel's curve says; off: as declared; a cyclic law has its own",
     )
     error_estimate: bool = Field(True, description="roll once more on cells of twice the side, for the error estimate")
 

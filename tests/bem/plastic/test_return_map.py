@@ -5,6 +5,7 @@ import pytest
 
 from bem.material import MaterialError
 from bem.plastic.hardening import Hardening
+from bem.plastic.nonlinear_kinematic import NonlinearKinematic
 from bem.plastic.return_map import PlasticState, advanced, radial_return
 
 SHEAR = 80e9
@@ -53,6 +54,38 @@ def test_kinematic_hardening_yields_early_when_the_load_turns_round():
         assert state.peeq[0, 0, 0] == pytest.approx(growth)
         for share, yields in ((0.999, False), (1.001, True)):
             assert (radial_return(-share * limit * one, state, curve, SHEAR).along > 0).any() == yields
+
+
+def test_the_tangent_of_a_cyclic_law_is_the_derivative_along_the_flow():
+    """Recovery across the flow is left out of the tangent, so that along it alone can be met."""
+    law = NonlinearKinematic(300e6, [100e9, 20e9], [2000.0, 300.0], [1.0, 0.2], 80e6, 20.0)
+    state = PlasticState.virgin(SHAPE, law.back_stresses)
+    for seed in (1, 2):
+        state = advanced(state, radial_return(random_trial(seed), state, law, SHEAR), law)
+    trial = random_trial(3)
+    found = radial_return(trial, state, law, SHEAR)
+    change = 1e3 * found.direction
+    ahead, behind = (radial_return(trial + s * change, state, law, SHEAR).increment for s in (1, -1))
+    rate = np.einsum("kc...,kc...->k...", 2 * SHEAR * (ahead - behind) / 2, found.direction)
+    assert (found.along > 0).all()
+    assert np.abs(rate / (1e3 * found.along) - 1).max() < 0.01  # the normal turns a little with the recovery
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"yield_stress": 0.0}, "yield_stress is 0.0"),
+        ({"modulus": [1e9]}, "1 moduli, 2 recoveries"),
+        ({"recovery": [-1.0, 2.0]}, "recovery 1 is -1.0"),
+        ({"mixing": [0.5, 1.5]}, "mixing 2 is 1.5"),
+        ({"modulus": [np.nan, 1e9]}, "modulus 1 is nan"),
+        ({"hardening": -250e6, "hardening_rate": 300.0}, "first loading falls"),
+    ],
+)
+def test_impossible_cyclic_laws_are_refused_with_a_reason(changed, words):
+    right = {"yield_stress": 300e6, "modulus": [20e9, 3e9], "recovery": [300.0, 20.0]}
+    with pytest.raises(MaterialError, match=words):
+        NonlinearKinematic(**right | changed)
 
 
 @pytest.mark.parametrize(
