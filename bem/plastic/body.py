@@ -59,6 +59,8 @@ class PlasticBody:
     state    : plastic strain, back stresses, equivalent plastic strain (nz, [5,] nx, ny)
     residual : (nz, 5, nx, ny) deviator by the plastic strain [Pa]; in the box of cells that have yielded
     surface  : (nx, ny) displacement of the surface by it, positive into the body [m]
+    faint    : part of the largest plastic strain by which a cell at the window's edge may grow in a step: steel that
+        other loads left at its limit gives way a little where none is now
     Errors: ContactInputError where the yielding zone leaves the window or the kernels are too large (said before they
     are made).
     """
@@ -75,7 +77,7 @@ class PlasticBody:
         self.depths = (np.arange(layers) + 0.5) * thickness
         self.state = PlasticState.virgin((layers, 5, *grid.shape), hardening.back_stresses)
         self.residual = np.zeros((layers, 5, *grid.shape))
-        self.surface = np.zeros(grid.shape)
+        self.surface, self.faint = np.zeros(grid.shape), 0.0
         self.displacement = SurfaceDisplacement(grid, layers, thickness, elastic)
         self.box: Box | None = None
         self._influences: dict[Cells, StressInfluence] = {}
@@ -98,7 +100,7 @@ class PlasticBody:
         if self.grid.ny > 1:
             near[:, :, [0, -1]] = False
         near[:, [0, -1]] = False
-        self._cover(near, refuse=False)
+        self._cover(near)
 
     def attempt(self, deviator: np.ndarray, before: Trial | None, tolerance: float = 1e-6) -> Trial | None:
         """Plastic strain under a load's deviator (layers of the box or more); None where nothing yields."""
@@ -113,9 +115,12 @@ class PlasticBody:
                 influence, box.of(deviator) + box.of(self.residual), self.part(box), self.hardening, start, tolerance
             )
             products += found.products
-            flowing = np.zeros(self.state.peeq.shape, bool)
-            flowing[: box.layers, box.x, box.y] = found.returned.along > 0
-            if not self._cover(flowing) or len(deviator) < self.box.layers:
+            grown = np.zeros(self.state.peeq.shape)
+            grown[: box.layers, box.x, box.y] = np.linalg.norm(found.returned.increment, axis=1)
+            faint = self.faint * max(float(grown.max()), float(self.state.peeq.max()))
+            if (grown > faint).any():
+                self._refuse_at_edge(_ranges(grown > faint))
+            if not self._cover(grown > 0) or len(deviator) < self.box.layers:
                 return Trial(box, found.returned, found.interaction, products)
 
     def part(self, box: Box) -> PlasticState:
@@ -151,13 +156,11 @@ class PlasticBody:
             )
         return mean
 
-    def _cover(self, zone: np.ndarray, refuse: bool = True) -> bool:
+    def _cover(self, zone: np.ndarray) -> bool:
         """Let the box hold a zone (nz, nx, ny) with its margin; whether it grew."""
         if not zone.any():
             return False
-        ranges = [np.flatnonzero(zone.any(axis=axes)) for axes in ((0, 2), (0, 1), (1, 2))]
-        if refuse:
-            self._refuse_at_edge(ranges)
+        ranges = _ranges(zone)
         margin = [max(MARGIN, int(r[-1] - r[0]) // _SHARE) for r in ranges]
         low = [max(r[0] - m, 0) for r, m in zip(ranges[:2], margin)]
         high = [min(r[-1] + 1 + m, n) for r, m, n in zip(ranges, margin, (*self.grid.shape, self.layers))]
@@ -172,7 +175,7 @@ class PlasticBody:
             low = [min(low[0], old.x.start), min(low[1], old.y.start)]
             high = [max(high[0], old.x.stop), max(high[1], old.y.stop), max(high[2], old.layers)]
         self.box = Box(slice(low[0], high[0]), slice(low[1], high[1]), high[2])
-        return True
+        return self.box != old
 
     def _refuse_at_edge(self, ranges: list[np.ndarray]) -> None:
         for name, cells, count in zip(("x", "y"), ranges, self.grid.shape):
@@ -186,3 +189,8 @@ class PlasticBody:
                 f"the plastic zone reaches the deepest layer, {self.depths[-1] * 1e3:.3g} mm: give more layers than"
                 f" {self.layers}, or thicker ones"
             )
+
+
+def _ranges(zone: np.ndarray) -> list[np.ndarray]:
+    """Columns, rows and layers that a zone (nz, nx, ny) of cells has a part of."""
+    return [np.flatnonzero(zone.any(axis=axes)) for axes in ((0, 2), (0, 1), (1, 2))]

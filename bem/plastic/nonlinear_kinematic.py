@@ -101,7 +101,7 @@ class NonlinearKinematic:
             part /= 1 + mu * gamma * grown[:, None]
             if gamma > 0:
                 size = np.sqrt(1.5 * np.einsum("kc...,kc...->k...", part, part))
-                part *= np.minimum(1.0, c / gamma / np.maximum(size, 1e-300))[:, None]
+                part *= (c / np.maximum(gamma * size, c))[:, None]
             parts[:, i] = np.where(grown[:, None] > 0, part, parts[:, i])
         return parts.reshape(back.shape)
 

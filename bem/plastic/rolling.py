@@ -85,6 +85,25 @@ class PlasticTrack:
         self.state.peeq[:, at] = body.state.peeq
         self._feel(box, trial.returned.increment, self.column + box.x.start)
 
+    def remembered(self) -> dict[str, np.ndarray]:
+        """All that a later step depends on, to be kept in a file while no step is being solved."""
+        boxes = {"box": self.body.box, "known": self._known}
+        return {
+            "strain": self.state.strain, "back": self.state.back, "peeq": self.state.peeq, "residual": self.residual,
+            "surface": self.surface, **{name: _numbers(box) for name, box in boxes.items()},
+        }  # fmt: skip
+
+    def recall(self, kept: dict[str, np.ndarray]) -> None:
+        """Take up what `remembered` of a track of the same cells has told."""
+        own = self.remembered()
+        wrong = [name for name in own if name in kept and own[name].ndim > 1 and own[name].shape != kept[name].shape]
+        if wrong or own.keys() - kept.keys():
+            raise ContactInputError(f"track: {', '.join(wrong) or 'arrays'} of another track or missing")
+        self.state = PlasticState(kept["strain"], kept["back"], kept["peeq"])
+        self.residual, self.surface = kept["residual"], kept["surface"]
+        self.body.box, self._known = _box(kept["box"]), _box(kept["known"])
+        self.stand(0)
+
     @property
     def known(self) -> Box | None:
         """Layers and cells across in which `residual` is known; None where nothing has yielded."""
@@ -172,6 +191,18 @@ class PlasticTrack:
                 increment = np.zeros((box.layers, 5, width, part.shape[3]))
                 increment[:, :, : part.shape[2]] = part
                 yield first, increment
+
+
+def _numbers(box: Box | None) -> np.ndarray:
+    """A box as (5,) numbers, none as (0,)."""
+    return np.array([] if box is None else [box.x.start, box.x.stop, box.y.start, box.y.stop, box.layers], int)
+
+
+def _box(numbers: np.ndarray) -> Box | None:
+    if not len(numbers):
+        return None
+    x0, x1, y0, y1, layers = (int(n) for n in numbers)
+    return Box(slice(x0, x1), slice(y0, y1), layers)
 
 
 @dataclass

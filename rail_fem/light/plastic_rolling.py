@@ -8,7 +8,7 @@ is solved with the plastic strain under the force that the pass found. No fricti
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, field, replace
 
 import numpy as np
 from scipy import ndimage
@@ -21,6 +21,7 @@ from bem.plastic.hardening import YieldLaw
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.rolling import PlasticTrack, agree_on
 from rail_fem.light.contact_pairs import ContactPair
+from rail_fem.light.repeated_wheels import AT_REST, Wheels
 from rail_fem.output.parts import CrossingPart
 from rail_fem.output.plastic_zone import BLOCK
 
@@ -30,6 +31,7 @@ BESIDE, BELOW = 0.95, 1.1  # half window and depth over the depth to which the f
 REACH = 2.0  # stretch ahead and behind in which a step is felt, over the depth of the cells
 MOST_TRIES = 4
 GROW = 1.35  # of window or depth where the plastic zone reaches its end
+FAINT = 1e-3  # of the largest plastic strain, by which steel behind and ahead may give way after the first wheel
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,7 @@ class Flow:
     stations : what each station came to
     fall : of the body's own surface below the tangent plane at the worst point, one depth of the zone beside it, over
         that depth; NaN where nothing has yielded or no surface is left there
+    grown : most plastic strain that each wheel that was rolled has added to a cell; reports : what was told after each
     """
 
     x: np.ndarray
@@ -81,6 +84,8 @@ class Flow:
     edge: np.ndarray
     stations: list[SolvedStation]
     fall: float = np.nan
+    grown: list[float] = field(default_factory=list)
+    reports: list[dict[str, float]] = field(default_factory=list)
 
     @property
     def edge_distance(self) -> float:
@@ -106,21 +111,23 @@ def roll_along(
     cell: tuple[float, float],
     agreement: float,
     report: Callable[[float], None] = lambda share: None,
+    wheels: Wheels = Wheels(),
 ) -> Flow:
     """Roll over a body from station to station; steels : wheel, body; cell : length along the track, side across and in
-    depth [m].
+    depth [m]; wheels : how often, no more once the steel is at rest.
 
     The strip and its depth grow, and the rolling begins anew, where the plastic zone reaches their end.
-    Errors: ContactInputError, NoEquilibriumError, with the position.
+    Errors: ContactInputError, NoEquilibriumError, with the position; SealError of a file to go on from.
     """
-    widen, deepen = 1.0, 1.0
+    kept = wheels.kept()
+    widen, deepen = kept[1]["size"] if kept else (1.0, 1.0)
     for attempt in range(MOST_TRIES):
         try:
-            return _roll(stations, steels, hardening, cell, agreement, widen, deepen, report)
+            return _roll(stations, steels, hardening, cell, agreement, (widen, deepen), report, wheels, kept)
         except _ZoneAtEnd as reached:
             if attempt == MOST_TRIES - 1:
                 raise ContactInputError(str(reached)) from None
-            widen, deepen = widen * (1 if reached.deep else GROW), deepen * (GROW if reached.deep else 1)
+            widen, deepen, kept = widen * (1 if reached.deep else GROW), deepen * (GROW if reached.deep else 1), None
     raise AssertionError("unreachable")
 
 
@@ -137,8 +144,8 @@ class _ZoneAtEnd(Exception):
         self.deep = "deepest layer" in words
 
 
-def _roll(stations, steels, hardening, cell, agreement, widen, deepen, report) -> Flow:
-    length, side = cell
+def _roll(stations, steels, hardening, cell, agreement, size, report, wheels: Wheels, kept) -> Flow:
+    (length, side), (widen, deepen) = cell, size
     points = np.array([station.pair.point for station in stations])
     zone = point_zone(max(station.force for station in stations), hardening.first_yield)
     axes = np.max([station.semi_axes for station in stations], axis=0)
@@ -152,34 +159,64 @@ def _roll(stations, steels, hardening, cell, agreement, widen, deepen, report) -
     window = Grid(-(nx - 1) / 2 * length, y_low + side / 2, length, side, nx, ny)
     contact = PlasticHalfSpace(window, side, layers, steels[0], steels[1], hardening)
     track = PlasticTrack(contact.body, columns, max(4, int(np.ceil(REACH * layers * side / length))))
-    solved, nowhere, trial = [], np.zeros((columns, ny), bool), None
-    for number, station in enumerate(stations):
-        point, cosine = station.pair.point, station.pair.frame[1, 1]
-        column = int(np.clip(np.rint((point[0] - x_low) / length - nx / 2), 0, track.last))
-        track.stand(column)
-        x = x_low + (column + np.arange(nx) + 0.5) * length - point[0]
-        s = (window.y - point[1]) / cosine
-        gap = station.pair.gap(*np.meshgrid(x, s, indexing="ij"))
-        nowhere[column : column + nx] |= ~np.isfinite(gap)
-        try:
-            agreed = agree_on(track, contact, gap, station.force, agreement, trial)
-        except ContactInputError as fault:
-            raise _ZoneAtEnd(f"{station.pair.label} at x = {point[0] * 1e3:.1f} mm: {fault}") from None
-        except NoEquilibriumError as fault:
-            raise NoEquilibriumError(f"{station.pair.label} at x = {point[0] * 1e3:.1f} mm: {fault}") from None
-        trial = agreed.trial
-        track.accept(trial)
-        pressure = agreed.solution.pressure
-        area = float(np.count_nonzero(pressure) * length * side)
-        reached = float(pressure.max()), float(agreed.solution.approach), contact.pressure_ratio(pressure)
-        solved.append(SolvedStation(float(point[0]), area, *reached))
-        report((number + 1) / len(stations))
+    contact.body.faint = FAINT if wheels.count > 1 else 0.0
+    nowhere = np.zeros((columns, ny), bool)
+
+    def one_wheel(number: int) -> list[SolvedStation]:
+        solved, trial, contact.pressure = [], None, None
+        for done, station in enumerate(stations, 1):
+            point, cosine = station.pair.point, station.pair.frame[1, 1]
+            column = int(np.clip(np.rint((point[0] - x_low) / length - nx / 2), 0, track.last))
+            track.stand(column)
+            x = x_low + (column + np.arange(nx) + 0.5) * length - point[0]
+            s = (window.y - point[1]) / cosine
+            gap = station.pair.gap(*np.meshgrid(x, s, indexing="ij"))
+            nowhere[column : column + nx] |= ~np.isfinite(gap)
+            where = f"{station.pair.label} at x = {point[0] * 1e3:.1f} mm"
+            where += f", wheel {number + 1} of {wheels.count}" if wheels.count > 1 else ""
+            try:
+                agreed = agree_on(track, contact, gap, station.force, agreement, trial)
+            except ContactInputError as fault:
+                raise _ZoneAtEnd(f"{where}: {fault}") from None
+            except NoEquilibriumError as fault:
+                raise NoEquilibriumError(f"{where}: {fault}") from None
+            trial = agreed.trial
+            track.accept(trial)
+            pressure = agreed.solution.pressure
+            area = float(np.count_nonzero(pressure) * length * side)
+            reached = float(pressure.max()), float(agreed.solution.approach), contact.pressure_ratio(pressure)
+            solved.append(SolvedStation(float(point[0]), area, *reached))
+            report((number + done / len(stations)) / wheels.count)
+        if wheels.count > 1:  # the wheel is gone before the next one comes
+            track.accept(agree_on(track, contact, gap, 0.0, agreement, None).trial)
+        return solved
+
     x, y = x_low + (np.arange(columns) + 0.5) * length, window.y
-    edge = ndimage.distance_transform_edt(~nowhere, sampling=cell) if nowhere.any() else np.full(nowhere.shape, np.inf)
-    flow = Flow(
-        x, y, contact.depths, side, length, track.state.peeq, residual_stress(track), track.surface, edge, solved
-    )  # fmt: skip
-    return replace(flow, fall=surface_fall(flow, stations))
+
+    def flow(solved: list[SolvedStation], residual: np.ndarray) -> Flow:
+        edge = np.full(nowhere.shape, np.inf)
+        if nowhere.any():
+            edge = ndimage.distance_transform_edt(~nowhere, sampling=cell)
+        return Flow(x, y, contact.depths, side, length, track.state.peeq, residual, track.surface, edge, solved)
+
+    solved: list[SolvedStation] = []
+    grown: list[float] = []
+    reports: list[dict[str, float]] = []
+    if kept:
+        arrays, told = kept
+        nowhere = arrays["nowhere"]
+        track.recall(arrays)
+        solved, grown, reports = [SolvedStation(*one) for one in told["solved"]], told["grown"], told["reports"]
+    while len(grown) < wheels.count and not (grown and grown[-1] <= AT_REST):
+        before = track.state.peeq.copy()
+        solved = one_wheel(len(grown))
+        grown.append(float((track.state.peeq - before).max()))
+        if wheels.count > 1:
+            reports.append(wheels.tell(flow(solved, np.zeros((*before.shape, 6)))))
+        told = {"size": size, "grown": grown, "reports": reports, "solved": [astuple(one) for one in solved]}
+        wheels.keep(track.remembered() | {"nowhere": nowhere}, told)
+    found = replace(flow(solved, residual_stress(track)), grown=grown, reports=reports)
+    return replace(found, fall=surface_fall(found, stations))
 
 
 def flow_in(part: CrossingPart, flow: Flow, stations: list[Station]) -> Flow | None:

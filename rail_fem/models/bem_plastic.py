@@ -4,7 +4,8 @@ The pass itself (forces, motion, transfer) is that of rigid_hertz with plastic i
 over the true surfaces of wing and nose: at every position the contact is solved on the true gap, changed by what was
 pressed before, together with J2 plasticity below it (bem.plastic). Resolves plastic strain, residual stress, the new
 surface, and plastic patches. The forces do not feel the flow beyond what rigid_hertz' indentation law gives. Blind to
-edges, friction, waves and large strain, which it flags.
+edges, friction, waves and large strain, which it flags. Asked for `passes`, it rolls as many wheels, all under the
+forces of the first, over the steel that the one before has left, and stops where the steel is at rest.
 """
 
 from __future__ import annotations
@@ -26,12 +27,15 @@ from rail_fem.light.pass_result import pass_result, patch_steps, patches_at
 from rail_fem.light.plastic_fields import metal_of, write_archive, write_vtu
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.plastic_rolling import Flow, Station, flow_in, roll_along
+from rail_fem.light.repeated_wheels import AT_REST, Wheels
 from rail_fem.light.validity import Flag, flag, lift_flags
 from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
 from rail_fem.models.bem_passage import pair_of
 from rail_fem.output.clock import working_time
 from rail_fem.output.parts import CrossingPart, parts_between
+from rail_fem.output.quantities import reported
 from rail_fem.output.result import PassResult, Peak
+from rail_fem.output.runfolder import digest, fingerprint
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.plastic import BemPlasticSettings
@@ -46,7 +50,8 @@ def solve(
 ) -> PassResult:
     """One pass. Error: forces as rigid_hertz; plastic strain of about first order in the cell, by twice the side.
 
-    Errors: those of rigid_hertz, ContactInputError, NoEquilibriumError where a force cannot be carried.
+    Errors: those of rigid_hertz, ContactInputError, NoEquilibriumError where a force cannot be carried, SealError of a
+    restart file.
     """
     window = settings.window(scene)
     key, table = table_key(scene, *window, settings.path_spacing), contact_table(scene, *window, settings.path_spacing)
@@ -61,17 +66,27 @@ def solve(
     metal: dict[str, dict] = {}
     bars: dict[str, float] = {}
     flags = lift_flags(lift_offs(run, scene.static_wheel_load))
+    of_case = digest(fingerprint("bem_plastic", scene, settings))
     for b, body in enumerate(BODIES):
         stations = stations_of(key, table, run, b, settings.step, CARRIES * scene.static_wheel_load)
         if not stations or steels[body].is_elastic:
             flags += [flag("elastic", f"{body}: its steel has no yield curve, nothing flows")] if stations else []
             continue
-        flow = _rolled(stations, key, b, steels[body], settings, settings.cell_size, _reporter(progress, b))
-        flows[body], surface, mine = flow, crossing_surface(key.crossing, body), [p for p in parts if p.body == b]
+        surface, mine = crossing_surface(key.crossing, body), [p for p in parts if p.body == b]
+
+        def tell(flow: Flow, mine=mine, stations=stations, surface=surface) -> dict[str, float]:
+            return strain_values(_pieces(mine, flow, stations), surface)
+
+        kept = folder / f"restart_{body}.npz" if folder is not None else None
+        wheels = Wheels(settings.passes, tell, kept, {"case": of_case, "body": body}, restart)
+        flow = _rolled(stations, key, b, steels[body], settings, settings.cell_size, _reporter(progress, b), wheels)
+        flows[body] = flow
+        flags += passes_flags(body, flow, settings.passes)
         found = _pieces(mine, flow, stations)
         left = {name: metal_of(piece, surface) for name, piece in found.items()}
         if settings.error_estimate and left:
-            coarse_flow = _rolled(stations, key, b, steels[body], settings, COARSER * settings.cell_size)
+            twin = Wheels(settings.passes)
+            coarse_flow = _rolled(stations, key, b, steels[body], settings, COARSER * settings.cell_size, wheels=twin)
             there = _pieces(mine, coarse_flow, stations)
             for name in left:
                 bars |= strain_bars(name, left[name], metal_of(there[name], surface) if name in there else {})
@@ -87,7 +102,39 @@ def solve(
     }
     result = pass_result("bem_plastic", scene, settings, table, run, patches, flags, errors, started)
     result = replace(result, metal=metal, error_bars=bars)
+    if settings.passes > 1:
+        result = replace(result, passes=passes_of(result, list(flows.values()), settings.passes))
     return _with_flow(result, flows, pieces, run, folder, key)
+
+
+def strain_values(pieces: dict[str, Flow], surface) -> dict[str, float]:
+    """Plastic strain of leg, wing and nose by the names of rail_fem.output.quantities; surface : z(x, y) [m]."""
+    left = {name: metal_of(piece, surface) for name, piece in pieces.items()}
+    return {f"{name}_{part}": value for part, metal in left.items() for name, value in metal["values"].items()}
+
+
+def passes_of(result: PassResult, flows: list[Flow], count: int) -> tuple[dict[str, float], ...]:
+    """What each wheel reports: the forces of the first, the strain after it; as before once the steel is at rest."""
+    forces = {name: value for name, value in reported(result).items() if not name.endswith(("_wing", "_nose", "_leg"))}
+    forces |= {name: value for name, value in reported(result).items() if name.startswith("largest_force")}
+    told = [{**forces} for _ in range(count)]
+    for flow in flows:
+        for number, report in enumerate(told):
+            report.update(flow.reports[min(number, len(flow.reports) - 1)] if flow.reports else {})
+    return tuple(told)
+
+
+def passes_flags(body: str, flow: Flow, count: int) -> list[Flag]:
+    """What repeated wheels came to: rest, or what the last one added."""
+    if count == 1:
+        return []
+    forces = "; the forces of all are those of the first, which do not feel the changed shape"
+    if flow.grown[-1] <= AT_REST:
+        words = f"at rest after wheel {len(flow.grown)} of {count}: elastic shakedown"
+    else:
+        first, last = flow.grown[0], flow.grown[-1]
+        words = f"wheel {count} still adds up to {last:.2g} of plastic strain to a cell (the first {first:.2g})"
+    return [flag("repeated wheels", f"{body}: {words}{forces}")]
 
 
 def _pieces(parts: list[CrossingPart], flow: Flow, stations: list[Station]) -> dict[str, Flow]:
@@ -178,10 +225,11 @@ def _rolled(
     settings: BemPlasticSettings,
     side: float,
     report: Callable[[float], None] = lambda share: None,
+    wheels: Wheels = Wheels(),
 ) -> Flow:
     elastic = Elastic(*key.steels[2]), Elastic(*key.steels[body])
-    cell = settings.cell_aspect * side, side
-    return roll_along(stations, elastic, hardening_of(steel, settings.kinematic), cell, settings.agreement, report)
+    cell, hardening = (settings.cell_aspect * side, side), hardening_of(steel, settings.kinematic)
+    return roll_along(stations, elastic, hardening, cell, settings.agreement, report, wheels)
 
 
 def _reporter(progress, body: int) -> Callable[[float], None]:

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from rail_fem.scene.scene import Count
 from rail_fem.scene.units import Quantity
 from rail_fem.settings.light import IndentationSettings
 
@@ -25,10 +26,20 @@ class BemPlasticSettings(IndentationSettings):
         False,
         description="kinematic hardening whatever a steel's curve says; off: as declared; a cyclic law has its own",
     )
+    passes: Count = Field(
+        1,
+        ge=1,
+        le=10000,
+        description="wheels one after the other, under the forces of the first, until the steel is at rest",
+    )
     error_estimate: bool = Field(True, description="roll once more on cells of twice the side, for the error estimate")
 
     def smoke(self) -> "BemPlasticSettings":
         """The same path through the program on coarse cells (RAIL_FEM_SMOKE=1)."""
         return self.model_copy(
-            update={"cell_size": max(self.cell_size, SMOKE_CELL), "step": max(self.step, 4 * SMOKE_CELL)}
+            update={
+                "cell_size": max(self.cell_size, SMOKE_CELL),
+                "step": max(self.step, 4 * SMOKE_CELL),
+                "passes": min(self.passes, 2),
+            }
         )

@@ -15,6 +15,7 @@ from rail_fem.models.bem_plastic import flow_flags, strain_bars
 from rail_fem.output.fields import REGIONS, field_file, read_fields
 from rail_fem.output.parts import parts_between
 from rail_fem.output.result import load
+from rail_fem.output.sealed import SealError
 from rail_fem.show.fields import read_crossing
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -73,6 +74,61 @@ def test_its_stress_is_the_whole_residual_stress(short_pass):
     assert abs(deviator.sum()) > 0.5 * np.abs(deviator).sum()
     left = np.array(result.metal["nose"]["stress"])
     assert np.isfinite(left).all() and (left[:5] < -50e6).all()
+
+
+class Stop(Exception):
+    """In place of a kill."""
+
+
+class StopsIn:
+    """A progress that ends the run once the nose has come so far."""
+
+    def __init__(self, share: float) -> None:
+        self.share = share
+
+    def update(self, step, time, message, **_) -> None:
+        if "nose" in message and step > 1000 * self.share:
+            raise Stop
+
+
+def test_wheels_one_after_the_other_add_less_and_less_and_a_stop_changes_no_bit(short_pass, tmp_path):
+    _, once = short_pass
+    settings = {"start": 0.36, "end": 0.44, "cell_size": 3e-3, "step": 15e-3, "error_estimate": False, "passes": 3}
+    whole = solve("bem_plastic", once.scene, settings, folder=tmp_path / "whole")
+    assert len(whole.passes) == 3
+    strain = [report["integral_nose"] for report in whole.passes]
+    added = np.diff(strain)
+    assert strain[0] == pytest.approx(once.metal["nose"]["values"]["integral"], rel=0.1)  # the wheel is lifted off
+    assert strain[0] > added[0] > added[1] > 0
+    assert whole.metal["nose"]["values"]["integral"] == pytest.approx(strain[-1])
+    assert whole.passes[2]["largest_force_nose"] == whole.passes[0]["largest_force_nose"]
+    flags = [row["reason"] for row in whole.trust["validity"] if row["what"] == "repeated wheels"]
+    assert any("wheel 3 still adds" in words and "do not feel the changed shape" in words for words in flags)
+
+    with pytest.raises(Stop):
+        solve("bem_plastic", once.scene, settings, folder=tmp_path / "cut", progress=StopsIn(0.8))
+    went_on = solve("bem_plastic", once.scene, settings, folder=tmp_path / "cut", restart=True)
+    assert went_on.passes == whole.passes and went_on.metal == whole.metal
+    with np.load(tmp_path / "cut" / "plastic.npz") as ours, np.load(tmp_path / "whole" / "plastic.npz") as theirs:
+        assert all(np.array_equal(ours[name], theirs[name], equal_nan=True) for name in theirs)
+
+    kept = tmp_path / "cut" / "restart_nose.npz"
+    kept.write_bytes(kept.read_bytes()[:-100])
+    with pytest.raises(SealError, match="restart_nose.npz.*begins again"):
+        solve("bem_plastic", once.scene, settings, folder=tmp_path / "cut", restart=True)
+
+
+def test_steel_at_rest_is_rolled_over_no_more(short_pass, tmp_path):
+    """A tenth of the load on steel of four times the strength: what the first wheel does is all."""
+    _, once = short_pass
+    scene = once.scene.replace(
+        vehicle={"vehicle_sprung_mass": 6e3}, materials={"nose": {"grade": "Mn13", "strength": 4}}
+    )
+    settings = {"start": 0.36, "end": 0.44, "cell_size": 3e-3, "step": 15e-3, "error_estimate": False, "passes": 50}
+    result = solve("bem_plastic", scene, settings)
+    rows = [row["reason"] for row in result.trust["validity"] if row["what"] == "repeated wheels"]
+    assert rows and any("at rest after wheel" in words for words in rows), rows
+    assert len(result.passes) == 50
 
 
 def test_a_sharp_crown_is_flagged(short_pass):
