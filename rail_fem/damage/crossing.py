@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bem.exact.kalker import MOST_SLENDER
 from bem.halfspace.falling_friction import FallingFriction
 from bem.halfspace.rolled_ellipses import RolledEllipses, rolled_ellipses
 from bem.material import Elastic
@@ -33,6 +34,7 @@ SPACING = 2e-3  # between the patches [m]
 LATERAL = 0.5e-3  # between the rows of the field d(x, y) [m]
 MARGIN = 20e-3  # of the field beyond the contacts [m]
 LEAST_FORCE = 100.0  # of a contact that is looked at [N]
+SLENDER = (1 - 1e-9) * MOST_SLENDER
 
 
 @dataclass(frozen=True)
@@ -186,6 +188,15 @@ class BodyContacts(NamedTuple):
     radii: np.ndarray
 
 
+def no_more_slender(semi: np.ndarray) -> np.ndarray:
+    """Half lengths along and across (k, 2) [m] of ellipses of the same areas, none longer or wider than creepage
+    coefficients are known for: what a groove makes of a patch is then near enough to a line contact."""
+    ratio = semi[:, 0] / semi[:, 1]
+    kept = np.clip(ratio, 1 / SLENDER, SLENDER)
+    least = np.sqrt(semi.prod(axis=1))[:, None] * np.stack([np.sqrt(kept), 1 / np.sqrt(kept)], axis=1)
+    return np.where((kept == ratio)[:, None], semi, least)
+
+
 def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, options: PatchOptions) -> BodyContacts:
     """Those of one body under vertical forces (n,) [N]."""
     carries = np.flatnonzero((force > LEAST_FORCE) & (table.stiffness[b] > 0))
@@ -195,7 +206,7 @@ def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, optio
     large = np.sqrt(np.maximum(normal / (np.pi * sizes.prod(axis=1)) / options.hardness, 1.0))
     steels = (scene.materials.wheel.steel(), getattr(scene.materials, BODIES[b]).steel())
     wheel, rail = (Elastic(steel.youngs_modulus, steel.poisson) for steel in steels)
-    semi = large[:, None] * sizes
+    semi = no_more_slender(large[:, None] * sizes)
     if options.conformal:
         creepage, strips = strip_creepages(scene, table, b, carries, semi[:, 1], options.cells)
     else:

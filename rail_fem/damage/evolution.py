@@ -29,6 +29,7 @@ LARGEST = 4.0  # times the block before
 SHALLOW = 0.1e-6  # deepest wear of a first block [m]
 LEAST_SHARE = 0.02  # of the passes done, that a block is long at least
 MOST_BLOCKS = 5000
+ROUGHER = 2.0  # times the force of the first block: steel that flows so far roughens, which no groove's law holds for
 
 
 class Shape(Protocol):
@@ -212,7 +213,7 @@ def evolve(
 
 
 def _block(site: Site, state: Evolution, rate: Rate, left: float, stepping: Stepping) -> tuple[Evolution, Rate | None]:
-    """One accepted block, and the rate at its end where it is known."""
+    """One accepted block, and the rate at its end where it is known. Raises WornOutError."""
     law = stepping.law
     rough = rate.depth[law]
     most = stepping.deepest / max(float(rough.max()), 1e-30)
@@ -277,6 +278,15 @@ def _after(
         raise WornOutError(
             f"{new.label}: worn {(deepest + state.lost) * 1e3:.2f} mm deep after {state.passes + count:.6g} passes, the"
             f" limit is {stepping.limit * 1e3:.2f} mm"
+        )
+    first_force = state.log[0, 5] if len(state.log) else middle.largest_force
+    if new.flow_depth > 0 and middle.largest_force > ROUGHER * first_force:
+        raise WornOutError(
+            f"{new.label}: after {state.passes:.6g} passes the steel has flowed {state.worn.flow_depth * 1e3:.2f} mm"
+            f" deep and the largest force has grown from {first_force / 1e3:.0f} to {middle.largest_force / 1e3:.0f} kN: the"
+            " shape roughens pass by pass, for which the groove's law was never compared with anything. What is there"
+            " stands; for more passes begin from a run's surface (`flow`), or leave out plastic_flow or the kind of"
+            " wheel that strikes"
         )
     depth = state.depth + taken * count
     tgamma, shares = middle.tgamma

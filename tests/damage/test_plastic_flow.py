@@ -8,12 +8,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bem.exact.hertz import point_contact
+from bem.exact.kalker import check_ellipse
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.damage.crossing import no_more_slender
 from rail_fem.damage.evolution import Stepping, evolve
 from rail_fem.damage.flowed_surface import flow_in_passes, spread_along, with_heaps
 from rail_fem.damage.groove import DEEPEST, FlowLaw, groove_strips, grooves, held_beyond
 from rail_fem.damage.sites import crossing_site
 from rail_fem.damage.study_state import read_state, write_state
+from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.light.contact_table import DEPTHS, VIRTUAL, equivalent_paraboloid, hertz_constants
 from rail_fem.scene.steel import GRADES
 
@@ -161,6 +164,25 @@ def test_a_crossing_flows_first_and_keeps_its_metal(site, tmp_path):
     for name in ("depth", "flow", "strain"):
         assert (getattr(again.worn, name) == getattr(end.worn, name)).all()
     assert (again.log == end.log).all() and end.log[-1, 6] == end.worn.flow_depth
+
+
+def test_steel_that_flows_until_the_shape_roughens_ends_the_study_with_both_forces(site):
+    """As if the first block had found 40 % of the force: what came before stands."""
+    step = Stepping(block=2, smoothing=0.5e-3, deepest=1e9, flow_step=200e-6)
+    state = next(evolve(site, 4, step))
+    state.log[0, 5] *= 0.4
+    with pytest.raises(WornOutError, match=r"flowed 0\.\d+ mm deep and the largest force has grown from \d+ to \d+ kN"):
+        next(evolve(site, 4, step, state))
+
+
+def test_a_patch_longer_than_any_coefficient_keeps_its_area():
+    semi = np.array([[60e-3, 0.9e-3], [3e-3, 4e-3], [0.5e-3, 40e-3]])
+    held = no_more_slender(semi)
+    np.testing.assert_allclose(held.prod(axis=1), semi.prod(axis=1), rtol=1e-12)
+    assert (held[1] == semi[1]).all()
+    assert held[0, 0] / held[0, 1] == pytest.approx(60) and held[2, 0] / held[2, 1] == pytest.approx(1 / 60)
+    for a, b in held:
+        check_ellipse(a / b, 0.3)
 
 
 def test_steel_that_is_elastic_does_not_flow(site):
