@@ -283,10 +283,10 @@ def _after(
     if new.flow_depth > 0 and middle.largest_force > ROUGHER * first_force:
         raise WornOutError(
             f"{new.label}: after {state.passes:.6g} passes the steel has flowed {state.worn.flow_depth * 1e3:.2f} mm"
-            f" deep and the largest force has grown from {first_force / 1e3:.0f} to {middle.largest_force / 1e3:.0f} kN: the"
-            " shape roughens pass by pass, for which the groove's law was never compared with anything. What is there"
-            " stands; for more passes begin from a run's surface (`flow`), or leave out plastic_flow or the kind of"
-            " wheel that strikes"
+            f" deep and the largest force has grown from {first_force / 1e3:.0f} to"
+            f" {middle.largest_force / 1e3:.0f} kN: the shape roughens pass by pass, for which the groove's law was"
+            " never compared with anything. What is there stands; for more passes begin from a run's surface (`flow`),"
+            " or leave out plastic_flow or the kind of wheel that strikes"
         )
     depth = state.depth + taken * count
     tgamma, shares = middle.tgamma
