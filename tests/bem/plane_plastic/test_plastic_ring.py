@@ -52,16 +52,26 @@ def test_ring_loaded_and_unloaded_is_within_half_a_per_cent(slope, kinematic):
     """Yielded to the middle of the wall, 14 cells over it: wall, hoop and radial stress, plastic strain and residual
     stress at every cell."""
     errors, body, done = ring_errors(0.05, slope, kinematic=kinematic)
-    assert errors.max() < 6e-3, errors
+    assert errors.largest.max() < 6e-3, errors
     assert done.active < body.section.cells.count, "cells take part only where it yields"
 
 
 @pytest.mark.parametrize("slope, kinematic", [(0.0, False), (20e9, True)])
-def test_errors_of_the_ring_fall_with_order_1_5_or_more(slope, kinematic):
-    """Five and seven cells over the wall; largest error over all cells, loaded and unloaded."""
-    coarse, fine = (ring_errors(size, slope, kinematic=kinematic)[0] for size in (0.14, 0.1))
-    assert fine.max() < 0.02
-    assert (np.log(coarse / fine)[[0, 3]] > 1.5 * np.log(1.4)).all(), (coarse, fine)
+def test_errors_of_the_ring_fall_with_order_1_5_or_more_in_both_norms(slope, kinematic):
+    """Six and ten cells over the wall, the front between two of them in both (radius 2^(1/2)): wall, stress, plastic
+    strain and residual stress, the largest over all cells and the mean over their area."""
+    coarse, fine = (ring_errors(np.log(2) / n, slope, 2**0.5, kinematic=kinematic)[0] for n in (6, 10))
+    assert fine.largest.max() < 0.008 and fine.mean.max() < 0.015
+    for one, two in zip(coarse, fine):
+        assert (np.log(one / two) > 1.5 * np.log(10 / 6)).all(), (coarse, fine)
+
+
+def test_a_front_within_a_cell_costs_a_factor_and_no_order():
+    """The front at 2^(1/2) is in the middle of a cell of 5 and of 9 over the wall: errors of plastic strain are twice
+    to three times those with the front between cells (0.6 % by 10), and fall with order 1.4 or more."""
+    coarse, fine = (ring_errors(np.log(2) / n, 0.0, 2**0.5)[0] for n in (5, 9))
+    for one, two, most in zip(coarse, fine, (0.02, 0.035)):
+        assert two[3] < most and np.log(one[3] / two[3]) > 1.4 * np.log(9 / 5), (coarse, fine)
 
 
 def nearly_incompressible_errors(size: float, poisson: float = 0.4999) -> np.ndarray:
