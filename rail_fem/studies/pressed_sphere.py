@@ -1,7 +1,8 @@
 """A rigid sphere pressed into an elastic, perfectly plastic half-space: boundary elements, finite elements, fits.
 
     rail-fem study pressed-sphere --out sphere          1 to 30 times the approach of first yield; some minutes
-    rail-fem study pressed-sphere --approach 110        near the largest pressure; many minutes
+    rail-fem study pressed-sphere --approach 55 --approach 110 --cells 6 --cells 8 --step 1.4      near the largest
+                                                        pressure, with the limit of two sizes; many minutes
     rail-fem study pressed-sphere --quick               up to 10 times, coarse
 
 Each row is pressed by the load that the fit of Kogut and Etsion gives; all others are taken at the approach that the
@@ -12,7 +13,7 @@ all there is: radius, modulus and yield stress drop out. The fits are of large-s
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ RADIUS, YIELD = 0.1, 310e6  # [m], [Pa]
 BEYOND = 1.08  # approach up to which finite elements press, over the row's
 STEP = 1.6  # from one load to the next of the half-space
 TOLERANCE = 3e-4
+MOST = 110.0  # approach over that of first yield up to which the fit goes
 
 
 def at_yield() -> SphereAtYield:
@@ -46,7 +48,7 @@ def at_yield() -> SphereAtYield:
 @dataclass(frozen=True)
 class Indented:
     """By the half-space: approach, load and area over those of first yield, cells over the radius of contact, largest
-    equivalent plastic strain, CPU seconds."""
+    equivalent plastic strain, CPU seconds; area_bar : of a limit for vanishing cells, whose `cells` are infinite."""
 
     approach: float
     load: float
@@ -54,6 +56,7 @@ class Indented:
     cells: float
     strain: float
     seconds: float
+    area_bar: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -74,9 +77,9 @@ def mean_pressure(load: float, area: float) -> float:
     return load / area * first.load / first.area / YIELD
 
 
-def indent(approach: float, cells: int) -> Indented:
+def indent(approach: float, cells: int, step: float = STEP) -> Indented:
     """The half-space under the load that the fit gives for an approach over that of first yield, by about so many cells
-    over the radius of contact."""
+    over the radius of contact; `step` from one load to the next."""
     first, tick = at_yield(), time.process_time()
     load, area = (float(value) for value in kogut_etsion(np.float64(approach)))
     radius = np.sqrt(area * first.area / np.pi)
@@ -85,7 +88,7 @@ def indent(approach: float, cells: int) -> Indented:
     grid = Grid.over((-n * size / 2, n * size / 2), (-n * size / 2, n * size / 2), n, n)
     x, y = grid.points()
     body = PlasticHalfSpace(grid, size, int(np.ceil(deep * cells)), RIGID, STEEL, Hardening.linear(YIELD))
-    steps = 1 + int(np.ceil(np.log(max(load, 1.0)) / np.log(STEP)))
+    steps = 1 + int(np.ceil(np.log(max(load, 1.0)) / np.log(step)))
     for part in np.geomspace(min(1.0, load), load, steps):
         found = body.press((x**2 + y**2) / (2 * RADIUS), part * first.load, TOLERANCE)
     patch = found.patch
@@ -93,6 +96,14 @@ def indent(approach: float, cells: int) -> Indented:
         patch.approach / first.approach, load, patch.contact_area / first.area,
         float(np.sqrt(patch.contact_area / np.pi) / size), float(found.state.peeq.max()), time.process_time() - tick,
     )  # fmt: skip
+
+
+def vanishing(found: list[Indented]) -> Indented:
+    """Limit for vanishing cells of one load by several sizes, coarse to fine, of first order in the cell: approach and
+    area, with a bar of half of what it adds."""
+    sizes = [1 / one.cells for one in found]
+    approach, area = (limit_of(sizes, [getattr(one, name) for one in found], 1.0) for name in ("approach", "area"))
+    return replace(found[-1], approach=approach.value, area=area.value, area_bar=area.doubt, cells=np.inf)
 
 
 def press(approach: float, across: int, circle: bool = False) -> Pressed:
@@ -133,7 +144,8 @@ def table(rows: list[tuple[Indented, Judged]]) -> str:
         bar = judges * float(np.hypot(there.load_bar / there.load, there.area_bar / there.area))
         lines.append(
             [
-                f"{here.approach:.3g}", f"{2 * here.cells:.0f}", f"{here.area:.2f}",
+                f"{here.approach:.3g}", "limit" if np.isinf(here.cells) else f"{2 * here.cells:.1f}",
+                f"{here.area:.2f}" + (f" +- {here.area_bar:.2f}" if here.area_bar else ""),
                 f"{there.area:.2f} +- {there.area_bar:.2f}", f"{here.area / there.area - 1:+.1%}",
                 *(f"{float(area):.2f}" for _, area in fits), f"{ours:.3f}", f"{judges:.3f} +- {bar:.3f}",
                 f"{ours / judges - 1:+.1%}", *(f"{mean_pressure(float(load), float(area)):.3f}" for load, area in fits),
@@ -168,8 +180,13 @@ def draw(rows: list[tuple[Indented, Judged]]) -> Figure:
     left.errorbar(at, area / at, bar / at, **shown)
     right.errorbar(at, pressure, pressure * bar / area, **shown)
     ours = {"marker": "+", "markersize": 10, "linestyle": "", "color": CURVES[0], "label": "half-space (bem/plastic)"}
-    left.plot(at, [here.area / here.approach for here, _ in rows], **ours)
-    right.plot(at, [mean_pressure(here.load, here.area) for here, _ in rows], **ours)
+    limits = {**ours, "marker": "x", "label": "its limit by first order"}
+    for vanished, look in ((False, ours), (True, limits)):
+        chosen = [here for here, _ in rows if np.isinf(here.cells) == vanished]
+        if chosen:
+            x = [here.approach for here in chosen]
+            left.plot(x, [here.area / here.approach for here in chosen], **look)
+            right.plot(x, [mean_pressure(here.load, here.area) for here in chosen], **look)
     left.set(ylabel="area of contact over Hertz' at this approach")
     right.set(ylabel="mean pressure over yield stress")
     for axis in (left, right):
@@ -181,20 +198,25 @@ def draw(rows: list[tuple[Indented, Judged]]) -> Figure:
 
 def main(
     approach: list[float] = typer.Option([1.0, 3.0, 10.0, 30.0], help="over that of first yield, up to 110"),
-    cells: int = typer.Option(8, help="cells of the half-space over the radius of contact"),
+    cells: list[int] = typer.Option([8], help="cells of the half-space over the radius; of several the limit, too"),
+    step: float = typer.Option(STEP, help="from one load of the half-space to the next"),
     across: list[int] = typer.Option([12, 24], help="finite elements over the radius, coarse to fine"),
     quick: bool = typer.Option(False, "--quick", help="three approaches, coarse"),
     out: Path = typer.Option(None, help="folder for pressed_sphere.md and pressed_sphere.png"),
 ) -> None:
     """A sphere pressed into a yielding half-space: boundary elements, finite elements, published fits."""
     if quick:
-        approach, cells, across = [1.0, 3.0, 10.0], 6, [6, 12]
+        approach, cells, across = [1.0, 3.0, 10.0], [6], [6, 12]
+    if not all(0 < w <= MOST for w in approach):
+        raise typer.BadParameter(f"--approach goes up to {MOST:g}: the fit that gives the loads ends there")
     rows = []
     for w in approach:
-        here, tick = indent(w, cells), time.process_time()
-        runs = [press(here.approach, count) for count in sorted(across)]
-        rows.append((here, judge(runs, here.approach, time.process_time() - tick)))
-        typer.echo(f"w = {here.approach:.3g}: {here.seconds:.0f} and {rows[-1][1].seconds:.0f} CPU s", err=True)
+        found, tick = [indent(w, count, step) for count in sorted(cells)], time.process_time()
+        found += [vanishing(found)] if len(found) > 1 else []
+        runs = [press(max(here.approach for here in found), count) for count in sorted(across)]
+        spent = time.process_time() - tick
+        rows += [(here, judge(runs, here.approach, spent)) for here in found]
+        typer.echo(f"w = {found[-1].approach:.3g}: {found[-1].seconds:.0f} and {spent:.0f} CPU s", err=True)
     text = table(rows)
     print(text, end="")
     if out is not None:

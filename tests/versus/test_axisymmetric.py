@@ -7,7 +7,17 @@ from bem.exact.yielding_sphere import first_yield
 from bem.material import STEEL, Elastic, contact_modulus
 from rail_fem.static_fe.axisymmetric import AxisymmetricBody, AxisymmetricError, HeldMotions, YieldingSteel
 from rail_fem.static_fe.pressed_sphere import press_sphere, tributary_area
-from rail_fem.studies.pressed_sphere import RIGID, indent, judge, mean_pressure, press
+from rail_fem.studies.pressed_sphere import (
+    RIGID,
+    Indented,
+    Judged,
+    indent,
+    judge,
+    mean_pressure,
+    press,
+    table,
+    vanishing,
+)
 from tests.order import assert_order
 
 YOUNG, NU, YIELD = 210e9, 0.3, 300e6
@@ -132,3 +142,13 @@ def test_half_space_and_finite_elements_agree_far_beyond_yield(approach):
     there = judge([press(here.approach, across) for across in (12, 24)], here.approach)
     assert here.area == pytest.approx(there.area, rel=0.02)
     assert mean_pressure(here.load, here.area) == pytest.approx(mean_pressure(there.load, there.area), rel=0.02)
+
+
+def test_the_limit_of_two_sizes_is_that_of_a_line_in_the_cell():
+    """Area and approach linear in the cell: met exactly, the bar half of what the limit adds; the table says limit."""
+    found = [Indented(10 + 1 / n, 16.0, 20 - 8 / n, float(n), 0.01, 1.0) for n in (6, 8)]
+    limit = vanishing(found)
+    assert limit.approach == pytest.approx(10) and limit.area == pytest.approx(20)
+    assert limit.area_bar == pytest.approx(0.5) and limit.load == 16.0
+    shown = table([(limit, Judged(16.0, 0.1, 20.0, 0.2, 1.0))])
+    assert "| 10 | limit | 20.00 +- 0.50 | 20.00 +- 0.20 | +0.0% |" in shown
