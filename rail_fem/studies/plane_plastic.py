@@ -1,6 +1,6 @@
 """A wheel pressed into a yielding rail in the plane: boundary elements, capped return, finite elements as judge.
 
-    python -m rail_fem.studies.plane_plastic --out plastic          plastic.md and plastic.png; some minutes
+    python -m rail_fem.studies.plane_plastic --out plastic       plastic.md, plastic.png, plastic_means.png; ten min
     python -m rail_fem.studies.plane_plastic --quick                cells of 1 mm, ten steps, a coarser judge
 
 P8 on BS113A in place (1:20, gauge 1435, back-to-back 1360), plane strain, 6.36 kN per mm of thickness in equal steps,
@@ -21,7 +21,6 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from scipy.interpolate import LinearNDInterpolator
 
-from bem.exact.subsurface import von_mises
 from bem.material import STEEL
 from bem.plane.contact import Settings
 from bem.plane.coulomb import Control
@@ -31,13 +30,16 @@ from bem.plane_plastic.contact import PlasticContact, Region
 from bem.plastic.hardening import Hardening
 from rail_fem.output.markdown import markdown_table
 from rail_fem.show.style import STRAIN_COLOURS, new_figure
-from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.show.table_and_figure import write_figure, write_table_and_figure
 from rail_fem.static_fe.plane_strain import Fineness
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact, PlasticPlaneStep
+from rail_fem.studies.plane_plastic_means import draw_means, equivalent, means_table, of_cells, of_elements, window_of
 from rail_fem.studies.sections import wheel_on_rail
 
 MM, MPA = 1e-3, 1e6
 LOAD, YIELD = 6.36e6, 300e6  # [N/m], [Pa]
+SLOPE = 2e9  # [Pa] of the steel that hardens
+SIZES, JUDGE_SIZES = (0.7e-3, 0.5e-3, 0.35e-3), (0.8e-3, 0.4e-3, 0.27e-3)  # compared in means [m]
 REGION = (14e-3, 18e-3)  # half-width and depth of the cells [m]
 
 
@@ -53,20 +55,13 @@ class Compared:
     residuals: list[float]
 
 
-def equivalent(stress: np.ndarray) -> np.ndarray:
-    """Von Mises stress (m,) of stress (m, 4) xx yy zz xy."""
-    xx, yy, zz, xy = stress.T
-    none = np.zeros_like(xy)
-    return von_mises(np.column_stack([xx, yy, zz, none, none, xy]))
-
-
-def press(size: float, steps: int) -> tuple[PlasticContact, list[Control], float]:
-    """Boundary elements with cells of `size` [m], loaded in equal steps; and the CPU seconds."""
+def press(size: float, steps: int, slope: float = 0.0) -> tuple[PlasticContact, list[Control], float]:
+    """Boundary elements with cells of `size` [m], loaded in equal steps, steel of a slope [Pa]; and the CPU seconds."""
     fixed, moving = wheel_on_rail(STEEL.young)
     tick = time.process_time()
     controls = [Control.of(force=(None, -LOAD * k / steps)) for k in range(1, steps + 1)]
     contact = PlasticContact(
-        fixed, moving, controls[-1], Hardening.linear(YIELD), Region(*REGION, size),
+        fixed, moving, controls[-1], Hardening.linear(YIELD, slope), Region(*REGION, size),
         settings=Settings(size=size / 2, coarse=0.1),
     )  # fmt: skip
     for control in controls:
@@ -74,7 +69,7 @@ def press(size: float, steps: int) -> tuple[PlasticContact, list[Control], float
     return contact, controls, time.process_time() - tick
 
 
-def judge(contact: PlasticContact, size: float, steps: int) -> tuple[PlasticPlaneContact, float]:
+def judge(contact: PlasticContact, size: float, steps: int, slope: float = 0.0) -> tuple[PlasticPlaneContact, float]:
     """Finite elements of `size` [m] over the same region and loads; and the CPU seconds."""
     tick = time.process_time()
     patch = contact.elastic.patches()[0]
@@ -84,7 +79,7 @@ def judge(contact: PlasticContact, size: float, steps: int) -> tuple[PlasticPlan
     fixed, moving = wheel_on_rail(STEEL.young)
     ends = sorted([patch.begin[0], patch.end[0]])
     found = PlasticPlaneContact(
-        fixed, moving, Fineness(positions, size, 8 * MM, 6 * MM), (ends[0] - 3 * MM, ends[1] + 3 * MM), YIELD
+        fixed, moving, Fineness(positions, size, 8 * MM, 6 * MM), (ends[0] - 3 * MM, ends[1] + 3 * MM), YIELD, slope
     )
     for k in range(1, steps + 1):
         found.go_to(LOAD * k / steps)
@@ -189,7 +184,8 @@ def main(
     size: float = typer.Option(0.5, help="cells of the boundary elements [mm]"),
     judge_size: float = typer.Option(0.4, help="finite elements [mm]"),
     steps: int = typer.Option(50, help="equal load steps"),
-    quick: bool = typer.Option(False, "--quick", help="cells of 1 mm, ten steps"),
+    means: bool = typer.Option(True, help="means over equal squares by three sizes of each, two steels"),
+    quick: bool = typer.Option(False, "--quick", help="cells of 1 mm, ten steps, no means"),
     out: Path = typer.Option(Path("plastic"), help="files to write, without ending"),
 ):
     """A wheel pressed into a yielding rail in the plane."""
@@ -198,8 +194,26 @@ def main(
     rows, contact, seconds = compare(size * MM, judge_size * MM, steps)
     spent = ", ".join(f"{name} {value:.1f} CPU s" for name, value in seconds.items())
     text = table(rows) + f"\n{steps} steps, {len(contact.section.active)} cells that take part: {spent}.\n"
+    print(text, end="", flush=True)
+    if means and not quick:
+        text += compare_means(out.with_name(f"{out.name}_means.png"))
     write_table_and_figure(out.with_suffix(".md"), text, out.with_suffix(".png"), lambda: draw(rows, contact))
-    print(text, end="")
+
+
+def compare_means(figure: Path | None, sizes=SIZES, judge_sizes=JUDGE_SIZES, steps: int = 20) -> str:
+    """Means over equal squares at the last load, without hardening and with; Markdown, printed as it grows."""
+    cases, texts = {}, []
+    for words, slope in (("no hardening", 0.0), (f"slope of {SLOPE / 1e9:g} GPa", SLOPE)):
+        contacts = [press(size, steps, slope)[0] for size in sizes]
+        window = window_of(contacts[0])
+        ours = [of_cells(contact, window, size) for contact, size in zip(contacts, sizes)]
+        judges = [of_elements(judge(contacts[0], size, steps, slope)[0], window, size) for size in judge_sizes]
+        cases[words] = ours, judges
+        texts.append("\n" + means_table(ours, judges, words))
+        print(texts[-1], end="", flush=True)
+    if figure is not None:
+        write_figure(figure, lambda: draw_means(cases, window))
+    return "".join(texts)
 
 
 if __name__ == "__main__":
