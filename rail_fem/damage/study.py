@@ -31,6 +31,7 @@ from rail_fem.damage.study_state import read_state, state_arrays, write_state
 from rail_fem.damage.summary import section_summary
 from rail_fem.output.progress import Progress
 from rail_fem.output.runfolder import digest, held, prepare_folder
+from rail_fem.scene.scene import Wheel
 from rail_fem.settings.damage import MOST_PASSES, DamageSettings
 from rail_fem.settings.light import RigidHertzSettings
 from rail_fem.stopping import end_with_parent
@@ -63,9 +64,16 @@ def study_mark(case: Case, settings: DamageSettings) -> dict[str, Any]:
     own = {"rigid_hertz": RigidHertzSettings()} if settings.site == "crossing" else {}
     runs = {name: run.model_dump(mode="json") for name, run in (own | dict(case.runs)).items()}
     damage, flow = settings.model_dump(mode="json"), flow_file(case, settings)
+    damage["wheels"] = [_content(wheel) for wheel in settings.wheels]
     mark = {"study": "damage", "version": VERSION, "definition": DEFINITION}
     mark |= {"scene": case.scene.plain(), "damage": damage, "run": runs}
     return mark | ({} if flow is None else {"flow": flow_digest(flow)})
+
+
+def _content(wheel: str) -> str:
+    """A wheel by its name, or by what its file holds."""
+    digest = Wheel(profile=wheel).digest
+    return f"file of content {digest}" if digest else wheel
 
 
 def flow_file(case: Case, settings: DamageSettings) -> Path | None:

@@ -2,10 +2,11 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from rail_fem.scene.scene import Count, Frozen
+from rail_fem.scene.base import InputError, input_error
+from rail_fem.scene.scene import Count, Frozen, Wheel
 from rail_fem.scene.units import Quantity
 
 MOST_PASSES = 1e8
@@ -85,7 +86,10 @@ class DamageSettings(Frozen):
     initial_slope: Annotated[float, Quantity("", 0.01, 1, "third-body reduction of the creep curve's first slope")] = (
         1.0
     )
-    wheels: tuple[str, ...] = Field((), description="wheel profiles of the traffic; none: the scene's alone")
+    wheels: tuple[str, ...] = Field(
+        (),
+        description="wheel profiles of the traffic, by name or as paths beside the case file; none: the scene's alone",
+    )
     weights: tuple[Share, ...] = Field((), description="their shares of the passes, which sum to 1")
     speeds: tuple[Annotated[float, Quantity("mph", 0.5, 350, "speed")], ...] = Field(
         (), description="their speeds; none: the scene's"
@@ -138,6 +142,14 @@ class DamageSettings(Frozen):
         False, description="of a crossing's wear to speed, axle load, friction and foundation: sixteen more passes"
     )
     switch: SwitchSite = Field(SwitchSite(), description="section of a switch and its traffic")
+
+    @field_validator("wheels")
+    @classmethod
+    def _wheels_are_there(cls, wheels: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+        try:
+            return tuple(Wheel.checked({"profile": wheel}, info.context).profile for wheel in wheels)
+        except InputError as error:
+            raise input_error("wheel", "; ".join(remedy for _, remedy in error.faults)) from None
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

@@ -9,7 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from geometry.profiles.doctor import examine
-from geometry.profiles.formats.by_suffix import read_raw
+from geometry.profiles.formats.by_suffix import read_raw, write_profile
+from geometry.profiles.wheel import wheel_profile
 from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.damage import study
@@ -231,3 +232,17 @@ def test_a_case_without_the_table_is_told_what_to_write(tmp_path):
 def test_a_case_of_damage_alone_names_its_command(tmp_path):
     answer = CliRunner().invoke(cli.app, ["run", str(CASE), "--out", str(tmp_path / "out")])
     assert answer.exit_code == 2 and "rail-fem damage" in answer.output
+
+
+def test_wheel_files_lie_beside_the_case_and_count_by_their_content(tmp_path, monkeypatch):
+    """Wherever the program is called from; a file that has changed is another study."""
+    path, file = small_case(tmp_path), tmp_path / "wheel.txt"
+    monkeypatch.chdir(tmp_path.parent)
+    marks = []
+    for name in ("P8", "P1", "P8"):
+        write_profile(file, wheel_profile(name).points, "wheel", name)
+        case = load_case(path, {"damage.wheels": ["wheel.txt"]})
+        marks.append(study.study_mark(case, case.damage.replace(passes=3.0)))
+    assert marks[0] == marks[2] != marks[1]
+    with pytest.raises(CaseError, match=f'damage.wheels: no file "wheels.txt" in {tmp_path}'):
+        load_case(path, {"damage.wheels": ["wheels.txt"]})
