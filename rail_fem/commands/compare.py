@@ -22,13 +22,14 @@ def compare(
     as_json: JsonOption = False,
 ) -> None:
     """Cost against error of several models of one scene."""
+    from rail_fem.damage.side_by_side import is_begun
     from rail_fem.show.style import lettering, save
     from rail_fem.sweeps import compare as side_by_side
     from rail_fem.sweeps.compare_facts import comparison_facts
     from rail_fem.sweeps.compare_strain import strain_table
     from rail_fem.sweeps.cost_figure import cost_figure
 
-    if any((folder / "damage.json").is_file() for folder in folders):
+    if any(is_begun(folder) for folder in folders):
         compare_studies(folders, out)
         return
     if quantity not in side_by_side.QUANTITIES:

@@ -30,11 +30,22 @@ def is_study(folder: Path) -> bool:
     return (Path(folder) / "damage.json").is_file()
 
 
+def is_begun(folder: Path) -> bool:
+    """Whether a folder holds a damage study, finished or not."""
+    try:
+        case = json.loads((Path(folder) / "case.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return is_study(folder)
+    return isinstance(case, dict) and case.get("study") == "damage"
+
+
 def studies_facts(folders: list[Path]) -> dict[str, dict[str, Any]]:
     """Results of damage studies by folder. Errors: ComparisonError for a folder that holds none, or one that is
     damaged."""
     found = {}
     for folder in map(Path, folders):
+        if not is_study(folder) and is_begun(folder):
+            raise ComparisonError(f"{folder}: a damage study that has not ended; go on with rail-fem damage --restart")
         if not is_study(folder):
             raise ComparisonError(f"{folder}: no damage.json; a damage study is compared with others of its kind")
         try:

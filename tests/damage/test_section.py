@@ -224,6 +224,15 @@ def test_set_changes_the_case_and_its_mistakes_are_sentences(tmp_path):
         assert answer.exit_code == 2 and said in answer.output and not (tmp_path / "none").exists()
 
 
+def test_a_study_that_has_not_ended_is_compared_with_nothing(tmp_path):
+    """Nor is its folder one that holds no run: it is said to go on with."""
+    for name in "ab":
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "case.json").write_text('{"study": "damage"}')
+    answer = CliRunner().invoke(cli.app, ["compare", str(tmp_path / "a"), str(tmp_path / "b")])
+    assert answer.exit_code == 2 and "has not ended" in answer.output and "--restart" in answer.output
+
+
 def test_a_case_without_the_table_is_told_what_to_write(tmp_path):
     answer = call(CASE.parents[1] / "nose_transfer.toml", "--out", tmp_path / "out")
     assert answer.exit_code == 2 and "[damage]" in answer.output
