@@ -30,6 +30,7 @@ YIELD_MET = 5e-7  # of a rail's yielding that counts as met [m]
 FIRST_STEP, MOST_RESTS = 2e-6, 40
 NUDGES = (0.0, 1e-6, -1e-6, 3e-6, -3e-6, 1e-5, -1e-5)  # of a position where no rest is found, on rough worn lines [m]
 LEAST_AXIS = 1e-5  # semi-axis of a patch at least: an edge has none of its own [m]
+LONGEST = 59.0  # ratio of a patch's axes at most: FASTSIM's flexibilities end at 60, and a ridge is longer
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ def free_spin(state: LoadedWheelset, sides: list[LoadedSide], rolling: Rolling) 
 
 def tractions(side: LoadedSide, k: int, creepage: np.ndarray, rolling: Rolling) -> Patch:
     """Patch of point k of a side with tractions and slip."""
-    along, across = np.maximum(side.patch[k], LEAST_AXIS)
+    along, across = np.maximum(side.patch[k], max(LEAST_AXIS, side.patch[k].max() / LONGEST))
     patch = elliptic_patch(float(along), float(across), float(side.normal_force[k]), (rolling.cells, rolling.cells))
     return fastsim(
         patch,

@@ -8,18 +8,22 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.doctor import examine
 from geometry.profiles.formats.by_suffix import read_raw, write_profile
 from geometry.profiles.wheel import wheel_profile
+from geometry.wheelset import Wheelset
 from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.damage import study
 from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.patch_figure import points_of, shown_pass
+from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
 from rail_fem.damage.sites import laws_of, switch_section
 from rail_fem.damage.wear import worn_area
 from rail_fem.damage.worn_profile import WornOutError
+from rail_fem.light.load_sharing import static_equilibrium
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "switch_section.toml"
 QUICK = {"damage.cells": 20, "damage.switch.positions": 3}
@@ -255,3 +259,15 @@ def test_wheel_files_lie_beside_the_case_and_count_by_their_content(tmp_path, mo
     assert marks[0] == marks[2] != marks[1]
     with pytest.raises(CaseError, match=f'damage.wheels: no file "wheels.txt" in {tmp_path}'):
         load_case(path, {"damage.wheels": ["wheels.txt"]})
+
+
+def test_a_ridge_has_the_longest_patch_that_fastsim_takes(section):
+    """A worn line's ridge may carry on a patch 100 times as long as wide: it is solved at the longest ratio known, by
+    the same load."""
+    one = section.passings[0]
+    search = ContactSearch(Wheelset(one.wheel, radius=one.radius, back_to_back=section.back_to_back), section.track)
+    side = static_equilibrium(search, one.loads).left
+    ridge = replace(side, patch=np.tile([5e-3, 0.05e-3], (len(side.patch), 1)))
+    patch = tractions(ridge, 0, np.array([1e-3, 0.0, 0.1]), one.rolling)
+    assert patch.normal_force == pytest.approx(side.normal_force[0], rel=1e-6) and np.isfinite(patch.slip).all()
+    assert patch.grid.dx * patch.grid.nx == pytest.approx(LONGEST * patch.grid.dy * patch.grid.ny)
