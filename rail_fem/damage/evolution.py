@@ -4,7 +4,9 @@ shape at its middle.
 In a block the wear rate is taken where it begins, at its middle (on the shape worn by half of it) and at its end; all
 of the block wears at the rate of the middle (midpoint rule, second order). A third of the difference to what it would
 have worn at the mean of both ends is its error (that of the trapezoidal rule is minus twice the midpoint rule's).
-Blocks are as long as this stays below the tolerance, or as long as told. The end's rate is the next block's first.
+Blocks are as long as this stays below the tolerance, or as long as told; a told one is shortened where no shape can
+take it, and a section's where its error is beyond the tolerance of the deepest wear so far, for a new corner wears in
+much faster than it then wears. The end's rate is the next block's first.
 Plastic flow, where there is any, goes before the wear of a block, by the grooves that were still to press where it
 began, in closed form; where it is deep the block ends sooner, as the contacts move with it.
 Source of the midpoint rule: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), II.1.
@@ -166,7 +168,8 @@ class Stepping:
     passes done, that a block is long at least: a rate that jumps, as a point comes or goes, is not met by ever shorter
     blocks, its error is kept instead;  deepest : that one block may wear off [m];  events : (passes, event) of
     grindings and weldings, in their order;  flow_step : deepest plastic flow of one block [m], also of one whose
-    passes are told, as long as it is shorter than the least share"""
+    passes are told, as long as it is shorter than the least share;  told_tolerance : error of a told block, of the
+    deepest wear at its end, beyond which it is shortened"""
 
     law: str = "archard"
     block: float | None = None
@@ -177,6 +180,7 @@ class Stepping:
     deepest: float = np.inf
     events: tuple[tuple[float, Event], ...] = ()
     flow_step: float = FLOW_STEP
+    told_tolerance: float = np.inf
 
 
 def evolve(
@@ -218,11 +222,12 @@ def _block(site: Site, state: Evolution, rate: Rate, left: float, stepping: Step
     rough = rate.depth[law]
     most = stepping.deepest / max(float(rough.max()), 1e-30)
     least = min(max(1.0, stepping.least_share * (state.passes - state.began)), most)
-    count = stepping.block or max(state.block or _first_block(rough), least)
+    told = stepping.block
+    count = min(told, state.block or told) if told else max(state.block or _first_block(rough), least)
     runs_in = max(site.flow_passes(rate, stepping.flow_step), stepping.least_share * (state.passes - state.began))
     count, least = min(count, runs_in), min(least, runs_in)
     while True:
-        count = min(count, left) if stepping.block else min(count, left, most)
+        count = min(count, left) if told else min(count, left, most)
         smooth = state.worn.smoothed(rough, stepping.smoothing)
         try:
             half, _ = site.flowed(state.worn, rate, count / 2).worn(smooth * (count / 2))
@@ -232,18 +237,22 @@ def _block(site: Site, state: Evolution, rate: Rate, left: float, stepping: Step
             starts = site.starts
             end = site.rate(new)
         except (WornOutError, WheelsetError, CrossingError):
-            # a block far too long may leave a shape on which nothing stands
-            if stepping.block or count * rough.max() < SHALLOW:
+            # a block far too long may cross a line with itself, or leave a shape on which nothing stands
+            if count * rough.max() < SHALLOW:
                 raise
             count /= 4
             continue
         last = new.smoothed(end.depth[law], stepping.smoothing)
         error = np.abs((smooth + last) / 2 - taken) * (count / 3)
-        allowed = stepping.tolerance * max((taken * count).max(), 1e-30)
-        if stepping.block or error.max() <= allowed or count <= least:
+        share, deepest = (
+            (stepping.told_tolerance, state.depth + taken * count) if told else (stepping.tolerance, taken * count)
+        )
+        allowed = share * max(deepest.max(), 1e-30)
+        if error.max() <= allowed or count <= least:
             break
         count = max(count * max(0.8 * (allowed / error.max()) ** 0.5, 0.2), least)
-    following = count * min(0.8 * (allowed / max(error.max(), 1e-30)) ** 0.5, LARGEST)
+    following = count * (min(0.8 * (allowed / error.max()) ** 0.5, LARGEST) if error.any() else LARGEST)
+    following = min(told, following) if told else following
     return _after(state, middle, new, taken, error, count, following, factor, starts, stepping), end
 
 

@@ -18,6 +18,7 @@ from rail_fem.settings.damage import DamageSettings
 from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, lettering, new_figure, save
 
 MM, UM = 1e3, 1e6
+SHOWN_SPOT = 1e-3  # of the deepest: what is less deep is magnified nowhere
 REGION_COLOURS = (("fatigue", "#FBE3D0"), ("mixed", "#F3F0C4"), ("wear", "#DDE9F4"))
 
 
@@ -62,7 +63,7 @@ def _worn_spots(state: Evolution) -> list[int]:
     first = int(np.argmax(state.depth))
     far = np.abs(state.first.arc_length - state.first.arc_length[first]) > 8e-3
     second = int(np.argmax(np.where(far, state.depth, 0.0)))
-    return [first] + ([second] if state.depth[second] > 0 else [])
+    return [first] + ([second] if state.depth[second] > SHOWN_SPOT * state.depth[first] else [])
 
 
 def _outlines(axis: Axes, old: np.ndarray, new: np.ndarray) -> None:

@@ -107,7 +107,8 @@ def _maps(figure: Figure, axes: list[Axes], bars: list[Axes], point: RollingPoin
     pick = np.ix_(every, across)
     some = np.where(inside, 1.0, np.nan)[pick]
     along, lateral = traction[..., 0][pick] * some, traction[..., 1][pick] * some * field
-    axes[1].quiver(y[across], x[every], lateral, along, color="white", pivot="mid", angles="uv", width=0.006)
+    if traction.any():
+        axes[1].quiver(y[across], x[every], lateral, along, color="white", pivot="mid", angles="uv", width=0.006)
     axes[3].fill_between(y, 0, depth.sum(axis=0) * 1e2, color=NOSE, alpha=0.4, lw=0, step="mid")
     axes[3].set_title("depth of a strip: sum along x", loc="left", fontsize=12)
     axes[3].set(

@@ -62,7 +62,11 @@ def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) 
                     if found["deepest"]
                     else "no wear",
                 ],
-                ["blocks of passes", f"{found['blocks']} blocks, error {found['block_error']:.2%} of the deepest"],
+                [
+                    "blocks of passes",
+                    f"{found['blocks']} blocks, error {found['block_error']:.2%} of the deepest"
+                    f"{_shortened(settings, found)}",
+                ],
                 ["smoothing along the line", f"{found['smoothing_change']:.2%} of the deepest, at most"],
                 ["wear near a border of Archard's map", f"{found['border_share']:.0%} of the wear at first"],
                 [
@@ -95,6 +99,16 @@ def _flow(found: dict[str, Any] | None) -> list[str]:
         f" {found['share']:.0%} of it flow.",
         "",
     ]
+
+
+def _shortened(settings: DamageSettings, found: dict[str, Any]) -> str:
+    """Of a study whose told blocks were too long."""
+    if settings.block is None or found["shortest_block"] > 0.999 * min(settings.block, found["passes"]):
+        return ""
+    return (
+        f"; the shortest of {found['shortest_block']:.3g} passes, where {settings.block:g} at once would pass the"
+        f" tolerance of {settings.tolerance:.2%} of the deepest or turned the line over"
+    )
 
 
 def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any]) -> str:

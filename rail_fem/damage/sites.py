@@ -66,6 +66,7 @@ def stepping_of(settings: DamageSettings) -> Stepping:
         settings.block_depth if crossing else np.inf,
         tuple((event.time * settings.axles_per_year, event) for event in maintenance_of(settings)),
         settings.flow_step,
+        np.inf if crossing else settings.tolerance,
     )
 
 

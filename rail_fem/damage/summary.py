@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from rail_fem.damage.evolution import Evolution
 from rail_fem.damage.fatigue import shakedown_point
 from rail_fem.damage.heat import flash_temperature
@@ -38,6 +40,7 @@ def section_summary(
         "area_beyond": state.beyond,
         "area_removed": removed,
         "blocks": len(state.log),
+        "shortest_block": shortest_block(state),
         "block_error": state.block_error,
         "smoothing_change": state.smoothing / deepest if deepest > 0 else 0.0,
         "area_correction": state.correction,
@@ -47,6 +50,12 @@ def section_summary(
         "contacts": [_contact(weight, p, p.position, section, settings, model) for weight, p in points],
         "years": years_of(settings, state, crack, bands | {settings.law: deepest}),
     }
+
+
+def shortest_block(state: Evolution) -> float:
+    """Passes of the shortest of all blocks but the last, which ends with the study; the only one's, 0 without any."""
+    lengths = np.diff(state.log[:, 0], prepend=0.0)
+    return float(lengths[:-1].min()) if len(lengths) > 1 else float(lengths.sum())
 
 
 def _end_tgamma(after: WearRate) -> dict[str, float]:

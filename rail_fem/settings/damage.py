@@ -61,7 +61,10 @@ class DamageSettings(Frozen):
     plan_spacing: Annotated[
         float, Quantity("mm", 0.05, 2, "across a crossing between the depths of its plan; along it is patch_spacing")
     ] = 0.25e-3
-    block: Annotated[float, Quantity("", 1, 1e7, "passes between two shapes; none: by tolerance")] | None = None
+    block: (
+        Annotated[float, Quantity("", 1, 1e7, "passes between two shapes, at most on a switch; none: by tolerance")]
+        | None
+    ) = None
     block_depth: Annotated[float, Quantity("um", 0.01, 100, "deepest that a crossing may wear between two shapes")] = (
         5e-6
     )

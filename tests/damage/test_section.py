@@ -21,6 +21,7 @@ from rail_fem.damage.patch_figure import points_of, shown_pass
 from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
 from rail_fem.damage.sites import laws_of, switch_section
+from rail_fem.damage.summary import shortest_block
 from rail_fem.damage.wear import worn_area
 from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.light.load_sharing import static_equilibrium
@@ -115,6 +116,21 @@ def test_blocks_are_as_long_as_told(section):
     assert end.log[:, 0].tolist() == [2.0, 4.0, 6.0, 8.0]
 
 
+def test_a_told_block_that_is_too_long_is_taken_in_shorter_ones(section):
+    """40 passes at k = 0.1 at once turn the corner's line over: it is worn in shorter blocks, none of whose errors
+    is beyond 2 % of the deepest; how they grow is part of the state."""
+    fast = replace(section.afresh(), laws=laws_of(load_case(CASE, QUICK | {"damage.wear_coefficient": 0.1}).damage))
+    stepping = Stepping(block=40.0, smoothing=0.1e-3, told_tolerance=0.02)
+    whole = list(evolve(fast, 40.0, stepping))
+    end, lengths = whole[-1], np.diff([0.0, *(state.passes for state in whole)])
+    assert len(lengths) > 2 and lengths[0] < 5 and shortest_block(end) == lengths[:-1].min() < 0.5 * lengths.max()
+    assert end.passes == pytest.approx(40) and (np.diff(end.worn.points[:, 0]) > 0).all()
+    assert np.diff([0.0, *(state.error.max() for state in whole)]).max() < 0.02 * end.deepest
+    fast.start_from(whole[0].starts)
+    *_, again = evolve(fast, 40.0, stepping, whole[0])
+    assert (again.worn.points == end.worn.points).all()
+
+
 def test_no_friction_wears_nothing_and_ten_is_finite():
     """T gamma 0 and not -0, in any number of passes; at friction 10 what slips wears, all finite."""
     for friction, words in ((0.0, False), (10.0, True)):
@@ -124,6 +140,10 @@ def test_no_friction_wears_nothing_and_ten_is_finite():
         assert all(np.isfinite(own).all() and own.min() >= 0 for own in rate.depth.values())
         assert rate.depth["archard"].any() == words
         assert not np.signbit(rate.tgamma[0]).any()
+        if friction == 0:  # by tolerance and as told: in few blocks
+            for stepping in (Stepping(), Stepping(block=500.0, told_tolerance=0.01)):
+                *_, end = evolve(section, 2000.0, stepping)
+                assert end.deepest == 0 and end.passes == 2000 and len(end.log) <= 6
 
 
 def test_a_section_worn_through_is_refused(section):
@@ -146,7 +166,7 @@ def call(*arguments):
 
 
 def small_case(tmp_path, more=""):
-    text = CASE.read_text().replace("hardness =", "cells = 12\nhardness =").replace("block = 200", "block = 10")
+    text = CASE.read_text().replace("hardness =", "cells = 12\nhardness =").replace("block = 100", "block = 10")
     text = text.replace("amplitude =", "positions = 2\namplitude =")
     path = tmp_path / "case.toml"
     path.write_text(text + more)
