@@ -42,36 +42,44 @@ def march(law: CyclicLaw, stress_given: np.ndarray, path: np.ndarray, state: Poi
     increment, residual, tangent = np.zeros(6), np.empty(m), np.empty((m, m))
     stress, back = np.empty(6), np.empty_like(state.back)
     for n in range(path.shape[0]):
-        for j in range(6):  # from no strain of the free components on, so that unloading finds the elastic branch
-            increment[j] = 0.0 if stress_given[j] else path[n, j] - state.strain[j]
         converged = False
-        for _ in range(_ITERATIONS):
-            p = _trial(law, increment, state, stress, back)
-            worst = 0.0
-            for a in range(m):
-                residual[a] = path[n, free[a]] - stress[free[a]]
-                worst = max(worst, abs(residual[a]) / scale)
-            if worst <= _TOLERANCE:
-                converged = True
-                break
-            for b in range(m):
-                probe = _PROBE
-                increment[free[b]] += probe
-                base = stress.copy()
-                _trial(law, increment, state, stress, back)
-                increment[free[b]] -= probe
+        for damped in (False, True):  # full steps first; where they go to and fro, half of a step that made it worse
+            for j in range(6):  # from no strain of the free components on, so that unloading finds the elastic branch
+                increment[j] = 0.0 if stress_given[j] else path[n, j] - state.strain[j]
+            step, last = np.zeros(m), np.inf
+            for _ in range(_ITERATIONS):
+                p = _trial(law, increment, state, stress, back)
+                worst = 0.0
                 for a in range(m):
-                    tangent[a, b] = (stress[free[a]] - base[free[a]]) / probe
-                stress[:] = base
-            for a in range(
-                m
-            ):  # a perfectly plastic tangent is singular: a thousandth of a millionth of the elastic one
-                tangent[a, a] += 1e-9 * law.shear
-            step = np.linalg.solve(tangent, residual)
-            if not np.isfinite(step).all() or np.abs(step).max() > 1.0:
+                    residual[a] = path[n, free[a]] - stress[free[a]]
+                    worst = max(worst, abs(residual[a]) / scale)
+                if worst <= _TOLERANCE:
+                    converged = True
+                    break
+                if damped and worst > last:
+                    step *= 0.5
+                    for a in range(m):
+                        increment[free[a]] -= step[a]
+                    continue
+                last = worst
+                for b in range(m):
+                    probe = _PROBE
+                    increment[free[b]] += probe
+                    base = stress.copy()
+                    _trial(law, increment, state, stress, back)
+                    increment[free[b]] -= probe
+                    for a in range(m):
+                        tangent[a, b] = (stress[free[a]] - base[free[a]]) / probe
+                    stress[:] = base
+                for a in range(m):  # a perfectly plastic tangent is singular: 1e-9 of the elastic one
+                    tangent[a, a] += 1e-9 * law.shear
+                step = np.linalg.solve(tangent, residual)
+                if not np.isfinite(step).all() or np.abs(step).max() > 1.0:
+                    break
+                for a in range(m):
+                    increment[free[a]] += step[a]
+            if converged:
                 break
-            for a in range(m):
-                increment[free[a]] += step[a]
         if not converged:
             return n
         state.strain[:] += increment

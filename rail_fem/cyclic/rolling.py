@@ -17,13 +17,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bem.cycle_jumps import LEAST_FLOW, NO_JUMPS, CycleHistory, JumpRule, run_cycles, verdict
 from bem.exact.subsurface import line_stress
-from rail_fem.cyclic.law import CyclicLaw
-from rail_fem.cyclic.paths import at_rest, march
+from rail_fem.cyclic.law import CyclicLaw, equivalent
+from rail_fem.cyclic.paths import PointState, at_rest, march
 
 GIVEN = np.array([False, False, True, False, True, False])  # zz and xz as stresses; xx, yy, yz, xy as strains
 REACH = 6.0  # half-widths before and behind the contact where a pass begins and ends
-VERDICTS = ("elastic", "elastic shakedown", "plastic shakedown", "ratchetting")
 
 
 class NoEquilibriumError(ValueError):
@@ -33,27 +33,46 @@ class NoEquilibriumError(ValueError):
 @dataclass(frozen=True)
 class RollingHistory:
     """depth : (d,) [m];  plastic_strain : (passes, d) cumulated;  shear : (passes, d) residual shear strain gamma_xz,
-    the surface's forward flow;  residual_xx, residual_yy : (passes, d) residual stresses [Pa], each after a pass"""
+    the surface's forward flow;  residual_xx, residual_yy : (passes, d) residual stresses [Pa], each after a pass
+
+    With jumps: plastic_strain_error, shear_error : (passes, d) estimates, 0 without;  computed : (d,) passes computed,
+    also those behind jumps that were taken back;  jumps : (d,) how many;  in a jump all are what extrapolated them.
+    """
 
     depth: np.ndarray
     plastic_strain: np.ndarray
     shear: np.ndarray
     residual_xx: np.ndarray
     residual_yy: np.ndarray
+    plastic_strain_error: np.ndarray
+    shear_error: np.ndarray
+    computed: np.ndarray
+    jumps: np.ndarray
 
-    def verdict(self, tolerance: float = 1e-7) -> str:
-        """Of the depth that fares worst, by its last pass: does plastic strain still grow by more than `tolerance`, and
-        does it run away in one direction (ratchetting) or close on itself (plastic shakedown)?"""
-        if self.plastic_strain[-1].max() <= tolerance:
-            return VERDICTS[0]
-        before = self.plastic_strain[-2] if len(self.plastic_strain) > 1 else np.zeros_like(self.depth)
-        sheared = self.shear[-2] if len(self.shear) > 1 else np.zeros_like(self.depth)
-        flow = self.plastic_strain[-1] - before
-        worst = int(np.argmax(flow))
-        if flow[worst] <= tolerance:
-            return VERDICTS[1]
-        run_away = abs(self.shear[-1, worst] - sheared[worst]) / np.sqrt(3)
-        return VERDICTS[3] if run_away > 0.01 * flow[worst] else VERDICTS[2]
+    @property
+    def worst(self) -> int:
+        """Number of the depth whose plastic strain grows most in the last pass; at rest, is largest."""
+        added = self._added(self.plastic_strain)
+        return int(np.argmax(added if added.max() > 0 else self.plastic_strain[-1]))
+
+    def exponent(self) -> float:
+        """e of a growth per pass that goes with the number of passes to the power of e, over the second half of the
+        passes at the worst depth: 0 is a constant rate, below -1 all that is to come is finite; NaN at rest."""
+        growth = np.diff(self.plastic_strain[:, self.worst], prepend=0.0)
+        last, half = growth[-1], growth[len(growth) // 2 - 1]
+        if len(growth) < 4 or min(last, half) <= 0:
+            return float("nan")
+        return float(np.log(last / half) / np.log(len(growth) / (len(growth) // 2)))
+
+    def _added(self, strain: np.ndarray) -> np.ndarray:
+        return strain[-1] - (strain[-2] if len(strain) > 1 else 0.0)
+
+    def verdict(self, tolerance: float = LEAST_FLOW) -> str:
+        """Of the depth that fares worst, by its last pass, which is computed: does plastic strain still grow by more
+        than `tolerance`, and does it run away in one direction (ratchetting) or close on itself (plastic shakedown)?"""
+        stays = abs(self._added(self.shear)[self.worst]) / np.sqrt(3)
+        flowed = bool(self.plastic_strain[-1].max() > tolerance)
+        return verdict(self._added(self.plastic_strain)[self.worst], stays, flowed, tolerance)
 
 
 def rolling_line_contact(
@@ -64,12 +83,14 @@ def rolling_line_contact(
     depth: np.ndarray,
     passes: int,
     steps: int = 400,
+    jumps: JumpRule = NO_JUMPS,
 ) -> RollingHistory:
     """`passes` of an elliptic line load with tractions traction_ratio times the pressure along +x over each depth.
 
     half_width [m], max_pressure [Pa];  depth : (d,) [m];  steps : of a pass over 2 REACH half-widths, finer beneath
+    jumps : by which passes are jumped over, at each depth by itself; all are computed by default
     Errors: ValueError for bad numbers, NoEquilibriumError where a point would have to carry more shear than it can.
-    Cost: proportional to passes, depths and steps (some microseconds each).
+    Cost: proportional to computed passes, depths and steps (some microseconds each).
     """
     depth = np.atleast_1d(np.asarray(depth, float))
     if not (half_width > 0 and np.isfinite(max_pressure) and max_pressure >= 0 and np.isfinite(traction_ratio)):
@@ -81,19 +102,62 @@ def rolling_line_contact(
     x = half_width * REACH * np.sinh(2 * np.linspace(1, -1, steps)) / np.sinh(2)  # from ahead of the point to behind it
     young = 9 * law.bulk * law.shear / (3 * law.bulk + law.shear)
     poisson = young / (2 * law.shear) - 1
-    out = np.empty((4, passes, depth.size))
+    out, made = np.empty((6, passes, depth.size)), np.empty((2, depth.size), int)
     for d, z in enumerate(depth):
         xx, zz, xz = line_stress(x, np.full(steps, z), half_width, max_pressure, traction_ratio * max_pressure)
         path = np.zeros((steps + 1, 6))  # and back to no load
         path[:-1, 0] = ((1 - poisson**2) * xx - poisson * (1 + poisson) * zz) / young
         path[:-1, 2], path[:-1, 4] = zz, xz
-        state, record = at_rest(law), np.empty((steps + 1, 13))
-        for n in range(passes):
-            made = march(law, GIVEN, path, state, record)
-            if made <= steps:
-                raise NoEquilibriumError(
-                    f"depth {z * 1e3:.3g} mm, pass {n + 1}: no equilibrium at sigma_zz {path[made, 2] * 1e-6:.0f}, "
-                    f"sigma_xz {path[made, 4] * 1e-6:.0f} MPa: more than the steel carries in shear"
-                )
-            out[:, n, d] = state.plastic_strain[0], 2 * state.strain[4], state.stress[0], state.stress[1]
-    return RollingHistory(depth, *out)
+        found = _Depth(law, z, path).run(passes, jumps)
+        after, error = found.after_each()
+        out[:4, :, d], out[4:, :, d] = after[:, :, 0].T, error.T
+        made[:, d] = found.computed, len(found.jumps)
+    return RollingHistory(depth, *out, *made)
+
+
+class _Depth:
+    """A point under the passes: its state as one vector, strains (they drift), then stresses (they settle)."""
+
+    def __init__(self, law: CyclicLaw, depth: float, path: np.ndarray) -> None:
+        self.law, self.depth, self.path = law, depth, path
+        self._record = np.empty((len(path), 13))
+
+    def run(self, passes: int, rule: JumpRule) -> CycleHistory:
+        start = _vector(at_rest(self.law))
+        return run_cycles(self.one_pass, start, passes, _measures, 7, rule, 2, self.admit, NoEquilibriumError)
+
+    def one_pass(self, vector: np.ndarray, number: int) -> np.ndarray:
+        state, path = _state(vector), self.path
+        made = march(self.law, GIVEN, path, state, self._record)
+        if made < len(path):
+            raise NoEquilibriumError(
+                f"depth {self.depth * 1e3:.3g} mm, pass {number}: no equilibrium at sigma_zz "
+                f"{path[made, 2] * 1e-6:.0f}, sigma_xz {path[made, 4] * 1e-6:.0f} MPa: more than the steel carries in "
+                "shear"
+            )
+        return _vector(state)
+
+    def admit(self, vector: np.ndarray) -> np.ndarray:
+        """Back stresses onto their bounds, the stress onto the yield surface by the law's own return at no load."""
+        state = _state(vector)
+        for back, modulus, recovery in zip(state.back, self.law.modulus, self.law.recovery, strict=True):
+            size = equivalent(back)
+            if recovery * size > modulus:
+                back *= modulus / (recovery * size)
+        if march(self.law, GIVEN, np.zeros((1, 6)), state, self._record) < 1:
+            raise NoEquilibriumError(f"depth {self.depth * 1e3:.3g} mm: no equilibrium without a load")
+        return _vector(state)
+
+
+def _measures(vector: np.ndarray) -> np.ndarray:
+    """(4, 1): plastic strain, shear strain, by which jumps are judged; residual stresses xx and yy [Pa]."""
+    return np.array([[vector[0]], [2 * vector[5]], [vector[7]], [vector[8]]])
+
+
+def _vector(state: PointState) -> np.ndarray:
+    return np.concatenate([state.plastic_strain, state.strain, state.stress, state.back.ravel()])
+
+
+def _state(vector: np.ndarray) -> PointState:
+    new = vector.copy()
+    return PointState(new[1:7], new[7:13], new[13:].reshape(-1, 6), new[:1])

@@ -1,6 +1,7 @@
 """What many passes of a line contact do to a steel: shakedown or ratchetting, by law, pressure and traction.
 
     rail-fem study ratchetting --out ratchetting        ratchetting.csv and ratchetting.png in the folder
+    rail-fem study ratchetting --passes 10000           rolled_passes.md, rolled_passes.png: most are jumped over
 
 Left: uniaxial cycles, where the law of one back stress has a closed form. Middle: residual shear strain that a pass
 adds to the worst depth. Right: the verdict over pressure and traction, beside the elastic limit and the shakedown limit
@@ -16,10 +17,13 @@ from pathlib import Path
 import numpy as np
 import typer
 
+from bem.cycle_jumps import VERDICTS
 from rail_fem.cyclic.closed_forms import ratchet_strain
 from rail_fem.cyclic.law import CyclicLaw, cyclic_law
 from rail_fem.cyclic.paths import uniaxial_cycles
-from rail_fem.cyclic.rolling import VERDICTS, NoEquilibriumError, rolling_line_contact
+from rail_fem.cyclic.rolling import NoEquilibriumError, rolling_line_contact
+from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.studies.rolled_passes import draw, roll_all, table
 
 YOUNG, POISSON, YIELD, HALF_WIDTH = 210e9, 0.3, 300e6, 5e-3
 SHEAR_YIELD = YIELD / np.sqrt(3)
@@ -60,8 +64,13 @@ def verdicts(law: CyclicLaw, ratios: np.ndarray, tractions: np.ndarray, passes: 
 def main(
     out: Path = typer.Option(Path("ratchetting"), help="folder for the files"),
     quick: bool = typer.Option(False, help="few passes and a coarse map, for a look"),
+    passes: int = typer.Option(0, min=0, help="so many passes at six pressures, with jumps, in place of table and map"),
+    tolerance: float = typer.Option(0.01, min=1e-4, max=0.5, help="of all jumps together, over the strain"),
 ):
     """Shakedown or ratchetting of a rolling line contact by four laws of cyclic plasticity: table and figure."""
+    if passes:
+        _roll_long(out, passes, 120 if quick else 300, tolerance)
+        return
     cycles, passes, steps = (20, 30, 120) if quick else (100, 300, 300)
     grid = (6, 4) if quick else (12, 9)
     out.mkdir(parents=True, exist_ok=True)
@@ -86,6 +95,14 @@ def main(
             f" rolling: first pass {first_pass:.2e}, last {last_pass:.2e}"
         )
     typer.echo(f"closed form of one back stress: {exact:.2e} a cycle; written: {out}/ratchetting.csv, ratchetting.png")
+
+
+def _roll_long(out: Path, passes: int, steps: int, tolerance: float) -> None:
+    law = laws()["Abdel-Karim-Ohno, mixing 0.1"]
+    found = roll_all(law, SHEAR_YIELD, HALF_WIDTH, DEPTHS, passes, steps, tolerance, typer.echo)
+    text = table(found)
+    write_table_and_figure(out / "rolled_passes.md", text, out / "rolled_passes.png", lambda: draw(found))
+    typer.echo(f"{text}written: {out}/rolled_passes.md, rolled_passes.png")
 
 
 def _draw(uniaxial, exact, rolling, ratios, tractions, found, path) -> None:
