@@ -10,6 +10,9 @@ from rail_fem.output.result import NAN, PassResult
 from rail_fem.show.metal import amount
 from rail_fem.show.style import NOSE, TOTAL, WING, give_title, new_figure
 
+MANY = 30  # passes, from which they are drawn as lines over their logarithm
+LEAST_ADDED = 1e-3  # [mm3], below which nothing is drawn: the steel is at rest
+
 COLUMNS = ("first_impact", "largest_force_wing", "block_wing", "block_nose", "integral_wing", "integral_nose")
 HEADS = ("first impact", "largest on wing", "PEEQ block wing", "block nose", "integral wing", "integral nose")
 
@@ -33,22 +36,28 @@ def passes_figure(result: PassResult, name: str) -> Figure:
     figure = new_figure(5.2)
     forces, strain, growth = figure.subplots(1, 3)
     number = np.arange(1, len(result.passes) + 1)
+    many = len(number) > MANY
+    dots, circle = ("-", "-") if many else ("o-", "o")
 
     def of(quantity: str) -> np.ndarray:
         return np.array([report.get(quantity, NAN) for report in result.passes])
 
     for body, colour in (("wing", WING), ("nose", NOSE)):
-        forces.plot(number, of(f"largest_force_{body}") / 1e3, "o-", color=colour, label=body, ms=5)
-    forces.plot(number, of("first_impact") / 1e3, "o", color=TOTAL, mfc="none", label="first impact", ms=9)
+        forces.plot(number, of(f"largest_force_{body}") / 1e3, dots, color=colour, label=body, ms=5)
+    forces.plot(number, of("first_impact") / 1e3, circle, color=TOTAL, mfc="none", label="first impact", ms=9)
     forces.set(xlabel="pass", ylabel="largest force [kN]", title="forces")
     for body, colour in (("wing", WING), ("nose", NOSE)):
         block, whole = of(f"block_{body}"), of(f"integral_{body}") * 1e9
-        strain.plot(number, 100 * block, "o-", color=colour, label=body, ms=5)
-        growth.semilogy(number, np.maximum(np.diff(whole, prepend=0.0), 1e-3), "o-", color=colour, label=body, ms=5)
+        strain.plot(number, 100 * block, dots, color=colour, label=body, ms=5)
+        added = np.diff(whole, prepend=0.0)
+        growth.semilogy(number, np.where(added > LEAST_ADDED, added, np.nan), dots, color=colour, label=body, ms=5)
     strain.set(xlabel="pass", ylabel="PEEQ, mean of the worst 5 x 5 x 3 mm [%]", title="plastic strain so far")
     growth.set(xlabel="pass", ylabel="integral of PEEQ added [mm3]", title="added by the pass")
     for axes in (forces, strain, growth):
         axes.legend()
-        axes.xaxis.get_major_locator().set_params(integer=True)
+        if many:
+            axes.set_xscale("log")
+        else:
+            axes.xaxis.get_major_locator().set_params(integer=True)
     give_title(figure, "passes on the steel that the one before has left", name, result)
     return figure
