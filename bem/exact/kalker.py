@@ -23,7 +23,7 @@ from numpy.polynomial import chebyshev, legendre
 from bem.material import Pair
 from bem.patch import ContactInputError, Creepage
 
-MOST_SLENDER = 60.0
+_MOST_SLENDER = 60.0
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ def creepage_coefficients(axis_ratio: float, poisson: float, degree: int = 10) -
 
 
 def check_ellipse(axis_ratio: float, poisson: float) -> None:
-    if not (np.isfinite(axis_ratio) and 1 / MOST_SLENDER <= axis_ratio <= MOST_SLENDER):
+    if not (np.isfinite(axis_ratio) and 1 / _MOST_SLENDER <= axis_ratio <= _MOST_SLENDER):
         raise ContactInputError(
-            f"axis ratio a/b = {axis_ratio!r}: must lie within 1/{MOST_SLENDER:g} and {MOST_SLENDER:g}; "
+            f"axis ratio a/b = {axis_ratio!r}: must lie within 1/{_MOST_SLENDER:g} and {_MOST_SLENDER:g}; "
             "a longer patch is a line contact"
         )
     if not 0 <= poisson <= 0.5:

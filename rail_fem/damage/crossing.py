@@ -17,13 +17,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem.exact.kalker import MOST_SLENDER
 from bem.halfspace.falling_friction import FallingFriction
 from bem.halfspace.rolled_ellipses import RolledEllipses, rolled_ellipses
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.deposit import Footprints, ReachedLines, deposit, deposit_reached
+from rail_fem.damage.rolling import no_more_slender
 from rail_fem.damage.strips import patch_centres, plane_creepages, strip_creepages
 from rail_fem.damage.wear import WearLaw, friction_work_of_cells, tgamma
 from rail_fem.light.contact_table import ContactTable, contact_table, patch_sizes
@@ -34,7 +34,6 @@ SPACING = 2e-3  # between the patches [m]
 LATERAL = 0.5e-3  # between the rows of the field d(x, y) [m]
 MARGIN = 20e-3  # of the field beyond the contacts [m]
 LEAST_FORCE = 100.0  # of a contact that is looked at [N]
-SLENDER = (1 - 1e-9) * MOST_SLENDER
 
 
 @dataclass(frozen=True)
@@ -186,15 +185,6 @@ class BodyContacts(NamedTuple):
     angle: np.ndarray
     enlarged: np.ndarray
     radii: np.ndarray
-
-
-def no_more_slender(semi: np.ndarray) -> np.ndarray:
-    """Half lengths along and across (k, 2) [m] of ellipses of the same areas, none longer or wider than creepage
-    coefficients are known for: what a groove makes of a patch is then near enough to a line contact."""
-    ratio = semi[:, 0] / semi[:, 1]
-    kept = np.clip(ratio, 1 / SLENDER, SLENDER)
-    least = np.sqrt(semi.prod(axis=1))[:, None] * np.stack([np.sqrt(kept), 1 / np.sqrt(kept)], axis=1)
-    return np.where((kept == ratio)[:, None], semi, least)
 
 
 def _of_body(scene: Scene, table: ContactTable, b: int, force: np.ndarray, options: PatchOptions) -> BodyContacts:

@@ -126,9 +126,14 @@ def free_spin(state: LoadedWheelset, sides: list[LoadedSide], rolling: Rolling) 
     return own * (1 + (0.0 if one == two == 0 else brentq(moment, low, high, xtol=1e-8)))
 
 
+def no_more_slender(semi: np.ndarray) -> np.ndarray:
+    """Half lengths (..., 2) [m] of patches, the shorter ones widened where creepage coefficients end."""
+    return np.maximum(semi, semi.max(axis=-1, keepdims=True, initial=0.0) / LONGEST)
+
+
 def tractions(side: LoadedSide, k: int, creepage: np.ndarray, rolling: Rolling) -> Patch:
     """Patch of point k of a side with tractions and slip."""
-    along, across = np.maximum(side.patch[k], max(LEAST_AXIS, side.patch[k].max() / LONGEST))
+    along, across = no_more_slender(np.maximum(side.patch[k], LEAST_AXIS))
     patch = elliptic_patch(float(along), float(across), float(side.normal_force[k]), (rolling.cells, rolling.cells))
     return fastsim(
         patch,
