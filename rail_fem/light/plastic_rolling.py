@@ -13,6 +13,7 @@ from dataclasses import astuple, dataclass, field, replace
 import numpy as np
 from scipy import ndimage
 
+from bem.cycle_jumps import LEAST_FLOW
 from bem.material import Elastic
 from bem.patch import ContactInputError, Grid
 from bem.plastic.contact import PlasticHalfSpace
@@ -21,7 +22,7 @@ from bem.plastic.hardening import YieldLaw
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.rolling import PlasticTrack, agree_on
 from rail_fem.light.contact_pairs import ContactPair
-from rail_fem.light.repeated_wheels import AT_REST, Wheels
+from rail_fem.light.repeated_wheels import Wheels
 from rail_fem.output.parts import CrossingPart
 from rail_fem.output.plastic_zone import BLOCK
 
@@ -70,7 +71,8 @@ class Flow:
     stations : what each station came to
     fall : of the body's own surface below the tangent plane at the worst point, one depth of the zone beside it, over
         that depth; NaN where nothing has yielded or no surface is left there
-    grown : most plastic strain that each wheel that was rolled has added to a cell; reports : what was told after each
+    grown : most plastic strain that each wheel that was rolled has added to a cell; stays : of it, in that cell, what
+        each has left when it was gone; reports : what was told after each
     """
 
     x: np.ndarray
@@ -85,6 +87,7 @@ class Flow:
     stations: list[SolvedStation]
     fall: float = np.nan
     grown: list[float] = field(default_factory=list)
+    stays: list[float] = field(default_factory=list)
     reports: list[dict[str, float]] = field(default_factory=list)
 
     @property
@@ -201,21 +204,32 @@ def _roll(stations, steels, hardening, cell, agreement, size, report, wheels: Wh
 
     solved: list[SolvedStation] = []
     grown: list[float] = []
+    stays: list[float] = []
     reports: list[dict[str, float]] = []
     if kept:
         arrays, told = kept
         nowhere = arrays["nowhere"]
         track.recall(arrays)
-        solved, grown, reports = [SolvedStation(*one) for one in told["solved"]], told["grown"], told["reports"]
-    while len(grown) < wheels.count and not (grown and grown[-1] <= AT_REST):
-        before = track.state.peeq.copy()
+        solved, reports = [SolvedStation(*one) for one in told["solved"]], told["reports"]
+        grown, stays = told["grown"], told["stays"]
+    while len(grown) < wheels.count and not (grown and grown[-1] <= LEAST_FLOW):
+        before = track.state.copy()
         solved = one_wheel(len(grown))
-        grown.append(float((track.state.peeq - before).max()))
+        added = track.state.peeq - before.peeq
+        left = np.sqrt(2 / 3) * np.linalg.norm(track.state.strain - before.strain, axis=1)
+        grown.append(float(added.max()))
+        stays.append(float(left[np.unravel_index(added.argmax(), added.shape)]))
         if wheels.count > 1:
-            reports.append(wheels.tell(flow(solved, np.zeros((*before.shape, 6)))))
-        told = {"size": size, "grown": grown, "reports": reports, "solved": [astuple(one) for one in solved]}
+            reports.append(wheels.tell(flow(solved, np.zeros((*added.shape, 6)))))
+        told = {
+            "size": size,
+            "grown": grown,
+            "stays": stays,
+            "reports": reports,
+            "solved": [astuple(one) for one in solved],
+        }
         wheels.keep(track.remembered() | {"nowhere": nowhere}, told)
-    found = replace(flow(solved, residual_stress(track)), grown=grown, reports=reports)
+    found = replace(flow(solved, residual_stress(track)), grown=grown, stays=stays, reports=reports)
     return replace(found, fall=surface_fall(found, stations))
 
 

@@ -12,8 +12,6 @@ import numpy as np
 
 from rail_fem.output.sealed import read_sealed, write_sealed
 
-AT_REST = 1e-7  # plastic strain: a wheel that adds nowhere more finds the steel shaken down
-
 
 @dataclass(frozen=True)
 class Wheels:

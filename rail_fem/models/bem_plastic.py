@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bem.cycle_jumps import LEAST_FLOW, verdict
 from bem.material import Elastic
 from bem.plastic.contact import LARGE_STRAIN, pressure_warnings
 from bem.plastic.hardening import Hardening, YieldLaw
@@ -27,7 +28,7 @@ from rail_fem.light.pass_result import pass_result, patch_steps, patches_at
 from rail_fem.light.plastic_fields import metal_of, write_archive, write_vtu
 from rail_fem.light.plastic_indentation import contacts_of
 from rail_fem.light.plastic_rolling import Flow, Station, flow_in, roll_along
-from rail_fem.light.repeated_wheels import AT_REST, Wheels
+from rail_fem.light.repeated_wheels import Wheels
 from rail_fem.light.validity import Flag, flag, lift_flags
 from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
 from rail_fem.models.bem_passage import pair_of
@@ -129,11 +130,14 @@ def passes_flags(body: str, flow: Flow, count: int) -> list[Flag]:
     if count == 1:
         return []
     forces = "; the forces of all are those of the first, which do not feel the changed shape"
-    if flow.grown[-1] <= AT_REST:
-        words = f"at rest after wheel {len(flow.grown)} of {count}: elastic shakedown"
-    else:
-        first, last = flow.grown[0], flow.grown[-1]
-        words = f"wheel {count} still adds up to {last:.2g} of plastic strain to a cell (the first {first:.2g})"
+    first, last, stays = flow.grown[0], flow.grown[-1], flow.stays[-1]
+    what = verdict(last, stays, first > LEAST_FLOW)
+    words = f"at rest after wheel {len(flow.grown)} of {count}: {what}"
+    if last > LEAST_FLOW:
+        words = (
+            f"{what}: wheel {count} still adds up to {last:.2g} of plastic strain to a cell (the first {first:.2g}), of"
+            f" which {stays:.2g} stays there when it is gone"
+        )
     return [flag("repeated wheels", f"{body}: {words}{forces}")]
 
 
