@@ -97,6 +97,9 @@ STUDIES = {
     "patch-methods": Study(
         "rail_fem.studies.patch_methods", "one patch by every method, static finite elements as reference solution"
     ),
+    "accelerated-wear": Study(
+        "rail_fem.studies.accelerated_wear", "a switch worn by one k = 0.1: a groove on its corner"
+    ),
     "wear-patch": Study("rail_fem.studies.wear_patch", "wear of one patch: Hertz against slices and the half-space"),
     "patch-limits": Study("rail_fem.studies.patch_limits", "where the half-space is wrong and the slices are right"),
     "patch-speed": Study("rail_fem.studies.patch_speed", "speed against error of all patch solvers on one patch"),

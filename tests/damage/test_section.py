@@ -25,6 +25,7 @@ from rail_fem.damage.summary import shortest_block
 from rail_fem.damage.wear import worn_area
 from rail_fem.damage.worn_profile import WornOutError
 from rail_fem.light.load_sharing import static_equilibrium
+from rail_fem.studies import accelerated_wear
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "switch_section.toml"
 QUICK = {"damage.cells": 20, "damage.switch.positions": 3}
@@ -129,6 +130,14 @@ def test_a_told_block_that_is_too_long_is_taken_in_shorter_ones(section):
     fast.start_from(whole[0].starts)
     *_, again = evolve(fast, 40.0, stepping, whole[0])
     assert (again.worn.points == end.worn.points).all()
+
+
+def test_accelerated_wear_begins_on_the_tongue():
+    """By one k the corner is worn first and deepest; one row for a study shorter than the passes that are shown."""
+    found = accelerated_wear.wear(0.1, 4.0)
+    assert not found.ended and found.states[-1].passes == pytest.approx(4) and len(accelerated_wear.shown(found)) == 1
+    cells = accelerated_wear.row(found.states[-1])
+    assert float(cells[1]) > 3 * float(cells[5]) > 0 and float(cells[3]) < 1.5
 
 
 def test_no_friction_wears_nothing_and_ten_is_finite():
