@@ -168,10 +168,9 @@ def test_kinds_of_wheel_have_axle_loads_of_their_own():
 )
 def test_a_wheel_of_the_traffic_that_is_none_is_told_by_its_place(wheel, said):
     """In words of the case file, without the names of its reader."""
-    settings = DamageSettings(hardness="5 GPa", wheels=("P8", wheel), weights=(0.5, 0.5))
-    with pytest.raises(ValueError, match=said) as told:
-        traffic_of(load_case(CASE).scene, settings)
-    assert "kind 2 of pass: wheel.profile: " in str(told.value) and "input_value" not in str(told.value)
+    with pytest.raises(CaseError, match=said) as told:
+        load_case(CASE, {"damage.wheels": ["P8", wheel], "damage.weights": [0.5, 0.5]})
+    assert "damage.wheels: " in str(told.value) and "input_value" not in str(told.value)
 
 
 def test_weights_that_do_not_add_up_are_refused(site):
