@@ -212,9 +212,10 @@ def stations_of(
 
 
 def hardening_of(steel: Steel, kinematic: bool) -> YieldLaw:
-    """The yield curve of a steel, or its law over many cycles, as bem.plastic takes it."""
-    if steel.cyclic is not None:
-        law = steel.cyclic
+    """The yield curve of a steel, or its law over many cycles, as bem.plastic takes it; a law without back stresses is
+    the isotropic curve of its first loading."""
+    law = steel.cyclic
+    if law is not None and law.modulus.size:
         return NonlinearKinematic(
             law.yield_stress, law.modulus, law.recovery, law.mixing, law.hardening, law.hardening_rate
         )

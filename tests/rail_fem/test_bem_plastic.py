@@ -6,16 +6,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bem.plastic.hardening import Hardening
+from bem.plastic.nonlinear_kinematic import NonlinearKinematic
 from rail_fem.case.casefile import load_case
 from rail_fem.hierarchy import solve
 from rail_fem.light.contact_pairs import ContactPair
 from rail_fem.light.plastic_fields import metal_of
 from rail_fem.light.plastic_rolling import Flow, SolvedStation, Station, flow_in, surface_fall
-from rail_fem.models.bem_plastic import flow_flags, strain_bars
+from rail_fem.models.bem_plastic import flow_flags, hardening_of, strain_bars
 from rail_fem.output.fields import REGIONS, field_file, read_fields
 from rail_fem.output.parts import parts_between
 from rail_fem.output.result import load
 from rail_fem.output.sealed import SealError
+from rail_fem.scene.steel import cyclic_steel
 from rail_fem.show.fields import read_crossing
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -121,6 +124,16 @@ def test_wheels_one_after_the_other_add_less_and_less_and_a_stop_changes_no_bit(
     kept.write_bytes(kept.read_bytes()[:-100])
     with pytest.raises(SealError, match="restart_nose.npz.*begins again"):
         solve("bem_plastic", once.scene, settings, folder=tmp_path / "cut", restart=True)
+
+
+def test_a_law_over_cycles_goes_to_the_cells_and_one_without_back_stresses_as_its_curve():
+    whole = cyclic_steel(210e9, 0.3, 7800, yield_stress=310e6, modulus=[60e9, 8e9], recovery=[600.0, 60.0])
+    law = hardening_of(whole, kinematic=False)
+    assert isinstance(law, NonlinearKinematic) and law.back_stresses == 2
+    np.testing.assert_allclose(law.at(whole.hardening_strain), whole.hardening_stress, rtol=1e-9)
+    bare = cyclic_steel(210e9, 0.3, 7800, yield_stress=310e6, hardening=80e6, hardening_rate=20.0)
+    curve = hardening_of(bare, kinematic=False)
+    assert isinstance(curve, Hardening) and not curve.kinematic and curve.at(np.array(10.0)) == pytest.approx(390e6)
 
 
 def test_steel_at_rest_is_rolled_over_no_more(short_pass, tmp_path):
