@@ -34,6 +34,7 @@ from rail_fem.output.runfolder import digest, held, prepare_folder
 from rail_fem.scene.scene import Wheel
 from rail_fem.settings.damage import MOST_PASSES, DamageSettings
 from rail_fem.settings.light import RigidHertzSettings
+from rail_fem.show.style import in_lines
 from rail_fem.stopping import end_with_parent
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
@@ -133,7 +134,7 @@ def _wear_section(case, settings, folder, goes_on, identity, progress, say) -> N
     for name, profile in (("before", state.first), ("after", state.worn)):
         write_profile(folder / f"profile_{name}.txt", profile.profile.points, "rail", f"{profile.label}, {name} wear")
     _write_results(folder, summary, state_arrays(state))
-    section_figures(folder / "figures", case.title, settings, section, state, before, after)
+    section_figures(folder / "figures", in_lines(case.title), settings, section, state, before, after)
     write_text_atomically(folder / REPORT, section_report(case.title, settings, summary))
 
 
@@ -153,7 +154,7 @@ def _wear_crossing(case, settings, folder, goes_on, identity, progress, say, wor
         summary["sensitivities"] = [[s.name, s.base, s.elasticity, s.error] for s in found]
         summary["wheel_ratios"] = wheel_ratios(case.scene, settings, run)
     _write_results(folder, summary, state_arrays(state))
-    crossing_figures(folder / "figures", case.title, settings, site, state, before, after)
+    crossing_figures(folder / "figures", in_lines(case.title), settings, site, state, before, after)
     write_text_atomically(folder / REPORT, crossing_report(case.title, settings, summary))
 
 

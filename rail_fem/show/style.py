@@ -79,12 +79,17 @@ def scene_words(scene: Scene, speed: bool = True) -> str:
     )
 
 
+def in_lines(words: str) -> str:
+    """A title in lines that fit on a figure."""
+    return "\n".join(textwrap.wrap(words, 110))
+
+
 def give_title(figure: Figure, what: str, name: str, result: PassResult) -> None:
     """What is seen, of which run and case, of which scene; and that the run failed, if it did."""
     run = f"run {name}, model {result.model}" if name != result.model else f"model {result.model}"
-    lines = [f"{what}: {run}", *textwrap.wrap(result.title, 110), scene_words(result.scene)]
+    lines = [f"{what}: {run}", *filter(None, [in_lines(result.title)]), scene_words(result.scene)]
     if result.fault:
-        lines += textwrap.wrap(f"THIS RUN FAILED: {result.fault}", 110)
+        lines.append(in_lines(f"THIS RUN FAILED: {result.fault}"))
     figure.suptitle("\n".join(lines), fontsize=14)
 
 
