@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bem.cycle_jumps import LEAST_FLOW, verdict
 from bem.patch import ContactInputError, Grid
 from bem.plastic.body import Box, PlasticBody, Trial
 from bem.plastic.contact import Agreed, PlasticHalfSpace
@@ -212,8 +213,7 @@ class Passes:
     growth : (passes,) largest growth of the equivalent plastic strain in each pass, of the mean over the ring
     section : (nz, ny) equivalent plastic strain after the last pass, mean over the ring
     per_pass : (nz, ny) its growth in the last pass
-    verdict : "elastic", "elastic shakedown", "steady growth" (plastic shakedown or ratchetting, told apart by the
-        strain itself) or "not steady"
+    verdict : one of bem.cycle_jumps.VERDICTS, where plastic strain grows most, or "not steady"
     strain_growth : (nz, 5, ny) growth of the plastic strain itself in the last pass
     solved : passes that were solved; the others of a steady state go on with its growth
     """
@@ -232,7 +232,7 @@ def repeat_passes(
     passes: int,
     stride: int = 1,
     steady: float = 0.01,
-    shakedown: float = 1e-7,
+    shakedown: float = LEAST_FLOW,
 ) -> Passes:
     """Roll a given load over a ring again and again until its state is steady, and go on with the steady growth.
 
@@ -245,26 +245,24 @@ def repeat_passes(
     """
     if not track.periodic:
         raise ContactInputError("repeated passes need a ring: make the track with periodic=True")
-    growth, previous, verdict = [], None, "not steady"
-    for number in range(passes):
+    growth, previous, steadied = [], None, False
+    for _ in range(passes):
         before, strain = track.state.peeq.mean(axis=1), track.state.strain.mean(axis=2)
         one_pass(track, deviator, stride)
         change = track.state.peeq.mean(axis=1) - before
         strain_growth = track.state.strain.mean(axis=2) - strain
         growth.append(float(change.max()))
-        if growth[-1] <= shakedown:
-            verdict = "elastic" if number == 0 else "elastic shakedown"
-            break
-        if previous is not None and np.abs(change - previous).max() <= steady * change.max():
-            verdict = "steady growth"
+        at_rest = growth[-1] <= shakedown
+        steadied = at_rest or (previous is not None and np.abs(change - previous).max() <= steady * change.max())
+        if steadied:
             break
         previous = change
-    solved = len(growth)
-    left = passes - solved if verdict == "steady growth" else 0
+    solved, (k, j) = len(growth), np.unravel_index(change.argmax(), change.shape)
+    left = passes - solved if steadied and not at_rest else 0
+    stays = float(np.sqrt(2 / 3) * np.linalg.norm(strain_growth[k, :, j]))
+    found = verdict(growth[-1], stays, solved > 1, shakedown) if steadied else "not steady"
     growth += [growth[-1]] * left + [0.0] * (passes - solved - left)
-    return Passes(
-        np.array(growth), track.state.peeq.mean(axis=1) + left * change, change, strain_growth, verdict, solved
-    )
+    return Passes(np.array(growth), track.state.peeq.mean(axis=1) + left * change, change, strain_growth, found, solved)
 
 
 def agree_on(

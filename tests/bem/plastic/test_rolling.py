@@ -8,6 +8,7 @@ from bem.patch import ContactInputError
 from bem.plastic.deviator import FROM_DEVIATOR
 from bem.plastic.hardening import Hardening
 from bem.plastic.influence import Cells, StressInfluence
+from bem.plastic.nonlinear_kinematic import NonlinearKinematic
 from bem.plastic.rolling import PlasticTrack, one_pass, repeat_passes
 from bem.verification.line_shakedown import ORTHOGONAL, SHEAR_YIELD, YIELD, last_growth, line_limits, rolling_line
 from tests.bem.plastic.short_track import short_track
@@ -83,6 +84,20 @@ def test_passes_over_a_hardening_ring_come_to_rest():
     track, deviator = line_contact(3.4, hardening=Hardening.linear(YIELD, 4e10))
     passes = repeat_passes(track, deviator, 8, stride=2)
     assert passes.growth[0] > 0 and passes.growth[-1] < 0.05 * passes.growth[0]
+
+
+def test_a_steady_state_is_named_by_the_rule_for_points():
+    """Perfectly plastic beyond the limit it runs away, below first yield it is elastic."""
+    for ratio, named in ((4.2, "ratchetting"), (2.0, "elastic")):
+        track, deviator = rolling_line(ratio, 6)
+        assert repeat_passes(track, deviator, 60, stride=2, steady=0.05).verdict == named
+
+
+@pytest.mark.validate
+def test_a_back_stress_without_bound_lets_the_steel_flow_to_and_fro():
+    law = NonlinearKinematic(YIELD, [2e10], [0.0])
+    track, deviator = rolling_line(4.3, 6, depth=4, ring=12, hardening=law, window=6)
+    assert repeat_passes(track, deviator, 40, stride=2, steady=1e-3).verdict == "plastic shakedown"
 
 
 def test_impossible_tracks_are_refused():
