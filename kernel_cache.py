@@ -7,20 +7,31 @@ and of all project files that it imports, directly or through others. Every kern
 module (tests/test_kernel_cache.py looks for others).
 
 The caches lie in NUMBA_CACHE_DIR if that is set, else in rail_fem/kernels of the user's cache folder, else in a
-temporary folder.
+temporary folder. They are found by content alone: two checkouts of the same sources share them. numba reads them by
+pickle, which executes what it reads, so a folder or a file that is not the user's own is not read, and each file begins
+with the digest of the rest: a damaged one is removed and its kernel compiled anew.
 """
 
+import contextlib
 import functools
 import hashlib
 import os
+import pickle
 import re
 import shutil
 import tempfile
+import time
+import warnings
 from pathlib import Path
+from typing import Any
 
 import numba
 from numba.core import event
-from numba.core.caching import _CacheLocator  # the interface that numba's setting CACHE_LOCATOR_CLASSES asks for
+from numba.core.caching import (
+    FunctionCache,
+    IndexDataCacheFile,
+    _CacheLocator,  # the interface that numba's setting CACHE_LOCATOR_CLASSES asks for
+)
 
 ROOT = Path(__file__).resolve().parent
 PACKAGES = "geometry", "bem", "rail_fem"
@@ -29,7 +40,10 @@ IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([.\w]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]*)|import[ \t]+([^\n#]*))", re.MULTILINE
 )
 
-njit = numba.njit
+DAYS = 30  # kernels that were not asked for so long are removed
+VERSIONS = 8  # sources of one file whose kernels are kept
+OTHERS_WRITE = 0o022
+
 _COMPILING = event.TimingListener()
 event.register("numba:compile", _COMPILING)
 
@@ -37,6 +51,63 @@ event.register("numba:compile", _COMPILING)
 def compile_time() -> float:
     """How long this process has compiled kernels so far [s]; what was read from the cache took none of it."""
     return _COMPILING.duration if _COMPILING.done else 0.0
+
+
+def njit(*given: Any, **options: Any) -> Any:
+    """numba's decorator `njit`; what it caches lies in `SealedFiles`."""
+    made = numba.njit(*given, **options)
+    return _seal(made) if given and callable(given[0]) else lambda function: _seal(made(function))
+
+
+def _seal(kernel: Any) -> Any:
+    cache = getattr(kernel, "_cache", None)
+    if isinstance(cache, FunctionCache) and isinstance(cache._impl.locator, SourcesLocator):
+        stamp = cache._impl.locator.get_source_stamp()
+        cache._cache_file = SealedFiles(cache.cache_path, cache._impl.filename_base, stamp)
+    return kernel
+
+
+class SealedFiles(IndexDataCacheFile):
+    """numba's index and data files of one kernel, each after the SHA-256 of its content. What is damaged, or not the
+    user's own, counts as not there and is removed."""
+
+    def _load_index(self):
+        try:
+            stamp, overloads = self._read(Path(self._index_path))
+        except FileNotFoundError:
+            return {}
+        return overloads if stamp == self._source_stamp else {}
+
+    def _save_index(self, overloads):
+        self._write(self._index_path, (self._source_stamp, overloads))
+
+    def _load_data(self, name):
+        return self._read(Path(self._data_path(name)))
+
+    def _save_data(self, name, data):
+        self._write(self._data_path(name), data)
+
+    def _read(self, path: Path) -> Any:
+        """The object in a file; FileNotFoundError, which numba takes for "not compiled yet", if it is not whole."""
+        with open(path, "rb") as file:
+            own, total = _own(os.fstat(file.fileno())), file.read()
+        seal, content = total[:32], total[32:]
+        if own and hashlib.sha256(content).digest() == seal:
+            return pickle.loads(content)
+        path.unlink(missing_ok=True)
+        raise FileNotFoundError(path)
+
+    def _write(self, path: str, item: Any) -> None:
+        content = self._dump(item)
+        with self._open_for_write(path) as file:
+            if os.name != "nt":
+                os.fchmod(file.fileno(), 0o600)
+            file.write(hashlib.sha256(content).digest() + content)
+
+
+def _own(status: os.stat_result) -> bool:
+    """Whether a file or folder is this user's, and nobody else may write it."""
+    return os.name == "nt" or (status.st_uid == os.getuid() and not status.st_mode & OTHERS_WRITE)
 
 
 def _files_of(folder: Path, dotted: str, names: list[str]) -> set[Path]:
@@ -76,26 +147,47 @@ def sources(file: Path) -> list[Path]:
 
 @functools.cache
 def digest(file: Path) -> str:
-    """SHA-256 over the names and contents of `sources(file)`."""
-    total = hashlib.sha256()
+    """SHA-256 over numba's version and the names within the project and contents of `sources(file)`."""
+    total = hashlib.sha256(f"{numba.__version__}\n".encode())
     for path in sources(file):
         text = path.read_bytes()
-        total.update(f"{path.name} {len(text)}\n".encode() + text)
+        total.update(f"{path.relative_to(ROOT).as_posix()} {len(text)}\n".encode() + text)
     return total.hexdigest()
 
 
 @functools.cache
 def folder() -> Path:
-    """Where compiled kernels are kept. A temporary folder where the user's cache cannot be written."""
+    """Where compiled kernels are kept. A temporary folder where the user's cache cannot be written; with a warning,
+    where it is not the user's alone."""
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     path = Path(os.environ.get("NUMBA_CACHE_DIR") or home / "rail_fem" / "kernels")
     try:
-        path.mkdir(parents=True, exist_ok=True)
-        if os.access(path, os.W_OK):
+        path.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not _own(path.stat()):
+            warnings.warn(
+                f"{path} belongs to another user or may be written by others: what it holds would be executed, so its"
+                " kernels are not read, and are compiled anew in a temporary folder. Remove it (it is made again), or"
+                " name a folder of your own by NUMBA_CACHE_DIR.",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        elif os.access(path, os.W_OK):
             return path
     except OSError:
         pass
     return Path(tempfile.mkdtemp(prefix="rail_fem_"))
+
+
+def _prune(stem: str) -> None:
+    """Remove kernels that nobody asked for in DAYS, and of files named `stem` all but those of the latest VERSIONS."""
+    age, ours = time.time() - DAYS * 86400, re.compile(r"(\w+)_[0-9a-f]{16}")
+    found = []
+    for entry in folder().iterdir():
+        with contextlib.suppress(FileNotFoundError):  # another process removed it
+            found += [(entry.stat().st_mtime, entry)] if ours.fullmatch(entry.name) else []
+    same = sorted((entry for entry in found if entry[1].name[:-17] == stem), reverse=True)
+    for path in {entry for used, entry in found if used < age} | {entry for _, entry in same[VERSIONS - 1 :]}:
+        shutil.rmtree(path, ignore_errors=True)  # a process that runs on them compiles what it still needs
 
 
 class SourcesLocator(_CacheLocator):
@@ -112,13 +204,13 @@ class SourcesLocator(_CacheLocator):
         return cls(path, function.__code__.co_firstlineno) if inside else None
 
     def get_cache_path(self):
-        """Folder of the file's kernels: one for each path of the file, so that two checkouts do not share one, and in
-        it one for its sources. numba reads an index before it looks at its stamp, and cannot where the index names a
-        class that is gone: an index of other sources must not be found. Kernels of former sources are removed."""
-        home = folder() / f"{self.file.stem}_{hashlib.sha256(str(self.file).encode()).hexdigest()[:16]}"
-        path = home / self.get_source_stamp()[:16]
-        if home.is_dir() and not path.is_dir():
-            shutil.rmtree(home, ignore_errors=True)  # a process that runs on former sources makes its folder again
+        """Folder of the file's kernels, named by its sources: numba reads an index before it looks at its stamp, and
+        cannot where the index names a class that is gone, so an index of other sources must not be found."""
+        path = folder() / f"{self.file.stem}_{self.get_source_stamp()[:16]}"
+        if path.is_dir():
+            os.utime(path)
+        else:
+            _prune(self.file.stem)
         return str(path)
 
     def get_source_stamp(self):
