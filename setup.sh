@@ -1,6 +1,8 @@
 #!/bin/bash
 # Makes everything ready on Debian 12 or 13: distribution packages, and a virtual environment in .venv. Safe to call again:
-# then it only looks whether all is still there and NumPy the distribution's, and repairs what is not.
+# then it only looks whether all is still there and NumPy the distribution's, and repairs what is not. Python packages are
+# those of constraints/, with which the tests passed; `./setup.sh --renew` makes .venv of the newest that pyproject.toml
+# allows, and writes them there.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8
@@ -40,7 +42,8 @@ faults() { .venv/bin/python -m rail_fem.run.installation 2>/dev/null || [ $? -eq
 in_environment() { .venv/bin/python -m pip "$@" --disable-pip-version-check --no-input </dev/null >>"$LOG" 2>&1; }
 
 make_environment() {
-  local numpy broken
+  local numpy broken extras=fe,plot3d,test,lint
+  [ -z "$renew" ] || { rm -rf .venv; extras+=,docs; }
   if ! { [ -x .venv/bin/python ] && .venv/bin/python -c '' 2>/dev/null && [ "$(.venv/bin/python -c 'import sys; print(sys.base_prefix)')" = /usr ]; }; then
     rm -rf .venv
     "$PYTHON" -m venv --system-site-packages .venv >"$LOG" 2>&1 || stop "the virtual environment .venv could not be made (above)"
@@ -49,21 +52,29 @@ make_environment() {
   numpy=$("$PYTHON" -c 'import numpy; print(".".join(numpy.__version__.split(".")[:2]))')
   echo "numpy==$numpy.*" >.venv/constraints.txt
   "$PYTHON" -c 'import pathlib; print("[install]\nconstraint =", pathlib.Path(".venv/constraints.txt").resolve().as_uri())' >.venv/pip.conf
+  cp "$LOCK" .venv/lock.txt 2>/dev/null || : >.venv/lock.txt  # another Python's: pyproject.toml's bounds alone; docs/build.sh reads it too
+  [ -z "$renew" ] || : >.venv/lock.txt
   case "$(faults)" in *"NumPy "*"has taken the place"*) in_environment uninstall -q -y numpy || stop "pip could not take the foreign NumPy out of .venv (above)" ;; esac
-  in_environment install -q -e '.[fe,plot3d,test,lint]' || stop "pip could not install the Python packages of pyproject.toml (above): is the package index reachable?"
+  in_environment install -q -c .venv/lock.txt -e ".[$extras]" ||
+    stop "pip could not install the Python packages of pyproject.toml as $LOCK names them (above): is the package index reachable? If it no longer has one of them: ./setup.sh --renew"
   broken=$(.venv/bin/python -m rail_fem.run.installation --broken)  # emptied folders, which pip takes for installed
   # shellcheck disable=SC2086
   [ -z "$broken" ] || in_environment install -q --force-reinstall --no-deps $broken || stop "pip could not install $broken again (above): remove .venv and call this again"
   .venv/bin/python -c 'import dolfinx, mpi4py, numba, gmsh, pyvista, pydantic, pint, typer, pytest, xdist' >"$LOG" 2>&1 ||
     stop "an installed package does not import (above): remove .venv and call this again"
+  [ -z "$renew" ] || .venv/bin/python -m pip freeze --local --exclude-editable >"$LOCK"
   : >"$LOG"
 }
 
+renew=; [ "${1:-}" != --renew ] || renew=yes
 command -v dpkg-query >/dev/null && command -v apt-get >/dev/null || stop "this needs Debian 12 or 13: no apt-get found"
 install_packages
-# The stamp names what the environment was made from and where.
-stamp=$({ pwd; "$PYTHON" --version; cat setup.sh pyproject.toml; } | sha256sum | cut -d' ' -f1)
-if [ "$(cat .venv/.stamp 2>/dev/null)" != "$stamp" ] || [ ! -x .venv/bin/python ]; then
+LOCK=constraints/python$("$PYTHON" -c 'import sys; print("%d.%d" % sys.version_info[:2])').txt
+# What the environment was made from and where.
+stamp() { { pwd; "$PYTHON" --version; cat setup.sh pyproject.toml; cat "$LOCK" 2>/dev/null || true; } | sha256sum | cut -d' ' -f1; }
+if [ -n "$renew" ]; then
+  echo "setup: making the virtual environment .venv of the newest packages, and writing them to $LOCK"
+elif [ "$(cat .venv/.stamp 2>/dev/null)" != "$(stamp)" ] || [ ! -x .venv/bin/python ]; then
   echo "setup: making the virtual environment .venv"
 elif fault=$(faults) && [ -n "$fault" ]; then
   echo "setup: repairing the virtual environment .venv: $(paste -sd ';' <<<"$fault")"
@@ -71,5 +82,5 @@ else
   exit 0
 fi
 make_environment
-echo "$stamp" >.venv/.stamp
+stamp >.venv/.stamp
 echo "setup: ready"

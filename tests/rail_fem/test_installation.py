@@ -1,11 +1,15 @@
 """A broken environment is found by a look at the files, and said in a sentence, not in a traceback."""
 
+import importlib.metadata
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 from rail_fem.run import installation
 from rail_fem.run.doctor import examine
@@ -88,3 +92,27 @@ def test_a_broken_package_is_a_sentence(tmp_path, name, kind, said):
 def test_an_error_that_is_not_the_environments_is_not_hidden():
     assert explain(ModuleNotFoundError("No module named 'bem.absent'", name="bem.absent")) == ""
     assert explain(AttributeError("module 'json' has no attribute 'x'")) == ""
+
+
+def locked(file: Path) -> dict[str, str]:
+    """Releases of a lock file by the normal form of the package's name."""
+    lines = (line.split("==") for line in file.read_text().split())
+    return {canonicalize_name(name): release for name, release in lines}
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "constraints").glob("*.txt")), ids=lambda file: file.stem)
+def test_the_lock_names_a_release_that_pyproject_allows_of_every_package(file):
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    asked = [*project["dependencies"], *(line for extra in project["optional-dependencies"].values() for line in extra)]
+    distribution = {"numpy", "scipy", "matplotlib"}  # of Debian, for dolfinx was built with them
+    for requirement in map(Requirement, asked):
+        if requirement.name not in distribution:
+            assert requirement.specifier.contains(locked(file)[canonicalize_name(requirement.name)]), requirement
+
+
+@pytest.mark.skipif(not installation.made_by_setup(), reason="an environment that setup.sh did not make")
+def test_what_is_installed_is_what_the_lock_names():
+    file = ROOT / "constraints" / f"python{sys.version_info.major}.{sys.version_info.minor}.txt"
+    found = {canonicalize_name(there.name) for there in importlib.metadata.distributions()}  # not those of docs
+    tested = {name: release for name, release in locked(file).items() if name in found}
+    assert {name: importlib.metadata.version(name) for name in tested} == tested and len(tested) > 30
