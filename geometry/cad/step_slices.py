@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from geometry.meshing.gmsh_fill import gmsh_session
+from geometry.meshing.gmsh_process import reading
 from geometry.surfaces.bodies import BODIES, NO_METAL, CrossingError
 from geometry.surfaces.crossing_surface import FLOOR
 from geometry.surfaces.section_cuts import MARGIN, SPACING
@@ -39,20 +41,15 @@ class Face:
 @contextmanager
 def opened_step(path: Path) -> Iterator:
     """Gmsh with the shapes of a STEP file, in metres. Errors: CrossingError."""
-    import gmsh
-
-    gmsh.initialize(interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
+    with gmsh_session() as gmsh:
         gmsh.option.setString("Geometry.OCCTargetUnit", "M")
         try:
-            gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
+            with reading():
+                gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
         except Exception as error:  # gmsh raises plain Exceptions
             raise CrossingError(f"{path}: Gmsh cannot read it as STEP ({error})") from None
         gmsh.model.occ.synchronize()
         yield gmsh
-    finally:
-        gmsh.finalize()
 
 
 def faces_by_body(gmsh, path: Path, named: bool) -> dict[str, list[int]]:

@@ -23,6 +23,7 @@ from geometry.meshing.hexmesh import MeshError
 Answer = TypeVar("Answer")
 OF_MPI = ("OMPI_", "PMIX_", "PMI_", "PRTE_")  # variables of a launcher
 LONGEST = 600.0  # for one answer [s]; a section takes under a second
+LONGEST_READING = 60  # processor time to read a file [s]; a mesh of a million hexahedra takes 10
 _mine = threading.local()  # the child of this thread, while a `gmsh_process` is open
 
 
@@ -69,8 +70,8 @@ def in_gmsh_process(function: Callable[..., Answer], *arguments) -> Answer:
         except (OSError, EOFError, pickle.UnpicklingError):
             child.kill()
             raise MeshError(
-                f"Gmsh's process ended {_manner(child.wait(), watch)}; change the element sizes a little, or see"
-                " `doctor`"
+                f"Gmsh's process ended {_manner(child.wait(), watch)}; mend the file that it read, change the element"
+                " sizes a little, or see `doctor`"
             ) from None
         finally:
             watch.cancel()
@@ -82,7 +83,26 @@ def in_gmsh_process(function: Callable[..., Answer], *arguments) -> Answer:
 def _manner(code: int, watch: threading.Timer) -> str:
     if watch.finished.is_set():
         return f"without an answer in {LONGEST:g} s"
+    if code == -signal.SIGPROF:
+        return f"without having read the file in {LONGEST_READING} s of processor time"
     return f"by {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
+
+
+@contextmanager
+def reading() -> Iterator[None]:
+    """In the child: what reads a user's file inside is silent, and ended, with the child, after LONGEST_READING."""
+    words, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    signal.setitimer(signal.ITIMER_PROF, LONGEST_READING)
+    try:
+        for stream in (1, 2):
+            os.dup2(nowhere, stream)
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        for stream in (1, 2):
+            os.dup2(words, stream)
+        os.close(words)
+        os.close(nowhere)
 
 
 def serve() -> None:

@@ -5,22 +5,27 @@ Volumes: "wing", "nose" (one of them at least) and "wheel". Faces: "wing contact
 surface" and "base" for all bodies. `rail-fem export RUN --to mesh.msh` writes such a file.
 """
 
+import shutil
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from geometry.meshing.conforming import check_conforming, position
-from geometry.meshing.gmsh_process import in_gmsh_process
+from geometry.meshing.gmsh_fill import gmsh_session
+from geometry.meshing.gmsh_process import in_gmsh_process, reading
 from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces
 from geometry.meshing.meshio_file import LINEAR_TETRAHEDRON, SUFFIXES, Group, read_by_meshio
 from geometry.meshing.quality import check_shapes
+from geometry.profiles.formats.raw import LARGEST_MESH, open_file
 
 BODIES = ("wing", "nose", "wheel")
 CONTACT, BASE = ("contact surface", "contact"), ("base",)
 FARTHEST_SURFACE = 60e-3  # of a crossing's contact surface from rail level [m]
 HEXAHEDRON, QUADRILATERAL = 5, 3  # Gmsh's element types
+MSH = (b"$MeshFormat", b"$Comments")  # whatever else a file begins with Gmsh runs as a script, which may call commands
 LOCKING = "linear tetrahedra lock under plastic flow, which keeps its volume"
 NO_KERNEL = "the element kernels are for 8-node hexahedra alone"
 
@@ -35,10 +40,17 @@ def read_mesh_file(path: Path, unit: float = 1.0) -> HexMesh:
         raise MeshError(
             f'{path}: a mesh with groups is a .msh of Gmsh, or {", ".join(SUFFIXES)}; "{path.suffix}" is none'
         )
-    with path.open("rb"):
-        gmsh = path.suffix.lower() == ".msh"
-        refused = {LINEAR_TETRAHEDRON: LOCKING, "": NO_KERNEL}
-        found = in_gmsh_process(_read, str(path)) if gmsh else read_by_meshio(path, refused)
+    with open_file(path, LARGEST_MESH, lambda why: MeshError(f"{path}: {why}")) as file, TemporaryDirectory() as alone:
+        if path.suffix.lower() == ".msh":
+            if not file.read(len(MSH[0])).startswith(MSH):
+                raise MeshError(f"{path}: Gmsh cannot read it as a mesh: it does not begin with $MeshFormat")
+            copy = Path(alone) / "mesh.msh"  # beside the user's file Gmsh would read options from FILE.opt
+            file.seek(0)
+            with copy.open("wb") as stream:
+                shutil.copyfileobj(file, stream)
+            found = in_gmsh_process(_read, str(path), str(copy))
+        else:
+            found = in_gmsh_process(_read_by_meshio, path)
     points, volumes, faces, count = found
     cells, region = _cells(path, volumes, count)
     used, cells = np.unique(cells, return_inverse=True)
@@ -52,16 +64,18 @@ def read_mesh_file(path: Path, unit: float = 1.0) -> HexMesh:
     )
 
 
-def _read(path: str) -> tuple[np.ndarray, list[Group], list[Group], int]:
-    """In Gmsh's process: points (n, 3) by the file's numbers, groups of hexahedra and of quadrilaterals, and the
-    number of all hexahedra. Errors: MeshError."""
-    import gmsh
+def _read_by_meshio(path: Path) -> tuple[np.ndarray, list[Group], list[Group], int]:
+    """In a process of its own, as `_read`: a file that takes for ever must not take this one with it."""
+    with reading():
+        return read_by_meshio(path, {LINEAR_TETRAHEDRON: LOCKING, "": NO_KERNEL})
 
-    gmsh.initialize(interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
+
+def _read(path: str, copy: str) -> tuple[np.ndarray, list[Group], list[Group], int]:
+    """In Gmsh's process: points (n, 3) by the file's numbers, groups of hexahedra and of quadrilaterals, and the
+    number of all hexahedra. path : that errors name. Errors: MeshError."""
+    with reading(), gmsh_session() as gmsh:
         try:
-            gmsh.open(path)
+            gmsh.open(copy)
         except Exception as error:  # gmsh raises plain Exceptions
             raise MeshError(f"{path}: Gmsh cannot read it ({error})") from None
         mesh = gmsh.model.mesh
@@ -81,8 +95,6 @@ def _read(path: str) -> tuple[np.ndarray, list[Group], list[Group], int]:
                 )
         volumes, faces = (_groups(gmsh, dim, kind, tags) for dim, kind in ((3, HEXAHEDRON), (2, QUADRILATERAL)))
         return points, volumes, faces, sum(map(len, elements))
-    finally:
-        gmsh.finalize()
 
 
 def _groups(gmsh, dim: int, kind: int, tags: np.ndarray) -> list[Group]:

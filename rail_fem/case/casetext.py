@@ -8,10 +8,10 @@ integers of any length.
 import re
 import tomllib
 from pathlib import Path
-from stat import S_ISREG
 from typing import Any
 
-LARGEST_FILE = 20_000_000  # bytes, comments included
+from geometry.profiles.formats.raw import LARGEST_FILE, open_file
+
 LARGEST_TEXT = 200_000  # characters without comments; the largest case of the thesis has 2000
 LONGEST_STRING = 2000
 DEEPEST = 12  # brackets in brackets
@@ -35,15 +35,8 @@ class CaseTextError(ValueError):
 def read_table(path: Path) -> dict[str, Any]:
     """The tables of a TOML file as plain values. Errors: CaseTextError with one sentence."""
     try:
-        about = path.stat()
-        if not S_ISREG(about.st_mode):
-            raise CaseTextError("cannot be read: it is no file, give the path of a case file")
-        if about.st_size > LARGEST_FILE:
-            megabytes = about.st_size / 1e6
-            raise CaseTextError(
-                f"{megabytes:.0f} MB is no case file, the largest allowed is {LARGEST_FILE / 1e6:.0f} MB"
-            )
-        text = path.read_bytes().decode("utf-8-sig")
+        with open_file(path, refused=CaseTextError) as stream:
+            text = stream.read(LARGEST_FILE).decode("utf-8-sig")
         check_size(text)
         return tomllib.loads(text)
     except FileNotFoundError:

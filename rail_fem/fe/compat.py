@@ -182,13 +182,3 @@ def vtx_writer():
     from dolfinx import io
 
     return getattr(io, "VTXWriter", None) if getattr(cpp.common, "has_adios2", False) else None
-
-
-def gmsh_mesh(model, comm):
-    """Mesh, cell tags and facet tags of a Gmsh model that root holds (others None). Collective."""
-    try:
-        from dolfinx.io import gmshio
-    except ImportError:
-        from dolfinx.io import gmsh as gmshio
-    found = gmshio.model_to_mesh(model, comm, 0)
-    return found[0], found[1], found[2]

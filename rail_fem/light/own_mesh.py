@@ -14,6 +14,7 @@ from geometry.meshing.conforming import position
 from geometry.meshing.hexmesh import HexMesh, MeshError
 from geometry.meshing.mesh_file import read_mesh_file
 from geometry.path.wheel_path import rolling_radius
+from geometry.profiles.formats.raw import LARGEST_MESH, open_file
 from geometry.profiles.formats.units import UNITS
 from rail_fem.light.fine_zone import PATCH_REACH
 from rail_fem.light.rigid import SPACING, datum_height, rigid_path, running_start
@@ -34,7 +35,7 @@ def own_mesh(scene: Scene, settings: FeSettings) -> tuple[HexMesh, float]:
     settings : with start and end.  Errors: MeshError that says what does not fit and the remedy; OSError.
     """
     path = Path(settings.mesh)
-    with path.open("rb") as file:
+    with open_file(path, LARGEST_MESH) as file:
         if hashlib.file_digest(file, "sha256").hexdigest() != settings.mesh_digest:
             raise MeshError(f"{path}: has changed since the case was read: start the run again")
     mesh = read_mesh_file(path, UNITS[settings.mesh_unit])

@@ -14,7 +14,7 @@ import numpy as np
 
 from geometry.cad.step_crossing import StepReading, read_step
 from geometry.profiles.formats.columns import UNIT_SAID, read_columns
-from geometry.profiles.formats.raw import RawProfile, numbers, read_text
+from geometry.profiles.formats.raw import LARGEST_SECTIONS, RawProfile, numbers, open_file, read_text
 from geometry.profiles.formats.simpack import read_simpack
 from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.formats.units import UNITS, WIDTHS, fitting_units, metres_of
@@ -25,7 +25,6 @@ from rail_fem.atomic import write_text_atomically
 KEPT = "crossing_sections.csv"
 STEP_SUFFIXES = (".step", ".stp")
 STATIONS = "stations.csv"
-LARGEST_FILE = 200_000_000  # bytes
 SPLIT = re.compile(r"[;,\s]+")
 
 
@@ -104,10 +103,10 @@ def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> Cro
     """Read a crossing's sections. Errors: ProfileError that says file, position and remedy; CrossingError for sections
     that are no crossing; OSError."""
     path = Path(path)
+    if not path.is_dir():
+        open_file(path, LARGEST_SECTIONS).close()
     if path.is_dir():
         x, sections = _read_folder(path, reading)
-    elif path.stat().st_size > LARGEST_FILE:
-        raise ProfileError(f"{path}: {path.stat().st_size / 1e6:.0f} MB, sections have at most {LARGEST_FILE / 1e6:g}")
     elif path.suffix.lower() in STEP_SUFFIXES:
         x, sections = read_step(path, StepReading(reading.faces == "named", reading.tolerance))
     elif path.suffix.lower() == ".slcs":
@@ -127,7 +126,7 @@ def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> Cro
 
 def _read_table(path: Path, reading: SectionReading) -> tuple[np.ndarray, list[np.ndarray]]:
     """A table of x, y, z with z up; rows of one section stand together, its unit in the file or told."""
-    lines, _ = read_text(path)
+    lines, _ = read_text(path, LARGEST_SECTIONS)
     factor = metres_of(reading.unit) or _said_unit(lines)
     if factor is None:
         raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give unit')

@@ -9,13 +9,12 @@ import hashlib
 import io
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from stat import S_ISREG
 
 import numpy as np
 
 from geometry.profiles.doctor import examine
 from geometry.profiles.formats.by_suffix import read_raw
-from geometry.profiles.formats.raw import RawProfile
+from geometry.profiles.formats.raw import RawProfile, open_file
 from geometry.profiles.formats.units import metres_of
 from geometry.profiles.profile import Profile, ProfileError
 from geometry.profiles.shape import FLANGE
@@ -27,7 +26,6 @@ KEPT_HEAD = "# rail-fem wheel profile as a run used it"
 COLUMNS = ("points", "angle_before", "angle_after", "curvature")
 FEWEST_POINTS = 20
 LEAST_TREAD = 0.02  # that a profile must reach beyond the tread datum on the field side [m]
-LARGEST_FILE = 20_000_000  # bytes
 
 
 @dataclass(frozen=True)
@@ -92,11 +90,6 @@ class ProfileReading:
 def read_wheel(path: Path, reading: ProfileReading = ProfileReading()) -> MeasuredWheel:
     """Read a wheel profile file of any format, repair and examine it. Errors: ProfileError that says where and what is
     wrong, OSError."""
-    about = Path(path).stat()
-    if not S_ISREG(about.st_mode):
-        raise ProfileError(f"{path}: is no file; give the file of a wheel profile")
-    if about.st_size > LARGEST_FILE:
-        raise ProfileError(f"{path}: {about.st_size / 1e6:.0f} MB, a profile has at most {LARGEST_FILE / 1e6:.0f} MB")
     kept = _read_kept(path) if Path(path).name == KEPT else None
     if kept and reading.told():
         raise ProfileError(f"{path}: is the profile as a run used it, there is nothing left to tell of its reading: "
@@ -124,7 +117,7 @@ def _sha(data: bytes) -> str:
 
 def _read_kept(path: Path) -> MeasuredWheel | None:
     """What `keep` wrote; None for any other file. Errors: ProfileError where it was changed since."""
-    with Path(path).open("rb") as stream:
+    with open_file(path) as stream:
         if not stream.read(len(KEPT_HEAD)) == KEPT_HEAD.encode():
             return None
         head, _, body = stream.read().partition(b"\n")

@@ -1,5 +1,6 @@
 """Numerics of each model, apart from the physics: one typed class a model, read from [run.<model>] of a case file."""
 
+import functools
 import hashlib
 import math
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from geometry.profiles.formats.raw import LARGEST_MESH, open_file
 from rail_fem.scene.base import PRINTABLE, input_error
 from rail_fem.scene.scene import Count, Frozen
 from rail_fem.scene.units import Quantity
@@ -121,7 +123,7 @@ class FeSettings(Frozen):
         path = info.data.get("mesh")
         found = ""
         if path:
-            with open(path, "rb") as file:
+            with open_file(path, LARGEST_MESH, functools.partial(input_error, "mesh")) as file:
                 found = hashlib.file_digest(file, "sha256").hexdigest()
         if digest and found != digest:
             raise input_error("changed_file", f"the mesh file has other content than is stated ({digest[:12]})")

@@ -76,7 +76,7 @@ def test_errors_of_the_child_are_raised_here_with_their_kind_and_words():
 )
 def test_a_gmsh_that_dies_is_an_error_of_one_mesh(ends, said):
     with gmsh_process():
-        with pytest.raises(MeshError, match=f"Gmsh's process ended {said}; change the element sizes"):
+        with pytest.raises(MeshError, match=f"Gmsh's process ended {said}; mend the file .* change the element sizes"):
             in_gmsh_process(*ends)
         assert len(fill_with_quads(SQUARE, 1.0)[1]) == 4
 
@@ -85,6 +85,21 @@ def test_a_gmsh_that_hangs_is_ended(monkeypatch):
     monkeypatch.setattr(module, "LONGEST", 0.3)
     with pytest.raises(MeshError, match="without an answer in 0.3 s"):
         in_gmsh_process(time.sleep, 600.0)
+
+
+def read_without_end() -> None:
+    with module.reading():
+        while True:
+            pass
+
+
+def test_a_file_that_is_read_for_ever_ends_with_the_child(monkeypatch):
+    """By the processor's time, which a busy machine does not shorten; the bound goes with the child."""
+    source = "from geometry.meshing import gmsh_process as m; m.LONGEST_READING = 0.2; m.serve()"
+    command = module.subprocess.Popen
+    monkeypatch.setattr(module.subprocess, "Popen", lambda words, **rest: command([*words[:-1], source], **rest))
+    with pytest.raises(MeshError, match="without having read the file in 60 s of processor time; mend the file"):
+        in_gmsh_process(read_without_end)
 
 
 def test_what_a_child_prints_does_not_disturb_its_answers():

@@ -1,5 +1,7 @@
 """A user's own hexahedra: read from a .msh with physical groups, and refused where they cannot be run."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -32,7 +34,8 @@ def wing_and_wheel():
     return [points, cells, region, quads, tag, dict(FACES)]
 
 
-def test_a_mesh_with_groups_is_taken_as_it_is(tmp_path):
+def write_msh(path) -> np.ndarray:
+    """A .msh of wing_and_wheel in mm; its points [m]."""
     import meshio
 
     points, cells, region, quads, tag, _ = wing_and_wheel()
@@ -46,8 +49,13 @@ def test_a_mesh_with_groups_is_taken_as_it_is(tmp_path):
             **{n: np.array([t, 2]) for t, n in FACES.items()},
         },
     )
-    path = tmp_path / "own.msh"
     meshio.write(path, data, file_format="gmsh22")
+    return points
+
+
+def test_a_mesh_with_groups_is_taken_as_it_is(tmp_path):
+    path = tmp_path / "own.msh"
+    points, region = write_msh(path), wing_and_wheel()[2]
     mesh = read_mesh_file(path, 1e-3)
     assert np.allclose(mesh.points, points) and np.array_equal(mesh.region, region)
     assert len(mesh.surface) == 6 + 4 and set(mesh.surface_region) == {0, 2}
@@ -60,9 +68,28 @@ def test_a_mesh_with_groups_is_taken_as_it_is(tmp_path):
     path.write_bytes(path.read_bytes().replace(b'"wheel"', b'"frogs"'))
     with pytest.raises(MeshError, match="8 hexahedra are in no group wing, nose or wheel .*frogs, wing"):
         read_mesh_file(path, 1e-3)
-    path.write_text("nothing")
+    path.write_text("$MeshFormat\nnothing")
     with pytest.raises(MeshError, match="Gmsh cannot read it|holds no mesh"):
         read_mesh_file(path)
+
+
+def test_no_mesh_file_runs_a_command(tmp_path):
+    """Gmsh takes what does not begin as a mesh for a script, and reads options from beside a mesh: both call commands.
+    A loop of a script and a pipe without a writer would hold the program for ever."""
+    done = tmp_path / "done"
+    script = f'SystemCall "touch {done}";'
+    path = tmp_path / "own.msh"
+    for text in (script, "\n$MeshFormat\n" + script, "For i In {1:1000000000}\nEndFor\n"):
+        path.write_text(text)
+        with pytest.raises(MeshError, match="own.msh: .* does not begin with [$]MeshFormat"):
+            read_mesh_file(path)
+    write_msh(path)
+    (tmp_path / "own.msh.opt").write_text(script)
+    assert len(read_mesh_file(path, 1e-3).cells) and not done.exists()
+    for suffix in (".msh", ".vtu", ".inp"):
+        os.mkfifo(tmp_path / f"pipe{suffix}")
+        with pytest.raises(MeshError, match=f"pipe{suffix}: cannot be read: it is no file"):
+            read_mesh_file(tmp_path / f"pipe{suffix}")
 
 
 def of_other_program(suffix: str, region, cells, quads, tag):

@@ -328,7 +328,7 @@ def test_absent_and_endless_files_are_faults_at_once(tmp_path):
     (tmp_path / "wheel.csv").unlink()
     with open(tmp_path / "wheel.csv", "wb") as stream:
         stream.truncate(30_000_000)
-    with pytest.raises(CaseError, match="30 MB, a profile has at most 20 MB"):
+    with pytest.raises(CaseError, match="30 MB, the largest that is read here has 20 MB"):
         load_case(tmp_path / "case.toml")
 
 

@@ -23,7 +23,7 @@ def read_raw(path: Path, kind: str | None = None, unit: float | None = None, num
     Raises ProfileError (file, line, reason), OSError.
     """
     suffix = Path(path).suffix.lower()
-    if not Path(path).is_file():
+    if Path(path).is_dir() or not Path(path).exists():
         raise ProfileError(f"{path}: {'a folder, no file' if Path(path).is_dir() else 'no such file'}")
     if kind is not None and kind not in KINDS:
         raise ProfileError(f"kind {kind!r} is neither of {', '.join(KINDS)}")

@@ -1,13 +1,20 @@
 """A profile as a file holds it, before anybody has judged its units, its side, its order or its datum."""
 
+import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from stat import S_ISREG
+from typing import BinaryIO
 
 import numpy as np
 
 from geometry.profiles.profile import ProfileError
 
 KINDS = ("rail", "wheel")
+LARGEST_FILE = 20_000_000  # bytes of a file that a user names
+LARGEST_SECTIONS = 200_000_000  # a crossing's, in one table or as STEP
+LARGEST_MESH = 8_000_000_000  # a million hexahedra have 100 MB
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +44,37 @@ class RawProfile:
     placed: bool = False
 
 
-def read_text(path: Path) -> tuple[list[str], list[str]]:
-    """Lines of a text file without byte-order mark, and notes on its encoding. Raises ProfileError where it is no
-    text."""
-    data = Path(path).read_bytes()
+def open_file(path: Path, most: int = LARGEST_FILE, refused: Callable[[str], Exception] | None = None) -> BinaryIO:
+    """A file that a user names, open for reading: a regular one of at most `most` bytes, else refused before a byte of
+    it is read; pipes and devices have no end.
+
+    refused : the error of a reason;  Errors: ProfileError unless `refused` makes another, OSError.
+    """
+    refused = refused or (lambda why: ProfileError(f"{path}: {why}"))
+    number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # an open of a pipe would wait for its writer
+    about = os.fstat(number)
+    why = "" if S_ISREG(about.st_mode) else "cannot be read: it is no file"
+    if about.st_size > most:
+        why = why or f"{about.st_size / 1e6:.0f} MB, the largest that is read here has {most / 1e6:.0f} MB"
+    if why:
+        os.close(number)
+        raise refused(why)
+    return os.fdopen(number, "rb")
+
+
+def read_text(path: Path, most: int = LARGEST_FILE) -> tuple[list[str], list[str]]:
+    """Lines of a text file of at most `most` bytes without byte-order mark, and notes on its encoding. Raises
+    ProfileError where it is no text."""
+    with open_file(path, most) as stream:
+        data = stream.read(most)
     notes = []
     if data.startswith(b"\xef\xbb\xbf"):
         data, notes = data[3:], ["byte-order mark left out"]
     elif data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return data.decode("utf-16").splitlines(), ["UTF-16 text"]
+        try:
+            return data.decode("utf-16").splitlines(), ["UTF-16 text"]
+        except UnicodeDecodeError as error:
+            raise ProfileError(f"{path}: byte {error.start} is not the UTF-16 text that its first bytes tell") from None
     if b"\0" in data:
         raise ProfileError(f"{path}: byte {data.index(0)} is zero: this is no text file; export the profile as text")
     try:
