@@ -22,6 +22,8 @@ TITLE = re.compile(r"\s*([A-Za-z_ ]+?)\s*\[\s*(.*?)\s*\]\s*$")
 SPLIT = re.compile(r"[;,\t]")
 GRAVITY_UNIT = "g"  # an acceleration's, not the gram
 FEWEST = 20  # samples
+LARGEST_RECORD, LONGEST_LINE = 50_000_000, 1000  # bytes; characters
+MOST_EVEN = 100  # even steps for a row, where rows are sampled unevenly
 QUANTITIES = {  # name in the file -> unit it must be convertible to, what of a result it is held against
     "force": ("N", "vertical force on the wheel"),
     "axle_box_acceleration": ("m/s^2", "second derivative of the wheel's height"),
@@ -51,9 +53,12 @@ def read_record(path: Path, speed: float) -> Record:
     OSError."""
     path = Path(path)
     try:
-        lines, _ = read_text(path)
+        lines, _ = read_text(path, LARGEST_RECORD)
     except ProfileError as error:
         raise RecordError(str(error)) from error
+    longest = max(range(len(lines)), key=lambda k: len(lines[k]), default=0)
+    if lines and len(lines[longest]) > LONGEST_LINE:
+        raise RecordError(f"{path}: line {longest + 1}: {len(lines[longest])} characters, at most {LONGEST_LINE}")
     told = next((found[1] for line in lines if (found := RATE.match(line))), None)
     rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     if not rows:
@@ -127,6 +132,13 @@ def _even_record(path: Path, columns: dict[str, np.ndarray], quantity: str, told
         if not (np.all(np.diff(axis) > 0) or (name == "x" and np.all(np.diff(axis) < 0))):
             at = int(np.argmin(np.abs(np.diff(axis)) * np.sign(axis[-1] - axis[0])))
             raise RecordError(f"{path}: {name} does not run one way about row {at + 1} of the data")
+        step, unit = np.abs(np.diff(axis)), "m" if name == "x" else "s"
+        if not abs(axis[-1] - axis[0]) / (MOST_EVEN * len(axis)) <= step.min():
+            at = int(np.argmax(step))
+            raise RecordError(
+                f"{path}: {step[at]:.4g} {unit} between rows {at + 1} and {at + 2} of the data, where its smallest step"
+                f" is {step.min():.4g} {unit}: leave the gap out, or give rows that are evenly sampled"
+            )
         time = (axis - axis[0]) / speed if name == "x" else axis - axis[0]
         if time[-1] < 0:
             raise RecordError(f"{path}: x runs against the pass: the case's wheel runs the other way")
@@ -142,4 +154,8 @@ def _even_record(path: Path, columns: dict[str, np.ndarray], quantity: str, told
         if not rate > 0:
             raise RecordError(f"{path}: sampling rate {told} must be positive")
         time, start = np.arange(len(values)) / rate, 0.0
-    return Record(quantity, start + speed * time, values, 1 / (time[1] - time[0]), path.name)
+    with np.errstate(over="ignore"):
+        position = start + speed * time
+    if not np.isfinite([*position[[0, -1]], *values]).all():
+        raise RecordError(f"{path}: its numbers are too large to be placed along the track: are its units right?")
+    return Record(quantity, position, values, 1 / (time[1] - time[0]), path.name)

@@ -25,10 +25,11 @@ def score_table(record: Record, pair: Alignment, scores: list[Score]) -> str:
     for one in scores:
         name = "none" if np.isinf(one.cutoff) else f"{one.cutoff:g} Hz"
         seen = "-" if np.isnan(one.coherence) else f"{one.coherence:.3f}"
+        apart = "-" if np.isnan(one.difference) else f"{100 * one.difference:.1f} %"
         ratio = one.computed / one.measured if one.measured else np.nan
         lines.append(
             f"{name:>10}{one.measured * factor:>9.4g} {unit}{one.computed * factor:>9.4g} {unit}{ratio:>8.3f}"
-            f"{1e3 * one.offset:>+11.1f} mm{100 * one.difference:>13.1f} %{seen:>11}"
+            f"{1e3 * one.offset:>+11.1f} mm{apart:>15}{seen:>11}"
         )
     return "\n".join(lines)
 

@@ -9,6 +9,9 @@ from rail_fem.measurement.record import Record, RecordError
 from rail_fem.output.low_pass import CUTOFFS, low_pass
 
 LEAST_OVERLAP = 0.5  # of the shorter record, that an alignment must keep
+MOST_SAMPLES = 5_000_000  # of record or result, both sampled alike
+MOST_PRODUCTS = 1e11  # of samples in the search for the best shift: some minutes
+NO_DEVIATION = 1e-9  # of a constant from its mean, over the constant: beyond the digits of a file, or round-off
 SEGMENTS = 4  # of the common stretch, over which coherence is averaged (with half overlap)
 
 
@@ -17,7 +20,7 @@ class Score:
     """How a result meets a record after a low pass at `cutoff` [Hz].
 
     measured, computed : peaks [SI];  offset : how far the computed peak lies beyond the measured one [m]
-    difference : L2 of the difference over L2 of the measured deviation from its mean
+    difference : L2 of the difference over L2 of the measured deviation from its mean; NaN for a constant record
     coherence : mean up to the cut-off, weighted by the measured power; NaN where the stretch is too short
     """
 
@@ -53,6 +56,13 @@ def align(record: Record, own: Record, reach: float | None, cutoff: float = CUTO
     step = abs(own.position[-1] - own.position[0]) / (len(own.position) - 1) * own.rate / rate
     sign = np.sign(own.position[-1] - own.position[0])
     far = lambda r: sign * r.position  # growing
+    for one in (record, own):
+        if not np.ptp(one.position) <= MOST_SAMPLES * step:
+            raise RecordError(
+                f"{one.label} over {np.ptp(one.position):.4g} m at the higher rate of both, {rate:.4g} Hz, has"
+                f" {np.ptp(one.position) / step:.2g} samples, at most {MOST_SAMPLES:g} are held against each other: is"
+                f" {record.label}'s unit of time or length right? Else cut it to the pass"
+            )
     u, v = (np.arange(far(r)[0], far(r)[-1] + 1e-9, step) for r in (record, own))
     a, b = np.interp(u, far(record), record.values), np.interp(v, far(own), own.values)
     shift = 0.0
@@ -74,6 +84,8 @@ def _best_shift(
 ) -> float:
     """Shift of a [m] at which its correlation with b over their overlap is largest."""
     least = int(LEAST_OVERLAP * min(len(a), len(b)))
+    if reach is None and (len(a) + len(b)) * min(len(a), len(b)) > MOST_PRODUCTS:
+        raise RecordError(f"{len(a)} samples against {len(b)}, moved anywhere: give a largest shift, or cut the record")
     lags = np.arange(-(len(a) - least), len(b) - least + 1)  # a's first sample lies on b's sample `lag`
     shifts = first_b + lags * step - first_a
     if reach is not None:
@@ -105,7 +117,9 @@ def score(pair: Alignment, cutoff: float) -> Score:
         float(measured[one]),
         float(computed[two]),
         float(pair.x[two] - pair.x[one]),
-        float(np.linalg.norm(computed - measured) / deviation) if deviation > 0 else np.nan,
+        float(np.linalg.norm(computed - measured) / deviation)
+        if deviation > NO_DEVIATION * np.linalg.norm(measured)
+        else np.nan,
         _coherence(pair, cutoff),
     )
 
@@ -114,7 +128,8 @@ def _coherence(pair: Alignment, cutoff: float) -> float:
     length = 2 * len(pair.x) // (SEGMENTS + 1)
     if length < 16 or pair.rate / length > cutoff / 2:
         return np.nan
-    frequency, found = coherence(pair.measured, pair.computed, fs=pair.rate, nperseg=length)
+    with np.errstate(invalid="ignore"):  # of a constant: NaN
+        frequency, found = coherence(pair.measured, pair.computed, fs=pair.rate, nperseg=length)
     power = np.abs(np.fft.rfft(pair.measured[:length] - pair.measured.mean())) ** 2
     inside = (frequency > 0) & (frequency <= cutoff)
     weight = power[: len(frequency)][inside]

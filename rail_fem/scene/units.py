@@ -58,6 +58,8 @@ def root_units(unit: str) -> tuple[float, dict[str, float]]:
         "m s^-1"; "" is a plain number
     Errors: QuantityError, which names the part that is not understood.
     """
+    if len(unit) > LONGEST:
+        raise QuantityError(f"a unit of {len(unit)} characters, at most {LONGEST}")
     factor, at, divided = 1.0, 0, False
     dimension: dict[str, float] = {}
     for _ in range(MOST_FACTORS + 1):

@@ -127,12 +127,35 @@ def test_the_force_of_a_blow_is_quoted_low_passed(result):
         ("time [ms], force [kN]\n" + "".join(f"{k},eins\n" for k in range(30)), "line 2: 2 value.s., not 2 numbers"),
         ("time [ms], force [kN]\n1,2\n", "at least 20"),
         ("", "no line of data"),
+        (f"time [ms], force [{'k' * 100_000}N]\n1,2\n", "line 1: 100020 characters, at most 1000"),
+        (f"time [ms], force [{'k' * 500}N]\n1,2\n", "a unit of 501 characters, at most 100"),
+        (
+            "time [s], force [kN]\n" + "".join(f"{k * 1e-3 + (k > 20) * 3.15e7},1\n" for k in range(30)),
+            "3.15e[+]07 s between rows 21 and 22 of the data, where its smallest step is 0.001 s",
+        ),
+        ("time [s], force [kN]\n" + "".join(f"{6 * k}e306,1\n" for k in range(1, 30)), "to be placed along the track"),
     ],
 )
 def test_a_record_that_cannot_be_read_is_refused_with_line_and_remedy(tmp_path, text, complaint):
     (tmp_path / "r.csv").write_text(text)
     with pytest.raises(RecordError, match=complaint):
         read_record(tmp_path / "r.csv", SPEED)
+
+
+@pytest.mark.parametrize("unit", ["ps", "yr"])
+def test_a_record_in_a_unit_that_cannot_be_meant_is_refused_before_it_is_resampled(result, tmp_path, unit):
+    """Sampled alike, record or result would have filled the memory."""
+    record = read_record(write(tmp_path / "r.csv", f"time [{unit}], force [kN]", np.arange(90.0), np.ones(90)), SPEED)
+    with pytest.raises(RecordError, match="at most 5e[+]06 .*is r.csv's unit of time"):
+        align(record, of_result(result, "force"), None)
+
+
+def test_a_constant_record_has_no_deviation_to_be_held_against(result, tmp_path):
+    """Its deviation from its mean is round-off, by which the difference was divided."""
+    time = np.arange(0, 40, 0.1)
+    record = read_record(write(tmp_path / "r.csv", "time [ms], force [kN]", time, np.full(400, 86.1)), SPEED)
+    pair = align(record, of_result(result, "force"), None)
+    assert all(np.isnan(score(pair, cutoff).difference) for cutoff in (np.inf, *CUTOFFS[1:]))
 
 
 def test_records_that_lie_elsewhere_are_refused(result, tmp_path):

@@ -3,9 +3,9 @@
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from io import BufferedReader
 from pathlib import Path
 from stat import S_ISREG
-from typing import BinaryIO
 
 import numpy as np
 
@@ -44,7 +44,9 @@ class RawProfile:
     placed: bool = False
 
 
-def open_file(path: Path, most: int = LARGEST_FILE, refused: Callable[[str], Exception] | None = None) -> BinaryIO:
+def open_file(
+    path: Path, most: int = LARGEST_FILE, refused: Callable[[str], Exception] | None = None
+) -> BufferedReader:
     """A file that a user names, open for reading: a regular one of at most `most` bytes, else refused before a byte of
     it is read; pipes and devices have no end.
 
