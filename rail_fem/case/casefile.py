@@ -1,7 +1,7 @@
 """Case files: TOML text to a typed scene and typed numerics, with every input error reported at once."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -10,10 +10,10 @@ from pydantic import ValidationError
 from rail_fem.case.casetext import CaseTextError, read_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.input_errors import describe_errors, plain, quoted, suggest
-from rail_fem.scene.scene import Frozen, Scene
+from rail_fem.scene.scene import LOAD_KEYS, Frozen, Scene
 from rail_fem.scene.units import typed
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.settings.light import PassSettings, unfit_parts
+from rail_fem.settings.light import PassSettings
 
 CASE_VERSION = 1
 LONGEST_TITLE = 200
@@ -59,6 +59,16 @@ class Case:
                 return run
         raise KeyError(f"{self.path}: runs no model by {kind.__name__}")
 
+    def by(self, model: str) -> "Case":
+        """The same case, which runs this model: by the model's defaults where the file does not name it. Errors:
+        CaseError where these do not fit the scene."""
+        if model in self.runs:
+            return self
+        settings = MODELS[model].settings()
+        if errors := _disagreements(self.scene, model, settings):
+            raise CaseError(self.path, errors)
+        return replace(self, runs={**self.runs, model: settings})
+
 
 def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = "") -> Case:
     """Read and check a case file. Nothing is meshed or written. Errors: CaseError with all input errors.
@@ -68,8 +78,12 @@ def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = 
     """
     path = Path(path)
     table = _read_table(path)
-    for key, value in (changes or {}).items():
+    changes = changes or {}
+    for key, value in changes.items():
         _change(table, key, value, path)
+        holder, _, last = key.rpartition(".")
+        if holder == "scene.vehicle" and f"{holder}.{LOAD_KEYS.get(last)}" not in changes:
+            table["scene"]["vehicle"].pop(LOAD_KEYS.get(last), None)
     version = table.get("version", CASE_VERSION)
     if version != CASE_VERSION or isinstance(version, bool):
         raise CaseError(
@@ -99,10 +113,8 @@ def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = 
             path,
             errors[:MOST_ERRORS] + ([f"and {len(errors) - MOST_ERRORS} more"] if len(errors) > MOST_ERRORS else []),
         )
-    told = ", ".join(f"{key.removeprefix('scene.')} {value}" for key, value in (changes or {}).items())
-    return Case(
-        path, f"{title}; {told}" if told else title, scene, runs, dict(changes or {}), name or path.stem, damage
-    )
+    told = ", ".join(f"{key.removeprefix('scene.')} {value}" for key, value in changes.items())
+    return Case(path, f"{title}; {told}" if told else title, scene, runs, dict(changes), name or path.stem, damage)
 
 
 def _read_table(path: Path) -> dict[str, Any]:
@@ -150,9 +162,7 @@ def _read_runs(value: Any, context: dict, errors: list[str]) -> dict[str, Frozen
 
 
 def _disagreements(scene: Scene, name: str, run: Frozen) -> list[str]:
-    """Input errors that only scene and numerics together show."""
-    if unfit := unfit_parts(scene, run):
-        return [f"run.{name}: {error}" for error in unfit]
+    """Input errors that only scene and numerics together show, whether the model is run or not."""
     start, end = (
         run.window(scene) if isinstance(run, PassSettings) else (getattr(run, "start", None), getattr(run, "end", None))
     )

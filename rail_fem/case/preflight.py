@@ -9,12 +9,15 @@ from rail_fem.light.own_mesh import own_mesh
 from rail_fem.light.rigid import window_errors, with_window
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.light import unfit_parts
 
 
 def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> list[str]:
-    """Too little memory, more ranks than cells, a window that leaves the crossing or settles across a transfer,
-    a travelling window that is too short, elements too large for it, a mesh of one's own that cannot be run; one line
-    each with the remedy."""
+    """Parts of the scene that the model does not take, too little memory, more ranks than cells, a window that leaves
+    the crossing or settles across a transfer, a travelling window that is too short, elements too large for it, a mesh
+    of one's own that cannot be run; one line each with the remedy."""
+    if unfit := unfit_parts(scene, asked):
+        return [f"run.{model}: {error}" for error in unfit]
     if not isinstance(asked, FeSettings):
         return []
     try:

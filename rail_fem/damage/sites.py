@@ -105,7 +105,7 @@ def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, flo
     for wheel, weight, speed, load in zip(wheels, weights, speeds, loads, strict=True):
         changes: dict[str, Any] = {} if wheel is None else {"wheel": {"profile": wheel, "label": ""}}
         changes |= {} if speed is None else {"speed": speed}
-        changes |= {} if load is None else {"vehicle": {"vehicle_sprung_mass": scene.vehicle.sprung_mass_at(load)}}
+        changes |= {} if load is None else {"vehicle": {"axle_load": load}}
         try:
             made.append((scene.replace(**changes), weight))
         except InputError as error:

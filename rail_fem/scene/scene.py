@@ -28,6 +28,8 @@ from rail_fem.scene.wheel_profile import KEPT, WHEEL_NAMES, MeasuredWheel, Profi
 if TYPE_CHECKING:
     from geometry.profiles.profile import Profile
 
+LOAD_KEYS = {"axle_load": "vehicle_sprung_mass", "vehicle_sprung_mass": "axle_load"}  # each is told by the other
+LOAD_DIGITS = 1e-3  # to which both agree where both are told: tables have three digits
 SPIN_GYRATION = 0.25  # of a wheelset about its axle, where a case gives no inertia [m]
 READING = tuple(ProfileReading.__dataclass_fields__)  # keys of a wheel that say how its profile file is to be read
 
@@ -152,11 +154,20 @@ def _kept(profile: str, info: ValidationInfo) -> MeasuredWheel | None:
 
 
 class Vehicle(Frozen):
-    """Masses of the whole vehicle and of one wheelset, as tables give them, and the primary suspension of one wheel."""
+    """Masses of the whole vehicle and of one wheelset, as tables give them, and the primary suspension of one wheel.
 
-    vehicle_sprung_mass: Annotated[float, Quantity("t", 1, 300, "sprung mass of the whole vehicle")]
+    The load is told by axle_load or by vehicle_sprung_mass, which is known in either case.
+    """
+
     wheelset_unsprung_mass: Annotated[float, Quantity("t", 0.1, 6, "unsprung mass of one wheelset")]
     wheel_count: Count = Field(8, ge=2, le=64, multiple_of=2, description="number of wheels that carry the vehicle")
+    axle_load: (
+        Annotated[float, Quantity("t", 0.3, 100, "mass that one axle carries, its own included; none: by sprung mass")]
+        | None
+    ) = None
+    vehicle_sprung_mass: Annotated[
+        float, Quantity("t", 1, 300, "sprung mass of the whole vehicle; none: by axle_load")
+    ] = Field(None, validate_default=True)
     wheelset_spin_inertia: (
         Annotated[
             float,
@@ -172,6 +183,43 @@ class Vehicle(Frozen):
     primary_stiffness: Annotated[float, Quantity("MN/m", 0.01, 50, "primary suspension stiffness per wheel")] = 1.2e6
     primary_damping: Annotated[float, Quantity("kN s/m", 0, 1000, "primary suspension damping per wheel")] = 10.0e3
 
+    @field_validator("vehicle_sprung_mass", mode="before")
+    @classmethod
+    def _by_axle_load(cls, mass: Any, info: ValidationInfo) -> Any:
+        if mass is not None:
+            return mass
+        known = info.data
+        if not {"wheelset_unsprung_mass", "wheel_count", "axle_load"} <= set(known):
+            return "1 t"  # never seen: their own errors are told
+        if known["axle_load"] is None:
+            raise input_error("no_load", 'missing (sprung mass of the whole vehicle), or give axle_load = "22.5 t"')
+        axle, wheelset = known["axle_load"], known["wheelset_unsprung_mass"]
+        if axle <= wheelset:
+            raise input_error(
+                "no_load", f"{axle / 1e3:g} t is no more than the wheelset's own {wheelset / 1e3:g} t", key="axle_load"
+            )
+        return f"{(axle - wheelset) * known['wheel_count'] / 2!r} kg"
+
+    @model_validator(mode="after")
+    def _loads_agree(self) -> Self:
+        carried = 2 * (self.wheel_sprung_mass + self.wheel_unsprung_mass)
+        if self.axle_load is not None and abs(carried - self.axle_load) > LOAD_DIGITS * self.axle_load:
+            raise input_error(
+                "two_loads",
+                f"{self.axle_load / 1e3:g} t, but vehicle_sprung_mass, wheel_count and wheelset_unsprung_mass make"
+                f" {carried / 1e3:g} t: leave one of the two out",
+                key="vehicle.axle_load",
+            )
+        return self
+
+    def replace(self, **changes: Any) -> Self:
+        """As Frozen.replace; a new axle load or sprung mass takes the place of the other."""
+        given = "vehicle_sprung_mass" if "vehicle_sprung_mass" in changes else "axle_load"
+        other = LOAD_KEYS[given]
+        if given in changes or self.axle_load is not None:
+            changes = {other: None} | changes
+        return self._replaced(changes, {})
+
     @property
     def wheel_sprung_mass(self) -> float:
         """Sprung mass on one wheel [kg]: an eighth of a vehicle on eight wheels."""
@@ -181,10 +229,6 @@ class Vehicle(Frozen):
     def wheel_unsprung_mass(self) -> float:
         """Unsprung mass of one wheel [kg]: half a wheelset."""
         return self.wheelset_unsprung_mass / 2
-
-    def sprung_mass_at(self, axle_load: float) -> float:
-        """Sprung mass of the whole vehicle [kg] whose axles carry axle_load [kg] each."""
-        return (axle_load - self.wheelset_unsprung_mass) * self.wheel_count / 2
 
     @property
     def wheel_spin_inertia(self) -> float:
@@ -351,6 +395,7 @@ class Scene(Frozen):
         for part in ("bearers", "wheel_body", "diverging"):  # scenes without are those they were
             if getattr(self, part) is None:
                 plain.pop(part)
+        plain["vehicle"].pop("axle_load" if self.vehicle.axle_load is None else "vehicle_sprung_mass")
         if digest:
             plain["wheel"]["profile"] = f"file of content {digest}"
         return plain
@@ -367,6 +412,11 @@ class Scene(Frozen):
     def static_wheel_load(self) -> float:
         """Force of one wheel on the rail at rest [N]: (sprung mass / wheels + half a wheelset) g."""
         return (self.vehicle.wheel_sprung_mass + self.vehicle.wheel_unsprung_mass) * GRAVITY
+
+    @property
+    def axle_load(self) -> float:
+        """Mass that one axle carries [kg]: static_wheel_load is half of it times g."""
+        return 2 * (self.vehicle.wheel_sprung_mass + self.vehicle.wheel_unsprung_mass)
 
     @property
     def direction_sign(self) -> float:
@@ -395,8 +445,7 @@ class Scene(Frozen):
             return 0.0
         if self.diverging.lateral_force is not None:
             return self.diverging.lateral_force
-        mass = 2 * (self.vehicle.wheel_sprung_mass + self.vehicle.wheel_unsprung_mass)
-        return mass * self.diverging.acceleration(self.speed, self.gauge)
+        return self.axle_load * self.diverging.acceleration(self.speed, self.gauge)
 
     @property
     def wheel_datum_y(self) -> float:

@@ -21,6 +21,7 @@ def case_facts(case: Case, model: str, ranks: int) -> dict[str, Any]:
     explicit = settings if isinstance(settings, FeSettings) and not errors else None
     patch = static_patch(scene)
     derived = {
+        "axle_load": scene.axle_load,
         "static_wheel_load": scene.static_wheel_load,
         "wheel_sprung_mass": scene.vehicle.wheel_sprung_mass,
         "wheel_unsprung_mass": scene.vehicle.wheel_unsprung_mass,

@@ -84,7 +84,8 @@ def _measured(scene: Scene) -> list[str]:
 def _derived(scene: Scene) -> list[str]:
     patch = static_patch(scene)
     return [
-        _row("static wheel load", show(scene.static_wheel_load, "kN", 5), "(sprung mass / wheels + half a wheelset) g"),
+        _row("axle load", show(scene.axle_load, "t", 5), "sprung mass / axles + a wheelset"),
+        _row("static wheel load", show(scene.static_wheel_load, "kN", 5), "axle load g / 2"),
         _row("sprung mass per wheel", show(scene.vehicle.wheel_sprung_mass, "kg")),
         _row("unsprung mass per wheel", show(scene.vehicle.wheel_unsprung_mass, "kg")),
         _row("tread datum y", show(scene.wheel_datum_y, "mm", 4), "wheelset centred in the gauge"),

@@ -73,7 +73,9 @@ class SweepResults:
         asked = self.asked.get(case, {}).get(result.model, {})
         row: dict[str, Any] = {"case": case, "model": result.model}
         row |= {title_of(key): shown_value(key, asked.get(key, NAN)) for key in varied}
-        row |= {"speed [m/s]": result.scene.speed, "static load [kN]": result.scene.static_wheel_load / 1e3}
+        scene = result.scene
+        row |= {"speed [m/s]": scene.speed, "axle load [t]": scene.axle_load / 1e3}
+        row |= {"static load [kN]": scene.static_wheel_load / 1e3}
         for name, si in units.items():
             unit, factor = SHOWN.get(si, (si, 1.0))
             row[f"{name} [{unit}]"] = result.peaks[name].value * factor if name in result.peaks else NAN

@@ -25,6 +25,25 @@ def test_static_load_is_an_eighth_of_the_vehicle_and_half_a_wheelset(sprung, whe
     assert scene.static_wheel_load == pytest.approx(load, abs=5.1)
 
 
+def test_an_axle_load_stands_for_the_sprung_mass():
+    """22.5 t on each of four axles, wheelsets of 1 t each: 86 t on the springs, 22.5 t g / 2 on a wheel."""
+    told = {"axle_load": "22.5 t", "wheelset_unsprung_mass": "1 t"}
+    scene = make_scene(vehicle=Vehicle(**told))
+    assert scene.vehicle.vehicle_sprung_mass == 86e3 and scene.static_wheel_load == 22.5e3 * 9.81 / 2
+    assert Scene.model_validate(scene.model_dump(mode="json")) == scene  # the file of a result holds both
+    heavier = scene.replace(vehicle={"wheelset_unsprung_mass": "2 t"})
+    assert heavier.axle_load == 22.5e3 and heavier.vehicle.vehicle_sprung_mass == 82e3
+    assert scene.replace(vehicle={"vehicle_sprung_mass": "66 t"}).axle_load == 17.5e3
+    assert make_scene().replace(vehicle={"axle_load": "20 t"}).vehicle.vehicle_sprung_mass == 76e3
+    for more, said in [
+        ({"vehicle_sprung_mass": "80 t"}, "axle_load: 22.5 t, but vehicle_sprung_mass, .* make 21 t: leave one"),
+        ({"axle_load": "0.9 t"}, "axle_load: 0.9 t is no more than the wheelset's own 1 t"),
+        ({"axle_load": None}, 'vehicle_sprung_mass: missing .*, or give axle_load = "22.5 t"'),
+    ]:
+        with pytest.raises(InputError, match=said):
+            Vehicle.checked(told | more)
+
+
 def test_scene_cannot_be_changed():
     with pytest.raises(ValidationError):
         make_scene().speed = 10.0

@@ -175,6 +175,17 @@ def test_a_quantity_is_drawn_against_what_varies(swept, tmp_path):
         assert words in call("show", swept, *options, code=2)
 
 
+def test_axle_loads_vary_in_a_file_that_states_the_sprung_mass(case, tmp_path):
+    """What is changed takes the place of the other key; both given in one go have to agree."""
+    call("sweep", case, "--out", tmp_path / "out", "--vary", "scene.vehicle.axle_load=17 t,22.5 t")
+    sweep = load_sweep(tmp_path / "out")
+    assert sweep.varied == ["scene.vehicle.axle_load"]
+    rows = [(row["scene.vehicle.axle_load [t]"], row["axle load [t]"], row["static load [kN]"]) for row in sweep.rows()]
+    assert rows == [(t, t, pytest.approx(t * 9.81 / 2)) for t in (17.0, 22.5)]
+    both = ("--set", "scene.vehicle.axle_load=22.5 t", "--set", "scene.vehicle.vehicle_sprung_mass=80 t")
+    assert "scene.vehicle.axle_load: 22.5 t, but" in call("check", case, *both, code=2)
+
+
 def test_a_model_whose_numerics_vary_runs_alone(case, tmp_path):
     with case.open("a", encoding="utf-8") as stream:
         stream.write("[run.lumped]\n")
