@@ -53,6 +53,7 @@ from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_fact
 from rail_fem.sweeps.trends import MEASURES
 
 FAILED = 10.0  # objective of a trial that cannot be run: ten times the start's
+LARGEST_SEED = 2**32 - 1  # that NumPy's generator takes
 
 
 class DesignError(ValueError):
@@ -138,7 +139,7 @@ class Design(Frozen):
 
     case: str
     model: str = "rigid_hertz"
-    seed: Annotated[Count, Field(ge=0)] = 1
+    seed: Annotated[Count, Field(ge=0, le=LARGEST_SEED)] = 1
     trials: Annotated[Count, Field(ge=10, le=1_000_000)] = 400
     worse: Annotated[float, Field(ge=0, le=1e3)] = 0.0  # weight of whatever is worse in a pass than at the start
     set: dict[str, Any] = Field(default_factory=dict)  # keys in all passes and checks, before their own
@@ -211,9 +212,7 @@ class Problem:
         model."""
         found = []
         for one in passes or self.design.passes:
-            case = load_case(self.case, self.changes(values) | one.set)
-            if self.design.model not in case.runs:
-                raise DesignError(f"{self.case}: has no [run.{self.design.model}]")
+            case = load_case(self.case, self.changes(values) | one.set).by(self.design.model)
             result = solve(self.design.model, case.scene, case.runs[self.design.model])
             for objective in self.design.objective:
                 measure = MEASURES[objective.quantity]
@@ -239,7 +238,8 @@ class Problem:
 
 
 def read_design(path: Path) -> Problem:
-    """Read and check a design file, and that its case can be loaded in all passes. Errors: DesignError, CaseError."""
+    """Read and check a design file, and that its case can be loaded in all passes and proofs. Errors: DesignError,
+    CaseError."""
     path = Path(path)
     try:
         table: Mapping[str, Any] = read_table(path)
@@ -252,9 +252,7 @@ def read_design(path: Path) -> Problem:
         raise DesignError("\n  ".join([f"{path}: {len(faults)} input error(s)", *faults])) from error
     problem = Problem(design, path.parent / design.case)
     for one in (*design.passes, *design.checks):
-        case = load_case(problem.case, one.set)
-        if design.model not in case.runs:
-            raise DesignError(f"{problem.case}: has no [run.{design.model}]")
+        load_case(problem.case, design.proof | one.set).by(design.model)
     if faults := list(filter(None, map(_fault_of, design.vary))):
         raise DesignError("\n  ".join([f"{path}: {len(faults)} input error(s)", *faults]))
     return problem

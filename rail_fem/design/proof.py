@@ -132,16 +132,14 @@ def prove_design(
 
 
 def check_proof(problem: Problem, settings: Mapping[str, Any], finer: Sequence[str], ranks: int = 1) -> dict[str, Any]:
-    """The settings of a proof, looked at before anything is searched or run. Errors: DesignError for a key that varies,
-    a case without [run.fe_full], or a start that cannot be meshed so, CaseError for what no shape could be run with."""
+    """The settings of a proof, looked at before anything is searched or run. Errors: DesignError for a key that varies
+    or a start that cannot be meshed so, CaseError for what no shape could be run with."""
     varied = sorted({variable.key for variable in problem.design.vary} & {*problem.design.proof, *settings})
     if varied:
         raise DesignError(f"{varied[0]} is what the search varies: a proof cannot set it")
     for one in problem.design.proven:
         for size in ({}, *({SIZE: size} for size in finer)):
-            case = load_case(problem.case, {**keys_of(problem, one, settings), **size})
-            if MODEL not in case.runs:
-                raise DesignError(f"{problem.case}: has no [run.{MODEL}], by which a design is proven")
+            case = load_case(problem.case, {**keys_of(problem, one, settings), **size}).by(MODEL)
             if errors := preflight_errors(case.scene, case.runs[MODEL], ranks, MODEL):
                 raise DesignError(f"the start, {one.name}, cannot be proven: {'; '.join(errors)}")
     return dict(settings)
@@ -158,7 +156,7 @@ def _run(
 ) -> tuple[ProofRun, float]:
     """A run and its wall time [s]."""
     try:
-        case = load_case(problem.case, problem.changes(shape.values) | keys_of(problem, one, changes))
+        case = load_case(problem.case, problem.changes(shape.values) | keys_of(problem, one, changes)).by(MODEL)
     except CaseError as error:
         return ProofRun(shape, one, np.nan, None, "; ".join(error.errors)[:LONGEST_REASON]), 0.0
     size = case.settings(FeSettings).element_size

@@ -103,7 +103,9 @@ def command(problem: Problem, found: Found) -> str:
 def shape_differences(problem: Problem, found: Found) -> list[ShapeDifference]:
     """Of the bodies over the first pass's window."""
     first = problem.design.passes[0].set
-    cases = [load_case(problem.case, problem.changes(values) | first) for values in (None, found.best.values)]
+    cases = [
+        load_case(problem.case, problem.changes(v) | first).by(problem.design.model) for v in (None, found.best.values)
+    ]
     settings: Any = cases[0].runs[problem.design.model]
     low, high = sorted(settings.window(cases[0].scene))
     before, after = (case.scene.crossing.surface for case in cases)
@@ -218,7 +220,7 @@ def _front(points: np.ndarray) -> np.ndarray:
 
 
 def _path(problem: Problem, values: np.ndarray | None, changes: dict) -> tuple[np.ndarray, np.ndarray]:
-    case = load_case(problem.case, problem.changes(values) | changes)
+    case = load_case(problem.case, problem.changes(values) | changes).by(problem.design.model)
     settings: Any = case.runs[problem.design.model]
     start, end = settings.window(case.scene)
     x = np.arange(min(start, end), max(start, end), SHAPE_SPACING)

@@ -67,7 +67,7 @@ def search(
 
     correct : values and numbers of a trial to the numbers that count;  earlier : trials of a search before, whose best
     by these numbers begin this one, which makes half as many and has them among its own
-    Errors: DesignError where the start cannot be run, or `out` holds another search.
+    Errors: DesignError where the start cannot be run or lacks a quantity, or `out` holds another search.
     """
     record, design = SearchRecord(problem, Path(out)), problem.design
     with ProcessPoolExecutor(workers, initializer=end_with_parent) as pool:
@@ -189,6 +189,15 @@ class SearchRecord:
             ((numbers, fault),) = run([None])
             if fault:
                 raise DesignError(f"the case as it is cannot be run: {fault}")
+            if unknown := [
+                f"{quantity} in {name}"
+                for value, (name, quantity) in zip(numbers, self.problem.columns)
+                if np.isnan(value)
+            ]:
+                raise DesignError(
+                    f"{self.problem.design.model} does not find {', '.join(unknown)} for the case as it is: take a"
+                    " quantity that it resolves, or passes in which it does"
+                )
             self._start = Trial(np.full(len(self.problem.design.vary), np.nan), numbers, np.nan)
             self._row(self._start)
         return self._start

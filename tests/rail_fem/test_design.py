@@ -5,6 +5,7 @@ import pytest
 from typer.testing import CliRunner
 
 from geometry.surfaces.crossing import CastCrossing
+from rail_fem.case.casefile import CaseError
 from rail_fem.cli import app
 from rail_fem.design import search as search_module
 from rail_fem.design.problem import DesignError, read_design
@@ -106,6 +107,14 @@ def test_a_search_in_which_nothing_can_be_run_says_why(bowl, tmp_path, monkeypat
         search(problem, tmp_path / "out", say=lambda text: None)
 
 
+def test_what_the_model_does_not_know_is_no_objective(tmp_path):
+    """Else every shape scores alike and a random one is called the best."""
+    problem = read_design(design(tmp_path, quantity=("first impact", "nose strain")))
+    with pytest.raises(DesignError, match="rigid_hertz does not find nose strain in 75 mph"):
+        search(problem, tmp_path / "out", workers=1, say=lambda text: None)
+    assert not SearchRecord(problem, tmp_path / "out").trials
+
+
 def test_trials_of_another_search_are_not_taken(bowl, tmp_path):
     problem, _ = bowl
     SearchRecord(problem, tmp_path / "out")
@@ -204,6 +213,8 @@ def test_checks_are_reported_and_not_searched_on(tmp_path):
         ("first impact", "first impac", "did you mean 'first impact'"),
         ("seed = 3", 'model = "fe_full"', "is no light model"),
         ("seed = 3", "sed = 3", "sed: unknown key, did you mean 'seed'"),
+        ("seed = 3", f"seed = {10**40}", "seed: 1(0)+.* must be less than or equal to 4294967295"),
+        ("[[vary]]", '[proof]\n"run.fe_full.element_sise" = "4 mm"\n[[vary]]', "did you mean 'element_size'"),
         ("[[pass]]", "[[passes]]", "passes: unknown key, did you mean 'pass'"),
         ('low = "-1 mm"', "low = [1]", r"vary.0..low.*: .1. must be a valid number"),
         ("nose_lowering", "nose_lowerin", "did you mean 'nose_lowering'"),
@@ -221,5 +232,5 @@ def test_a_design_that_cannot_be_searched_is_refused(tmp_path, old, new, complai
     if complaint is None:  # refused by the case itself
         assert done.exit_code == 2
     else:
-        with pytest.raises(DesignError, match=complaint):
+        with pytest.raises((DesignError, CaseError), match=complaint):
             read_design(path)
