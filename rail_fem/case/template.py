@@ -20,7 +20,7 @@ EXAMPLES = {
 
 def template(models: list[str]) -> Iterator[str]:
     """Lines of a case file with every key of the scene and of these models."""
-    yield 'version = 1\ntitle = "a worn wheel passes a crossing"'
+    yield 'version = 1\ntitle = "a wheel passes a crossing"'
     yield from _section("scene", Scene)
     for model in models:
         yield from _section(f"run.{model}", MODELS[model].settings)
@@ -38,14 +38,13 @@ def _section(name: str, section: type, values: Any = None) -> Iterator[str]:
         elif key.section is not None and key.table is None:
             yield f"\n# [{name}.{key.name}]  # {key.meaning}; its keys: docs/case_file.md"
         elif key.section is not None:
-            lines = _section(f"{name}.{key.name}", key.section, key.table)
-            yield from (line.replace("\n[", "\n# [") if line.startswith(("#", "\n")) else f"# {line}" for line in lines)
+            yield from _section(f"{name}.{key.name}", key.section, key.table)
 
 
 def _line(key: Key) -> str:
     about = f"  # {key.meaning}" + (f"; {key.allowed}" if key.allowed else "")
-    if key.required and key.default == "required":
+    if key.name in EXAMPLES and key.default in ("required", "none"):
         return f"{key.name} = {EXAMPLES[key.name]}{about}"
     plain = key.default in ("true", "false") or (not key.unit and key.default.replace(".", "", 1).isdigit())
     value = key.default if plain else f'"{key.default}"'
-    return f"# {key.name} = {value}{about}"
+    return f"{'' if key.required else '# '}{key.name} = {value}{about}"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import geometry
-from rail_fem.case.casefile import load_case
+from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.commands.study import STUDIES, Study
 from rail_fem.hierarchy import MODELS
 from tests import commands
@@ -52,13 +52,28 @@ def test_a_new_case_file_can_be_run_and_its_comments_are_the_defaults(tmp_path, 
     case = load_case(file)
     assert list(case.runs) == [model]
     # keys without a value; tables that are not there
-    absent = r'= "none"|^# \[scene\.(bearers|wheel_body|diverging|materials\.\w+\.cyclic)\]'
+    absent = r'^# .*= "none"|^# \[scene\.(bearers|wheel_body|diverging|materials\.\w+\.cyclic)\]'
     lines = [line for line in file.read_text().splitlines() if not re.search(absent, line)]
     plain = tmp_path / "plain.toml"
     plain.write_text("\n".join(re.sub(r"^# (?=\[|\w+ =)", "", line) for line in lines))
     written = load_case(plain)
     assert numbers(written.scene.model_dump()) == pytest.approx(numbers(case.scene.model_dump()), rel=1e-12)
     assert numbers(written.runs[model].model_dump()) == pytest.approx(numbers(case.runs[model].model_dump()), rel=1e-12)
+
+
+def test_every_key_of_a_new_case_file_can_be_uncommented_alone(tmp_path):
+    """Its table's title stands above it: no key lands in another table."""
+    file, alone = tmp_path / "case.toml", tmp_path / "alone.toml"
+    call("init", str(file), "--model", "rigid_hertz")
+    lines = file.read_text().splitlines()
+    keys = [k for k, line in enumerate(lines) if re.match(r"# \w+ = ", line)]
+    assert len(keys) > 60
+    for k in keys:
+        alone.write_text("\n".join([*lines[:k], lines[k].removeprefix("# "), *lines[k + 1 :]]))
+        try:
+            load_case(alone)
+        except CaseError as error:  # "none" is no value; another family's key is told of as such
+            assert "unknown key" not in str(error), lines[k]
 
 
 def test_a_case_file_that_is_there_is_not_overwritten(tmp_path):
