@@ -3,19 +3,22 @@
 import sys
 from pathlib import Path
 
+from rail_fem.scene.input_errors import suggest
+
 FOLDERS = Path(__file__).resolve().parents[2] / "cases", Path(sys.prefix) / "share" / "rail-fem" / "cases"
 
 
 def examples() -> dict[str, Path]:
-    """Name -> case file."""
-    return {
-        path.stem: path for folder in reversed(FOLDERS) if folder.is_dir() for path in sorted(folder.glob("*.toml"))
-    }
+    """Name, with its folder below cases/, -> case file, design file or file of groups."""
+    folder = next((folder for folder in FOLDERS if folder.is_dir()), FOLDERS[0])
+    return {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.toml"))}
 
 
 def example(name: str) -> Path:
-    """The file of an example case, e.g. "nose_transfer". Errors: KeyError that names what there is."""
+    """The file of an example, e.g. "nose_transfer" or "damage/crossing_mix". Errors: KeyError that names what there
+    is."""
     found = examples()
     if name not in found:
-        raise KeyError(f"no example case '{name}'; there are {', '.join(found) or 'none: is the installation whole?'}")
+        there = ", ".join(found) or "none: is the installation whole?"
+        raise KeyError(f"no example case '{name}'{suggest(name, found)}; there are {there}")
     return found[name]

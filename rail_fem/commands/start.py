@@ -35,12 +35,18 @@ def names(
         f"rails      {', '.join(there['rails'])}, or the path of a profile file",
         f"steels     {', '.join(there['steels'])}",
         "crossings  UK-cast 1:6 to 1:32 (scene.crossing.ratio), or any by its sections or STEP; rail joints",
-        *(f"example    {name}: {path}" for name, path in there["examples"].items()),
+        *(f"examples   {names} in {folder}" for folder, names in _by_folder(there["examples"]).items()),
         "studies",
         *(f"  {one['name']:18s} {one['meaning']}" for one in there["studies"]),
     ]
     say("\n".join(lines))
     emit(there)
+
+
+def _by_folder(examples: dict[str, Path]) -> dict[Path, str]:
+    """Folder -> names of what lies in it."""
+    folders = dict.fromkeys(path.parent for path in examples.values())
+    return {folder: ", ".join(n for n, p in examples.items() if p.parent == folder) for folder in folders}
 
 
 def choices() -> dict[str, Any]:

@@ -31,6 +31,8 @@ def test_an_installed_wheel_brings_its_examples_and_its_command(tmp_path):
     code = (
         f"import sys; sys.path.extend({libraries!r}); import rail_fem, pathlib; from rail_fem.cli import app;"
         " print(rail_fem.__file__, rail_fem.example('nose_transfer'));"
+        " print(*sorted(str(p.relative_to(rail_fem.example('nose_transfer').parent)) for p in"
+        " rail_fem.example('nose_transfer').parent.rglob('*.*')));"
         " app(['init', 'mine.toml', '--model', 'rigid_hertz'], standalone_mode=False);"
         " app(['list'], standalone_mode=False)"
     )
@@ -38,4 +40,6 @@ def test_an_installed_wheel_brings_its_examples_and_its_command(tmp_path):
     assert answer.returncode == 0, answer.stderr
     home, example = answer.stdout.splitlines()[0].split()
     assert str(tmp_path) in home and str(tmp_path) in example
+    told = subprocess.run(["git", "ls-files", "cases"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert sorted(answer.stdout.splitlines()[1].split()) == sorted(p.removeprefix("cases/") for p in told.split())
     assert "nose_transfer" in answer.stdout and (tmp_path / "mine.toml").is_file()
