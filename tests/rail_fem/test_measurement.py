@@ -5,7 +5,7 @@ import pytest
 from typer.testing import CliRunner
 
 from rail_fem.cli import app
-from rail_fem.measurement.record import RecordError, of_result, read_record
+from rail_fem.measurement.record import Record, RecordError, of_result, read_record
 from rail_fem.measurement.score import align, score
 from rail_fem.output.low_pass import CUTOFFS, filtered_peak, low_pass, low_passed
 from rail_fem.output.result import PassResult
@@ -79,6 +79,16 @@ def test_a_record_moved_along_the_track_is_found_again(result, tmp_path):
     assert raw.difference > smooth.difference and smooth.difference < 0.03
     assert score(pair, 50.0).computed < smooth.computed
     assert smooth.coherence > 0.97
+
+
+@pytest.mark.parametrize("common, found", [(0.92, True), (0.88, False)])
+def test_an_alignment_keeps_half_of_the_shorter_one(common, found):
+    """Two stretches of 1.8 m of which 51 and 49 % are common, the dip's blows in the midst of them: half is 0.9 m."""
+    step = SPEED / 8e3
+    x = lambda low: np.arange(low, low + 1.8, step)
+    stretch = lambda low, moved: Record("force", x(low) - moved, force_at(x(low)), 8e3)
+    pair = align(stretch(common - 0.16 - 1.8, 0.05), stretch(-0.16, 0.0), None)
+    assert (abs(pair.shift - 0.05) < 1e-3) == found and np.ptp(pair.x) >= 0.9 - 2 * step
 
 
 def test_positions_that_are_known_are_kept_where_that_is_asked_for(result, tmp_path):
