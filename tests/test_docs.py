@@ -9,11 +9,14 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
+from rail_fem.cli import app
 from rail_fem.output.result import Cost, PassResult, PatchSummary, Peak
 from tests.commands import call
 
 ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "models").glob("*.md")])
 
 
 @pytest.mark.parametrize("kind", [PassResult, Peak, PatchSummary, Cost])
@@ -97,6 +100,27 @@ def test_every_name_of_the_reference_is_in_its_module(module, names):
     assert not [name for name in names.split(", ") if not hasattr(found, name)]
 
 
+COMMAND = re.compile(r"(?<![\w-])rail-fem ([a-z]+[^\n]*)")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_printed_commands_and_their_options_exist(page):
+    """`rail-fem run CASE --out DIR` in a sentence or a block: the command is one of the program's, its options are the
+    command's. The package's name is no command."""
+    text = page.read_text(encoding="utf-8")
+    known = get_command(app).commands
+    spans = [span.replace("\n", " ") for span in re.findall(r"(?<!`)`([^`]+)`(?!`)", text)]
+    code = [*blocks(text, "sh"), *spans]
+    printed = [found.split() for part in code for found in COMMAND.findall(part)]
+    for command, *words in printed:
+        assert command in known, f"{page.name}: rail-fem {command} is no command"
+        options = {option for one in known[command].params for option in one.opts + one.secondary_opts} | {"--help"}
+        asked = {word.partition("=")[0] for word in words if re.match(r"--?[a-z]", word)}
+        assert command == "study" or asked <= options, f"{page.name}: rail-fem {command} has no {asked - options}"
+    wrong = re.findall(rf"(?<!-m )\brail_fem (?:{'|'.join(known)})\b", text)
+    assert not wrong, f"{page.name} prints {wrong[0]}, the program is rail-fem"
+
+
 def targets(text: str) -> list[str]:
     """What the links of a Markdown text lead to, without those to other sites and to sections of the same page."""
     found = re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```", "", text, flags=re.DOTALL))
@@ -130,9 +154,6 @@ def test_a_broken_link_is_a_fault_and_no_network_is_not(infos, wrong, said):
     ]
     sentence, lines = judge([*records, {"status": "unchecked", "uri": "start.html", "info": ""}])
     assert said in sentence and len(lines) == wrong
-
-
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "models").glob("*.md")])
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

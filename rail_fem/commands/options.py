@@ -8,14 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rail_fem import launcher
-from rail_fem.commands.ending import choose_json, stop
+from rail_fem.commands.ending import choose_json, stop, tell
+from rail_fem.scene.input_errors import suggest
 
 if TYPE_CHECKING:
     from rail_fem.case.casefile import Case
 
 CaseArgument = Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML), e.g. cases/nose_transfer.toml")]
 ModelOption = Annotated[
-    str | None, typer.Option("--model", help="which [run.MODEL] of the case; needed when it has several")
+    str | None,
+    typer.Option(
+        "--model", help="which model; by its defaults where the case has no [run.MODEL]; needed when it has several"
+    ),
 ]
 SetOption = Annotated[
     list[str] | None,
@@ -29,14 +33,26 @@ JsonOption = Annotated[
 def read_case(path: Path, model: str | None, settings: list[str] | None = None) -> tuple[Case, str]:
     """The case with what --set changes and the name of the model to run; ends the program on a fault."""
     case = loaded_case(path, settings)
-    if not case.runs:
-        stop(f"{path}: has no table [run.MODEL], only [damage]: see 'rail-fem damage --help'")
+    if model is None and not case.runs:
+        stop(f"{path}: has no table [run.MODEL], only [damage]: see 'rail-fem damage --help', or give --model")
     if model is None and len(case.runs) > 1:
         stop(f"{path}: has [run.*] for {', '.join(case.runs)}: choose one with --model")
-    model = model or next(iter(case.runs))
+    return by_model(case, model or next(iter(case.runs))), model or next(iter(case.runs))
+
+
+def by_model(case: Case, model: str) -> Case:
+    """The case, which runs this model; says so where that is by the model's defaults, ends the program on a fault."""
+    from rail_fem.case.casefile import CaseError
+    from rail_fem.hierarchy import MODELS
+
+    if model not in MODELS:
+        stop(f"--model {model}: no such model{suggest(model, MODELS)}; choose among {', '.join(MODELS)}")
     if model not in case.runs:
-        stop(f"{path}: has no [run.{model}], only {', '.join(case.runs)}")
-    return case, model
+        tell(f"{case.path}: has no [run.{model}], {model} runs by its defaults")
+    try:
+        return case.by(model)
+    except CaseError as error:
+        stop(error)
 
 
 def loaded_case(path: Path, settings: list[str] | None = None) -> Case:

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from rail_fem.commands.ending import say, stop
+from rail_fem.commands.options import SetOption
 
 
 def report(
@@ -23,19 +24,22 @@ def report(
     beside: Annotated[
         Path | None, typer.Option(help="folder of another sweep of the same cases, for a table of both")
     ] = None,
+    settings: SetOption = None,
     show: Annotated[
         list[str] | None,
         typer.Option("--show", help="figure of the digest, by its name in the report; may be given several times"),
     ] = None,
 ) -> None:
     """The page of a sweep: tables, trends in words checked on every model with reasons and controls, figures of each
-    group."""
-    from rail_fem.sweeps.sweep_page import write_digest, write_page
+    group. --set : what the sweep was given."""
+    from rail_fem.case.variations import read_settings
+    from rail_fem.sweeps.sweep_page import read_sweep, write_digest, write_page
 
     try:
+        found = read_sweep(folder, groups, beside, read_settings(settings or ()))
         if digest is None:
-            say(str(write_page(folder, groups, out or folder / "report", beside)))
+            say(str(write_page(found, out or folder / "report")))
         else:
-            say(str(write_digest(folder, groups, digest, tuple(show or ()), beside)))
+            say(str(write_digest(found, digest, tuple(show or ()))))
     except (ValueError, OSError) as error:
         stop(error)

@@ -1,5 +1,6 @@
 """`rail-fem sweep`: many cases, or one with some of its values varied, by every model that they name."""
 
+import functools
 from pathlib import Path
 from typing import Annotated
 
@@ -8,7 +9,7 @@ import typer
 from rail_fem import launcher
 from rail_fem.atomic import write_text_atomically
 from rail_fem.commands.ending import MANNER, RUN_FAILED, aside, emit, say, stop, tell
-from rail_fem.commands.options import JsonOption, SetOption
+from rail_fem.commands.options import JsonOption, SetOption, by_model
 
 
 def sweep(
@@ -31,7 +32,11 @@ def sweep(
         ),
     ] = None,
     model: Annotated[
-        list[str] | None, typer.Option("--model", help="only this model; may be given several times")
+        list[str] | None,
+        typer.Option(
+            "--model",
+            help="only this model, by its defaults where a case has no [run.MODEL]; may be given several times",
+        ),
     ] = None,
     ranks: Annotated[int, typer.Option(help="for parallel models", min=1)] = 2,
     only: Annotated[
@@ -39,7 +44,8 @@ def sweep(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run many cases with every model that they name; started again, it goes on. Do not put mpirun in front.
+    """Run many cases with every model that they name, or with those of --model; started again, it goes on. Do not put
+    mpirun in front.
 
     All results come into one folder, with sweep.md and sweep.csv: a row a run, what varies as columns. 'rail-fem show
     OUT --quantity "first impact" --against speed' draws one against the other.
@@ -71,9 +77,13 @@ def sweep(
     if not found:
         stop("nothing was run: no case file without an input error")
     found = found if only is None else chosen(found, only)
+    found = [functools.reduce(by_model, model or (), case) for case in found]
+    jobs = jobs_of(found, out, model or concerned(variations))
+    if not jobs:
+        stop(f"nothing was run: no case has a table [run.MODEL]: name models with --model, of {', '.join(MODELS)}")
     make_folder(out)
     with aside():
-        outcomes = run_sweep(jobs_of(found, out, model or concerned(variations)), ranks, tell)
+        outcomes = run_sweep(jobs, ranks, tell)
     report = sweep_report(outcomes, faults)
     if not one:
         write_tables(out, report, bool(vary))

@@ -117,7 +117,7 @@ def _draw(folder: Path, say: Callable[[str], None], missing_only: bool = False) 
         draw_run(folder, missing_only)
     except Exception as error:
         say(
-            f"no figures: {type(error).__name__}: {error} ({_keep_trace(folder)}); the result is saved, 'rail_fem show"
+            f"no figures: {type(error).__name__}: {error} ({_keep_trace(folder)}); the result is saved, 'rail-fem show"
             f" {folder}' draws again"
         )
 

@@ -17,15 +17,14 @@ AS_IT_IS = CaseChanges()
 
 def run_control(control: ControlExperiment, trend: Trend, folder: Path, swept: CaseChanges = AS_IT_IS) -> TrendFinding:
     """What the control's model finds. folder : of the case files CASE.toml;  swept : what the sweep has changed in
-    them, the control changes that. Errors: CaseError, TrendError for a case that lacks the model, the model's own."""
+    them, the control changes that. Errors: CaseError, TrendError where it does not resolve the
+    quantity, the model's own."""
     asked = trend.model_copy(
         update={"quantity": control.quantity or trend.quantity, "order": control.order or trend.order}
     )
     results = {}
     for name in dict.fromkeys(asked.order):
-        case = load_case(Path(folder) / f"{name}.toml", swept.of(name) | control.of(name))
-        if control.model not in case.runs:
-            raise TrendError(f"{case.path}: has no [run.{control.model}], which the control '{control.says}' runs")
+        case = load_case(Path(folder) / f"{name}.toml", swept.of(name) | control.of(name)).by(control.model)
         results[name] = {control.model: solve(control.model, case.scene, case.runs[control.model])}
     found = check(asked, results)
     if not found:

@@ -25,6 +25,7 @@ from rail_fem.output.progress import duration
 from rail_fem.output.result import load
 from rail_fem.output.runfolder import MARK, differences, digest, fingerprint, only_profile_differs
 from rail_fem.run.job import JobError, run_case
+from rail_fem.settings.light import unfit_parts
 from rail_fem.stopping import end_with_parent
 from rail_fem.sweeps.trends import CaseChanges
 
@@ -116,6 +117,8 @@ def run_job(job: Job, ranks: int) -> Outcome:
     """Run a job, or pass over it when its folder holds the finished result of this very case."""
     started = time.perf_counter()
     try:
+        if unfit := unfit_parts(job.case.scene, job.case.runs[job.model]):
+            raise JobError(unfit[0])
         anew = profile_changed(job)
         if not anew and is_finished(job):
             return Outcome(job, SKIPPED)
@@ -167,7 +170,7 @@ def is_finished(job: Job) -> bool:
 
 
 def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
-    """Run as `rail_fem run` in processes of their own, words into run.log beside the folder; returns the failure.
+    """Run as `rail-fem run` in processes of their own, words into run.log beside the folder; returns the failure.
 
     They read the case again, and refuse another content than this sweep has read.
     """

@@ -4,13 +4,16 @@ figure of a source each stands for."""
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
 from rail_fem.atomic import write_text_atomically
+from rail_fem.case.variations import as_setting
 from rail_fem.hierarchy import MODELS
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
@@ -42,6 +45,7 @@ OVER_LEG = {
 # panels beside which the source's largest force belongs, which is that on the nose
 PEAKS = ("first impact", "largest force", "largest force\non the nose")
 BESIDE = ("rigid_hertz", "fe_full")  # models whose forces are drawn beneath one another
+UNKNOWN, DIRTY = "unknown", "-dirty"  # of commits, as rail_fem.output.versions.git_revision has them
 COMPACT = 80  # dots per inch of a page for a repository
 
 
@@ -58,8 +62,8 @@ class Picture:
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep that a page is about. folder : of its results, groups : its file of groups, read as `source`; beside :
-    folder of another sweep of the same cases, and its results"""
+    """A sweep that a page is about. folder : of its results, groups : its file of groups, read as `source`, with the
+    settings that the sweep was given; beside : folder of another sweep of the same cases, and its results"""
 
     folder: Path
     groups: Path
@@ -68,24 +72,33 @@ class Sweep:
     unusable: list[str]
     beside: Path | None = None
     others: Results = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def options(self) -> str:
+        """Of the command that made the sweep, and of the one that makes its page."""
+        return "".join(f" --set {shlex.quote(as_setting(key, value))}" for key, value in self.settings.items())
 
 
-def read_sweep(folder: Path, groups: Path, beside: Path | None) -> Sweep:
-    """Errors: TrendError, CaseError, FileNotFoundError without results."""
-    source, cases = load_source(groups), Path(groups).parent
-    results, unusable = results_below(folder, cases, source)
-    others, unfit = ({}, []) if beside is None else results_below(beside, cases)
-    return Sweep(Path(folder), Path(groups), source, results, unusable + unfit, beside, others)
+def read_sweep(
+    folder: Path | str, groups: Path | str, beside: Path | str | None = None, settings: Mapping[str, Any] | None = None
+) -> Sweep:
+    """beside : folder of another sweep of the same cases;  settings : values that the sweep was given in place of the
+    files' and the groups'. Errors: TrendError, CaseError, FileNotFoundError without results."""
+    folder, groups, settings = Path(folder), Path(groups), dict(settings or {})
+    beside = None if beside is None else Path(beside)
+    source = load_source(groups).with_settings(settings)
+    results, unusable = results_below(folder, groups.parent, source)
+    others, unfit = ({}, []) if beside is None else results_below(beside, groups.parent)
+    return Sweep(folder, groups, source, results, unusable + unfit, beside, others, settings)
 
 
-def write_page(folder: Path, groups: Path, out: Path, beside: Path | None = None) -> Path:
-    """Write out/report.md and its figures; returns the page. beside : folder of another sweep of the same cases.
-    Errors: TrendError, CaseError, FileNotFoundError without results, OSError."""
-    sweep = read_sweep(folder, groups, beside)
+def write_page(sweep: Sweep, out: Path) -> Path:
+    """Write out/report.md and its figures; returns the page. Errors: TrendError, CaseError, OSError."""
     source, results = sweep.source, sweep.results
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
-    drawn = draw_all(pictures(source, results, Path(folder)), out)
+    drawn = draw_all(pictures(source, results, sweep.folder), out)
     text = [
         *page_lines(sweep, f"--out {out}"),
         *figure_lines(source, drawn, lambda picture: f"{picture.name}.png"),
@@ -95,12 +108,11 @@ def write_page(folder: Path, groups: Path, out: Path, beside: Path | None = None
     return out / "report.md"
 
 
-def write_digest(folder: Path, groups: Path, page: Path, shown: tuple[str, ...], beside: Path | None = None) -> Path:
+def write_digest(sweep: Sweep, page: Path, shown: tuple[str, ...]) -> Path:
     """The same page as one Markdown file for a repository, with the figures named in `shown` beside it, small. Errors:
     as write_page, ValueError for a figure that is not there."""
-    sweep = read_sweep(folder, groups, beside)
     source, results, page = sweep.source, sweep.results, Path(page)
-    found = pictures(source, results, Path(folder))
+    found = pictures(source, results, sweep.folder)
     absent = sorted(set(shown) - {picture.name for picture in found})
     if absent:
         raise ValueError(
@@ -112,7 +124,7 @@ def write_digest(folder: Path, groups: Path, page: Path, shown: tuple[str, ...],
     how = " ".join([f"--digest {page}", *(f"--show {name}" for name in shown)])
     lines = [
         *page_lines(sweep, how),
-        *figure_lines(source, found, lambda picture: f"{folder}/report/{picture.name}.png"),
+        *figure_lines(source, found, lambda picture: f"{sweep.folder}/report/{picture.name}.png"),
         *(f"![{picture.words}]({prefix}{picture.name}.png)\n\n*{picture.words}.*\n" for picture in drawn),
     ]
     write_text_atomically(page, "\n".join(lines) + "\n")
@@ -134,20 +146,19 @@ def draw_all(wanted: list[Picture], out: Path, prefix: str = "", dots: int | Non
 def page_lines(sweep: Sweep, how: str) -> list[str]:
     """How it was made, tables, trends. how : options of the command that writes the page"""
     source, results, groups = sweep.source, sweep.results, sweep.groups
-    revisions = sorted(
-        {r.versions.get("git", "") or "unknown" for of_case in results.values() for r in of_case.values()}
-    )
-    changed = f" --groups {groups}" if source.change or source.only else ""
+    changed = (f" --groups {groups}" if load_source(groups).changes_cases else "") + sweep.options
     beside = f" --beside {sweep.beside}" if sweep.beside else ""
     lines = [
         f"# {source.title}",
         "",
         *([source.intro, ""] if source.intro else []),
         (
-            f"Runs by `rail_fem sweep {groups.parent}/case_*.toml{changed} --out {sweep.folder}` at commit"
-            f" {', '.join(revisions)}; this page by `rail_fem report {sweep.folder} --groups {groups}{beside} {how}` at"
-            f" commit {versions().get('git') or 'unknown'}."
+            f"Runs by `rail-fem sweep {groups.parent}/case_*.toml{changed} --out {sweep.folder}`; this page by"
+            f" `rail-fem report {sweep.folder} --groups {groups}{beside}{sweep.options} {how}` at commit"
+            f" {versions().get('git') or UNKNOWN}."
         ),
+        "",
+        *state_lines(results),
         "",
         *absent_lines(sweep, changed),
         *count_lines(source.group, results),
@@ -173,6 +184,22 @@ def page_lines(sweep: Sweep, how: str) -> list[str]:
     return lines
 
 
+def state_lines(results: Results) -> list[str]:
+    """At which commits the runs were made; which run at which where it is not one, committed."""
+    of_state: dict[str, list[str]] = {}
+    for case, of_case in results.items():
+        for model, result in of_case.items():
+            of_state.setdefault(result.versions.get("git", "") or UNKNOWN, []).append(f"{case} {model}")
+    first, *others = sorted(of_state)
+    if not others and not first.endswith(DIRTY):
+        return [f"All runs at commit {first}."]
+    return [
+        f"**Not of one committed state** (what differs from a commit is marked {DIRTY}):",
+        "",
+        *(f"- {state}: {', '.join(of_state[state])}" for state in sorted(of_state)),
+    ]
+
+
 def absent_lines(sweep: Sweep, changed: str) -> list[str]:
     """Cases of the groups that the most expensive model of the sweep has not run, and how to go on."""
     results = sweep.results
@@ -183,7 +210,7 @@ def absent_lines(sweep: Sweep, changed: str) -> list[str]:
         return []
     files = " ".join(f"{sweep.groups.parent}/{case}.toml" for case in absent)
     return [
-        f"{model} has not run {', '.join(absent)}: `rail_fem sweep {files}{changed} --model {model} --out"
+        f"{model} has not run {', '.join(absent)}: `rail-fem sweep {files}{changed} --model {model} --out"
         f" {sweep.folder}` goes on; trends are checked on the models that have all their cases.",
         "",
     ]

@@ -50,8 +50,9 @@ def results_below(
             unusable.append(f"{path.parent}: failed: {result.fault}")
         elif unlike := _unlike_case(result, cases, path.parent.parent.name, changes):
             unusable.append(
-                f"{path.parent}: of an older version of the scene: {'; '.join(unlike[:5])}: remove the folder and sweep"
-                " again"
+                f"{path.parent}: of another scene than its case file: {'; '.join(unlike[:5])}: give 'report' the --set"
+                " of the sweep, or state the change in the groups file; a file that was changed since is swept into"
+                " another folder"
             )
         else:
             results.setdefault(path.parent.parent.name, {})[result.model] = result
@@ -80,7 +81,7 @@ def force_table(results: Results) -> list[str]:
     named = " / ".join(parts)
     head = [
         "case",
-        "static load [kN]",
+        "axle load [t]; static wheel load [kN]",
         *(f"{model}: first impact; largest on {named} [kN]" for model in models),
         f"PEEQ {named}: mean of 5 x 5 x 3 mm; largest of an element [%]",
         "transfer x [mm]",
@@ -97,7 +98,7 @@ def force_table(results: Results) -> list[str]:
         rows.append(
             [
                 case,
-                f"{last.scene.static_wheel_load / 1e3:.2f}",
+                f"{last.scene.axle_load / 1e3:.4g}; {last.scene.static_wheel_load / 1e3:.2f}",
                 *forces,
                 strains_of(last, parts),
                 position,

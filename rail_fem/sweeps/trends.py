@@ -31,6 +31,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
@@ -129,6 +130,16 @@ class CaseChanges(Frozen):
     def of(self, case: str) -> dict[str, Change]:
         """By key, e.g. "scene.speed"."""
         return self.change | self.only.get(case, {})
+
+    @property
+    def changes_cases(self) -> bool:
+        """Whether there are any."""
+        return bool(self.change or self.only)
+
+    def with_settings(self, settings: dict[str, Any]) -> Self:
+        """The same with these before its own, in every case."""
+        only = {case: {**values, **settings} for case, values in self.only.items()}
+        return self.model_copy(update={"change": {**self.change, **settings}, "only": only})
 
 
 class ControlExperiment(CaseChanges):

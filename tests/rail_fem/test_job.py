@@ -242,7 +242,7 @@ def test_case_with_several_models_asks_which(case):
     case.write_text(case.read_text() + "[run.fe_full]\n")
     assert "choose one with --model" in call("check", case).stderr
     assert call("check", case, "--model", "toy").exit_code == 0
-    assert "has no [run.other]" in call("check", case, "--model", "other").stderr
+    assert "--model other: no such model" in call("check", case, "--model", "other").stderr
 
 
 def test_check_shows_units_derived_numbers_cost_and_warnings(case, tmp_path):

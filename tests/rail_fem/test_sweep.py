@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import load_case
+from rail_fem.case.preflight import preflight_errors
 from rail_fem.output.result import PassResult, load
 from rail_fem.sweeps.compare import compare
 from rail_fem.sweeps.sweep_page import trust_lines
@@ -115,6 +116,31 @@ def test_arguments_that_cannot_be(cases, tmp_path):
         assert refused.exit_code == 2 and words in " ".join(refused.output.split())
     assert not (tmp_path / "out").exists()
     assert sweep(*cases, "--only", "3", "--out", tmp_path / "out", "--model", "p2_formula").exit_code == 0
+
+
+def test_a_sweep_runs_a_model_that_no_case_names_by_its_defaults_and_refuses_to_run_nothing(tmp_path):
+    """The shipped examples name one model, and a life study none."""
+    done = sweep(ROOT / "cases" / "nose_transfer.toml", "--model", "p2_formula", "--out", tmp_path / "out")
+    assert done.exit_code == 0 and "has no [run.p2_formula], p2_formula runs by its defaults" in done.output
+    assert load(tmp_path / "out" / "nose_transfer" / "p2_formula").peaks
+    nothing = sweep(ROOT / "cases" / "damage" / "switch_section.toml", "--out", tmp_path / "none")
+    assert nothing.exit_code == 2 and "name models with --model" in " ".join(nothing.output.split())
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_scene_that_one_of_its_models_does_not_take_runs_by_the_others(tmp_path):
+    """A wheel that vibrates is for light models: [run.fe_full] of the same file is refused where it is run."""
+    text = CASE.split("[run.p2_formula]")[0] + "[scene.wheel_body]\n[run.p2_formula]\n[run.fe_full]\n"
+    text += '[run.lumped]\nstart = "300 mm"\nend = "400 mm"\n'
+    (tmp_path / "soft.toml").write_text(text)
+    case = load_case(tmp_path / "soft.toml")
+    assert case.by("lumped") is case
+    assert "scene.wheel_body is for lumped" in preflight_errors(case.scene, case.runs["fe_full"], 1, "fe_full")[0]
+    assert sweep(tmp_path / "soft.toml", "--model", "lumped", "--out", tmp_path / "out").exit_code == 0
+    refused = sweep(tmp_path / "soft.toml", "--model", "fe_full", "--out", tmp_path / "out")
+    assert refused.exit_code == 1 and "FAILED in 0.0 s: scene.wheel_body is for lumped" in " ".join(
+        refused.output.split()
+    )
 
 
 @pytest.mark.validate

@@ -14,6 +14,7 @@ from rail_fem.output.result import PassResult, Peak, load
 from rail_fem.sweeps.controls import run_control
 from rail_fem.sweeps.leg_table import beside_table, leg_table
 from rail_fem.sweeps.sweep import read_cases
+from rail_fem.sweeps.sweep_page import state_lines
 from rail_fem.sweeps.sweep_report import force_table
 from rail_fem.sweeps.trends import (
     CaseChanges,
@@ -25,6 +26,7 @@ from rail_fem.sweeps.trends import (
     load_source,
     verdict,
 )
+from tests.commands import call
 
 THESIS = Path(__file__).resolve().parents[2] / "cases" / "thesis"
 SCENE = load_case(THESIS / "case_02.toml").scene
@@ -144,6 +146,29 @@ def test_sweep_and_report_by_one_groups_file(tmp_path):
     assert run("sweep", tmp_path / "case_02.toml", "--out", tmp_path / "old", *light).exit_code == 0
     assert run("report", tmp_path / "new", "--groups", groups, "--beside", tmp_path / "old").exit_code == 0
     page = (tmp_path / "new" / "report" / "report.md").read_text()
-    assert f"--groups {groups}" in page and "p2_formula has not run case_03: `rail_fem sweep" in page
+    assert f"--groups {groups}" in page and "p2_formula has not run case_03: `rail-fem sweep" in page
     assert f"Beside {tmp_path / 'old'}" in page
     assert "(first impact: case_02 = case_03, within 10 %)" in page
+
+
+def test_the_page_of_a_sweep_that_was_given_a_setting(tmp_path):
+    """The scene that was swept is the file's with --set; so says the page, which names it in its commands."""
+    (tmp_path / "case_02.toml").write_text((THESIS / "case_02.toml").read_text())
+    groups = tmp_path / "groups.toml"
+    groups.write_text("[[group]]\ntitle='Speed'\ncases=['case_02']\n")
+    out, change = tmp_path / "out", ("--set", "scene.speed=60 mph")
+    call("sweep", tmp_path / "case_02.toml", "--model", "p2_formula", "--out", out, *change)
+    refused = " ".join(call("report", out, "--groups", groups, code=2).output.split())
+    assert "give 'report' the --set of the sweep" in refused and "remove" not in refused
+    call("report", out, "--groups", groups, *change)
+    page = (out / "report" / "report.md").read_text()
+    assert page.count("--set 'scene.speed=60 mph'") == 2 and "| case_02 |" in page
+
+
+def test_a_page_says_which_runs_are_of_which_state():
+    at = lambda state: replace(over_the_leg(), versions={"git": state})
+    clean = {"a": {"lumped": at("1" * 12), "fe_full": at("1" * 12)}}
+    assert state_lines(clean) == [f"All runs at commit {'1' * 12}."]
+    mixed = clean | {"b": {"lumped": at("1" * 12), "fe_full": at("2" * 12 + "-dirty")}}
+    assert state_lines(mixed)[2:] == [f"- {'1' * 12}: a lumped, a fe_full, b lumped", f"- {'2' * 12}-dirty: b fe_full"]
+    assert "Not of one committed state" in state_lines({"a": {"lumped": at("1" * 12 + "-dirty")}})[0]

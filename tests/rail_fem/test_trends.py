@@ -281,7 +281,8 @@ def test_results_of_an_older_scene_are_named_and_left_out_of_the_page(tmp_path):
     )
     assert run().exit_code == 0
     page = (tmp_path / "sweep" / "report" / "report.md").read_text()
-    assert "| new |" in page and "| old |" not in page and "of an older version of the scene: speed: 33.5" in page
+    assert "| new |" in page and "| old |" not in page and "of another scene than its case file: speed: 33.5" in page
+    assert "remove" not in page
     (tmp_path / "new.toml").write_text(text.replace('speed = "75 mph"', 'speed = "60 mph"'))
     refused = run()
     assert refused.exit_code == 2 and "that can be used" in " ".join(refused.output.split())
