@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from rail_fem.output.result import PassResult, Peak
     from rail_fem.output.result import load as load_result
     from rail_fem.scene.scene import Scene
+    from rail_fem.show.force import force_figure as plot_force
+    from rail_fem.sweeps.parameter_figure import parameter_figure as plot_sweep
     from rail_fem.sweeps.results import SweepResults, load_sweep
 
 __all__ = [
@@ -34,6 +36,8 @@ __all__ = [
     "load_case",
     "load_result",
     "load_sweep",
+    "plot_force",
+    "plot_sweep",
     "solve",
 ]
 
@@ -51,6 +55,8 @@ _HOMES = {
     "Scene": "rail_fem.scene.scene",
     "SweepResults": "rail_fem.sweeps.results",
     "load_sweep": "rail_fem.sweeps.results",
+    "plot_force": "rail_fem.show.force:force_figure",
+    "plot_sweep": "rail_fem.sweeps.parameter_figure:parameter_figure",
 }
 
 

@@ -138,6 +138,21 @@ def test_rooms_of_the_application_stand_on_one_another():
     assert not upwards, f"import what stands above them: {', '.join(sorted(upwards))}"
 
 
+# What is named by the user, or first used, is imported by name: a model, a study, a public name.
+BY_NAME = "hierarchy.py", "commands/study.py", "__init__.py"
+
+
+def test_no_arrow_hides_in_an_import_by_name():
+    others = [
+        path.relative_to(ROOT).as_posix()
+        for package in ("geometry", "bem", "rail_fem")
+        for path in modules(package)
+        if re.search(r"\bimport_module\b|\b__import__\b|\bexec\(", path.read_text(encoding="utf-8"))
+        and path not in [ROOT / package / name for name in BY_NAME]
+    ]
+    assert not others
+
+
 def test_gmsh_is_imported_only_in_geometry_and_only_when_meshing():
     for path in LIGHT:
         assert "gmsh" not in imports(path, only_top=True), f"{path.relative_to(ROOT)} imports gmsh at its top"

@@ -24,7 +24,7 @@ for warning in result.warnings:
 # %%
 # Forces, the wheel's height and the crossing's along the path, as `rail-fem show` draws them, into a file; and the
 # force by hand.
-result.plot_force("100 mph on a softer foundation").savefig("force.png")
+rail_fem.plot_force(result, "100 mph on a softer foundation").savefig("force.png")
 table = result.to_dataframe()
 axes = table.plot(x="x [mm]", y=["force_wing [kN]", "force_nose [kN]"], figsize=(7, 4), ylabel="contact force [kN]")
 plt.show()

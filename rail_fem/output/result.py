@@ -192,12 +192,6 @@ class PassResult:
         header, table = shown_table(self.history)
         return pandas.DataFrame(table, columns=header)
 
-    def plot_force(self, title: str = ""):
-        """A matplotlib Figure of forces, wheel height and crossing height along the path."""
-        from importlib import import_module  # figures stand above results: asked for by name, only when one is drawn
-
-        return import_module("rail_fem.show.force").force_figure(self, title or self.model)
-
     def save(self, folder: Path) -> None:
         """Write history.csv (units in its header), history.npz (SI), trust.txt, result.json and the profile of a
         measured wheel; each appears whole or not at all.

@@ -31,8 +31,9 @@ FORCES = (
 )
 
 
-def force_figure(result: PassResult, name: str) -> Figure:
-    """Force above; wheel with the rigid wheel path, and crossing, beneath."""
+def force_figure(result: PassResult, title: str = "") -> Figure:
+    """Force above; wheel with the rigid wheel path, and crossing, beneath; titled by the model if by nothing else."""
+    name = title or result.model
     history = result.history
     if len(history["x"]) == 0 or not np.isfinite(history["force"]).any():
         why = "has no rows" if len(history["x"]) == 0 else "holds no contact force"

@@ -109,13 +109,6 @@ class SweepResults:
         head = [name for name in rows[0] if name != "case" and not all(_is_nan(row[name]) for row in rows)]
         return "\n".join(markdown_table(head, [[_cell(row[name]) for name in head] for row in rows])) + "\n"
 
-    def plot(self, quantity: str, against: str, models: tuple[str, ...] = ()):
-        """A matplotlib Figure of a column of `rows` against what varies, a line for each model. Errors: ValueError for
-        a name that is none of the columns."""
-        from importlib import import_module  # the figure stands above the results it draws
-
-        return import_module("rail_fem.sweeps.parameter_figure").parameter_figure(self, quantity, against, models)
-
 
 def claimed_error(result: PassResult) -> float:
     """What a run claims of its forces, relative: the sum of its estimates that are numbers; NaN without any."""

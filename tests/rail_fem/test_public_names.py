@@ -113,7 +113,7 @@ def test_a_history_becomes_a_data_frame(result):
 
 
 def test_the_force_is_drawn(result, tmp_path):
-    result.plot_force("a title").savefig(tmp_path / "force.png")
+    rail_fem.plot_force(result, "a title").savefig(tmp_path / "force.png")
     assert (tmp_path / "force.png").stat().st_size > 5000
 
 

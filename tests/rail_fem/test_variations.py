@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rail_fem import load_sweep
+from rail_fem import load_sweep, plot_sweep
 from rail_fem.case.casefile import load_case
 from rail_fem.case.variations import (
     VariationError,
@@ -158,7 +158,7 @@ def test_a_grid_is_one_table_with_what_varies_as_columns(swept):
 
 
 def test_a_quantity_is_drawn_against_what_varies(swept, tmp_path):
-    figure = load_sweep(swept).plot("p2", "speed")
+    figure = plot_sweep(load_sweep(swept), "p2", "speed")
     axes = figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("speed [mph]", "p2 [kN]")
     lines = {line.get_label(): line.get_xydata() for line in axes.lines}
@@ -195,7 +195,7 @@ def test_a_model_whose_numerics_vary_runs_alone(case, tmp_path):
     sweep = load_sweep(out)
     assert sweep.varied == ["run.p2_formula.reading"]
     assert {row["run.p2_formula.reading"] for row in sweep.rows()} == {"increment", "all"}
-    positions = [text.get_text() for text in sweep.plot("p2", "reading").axes[0].get_xticklabels()]
+    positions = [text.get_text() for text in plot_sweep(sweep, "p2", "reading").axes[0].get_xticklabels()]
     assert sorted(positions) == ["all", "increment"]
     marks = [json.loads(path.read_text())["run.p2_formula"]["reading"] for path in out.glob("*/*/case.json")]
     assert sorted(marks) == ["all", "increment"]
