@@ -141,6 +141,27 @@ def test_a_tensile_test_gives_back_the_tabulated_curve():
         assert stress == pytest.approx(MN13.yield_stress(p), rel=1e-8) or p == 0.0
 
 
+@pytest.mark.parametrize(
+    "steel, stretches",
+    [
+        (replace(STEEL, hardening_strain=(0.0, 0.01), hardening_stress=(300e6, 400e6)), np.linspace(1.0, 1.03, 7)),
+        (MN13, np.geomspace(1.0, 2.0, 40)),
+    ],
+    ids=["a table that ends at 1 %", "Mn13, whose table ends at 50 %"],
+)
+def test_beyond_the_end_of_its_hardening_table_a_bar_flows_at_the_last_stress(steel, stretches):
+    """All strain beyond the end is plastic, stress the table's last; the isotropic and the kinematic return alike. The
+    bar's axes do not turn, so that its increments add up: no error but round-off and the search for its side."""
+    last, end = steel.hardening_stress[-1], steel.hardening_strain[-1]
+    for rule in ("isotropic", "kinematic"):
+        coupon = Coupon(replace(steel, hardening=rule))
+        for stretch in stretches[1:]:
+            stress = coupon.pull(stretch)
+        p = coupon.structure.finite.plastic_strain()[0]
+        assert p > 1.2 * end and stress == pytest.approx(last, rel=1e-8)
+        assert p == pytest.approx(coupon.strain - last / steel.youngs_modulus, abs=1e-9)
+
+
 def corner_error(steps):
     """Sheared to yield, then stretched at constant volume: error of the angle between stress and strain rate."""
     yield_stress, shear = 1e5, STEEL.shear_modulus

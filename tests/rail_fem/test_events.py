@@ -13,6 +13,7 @@ from rail_fem.output.events import (
     flights,
     force_peaks,
     longest_flight,
+    lost_contact,
     transfer_position,
 )
 from rail_fem.output.result import PassResult
@@ -75,6 +76,14 @@ def test_less_than_a_thousandth_of_the_static_load_is_no_contact():
     for brushed, position in ((0.9 * OPEN * LOAD, 0.3505), (1.1 * OPEN * LOAD, np.nan)):
         found = history(on_nose((0.3505, 0.6005)), force=lambda x: np.where(x > 0.6, brushed, LOAD))
         assert transfer_position(found, FACING, LOAD) == pytest.approx(position, nan_ok=True)
+
+
+def test_a_touch_below_a_thousandth_of_the_static_load_is_no_first_contact():
+    """The wheel is on its way down: what brushes it from row 50 on begins contact only above the threshold, and only
+    then is the way to the landing a flight."""
+    for brushed, count in ((0.9 * OPEN * LOAD, 0), (1.1 * OPEN * LOAD, 1)):
+        force = np.concatenate([np.zeros(50), np.full(10, brushed), np.zeros(40), np.full(100, LOAD)])
+        assert len(lost_contact(np.arange(200) * 1e-4, np.arange(200) * 1e-3, force, LOAD)) == count
 
 
 def test_rows_of_the_settling_count_for_nothing():
