@@ -7,7 +7,7 @@ from pathlib import Path
 from rail_fem.light.mass_scaling import CUBE, GAIN, SHARE, quasi_static_factor, quasi_static_step
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
-from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.explicit import TWIN_COST, FeSettings
 
 BYTES_PER_CELL = 1000.0  # the explicit run's gate
 BYTES_PER_RANK = 350e6  # Python with dolfinx, numba and gmsh loaded, before any mesh
@@ -20,7 +20,6 @@ SHORTEST_EDGE = 0.5  # shortest cell edge over element_size, in graded and slant
 # whatever the window.
 RAIL_AREA, RAIL_LINE = 30e-6, 213e-3
 WHEEL_AREA, WHEEL_LINE = 28.5e-3, 9.8
-TWIN_COST = 0.1  # of the twin that gives the error bars, over the run's own
 END_MARGIN = 0.024  # of the rail beyond start and end
 RAIL_MASS, WHEEL_MASS = 35.0, 14.0  # of the meshes: crossing [kg/m], wheel [kg]
 LIGHTER, FINE = 80.0, 0.8e-3  # read off meshes of 2, 1 and 0.5 mm: 12, 48 and 80

@@ -31,12 +31,13 @@ from rail_fem.output.clock import working_time
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
 from rail_fem.output.fields import MESH, REGIONS
+from rail_fem.output.progress import Progress
 from rail_fem.output.quantities import FORCES, REPORTED, reported
 from rail_fem.output.result import Cost, PassResult, load
 from rail_fem.output.runfolder import digest, fingerprint
 from rail_fem.output.sealed import read_sealed, write_sealed
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.explicit import TWIN_COST, FeSettings
 
 # size of the twin's elements: over the run's, the next where the first cannot be meshed or folds; at most [m] (larger
 # ones cannot be meshed), and over the run's at least
@@ -69,15 +70,34 @@ def solve_from(
 ) -> PassResult:
     """One pass from a state where settling ends (None: at rest), its result under the name of a model. Collective.
     Errors: as `solve`."""
-    comm, started = MPI.COMM_WORLD, working_time()
-    solve_coarse = lambda coarse, below: solve_from(scene, coarse, start, model, below, restart, None)
-    twin = _twin(settings, folder, restart, progress, solve_coarse)
-    of_case = scene
+    started, progress = working_time(), progress or Progress(None, active=False)
+    solve_coarse = lambda coarse, below: solve_from(scene, coarse, start, model, below, restart, progress)
+    share = TWIN_COST / (1 + TWIN_COST) if settings.error_twin else 0.0
+    with progress.part(0.0, share):
+        twin = _twin(settings, folder, restart, progress, solve_coarse)
+    with progress.part(share, 1.0):
+        result = _passes(scene, settings, start, model, folder, restart, progress, started)
+    return result if twin is None else with_bars(result, twin)
+
+
+def _passes(
+    scene: Scene,
+    settings: FeSettings,
+    start: StartState | None,
+    model: str,
+    folder: Path | None,
+    restart: bool,
+    progress: Progress,
+    started: float,
+) -> PassResult:
+    """The passes themselves, and the result of the last. started : of the run, by `working_time` [s]. Collective."""
+    comm, of_case = MPI.COMM_WORLD, scene
+    progress.note(f"rigid wheel's path and mesh, elements of {settings.element_size * 1e3:g} mm")
     scene, aside = on_root(lambda: placed_across(of_case, settings))
     running = on_root(lambda: running_of(scene, settings))
     identity = {"case": digest(fingerprint(model, of_case, settings))}
     mesh, initial_clearance, datum, seal = positioned_mesh(scene, settings, running, folder, restart, identity)
-    if progress and mesh is not None:
+    if mesh is not None:
         progress.note(
             f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes; kernels are compiled now where they are not"
             " yet (once, some minutes)"
@@ -85,8 +105,6 @@ def solve_from(
     carried, reports = None, []
     for number in range(1, settings.passes + 1):
         below = _folder_of(folder, number, settings.passes)
-        if progress and settings.passes > 1:
-            progress.note(f"pass {number} of {settings.passes}")
         passage = build_passage(comm, scene, settings, running, mesh, datum, start, aside)
         if carried is not None:
             lay_in(passage, carried)
@@ -95,7 +113,9 @@ def solve_from(
         run.started = started
         if restart and below is not None and on_root((below / CHECKPOINT).is_file):
             run.resume()
-        run.go()
+        name = f"pass {number} of {settings.passes}" if settings.passes > 1 else ""
+        with progress.part((number - 1) / settings.passes, number / settings.passes, name):
+            run.go()
         result = replace(result_of(run, model, initial_clearance), scene=of_case)
         if settings.passes > 1:
             reports.append(reported(result))
@@ -104,7 +124,7 @@ def solve_from(
             carried = steel_after(run)
             if below is not None:
                 on_root(partial(result.save, below))
-    return result if twin is None else with_bars(result, twin)
+    return result
 
 
 def placed_across(scene: Scene, settings: FeSettings) -> tuple[Scene, LateralStart | None]:
@@ -125,7 +145,7 @@ def _twin(
     settings: FeSettings,
     folder: Path | None,
     restart: bool,
-    progress,
+    progress: Progress,
     solve_coarse: Callable[[FeSettings, Path | None], PassResult],
 ) -> PassResult | str | None:
     """The same pass on elements up to twice as large, solved by settings and folder; why there is none; None where none
@@ -142,10 +162,9 @@ def _twin(
     for size in (size for size in sizes if size >= LEAST_TWIN * settings.element_size):
         coarse = settings.coarser(size / settings.element_size)
         coarse = coarse.model_copy(update={"error_twin": False, "field_frames": 1})
-        if progress is not None:
-            progress.note(f"first its coarse twin, elements of {size * 1e3:g} mm: for the error bars")
         try:
-            result = solve_coarse(coarse, below)
+            with progress.part(0.0, 1.0, f"coarse twin of {size * 1e3:g} mm, for the error bars"):
+                result = solve_coarse(coarse, below)
         except (ValueError, ArithmeticError) as error:  # what cannot be meshed, and what folds as it yields
             why = f"no twin of {size * 1e3:g} mm: {error}"
             continue

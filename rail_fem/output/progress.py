@@ -7,7 +7,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -17,6 +17,7 @@ from rail_fem.stopping import last_words
 
 STATUS_FILE = "status.json"
 GO_ON = "stopped, go on with --restart"
+BEFORE_STEPS = 8.0  # between lines of a log while no step is taken; with what a look takes, below ten [s]
 WAIT = 0.5  # for a status that is being written when the run is stopped [s]
 
 
@@ -26,6 +27,7 @@ class Progress:
     with Progress(folder, title="nose transfer") as progress:
         progress.update(step=120, time=1e-3, end_time=10e-3, energy_balance=1e-4)
 
+    Until a step is taken, and between the parts of a run, a thread tells what goes on, in meshing and compilation too.
     status.json is replaced at most every `interval` seconds, and always at the end, with
     state (running, finished, cut off, failed, stopped), percent, eta [s], step, time [s], end_time [s], energy_balance
     [1], message, updated (clock time), and of the process: host, pid, began.
@@ -57,22 +59,26 @@ class Progress:
         self._bar: Any = None
         self._cut_off = ""
         self._writing, self._words = threading.Lock(), contextlib.ExitStack()
-        self._started: float | None = None
+        self._started = self._told = time.monotonic()
         self._written: float | None = None
         self._lined: float | None = None
-        self._first_fraction = 0.0
+        self._stretch, self._part = (0.0, 1.0), ""  # of the whole run that `update` tells of, and its name
+        self._begun: tuple[float, float] | None = None  # share of the whole and clock at the first `update` of a part
+        self._over = threading.Event()
 
     def __enter__(self) -> "Progress":
-        self._started = time.monotonic()
+        self._started = self._told = time.monotonic()
         if self.active:
             self._words.enter_context(last_words(self._stopped))
             self._write()
             # mpirun gives its ranks a terminal of its own
             if self.stream.isatty() and "OMPI_COMM_WORLD_RANK" not in os.environ:
                 self._open_bar()
+            threading.Thread(target=self._watch, daemon=True).start()
         return self
 
     def __exit__(self, kind, error, trace) -> None:
+        self._over.set()
         if kind is None:
             self._end("cut off" if self._cut_off else "finished", self._cut_off)
         elif issubclass(kind, KeyboardInterrupt):
@@ -102,9 +108,10 @@ class Progress:
         if not self.active:
             return
         now = _clock()
-        fraction = min(max(time / end_time, 0.0), 1.0) if end_time > 0 else 0.0
-        if self._written is None or self.status["end_time"] is None:
-            self._first_fraction = fraction  # a restart begins part of the path
+        low, high = self._stretch
+        fraction = low + (high - low) * (min(max(time / end_time, 0.0), 1.0) if end_time > 0 else 0.0)
+        if self._begun is None:
+            self._begun = fraction, now  # a restart begins part of the path
         self.status.update(
             percent=round(100 * fraction, 2),
             eta=self._eta(fraction, now),
@@ -112,33 +119,54 @@ class Progress:
             time=float(time),
             end_time=float(end_time),
             energy_balance=_finite(energy_balance),
-            message=message,
+            message=message or self._part,
         )
         if self._written is None or now - self._written >= self.interval:
             self._write()
         self._show(now)
 
+    @contextlib.contextmanager
+    def part(self, start: float, end: float, name: str = "") -> Iterator[None]:
+        """What is told inside is this stretch of the run, 0 to 1, or of the part of it that this is called in."""
+        outer = self._stretch, self._part
+        (low, high), width = self._stretch, self._stretch[1] - self._stretch[0]
+        self._stretch, self._part, self._begun = (low + width * start, low + width * end), name or self._part, None
+        try:
+            yield
+        finally:
+            (self._stretch, self._part), self._begun = outer, None
+
     def before_the_first_step(self, text: str) -> None:
-        """Tell what goes on while there is no simulation time yet, as often as `update` does; rank-local."""
-        if not self.active:
+        """Tell what goes on while there is no simulation time yet, as often as is due; rank-local."""
+        self.status["message"] = f"{self._part}: {text}" if self._part else text
+        self._tell_what_goes_on()
+
+    def _tell_what_goes_on(self) -> None:
+        """The message into status.json and the log, where no step has told of itself for long enough."""
+        if not self.active or self._begun is not None:
             return
         now = _clock()
-        self.status["message"] = text
         if self._written is None or now - self._written >= self.interval:
             self._write()
-        if not self._bar and (self._lined is None or now - self._lined >= self.line_interval):
-            self._lined = now
-            print(text, file=self.stream, flush=True)
+        if not self._bar and now - self._told >= BEFORE_STEPS:
+            self._told = now
+            what = self.status["message"] or "before the first step"
+            print(f"{what} ({duration(now - self._started)})", file=self.stream, flush=True)
+
+    def _watch(self) -> None:
+        while not self._over.wait(min(self.interval, 1.0)):
+            self._tell_what_goes_on()
 
     def cut_off(self, why: str) -> None:
         """The run ends before its end, as its settings ask."""
         self._cut_off = why
 
     def note(self, text: str) -> None:
-        """One line of plain news ("mesh: 180 000 cells"); root only."""
+        """One line of plain news ("mesh: 180 000 cells") of what comes before the next steps; root only."""
         if not self.active:
             return
-        self.status["message"] = text
+        text = f"{self._part}: {text}" if self._part else text
+        self.status["message"], self._told, self._begun = text, _clock(), None
         self._write()
         if self._bar:
             self._bar.console.print(text, highlight=False)
@@ -146,10 +174,9 @@ class Progress:
             print(text, file=self.stream, flush=True)
 
     def _eta(self, fraction: float, now: float) -> float | None:
-        done = fraction - self._first_fraction
-        if self._started is None or done <= 0:
-            return None
-        return round((1 - fraction) * (now - self._started) / done, 1)
+        """By the pace since this part's first step: what came before it, meshes and compilation, does not come again."""
+        first, since = self._begun or (fraction, now)
+        return round((1 - fraction) * (now - since) / (fraction - first), 1) if fraction > first else None
 
     def _write(self) -> None:
         with self._writing:

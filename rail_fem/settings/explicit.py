@@ -22,6 +22,7 @@ SMOKE_ELEMENT_SIZE = 6e-3
 SLAB_ELEMENTS = 3  # along the rail, of the slabs that a travelling window lets enter and leave
 SMOKE_STEPS = 50
 SMOKE_STRETCH = 0.12  # m of crossing that is meshed
+TWIN_COST = 0.1  # of the twin that gives the error bars, over the run's own
 MOST_SLENDER = 4.0  # length of an element along the rail over its size across, or the reverse
 
 

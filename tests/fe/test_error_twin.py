@@ -1,5 +1,6 @@
 """A run with a coarse twin: its error bars come from the twin's result, which a restart takes as it is."""
 
+import io
 from pathlib import Path
 
 import pytest
@@ -8,8 +9,9 @@ from geometry.meshing.hexmesh import MeshError
 from rail_fem.case.casefile import load_case
 from rail_fem.models import fe_full
 from rail_fem.output.error_bars import error_bars
+from rail_fem.output.progress import Progress
 from rail_fem.output.result import load
-from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.explicit import TWIN_COST, FeSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = FeSettings(element_size=3e-3, start=0.095, end=0.110, field_frames=1, mass_scaling="auto", error_twin=True)
@@ -20,9 +22,26 @@ def scene():
     return load_case(ROOT / "cases" / "nose_transfer.toml").scene
 
 
+class Remembered(Progress):
+    """Keeps what status.json was given."""
+
+    def __init__(self, folder):
+        self.said = []
+        super().__init__(folder, stream=io.StringIO(), interval=0.0)
+
+    def _save(self):
+        self.said.append(dict(self.status))
+        super()._save()
+
+
 def test_bars_are_those_of_the_twin_and_a_restart_keeps_it(scene, tmp_path):
-    result = fe_full.solve(scene, SETTINGS, tmp_path)
+    with Remembered(tmp_path) as progress:
+        result = fe_full.solve(scene, SETTINGS, tmp_path, progress=progress)
     twin = load(tmp_path / "twin")
+    of_twin = [status for status in progress.said if "coarse twin of 6 mm" in status["message"] and status["step"]]
+    percent = [status["percent"] for status in progress.said]
+    assert percent == sorted(percent) and any(status["eta"] for status in of_twin)
+    assert 0 < max(status["percent"] for status in of_twin) <= 100 * TWIN_COST / (1 + TWIN_COST) < percent[-2]
     assert twin.settings["element_size"] == 2 * SETTINGS.element_size and not twin.settings["error_twin"]
     assert twin.cost.elements < result.cost.elements / 3 and twin.cost.steps < result.cost.steps
     assert result.error_bars == pytest.approx(error_bars(result, twin))
@@ -55,15 +74,15 @@ def test_where_twice_the_size_cannot_be_meshed_the_twin_is_less_coarse(scene, tm
 
 def test_where_no_twin_can_be_meshed_the_run_says_so():
     """The largest that is tried is 6 mm; of 5 mm there is none that is coarser by a quarter."""
-    solved = []
+    solved, silent = [], Progress(None, active=False)
 
     def refuse(coarse, below):
         solved.append(coarse.element_size)
         raise MeshError("a folded cell")
 
-    why = fe_full._twin(SETTINGS.model_copy(update={"element_size": 3.5e-3}), None, False, None, refuse)
+    why = fe_full._twin(SETTINGS.model_copy(update={"element_size": 3.5e-3}), None, False, silent, refuse)
     assert why == "no twin of 5.25 mm: a folded cell" and solved == [6e-3, 5.25e-3]
-    why = fe_full._twin(SETTINGS.model_copy(update={"element_size": 5e-3}), None, False, None, refuse)
+    why = fe_full._twin(SETTINGS.model_copy(update={"element_size": 5e-3}), None, False, silent, refuse)
     assert why == "elements of 5 mm are too large for a coarser twin"
 
 

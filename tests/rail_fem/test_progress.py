@@ -2,6 +2,7 @@ import io
 import json
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -48,6 +49,61 @@ def test_what_goes_on_before_the_first_step_is_told_now_and_then(tmp_path, clock
         progress.update(step=1, time=1e-4, end_time=1e-3)
     lines = [line for line in stream.getvalue().splitlines() if "static contact" in line]
     assert 2 <= len(lines) <= 20
+
+
+def test_the_log_hears_at_least_every_ten_seconds_of_what_goes_on_before_a_step(clock):
+    """A mesh is made, kernels are compiled: nobody but a thread can speak. Once steps tell of themselves it is silent,
+    until something else than steps goes on."""
+    stream = io.StringIO()
+    with Progress(None, stream=stream) as progress:
+        progress.note("mesh of 2 mm")
+        for _ in range(60):
+            clock[0] += 1.0
+            progress._tell_what_goes_on()
+        lines = stream.getvalue().splitlines()
+        assert len(lines) >= 6 and lines[-1].startswith("mesh of 2 mm (") and lines[-1].endswith(" s)")
+        progress.update(step=1, time=0.0, end_time=1.0)
+        clock[0] += 20.0
+        progress._tell_what_goes_on()
+        assert len(stream.getvalue().splitlines()) == len(lines) + 1  # the step's own
+        progress.note("pass 2")
+        clock[0] += 10.0
+        progress._tell_what_goes_on()
+        assert stream.getvalue().splitlines()[-1].startswith("pass 2 (")
+
+
+def test_a_thread_tells_it_while_the_run_itself_is_silent(monkeypatch):
+    spoken = threading.Event()
+
+    class Log(io.StringIO):
+        def write(self, text):
+            spoken.set()
+            return super().write(text)
+
+    monkeypatch.setattr(module, "BEFORE_STEPS", 0.0)
+    with Progress(None, stream=Log(), interval=1e-3):
+        assert spoken.wait(60.0)
+
+
+def test_parts_of_a_run_share_its_percent_and_each_tells_its_pace(tmp_path, clock):
+    """A twin that is a tenth of the work, then the run; eta by the pace of what runs, without the meshing before it."""
+    with Progress(tmp_path, stream=io.StringIO(), interval=0.0) as progress:
+        with progress.part(0.0, 0.1, "coarse twin"):
+            clock[0] += 500.0  # meshing
+            progress.update(step=0, time=0.0, end_time=1.0)
+            clock[0] += 5.0
+            progress.update(step=50, time=0.5, end_time=1.0)
+            status = read_status(tmp_path)
+            assert (status["percent"], status["message"]) == (5.0, "coarse twin")
+            assert status["eta"] == pytest.approx(95.0)  # a twentieth took 5 s
+        with progress.part(0.1, 1.0):
+            clock[0] += 500.0
+            progress.update(step=0, time=0.0, end_time=1.0)
+            assert read_status(tmp_path)["percent"] == 10.0 and read_status(tmp_path)["eta"] is None
+            clock[0] += 45.0
+            progress.update(step=500, time=0.5, end_time=1.0)
+            status = read_status(tmp_path)
+            assert (status["percent"], status["eta"], status["message"]) == (55.0, pytest.approx(45.0), "")
 
 
 def test_eta_of_a_restart_counts_only_what_was_done_since(tmp_path, clock):
