@@ -1,6 +1,7 @@
 """What a run will cost, before anything is meshed: cells, steps, memory, time."""
 
 import os
+import resource
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,8 +10,12 @@ from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
 
-BYTES_PER_CELL = 1000.0  # the explicit run's gate
-BYTES_PER_RANK = 350e6  # Python with dolfinx, numba and gmsh loaded, before any mesh
+# At the peak: 0.469 GB with 15,972 cells, 0.694 with 132,952; Gmsh's own process is not in it.
+BYTES_PER_CELL = 1920.0
+BYTES_PER_RANK = 440e6  # Python with dolfinx and numba loaded, before any mesh
+# Processor time of meshes, searches, the static start and figures, by 2 and 0.7 mm (13 and 71 s): on the root alone [s]
+PREPARATION, PREPARATION_PER_CELL = 5.0, 5e-4
+TWIN_CELLS = 0.25  # of the twin that gives the error bars, over the run's own
 FULL_BYTES_PER_CELL, FULL_COST = 360.0, 3.0  # what eight points need beside that, and what an update of theirs costs
 UPDATES_PER_SECOND = 8e6  # per core, everything in a step included
 SHORTEST_EDGE = 0.5  # shortest cell edge over element_size, in graded and slanted cells
@@ -20,6 +25,9 @@ SHORTEST_EDGE = 0.5  # shortest cell edge over element_size, in graded and slant
 # whatever the window.
 RAIL_AREA, RAIL_LINE = 30e-6, 213e-3
 WHEEL_AREA, WHEEL_LINE = 28.5e-3, 9.8
+# a control group's files of limit, use and statistics, and the cache that it would give back; of both versions
+CGROUP = "memory.max", "memory.current", "memory.stat", "inactive_file"
+CGROUP_1 = "memory.limit_in_bytes", "memory.usage_in_bytes", "memory.stat", "total_inactive_file"
 END_MARGIN = 0.024  # of the rail beyond start and end
 RAIL_MASS, WHEEL_MASS = 35.0, 14.0  # of the meshes: crossing [kg/m], wheel [kg]
 LIGHTER, FINE = 80.0, 0.8e-3  # read off meshes of 2, 1 and 0.5 mm: 12, 48 and 80
@@ -27,13 +35,15 @@ LIGHTER, FINE = 80.0, 0.8e-3  # read off meshes of 2, 1 and 0.5 mm: 12, 48 and 8
 
 @dataclass(frozen=True)
 class Estimate:
-    """Cells, steps, critical step [s], memory of all ranks [B] and wall time [s]; right to a factor of about two."""
+    """Cells, steps, critical step [s], memory of all ranks [B], wall time and what of it comes before the steps [s];
+    right to a factor of about two. Kernels that are not compiled yet take some minutes more, once."""
 
     cells: float
     steps: float
     step: float
     memory: float
     wall_time: float
+    preparation: float
 
 
 def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate:
@@ -49,8 +59,10 @@ def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate
     if settings.element == "full":
         memory += rail * FULL_BYTES_PER_CELL
         updates += active * (FULL_COST - 1)
-    updates *= 1 + (TWIN_COST if settings.error_twin else 0.0)
-    return Estimate(cells, steps, step, memory, updates * steps / (UPDATES_PER_SECOND * ranks))
+    preparation = PREPARATION + PREPARATION_PER_CELL * cells * (1 + (TWIN_CELLS if settings.error_twin else 0.0))
+    updates *= settings.passes * (1 + (TWIN_COST if settings.error_twin else 0.0))
+    stepping = updates * steps / (UPDATES_PER_SECOND * ranks)
+    return Estimate(cells, steps, step, memory, preparation + stepping, preparation)
 
 
 def critical_step(scene: Scene, settings: FeSettings) -> float:
@@ -101,14 +113,43 @@ def _wheel_cells(settings: FeSettings) -> float:
 
 
 def available_memory() -> float:
-    """Memory that this machine can still give [B]: what the kernel calls available, or the control group's limit if
-    that is less."""
-    lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines() if Path("/proc/meminfo").exists() else []
-    found = [1024.0 * float(line.split()[1]) for line in lines if line.startswith("MemAvailable")]
-    free = found[0] if found else float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    limit = Path("/sys/fs/cgroup/memory.max")
-    text = limit.read_text(encoding="ascii").strip() if limit.exists() else "max"
-    return free if text == "max" else min(free, float(text))
+    """Memory that this process can still get [B]: what the kernel calls available, or what the control groups over it
+    or the shell's limits (ulimit -v, -d) leave if that is less."""
+    free = _kilobytes("/proc/meminfo", "MemAvailable", os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1024)
+    groups = Path("/proc/self/cgroup")
+    left = [free, group_memory(groups.read_text(encoding="utf-8") if groups.exists() else "", Path("/sys/fs/cgroup"))]
+    for limit, size in ((resource.RLIMIT_AS, "VmSize"), (resource.RLIMIT_DATA, "VmData")):
+        most = resource.getrlimit(limit)[0]
+        if most != resource.RLIM_INFINITY:
+            left.append(max(most - _kilobytes("/proc/self/status", size, 0.0), 0.0))
+    return float(min(left))
+
+
+def _kilobytes(path: str, name: str, default: float) -> float:
+    """The entry `name` of a list of the kernel's, and what stands for it where there is none [kB], in bytes."""
+    lines = Path(path).read_text(encoding="utf-8").splitlines() if Path(path).exists() else []
+    return 1024.0 * next((float(line.split()[1]) for line in lines if line.startswith(f"{name}:")), default)
+
+
+def group_memory(groups: str, root: Path) -> float:
+    """The least that the control groups of a process leave it [B]: limit less what is used and not cache; a job's step
+    is some folders down. groups : /proc/self/cgroup;  root : where their folders lie"""
+    left = float("inf")
+    for line in groups.splitlines():
+        _, kinds, path = line.split(":", 2)
+        if kinds not in ("", "memory"):
+            continue
+        top, names = (root, CGROUP) if not kinds else (root / kinds, CGROUP_1)
+        lowest = top / path.lstrip("/")
+        for folder in (lowest, *(above for above in lowest.parents if above == top or top in above.parents)):
+            limit, used, stat = (folder / name for name in names[:3])
+            if not limit.exists() or (text := limit.read_text(encoding="ascii").strip()) == "max":
+                continue
+            taken = float(used.read_text(encoding="ascii")) if used.exists() else 0.0
+            lines = stat.read_text(encoding="ascii").splitlines() if stat.exists() else []
+            taken -= sum(float(entry.split()[1]) for entry in lines if entry.split()[0] == names[3])
+            left = min(left, max(float(text) - taken, 0.0))
+    return left
 
 
 def impossible(scene: Scene, settings: FeSettings, ranks: int = 1, model: str = "fe_full") -> list[str]:

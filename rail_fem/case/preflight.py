@@ -1,5 +1,6 @@
 """Everything that forbids a run and can be known before anything is meshed or written."""
 
+from bem.patch import ContactInputError
 from geometry.meshing.hexmesh import MeshError
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.case.estimate import impossible
@@ -7,17 +8,22 @@ from rail_fem.case.travelling_window import length_errors
 from rail_fem.light.fine_zone import mesh_errors
 from rail_fem.light.own_mesh import own_mesh
 from rail_fem.light.rigid import window_errors, with_window
+from rail_fem.models.bem_plastic import window_cells
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import unfit_parts
+from rail_fem.settings.plastic import BemPlasticSettings
 
 
 def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> list[str]:
     """Parts of the scene that the model does not take, too little memory, more ranks than cells, a window that leaves
     the crossing or settles across a transfer, a travelling window that is too short, elements too large for it, a mesh
-    of one's own that cannot be run; one line each with the remedy."""
+    of one's own that cannot be run, cells of the plastic half-space beyond what it takes; one line each with the
+    remedy."""
     if unfit := unfit_parts(scene, asked):
         return [f"run.{model}: {error}" for error in unfit]
+    if isinstance(asked, BemPlasticSettings):
+        return _window_errors(scene, asked, model)
     if not isinstance(asked, FeSettings):
         return []
     try:
@@ -29,6 +35,18 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
     if settings.mesh:
         return errors or own_mesh_errors(scene, settings, model)
     return errors or mesh_errors(scene, settings, model)
+
+
+def _window_errors(scene: Scene, settings: BemPlasticSettings, model: str) -> list[str]:
+    """Why the half-space's cells cannot be held, or the wheel not rolled over them."""
+    try:
+        for cells in window_cells(scene, settings):
+            cells.refuse_too_large(cells.window_memory)
+    except ContactInputError as error:
+        return [f"run.{model}.cell_size: {settings.cell_size * 1e3:g} mm: {error}"]
+    except (CrossingError, ValueError) as error:
+        return [f"run.{model}: {error}"]
+    return []
 
 
 def own_mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:

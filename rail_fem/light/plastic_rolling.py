@@ -20,6 +20,7 @@ from bem.plastic.contact import PlasticHalfSpace
 from bem.plastic.deviator import stress_of
 from bem.plastic.hardening import YieldLaw
 from bem.plastic.increment import NoEquilibriumError
+from bem.plastic.influence import Cells
 from bem.plastic.rolling import PlasticTrack, agree_on
 from rail_fem.light.contact_pairs import ContactPair
 from rail_fem.light.repeated_wheels import Wheels
@@ -141,13 +142,21 @@ def point_zone(force: float, yield_stress: float) -> float:
     return float(np.sqrt((1.5 + 0.1) / np.pi * force / yield_stress))
 
 
-class _ZoneAtEnd(Exception):
-    def __init__(self, words: str) -> None:
-        super().__init__(words)
-        self.deep = "deepest layer" in words
+@dataclass(frozen=True)
+class Strip:
+    """Cells along a body: those of the window that travels with the wheel, across and below it, and the columns of the
+    whole strip from x_low [m] on."""
+
+    window: Cells
+    grid: Grid
+    x_low: float
+    columns: int
 
 
-def _roll(stations, steels, hardening, cell, agreement, size, report, wheels: Wheels, kept) -> Flow:
+def strip_along(
+    stations: list[Station], hardening: YieldLaw, cell: tuple[float, float], size: tuple[float, float] = (1.0, 1.0)
+) -> Strip:
+    """The strip under these stations. cell : as `roll_along`;  size : factors on the window's half widths and depth"""
     (length, side), (widen, deepen) = cell, size
     points = np.array([station.pair.point for station in stations])
     zone = point_zone(max(station.force for station in stations), hardening.first_yield)
@@ -159,7 +168,20 @@ def _roll(stations, steels, hardening, cell, agreement, size, report, wheels: Wh
     y_low, y_high = points[:, 1].min() - half[1], points[:, 1].max() + half[1]
     ny = int(np.ceil((y_high - y_low) / side))
     layers = int(np.ceil(deepen * max(DEEP * min(axes), BELOW * zone) / side)) + 2
-    window = Grid(-(nx - 1) / 2 * length, y_low + side / 2, length, side, nx, ny)
+    grid = Grid(-(nx - 1) / 2 * length, y_low + side / 2, length, side, nx, ny)
+    return Strip(Cells(length, side, side, nx, ny, layers), grid, x_low, columns)
+
+
+class _ZoneAtEnd(Exception):
+    def __init__(self, words: str) -> None:
+        super().__init__(words)
+        self.deep = "deepest layer" in words
+
+
+def _roll(stations, steels, hardening, cell, agreement, size, report, wheels: Wheels, kept) -> Flow:
+    (length, side), strip = cell, strip_along(stations, hardening, cell, size)
+    window, layers, x_low, columns = strip.grid, strip.window.nz, strip.x_low, strip.columns
+    nx, ny = window.nx, window.ny
     contact = PlasticHalfSpace(window, side, layers, steels[0], steels[1], hardening)
     track = PlasticTrack(contact.body, columns, max(4, int(np.ceil(REACH * layers * side / length))))
     contact.body.faint = FAINT if wheels.count > 1 else 0.0

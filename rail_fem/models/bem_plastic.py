@@ -20,6 +20,7 @@ from bem.cycle_jumps import LEAST_FLOW, verdict
 from bem.material import Elastic
 from bem.plastic.contact import LARGE_STRAIN, pressure_warnings
 from bem.plastic.hardening import Hardening, YieldLaw
+from bem.plastic.influence import Cells
 from bem.plastic.nonlinear_kinematic import NonlinearKinematic
 from geometry.surfaces.bodies import BODIES
 from rail_fem.light.contact_pairs import crossing_surface
@@ -27,7 +28,7 @@ from rail_fem.light.contact_table import ContactTable, TableKey, contact_table, 
 from rail_fem.light.pass_result import pass_result, patch_steps, patches_at
 from rail_fem.light.plastic_fields import metal_of, write_archive, write_vtu
 from rail_fem.light.plastic_indentation import contacts_of
-from rail_fem.light.plastic_rolling import Flow, Station, flow_in, roll_along
+from rail_fem.light.plastic_rolling import Flow, Station, flow_in, roll_along, strip_along
 from rail_fem.light.repeated_wheels import Wheels
 from rail_fem.light.validity import Flag, flag, lift_flags
 from rail_fem.light.vertical_pass import LightPass, beam_errors, lift_offs, run_pass, step_error
@@ -106,6 +107,21 @@ def solve(
     if settings.passes > 1:
         result = replace(result, passes=passes_of(result, list(flows.values()), settings.passes))
     return _with_flow(result, flows, pieces, run, folder, key)
+
+
+def window_cells(scene: Scene, settings: BemPlasticSettings) -> list[Cells]:
+    """The windows that travel along wing and nose under the forces of the pass, before any of them has to grow.
+    Errors: those of the search and the pass."""
+    window = settings.window(scene)
+    pairs = table_key(scene, *window, settings.path_spacing), contact_table(scene, *window, settings.path_spacing)
+    run, found = run_pass(scene, settings, contacts_of(scene, settings, pairs[1])), []
+    for b, material in enumerate((scene.materials.wing, scene.materials.nose)):
+        stations = stations_of(*pairs, run, b, settings.step, CARRIES * scene.static_wheel_load)
+        if stations and not material.steel().is_elastic:
+            law = hardening_of(material.steel(), settings.kinematic)
+            cell = settings.cell_aspect * settings.cell_size, settings.cell_size
+            found.append(strip_along(stations, law, cell).window)
+    return found
 
 
 def strain_values(pieces: dict[str, Flow], surface) -> dict[str, float]:

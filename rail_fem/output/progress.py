@@ -129,12 +129,12 @@ class Progress:
     def part(self, start: float, end: float, name: str = "") -> Iterator[None]:
         """What is told inside is this stretch of the run, 0 to 1, or of the part of it that this is called in."""
         outer = self._stretch, self._part
-        (low, high), width = self._stretch, self._stretch[1] - self._stretch[0]
+        low, width = self._stretch[0], self._stretch[1] - self._stretch[0]
         self._stretch, self._part, self._begun = (low + width * start, low + width * end), name or self._part, None
         try:
             yield
         finally:
-            (self._stretch, self._part), self._begun = outer, None
+            self._stretch, self._part = outer
 
     def before_the_first_step(self, text: str) -> None:
         """Tell what goes on while there is no simulation time yet, as often as is due; rank-local."""
@@ -174,7 +174,7 @@ class Progress:
             print(text, file=self.stream, flush=True)
 
     def _eta(self, fraction: float, now: float) -> float | None:
-        """By the pace since this part's first step: what came before it, meshes and compilation, does not come again."""
+        """By the pace since this part's first step: meshes and compilation before it do not come again."""
         first, since = self._begun or (fraction, now)
         return round((1 - fraction) * (now - since) / (fraction - first), 1) if fraction > first else None
 

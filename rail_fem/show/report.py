@@ -12,6 +12,7 @@ from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings, scene_warnings
 from rail_fem.light.mass_scaling import static_patch
 from rail_fem.light.rigid import window_path, with_window
+from rail_fem.models.bem_plastic import window_cells
 from rail_fem.output.events import flights
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.low_pass import CUTOFFS, filtered_peak
@@ -22,6 +23,7 @@ from rail_fem.scene.input_errors import meaning, quantity_of
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering, show
 from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.plastic import BemPlasticSettings
 from rail_fem.show.bearers import bearer_rows
 from rail_fem.show.metal import metal_rows, with_bar
 from rail_fem.show.passes import passes_rows
@@ -45,6 +47,9 @@ def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
         lines += ["", f"cost on {ranks} rank(s), to a factor of about two", *_cost(scene, settings, ranks)]
     else:
         lines += ["", "cost", _row("wall time", "some seconds", "most of it for the search of the surfaces")]
+    if isinstance(settings, BemPlasticSettings) and not errors:
+        need = max((cells.window_memory for cells in window_cells(scene, settings)), default=0)
+        lines.append(_memory(need, "of the cells that travel with the wheel"))
     return "\n".join([*lines, "", f"{len(warnings)} warning(s)", *(f"  {warning}" for warning in warnings)]), errors
 
 
@@ -116,9 +121,17 @@ def _cost(scene: Scene, settings, ranks: int) -> list[str]:
     return [
         _row("cells", f"{estimate.cells:.2g}"),
         _row("steps", f"{estimate.steps:.2g}", f"of {estimate.step * 1e9:.0f} ns"),
-        _row("memory", f"{estimate.memory / 1e9:.2g} GB", f"{available_memory() / 1e9:.3g} GB are free"),
-        _row("wall time", duration(estimate.wall_time)),
+        _memory(estimate.memory, "at its peak"),
+        _row(
+            "wall time",
+            duration(estimate.wall_time),
+            f"{duration(estimate.preparation)} of it for meshes and the start; kernels are compiled once besides",
+        ),
     ]
+
+
+def _memory(need: float, text: str) -> str:
+    return _row("memory", f"{need / 1e9:.2g} GB", f"{text}; {available_memory() / 1e9:.3g} GB are free")
 
 
 def _state(result: PassResult) -> str:

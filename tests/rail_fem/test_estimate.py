@@ -1,4 +1,5 @@
 import functools
+import resource
 from pathlib import Path
 
 import pytest
@@ -78,8 +79,26 @@ def test_the_step_with_heavier_small_elements_is_right_to_a_factor_of_two(size, 
 
 
 def test_two_ranks_take_half_the_time_and_more_memory():
+    """Of the steps; meshes are the root's."""
     one, two = (estimate_run(SCENE, FeSettings(), ranks) for ranks in (1, 2))
-    assert two.wall_time == pytest.approx(one.wall_time / 2) and two.memory > one.memory
+    assert two.wall_time - two.preparation == pytest.approx((one.wall_time - one.preparation) / 2)
+    assert two.preparation == one.preparation and two.memory > one.memory
+
+
+@pytest.mark.parametrize("size, peak, seconds", [(2e-3, 0.469e9, 13.0), (0.7e-3, 0.694e9, 71.0)])
+def test_memory_and_time_of_a_short_run_are_those_that_were_measured(size, peak, seconds):
+    """30 mm of the nose transfer, cubes, three steps: nearly all of it meshes and the start. Largest resident memory
+    and processor time as measured; memory to a fifth, as the cells are known."""
+    case = load_case(ROOT / "cases" / "nose_transfer.toml")
+    change = {"element_size": size, "element_aspect": 1.0, "wheel_element_ratio": 1.0, "max_steps": 3}
+    change |= {"end": case.runs["fe_full"].start + 0.03, "error_twin": False}
+    estimate = estimate_run(case.scene, case.runs["fe_full"].model_copy(update=change))
+    assert estimate.memory == pytest.approx(peak, rel=0.2) and 0.5 < estimate.wall_time / seconds < 2
+
+
+def test_passes_take_their_number_of_steps():
+    one, ten = (estimate_run(SCENE, FeSettings(passes=passes)) for passes in (1, 10))
+    assert ten.wall_time - ten.preparation == pytest.approx(10 * (one.wall_time - one.preparation))
 
 
 def test_too_little_memory_and_too_many_ranks_are_found_before_meshing(monkeypatch):
@@ -97,8 +116,31 @@ def test_size_that_is_said_to_fit_does_fit(monkeypatch):
     assert impossible(SCENE, FeSettings(element_size=size)) == []
 
 
-def test_available_memory_is_that_of_a_machine():
+def test_available_memory_is_that_of_a_machine_or_what_a_shell_leaves():
     assert 1e7 < estimate.available_memory() < 1e14
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (own + 10**9, hard))
+    try:
+        assert 0.5e9 < estimate.available_memory() <= 1e9
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_control_group_further_down_limits_what_is_free(tmp_path, version):
+    """A queue's step: 8 GB for the job, 3 GB of them for the step, of which 2 are taken and half of that is cache."""
+    groups, top = ("0::/job/step\n", tmp_path) if version == 2 else ("4:memory:/job/step\n", tmp_path / "memory")
+    limit, used, stat, cache = estimate.CGROUP if version == 2 else estimate.CGROUP_1
+    (top / "job" / "step").mkdir(parents=True)
+    (top / "job" / limit).write_text("8000000000\n")
+    (top / "job" / used).write_text("2000000000\n")
+    assert estimate.group_memory(groups, tmp_path) == 6e9
+    for name, text in ((limit, "3000000000\n"), (used, "2000000000\n"), (stat, f"anon 5\n{cache} 1000000000\n")):
+        (top / "job" / "step" / name).write_text(text)
+    assert estimate.group_memory(groups, tmp_path) == 2e9
+    (top / "job" / "step" / limit).write_text("max\n" if version == 2 else "9223372036854771712\n")
+    assert estimate.group_memory(groups, tmp_path) == 6e9 and estimate.group_memory("", tmp_path) == float("inf")
 
 
 def test_static_patch_carries_the_static_load():

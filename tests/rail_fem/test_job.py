@@ -221,6 +221,16 @@ def test_size_that_needs_more_memory_than_there_is_says_how_much(case, tmp_path,
     )
 
 
+@pytest.mark.parametrize("command", [["check"], ["run", "--out", "OUT"]])
+def test_cells_of_a_plastic_half_space_that_need_too_much_are_refused_before_anything_is_rolled(tmp_path, command):
+    out = tmp_path / "out"
+    words = [str(out) if word == "OUT" else word for word in command[1:]]
+    finest = ("--model", "bem_plastic", "--set", "run.bem_plastic.cell_size=0.1 mm")
+    answer = call(command[0], ROOT / "cases" / "nose_transfer.toml", *words, *finest)
+    assert answer.exit_code == 2 and not out.exists()
+    assert "run.bem_plastic.cell_size: 0.1 mm:" in answer.stderr and "take larger cells" in answer.stderr
+
+
 @pytest.mark.parametrize("window, said", [('start = "900 mm"\nend = "1400 mm"', "leaves the modelled crossing")])
 def test_window_that_leaves_the_crossing_is_refused_before_meshing(case, tmp_path, window, said):
     case.write_text(case.read_text() + window)
