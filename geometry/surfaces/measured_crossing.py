@@ -18,7 +18,7 @@ from geometry.surfaces.crossing import PLAIN_LINE_X, feature_indices
 from geometry.surfaces.crossing_surface import FLOOR
 from geometry.surfaces.leg_transition import along, cast_leg, lengths
 from geometry.surfaces.section_grid import BodyGrid, SectionGrids, body_grid, grid_heights, no_body
-from geometry.surfaces.sections import FACE_DEPTH, SectionBody, SectionCrossing
+from geometry.surfaces.sections import FACE_DEPTH, SectionBody, SectionCrossing, points_up
 
 MM = 1e-3
 BEYOND = 20.0  # by which ends are extended on request [m]
@@ -212,6 +212,11 @@ def _check_datum(sections: SectionCrossing) -> None:
     if first is None:
         raise CrossingError(
             f"section at x = {sections.x[0]:g} m: the first section must hold the plain rail or the leg"
+        )
+    if points_up(first.z) < 0:
+        raise CrossingError(
+            f"section at x = {sections.x[0]:g} m: its middle lies lower than its ends, up to"
+            f" {np.ptp(first.z) / MM:.1f} mm: does z point up? Change the sign of z where it points down"
         )
     aside, up = first.face - expected, float(first.z.max())
     if abs(aside) > SIDE_ERROR:

@@ -82,6 +82,12 @@ def split(points: np.ndarray, x: float) -> tuple[SectionBody | None, SectionBody
     return found[-1], (found[-2] if len(found) > 1 else None)
 
 
+def points_up(z: np.ndarray) -> int:
+    """+1 where the middle of a rail's section, heights z (n,), lies above its ends, else -1."""
+    middle = np.median(z[len(z) // 3 : 2 * len(z) // 3])
+    return 1 if middle > 0.5 * (z[0] + z[-1]) else -1
+
+
 def tracked(
     pairs: list[tuple[SectionBody | None, SectionBody | None]],
 ) -> list[tuple[SectionBody | None, SectionBody | None]]:

@@ -13,19 +13,23 @@ from pathlib import Path
 import numpy as np
 
 from geometry.cad.step_crossing import StepReading, read_step
-from geometry.profiles.formats.columns import UNIT_SAID, read_columns
+from geometry.profiles.formats.columns import read_columns, said_unit
 from geometry.profiles.formats.raw import LARGEST_SECTIONS, RawProfile, numbers, open_file, read_text
 from geometry.profiles.formats.simpack import read_simpack
 from geometry.profiles.formats.slices import read_slices
 from geometry.profiles.formats.units import UNITS, WIDTHS, fitting_units, metres_of
 from geometry.profiles.profile import ProfileError
 from geometry.surfaces.measured_crossing import MeasuredCrossing, measured_crossing, moved
+from geometry.surfaces.sections import points_up
 from rail_fem.atomic import write_text_atomically
 
 KEPT = "crossing_sections.csv"
 STEP_SUFFIXES = (".step", ".stp")
 STATIONS = "stations.csv"
 SPLIT = re.compile(r"[;,\s]+")
+NAMED = re.compile(
+    r"[\"']?([xyz])[\s_]*[\[(]?\s*(mm|cm|m|inch)?\s*[\])]?[\"']?", re.IGNORECASE
+)  # a column, with its unit
 
 
 @dataclass(frozen=True)
@@ -127,15 +131,38 @@ def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> Cro
 def _read_table(path: Path, reading: SectionReading) -> tuple[np.ndarray, list[np.ndarray]]:
     """A table of x, y, z with z up; rows of one section stand together, its unit in the file or told."""
     lines, _ = read_text(path, LARGEST_SECTIONS)
-    factor = metres_of(reading.unit) or _said_unit(lines)
+    rows = [(i, line.strip(";, \t")) for i, line in enumerate(lines, 1) if re.match(r"\s*[+-]?\.?\d", line)]
+    if not rows:
+        raise ProfileError(f"{path}: holds no row of x, y, z")
+    named, units = _columns(path, lines[: rows[0][0] - 1], rows[0][1])
+    factor = metres_of(reading.unit) or said_unit(lines) or units
     if factor is None:
         raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give unit')
-    rows = [(i, line) for i, line in enumerate(lines, 1) if re.match(r"\s*[+-]?\.?\d", line)]
-    values = np.array([numbers(SPLIT.split(line.strip()), path, i, 3)[:3] for i, line in rows]) * factor
-    if not len(values):
-        raise ProfileError(f"{path}: holds no row of x, y, z")
+    words = ((i, SPLIT.split(line)) for i, line in rows)
+    values = np.array([numbers([row[k] for k in named if k < len(row)], path, i, 3) for i, row in words]) * factor
     starts = np.flatnonzero(np.r_[True, np.diff(values[:, 0]) != 0])
     return values[starts, 0], np.split(values[:, 1:], starts[1:])
+
+
+def _columns(path: Path, heads: list[str], row: str) -> tuple[list[int], list[float] | None]:
+    """Which columns are x, y and z, and the units that their names say [m], None where not all do: by the last of the
+    lines before the first row that has as many words as it; without such a line the three that there are."""
+    count = len(SPLIT.split(row))
+    for at, line in reversed([*enumerate(heads, 1)]):
+        names = re.split(r"\s*[;,\t]\s*" if re.search(r"[;,\t]", line) else r"\s+", line.strip("#%! \t"))
+        found = {match[1].lower(): (k, match[2]) for k, name in enumerate(names) if (match := NAMED.fullmatch(name))}
+        if len(names) == count and (found or count > 3):
+            missing = [axis for axis in "xyz" if axis not in found]
+            if missing:
+                there = ", ".join(f'"{name[:20]}"' for name in names[:12])
+                raise ProfileError(f"{path}: line {at}: columns {there}: no column is named {' or '.join(missing)}")
+            order, units = zip(*(found[axis] for axis in "xyz"))
+            return list(order), [UNITS[unit.lower()] for unit in units] if all(units) else None
+    if count > 3:
+        raise ProfileError(
+            f"{path}: line {len(heads) + 1}: {count} columns without names: write a line above with x, y and z in it"
+        )
+    return [0, 1, 2], None
 
 
 def _read_folder(folder: Path, reading: SectionReading) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -146,7 +173,7 @@ def _read_folder(folder: Path, reading: SectionReading) -> tuple[np.ndarray, lis
             f'{folder}: no list of stations "{path.name}": one row a section with its x and the name of its file'
         )
     lines, _ = read_text(path)
-    factor = metres_of(reading.station_unit) or _said_unit(lines)
+    factor = metres_of(reading.station_unit) or said_unit(lines)
     if factor is None:
         raise ProfileError(f'{path}: write "# unit: mm" (or m) on its first line, or give station_unit')
     x: list[float] = []
@@ -183,16 +210,5 @@ def _in_metres(folder: Path, raw: list[RawProfile], told: float | None) -> list[
         unit = UNITS[fitting[0]]
     sections = [part.points * (part.unit or unit) for part in raw]
     sections = [points if points[0, 0] < points[-1, 0] else points[::-1] for points in sections]
-    up = raw[0].up or _up(sections[0])
+    up = raw[0].up or points_up(sections[0][:, 1])
     return [points * [1.0, part.up or up] for points, part in zip(sections, raw)]
-
-
-def _up(points: np.ndarray) -> int:
-    """+1 where the middle of a rail head lies above its ends."""
-    middle = np.median(points[len(points) // 3 : 2 * len(points) // 3, 1])
-    return 1 if middle > 0.5 * (points[0, 1] + points[-1, 1]) else -1
-
-
-def _said_unit(lines: list[str]) -> float | None:
-    said = [UNIT_SAID.search(line) for line in lines if line.lstrip().startswith("#")]
-    return next((UNITS[{"in": "inch"}.get(m[1].lower(), m[1].lower())] for m in said if m), None)

@@ -79,6 +79,37 @@ def test_a_folder_with_its_stations_and_a_table_are_the_same_crossing(files, tmp
         Crossing(family="sections", file=str(tmp_path), stations="there.csv")
 
 
+def test_a_table_is_read_by_the_names_of_its_columns(files, tmp_path):
+    """Columns of other names, in another order; without names the first three; a unit in the name is the column's."""
+    crossing = Crossing(family="sections", file=str(files / "crossing.slcs"))
+    rows = [
+        f"{k},{x / MM!r},{y / MM!r},{z / MM!r}"
+        for k, (x, points) in enumerate(zip(crossing.read.x, crossing.read.sections))
+        for y, z in points
+    ]
+    for head in ("# unit: mm\nsection,x,y,z", "Section; X [mm]; Y [mm]; Z [mm]", "section,x_mm,y_mm,z_mm"):
+        (tmp_path / "own.csv").write_text("\n".join([head, *rows]))
+        read = Crossing(family="sections", file=str(tmp_path / "own.csv")).read
+        assert np.abs(read.x - crossing.read.x).max() < 1e-12
+        assert max(np.abs(one - two).max() for one, two in zip(read.sections, crossing.read.sections)) < 1e-12
+    for head, said in (
+        ("# unit: mm", "line 2: 4 columns without names"),
+        ("# unit: mm\nn,chainage,y,z", 'line 2: columns "n", "chainage", "y", "z": no column is named x'),
+    ):
+        (tmp_path / "own.csv").write_text("\n".join([head, *rows]))
+        with pytest.raises(ValueError, match=said):
+            Crossing(family="sections", file=str(tmp_path / "own.csv"))
+
+
+def test_sections_upside_down_are_asked_whether_z_points_up(files, tmp_path):
+    """Seen at the first glance, not told a height that would lead to the next refusal."""
+    crossing = Crossing(family="sections", file=str(files / "crossing.slcs")).read
+    rows = [f"{x!r},{y!r},{-z!r}" for x, points in zip(crossing.x, crossing.sections) for y, z in points]
+    (tmp_path / "down.csv").write_text("\n".join(["# unit: m", "x,y,z", *rows]))
+    with pytest.raises(ValueError, match="section at x = -1 m: its middle lies lower than its ends.* does z point up"):
+        Crossing(family="sections", file=str(tmp_path / "down.csv"))
+
+
 def test_all_parameters_of_the_cast_crossing_reach_it(tmp_path):
     lines = (
         "ratio = 10.75",
