@@ -16,14 +16,13 @@ LEAN, OVER = np.radians(10.0), 2e-3
 BEFORE_BACK = (-2e-3, 0.020)
 
 
-def on_datum(points: np.ndarray, out, flange_back: float | None = None, origin_is_back: bool = False) -> np.ndarray:
+def on_datum(points: np.ndarray, out, flange_back: float | None = None, said: float | None = None) -> np.ndarray:
     """Wheel set so that its flange back lies at y = -70 mm and the tread passes (0, 0).
 
     points : (n, 2) upright, from the flange to the field side [m];  out : Diagnosis that is told what was done
-    flange_back : y of the flange back in these points [m]; None: the file's own datum within 2 mm, then the origin of a
-        format that measures
-        from the flange back (origin_is_back), then the vertical part of the line itself. Raises ProfileError where none
-        of them says it.
+    flange_back : y of the flange back in these points [m]; None: the file's own datum within 2 mm, then where the file
+        or its format says that the back is (`said`), then the vertical part of the line itself. Raises ProfileError
+        where none of them says it.
     """
     y, z = points.T
     tread = np.interp(0.0, y, z) if y.min() < 0 < y[-1] else np.nan
@@ -38,8 +37,8 @@ def on_datum(points: np.ndarray, out, flange_back: float | None = None, origin_i
                 f"flange_back = {1e3 * back:.3f} mm: the line begins {1e3 * (y.min() - back):.3f} mm beside it, at y ="
                 f" {1e3 * y.min():.3f} mm"
             )
-    elif origin_is_back and BEFORE_BACK[0] < y.min() < BEFORE_BACK[1]:
-        back, how = 0.0, "from the file's y = 0, the flange back by its format"
+    elif said is not None and BEFORE_BACK[0] < y.min() - said < BEFORE_BACK[1]:
+        back, how = said, f"from the file's y = {1e3 * said:g}, the flange back as it says"
     elif measured is not None:
         back, how = measured, "from the flange back as measured"
     else:

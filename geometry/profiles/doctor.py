@@ -29,7 +29,6 @@ DENSE = 1e-3, 0.05e-3  # points nearer than noise / first [m], but at most secon
 WIDEST_GAP = 25e-3
 MOST_TAKEN_OUT = 0.05  # share of points that repairing may take out
 LEANING = 0.1e-3  # of a face over its own foot that is worth saying [m]
-ORIGIN_IS_BACK = ("MiniProf",)  # formats that measure a wheel from its flange back
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +109,9 @@ def examine(
     points, corners = smooth_points(points, smooth, smoothing, out)
     try:
         if kind == "wheel":
-            points = on_datum(
-                points, out, None if flange_back is None else turned[0] * flange_back, raw.layout in ORIGIN_IS_BACK
-            )
+            said = None if raw.flange_back is None else raw.flange_back * unit
+            backs = (None if back is None else turned[0] * back for back in (flange_back, said))
+            points = on_datum(points, out, *backs)
         else:
             points = on_crown(
                 points,

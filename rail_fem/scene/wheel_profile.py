@@ -107,7 +107,8 @@ def _judged(path: Path, raw: RawProfile, reading: ProfileReading) -> MeasuredWhe
 def _digest(raw: RawProfile, reading: ProfileReading) -> str:
     """Of the points as read and of how they are to be read: repairing rounds differently on each machine, reading
     not."""
-    declared = repr((raw.points.shape, raw.unit, raw.kind, raw.up, raw.layout, reading.smoothing, reading.flange_back))
+    back = raw.flange_back if reading.flange_back is None else reading.flange_back
+    declared = repr((raw.points.shape, raw.unit, raw.kind, raw.up, raw.layout, reading.smoothing, back))
     return _sha(declared.encode() + np.ascontiguousarray(raw.points, "<f8").tobytes())
 
 

@@ -1,5 +1,6 @@
 """What a damage study takes, read from [damage] of a case file."""
 
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -12,6 +13,8 @@ from rail_fem.scene.units import Quantity
 MOST_PASSES = 1e8
 # of plastic flow: p0 / k at which ten passes of fe_full come to rest, what of the rest one of them does, [m]
 FLOW_LIMIT, FLOW_SHARE, FLOW_STEP = 7.0, 0.65, 50e-6
+# what a profile's reader asks for, and how the profile command is told it (0: the flange back of many files)
+TELLS_A_FILE = {"give flange_back": "--flange-back 0", "state the unit": "--unit mm"}
 Share = Annotated[float, Quantity("", 0, 1, "share of the passes")]
 Deposit = Literal["position", "length", "reach"]
 Years = Annotated[float, Quantity("", 0, 100, "years from now")]
@@ -152,7 +155,13 @@ class DamageSettings(Frozen):
         try:
             return tuple(Wheel.checked({"profile": wheel}, info.context).profile for wheel in wheels)
         except InputError as error:
-            raise input_error("wheel", "; ".join(remedy for _, remedy in error.faults)) from None
+            told = "; ".join(remedy for _, remedy in error.faults)
+            flag = next((flag for asked, flag in TELLS_A_FILE.items() if asked in told), None)
+            if flag:
+                folder = Path((info.context or {}).get("folder", "."))
+                file = folder / next(wheel for wheel in wheels if str(folder / wheel) in told)
+                told += f"; [damage] has no key for it: rail-fem profile {file} {flag} --write {file.stem}-told.csv"
+            raise input_error("wheel", told) from None
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

@@ -1,6 +1,7 @@
 """A switch's section that wears: what a pass takes off, blocks, volume, what a study refuses, going on after a kill."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -288,6 +289,19 @@ def test_wheel_files_lie_beside_the_case_and_count_by_their_content(tmp_path, mo
     assert marks[0] == marks[2] != marks[1]
     with pytest.raises(CaseError, match=f'damage.wheels: no file "wheels.txt" in {tmp_path}'):
         load_case(path, {"damage.wheels": ["wheels.txt"]})
+
+
+def test_a_wheel_file_that_needs_telling_is_answered_with_the_command_that_tells_it(tmp_path, monkeypatch):
+    """Its repairs have no keys in [damage]: the command that is named writes a file that it takes."""
+    path, file = small_case(tmp_path), tmp_path / "own.txt"
+    points = wheel_profile("P8").points
+    np.savetxt(file, (points[points[:, 0] > -0.0625] + [0.07, 0.0]) * 1e3, fmt="%.6f")
+    with pytest.raises(CaseError, match="give flange_back.*rail-fem profile .*own.txt .*--write own-told.csv") as told:
+        load_case(path, {"damage.wheels": ["own.txt"]})
+    monkeypatch.chdir(tmp_path)
+    command = re.search("rail-fem (profile .*csv)", str(told.value))
+    assert CliRunner().invoke(cli.app, command[1].split()).exit_code == 0
+    assert load_case(path, {"damage.wheels": ["own-told.csv"]}).damage.wheels == (str(tmp_path / "own-told.csv"),)
 
 
 def test_a_ridge_has_the_longest_patch_that_fastsim_takes(section):

@@ -42,7 +42,7 @@ def test_a_wheel_whose_rim_face_reaches_farther_than_its_flange_stands_on_its_fl
     kept, the spline between them 4 um at the root."""
     found = examine(read_raw(written(tmp_path / "a.whl", MINIPROF_OLD + rows(measured_wheel()))))
     assert off_tread(found) < 5 * UM
-    assert says(found, "repaired", "from the file's y = 0, the flange back by its format: shifted by -70.000")
+    assert says(found, "repaired", "from the file's y = 0, the flange back as it says: shifted by -70.000")
     assert not says(found, "repaired", "mirrored")
 
 

@@ -14,6 +14,7 @@ COMMENT = ("#", "!", "%", "//", '"')
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 QUOTED = re.compile(r'"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*"\s*[,;\t ]?')  # a cell of a spreadsheet
 UNIT_SAID = re.compile(r"units?\s*[:=]\s*(mm|cm|m|inch|in)\b", re.IGNORECASE)
+BACK_SAID = re.compile(r"flange.back\s*[:=]\s*([+-]?\d*\.?\d+)", re.IGNORECASE)
 
 
 def read_columns(path: Path) -> RawProfile:
@@ -39,9 +40,22 @@ def read_columns(path: Path) -> RawProfile:
         notes.append("decimal commas read as points")
     if any(len(values) > 2 for _, values in rows):
         notes.append(f"{max(len(v) for _, v in rows)} columns: the first two are used")
-    said = [UNIT_SAID.search(line) for line in lines if line.lstrip().startswith(COMMENT)]
-    unit = next((UNITS[{"in": "inch"}.get(m[1].lower(), m[1].lower())] for m in said if m), None)
-    return collect(rows, path, "two-column text", unit=unit, notes=tuple(notes))
+    comments = "\n".join(line for line in lines if line.lstrip().startswith(COMMENT))
+    back = BACK_SAID.search(comments)
+    return collect(
+        rows,
+        path,
+        "two-column text",
+        unit=said_unit(lines),
+        notes=tuple(notes),
+        flange_back=float(back[1]) if back else None,
+    )
+
+
+def said_unit(lines: list[str]) -> float | None:
+    """Length [m] of the unit that a comment says, as in "# unit: mm"; None where none does."""
+    found = UNIT_SAID.search("\n".join(line for line in lines if line.lstrip().startswith(COMMENT)))
+    return UNITS[{"in": "inch"}.get(found[1].lower(), found[1].lower())] if found else None
 
 
 def has_decimal_comma(lines: list[str], path: Path) -> bool:
@@ -65,8 +79,8 @@ def split(line: str, comma: bool) -> list[str]:
     return [word for word in re.split(r"[;,\t ]+", line) if word]
 
 
-def write_columns(path: Path, points: np.ndarray, unit: str = "mm", note: str = "") -> None:
+def write_columns(path: Path, points: np.ndarray, unit: str = "mm", notes: tuple[str, ...] = ()) -> None:
     """Write points (n, 2) [m] as two columns; y + to the field side, z up, stated in the file with the unit."""
-    head = [f"# unit: {unit}", "# axes: y + to the field side, z up", *([f"# {note}"] if note else []), "y,z"]
+    head = [f"# unit: {unit}", "# axes: y + to the field side, z up", *(f"# {note}" for note in notes if note), "y,z"]
     body = [f"{y:.9g},{z:.9g}" for y, z in np.asarray(points) / UNITS[unit]]
     Path(path).write_text("\n".join([*head, *body]) + "\n", encoding="utf-8")

@@ -42,7 +42,8 @@ def read_miniprof(path: Path) -> RawProfile:
     for line in lines[:body]:
         if (match := SHIFT.match(line)) and float(match[2]) != 0:
             notes.append(f"header says {match[1]} = {match[2]}, which is not applied: points are taken as they stand")
-    return collect(rows, path, "MiniProf", unit=1e-3, kind=KINDS.get(Path(path).suffix.lower()), notes=tuple(notes))
+    kind = KINDS.get(Path(path).suffix.lower())
+    return collect(rows, path, "MiniProf", unit=1e-3, kind=kind, notes=tuple(notes), flange_back=0.0)
 
 
 def header_end(lines: list[str]) -> int:

@@ -30,6 +30,7 @@ class RawProfile:
     notes : what was applied or put right while reading, in words
     unit_told : the unit is the caller's word, not the file's
     placed : the zero is that of a track, shared with other sections
+    flange_back : y of a wheel's flange back, in the file's unit; None where it does not say
     """
 
     points: np.ndarray
@@ -42,6 +43,7 @@ class RawProfile:
     notes: tuple[str, ...] = field(default=())
     unit_told: bool = False
     placed: bool = False
+    flange_back: float | None = None
 
 
 def open_file(
