@@ -47,6 +47,7 @@ CAST_LIMITS = {  # of the parameters, SI
     "gauge_widening": (-0.002, 0.006),
 }
 NARROWEST_WING = 8 * MM  # between its gauge face 14 mm down and its field side
+LEAST_TOP = 0.7 * MM  # of a nose between its ridge and the segment of a corner
 DENSE = 300  # points by which a segment's length is measured
 
 
@@ -223,10 +224,14 @@ class CastCrossing(TwoBodies):
         face_end = c.leg_centre_y - c.leg_radius / np.sqrt(1 + c.leg_face**2)
         roof = c.leg_centre_y - c.leg_radius * c.cast_slope / np.sqrt(1 + c.cast_slope**2)
         sides = foot, min(face_end, touch), min(roof, flat)  # as through_side_y counts them
-        left = [y - c.nose_widening / 2 + c.nose_setback for y in sides]
-        right = nose_gauge_y(x, c)
-        mirrored = [right - (y - c.nose_widening / 2 - c.gauge_line) / c.cos_angle for y in sides[::-1]]
-        return [*left, centre_line_y(x, c), *mirrored]
+        foot, side, top = (y - c.nose_widening / 2 + c.nose_setback for y in sides)
+        right, centre = nose_gauge_y(x, c), centre_line_y(x, c)
+        field_top, field_side, field_foot = (
+            right - (y - c.nose_widening / 2 - c.gauge_line) / c.cos_angle for y in sides[::-1]
+        )
+        # where the corners meet in a ridge their arcs end there, not at their tops beyond it
+        top, field_top = min(top, centre - LEAST_TOP), max(field_top, centre + LEAST_TOP)
+        return [foot, side, top, centre, field_top, field_side, field_foot]
 
     def _sample(self, x: float, body: str, ends: list[float], segments: dict[str, int]) -> np.ndarray:
         """Points on the exact surface between the segments' end positions, evenly spaced along each segment's

@@ -108,10 +108,16 @@ def test_top_height_and_sections_are_the_same_surface(ratio):
             assert error.max() < (1e-12 if x > crossing.shape.leg_end else 1e-7), (x, body)
 
 
-@pytest.mark.parametrize("ratio, step", [(9.25, 1.0 * MM), (10.75, 0.5 * MM)])
-def test_sections_keep_their_points_and_move_continuously(ratio, step):
-    """Same count, feet on the floor, order kept; neighbours in x move by no more than the taper allows (no jump)."""
-    crossing = CastCrossing(ratio)
+TOPPED = {"nose_lowering": -0.87 * MM, "topping_slope": 18.2e-3, "topping_depth": 3.08 * MM}
+
+
+@pytest.mark.parametrize(
+    "ratio, step, changes", [(9.25, 1.0 * MM, {}), (10.75, 0.5 * MM, {}), (10.75, 1.0 * MM, TOPPED)]
+)
+def test_sections_keep_their_points_and_move_continuously(ratio, step, changes):
+    """Same count, feet on the floor, order kept; neighbours in x move by no more than the taper allows (no jump). Also
+    where a high nose is so narrow that its corners meet in a ridge."""
+    crossing = CastCrossing(ratio, **changes)
     for make, start in ((crossing.wing_section, -0.8), (crossing.nose_section, crossing.nose_x)):
         sections = np.array([make(x) for x in np.arange(start, 1.0, step)])
         assert np.abs(sections[:, [0, -1], 1] - FLOOR).max() < 1e-15
