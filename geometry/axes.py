@@ -24,11 +24,12 @@ VOIGT = ("xx", "yy", "zz", "yz", "xz", "xy")
 # gauge 1435 mm puts the track centre at y = -35 - 717.5 = -752.5 mm; back-to-back 1360 mm puts D0 at -752.5 + 680 + 70.
 GAUGE_FACE_Y = -0.035
 GAUGE_POINT_DEPTH = 0.014
+FLANGE_BACK = 0.070  # from the flange back to the tread datum D0 [m]
 
 
 def tread_datum_y(gauge: float = 1.435, back_to_back: float = 1.360) -> float:
     """Lateral position of D0 [m] of the left wheel of a centred wheelset (gauge and back-to-back in m)."""
-    return GAUGE_FACE_Y - gauge / 2 + back_to_back / 2 + 0.070
+    return GAUGE_FACE_Y - gauge / 2 + back_to_back / 2 + FLANGE_BACK
 
 
 def as_tensor(stress: np.ndarray) -> np.ndarray:

@@ -10,11 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from geometry.axes import GAUGE_POINT_DEPTH
+from geometry.axes import FLANGE_BACK, GAUGE_POINT_DEPTH
 from geometry.profiles.profile import Profile, ProfileError
 from geometry.profiles.rail import gauge_face, rail_head
 
-FLANGE_BACK = 0.070  # from the flange back to the tread datum D0 [m]
 OFF_CROWN = 0.1e-3  # of a rail's crown from z = 0; what is left of scatter after smoothing is less [m]
 WIDEST = 1.0  # of any rail or wheel [m]
 SIDES = {"left": 1.0, "right": -1.0}

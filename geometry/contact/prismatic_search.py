@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from geometry.axes import FLANGE_BACK
 from geometry.contact.flange_back import within_stops
 from geometry.contact.gap_kernel import (
     GAP,
@@ -23,7 +24,7 @@ from geometry.contact.gap_kernel import (
     side_pose,
 )
 from geometry.contact.wheel_outline import Pose, cubic
-from geometry.wheelset import FLANGE_BACK, SIDES, Track, Wheelset, WheelsetError, check_range, check_side, wheel_table
+from geometry.wheelset import SIDES, Track, Wheelset, WheelsetError, check_range, check_side, wheel_table
 
 RESOLUTION = 0.5e-3
 # of a contact over the tip of the flange; the steep flank, where a wheel is still guided, begins some 5 mm above it [m]

@@ -3,10 +3,10 @@
 
 import numpy as np
 
+from geometry.axes import FLANGE_BACK
 from geometry.profiles.profile import ProfileError
 from geometry.profiles.shape import FLANGE
 
-BACK_TO_DATUM = 0.070
 OFF_DATUM = 0.2e-3  # of the tread, or of the flange back, from a file's own datum that is worth saying [m]
 OFF_CROWN = 1e-6  # of a rail's crown from z = 0 that is moved [m]
 NEAR_CROWN = 5e-3
@@ -26,7 +26,7 @@ def on_datum(points: np.ndarray, out, flange_back: float | None = None, said: fl
     """
     y, z = points.T
     tread = np.interp(0.0, y, z) if y.min() < 0 < y[-1] else np.nan
-    own = abs(tread) < 2e-3 and abs(y.min() + BACK_TO_DATUM) < 5e-3 and FLANGE[0] < -z.min() < FLANGE[1]
+    own = abs(tread) < 2e-3 and abs(y.min() + FLANGE_BACK) < 5e-3 and FLANGE[0] < -z.min() < FLANGE[1]
     measured = measured_back(points)
     if flange_back is None and own:
         return on_own_datum(points, tread, measured, out)
@@ -59,7 +59,7 @@ def on_own_datum(points, tread: float, measured: float | None, out) -> np.ndarra
             f"the tread passes {1e3 * tread:+.2f} mm off the file's datum: the wheel's radius is then taken at the"
             " datum, not on the tread",
         )
-    if measured is not None and abs(measured + BACK_TO_DATUM) > OFF_DATUM:
+    if measured is not None and abs(measured + FLANGE_BACK) > OFF_DATUM:
         out.say(
             "warning",
             f"the flange back is measured at y = {1e3 * measured:.2f} mm, the file's datum puts it at -70 mm: give"
@@ -88,11 +88,11 @@ def measured_back(points: np.ndarray) -> float | None:
 
 def set_from(points, back: float, how: str, out) -> np.ndarray:
     """Shifted so that `back` lies at -70 mm and the tread at (0, 0)."""
-    moved = points + [-BACK_TO_DATUM - back, 0.0]
+    moved = points + [-FLANGE_BACK - back, 0.0]
     top = int(np.argmin(moved[:, 1]))
     if moved[top:, 0].max() < 0:
         raise ProfileError(
-            f"the line ends {1e3 * (moved[top:, 0].max() + BACK_TO_DATUM):.1f} mm from the flange back, before the"
+            f"the line ends {1e3 * (moved[top:, 0].max() + FLANGE_BACK):.1f} mm from the flange back, before the"
             " tread datum at 70 mm: measure more of the tread"
         )
     z_shift = -np.interp(0.0, moved[top:, 0], moved[top:, 1])
@@ -102,7 +102,7 @@ def set_from(points, back: float, how: str, out) -> np.ndarray:
             f"the flange stands {1e3 * height:.4g} mm over the tread 70 mm from its back; one is {1e3 * FLANGE[0]:g} to"
             f" {1e3 * FLANGE[1]:g} mm: is the whole flange measured, and is it a wheel?"
         )
-    y_shift = -BACK_TO_DATUM - back
+    y_shift = -FLANGE_BACK - back
     out.say(
         "repaired",
         f"set on the tread datum 70 mm {how}: shifted by {1e3 * y_shift:.3f}, {1e3 * z_shift:.3f} mm; flange"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.profiles.datum import BACK_TO_DATUM
+from geometry.axes import FLANGE_BACK
 from geometry.profiles.formats.columns import read_columns, write_columns
 from geometry.profiles.formats.miniprof import read_miniprof, read_mpt
 from geometry.profiles.formats.raw import KINDS, RawProfile
@@ -73,7 +73,7 @@ def write_profile(path: Path, points: np.ndarray, kind: str = "rail", note: str 
     if suffix in (".prr", ".prw"):
         write_simpack(path, points, "wheel" if suffix == ".prw" else "rail", note)
     elif suffix in ("", ".txt", ".csv", ".dat"):
-        back = f"flange back: {-1e3 * BACK_TO_DATUM:g}" if kind == "wheel" else ""
+        back = f"flange back: {-1e3 * FLANGE_BACK:g}" if kind == "wheel" else ""
         write_columns(path, points, notes=(note, back))
     else:
         raise ProfileError(f"{path}: cannot write {suffix}; known: .prr .prw .txt .csv .dat")
