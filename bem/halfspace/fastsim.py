@@ -12,7 +12,8 @@ second moments of area about its centre, for each connected part by itself; spin
 Bound "parabolic": mu p^2 scaled to the part's mu N (the paraboloid of the simplified theory on an ellipse, which goes
 with these flexibilities); "elliptic": mu p itself.
 Third body (dirt, water, wear debris): all flexibilities over `initial_slope` (0 to 1], so that creep forces begin with
-that part of Kalker's slope and still end at mu N. Friction that falls with slip: bem/halfspace/falling_friction.py.
+that part of Kalker's slope and still end at mu N. Friction that changes with slip:
+bem/halfspace/slip_dependent_friction.py.
 Error: against the theory it discretises second order in the cell; against the full theory usually below 0.06 mu N in
 force (tests/bem/test_fastsim.py). The spin moment is not to be trusted. Cost: 1 ms at 44 x 44 cells.
 Source: Kalker, Vehicle System Dynamics 11 (1982) 1; Kalker (1990), section 3.7 (with the weighted mean, there for all
@@ -32,8 +33,8 @@ from bem.creepage import LocalCreepage
 from bem.exact.kalker import CreepageCoefficients
 from bem.exact.kalker_table import CoefficientRows, coefficients
 from bem.halfspace.coarse import FORCE_STAIRS, coarse_field, coarse_grid, edge_share, error_bound
-from bem.halfspace.falling_friction import FallingFriction, friction_share
 from bem.halfspace.input import check_creepage, check_friction
+from bem.halfspace.slip_dependent_friction import LEAST, SlipDependentFriction, share_after, sliding_share
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Cost, Creepage, ErrorEstimate, Grid, Patch
 from bem.patch_edge import covered_area
@@ -79,7 +80,7 @@ def fastsim(
     patch: Patch,
     first: Elastic,
     second: Elastic,
-    friction: float | FallingFriction,
+    friction: float | SlipDependentFriction,
     creepage: Creepage | LocalCreepage,
     *,
     bound: str = "parabolic",
@@ -89,7 +90,7 @@ def fastsim(
 ) -> Patch:
     """Tractions, stick and slip of a solved normal contact by the simplified theory.
 
-    friction  : coefficient, or one that falls with slip; the patch's `friction` is then that without slip
+    friction  : coefficient, or one that changes with slip; the patch's `friction` is then that without slip
     creepage  : rigid slip of body 1 over body 2 per rolling speed, about x = y = 0; of a curved patch each strip's own
     initial_slope : third-body reduction of the slope at small creepage, above 0, at most 1
     bound     : "parabolic" or "elliptic", see the module's head; direction : +1 or -1, where the leading edge lies
@@ -102,7 +103,7 @@ def fastsim(
     if not 0 < initial_slope <= 1:
         raise ContactInputError(f"initial_slope {initial_slope!r}: give a part of Kalker's slope above 0, at most 1")
     started = time.perf_counter()
-    law = friction if isinstance(friction, FallingFriction) else FallingFriction.constant(friction)
+    law = friction if isinstance(friction, SlipDependentFriction) else SlipDependentFriction.constant(friction)
     reach = patch.grid.edges if not patch.contact.any() else _centres(patch)
     notes = check_friction(law.static) + check_creepage(creepage, reach)
     pair = Pair.of(first, second)
@@ -134,7 +135,7 @@ def _tractions(
     grid: Grid,
     pressure: np.ndarray,
     pair: Pair,
-    law: FallingFriction,
+    law: SlipDependentFriction,
     creepage: Creepage | LocalCreepage,
     bound: str,
     direction: int,
@@ -150,8 +151,7 @@ def _tractions(
             limit = np.where(labels == part, law.static * own**2 * (own.sum() / (own**2).sum()), limit)
     traction, slip = np.zeros((*grid.shape, 2)), np.zeros((*grid.shape, 2))
     stick = np.zeros(grid.shape, bool)
-    falling = law.ratio, law.decay
-    march(pressure**2, limit, falling, labels, rates, grid.x, grid.y, grid.dx, direction, traction, slip, stick)
+    march(pressure**2, limit, law.law, labels, rates, grid.x, grid.y, grid.dx, direction, traction, slip, stick)
     return traction, slip, stick
 
 
@@ -199,18 +199,19 @@ def _reach(outer, inner):
 
 
 @njit(cache=True)
-def march(square, limit, falling, labels, rates, x, y, dx, direction, traction, slip, stick):
+def march(square, limit, law, labels, rates, x, y, dx, direction, traction, slip, stick):
     """Each run of cells of one part is marched from its leading edge, from covered centre to covered centre.
 
-    rates : (parts, 1 or ny, 9) as of `_part_rates`.
+    rates : (parts, 1 or ny, 9) as of `_part_rates`;  law : SlipDependentFriction.law
     A cell's value is the traction at the centre of its covered length times the share of the cell that is covered, so
     that the sums over cells are those over the patch. Its slip is opposite to the traction, and as large as the mean of
     the steps that end and begin at its centre: second order, as a step's own belongs to the step's middle. A cell whose
     centre sticks slips by half of what the step from it does: where slip begins it jumps.
     """
     nx, ny = square.shape
+    laws = _laws(limit, law, labels, rates)
     for j in range(ny):
-        before = 0
+        before, share = 0, 1.0
         position, qx, qy = 0.0, 0.0, 0.0
         for step in range(nx):
             i = nx - 1 - step if direction > 0 else step
@@ -223,7 +224,7 @@ def march(square, limit, falling, labels, rates, x, y, dx, direction, traction, 
             front, rear = 0.5, 0.5
             if part != before:
                 front = _reach(square[i, j], square[behind, j] if inside_behind else 0.0)
-                qx, qy = 0.0, 0.0
+                qx, qy, share = 0.0, 0.0, 1.0
                 position = x[i] + direction * front * dx
             if not inside_behind:
                 rear = _reach(square[i, j], square[ahead, j] if part == before else 0.0)
@@ -231,7 +232,7 @@ def march(square, limit, falling, labels, rates, x, y, dx, direction, traction, 
             cover = front + rear
             bound = limit[i, j] / cover
             own = rates[part, min(j, rates.shape[1] - 1)]
-            tx, ty, size, holds = _step(qx, qy, position, centre, y[j], bound, falling, own)
+            tx, ty, size, share, holds = _step(qx, qy, position, centre, y[j], bound, share, laws[part], own)
             if part == before:  # the step begins at the centre of the cell ahead, in whose half slip may begin
                 _end_slip(slip, ahead, j, qx, qy, size)
             stick[i, j] = holds
@@ -240,28 +241,44 @@ def march(square, limit, falling, labels, rates, x, y, dx, direction, traction, 
             traction[i, j, 0], traction[i, j, 1] = qx * cover, qy * cover
             if not inside_behind and not holds:  # on to the trailing edge, where nothing is carried
                 edge = x[i] - direction * rear * dx
-                _, _, size, _ = _step(qx, qy, centre, edge, y[j], 0.0, falling, own)
+                _, _, size, _, _ = _step(qx, qy, centre, edge, y[j], 0.0, share, laws[part], own)
                 _end_slip(slip, i, j, qx, qy, size)
             position, before = centre, part
 
 
 @njit(cache=True)
-def _step(qx, qy, position, centre, y, bound, falling, rates):
-    """Traction at `centre` (two numbers) [Pa] from that at `position`, mean slip of the step [1], whether it sticks."""
+def _laws(limit, law, labels, rates):
+    """(parts, 3) law of each part, its memory the least that it needs where the one given is shorter."""
+    laws = np.empty((rates.shape[0], 3))
+    laws[:, 0], laws[:, 1], laws[:, 2] = law
+    if law[0] < 1.0:
+        for i, j in np.ndindex(limit.shape):
+            part = labels[i, j]
+            laws[part, 2] = max(laws[part, 2], LEAST * rates[part, 0, 8] * limit[i, j] * (1.0 - law[0]))
+    return laws
+
+
+@njit(cache=True)
+def _step(qx, qy, position, centre, y, bound, share, law, rates):
+    """Traction at `centre` (two numbers) [Pa] from that at `position`, mean slip of the step [1], friction over that
+    without slip, whether it sticks."""
     length = abs(position - centre)
     across, along = y - rates[7], (position + centre) / 2 - rates[6]
     tx = qx - length * (rates[0] - rates[2] * across)
     ty = qy - length * (rates[1] + rates[2] * along)
     size = np.hypot(tx, ty)
-    if size <= bound:
-        return tx, ty, 0.0, True
+    rested = share_after(0.0, share, length, law)
+    held = bound * rested
+    if size <= held:
+        return tx, ty, 0.0, rested, True
     sx = qx - length * (rates[3] - rates[5] * across)
     sy = qy - length * (rates[4] + rates[5] * along)
     slid = np.hypot(sx, sy)
-    if slid <= bound:  # about to slide: by its one flexibility the cell would not yet
-        return tx * bound / size, ty * bound / size, 0.0, False
-    bound *= friction_share(slid, bound, rates[8] / length, falling)
-    return sx * bound / slid, sy * bound / slid, rates[8] * (slid - bound) / length, False
+    if slid <= held:  # about to slide: by its one flexibility the cell would not yet
+        return tx * held / size, ty * held / size, 0.0, rested, False
+    share = sliding_share(slid, bound, rates[8], share, length, law)
+    bound *= share
+    return sx * bound / slid, sy * bound / slid, rates[8] * (slid - bound) / length, share, False
 
 
 @njit(cache=True)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from bem.exact.kalker_table import coefficients
-from bem.halfspace.falling_friction import FallingFriction
+from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic
 from bem.patch import ContactInputError
 
@@ -23,7 +23,7 @@ def polach_force(
     load: float,
     semi_axes: tuple[float, float],
     steel: Elastic,
-    friction: float | FallingFriction,
+    friction: float | SlipDependentFriction,
     adhesion: float = 1.0,
     slip: float = 1.0,
 ) -> np.ndarray:
@@ -35,7 +35,7 @@ def polach_force(
         raise ContactInputError(f"kA {adhesion!r}, kS {slip!r}: give 0 < kS <= kA <= 1")
     if not (np.isfinite(load) and load > 0 and min(semi_axes) > 0):
         raise ContactInputError(f"load {load!r} N on semi-axes {semi_axes} m: give numbers above 0")
-    law = friction if isinstance(friction, FallingFriction) else FallingFriction(friction, friction, np.inf)
+    law = friction if isinstance(friction, SlipDependentFriction) else SlipDependentFriction(friction, friction, np.inf)
     along, across = np.moveaxis(np.asarray(creepage, float), -1, 0)
     size = np.hypot(along, across)
     bound = law.at(size) * load

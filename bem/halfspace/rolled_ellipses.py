@@ -14,9 +14,9 @@ import numpy as np
 from scipy import ndimage
 
 from bem.exact.kalker_table import coefficient_rows
-from bem.halfspace.falling_friction import FallingFriction
 from bem.halfspace.fastsim import elliptic_patch, equivalent_ellipse, flexibilities, march, strip_rates
 from bem.halfspace.input import check_creepage, check_friction
+from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic, Pair
 from bem.patch import ContactInputError, Creepage, Grid, Patch
 from bem.patch_edge import covered_area
@@ -126,7 +126,7 @@ def rolled_ellipses(
     load: np.ndarray,
     first: Elastic,
     second: Elastic,
-    friction: float | FallingFriction,
+    friction: float | SlipDependentFriction,
     creepage: np.ndarray,
     cells: tuple[int, int] = (44, 44),
     *,
@@ -144,7 +144,7 @@ def rolled_ellipses(
     semi, load, creepage = (
         np.asarray(v, float).reshape(-1, *s) for v, s in ((semi, (2,)), (load, ()), (creepage, (3,)))
     )
-    law = friction if isinstance(friction, FallingFriction) else FallingFriction.constant(friction)
+    law = friction if isinstance(friction, SlipDependentFriction) else SlipDependentFriction.constant(friction)
     _check(semi, load, creepage, law, direction, initial_slope)
     if strips is not None:
         _check_strips(strips, (len(load), cells[1], 3))
@@ -159,7 +159,7 @@ def rolled_ellipses(
         unit.pressure**2,
         paraboloid,
         law.static * load / semi.prod(axis=1),
-        (law.ratio, law.decay),
+        law.law,
         labels,
         _rates(unit, semi, Pair.of(first, second), creepage, initial_slope, strips),
         semi,
@@ -221,10 +221,10 @@ def _rates(
 
 
 @njit(cache=True)
-def _march_all(square, limit, scale, falling, labels, rates, semi, centres, direction, traction, slip, stick):
+def _march_all(square, limit, scale, law, labels, rates, semi, centres, direction, traction, slip, stick):
     """fastsim's march of every ellipse; square and limit are those of the unit circle, scale its bound over theirs."""
     own = np.empty_like(limit)
     for k in range(len(semi)):
         own[:] = limit * scale[k]
         x, y = centres[0] * semi[k, 0], centres[1] * semi[k, 1]
-        march(square, own, falling, labels, rates[k], x, y, x[1] - x[0], direction, traction[k], slip[k], stick[k])
+        march(square, own, law, labels, rates[k], x, y, x[1] - x[0], direction, traction[k], slip[k], stick[k])

@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem.halfspace.falling_friction import FallingFriction
 from bem.halfspace.rolled_ellipses import RolledEllipses, rolled_ellipses
+from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.bodies import BODIES
@@ -119,7 +119,7 @@ class PatchOptions:
     way;  hardness : of the rail [Pa], which bounds the mean pressure;  conformal : strips along the curved face with
     normals and creepages of their own (rail_fem.damage.strips), in place of one tangent plane"""
 
-    friction: float | FallingFriction | None = None
+    friction: float | SlipDependentFriction | None = None
     initial_slope: float = 1.0
     cells: int = 50
     hardness: float = np.inf

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from bem.halfspace.falling_friction import FallingFriction
 from bem.halfspace.fastsim import elliptic_patch, fastsim
+from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import STEEL, Elastic
 from bem.patch import Creepage, Patch
 from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
@@ -39,7 +39,7 @@ class Rolling:
     steels of wheel and rail."""
 
     speed: float
-    friction: float | FallingFriction = 0.3
+    friction: float | SlipDependentFriction = 0.3
     initial_slope: float = 1.0
     cells: int = 50
     wheel_steel: Elastic = STEEL

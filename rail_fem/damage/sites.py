@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bem.halfspace.falling_friction import FallingFriction
+from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import Elastic
 from bem.patch import Patch
 from geometry.surfaces.switch import Switch
@@ -89,11 +89,11 @@ def subsurface_of(patch: Patch, settings: DamageSettings) -> dict[str, float]:
     return {"dang_van": share, "depth": depth, "jiang_sehitoglu": float(found.jiang.max())}
 
 
-def friction_of(scene: Scene, settings: DamageSettings, speed: float) -> float | FallingFriction:
+def friction_of(scene: Scene, settings: DamageSettings, speed: float) -> float | SlipDependentFriction:
     """Friction at a rolling speed [m/s]."""
     if settings.kinetic_friction is None:
         return scene.friction
-    return FallingFriction.at_speed(scene.friction, settings.kinetic_friction, settings.decay_speed, speed)
+    return SlipDependentFriction.at_speed(scene.friction, settings.kinetic_friction, settings.decay_speed, speed)
 
 
 def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, float], ...]:

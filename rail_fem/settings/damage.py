@@ -86,9 +86,12 @@ class DamageSettings(Frozen):
     ] = 0.1e-3
     depth_limit: Annotated[float, Quantity("mm", 0.01, 50, "depth at which the section is worn through")] = 10e-3
     kinetic_friction: (
-        Annotated[float, Quantity("", 0, 2, "friction at large slip; none: friction does not fall")] | None
+        Annotated[float, Quantity("", 0, 2, "friction at large slip, below or above the scene's; none: the same")]
+        | None
     ) = None
-    decay_speed: Annotated[float, Quantity("m/s", 1e-3, 100, "slip velocity over which friction falls to 1/e")] = 1.0
+    decay_speed: Annotated[
+        float, Quantity("m/s", 1e-3, 100, "slip velocity over which friction's change with slip falls to 1/e")
+    ] = 1.0
     initial_slope: Annotated[float, Quantity("", 0.01, 1, "third-body reduction of the creep curve's first slope")] = (
         1.0
     )

@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import typer
 
-from bem.halfspace.falling_friction import FallingFriction
 from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.halfspace.polach import polach_force
+from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import STEEL
 from bem.patch import Creepage, Patch
 from rail_fem.case.casefile import load_case
@@ -98,7 +98,7 @@ def creep_numbers() -> Iterator[Number]:
     """Falling friction against Polach's formula."""
     creep, patch = np.geomspace(1e-4, 0.5, 40), elliptic_patch(*AXES, LOAD, (60, 60))
     for name, static, kinetic in (("constant", 0.55, 0.55), ("falling to 0.22", 0.55, 0.22)):
-        law = FallingFriction.at_speed(static, kinetic, 1 / 0.6, 20.0)
+        law = SlipDependentFriction.at_speed(static, kinetic, 1 / 0.6, 20.0)
         roll = lambda v, law=law: fastsim(patch, STEEL, STEEL, law, Creepage(v), estimate=False).tangential_force[0]
         ours = -np.array([roll(v) for v in creep]) / LOAD
         along = np.stack([creep, 0 * creep], axis=1)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from bem.halfspace.falling_friction import FallingFriction
 from bem.halfspace.fastsim import elliptic_patch, fastsim
 from bem.halfspace.rolled_ellipses import rolled_ellipses
+from bem.halfspace.slip_dependent_friction import SlipDependentFriction
 from bem.material import STEEL, Elastic
 from bem.patch import ContactInputError, Creepage
 
@@ -15,7 +15,7 @@ CREEPAGE = np.array([[1e-3, 2e-4, 0.3], [-2e-3, 4e-3, 0.0], [0.0, 0.0, -1.5], [0
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-@pytest.mark.parametrize("friction", [0.3, FallingFriction(0.4, 0.2, 2e-3)])
+@pytest.mark.parametrize("friction", [0.3, SlipDependentFriction(0.4, 0.2, 2e-3)])
 def test_a_row_is_what_each_is_alone(direction, friction):
     """Fields, forces and area to round-off (the marches begin from numbers that are rounded otherwise)."""
     soft, cells = Elastic(200e9, 0.25), (30, 20)
