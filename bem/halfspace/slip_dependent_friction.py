@@ -7,10 +7,10 @@ At a speed v, s0 is the decay speed over v; l is the memory, a length that is sl
 follows its own slip, s = L (|q'| - mu p) / h: q' the traction that it would reach without a bound, L / h its
 flexibility over the length h marched.
 Without memory friction that falls has no limit under finer cells: once mu falls by s faster than the surface springs
-back a point can stick as well as slide, and which it does the cell's length decides. From l = (1 + e^-2) L p (mu_s -
-mu_k) on, of the order of the surface's elastic displacement (10 to 50 um under wheels), there is one slip everywhere (then 1 +
-L p d[max(s, s0) (mu(s) - mu)]/ds / l > 0 for every mu). That least memory of a patch is taken where none longer is
-given: what is left of steady friction's curve that has a limit.
+back a point can stick as well as slide, and the length of the cells decides which. From l = (1 + e^-2) L p (mu_s -
+mu_k) on, of the order of the surface's elastic displacement (10 to 50 um under wheels), there is one slip everywhere:
+then 1 + L p d[max(s, s0) (mu(s) - mu)]/ds / l > 0 for every mu. That least memory of a patch is taken where none longer
+is given: the law nearest to steady friction that has a limit.
 Error of the force without spin at 44 cells: 0.1 %, second order; where friction rises at once, 0.4 %, first order;
 spin leaves what it leaves under constant friction (tests/bem/test_slip_dependent_friction.py).
 Source of the steady law: Polach, Wear 258 (2005) 992, with A = mu_k / mu_s and B = 1 / decay speed; of several
