@@ -25,6 +25,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage
@@ -232,17 +233,16 @@ def march(square, limit, law, labels, rates, x, y, dx, direction, traction, slip
             cover = front + rear
             bound = limit[i, j] / cover
             own = rates[part, min(j, rates.shape[1] - 1)]
-            tx, ty, size, share, holds = _step(qx, qy, position, centre, y[j], bound, share, laws[part], own)
+            made = _step(qx, qy, position, centre, y[j], bound, share, laws[part], own)
             if part == before:  # the step begins at the centre of the cell ahead, in whose half slip may begin
-                _end_slip(slip, ahead, j, qx, qy, size)
-            stick[i, j] = holds
-            slip[i, j, 0] = size
-            qx, qy = tx, ty
+                _end_slip(slip, ahead, j, qx, qy, made.slip)
+            stick[i, j], slip[i, j, 0] = made.sticks, made.slip
+            qx, qy, share = made.x, made.y, made.share
             traction[i, j, 0], traction[i, j, 1] = qx * cover, qy * cover
-            if not inside_behind and not holds:  # on to the trailing edge, where nothing is carried
+            if not inside_behind and not made.sticks:  # on to the trailing edge, where nothing is carried
                 edge = x[i] - direction * rear * dx
-                _, _, size, _, _ = _step(qx, qy, centre, edge, y[j], 0.0, share, laws[part], own)
-                _end_slip(slip, i, j, qx, qy, size)
+                last = _step(qx, qy, centre, edge, y[j], 0.0, share, laws[part], own)
+                _end_slip(slip, i, j, qx, qy, last.slip)
             position, before = centre, part
 
 
@@ -258,10 +258,19 @@ def _laws(limit, law, labels, rates):
     return laws
 
 
+class _Step(NamedTuple):
+    """To a cell's centre: traction there [Pa], mean slip [1], friction over that without slip, whether it sticks."""
+
+    x: float
+    y: float
+    slip: float
+    share: float
+    sticks: bool
+
+
 @njit(cache=True)
 def _step(qx, qy, position, centre, y, bound, share, law, rates):
-    """Traction at `centre` (two numbers) [Pa] from that at `position`, mean slip of the step [1], friction over that
-    without slip, whether it sticks."""
+    """_Step from the traction and the friction at `position`."""
     length = abs(position - centre)
     across, along = y - rates[7], (position + centre) / 2 - rates[6]
     tx = qx - length * (rates[0] - rates[2] * across)
@@ -270,15 +279,15 @@ def _step(qx, qy, position, centre, y, bound, share, law, rates):
     rested = share_after(0.0, share, length, law)
     held = bound * rested
     if size <= held:
-        return tx, ty, 0.0, rested, True
+        return _Step(tx, ty, 0.0, rested, True)
     sx = qx - length * (rates[3] - rates[5] * across)
     sy = qy - length * (rates[4] + rates[5] * along)
     slid = np.hypot(sx, sy)
     if slid <= held:  # about to slide: by its one flexibility the cell would not yet
-        return tx * held / size, ty * held / size, 0.0, rested, False
+        return _Step(tx * held / size, ty * held / size, 0.0, rested, False)
     share = sliding_share(slid, bound, rates[8], share, length, law)
     bound *= share
-    return sx * bound / slid, sy * bound / slid, rates[8] * (slid - bound) / length, share, False
+    return _Step(sx * bound / slid, sy * bound / slid, rates[8] * (slid - bound) / length, share, False)
 
 
 @njit(cache=True)
