@@ -14,6 +14,9 @@ def check(
     model: ModelOption = None,
     settings: SetOption = None,
     ranks: Annotated[int, typer.Option(help="ranks to estimate for", min=1)] = 2,
+    every_key: Annotated[
+        bool, typer.Option("--all", help="also keys that are not set, or of other families of crossings")
+    ] = False,
     draw: Annotated[Path | None, typer.Option(help="draw the crossing of the case into this PNG file")] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -29,7 +32,7 @@ def check(
         facts = case_facts(loaded, name, ranks)
         emit(facts)
         raise typer.Exit(2 if facts["errors"] else 0)
-    report, errors = case_report(loaded, name, ranks)
+    report, errors = case_report(loaded, name, ranks, every_key)
     say(report)
     if errors:
         stop("\n  ".join([f"{case}: {len(errors)} input error(s)", *errors]))

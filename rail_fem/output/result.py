@@ -119,6 +119,7 @@ class PassResult:
     passes         : of a pass that was repeated on the steel of the one before: what each reported, values of
         rail_fem.output.quantities.REPORTED [SI], the last as this result; () for a single pass
     trust          : row -> what the trust report found (plain values)
+    warnings       : what is doubtful;  notes : what was repaired in the files that were read
     fault          : why the run failed; empty when it did not
     title          : of the case that was run; empty where none was
     cut_off        : what ended the run before the end of its path, as its settings ask; empty when it went to the end
@@ -140,6 +141,7 @@ class PassResult:
     passes: tuple[Mapping[str, float], ...] = ()
     trust: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=versions)
     fault: str = ""
     cut_off: str = ""
@@ -192,7 +194,7 @@ class PassResult:
         header, table = shown_table(self.history)
         return pandas.DataFrame(table, columns=header)
 
-    def save(self, folder: Path) -> None:
+    def save(self, folder: Path | str) -> None:
         """Write history.csv (units in its header), history.npz (SI), trust.txt, result.json and the profile of a
         measured wheel; each appears whole or not at all.
 
@@ -236,7 +238,7 @@ class ResultError(ValueError):
     """A result that this program cannot use as it is; the message says why."""
 
 
-def load(folder: Path) -> PassResult:
+def load(folder: Path | str) -> PassResult:
     """Read back what `PassResult.save` wrote. Errors: FileNotFoundError, ValueError for a damaged file or another
     version of it."""
     folder = Path(folder)
@@ -273,7 +275,8 @@ def _read(folder: Path) -> PassResult:
     summary["peaks"] = {name: Peak(**peak) for name, peak in summary["peaks"].items()}
     summary["patches"] = tuple(PatchSummary(**patch) for patch in summary["patches"])
     summary["bearers"] = tuple(BearerSummary(**bearer) for bearer in summary.get("bearers", ()))
-    summary["warnings"], summary["passes"] = tuple(summary["warnings"]), tuple(summary.get("passes", ()))
+    for name in ("warnings", "notes", "passes"):
+        summary[name] = tuple(summary.get(name, ()))
     with np.load(folder / "history.npz") as stored:
         return PassResult(history=dict(stored), **summary)
 

@@ -95,7 +95,9 @@ def _solve_and_save(case: Case, model: str, settings, folder: Path, goes_on: boo
             if result.cut_off:
                 progress.cut_off(f"{result.cut_off}; give more steps, or none, and --restart goes on")
             warnings = launcher.on_root(lambda: case_warnings(case.scene, with_window(case.scene, settings)))
-            result = replace(result, warnings=(*warnings, *result.warnings), title=case.title)
+            measured = case.scene.wheel.measured
+            notes = () if measured is None else tuple(measured.notes)
+            result = replace(result, warnings=(*warnings, *result.warnings), notes=notes, title=case.title)
             launcher.on_root(lambda: result.save(folder))
             say(result_report(result))
             launcher.on_root(lambda: _draw(folder, say))

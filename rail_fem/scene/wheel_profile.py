@@ -46,10 +46,16 @@ class MeasuredWheel:
 
     @property
     def warnings(self) -> list[str]:
-        """What was repaired or calls for a warning in the file, one line each."""
-        return [
-            f"wheel profile {Path(self.source).name}: {text}" for weight, text in self.findings if weight != "found"
-        ]
+        """What is doubtful about the file, one line each."""
+        return self._said("warning")
+
+    @property
+    def notes(self) -> list[str]:
+        """What was repaired in the file, one line each."""
+        return self._said("repaired")
+
+    def _said(self, weight: str) -> list[str]:
+        return [f"wheel profile {Path(self.source).name}: {text}" for own, text in self.findings if own == weight]
 
     def keep(self, folder: Path) -> None:
         """Write wheel_profile.csv into a run's folder. Errors: OSError."""

@@ -1,6 +1,7 @@
 """What the terminal shows: a case before it runs, a result after it, a folder in between."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from pydantic import BaseModel
 
 from rail_fem.case.casefile import Case
 from rail_fem.case.estimate import available_memory, estimate_run
+from rail_fem.case.keys import WRITTEN
 from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings, scene_warnings
 from rail_fem.light.mass_scaling import static_patch
@@ -19,10 +21,12 @@ from rail_fem.output.low_pass import CUTOFFS, filtered_peak
 from rail_fem.output.progress import duration, read_status
 from rail_fem.output.quantities import FORCES, impact_pressure
 from rail_fem.output.result import PassResult, load
+from rail_fem.scene.crossing import FAMILY_KEYS, Crossing
 from rail_fem.scene.input_errors import meaning, quantity_of
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering, show
 from rail_fem.settings.explicit import FeSettings
+from rail_fem.settings.light import PassSettings
 from rail_fem.settings.plastic import BemPlasticSettings
 from rail_fem.show.bearers import bearer_rows
 from rail_fem.show.metal import metal_rows, with_bar
@@ -31,38 +35,49 @@ from rail_fem.show.passes import passes_rows
 MOST_FLIGHTS = 5  # that are told
 
 
-def case_report(case: Case, model: str, ranks: int) -> tuple[str, list[str]]:
+def case_report(case: Case, model: str, ranks: int, every_key: bool = False) -> tuple[str, list[str]]:
     """The scene and numerics in engineers' units, derived numbers, cost and warnings; and the input errors that forbid
-    the run."""
+    the run. every_key : also those that are not set or belong to another family of crossings"""
     scene, settings = case.scene, case.runs[model]
     errors = preflight_errors(scene, settings, ranks, model)
     explicit = isinstance(settings, FeSettings)
     settings = settings if errors else with_window(scene, settings)
+    if isinstance(settings, PassSettings):
+        settings = settings.model_copy(update=dict(zip(("start", "end"), settings.window(scene))))
     warnings = scene_warnings(scene) if errors else case_warnings(scene, settings)
-    lines = [case.title, "", "scene", *_section(scene), *_measured(scene), "", "derived", *_derived(scene)]
+    lines = [case.title, "", "scene", *_section(scene, every_key), *_measured(scene), "", "derived", *_derived(scene)]
     if not errors and explicit:
         lines += _rigid(scene, settings)
-    lines += ["", f"run.{model}", *_section(settings)]
+    lines += ["", f"run.{model}", *_section(settings, every_key)]
     if explicit:
         lines += ["", f"cost on {ranks} rank(s), to a factor of about two", *_cost(scene, settings, ranks)]
     else:
-        lines += ["", "cost", _row("wall time", "some seconds", "most of it for the search of the surfaces")]
+        lines += ["", "cost", *_light_cost(scene, settings)]
+        lines += [_row("wall time", "some seconds", "most of it for the search of the surfaces")]
     if isinstance(settings, BemPlasticSettings) and not errors:
         need = max((cells.window_memory for cells in window_cells(scene, settings)), default=0)
         lines.append(_memory(need, "of the cells that travel with the wheel"))
-    return "\n".join([*lines, "", f"{len(warnings)} warning(s)", *(f"  {warning}" for warning in warnings)]), errors
+    return "\n".join([*lines, *_listed("warning(s)", warnings)]), errors
+
+
+def _listed(what: str, texts: Sequence[str]) -> list[str]:
+    """How many there are, and each in a line of its own."""
+    return ["", f"{len(texts)} {what}", *(f"  {text}" for text in texts)]
 
 
 def _row(name: str, value: str, text: str = "") -> str:
     return f"  {name:<34}{value:<17} {text}".rstrip()
 
 
-def _section(section: BaseModel, prefix: str = "") -> list[str]:
+def _section(section: BaseModel, every_key: bool, prefix: str = "") -> list[str]:
     lines = []
+    own = ("family", *FAMILY_KEYS[section.family]) if isinstance(section, Crossing) else type(section).model_fields
     for name, entry in type(section).model_fields.items():
         value = getattr(section, name)
+        if not every_key and (name not in own or name in WRITTEN or value is None):
+            continue
         if isinstance(value, BaseModel):
-            lines += _section(value, f"{prefix}{name}.")
+            lines += _section(value, every_key, f"{prefix}{name}.")
         elif value is None and not entry.exclude:
             lines.append(_row(prefix + name, "not set", meaning(entry)))
         elif value != "" and not entry.exclude:
@@ -132,6 +147,18 @@ def _cost(scene: Scene, settings, ranks: int) -> list[str]:
 
 def _memory(need: float, text: str) -> str:
     return _row("memory", f"{need / 1e9:.2g} GB", f"{text}; {available_memory() / 1e9:.3g} GB are free")
+
+
+def _light_cost(scene: Scene, settings) -> list[str]:
+    """Steps and searches of a model that runs over a path; nothing of a formula."""
+    if not isinstance(settings, PassSettings):
+        return []
+    start, end = settings.window(scene)
+    steps, searches = scene.travel_time(start, end) / settings.time_step, abs(end - start) / settings.path_spacing
+    return [
+        _row("steps", f"{steps:.3g}", f"of {settings.time_step * 1e6:g} us"),
+        _row("contacts searched", f"{searches:.3g}", f"every {settings.path_spacing * 1e3:g} mm"),
+    ]
 
 
 def _state(result: PassResult) -> str:
@@ -209,7 +236,7 @@ def result_report(result: PassResult) -> str:
     if np.isfinite(cost.updates_per_second):
         lines.append(_row("element updates", f"{cost.updates_per_second / 1e6:.3g} million/s"))
     return "\n".join(
-        [*lines, "", f"{len(result.warnings)} warning(s)", *(f"  {warning}" for warning in result.warnings)]
+        [*lines, *_listed("warning(s)", result.warnings), *(_listed("note(s)", result.notes) if result.notes else [])]
     )
 
 

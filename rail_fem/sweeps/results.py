@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from rail_fem.hierarchy import MODELS
+from rail_fem.output.events import flights
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED
-from rail_fem.output.result import NAN, PassResult
+from rail_fem.output.result import NAN, PassResult, Peak
 from rail_fem.output.versions import import_pandas
 from rail_fem.scene.units import SHOWN
 from rail_fem.sweeps.compare import core_seconds
@@ -23,6 +24,7 @@ from rail_fem.sweeps.sweep_report import Results, results_below
 # in every table, whether a model resolves it or not; further peaks follow them
 PEAKS = {"first_impact": "N", "largest_force": "N", "largest_force_wing": "N", "largest_force_nose": "N"}
 STRAINS = ("worst_1000_wing", "worst_1000_nose", "block_wing", "block_nose", "integral_wing", "integral_nose")
+AT, WORDS = ", x", "words of the warnings"  # columns: of a peak's position, of all warnings
 DIGITS = 6  # of a number in the Markdown table
 
 
@@ -60,8 +62,9 @@ class SweepResults:
         return varied_keys(values for of_case in self.asked.values() for values in of_case.values())
 
     def rows(self) -> list[dict[str, Any]]:
-        """One row a run: case, model, what varies, static load, peaks, transfer, error estimates, cost; units in the
-        names, NaN for what a model does not resolve. Sorted by what varies."""
+        """One row a run: case, model, what varies, axle load, peaks and where they are, transfer, flights from x to x,
+        error estimates, cost, warnings; units in the names, NaN for what a model does not resolve. Sorted by what
+        varies."""
         runs = [(case, result) for case, of_case in self.results.items() for result in of_case.values()]
         units = PEAKS | {name: peak.unit for _, result in runs for name, peak in result.peaks.items()}
         varied = self.varied
@@ -78,15 +81,18 @@ class SweepResults:
         row |= {"static load [kN]": scene.static_wheel_load / 1e3}
         for name, si in units.items():
             unit, factor = SHOWN.get(si, (si, 1.0))
-            row[f"{name} [{unit}]"] = result.peaks[name].value * factor if name in result.peaks else NAN
+            found = result.peaks.get(name, Peak(NAN, si))
+            row |= {f"{name} [{unit}]": found.value * factor, f"{name}{AT} [mm]": found.x * 1e3}
         for name in STRAINS:
             unit, factor = {"1": ("%", 100.0), "m^3": ("mm3", 1e9)}[REPORTED[name].unit]
             row[f"plastic_strain_{name} [{unit}]"] = REPORTED[name].of(result) * factor
         return row | {
             "transfer_x [mm]": result.transfer_x * 1e3,
+            "flights [mm]": "; ".join(f"{f.x_start * 1e3:.1f} to {f.x_end * 1e3:.1f}" for f in flights(result)),
             "error estimate [%]": 100 * claimed_error(result),
             "core seconds": core_seconds(result),
             "warnings": len(result.warnings),
+            WORDS: "; ".join(result.warnings),
         }
 
     def to_dataframe(self):
@@ -104,9 +110,10 @@ class SweepResults:
         return text.getvalue()
 
     def to_markdown(self) -> str:
-        """What varies, and the peaks that any model resolves, as a table."""
+        """What varies, and the peaks that any model resolves, as a table, without positions and words."""
         rows = self.rows()
-        head = [name for name in rows[0] if name != "case" and not all(_is_nan(row[name]) for row in rows)]
+        left_out = lambda name: name in ("case", WORDS) or f"{AT} [" in name
+        head = [name for name in rows[0] if not (left_out(name) or all(_is_nan(row[name]) for row in rows))]
         return "\n".join(markdown_table(head, [[_cell(row[name]) for name in head] for row in rows])) + "\n"
 
 

@@ -184,13 +184,16 @@ hardening_stress = ["500 MPa", "800 MPa"]
 """
     )
     (tmp_path / "case.toml").write_text(text)
-    shown = CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml")])
-    lines = [" ".join(line.split()) for line in shown.output.splitlines()]
-    assert shown.exit_code == 0, shown.output
-    assert any(line.startswith("materials.wing.hardening_stress 500 MPa, 800 MPa true yield stress") for line in lines)
-    assert any(line.startswith("start not set position x") for line in lines) and any(
-        line.startswith("check_rail not set flangeway") for line in lines
+    check = lambda *more: CliRunner().invoke(cli.app, ["check", str(tmp_path / "case.toml"), *more])
+    told, every = (
+        {" ".join(line.split()[:2]): " ".join(line.split()[2:]) for line in check(*more).output.splitlines()}
+        for more in ((), ("--all",))
     )
+    assert every["materials.wing.hardening_stress 500"].startswith("MPa, 800 MPa true yield stress")
+    assert every["check_rail not"].startswith("set flangeway") and "check_rail not" not in told
+    assert {"start 95", "end 700", "crossing.ratio 10.75"} <= set(told)  # the window that is run, in mm
+    others = ("crossing.dip_angle 10", "crossing.switch_entry 6.6667", "crossing.joint_gap 0")
+    assert set(others) <= set(every) and not set(others) & set(told)
 
 
 def test_case_files_have_a_schema():

@@ -13,6 +13,7 @@ from rail_fem.output.events import leg_flight
 from rail_fem.output.result import PassResult, Peak, load
 from rail_fem.sweeps.controls import run_control
 from rail_fem.sweeps.leg_table import beside_table, leg_table
+from rail_fem.sweeps.results import SweepResults
 from rail_fem.sweeps.sweep import read_cases
 from rail_fem.sweeps.sweep_page import state_lines
 from rail_fem.sweeps.sweep_report import force_table
@@ -123,6 +124,16 @@ def test_the_page_of_such_a_sweep_has_the_leg_in_its_tables(tmp_path):
     both = beside_table({"a": {"fe_full": result}, "b": {"fe_full": result}}, {"a": {"fe_full": other}})
     assert len(both) == 3 and both[2].count("-900 to 800") == 2
     assert leg_table((), {"a": {"fe_full": replace(result, peaks={})}}) == []
+
+
+def test_a_sweep_says_where_its_peaks_and_flights_are_and_what_it_warns_of():
+    result = replace(over_the_leg((-0.7005, -0.6005)), warnings=("too coarse", "ends in flight"))
+    sweep = SweepResults({"a": {"fe_full": result}}, ())
+    (row,) = sweep.rows()
+    assert row["first_impact [kN]"] == 120.0 and row["first_impact, x [mm]"] == pytest.approx(400.0)
+    assert row["flights [mm]"] == "-700.0 to -601.0" and row["warnings"] == 2
+    assert row["words of the warnings"] == "too coarse; ends in flight" and "too coarse" in sweep.to_csv()
+    assert "too coarse" not in sweep.to_markdown() and ", x [mm]" not in sweep.to_markdown()
 
 
 def test_sweep_and_report_by_one_groups_file(tmp_path):

@@ -190,10 +190,12 @@ def test_a_run_is_shown_gone_on_with_and_repeated_from_its_own_folder(tmp_path):
     stored = load(tmp_path / "run")
     assert (
         stored.scene.wheel.shape == shape
-        and "smoothed" in " ".join(scene_warnings(stored.scene))
+        and "smoothed" in " ".join(stored.notes)
+        and not any("wheel.csv" in warning for warning in stored.warnings)
         and stored.scene.wheel.name == "wheel.csv"
     )
-    assert command("show", tmp_path / "run").exit_code == 0
+    shown = command("show", tmp_path / "run")
+    assert shown.exit_code == 0 and "smoothed" in shown.output.split("note(s)")[1]
     gone = run(tmp_path / "case.toml", "run", "--restart")
     assert gone.exit_code == 2 and f"the {KEPT} of a run that has used it" in one_line(gone)
     assert run(case_with(tmp_path, f"run/{KEPT}"), "run", "--restart").exit_code == 0
@@ -272,9 +274,8 @@ def test_a_case_reads_what_the_profile_command_reads_and_says_what_was_repaired(
     write(tmp_path / "wheel.csv", **change)
     scene, found = load_case(case_with(tmp_path)).scene, examine(read_raw(tmp_path / "wheel.csv", "wheel"))
     assert scene.wheel.shape == found.profile.graph_part()
-    assert scene_warnings(scene) == [
-        f"wheel profile wheel.csv: {f.text}" for f in found.findings if f.weight != "found"
-    ]
+    said = lambda weight: [f"wheel profile wheel.csv: {f.text}" for f in found.findings if f.weight == weight]
+    assert scene_warnings(scene) == said("warning") and scene.wheel.measured.notes == said("repaired")
     assert (
         np.abs(scene.wheel.shape.height([-0.03, 0.0, 0.04]) - wheel_profile("P8").height([-0.03, 0.0, 0.04])).max()
         < 42e-6
@@ -292,9 +293,9 @@ def test_scatter_is_smoothed_in_text_as_in_simpack_and_said(tmp_path):
     write_simpack(tmp_path / "wheel.prw", rough, "wheel")
     text, simpack = (load_case(case_with(tmp_path, name)).scene for name in ("wheel.csv", "wheel.prw"))
     assert np.abs(text.wheel.shape.points - simpack.wheel.shape.points).max() < 1e-9
-    assert any("smoothed: points moved by" in warning for warning in scene_warnings(text))
+    assert any("smoothed: points moved by" in note for note in text.wheel.measured.notes)
     check = command("check", tmp_path / "case.toml", "--model", "lumped")
-    assert check.exit_code == 0 and "wheel profile wheel.prw: scatter" in one_line(check).split("warning(s)")[1]
+    assert check.exit_code == 0 and "repaired scatter" in one_line(check).split("derived")[0]
 
 
 @pytest.mark.parametrize(
@@ -356,7 +357,7 @@ def test_a_case_tells_what_its_file_does_not_say(tmp_path):
         np.abs(scene.wheel.shape.height([-0.03, 0.0, 0.04]) - wheel_profile("P8").height([-0.03, 0.0, 0.04])).max()
         < 50e-6
     )
-    assert "3 um taken out as told" in " ".join(scene_warnings(scene))
+    assert "3 um taken out as told" in " ".join(scene.wheel.measured.notes)
 
 
 def test_how_a_file_is_read_belongs_to_its_content(tmp_path):
