@@ -1,5 +1,5 @@
 #!/bin/bash
-# Lint, format and types, as continuous integration checks them; needs the environment of setup.sh. `./lint.sh --fix` repairs what can be.
+# Lint, format and types, of the examples too, as continuous integration checks them; needs the environment of setup.sh. `./lint.sh --fix` repairs what can be.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 if [ "${1:-}" = --fix ]; then
@@ -10,3 +10,6 @@ else
   .venv/bin/python -m ruff format --check .
 fi
 .venv/bin/python -m mypy
+example="$(mktemp -d)/readme.py"
+sed -n '/^```python$/,/^```$/{//!p}' README.md >"$example"
+.venv/bin/python -m mypy "$example"

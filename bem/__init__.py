@@ -1,9 +1,9 @@
 """Elastic contact in NumPy and SciPy: closed forms, boundary elements, half-space, slices. Knows nothing of rails.
 
     import bem
-    patch = bem.normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, bem.STEEL, bem.STEEL, load=100e3, window=((-0.02,
-    0.02), (-0.02, 0.02))) rolling = bem.rolling_contact(patch, bem.STEEL, bem.STEEL, friction=0.3,
-    creepage=bem.Creepage(1e-3))
+    window = (-0.02, 0.02), (-0.02, 0.02)
+    patch = bem.normal_contact(lambda x, y: x**2 / 0.92 + y**2 / 0.6, bem.STEEL, bem.STEEL, load=100e3, window=window)
+    rolling = bem.rolling_contact(patch, bem.STEEL, bem.STEEL, friction=0.3, creepage=bem.Creepage(1e-3))
 
 Names are imported when they are first used. Reading order of the plane problems: material, exact; plane/kelvin
 (kernels), curve, outline, mesh; boundary (one body), internal (its fields); body, pairing, coulomb, contact (two

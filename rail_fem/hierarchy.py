@@ -97,7 +97,7 @@ def solve(
     model: str,
     scene: Scene,
     settings: Frozen | Mapping[str, Any] | None = None,
-    folder: Path | None = None,
+    folder: Path | str | None = None,
     restart: bool = False,
     progress: "Progress | None" = None,
 ) -> "PassResult":
@@ -121,7 +121,7 @@ def solve(
         raise ValueError(f"{model}: {unfit[0]}")
     from kernel_cache import compile_time
 
-    before = compile_time()
+    folder, before = None if folder is None else Path(folder), compile_time()
     result = solver.solve(scene, settings, folder=folder, restart=restart, progress=progress)
     compiled = compile_time() - before
     cost = replace(result.cost, wall_time=result.cost.wall_time + compiled, compile_time=compiled)

@@ -6,6 +6,8 @@ How does the longitudinal force grow with the creepage? The patch is solved once
 problem on it.
 """
 
+from collections.abc import Callable
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -20,7 +22,7 @@ patch = bem.normal_contact(
     cells=44,
 )
 friction, creepages = 0.3, np.linspace(0, 6e-3, 13)
-methods = {"full theory": bem.rolling_contact, "FASTSIM": bem.fastsim}
+methods: dict[str, Callable] = {"full theory": bem.rolling_contact, "FASTSIM": bem.fastsim}
 
 figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
 for name, method in methods.items():

@@ -70,7 +70,7 @@ class Case:
         return replace(self, runs={**self.runs, model: settings})
 
 
-def load_case(path: Path, changes: Mapping[str, Any] | None = None, name: str = "") -> Case:
+def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: str = "") -> Case:
     """Read and check a case file. Nothing is meshed or written. Errors: CaseError with all input errors.
 
     changes : values in place of the file's, by keys such as "scene.speed" or "run.lumped.start"

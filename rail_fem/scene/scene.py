@@ -400,7 +400,7 @@ class Scene(Frozen):
             plain["wheel"]["profile"] = f"file of content {digest}"
         return plain
 
-    def keep_files(self, folder: Path) -> None:
+    def keep_files(self, folder: Path | str) -> None:
         """Write what was read from files into a run's folder, so that the run can be gone on with and repeated. Errors:
         OSError."""
         if self.wheel.measured is not None:

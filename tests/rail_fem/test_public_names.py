@@ -1,5 +1,7 @@
 """What a user of the package writes: five lines from a case file to a figure, every mistake said."""
 
+import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -32,6 +34,44 @@ def test_the_parts_offer_their_names(package):
     assert all(callable(getattr(package, name)) or name.isupper() for name in package.__all__)
     with pytest.raises(AttributeError, match="it offers"):
         package.nothing  # noqa: B018
+
+
+def functions_of(package):
+    """Name and function of every public function and method."""
+    for name in package.__all__:
+        found = getattr(package, name)
+        if inspect.isfunction(found):
+            yield name, found
+        elif inspect.isclass(found):
+            yield from (
+                (f"{name}.{own}", getattr(method, "__func__", method))
+                for own, method in vars(found).items()
+                if not own.startswith("_") and inspect.isfunction(getattr(method, "__func__", method))
+            )
+
+
+@pytest.mark.parametrize("package", [rail_fem, geometry, bem])
+def test_files_and_folders_may_be_text_in_every_public_function(package):
+    """What runs with a string has to be right for a type checker, too."""
+    narrow = [
+        f"{name}({argument}: {kind})"
+        for name, function in functions_of(package)
+        for argument, kind in inspect.get_annotations(function).items()
+        if argument != "return" and re.search(r"\bPath\b", str(kind)) and "str" not in str(kind)
+    ]
+    assert not narrow
+
+
+@pytest.mark.parametrize("package", [rail_fem, geometry, bem])
+def test_the_example_of_a_package_runs(package, tmp_path, monkeypatch):
+    """The indented block of its docstring."""
+    monkeypatch.chdir(tmp_path)
+    points = geometry.wheel_profile("P8").points * 1e3
+    np.savetxt("wheel.csv", points, delimiter=",")
+    lines = [line[4:] for line in package.__doc__.splitlines() if line.startswith("    ")]
+    names: dict = {}
+    exec("\n".join(lines).replace("wheel.whl", "wheel.csv"), names)
+    assert len(names) > 3
 
 
 def test_contact_points_of_own_wheel_and_rail_in_five_lines(tmp_path):

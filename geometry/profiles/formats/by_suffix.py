@@ -15,7 +15,7 @@ from geometry.profiles.formats.slices import RailSlices, read_slices
 from geometry.profiles.profile import ProfileError
 
 
-def read_raw(path: Path, kind: str | None = None, unit: float | None = None, number: int = 1) -> RawProfile:
+def read_raw(path: Path | str, kind: str | None = None, unit: float | None = None, number: int = 1) -> RawProfile:
     """The points of a profile file, as the file declares them.
 
     kind, unit : what the caller knows ("rail" or "wheel"; length of the file's unit [m]); overrule the file
@@ -23,9 +23,10 @@ def read_raw(path: Path, kind: str | None = None, unit: float | None = None, num
 
     Raises ProfileError (file, line, reason), OSError.
     """
-    suffix = Path(path).suffix.lower()
-    if Path(path).is_dir() or not Path(path).exists():
-        raise ProfileError(f"{path}: {'a folder, no file' if Path(path).is_dir() else 'no such file'}")
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if path.is_dir() or not path.exists():
+        raise ProfileError(f"{path}: {'a folder, no file' if path.is_dir() else 'no such file'}")
     if kind is not None and kind not in KINDS:
         raise ProfileError(f"kind {kind!r} is neither of {', '.join(KINDS)}")
     if suffix in (".prw", ".prr"):
