@@ -21,6 +21,9 @@ from geometry.meshing.sweep.sweep import sweep
 SAMPLES = 25  # sections at which the mesh of one is judged before it is carried to all
 # positions in the design, one of which is meshed: early, as a nose changes most by its tip
 REFERENCES = (0.15, 0.5, 0.85, 0.0, 0.3, 0.7, 1.0)
+# of a body beyond its fine slabs, in fine sizes; what is shorter is left out: three slabs of it are as thin as foil,
+# and lean by more than they are long where they meet one
+LEAST_END = 0.5
 Band = tuple[float, float] | Callable[[float], tuple[float, float]]
 
 
@@ -165,9 +168,10 @@ def body_stations(body: BodyMeshSpec, spec: CrossingMeshSpec) -> Stations:
     design = body.anchor + spec.slab * np.arange(3 * ends[0], 3 * ends[3] + 1)
     first, last = 3 * (ends[1] - ends[0]), 3 * (ends[2] - ends[0])
     fine = (design[first], design[last])
+    least = LEAST_END * spec.element_size
     line = graded_line(
-        min(body.x_range[0], fine[0]),
-        max(body.x_range[1], fine[1]),
+        body.x_range[0] if fine[0] - body.x_range[0] > least else fine[0],
+        body.x_range[1] if body.x_range[1] - fine[1] > least else fine[1],
         fine,
         spec.slab,
         spec.growth,

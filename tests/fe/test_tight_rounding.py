@@ -1,5 +1,7 @@
 """Wheels that run on a tight rounding: their passes are meshed like the others, and nodes on it keep their pairs."""
 
+import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +35,22 @@ def test_long_elements_are_meshed_where_the_contact_jumps_sideways(name, size, s
     crossing, path = case.scene.crossing.surface, running_of(case.scene, settings).path
     spec = crossing_spec(crossing, path, settings.start, settings.end, settings)
     assert mesh_quality(mesh_crossing(crossing, spec)).worst_scaled_jacobian > 0.15
+
+
+@pytest.mark.parametrize(
+    "name, trial, size",
+    [("worn P8", 1, "3 mm"), ("P8", 1, "2 mm"), ("P8", 1, "5 mm"), ("P1", 1, "3 mm"), ("hollow P8", 0, "4 mm")],
+)
+def test_noses_of_the_proven_design_are_meshed_at_any_size(name, trial, size):
+    """A nose so high that its corners meet in a ridge; one whose body ends 1.2 mm before its fine slabs (hollow)."""
+    table = tomllib.loads((ROOT / "cases" / "design" / "leg_and_nose.toml").read_text())
+    wheel = next(one["set"] for one in table["pass"] if one["name"] == name)
+    keys = table["proof"] | wheel | (table["guess"] if trial else {}) | {"run.fe_full.element_size": size}
+    case = load_case(ROOT / "cases" / "whole_crossing.toml", keys)
+    settings = case.settings(FeSettings)
+    crossing, path = case.scene.crossing.surface, running_of(case.scene, settings).path
+    spec = replace(crossing_spec(crossing, path, settings.start, settings.end, settings), wing=None)
+    assert mesh_quality(mesh_crossing(crossing, spec)).worst_scaled_jacobian > 0.2
 
 
 def projected(points, quads, node, start):

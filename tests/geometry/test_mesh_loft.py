@@ -193,6 +193,18 @@ def test_a_length_along_the_rail_changes_the_slabs_and_nothing_across(anchor):
     np.testing.assert_allclose(*(np.sort(section, axis=0) for section in sections), atol=1e-9)
 
 
+def test_a_body_that_ends_just_behind_its_fine_slabs_ends_with_them():
+    """Three slabs in a third of a millimetre are foil: cells between three slabs and one lean by more than that."""
+    low, high = 1 * MM - 36 * MM, 1 * MM + 36 * MM  # fine slabs of 4 mm, three to a group, counted from the anchor
+    spec = rail_spec(
+        4 * MM, anchor=1 * MM, fine_x=(low + 20 * MM, high - 2 * MM), x_range=(low - 10 * MM, high + 0.3 * MM)
+    )
+    mesh = mesh_crossing(StraightRail(), spec)
+    check_mesh(mesh)
+    assert mesh.points[:, 0].max() == pytest.approx(high) and mesh.points[:, 0].min() == pytest.approx(low - 10 * MM)
+    assert mesh_quality(mesh).worst_scaled_jacobian > 0.3
+
+
 def test_a_band_that_moves_to_and_fro_is_meshed_within_steadier_edges(monkeypatch):
     """As a contact point does that is hardly determined, on a surface as flat as the wheel: 3 mm from slab to slab.
     Edges that follow it fold cells between three slabs and one; the next slope allowed holds them steady, and lies
