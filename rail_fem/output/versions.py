@@ -64,18 +64,16 @@ def import_pandas():
 
 
 def git_revision() -> str:
-    """Commit of the project's checkout, "-dirty" when tracked files differ; empty outside a checkout."""
+    """Commit of the project's checkout, "-dirty" when tracked files differ that are no documents; empty outside a
+    checkout."""
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return ""
     try:
-        answer = subprocess.run(
-            ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"],
-            capture_output=True,
-            text=True,
-            timeout=10,
-            check=True,
-        )
+        ask = lambda *words: subprocess.run(
+            ["git", "-C", str(root), *words], capture_output=True, text=True, timeout=10, check=True
+        ).stdout.strip()
+        differ = ask("status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs", ":!*.md")
+        return ask("describe", "--always", "--abbrev=12") + ("-dirty" if differ else "")
     except (OSError, subprocess.SubprocessError):
         return ""
-    return answer.stdout.strip()

@@ -1,5 +1,7 @@
 """A file of groups that changes the cases it is about, and what the page of a pass over the leg says of it."""
 
+import re
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +11,7 @@ from typer.testing import CliRunner
 
 from rail_fem import cli
 from rail_fem.case.casefile import load_case
+from rail_fem.output import versions
 from rail_fem.output.events import leg_flight
 from rail_fem.output.result import PassResult, Peak, load
 from rail_fem.sweeps.controls import run_control
@@ -174,6 +177,22 @@ def test_the_page_of_a_sweep_that_was_given_a_setting(tmp_path):
     call("report", out, "--groups", groups, *change)
     page = (out / "report" / "report.md").read_text()
     assert page.count("--set 'scene.speed=60 mph'") == 2 and "| case_02 |" in page
+
+
+def test_a_page_that_is_written_leaves_the_state_of_the_program_clean(tmp_path, monkeypatch):
+    """Documents compute nothing: the second of two pages is of the same state as the first."""
+    (tmp_path / "docs").mkdir()
+    source, page = tmp_path / "model.py", tmp_path / "docs" / "page.md"
+    for file in (source, page):
+        file.write_text("1")
+    git = ("git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@b")
+    for words in (["init", "-q"], ["add", "."], ["commit", "-qm", "first"]):
+        subprocess.run([*git, *words], check=True)
+    monkeypatch.setattr(versions, "__file__", str(tmp_path / "rail_fem" / "output" / "versions.py"))
+    page.write_text("2")
+    assert re.fullmatch("[0-9a-f]{12}", versions.git_revision())
+    source.write_text("2")
+    assert re.fullmatch("[0-9a-f]{12}-dirty", versions.git_revision())
 
 
 def test_a_page_says_which_runs_are_of_which_state():
