@@ -81,7 +81,7 @@ def test_the_first_steps_lead_from_a_wheels_file_to_figure_data_frame_and_curve(
     for picture in (
         "my_wheel.png",
         "runs/my_case/figures/force.png",
-        "runs/my_speeds/figures/first_impact_against_speed.png",
+        "runs/my_speeds/figures/impact_on_the_wheel_against_speed.png",
     ):
         assert (tmp_path / picture).stat().st_size > 10_000
 

@@ -17,12 +17,13 @@ def compare(
         Path | None, typer.Option(help="the run that the others are held against; default: the most expensive model")
     ] = None,
     within: Annotated[str | None, typer.Option(help="name the least expensive run within this error, e.g. 5%")] = None,
-    quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "first impact",
+    quantity: Annotated[str, typer.Option(help="error of what, for --within")] = "impact on the wheel",
     out: Annotated[Path | None, typer.Option(help="folder for compare.md and compare.png")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Cost against error of several models of one scene."""
     from rail_fem.damage.side_by_side import is_begun
+    from rail_fem.output.quantities import two_now
     from rail_fem.show.style import lettering, save
     from rail_fem.sweeps import compare as side_by_side
     from rail_fem.sweeps.compare_facts import comparison_facts
@@ -33,7 +34,7 @@ def compare(
         compare_studies(folders, out)
         return
     if quantity not in side_by_side.QUANTITIES:
-        stop(f"--quantity {quantity}: choose one of {', '.join(side_by_side.QUANTITIES)}")
+        stop(f"--quantity {quantity}{two_now(quantity)}: choose one of {', '.join(side_by_side.QUANTITIES)}")
     limit = None if within is None else share(within, "--within")
     try:
         found = side_by_side.compare(folders, reference)

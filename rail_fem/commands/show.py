@@ -25,7 +25,7 @@ def show(
         Figures, typer.Option(help="draw those that are missing, all anew, or none (nothing is written then)")
     ] = Figures.missing,
     quantity: Annotated[
-        str | None, typer.Option(help="of a sweep: draw this, e.g. 'first impact', against --against")
+        str | None, typer.Option(help="of a sweep: draw this, e.g. 'impact on the wheel', against --against")
     ] = None,
     against: Annotated[str | None, typer.Option(help="of a sweep: what varies, e.g. scene.speed or speed")] = None,
     model: Annotated[list[str] | None, typer.Option("--model", help="of a sweep: only this model")] = None,

@@ -48,7 +48,7 @@ def sweep(
     mpirun in front.
 
     All results come into one folder, with sweep.md and sweep.csv: a row a run, what varies as columns. 'rail-fem show
-    OUT --quantity "first impact" --against speed' draws one against the other.
+    OUT --quantity "impact on the wheel" --against speed' draws one against the other.
     """
     from rail_fem.case.variations import VariationError, read_settings, read_variation
     from rail_fem.hierarchy import MODELS

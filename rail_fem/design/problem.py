@@ -47,6 +47,7 @@ from rail_fem.case.casefile import load_case
 from rail_fem.case.casetext import CaseTextError, read_table
 from rail_fem.case.variations import VariationError, field_of, value_of
 from rail_fem.hierarchy import MODELS, solve
+from rail_fem.output.quantities import two_now
 from rail_fem.scene.base import Count, Frozen
 from rail_fem.scene.input_errors import describe_errors, quantity_of, suggest
 from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_factor
@@ -122,7 +123,8 @@ class Objective(Frozen):
     def _is_known(self) -> "Objective":
         if self.quantity not in MEASURES:
             raise ValueError(
-                f'quantity "{self.quantity}" is not known{suggest(self.quantity, MEASURES)}: {", ".join(MEASURES)}'
+                f'quantity "{self.quantity}"'
+                f"{two_now(self.quantity) or f' is not known{suggest(self.quantity, MEASURES)}'}: {', '.join(MEASURES)}"
             )
         if self.target is not None:
             self.goal  # noqa: B018 its unit is read now

@@ -1,5 +1,5 @@
-"""What happens on a pass: the one definition, for all models, of settling, transfer, first impact, largest forces and
-lost contact.
+"""What happens on a pass: the one definition, for all models, of settling, transfer, impacts, largest forces and lost
+contact.
 
 Histories in, numbers out. A history's rows are (n,) arrays [s, m, N] in the order of time, whichever way the wheel
 runs.
@@ -9,10 +9,12 @@ runs.
 for good; a
   wheel that bounces nose, wing, nose, wing has transferred at the last change. Between two rows in contact the position
   is interpolated; after a flight it is the row of the landing.
-- *First impact*: the first maximum of the force on that body from the transfer on, that is the largest value before the
-force falls by
-  more than FALL of the static load below it. What shakes with the mesh falls by less; what comes after a flight is
-  another impact.
+- *First impact on that body*: the first maximum of the force on it from the transfer on, that is the largest value
+  before the force falls by more than FALL of the static load below it. What shakes with the mesh falls by less; what
+  comes after a flight is another impact. It is that body's share: the other one may carry as well.
+- *Impact on the wheel*: the largest force on the wheel while that body carries, from its first touch to the wheel's
+  first maximum after the first impact on it. A force that falls at the touch is what the other body has left: it counts
+  from its first minimum on.
 - *Largest force*: over the whole path after the settling, of the wheel and of each body. The leg (the wing
   body as far as `leg_end`) and the wing rail behind it each have their own.
 - *Flight*: a loss of contact; its launch speed is the wheel's upward speed at its first row.
@@ -32,6 +34,8 @@ FALL = 0.25  # of the static load: a maximum stands so much above what follows i
 # column -> name of its peak
 LARGEST = {"force": "largest_force", "force_wing": "largest_force_wing", "force_nose": "largest_force_nose"}
 LEG = "largest_force_leg"
+IMPACT = "impact_on_wheel"
+SHARE = {"force_nose": "first_impact_on_nose", "force_wing": "first_impact_on_wing"}  # of the body that takes over
 HIGH_END = 1.2  # of the static load: a run that ends above has not come to rest
 END_STRETCH = 5e-3  # over which the force at the end is averaged [m]
 NEAR_END = 10e-3  # a peak closer to an end of the path may be an accident of the window [m]
@@ -116,14 +120,17 @@ def force_peaks(
     settled: float = -np.inf,
     leg_end: float = -np.inf,
 ) -> dict[str, Peak]:
-    """`first_impact` and the largest forces; none for a body that is never touched or not resolved, no first impact
-    without a transfer. leg_end : x of the leg's end [m]; the largest force before it is the leg's, not the wing's"""
+    """The impacts on the wheel and on the body that takes it over, and the largest forces; none for a body that is
+    never touched or not resolved, no impact without a transfer. leg_end : x of the leg's end [m]; the largest force
+    before it is the leg's, not the wing's"""
     rows, found = after_settling(history, settled), {}
     if "force_nose" in rows:
         row = transfer_row(rows["force"], rows["force_nose"], sign, static_load)
         body = receiving_body(sign)
         if row is not None:
-            found["first_impact"] = peak_at(rows, body, row + first_maximum(rows[body][row:], FALL * static_load))
+            first = row + first_maximum(rows[body][row:], FALL * static_load)
+            found[IMPACT] = peak_at(rows, "force", impact_row(rows["force"], rows[body], first, static_load))
+            found[SHARE[body]] = peak_at(rows, body, first)
     leg = rows["x"] < leg_end
     for column, name in LARGEST.items():
         if column not in rows:
@@ -139,6 +146,18 @@ def _add_largest(found: dict[str, Peak], name: str, rows: Mapping[str, np.ndarra
     """The largest of values (n,), a column or part of it, as the peak `name`; none where nothing is above 0."""
     if np.nanmax(values, initial=0.0) > 0:
         found[name] = peak_at(rows, column, int(np.nanargmax(values)))
+
+
+def impact_row(force: np.ndarray, share: np.ndarray, first: int, static_load: float) -> int:
+    """The row of the impact on the wheel; never less than the share there.
+
+    force, share : (n,) on the wheel, and of the body that takes it over [N];  first : row of the first impact on it
+    """
+    carries, fall = share >= min(OPEN * static_load, share[first]), FALL * static_load
+    touch = int(np.argmax(carries))
+    begin = touch + first_maximum(-force[touch : first + 1], fall)
+    end = first + first_maximum(force[first:], fall)
+    return begin + int(np.argmax(np.where(carries, force, 0.0)[begin : end + 1]))
 
 
 def first_maximum(values: np.ndarray, fall: float) -> int:
@@ -175,7 +194,8 @@ def end_warnings(
         )
     for name, peak in peaks.items():
         near = min(abs(peak.x - x[0]), abs(peak.x - x[-1]))
-        if name in ("first_impact", *LARGEST.values()) and peak.value > NOTABLE * static_load and near < NEAR_END:
+        of_force = name in (IMPACT, *SHARE.values(), *LARGEST.values())
+        if of_force and peak.value > NOTABLE * static_load and near < NEAR_END:
             end = "begins" if abs(peak.x - x[0]) < abs(peak.x - x[-1]) else "ends"
             warnings.append(
                 f"{name.replace('_', ' ')} {peak.value / 1e3:.1f} kN lies {near * 1e3:.1f} mm from where the path {end}"

@@ -8,11 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from rail_fem.output import plastic_zone
+from rail_fem.output.events import SHARE
 from rail_fem.output.result import NAN, PassResult
 
 BODIES = ("nose", "wing", "leg")
 FORCES = {
-    "first_impact": "first impact after the transfer",
+    "impact_on_wheel": "impact on the wheel",
+    "first_impact_on_nose": "first impact on the nose",
+    "first_impact_on_wing": "first impact on the wing rail",
     "largest_force": "largest force on the wheel",
     "largest_force_leg": "largest force on the leg",
     "largest_force_wing": "largest force on the wing rail",
@@ -49,8 +52,9 @@ def _strain(body: str, name: str) -> Callable[[PassResult], float]:
 
 
 def impact_pressure(result: PassResult) -> float:
-    """Mean contact pressure, weighted by the force, while one element passes at the first impact [Pa]."""
-    peak = result.peaks.get("first_impact")
+    """Mean contact pressure, weighted by the force, while one element passes at the first impact on the body that takes
+    the wheel over [Pa]."""
+    peak = next((result.peaks[name] for name in SHARE.values() if name in result.peaks), None)
     size = result.settings.get("element_size", NAN) * result.settings.get("element_aspect", 1.0)
     x, pressure = result.history["x"], result.history["contact_pressure"]
     if peak is None or not size == size:
@@ -59,9 +63,18 @@ def impact_pressure(result: PassResult) -> float:
     return float(pressure[near].mean()) if near.any() else NAN
 
 
+def two_now(name: str) -> str:
+    """What became of a quantity's former name, as the end of a sentence; "" for any other."""
+    if name.strip().replace("_", " ") != "first impact":
+        return ""
+    return " may be two things: 'impact on the wheel', or 'first impact on the nose', which is the nose's share of it"
+
+
 REPORTED: dict[str, ReportedQuantity] = {
     **{name: ReportedQuantity("N", words, _force(name)) for name, words in FORCES.items()},
-    "impact_pressure": ReportedQuantity("Pa", "mean contact pressure at the first impact", impact_pressure),
+    "impact_pressure": ReportedQuantity(
+        "Pa", "mean contact pressure, weighted by the force, at the first impact on nose or wing", impact_pressure
+    ),
     "transfer_x": ReportedQuantity("m", "transfer", lambda result: result.transfer_x),
     **{
         f"{name}_{body}": ReportedQuantity(plastic_zone.UNITS[name], f"{words}, {body}", _strain(body, name))

@@ -8,7 +8,7 @@ import html
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -105,8 +105,8 @@ class PassResult:
     scene          : the scene that was solved
     settings       : the model's numerics as plain values [SI]
     history        : name -> (n,) [SI], the columns of rail_fem.output.history.COLUMNS; columns left out become NaN
-    peaks          : name -> Peak: "first_impact", "largest_force", "largest_force_leg", "largest_force_wing",
-        "largest_force_nose" (rail_fem.output.events), "plastic_strain_wing", ...
+    peaks          : name -> Peak: "impact_on_wheel", "first_impact_on_nose" or "_wing", "largest_force",
+        "largest_force_leg", "_wing", "_nose" (rail_fem.output.events), "plastic_strain_wing", ...
     patches        : contact patches at chosen moments
     bearers        : what each bearer near the window has carried; () on a rigid mass
     transfer_x     : x [m] where the body that the wheel comes to takes over half of the force for good
@@ -278,7 +278,27 @@ def _read(folder: Path) -> PassResult:
     for name in ("warnings", "notes", "passes"):
         summary[name] = tuple(summary.get(name, ()))
     with np.load(folder / "history.npz") as stored:
-        return PassResult(history=dict(stored), **summary)
+        return _named_as_now(PassResult(history=dict(stored), **summary))
+
+
+def _named_as_now(result: PassResult) -> PassResult:
+    """Of a result that knows one "first impact" alone, which was the share of the body that takes the wheel over: that,
+    so named, and the impact on the wheel from the history."""
+    if "first_impact" not in result.peaks:
+        return result
+    from importlib import import_module  # events stand above the results that they are read from
+
+    events = import_module("rail_fem.output.events")
+    share = events.SHARE[events.receiving_body(result.scene.direction_sign)]
+    rename = lambda table: {share if name == "first_impact" else name: value for name, value in table.items()}
+    renamed = replace(
+        result,
+        peaks=rename(result.peaks),
+        error_bars=rename(result.error_bars),
+        passes=tuple(map(rename, result.passes)),
+    )
+    impact = {name: peak for name, peak in events.stated_peaks(renamed).items() if name == events.IMPACT}
+    return replace(renamed, peaks={**impact, **renamed.peaks})
 
 
 def load_history_csv(path: Path) -> dict[str, np.ndarray]:

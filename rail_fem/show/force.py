@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from geometry.surfaces.crossing import CrossingError
 from rail_fem.light.rigid import rigid_path
-from rail_fem.output.events import LARGEST, LEG, receiving_body, settling_end, stated_peaks
+from rail_fem.output.events import IMPACT, LARGEST, LEG, SHARE, settling_end, stated_peaks
+from rail_fem.output.quantities import FORCES as QUANTITIES
 from rail_fem.output.result import PassResult, Peak
 from rail_fem.show.positions import label_distance, legend_above, mark_positions
 from rail_fem.show.style import (
@@ -29,6 +32,9 @@ FORCES = (
     ("force_wing", "on the wing rail", BODY["wing"], 1.4, 2.2),
     ("force_nose", "on the nose", BODY["nose"], 1.4, 2.3),
 )
+# named in the legend: peak, marker, colour
+MARKED = ((IMPACT, "*", TOTAL), *((share, "D", PURPLE) for share in SHARE.values()), (LEG, "s", ORANGE))
+WORDS = 0.105, 0.045  # width and height of a value with its bar, of the axes
 
 
 def force_figure(result: PassResult, title: str = "") -> Figure:
@@ -51,7 +57,8 @@ def force_figure(result: PassResult, title: str = "") -> Figure:
 
 def draw_forces(axes, result: PassResult) -> None:
     """Forces over x in kN, the largest of each named in the legend."""
-    history, peaks = result.history, stated_peaks(result)
+    history, peaks, bars = result.history, stated_peaks(result), result.error_bars
+    marks = []
     for column, words, colour, width, order in FORCES:
         values = history[column]
         if not np.isfinite(values).any():
@@ -60,45 +67,56 @@ def draw_forces(axes, result: PassResult) -> None:
         found = f"largest {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm" if peak else "never touched"
         axes.plot(1e3 * history["x"], values / 1e3, color=colour, lw=width, zorder=order, label=f"{words}: {found}")
         if peak and column != "force":
-            ring(axes, peak, "o", colour, bar=result.error_bars.get(LARGEST[column], 0.0))
-    if leg := peaks.get(LEG):
-        words = f"largest on the leg: {leg.value / 1e3:.1f} kN at x = {leg.x * 1e3:.1f} mm"
-        ring(axes, leg, "s", ORANGE, words)
-    first = peaks.get("first_impact")
-    if first:
-        body = receiving_body(result.scene.direction_sign)
-        words = (
-            f"first impact, on the {'nose' if body == 'force_nose' else 'wing rail'}: {first.value / 1e3:.1f} kN at x ="
-            f" {first.x * 1e3:.1f} mm"
-        )
-        ring(axes, first, "D", PURPLE, words, result.error_bars.get("first_impact", 0.0))
+            marks.append((LARGEST[column], "o", colour))
+    rings = []
+    for name, marker, colour in (*MARKED, *marks):
+        if peak := peaks.get(name):
+            found = f"{QUANTITIES[name]}: {peak.value / 1e3:.1f} kN at x = {peak.x * 1e3:.1f} mm"
+            bar = bars.get(name, 0.0)
+            ring(axes, peak, marker, colour, found if (name, marker, colour) in MARKED else "_nolegend_", bar)
+            rings.append((peak, colour, bar))
     load = result.scene.static_wheel_load
     axes.axhline(load / 1e3, color=GREY, ls="--", lw=1.6, zorder=1.5, label=f"static wheel load: {load / 1e3:.1f} kN")
     mark_positions(axes, result)
     axes.margins(y=0.1)
     axes.set_ylim(bottom=-0.03 * axes.get_ylim()[1])
     axes.set_ylabel("vertical force [kN]")
+    write_values(axes, rings)
     legend_above(axes)
 
 
-def ring(axes, peak: Peak, marker: str, colour: str, label: str = "_nolegend_", bar: float = 0.0) -> None:
-    """A ring around a force with its value and error bar [N] beside it."""
+def ring(axes, peak: Peak, marker: str, colour: str, label: str, bar: float) -> None:
+    """A ring around a force with its error bar [N]."""
     position = 1e3 * peak.x, peak.value / 1e3
     if bar > 0:
         axes.errorbar(*position, yerr=bar / 1e3, color=colour, capsize=5, lw=2, zorder=3)
-    axes.plot(*position, marker, ms=9, mfc="none", mec=colour, mew=2, ls="none", zorder=3, label=label)
-    near_the_right = position[0] > 0.93 * axes.get_xlim()[1] + 0.07 * axes.get_xlim()[0]
-    offset, side = ((-8, 8), "right") if near_the_right else ((8, 6), "left")
-    axes.annotate(
-        f"{position[1]:.0f} kN" if not bar > 0 else f"{position[1]:.0f} \u00b1 {bar / 1e3:.0f} kN",
-        position,
-        offset,
-        textcoords="offset points",
-        ha=side,
-        color=colour,
-        weight="bold",
-        path_effects=HALO,
+    axes.plot(
+        *position,
+        marker,
+        ms=15 if marker == "*" else 9,
+        mfc="none",
+        mec=colour,
+        mew=2,
+        ls="none",
+        zorder=3,
+        label=label,
     )
+
+
+def write_values(axes, rings: Sequence[tuple[Peak, str, float]]) -> None:
+    """Value and error bar beside each ring, once where several stand on one force, clear of one another. rings : peak,
+    colour, bar [N]"""
+    written: list[tuple[float, float]] = []  # left, foot; of the axes
+    once = {(peak.x, peak.value): (peak, colour, bar) for peak, colour, bar in reversed(rings)}
+    for peak, colour, bar in sorted(once.values(), key=lambda one: one[0].value):
+        x, y = axes.transLimits.transform((1e3 * peak.x, peak.value / 1e3))
+        left = x + 0.008 if x < 0.93 else x - 0.008 - WORDS[0]
+        foot = y + 0.015
+        while any(abs(left - a) < WORDS[0] and abs(foot - b) < WORDS[1] for a, b in written):
+            foot += WORDS[1] / 4
+        written.append((left, foot))
+        text = f"{peak.value / 1e3:.0f} kN" if not bar > 0 else f"{peak.value / 1e3:.0f} \u00b1 {bar / 1e3:.0f} kN"
+        axes.text(left, foot, text, transform=axes.transAxes, color=colour, weight="bold", path_effects=HALO)
 
 
 def draw_wheel(axes, result: PassResult) -> None:

@@ -13,15 +13,21 @@ from rail_fem.show.style import NOSE, TOTAL, WING, give_title, new_figure
 MANY = 30  # passes, from which they are drawn as lines over their logarithm
 LEAST_ADDED = 1e-3  # [mm3], below which nothing is drawn: the steel is at rest
 
-COLUMNS = ("first_impact", "largest_force_wing", "block_wing", "block_nose", "integral_wing", "integral_nose")
-HEADS = ("first impact", "largest on wing", "PEEQ block wing", "block nose", "integral wing", "integral nose")
+COLUMNS = {
+    "impact_on_wheel": "impact on wheel",
+    "largest_force_wing": "largest on wing",
+    "block_wing": "PEEQ block wing",
+    "block_nose": "block nose",
+    "integral_wing": "integral wing",
+    "integral_nose": "integral nose",
+}
 
 
 def passes_rows(result: PassResult) -> list[str]:
     """A line for each pass, the first ten and the last ten; nothing for a single pass."""
     if not result.passes:
         return []
-    lines = [f"  {'pass':>6}" + "".join(f"{head:>18}" for head in HEADS)]
+    lines = [f"  {'pass':>6}" + "".join(f"{head:>18}" for head in COLUMNS.values())]
     count = len(result.passes)
     for number, report in enumerate(result.passes, 1):
         if 10 < number <= count - 10:
@@ -44,7 +50,7 @@ def passes_figure(result: PassResult, name: str) -> Figure:
 
     for body, colour in (("wing", WING), ("nose", NOSE)):
         forces.plot(number, of(f"largest_force_{body}") / 1e3, dots, color=colour, label=body, ms=5)
-    forces.plot(number, of("first_impact") / 1e3, circle, color=TOTAL, mfc="none", label="first impact", ms=9)
+    forces.plot(number, of("impact_on_wheel") / 1e3, circle, color=TOTAL, mfc="none", label="impact on the wheel", ms=9)
     forces.set(xlabel="pass", ylabel="largest force [kN]", title="forces")
     for body, colour in (("wing", WING), ("nose", NOSE)):
         block, whole = of(f"block_{body}"), of(f"integral_{body}") * 1e9

@@ -210,7 +210,7 @@ def result_report(result: PassResult) -> str:
         ),
         *(["", "passes"] if result.passes else []),
         *passes_rows(result),
-        *([_row("contact pressure at first impact", pressure, "weighted by the force")] if pressure else []),
+        *([_row("mean pressure at the first impact", pressure, "of contact, weighted by force")] if pressure else []),
         *(["", "bearers, largest forces and movement"] if result.bearers else []),
         *bearer_rows(result),
         *(["", "metal"] if result.metal else []),

@@ -71,7 +71,7 @@ TRACKS: dict[str, dict[str, Any]] = {
     "the same, bearers of 300 kg": {"casting": CASTING, "mass": "300 kg"},
 }
 HEAD = (
-    "first impact [kN]",
+    "impact on the wheel [kN]",
     "largest on the wing [kN]",
     "largest force [kN]",
     "at 500 Hz [kN]",
@@ -95,7 +95,7 @@ def cells(result: PassResult, reference: PassResult) -> list[str]:
     force = lambda name: f"{result.peaks[name].value / 1e3:.1f}"
     filtered = filtered_peak(result, 500.0)
     return [
-        *(force(name) for name in ("first_impact", "largest_force_wing", "largest_force")),
+        *(force(name) for name in ("impact_on_wheel", "largest_force_wing", "largest_force")),
         "-" if filtered is None else f"{filtered.value / 1e3:.1f}",
         force("force_foundation"),
         "-" if result is reference else f"{history_error(result, reference):.1%}",

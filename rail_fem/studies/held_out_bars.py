@@ -62,11 +62,12 @@ def held(result: PassResult, twin: PassResult, finer: PassResult) -> list[Held]:
 
 
 def _told_twice(name: str, values: dict[str, float]) -> bool:
-    """The largest force anywhere is that of a body, and the largest of a body may be the first impact."""
+    """The largest force anywhere is that of a body, and that of a body or the wheel may be the first impact on it."""
     others = {
-        "largest_force": ("largest_force_wing", "largest_force_nose", "first_impact"),
-        "largest_force_wing": ("first_impact",),
-        "largest_force_nose": ("first_impact",),
+        "largest_force": ("largest_force_wing", "largest_force_nose", "impact_on_wheel"),
+        "largest_force_wing": ("first_impact_on_wing",),
+        "largest_force_nose": ("first_impact_on_nose",),
+        "impact_on_wheel": ("first_impact_on_wing", "first_impact_on_nose"),
     }
     return any(values.get(other) == values[name] for other in others.get(name, ()))
 

@@ -39,7 +39,7 @@ from rail_fem.sweeps.compare import core_seconds, history_error
 # larger elements have a longer one
 WINDOW, WHOLE = "60 mm", "4000 mm"
 QUICK_STRETCH = {f"run.{MODEL}.start": "320 mm", f"run.{MODEL}.end": "400 mm"}
-NAMES = [name for name in REPORTED if name not in FORCES or name.endswith(("impact", "_wing", "_nose"))]
+NAMES = [name for name in REPORTED if name not in FORCES or name.endswith(("_on_wheel", "_wing", "_nose"))]
 DECIMALS = {"kN": 1, "MPa": 0, "mm": 2, "%": 2, "mm3": 0}
 
 

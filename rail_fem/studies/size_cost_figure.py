@@ -15,7 +15,7 @@ from rail_fem.studies.size_series import limits, size_of
 from rail_fem.sweeps.compare import core_seconds
 
 PANELS = {
-    "Forces": {"first_impact": "first impact on the nose", "largest_force_wing": "largest force, wing rail"},
+    "Forces": {"impact_on_wheel": "impact on the wheel", "largest_force_wing": "largest force, wing rail"},
     "Plastic strain (PEEQ)": {
         "block_nose": "worst 5 x 5 x 3 mm, nose",
         "block_wing": "worst 5 x 5 x 3 mm, wing rail",

@@ -16,12 +16,12 @@ from rail_fem.show.style import CURVES, GREY, TOTAL, lettering, new_figure, save
 from rail_fem.studies.size_series import limits, size_of
 
 PANELS = (
-    ("first_impact", "largest_force_wing", "largest_force_nose", "transfer_x"),
+    ("impact_on_wheel", "largest_force_wing", "largest_force_nose", "transfer_x"),
     ("block_nose", "worst_100_nose", "integral_nose", "volume_3_nose"),
     ("block_wing", "worst_100_wing", "integral_wing", "volume_1_wing"),
 )
 TITLES = {
-    "first_impact": "first impact\non the nose",
+    "impact_on_wheel": "impact on the wheel",
     "largest_force_wing": "largest force,\nwing rail",
     "largest_force_nose": "largest force,\nnose",
     "transfer_x": "transfer from wing\nto nose, x",

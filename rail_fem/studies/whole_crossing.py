@@ -24,7 +24,7 @@ from rail_fem.show.style import GREY, NOSE, TOTAL, WING, new_figure
 from rail_fem.show.table_and_figure import write_table_and_figure
 
 LOW, HIGH = "-1500 mm", "700 mm"
-PEAKS = ("largest_force_leg", "largest_force_wing", "first_impact", "largest_force_nose")
+PEAKS = ("largest_force_leg", "largest_force_wing", "impact_on_wheel", "largest_force_nose")
 VARIANTS = (("benchmark's leg", "benchmark", NOSE), ("fitted leg", "fitted", TOTAL), ("at rest on the wing", "", GREY))
 
 
@@ -56,7 +56,7 @@ def cells(result: PassResult) -> list[str]:
 
 def table(results: dict[str, list[PassResult]]) -> str:
     """Markdown, a row a case and variant."""
-    head = ["case", "variant", "leg [kN]", "wing [kN]", "first impact [kN]", "nose [kN]", "longest flight"]
+    head = ["case", "variant", "leg [kN]", "wing [kN]", "impact on the wheel [kN]", "nose [kN]", "longest flight"]
     rows = [
         [name, words, *cells(result)] for name, own in results.items() for (words, _, _), result in zip(VARIANTS, own)
     ]

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from rail_fem.sweeps.compare import (
-    FIRST_IMPACT,
+    IMPACT,
     QUANTITIES,
     Comparison,
     accident,
@@ -35,7 +35,7 @@ def comparison_facts(comparison: Comparison, limit: float | None, quantity: str)
                 "common_path": [path.low, path.high],
                 "errors": {what: 0.0 if result is reference else comparison.error(result, what) for what in QUANTITIES},
                 "doubtful": {what: why for what, why in doubtful.items() if why},
-                "first_impact": peak(result, *FIRST_IMPACT),
+                "impact_on_wheel": peak(result, *IMPACT),
                 "forces_on_common_path": {key: found.value for key, found in forces_on(result, path).items()},
                 "transfer_x": result.transfer_x,
                 "error_estimate": result.error_estimate,

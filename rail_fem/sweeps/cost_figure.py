@@ -6,10 +6,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rail_fem.show.style import GREEN, GREY, NOSE, ORANGE, PURPLE, SKY, TOTAL, WING, new_figure, scene_words
-from rail_fem.sweeps.compare import QUANTITIES, Comparison, core_seconds
+from rail_fem.sweeps.compare import QUANTITIES, SHARE, Comparison, core_seconds
 
 MARKERS = {  # of a quantity; colours belong to the runs
-    "first impact": "o",
+    "impact on the wheel": "o",
+    SHARE: "X",
     "largest wing force": "s",
     "largest force": "^",
     "largest nose force": "v",

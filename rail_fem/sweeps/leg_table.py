@@ -7,7 +7,7 @@ from rail_fem.hierarchy import MODELS
 from rail_fem.output.events import leg_flight
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
-from rail_fem.sweeps.sweep_report import Results, forces_of, shown, strains_of
+from rail_fem.sweeps.sweep_report import FORCES, Results, forces_of, shown, strains_of
 from rail_fem.sweeps.trends import MEASURES, Published
 
 
@@ -78,7 +78,7 @@ def beside_table(results: Results, others: Results) -> list[str]:
             path = f"{x[0]:.0f} to {x[-1]:.0f}" if len(x) else "-"
             row += [path, forces_of(result, parts), strains_of(result, parts).split(";")[0], transfer_words(result)]
         table.append(row)
-    columns = ["path [mm]", "first impact; largest on wing / nose [kN]", "PEEQ wing / nose, 5 x 5 x 3 mm [%]"]
+    columns = ["path [mm]", f"{FORCES} wing / nose [kN]", "PEEQ wing / nose, 5 x 5 x 3 mm [%]"]
     columns += ["transfer x [mm]"]
     return markdown_table(["case", "model", *columns, *(f"{name}, beside" for name in columns)], table) if table else []
 

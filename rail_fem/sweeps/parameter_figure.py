@@ -23,7 +23,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")  # where one model's lines ar
 FEW_VALUES = 12  # up to so many are all named on the axis
 IN_SCENE_WORDS = ("scene.crossing", "scene.wheel", "scene.direction", "scene.vehicle")
 NO_QUANTITY = ("case", "model")
-FIRST_IMPACT, P2 = "first_impact [kN]", "p2 [kN]"  # the formula's P2 is the force of the first impact
+IMPACT, P2 = "impact_on_wheel [kN]", "p2 [kN]"  # the formula's P2 is the force of that impact
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Line:
 
 
 def parameter_figure(sweep: SweepResults, quantity: str, against: str, models: tuple[str, ...] = ()) -> Figure:
-    """The figure. quantity : a column of the sweep's rows, e.g. "first_impact";  against : what varies, e.g.
+    """The figure. quantity : a column of the sweep's rows, e.g. "impact_on_wheel";  against : what varies, e.g.
     "scene.speed" or "speed";  models : only these
 
     Errors: ValueError for names that are no columns, or where no run resolves the quantity.
@@ -63,7 +63,7 @@ def parameter_figure(sweep: SweepResults, quantity: str, against: str, models: t
 
 
 def _with_p2(row: dict[str, Any], column: str) -> dict[str, Any]:
-    return row | {column: row.get(P2, math.nan)} if column == FIRST_IMPACT and math.isnan(row[column]) else row
+    return row | {column: row.get(P2, math.nan)} if column == IMPACT and math.isnan(row[column]) else row
 
 
 def _drawable(row: dict[str, Any], column: str, key: str) -> bool:
@@ -85,7 +85,7 @@ def _lines(rows: list[dict[str, Any]], others: list[str], column: str) -> list[L
 
 
 def _words(row: dict[str, Any], others: list[str], column: str) -> str:
-    told = [f"{row['model']} (its P2)" if column == FIRST_IMPACT and row["model"] == "p2_formula" else row["model"]]
+    told = [f"{row['model']} (its P2)" if column == IMPACT and row["model"] == "p2_formula" else row["model"]]
     for name in others:
         key, _, unit = name.partition(" [")
         value = f"{row[name]:.6g}" if isinstance(row[name], float) else str(row[name])

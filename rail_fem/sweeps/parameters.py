@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rail_fem.case.variations import VariationError, field_of
+from rail_fem.output.quantities import two_now
 from rail_fem.output.result import PassResult
 from rail_fem.output.runfolder import MARK
 from rail_fem.scene.input_errors import quantity_of, suggest
@@ -74,7 +75,7 @@ def find_column(name: str, columns: Iterable[str], what: str) -> str:
     """The column that a user names, with its unit or without, in full or by its last words. Errors: ValueError with
     what there is."""
     bare = {column: column.partition(" [")[0] for column in columns}
-    asked = name.strip().replace(" ", "_")
+    asked = name.strip().replace(" the ", " ").replace(" ", "_")
     for fits in (
         lambda column: name.strip() == column,
         lambda column: asked == bare[column].replace(" ", "_"),
@@ -85,6 +86,8 @@ def find_column(name: str, columns: Iterable[str], what: str) -> str:
             return found[0]
         if found:
             raise ValueError(f"{what} {name}: may be {' or '.join(bare[column] for column in found)}: write it in full")
+    if there_now := two_now(name):
+        raise ValueError(f"{what} {name}{there_now}")
     raise ValueError(
         f"{what} {name}: not there{suggest(name, bare.values())}; choose one of"
         f" {', '.join(bare.values()) or 'nothing: all runs have the same values'}"

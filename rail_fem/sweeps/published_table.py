@@ -33,7 +33,7 @@ def published_table(rows: tuple[Published, ...], results: Results) -> list[str]:
         "our 2a: rigid path, trajectory [mrad]",
         "our P2: rigid path, trajectory [kN]",
         "published FE peak [kN]",
-        *(f"{m}: first impact, largest on nose [kN]" for m in moving),
+        *(f"{m}: first impact on the nose, largest on nose [kN]" for m in moving),
     ]
     return markdown_table(head, [published_row(row, results[row.case], moving) for row in mine])
 

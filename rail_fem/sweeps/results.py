@@ -22,7 +22,8 @@ from rail_fem.sweeps.parameters import Values, asked_values, shown_value, title_
 from rail_fem.sweeps.sweep_report import Results, results_below
 
 # in every table, whether a model resolves it or not; further peaks follow them
-PEAKS = {"first_impact": "N", "largest_force": "N", "largest_force_wing": "N", "largest_force_nose": "N"}
+FORCES = ("impact_on_wheel", "first_impact_on_nose", "largest_force", "largest_force_wing", "largest_force_nose")
+PEAKS = dict.fromkeys(FORCES, "N")
 STRAINS = ("worst_1000_wing", "worst_1000_nose", "block_wing", "block_nose", "integral_wing", "integral_nose")
 AT, WORDS = ", x", "words of the warnings"  # columns: of a peak's position, of all warnings
 DIGITS = 6  # of a number in the Markdown table

@@ -30,7 +30,7 @@ from rail_fem.sweeps.trend_words import count_lines, trend_lines
 from rail_fem.sweeps.trends import MEASURES, Group, Source, load_source
 
 SUMMARY = {
-    "first impact": "first impact",
+    "impact on\nthe wheel": "impact on the wheel",
     "largest force": "largest force",
     "largest force\non the wing": "largest wing force",
     "mean plastic strain of the\nnose's worst 5 x 5 x 3 mm": "nose strain",
@@ -43,7 +43,7 @@ OVER_LEG = {
     "longest flight\noff the leg": "flight off the leg",
 }  # in place of the former, where any pass runs over the leg
 # panels beside which the source's largest force belongs, which is that on the nose
-PEAKS = ("first impact", "largest force", "largest force\non the nose")
+PEAKS = ("impact on\nthe wheel", "largest force", "largest force\non the nose")
 BESIDE = ("rigid_hertz", "fe_full")  # models whose forces are drawn beneath one another
 UNKNOWN, DIRTY = "unknown", "-dirty"  # of commits, as rail_fem.output.versions.git_revision has them
 COMPACT = 80  # dots per inch of a page for a repository

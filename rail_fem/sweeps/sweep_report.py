@@ -13,9 +13,11 @@ from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult, load
 from rail_fem.output.runfolder import differences
 from rail_fem.output.trust_text import verdict_words
-from rail_fem.sweeps.compare import FIRST_IMPACT, core_seconds, peak
+from rail_fem.sweeps.compare import FIRST_IMPACT, IMPACT, core_seconds
 from rail_fem.sweeps.sweep import FAILED, Outcome
 from rail_fem.sweeps.trends import CaseChanges
+
+FORCES = "impact on the wheel, first on the body taking over; largest on"  # of `forces_of`
 
 Results = dict[str, dict[str, PassResult]]  # case -> model -> result
 
@@ -82,7 +84,7 @@ def force_table(results: Results) -> list[str]:
     head = [
         "case",
         "axle load [t]; static wheel load [kN]",
-        *(f"{model}: first impact; largest on {named} [kN]" for model in models),
+        *(f"{model}: {FORCES} {named} [kN]" for model in models),
         f"PEEQ {named}: mean of 5 x 5 x 3 mm; largest of an element [%]",
         "transfer x [mm]",
         "core seconds",
@@ -131,12 +133,13 @@ def parts_of(results: Results) -> tuple[str, ...]:
 
 
 def forces_of(result: PassResult, parts: tuple[str, ...]) -> str:
-    """First impact; largest force on each part [kN]; where a model knows no bodies, that on the whole wheel."""
-    first, wheel = shown(result, FIRST_IMPACT, 1e-3), shown(result, ("largest_force",), 1e-3)
+    """Impact on the wheel, its first share on the body taking over; largest force on each part [kN]; where a model
+    knows no bodies, that on the whole wheel."""
+    impact, wheel = shown(result, IMPACT, 1e-3), shown(result, ("largest_force",), 1e-3)
     own = [shown(result, (f"largest_force_{part}",), 1e-3) for part in parts]
     if own[-2:] == ["-", "-"]:
-        return first if wheel == "-" else f"{wheel} (wheel)"
-    return f"{first}; {' / '.join(own)}"
+        return impact if wheel == "-" else f"{wheel} (wheel)"
+    return f"{impact}, {shown(result, FIRST_IMPACT, 1e-3)}; {' / '.join(own)}"
 
 
 def strains_of(result: PassResult, parts: tuple[str, ...]) -> str:
@@ -161,8 +164,8 @@ def _bar(result: PassResult, name: str, factor: float) -> str:
 
 def shown(result: PassResult, names: tuple[str, ...], factor: float) -> str:
     """A peak in shown units with its error bar where it has one, "-" where it is not resolved."""
-    value = peak(result, *names) * factor
-    return "-" if np.isnan(value) else f"{value:.1f}" + _bar(result, names[0], factor)
+    name = next((name for name in names if name in result.peaks), "")
+    return f"{result.peaks[name].value * factor:.1f}" + _bar(result, name, factor) if name else "-"
 
 
 def failures(outcomes: list[Outcome], errors: list[str]) -> list[str]:

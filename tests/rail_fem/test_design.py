@@ -28,7 +28,7 @@ name = "75 mph"
 "run.rigid_hertz.end" = "420 mm"
 "run.rigid_hertz.path_spacing" = "10 mm"
 [[objective]]
-quantity = "first impact"
+quantity = "impact on the wheel"
 """
 
 
@@ -109,7 +109,7 @@ def test_a_search_in_which_nothing_can_be_run_says_why(bowl, tmp_path, monkeypat
 
 def test_what_the_model_does_not_know_is_no_objective(tmp_path):
     """Else every shape scores alike and a random one is called the best."""
-    problem = read_design(design(tmp_path, quantity=("first impact", "nose strain")))
+    problem = read_design(design(tmp_path, quantity=("impact on the wheel", "nose strain")))
     with pytest.raises(DesignError, match="rigid_hertz does not find nose strain in 75 mph"):
         search(problem, tmp_path / "out", workers=1, say=lambda text: None)
     assert not SearchRecord(problem, tmp_path / "out").trials
@@ -143,7 +143,7 @@ def test_the_command_searches_with_a_light_model_and_reports(tmp_path):
     done = CliRunner().invoke(app, ["design", str(design(tmp_path, trials=12)), "--out", str(out), "--workers", "1"])
     assert done.exit_code == 0, done.output
     assert "trials (seed 3)" in done.output and (out / "design.png").stat().st_size > 10_000
-    assert "first impact: lower in 1 of 1 passes" in (out / "design.md").read_text()
+    assert "impact on the wheel: lower in 1 of 1 passes" in (out / "design.md").read_text()
 
 
 CHECK = """
@@ -210,7 +210,8 @@ def test_checks_are_reported_and_not_searched_on(tmp_path):
     [
         ('low = "-1 mm"', 'low = "3 mm"', "must lie below high"),
         ('low = "-1 mm"', 'low = "-1 kg"', "has the dimension"),
-        ("first impact", "first impac", "did you mean 'first impact'"),
+        ("impact on the wheel", "impact on the whel", "did you mean 'impact on the wheel'"),
+        ("impact on the wheel", "first impact", "may be two things: 'impact on the wheel', or"),
         ("seed = 3", 'model = "fe_full"', "is no light model"),
         ("seed = 3", "sed = 3", "sed: unknown key, did you mean 'seed'"),
         ("seed = 3", f"seed = {10**40}", "seed: 1(0)+.* must be less than or equal to 4294967295"),

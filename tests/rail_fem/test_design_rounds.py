@@ -28,9 +28,9 @@ quantity = "longest flight"
 
 
 def _with_impact(force):
-    """An explicit run whose first impact is so much [kN]."""
+    """An explicit run whose impact on the wheel is so much [kN]."""
     made = at_size(SIZE, 0.0)
-    made.peaks["first_impact"] = Peak(1e3 * force, "N", x=0.38)
+    made.peaks["impact_on_wheel"] = Peak(1e3 * force, "N", x=0.38)
     return made
 
 
@@ -93,7 +93,7 @@ def test_rounds_come_nearer_to_the_explicit_model_s_own_best(rounds):
     problem, run = rounds
     first, _, last = run(3)
     best = min(true(x) for x in np.linspace(-1, 2, 3001))
-    proven = [run.result.peaks["first_impact"].value / 1e3 for run in last.runs]
+    proven = [run.result.peaks["impact_on_wheel"].value / 1e3 for run in last.runs]
     assert abs(first.found.best.values[0] - 1.6) < 0.05  # the light model's own
     assert min(proven) - best < 0.2 * (proven[1] - best)  # a fifth of what the first proof was off
     assert last.found.best.corrected is not None and len(last.runs) > len(first.runs)
@@ -117,7 +117,7 @@ def test_the_proof_ranks_shapes_by_the_explicit_model(tmp_path):
     assert rows == [
         "| trial 1 | 0.9500 | nothing |",
         "| start | 1.0000 | nothing |",
-        "| trial 2 | 1.3000 | 75 mph: first impact +30 % |",
+        "| trial 2 | 1.3000 | 75 mph: impact on the wheel +30 % |",
     ]
 
 

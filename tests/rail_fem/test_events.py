@@ -7,7 +7,9 @@ import pytest
 from bem.exact.hertz import tangent_stiffness
 from rail_fem.light.contact_table import contact_table
 from rail_fem.output.events import (
+    IMPACT,
     OPEN,
+    SHARE,
     end_warnings,
     first_maximum,
     flights,
@@ -62,7 +64,8 @@ def test_a_wheel_that_bounces_between_the_bodies_has_transferred_at_the_last_cha
 )
 def test_there_is_no_transfer_where_the_nose_does_not_take_over(stretches):
     found = history(on_nose(*stretches))
-    assert np.isnan(transfer_position(found, FACING, LOAD)) and "first_impact" not in force_peaks(found, FACING, LOAD)
+    peaks = force_peaks(found, FACING, LOAD)
+    assert np.isnan(transfer_position(found, FACING, LOAD)) and not {IMPACT, *SHARE.values()} & set(peaks)
 
 
 def test_after_a_flight_the_transfer_is_where_the_wheel_lands():
@@ -106,10 +109,26 @@ def test_the_first_impact_is_that_of_the_body_that_takes_over_not_the_largest_fo
         + bump(position(-0.15), 3.0 * LOAD)(x)
     )
     found = force_peaks(history(on_nose((0.45, 1.0)), sign, force), sign, LOAD)
-    first, largest = found["first_impact"], found["largest_force"]
+    first, largest = found[f"first_impact_on_{body}"], found["largest_force"]
     assert (first.x, first.value) == pytest.approx((position(0.06), 2.0 * LOAD), rel=1e-3)
     assert (largest.x, largest.value) == pytest.approx((position(-0.15), 3.2 * LOAD), rel=1e-3)
     assert found[f"largest_force_{body}"].x == pytest.approx(position(0.18), abs=1e-3)
+
+
+@pytest.mark.parametrize("sign, share", [(FACING, "first_impact_on_nose"), (TRAILING, "first_impact_on_wing")])
+def test_the_impact_on_the_wheel_counts_what_the_other_body_still_carries(sign, share):
+    """From its touch on the receiving body takes over linearly within 0.1 m; the wheel's force peaks at 2.6 of the load
+    half-way, the share at its end. What the other body has left at the touch (3 times the load, falling) and
+    what comes after the wheel's next minimum are none of it."""
+    ahead = lambda x: sign * (x - 0.45)
+    falling = lambda x: 1.5 * LOAD * np.clip(-(ahead(x) + 0.042) / 0.02, 0, 2)
+    force = lambda x: 0.6 * LOAD + (falling(x) + bump(0.45, 2 * LOAD)(x) + bump(0.45 + sign * 0.15, 3 * LOAD)(x))
+    taken = lambda x: np.clip(ahead(x) / 0.1 + 0.5, 0, 1)
+    nose = taken if sign > 0 else lambda x: 1 - taken(x)
+    found = force_peaks(history(nose, sign, force), sign, LOAD)
+    assert (found[IMPACT].x, found[IMPACT].value) == pytest.approx((0.45, 2.6 * LOAD), abs=2e-3 * LOAD)
+    assert found[IMPACT].value > 1.1 * found[share].value and ahead(found[share].x) > 5e-3
+    assert [name for name in found if name.startswith("first")] == [share]
 
 
 def test_what_shakes_with_the_mesh_is_no_impact():
@@ -121,7 +140,7 @@ def test_what_shakes_with_the_mesh_is_no_impact():
             FACING,
             LOAD,
         )
-        assert (found["first_impact"].x == pytest.approx(0.45, abs=4e-3)) == (at is not None)
+        assert (found["first_impact_on_nose"].x == pytest.approx(0.45, abs=4e-3)) == (at is not None)
     assert [
         first_maximum(np.array(values, float), 2.5)
         for values in ([1, 5, 3, 9, 0], [1, 5, 2, 9, 0], [1, 2, 3], [3, 2, 1])

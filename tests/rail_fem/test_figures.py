@@ -382,13 +382,15 @@ def test_a_model_gets_no_pictures_of_what_it_does_not_resolve(tmp_path, model, c
 
 def test_the_figure_says_where_it_settles_and_what_first_strikes(tmp_path):
     result = write_run(tmp_path)
-    first = stated_peaks(result)["first_impact"]
+    first = stated_peaks(result)["first_impact_on_nose"]
     said = words(force_figure(result, "run"))
-    assert f"first impact, on the nose: {first.value / 1e3:.1f} kN at x = {first.x * 1e3:.1f} mm" in said
+    assert f"first impact on the nose: {first.value / 1e3:.1f} kN at x = {first.x * 1e3:.1f} mm" in said
+    impact = stated_peaks(result)["impact_on_wheel"]
+    assert f"impact on the wheel: {impact.value / 1e3:.1f} kN at x = {impact.x * 1e3:.1f} mm" in said
     assert "settling, until t = 2 ms: peaks and shares are those after it" in said
     assert first.x == pytest.approx(0.358, abs=1e-3) and result.transfer_x < first.x
     trailing = words(force_figure(write_run(tmp_path / "back", "trailing"), "run"))
-    assert "first impact, on the wing rail" in trailing
+    assert "first impact on the wing rail" in trailing
 
 
 # ---- pyvista, in processes of its own

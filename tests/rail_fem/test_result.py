@@ -127,3 +127,20 @@ def test_another_version_and_an_absent_result_are_refused(tmp_path):
     (tmp_path / "result.json").write_text(text)
     with pytest.raises(ValueError, match="version 9"):
         load(tmp_path)
+
+
+@pytest.mark.parametrize("direction, body", [("facing", "nose"), ("trailing", "wing")])
+def test_a_first_impact_of_an_older_result_is_named_for_its_body_beside_the_wheels(tmp_path, direction, body):
+    """Peaks, bars and passes that know one first impact alone; the wheel's comes from the history."""
+    x = np.linspace(0.2, 0.5, 301)[:: 1 if direction == "facing" else -1]
+    share = np.clip((x - 0.3) / 0.1, 0, 1)
+    force = 1e5 + 1e5 * np.exp(-(((x - 0.35) / 0.03) ** 2))
+    rows = {"time": np.arange(301) * 1e-4, "x": x, "force": force}
+    rows |= {"force_nose": force * share, "force_wing": force * (1 - share)}
+    scene = make_scene().model_copy(update={"direction": direction})
+    old = {"peaks": {"first_impact": Peak(1.2e5, "N", x=0.4)}, "error_bars": {"first_impact": 3e3}}
+    PassResult("rigid_hertz", scene, {}, rows, **old, passes=({"first_impact": 1e5},)).save(tmp_path)
+    found, name = load(tmp_path), f"first_impact_on_{body}"
+    assert list(found.peaks) == ["impact_on_wheel", name] and found.peaks[name].value == 1.2e5
+    assert found.peaks["impact_on_wheel"].value == pytest.approx(2e5, rel=1e-6)
+    assert found.error_bars == {name: 3e3} and found.passes == ({name: 1e5},)

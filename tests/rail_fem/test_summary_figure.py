@@ -15,7 +15,7 @@ SPEEDS = {"case_01": 44.704, "case_02": 33.528, "case_03": 33.528}  # 100, 75 an
 def result(model: str, speed: float, force: float) -> PassResult:
     scene = make_scene().model_copy(update={"speed": speed})
     peak = Peak(force, "N", 0.4, 0.0)
-    peaks = {"first_impact": peak, "largest_force": peak}
+    peaks = {"first_impact_on_nose": peak, "largest_force": peak}
     return PassResult(model=model, scene=scene, settings={}, history={"time": [], "x": []}, peaks=peaks)
 
 

@@ -46,7 +46,8 @@ def over_the_leg(flight: tuple[float, float] = (-0.70, -0.60), leg: float = 3e5)
     force = np.where((x > flight[0]) & (x < flight[1]), 0.0, 1e5)
     height = 1e-3 * np.interp(x, [*flight], [0.0, 1.0])
     rows = {"time": (x - x[0]) / 33.5, "x": x, "force": force, "wheel_height": height, "crossing_height": 0 * x}
-    peaks = {"largest_force_leg": Peak(leg, "N", x=-0.71), "first_impact": Peak(1.2e5, "N", x=0.4)}
+    peaks = {"largest_force_leg": Peak(leg, "N", x=-0.71)}
+    peaks |= {"impact_on_wheel": Peak(1.3e5, "N", x=0.39), "first_impact_on_nose": Peak(1.2e5, "N", x=0.4)}
     peaks |= {f"largest_force_{part}": Peak(1.1e5, "N", x=0.1) for part in ("wing", "nose")}
     metal = {"leg": {"values": {"worst_1000": 0.04, "block": 0.05}, "maximum": 0.07, "position": [-0.69, 0, 0]}}
     metal["leg"]["size"] = 2e-3
@@ -85,7 +86,7 @@ def test_a_change_of_a_case_that_is_not_there_is_refused(tmp_path):
 
 def test_a_control_changes_the_case_as_it_was_swept():
     """Swept at 50 mph, a control at 75 mph brings back what an unchanged sweep has; nothing changed keeps it."""
-    trend = Trend(says="same", quantity="first impact", order=("case_02", "case_03"), unchanged=1e-9)
+    trend = Trend(says="same", quantity="first impact on the nose", order=("case_02", "case_03"), unchanged=1e-9)
     swept = CaseChanges(change={"scene.speed": "50 mph"})
     kept = run_control(ControlExperiment(says="as it is"), trend, THESIS, swept)
     back = run_control(
@@ -121,8 +122,9 @@ def test_the_page_of_such_a_sweep_has_the_leg_in_its_tables(tmp_path):
     result = over_the_leg()
     table = leg_table((Published(case="a", leg_force=263.6, leg_flight=28.49),), {"a": {"fe_full": result}})
     assert "| a | 263.6, -, 28.49 | 300.0 at -710; 99," in table[2] and "4.0; 5.0; 7.0 at -690" in table[2]
-    assert "first impact; largest on leg / wing / nose [kN]" in force_table({"a": {"fe_full": result}})[0]
-    assert "| 120.0; 300.0 / 110.0 / 110.0 |" in force_table({"a": {"fe_full": result}})[2]
+    head, _, row = force_table({"a": {"fe_full": result}})
+    assert "impact on the wheel, first on the body taking over; largest on leg / wing / nose [kN]" in head
+    assert "| 130.0, 120.0; 300.0 / 110.0 / 110.0 |" in row
     other = over_the_leg()
     both = beside_table({"a": {"fe_full": result}, "b": {"fe_full": result}}, {"a": {"fe_full": other}})
     assert len(both) == 3 and both[2].count("-900 to 800") == 2
@@ -149,7 +151,7 @@ def test_sweep_and_report_by_one_groups_file(tmp_path):
     groups.write_text(
         "[change]\n'scene.speed' = '60 mph'\n"
         "[[group]]\ntitle='Speed'\ncases=['case_02', 'case_03']\n"
-        "[[group.trend]]\nsays='nothing changes'\nquantity='first impact'\norder=['case_02', 'case_03']\n"
+        "[[group.trend]]\nsays='nothing changes'\nquantity='first impact on the nose'\norder=['case_02', 'case_03']\n"
         "unchanged=0.1\n"
     )
     run = lambda *words: CliRunner().invoke(cli.app, [str(word) for word in words])
@@ -162,7 +164,7 @@ def test_sweep_and_report_by_one_groups_file(tmp_path):
     page = (tmp_path / "new" / "report" / "report.md").read_text()
     assert f"--groups {groups}" in page and "p2_formula has not run case_03: `rail-fem sweep" in page
     assert f"Beside {tmp_path / 'old'}" in page
-    assert "(first impact: case_02 = case_03, within 10 %)" in page
+    assert "(first impact on the nose: case_02 = case_03, within 10 %)" in page
 
 
 def test_the_page_of_a_sweep_that_was_given_a_setting(tmp_path):

@@ -41,9 +41,9 @@ def test_a_wheel_passes_from_stock_rail_to_switch_rail_with_a_small_impact(scene
         rigid_hertz.solve(scene, RigidHertzSettings(start=2.4, end=3.1, path_spacing=spacing))
         for spacing in (2.5e-3, 5e-3)
     ]
-    first = found[0].peaks["first_impact"]
+    first = found[0].peaks["first_impact_on_nose"]
     assert found[0].transfer_x == pytest.approx(TRANSFER, abs=0.03)
     assert found[0].transfer_x < first.x < 3.0 and 1.1 < first.value / scene.static_wheel_load < 1.6
-    assert found[1].peaks["first_impact"].value == pytest.approx(first.value, rel=1e-3)
+    assert found[1].peaks["first_impact_on_nose"].value == pytest.approx(first.value, rel=1e-3)
     behind = found[0].history["x"] > 3.0
     assert not found[0].history["force_wing"][behind].any()

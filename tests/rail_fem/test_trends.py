@@ -31,7 +31,12 @@ def made(model: str, nose: float, dip: float = 1e-3) -> PassResult:
         "crossing_height": -0.5e-3 - dip * np.sin(5 * x) ** 2,
     }
     return PassResult(
-        model, SCENE, {}, history, {"first_impact": Peak(nose, "N"), "largest_force": Peak(nose, "N")}, transfer_x=0.36
+        model,
+        SCENE,
+        {},
+        history,
+        dict.fromkeys(("first_impact_on_nose", "largest_force"), Peak(nose, "N")),
+        transfer_x=0.36,
     )
 
 
@@ -52,7 +57,7 @@ def test_verdicts(values, word):
 
 
 def test_a_model_is_judged_only_where_it_has_all_cases():
-    trend = Trend(says="more", quantity="first impact", order=("a", "b"))
+    trend = Trend(says="more", quantity="first impact on the nose", order=("a", "b"))
     results = {
         "a": {"lumped": made("lumped", 1e5), "fe_full": made("fe_full", 1e5)},
         "b": {"fe_full": made("fe_full", 2e5)},
@@ -68,23 +73,23 @@ def test_a_model_is_judged_only_where_it_has_all_cases():
 
 
 def test_values_are_told_with_their_bars_and_where_these_overlap():
-    trend = Trend(says="more", quantity="first impact", order=("a", "b"))
+    trend = Trend(says="more", quantity="first impact on the nose", order=("a", "b"))
     results = {
         "a": {name: made(name, 1e5) for name in ("lumped", "fe_full")},
         "b": {name: made(name, 1.2e5) for name in ("lumped", "fe_full")},
     }
     for case, bar in (("a", 5e3), ("b", 9e3)):
-        results[case]["fe_full"] = replace(results[case]["fe_full"], error_bars={"first_impact": bar})
+        results[case]["fe_full"] = replace(results[case]["fe_full"], error_bars={"first_impact_on_nose": bar})
     light, full = check(trend, results)
     assert light.words("kN") == "lumped agrees: 100, 120 kN"
     assert full.sure and full.words("kN") == "fe_full agrees: 100 +- 5, 120 +- 9 kN"
-    results["b"]["fe_full"] = replace(results["b"]["fe_full"], error_bars={"first_impact": 15e3})
+    results["b"]["fe_full"] = replace(results["b"]["fe_full"], error_bars={"first_impact_on_nose": 15e3})
     assert check(trend, results)[1].words("kN").endswith("(first and last are not apart by more than their bars)")
 
 
 def test_the_count_goes_by_the_most_expensive_model():
     """A cheap model that agrees does not hide that the most expensive differs."""
-    trend = Trend(says="more", quantity="first impact", order=("a", "b"))
+    trend = Trend(says="more", quantity="first impact on the nose", order=("a", "b"))
     results = {
         "a": {"lumped": made("lumped", 1e5), "fe_full": made("fe_full", 2e5)},
         "b": {"lumped": made("lumped", 2e5), "fe_full": made("fe_full", 1e5)},
@@ -108,9 +113,13 @@ def test_the_trends_of_the_thesis_name_cases_that_exist():
             "'colour' is not one of",
         ),
         (
+            "[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='first impact'\norder=['b','b']\n",
+            "may be two things: 'impact on the wheel', or 'first impact on the nose'",
+        ),
+        (
             (
-                "[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='first"
-                " impact'\norder=['b','b']\n[[group.trend.control]]\nsays='d'\nquantity='smell'\n"
+                "[[group]]\ntitle='a'\ncases=['b']\n[[group.trend]]\nsays='c'\nquantity='largest"
+                " force'\norder=['b','b']\n[[group.trend.control]]\nsays='d'\nquantity='smell'\n"
             ),
             "'smell' is not one of",
         ),
@@ -135,7 +144,8 @@ def test_the_page_holds_table_trends_and_figures(tmp_path):
     trends.write_text(
         "reference='slow'\nabsent=['7-99: a photograph']\n"
         "[[group]]\ntitle='Speed'\ncases=['slow','fast']\nfigures=['7-13','']\n"
-        "[[group.trend]]\nsays='faster is harder'\nquantity='first impact'\norder=['slow','fast']\npublished='1, 2'\n"
+        "[[group.trend]]\nsays='faster is harder'\nquantity='first impact on the nose'\n"
+        "order=['slow','fast']\npublished='1, 2'\n"
     )
     run = lambda *arguments: CliRunner().invoke(cli.app, ["report", *map(str, arguments), "--groups", str(trends)])
     done = run(tmp_path / "sweep")
@@ -158,7 +168,7 @@ def test_the_page_holds_table_trends_and_figures(tmp_path):
 
 TREND = Trend(
     says="faster is harder",
-    quantity="first impact",
+    quantity="first impact on the nose",
     order=("case_03", "case_02", "case_01"),
     because="of the wing's bend",
 )
@@ -177,7 +187,7 @@ def test_a_reason_is_said_only_where_a_model_does_not_agree(tmp_path):
     assert "  - some models differ because" in say(mixed)
     assert count_lines((group(trend),), of(2e5, 1e5)) == [
         "0 of 1 trends agree by the most expensive model that resolves them.",
-        "1 differ: Speed: faster is harder (first impact; fe_full).",
+        "1 differ: Speed: faster is harder (first impact on the nose; fe_full).",
     ]
 
 

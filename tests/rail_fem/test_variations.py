@@ -164,7 +164,9 @@ def test_a_quantity_is_drawn_against_what_varies(swept, tmp_path):
     lines = {line.get_label(): line.get_xydata() for line in axes.lines}
     assert {"p2_formula, stiffness 80 kN/mm", "p2_formula, stiffness 160 kN/mm", "static wheel load"} == set(lines)
     assert np.array_equal(lines["p2_formula, stiffness 80 kN/mm"][:, 0], [30, 50, 70, 90])
-    drawn = call("show", swept, "--quantity", "first impact", "--against", "scene.speed", "--out", tmp_path / "a.png")
+    drawn = call(
+        "show", swept, "--quantity", "impact on the wheel", "--against", "scene.speed", "--out", tmp_path / "a.png"
+    )
     assert drawn.endswith("a.png") and (tmp_path / "a.png").stat().st_size > 20_000
     for options, words in [
         (("--quantity", "p2"), "give both"),
