@@ -218,7 +218,8 @@ def stated_peaks(result: PassResult) -> dict[str, Peak]:
     end = result.settings.get("settle_time") or -np.inf
     scene = result.scene
     found = force_peaks(result.history, scene.direction_sign, scene.static_wheel_load, end, scene.crossing.leg_end)
-    return found | {name: peak for name, peak in result.peaks.items() if np.isfinite([peak.value, peak.x]).all()}
+    usable = lambda name, peak: np.isfinite(peak.value) and (np.isfinite(peak.x) or name not in found)
+    return found | {name: peak for name, peak in result.peaks.items() if usable(name, peak)}
 
 
 def lost_contact(time: np.ndarray, x: np.ndarray, force: np.ndarray, static_load: float) -> list[Loss]:

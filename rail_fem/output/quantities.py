@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rail_fem.output import plastic_zone
-from rail_fem.output.events import SHARE
+from rail_fem.output.events import SHARE, stated_peaks
 from rail_fem.output.result import NAN, PassResult
 
 BODIES = ("nose", "wing", "leg")
@@ -44,7 +44,7 @@ class ReportedQuantity:
 
 
 def _force(name: str) -> Callable[[PassResult], float]:
-    return lambda result: result.peaks[name].value if name in result.peaks else NAN
+    return lambda result: peaks[name].value if name in (peaks := stated_peaks(result)) else NAN
 
 
 def _strain(body: str, name: str) -> Callable[[PassResult], float]:

@@ -283,22 +283,11 @@ def _read(folder: Path) -> PassResult:
 
 def _named_as_now(result: PassResult) -> PassResult:
     """Of a result that knows one "first impact" alone, which was the share of the body that takes the wheel over: that,
-    so named, and the impact on the wheel from the history."""
-    if "first_impact" not in result.peaks:
-        return result
-    from importlib import import_module  # events stand above the results that they are read from
-
-    events = import_module("rail_fem.output.events")
-    share = events.SHARE[events.receiving_body(result.scene.direction_sign)]
+    so named."""
+    share = "first_impact_on_nose" if result.scene.direction_sign > 0 else "first_impact_on_wing"
     rename = lambda table: {share if name == "first_impact" else name: value for name, value in table.items()}
-    renamed = replace(
-        result,
-        peaks=rename(result.peaks),
-        error_bars=rename(result.error_bars),
-        passes=tuple(map(rename, result.passes)),
-    )
-    impact = {name: peak for name, peak in events.stated_peaks(renamed).items() if name == events.IMPACT}
-    return replace(renamed, peaks={**impact, **renamed.peaks})
+    passes = tuple(map(rename, result.passes))
+    return replace(result, peaks=rename(result.peaks), error_bars=rename(result.error_bars), passes=passes)
 
 
 def load_history_csv(path: Path) -> dict[str, np.ndarray]:

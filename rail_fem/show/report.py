@@ -15,7 +15,7 @@ from rail_fem.case.warnings import case_warnings, scene_warnings
 from rail_fem.light.mass_scaling import static_patch
 from rail_fem.light.rigid import window_path, with_window
 from rail_fem.models.bem_plastic import window_cells
-from rail_fem.output.events import flights
+from rail_fem.output.events import flights, stated_peaks
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.low_pass import CUTOFFS, filtered_peak
 from rail_fem.output.progress import duration, read_status
@@ -187,7 +187,7 @@ def result_report(result: PassResult) -> str:
     shown = COLUMNS["x"].unit
     pressure = "" if np.isnan(impact_pressure(result)) else with_bar(result, "impact_pressure")
     lines = [f"{result.model}: " + _state(result), "", "peaks"]
-    for name, peak in result.peaks.items():
+    for name, peak in stated_peaks(result).items():
         lines.append(
             _row(
                 name,

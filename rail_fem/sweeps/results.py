@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rail_fem.hierarchy import MODELS
-from rail_fem.output.events import flights
+from rail_fem.output.events import flights, stated_peaks
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import NAN, PassResult, Peak
@@ -67,7 +67,7 @@ class SweepResults:
         error estimates, cost, warnings; units in the names, NaN for what a model does not resolve. Sorted by what
         varies."""
         runs = [(case, result) for case, of_case in self.results.items() for result in of_case.values()]
-        units = PEAKS | {name: peak.unit for _, result in runs for name, peak in result.peaks.items()}
+        units = PEAKS | {name: peak.unit for _, result in runs for name, peak in stated_peaks(result).items()}
         varied = self.varied
         rows = [self._row(case, result, varied, units) for case, result in runs]
         order = {model: number for number, model in enumerate(MODELS)}
@@ -80,9 +80,10 @@ class SweepResults:
         scene = result.scene
         row |= {"speed [m/s]": scene.speed, "axle load [t]": scene.axle_load / 1e3}
         row |= {"static load [kN]": scene.static_wheel_load / 1e3}
+        peaks = stated_peaks(result)
         for name, si in units.items():
             unit, factor = SHOWN.get(si, (si, 1.0))
-            found = result.peaks.get(name, Peak(NAN, si))
+            found = peaks.get(name, Peak(NAN, si))
             row |= {f"{name} [{unit}]": found.value * factor, f"{name}{AT} [mm]": found.x * 1e3}
         for name in STRAINS:
             unit, factor = {"1": ("%", 100.0), "m^3": ("mm3", 1e9)}[REPORTED[name].unit]
