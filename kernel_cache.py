@@ -207,9 +207,9 @@ class SourcesLocator(_CacheLocator):
         """Folder of the file's kernels, named by its sources: numba reads an index before it looks at its stamp, and
         cannot where the index names a class that is gone, so an index of other sources must not be found."""
         path = folder() / f"{self.file.stem}_{self.get_source_stamp()[:16]}"
-        if path.is_dir():
+        try:
             os.utime(path)
-        else:
+        except OSError:  # not there yet
             _prune(self.file.stem)
         return str(path)
 
