@@ -8,14 +8,14 @@ if [ "${1:-}" = -n ]; then ranks=$2; shift 2; fi
 [ $# -gt 0 ] || { sed -n 2,3p "${BASH_SOURCE[0]}"; exit 2; }
 ./setup.sh || exit 1
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMBA_NUM_THREADS=1
-read -r -a mpirun <<<"$(.venv/bin/python -m rail_fem.launcher "$ranks")"
+read -r -a mpirun <<<"$(.venv/bin/python -P -m rail_fem.launcher "$ranks")"
 failed=0
 for case in "$@"; do
   folder=${RUNS:-runs}/$(basename "$case" .toml)
   if grep -qs '"state": "finished"' "$folder/status.json"; then echo "$case: finished before, see $folder"; continue; fi
   mkdir -p "$(dirname "$folder")"
   echo "$case: running, see $folder"
-  "${mpirun[@]}" .venv/bin/python -m mpi4py -m rail_fem run "$case" --out "$folder" --restart </dev/null || { echo "$case: FAILED"; failed=$((failed + 1)); }
+  "${mpirun[@]}" .venv/bin/python -P -m mpi4py -m rail_fem run "$case" --out "$folder" --restart </dev/null || { echo "$case: FAILED"; failed=$((failed + 1)); }
 done
 echo "$(($# - failed)) case(s) well, $failed failed"
 [ "$failed" -eq 0 ]

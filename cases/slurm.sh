@@ -12,5 +12,5 @@ cd "${SLURM_SUBMIT_DIR:-$(dirname "${BASH_SOURCE[0]}")/..}"
 case=${1:-cases/whole_crossing.toml}
 folder=${2:-runs/$(basename "$case" .toml)}
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMBA_NUM_THREADS=1
-# "-m mpi4py" ends the whole job when one rank fails; without it the others would wait for the time limit.
-exec mpirun -n "${SLURM_NTASKS:-2}" .venv/bin/python -m mpi4py -m rail_fem run "$case" --out "$folder" --restart
+# "-P": nothing is imported from the current folder. "-m mpi4py" ends the whole job when one rank fails; without it the others would wait for the time limit.
+exec mpirun -n "${SLURM_NTASKS:-2}" .venv/bin/python -P -m mpi4py -m rail_fem run "$case" --out "$folder" --restart

@@ -9,4 +9,4 @@
 #SBATCH --output=%x-%A-%a.log
 set -euo pipefail
 cd "${SLURM_SUBMIT_DIR:-$(dirname "${BASH_SOURCE[0]}")/..}"
-exec .venv/bin/python -m rail_fem sweep cases/thesis/*.toml --out runs/thesis --only "${SLURM_ARRAY_TASK_ID:-1}" --ranks "${SLURM_NTASKS:-2}"
+exec .venv/bin/python -P -m rail_fem sweep cases/thesis/*.toml --out runs/thesis --only "${SLURM_ARRAY_TASK_ID:-1}" --ranks "${SLURM_NTASKS:-2}"

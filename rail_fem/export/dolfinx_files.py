@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import mpi4py.MPI  # noqa: F401
-from dolfinx import fem
-from dolfinx.io import XDMFFile
 
 from rail_fem.export.files import ExportError
 from rail_fem.export.to_dolfinx import DolfinxFields
-from rail_fem.fe.compat import discontinuous, vtx_writer, write_tags
+from rail_fem.fe.compat import discontinuous, fem, io, vtx_writer, write_tags
 
 
 def write_by_dolfinx(path: Path, fields: DolfinxFields) -> list[Path]:
@@ -28,7 +26,7 @@ def write_by_dolfinx(path: Path, fields: DolfinxFields) -> list[Path]:
 
 
 def _write_xdmf(path: Path, fields: DolfinxFields) -> list[Path]:
-    with XDMFFile(fields.mesh.comm, str(path), "w") as file:
+    with io.XDMFFile(fields.mesh.comm, str(path), "w") as file:
         file.write_mesh(fields.mesh)
         write_tags(file, fields.mesh, fields.cell_tags)
         write_tags(file, fields.mesh, fields.facet_tags)

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 from mpi4py import MPI
-from dolfinx import fem
-from dolfinx import mesh as dmesh
 
 from geometry.axes import as_tensor
 from rail_fem.export.tagged import CELL_TAGS, FACET_TAGS, TaggedFields, find_rows, read_tagged
@@ -17,7 +15,9 @@ from rail_fem.fe.compat import (
     cell_dofs,
     create_shared_mesh,
     discontinuous,
+    dmesh,
     facet_nodes,
+    fem,
     geometry_dofmap,
     lagrange_vectors,
     original_cells,

@@ -1,18 +1,35 @@
 """The only file that knows which dolfinx is installed (0.5 on Debian 12, 0.9 on Debian 13, 0.11 from the package
 index): by feature, not by version.
 
-Files that import dolfinx import mpi4py.MPI before it: the package index's dolfinx finds its MPI library by that alone.
+It alone imports dolfinx, in an empty folder: PETSc, dolfinx's compiler of forms and ffcx read settings from the current
+folder when they begin, and these may load a library. mpi4py.MPI is imported before: the package index's dolfinx finds
+its MPI library by that alone.
 """
 
 from __future__ import annotations
 
+import contextlib
 import inspect
+import tempfile
+from importlib import import_module
 
 import mpi4py.MPI  # noqa: F401
 import numpy as np
-from dolfinx import cpp, fem, graph, la
-from dolfinx import mesh as dmesh
 from scipy import sparse
+
+with tempfile.TemporaryDirectory() as _empty, contextlib.chdir(_empty):
+    from dolfinx import cpp, fem, graph, io, jit, la
+    from dolfinx import mesh as dmesh
+
+    with contextlib.suppress(ImportError):  # a dolfinx without PETSc
+        petsc = import_module("dolfinx.fem.petsc")
+    for _module, _read in (
+        (jit, "get_options"),
+        (jit, "get_parameters"),  # of 0.5
+        (import_module("ffcx"), "get_options"),
+        (import_module("ffcx"), "get_parameters"),
+    ):
+        getattr(_module, _read, dict)()  # kept by them from the first call on
 
 SUM = la.ScatterMode.add if hasattr(la, "ScatterMode") else la.InsertMode.add
 
@@ -179,6 +196,4 @@ def write_tags(file, mesh, tags) -> None:
 
 def vtx_writer():
     """dolfinx's writer of VTX (.bp) files; None where dolfinx was built without ADIOS2."""
-    from dolfinx import io
-
     return getattr(io, "VTXWriter", None) if getattr(cpp.common, "has_adios2", False) else None

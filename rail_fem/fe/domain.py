@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 from mpi4py import MPI
-from dolfinx import la
 
-from rail_fem.fe.compat import SUM, create_hexahedral_mesh, geometry_dofmap, original_cells
+from rail_fem.fe.compat import SUM, create_hexahedral_mesh, geometry_dofmap, la, original_cells
 from rail_fem.fe.heap import give_back_free_memory
 from rail_fem.fe.partition import balanced_parts
 

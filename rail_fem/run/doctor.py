@@ -167,10 +167,10 @@ def _absent(subject: str) -> PartFinding | None:
 
 def _probe(subject: str, code: str, remedy: str, before: tuple[str, ...] = ()) -> PartFinding:
     with tempfile.TemporaryDirectory() as folder:
-        command = [*before, sys.executable, "-c", code, str(Path(folder) / "probe.png")]
+        command = [*before, sys.executable, "-P", "-c", code, str(Path(folder) / "probe.png")]
         try:
             answer = subprocess.run(
-                command, capture_output=True, text=True, timeout=PROBE_SECONDS, stdin=subprocess.DEVNULL
+                command, capture_output=True, text=True, timeout=PROBE_SECONDS, stdin=subprocess.DEVNULL, cwd=folder
             )
         except subprocess.TimeoutExpired:
             return PartFinding(subject, False, f"no answer in {PROBE_SECONDS} s", remedy)

@@ -13,8 +13,6 @@ from functools import cached_property
 import numpy as np
 import ufl
 from mpi4py import MPI
-from dolfinx import fem
-from dolfinx.fem import petsc
 from scipy import sparse
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
@@ -23,7 +21,7 @@ from bem.plane.body import Body
 from bem.plane.curve import divide
 from bem.plane.mesh import Sizing, Zone
 from geometry.meshing.triangles import fill_with_triangles
-from rail_fem.fe.compat import evaluate, lagrange_vectors, quadratic_triangle_mesh
+from rail_fem.fe.compat import evaluate, fem, lagrange_vectors, petsc, quadratic_triangle_mesh
 
 # Gauss points of a triangle, where stresses of quadratic displacements are best
 INNER = np.array([[1, 1], [4, 1], [1, 4]]) / 6

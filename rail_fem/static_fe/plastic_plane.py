@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import ufl
-from dolfinx import fem
 
 from bem.plane.body import Body
 from bem.plastic.mixing import Mixing
-from rail_fem.fe.compat import cell_dofs, discontinuous, evaluate
+from rail_fem.fe.compat import cell_dofs, discontinuous, evaluate, fem
 from rail_fem.static_fe.plane_contact import PressedBodies
 from rail_fem.static_fe.plane_strain import INNER, Fineness, PlaneBody, PlaneStrainError
 

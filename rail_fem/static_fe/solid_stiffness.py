@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 import ufl
 from mpi4py import MPI
-from dolfinx import fem
-from dolfinx.fem import petsc
 from scipy import sparse
 from scipy.spatial import cKDTree
 
 from bem.material import Elastic
 from geometry.meshing.hexmesh import HexMesh, MeshError
-from rail_fem.fe.compat import create_hexahedral_mesh, lagrange_vectors
+from rail_fem.fe.compat import create_hexahedral_mesh, fem, lagrange_vectors, petsc
 from rail_fem.fe.domain import VTK_TO_DOLFINX
 
 

@@ -140,7 +140,7 @@ def operations_each(strain: float) -> dict[str, float]:
 def operations_of_kernels() -> dict[str, dict[str, float]]:
     """Operations per element: "flowing" and "elastic state", each by kernel "one-point", "full", "elastic". Starts a
     process without compiled kernels. Errors: RuntimeError with its last words."""
-    command = [sys.executable, "-m", "rail_fem.studies.kernel_flops"]
+    command = [sys.executable, "-P", "-m", "rail_fem.studies.kernel_flops"]
     answer = subprocess.run(
         command, capture_output=True, text=True, timeout=LONGEST, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}
     )

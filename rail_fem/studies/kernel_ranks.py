@@ -21,7 +21,7 @@ def run_job(
     """What a job of `ranks` ranks prints. Errors: RuntimeError with the job's last words, FileNotFoundError without
     mpirun."""
     job = json.dumps({"counts": counts, "steps": steps, "repeats": repeats, "alone": alone})
-    command = [*mpi_command(ranks), sys.executable, "-m", "mpi4py", "-m", "rail_fem.studies.kernel_job", job]
+    command = [*mpi_command(ranks), sys.executable, "-P", "-m", "mpi4py", "-m", "rail_fem.studies.kernel_job", job]
     answer = subprocess.run(
         command, capture_output=True, text=True, timeout=LONGEST, env=rank_environment(), stdin=subprocess.DEVNULL
     )

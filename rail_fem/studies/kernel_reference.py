@@ -15,12 +15,11 @@ from typing import Literal
 import numpy as np
 import ufl
 from mpi4py import MPI
-from dolfinx import fem
 
 from geometry.meshing.blocks import mesh_box, mesh_cap
 from geometry.meshing.hexmesh import merge_bodies
 from rail_fem.fe.blocks import ElementSettings
-from rail_fem.fe.compat import function_space
+from rail_fem.fe.compat import fem, function_space
 from rail_fem.fe.contact.contact import Contact, ContactSettings
 from rail_fem.fe.contact.pairs import N_ACTIVE
 from rail_fem.fe.contact.surface import Surface

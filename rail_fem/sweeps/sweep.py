@@ -176,6 +176,7 @@ def _under_mpirun(job: Job, ranks: int, anew: bool) -> str:
     """
     program = [
         sys.executable,
+        "-P",  # nothing is imported from the current folder
         "-m",
         "mpi4py",
         "-m",

@@ -67,7 +67,7 @@ def test_readme_names_the_commands_that_are_tried_here():
         "./run.sh",
         "./test.sh",
         *(f".venv/bin/rail-fem {name}" for name in ("init", "check", "run", "show", "list", "doctor")),
-        "mpirun -n 2 .venv/bin/python -m mpi4py -m rail_fem run",
+        "mpirun -n 2 .venv/bin/python -P -m mpi4py -m rail_fem run",
     ]
     untried = [command for command in COMMANDS if not any(command.startswith(start) for start in tried)]
     assert not untried and all(any(command.startswith(start) for command in COMMANDS) for start in tried)

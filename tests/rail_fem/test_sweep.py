@@ -1,5 +1,6 @@
 """Sweeps: a faulty case is told of and passed over, a second start goes on, another case's result is never mixed in."""
 
+import functools
 import json
 import os
 import signal
@@ -19,6 +20,13 @@ from rail_fem.sweeps.sweep_page import trust_lines
 from rail_fem.sweeps.sweep_report import force_table
 
 ROOT = Path(__file__).resolve().parents[2]
+SETTINGS = """
+from rail_fem.fe import compat
+import ffcx
+from petsc4py import PETSc
+read = lambda module: getattr(module, "get_options", None) or module.get_parameters
+print(PETSc.Options().getAll(), read(compat.jit)(), read(ffcx)())
+"""
 CASE = (ROOT / "cases" / "thesis" / "case_02.toml").read_text()
 
 
@@ -141,6 +149,27 @@ def test_a_scene_that_one_of_its_models_does_not_take_runs_by_the_others(tmp_pat
     assert refused.exit_code == 1 and "FAILED in 0.0 s: scene.wheel_body is for lumped" in " ".join(
         refused.output.split()
     )
+
+
+def test_no_child_reads_code_or_settings_from_the_current_folder(cases, tmp_path, monkeypatch):
+    """Modules of the names of libraries; what tells PETSc and dolfinx's compiler of forms which libraries to load."""
+    pytest.importorskip("dolfinx")
+    commands = []
+    monkeypatch.setattr("rail_fem.sweeps.sweep.run_bound", lambda command, *rest: commands.append(command) or 0)
+    with cases[2].open("a") as stream:
+        stream.write('\n[run.fe_full]\nelement_size = "6 mm"\nstart = "300 mm"\nend = "420 mm"\n')
+    sweep(cases[2], "--out", tmp_path / "out", "--model", "fe_full")
+    for name in ("pint", "random", "rail_fem", "mpi4py"):
+        (tmp_path / f"{name}.py").write_text(f'raise SystemExit("{name}.py of the current folder")')
+    python = commands[0][commands[0].index(sys.executable) : commands[0].index("rail_fem") + 1]
+    run = functools.partial(subprocess.run, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert run([*python, "check", cases[2], "--model", "fe_full"]).returncode == 0
+    (tmp_path / ".petscrc").write_text("-told 1\n")
+    for name in ("options", "parameters"):
+        (tmp_path / f"dolfinx_jit_{name}.json").write_text('{"cache_dir": "told"}')
+        (tmp_path / f"ffcx_{name}.json").write_text('{"scalar_type": "told"}')
+    answer = run([sys.executable, "-P", "-c", SETTINGS])
+    assert answer.returncode == 0 and "{" in answer.stdout and "told" not in answer.stdout, answer.stderr
 
 
 @pytest.mark.validate
