@@ -11,25 +11,22 @@ from __future__ import annotations
 import contextlib
 import inspect
 import tempfile
-from importlib import import_module
 
 import mpi4py.MPI  # noqa: F401
 import numpy as np
 from scipy import sparse
 
 with tempfile.TemporaryDirectory() as _empty, contextlib.chdir(_empty):
+    import ffcx
     from dolfinx import cpp, fem, graph, io, jit, la
     from dolfinx import mesh as dmesh
 
-    with contextlib.suppress(ImportError):  # a dolfinx without PETSc
-        petsc = import_module("dolfinx.fem.petsc")
-    for _module, _read in (
-        (jit, "get_options"),
-        (jit, "get_parameters"),  # of 0.5
-        (import_module("ffcx"), "get_options"),
-        (import_module("ffcx"), "get_parameters"),
-    ):
-        getattr(_module, _read, dict)()  # kept by them from the first call on
+    try:
+        from dolfinx.fem import petsc  # noqa: F401
+    except ImportError:  # a dolfinx without PETSc
+        petsc = None
+    for _compiler in (jit, ffcx):
+        (getattr(_compiler, "get_options", None) or _compiler.get_parameters)()  # kept from the first call on
 
 SUM = la.ScatterMode.add if hasattr(la, "ScatterMode") else la.InsertMode.add
 
