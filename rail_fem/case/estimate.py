@@ -49,7 +49,7 @@ class Estimate:
 def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate:
     """Estimate without meshing. Error: within a factor of two of the mesher's count
     (tests/rail_fem/test_estimate.py)."""
-    length = abs(settings.end - settings.start) + 2 * END_MARGIN
+    length = abs(settings.end - settings.start) + settings.beyond_end + 2 * END_MARGIN
     rail, wheel = _crossing_cells(settings, length), _wheel_cells(settings)
     active, cells = _crossing_cells(settings, min(length, sum(settings.window_lengths))), rail + wheel
     step = critical_step(scene, settings)

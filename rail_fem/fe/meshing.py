@@ -14,7 +14,7 @@ from rail_fem.fe.initial_position import position_wheel, smallest_gap
 from rail_fem.fe.running import Running
 from rail_fem.light.fine_zone import crossing_spec, wheel_spec
 from rail_fem.light.own_mesh import own_mesh
-from rail_fem.light.rigid import datum_height
+from rail_fem.light.rigid import datum_height, meshed_stretch
 from rail_fem.output.fields import REGIONS
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
@@ -31,7 +31,7 @@ def make_mesh(scene: Scene, settings: FeSettings, running: Running) -> tuple[Hex
     if settings.mesh:
         return _positioned_own_mesh(settings, running, scene)
     crossing, path = scene.crossing.surface, running.path
-    low, high = sorted((running.start, running.end))
+    low, high = meshed_stretch(scene, settings)
     with gmsh_process():
         rail = mesh_crossing(crossing, crossing_spec(crossing, path, low, high, settings))
         wheel = mesh_wheel(scene.wheel.shape, scene.wheel.radius, wheel_spec(path, running.datum_y, settings))

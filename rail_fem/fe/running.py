@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.path.wheel_path import WheelPath, rolling_radius
 from geometry.profiles.profile import Profile
-from rail_fem.light.rigid import anchored_path
+from rail_fem.light.rigid import anchored_path, meshed_stretch
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -57,7 +57,7 @@ class Running:
 def running_of(scene: Scene, settings: FeSettings) -> Running:
     """The rigid path around the window and the direction of travel. Errors: CrossingError, ProfileError."""
     start, end = scene.in_order_of_travel(settings.start, settings.end)
-    path = anchored_path(scene, min(start, end), max(start, end))
+    path = anchored_path(scene, *meshed_stretch(scene, settings))
     shape, radius, datum = scene.wheel.shape, scene.wheel.radius, scene.wheel_datum_y
     first = path.contact_point[int(np.argmin(np.abs(path.x - start)))]
     rolling = float(rolling_radius(shape, radius, first[1:2] - datum)[0])

@@ -9,7 +9,7 @@ from geometry.meshing.hexmesh import MeshError
 from geometry.meshing.wheel import WheelMeshSpec, check_wheel_bands
 from geometry.path.wheel_path import WheelPath
 from geometry.surfaces.any_crossing import AnyCrossing
-from rail_fem.light.rigid import anchored_path
+from rail_fem.light.rigid import anchored_path, meshed_stretch
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -27,7 +27,7 @@ def mesh_errors(scene: Scene, settings: FeSettings, model: str) -> list[str]:
     size = settings.element_size
     if max(size, settings.wheel_size) <= ALWAYS_FITS:
         return []
-    low, high = sorted((settings.start, settings.end))
+    low, high = meshed_stretch(scene, settings)
     crossing, path = scene.crossing.surface, anchored_path(scene, low, high)
     try:
         check_bands(crossing, crossing_spec(crossing, path, low, high, settings))
@@ -50,7 +50,8 @@ def crossing_spec(
     """Fine where the rigid wheel comes near: the cheaper model says where the fine mesh must lie.
 
     path : over the stretch that decides the mesh (rail_fem.light.rigid.anchored_path);
-    low, high : the wheel's path [m]. Slabs are counted from x = 0 on the wing and from the tip on the nose.
+    low, high : the stretch of axle positions that is meshed for (`meshed_stretch`) [m]. Slabs are counted from x = 0 on
+        the wing and from the tip on the nose.
     """
     bodies = {}
     for name, gap, point, anchor in (

@@ -49,6 +49,24 @@ def anchored_path(scene: Scene, low: float, high: float) -> WheelPath:
     )
 
 
+def meshed_stretch(scene: Scene, settings: FeSettings) -> tuple[float, float]:
+    """Low and high x of the axle that is meshed for [m]: from start to end, and on as far as a travelling window holds
+    steel there, so that no step sees where the mesh ends; but not to where the crossing itself does."""
+    start, end = scene.in_order_of_travel(settings.start, settings.end)
+    first, last = scene.crossing.surface.x_range
+    left = (last - end if end > start else end - first) - BEYOND_PATH - AROUND - ANCHORED_SPACING
+    low, high = sorted((start, end + scene.direction_sign * min(settings.beyond_end, max(left, 0.0))))
+    return low, high
+
+
+def ends_with_path(scene: Scene, settings: FeSettings) -> bool:
+    """Whether no steel is meshed ahead of the path's end for what a wheel there would hold: without a travelling
+    window, or where the crossing ends. Not known of a mesh from a file."""
+    low, high = meshed_stretch(scene, settings)
+    on = high - low - abs(settings.end - settings.start)
+    return not settings.mesh and not (settings.beyond_end > 0 and on > settings.beyond_end - ANCHORED_SPACING)
+
+
 def datum_height(scene: Scene, path: WheelPath, x: float) -> float:
     """Height of the wheel's D0 where the rigid wheel stands at x [m]: through its contact point."""
     i = int(np.argmin(np.abs(path.x - x)))

@@ -27,6 +27,7 @@ from rail_fem.fe.running import Running, running_of
 from rail_fem.fe.start_state import StartState
 from rail_fem.launcher import on_root
 from rail_fem.light.lateral_start import LateralStart, lateral_start
+from rail_fem.light.rigid import ends_with_path
 from rail_fem.output.clock import working_time
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
@@ -273,7 +274,7 @@ def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
             "rigid_transfers": run.passage.running.transfers.tolist(),
         },
         warnings=tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != trust.GOOD)
-        + end_warnings(history, peaks, run.scene.static_wheel_load, settled),
+        + end_warnings(history, peaks, run.scene.static_wheel_load, settled, ends_with_path(run.scene, run.settings)),
         cut_off=run.cut_off,
     )
 

@@ -39,6 +39,7 @@ SHARE = {"force_nose": "first_impact_on_nose", "force_wing": "first_impact_on_wi
 HIGH_END = 1.2  # of the static load: a run that ends above has not come to rest
 END_STRETCH = 5e-3  # over which the force at the end is averaged [m]
 NEAR_END = 10e-3  # a peak closer to an end of the path may be an accident of the window [m]
+FREE_END = 40e-3  # from which on a force misses up to 1 % where no more steel is meshed than to the path's end [m]
 NOTABLE = 1.05  # of the static load: below, a largest force is no peak
 
 
@@ -176,10 +177,14 @@ def peak_at(history: Mapping[str, np.ndarray], column: str, row: int) -> Peak:
 
 
 def end_warnings(
-    history: Mapping[str, np.ndarray], peaks: Mapping[str, Peak], static_load: float, settled: float = -np.inf
+    history: Mapping[str, np.ndarray],
+    peaks: Mapping[str, Peak],
+    static_load: float,
+    settled: float = -np.inf,
+    free_end: bool = False,
 ) -> tuple[str, ...]:
     """What may be an accident of the window: a force that has not settled at its end, peaks close to one of its
-    ends."""
+    ends. free_end : no more steel is there than to the end of the path"""
     rows = after_settling(history, settled)
     x, force = rows["x"], rows.get("force", np.empty(0))
     if not len(force):
@@ -193,13 +198,20 @@ def end_warnings(
             " larger force may follow, let it go on"
         )
     for name, peak in peaks.items():
-        near = min(abs(peak.x - x[0]), abs(peak.x - x[-1]))
-        of_force = name in (IMPACT, *SHARE.values(), *LARGEST.values())
-        if of_force and peak.value > NOTABLE * static_load and near < NEAR_END:
+        to_end = abs(peak.x - x[-1])
+        near = min(abs(peak.x - x[0]), to_end)
+        if name not in (IMPACT, *SHARE.values(), *LARGEST.values()) or peak.value <= NOTABLE * static_load:
+            continue
+        if near < NEAR_END:
             end = "begins" if abs(peak.x - x[0]) < abs(peak.x - x[-1]) else "ends"
             warnings.append(
                 f"{name.replace('_', ' ')} {peak.value / 1e3:.1f} kN lies {near * 1e3:.1f} mm from where the path {end}"
                 f" (x = {peak.x * 1e3:.1f} mm): it may be an accident of the window"
+            )
+        elif free_end and to_end < FREE_END:
+            warnings.append(
+                f"{name.replace('_', ' ')} {peak.value / 1e3:.1f} kN lies {to_end * 1e3:.1f} mm from where path and"
+                f" steel end: about 1 % of it may be missing; let the run go on for {(FREE_END - to_end) * 1e3:.0f} mm"
             )
     return tuple(warnings)
 

@@ -181,6 +181,11 @@ class FeSettings(Frozen):
         return ahead, behind
 
     @property
+    def beyond_end(self) -> float:
+        """How far ahead of the axle at its end a travelling window holds steel, its last slab included [m]."""
+        return self.window_ahead + SLAB_ELEMENTS * self.along if self.window_ahead else 0.0
+
+    @property
     def takes_diverging_route(self) -> bool:
         """Whether this model lets a wheelset move across the track."""
         return True

@@ -152,6 +152,9 @@ def test_the_static_row_says_where_there_is_nothing_to_judge():
         and _static_row(0.004, True, False).verdict == GOOD
     )
     assert "transfer" not in _static_row(0.03, True, True).shown and _static_row(0.03, True, True).verdict == WARN
+    loses = _static_row(-0.15, True, True)
+    assert loses.verdict == BAD and "shallower than the groove" in loses.shown and "begin 40 mm" in loses.shown
+    assert all("groove" not in _static_row(error, True, True).shown for error in (-0.004, 0.15))
     assert _static_row(np.nan, True, True).verdict == WARN and "bends within" in _static_row(np.nan, True, True).shown
     assert (
         _static_row(np.nan, False, True).verdict == GOOD

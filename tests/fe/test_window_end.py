@@ -8,8 +8,11 @@ import pytest
 from geometry.surfaces.crossing import CastCrossing
 from rail_fem.case.casefile import load_case
 from rail_fem.fe.meshing import make_mesh
+from rail_fem.fe.passage import rail_slabs
 from rail_fem.fe.running import running_of
+from rail_fem.fe.window import Extent
 from rail_fem.light.fine_zone import PATCH_REACH
+from rail_fem.light.rigid import ends_with_path, meshed_stretch
 from rail_fem.models import fe_full
 from rail_fem.settings.explicit import FeSettings
 
@@ -64,6 +67,45 @@ def test_planes_between_slabs_are_counted_from_the_crossing(scene, meshes):
         for mesh in meshes:
             slabs = (fine_planes(mesh, region, 0.335, 0.37) - anchor) / SIZE
             assert len(slabs) > 5 and np.abs(slabs * 3 - np.round(slabs * 3)).max() < 1e-6 * len(slabs)
+
+
+@pytest.mark.parametrize("trailing", [False, True])
+def test_a_travelling_window_ends_in_the_same_elements_wherever_the_path_ends(scene, trailing):
+    """Its last slab ahead of the axle at the end of the path, and what stands behind that, is there as in a longer
+    path: fine, at the same positions to round-off."""
+    sign, start = (-1, 0.45) if trailing else (1, START)
+    direction, first = ("trailing" if trailing else "facing"), start + sign * 0.06
+    of = scene.replace(direction=direction)
+    planes = []
+    for end in (first, first + sign * 0.03):
+        settings = settings_to(end, start=start, window_ahead=0.06, window_behind=0.06)
+        mesh = make_mesh(of, settings, running_of(of, settings))[0]
+        low, high = sorted((start, first + sign * 0.06))
+        planes.append([fine_planes(mesh, region, low, high + 1e-9) for region in (0, 1)])
+        slabs = rail_slabs(mesh)
+        last = slabs.near(*Extent(start, sign, 0.06, 0.06).ends(first - start))[:2, 0 if trailing else 1]
+        planes[-1].append(np.array([slabs.planes[region][last[region]] for region in (0, 1)]))
+    assert len(planes[0][1]) > 15
+    for own, there in zip(*planes):
+        assert len(own) == len(there) and np.abs(own - there).max(initial=0.0) < 1e-9
+
+
+def test_steel_ends_with_the_path_without_a_window_or_where_the_crossing_ends(scene):
+    windowed = settings_to(ENDS[0], window_ahead=0.06)
+    last = scene.crossing.surface.x_range[1]
+    assert not ends_with_path(scene, windowed) and ends_with_path(scene, settings_to(ENDS[0]))
+    assert ends_with_path(scene, settings_to(last - 0.15, window_ahead=0.06))
+    assert meshed_stretch(scene, windowed) == pytest.approx((START, ENDS[0] + 0.06 + 3 * SIZE))
+
+
+@pytest.mark.validate
+def test_the_end_of_the_path_changes_nothing_of_a_pass_with_a_travelling_window(scene):
+    """To round-off until the shorter path ends, on the nose: what the window holds is all that a step sees."""
+    changes = {"start": 0.38, "settle_time": 0.0, "window_ahead": 0.06, "window_behind": 0.06}
+    short, long = (fe_full.solve(scene, settings_to(end, **changes)).history for end in (0.40, 0.43))
+    n = len(short["x"]) - 1  # the last row is that of the end itself
+    assert short["x"][n - 1] > 0.398 and (short["force_nose"][:n] > 0).all()
+    assert np.abs(short["force"][:n] - long["force"][:n]).max() < 1e-9 * scene.static_wheel_load
 
 
 @pytest.mark.validate

@@ -196,6 +196,15 @@ def test_a_peak_close_to_an_end_of_the_path_says_so(at, near):
     assert end_warnings(steady, force_peaks(steady, FACING, LOAD), LOAD) == ()  # a constant force has no peak
 
 
+@pytest.mark.parametrize("at, said", [(0.675, "15 mm"), (0.655, "")])
+def test_a_peak_within_forty_millimetres_of_the_end_of_all_steel_says_so(at, said):
+    found = history(on_nose((0.35, 1.0)), force=lambda x: LOAD + bump(at, LOAD, 2e-3)(x))
+    peaks = force_peaks(found, FACING, LOAD)
+    told = [text for text in end_warnings(found, peaks, LOAD, free_end=True) if text.startswith("largest force 200")]
+    assert len(told) == bool(said) and all(f"go on for {said}" in text for text in told)
+    assert end_warnings(found, peaks, LOAD) == ()
+
+
 def test_contact_stiffness_is_the_derivative_of_the_force_and_the_carrier_is_the_higher_body():
     constant, step = 3e10, 1e-9
     depth = (LOAD / constant) ** (2 / 3)
