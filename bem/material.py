@@ -52,6 +52,7 @@ class Elastic:
 
 
 STEEL = Elastic(210e9, 0.3)
+"""Rail and wheel steel: Young's modulus 210 GPa, Poisson's ratio 0.3."""
 
 
 def contact_modulus(first: Elastic, second: Elastic) -> float:

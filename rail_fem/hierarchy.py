@@ -40,7 +40,7 @@ class Model:
     meaning: str
 
 
-MODELS: dict[str, Model] = {  # from the least expensive to the most expensive
+MODELS: dict[str, Model] = {
     "p2_formula": Model(
         "rail_fem.models.p2_formula", P2Settings, False, "the standard's formula for the force at the nose"
     ),
@@ -72,6 +72,7 @@ MODELS: dict[str, Model] = {  # from the least expensive to the most expensive
         "rail_fem.models.fe_full", FeSettings, True, "explicit elastoplastic FE of the whole window, the reference"
     ),
 }
+"""The models by name, from the least expensive to the most expensive."""
 
 
 def smoke_requested() -> bool:

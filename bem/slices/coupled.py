@@ -140,12 +140,12 @@ def slice_contact(
 ) -> SlicePatch:
     """Frictionless contact of the two bodies of `slices`.
 
-    load [N] along slices.direction, or approach [m] of the held edges after contact at x = 0: one of them
+    load, approach : [N] along slices.direction, or [m] of the held edges after contact at x = 0: one of them
     cells    : slices along x, cells across; they are laid over the patch, which is searched for within `length`
                ((x_min, x_max) [m], default as long as the lower face is wide on both sides) and the lower face; or
                `grid`
-    stations : across the patch, where the cross-sections' correction is computed; threads : default all processors of
-        this process
+    stations : across the patch, where the cross-sections' correction is computed
+    threads  : default all processors of this process
     cut      : allow the patch to reach the grid's edge; a patch that reaches the end of a face is always allowed
     estimate : also solve with doubled and fourfold cells and half the stations, for the error estimate
 

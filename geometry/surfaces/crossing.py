@@ -56,6 +56,7 @@ class CastCrossing(TwoBodies):
     """UK cast crossing of ratio 1:N after the design rules of the 56E1-R245-1:9.25 benchmark crossing, lengths in m.
 
     Features made by the taper stretch along x with the ratio; cross-sections and the machined leg end do not.
+
     ratio : N, unit crossing angle by centre line measure, angle = 2 atan(1 / 2N)
     flangeway : between wing and nose, 14 mm down
     topping_slope, topping_depth : of the topped nose where it begins (slope at ratio 9.25; it falls with the stretch)

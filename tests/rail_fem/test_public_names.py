@@ -188,3 +188,13 @@ def test_a_sweep_folder_is_read_at_once(result, tmp_path):
     assert list(sweep.to_dataframe()["case"]) == ["50_mph", "75_mph"]
     with pytest.raises(FileNotFoundError):
         rail_fem.load_sweep(tmp_path / "nothing")
+
+
+@pytest.mark.parametrize("package", [rail_fem, geometry, bem], ids=lambda package: package.__name__)
+def test_every_public_name_stands_on_the_page_of_the_interface(package):
+    """docs/api.md lists the members of each package as a whole; what is no class and no function it names."""
+    page = (Path(__file__).resolve().parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
+    assert f".. automodule:: {package.__name__}\n   :members:\n   :imported-members:" in page
+    for name in package.__all__:
+        public = getattr(package, name)
+        assert public.__doc__ if callable(public) else f".{name}\n" in page, name
