@@ -17,8 +17,8 @@ import numpy as np
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.surfaces.switch import Switch
-from geometry.wheelset import Wheelset
-from rail_fem.light.load_sharing import LoadedWheelset, equilibrium_under
+from geometry.wheelset import Wheelset, WheelsetError
+from rail_fem.light.load_sharing import MISSED, LoadedWheelset, equilibrium_under
 from rail_fem.show.style import NOSE, WING, lettering, new_figure, save
 
 MM = 1e-3
@@ -33,7 +33,7 @@ BODIES = (("stock rail", WING), ("switch rail", NOSE))
 class SwitchPass:
     """What a wheelset does at x (n,) [m]: where it rests, and for each left point (k,) its index in x, y on the stock
     rail's axes [m], whether the switch rail carries it, its normal force [N], the vertical part of it (along the mean
-    normal of its strip) [N], contact angle [rad]."""
+    normal of its strip) [N], contact angle [rad]. failed : the stations that have no answer, and why."""
 
     x: np.ndarray
     states: tuple[LoadedWheelset, ...]
@@ -43,6 +43,7 @@ class SwitchPass:
     force: np.ndarray
     vertical: np.ndarray
     angle: np.ndarray
+    failed: tuple[str, ...] = ()
 
     def share(self, switch_rail: bool) -> np.ndarray:
         """(n,)  part of the left wheel's vertical load that one body carries."""
@@ -57,15 +58,22 @@ class SwitchPass:
 
 
 def run_through(switch: Switch, wheel: str = "P8", x: np.ndarray | None = None, push: float = PUSH) -> SwitchPass:
-    """The wheelset at rest at each x under its axle load and a push outwards, yawed outwards as it enters."""
+    """The wheelset at rest at each x under its axle load and a push outwards, yawed outwards as it enters; stations
+    without an answer are left out and named. Raises WheelsetError where none has one."""
     x = np.arange(0, 4.001, 0.05) if x is None else x
-    states, rows = [], []
-    for k, at in enumerate(x):
+    states, rows, failed, passed = [], [], [], []
+    for at in x:
         search = ContactSearch(Wheelset(wheel_profile(wheel)), switch.track(float(at)))
-        found = equilibrium_under(
-            search, (AXLE_LOAD / 2, AXLE_LOAD / 2), push * AXLE_LOAD, YAW * min(at / YAW_LENGTH, 1.0)
-        )
+        try:
+            found = equilibrium_under(
+                search, (AXLE_LOAD / 2, AXLE_LOAD / 2), push * AXLE_LOAD, YAW * min(at / YAW_LENGTH, 1.0)
+            )
+        except WheelsetError as fault:
+            failed.append(f"x = {at:.2f} m: {fault}")
+            continue
+        k = len(states)
         states.append(found)
+        passed.append(at)
         switch_rail, contacts = switch.switch_rail(float(at)), found.left.contacts
         top = np.nan_to_num(switch_rail.height(contacts.rail_station), nan=-1.0)
         stock = np.nan_to_num(switch.stock.height(contacts.rail_station), nan=-1.0)
@@ -75,8 +83,13 @@ def run_through(switch: Switch, wheel: str = "P8", x: np.ndarray | None = None, 
                 contacts.rail_station, top > stock, found.left.normal_force, found.left.force[:, 2], contacts.angle
             )
         ]
+    if not states:
+        raise WheelsetError(f"no station has an answer; {failed[0]}")
     index, position, on_switch_rail, force, vertical, angle = (np.array(column) for column in zip(*rows))
-    return SwitchPass(x, tuple(states), index, position, on_switch_rail.astype(bool), force, vertical, angle)
+    at = np.array(passed)
+    return SwitchPass(
+        at, tuple(states), index, position, on_switch_rail.astype(bool), force, vertical, angle, tuple(failed)
+    )
 
 
 def report(found: SwitchPass) -> str:
@@ -88,10 +101,15 @@ def report(found: SwitchPass) -> str:
         if len(several)
         else "nowhere"
     )
-    return (
-        f"switch rail carries from {first(1e-3)}, half of the wheel load from {first(0.5)}, all from"
-        f" {first(0.999)}\nseveral points on the left wheel: {spans}\nsteepest contact on the switch rail"
-        f" {np.degrees(found.angle[found.on_switch_rail].max()):.1f} degrees"
+    missed = [f"x = {x:.2f} m: {s.left.warnings[-1]}" for x, s in zip(found.x, found.states) if s.imbalance > MISSED]
+    return "\n".join(
+        [
+            f"switch rail carries from {first(1e-3)}, half of the wheel load from {first(0.5)}, all from"
+            f" {first(0.999)}\nseveral points on the left wheel: {spans}\nsteepest contact on the switch rail"
+            f" {np.degrees(found.angle[found.on_switch_rail].max(initial=0.0)):.1f} degrees",
+            *missed,
+            *(f"no answer at {line}" for line in found.failed),
+        ]
     )
 
 

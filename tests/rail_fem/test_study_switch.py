@@ -14,7 +14,7 @@ from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_sharing import static_equilibrium
 from rail_fem.studies.switch import AXLE_LOAD, MM, draw, report, run_through, write
 
-X = np.array([0.0, 0.3, 0.7, 1.2, 1.8, 2.0, 2.05, 2.1, 2.15, 2.4, 3.0, 4.0])
+X = np.array([0.0, 0.3, 0.7, 1.2, 1.8, 2.0, 2.05, 2.1, 2.15, 2.4, 2.65, 3.0, 4.0])  # at 2.65 m a force jumps
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def test_the_switch_rail_has_the_width_and_height_that_it_is_given(x):
     * 290 m) = 27 um."""
     switch = Switch()
     switch_rail = switch.switch_rail(x)
-    assert switch.gauge_line - gauge_face(switch_rail.points) == pytest.approx(switch.entry * x + x**2 / 580, abs=30e-6)
+    assert switch.gauge_line - gauge_face(switch_rail) == pytest.approx(switch.entry * x + x**2 / 580, abs=30e-6)
     assert switch_rail.points[:, 1].max() == pytest.approx(switch.top(x), abs=30e-6)
 
 
@@ -42,7 +42,7 @@ def test_the_turnouts_own_middle_is_half_a_gauge_from_the_switch_rail():
     """The gauge holds at every x where the switch rail's face reaches gauge depth, and the right rail does not move."""
     for x in (1.0, 3.0):
         track = Switch().track(x)
-        placed = track.gauge_offset("left") + track.left_position.lateral + gauge_face(track.left.points)
+        placed = track.gauge_offset("left") + track.left_position.lateral + gauge_face(track.left)
         assert placed == pytest.approx(0.7175, abs=30e-6)
         assert track.right_position.lateral == 0.0
 
@@ -71,6 +71,26 @@ def test_a_wheel_that_is_not_pushed_stays_on_the_stock_rail_until_its_tread_meet
     search = ContactSearch(Wheelset(wheel_profile("P8")), switch.track(0.7))
     found = static_equilibrium(search, (AXLE_LOAD / 2, AXLE_LOAD / 2), 8.2 * MM, 2e-3)
     assert found.left.contacts.rail_station[np.argmax(found.left.normal_force)] > -20 * MM
+
+
+def test_a_force_that_jumps_past_its_load_by_little_is_answered_and_said():
+    """At 2.65 m the switch rail's profile ends within the contact: forces climb in steps of 1e-4 of the load."""
+    search = ContactSearch(Wheelset(wheel_profile("P8")), Switch().track(2.65))
+    for held_at in ("rail", "axle"):
+        found = static_equilibrium(search, (100e3, 100e3), 0.010944997176383975, 8.55e-3, held_at)
+        assert found.imbalance < 1e-3
+        for side in (found.left, found.right):
+            assert (found.imbalance > 1e-6) == any("jumps past its load" in text for text in side.warnings)
+            assert side.force[:, 2].sum() == pytest.approx(100e3, rel=1.01 * max(found.imbalance, 1e-6))
+
+
+def test_a_station_without_an_answer_is_named_and_the_others_go_on():
+    """Pushed by 0.8 of its axle load the wheelset climbs the thin switch rail's stock rail, and not the full one."""
+    found = run_through(Switch(), x=np.array([0.7, 2.0]), push=0.8)
+    assert found.x.tolist() == [2.0] and len(found.states) == 1
+    assert "no answer at x = 0.70 m: " in report(found) and "climbs the rail" in report(found)
+    with pytest.raises(WheelsetError, match="no station has an answer; x = 0.70 m"):
+        run_through(Switch(), x=np.array([0.7]), push=0.8)
 
 
 def test_sections_one_by_one_stand_as_the_whole_surface_does():
