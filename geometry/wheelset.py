@@ -182,7 +182,7 @@ class Track:
                 f" crown on the gauge side, above the gauge point at {self.gauge_point:g} m: give more of its gauge"
                 " face or a smaller gauge_point"
             )
-        return self.gauge / 2 - gauge_face(points, self.gauge_point)
+        return self.gauge / 2 - gauge_face(self.profile(side), self.gauge_point)
 
     def placed(self, side: str) -> Profile:
         """The running part of a rail in side axes, moved and rolled as its position says."""

@@ -120,6 +120,8 @@ def subsurface_stress(patch: Patch, depths: np.ndarray, poisson: float, body: in
         raise ContactInputError(f"depths between {depths.min():g} and {depths.max():g} m: give finite depths > 0")
     if body not in (1, 2):
         raise ContactInputError(f"body {body!r}: 1 is above, 2 below")
+    if not -1 < poisson <= 0.5:
+        raise ContactInputError(f"Poisson's ratio {poisson!r}: must lie above -1 and at most at 0.5")
     _refuse_curved(patch)
     spectra, size = _load_spectra(patch, body)
     return np.stack([_layer(patch, spectra, size, depth, poisson, body) for depth in depths])

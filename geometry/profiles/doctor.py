@@ -28,6 +28,7 @@ PRINTED = 1e-8  # scatter below which numbers are printed finely enough for any 
 DENSE = 1e-3, 0.05e-3  # points nearer than noise / first [m], but at most second [m], show their noise and no tangent
 WIDEST_GAP = 25e-3
 MOST_TAKEN_OUT = 0.05  # share of points that repairing may take out
+ALIKE = 50e-6  # of a rail's top and its mirror image: less is said, and no warning [m]
 LEANING = 0.1e-3  # of a face over its own foot that is worth saying [m]
 
 
@@ -234,12 +235,26 @@ def rail_turn(points, raw, out) -> int:
     return raw.up
 
 
+def asymmetry(points) -> float:
+    """How far a rail's top, to the end of its higher side, is from its mirror image in height, on 0.8 of its width
+    [m]."""
+    level = points[[0, -1], 1].max() + 1e-6
+    top = points[points[:, 1] >= level]
+    y, half = np.linspace(-0.8, 0.8, 201), np.ptp(top[:, 0]) / 2
+    height = np.interp((top[0, 0] + top[-1, 0]) / 2 + half * y, top[:, 0], top[:, 1])
+    return float(np.abs(height - height[::-1]).max())
+
+
 def examine_gauge_side(points, out):
-    """The gauge side of a measured rail reaches lower; where neither does the file's own side is kept."""
+    """The gauge side of a measured rail reaches lower; where neither does the file's own side is kept, which matters
+    where the rail is not its own mirror image."""
     left, right = points[0, 1], points[-1, 1]
     if abs(left - right) < 2e-3:
+        apart = asymmetry(points)
         out.say(
-            "warning", "gauge side not to be told (both sides reach equally low): taken at -y; option mirror says it"
+            "found" if apart < ALIKE else "warning",
+            f"gauge side not to be told (both sides reach equally low, the mirror image is {apart * 1e6:.0f} um off):"
+            " taken at -y; option mirror says it",
         )
     elif left > right:
         out.say(

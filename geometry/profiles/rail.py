@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.profiles.profile import Profile, ProfileError, arc, line
+from geometry.hermite import cubic_between
+from geometry.profiles.profile import STEEP, Profile, ProfileError, arc, line
 
 MM = 1e-3
 SPACING = 0.1 * MM
@@ -86,14 +87,22 @@ def inclined(upright: Profile, inclination: float) -> Profile:
     points = upright.points @ turn
     top = np.argmax(points[:, 1])
     points[:, 1] -= points[top, 1]
-    points[:, 0] += gauge_face(upright.points) - gauge_face(points)
     label = upright.label.replace("upright", f"inclined {inclination:g}")
-    return Profile(
+    turned = Profile(
         points, upright.angle_before + angle, upright.angle_after + angle, upright.curvature, label, upright.provenance
     )
+    return turned.shifted(gauge_face(upright) - gauge_face(turned), 0.0)
 
 
-def gauge_face(points: np.ndarray, depth: float = 14 * MM) -> float:
-    """y of the gauge face at this depth below z = 0, points (n, 2) from the gauge side up [m]."""
-    rising = points[: np.argmax(points[:, 1]) + 1]
-    return float(np.interp(-depth, rising[:, 1], rising[:, 0]))
+def gauge_face(rail: Profile, depth: float = 14 * MM) -> float:
+    """y of the gauge face at this depth below z = 0 [m], y(z) a cubic between the points and along their tangents; its
+    end where it ends above. Error: O(spacing^4) on smooth faces."""
+    y, z = rail.points[: np.argmax(rail.points[:, 1]) + 1].T
+    k = np.flatnonzero(z <= -depth).max(initial=-1)
+    if k < 0:
+        return float(y[0])
+    h = z[k + 1] - z[k]
+    lean = 1 / np.tan([rail.angle_after[k], rail.angle_before[k + 1]])  # dy/dz
+    if np.abs(lean).max() > STEEP:
+        lean[:] = (y[k + 1] - y[k]) / h
+    return float(cubic_between((-depth - z[k]) / h, h, y[k], y[k + 1], *lean).value)

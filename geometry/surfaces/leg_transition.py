@@ -55,8 +55,8 @@ def rail_line(floor: float = FLOOR) -> tuple[np.ndarray, float]:
 
     The rail is set so that its gauge face meets that of the cast leg (0.135 mm towards the gauge side).
     """
-    head = rail_head("56E1", spacing=SPACING).points
-    shift = cast_leg().gauge_line - gauge_face(head)
+    rail = rail_head("56E1", spacing=SPACING)
+    head, shift = rail.points, cast_leg().gauge_line - gauge_face(rail)
     lean = (head[-1, 0] + (head[-1, 1] - floor) / 20, floor)
     return np.vstack([[-lean[0] + shift, floor], head + [shift, 0], [lean[0] + shift, floor]]), shift
 

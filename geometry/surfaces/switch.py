@@ -76,7 +76,7 @@ class Switch:
     @cached_property
     def gauge_line(self) -> float:
         """y of the stock rail's gauge face, 14 mm down."""
-        return gauge_face(self.stock.points)
+        return gauge_face(self.stock)
 
     def width(self, x: float) -> float:
         """Distance of the switch rail's gauge face from the stock rail's, 14 mm down [m]."""

@@ -185,3 +185,9 @@ def test_patches_along_a_curved_face_and_no_depths_are_refused():
     for ask in (lambda: subsurface_stress(curved, [1e-3], 0.3), lambda: max_von_mises(curved, 0.3)):
         with pytest.raises(ContactInputError, match="curved face"):
             ask()
+
+
+@pytest.mark.parametrize("poisson", [2.0, -1.0, float("nan")])
+def test_a_poissons_ratio_that_no_material_has_is_refused(poisson):
+    with pytest.raises(ContactInputError, match="Poisson"):
+        subsurface_stress(elliptic_patch(5e-3, 4e-3, 1e4, (10, 10)), [1e-3], poisson)

@@ -23,6 +23,18 @@ def test_study_writes_its_table_and_figures(tmp_path, monkeypatch):
         assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
 
 
+@pytest.mark.parametrize("order, held", [(1.0, 1.0), (1.5, 1.5), (2.0, 2.0), (3.0, 2.0), (0.5, 1.0)])
+def test_the_limit_of_a_series_is_that_of_the_order_it_shows(order, held):
+    """Forces F + c h^p at halved cells have the limit F for p from 1 to 2; beyond, the last change is taken for that of
+    the order held."""
+    limit, slope = np.array([3.0, -1.0]), np.array([0.2, 0.1])
+    forces = limit + slope * (0.5 ** (order * np.arange(4)))[:, None]
+    expected = forces[-1] + (forces[-1] - forces[-2]) / (2**held - 1)
+    assert halfspace_study.extrapolated(forces) == pytest.approx(expected, rel=1e-12)
+    if order == held:
+        assert expected == pytest.approx(limit, rel=1e-12)
+
+
 def test_creep_curves_start_at_the_linear_theory_and_saturate():
     curves = halfspace_study.creep_curves(22, 5)
     for kind in ("longitudinal", "lateral"):

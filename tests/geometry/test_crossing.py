@@ -33,7 +33,7 @@ def test_the_taper_is_the_unit_crossing_angle_by_centre_line_measure(ratio):
 
 def test_plain_rail_is_56e1_set_to_the_gauge_face():
     crossing, head = CastCrossing(), rail_head("56E1", spacing=0.02 * MM)
-    shift = crossing.shape.gauge_line - gauge_face(head.points)
+    shift = crossing.shape.gauge_line - gauge_face(head)
     y = np.linspace(-34, 34, 300) * MM
     # chords of 0.02 mm on R12.7: 4e-9, times the slope
     assert np.abs(crossing.top_height(-2.0, y + shift, "wing") - head.height(y)).max() < 2e-8

@@ -206,3 +206,12 @@ def test_an_outlier_on_the_tread_is_no_corner():
     near = np.abs(found.points[:, 0] + 17 * MM) < 5 * MM
     assert np.array_equal(found.angle_before[near], found.angle_after[near])
     assert np.abs(found.points[near, 1] - np.interp(found.points[near, 0], *clean.T)).max() < 0.1 * MM
+
+
+def test_only_a_rail_that_is_not_its_own_mirror_image_is_warned_of():
+    """An upright head reads the same from both sides; one inclined by 1 in 40 and cut level does not, by 70 mm / 40."""
+    inclined = rail_head("60E1", 1 / 40).points
+    level = inclined[inclined[:, 1] > inclined[[0, -1], 1].max()]
+    assert says(examine(raw(RAIL)), "found", "gauge side not to be told")
+    assert not says(examine(raw(RAIL)), "warning", "gauge side")
+    assert says(examine(raw(level)), "warning", "gauge side not to be told")
