@@ -15,7 +15,7 @@ from rail_fem.light.load_kernel import SideLoad, carried_by, loaded_side, settle
 STEEL_MODULUS = 210e9 / (2 * (1 - 0.3**2))  # E* of steel on steel [Pa]
 DEEPEST = 1e-3  # penetration along the normal beyond which no elastic contact is meant [m]
 MISSED = 1e-6  # relative, of a vertical load that counts as met
-JUMP = 0.05  # relative, of a load past which a force may jump without a warning's state being refused
+JUMP = 0.05  # of a load: where a force jumps past it by more there is no equilibrium
 CUT = 0.05  # of the penetration: more of it where a profile ends is said
 LEFT_OVER = 1e-6  # of the depth: more of it is said
 MOST_TURN = np.radians(

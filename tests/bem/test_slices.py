@@ -138,10 +138,10 @@ def flank():
     return straight, deep, down, 3e-4 + SliceGap(down).initial_approach[1]
 
 
-def on_flank(slices: Slices, **control):
+def on_flank(slices: Slices, estimate: bool = False, **control):
     middle = SliceGap(slices).first_point[0]
     grid = Grid.over((-0.05, 0.05), (middle - 5e-3, middle + 5e-3), 21, 80)
-    return slice_contact(slices, grid=grid, cut=True, threads=1, estimate=False, **control)
+    return slice_contact(slices, grid=grid, cut=True, threads=1, estimate=estimate, **control)
 
 
 def test_a_direction_counts_by_where_it_points_not_by_its_length():
@@ -155,6 +155,13 @@ def test_a_direction_counts_by_where_it_points_not_by_its_length():
         np.testing.assert_allclose(
             other(np.zeros((1, 3)), y[None, :], approach), one(np.zeros((1, 3)), y[None, :], approach), atol=1e-12
         )
+
+
+def test_on_a_flank_the_estimate_says_that_it_is_of_the_cells_alone():
+    """Down along 65 degrees, as a wheel on its flange, not straight into the face."""
+    straight, deep, down, approach = flank()
+    assert "on flanges the model is" in on_flank(down, True, approach=approach).error.note
+    assert "on flanges" not in on_flank(straight, True, approach=deep).error.note
 
 
 def test_gap_at_an_approach_is_that_of_two_circles():

@@ -56,7 +56,7 @@ def test_heads_match_the_transcribed_tables(name):
 @pytest.mark.parametrize("spacing", [1.0 * MM, 0.5 * MM])
 def test_the_gauge_face_lies_on_the_cubic_between_the_points(spacing):
     """At 14 mm the face of 60E1 goes over into an arc of 13 mm: straight lines between points miss it by up to s^2 / 8R
-    (8.0 and 2.2 um found), a cubic by s^4 / 384 R^3 and what the step in curvature leaves, less than a tenth of that."""
+    (8.0 and 2.2 um found), a cubic by s^4 / 384 R^3 and what the step in curvature leaves, at most a tenth of that."""
     fine, coarse = rail_head("60E1", 1 / 40, 0.01 * MM), rail_head("60E1", 1 / 40, spacing)
     most = spacing**2 / (8 * 13 * MM) / 10
     assert gauge_face(rail_head("60E1", spacing=spacing)) == pytest.approx(
