@@ -145,8 +145,8 @@ class Impact:
 def strike(struck: Struck, striker: Striker, march: March, steps: int, keep: Callable[[int], bool] | None = None):
     """The Impact of a striker over so many steps of a march of struck.body; keep : which instants' fields are wanted.
 
-    For smooth strikers: a flat one with edges within the face counts its outermost nodes whole, half an element too much
-    on each side (force 7 to 10 % high with 8 elements under it, 4 to 8 % with 12).
+    For smooth strikers: a flat one with edges within the face counts its outermost nodes whole, half an element too
+    much on each side (force 7 to 10 % high with 8 elements under it, 4 to 8 % with 12).
     Warns when they never touch. Raises DynamicsError for a number of steps that is none.
     """
     check_strike(struck, march, steps)
