@@ -61,7 +61,8 @@ def run_through(switch: Switch, wheel: str = "P8", x: np.ndarray | None = None, 
     """The wheelset at rest at each x under its axle load and a push outwards, yawed outwards as it enters; stations
     without an answer are left out and named. Raises WheelsetError where none has one."""
     x = np.arange(0, 4.001, 0.05) if x is None else x
-    states, rows, failed, passed = [], [], [], []
+    states: list[LoadedWheelset] = []
+    rows, failed, passed = [], [], []
     for at in x:
         search = ContactSearch(Wheelset(wheel_profile(wheel)), switch.track(float(at)))
         try:
