@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 THESIS = [str(path) for path in sorted((ROOT / "cases/thesis").glob("case_*.toml"))]
 CASE, OTHER = "cases/nose_transfer.toml", "cases/thesis/case_02.toml"
 LIGHT = ["--model", "p2_formula", "--model", "rigid_hertz"]
-SHORT = ["element_size=5 mm", "element_aspect=1", "wheel_element_ratio=1", "error_twin=false", "end=304 mm"]
+SHORT = ["element_size=5 mm", "element_aspect=1", "wheel_element_ratio=1", "error_twin=false", "end=325 mm"]
 WHEELSET = ["degrees_of_freedom=lateral_roll", "start=250 mm", "end=400 mm", "path_spacing=5 mm", "lateral_range=8 mm"]
 
 

@@ -1,4 +1,4 @@
-"""How far the error estimates of the contact solvers can be trusted: python -m bem.verification.estimates_study.
+"""How far the error estimates of the contact solvers can be trusted: rail-fem study verification --only estimates.
 
 Seeded cases are solved with their estimate and again with finer cells, which stand for the truth. Per quantity the
 table gives the cases, how many have a true error within the estimate, and the median of estimate over error: wanted are
@@ -9,7 +9,6 @@ slices at a third of the cell and half the station spacing, plane contact at a t
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -211,23 +210,3 @@ def summary(rows: list[EstimateRow]) -> dict[str, tuple[int, float, float, float
         ratio = estimate / np.maximum(error, 1e-12)
         found[quantity] = len(error), float((ratio >= 1).mean()), float(np.median(ratio)), float(np.median(error))
     return found
-
-
-def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=100, help="1 to 9 were used to choose the constants")
-    parser.add_argument("--share", type=float, default=1.0, help="of the 200 cases")
-    parser.add_argument("--part", choices=list(PARTS), action="append", help="only these (default all)")
-    options = parser.parse_args(arguments)
-    print(
-        f"{'quantity':28s} {'cases':>6s} {'within':>7s} {'estimate/error':>15s} {'error':>9s}    (wanted {COVERED:.0%},"
-        f" below {MEDIAN:g}; medians)"
-    )
-    for part in options.part or PARTS:
-        count = max(1, round(options.share * PARTS[part][0]))
-        for quantity, (cases, covered, ratio, error) in summary(rows_of(part, options.seed, count)).items():
-            print(f"{quantity:28s} {cases:6d} {covered:7.0%} {ratio:15.1f} {error:9.1e}", flush=True)
-
-
-if __name__ == "__main__":
-    main()

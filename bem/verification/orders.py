@@ -1,9 +1,7 @@
 """Error and observed order against element size for every plane problem with an exact solution
 (bem/verification/exact_problems.py).
 
-    python -m bem.verification.orders                     a table on the screen
-    python -m bem.verification.orders --out orders.md     the same, written as Markdown
-    RAIL_FEM_SMOKE=1                         two sizes each, once each: the same paths in seconds
+`rail-fem study verification --only orders` tabulates them; RAIL_FEM_SMOKE=1: two sizes each, once each, in seconds.
 
 The order is that of the finest pair. In contacts the patch's edge falls anywhere between two nodes, and the error
 scatters with it:
@@ -14,11 +12,9 @@ pressure is that of no friction.
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -111,37 +107,15 @@ def measure(study: OrderStudy) -> tuple[np.ndarray, np.ndarray, list[float]]:
     return sizes, errors, [observed_order(sizes, column, study.contact) for column in errors.T]
 
 
-HEAD = ["| problem | error of | fineness | error [%] at each | observed order |", "|---|---|---|---|---|"]
+HEAD = ["problem", "error of", "fineness", "error [%] at each", "observed order"]
 
 
-def lines_of(study: OrderStudy) -> list[str]:
+def lines_of(study: OrderStudy) -> list[list[str]]:
     """Rows of the table for one problem, one for each quantity."""
     sizes, errors, orders = measure(study)
     unit = "elements to the half contact" if study.contact else "element size [m], body of 1 m"
+    told = lambda column: ", ".join(f"{size:g}: {error:.2g}" for size, error in zip(sizes, 100 * column))
     return [
-        f"| {study.name} | {quantity} | {unit} | "
-        + ", ".join(f"{size:g}: {error:.2g}" for size, error in zip(sizes, 100 * column))
-        + f" | {order:.2f} |"
+        [study.name, quantity, unit, told(column), f"{order:.2f}"]
         for quantity, column, order in zip(study.quantities, errors.T, orders)
     ]
-
-
-def main(arguments: list[str] | None = None) -> None:
-    """Print the table; see the module's docstring."""
-    parser = argparse.ArgumentParser(
-        prog="python -m bem.verification.orders", description="error and observed order against exact solutions"
-    )
-    parser.add_argument("--out", type=Path, help="Markdown file to write")
-    options = parser.parse_args(arguments)
-    text = [*HEAD]
-    print("\n".join(text))
-    for study in STUDIES:
-        rows = lines_of(study)
-        print("\n".join(rows), flush=True)
-        text += rows
-    if options.out:
-        options.out.write_text("\n".join(text) + "\n")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""Plane elastodynamics against exact solutions, with observed orders: python -m bem.verification.waves [--quick].
+"""Plane elastodynamics against exact solutions, with observed orders: rail-fem study verification --only waves.
 
 bar    : held at one end, a step load at the other, twenty periods (bem.verification.bar), by inertia in cells
 cavity : a circular hole in the infinite plane under a step pressure, by convolution quadrature, no cells
@@ -14,9 +14,7 @@ transform (tests/bem/dynamic/test_waves.py).
 
 from __future__ import annotations
 
-import argparse
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -220,40 +218,35 @@ def lamb_run(size: float, step: float, rule: str = "trapezoidal") -> LambRun:
     return LambRun(moment, -answer[:, 1], exact)
 
 
-def _table(head: str, sizes, errors_of: Callable, quantities: int) -> None:
-    """Prints errors over sizes (coarse to fine) with the orders of neighbours."""
-    print(head)
-    before = None
-    for size in sizes:
-        started = time.process_time()
-        errors = np.atleast_1d(errors_of(*size))[:quantities]
-        orders = ["-"] * quantities
-        if before is not None:
-            orders = [f"{np.log(a / b) / np.log(before[0][0] / size[0]):.1f}" for a, b in zip(before[1], errors)]
-        shown = " | ".join(f"{100 * e:.2f} % ({o})" for e, o in zip(errors, orders))
-        print(f"{size} | {shown} | {time.process_time() - started:.1f}", flush=True)
-        before = size, errors
+def order_rows(what: str, sizes: Sequence[tuple], errors_of: Callable, quantities: Sequence[str]) -> list[list[str]]:
+    """Errors over sizes (coarse to fine) with the orders of neighbours: rows of what, of which quantity, size, error,
+    order."""
+    errors = np.array([np.atleast_1d(errors_of(*size))[: len(quantities)] for size in sizes])
+    steps = np.log([size[0] for size in sizes])
+    orders = np.diff(np.log(errors), axis=0) / np.diff(steps)[:, None]
+    told = lambda column, factor, style: ", ".join(f"{factor * value:{style}}" for value in column)
+    return [
+        [what, name, told(np.exp(steps), 1, ".4g"), told(errors[:, k], 100, ".2f"), told(orders[:, k], 1, ".1f")]
+        for k, name in enumerate(quantities)
+    ]
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition(" python -m")[0])
-    parser.add_argument("--quick", action="store_true", help="the two coarsest sizes of each")
-    few = 2 if parser.parse_args().quick else 4
-    scale = 1 / 16
-    bars = [(scale / cells, cells) for cells in (1, 2, 4)][:few]
-    _table(
-        f"bar, {PERIODS} periods | rms of the first period | of the last | largest of the last | energy | CPU s",
-        bars, lambda size, cells: bar_errors(cells), 4,
-    )  # fmt: skip
-    _table(
-        "cavity, step pressure, 24 elements | displacement at any time | from t = R / c1 on | hoop stress | CPU s",
-        [(h,) for h in (0.2, 0.1, 0.05, 0.025)][:few], lambda step: cavity_errors(24, step), 3,
-    )  # fmt: skip
-    _table(
-        "Lamb's line load, steps of half an element | surface displacement | CPU s",
-        [(h,) for h in (0.4, 0.2, 0.1)][:few], lambda size: lamb_run(size, size / 2).error, 1,
-    )  # fmt: skip
+WAVE_HEAD = ["waves", "error of", "size", "error [%] at each", "order between them"]
 
 
-if __name__ == "__main__":
-    main()
+def wave_rows(few: int = 4) -> list[list[str]]:
+    """Bar, cavity and Lamb's problem at so many sizes."""
+    bars = [(1 / 16 / cells, cells) for cells in (1, 2, 4)][:few]
+    of_bar = "rms of the first period", "of the last", "largest of the last", "energy"
+    of_cavity = "displacement at any time", "from t = R / c1 on", "hoop stress"
+    return [
+        *order_rows(f"bar, {PERIODS} periods", bars, lambda size, cells: bar_errors(cells), of_bar),
+        *order_rows(
+            "cavity, step pressure, 24 elements", [(h,) for h in (0.2, 0.1, 0.05, 0.025)][:few],
+            lambda step: cavity_errors(24, step), of_cavity,
+        ),
+        *order_rows(
+            "Lamb's line load, steps of half an element", [(h,) for h in (0.4, 0.2, 0.1)][:few],
+            lambda size: lamb_run(size, size / 2).error, ("surface displacement",),
+        ),
+    ]  # fmt: skip

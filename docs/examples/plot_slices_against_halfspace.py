@@ -5,7 +5,7 @@
 A wheel of 460 mm presses with 50 kN on a crown of 300 mm that ends in a square edge. A half-space knows no edge: where
 the rail's surface ends within the patch, its pressure rises to a spike. Slices of the true section give way beside the
 edge, and the pressure moves away from it; far from any edge both agree. Static finite elements agree with the slices
-(``rail-fem study patch-limits``).
+(``rail-fem study patch-methods limits``).
 """
 
 import matplotlib.pyplot as plt

@@ -13,7 +13,9 @@ from rail_fem.commands.options import JsonOption, SetOption, by_model
 
 
 def sweep(
-    cases: Annotated[list[Path], typer.Argument(metavar="CASE...", help="case files, e.g. cases/thesis/*.toml")],
+    cases: Annotated[
+        list[Path], typer.Argument(metavar="CASE...", help="case files, or one list of changes: cases/rows/leg.toml")
+    ],
     out: Annotated[Path, typer.Option("--out", help="folder of all results: OUT/CASE/MODEL")],
     vary: Annotated[
         list[str] | None,
@@ -52,6 +54,7 @@ def sweep(
     """
     from rail_fem.case.variations import VariationError, read_settings, read_variation
     from rail_fem.hierarchy import MODELS
+    from rail_fem.sweeps.rows import cases_of, is_rows, read_rows, write_rows
     from rail_fem.sweeps.sweep import FAILED, jobs_of, read_cases, run_sweep
     from rail_fem.sweeps.sweep_report import sweep_report
     from rail_fem.sweeps.trends import load_source
@@ -64,10 +67,16 @@ def sweep(
         stop("sweep starts mpirun itself, case by case: leave mpirun out and give --ranks")
     try:
         variations = [read_variation(text) for text in vary or ()]
-        if only is not None and not vary:
+        rows = read_rows(cases[0]) if len(cases) == 1 and is_rows(cases[0]) else None
+        if only is not None and not vary and rows is None:
             cases, only = chosen(cases, only), None
         changes = None if groups is None else load_source(groups)
-        found, faults = read_cases(cases, read_settings(settings or ()), variations, changes)
+        if rows is None:
+            found, faults = read_cases(cases, read_settings(settings or ()), variations, changes)
+        elif vary or groups:
+            stop(f"{cases[0]} is a list of changes: leave --vary and --groups out")
+        else:
+            found, faults = cases_of(cases[0], rows, read_settings(settings or ()))
     except (VariationError, ValueError) as error:
         stop(error)
     for fault in faults:
@@ -77,14 +86,17 @@ def sweep(
     if not found:
         stop("nothing was run: no case file without an input error")
     found = found if only is None else chosen(found, only)
-    found = [functools.reduce(by_model, model or (), case) for case in found]
-    jobs = jobs_of(found, out, model or concerned(variations))
+    asked = model or (() if rows is None else rows.models)
+    found = [functools.reduce(by_model, asked, case) for case in found]
+    jobs = jobs_of(found, out, asked or concerned(variations))
     if not jobs:
         stop(f"nothing was run: no case has a table [run.MODEL]: name models with --model, of {', '.join(MODELS)}")
     make_folder(out)
     with aside():
         outcomes = run_sweep(jobs, ranks, tell)
     report = sweep_report(outcomes, faults)
+    if rows is not None:
+        report = write_rows(rows, outcomes, out) + "\n" + report
     if not one:
         write_tables(out, report, bool(vary))
     say("\n" + report)

@@ -12,7 +12,7 @@ in proportion to u, whatever the steps in which u grows, and k rises along the s
 found together by bisection, none below the limit.
 Constants: STRAIN and the limit c are read off surface and plastic strain that ten passes of fe_full have left on
 wing and nose (docs/models/damage.md); Tabor's strain is 0.2, elastic shakedown of a line contact 4 (Johnson, Contact
-Mechanics (1985), 6.2, 9.2, recalled; bem/verification/line_shakedown.py).
+Mechanics (1985), 6.2, 9.2, recalled; tests/bem/plastic/line_shakedown.py).
 Error: a Hertz patch in a groove wider than itself; the load's own groove beside others' is not seen before the next
 pass over the surface.
 """

@@ -1,20 +1,19 @@
-"""Study: five wheels, or any others, over the cast crossing: contact bands on its plan, height of the axle, entry ramp,
+"""Five wheels, or any others, over the cast crossing: contact bands on its plan, height of the axle, entry ramp,
 lowest point, transfer, dip angle.
 
-python -m rail_fem.studies.crossing_path --out DIR [--ratio 9.25] [--wheels P8 my.whl] [--sections uk_crossing.slcs]
-draws contact_bands.png, writes the table
+    rail-fem study crossing-path --out bands [--ratio 9.25] [--wheel P8 --wheel my.whl] [--sections uk_crossing.slcs]
 
 The paths are rigid and quasi-static: run backwards (trailing) a wheel touches the same positions, and every climb
 becomes a fall.
 """
 
-import argparse
-import csv
-from dataclasses import asdict
 from itertools import cycle
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
+from matplotlib.figure import Figure
 
 from geometry.axes import tread_datum_y
 from geometry.path.contact_band import PathNumbers, band_edges, clearance, path_numbers
@@ -25,7 +24,8 @@ from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.sections import SectionCrossing, section_path
 from rail_fem.scene.wheel_profile import wheel_shape
 from rail_fem.show.crossing import GAUGE_DEPTH
-from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, lettering, new_figure, save
+from rail_fem.show.style import GREEN, HALO, NOSE, PURPLE, TOTAL, WING, new_figure
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 MM = 1e-3
 LINE_CONTACT = 20 * MM  # a band wider than this is a line contact, whose deepest point is undetermined
@@ -47,16 +47,16 @@ here, 62 there, 68 over the sections by our own route). The hollow wheel has no 
 wing to x = 518 mm is not found here: over the surface and over the sections alike the nose takes it at 447 mm, and at
 500 mm the wing is 3.9 mm clear of it."""
 COLUMNS = (
-    ("ramp_lift", "lift mm", 1e3, 2),
-    ("ramp_slope", "climb mrad", 1e3, 1),
-    ("ramp_x", "at x mm", 1e3, 0),
-    ("lowest_x", "lowest x mm", 1e3, 0),
-    ("transfer_x", "transfer x mm", 1e3, 0),
-    ("fall", "fall mrad", 1e3, 1),
-    ("rise", "rise mrad", 1e3, 1),
-    ("dip", "dip mrad", 1e3, 1),
-    ("trailing_slope", "trailing climb mrad", 1e3, 1),
-    ("trailing_x", "at x mm", 1e3, 0),
+    ("ramp_lift", "lift mm", 2),
+    ("ramp_slope", "climb mrad", 1),
+    ("ramp_x", "at x mm", 0),
+    ("lowest_x", "lowest x mm", 0),
+    ("transfer_x", "transfer x mm", 0),
+    ("fall", "fall mrad", 1),
+    ("rise", "rise mrad", 1),
+    ("dip", "dip mrad", 1),
+    ("trailing_slope", "trailing climb mrad", 1),
+    ("trailing_x", "at x mm", 0),
 )
 
 
@@ -68,48 +68,22 @@ def run_over(crossing: CastCrossing, name: str, spacing: float = 1 * MM, radius:
     )
 
 
-def table(numbers: dict[str, PathNumbers], ratio: float) -> str:
-    """All numbers as text, with the reference's below each wheel where there is one."""
-    rows = [
-        f"crossing 1:{ratio:g}; trailing: the same path run backwards",
-        "wheel      " + "".join(f"{head:>{width(head)}}" for _, head, *_ in COLUMNS),
-    ]
+def table(numbers: dict[str, PathNumbers], ratio: float) -> Table:
+    """All numbers, with the reference's below each wheel where there is one."""
+    rows = []
     for name, n in numbers.items():
-        rows.append(
-            f"{shown_name(name):<11}"
-            + "".join(f"{factor * getattr(n, key):{width(head)}.{digits}f}" for key, head, factor, digits in COLUMNS)
-        )
+        rows.append([shown_name(name), *(f"{1e3 * getattr(n, key):.{digits}f}" for key, _, digits in COLUMNS)])
         if ratio == 9.25 and name in REFERENCE:
-            lift, climb, low, fall, rise, dip = REFERENCE[name]
-            shown = {0: (lift, 2), 1: (climb, 1), 3: (low, 0), 5: (fall, 1), 6: (rise, 1), 7: (dip, 1)}
-            cells = [
-                (
-                    f"{shown[k][0]:{width(c[1])}.{shown[k][1]}f}"
-                    if k in shown and np.isfinite(shown[k][0])
-                    else " " * width(c[1])
-                )
-                for k, c in enumerate(COLUMNS)
-            ]
-            rows.append("  reference" + "".join(cells))
-    return "\n".join(rows + ([REASONS] if ratio == 9.25 and set(REFERENCE) <= set(numbers) else []))
+            known = dict(zip((0, 1, 3, 5, 6, 7), REFERENCE[name]))
+            told = lambda k, digits, known=known: f"{known[k]:.{digits}f}" if np.isfinite(known.get(k, np.nan)) else ""
+            rows.append(["reference", *(told(k, digits) for k, (*_, digits) in enumerate(COLUMNS))])
+    whole = REASONS if ratio == 9.25 and set(REFERENCE) <= set(numbers) else ""
+    title = f"Crossing 1:{ratio:g}; trailing: the same path run backwards. {whole}"
+    return Table(["wheel", *(head for _, head, _ in COLUMNS)], rows, title)
 
 
 def shown_name(name: str) -> str:
     return name if name in WHEEL_NAMES else Path(name).name
-
-
-def width(head: str) -> int:
-    return max(len(head) + 2, 9)
-
-
-def write_table(path: Path, numbers: dict[str, PathNumbers]) -> None:
-    """One row a wheel, SI units."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, ["wheel", *asdict(next(iter(numbers.values())))])
-        writer.writeheader()
-        writer.writerows(
-            {"wheel": name, **{k: f"{v:.7g}" for k, v in asdict(n).items()}} for name, n in numbers.items()
-        )
 
 
 def against_sections(file: Path, paths: dict[str, WheelPath], radius: float) -> str:
@@ -136,27 +110,26 @@ def outline(crossing: CastCrossing, x: np.ndarray, y: np.ndarray, body: str) -> 
     return band_edges(np.where(height > -GAUGE_DEPTH, -1.0, 1.0), y, 0.0)
 
 
-def draw(path: Path, crossing: CastCrossing, paths: dict[str, WheelPath], numbers: dict[str, PathNumbers]) -> Path:
-    """One plan a wheel with its band, and the heights of all axles below. Returns the file."""
-    with lettering():
-        figure = new_figure(3.0 * len(paths) + 4.2)
-        axes = figure.subplots(
-            len(paths) + 1, 1, sharex=True, gridspec_kw={"height_ratios": [1.0] * len(paths) + [1.25]}
-        )
-        x = np.arange(crossing.shape.leg_start - 0.15, next(iter(paths.values())).x[-1] - 0.05, 2 * MM)
-        y = np.arange(-60, 130.1, 0.25) * MM
-        for axis, (name, run) in zip(axes, paths.items()):
-            draw_plan(axis, crossing, run, numbers[name], name, x, y)
-        name_positions(axes[0], crossing)
-        draw_heights(axes[-1], paths, numbers)
-        axes[-1].set_xlim(x[0] / MM, x[-1] / MM)
-        figure.suptitle(
-            f"Contact bands on the cast crossing 1:{crossing.ratio:g}, wheel of radius"
-            f" {1e3 * next(iter(paths.values())).radius:.0f} mm, centred, not yawed\nfacing runs to the right \u2192,"
-            " trailing to the left \u2190 over the same bands; lateral scale enlarged",
-            fontsize=15,
-        )
-        return save(figure, path)
+def draw(crossing: CastCrossing, paths: dict[str, WheelPath], numbers: dict[str, PathNumbers]) -> Figure:
+    """One plan a wheel with its band, and the heights of all axles below."""
+    figure = new_figure(3.0 * len(paths) + 4.2)
+    heights = [1.0] * len(paths) + [1.25]
+    axes = figure.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights})
+    first = next(iter(paths.values()))
+    x = np.arange(crossing.shape.leg_start - 0.15, first.x[-1] - 0.05, 2 * MM)
+    y = np.arange(-60, 130.1, 0.25) * MM
+    for axis, (name, run) in zip(axes, paths.items()):
+        draw_plan(axis, crossing, run, numbers[name], name, x, y)
+    name_positions(axes[0], crossing)
+    draw_heights(axes[-1], paths, numbers)
+    axes[-1].set_xlim(x[0] / MM, x[-1] / MM)
+    figure.suptitle(
+        f"Contact bands on the cast crossing 1:{crossing.ratio:g}, wheel of radius {1e3 * first.radius:.0f} mm,"
+        " centred, not yawed\nfacing runs to the right \u2192, trailing to the left \u2190 over the same bands; lateral"
+        " scale enlarged",
+        fontsize=15,
+    )
+    return figure
 
 
 def draw_plan(
@@ -226,32 +199,22 @@ def draw_heights(axis, paths: dict[str, WheelPath], numbers: dict[str, PathNumbe
     axis.legend(ncols=1, loc="upper right")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", required=True, help="folder for figure and table")
-    parser.add_argument("--ratio", type=float, default=9.25, help="N of the crossing 1:N")
-    parser.add_argument("--radius", type=float, default=1e3 * RADIUS, help="of the wheels [mm]")
-    parser.add_argument("--sections", type=Path, help="a .slcs of the 1:9.25 crossing's own sections to compare with")
-    parser.add_argument(
-        "--wheels",
-        nargs="+",
-        default=WHEEL_NAMES,
-        help=f"names ({', '.join(WHEEL_NAMES)}) or profile files; default: those named",
-    )
-    arguments = parser.parse_args()
-    out = Path(arguments.out)
-    out.mkdir(parents=True, exist_ok=True)
-    crossing, radius = CastCrossing(arguments.ratio), arguments.radius * MM
-    paths = {name: run_over(crossing, name, radius=radius) for name in arguments.wheels}
+def main(
+    ratio: Annotated[float, typer.Option(help="N of the crossing 1:N")] = 9.25,
+    radius: Annotated[float, typer.Option(help="of the wheels [mm]")] = 1e3 * RADIUS,
+    sections: Annotated[Path | None, typer.Option(help="a .slcs of the 1:9.25 crossing's own sections")] = None,
+    wheel: Annotated[list[str] | None, typer.Option(help="name or profile file; may be given several times")] = None,
+    quick: QUICK = False,
+    out: OUT = None,
+) -> None:
+    """Wheels over the cast crossing: contact bands, entry ramp, lowest point, transfer, dip angle."""
+    crossing, spacing = CastCrossing(ratio), (5 if quick else 1) * MM
+    names = wheel or (["P8"] if quick else list(WHEEL_NAMES))
+    paths = {name: run_over(crossing, name, spacing, radius * MM) for name in names}
     numbers = {name: path_numbers(path, crossing) for name, path in paths.items()}
-    write_table(out / "crossing_paths.csv", numbers)
-    draw(out / "contact_bands.png", crossing, paths, numbers)
-    text = table(numbers, arguments.ratio)
-    if arguments.sections:
-        text += "\n" + against_sections(arguments.sections, paths, radius)
-    (out / "crossing_paths.txt").write_text(text + "\n", encoding="utf-8")
-    print(text)
+    beside = "" if sections is None else against_sections(sections, paths, radius * MM)
+    publish("crossing_path", out, [table(numbers, ratio)], lambda: draw(crossing, paths, numbers), beside)
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

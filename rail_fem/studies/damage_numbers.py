@@ -1,4 +1,5 @@
-"""Study: every number asked of the damage part that takes seconds, measured anew, with what was asked beside it.
+"""Every number asked of the damage part that takes seconds, measured anew, with what was asked beside it, and wear of
+one patch by the method of its pressure.
 
     rail-fem study damage-numbers --out numbers        some two minutes of one processor
     rail-fem study damage-numbers --quick              patches and points alone, some seconds
@@ -11,7 +12,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,14 +31,26 @@ from rail_fem.cyclic.rolling import NoEquilibriumError, rolling_line_contact
 from rail_fem.damage.evolution import evolve
 from rail_fem.damage.fatigue import WholeLifeRail, shakedown_limits
 from rail_fem.damage.sites import crossing_site, stepping_of, switch_section
-from rail_fem.damage.wear import DENSITY, Archard, BritishRail, KrausePoll, Usfd, specific_wear, tgamma, worn_area
-from rail_fem.light.patch_methods import THESIS_STEEL, WHEEL_LOAD
-from rail_fem.output.markdown import markdown_table
+from rail_fem.damage.wear import (
+    DENSITY,
+    Archard,
+    BritishRail,
+    KrausePoll,
+    Usfd,
+    slip_size,
+    specific_wear,
+    tgamma,
+    worn_area,
+)
+from rail_fem.light.patch_methods import THESIS_STEEL, WHEEL_LOAD, method_rows, thesis_pair
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
-from rail_fem.show.table_and_figure import write_table_and_figure
-from rail_fem.studies.wear_patch import CREEPAGE, LAW, SPEED
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
+CREEPAGE = Creepage(3.7917e-5, 0.005, 0.2023)  # Table 6-2
+HEAD = "60E1"  # rail_fem/light/patch_methods.py says why
+LAW = Archard(2.8e9, coefficient=10e-4)
+SPEED, CELL = 15.0, 11.32e-3 / 50  # of the thesis' grid along x [m]
 YIELD = 300e6  # of the steel whose points are led [Pa]
 AXES, LOAD = (6e-3, 4e-3), 80e3  # of the patch of the creep curves [m], [N]
 
@@ -92,6 +104,67 @@ def patch_numbers() -> Iterator[Number]:
         "0.77, 1.7, 0.92, 5.3, 6.2",
         ", ".join(f"{v:.2f}" for v in (*found, usfd, brr)),
     )
+
+
+def rolled(patch: Patch) -> Patch:
+    """With tractions and slip under Table 6-2's creepages, which are those at the largest pressure: there y is 0."""
+    grid, along = patch.grid, patch.pressure.max(axis=0)
+    patch = replace(patch, grid=replace(grid, y_first=grid.y_first - grid.y[int(np.argmax(along))]))
+    return fastsim(patch, THESIS_STEEL, THESIS_STEEL, 0.3, CREEPAGE, estimate=False)
+
+
+def method_patches() -> dict[str, Patch]:
+    """Rolled patches by the method of their pressure."""
+    found = {"Hertz, thesis' ellipse": elliptic_patch(5.66e-3, 4.02e-3, WHEEL_LOAD, (50, 51))}
+    wanted = {"2.5D (a) parabolic, 2a = 11.32 mm", "2.5D (b), coupled slices", "half-space"}
+    found |= {row.method: row.known_patch for row in method_rows(thesis_pair(HEAD), HEAD) if row.method in wanted}
+    return {name: rolled(patch) for name, patch in found.items()}
+
+
+class WearNumbers(NamedTuple):
+    """Largest cell on cells of the thesis' length [m], its pressure [Pa] and slip, deepest strip [m], worn area [m2],
+    mean slip weighted with pressure."""
+
+    cell: float
+    pressure: float
+    slip: float
+    strip: float
+    area: float
+    mean_slip: float
+
+
+def wear_numbers(patch: Patch) -> WearNumbers:
+    cells = LAW.cells(patch, SPEED)
+    at = np.unravel_index(np.argmax(cells), cells.shape)
+    slip = slip_size(patch)
+    return WearNumbers(
+        cells[at] * CELL / patch.grid.dx,
+        float(patch.pressure[at]),
+        float(slip[at]),
+        float(LAW.depth(patch, SPEED).max()),
+        worn_area(LAW, patch, SPEED),
+        float((patch.pressure * slip).sum() / patch.pressure.sum()),
+    )
+
+
+def wear_rows() -> list[list[str]]:
+    """Wear of that patch by the method of its pressure, thesis section 6.2.5, and the difference to the first: all
+    carry the same force, so that the worn area differs by slip alone (weighted with pressure)."""
+    rows, first = [], None
+    for name, patch in method_patches().items():
+        own = wear_numbers(patch)
+        first = first or own
+        scales = WearNumbers(1e10, 1e-6, 1e3, 1e8, 1e11, 1e3)
+        off = ["" if a == v else f" ({v / a - 1:+.0%})" for v, a in zip(own, first)]
+        told = [f"{v * scale:.3g}{words}" for v, scale, words in zip(own, scales, off)]
+        rows.append([name, f"{patch.max_pressure / 1e6:.0f}", *told, f"{tgamma(patch):.1f}"])
+    return rows
+
+
+WEAR_HEAD = [
+    "pressure by", "p0 [MPa]", "largest cell [1e-4 um]", "its p [MPa]", "its slip [1e-3]", "deepest strip [1e-2 um]",
+    "area [1e-5 mm2]", "mean slip [1e-3]", "T gamma [N]",
+]  # fmt: skip
 
 
 def creep_numbers() -> Iterator[Number]:
@@ -220,24 +293,13 @@ def switch_numbers() -> Iterator[Number]:
     )
 
 
-def table(rows: list[Number]) -> str:
-    """Markdown."""
-    return "\n".join(markdown_table(["number", "asked", "measured"], [list(row) for row in rows])) + "\n"
-
-
-def main(
-    quick: bool = typer.Option(False, "--quick", help="patches and points alone"),
-    out: Path = typer.Option(None, help="folder for damage_numbers.md"),
-) -> None:
+def main(quick: QUICK = False, out: OUT = None) -> None:
     """Every number asked of the damage part that takes seconds."""
     parts = [patch_numbers, creep_numbers, plastic_numbers, *(() if quick else (crossing_numbers, switch_numbers))]
-    rows = []
-    for part in parts:
-        for row in part():
-            rows.append(row)
-            typer.echo(f"{row.what} | {row.asked} | {row.found}")
-    if out is not None:
-        write_table_and_figure(out / "damage_numbers.md", table(rows))
+    tables = [Table(["number", "asked", "measured"], [row for part in parts for row in part()])]
+    if not quick:
+        tables.append(Table(WEAR_HEAD, wear_rows(), "Wear of one patch by the method of its pressure"))
+    publish("damage_numbers", out, tables)
 
 
 if __name__ == "__main__":

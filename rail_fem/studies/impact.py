@@ -1,6 +1,6 @@
 """Speed against error: two elastic bodies pressed together until they rest, held to Hertz at several element sizes.
 
-    python -m rail_fem.studies.impact --across 4 --across 8 --across 16 --out study.md
+    rail-fem study verification --only contact
 
 Explicit dynamics with mass damping relaxes a quarter of wheel and rail (radii 460 and 300 mm, 100 kN) under the load.
 Pressure is what a surface node carries over its area, for the balanced contact puts half of it there by the other
@@ -12,17 +12,14 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-import typer
 from mpi4py import MPI
 
 from bem.exact.hertz import PointContact, point_contact
 from bem.material import STEEL, contact_modulus
 from geometry.meshing.blocks import mesh_cap
 from geometry.meshing.hexmesh import HexMesh, merge_bodies
-from rail_fem.atomic import write_text_atomically
 from rail_fem.fe.contact.contact import Contact, ContactSettings
 from rail_fem.fe.contact.surface import Surface
 from rail_fem.fe.domain import Domain
@@ -215,35 +212,8 @@ def table(rows: list[Indentation]) -> str:
             ratio, before = np.log(rows[i - 1].size / row.size), rows[i - 1]
             pairs = [(before.pressure_error, row.pressure_error), (before.area_error, row.area_error)]
             orders = [f"{np.log(abs(coarse / fine)) / ratio:.2f}" for coarse, fine in pairs]
-        lines.append(
-            [
-                f"{row.size * 1e3:.3f}",
-                f"{row.across}",
-                f"{row.cells}",
-                f"{row.steps}",
-                f"{row.wall:.1f}",
-                f"{row.rate / 1e6:.1f}",
-                f"{row.pressure_error:+.2%}",
-                orders[0],
-                f"{row.area_error:+.2%}",
-                orders[1],
-                f"{row.overlap:.2%}",
-            ]
-        )
+        cost = [f"{row.size * 1e3:.3f}", *map(str, (row.across, row.cells, row.steps))]
+        cost += [f"{row.wall:.1f}", f"{row.rate / 1e6:.1f}"]
+        errors = [f"{row.pressure_error:+.2%}", orders[0], f"{row.area_error:+.2%}", orders[1], f"{row.overlap:.2%}"]
+        lines.append(cost + errors)
     return "\n".join(markdown_table(head, lines)) + "\n"
-
-
-def main(
-    across: list[int] = typer.Option([4, 8, 16], help="elements over the minor axis of the patch"),
-    out: Path = typer.Option(Path("study.md"), help="Markdown file to write"),
-):
-    """Static Hertz indentation (wheel 460 mm, rail 300 mm, 100 kN, elastic): speed against error."""
-    indent(2)  # compiles the kernels outside the timing
-    text = table([indent(n) for n in sorted(across)])
-    if MPI.COMM_WORLD.rank == 0:
-        write_text_atomically(out, text)
-        print(text, end="")
-
-
-if __name__ == "__main__":
-    typer.run(main)

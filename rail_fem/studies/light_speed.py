@@ -1,10 +1,6 @@
-"""Study: processor time of the light models over a whole crossing: rigid path, pass, passes of a design.
+"""Processor time of the light models over a whole crossing: rigid path, pass, passes of a design.
 
-    rail-fem study light-speed                                    the parametric crossing
-    rail-fem study light-speed --case my_crossing.toml            any other, e.g. by its sections
-    rail-fem study light-speed --designs 60                       as many crossings that were never seen before
-
-Processor time of this process, the least of several rounds where a row can be repeated; kernels are compiled before.
+Of this process, the least of several rounds where a row can be repeated; kernels are compiled before.
 """
 
 import time
@@ -14,14 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import typer
 
 from rail_fem.case.casefile import Case, load_case
-from rail_fem.case.examples import example
 from rail_fem.light.contact_table import table_of
 from rail_fem.light.rigid import rigid_path
 from rail_fem.models import rigid_hertz
-from rail_fem.output.markdown import markdown_table
 from rail_fem.settings.light import RigidHertzSettings
 
 START, END = -1.35, 0.75  # [m]
@@ -82,16 +75,3 @@ def rows_of(path: Path, designs: int) -> Iterator[list[str]]:
         each = sum(spent(partial(run, case)) for case in new) / designs
         whole = f"a pass; {STUDY} on {CORES} cores: {each * STUDY / CORES / 60:.0f} min (extrapolated)"
         yield [f"{designs} passes of crossings not seen before, every 5 mm", f"{1e3 * each:.0f}", whole]
-
-
-def main(
-    case: Path = typer.Option(None, help="case file; none: the whole crossing that comes with the program"),
-    designs: int = typer.Option(0, help="crossings not seen before, of the parametric family", min=0, max=10000),
-) -> None:
-    """Processor time of the light models over a whole crossing."""
-    rows = list(rows_of(example("whole_crossing") if case is None else case, designs))
-    typer.echo("\n".join(markdown_table(["what", "processor time [ms]", ""], rows)))
-
-
-if __name__ == "__main__":
-    typer.run(main)

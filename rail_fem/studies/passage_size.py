@@ -1,9 +1,9 @@
-"""Resolution of a pass: one case at several element sizes, the limit that each quantity tends to, and what the choices
-that make it less expensive change.
+"""Resolution of a pass: one case at several element sizes, and the limit that each quantity tends to. What the choices
+that make it less expensive change is a list for sweep, cases/rows/passage_choices.toml.
 
     rail-fem study passage-size --out sizes                       4, 3, 2 mm over the nose: some minutes
     mpirun -n 2 python -m mpi4py -m rail_fem.studies.passage_size --case cases/nose_transfer.toml
-        --sizes 4,2,1 --judged 4 --out runs/sizes
+        --sizes 4,2,1 --out runs/sizes
 
 Writes table.md, passage_size.png and passage_cost.png (speed against error). Runs lie in folders of their size: what
 is there is not run again, what was stopped goes on. Bars are those of `error_twin`, the next coarser run of the series
@@ -15,45 +15,30 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
 from rail_fem.atomic import write_text_atomically
-from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
 from rail_fem.case.variations import read_settings
 from rail_fem.launcher import rank
 from rail_fem.output.extrapolation import Limit
 from rail_fem.output.markdown import markdown_table
-from rail_fem.output.quantities import FORCES, REPORTED, reported
+from rail_fem.output.quantities import FORCES, REPORTED
 from rail_fem.output.result import PassResult
 from rail_fem.scene.units import SHOWN
-from rail_fem.settings.explicit import FeSettings
 from rail_fem.show.metal import CUBIC_MM
-from rail_fem.studies.size_cost_figure import draw_cost
-from rail_fem.studies.size_figure import draw_sizes
-from rail_fem.studies.size_series import MODEL, faults_told, limits, read_sizes, run_at, run_sizes, size_of
+from rail_fem.show.table_and_figure import write_figure
+from rail_fem.studies.harness import QUICK
+from rail_fem.studies.size_figures import draw_cost, draw_sizes
+from rail_fem.studies.size_series import MODEL, faults_told, limits, read_sizes, run_sizes, size_of
 from rail_fem.sweeps.compare import core_seconds, history_error
 
-# lengths of a travelling window: short; longer than any crossing, and short of the most a case file may ask for, for
-# larger elements have a longer one
-WINDOW, WHOLE = "60 mm", "4000 mm"
+OWN = Path("passage_size")
 QUICK_STRETCH = {f"run.{MODEL}.start": "320 mm", f"run.{MODEL}.end": "400 mm"}
 NAMES = [name for name in REPORTED if name not in FORCES or name.endswith(("_on_wheel", "_wing", "_nose"))]
 DECIMALS = {"kN": 1, "MPa": 0, "mm": 2, "%": 2, "mm3": 0}
-
-
-def judges(settings: FeSettings) -> dict[str, dict[str, str | int]]:
-    """What makes a pass less expensive, or judges it, changed one at a time: name -> changed settings."""
-    length, words = (WHOLE, "whole crossing") if settings.has_window else (WINDOW, f"window of {WINDOW}")
-    element = "one-point" if settings.element == "full" else "full"
-    others = {"small": "all", "all": "small"}[settings.scaled_elements]
-    return {
-        "no mass scaling": {"mass_scaling": 1},
-        f"masses of {others} elements scaled": {"mass_scaling": "auto", "scaled_elements": others},
-        words: {"window_ahead": length, "window_behind": length},
-        f"element {element}": {"element": element},
-    }
 
 
 def cell(name: str, value: float, bar: float = math.nan) -> str:
@@ -123,67 +108,31 @@ def hourglass(result: PassResult) -> str:
     return f"{values[0]:.1%}" if values else "-"
 
 
-def judges_table(base: PassResult, judged: dict[str, PassResult]) -> list[str]:
-    """Markdown: what each change does to the quantities of one size, and what it costs."""
-    values = {name: reported(result) for name, result in judged.items()}
-    rows = [
-        [
-            REPORTED[name].meaning,
-            own_cell(name, base),
-            *(off(name, own[name], Limit(REPORTED[name].of(base), 0.0, 0.0)) for own in values.values()),
-        ]
-        for name in NAMES
-        if REPORTED[name].of(base) > 0 and all(name in own for own in values.values())
-    ]
-    rows.append(["force history, L2", "-", *(f"{history_error(r, base):.2%}" for r in judged.values())])
-    rows.append(["hourglass energy", hourglass(base), *(hourglass(r) for r in judged.values())])
-    rows.append(["steps", str(base.cost.steps), *(str(r.cost.steps) for r in judged.values())])
-    rows.append(["core seconds", *(f"{core_seconds(r):.0f}" for r in (base, *judged.values()))])
-    return markdown_table(["quantity", f"elements of {size_words(size_of(base))}", *judged], rows)
-
-
-def page(results: Sequence[PassResult], base: PassResult | None, judged: dict[str, PassResult]) -> str:
+def page(results: Sequence[PassResult]) -> str:
     """The Markdown of the study."""
-    lines = [*convergence_table(results), "", *cost_table(results), ""]
-    if base is not None:
-        lines += [*judges_table(base, judged), ""]
-    return "\n".join(lines)
+    return "\n".join([*convergence_table(results), "", *cost_table(results), ""])
 
 
 def main(
-    case: Path = typer.Option(None, help="case file; none: nose_transfer"),
-    out: Path = typer.Option(Path("passage_size"), help="folder of the runs, of table.md and of the figures"),
-    sizes: str = typer.Option("4,3,2", help="element sizes [mm]"),
-    setting: list[str] = typer.Option(
-        [], "--set", help="KEY=VALUE in place of the case file's, e.g. scene.speed=60mph"
-    ),
-    judged: float = typer.Option(
-        None, help="element size [mm] at which mass scaling, window and element are changed one at a time"
-    ),
-    quick: bool = typer.Option(False, help="80 mm over the nose alone"),
-):
+    case: Annotated[Path | None, typer.Option(help="case file; none: nose_transfer")] = None,
+    sizes: Annotated[str, typer.Option(help="element sizes [mm]")] = "4,3,2",
+    setting: Annotated[
+        list[str] | None, typer.Option("--set", help="KEY=VALUE in place of the case file's, e.g. scene.speed=60mph")
+    ] = None,
+    quick: QUICK = False,
+    out: Annotated[Path, typer.Option(help="folder of the runs, of table.md and of the figures")] = OWN,
+) -> None:
     """One pass at several element sizes: table of values with bars, orders and limits, and a figure."""
     with faults_told():
-        path, changes = case or example("nose_transfer"), {**(QUICK_STRETCH if quick else {}), **read_settings(setting)}
-        quiet = lambda line: None
-        results = run_sizes(path, changes, read_sizes(sizes), out, quiet)
-        base, others = None, {}
-        if judged is not None:
-            base = next((r for r in results if abs(size_of(r) - judged * 1e-3) < 1e-9), None)
-            if base is None:
-                base = run_at(path, changes, judged * 1e-3, out / f"{judged:g}mm", quiet)
-            for name, settings in judges(load_case(path, changes).settings(FeSettings)).items():
-                changed = changes | {f"run.{MODEL}.{key}": value for key, value in settings.items()}
-                others[name] = run_at(
-                    path, changed, judged * 1e-3, out / f"{judged:g}mm-{name.replace(' ', '_')}", quiet
-                )
+        path = case or example("nose_transfer")
+        changes = {**(QUICK_STRETCH if quick else {}), **read_settings(setting or [])}
+        results = run_sizes(path, changes, read_sizes(sizes), out, lambda line: None)
     if rank() == 0:
-        text = page(results, base, others)
+        text = page(results)
         write_text_atomically(out / "table.md", text)
-        draw_sizes(results, others, out / "passage_size.png")
-        draw_cost(results, others, out / "passage_cost.png")
-        typer.echo(text)
-        typer.echo(f"written: {out}/table.md, passage_size.png, passage_cost.png")
+        write_figure(out / "passage_size.png", lambda: draw_sizes(results))
+        write_figure(out / "passage_cost.png", lambda: draw_cost(results))
+        typer.echo(f"{text}written: {out}/table.md, passage_size.png, passage_cost.png")
 
 
 if __name__ == "__main__":

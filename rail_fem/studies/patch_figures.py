@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.interpolate import RegularGridInterpolator
 
 from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, contact_point_of
-from rail_fem.show.style import GREEN, NOSE, ORANGE, TOTAL, WING, lettering, new_figure, save
+from rail_fem.show.style import GREEN, NOSE, ORANGE, TOTAL, WING, new_figure
 
 STYLES = {
     "half-space": (TOTAL, "-"),
@@ -34,58 +33,35 @@ def across_from_contact(row: MethodRow) -> np.ndarray:
     return patch.grid.y - (contact_point_of(patch) if whole else 0.0)
 
 
-def draw_profiles(cases: dict[str, list[MethodRow]], path: Path) -> None:
+def draw_profiles(cases: dict[str, list[MethodRow]]) -> Figure:
     """Pressure across the patch where it is highest, and along it, every method; one row for each rail."""
-    with lettering():
-        figure = new_figure(4.8 * len(cases))
-        axes = figure.subplots(len(cases), 2, squeeze=False)
-        for (across, along), (rail, rows) in zip(axes, cases.items()):
-            for row, colour, style in drawn_rows(rows):
-                kind = {
-                    "color": colour,
-                    "linewidth": 1.5,
-                    "markersize": 4,
-                    "markerfacecolor": "none",
-                    "label": row.method,
-                }
-                patch = row.known_patch
-                middle = int(np.abs(patch.grid.x).argmin())
-                across.plot(across_from_contact(row) * 1e3, patch.pressure[middle] / 1e6, style, **kind)
-                along.plot(patch.grid.x * 1e3, patch.pressure.max(axis=1) / 1e6, style, **kind)
-            across.axhline(
-                THESIS_ROWS[0].max_pressure / 1e6,
-                color="#777777",
-                linewidth=1.2,
-                linestyle=":",
-                label="thesis: FEA, largest",
-            )
-            across.set(
-                title=f"P8 on {rail}, {WHEEL_LOAD / 1e3:.4g} kN: across, at x = 0",
-                xlabel="along the face, from the initial contact [mm]",
-                ylabel="pressure [MPa]",
-                ylim=(0, None),
-            )
-            along.set(
-                title=f"P8 on {rail}: largest over each section, along the patch",
-                xlabel="x [mm]",
-                ylabel="pressure [MPa]",
-                ylim=(0, None),
-            )
-            across.legend(fontsize=9, loc="upper right")
-        save(figure, path)
+    figure = new_figure(4.8 * len(cases))
+    for (across, along), (rail, rows) in zip(figure.subplots(len(cases), 2, squeeze=False), cases.items()):
+        for row, colour, style in drawn_rows(rows):
+            kind = {"color": colour, "lw": 1.5, "ms": 4, "mfc": "none", "label": row.method}
+            patch = row.known_patch
+            middle = int(np.abs(patch.grid.x).argmin())
+            across.plot(across_from_contact(row) * 1e3, patch.pressure[middle] / 1e6, style, **kind)
+            along.plot(patch.grid.x * 1e3, patch.pressure.max(axis=1) / 1e6, style, **kind)
+        largest = THESIS_ROWS[0].max_pressure / 1e6
+        across.axhline(largest, color="#777777", lw=1.2, ls=":", label="thesis: FEA, largest")
+        words = "along the face, from the initial contact [mm]"
+        across.set(title=f"P8 on {rail}, {WHEEL_LOAD / 1e3:.4g} kN: across, at x = 0", xlabel=words)
+        along.set(title=f"P8 on {rail}: largest over each section, along the patch", xlabel="x [mm]")
+        for axis in (across, along):
+            axis.set(ylabel="pressure [MPa]", ylim=(0, None))
+        across.legend(fontsize=9, loc="upper right")
+    return figure
 
 
-def draw_maps(cases: dict[str, list[MethodRow]], path: Path) -> None:
+def draw_maps(cases: dict[str, list[MethodRow]]) -> Figure:
     """Pressure maps of finite elements, half-space and slices, and where the two differ from the first; one row for
     each case."""
-    with lettering():
-        figure = new_figure(2.9 * len(cases))
-        axes = figure.subplots(len(cases), 5, squeeze=False)
-        for line, (name, rows) in zip(axes, cases.items()):
-            finest = drawn_rows(rows)[-1][0]
-            others = [next(row for row in rows if row.method == method) for method in ("half-space", BLOCKS)]
-            _map_line(figure, line, name, finest, others)
-        save(figure, path)
+    figure = new_figure(2.9 * len(cases))
+    for line, (name, rows) in zip(figure.subplots(len(cases), 5, squeeze=False), cases.items()):
+        others = [next(row for row in rows if row.method == method) for method in ("half-space", BLOCKS)]
+        _map_line(figure, line, name, drawn_rows(rows)[-1][0], others)
+    return figure
 
 
 def _map_line(figure, line, name: str, finest: MethodRow, others: list[MethodRow]) -> None:

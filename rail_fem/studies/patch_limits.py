@@ -1,7 +1,7 @@
 """Where the half-space is wrong and the 2.5D slices are right: beside a free edge, and where the wheel's radius is near
 the rail's.
 
-    python -m rail_fem.studies.patch_limits --out limits        a table (limits.md) and a figure (limits.png)
+    rail-fem study patch-methods limits --out limits
 
 Edge: a wheel of 460 mm on a crown of 300 mm that ends in a square edge at some distance from the initial contact, or
 at both sides, as on a crossing's nose. Conformal: a hollow tread of almost the crown's radius. Reference: the limit of
@@ -16,22 +16,24 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import typer
+from matplotlib.figure import Figure
 
 from bem.halfspace.normal import normal_contact
 from bem.material import STEEL
 from bem.patch import Patch
 from bem.patch_edge import edge_positions
 from bem.slices.coupled import SlicePatch, slice_contact
-from rail_fem.atomic import write_text_atomically
 from rail_fem.light.patch_methods import MethodRow, table
+from rail_fem.show.style import GREEN, TOTAL, new_figure
+from rail_fem.show.style import NOSE as NOSE_COLOUR
 from rail_fem.static_fe.finite_series import finite_series, limit_row, to_stderr
 from rail_fem.static_fe.solid_blocks import BlockPair
+from rail_fem.studies.harness import publish
 
 ROLLING = 0.46
 NOSE, NOSE_LOAD = 0.30, 5e4  # crown radius [m] and load [N] beside an edge
 HOLLOW_LOAD = 1.5e5  # on a crown under a hollow tread [N]
-HALF_SPACE, SLICES = "half-space", "2.5D (b), coupled slices"
+HALF_SPACE, SLICES, FINITE = "half-space", "2.5D (b), coupled slices", "finite elements"
 
 
 @dataclass(frozen=True)
@@ -131,65 +133,44 @@ def centre_across(row: MethodRow) -> float:
     return float(along @ s / along.sum())
 
 
-def draw(cases: dict[str, list[MethodRow]], path: Path) -> None:
+def draw(cases: dict[str, list[MethodRow]]) -> Figure:
     """Pressure across the patch at x = 0, every case and method."""
-    from rail_fem.show.style import GREEN, NOSE, TOTAL, lettering, new_figure, save
-
-    with lettering():
-        figure = new_figure(8.4)
-        axes = figure.subplots(2, (len(cases) + 1) // 2, squeeze=False).ravel()
-        for axis, (name, rows) in zip(axes, cases.items()):
-            for row, colour, style, label in (
-                (rows[0], TOTAL, "-", HALF_SPACE),
-                (rows[1], GREEN, "--", SLICES),
-                (rows[-1], NOSE, "o", "finite elements"),
-            ):
-                patch = row.known_patch
-                middle = patch.pressure[int(np.abs(patch.grid.x).argmin())]
-                s = patch.points[:, 0] if isinstance(patch, SlicePatch) else patch.grid.y
-                axis.plot(
-                    s * 1e3,
-                    middle / 1e6,
-                    style,
-                    color=colour,
-                    linewidth=1.6,
-                    markersize=4.5,
-                    markerfacecolor="none",
-                    label=label,
-                )
-            finest = rows[-1].known_patch
-            pressed = finest.grid.y[finest.pressure.any(axis=0)] * 1e3
-            axis.set_title(textwrap.fill(name, 26), fontsize=11)
-            axis.set(
-                xlabel="across [mm]", ylabel="pressure [MPa]", ylim=(0, None), xlim=(pressed[0] - 2, pressed[-1] + 2)
-            )
-        for axis in axes[len(cases) :]:
-            axis.remove()
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="lower right", bbox_to_anchor=(0.98, 0.2))
-        figure.suptitle("Pressure across the patch at x = 0, from the initial contact", fontsize=14)
-        save(figure, path)
+    figure = new_figure(8.4)
+    axes = figure.subplots(2, (len(cases) + 1) // 2, squeeze=False).ravel()
+    for axis, (name, rows) in zip(axes, cases.items()):
+        shown = (
+            (rows[0], TOTAL, "-", HALF_SPACE),
+            (rows[1], GREEN, "--", SLICES),
+            (rows[-1], NOSE_COLOUR, "o", FINITE),
+        )
+        for row, colour, style, label in shown:
+            patch = row.known_patch
+            middle = patch.pressure[int(np.abs(patch.grid.x).argmin())]
+            s = patch.points[:, 0] if isinstance(patch, SlicePatch) else patch.grid.y
+            axis.plot(s * 1e3, middle / 1e6, style, color=colour, lw=1.6, ms=4.5, mfc="none", label=label)
+        finest = rows[-1].known_patch
+        pressed = finest.grid.y[finest.pressure.any(axis=0)] * 1e3
+        axis.set_title(textwrap.fill(name, 26), fontsize=11)
+        limits = pressed[0] - 2, pressed[-1] + 2
+        axis.set(xlabel="across [mm]", ylabel="pressure [MPa]", ylim=(0, None), xlim=limits)
+    for axis in axes[len(cases) :]:
+        axis.remove()
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="lower right", bbox_to_anchor=(0.98, 0.2))
+    figure.suptitle("Pressure across the patch at x = 0, from the initial contact", fontsize=14)
+    return figure
 
 
-def main(
-    size: list[float] = typer.Option([1.0, 0.7, 0.5], help="element sizes along the patch [mm]"),
-    out: Path = typer.Option(Path("limits"), help="files to write, without ending"),
-):
-    """Half-space and slices beside an edge and under a hollow tread, against finite elements."""
-    found, text = {}, ""
+def study_limits(sizes: list[float], out: Path | None) -> None:
+    """Half-space and slices beside an edge and under a hollow tread, against finite elements of these sizes [m]."""
+    found, text = {}, []
     for case in CASES:
-        rows, reference, miss = rows_of(case, [value * 1e-3 for value in size])
+        rows, reference, miss = rows_of(case, sizes)
         found[case.name] = rows
         words = ", ".join(f"{name.replace('_', ' ')} {value:.1%}" for name, value in miss.items())
-        text += (
+        centres = ", ".join(f"{row.method} {centre_across(row) * 1e3:+.3f}" for row in (rows[0], rows[1], rows[-2]))
+        text.append(
             f"{case.name}, {case.load / 1e3:g} kN; in brackets the difference to the finite elements'"
             f" limit\n\n{table(rows, reference)}\nUncertainty of the limit: {words}.\n"
+            f"Centre of pressure across, from the initial contact [mm]: {centres}."
         )
-        centres = ", ".join(f"{row.method} {centre_across(row) * 1e3:+.3f}" for row in (rows[0], rows[1], rows[-2]))
-        text += f"Centre of pressure across, from the initial contact [mm]: {centres}.\n\n"
-    write_text_atomically(out.with_suffix(".md"), text)
-    draw(found, out.with_suffix(".png"))
-    print(text, end="")
-
-
-if __name__ == "__main__":
-    typer.run(main)
+    publish("patch_limits", out, [], lambda: draw(found), "\n\n".join(text))

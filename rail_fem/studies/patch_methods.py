@@ -1,10 +1,10 @@
 """The contact patch of P8 on BS113A by every method of `bem`, with static finite elements in three dimensions as
 reference solution.
 
-    python -m rail_fem.studies.patch_methods --out patch        a table (patch.md) and two figures: patch.png
-    (profiles), patch_maps.png (pressure maps)
-    python -m rail_fem.studies.patch_methods --size 1 --size 0.7    other element sizes along the patch [mm], three
-    fifths of that across
+    rail-fem study patch-methods --out patch                    profiles and pressure maps as figures
+    rail-fem study patch-methods --size 1 --size 0.7            other element sizes along the patch [mm], three fifths
+                                                                of that across
+    rail-fem study patch-methods limits                         where the half-space is wrong (patch_limits.py)
 
 Blocks with the true faces of a contact pair (rail_fem/light/contact_pairs.py) under the thesis' wheel load; the
 reference is the limit of three sizes (rail_fem/static_fe/finite_series.py, rail_fem/static_fe/solid_contact.py).
@@ -15,20 +15,22 @@ ends with the same finite elements at the thesis' element sizes, and with the th
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import typer
 
 from bem.patch import Patch
 from bem.slices.coupled import slice_contact
-from rail_fem.atomic import write_text_atomically
 from rail_fem.light.contact_pairs import ContactPair
 from rail_fem.light.patch_methods import BLOCKS, THESIS_ROWS, WHEEL_LOAD, MethodRow, method_rows, table, thesis_pair
+from rail_fem.show.table_and_figure import write_figure
 from rail_fem.static_fe.finite_series import finite_series, limit_row, map_difference, to_stderr, zone_about
 from rail_fem.static_fe.solid_blocks import BlockPair
 from rail_fem.static_fe.solid_contact import finite_patch
+from rail_fem.studies.harness import OUT, QUICK, publish
 from rail_fem.studies.patch_figures import draw_maps, draw_profiles
+from rail_fem.studies.patch_limits import study_limits
 
 COMPARED = ("half-space", BLOCKS)
 THESIS_ELEMENT = (0.2e-3, 18.88e-3 / 50)
@@ -86,27 +88,33 @@ def map_words(rows: list[MethodRow]) -> str:
 
 
 def main(
-    size: list[float] = typer.Option([1.0, 0.7, 0.5, 0.35], help="element sizes along the patch [mm]"),
-    out: Path = typer.Option(Path("patch"), help="files to write, without ending"),
-    thesis: bool = typer.Option(
-        True, help="finite elements at the thesis' sizes too, on the head that meets its figures (a minute)"
-    ),
-):
-    """P8 on BS113A, 49,505 N: all patch solvers against finite elements, beside the thesis."""
-    cases, text = {}, ""
+    part: Annotated[str, typer.Argument(help="methods or limits")] = "methods",
+    size: Annotated[list[float] | None, typer.Option(help="element sizes along the patch [mm]")] = None,
+    thesis: Annotated[bool, typer.Option(help="finite elements at the thesis' sizes, too (a minute)")] = True,
+    quick: QUICK = False,
+    out: OUT = None,
+) -> None:
+    """P8 on BS113A, 49,505 N: all patch solvers against finite elements, beside the thesis; where they are wrong."""
+    sizes = [value * 1e-3 for value in size or ([1.6, 1.2] if quick else [1.0, 0.7, 0.5])]
+    if part == "limits":
+        study_limits(sizes, out)
+        return
+    if part != "methods":
+        raise typer.BadParameter(f"{part}: no such part; there are methods and limits")
+    cases, text = {}, []
     for rail in RAILS:
-        rows, reference, words = reference_rows(rail, [value * 1e-3 for value in size])
+        rows, reference, words = reference_rows(rail, sizes if size or quick else [*sizes, 0.35e-3])
         cases[rail] = rows
-        thesis_rows = [thesis_mesh_row(rail, reference.known_patch)] if thesis and rail == THESIS_HEAD else []
-        text += (
+        meets = thesis and not quick and rail == THESIS_HEAD
+        thesis_rows = [thesis_mesh_row(rail, reference.known_patch)] if meets else []
+        text.append(
             f"P8 on {rail}, {WHEEL_LOAD:.0f} N; in brackets the difference to the finite elements'"
             f" limit\n\n{table([*rows, *thesis_rows, *THESIS_ROWS], reference)}\n{words}\n"
+            f"Pressure map of the finest finite elements, L2 difference to: {map_words(rows)}"
         )
-        text += f"Pressure map of the finest finite elements, L2 difference to: {map_words(rows)}\n\n"
-    write_text_atomically(out.with_suffix(".md"), text)
-    draw_profiles(cases, out.with_suffix(".png"))
-    draw_maps(cases, out.with_name(out.name + "_maps.png"))
-    print(text, end="")
+    publish("patch_methods", out, [], lambda: draw_profiles(cases), "\n\n".join(text))
+    if out is not None:
+        write_figure(out / "patch_maps.png", lambda: draw_maps(cases))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,6 @@
 """A wheel strikes a rail in the plane: P8 on BS113A by boundary elements with inertia, section 6.3.1 of the thesis.
 
-    python -m rail_fem.studies.plane_impact --out impact          table of steps and schemes (impact.md), figure
-    (impact.png)
-    python -m rail_fem.studies.plane_impact --judge               and plane-strain finite elements of the same section
+    rail-fem study plane-impact --out impact          held to finite elements: tests/versus/test_plane_impact.py
 
 The wheel comes down at 100 mm/s and presses for the time in which a patch of 10 mm passes at 75 mph; then the load is
 gone and the section rings. What the thesis does not state is chosen here: the wheel's mass per thickness, the rail's
@@ -14,8 +12,7 @@ from __future__ import annotations
 import time
 import warnings
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -33,12 +30,8 @@ from bem.plane.mesh import Sizing, Zone, mesh_outline
 from bem.plane.outline import Edge, Outline
 from geometry.profiles.rail import rail_head
 from rail_fem.light.contact_pairs import plain_rail_pair, plain_rail_section
-from rail_fem.output.markdown import markdown_table
 from rail_fem.show.style import CURVES, GREY, new_figure
-from rail_fem.show.table_and_figure import write_table_and_figure
-
-if TYPE_CHECKING:
-    from rail_fem.static_fe.plane_impact import FiniteImpact
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 MM, MPA, US = 1e-3, 1e6, 1e-6
 DENSITY = 7800.0  # of the rail [kg/m^3]; the thesis does not state it
@@ -162,8 +155,8 @@ def march(struck: Struck, scheme: Scheme, step: float, end: float = END, every: 
     return ImpactRun(scheme, step, ready - tick, done - ready, impact, impact.time[instants], stress)
 
 
-def table(runs: list[ImpactRun]) -> str:
-    """Markdown, a line for each scheme and step."""
+def table(runs: list[ImpactRun]) -> Table:
+    """A line for each scheme and step."""
     head = [
         "scheme", "step [us]", "steps", "CPU [s]", "force, peak [kN/mm]", "penetration [mm]",
         "von Mises, peak [MPa]", "at [ms]", "later than 20 us after the load [MPa]", "energy balance",
@@ -177,82 +170,10 @@ def table(runs: list[ImpactRun]) -> str:
         ]
         for run in runs
     ]  # fmt: skip
-    return "\n".join(markdown_table(head, rows)) + "\n"
+    return Table(head, rows)
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """Largest von Mises stress (k,) [Pa] of finite elements at times (k,) [s], and of a boundary element run at the
-    very points where the finite elements are highest; the finite elements' own result."""
-
-    step: float
-    nodes: int
-    seconds: float
-    time: np.ndarray
-    finite: np.ndarray
-    boundary: np.ndarray
-    result: FiniteImpact
-
-    @property
-    def force(self) -> np.ndarray:
-        """Force (j,) [N/m] of the finite elements on the wheel at every step."""
-        return self.result.force
-
-    @property
-    def largest(self) -> tuple[float, float]:
-        """Difference of the largest stresses over all time, and the largest difference at any instant, over the largest
-        stress."""
-        return (
-            float(self.boundary.max() / self.finite.max() - 1),
-            float(np.abs(self.boundary - self.finite).max() / self.finite.max()),
-        )
-
-
-def judge(run: ImpactRun, element: float = 0.1 * MM, end: float = 0.4e-3) -> Judgement:
-    """Plane-strain finite elements of the same section under the same wheel, with the run's scheme and step,
-    until 0.1 ms after the load has gone."""
-    from rail_fem.static_fe.plane_impact import finite_impact
-    from rail_fem.static_fe.plane_strain import Fineness
-
-    rail, wheel = wheel_and_rail()
-    middle = nearest_point(rail, wheel)
-    count = round(end / run.step)
-    kept = [k for k in sorted(run.impact.states) if 0 < k <= count]
-    tick = time.process_time()
-    finite = finite_impact(
-        rail, wheel.outline.edge_curves("face"), striker(), DENSITY, run.step, count,
-        Fineness(middle[None], element, 4 * MM, 5 * MM), (middle[0] - 8 * MM, middle[0] + 8 * MM),
-        run.scheme, lambda k: k in kept, 0.3 * MM,
-    )  # fmt: skip
-    spent = time.process_time() - tick
-    pairs = []
-    for k in kept:
-        points, stress = finite.von_mises(k)
-        near = np.flatnonzero(np.hypot(*(points - middle).T) < 10 * MM)
-        highest = near[np.argsort(-stress[near])[:40]]
-        there = field_at(run.impact.solution(k), points[highest]).von_mises
-        run.impact.struck.body.forget_points()
-        pairs.append((stress[highest[0]], np.nanmax(there)))
-    finite_stress, boundary_stress = np.array(pairs).T
-    return Judgement(
-        run.step, len(finite.body.nodes), spent, finite.time[kept], finite_stress, boundary_stress, result=finite
-    )
-
-
-def judge_line(found: Judgement) -> str:
-    """One sentence on a judgement."""
-    peak, worst = found.largest
-    when = found.time[np.argmax(np.abs(found.boundary - found.finite))]
-    return (
-        f"Judge: plane-strain finite elements, {found.nodes} nodes, step {found.step / US:g} us, {found.seconds:.0f} s"
-        " of CPU.\n"
-        f"Largest von Mises stress {found.finite.max() / MPA:.1f} MPa; boundary elements at the same points"
-        f" {peak:+.2%}; largest difference at any instant {worst:.2%} of it, at"
-        f" {when * 1e3:.2f} ms.\n"
-    )
-
-
-def draw(runs: list[ImpactRun], found: Judgement | None) -> Figure:
+def draw(runs: list[ImpactRun]) -> Figure:
     """Stress and force while the wheel presses, a colour a step and a line a scheme; what rings on afterwards, and what
     becomes of the energy."""
     figure = new_figure(8.5)
@@ -265,12 +186,6 @@ def draw(runs: list[ImpactRun], found: Judgement | None) -> Figure:
         force.plot(run.impact.time * 1e3, run.impact.force / 1e6, **line)
         ring.plot(run.time * 1e3, run.stress / MPA, **line)
         energy.plot(run.impact.time * 1e3, 100 * run.impact.imbalance, **line)
-    if found is not None:
-        marks = {"color": GREY, "markersize": 6, "markerfacecolor": "none", "linestyle": ""}
-        words = f"finite elements, trapezoidal, {found.step / US:g} \u00b5s"
-        stress.plot(found.time * 1e3, found.finite / MPA, marker="o", label=words, **marks)
-        stress.plot(found.time * 1e3, found.boundary / MPA, marker="+", label="cells, at those very points", **marks)
-        force.plot(found.result.time[::4] * 1e3, found.force[::4] / 1e6, marker=".", **marks)
     late = [run.stress[run.time > CONTACT_TIME + 4 * US] for run in runs]
     highest = max((values.max() for values in late if len(values)), default=1.0)
     end = max(run.time[-1] for run in runs) * 1e3
@@ -297,29 +212,22 @@ def draw(runs: list[ImpactRun], found: Judgement | None) -> Figure:
 
 
 def main(
-    step: list[float] = typer.Option([20.0, 5.0, 2.0], help="steps of backward Euler and the trapezoidal rule [us]"),
-    judged: bool = typer.Option(False, "--judge", help="finite elements beside the finest run of the trapezoidal rule"),
-    element: float = typer.Option(0.1, help="boundary and finite elements in the contact [mm]"),
-    cell: float = typer.Option(1.5, help="cells near the contact [mm]"),
-    out: Path = typer.Option(None, help="folder for impact.md and impact.png"),
+    step: Annotated[list[float] | None, typer.Option(help="steps of both schemes [us]: 20, 5, 2")] = None,
+    element: Annotated[float, typer.Option(help="boundary elements in the contact [mm]")] = 0.1,
+    cell: Annotated[float, typer.Option(help="cells near the contact [mm]")] = 1.5,
+    quick: QUICK = False,
+    out: OUT = None,
 ) -> None:
     """Impact of a wheel on a rail section by boundary elements with inertia; convergence in the step."""
     tick = time.process_time()
     struck = struck_rail(element * MM, cell * MM)
-    body = struck.body
-    text = (
-        f"{body.mesh.densities} densities, {len(body.cells)} cells, {len(struck.mass)} contact nodes; matrices in"
-        f" {time.process_time() - tick:.1f} s of CPU.\n\n"
+    spent, steps = (
+        time.process_time() - tick,
+        sorted(step or ([20.0, 5.0] if quick else [20.0, 5.0, 2.0]), reverse=True),
     )
-    steps = sorted(step, reverse=True)
     runs = [march(struck, scheme, each * US) for scheme in (BACKWARD_EULER, TRAPEZOIDAL) for each in steps]
-    text += table(runs)
-    found = judge(runs[-1], element * MM) if judged else None
-    if found is not None:
-        text += "\n" + judge_line(found)
-    print(text, end="")
-    if out is not None:
-        write_table_and_figure(out / "impact.md", text, out / "impact.png", lambda: draw(runs, found))
+    counts = f"{struck.body.mesh.densities} densities, {len(struck.body.cells)} cells, {len(struck.mass)} contact nodes"
+    publish("plane_impact", out, [table(runs)], lambda: draw(runs), f"{counts}; matrices in {spent:.1f} s of CPU.")
 
 
 if __name__ == "__main__":

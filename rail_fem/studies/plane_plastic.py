@@ -1,7 +1,7 @@
 """A wheel pressed into a yielding rail in the plane: boundary elements, capped return, finite elements as judge.
 
-    python -m rail_fem.studies.plane_plastic --out plastic       plastic.md, plastic.png, plastic_means.png; ten min
-    python -m rail_fem.studies.plane_plastic --quick                cells of 1 mm, ten steps, a coarser judge
+    rail-fem study plane-plastic --out plastic            ten minutes
+    rail-fem study plane-plastic --quick                  cells of 1 mm, ten steps, a coarser judge, no means
 
 P8 on BS113A in place (1:20, gauge 1435, back-to-back 1360), plane strain, 6.36 kN per mm of thickness in equal steps,
 rail of 210 GPa and 300 MPa without hardening: section 6.3.2 of the thesis, Figs. 6-20 and 6-21 in kind. The thesis cut
@@ -12,8 +12,9 @@ equilibrium is restored in each step, and finite elements with the same steel ju
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -28,13 +29,12 @@ from bem.plane_plastic.capped import capped_return
 from bem.plane_plastic.cells import Cells
 from bem.plane_plastic.contact import PlasticContact, Region
 from bem.plastic.hardening import Hardening
-from rail_fem.output.markdown import markdown_table
 from rail_fem.show.style import STRAIN_COLOURS, new_figure
-from rail_fem.show.table_and_figure import write_figure, write_table_and_figure
 from rail_fem.static_fe.plane_strain import Fineness
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact, PlasticPlaneStep
-from rail_fem.studies.plane_plastic_means import draw_means, equivalent, means_table, of_cells, of_elements, window_of
-from rail_fem.studies.sections import wheel_on_rail
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
+from rail_fem.studies.plane_contact import wheel_on_rail
+from rail_fem.studies.plane_plastic_means import equivalent, means_table, of_cells, of_elements, window_of
 
 MM, MPA = 1e-3, 1e6
 LOAD, YIELD = 6.36e6, 300e6  # [N/m], [Pa]
@@ -129,8 +129,8 @@ HEAD = (
 )  # fmt: skip
 
 
-def table(rows: list[Compared]) -> str:
-    """Markdown, a line for each load."""
+def table(rows: list[Compared]) -> Table:
+    """A line for each load."""
     lines = []
     for row in rows:
         boundary, capped, finite = row.peeq
@@ -144,7 +144,7 @@ def table(rows: list[Compared]) -> str:
                 " ".join(f"{value:.0e}" for value in row.residuals),
             ]
         )
-    return "\n".join(markdown_table(HEAD, lines)) + "\n"
+    return Table(HEAD, lines)
 
 
 def draw(rows: list[Compared], contact: PlasticContact) -> Figure:
@@ -181,39 +181,31 @@ def draw(rows: list[Compared], contact: PlasticContact) -> Figure:
 
 
 def main(
-    size: float = typer.Option(0.5, help="cells of the boundary elements [mm]"),
-    judge_size: float = typer.Option(0.4, help="finite elements [mm]"),
-    steps: int = typer.Option(50, help="equal load steps"),
-    means: bool = typer.Option(True, help="means over equal squares by three sizes of each, two steels"),
-    quick: bool = typer.Option(False, "--quick", help="cells of 1 mm, ten steps, no means"),
-    out: Path = typer.Option(Path("plastic"), help="files to write, without ending"),
-):
+    size: Annotated[float, typer.Option(help="cells of the boundary elements [mm]")] = 0.5,
+    judge_size: Annotated[float, typer.Option(help="finite elements [mm]")] = 0.4,
+    steps: Annotated[int, typer.Option(help="equal load steps")] = 50,
+    means: Annotated[bool, typer.Option(help="means over equal squares by three sizes of each, two steels")] = True,
+    quick: QUICK = False,
+    out: OUT = None,
+) -> None:
     """A wheel pressed into a yielding rail in the plane."""
     if quick:
-        size, judge_size, steps = 1.0, 0.8, 10
+        size, judge_size, steps, means = 1.0, 0.8, 10, False
     rows, contact, seconds = compare(size * MM, judge_size * MM, steps)
     spent = ", ".join(f"{name} {value:.1f} CPU s" for name, value in seconds.items())
-    text = table(rows) + f"\n{steps} steps, {len(contact.section.active)} cells that take part: {spent}.\n"
-    print(text, end="", flush=True)
-    if means and not quick:
-        text += compare_means(out.with_name(f"{out.name}_means.png"))
-    write_table_and_figure(out.with_suffix(".md"), text, out.with_suffix(".png"), lambda: draw(rows, contact))
+    note = f"{steps} steps, {len(contact.section.active)} cells that take part: {spent}."
+    texts = [note, *(compare_means() if means else ())]
+    publish("plane_plastic", out, [table(rows)], lambda: draw(rows, contact), "\n\n".join(texts))
 
 
-def compare_means(figure: Path | None, sizes=SIZES, judge_sizes=JUDGE_SIZES, steps: int = 20) -> str:
-    """Means over equal squares at the last load, without hardening and with; Markdown, printed as it grows."""
-    cases, texts = {}, []
+def compare_means(sizes=SIZES, judge_sizes=JUDGE_SIZES, steps: int = 20) -> Iterator[str]:
+    """Means over equal squares at the last load, without hardening and with; Markdown."""
     for words, slope in (("no hardening", 0.0), (f"slope of {SLOPE / 1e9:g} GPa", SLOPE)):
         contacts = [press(size, steps, slope)[0] for size in sizes]
         window = window_of(contacts[0])
         ours = [of_cells(contact, window, size) for contact, size in zip(contacts, sizes)]
         judges = [of_elements(judge(contacts[0], size, steps, slope)[0], window, size) for size in judge_sizes]
-        cases[words] = ours, judges
-        texts.append("\n" + means_table(ours, judges, words))
-        print(texts[-1], end="", flush=True)
-    if figure is not None:
-        write_figure(figure, lambda: draw_means(cases, window))
-    return "".join(texts)
+        yield means_table(ours, judges, words)
 
 
 if __name__ == "__main__":

@@ -8,12 +8,10 @@ a cell, and the line through the three Gauss points of a triangle, read every si
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 from scipy.spatial import cKDTree
 
@@ -21,13 +19,11 @@ from bem.exact.subsurface import von_mises
 from bem.plane_plastic.contact import PlasticContact
 from rail_fem.output.extrapolation import limit_of, observed_order
 from rail_fem.output.markdown import markdown_table
-from rail_fem.show.style import STRAIN_COLOURS, new_figure
 from rail_fem.static_fe.plastic_plane import PlasticPlaneContact
 
 MM = 1e-3
 READ = MM / 16  # between the points read
 SIDES = 0.5e-3, 1e-3, 2e-3, 4e-3  # of the squares [m]
-DRAWN = 1e-3
 
 
 class Window(NamedTuple):
@@ -170,41 +166,3 @@ def means_table(ours: Sequence[Sampled], judge: Sequence[Sampled], words: str) -
 
 def _sizes(each: Sequence[Sampled]) -> str:
     return ", ".join(f"{one.size / MM:.3g}" for one in each)
-
-
-def draw_means(cases: Mapping[str, tuple[Sequence[Sampled], Sequence[Sampled]]], window: Window) -> Figure:
-    """Plastic strain in means over squares by the finest of both, and their difference, a row for each steel."""
-    figure = new_figure(4.0 * len(cases) + 0.6)
-    axes = figure.subplots(len(cases), 3, squeeze=False, sharex=True, sharey=True)
-    extent = tuple(value / MM for value in (window.left, window.right, window.bottom - window.top, 0.0))
-    for line, (words, (ours, judge)) in zip(axes, cases.items()):
-        one, two = (1e4 * _map(each[-1].peeq) for each in (ours, judge))
-        most = np.nanmax(two)
-        names = [f"{name}\n{each[-1].size / MM:.2g} mm" for name, each in (("cells", ours), ("finite elements", judge))]
-        for axis, values, title in zip(line, (one, two, one - two), [*names, "cells less\nfinite elements"]):
-            signed = axis is line[2]
-            shown = axis.imshow(
-                values, extent=extent, vmin=-most / 5 if signed else 0, vmax=most / 5 if signed else most,
-                cmap="RdBu_r" if signed else STRAIN_COLOURS,
-            )  # fmt: skip
-            axis.set_title(title, fontsize=10)
-            axis.grid(False)
-            if axis is not line[0]:
-                label = "difference [1e-4]" if signed else "plastic strain [1e-4]"
-                figure.colorbar(shown, ax=axis, shrink=0.8).set_label(label, fontsize=10)
-        line[0].set_ylabel(f"{words}\nbelow the highest point [mm]", fontsize=10)
-    strained = np.argwhere(np.nan_to_num(two) > 0.01 * most) * DRAWN / MM
-    (top, left), (low, right) = strained.min(axis=0), strained.max(axis=0)
-    begin = window.left / MM
-    axes[0, 0].xaxis.set_major_locator(MaxNLocator(4))
-    axes[0, 0].set(xlim=(begin + left - 3, begin + right + 4), ylim=(-low - 4, min(3 - top, 0.5)))
-    for axis in axes[-1]:
-        axis.set_xlabel("lateral x [mm]", fontsize=10)
-    figure.suptitle(f"Plastic strain below a P8 on a BS113A, means over squares of {DRAWN / MM:g} mm", fontsize=12)
-    return figure
-
-
-def _map(field: np.ndarray) -> np.ndarray:
-    side = round(DRAWN / READ)
-    blocks = field[: field.shape[0] // side * side].reshape(field.shape[0] // side, side, -1, side)
-    return blocks.mean(axis=(1, 3))

@@ -13,18 +13,16 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import typer
 from matplotlib.figure import Figure
 
 from bem.material import STEEL, Elastic, contact_modulus
-from rail_fem.output.markdown import markdown_table
 from rail_fem.show.style import CURVES, GREY, new_figure
-from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.static_fe.axisymmetric import AxisymmetricError, YieldingSteel
 from rail_fem.static_fe.pressed_ridge import PressedRidge, Ridge, press_ridge
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 RIGID = Elastic(1e17, 0.3)
 YIELD, SLOPE = 480e6, 2e9  # [Pa]: about a rail of today
@@ -100,8 +98,8 @@ def rows_of(ratio: float, radii: list[float], sizes: list[int]) -> tuple[dict[st
     return own, rows
 
 
-def table(flats: dict[float, dict[str, float]], rows: list[RidgeRow]) -> str:
-    """Markdown."""
+def table(flats: dict[float, dict[str, float]], rows: list[RidgeRow]) -> Table:
+    """A row for each load and radius."""
     head = ["Hertz' pressure over Y", "radius of the ridge over the zone's depth", *SHOWN.values(), "CPU s"]
     lines = []
     for ratio, own in flats.items():
@@ -117,7 +115,7 @@ def table(flats: dict[float, dict[str, float]], rows: list[RidgeRow]) -> str:
                 }
                 shown = [f"{row.value[name]:.2f}{change[name]}" for name in SHOWN]
                 lines.append([f"{ratio:g}", f"{row.radius:g}", *shown, f"{row.seconds:.0f}"])
-    return "\n".join(markdown_table(head, lines)) + "\n"
+    return Table(head, lines)
 
 
 def draw(rows: list[RidgeRow]) -> Figure:
@@ -155,8 +153,8 @@ def main(
     ratio: list[float] = typer.Option([3.0, 6.0], help="Hertz' largest pressure on the flat, over the yield stress"),
     radius: list[float] = typer.Option([5.0, 2.0, 1.0, 0.5], help="of the ridge, over the depth of the flat's zone"),
     across: list[int] = typer.Option([6, 12], help="finite elements over the half-width of contact, coarse to fine"),
-    quick: bool = typer.Option(False, "--quick", help="one load, two radii, coarse"),
-    out: Path = typer.Option(None, help="folder for plastic_ridge.md and plastic_ridge.png"),
+    quick: QUICK = False,
+    out: OUT = None,
 ) -> None:
     """A ridge against a half-space under the same force: how much more it flows."""
     if min(ratio) <= 0 or min(radius) <= 0 or min(across) < 3:
@@ -167,10 +165,7 @@ def main(
     for one in ratio:
         flats[one], found = rows_of(one, radius, sorted(across))
         rows += found
-    text = table(flats, rows)
-    print(text, end="")
-    if out is not None:
-        write_table_and_figure(out / "plastic_ridge.md", text, out / "plastic_ridge.png", lambda: draw(rows))
+    publish("plastic_ridge", out, [table(flats, rows)], lambda: draw(rows))
 
 
 if __name__ == "__main__":

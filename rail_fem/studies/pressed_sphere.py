@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import typer
@@ -26,11 +25,10 @@ from bem.patch import Grid
 from bem.plastic.contact import PlasticHalfSpace
 from bem.plastic.hardening import Hardening
 from rail_fem.output.extrapolation import limit_of
-from rail_fem.output.markdown import markdown_table
 from rail_fem.show.style import CURVES, GREY, new_figure
-from rail_fem.show.table_and_figure import write_table_and_figure
 from rail_fem.static_fe.axisymmetric import YieldingSteel
 from rail_fem.static_fe.pressed_sphere import Pressed, press_sphere
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 RIGID = Elastic(1e17, 0.3)
 RADIUS, YIELD = 0.1, 310e6  # [m], [Pa]
@@ -135,8 +133,8 @@ def judge(runs: list[Pressed], approach: float, seconds: float = 0.0) -> Judged:
     return Judged(load.value, load.doubt, area.value, area.doubt, seconds)
 
 
-def table(rows: list[tuple[Indented, Judged]]) -> str:
-    """Markdown: area and mean pressure at each approach by the half-space, finite elements and fits."""
+def table(rows: list[tuple[Indented, Judged]]) -> Table:
+    """Area and mean pressure at each approach by the half-space, finite elements and fits."""
     lines = []
     for here, there in rows:
         fits = [kogut_etsion(here.approach), jackson_green(here.approach, RADIUS, _modulus(), YIELD, STEEL.poisson)]
@@ -154,7 +152,7 @@ def table(rows: list[tuple[Indented, Judged]]) -> str:
         )  # fmt: skip
     head = ["w", "cells across", "area: half-space", "FE", "difference", "K-E", "J-G"]
     head += ["pressure: half-space", "FE", "difference", "K-E", "J-G", "largest strain", "CPU s: half-space, FE"]
-    return "\n".join(markdown_table(head, lines)) + "\n"
+    return Table(head, lines)
 
 
 def _modulus() -> float:
@@ -201,8 +199,8 @@ def main(
     cells: list[int] = typer.Option([8], help="cells of the half-space over the radius; of several the limit, too"),
     step: float = typer.Option(STEP, help="from one load of the half-space to the next"),
     across: list[int] = typer.Option([12, 24], help="finite elements over the radius, coarse to fine"),
-    quick: bool = typer.Option(False, "--quick", help="three approaches, coarse"),
-    out: Path = typer.Option(None, help="folder for pressed_sphere.md and pressed_sphere.png"),
+    quick: QUICK = False,
+    out: OUT = None,
 ) -> None:
     """A sphere pressed into a yielding half-space: boundary elements, finite elements, published fits."""
     if quick:
@@ -217,10 +215,7 @@ def main(
         spent = time.process_time() - tick
         rows += [(here, judge(runs, here.approach, spent)) for here in found]
         typer.echo(f"w = {found[-1].approach:.3g}: {found[-1].seconds:.0f} and {spent:.0f} CPU s", err=True)
-    text = table(rows)
-    print(text, end="")
-    if out is not None:
-        write_table_and_figure(out / "pressed_sphere.md", text, out / "pressed_sphere.png", lambda: draw(rows))
+    publish("pressed_sphere", out, [table(rows)], lambda: draw(rows))
 
 
 if __name__ == "__main__":

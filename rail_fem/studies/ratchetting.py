@@ -1,7 +1,7 @@
 """What many passes of a line contact do to a steel: shakedown or ratchetting, by law, pressure and traction.
 
-    rail-fem study ratchetting --out ratchetting        ratchetting.csv and ratchetting.png in the folder
-    rail-fem study ratchetting --passes 10000           rolled_passes.md, rolled_passes.png: most are jumped over
+    rail-fem study ratchetting --out ratchetting
+    rail-fem study ratchetting --passes 10000           most are jumped over
 
 Left: uniaxial cycles, where the law of one back stress has a closed form. Middle: residual shear strain that a pass
 adds to the worst depth. Right: the verdict over pressure and traction, beside the elastic limit and the shakedown limit
@@ -11,18 +11,21 @@ of perfect plasticity. The steel's constants are made up for a yield stress of 3
 from __future__ import annotations
 
 import contextlib
-import csv
-from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import typer
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from bem.cycle_jumps import VERDICTS
 from rail_fem.cyclic.closed_forms import ratchet_strain
 from rail_fem.cyclic.law import CyclicLaw, cyclic_law
 from rail_fem.cyclic.paths import uniaxial_cycles
 from rail_fem.cyclic.rolling import NoEquilibriumError, rolling_line_contact
-from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.show.style import new_figure
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 from rail_fem.studies.rolled_passes import draw, roll_all, table
 
 YOUNG, POISSON, YIELD, HALF_WIDTH = 210e9, 0.3, 300e6, 5e-3
@@ -62,55 +65,37 @@ def verdicts(law: CyclicLaw, ratios: np.ndarray, tractions: np.ndarray, passes: 
 
 
 def main(
-    out: Path = typer.Option(Path("ratchetting"), help="folder for the files"),
-    quick: bool = typer.Option(False, help="few passes and a coarse map, for a look"),
-    passes: int = typer.Option(0, min=0, help="so many passes at six pressures, with jumps, in place of table and map"),
-    tolerance: float = typer.Option(0.01, min=1e-4, max=0.5, help="of all jumps together, over the strain"),
-):
-    """Shakedown or ratchetting of a rolling line contact by four laws of cyclic plasticity: table and figure."""
+    quick: QUICK = False,
+    passes: Annotated[int, typer.Option(min=0, help="so many at six pressures, jumped over, in place of all")] = 0,
+    tolerance: Annotated[float, typer.Option(min=1e-4, max=0.5, help="of all jumps together, over the strain")] = 0.01,
+    out: OUT = None,
+) -> None:
+    """Shakedown or ratchetting of a rolling line contact by four laws of cyclic plasticity."""
+    mixed = laws()["Abdel-Karim-Ohno, mixing 0.1"]
     if passes:
-        _roll_long(out, passes, 120 if quick else 300, tolerance)
+        runs = roll_all(mixed, SHEAR_YIELD, HALF_WIDTH, DEPTHS, passes, 120 if quick else 300, tolerance, typer.echo)
+        publish("rolled_passes", out, [table(runs)], lambda: draw(runs))
         return
     cycles, passes, steps = (20, 30, 120) if quick else (100, 300, 300)
-    grid = (6, 4) if quick else (12, 9)
-    out.mkdir(parents=True, exist_ok=True)
     rows, uniaxial, rolling = [], {}, {}
     for name, law in laws().items():
         ends = uniaxial_cycles(law, STRESS_CYCLE, cycles, 100, True)[99::200, 0]
         uniaxial[name], rolling[name] = ends, growth_by_pass(law, 4.6, 0.1, passes, steps)
-        rows.append([name, ends[0], ends[-1], ends[-1] - ends[-2], rolling[name][0], rolling[name][-1]])
-    ratios, tractions = np.linspace(2.0, 6.0, grid[0]), np.linspace(0.0, 0.4, grid[1])
-    map_law = laws()["Abdel-Karim-Ohno, mixing 0.1"]
-    found = verdicts(map_law, ratios, tractions, 20 if quick else 60, steps)
-    with (out / "ratchetting.csv").open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file)
-        head = ["law", "strain after the first cycle", f"after {cycles}", "added by the last cycle"]
-        table.writerow([*head, "shear strain added by the first pass", f"by pass {passes}"])
-        table.writerows(rows)
+        added = ends[0], ends[-1], ends[-1] - ends[-2], rolling[name][0], rolling[name][-1]
+        rows.append([name, *(f"{value:.4e}" for value in added)])
+    pressures, tractions = np.linspace(2.0, 6.0, 6 if quick else 12), np.linspace(0.0, 0.4, 4 if quick else 9)
+    found = verdicts(mixed, pressures, tractions, 20 if quick else 60, steps)
     exact = ratchet_strain(30e9, 150.0, YIELD, *STRESS_CYCLE)
-    _draw(uniaxial, exact, rolling, ratios, tractions, found, out / "ratchetting.png")
-    for name, first, last, added, first_pass, last_pass in rows:
-        typer.echo(
-            f"{name:38s} uniaxial {100 * first:.3f} to {100 * last:.3f} %, last cycle {added:.2e};"
-            f" rolling: first pass {first_pass:.2e}, last {last_pass:.2e}"
-        )
-    typer.echo(f"closed form of one back stress: {exact:.2e} a cycle; written: {out}/ratchetting.csv, ratchetting.png")
+    head = ["law", "strain after the first cycle", f"after {cycles}", "added by the last cycle"]
+    head += ["shear strain added by the first pass", f"by pass {passes}"]
+    title = f"Closed form of one back stress: {exact:.4e} a cycle"
+    drawn = lambda: verdict_figure(uniaxial, exact, rolling, pressures, tractions, found)
+    publish("ratchetting", out, [Table(head, rows, title)], drawn)
 
 
-def _roll_long(out: Path, passes: int, steps: int, tolerance: float) -> None:
-    law = laws()["Abdel-Karim-Ohno, mixing 0.1"]
-    found = roll_all(law, SHEAR_YIELD, HALF_WIDTH, DEPTHS, passes, steps, tolerance, typer.echo)
-    text = table(found)
-    write_table_and_figure(out / "rolled_passes.md", text, out / "rolled_passes.png", lambda: draw(found))
-    typer.echo(f"{text}written: {out}/rolled_passes.md, rolled_passes.png")
-
-
-def _draw(uniaxial, exact, rolling, ratios, tractions, found, path) -> None:
-    from matplotlib.colors import ListedColormap
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
-
-    figure = Figure(figsize=(14, 4.6), layout="constrained")
+def verdict_figure(uniaxial, exact, rolling, ratios, tractions, found) -> Figure:
+    """What the head of this module says."""
+    figure = new_figure(6.0)
     left, middle, right = figure.subplots(1, 3)
     for (name, ends), colour in zip(uniaxial.items(), COLOURS, strict=True):
         cycles = np.arange(len(ends))
@@ -145,7 +130,7 @@ def _draw(uniaxial, exact, rolling, ratios, tractions, found, path) -> None:
         title="Abdel-Karim-Ohno, mixing 0.1",
     )
     figure.suptitle("Many passes of a line contact, yield stress 300 MPa (made-up steel)")
-    figure.savefig(path, dpi=130)
+    return figure
 
 
 if __name__ == "__main__":

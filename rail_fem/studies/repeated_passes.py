@@ -13,15 +13,15 @@ far the running surface has fallen, clear of the wheel, says whether the flow ru
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import typer
 from matplotlib.figure import Figure
 
-from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import NAN, PassResult, load
 from rail_fem.show.style import CURVES, new_figure
-from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.studies.harness import OUT, Table, publish
 
 LAST = 3  # passes over which the factor is taken
 PARTS = {"leg": "wing", "wing": "wing", "nose": "nose"}  # part of a crossing -> body whose steel it is of
@@ -74,8 +74,8 @@ def read(folders: list[Path]) -> list[PassResult]:
     return results
 
 
-def table(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose") -> str:
-    """Markdown: what each pass did, and how the growth falls. fallen : of each run, see `falls`."""
+def table(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose") -> Table:
+    """What each pass did, and how the growth falls. fallen : of each run, see `falls`."""
     rows = []
     for result, fall in zip(results, fallen):
         growth, (last, before) = added(result, part), factors(added(result, part))
@@ -101,7 +101,7 @@ def table(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose
         "added by each [mm3]",
     ]
     head += ["factor a pass, before and last", "all further passes, were it to last [mm3]", "surface fallen by [um]"]
-    return "\n".join(markdown_table(head, rows)) + "\n"
+    return Table(head, rows)
 
 
 def draw(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose") -> Figure:
@@ -128,9 +128,9 @@ def draw(results: list[PassResult], fallen: list[np.ndarray], part: str = "nose"
 
 
 def main(
-    runs: list[Path] = typer.Argument(..., help="folders of finished runs with passes > 1"),
-    out: Path = typer.Option(None, help="folder for repeated_passes.md and repeated_passes.png"),
-    part: str = typer.Option("nose", help="of the crossing: " + ", ".join(PARTS)),
+    runs: Annotated[list[Path], typer.Argument(help="folders of finished runs with passes > 1")],
+    out: OUT = None,
+    part: Annotated[str, typer.Option(help="of the crossing: " + ", ".join(PARTS))] = "nose",
 ) -> None:
     """Wearing in or ratchetting: force of each pass and what it adds to the plastic strain of a part of the crossing,
     by the steels of the runs."""
@@ -138,12 +138,7 @@ def main(
         raise ValueError(f"--part {part}: choose from {', '.join(PARTS)}")
     results = read(runs)
     fallen = [falls(folder, result, part) for folder, result in zip(runs, results)]
-    text = table(results, fallen, part)
-    print(text, end="")
-    if out is not None:
-        write_table_and_figure(
-            out / "repeated_passes.md", text, out / "repeated_passes.png", lambda: draw(results, fallen, part)
-        )
+    publish("repeated_passes", out, [table(results, fallen, part)], lambda: draw(results, fallen, part))
 
 
 if __name__ == "__main__":

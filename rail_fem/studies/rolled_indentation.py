@@ -30,12 +30,11 @@ from bem.plastic.rolling import PlasticTrack, agree_on
 from rail_fem.light.contact_table import contact_table, patch_sizes
 from rail_fem.light.plastic_indentation import LAG, ONSET, RATE, pressure_over_yield
 from rail_fem.light.plastic_rolling import point_zone
-from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult
 from rail_fem.output.result import load as load_result
 from rail_fem.scene.steel import MN13
 from rail_fem.show.style import CURVES, GREY, new_figure
-from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 BODY, STEEL = Elastic(210e9, 0.3), MN13
 MODULUS = contact_modulus(BODY, BODY)
@@ -158,8 +157,8 @@ def of_pass(run: PassResult, hard: PassResult, spacing: float = 2.5e-3) -> Rolle
     return RolledOver(x[alone], q, elastic(run)[alone], dent[alone], float(sizes[:, 0].mean()))
 
 
-def table_of(ellipsoids: tuple[Ellipsoid, ...], rolled: list[RolledOver], seconds: list[float]) -> str:
-    """Markdown: best constants of each ellipsoid, and what the law is off."""
+def table_of(ellipsoids: tuple[Ellipsoid, ...], rolled: list[RolledOver], seconds: list[float]) -> Table:
+    """Best constants of each ellipsoid, and what the law is off."""
     head = ["radii [mm]", "mean force [kN]", "q", "rate", "onset", "lag over a", "off", "the law is off", "CPU s"]
     rows = []
     for one, found, cpu in zip(ellipsoids, rolled, seconds):
@@ -171,7 +170,7 @@ def table_of(ellipsoids: tuple[Ellipsoid, ...], rolled: list[RolledOver], second
                 f"{fit.lag:.2f}", f"{fit.off:.1%}", f"{off_by(found, by_law(found)):.1%}", f"{cpu:.0f}",
             ]
         )  # fmt: skip
-    return "\n".join(markdown_table(head, rows)) + "\n"
+    return Table(head, rows)
 
 
 def draw(ellipsoids: tuple[Ellipsoid, ...], rolled: list[RolledOver], passes: dict[str, RolledOver]) -> Figure:
@@ -207,8 +206,8 @@ def main(
     passes: list[Path] = typer.Option([], "--pass", help="folder of an explicit pass; several times"),
     hard: Path = typer.Option(None, help="folder of an explicit pass on a wing that hardly yields"),
     cells: int = typer.Option(3, min=2, help="cells over the patch's semi-axes"),
-    quick: bool = typer.Option(False, "--quick", help="one ellipsoid, coarse"),
-    out: Path = typer.Option(None, help="folder for rolled_indentation.md and .png"),
+    quick: QUICK = False,
+    out: OUT = None,
 ) -> None:
     """How deep an ellipsoid presses a rail in as it rolls: half-space, law of the light models, explicit passes."""
     if passes and hard is None:
@@ -220,16 +219,14 @@ def main(
         rolled.append(roll_wave(one, cells))
         seconds.append(time.process_time() - tick)
         typer.echo(f"radii {one.radii}: {seconds[-1]:.0f} CPU s", err=True)
-    text = table_of(ellipsoids, rolled, seconds)
-    print(text, end="")
     judged = load_result(hard) if hard is not None else None
     found = {} if judged is None else {path.parent.name: of_pass(load_result(path), judged) for path in passes}
+    words = []
     for name, wing in found.items():
         off, most = off_by(wing, by_law(wing)), wing.dent.max()
-        print(f"{name}: the law is off by {off * most * 1e6:.1f} um, the largest indentation is {most * 1e6:.1f} um")
-    if out is not None:
-        paths = out / "rolled_indentation.md", out / "rolled_indentation.png"
-        write_table_and_figure(paths[0], text, paths[1], lambda: draw(ellipsoids, rolled, found))
+        words.append(f"{name}: law off by {off * most * 1e6:.1f} um, largest indentation {most * 1e6:.1f} um")
+    tables = [table_of(ellipsoids, rolled, seconds)]
+    publish("rolled_indentation", out, tables, lambda: draw(ellipsoids, rolled, found), "\n".join(words))
 
 
 if __name__ == "__main__":

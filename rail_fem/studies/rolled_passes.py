@@ -1,6 +1,6 @@
 """Thousands of passes of a line contact, most of them jumped over: strain with its error, verdict, cost, by pressure.
 
-    rail-fem study ratchetting --passes 10000 --out ratchetting      rolled_passes.md, rolled_passes.png in the folder
+    rail-fem study ratchetting --passes 10000 --out ratchetting
 
 The steel is `ratchetting.py`'s, by Abdel-Karim and Ohno's law with a mixing of 0.1. Beside the jumps the first thousand
 passes are computed one by one at the depth that fares worst.
@@ -18,8 +18,8 @@ from matplotlib.figure import Figure
 from bem.cycle_jumps import LEAST_FLOW, JumpRule
 from rail_fem.cyclic.law import CyclicLaw
 from rail_fem.cyclic.rolling import NoEquilibriumError, RollingHistory, rolling_line_contact
-from rail_fem.output.markdown import markdown_table
 from rail_fem.show.style import CURVES, new_figure
+from rail_fem.studies.harness import Table
 
 TRACTION = 0.1
 RATIOS = (3.2, 3.8, 4.2, 4.6, 5.0, 5.6)  # largest pressure over the shear yield stress
@@ -94,8 +94,8 @@ def in_words(history: RollingHistory) -> str:
     return f"{history.verdict()}, growth per pass goes with the passes to the power of {exponent:.2f}"
 
 
-def table(found: list[LongRun | RefusedLoad]) -> str:
-    """Markdown, a row for each pressure."""
+def table(found: list[LongRun | RefusedLoad]) -> Table:
+    """A row for each pressure."""
     rows = []
     for run in found:
         if isinstance(run, RefusedLoad):
@@ -122,7 +122,7 @@ def table(found: list[LongRun | RefusedLoad]) -> str:
     head = ["p0 / k", "verdict", "worst depth [mm]", "plastic strain, cumulated", "forward shear strain"]
     first = max((len(run.computed.plastic_strain) for run in found if isinstance(run, LongRun)), default=0)
     head += ["passes computed at all depths", "jumps", f"error in the first {first}: true, estimated"]
-    return "\n".join(markdown_table(head + ["CPU s: with jumps, without (scaled)"], rows)) + "\n"
+    return Table(head + ["CPU s: with jumps, without (scaled)"], rows)
 
 
 def draw(found: list[LongRun | RefusedLoad]) -> Figure:

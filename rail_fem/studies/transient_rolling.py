@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -26,11 +27,10 @@ from rail_fem.damage.crossing import PassContacts, pass_contacts
 from rail_fem.damage.sites import patch_options
 from rail_fem.damage.wear import JENDEL
 from rail_fem.hierarchy import solve
-from rail_fem.output.markdown import markdown_table
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.damage import DamageSettings
 from rail_fem.show.style import BODY, GREY, new_figure
-from rail_fem.show.table_and_figure import write_table_and_figure
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 SPACING = 0.5e-3  # of the patches of the pass, and of steady ones [m]
 STEP = 0.2e-3  # rolled at once, and of the grid along [m]
@@ -169,9 +169,9 @@ HEAD = [
 ]
 
 
-def table(found: dict[str, SteadyAndMoving], step: float) -> str:
-    """Markdown."""
-    return "\n".join(markdown_table(HEAD, [body_row(name, own, step) for name, own in found.items()])) + "\n"
+def table(found: dict[str, SteadyAndMoving], step: float) -> Table:
+    """A row for each body."""
+    return Table(HEAD, [body_row(name, own, step) for name, own in found.items()])
 
 
 def draw(found: dict[str, SteadyAndMoving], title: str, step: float) -> Figure:
@@ -202,11 +202,11 @@ CASE = Path("cases/damage/crossing_transfer.toml")
 
 
 def main(
-    case: Path = typer.Option(CASE, help="case file with a table [damage]"),
-    start: str = typer.Option("240 mm", help="where the pass begins"),
-    end: str = typer.Option("560 mm", help="where it ends"),
-    out: Path = typer.Option(None, help="folder for transient_rolling.md and transient_rolling.png"),
-    quick: bool = typer.Option(False, "--quick", help="steps twice as long"),
+    case: Annotated[Path, typer.Option(help="case file with a table [damage]")] = CASE,
+    start: Annotated[str, typer.Option(help="where the pass begins")] = "240 mm",
+    end: Annotated[str, typer.Option(help="where it ends")] = "560 mm",
+    quick: QUICK = False,
+    out: OUT = None,
 ) -> None:
     """Friction work and wear over the transfer with and without the memory of rolling."""
     read = load_case(case)
@@ -214,12 +214,7 @@ def main(
         raise typer.BadParameter(f"{case}: has no table [damage]")
     step = 2 * STEP if quick else STEP
     found = compare(read.scene, read.damage, {"start": start, "end": end}, step)
-    text = table(found, step)
-    print(text, end="")
-    if out is not None:
-        write_table_and_figure(
-            out / "transient_rolling.md", text, out / "transient_rolling.png", lambda: draw(found, read.title, step)
-        )
+    publish("transient_rolling", out, [table(found, step)], lambda: draw(found, read.title, step))
 
 
 if __name__ == "__main__":

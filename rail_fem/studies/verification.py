@@ -1,6 +1,10 @@
-"""The verification page from the runs themselves: `rail-fem study verification --out page.md [--runs DIR] [--tests]`.
+"""The verification page, computed anew.
 
-Exact problems with their errors and observed orders, estimates with the share of seeded cases that they cover,
+    rail-fem study verification --out verification [--runs DIR] [--tests]       verification.md in the folder
+    rail-fem study verification --only orders                                   one section alone
+
+Exact problems of the boundary elements with their errors and observed orders, waves among them,
+estimates with the share of seeded cases that they cover,
 explicit contact against Hertz, speed against error of every model over the runs in DIR, and the tests of hard cases
 with what happened to each. What is not asked for, or cannot be run here, is said on the page.
 """
@@ -12,14 +16,16 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Annotated
 from xml.etree import ElementTree
 
 import typer
 
-from bem.verification import estimates_study, orders
+from bem.verification import estimates_study, orders, waves
 from rail_fem.atomic import write_text_atomically
 from rail_fem.hierarchy import smoke_requested
 from rail_fem.output.markdown import markdown_table
+from rail_fem.studies.harness import OUT, QUICK
 
 ROOT = Path(__file__).resolve().parents[2]
 HARD_CASES = (
@@ -34,7 +40,8 @@ HARD_CASES = (
 
 def exact_problems() -> str:
     """Every exact problem of the boundary elements: error at each size, observed order."""
-    return "\n".join([*orders.HEAD, *(row for study in orders.STUDIES for row in orders.lines_of(study))]) + "\n"
+    rows = [row for study in orders.STUDIES for row in orders.lines_of(study)]
+    return "\n".join(markdown_table(orders.HEAD, rows)) + "\n"
 
 
 def estimates(share: float, seed: int = 100) -> str:
@@ -106,22 +113,35 @@ def page(sections: dict[str, Callable[[], str]]) -> str:
 
 
 def main(
-    out: Path = typer.Option(Path("verification.md"), help="Markdown file to write"),
-    runs: Path | None = typer.Option(None, help="folder of runs of one scene, for speed against error"),
-    tests: bool = typer.Option(False, "--tests", help="run the tests of hard cases"),
-    share: float = typer.Option(1.0, help="of the seeded cases of the estimates", min=0.0, max=1.0),
-    across: list[int] = typer.Option([4, 8], help="elements over the patch of the explicit indentation"),
-):
-    """Write the verification page: every number on it is computed now."""
-    sections: dict[str, Callable[[], str]] = {
-        "Exact problems, with observed order": exact_problems,
-        "Estimates, and how often the error lies within them": lambda: estimates(share),
-        "Explicit contact at rest against Hertz": lambda: indentation(tuple(sorted(across))),
-        "Speed against error of the models": lambda: speed_against_error(runs),
-        "Hard cases": lambda: hard_cases(HARD_CASES) if tests else "Not asked for: `--tests` runs them.\n",
+    runs: Annotated[Path | None, typer.Option(help="folder of runs of one scene, for speed against error")] = None,
+    tests: Annotated[bool, typer.Option("--tests", help="run the tests of hard cases")] = False,
+    only: Annotated[str, typer.Option(help="orders, waves, estimates, contact, models or hard: that section")] = "",
+    share: Annotated[float, typer.Option(help="of the seeded cases of the estimates", min=0.0, max=1.0)] = 1.0,
+    quick: QUICK = False,
+    out: OUT = None,
+) -> None:
+    """The verification page: every number on it is computed now."""
+    sections: dict[str, tuple[str, Callable[[], str]]] = {
+        "orders": ("Exact problems, with observed order", exact_problems),
+        "waves": (
+            "Waves against exact solutions",
+            lambda: "\n".join(markdown_table(waves.WAVE_HEAD, waves.wave_rows(2 if quick else 4))) + "\n",
+        ),
+        "estimates": (
+            "Estimates, and how often the error lies within them",
+            lambda: estimates(0.05 if quick else share),
+        ),
+        "contact": ("Explicit contact at rest against Hertz", lambda: indentation((2, 4) if quick else (2, 4, 8, 16))),
+        "models": ("Speed against error of the models", lambda: speed_against_error(runs)),
+        "hard": ("Hard cases", lambda: hard_cases(HARD_CASES) if tests else "Not asked for: `--tests` runs them.\n"),
     }
-    write_text_atomically(out, page(sections))
-    typer.echo(f"written: {out}")
+    if only and only not in sections:
+        raise typer.BadParameter(f"--only {only}: no such section; there are {', '.join(sections)}")
+    text = page(dict(sections[name] for name in ([only] if only else sections)))
+    typer.echo(text)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        write_text_atomically(out / "verification.md", text)
 
 
 if __name__ == "__main__":

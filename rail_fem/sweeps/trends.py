@@ -37,8 +37,11 @@ from typing import Any, Self
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
+from geometry.path.wheel_path import WheelPath
 from rail_fem.hierarchy import MODELS
+from rail_fem.light.rigid import rigid_path
 from rail_fem.output.events import leg_flight, longest_flight
+from rail_fem.output.low_pass import filtered_force
 from rail_fem.output.quantities import REPORTED, two_now
 from rail_fem.output.result import NAN, PassResult
 from rail_fem.scene.input_errors import describe_errors
@@ -100,6 +103,32 @@ def _first_impact(body: str, result: PassResult) -> float:
     return peak(result, f"first_impact_on_{body}", "p2")
 
 
+def launch_speed(result: PassResult) -> float:
+    """Of the wheel, upwards, as the longest flight off the leg begins [m/s]; NaN without a flight."""
+    flight = leg_flight(result)
+    return flight.launch_speed if flight is not None and flight.length else NAN
+
+
+def over_leg(result: PassResult) -> WheelPath:
+    """The rigid wheel's path from before the leg to the knuckle."""
+    surface = result.scene.crossing.surface
+    return rigid_path(result.scene, np.arange(surface.leg_range[0] - 0.1, result.scene.crossing.leg_end, 2e-3))
+
+
+def falls_away(result: PassResult) -> float:
+    """Largest V^2 |h''| of the rigid path over the leg where it bends downwards, over P0 / Mu, with which load and mass
+    let a wheel fall [1]: above 1 it flies. Over chords of 2 mm."""
+    scene, path = result.scene, over_leg(result)
+    able = scene.static_wheel_load / scene.vehicle.wheel_unsprung_mass
+    return float(scene.speed**2 * max(-np.diff(path.slope).min() / 2e-3, 0.0) / able)
+
+
+def check_rail_force(result: PassResult) -> float:
+    """Largest of the check rail on the other wheel [N]; NaN where there is none."""
+    force = result.history.get("force_check", np.array([]))
+    return float(np.nanmax(force)) if np.isfinite(force).any() else NAN
+
+
 MEASURES: dict[str, Measure] = {
     "impact on the wheel": Measure(lambda r: peak(r, *IMPACT), "kN", 1e-3, "impact_on_wheel"),
     **{
@@ -125,6 +154,18 @@ MEASURES: dict[str, Measure] = {
     "crossing depth": Measure(deepest, "mm", 1e3),
     "crossing swing": Measure(swing, "mm", 1e3),
     "transfer x": Measure(lambda r: r.transfer_x, "mm", 1e3, "transfer_x"),
+    "launch speed": Measure(launch_speed, "m/s", 1.0),
+    "climb of the leg's path": Measure(lambda r: over_leg(r).slope.max(), "mrad", 1e3),
+    "lift of the leg's path": Measure(lambda r: np.subtract(*over_leg(r).height[[-1, 0]]), "mm", 1e3),
+    "leg's path falls away": Measure(falls_away, "of what the load can", 1.0),
+    "check rail force": Measure(check_rail_force, "kN", 1e-3),
+    "lateral position at the start": Measure(lambda r: r.history["wheel_lateral"][0], "mm", 1e3),
+    "force of the track on its spring": Measure(lambda r: peak(r, "force_foundation"), "kN", 1e-3),
+    "stress in the foot": Measure(lambda r: peak(r, "foot_stress"), "MPa", 1e-6),
+    **{
+        f"force at {cutoff:g} Hz": Measure(partial(filtered_force, cutoff=cutoff), "kN", 1e-3)
+        for cutoff in (500.0, 50.0, 20.0)
+    },
 }
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bem.exact.tangential import cattaneo_sphere
-from bem.verification.oblique_impact import RADIUS, ObliqueImpact, SlidingCells, SlidingSprings, rebound
+from tests.bem.oblique_impact import RADIUS, ObliqueImpact, SlidingCells, SlidingSprings, rebound
 
 
 def test_a_row_of_springs_has_the_force_of_cattaneo():

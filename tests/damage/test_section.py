@@ -21,12 +21,11 @@ from rail_fem.damage.evolution import Stepping, begin, evolve
 from rail_fem.damage.patch_figure import points_of, shown_pass
 from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
-from rail_fem.damage.sites import laws_of, switch_section
+from rail_fem.damage.sites import laws_of, stepping_of, switch_section
 from rail_fem.damage.summary import shortest_block
 from rail_fem.damage.wear import worn_area
-from rail_fem.damage.worn_profile import WornOutError
+from rail_fem.damage.worn_profile import WornOutError, depth_between
 from rail_fem.light.load_sharing import static_equilibrium
-from rail_fem.studies import accelerated_wear
 
 CASE = Path(__file__).resolve().parents[2] / "cases" / "damage" / "switch_section.toml"
 QUICK = {"damage.cells": 20, "damage.switch.positions": 3}
@@ -134,11 +133,13 @@ def test_a_told_block_that_is_too_long_is_taken_in_shorter_ones(section):
 
 
 def test_accelerated_wear_begins_on_the_tongue():
-    """By one k the corner is worn first and deepest; one row for a study shorter than the passes that are shown."""
-    found = accelerated_wear.wear(0.1, 4.0)
-    assert not found.ended and found.states[-1].passes == pytest.approx(4) and len(accelerated_wear.shown(found)) == 1
-    cells = accelerated_wear.row(found.states[-1])
-    assert float(cells[1]) > 3 * float(cells[5]) > 0 and float(cells[3]) < 1.5
+    """By one k the switch rail's corner (its back at y = -30.5 mm) is worn first and deepest, in a narrow groove."""
+    case = load_case(CASE, {"damage.wear_coefficient": 0.1, "damage.block": 50})
+    *_, end = evolve(switch_section(case.scene, case.damage), 4.0, stepping_of(case.damage))
+    depth, on_switch = depth_between(end.worn, end.first), end.first.points[:, 0] < -30.5e-3
+    assert end.passes == pytest.approx(4)
+    assert depth[on_switch].max() > 3 * depth[~on_switch].max() > 0
+    assert end.first.widths[on_switch & (depth > 0.05 * depth.max())].sum() < 1.5e-3
 
 
 def test_no_friction_wears_nothing_and_ten_is_finite():

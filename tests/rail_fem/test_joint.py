@@ -14,8 +14,8 @@ from rail_fem.case.casefile import CaseError, load_case
 from rail_fem.models import lumped, p2_formula, rigid_hertz
 from rail_fem.output.low_pass import filtered_peak
 from rail_fem.settings.light import LumpedSettings, P2Settings, RigidHertzSettings
-from rail_fem.studies.joint import DRAWN, bare, cause_table
-from rail_fem.studies.joint_passes import (
+from tests.rail_fem.joint_passes import (
+    NO_SUSPENSION,
     STIFF,
     TRACK_DAMPING,
     contact_amplitude,
@@ -30,6 +30,8 @@ from rail_fem.studies.joint_passes import (
 from tests.rail_fem.test_crossing_section import case_with
 
 WINDOW = {"start": -0.3, "end": 0.6}
+DRAWN = 10e-3  # of the dip [rad]
+bare = lambda angle, **changes: joint_scene(angle, damping=False, suspension=NO_SUSPENSION, **changes)
 
 
 def test_on_plain_line_nothing_happens():
@@ -118,12 +120,6 @@ def test_the_formula_s_damping_factor_is_what_a_track_damper_leaves_of_the_first
     scene = bare(DRAWN, track_damping=TRACK_DAMPING)
     left = over_formula(stiff(scene)) / over_formula(stiff(bare(DRAWN)))
     assert left == pytest.approx(formula(scene, damped=True) / formula(scene), abs=0.015) and left < 0.92
-
-
-def test_the_causes_are_told_one_by_one():
-    lines = cause_table(DRAWN)
-    assert len(lines) == 2 + 10 and all(line.count("|") == 4 for line in lines)
-    assert "cannot open, no suspension, no damping | 1.02" in lines[2]
 
 
 def test_damping_takes_the_force_below_the_formula_and_a_low_pass_further():

@@ -70,7 +70,7 @@ def test_a_steel_that_has_hardened_carries_what_it_carried_before():
 def test_the_table_of_a_long_run_says_cost_verdict_and_what_is_refused():
     law, depths = CASES["constant"][0], HALF_WIDTH * np.array([0.4, 0.5])
     runs = [roll(law, ratio, SHEAR_YIELD, HALF_WIDTH, depths, 150, 60, 0.01) for ratio in (2.0, 4.6, 8.0)]
-    elastic, ratchets, beyond = table(runs).splitlines()[2:]
+    elastic, ratchets, beyond = table(runs).markdown().splitlines()[2:]
     assert "| elastic |" in elastic and "ratchetting, constant growth" in ratchets and "no equilibrium" in beyond
     computed, jumped = runs[1].computed, runs[1].jumped
     assert len(computed.shear) == 150 and f"{jumped.computed.sum()} of 300" in ratchets

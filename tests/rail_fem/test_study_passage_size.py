@@ -1,6 +1,7 @@
 """The study of element sizes: orders and limits on what has exact ones, its page and figure, runs that are kept."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +13,13 @@ from rail_fem.output.extrapolation import limit_of, observed_order
 from rail_fem.output.quantities import REPORTED
 from rail_fem.output.result import Cost
 from rail_fem.settings.explicit import FeSettings
+from rail_fem.show.style import save
 from rail_fem.studies import passage_size, size_series
-from rail_fem.studies.size_cost_figure import draw_cost
-from rail_fem.studies.size_figure import draw_sizes
+from rail_fem.studies.size_figures import draw_cost, draw_sizes
+from rail_fem.sweeps.rows import read_rows
 from tests.rail_fem.test_error_bars import FORCE, MM, TRANSFER, at_size
 
+CHOICES = Path(__file__).resolve().parents[2] / "cases" / "rows" / "passage_choices.toml"
 SIZES = [4 * MM, 2 * MM, 1 * MM]
 
 
@@ -60,16 +63,13 @@ def series():
     return size_series.with_twins([replace(at_size(size), settings={"element_size": size, **whole}) for size in SIZES])
 
 
-def test_the_page_tells_values_orders_limits_and_what_each_choice_changes(series):
-    judged = {"element full": at_size(2 * MM, 0.5)}
-    lines = passage_size.page(series, series[1], judged).splitlines()
+def test_the_page_tells_values_orders_and_limits(series):
+    lines = passage_size.page(series).splitlines()
     first = next(line for line in lines if line.startswith("| first impact")).split(" | ")
     assert first[4] == "2.0" and first[5].startswith(f"{FORCE / 1e3:.1f} +- ")
     assert first[6] == "+32.0%, +8.0%, +2.0% |"
     transfer = next(line for line in lines if line.startswith("| transfer")).split(" | ")
     assert transfer[5].startswith(f"{TRANSFER * 1e3:.2f} +- ") and transfer[6] == "+4.00 mm, +1.00 mm, +0.25 mm |"
-    changed = [line for line in lines if line.startswith("| first impact")][1]
-    assert changed.endswith(f"| {1.04 / 1.08 - 1:+.1%} |")
     assert not any(line.startswith("| volume with more than 3 %") for line in lines)  # nothing at any size
 
 
@@ -80,32 +80,17 @@ def test_sizes_that_cannot_be_read_are_refused_with_an_example(text):
     assert size_series.read_sizes("1, 4,2") == pytest.approx([4e-3, 2e-3, 1e-3])
 
 
-def test_what_a_pass_has_is_changed_one_at_a_time():
-    plain = FeSettings()
-    windowed = FeSettings(element="full", window_ahead=0.06, window_behind=0.06)
-    assert passage_size.judges(plain)["element full"] == {"element": "full"}
-    assert passage_size.judges(plain)["window of 60 mm"]["window_ahead"] == "60 mm"
-    assert list(passage_size.judges(windowed)) == [
-        "no mass scaling",
-        "masses of small elements scaled",
-        "whole crossing",
-        "element one-point",
-    ]
-
-
-def test_the_figure_is_drawn_with_what_there_is(series, tmp_path):
-    judged = {"element full": at_size(2 * MM, 0.5)}
-    assert draw_sizes(series, judged, tmp_path / "sizes.png").stat().st_size > 20_000
+def test_the_figures_are_drawn_with_what_there_is(series, tmp_path):
+    assert save(draw_sizes(series), tmp_path / "sizes.png").stat().st_size > 20_000
     dear = [replace(r, cost=Cost(wall_time=10.0 * 4**k)) for k, r in enumerate(series)]
-    judged = {"element full": replace(judged["element full"], cost=Cost(wall_time=25.0))}
-    assert draw_cost(dear, judged, tmp_path / "cost.png").stat().st_size > 20_000
+    assert save(draw_cost(dear), tmp_path / "cost.png").stat().st_size > 20_000
 
 
-def test_windows_of_the_whole_crossing_may_still_be_lengthened_for_larger_elements(tmp_path):
-    """What makes a pass less expensive is changed on elements larger than the case's as well."""
+def test_windows_of_the_whole_crossing_may_still_be_lengthened_for_larger_elements():
+    """A list of choices asks for a window longer than any crossing on elements larger than the case's."""
+    whole = read_rows(CHOICES).rows["whole crossing"]
     reference = passage_size.example("nose_transfer")
-    whole = passage_size.judges(load_case(reference).settings(FeSettings))["whole crossing"]
-    longer = size_series._windows(reference, {f"run.fe_full.{key}": value for key, value in whole.items()}, 4 * MM)
+    longer = size_series._windows(reference, whole, 4 * MM)
     size = load_case(reference).settings(FeSettings).element_size
     assert load_case(reference, longer).settings(FeSettings).window_ahead == pytest.approx(4 + 6 * (4 * MM - size))
 

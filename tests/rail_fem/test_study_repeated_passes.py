@@ -26,12 +26,12 @@ def test_a_geometric_growth_gives_its_factor_and_the_rest_of_its_series():
     result = made_up(300 * 0.5 ** np.arange(8), False)
     assert added(result) == pytest.approx(1e-9 * 300 * 0.5 ** np.arange(8), rel=1e-9)
     assert factors(added(result)) == pytest.approx((0.5, 0.5), rel=1e-9)
-    row = table([result], [np.full(8, 1e-6)]).splitlines()[-1]
+    row = table([result], [np.full(8, 1e-6)]).markdown().splitlines()[-1]
     assert "| 2 | 1, 1, 1" in row and "isotropic" in row and "0.50, 0.50" in row  # 300 / 2^7 and as much again
 
 
 def test_a_growth_that_stays_has_no_end():
-    text = table([made_up(np.full(8, 50.0), True)], [np.full(8, np.nan)])
+    text = table([made_up(np.full(8, 50.0), True)], [np.full(8, np.nan)]).markdown()
     assert "no end" in text and "2 back stresses, mixing 0.5" in text
     assert np.isnan(factors(np.ones(3))[0])
 
@@ -61,7 +61,7 @@ def test_table_and_figure_are_written(tmp_path):
 def test_the_leg_is_of_the_wing_rail_s_steel_and_has_numbers_of_its_own():
     result = made_up(300 * 0.5 ** np.arange(8), True, "leg")  # the cyclic steel is the nose's
     assert steel_of(result, "leg") == steel_of(result, "wing") != steel_of(result)
-    row = table([result], [np.full(8, 1e-6)], "leg").splitlines()[-1]
+    row = table([result], [np.full(8, 1e-6)], "leg").markdown().splitlines()[-1]
     assert "200, 200" in row and "0.50, 0.50" in row
     with pytest.raises(ValueError, match="choose from leg, wing, nose"):
         main([], None, "frog")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
+from rail_fem.show.style import save
 from rail_fem.studies import transient_rolling as study
 
 
@@ -29,11 +30,8 @@ def test_friction_work_lags_behind_the_load(found):
 
 def test_table_and_figure(found, tmp_path):
     read, both = found
-    text = study.table(both, 0.4e-3)
-    assert text.count("\n") == 4 and "| wing |" in text and "| nose |" in text
-    figure = tmp_path / "x.png"
-    study.write_table_and_figure(tmp_path / "x.md", text, figure, lambda: study.draw(both, read.title, 0.4e-3))
-    assert figure.stat().st_size > 10_000
+    assert [row[0] for row in study.table(both, 0.4e-3).rows] == ["wing", "nose"]
+    assert save(study.draw(both, read.title, 0.4e-3), tmp_path / "x.png").stat().st_size > 10_000
 
 
 def test_a_body_that_never_carries_is_said():

@@ -10,7 +10,7 @@ from geometry.surfaces.switch_rails import switch_rails
 from rail_fem.models import rigid_hertz
 from rail_fem.scene.scene import Crossing
 from rail_fem.settings.light import RigidHertzSettings
-from rail_fem.studies.joint_passes import joint_scene
+from tests.rail_fem.joint_passes import joint_scene
 
 TRANSFER = 2.734  # of a nominal P8, as the rigid path has it [m]
 

@@ -13,8 +13,8 @@ from rail_fem.models import rigid_hertz
 from rail_fem.output.result import load
 from rail_fem.scene.bearers import BeamSection, Bearers
 from rail_fem.settings.light import RigidHertzSettings
-from rail_fem.studies.joint_passes import joint_scene
 from tests.order import assert_order
+from tests.rail_fem.joint_passes import joint_scene
 from tests.rail_fem.test_casefile import GOOD
 
 TRACK = {

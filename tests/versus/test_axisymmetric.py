@@ -150,5 +150,5 @@ def test_the_limit_of_two_sizes_is_that_of_a_line_in_the_cell():
     limit = vanishing(found)
     assert limit.approach == pytest.approx(10) and limit.area == pytest.approx(20)
     assert limit.area_bar == pytest.approx(0.5) and limit.load == 16.0
-    shown = table([(limit, Judged(16.0, 0.1, 20.0, 0.2, 1.0))])
+    shown = table([(limit, Judged(16.0, 0.1, 20.0, 0.2, 1.0))]).markdown()
     assert "| 10 | limit | 20.00 +- 0.50 | 20.00 +- 0.20 | +0.0% |" in shown

@@ -72,7 +72,7 @@ def test_slices_are_within_two_percent_of_the_limit_in_every_case(case):
 
 def test_the_study_command_saves_its_table_and_figure(tmp_path, monkeypatch):
     monkeypatch.setattr(study_limits, "CASES", CASES[:1])
-    study_limits.main([1.6, 1.2], tmp_path / "limits")
-    text = (tmp_path / "limits.md").read_text()
+    study_limits.study_limits([1.6e-3, 1.2e-3], tmp_path)
+    text = (tmp_path / "patch_limits.md").read_text()
     assert text.count("| half-space |") == 1 and "Centre of pressure" in text and "nan" not in text
-    assert (tmp_path / "limits.png").read_bytes()[:4] == b"\x89PNG"
+    assert (tmp_path / "patch_limits.png").read_bytes()[:4] == b"\x89PNG"

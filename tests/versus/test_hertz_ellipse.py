@@ -51,10 +51,3 @@ def test_pressure_and_area_converge_to_hertz_with_second_order():
     assert_order(sizes[:2], [row.area_error for row in rows[:2]], expected=2)
     # at 32 across a part of what is left belongs to the finite blocks, 0.14 % of the pressure
     assert np.log2(rows[1].area_error / rows[2].area_error) > 1.5
-
-
-@pytest.mark.validate
-def test_the_study_command_saves_its_table(tmp_path):
-    study.main([2, 4], tmp_path / "study.md")
-    lines = (tmp_path / "study.md").read_text().splitlines()
-    assert len(lines) == 4 and lines[0].startswith("| element [mm]")

@@ -88,15 +88,15 @@ def test_the_thesis_finite_elements_are_met_by_ours_of_its_sizes():
 def test_the_study_command_saves_its_table_and_figures(tmp_path, monkeypatch):
     monkeypatch.setattr(study_patch, "RAILS", ("60E1",))
     monkeypatch.setattr(study_patch, "method_rows", lambda pair, rail: short_rows(pair, rail))
-    study_patch.main([1.5, 1.0], tmp_path / "patch", thesis=False)
-    text = (tmp_path / "patch.md").read_text()
+    study_patch.main("methods", [1.5, 1.0], False, False, tmp_path)
+    text = (tmp_path / "patch_methods.md").read_text()
     assert (
         text.count("| half-space |") == 1
         and text.count("thesis: FEA") == 1
         and "limit of 1.5, 1 mm" in text
         and "nan" not in text
     )
-    for name in ("patch.png", "patch_maps.png"):
+    for name in ("patch_methods.png", "patch_maps.png"):
         assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
 
 

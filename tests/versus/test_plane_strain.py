@@ -148,8 +148,7 @@ def test_what_the_judge_cannot_hold_is_refused():
 
 
 @pytest.mark.validate
-def test_the_study_writes_a_table_and_a_figure(tmp_path, capsys):
-    main([0.8], tmp_path / "plane")
-    lines = (tmp_path / "plane.md").read_text().splitlines()
-    assert len(lines) == 2 + len(PROBLEMS) and (tmp_path / "plane.png").stat().st_size > 20_000
-    assert capsys.readouterr().out.splitlines() == lines
+def test_the_study_writes_a_table_and_a_figure(tmp_path):
+    main([0.8], False, tmp_path)
+    lines = (tmp_path / "plane_contact.md").read_text().splitlines()
+    assert len(lines) == 2 + len(PROBLEMS) and (tmp_path / "plane_contact.png").stat().st_size > 20_000

@@ -12,8 +12,8 @@ from bem.plane_plastic.section import memory_need
 from bem.plastic.hardening import Hardening
 from bem.plastic.increment import NoEquilibriumError
 from bem.plastic.nonlinear_kinematic import NonlinearKinematic
-from bem.verification.plastic_ring import POISSON, SHEAR, YIELD, polar_means, ring, ring_body, ring_errors
-from bem.verification.radial_ring import radial_ring
+from tests.bem.plane_plastic.plastic_ring import POISSON, SHEAR, YIELD, polar_means, ring, ring_body, ring_errors
+from tests.bem.plane_plastic.radial_ring import radial_ring
 
 
 def test_the_closed_form_balances_and_meets_its_ends():

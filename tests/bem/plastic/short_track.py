@@ -8,7 +8,7 @@ from bem.plastic.body import PlasticBody
 from bem.plastic.hardening import Hardening
 from bem.plastic.rolling import PlasticTrack
 from bem.plastic.surface import LoadStress
-from bem.verification.line_shakedown import SHEAR_YIELD, YIELD
+from tests.bem.plastic.line_shakedown import SHEAR_YIELD, YIELD
 
 
 def short_track() -> tuple[Grid, PlasticTrack, np.ndarray]:

@@ -9,7 +9,7 @@ from bem.plastic.deviator import FROM_DEVIATOR, TO_DEVIATOR, stress_of
 from bem.plastic.hardening import Hardening
 from bem.plastic.influence import Cells, StressInfluence
 from bem.plastic.rolling import one_pass
-from bem.verification.line_shakedown import YIELD, rolling_line
+from tests.bem.plastic.line_shakedown import YIELD, rolling_line
 from tests.bem.plastic.short_track import short_track
 
 

@@ -10,7 +10,7 @@ from bem.plastic.hardening import Hardening
 from bem.plastic.influence import Cells, StressInfluence
 from bem.plastic.nonlinear_kinematic import NonlinearKinematic
 from bem.plastic.rolling import PlasticTrack, one_pass, repeat_passes
-from bem.verification.line_shakedown import ORTHOGONAL, SHEAR_YIELD, YIELD, last_growth, line_limits, rolling_line
+from tests.bem.plastic.line_shakedown import ORTHOGONAL, SHEAR_YIELD, YIELD, last_growth, line_limits, rolling_line
 from tests.bem.plastic.short_track import short_track
 
 

@@ -1,0 +1,277 @@
+"""Speed of the explicit model's hot paths on one core: element kernels, dolfinx's own assembly of the same work, both
+limits of the core, contact."""
+
+from __future__ import annotations
+
+import inspect
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import ufl
+from mpi4py import MPI
+
+from geometry.meshing.blocks import mesh_box, mesh_cap
+from geometry.meshing.hexmesh import merge_bodies
+from kernel_cache import njit
+from rail_fem.fe.blocks import ElementSettings
+from rail_fem.fe.compat import fem, function_space
+from rail_fem.fe.contact.contact import Contact, ContactSettings
+from rail_fem.fe.contact.pairs import N_ACTIVE
+from rail_fem.fe.contact.surface import Surface
+from rail_fem.fe.domain import Domain
+from rail_fem.fe.structure import Structure
+from rail_fem.scene.steel import GRADES, Steel
+from rail_fem.studies.harness import Table
+from rail_fem.studies.kernel_flops import Kernel, operations_of_kernels
+
+EDGE = 1e-3  # of an element [m]
+STEEL = GRADES["Mn13"]
+AS_SHIPPED = ("-O2", "-g0")  # dolfinx's own flags for assembled forms
+TUNED = ("-O3", "-march=native", "-ffast-math")  # what numba gives our kernels
+LINE = 4096  # numbers of the arithmetic loop: in the first cache
+DEEP = 8  # multiply-adds on each of its eight numbers between load and store
+NODAL = 4 * 24  # x and v read, force read and written, of a node [B]
+NODAL_SMALL = 5 * 24 + 2 * 24  # x, reference, v read, u written and read; force read and written [B]
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long to measure: repeats of which the fastest counts, each of at least `shortest` [s]; edges of the cubes and
+    of the contact in elements; numbers of each streamed array."""
+
+    repeats: int = 7
+    shortest: float = 0.1
+    cubes: tuple[int, ...] = (12, 32, 64)
+    facets: int = 60
+    streamed: int = 8_000_000
+
+
+QUICK = Effort(1, 0.0, (4,), 6, 1000)
+
+
+def least_time(action: Callable[[], None], effort: Effort) -> float:
+    """Seconds per call, the least of several repeats: other programs on the machine only ever add time. The first call
+    is not timed."""
+    action()
+    start = time.process_time()
+    action()
+    calls = max(1, int(np.ceil(effort.shortest / max(time.process_time() - start, 1e-7))))
+    best = np.inf
+    for _ in range(effort.repeats):
+        start = time.process_time()
+        for _ in range(calls):
+            action()
+        best = min(best, (time.process_time() - start) / calls)
+    return best
+
+
+def block_domain(across: int) -> Domain:
+    """A cube of across^3 elements of 1 mm on this rank alone, with the node numbers that dolfinx gives."""
+    box = mesh_box((across * EDGE,) * 3, (across,) * 3)
+    return Domain(MPI.COMM_SELF, box.points, box.cells, box.region, keep_mesh=True)
+
+
+def structure_of(domain: Domain, kernel: Kernel) -> Structure:
+    """The body on the kernel "one-point" or "full" of finite strain, or on the small-displacement one, "elastic"."""
+    if kernel == "elastic":
+        return Structure(domain, [STEEL], small=(0,))
+    return Structure(domain, [STEEL], settings=ElementSettings(kernel))
+
+
+def finite_rate(domain: Domain, flowing: bool, effort: Effort, element: Kernel = "one-point") -> tuple[float, float]:
+    """Updates per second of the finite-strain kernel, and the share of the elements that flowed in the last one.
+
+    flowing : the body is first strained to yield (a few tenths of a percent) at rates that differ from element to
+        element, then on at
+    steps of 1e-6 strain, so that all elements take the plastic branch at every step; else the strain stays near 1e-7.
+    """
+    s = structure_of(domain, element)
+    step, direction = 1e-7, np.random.default_rng(1).uniform(-1, 1, domain.n_nodes * 3)
+    if flowing:
+        s.v[:] = direction * 2e-3 * EDGE / step  # strains of about 1e-3 a step
+        for _ in range(8):
+            s.add_internal_force(step)
+    s.v[:] = direction * (2e-6 if flowing else 1e-12) * EDGE / step
+    seconds = least_time(lambda: s.add_internal_force(step), effort)
+    before = s.finite.plastic_strain()
+    s.add_internal_force(step)
+    return domain.m_global / seconds, float((s.finite.plastic_strain() > before).mean())
+
+
+def elastic_rate(domain: Domain, effort: Effort) -> float:
+    """Updates per second of the small-displacement kernel."""
+    s = structure_of(domain, "elastic")
+    s.damping = 1e-9
+    s.v[:] = np.random.default_rng(1).uniform(-1, 1, s.v.size)
+    s.x += 1e-7 * s.v
+    return domain.m_global / least_time(lambda: s.add_internal_force(1e-7), effort)
+
+
+def elastic_form(domain: Domain, steel: Steel, points: int, flags: tuple[str, ...] = TUNED):
+    """dolfinx's form of the internal force with points^3 Gauss points, compiled with `flags`, and the displacement that
+    it reads."""
+    space = function_space(domain.mesh, domain.mesh.ufl_domain().ufl_coordinate_element())
+    u, test = fem.Function(space), ufl.TestFunction(space)
+    shear = steel.youngs_modulus / (2 * (1 + steel.poisson))
+    lame = 2 * shear * steel.poisson / (1 - 2 * steel.poisson)
+    strain = ufl.sym(ufl.grad(u))
+    stress = 2 * shear * strain + lame * ufl.tr(strain) * ufl.Identity(3)
+    work = ufl.inner(stress, ufl.sym(ufl.grad(test))) * ufl.dx(metadata={"quadrature_degree": 2 * points - 1})
+    # its name changed with the versions
+    options = next(name for name in inspect.signature(fem.form).parameters if name.startswith("jit"))
+    return fem.form(work, **{options: {"cffi_extra_compile_args": list(flags)}}), u
+
+
+def assembly_rate(domain: Domain, points: int, effort: Effort, flags: tuple[str, ...] = TUNED) -> float:
+    """Cells per second of dolfinx's assembly of the elastic internal force, a new displacement packed each time."""
+    form, u = elastic_form(domain, STEEL, points, flags)
+    u.x.array[:] = 1e-7 * np.random.default_rng(1).uniform(-1, 1, u.x.array.size)
+    force = np.zeros(u.x.array.size)
+
+    def assemble():
+        force[:] = 0.0
+        fem.assemble_vector(force, form)
+
+    return domain.m_global / least_time(assemble, effort)
+
+
+@dataclass(frozen=True)
+class ContactCost:
+    """pairs watched and active; seconds of a step's contact forces and of a search (every `refresh` steps)."""
+
+    pairs: int
+    active: int
+    forces: float
+    search: float
+    refresh: int
+
+
+def contact_cost(across: int, effort: Effort) -> ContactCost:
+    """Two blocks with `across`^2 facets each, half an element and a twist apart, overlapping by 1 um: every pair is
+    active, with friction."""
+    side = across * EDGE
+    rail = mesh_box((side, side, 2 * EDGE), (across, across, 2), name="rail")
+    rail = replace(rail, points=rail.points - [side / 2, side / 2, 2 * EDGE])
+    wheel = mesh_cap(
+        np.inf,
+        np.inf,
+        (0.45 * side, 0.45 * side),
+        2 * EDGE,
+        1.1 * EDGE,
+        (0.45 * side, 0.45 * side, 2 * EDGE),
+        name="wheel",
+    )
+    turn = np.array([[np.cos(0.1), -np.sin(0.1), 0], [np.sin(0.1), np.cos(0.1), 0], [0, 0, 1]])
+    wheel = replace(wheel, points=wheel.points @ turn.T + [0.3 * EDGE, 0.2 * EDGE, -1e-6])
+    mesh = merge_bodies([rail, wheel])
+    structure = Structure(Domain(MPI.COMM_SELF, mesh.points, mesh.cells, mesh.region), [STEEL] * 2, small=(0, 1))
+    rail_surface, wheel_surface = (Surface.from_quads(mesh.surface[mesh.surface_region == body]) for body in (0, 1))
+    refresh = 50
+    settings = ContactSettings(1e15, friction=0.3, refresh=refresh)
+    contact = Contact(structure, rail_surface, wheel_surface, settings, speed=30.0, spin=70.0, axle=(0.0, 0.0, 0.42))
+    contact.search(1e-7)
+
+    def forces():
+        contact.steps_to_search = refresh
+        contact.pack(1e-7)
+        contact.add_forces(1e-7)
+
+    seconds = least_time(forces, effort)
+    pairs = sum(len(pairs.slaves) for pairs in contact.pairs)
+    return ContactCost(
+        pairs, int(contact.sums[N_ACTIVE]), seconds, least_time(lambda: contact.search(1e-7), effort), refresh
+    )
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of one core: multiply-adds in the first cache, counted as two operations each [1/s]; memory read and written by
+    an update in place of arrays far larger than the caches [B/s]."""
+
+    operations: float
+    bytes: float
+
+    def updates(self, operations: float, moved: float) -> tuple[float, float]:
+        """Updates per second that each limit allows, for so many operations and bytes an update."""
+        return self.operations / operations, self.bytes / moved
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def multiply_add(y, a, b, repeats):
+    """Eight independent chains, DEEP multiply-adds long, over y (8 n,)."""
+    n = y.size // 8
+    for _ in range(repeats):
+        for i in range(n):
+            t0, t1, t2, t3 = y[i], y[i + n], y[i + 2 * n], y[i + 3 * n]
+            t4, t5, t6, t7 = y[i + 4 * n], y[i + 5 * n], y[i + 6 * n], y[i + 7 * n]
+            for _ in range(DEEP):
+                t0, t1, t2, t3 = t0 * a + b, t1 * a + b, t2 * a + b, t3 * a + b
+                t4, t5, t6, t7 = t4 * a + b, t5 * a + b, t6 * a + b, t7 * a + b
+            y[i], y[i + n], y[i + 2 * n], y[i + 3 * n] = t0, t1, t2, t3
+            y[i + 4 * n], y[i + 5 * n], y[i + 6 * n], y[i + 7 * n] = t4, t5, t6, t7
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def update_in_place(y, a, x):
+    for i in range(y.size):
+        y[i] = a * y[i] + x[i]
+
+
+def machine_limits(least_time: Callable[[Callable[[], None]], float], numbers: int) -> Limits:
+    """Measured now. least_time : seconds of a call;  numbers : of each of the two arrays that are streamed."""
+    line, repeats = np.ones(LINE), 200
+    arithmetic = 2.0 * DEEP * LINE * repeats / least_time(lambda: multiply_add(line, 0.999, 1e-3, repeats))
+    y, x = np.ones(numbers), np.ones(numbers)
+    return Limits(arithmetic, 24.0 * numbers / least_time(lambda: update_in_place(y, 0.999, x)))
+
+
+def bytes_of_update(structure: Structure) -> float:
+    """Least bytes that an update of an element moves, mean over the elements."""
+    finite, small, nodes = structure.finite, structure.small, structure.domain.n_nodes
+    moved = 2 * (finite.state.nbytes + finite.back.nbytes) + finite.nodes.nbytes
+    moved += small.nodes.nbytes + structure.geometry.nbytes
+    moved += NODAL_SMALL * nodes if small.n_cells else NODAL * nodes
+    return moved / (finite.n_cells + small.n_cells)
+
+
+NAMES: dict[Kernel, str] = {
+    "one-point": "finite strain, J2, hourglass: everything flows",
+    "full": "finite strain, J2, 2x2x2 points: everything flows",
+    "elastic": "small displacement, elastic, hourglass",
+}
+
+
+def kernel_table(effort: Effort) -> Table:
+    """Million updates a second on each cube, and what bounds them."""
+    rates: dict[str, list[float]] = {}
+    for across in effort.cubes:
+        domain = block_domain(across)
+        found = {
+            NAMES["one-point"]: finite_rate(domain, True, effort)[0],
+            "finite strain, J2, hourglass: nothing yields": finite_rate(domain, False, effort)[0],
+            NAMES["full"]: finite_rate(domain, True, effort, "full")[0],
+            NAMES["elastic"]: elastic_rate(domain, effort),
+            "dolfinx assembly, elastic, 1 point, no hourglass": assembly_rate(domain, 1, effort),
+            "dolfinx assembly, the same as shipped": assembly_rate(domain, 1, effort, AS_SHIPPED),
+            "dolfinx assembly, elastic, 2x2x2 points": assembly_rate(domain, 2, effort),
+        }
+        for name, rate in found.items():
+            rates.setdefault(name, []).append(1e-6 * rate)
+    limits = machine_limits(lambda action: least_time(action, effort), effort.streamed)
+    operations, bounds = operations_of_kernels()["flowing"], {}
+    for kernel, name in NAMES.items():
+        moved = bytes_of_update(structure_of(domain, kernel))
+        allowed = limits.updates(operations[kernel], moved)
+        bounds[name] = [operations[kernel], moved, *(1e-6 * rate for rate in allowed)]
+    rows = [[name, *own, *bounds.get(name, ["-"] * 4)] for name, own in rates.items()]
+    cost = contact_cost(effort.facets, effort)
+    title = (
+        f"Million updates a second; the core has {1e-9 * limits.operations:.3g} 10^9 operations/s and"
+        f" {1e-9 * limits.bytes:.3g} GB/s. Contact, {cost.pairs} pairs, {cost.active} of them active with friction:"
+        f" {1e-6 * cost.pairs / cost.forces:.3g} million pairs/s; a search is {cost.search / cost.forces:.3g} times a"
+        f" step's forces, once in {cost.refresh} steps"
+    )
+    head = ["what", *(f"{across**3} elements" for across in effort.cubes), "operations", "bytes"]
+    return Table([*head, "limit by arithmetic", "limit by memory"], rows, title)

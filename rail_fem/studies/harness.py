@@ -1,0 +1,54 @@
+"""What all studies share: their options, and what they leave behind: tables on the screen, as Markdown and CSV, a
+figure."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import typer
+from matplotlib.figure import Figure
+
+from rail_fem.atomic import write_text_atomically
+from rail_fem.output.markdown import markdown_table
+from rail_fem.show.table_and_figure import write_figure
+
+OUT = Annotated[Path | None, typer.Option("--out", help="folder for tables (.md, .csv) and figure (.png)")]
+QUICK = Annotated[bool, typer.Option("--quick", help="a look in short time")]
+
+
+class Table(NamedTuple):
+    """Rows of cells, text or numbers, under a head."""
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    title: str = ""
+
+    def markdown(self) -> str:
+        """With its title above."""
+        cells = [[f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row] for row in self.rows]
+        return "\n".join([*([self.title, ""] if self.title else []), *markdown_table(list(self.head), cells)])
+
+
+def publish(
+    name: str, out: Path | None, tables: Iterable[Table], draw: Callable[[], Figure] | None = None, note: str = ""
+) -> None:
+    """Print the tables, and with a folder `out` write NAME.md, NAME.csv (tables one below the other) and what `draw`
+    makes as NAME.png, each whole or not at all. note : a line above them. Errors: OSError."""
+    tables = list(tables)
+    text = "\n\n".join([*([note] if note else []), *(table.markdown() for table in tables)]) + "\n"
+    typer.echo(text, nl=False)
+    if out is None:
+        return
+    out.mkdir(parents=True, exist_ok=True)
+    rows = io.StringIO()
+    for table in tables:
+        csv.writer(rows, lineterminator="\n").writerows([table.head, *table.rows, []])
+    write_text_atomically(out / f"{name}.md", text)
+    if tables:
+        write_text_atomically(out / f"{name}.csv", rows.getvalue())
+    if draw is not None:
+        write_figure(out / f"{name}.png", draw)

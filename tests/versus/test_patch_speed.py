@@ -1,0 +1,60 @@
+"""Speed against error of all patch solvers: what their rows say."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from rail_fem.studies import patch_speed
+
+
+@pytest.fixture(autouse=True)
+def no_clock(monkeypatch):
+    monkeypatch.setattr(patch_speed, "least_seconds", lambda action, budget=0: (1e-3, action()))
+
+
+@pytest.mark.validate
+def test_the_command_has_a_row_for_each_method_and_draws_them(tmp_path):
+    """Finite elements: 0.06 (element / semi-axis)^2, as tests/versus/test_solid_contact.py has it."""
+    patch_speed.main(True, tmp_path)
+    rows = list(csv.DictReader(line for line in open(tmp_path / "patch_speed.csv") if line.strip()))
+    finite = {int(row["cells"]): float(row["error"]) for row in rows if row["method"] == "finite elements, static"}
+    assert set(finite) == {6, 8} and all(error < 0.06 * (2 / cells) ** 2 for cells, error in finite.items())
+    methods = {"Hertz, closed form", "half-space", "2.5D (b), coupled slices", "2.5D (a), parabolic load"}
+    assert methods | {"FASTSIM", "rolling", "shift"} <= {row["method"] for row in rows}
+    for name in ("patch_speed.png", "creep_curves.png"):
+        assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
+
+
+def test_the_half_space_converges_to_hertz():
+    coarse, fine = (row["error"] for row in patch_speed.normal_rows((22, 44))[:2])
+    assert coarse > fine and fine < 1e-3
+
+
+@pytest.mark.parametrize("order, held", [(1.0, 1.0), (1.5, 1.5), (2.0, 2.0), (3.0, 2.0), (0.5, 1.0)])
+def test_the_limit_of_a_series_is_that_of_the_order_it_shows(order, held):
+    """Forces F + c h^p at halved cells have the limit F for p from 1 to 2; beyond, the last change is taken for that of
+    the order held."""
+    limit, slope = np.array([3.0, -1.0]), np.array([0.2, 0.1])
+    forces = limit + slope * (0.5 ** (order * np.arange(4)))[:, None]
+    expected = forces[-1] + (forces[-1] - forces[-2]) / (2**held - 1)
+    assert patch_speed.extrapolated(forces) == pytest.approx(expected, rel=1e-12)
+    if order == held:
+        assert expected == pytest.approx(limit, rel=1e-12)
+
+
+def test_coupled_slices_converge_to_hertz_and_slices_by_load_do_not():
+    """The second misses what its closed form says, sqrt(3 P E* / (4 pi a R_y)) against Hertz: 8.5 %."""
+    errors = {(row["method"][:8], row["cells"]): row["error"] for row in patch_speed.slice_rows((12, 24))}
+    assert errors["2.5D (b)", 24] < 5e-3
+    assert errors["2.5D (a)", 24] == pytest.approx(0.085, abs=5e-3)
+
+
+def test_creep_curves_start_at_the_linear_theory_and_saturate():
+    curves = patch_speed.creep_curves(22, 5)
+    for kind in ("longitudinal", "lateral"):
+        data = curves[kind]
+        assert data["full theory"][0] == 0 and (np.diff(data["full theory"]) > 0).all()
+        assert data["full theory"][-1] == pytest.approx(1, abs=0.02)
+        for method in ("full theory", "FASTSIM, parabolic", "FASTSIM, elliptic"):
+            assert (data[method] <= np.minimum(data["linear theory"] * 1.06, 1) + 1e-9).all(), (kind, method)
