@@ -227,7 +227,7 @@ def length_of_work(paths: list[Stretches]) -> float:
     return sum(path.steps * path.work.sum(axis=1).mean() for path in paths) / sum(path.steps for path in paths)
 
 
-class Pass(NamedTuple):
+class TimedPass(NamedTuple):
     """Which pass: size of its elements, in the wheel over that in the rail, along over across; steps that are not
     timed and that are; folder that keeps its mesh."""
 
@@ -259,7 +259,7 @@ class Pass(NamedTuple):
         return run
 
 
-def step_table(chosen: Pass) -> Table:
+def step_table(chosen: TimedPass) -> Table:
     """Of each part the processor time of all ranks and its share of a step, waiting for other ranks apart.
     Collective."""
     world, watch, run = MPI.COMM_WORLD, Stopwatch(), chosen.at_rest(MPI.COMM_WORLD)
@@ -287,7 +287,7 @@ def step_table(chosen: Pass) -> Table:
     )
 
 
-def ranks_table(chosen: Pass) -> Table:
+def ranks_table(chosen: TimedPass) -> Table:
     """Critical path of a plain step, and the efficiency. Collective."""
     world = MPI.COMM_WORLD
     shared, alone = chosen.at_rest(world), chosen.at_rest(MPI.COMM_SELF)
@@ -336,7 +336,7 @@ def main(
     """Speed of the explicit model on this machine: kernels, a step of a pass, ranks."""
     if part not in ("", "kernels", "step", "ranks", "light"):
         raise typer.BadParameter(f"{part}: no such part; there are kernels, step, ranks, light")
-    chosen = Pass(
+    chosen = TimedPass(
         case or example("nose_transfer"), 1e-3 * (6.0 if quick else size), aspect, wheel_ratio, before,
         2 * TURN if quick else steps, mesh,
     )  # fmt: skip
