@@ -69,8 +69,10 @@ def low_pass(
         rows = [",".join(f"{value:.9g}" for value in row) for row in table]
         write_text_atomically(out, "\n".join([f"# low-passed at {cutoff}", ",".join(header), *rows]) + "\n")
         peak = filtered_peak(result, frequency)
+        found = "none on this record: it is shorter than two periods, or highest within one of an end"
         if peak is not None:
-            say(f"largest force low-passed at {cutoff}: {engineering(peak.value, 'N')} at x = {1e3 * peak.x:.1f} mm")
+            found = f"{engineering(peak.value, 'N')} at x = {1e3 * peak.x:.1f} mm"
+        say(f"largest force low-passed at {cutoff}: {found}")
         say(f"written {out}")
     except (ValueError, OSError) as error:
         stop(error)

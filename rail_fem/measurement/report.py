@@ -27,9 +27,11 @@ def score_table(record: Record, pair: Alignment, scores: list[Score]) -> str:
         seen = "-" if np.isnan(one.coherence) else f"{one.coherence:.3f}"
         apart = "-" if np.isnan(one.difference) else f"{100 * one.difference:.1f} %"
         ratio = one.computed / one.measured if one.measured else np.nan
+        told = (f"{one.measured * factor:.4g} {unit}", f"{one.computed * factor:.4g} {unit}", f"{ratio:.3f}")
+        cells = (*told, f"{1e3 * one.offset:+.1f} mm")
+        peaks = ("-" if cell.startswith(("nan", "+nan")) else cell for cell in cells)
         lines.append(
-            f"{name:>10}{one.measured * factor:>9.4g} {unit}{one.computed * factor:>9.4g} {unit}{ratio:>8.3f}"
-            f"{1e3 * one.offset:>+11.1f} mm{apart:>15}{seen:>11}"
+            f"{name:>10}" + "".join(f"{p:>{n}}" for p, n in zip(peaks, (13, 13, 8, 14))) + f"{apart:>15}{seen:>11}"
         )
     return "\n".join(lines)
 

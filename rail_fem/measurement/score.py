@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import coherence
 
 from rail_fem.measurement.record import Record, RecordError
-from rail_fem.output.low_pass import CUTOFFS, low_pass
+from rail_fem.output.low_pass import CUTOFFS, is_its_own, low_pass
 
 LEAST_OVERLAP = 0.5  # of the shorter record, that an alignment must keep
 MOST_SAMPLES = 5_000_000  # of record or result, both sampled alike
@@ -19,7 +19,8 @@ SEGMENTS = 4  # of the common stretch, over which coherence is averaged (with ha
 class Score:
     """How a result meets a record after a low pass at `cutoff` [Hz].
 
-    measured, computed : peaks [SI];  offset : how far the computed peak lies beyond the measured one [m]
+    measured, computed : peaks [SI], NaN where they are those of the filter's ends;  offset : how far the computed one
+        lies beyond the measured one [m]
     difference : L2 of the difference over L2 of the measured deviation from its mean; NaN for a constant record
     coherence : mean up to the cut-off, weighted by the measured power; NaN where the stretch is too short
     """
@@ -111,12 +112,14 @@ def score(pair: Alignment, cutoff: float) -> Score:
     """Both low-passed alike, then compared."""
     measured, computed = (low_pass(values, pair.rate, cutoff) for values in (pair.measured, pair.computed))
     one, two = int(np.argmax(np.abs(measured))), int(np.argmax(np.abs(computed)))
+    time = np.arange(len(pair.x)) / pair.rate
+    known = np.where([is_its_own(time, row, cutoff) for row in (one, two)], 1.0, np.nan)
     deviation = np.linalg.norm(measured - measured.mean())
     return Score(
         cutoff,
-        float(measured[one]),
-        float(computed[two]),
-        float(pair.x[two] - pair.x[one]),
+        float(measured[one] * known[0]),
+        float(computed[two] * known[1]),
+        float((pair.x[two] - pair.x[one]) * known.prod()),
         float(np.linalg.norm(computed - measured) / deviation)
         if deviation > NO_DEVIATION * np.linalg.norm(measured)
         else np.nan,

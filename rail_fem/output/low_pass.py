@@ -2,6 +2,9 @@
 
 Butterworth of fourth order run forwards and backwards, so that peaks stay where they are: no phase, 6 dB at the
 cut-off, eighth-order roll-off. The trade quotes P2 as a force low-passed at 20 Hz.
+
+A peak of what is filtered is one of the record only where the filter's length lies on it to both sides: ends are
+carried on with their values, and a record that ends high is highest there.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ ORDER = 4
 MOST_OF_NYQUIST = 0.9  # a cut-off beyond leaves a record as it is
 LEAST_PERIODS = 1e-4  # of the cut-off in a record: below that it is a constant, carried on for hours
 PERIODS = 2.0  # of the cut-off by which a record is carried on at both ends, with its end values
+LENGTH = 1.0  # of the filter to either side, in periods of the cut-off: 95 % of its weights, without their signs
 FILTERED = ("force", "force_wing", "force_nose", "force_longitudinal", "force_lateral", "force_other",
             "wheel_height", "crossing_height")  # fmt: skip
 
@@ -43,6 +47,11 @@ def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
     longer = np.concatenate([np.full(pad, values[0]), values, np.full(pad, values[-1])])
     filtered = sosfiltfilt(butter(ORDER, cutoff, fs=rate, output="sos"), longer, padtype=None)
     return filtered[pad : pad + len(values)]
+
+
+def is_its_own(time: np.ndarray, row: int, cutoff: float) -> bool:
+    """Whether what is filtered at a row is the record's and not that of its ends. time : (n,) [s]"""
+    return min(time[row] - time[0], time[-1] - time[row]) >= LENGTH / cutoff
 
 
 def evenly(time: np.ndarray, *columns: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -73,10 +82,13 @@ def filtered_force(result: PassResult, cutoff: float) -> float:
 
 
 def filtered_peak(result: PassResult, cutoff: float) -> Peak | None:
-    """The largest low-passed force on the wheel after the settling; None where there is no history of a force."""
+    """The largest low-passed force on the wheel after the settling; None without a history of a force, and where it is
+    none of the record's: the record is shorter than two of the filter's LENGTH, or ends within one of it."""
     rows = after_settling(result.history, result.settings.get("settle_time") or -np.inf)
     if len(rows["time"]) < 3 or not np.isfinite(rows["force"]).all():
         return None
     force = low_passed({"time": rows["time"], "force": rows["force"]}, cutoff)["force"]
     best = int(np.argmax(force))
+    if not is_its_own(rows["time"], best, cutoff):
+        return None
     return Peak(float(force[best]), "N", x=float(rows["x"][best]), time=float(rows["time"][best]))

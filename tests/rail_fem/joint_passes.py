@@ -21,6 +21,7 @@ from rail_fem.scene.scene import Scene
 from rail_fem.settings.light import LumpedSettings, RigidHertzSettings
 
 WINDOW = -0.4, 1.0  # [m]
+FILTERED = -2.0, 2.4  # the same for a low pass at 20 Hz, a period to both sides of its peak [m]
 STIFF = 5e13  # Hertz constant of a contact that hardly gives way [N/m^1.5]
 REAL = 1e11  # about that of a wheel on a rail
 NO_SUSPENSION = 1e4  # of the suspension spring: a hundredth of a real one [N/m]
@@ -123,9 +124,9 @@ def contact_amplitude(scene: Scene, stiffness: float) -> float:
     return scene.crossing.dip_angle * scene.speed * np.sqrt(stiffness * wheel * track / (wheel + track))
 
 
-def hertz_pass(scene: Scene) -> PassResult:
+def hertz_pass(scene: Scene, window: tuple[float, float] = WINDOW) -> PassResult:
     """By rigid_hertz: Hertz contact that may open and yield."""
-    return rigid_hertz.solve(scene, RigidHertzSettings(start=WINDOW[0], end=WINDOW[1]))
+    return rigid_hertz.solve(scene, RigidHertzSettings(start=window[0], end=window[1]))
 
 
 def hertz(scene: Scene) -> OnSpring:

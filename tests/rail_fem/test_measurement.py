@@ -1,14 +1,18 @@
 """Measured records: filters with known answers, a synthetic record that is found again, what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from rail_fem.cli import app
 from rail_fem.measurement.record import Record, RecordError, of_result, read_record
+from rail_fem.measurement.report import score_table
 from rail_fem.measurement.score import align, score
 from rail_fem.output.low_pass import CUTOFFS, filtered_peak, low_pass, low_passed
 from rail_fem.output.result import PassResult
+from rail_fem.show.report import result_report
 from tests.rail_fem.test_scene import make_scene
 
 RATE, SPEED = 10e3, 33.528
@@ -48,10 +52,10 @@ def force_at(x):
 
 @pytest.fixture(scope="module")
 def result():
-    x = np.arange(-0.6, 1.2, SPEED * 20e-6)
+    x = np.arange(-2.0, 2.4, SPEED * 20e-6)
     height = -1e-3 * np.exp(-(((x - 0.4) / 0.08) ** 2))
     columns = {
-        "time": (x + 0.6) / SPEED,
+        "time": (x + 2.0) / SPEED,
         "x": x,
         "force": force_at(x),
         "wheel_height": height,
@@ -77,7 +81,10 @@ def test_a_record_moved_along_the_track_is_found_again(result, tmp_path):
     raw, smooth = score(pair, 4e3), score(pair, 500.0)
     assert smooth.measured == pytest.approx(smooth.computed, rel=0.02) and abs(smooth.offset) < 3e-3
     assert raw.difference > smooth.difference and smooth.difference < 0.03
-    assert score(pair, 50.0).computed < smooth.computed
+    assert score(pair, 100.0).computed < smooth.computed
+    short = score(pair, 50.0)  # of 33 ms: no peak is told, what they differ by is
+    assert np.isnan([short.measured, short.computed, short.offset]).all() and short.difference < 0.03
+    assert score_table(record, pair, [short]).splitlines()[-1].split()[:6] == ["50", "Hz", "-", "-", "-", "-"]
     assert smooth.coherence > 0.97
 
 
@@ -120,6 +127,18 @@ def test_the_force_of_a_blow_is_quoted_low_passed(result):
     found = low_passed(result.history, 20.0)
     assert found["force"].max() == pytest.approx(peaks[0].value, rel=1e-6)
     assert (found["x"] == result.history["x"]).all() and np.isnan(found["force_nose"]).all()
+
+
+@pytest.mark.parametrize(
+    "low, high", [(0.0, 0.6), (-1.3, 0.9), (-2.0, 0.5)], ids=["short", "less than two periods", "at its end"]
+)
+def test_a_peak_of_the_filter_s_ends_is_none(result, low, high):
+    """At 20 Hz: 18 and 66 ms, and 75 ms of which the largest lies 4 ms from the end; 50 ms are needed to both sides."""
+    on = (result.history["x"] > low) & (result.history["x"] < high)
+    part = replace(result, history={name: values[on] for name, values in result.history.items()})
+    assert filtered_peak(part, 20.0) is None and filtered_peak(part, 500.0).x == filtered_peak(result, 500.0).x
+    assert "low-passed at 500 Hz" in result_report(part) and "low-passed at 20 Hz" not in result_report(part)
+    assert "low-passed at 20 Hz" in result_report(result)
 
 
 @pytest.mark.parametrize(
