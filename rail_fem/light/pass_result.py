@@ -146,6 +146,8 @@ def patches_at(table: ContactTable, run: LightPass, steps: list[int]) -> tuple[P
 
 
 def pressure_peaks(patches: tuple[PatchSummary, ...]) -> dict[str, Peak]:
-    """Largest pressure on each body among its patches."""
+    """Largest elastic pressure on each body among its patches."""
     worst = {p.region: p for p in sorted(patches, key=lambda p: p.max_pressure)}
-    return {f"pressure_{body}": Peak(p.max_pressure, "Pa", x=p.x, y=p.y, time=p.time) for body, p in worst.items()}
+    return {
+        f"elastic_pressure_{body}": Peak(p.max_pressure, "Pa", x=p.x, y=p.y, time=p.time) for body, p in worst.items()
+    }

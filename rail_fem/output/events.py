@@ -183,8 +183,8 @@ def end_warnings(
     settled: float = -np.inf,
     free_end: bool = False,
 ) -> tuple[str, ...]:
-    """What may be an accident of the window: a force that has not settled at its end, peaks close to one of its
-    ends. free_end : no more steel is there than to the end of the path"""
+    """What may be an accident of the window: a force that has not settled at its end, a wheel in the air there, peaks
+    close to one of its ends. free_end : no more steel is there than to the end of the path"""
     rows = after_settling(history, settled)
     x, force = rows["x"], rows.get("force", np.empty(0))
     if not len(force):
@@ -196,6 +196,12 @@ def end_warnings(
         warnings.append(
             f"the run ends at x = {x[-1] * 1e3:.0f} mm with {at_end / static_load:.2f} times the static load{trend}: a"
             " larger force may follow, let it go on"
+        )
+    lost = lost_contact(rows["time"], x, force, static_load)
+    if lost and lost[-1].end == rows["time"][-1]:
+        warnings.append(
+            f"the run ends in flight, from x = {lost[-1].x_start * 1e3:.0f} mm on: its landing is not in it, and may be"
+            " the largest force: let it go on"
         )
     for name, peak in peaks.items():
         to_end = abs(peak.x - x[-1])

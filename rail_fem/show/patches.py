@@ -1,4 +1,4 @@
-"""Figure of the contact patches that a result keeps: largest pressure, length and width over the position."""
+"""Figure of the contact patches that a result keeps: largest elastic pressure, length and width over the position."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from rail_fem.show.positions import label_distance, legend_above, mark_positions
 from rail_fem.show.style import BODY, align_labels, give_title, new_figure
 
 MARKS = {"wing": "o", "nose": "D"}
+PRESSURE = {"bem_passage": "elastic pressure\n(half-space) [MPa]"}  # of a model; else of Hertz' ellipse
 PANELS = (
-    ("max_pressure", 1e-6, "largest pressure [MPa]"),
+    ("max_pressure", 1e-6, "elastic pressure\n(Hertz) [MPa]"),
     ("length", 1e3, "length [mm]"),
     ("width", 1e3, "width [mm]"),
 )
@@ -29,7 +30,7 @@ def patches_figure(result: PassResult, name: str) -> Figure:
         mark_positions(axes, result, label=axes is panels[0])
         axes.margins(y=0.12)
         axes.set_ylim(bottom=0.0)
-        axes.set_ylabel(words)
+        axes.set_ylabel(PRESSURE.get(result.model, words) if quantity == "max_pressure" else words)
     legend_above(panels[0])
     label_distance(panels[-1], result)
     align_labels(figure)

@@ -175,6 +175,13 @@ def test_a_run_that_ends_under_more_than_its_static_load_says_so(end, words):
     assert len(said) == (words != "1.17") and all(words in text and "x = 700 mm" in text for text in said)
 
 
+@pytest.mark.parametrize("left, told", [(0.6, True), (0.695, True), (0.71, False)])
+def test_a_run_that_ends_in_the_air_says_so(left, told):
+    found = history(on_nose((0.35, 1.0)), force=lambda x: np.where(x > left, 0.0, LOAD))
+    said = [text for text in end_warnings(found, {}, LOAD) if "the run ends in flight" in text]
+    assert len(said) == told and all(f"from x = {left * 1e3 + 1:.0f} mm on: its landing" in text for text in said)
+
+
 @pytest.mark.parametrize(
     "at, near",
     [

@@ -11,15 +11,17 @@ import numpy as np
 import pytest
 
 from geometry.meshing.blocks import mesh_grid
+from rail_fem.light.pass_result import pressure_peaks
 from rail_fem.output.events import lost_contact, settling_end, stated_peaks
 from rail_fem.output.fields import field_file, read_fields
-from rail_fem.output.result import PassResult, Peak
+from rail_fem.output.result import PassResult, PatchSummary, Peak
 from rail_fem.output.shares import largest_internal
 from rail_fem.show.creep import creep_figure
 from rail_fem.show.energies import energies_figure
 from rail_fem.show.fields import FieldsError, cut_at, depth_below, faces_from_above, read_crossing
 from rail_fem.show.figures import draw_run, strain_figures
 from rail_fem.show.force import force_figure
+from rail_fem.show.patches import patches_figure
 from rail_fem.show.plan import cut_in_strips, plan_figure, view_box
 from rail_fem.show.section import section_figure
 from rail_fem.show.stress import kept_frames, loaded_frame, residual, stress_figure, under_load
@@ -391,6 +393,14 @@ def test_the_figure_says_where_it_settles_and_what_first_strikes(tmp_path):
     assert first.x == pytest.approx(0.358, abs=1e-3) and result.transfer_x < first.x
     trailing = words(force_figure(write_run(tmp_path / "back", "trailing"), "run"))
     assert "first impact on the wing rail" in trailing
+
+
+@pytest.mark.parametrize("model, of", [("rigid_hertz", "Hertz"), ("bem_passage", "half-space")])
+def test_the_pressure_of_patches_is_said_to_be_elastic(model, of):
+    patch = PatchSummary(0.01, 0.38, 0.0, "nose", max_pressure=6.8e9)
+    result = PassResult(model, make_scene(), {}, surrogate_history(), patches=(patch,))
+    assert patches_figure(result, "run").axes[0].get_ylabel() == f"elastic pressure\n({of}) [MPa]"
+    assert list(pressure_peaks((patch,))) == ["elastic_pressure_nose"]
 
 
 # ---- pyvista, in processes of its own

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from rail_fem.case.casefile import load_case
@@ -86,3 +87,20 @@ def test_its_numbers_are_those_of_the_program(page, case):
     result = solve("rigid_hertz", found.scene, found.runs["rigid_hertz"])
     assert row.split(" | ")[2 + list(MODELS).index("rigid_hertz")] == forces_of(result, page.parts)
     assert leg_flight(result) is None or any(f" | {leg_words(result)} | " in line for line in others)
+
+
+def test_how_far_each_light_model_is_off_is_that_of_the_page():
+    """Forces on the body taking over, wing and nose beside fe_full's; of a formula its one force beside the first, of a
+    model without bodies beside the largest."""
+    lines = (ROOT / "docs" / "sixteen_cases.md").read_text(encoding="utf-8").splitlines()
+    head = next(line for line in lines if line.startswith("| case |")).split(" | ")
+    rows = [row for line in lines if line.startswith("| case_") and len(row := line.split(" | ")) == len(head)]
+    column = {words.split(":")[0]: at for at, words in enumerate(head) if ":" in words}
+    force = lambda cell: [float(one) for one in re.findall(r"(?<!- )(?<![\d.])\d+\.\d", cell)]
+    for name in ("p2_formula", "lumped", "rigid_hertz", "bem_passage"):
+        off = []
+        for row in rows:
+            exact, own = force(row[column["fe_full"]]), force(row[column[name]])[-3:]
+            exact = [max(exact)] if name == "lumped" else exact[: len(own)]
+            off += [abs(a / b - 1) for a, b in zip(own, exact, strict=True)]
+        assert MODELS[name].off == pytest.approx((np.quantile(off, 0.9), max(off)), abs=5e-3), name

@@ -162,7 +162,10 @@ def test_a_quantity_is_drawn_against_what_varies(swept, tmp_path):
     axes = figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("speed [mph]", "p2 [kN]")
     lines = {line.get_label(): line.get_xydata() for line in axes.lines}
-    assert {"p2_formula, stiffness 80 kN/mm", "p2_formula, stiffness 160 kN/mm", "static wheel load"} == set(lines)
+    of_load = [label for label in lines if label.startswith("static wheel load, ")]
+    assert {"p2_formula, stiffness 80 kN/mm", "p2_formula, stiffness 160 kN/mm", *of_load} == set(lines)
+    assert len(of_load) == 1
+    assert "p2_formula's forces within 70% of fe_full's, all 82% (16 cases)" in figure.texts[0].get_text()
     assert np.array_equal(lines["p2_formula, stiffness 80 kN/mm"][:, 0], [30, 50, 70, 90])
     drawn = call(
         "show", swept, "--quantity", "impact on the wheel", "--against", "scene.speed", "--out", tmp_path / "a.png"
@@ -179,7 +182,13 @@ def test_a_quantity_is_drawn_against_what_varies(swept, tmp_path):
 
 def test_axle_loads_vary_in_a_file_that_states_the_sprung_mass(case, tmp_path):
     """What is changed takes the place of the other key; both given in one go have to agree."""
-    call("sweep", case, "--out", tmp_path / "out", "--vary", "scene.vehicle.axle_load=17 t,22.5 t")
+    loads = ("--vary", "scene.vehicle.axle_load=17 t,22.5 t")
+    call("sweep", case, "--out", tmp_path / "both", *loads, "--vary", "scene.speed=30mph:90mph:3")
+    lines = plot_sweep(load_sweep(tmp_path / "both"), "p2", "speed").axes[0].lines
+    static = {line.get_label(): set(line.get_ydata()) for line in lines if line.get_label().startswith("static")}
+    assert list(static) == [f"static wheel load, {t * 9.81 / 2:.1f} kN" for t in (17, 22.5)]  # half an axle's each
+    assert all(len(heights) == 1 for heights in static.values())
+    call("sweep", case, "--out", tmp_path / "out", *loads)
     sweep = load_sweep(tmp_path / "out")
     assert sweep.varied == ["scene.vehicle.axle_load"]
     rows = [(row["scene.vehicle.axle_load [t]"], row["axle load [t]"], row["static load [kN]"]) for row in sweep.rows()]
