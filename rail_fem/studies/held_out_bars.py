@@ -31,10 +31,36 @@ from rail_fem.studies.size_series import MODEL, faults_told, read_sizes, run_at
 NOSE = "290 mm", "430 mm"  # a worn P8 passes to the nose within this stretch
 SCENES: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "100 mph": ({"scene.speed": "100 mph"}, NOSE),
-    "wheel of 500 mm": ({"scene.wheel.radius": "500 mm"}, NOSE),
     "nose four times as strong": ({"scene.materials.nose": {"grade": "Mn13", "strength": "400 %"}}, NOSE),
-    "freight wheel, 50 mph": ({"scene.vehicle.vehicle_sprung_mass": "92 t", "scene.speed": "50 mph"}, NOSE),
-    "trailing": ({"scene.direction": "trailing"}, NOSE[::-1]),
+    "1:9.25, 92 t, 50 mph": (
+        {"scene.crossing.ratio": 9.25, "scene.vehicle.vehicle_sprung_mass": "92 t", "scene.speed": "50 mph"},
+        ("170 mm", "370 mm"),
+    ),
+    "trailing, 90 mph, friction 0.45": (
+        {"scene.direction": "trailing", "scene.speed": "90 mph", "scene.friction": 0.45},
+        ("440 mm", "230 mm"),
+    ),
+    "wheel of 500 mm, harder wing, 40 mph": (
+        {
+            "scene.wheel.radius": "500 mm",
+            "scene.materials.wing": {"grade": "Mn13", "strength": "130 %"},
+            "scene.speed": "40 mph",
+        },
+        ("230 mm", "420 mm"),
+    ),
+    "1:13.5, wheel of 460 mm, 100 mph, friction 0.4": (
+        {"scene.crossing.ratio": 13.5, "scene.wheel.radius": "460 mm", "scene.speed": "100 mph", "scene.friction": 0.4},
+        ("300 mm", "520 mm"),
+    ),
+    "new P8, 1.4 t, 60 mph, friction 0.1": (  # not to be meshed with elements of 4 mm
+        {
+            "scene.wheel.profile": "P8",
+            "scene.vehicle.wheelset_unsprung_mass": "1.4 t",
+            "scene.speed": "60 mph",
+            "scene.friction": 0.1,
+        },
+        ("200 mm", "400 mm"),
+    ),
 }
 
 
@@ -102,7 +128,7 @@ def held_on(words: str, sizes: Sequence[float], out: Path) -> list[Held]:
     """One of SCENES, run at the sizes of twin, run and finer run [m]. Collective. Errors: as `run_at`."""
     changes, (start, end) = SCENES[words]
     keys = {f"run.{MODEL}.start": start, f"run.{MODEL}.end": end, f"run.{MODEL}.element": "one-point"}
-    folder = out / words.replace(" ", "_").replace(",", "")
+    folder = out / "".join(c for c in words.replace(" ", "_") if c not in ",:")
     twin, result, finer = (
         run_at(example("nose_transfer"), changes | keys, size, folder / f"{size * 1e3:g}mm", lambda line: None)
         for size in sizes

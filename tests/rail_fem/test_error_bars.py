@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rail_fem.output.error_bars import ORDER, SAFETY, SCATTER, SCATTER_SIZE, error_bars, kind
+from rail_fem.output.error_bars import FIRST_ORDER_SAFETY, ORDER, SAFETY, SCATTER, SCATTER_SIZE, error_bars, kind
 from rail_fem.output.quantities import REPORTED, reported
 from rail_fem.output.result import PassResult, Peak, load
 from rail_fem.show.report import result_report
@@ -41,9 +41,56 @@ def test_what_converges_at_the_order_lies_within_its_bar_by_the_safety_factor(sl
     for name, exact in limit.items():
         true = abs(REPORTED[name].of(result) - exact)
         scatter = SCATTER[kind(name)] * REPORTED[name].of(result)
-        assert bars[name] == pytest.approx(SAFETY[kind(name)] * true + scatter, rel=1e-9)
+        # all strain of the nose differs with one sign: of first order, three times as much is left
+        safety = (
+            3 * FIRST_ORDER_SAFETY if name.endswith("_nose") and name != "first_impact_on_nose" else SAFETY["force"]
+        )
+        assert bars[name] == pytest.approx(safety * true + scatter, rel=1e-9)
     assert bars["transfer_x"] == pytest.approx(SAFETY["length"] * 1e-3 + SCATTER["length"], rel=1e-9)
     assert "volume_3_nose" not in bars and ORDER == 2.0  # no volume on either mesh: nothing is known of it
+
+
+@pytest.mark.parametrize("ratio", [1.5, 2.0])
+def test_strain_that_all_grows_as_elements_shrink_has_a_tail_of_first_order(ratio):
+    """Values L (1 - a h): the bar is the safety factor times what is left, whatever the twin's size; with signs that
+    differ the rule of second order holds."""
+    limit, slope, size = 4e-7, 0.04 / MM, 1 * MM
+    result, twin = at_size(size), at_size(ratio * size)
+    for one in (result, twin):
+        left = 1 - slope * one.settings["element_size"]
+        one.metal["nose"]["values"] = {"integral": limit * left, "worst_1000": STRAIN * left}
+    true, value = slope * size * limit, REPORTED["integral_nose"].of(result)
+    scatter = SCATTER["volume"] / 4 * value
+    assert error_bars(result, twin)["integral_nose"] == pytest.approx(FIRST_ORDER_SAFETY * true + scatter, rel=1e-9)
+    twin.metal["nose"]["values"]["worst_1000"] = 1.1 * STRAIN
+    second = SAFETY["volume"] / (ratio**2 - 1) * (ratio - 1) * true + scatter
+    assert error_bars(result, twin)["integral_nose"] == pytest.approx(second, rel=1e-9)
+
+
+def test_a_force_that_agrees_with_its_twins_by_accident_has_the_bar_of_all_forces():
+    """One equal, one 10 % off: 7 % in the root mean square, which both have at least."""
+    result, twin = at_size(2 * MM, 0.0), at_size(4 * MM, 0.0)
+    twin.peaks["impact_on_wheel"] = Peak(1.1 * FORCE, "N", x=0.38)
+    bars, scatter = error_bars(result, twin), SCATTER["force"]
+    assert bars["first_impact_on_nose"] == pytest.approx((0.1 / 2**0.5 + scatter) * FORCE, rel=1e-9)
+    assert bars["impact_on_wheel"] == pytest.approx((0.1 + scatter) * FORCE, rel=1e-9)
+
+
+def test_a_volume_above_a_level_that_agrees_by_accident_has_the_integrals_bar_times_its_steepness():
+    """Falling with the second power of the level from 1 to 3 % and with the fourth to 5 %: strain off by a share is the
+    volume off by four times that. A volume that falls slowly has the integral's own."""
+    result, twin = at_size(1 * MM), at_size(2 * MM)
+    volumes = {"volume_1": 9e-6, "volume_3": 1e-6, "volume_5": 1e-6 * 0.6**4}
+    for one, integral in ((result, 4e-7), (twin, 3.6e-7)):
+        one.metal["nose"]["values"] = volumes | {"integral": integral}
+    bars = error_bars(result, twin)
+    of_integral = bars["integral_nose"] / 4e-7
+    assert of_integral > SCATTER["volume"] / 4 + 0.05
+    assert bars["volume_3_nose"] == pytest.approx(4 * of_integral * volumes["volume_3"], rel=1e-9)
+    assert bars["volume_1_nose"] == pytest.approx(2 * of_integral * volumes["volume_1"], rel=1e-9)
+    for one in (result, twin):
+        one.metal["nose"]["values"]["volume_3"] = 8e-6
+    assert error_bars(result, twin)["volume_1_nose"] == pytest.approx(of_integral * volumes["volume_1"], rel=1e-9)
 
 
 def test_equal_results_leave_the_scatter_which_falls_with_the_square_of_the_size():
