@@ -30,7 +30,7 @@ STUDIES = {
         "wheels over the cast crossing: contact bands, axle height, transfer, dip angle",
         ("--quick",),
     ),
-    "switch": Study("rail_fem.studies.switch", "a wheelset through a switch"),
+    "switch": Study("rail_fem.studies.switch", "a wheelset through a switch", ("--quick",)),
     "plane-contact": Study(
         "rail_fem.studies.plane_contact",
         "the plane case studies of the thesis by boundary elements, finite elements beside them",

@@ -32,6 +32,12 @@ class Table(NamedTuple):
         cells = [[f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row] for row in self.rows]
         return "\n".join([*([self.title, ""] if self.title else []), *markdown_table(list(self.head), cells)])
 
+    def csv(self) -> str:
+        """Without its title."""
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows([self.head, *self.rows])
+        return text.getvalue()
+
 
 def publish(
     name: str, out: Path | None, tables: Iterable[Table], draw: Callable[[], Figure] | None = None, note: str = ""
@@ -44,11 +50,8 @@ def publish(
     if out is None:
         return
     out.mkdir(parents=True, exist_ok=True)
-    rows = io.StringIO()
-    for table in tables:
-        csv.writer(rows, lineterminator="\n").writerows([table.head, *table.rows, []])
     write_text_atomically(out / f"{name}.md", text)
     if tables:
-        write_text_atomically(out / f"{name}.csv", rows.getvalue())
+        write_text_atomically(out / f"{name}.csv", "\n".join(table.csv() for table in tables))
     if draw is not None:
         write_figure(out / f"{name}.png", draw)

@@ -1,25 +1,28 @@
-"""Study: a wheelset through a switch, facing, as in the thesis' Fig. 3-12 in kind: contact goes from the stock rail to
+"""A wheelset through a switch, facing, as in the thesis' Fig. 3-12 in kind: contact goes from the stock rail to
 the switch rail.
 
-python -m rail_fem.studies.switch --out DIR [--wheel P8]   draws switch.png, writes switch.csv; half a minute
+    rail-fem study switch --out switch [--wheel P8]        half a minute
 
 The switch rail is parametric (geometry.surfaces.switch), not a drawing; the thesis' is not public. The wheelset is free
 across the track and pushed outwards, as in a curve. Sections are looked at one by one as prismatic rails; against the
 whole surface that is 15 um in height and 0.3 mm in place (tests/rail_fem/test_study_switch.py).
 """
 
-import argparse
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
+from matplotlib.figure import Figure
 
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.wheel import WHEEL_NAMES, wheel_profile
 from geometry.surfaces.switch import Switch
 from geometry.wheelset import Wheelset, WheelsetError
+from rail_fem.atomic import write_text_atomically
 from rail_fem.light.load_sharing import MISSED, LoadedWheelset, equilibrium_under
-from rail_fem.show.style import NOSE, WING, lettering, new_figure, save
+from rail_fem.show.style import NOSE, WING, new_figure
+from rail_fem.studies.harness import OUT, QUICK, Table, publish
 
 MM = 1e-3
 AXLE_LOAD = 200e3  # thesis 3.9 [N]
@@ -114,54 +117,36 @@ def report(found: SwitchPass) -> str:
     )
 
 
-def write(path: Path, found: SwitchPass, switch: Switch) -> None:
-    """One row a point: x [m], y on the stock rail's axes [mm], body (0 stock rail, 1 switch rail), force [kN], angle
-    [degrees], shift [mm], axle height [mm]."""
+def point_table(found: SwitchPass, switch: Switch) -> Table:
+    """One row a point that carries; on the switch rail: 1."""
     k = found.index
-    shift, height = (np.array([getattr(s.state, name) for s in found.states]) for name in ("y", "z"))
-    rows = np.column_stack(
-        [
-            found.x[k],
-            found.position / MM,
-            found.on_switch_rail,
-            found.force / 1e3,
-            np.degrees(found.angle),
-            shift[k] / MM,
-            (height - height[0])[k] / MM,
-            [switch.width(x) / MM for x in found.x[k]],
-            [switch.top(x) / MM for x in found.x[k]],
-        ]
-    )
-    np.savetxt(
-        path,
-        rows,
-        delimiter=",",
-        fmt="%.5f",
-        header=(
-            "x_m,y_mm,on_switch_rail,normal_force_kN,angle_deg,shift_mm,axle_height_mm,tongue_width_mm,tongue_top_mm"
-        ),
-        comments="",
-    )
+    shift, height = (np.array([getattr(s.state, name) for s in found.states]) / MM for name in ("y", "z"))
+    columns = {
+        "x [m]": found.x[k], "y on the stock rail [mm]": found.position / MM,
+        "on the switch rail": found.on_switch_rail, "normal force [kN]": found.force / 1e3,
+        "angle [degrees]": np.degrees(found.angle), "shift [mm]": shift[k],
+        "axle height [mm]": (height - height[0])[k],
+        "switch rail's width [mm]": np.array([switch.width(x) / MM for x in found.x[k]]),
+        "its top [mm]": np.array([switch.top(x) / MM for x in found.x[k]]),
+    }  # fmt: skip
+    return Table(list(columns), np.column_stack(list(columns.values())).tolist())
 
 
-def draw(path: Path, switch: Switch, found: SwitchPass, wheel: str) -> Path:
-    """Plan with the contact points, load shares, shift and height, and four sections with the wheel in place. Returns
-    the file."""
-    with lettering():
-        figure = new_figure(14.0)
-        grid = figure.add_gridspec(4, 2, height_ratios=[1.5, 0.9, 1.0, 1.0])
-        plan, share = figure.add_subplot(grid[0, :]), figure.add_subplot(grid[1, :])
-        draw_plan(plan, switch, found)
-        draw_shares(share, found)
-        for k, at in enumerate(SHOWN):
-            draw_section(figure.add_subplot(grid[2 + k // 2, k % 2]), switch, found, at, wheel)
-        figure.suptitle(
-            f"{wheel} through a parametric switch (R {switch.radius:g} m, {switch.rail} stock rail), facing to the"
-            f" right, axle load {AXLE_LOAD / 1e3:g} kN,\npushed outwards by {PUSH:.0%} of it; after the thesis' Fig."
-            " 3-12, its switch rail is not public",
-            fontsize=15,
-        )
-        return save(figure, path)
+def draw(switch: Switch, found: SwitchPass, wheel: str) -> Figure:
+    """Plan with the contact points, load shares, and four sections with the wheel in place."""
+    figure = new_figure(14.0)
+    grid = figure.add_gridspec(4, 2, height_ratios=[1.5, 0.9, 1.0, 1.0])
+    draw_plan(figure.add_subplot(grid[0, :]), switch, found)
+    draw_shares(figure.add_subplot(grid[1, :]), found)
+    for k, at in enumerate(SHOWN):
+        draw_section(figure.add_subplot(grid[2 + k // 2, k % 2]), switch, found, at, wheel)
+    figure.suptitle(
+        f"{wheel} through a parametric switch (R {switch.radius:g} m, {switch.rail} stock rail), facing to the right,"
+        f" axle load {AXLE_LOAD / 1e3:g} kN,\npushed outwards by {PUSH:.0%} of it; after the thesis' Fig. 3-12, its"
+        " switch rail is not public",
+        fontsize=15,
+    )
+    return figure
 
 
 def draw_plan(axis, switch: Switch, found: SwitchPass) -> None:
@@ -247,19 +232,18 @@ def draw_section(axis, switch: Switch, found: SwitchPass, at: float, wheel: str)
     )
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", required=True, help="folder for figure and table")
-    parser.add_argument("--wheel", default="P8", choices=WHEEL_NAMES)
-    arguments = parser.parse_args()
-    out = Path(arguments.out)
-    out.mkdir(parents=True, exist_ok=True)
+def main(
+    wheel: Annotated[str, typer.Option(help=f"one of {', '.join(WHEEL_NAMES)}")] = "P8",
+    quick: QUICK = False,
+    out: OUT = None,
+) -> None:
+    """A wheelset through a switch: where contact goes from the stock rail to the switch rail."""
     switch = Switch()
-    found = run_through(switch, arguments.wheel)
-    write(out / "switch.csv", found, switch)
-    draw(out / "switch.png", switch, found, arguments.wheel)
-    print(report(found))
+    found = run_through(switch, wheel, np.arange(0, 4.001, 0.25) if quick else None)
+    publish("switch", out, [], lambda: draw(switch, found, wheel), report(found))
+    if out is not None:
+        write_text_atomically(out / "switch.csv", point_table(found, switch).csv())
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -25,6 +25,7 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing
 from geometry.surfaces.lofted_rail import RailSurface
 from geometry.wheelset import SIDES, Track, Wheelset
+from rail_fem.atomic import write_text_atomically
 from rail_fem.light.load_sharing import LoadedWheelset, static_equilibrium
 from rail_fem.show.style import CURVES, TOTAL, new_figure
 from rail_fem.studies.harness import OUT, QUICK, Table, publish
@@ -149,7 +150,7 @@ def main(
     ]
     publish("wheelset", out, tables, partial(draw, curves, loaded, conicity, title), title)
     if out is not None:
-        publish("wheelset_curves", out, [curve_table(curves, loaded)])
+        write_text_atomically(out / "wheelset_curves.csv", curve_table(curves, loaded).csv())
 
 
 if __name__ == "__main__":

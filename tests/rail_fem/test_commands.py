@@ -189,7 +189,7 @@ def sum_of(points: list, one: dict) -> float:
     (("patch", "P8", "60E1", "--load", "-5 kN"), "give a vertical force"),
     (("patch", "P8", "60E1", "--load", "5 mm"), "dimension"),
     (("patch", "P8", "60E1", "--load", "50 kN", "--shift", "300 mm"), ""),
-    (("study", "nothing"), "wheelset"), (("study", "switch", "--quick"), "no short form"),
+    (("study", "nothing"), "wheelset"), (("study", "damage-pair", "--quick"), "no short form"),
 ])  # fmt: skip
 def test_every_mistake_is_a_sentence(words, said):
     text = call(*words, code=2)

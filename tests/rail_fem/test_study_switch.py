@@ -12,7 +12,8 @@ from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.switch import Switch
 from geometry.wheelset import Track, Wheelset, WheelsetError
 from rail_fem.light.load_sharing import static_equilibrium
-from rail_fem.studies.switch import AXLE_LOAD, MM, draw, report, run_through, write
+from rail_fem.show.style import save
+from rail_fem.studies.switch import AXLE_LOAD, MM, draw, point_table, report, run_through
 
 X = np.array([0.0, 0.3, 0.7, 1.2, 1.8, 2.0, 2.05, 2.1, 2.15, 2.4, 2.65, 3.0, 4.0])  # at 2.65 m a force jumps
 
@@ -111,11 +112,11 @@ def test_sections_one_by_one_stand_as_the_whole_surface_does():
 
 
 def test_the_study_writes_its_table_and_figure(tmp_path, passed):
-    write(tmp_path / "switch.csv", passed, Switch())
-    table = np.genfromtxt(tmp_path / "switch.csv", delimiter=",", names=True)
-    assert len(table) == len(passed.position) and np.allclose(table["normal_force_kN"], passed.force / 1e3, atol=1e-5)
+    table = point_table(passed, Switch())
+    force = table.head.index("normal force [kN]")
+    assert np.allclose([row[force] for row in table.rows], passed.force / 1e3)
     assert "half of the wheel load from 2.10 m" in report(passed)
-    assert draw(tmp_path / "switch.png", Switch(), passed, "P8").stat().st_size > 50_000
+    assert save(draw(Switch(), passed, "P8"), tmp_path / "switch.png").stat().st_size > 50_000
 
 
 def test_switches_that_cannot_be_are_refused():
