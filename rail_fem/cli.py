@@ -56,7 +56,7 @@ COMMANDS: dict[str, tuple[Callable[..., Any], str]] = {
 for name, (command, line) in COMMANDS.items():
     app.command(name, short_help=line)(command)
 own_help = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
-app.command("study", short_help="Show a part by itself, one of two dozen", context_settings=own_help)(study)
+app.command("study", short_help="Show a part by itself", context_settings=own_help)(study)
 app.command("doctor", short_help="Whether this installation works")(doctor)
 
 

@@ -107,7 +107,7 @@ def tell(as_json: bool = False) -> int:
         print(json.dumps({"faults": broken, "findings": [asdict(finding) for finding in found]}, indent=1))
     else:
         absent = ", ".join(finding.subject for finding in found if finding.absent)
-        well = f"all well for the light models; not installed: {absent}" if absent else "all well"
+        well = "all well" + (f"; not installed: {absent}" if absent else "")
         print(f"{broken} fault(s)" if broken else well)
     return 1 if broken else 0
 
