@@ -73,8 +73,7 @@ STUDIES = {
     ),
     "passage-size": Study(
         "rail_fem.studies.passage_size",
-        "one pass at several element sizes: values with bars, orders and limits, and what mass scaling, window and"
-        " element change",
+        "one pass at several element sizes: values with bars, orders and limits, cost against error",
         ("--quick",),
     ),
     "error-bars": Study(
