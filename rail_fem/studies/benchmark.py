@@ -21,6 +21,7 @@ then change little.
 from __future__ import annotations
 
 import json
+import logging
 import platform
 import time
 from collections import defaultdict
@@ -334,6 +335,7 @@ def main(
     out: OUT = None,
 ) -> None:
     """Speed of the explicit model on this machine: kernels, a step of a pass, ranks."""
+    logging.disable(logging.INFO)  # the compiler's own account of the assembled forms
     if part not in ("", "kernels", "step", "ranks", "light"):
         raise typer.BadParameter(f"{part}: no such part; there are kernels, step, ranks, light")
     chosen = TimedPass(
