@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.cycle_jumps import LEAST_FLOW, verdict
+from bem.cycle_jumps import CELL_ERROR, LEAST_FLOW, verdict, verdict_words
 from bem.patch import ContactInputError, Grid
 from bem.plastic.body import Box, PlasticBody, Trial
 from bem.plastic.contact import Agreed, PlasticHalfSpace
@@ -213,7 +213,7 @@ class Passes:
     growth : (passes,) largest growth of the equivalent plastic strain in each pass, of the mean over the ring
     section : (nz, ny) equivalent plastic strain after the last pass, mean over the ring
     per_pass : (nz, ny) its growth in the last pass
-    verdict : one of bem.cycle_jumps.VERDICTS, where plastic strain grows most, or "not steady"
+    verdict : one of bem.cycle_jumps.VERDICTS, where plastic strain grows most, or "not steady"; words : with the growth
     strain_growth : (nz, 5, ny) growth of the plastic strain itself in the last pass
     solved : passes that were solved; the others of a steady state go on with its growth
     """
@@ -223,6 +223,7 @@ class Passes:
     per_pass: np.ndarray
     strain_growth: np.ndarray
     verdict: str
+    words: str
     solved: int
 
 
@@ -245,13 +246,14 @@ def repeat_passes(
     """
     if not track.periodic:
         raise ContactInputError("repeated passes need a ring: make the track with periodic=True")
-    growth, previous, steadied = [], None, False
+    growth, grown, previous, steadied = [], [], None, False
     for _ in range(passes):
         before, strain = track.state.peeq.mean(axis=1), track.state.strain.mean(axis=2)
         one_pass(track, deviator, stride)
         change = track.state.peeq.mean(axis=1) - before
         strain_growth = track.state.strain.mean(axis=2) - strain
         growth.append(float(change.max()))
+        grown.append((change, np.sqrt(2 / 3) * np.linalg.norm(strain_growth, axis=1)))
         at_rest = growth[-1] <= shakedown
         steadied = at_rest or (previous is not None and np.abs(change - previous).max() <= steady * change.max())
         if steadied:
@@ -259,10 +261,13 @@ def repeat_passes(
         previous = change
     solved, (k, j) = len(growth), np.unravel_index(change.argmax(), change.shape)
     left = passes - solved if steadied and not at_rest else 0
-    stays = float(np.sqrt(2 / 3) * np.linalg.norm(strain_growth[k, :, j]))
-    found = verdict(growth[-1], stays, solved > 1, shakedown) if steadied else "not steady"
+    found = words = "not steady"
+    if steadied:
+        flow, stays = np.array([(flow[k, j], stays[k, j]) for flow, stays in grown]).T
+        found, words = (say(flow, stays, shakedown, CELL_ERROR) for say in (verdict, verdict_words))
     growth += [growth[-1]] * left + [0.0] * (passes - solved - left)
-    return Passes(np.array(growth), track.state.peeq.mean(axis=1) + left * change, change, strain_growth, found, solved)
+    section = track.state.peeq.mean(axis=1) + left * change
+    return Passes(np.array(growth), section, change, strain_growth, found, words, solved)
 
 
 def agree_on(

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.cycle_jumps import LEAST_FLOW, NO_JUMPS, CycleHistory, JumpRule, run_cycles, verdict
+from bem.cycle_jumps import LEAST_FLOW, NO_JUMPS, VERDICTS, CycleHistory, JumpRule, run_cycles, verdict, verdict_words
 from bem.exact.subsurface import line_stress
 from rail_fem.cyclic.law import CyclicLaw, equivalent
 from rail_fem.cyclic.paths import PointState, at_rest, march
@@ -52,7 +52,7 @@ class RollingHistory:
     @property
     def worst(self) -> int:
         """Number of the depth whose plastic strain grows most in the last pass; at rest, is largest."""
-        added = self._added(self.plastic_strain)
+        added = np.diff(self.plastic_strain, axis=0, prepend=0.0)[-1]
         return int(np.argmax(added if added.max() > 0 else self.plastic_strain[-1]))
 
     def exponent(self) -> float:
@@ -64,15 +64,21 @@ class RollingHistory:
             return float("nan")
         return float(np.log(last / half) / np.log(len(growth) / (len(growth) // 2)))
 
-    def _added(self, strain: np.ndarray) -> np.ndarray:
-        return strain[-1] - (strain[-2] if len(strain) > 1 else 0.0)
-
     def verdict(self, tolerance: float = LEAST_FLOW) -> str:
-        """Of the depth that fares worst, by its last pass, which is computed: does plastic strain still grow by more
-        than `tolerance`, and does it run away in one direction (ratchetting) or close on itself (plastic shakedown)?"""
-        stays = abs(self._added(self.shear)[self.worst]) / np.sqrt(3)
-        flowed = bool(self.plastic_strain[-1].max() > tolerance)
-        return verdict(self._added(self.plastic_strain)[self.worst], stays, flowed, tolerance)
+        """Of the depth that fares worst, see bem.cycle_jumps.verdict."""
+        each = [verdict(*own, tolerance) for own in self._cycles()]
+        return max(each, key=VERDICTS.index)
+
+    def verdict_words(self) -> str:
+        """The same with the growth on which it stands, that of the depth where most stays."""
+        own, named = self._cycles(), self.verdict()
+        return verdict_words(*max((c for c in own if verdict(*c) == named), key=lambda c: (c[1][-1], c[0][-1])))
+
+    def _cycles(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Of each depth: growth of the equivalent plastic strain in each pass and what of it stays, (passes,) both."""
+        flow = np.diff(self.plastic_strain, axis=0, prepend=0.0)
+        stays = np.abs(np.diff(self.shear, axis=0, prepend=0.0)) / np.sqrt(3)
+        return list(zip(flow.T, stays.T, strict=True))
 
 
 def rolling_line_contact(

@@ -50,7 +50,7 @@ def facts_of(contacts: PassContacts, hardness: float, shear_yield: float) -> Con
     x, y, z = contacts.position.T
     point = shakedown_point(patches, shear_yield)
     depth = law.cells(patches, speed) * to_cells(patches.grid.dy)
-    seized = np.where(patches.pressure > law.wear_map.pressure[-1] * hardness, depth, 0.0)
+    seized = np.where(law.seized(patches), depth, 0.0)
     return ContactFacts(
         contacts.body,
         x,

@@ -204,7 +204,7 @@ def band_figure(title: str, settings: DamageSettings, state: Evolution) -> Figur
     axis.set(xlabel="x along the crossing [mm]")
     figure.suptitle(
         f"{title}\ndepth after {state.passes:,.0f} passes by all laws on the leading law's shapes, calibration factor"
-        f" {settings.calibration:g}",
+        f" {settings.factor:g}",
         fontsize=13,
     )
     return figure

@@ -20,8 +20,9 @@ from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.bodies import BODIES, NO_METAL
 from geometry.surfaces.worn_crossing import UnwornCrossing, WornCrossing
 from rail_fem.damage.contact_facts import ContactFacts, facts_of
-from rail_fem.damage.crossing import PassContacts, PatchOptions, table_contacts, wear_field
+from rail_fem.damage.crossing import PassContacts, PatchOptions, footprints, table_contacts, wear_field
 from rail_fem.damage.deposit import Footprints, deposit
+from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.groove import FlowLaw, Grooves, groove_strips, grooves, held_beyond, mean_under
 from rail_fem.damage.impacts import LargestImpact, largest_impact
 from rail_fem.damage.reach import reach_of
@@ -63,6 +64,7 @@ class CrossingPass:
 class PassWear:
     """What one pass of a kind did. label : of the kind;  lines : (first, last + 1) of the n lines of the plan between
     which it wore;  depth : law -> (2, m, lines) [m];  removed : law -> [m3];  work (2, m, lines) [J/m2]
+    crack (2, m, lines) : damage under its patches
     force : (2,) largest on wing and nose [N];  impact : the larger of them;  transfer : where the load changes over
     [m], NaN: nowhere;  hardest : patch of the largest normal force on wing and nose, None: carries nothing
     grooves : (2, 2, m, lines) depths [m] that it still presses into wing and nose, and the strains of that; empty where
@@ -75,6 +77,7 @@ class PassWear:
     depth: dict[str, np.ndarray]
     removed: dict[str, float]
     work: np.ndarray
+    crack: np.ndarray
     facts: ContactFacts
     force: np.ndarray
     impact: LargestImpact
@@ -94,6 +97,7 @@ class CrossingRate:
     removed: dict[str, float]
     beyond: dict[str, float]
     work: np.ndarray
+    crack: np.ndarray
     kinds: tuple[tuple[float, PassWear], ...]
     grooves: np.ndarray
 
@@ -122,7 +126,7 @@ class CrossingSite:
     flow_law : of the flow that goes on with the passes; None: none does
     deposit : where along the rail a patch wears it, as of damage.deposit in a case file
     wheel_laws : of the wheels' wear, as many as laws; None: the rail's own;  wheel_lines (n,) : coordinates of their
-    profiles [m]"""
+    profiles [m];  fatigue : damage of a contact by its T gamma"""
 
     base: UnwornCrossing
     passes: tuple[CrossingPass, ...]
@@ -139,6 +143,7 @@ class CrossingSite:
     deposit: Deposit = "position"
     wheel_laws: Mapping[str, WearLaw] | None = None
     wheel_lines: np.ndarray = field(default_factory=lambda: wheel_lines(0.25e-3), repr=False)
+    fatigue: WholeLifeRail = WholeLifeRail()
 
     def __post_init__(self) -> None:
         total = sum(p.weight for p in self.passes)
@@ -187,13 +192,14 @@ class CrossingSite:
             depth[law] = np.where(metal, every, 0.0)
             beyond[law] = float((every - depth[law]).sum()) * shape.cell
         kept = tuple(
-            (share, replace(own, depth={}, work=np.zeros(0), grooves=np.zeros(0)))
+            (share, replace(own, depth={}, work=np.zeros(0), crack=np.zeros(0), grooves=np.zeros(0)))
             for share, own in zip(shares, found, strict=True)
         )
         weighted = list(zip(shares, found, strict=True))
         removed = {law: sum(share * own.removed[law] for share, own in weighted) for law in self.laws}
         work = _mean(shares, found, lambda own: own.work, shape.shape)
-        return CrossingRate(depth, removed, beyond, work, kept, self._grooves(found, shape))
+        crack = np.where(metal, _mean(shares, found, lambda own: own.crack, shape.shape), 0.0)
+        return CrossingRate(depth, removed, beyond, work, crack, kept, self._grooves(found, shape))
 
     def _grooves(self, found: list[PassWear], shape: WornSurface) -> np.ndarray:
         if self.flow_law is None:
@@ -246,12 +252,13 @@ def pass_wear(
     reach = reach_of(contacts, one.scene, crossing, table.datum, site.grid[0]) if site.deposit == "reach" else None
     lengthwise = site.deposit == "length"
     worn = wear_field(contacts, site.laws, site.factor, site.spacing, site.grid, lengthwise, reach)
-    pressed = groove_field(site, one.scene, contacts, shape)
+    pressed, crack = groove_field(site, one.scene, contacts, shape), crack_field(site, contacts)
     laws = site.laws if site.wheel_laws is None else site.wheel_laws
     wheel = wheel_wear(contacts, one.scene, table.datum, laws, site.factor, site.spacing, site.wheel_lines)
     touched = np.flatnonzero(
         sum(own.sum(axis=0) for parts in (worn.work, *worn.depth.values()) for own in parts.values())
         + pressed.sum(axis=(0, 1, 2))
+        + np.abs(crack).sum(axis=(0, 1))
     )
     lines = (int(touched[0]), int(touched[-1]) + 1) if len(touched) else (0, 0)
     stack = lambda parts: np.stack([parts[body][:, slice(*lines)] for body in BODIES])
@@ -264,6 +271,7 @@ def pass_wear(
         {law: stack(worn.depth[law]) for law in site.laws},
         removed,
         stack(worn.work),
+        crack[..., slice(*lines)],
         facts_of(contacts, site.hardness, site.shear_yield),
         light.force.max(axis=1),
         largest_impact(light, table, one.scene.static_wheel_load),
@@ -273,6 +281,17 @@ def pass_wear(
         wheel,
         circumference(one.scene, site.wheel_lines),
     )
+
+
+def crack_field(site: CrossingSite, contacts: PassContacts) -> np.ndarray:
+    """(2, m, n) damage of one pass on the plan: each place takes that of the patch whose middle passes it along the
+    rail, across as far as the patch is wide; where several lie as near, their mean."""
+    x, y = site.grid
+    feet = footprints(contacts)
+    wide = feet._replace(along=0 * feet.along, across=feet.across * contacts.patches.grid.ny)
+    one, share = np.ones((len(contacts), 1, 1)), wide.across * (site.spacing / (x[1] - x[0]))
+    fallen = deposit(wide, one * site.fatigue.damage(contacts.tgamma)[:, None, None], share, x, y)
+    return fallen / np.maximum(deposit(wide, one, share, x, y), 1.0)
 
 
 def groove_field(site: CrossingSite, scene: Scene, contacts: PassContacts, shape: WornSurface | None) -> np.ndarray:

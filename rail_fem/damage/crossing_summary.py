@@ -9,14 +9,11 @@ import numpy as np
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.crossing_site import CrossingRate
 from rail_fem.damage.evolution import Evolution
-from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.sites import fatigue_of, subsurface_of
-from rail_fem.damage.summary import years_of
+from rail_fem.damage.summary import crack_facts, end_rates, years_of
 from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.damage.worn_surface import STEEPEST
 from rail_fem.settings.damage import DamageSettings
-
-LENGTH = 5e-3  # of the parts of a crossing in which the hardest patch of a pass counts [m]
 
 
 def crossing_summary(
@@ -25,7 +22,8 @@ def crossing_summary(
     """Numbers of a crossing that has worn [SI]."""
     deepest = state.deepest
     lost, strips = state.worn.volume - state.first.volume, state.removed - state.beyond
-    parts = {body: _body(settings, state, before, after, b) for b, body in enumerate(BODIES)}
+    rates = end_rates(settings, state, after)
+    parts = {body: _body(settings, state, before, after, rates, b) for b, body in enumerate(BODIES)}
     return {
         "site": "crossing",
         "passes": state.passes,
@@ -51,7 +49,9 @@ def crossing_summary(
     }
 
 
-def _body(settings, state: Evolution, before: CrossingRate, after: CrossingRate, b: int) -> dict[str, Any] | None:
+def _body(
+    settings, state: Evolution, before: CrossingRate, after: CrossingRate, rates: dict[str, np.ndarray], b: int
+) -> dict[str, Any] | None:
     model = fatigue_of(settings)
     first = [(share, own.facts.of(b)) for share, own in before.kinds]
     if not any(len(facts.x) for _, facts in first):
@@ -62,7 +62,9 @@ def _body(settings, state: Evolution, before: CrossingRate, after: CrossingRate,
     cell = state.worn.cell
     hardest = max((facts for _, facts in first if len(facts.x)), key=lambda facts: facts.tgamma.max())
     k = int(np.argmax(hardest.tgamma))
-    x, crack = crack_per_pass(before, b, model)
+    cracks, place = crack_facts(state.crack[b], after.crack[b]), (state.worn.x, state.worn.y)
+    at = lambda flat: [float(v[i]) for v, i in zip(place, np.unravel_index(flat, state.crack.shape[1:]), strict=True)]
+    every = state.by_law | {settings.law: state.depth}
     archard = sum(share * facts.archard.sum() for share, facts in first)
     seized = sum(share * facts.seized.sum() for share, facts in first)
     enlarged = np.concatenate([facts.enlarged for _, facts in first]) > 1
@@ -77,12 +79,18 @@ def _body(settings, state: Evolution, before: CrossingRate, after: CrossingRate,
         "flash_temperature": float(hardest.flash[k]),
         "enlarged_share": float(enlarged.mean()),
         "seizure_share": seized / archard if archard > 0 else 0.0,
-        "cracks_per_pass": float(crack.max()),
-        "cracks_at": float(x[np.argmax(crack)]),
+        **cracks,
+        **{name: at(cracks[name]) for name in ("crack_index_at", "cracks_at")},
         "at_end": _end(after, b),
         "subsurface": _subsurface(before, b, settings),
         "subsurface_at_end": _subsurface(after, b, settings),
-        "years": years_of(settings, state, float(crack.max()), depth),
+        "years": years_of(
+            settings,
+            state,
+            {law: own[b] for law, own in every.items()},
+            {law: own[b] for law, own in rates.items()},
+            (state.crack[b], after.crack[b]),
+        ),
         "flow": _flow(state, b),
     }
 
@@ -168,15 +176,3 @@ def _impacts(rate: CrossingRate) -> list[dict[str, Any]]:
 
 def _transfers(rate: CrossingRate) -> list[float]:
     return [own.transfer for _, own in rate.kinds]
-
-
-def crack_per_pass(rate: CrossingRate, body: int, model: WholeLifeRail) -> tuple[np.ndarray, np.ndarray]:
-    """Damage of one mean pass along x: positions [m] of LENGTH, and the sum over kinds of the hardest patch in each."""
-    edges = np.arange(-2.0, 3.0, LENGTH)
-    total = np.zeros(len(edges))
-    for share, own in rate.kinds:
-        facts = own.facts.of(body)
-        worst = np.full(len(edges), -np.inf)
-        np.maximum.at(worst, np.searchsorted(edges, facts.x), model.damage(facts.tgamma))
-        total += share * np.where(np.isfinite(worst), worst, 0.0)
-    return edges, total

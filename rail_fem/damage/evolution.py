@@ -2,11 +2,13 @@
 shape at its middle.
 
 In a block the wear rate is taken where it begins, at its middle (on the shape worn by half of it) and at its end; all
-of the block wears at the rate of the middle (midpoint rule, second order). A third of the difference to what it would
-have worn at the mean of both ends is its error (that of the trapezoidal rule is minus twice the midpoint rule's).
-Blocks are as long as this stays below the tolerance, or as long as told; a told one is shortened where no shape can
-take it, and a section's where its error is beyond the tolerance of the deepest wear so far, for a new corner wears in
-much faster than it then wears. The end's rate is the next block's first.
+of the block wears at the rate of the middle (midpoint rule, second order). Two thirds of the difference to what it
+would have worn at the mean of both ends bound its error: where the rate changes by itself it is a third (that of the
+trapezoidal rule is minus twice the midpoint rule's), where it goes linearly with the shape two thirds, since the
+middle's shape comes from the first rate: h^3 r''/24 + h^3 r''/8 = h^3 r''/6, of a difference of h^3 r''/4.
+Blocks are whole passes, as long as half of the bound stays below the tolerance, or as long as told; a told one is
+shortened where no shape can take it, and a section's where its error is beyond the tolerance of the deepest wear so
+far, for a new corner wears in much faster than it then wears. The end's rate is the next block's first.
 Plastic flow, where there is any, goes before the wear of a block, by the grooves that were still to press where it
 began, in closed form; where it is deep the block ends sooner, as the contacts move with it.
 Source of the midpoint rule: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), II.1.
@@ -64,12 +66,13 @@ class Shape(Protocol):
 class Rate(Protocol):
     """What a mean pass wears off a shape: depth (...) [m] by law, removed [m2 or m3] by law as the strips have it, what
     of it lay beyond the shape, friction work per area (...) [J/m2], T gamma (k,) [N] of the points and their shares,
-    largest force [N]."""
+    largest force [N], crack damage (...) of each place by the contacts on it."""
 
     depth: dict[str, np.ndarray]
     removed: dict[str, float]
     beyond: dict[str, float]
     work: np.ndarray
+    crack: np.ndarray
 
     @property
     def tgamma(self) -> tuple[np.ndarray, np.ndarray]: ...
@@ -112,8 +115,10 @@ class Evolution:
 
     worn : the shape;  first : before;  depth : (...) worn off by the leading law [m], per length of a line or, of
     surfaces, vertically per plan area;  by_law : the same for each law, all on the leading law's shapes
-    work : (...) friction work per area [J/m2];  removed : the strips' own sum for the leading law, of a line [m2], of
-    surfaces [m3];  beyond : what of it lay beyond the shape;  error : (...) bound of the blocks' error [m]
+    work : (...) friction work per area [J/m2];  crack : (...) crack index of each place, 1 is a visible crack, by the
+    contacts on it and no other: what wears there takes away its own cracks alone, and none below 0;  removed : the
+    strips' own sum for the leading law, of a line [m2], of surfaces [m3];  beyond : what of it lay beyond the shape;
+    error : (...) bound of the blocks' error [m]
     smoothing : largest change of a depth by smoothing [m]
     block : next block's passes;  correction : largest |factor - 1| that met an area;  log : rows of passes, deepest
     [m], T gamma largest and mean [N], blocks' error [m], largest force [N], deepest flow [m];  starts : (k,) lateral
@@ -129,6 +134,7 @@ class Evolution:
     depth: np.ndarray
     by_law: dict[str, np.ndarray]
     work: np.ndarray
+    crack: np.ndarray
     removed: float
     beyond: float
     error: np.ndarray
@@ -158,7 +164,9 @@ def begin(site: Site) -> Evolution:
     first = site.first()
     zero = np.zeros(first.shape)
     laws = dict.fromkeys(site.laws, zero)
-    return Evolution(first, first, 0.0, zero, laws, zero, 0.0, 0.0, zero, 0.0, 0.0, 0.0, np.zeros((0, 7)), site.starts)
+    return Evolution(
+        first, first, 0.0, zero, laws, zero, zero, 0.0, 0.0, zero, 0.0, 0.0, 0.0, np.zeros((0, 7)), site.starts
+    )
 
 
 @dataclass(frozen=True)
@@ -228,6 +236,7 @@ def _block(site: Site, state: Evolution, rate: Rate, left: float, stepping: Step
     count, least = min(count, runs_in), min(least, runs_in)
     while True:
         count = min(count, left) if told else min(count, left, most)
+        count = float(np.floor(count)) if 1 < count < left else count
         smooth = state.worn.smoothed(rough, stepping.smoothing)
         try:
             half, _ = site.flowed(state.worn, rate, count / 2).worn(smooth * (count / 2))
@@ -243,11 +252,11 @@ def _block(site: Site, state: Evolution, rate: Rate, left: float, stepping: Step
             count /= 4
             continue
         last = new.smoothed(end.depth[law], stepping.smoothing)
-        error = np.abs((smooth + last) / 2 - taken) * (count / 3)
+        error = np.abs((smooth + last) / 2 - taken) * (2 * count / 3)
         share, deepest = (
             (stepping.told_tolerance, state.depth + taken * count) if told else (stepping.tolerance, taken * count)
         )
-        allowed = share * max(deepest.max(), 1e-30)
+        allowed = 2 * share * max(deepest.max(), 1e-30)
         if error.max() <= allowed or count <= least:
             break
         count = max(count * max(0.8 * (allowed / error.max()) ** 0.5, 0.2), least)
@@ -309,6 +318,7 @@ def _after(
         depth=depth,
         by_law={name: state.by_law[name] + count * middle.depth[name] for name in state.by_law},
         work=state.work + count * middle.work,
+        crack=np.maximum(state.crack + count * middle.crack, 0.0),
         wheels=state.wheels + count * middle.wheels,
         removed=state.removed + count * middle.removed[stepping.law],
         beyond=state.beyond + count * middle.beyond[stepping.law],

@@ -112,7 +112,7 @@ def depth_figure(title: str, settings: DamageSettings, state: Evolution) -> Figu
     axis.set(xlabel="along the line, from its gauge side [mm]", ylabel="depth worn off along the normal [\u00b5m]")
     axis.legend(loc="upper center", fontsize=10)
     figure.suptitle(
-        f"{title}\n{state.passes:,.0f} passes, calibration factor {settings.calibration:g}: what each law"
+        f"{title}\n{state.passes:,.0f} passes, calibration factor {settings.factor:g}: what each law"
         f" wears off on the leading law's shapes",
         fontsize=13,
     )

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from geometry.surfaces.bodies import BODIES
+from rail_fem.damage.groove import held_beyond
 from rail_fem.light.plastic_fields import ARCHIVE
 from rail_fem.output.result import load
 from rail_fem.scene.scene import Scene
@@ -27,15 +28,24 @@ def flow_digest(folder: Path) -> str:
     return hashlib.sha256(_archive(folder).read_bytes()).hexdigest()
 
 
-def read_flow(folder: Path, scene: Scene, grid: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """(2, m, n) depths [m] of wing and nose at x (m,), y (n,) [m]; linear between the run's cells, 0 beyond them.
+def read_flow(
+    folder: Path, scene: Scene, grid: tuple[np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, tuple[float, float]]:
+    """(2, m, n) depths [m] of wing and nose at x (m,), y (n,) [m], linear between the run's cells, and where the run
+    began and ended [m]: beyond it its last sections go on, for its groove ends in a ramp that no wheel would make.
 
-    Errors: FlowError for a run of another crossing or model.
+    Errors: FlowError for a run of another crossing or model, or one that lies beside the plan.
     """
     path, result = _archive(folder), load(folder)
     if result.scene.crossing.plain() != scene.crossing.plain():
         raise FlowError(
             f"{folder}: its run is of {result.scene.crossing.name} with other numbers: run bem_plastic anew"
+        )
+    low, high = (float(end(result.history["x"])) for end in (np.min, np.max))
+    if low > grid[0][-1] or high < grid[0][0]:
+        raise FlowError(
+            f"{folder}: its run goes from x = {low * 1e3:.0f} to {high * 1e3:.0f} mm, the study's plan from"
+            f" {grid[0][0] * 1e3:.0f} to {grid[0][-1] * 1e3:.0f}: run bem_plastic over the study's path"
         )
     x, y = np.meshgrid(*grid, indexing="ij")
     out = np.zeros((len(BODIES), *x.shape))
@@ -45,7 +55,7 @@ def read_flow(folder: Path, scene: Scene, grid: tuple[np.ndarray, np.ndarray]) -
                 axes, lowered = (stored[f"{body}_x"], stored[f"{body}_y"]), np.asarray(stored[f"{body}_lowered"], float)
                 field = RegularGridInterpolator(axes, lowered, bounds_error=False, fill_value=0.0)
                 out[b] = field((x, y))
-    return out
+    return held_beyond(out, np.array([low, high]), grid[0]), (low, high)
 
 
 def _archive(folder: Path) -> Path:

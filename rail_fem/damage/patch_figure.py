@@ -45,7 +45,7 @@ def patches_figure(title: str, settings: DamageSettings, line: WornProfile, rate
     grid = figure.add_gridspec(5, 2 * count, height_ratios=[1.6, 1, 1, 1, 0.8], width_ratios=[1, 0.04] * count)
     whole = figure.add_subplot(grid[0, :])
     _touching(whole, line, record, points)
-    depths = [law.cells(p.patch, p.speed) * settings.calibration * UM for p in points]
+    depths = [law.cells(p.patch, p.speed) * settings.factor * UM for p in points]
     for k, (point, depth) in enumerate(zip(points, depths, strict=True)):
         axes = [figure.add_subplot(grid[row, 2 * k]) for row in range(1, 5)]
         bars = [figure.add_subplot(grid[row, 2 * k + 1]) for row in range(1, 4)]

@@ -8,13 +8,14 @@ import numpy as np
 
 from geometry.surfaces.bodies import BODIES
 from rail_fem.damage.sites import laws_of, maintenance_of
-from rail_fem.damage.traffic import HORIZON
+from rail_fem.damage.traffic import EXTRAPOLATED, time_in_words
 from rail_fem.output.markdown import markdown_table
 from rail_fem.settings.damage import DamageSettings
 
 UM, MM = 1e6, 1e3
 MOST_KINDS = 12  # of pass in a table
-THOUSAND = 1000  # passes of a wheel, to which its wear is told
+THOUSAND = 1000  # passes to which wear is told
+NARROW = 1.1  # ratio of the times by the laws, below which a time has two digits
 
 
 def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) -> str:
@@ -26,7 +27,7 @@ def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) 
             laws[name].label,
             f"{found['deepest_by_law'][name] * UM:.3g}",
             f"{found['area_by_law'][name] * 1e6:.4g}",
-            _years(years["to_depth_by_law"][name]),
+            time_in_words(years["to_depth_by_law"][name]),
         ]
         for name in found["deepest_by_law"]
     ]
@@ -35,21 +36,16 @@ def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) 
         f"# {title}",
         "",
         f"{found['passes']:,.0f} wheel passes; the shape changes by {laws[found['law']].label}, calibration factor"
-        f" {settings.calibration:g} on all laws.{_resets(found)}",
+        f" {settings.factor:g} on all laws.{_resets(found)}",
         "",
         f"**Deepest wear {found['deepest'] * UM:.3g} \u00b5m** (band over the laws"
         f" {low * UM:.3g} to {high * UM:.3g} \u00b5m),"
         f" largest T\u03b3 {found['tgamma']['largest']:.0f} N at first,"
         f" {found['tgamma']['largest_at_end']:.0f} N at the end.",
         "",
-        _table(["law", "deepest [\u00b5m]", "area [mm\u00b2]", f"years to {settings.depth_limit * MM:g} mm"], rows),
+        _table(["law", "deepest [\u00b5m]", "area [mm\u00b2]", f"time to {settings.depth_limit * MM:g} mm"], rows),
         "",
-        f"At {settings.axles_per_year:,.0f} axles a year: {years['depth_per_year'] * MM:.3g} mm a year at"
-        f" the deepest position"
-        f" by the leading law; limit of {settings.depth_limit * MM:g} mm or visible cracks in"
-        f" {_years(years['to_limit'])} years"
-        f"{' (' + years['limit'] + ')' if years['limit'] else ''}, if wear went on at this mean rate."
-        + _maintained(settings, years),
+        f"{_cracks(found, 'y, z')} {_to_limit(settings, years, found['seizure_share'])}",
         "",
         "## How sure",
         "",
@@ -82,7 +78,7 @@ def section_report(title: str, settings: DamageSettings, found: dict[str, Any]) 
         _contact_table(contacts),
         "",
         *([_subsurface(found["subsurface"], settings), ""] if found["subsurface"] else []),
-        *_limits(),
+        *_limits(settings),
     ]
     return "\n".join(lines) + "\n"
 
@@ -119,7 +115,7 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
         "",
         f"{found['passes']:,.0f} wheel passes of {found['kinds']} kind(s); wing and nose change by"
         f" {laws[found['law']].label}, forces and patches are found anew on the changed shape {found['blocks']} times;"
-        f" calibration factor {settings.calibration:g} on all laws.{_resets(found)}",
+        f" calibration factor {settings.factor:g} on all laws.{_resets(found)}",
         "",
         f"Largest force {found['largest_force']['first'] / 1e3:.0f} kN at first,"
         f" {found['largest_force']['end'] / 1e3:.0f} kN at the end; the load goes over at x ="
@@ -134,7 +130,7 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
                 laws[name].label,
                 f"{depth[name] * UM:.3g}",
                 f"{own['volume_by_law'][name] * 1e9:.3g}",
-                _years(years["to_depth_by_law"][name]),
+                time_in_words(years["to_depth_by_law"][name]),
             ]
             for name in depth
         ]
@@ -158,13 +154,10 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
             "",
             *_flow(own["flow"]),
             _table(
-                ["law", "deepest [\u00b5m]", "volume [mm\u00b3]", f"years to {settings.depth_limit * MM:g} mm"], rows
+                ["law", "deepest [\u00b5m]", "volume [mm\u00b3]", f"time to {settings.depth_limit * MM:g} mm"], rows
             ),
             "",
-            f"Most fatigue {own['cracks_per_pass'] * 1e6:.2g}e-6 an axle at x = {own['cracks_at'] * MM:.0f} mm:"
-            f" {own['cracks_per_pass'] * settings.axles_per_year:.2g} a year at"
-            f" {settings.axles_per_year:,.0f} axles (1: visible"
-            f" cracks, by a function fitted to plain line). {_to_limit(settings, years)}",
+            f"{_cracks(own, 'x, y')} {_to_limit(settings, years, own['at_end']['seizure_share'])}",
         ]
     lines += _wheels(settings, found)
     if "sensitivities" in found:
@@ -207,7 +200,7 @@ def crossing_report(title: str, settings: DamageSettings, found: dict[str, Any])
             ],
         ),
         "",
-        *_limits(any(own["flow"] for own in found["bodies"].values())),
+        *_limits(settings, found["flow_before"]),
     ]
     return "\n".join(lines) + "\n"
 
@@ -275,20 +268,26 @@ def _impacts(found: dict[str, list[dict[str, Any]]]) -> list[str]:
     ]
 
 
-def _limits(flows: bool = False) -> list[str]:
-    """flows : the study lets the steel flow with the passes"""
-    flow = (
-        "- Plastic flow goes by a law whose limit and strain were read off one explicit run (docs/models/damage.md)."
-        if flows
-        else "- No plastic flow: a new casting changes its shape by flow before it wears."
-    )
+def _limits(settings: DamageSettings, before: dict[str, float] | None = None) -> list[str]:
+    """before : plastic flow by a run before all wear, of damage.flow"""
+    flow = "No plastic flow in this study: a new casting changes its shape by flow before it wears."
+    if settings.plastic_flow:
+        flow = (
+            "Plastic flow goes by a law whose limit and strain were read off one explicit run (docs/models/damage.md)."
+        )
+    if before is not None:
+        flow = (
+            f"Plastic flow, up to {before['deepest'] * UM:.3g} \u00b5m deep, is that of the run in damage.flow, before"
+            f" all wear; it does not go on with the passes. That run went from x = {before['start'] * MM:.0f} to"
+            f" {before['end'] * MM:.0f} mm, and its last sections are held beyond."
+        )
     return [
         "## What these numbers are not",
         "",
         "- Laws come from dry laboratory tests and differ by a factor of ten at the same friction work;"
         " field rates are"
         " an order below them. The calibration factor stands for lubrication and climate and is to be fitted.",
-        flow,
+        f"- {flow}",
         "- T\u03b3's damage function was fitted to curves of plain line in grade 220 rail.",
     ]
 
@@ -339,21 +338,54 @@ def _resets(found: dict[str, Any]) -> str:
     )
 
 
-def _to_limit(settings: DamageSettings, years: dict[str, Any]) -> str:
-    why = f" ({years['limit']})" if years["limit"] else ""
+def _cracks(own: dict[str, Any], axes: str) -> str:
+    """Cracks at their own places, so far and by a pass."""
+    at = lambda name: f"{axes} = {', '.join(f'{v * MM:.1f}' for v in own[name])} mm"
     return (
-        f"Limit of {settings.depth_limit * MM:g} mm or visible cracks in {_years(years['to_limit'])} years{why}, if"
-        f" wear went on at its mean rate.{_maintained(settings, years)}"
+        f"Crack index {own['crack_index']:.2g} at {at('crack_index_at')} (1: visible cracks, by a function fitted to"
+        f" plain line); a pass over the last shape adds {own['cracks_per_pass'] * 1e6:.2g}e-6 at {at('cracks_at')}."
+    )
+
+
+def _to_limit(settings: DamageSettings, years: dict[str, Any], seized: float) -> str:
+    """What a pass wears off the last shape, and the time to the limit where it may be told. seized : share of that"""
+    axles = settings.axles_per_year
+    wears = float(f"{years['depth_per_year'] / axles * UM * THOUSAND:.2g}")
+    limit = f"{settings.depth_limit * MM:g} mm"
+    rate = f"Where {limit} come first {THOUSAND:,} passes over the last shape wear {wears:g} \u00b5m."
+    if years["told_up_to"] is None:
+        why = "one pass or none says nothing of how wear goes on"
+        if settings.calibration is None:
+            why = "`calibration` is not given, a laboratory's rates are no site's"
+        return f"{rate} No years are told: {why}."
+    if years["to_limit"] is None:
+        return (
+            f"{rate} No years are told: neither that depth nor visible cracks come within {EXTRAPOLATED:g} times the"
+            f" passes that were run ({time_in_words(years['told_up_to'])} at {axles:,.0f} axles a"
+            f" year).{_maintained(settings, years)}"
+        )
+    laws = list(years["to_depth_by_law"].values())
+    known = [v for v in laws if v is not None]
+    digits = 2 if len(known) == len(laws) and max(known) < NARROW * min(known) else 1
+    low = time_in_words(min(known, default=None))
+    high = time_in_words(max(known)) if len(known) == len(laws) else f"beyond {time_in_words(years['told_up_to'])}"
+    flows = (
+        f", though {seized:.0%} of Archard's wear then comes from steel in seizure, which flows first" if seized else ""
+    )
+    return (
+        f"{rate} At {axles:,.0f} axles a year that depth or visible cracks come after"
+        f" {time_in_words(years['to_limit'], digits)} ({years['limit']}; depth by the laws {low} to {high}), if all"
+        f" goes on as over the last shape{flows}.{_maintained(settings, years)}"
     )
 
 
 def _maintained(settings: DamageSettings, years: dict[str, Any]) -> str:
     events = maintenance_of(settings)
-    if not events:
+    if not events or years["to_limit"] == years["to_limit_maintained"]:
         return ""
     listed = ", ".join(f"{event.name} at {event.time:g}" for event in events)
     why = f" ({years['limit_maintained']})" if years["limit_maintained"] else ""
-    return f" With {listed} years: {_years(years['to_limit_maintained'])} years{why}."
+    return f" With {listed} years: {time_in_words(years['to_limit_maintained'])}{why}."
 
 
 def _subsurface(found: dict[str, float], settings: DamageSettings) -> str:
@@ -374,7 +406,3 @@ def _range(values: list[float]) -> str:
         return "nowhere"
     low, high = min(there) * MM, max(there) * MM
     return f"{low:.0f}" if high - low < 1 else f"{low:.0f} to {high:.0f}"
-
-
-def _years(value: float | None) -> str:
-    return f"over {HORIZON:.0f}" if value is None or value >= HORIZON else f"{value:.3g}"

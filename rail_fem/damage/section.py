@@ -13,6 +13,7 @@ import numpy as np
 from geometry.contact.prismatic_search import ContactSearch
 from geometry.profiles.profile import Profile
 from geometry.wheelset import RailPosition, Track, Wheelset
+from rail_fem.damage.fatigue import WholeLifeRail
 from rail_fem.damage.rolling import Rolling, RollingPoint, equilibrium_on_yielding_rails, roll
 from rail_fem.damage.wear import Archard, WearLaw, friction_work
 from rail_fem.damage.worn_profile import WornProfile
@@ -45,12 +46,13 @@ class PassRecord:
 class WearRate:
     """What a pass wears off on average: depth (n,) [m] at the nodes for each law, removed: area [m2] for each law as
     its strips have it, area that lay beyond the section's ends [m2], friction work (n,) per area at the nodes
-    [J/m2], share of Archard's wear near a border of its map."""
+    [J/m2], crack damage (n,) under the patches, share of Archard's wear near a border of its map."""
 
     depth: dict[str, np.ndarray]
     removed: dict[str, float]
     beyond: dict[str, float]
     work: np.ndarray
+    crack: np.ndarray
     border_share: float
     records: tuple[PassRecord, ...]
 
@@ -75,7 +77,7 @@ class WearRate:
 @dataclass(frozen=True, eq=False)
 class Section:
     """The left rail's position is that of `track`, whatever wears. laws : by name; factor : of calibration on all of
-    them;  lateral_stiffness : of one rail [N/m]"""
+    them;  lateral_stiffness : of one rail [N/m];  fatigue : damage of a contact by its T gamma"""
 
     track: Track
     passings: tuple[Passing, ...]
@@ -83,6 +85,7 @@ class Section:
     factor: float = 1.0
     lateral_stiffness: float = np.inf
     back_to_back: float = 1.360
+    fatigue: WholeLifeRail = WholeLifeRail()
     positions: dict[int, float] = field(default_factory=dict, repr=False)  # found last, to begin from
 
     def __post_init__(self) -> None:
@@ -153,7 +156,8 @@ class Section:
         """Mean wear of one pass over the worn section."""
         depth = {name: np.zeros(len(worn.points)) for name in self.laws}
         area, beyond = dict.fromkeys(self.laws, 0.0), dict.fromkeys(self.laws, 0.0)
-        work, near, records = np.zeros(len(worn.points)), [0.0, 0.0], self.records(worn)
+        work, crack = np.zeros(len(worn.points)), np.zeros(len(worn.points))
+        near, records = [0.0, 0.0], self.records(worn)
         for record in records:
             for point in record.points:
                 if point.side != "left":
@@ -171,7 +175,9 @@ class Section:
                         near[0] += share * strips.sum() * patch.grid.dy
                         near[1] += strips.sum() * patch.grid.dy
                 work += worn.deposit(centre, point.outwards, weight * friction_work(patch), patch.grid.dy)[0]
-        return WearRate(depth, area, beyond, work, near[0] / near[1] if near[1] else 0.0, records)
+                fallen = np.full(patch.grid.ny, weight * float(self.fatigue.damage(point.tgamma)))
+                crack += worn.deposit(centre, point.outwards, fallen, patch.grid.dy)[0]
+        return WearRate(depth, area, beyond, work, crack, near[0] / near[1] if near[1] else 0.0, records)
 
 
 def _middle(state) -> float:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from rail_fem.damage.traffic import time_in_words
 from rail_fem.output.markdown import markdown_table
 
 UM = 1e6
@@ -17,7 +18,7 @@ HEAD = [
     "band over the laws [\u00b5m]",
     "bound of the blocks' error",
     "T\u03b3 first, end [N]",
-    "years to the limit",
+    "time to the limit",
 ]
 
 
@@ -73,7 +74,7 @@ def studies_table(folders: list[Path]) -> str:
                     f"{min(band) * UM:.3g} to {max(band) * UM:.3g}",
                     f"{facts['block_error']:.1%}",
                     f"{own['tgamma'][0]:.0f}, {own['tgamma'][1]:.0f}",
-                    f"{own['years']['to_limit']:.3g}",
+                    time_in_words(own["years"]["to_limit"]),
                 ]
             )
     return "\n".join(markdown_table(HEAD, rows))

@@ -130,7 +130,13 @@ def switch_section(scene: Scene, settings: DamageSettings) -> Section:
         ]
     track = Switch().track(site.distance, scene.gauge)
     return Section(
-        track, tuple(passings), laws_of(settings), settings.calibration, site.rail_stiffness, scene.back_to_back
+        track,
+        tuple(passings),
+        laws_of(settings),
+        settings.factor,
+        site.rail_stiffness,
+        scene.back_to_back,
+        fatigue_of(settings),
     )
 
 
@@ -174,7 +180,7 @@ def crossing_site(
         numerics,
         (x, y),
         settings.patch_spacing,
-        settings.calibration,
+        settings.factor,
         settings.hardness,
         settings.shear_yield,
         pool,
@@ -182,6 +188,7 @@ def crossing_site(
         deposit=settings.deposit,
         wheel_laws=wheel_laws_of(settings),
         wheel_lines=wheel_lines(settings.plan_spacing),
+        fatigue=fatigue_of(settings),
     )
 
 

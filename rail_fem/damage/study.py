@@ -38,7 +38,7 @@ from rail_fem.show.style import in_lines
 from rail_fem.stopping import end_with_parent
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
-VERSION = 5
+VERSION = 6
 DEFINITION = (
     "Archard's k is its mean over a cell that a border of the map crosses"  # what a state of before does not hold
 )
@@ -144,11 +144,15 @@ def _wear_crossing(case, settings, folder, goes_on, identity, progress, say, wor
         pool = stack.enter_context(ProcessPoolExecutor(workers, initializer=end_with_parent)) if workers > 1 else None
         flow = flow_file(case, settings)
         site = crossing_site(case.scene, settings, run, pool)
-        site = replace(site, flow=None if flow is None else read_flow(flow, case.scene, site.grid))
+        before_wear = None
+        if flow is not None:
+            flowed, (low, high) = read_flow(flow, case.scene, site.grid)
+            site, before_wear = replace(site, flow=flowed), {"deepest": flowed.max(), "start": low, "end": high}
         before = site.rate(site.first())
         state = _wear(case, settings, site, folder, goes_on, identity, progress, say)
         after = site.rate(state.worn)
     summary = crossing_summary(settings, state, before, after)
+    summary["flow_before"] = before_wear
     if settings.sensitivities:
         found = sensitivities(case.scene, settings, run)
         summary["sensitivities"] = [[s.name, s.base, s.elasticity, s.error] for s in found]

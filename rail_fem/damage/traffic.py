@@ -11,7 +11,9 @@ import numpy as np
 from rail_fem.damage.wear import WearError
 
 TONNE = 1000.0  # [kg]
-HORIZON = 100.0  # years; what lasts longer is said to
+HORIZON = 100.0  # years that a life is looked at
+EXTRAPOLATED = 3.0  # times the passes that were run, beyond which no years are told
+UNITS = ((1.0 / 365.25, 14, "days"), (7 / 365.25, 9, "weeks"), (1 / 12, 24, "months"), (1.0, np.inf, "years"))
 
 
 class TrafficError(WearError):
@@ -167,11 +169,25 @@ class Life:
     years: float
 
 
+def time_in_words(years: float | None, digits: int = 1) -> str:
+    """A time to so many digits in the unit that suits it; "-" where it is not told."""
+    if years is None:
+        return "-"
+    size, _, unit = next(row for row in UNITS if years < row[0] * row[1])
+    return f"{float(f'{years / size:.{digits}g}'):g} {unit}"
+
+
 def life(
-    depth_rate: float, crack_rate: float, depth_limit: float, events: Sequence[Event] = (), horizon: float = HORIZON
+    depth_rate: float,
+    crack_rate: float,
+    depth_limit: float,
+    events: Sequence[Event] = (),
+    horizon: float = HORIZON,
+    begun: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Life:
     """When the depth [m/year] or the crack index [1/year] reaches its limit (depth_limit [m]; 1), with events between.
 
+    begun : time [years], depth [m] and crack index from which it goes on
     A negative crack rate (wear removes cracks) keeps the index at 0.
     """
     if not (np.isfinite([depth_rate, crack_rate]).all() and depth_rate >= 0 and depth_limit > 0):
@@ -179,7 +195,7 @@ def life(
             f"depth {depth_rate!r} m a year, cracks {crack_rate!r} a year, limit {depth_limit!r} m: give finite rates,"
             " a depth of 0 or more and a limit above 0"
         )
-    rows, now, depth, crack = [(0.0, 0.0, 0.0)], 0.0, 0.0, 0.0
+    rows, (now, depth, crack) = [begun], begun
     for event in [*sorted((e for e in events if e.time < horizon), key=lambda e: e.time), None]:
         end = horizon if event is None else event.time
         to_depth = now + (depth_limit - depth) / depth_rate if depth_rate > 0 else np.inf

@@ -248,6 +248,10 @@ class Archard(OverStrips):
             return self.wear_map.coefficient(pressure, velocity, self.share)
         return self.wear_map.cell_means(pressure, velocity, self.share)
 
+    def seized(self, patch: Patches) -> np.ndarray:
+        """(..., nx, ny) cells beyond the map's last border of pressure, in seizure whatever their slip."""
+        return patch.pressure > self.wear_map.pressure[-1] * self.hardness
+
     def border_share(self, patch: Patch, speed: float) -> float:
         """Part of the wear that comes from cells within 10 % of a border of the map, where k jumps."""
         depth = self.cells(patch, speed)

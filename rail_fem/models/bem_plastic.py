@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bem.cycle_jumps import LEAST_FLOW, verdict
+from bem.cycle_jumps import CELL_ERROR, LEAST_FLOW, verdict_words
 from bem.material import Elastic
 from bem.plastic.contact import LARGE_STRAIN, pressure_warnings
 from bem.plastic.hardening import Hardening, YieldLaw
@@ -146,14 +146,10 @@ def passes_flags(body: str, flow: Flow, count: int) -> list[Flag]:
     if count == 1:
         return []
     forces = "; the forces of all are those of the first, which do not feel the changed shape"
-    first, last, stays = flow.grown[0], flow.grown[-1], flow.stays[-1]
-    what = verdict(last, stays, first > LEAST_FLOW)
+    what = verdict_words(np.array(flow.grown), np.array(flow.stays), error=CELL_ERROR)
     words = f"at rest after wheel {len(flow.grown)} of {count}: {what}"
-    if last > LEAST_FLOW:
-        words = (
-            f"{what}: wheel {count} still adds up to {last:.2g} of plastic strain to a cell (the first {first:.2g}), of"
-            f" which {stays:.2g} stays there when it is gone"
-        )
+    if flow.grown[-1] > LEAST_FLOW:
+        words = f"{what}, in the cell to which wheel {count} adds most (the first added {flow.grown[0]:.2g})"
     return [flag("repeated wheels", f"{body}: {words}{forces}")]
 
 

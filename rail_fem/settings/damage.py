@@ -43,9 +43,12 @@ class DamageSettings(Frozen):
     law: Literal["archard", "archard_patch", "usfd", "brr", "krause_poll"] = Field(
         "archard", description="wear law by which the shape changes; all laws are reported"
     )
-    calibration: Annotated[
-        float, Quantity("", 1e-3, 1e3, "factor on all wear laws for lubrication and climate; dry laboratory is 1")
-    ] = 1.0
+    calibration: (
+        Annotated[
+            float, Quantity("", 1e-3, 1e3, "factor on all wear laws for lubrication and climate; none: 1, and no years")
+        ]
+        | None
+    ) = None
     wear_coefficient: Annotated[float, Quantity("", 0, 1, "Archard's k in place of the map; none: the map")] | None = (
         None
     )
@@ -151,6 +154,11 @@ class DamageSettings(Frozen):
         False, description="of a crossing's wear to speed, axle load, friction and foundation: sixteen more passes"
     )
     switch: SwitchSite = Field(SwitchSite(), description="section of a switch and its traffic")
+
+    @property
+    def factor(self) -> float:
+        """On all wear laws; that of the dry laboratory where no calibration is given."""
+        return 1.0 if self.calibration is None else self.calibration
 
     @field_validator("wheels")
     @classmethod

@@ -88,10 +88,10 @@ def in_words(history: RollingHistory) -> str:
     """Verdict, and how its growth goes on."""
     exponent = history.exponent()
     if np.isnan(exponent):
-        return history.verdict()
+        return history.verdict_words()
     if abs(exponent) < CONSTANT:
-        return f"{history.verdict()}, constant growth per pass"
-    return f"{history.verdict()}, growth per pass goes with the passes to the power of {exponent:.2f}"
+        return f"{history.verdict_words()}, constant growth per pass"
+    return f"{history.verdict_words()}, growth per pass goes with the passes to the power of {exponent:.2f}"
 
 
 def table(found: list[LongRun | RefusedLoad]) -> Table:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bem.cycle_jumps import NO_JUMPS, VERDICTS, JumpRule, run_cycles, verdict
+from bem.cycle_jumps import NO_JUMPS, VERDICTS, JumpRule, run_cycles, verdict, verdict_words
 
 CYCLES = 2000
 
@@ -94,9 +94,20 @@ def test_an_extrapolated_state_is_put_right_and_that_counts_as_error():
     )
 
 
-def test_the_verdict_goes_by_the_last_cycle():
-    assert verdict(0.0, 0.0, False) == VERDICTS[0] and verdict(1e-8, 0.0, True) == VERDICTS[1]
-    assert verdict(1e-3, 1e-7, True) == VERDICTS[2] and verdict(1e-3, 1e-4, True) == VERDICTS[3]
+def test_what_stays_of_a_cycle_ratchets_where_it_has_no_finite_sum():
+    """However much flows to and fro beside it: constant or as n^-0.5 it runs away; as n^-1.5 or 0.9^n it ends."""
+    n, flow = np.arange(1.0, 201), np.full(200, 1e-2)
+    for stays, named in ((1e-5 + 0 * n, 3), (1e-3 * n**-0.5, 3), (1e-3 * n**-1.5, 2), (1e-3 * 0.9**n, 2)):
+        assert verdict(flow, stays) == VERDICTS[named]
+    assert (
+        verdict(flow, 2e-5 + 0 * n, error=0.005) == VERDICTS[2]
+        and verdict(flow, 9e-5 + 0 * n, error=0.005) == VERDICTS[3]
+    )
+    assert verdict(flow[:1], np.array([5e-3])) == VERDICTS[3]
+    assert verdict(0 * n, 0 * n) == VERDICTS[0] and verdict(np.array([1e-3, 1e-8]), np.array([1e-3, 0])) == VERDICTS[1]
+    words = verdict_words(flow, 2.7e-5 + 0 * n)
+    assert words.startswith("ratchetting") and "2.7e-05" in words and "0.27 in 10,000" in words
+    assert "at most 1e-07" in verdict_words(0 * n, 0 * n)
 
 
 def test_bad_numbers_are_refused():

@@ -65,6 +65,20 @@ def test_bodies_out_of_reach_change_nothing(site, rate, monkeypatch):
     assert (whole.kinds[0][1].force == rate.kinds[0][1].force).all()
 
 
+def test_a_wheel_heals_the_cracks_on_its_own_line_alone(site, rate):
+    """Half of the passes are made 8 mm beside: damage across the rail is half of each line's own, also where one is
+    above 0 and the other below, and no more lines than those under patches have any."""
+    (one,), shift = site.passes, 8e-3
+    two = replace(site, passes=(replace(one, weight=0.5), replace(one, weight=0.5, shift=shift)))
+    both, alone = two.rate(site.first()), replace(site, passes=(replace(one, shift=shift),)).rate(site.first())
+    assert both.crack == pytest.approx((rate.crack + alone.crack) / 2, abs=1e-18)
+    facts = rate.kinds[0][1].facts
+    damage = site.fatigue.damage(facts.tgamma)
+    assert rate.crack.max() == pytest.approx(damage.max(), rel=0.1) and rate.crack.max() <= damage.max() * (1 + 1e-12)
+    assert rate.crack.min() == pytest.approx(min(damage.min(), 0), rel=0.1)
+    assert not rate.crack[:, ~(rate.work > 0).any(axis=(0, 2))].any()
+
+
 def test_zero_passes_change_nothing(site):
     assert list(evolve(site, 0.0, Stepping())) == []
     state = begin(site)
@@ -268,10 +282,14 @@ def test_wear_begins_on_the_surface_that_plastic_flow_has_left(tmp_path, site, r
     run = {"cell_size": "3 mm", "step": "12 mm", "error_estimate": False, "start": "330 mm", "end": "380 mm"}
     scene = load_case(CASE).scene
     solve("bem_plastic", scene, run, folder=tmp_path).save(tmp_path)
-    flow = read_flow(tmp_path, scene, site.grid)
-    assert flow[1].max() > 1e-6
+    flow, ends = read_flow(tmp_path, scene, site.grid)
+    assert flow[1].max() > 1e-6 and ends == pytest.approx((0.330, 0.380))
     with np.load(tmp_path / "plastic.npz") as stored:
         assert flow[1].max() <= stored["nose_lowered"].max()
+    last, beyond = (flow[1][np.searchsorted(site.grid[0], at)] for at in (0.366, 0.400))
+    assert beyond.max() > 0.5 * last.max()
+    with pytest.raises(FlowError, match="run bem_plastic over the study's path"):
+        read_flow(tmp_path, scene, (site.grid[0] + 1.0, site.grid[1]))
     after = replace(site, flow=flow)
     flowed = after.rate(after.first())
     one, two = (r.kinds[0][1].facts.of(1) for r in (rate, flowed))

@@ -4,6 +4,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from rail_fem.damage.patch_figure import points_of, shown_pass
 from rail_fem.damage.rolling import LONGEST, tractions
 from rail_fem.damage.section import scattered, sine_positions
 from rail_fem.damage.sites import laws_of, stepping_of, switch_section
-from rail_fem.damage.summary import shortest_block
+from rail_fem.damage.summary import shortest_block, years_of
 from rail_fem.damage.wear import worn_area
 from rail_fem.damage.worn_profile import WornOutError, depth_between
 from rail_fem.light.load_sharing import static_equilibrium
@@ -67,6 +68,92 @@ def section_line(rate):
     """y of the nodes of the section at first [m]."""
     case = load_case(CASE, QUICK)
     return switch_section(case.scene, case.damage).first().points[:, 0]
+
+
+def test_cracks_fall_where_their_contact_lies():
+    """A yawed wheelset wears the stock rail's head (T gamma 300 N), which heals no crack of the switch rail's corner
+    31 mm away: 1.57e-6 a pass there, the sum over the corner's own contacts (1.27 years of 500,000 axles; summed over
+    both rails it was -9.66e-6, never)."""
+    case = load_case(CASE, {"damage.cells": 20, "damage.switch.positions": 6, "damage.switch.yaw": "8 mrad"})
+    section = switch_section(case.scene, case.damage)
+    rate = section.rate(section.first())
+    y, model = section.first().points[:, 0], section.fatigue
+    fallen = [
+        (r.passing.weight * float(model.damage(p.tgamma)), p.position[0])
+        for r in rate.records
+        for p in r.points
+        if p.side == "left"
+    ]
+    corner, head = (sum(d for d, at in fallen if (at < -0.03) == own) for own in (True, False))
+    assert rate.crack.max() == pytest.approx(corner, rel=1e-12) and -0.044 < y[rate.crack.argmax()] < -0.042
+    assert rate.crack.min() == pytest.approx(head, rel=1e-12) and 1 / (500e3 * corner) == pytest.approx(1.27, abs=0.01)
+    assert sum(d for d, _ in fallen) < 0
+    *_, end = evolve(section, 4.0, Stepping(block=2.0))
+    assert end.crack.min() == 0 and end.crack.max() == pytest.approx(4 * corner, rel=0.02)
+
+
+def test_years_are_told_within_three_times_what_was_run_and_by_the_last_rate():
+    """1,000 passes wore 1 mm, the last one 2 um (2 mm in 1,000): 4 mm come after 2,500 passes, 5 mm are beyond 3,000.
+    Places stay apart: what wears fast need not be what is deep, and a crack grows where it is."""
+    state = SimpleNamespace(passes=1000.0, began=0.0, lost=0.0, resets=0.0)
+    depths, rates = {"archard": np.array([1e-3, 0.5e-3])}, {"archard": np.array([2e-6, 0.1e-6])}
+    calm = np.zeros(2), np.zeros(2)
+    case = load_case(CASE, {"damage.calibration": 0.2, "damage.axles_per_year": 1000.0}).damage
+    found = lambda cracks=calm, **changes: years_of(case.replace(**changes), state, depths, rates, cracks)
+    assert found(depth_limit=4e-3)["to_limit"] == pytest.approx(2.5) and found(depth_limit=4e-3)["limit"] == "depth"
+    assert found(depth_limit=5.1e-3)["to_limit"] is None and found(depth_limit=5.1e-3)["told_up_to"] == 3.0
+    assert found(depth_limit=4e-3, calibration=None)["to_limit"] is None
+    cracked = found((np.array([0.0, 0.5]), np.array([-1e-2, 5e-4])), depth_limit=4e-3)
+    assert cracked["to_limit"] == pytest.approx(2.0) and cracked["limit"] == "cracks"
+    state.passes = 1.0
+    assert found(depth_limit=1.1e-3)["to_limit"] is None
+
+
+def test_blocks_are_whole_passes(section):
+    *_, end = evolve(section, 21.0, Stepping(block=2.5))
+    assert (end.log[:, 0] % 1 == 0).all() and end.passes == 21
+
+
+class _Decays:
+    """A line of two nodes whose wear falls as it goes down, dd/dN = r (1 - d / D): d = D (1 - exp(-r N / D))."""
+
+    label, flow_depth, laws, starts = "decays", 0.0, {"own": None}, np.zeros(0)
+    shape, beyond, removed, work, crack = (2,), {"own": 0.0}, {"own": 0.0}, np.zeros(2), np.zeros(2)
+    wheels = largest_force = 0.0
+    tgamma = np.zeros(1), np.ones(1)
+    RATES, DEPTHS = np.array([1.0, 0.5]), np.array([100.0, 30.0])
+
+    def __init__(self, depth=np.zeros(2)):
+        self.at, self.depth = depth, {"own": self.RATES * (1 - depth / self.DEPTHS)}
+
+    def first(self):
+        return self
+
+    def rate(self, shape):
+        return shape
+
+    def worn(self, depth):
+        return _Decays(self.at + depth), 0.0
+
+    def smoothed(self, depth, width):
+        return depth
+
+    def deepest_from(self, first):
+        return 0.0
+
+    def flowed(self, shape, rate, passes):
+        return shape
+
+    def flow_passes(self, rate, depth):
+        return np.inf
+
+
+@pytest.mark.parametrize("blocks", [4, 10, 40])
+def test_the_bound_of_told_blocks_is_above_their_error(blocks):
+    """Also of few long ones, where the rate changes by what was worn; and not ten times above."""
+    *_, end = evolve(_Decays(), 40.0, Stepping("own", block=40.0 / blocks))
+    off = np.abs(end.depth - _Decays.DEPTHS * -np.expm1(-_Decays.RATES * 40 / _Decays.DEPTHS))
+    assert len(end.log) == blocks and (off < end.error).all() and (end.error < 10 * off).all()
 
 
 def test_area_at_the_nodes_is_that_of_the_strips(section, first_rate):
@@ -254,6 +341,9 @@ def test_set_changes_the_case_and_its_mistakes_are_sentences(tmp_path):
     answer = call(path, "--passes", "0", "--out", folder, "--set", "damage.hardness=3 GPa")
     assert answer.exit_code == 0, answer.output
     assert json.loads((folder / "case.json").read_text())["damage"]["hardness"] == 3e9
+    page = (folder / "report.md").read_text()
+    assert "No years are told: `calibration` is not given" in page and "| - |" in page
+    assert "over 100" not in page and json.loads((folder / "damage.json").read_text())["years"]["to_limit"] is None
     for words, said in (("damage.hardness", "KEY=VALUE"), ("damage.hardnes=3 GPa", "did you mean 'hardness'")):
         answer = call(path, "--out", tmp_path / "none", "--set", words)
         assert answer.exit_code == 2 and said in answer.output and not (tmp_path / "none").exists()

@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 
-from rail_fem.damage.traffic import INSPECTION, WELD, Emgtpa, Event, Mix, TrafficError, category, elasticity, life
+from rail_fem.damage.traffic import (
+    INSPECTION,
+    WELD,
+    Emgtpa,
+    Event,
+    Mix,
+    TrafficError,
+    category,
+    elasticity,
+    life,
+    time_in_words,
+)
 
 
 def test_equivalent_tonnage_is_the_formulas():
@@ -45,6 +56,19 @@ def test_time_to_a_limit_and_what_grinding_moves():
     assert (twice.years, twice.reached) == (pytest.approx(5 - 0.4), "depth")
     assert life(1e-3, 0.0, 5e-3, [Event(4.0, *(WELD.name, 0.0, 0.0, 0.0))]).years == pytest.approx(9.0)
     assert life(0.0, -0.1, 5e-3).reached == "" and life(0.0, -0.1, 5e-3).crack.max() == 0
+
+
+def test_a_life_goes_on_from_what_is_worn_already():
+    """From year 2, 3 mm deep with an index of 0.5."""
+    assert life(1e-3, 0.1, 5e-3, begun=(2.0, 3e-3, 0.5)).years == pytest.approx(4.0)
+    assert life(1e-3, 0.4, 5e-3, begun=(2.0, 3e-3, 0.5)).years == pytest.approx(3.25)
+
+
+def test_a_time_has_the_digits_that_it_deserves():
+    assert [time_in_words(t) for t in (None, 0.0076, 0.017, 0.12, 0.91, 14.2)] == [
+        "-", "3 days", "6 days", "6 weeks", "10 months", "10 years",
+    ]  # fmt: skip
+    assert time_in_words(14.2, 2) == "14 years"
 
 
 def test_a_grinding_that_takes_all_ends_it():

@@ -97,7 +97,8 @@ def test_a_steady_state_is_named_by_the_rule_for_points():
 def test_a_back_stress_without_bound_lets_the_steel_flow_to_and_fro():
     law = NonlinearKinematic(YIELD, [2e10], [0.0])
     track, deviator = rolling_line(4.3, 6, depth=4, ring=12, hardening=law, window=6)
-    assert repeat_passes(track, deviator, 40, stride=2, steady=1e-3).verdict == "plastic shakedown"
+    found = repeat_passes(track, deviator, 40, stride=2, steady=1e-3)  # of each pass 0.2 % stays by the cells' error
+    assert found.verdict == "plastic shakedown" and "it is not told from none" in found.words
 
 
 def test_impossible_tracks_are_refused():
