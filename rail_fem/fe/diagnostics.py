@@ -29,9 +29,12 @@ def trust_facts(
     """
     dynamics, settled, scaling = run.dynamics, run.settings.settle_time, run.passage.scaling
     work = trust.impact_work(np.array(run.recorder.contact_work)[history["time"] > settled])
+    path = float(np.ptp(history["x"][history["time"] > settled])) if (history["time"] > settled).any() else 0.0
+    scale = trust.balance_scale(work, run.scene.static_wheel_load, path)
     return {
-        "shares": numerical_shares(complete_history(history), settled, work),
+        "shares": numerical_shares(complete_history(history), settled, scale),
         "impact_work": work,
+        "balance_scale": scale,
         "internal_energy": float(np.nanmax(largest_internal(complete_history(history)), initial=0.0)),
         "hourglass_zone": zone_hourglass(run),
         "deforming": deforming_share(run, history, settled),

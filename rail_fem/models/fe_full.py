@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 from mpi4py import MPI
 
 from geometry.meshing.hexmesh import HexMesh
@@ -91,7 +92,7 @@ def _passes(
     progress: Progress,
     started: float,
 ) -> PassResult:
-    """The passes themselves, and the result of the last. started : of the run, by `working_time` [s]. Collective."""
+    """The passes themselves, and the result of the last, judged by all. started : of the run, by `working_time` [s]. Collective."""
     comm, of_case = MPI.COMM_WORLD, scene
     progress.note(f"rigid wheel's path and mesh, elements of {settings.element_size * 1e3:g} mm")
     scene, aside = on_root(lambda: placed_across(of_case, settings))
@@ -103,7 +104,7 @@ def _passes(
             f"mesh: {len(mesh.cells)} hexahedra, {len(mesh.points)} nodes; kernels are compiled now where they are not"
             " yet (once, some minutes)"
         )
-    carried, reports = None, []
+    carried, results = None, []
     for number in range(1, settings.passes + 1):
         below = _folder_of(folder, number, settings.passes)
         passage = build_passage(comm, scene, settings, running, mesh, datum, start, aside)
@@ -118,14 +119,30 @@ def _passes(
         with progress.part((number - 1) / settings.passes, number / settings.passes, name):
             run.go()
         result = replace(result_of(run, model, initial_clearance), scene=of_case)
+        results.append(result)
         if settings.passes > 1:
-            reports.append(reported(result))
-            result = replace(result, passes=tuple(reports))
+            result = replace(result, passes=tuple(map(reported, results)))
         if number < settings.passes:
             carried = steel_after(run)
             if below is not None:
                 on_root(partial(result.save, below))
-    return result
+    return judged_over_passes(result, results) if settings.passes > 1 else result
+
+
+def judged_over_passes(last: PassResult, results: list[PassResult]) -> PassResult:
+    """The last result, with what is worst of all in its trust, warnings and estimates of error: the first pass does
+    most of all plastic strain, and its warnings are those of the whole."""
+    rows = trust.worst_rows([one.trust["rows"] for one in results])
+    of_rows = tuple(
+        f"{row['name']}: {row['shown']} (rule: {row['rule']})" for row in rows if row["verdict"] != trust.GOOD
+    )
+    named = tuple(f"{row['name']}: " for row in rows)
+    others = [[w for w in one.warnings if not w.startswith(named)] for one in results]
+    before = [f"pass {k}: {w}" for k, own in enumerate(others[:-1], 1) for w in own if w not in others[-1]]
+    worst = {name: float(np.fmax.reduce([one.error_estimate[name] for one in results])) for name in last.error_estimate}
+    return replace(
+        last, trust={**last.trust, "rows": rows}, warnings=(*of_rows, *before, *others[-1]), error_estimate=worst
+    )
 
 
 def placed_across(scene: Scene, settings: FeSettings) -> tuple[Scene, LateralStart | None]:
@@ -259,7 +276,8 @@ def result_of(run: Run, model: str, initial_clearance: float) -> PassResult:
         history=history,
         peaks=peaks | strain_peaks(run),
         transfer_x=transfer_position(history, *side, settled),
-        energies={name: float(value) for name, value in energies.items()} | {"impact_work": facts["impact_work"]},
+        energies={name: float(value) for name, value in energies.items()}
+        | {name: facts[name] for name in ("impact_work", "balance_scale")},
         cost=_cost(run),
         error_estimate={
             "energy_balance": rows[0].value,

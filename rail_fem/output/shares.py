@@ -16,12 +16,12 @@ def largest_internal(history: Mapping[str, np.ndarray]) -> np.ndarray:
     return np.fmax.accumulate(np.sum(known, axis=0)) if known else np.full(len(history["time"]), np.nan)
 
 
-def numerical_shares(history: Mapping[str, np.ndarray], settled: float, impact_work: float) -> dict[str, np.ndarray]:
+def numerical_shares(history: Mapping[str, np.ndarray], settled: float, scale: float) -> dict[str, np.ndarray]:
     """Shares (n,) after the settling, which ends at `settled` [s]; NaN before it and where an energy is not resolved.
 
     OF_INTERNAL : energy over the largest internal energy so far
     OF_IMPACT   : what the balance of the bodies, and of the contact, has changed by since the first row after the
-        settling, over impact_work [J]
+        settling, over `scale` [J], rail_fem.fe.trust.balance_scale
     """
     after = history["time"] > settled
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -30,7 +30,7 @@ def numerical_shares(history: Mapping[str, np.ndarray], settled: float, impact_w
     loss = history["energy_contact_loss"]
     for name, values in zip(OF_IMPACT, (history["energy_balance"] + loss, loss)):
         first = values[after][0] if after.any() else np.nan
-        shares[name] = np.where(after, values - first, np.nan) / impact_work
+        shares[name] = np.where(after, values - first, np.nan) / scale
     return shares
 
 

@@ -30,8 +30,8 @@ SHARES = {  # of rail_fem.output.shares: words, colour, line, which limit of the
     "energy_hourglass": ("hourglass, of the largest internal energy so far", WINE, "-"),
     "energy_contact": ("contact penalty, of the same", INDIGO, "-"),
     "energy_viscosity": ("bulk viscosity, of the same", OLIVE, "-"),
-    "balance_bodies": ("balance of the bodies, of the impact's work", TOTAL, ":"),
-    "balance_contact": ("balance of the contact, of the impact's work", GREY, ":"),
+    "balance_bodies": ("balance of the bodies, as in the trust report", TOTAL, ":"),
+    "balance_contact": ("balance of the contact, as in the trust report", GREY, ":"),
 }
 # rows of the trust report whose limits are drawn
 ROWS = {"hourglass energy, all bodies": "energy_hourglass", "penalty energy": "energy_contact"}
@@ -95,9 +95,8 @@ def resolved_shares(result: PassResult) -> dict[str, np.ndarray]:
     without elastic energy."""
     if not np.nanmax(largest_internal(result.history), initial=0.0) > 0:
         return {}
-    shares = numerical_shares(
-        result.history, result.settings.get("settle_time") or 0.0, result.energies.get("impact_work", np.nan)
-    )
+    scale = result.energies.get("balance_scale", result.energies.get("impact_work", np.nan))
+    shares = numerical_shares(result.history, result.settings.get("settle_time") or 0.0, scale)
     return {name: shares[name] for name in SHARES if np.isfinite(shares[name]).any()}
 
 

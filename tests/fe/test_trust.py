@@ -2,6 +2,7 @@
 is really there."""
 
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,8 @@ import pytest
 
 from rail_fem.fe.diagnostics import deforming_share, penetration
 from rail_fem.fe.mass_scaling import MassScaling
-from rail_fem.fe.trust import BAD, GOOD, LIMITS, WARN, _static_row, judged, report_rows
+from rail_fem.fe.trust import BAD, GOOD, LIMITS, WARN, _static_row, balance_scale, judged, report_rows
+from rail_fem.models.fe_full import judged_over_passes
 from rail_fem.output.history import complete_history
 from rail_fem.output.shares import last_known, numerical_shares
 from rail_fem.output.trust_text import trust_text, verdict_words
@@ -56,6 +58,7 @@ def facts(**changes):
     return {
         "shares": numerical_shares(history, SETTLED, WORK),
         "impact_work": WORK,
+        "balance_scale": WORK,
         "internal_energy": 25.0,
         "hourglass_zone": 0.02,
         "penetration": (9.7e-6, 3.3e-6),
@@ -128,6 +131,38 @@ def test_a_travelling_window_is_judged_by_what_was_cut_off_at_its_ends():
         row = {row.name: row for row in report_rows(facts(window=window))}["ends of the travelling window"]
         assert row.verdict == expected
         assert row.value == pytest.approx(max(kinetic / WORK, late / 20.0), rel=1e-12)
+
+
+def test_a_smaller_impact_makes_no_worse_run_of_the_same_loss():
+    """41 J lost along half a metre: of impacts of 655 and 229 J. The scale is the impact's work where that is more."""
+    rows = []
+    for work in (655.0, 229.0):
+        scale = balance_scale(work, 100e3, 0.655)
+        shares = numerical_shares(energies(), SETTLED, scale)
+        rows += report_rows(facts(shares=shares, impact_work=work, balance_scale=scale))[:2]
+    assert [row.value for row in rows[:2]] == [row.value for row in rows[2:]]
+    assert "of the impact's work 655 J" in rows[0].shown and "a hundredth of the load" in rows[2].shown
+    assert balance_scale(800.0, 100e3, 0.655) == 800.0 and balance_scale(np.nan, 100e3, -0.5) == 500.0
+
+
+def test_the_trust_of_several_passes_is_the_worst_of_them_with_its_number(tmp_path):
+    """Hourglass 5.6 % in the first pass and 4.1 % in the last: the warning of the pass that does most stays."""
+    made = []
+    for zone, balance in ((0.056, 0.02), (0.049, 0.01), (0.041, 0.03)):
+        rows = report_rows(facts(hourglass_zone=zone))
+        result = write_run(
+            tmp_path / str(zone), history=energies(), trust={"rows": [row.plain() for row in rows]}, energies={}
+        )
+        own = tuple(f"{row.name}: {row.shown} (rule: {row.rule})" for row in rows if row.verdict != GOOD)
+        made.append(replace(result, warnings=(*own, f"ends {zone}"), error_estimate={"energy_balance": balance}))
+    whole = judged_over_passes(made[-1], made)
+    rows = {row["name"]: row for row in whole.trust["rows"]}
+    zone = rows["hourglass energy where it yielded"]
+    assert zone["value"] == 0.056 and zone["verdict"] == WARN and zone["shown"].startswith("pass 1 of 3: 5.60%")
+    assert rows["mean penetration"] == report_rows(facts())[6].plain()  # good in all
+    assert sum("pass 1 of 3: 5.60%" in warning for warning in whole.warnings) == 1
+    assert whole.warnings[-3:] == ("pass 1: ends 0.056", "pass 2: ends 0.049", "ends 0.041")
+    assert whole.error_estimate == {"energy_balance": 0.03}
 
 
 def test_penetration_is_weighted_by_the_force():
