@@ -92,7 +92,7 @@ def _passes(
     progress: Progress,
     started: float,
 ) -> PassResult:
-    """The passes themselves, and the result of the last, judged by all. started : of the run, by `working_time` [s]. Collective."""
+    """The passes themselves, and the result of the last, judged by all. started : by `working_time` [s]. Collective."""
     comm, of_case = MPI.COMM_WORLD, scene
     progress.note(f"rigid wheel's path and mesh, elements of {settings.element_size * 1e3:g} mm")
     scene, aside = on_root(lambda: placed_across(of_case, settings))
