@@ -283,7 +283,7 @@ def test_wear_begins_on_the_surface_that_plastic_flow_has_left(tmp_path, site, r
     scene = load_case(CASE).scene
     solve("bem_plastic", scene, run, folder=tmp_path).save(tmp_path)
     flow, ends = read_flow(tmp_path, scene, site.grid)
-    assert flow[1].max() > 1e-6 and ends == pytest.approx((0.330, 0.380))
+    assert flow[1].max() > 1e-6 and ends == pytest.approx((0.330, 0.380), abs=1e-3)
     with np.load(tmp_path / "plastic.npz") as stored:
         assert flow[1].max() <= stored["nose_lowered"].max()
     last, beyond = (flow[1][np.searchsorted(site.grid[0], at)] for at in (0.366, 0.400))
