@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rail_fem.light.mass_scaling import CUBE, GAIN, SHARE, quasi_static_factor, quasi_static_step
+from rail_fem.light.rigid import meshed_stretch
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.steel import Steel
 from rail_fem.settings.explicit import TWIN_COST, FeSettings
@@ -49,7 +50,8 @@ class Estimate:
 def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate:
     """Estimate without meshing. Error: within a factor of two of the mesher's count
     (tests/rail_fem/test_estimate.py)."""
-    length = abs(settings.end - settings.start) + settings.beyond_end + 2 * END_MARGIN
+    low, high = meshed_stretch(scene, settings)
+    length = high - low + 2 * END_MARGIN
     rail, wheel = _crossing_cells(settings, length), _wheel_cells(settings)
     active, cells = _crossing_cells(settings, min(length, sum(settings.window_lengths))), rail + wheel
     step = critical_step(scene, settings)
