@@ -4,7 +4,9 @@ What a model does not resolve is NaN, never 0 and never borrowed from another mo
 """
 
 import csv
+import hashlib
 import html
+import io
 import json
 import math
 from collections.abc import Mapping
@@ -23,7 +25,7 @@ from rail_fem.output.versions import import_pandas, versions
 from rail_fem.scene.scene import Scene
 from rail_fem.scene.units import engineering
 
-RESULT_VERSION = 2
+RESULT_VERSION = 3  # 2: the same without a seal
 
 
 @dataclass(frozen=True)
@@ -203,14 +205,18 @@ class PassResult:
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         self.scene.keep_files(folder)
-        write_atomically(folder / "history.npz", self._write_npz)
+        history = self._history_npz()
+        write_atomically(folder / "history.npz", lambda path: path.write_bytes(history))
         write_atomically(folder / "history.csv", self._write_csv)
         write_text_atomically(folder / "trust.txt", trust_text(self.trust, self.warnings))
-        write_text_atomically(folder / "result.json", dumps(self.summary()) + "\n")
+        summary = self.summary()
+        seal = _seal(json.loads(dumps(summary)), history)
+        write_text_atomically(folder / "result.json", dumps(summary | {"seal": seal}) + "\n")
 
-    def _write_npz(self, path: Path) -> None:
-        with path.open("wb") as stream:
-            np.savez_compressed(stream, **self.history)
+    def _history_npz(self) -> bytes:
+        stream = io.BytesIO()  # an archive that a full disk cuts off complains once more when it is forgotten
+        np.savez_compressed(stream, **self.history)
+        return stream.getvalue()
 
     def _write_csv(self, path: Path) -> None:
         header, table = shown_table(self.history)
@@ -232,6 +238,11 @@ class PassResult:
             "patches": [asdict(patch) for patch in self.patches],
             "bearers": [asdict(bearer) for bearer in self.bearers],
         }
+
+
+def _seal(summary: Mapping[str, Any], history: bytes) -> str:
+    """SHA-256 of what result.json holds but for its seal, as plain values, and of history.npz."""
+    return hashlib.sha256(json.dumps(summary, sort_keys=True).encode() + history).hexdigest()
 
 
 class ResultError(ValueError):
@@ -257,8 +268,11 @@ def load(folder: Path | str) -> PassResult:
 
 def _read(folder: Path) -> PassResult:
     summary = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    history = (folder / "history.npz").read_bytes()
+    seal = summary.pop("seal", None)
+    unchanged = seal == _seal(summary, history)
     version = summary.pop("result_version", None)
-    if version != RESULT_VERSION:
+    if version not in (2, RESULT_VERSION):
         raise ResultError(
             f"{folder / 'result.json'}: written as result version {version}, this program reads version"
             f" {RESULT_VERSION}"
@@ -277,8 +291,14 @@ def _read(folder: Path) -> PassResult:
     summary["bearers"] = tuple(BearerSummary(**bearer) for bearer in summary.get("bearers", ()))
     for name in ("warnings", "notes", "passes"):
         summary[name] = tuple(summary.get(name, ()))
-    with np.load(folder / "history.npz") as stored:
-        return _named_as_now(PassResult(history=dict(stored), **summary))
+    with np.load(io.BytesIO(history)) as stored:
+        result = _named_as_now(PassResult(history=dict(stored), **summary))
+    if version != 2 and not unchanged:
+        raise ResultError(
+            f"{folder}: result.json or history.npz was changed after the run had written it (its seal does not fit):"
+            " --restart writes them again"
+        )
+    return result
 
 
 def _named_as_now(result: PassResult) -> PassResult:

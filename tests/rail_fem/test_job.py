@@ -130,6 +130,28 @@ def test_run_killed_while_it_drew_is_finished_by_a_restart(case, tmp_path):
     assert read_status(out)["state"] == "finished" and (out / "result.json").read_bytes() == result
 
 
+def test_a_number_changed_by_hand_is_not_shown_as_the_runs(case, tmp_path):
+    """Nor a history of another run; a result of before results were sealed is still read."""
+    out = tmp_path / "out"
+    call("run", case, "--out", out)
+    summary = json.loads((out / "result.json").read_text())
+    summary["peaks"]["largest_force"] = {"value": 999e3, "unit": "N"}
+    (out / "result.json").write_text(json.dumps(summary))
+    answer = call("show", out)
+    assert answer.exit_code == 2 and "was changed after the run had written it" in answer.stderr
+    assert "999" not in answer.output
+    assert "--restart writes them again" in answer.stderr
+    call("run", case, "--out", out, "--restart")
+    assert "largest_force" not in load(out).peaks
+    history = dict(load(out).history)
+    np.savez_compressed(out / "history.npz", **history | {"force": 2 * history["force"]})
+    with pytest.raises(ValueError, match="history.npz was changed"):
+        load(out)
+    summary = {key: value for key, value in summary.items() if key != "seal"} | {"result_version": 2}
+    (out / "result.json").write_text(json.dumps(summary))
+    assert load(out).peaks["largest_force"].value == 999e3
+
+
 @pytest.mark.parametrize("name", ["result.json", "history.npz"])
 @pytest.mark.parametrize(
     "damage", [lambda data: b"", lambda data: data[: len(data) // 2], lambda data: b"[]", lambda data: bytes(len(data))]
