@@ -21,14 +21,14 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     Errors: whatever `write` raises, an OSError by the name of `path`; the temporary file is then removed and `path`
     is as before.
     """
-    if not Path(path).name:
+    if not Path(path).name or Path(path).is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     temporary = partial_name(path)
     try:
         write(temporary)
         os.replace(temporary, path)
     except OSError as error:
-        if str(error.filename) == str(temporary):
+        if error.filename is None or str(error.filename) == str(temporary):
             error.filename, error.filename2 = str(path), None
         raise
     finally:

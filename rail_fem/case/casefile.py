@@ -78,7 +78,9 @@ def load_case(path: Path | str, changes: Mapping[str, Any] | None = None, name: 
     """
     path = Path(path)
     table = _read_table(path)
-    changes = changes or {}
+    changes = {} if changes is None else changes
+    if not isinstance(changes, Mapping) or not all(isinstance(key, str) for key in changes):
+        raise CaseError(path, [f'changes: {typed(changes)}: give them by their keys, {{"scene.speed": "60 mph"}}'])
     for key, value in changes.items():
         _change(table, key, value, path)
         holder, _, last = key.rpartition(".")
@@ -176,7 +178,7 @@ def _disagreements(scene: Scene, name: str, run: Frozen) -> list[str]:
         ]
     return [
         f"run.{name}.{error}"
-        for error in (*_too_long(scene.travel_time(start, end), run), *_late_approach(scene, start, run))
+        for error in (*_too_long(scene.travel_time(start, end), run), *late_approach(scene, start, run))
     ]
 
 
@@ -197,7 +199,8 @@ def _too_long(duration: float, run: Any) -> list[str]:
     return errors
 
 
-def _late_approach(scene: Scene, start: float, run: Frozen) -> list[str]:
+def late_approach(scene: Scene, start: float, run: Frozen) -> list[str]:
+    """Why a rigid wheel cannot begin where approach_start says, ahead of a window from `start` [m]."""
     approach = getattr(run, "approach_start", None)
     if approach is None or (start - approach) * scene.direction_sign > 0:
         return []

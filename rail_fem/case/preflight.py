@@ -3,6 +3,7 @@
 from bem.patch import ContactInputError
 from geometry.meshing.hexmesh import MeshError
 from geometry.surfaces.crossing import CrossingError
+from rail_fem.case.casefile import late_approach
 from rail_fem.case.estimate import impossible
 from rail_fem.case.travelling_window import length_errors
 from rail_fem.light.fine_zone import mesh_errors
@@ -28,10 +29,12 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
         return []
     try:
         settings = with_window(scene, asked)
+        errors = window_errors(scene, settings, model)
+        if not errors:  # on a window that leaves the crossing there is nothing to estimate
+            errors = impossible(scene, settings, ranks, model) + length_errors(scene, settings, model)
     except (CrossingError, ValueError) as error:
         return [f"run.{model}.start, end: {error}"]
-    errors = impossible(scene, settings, ranks, model) + window_errors(scene, settings, model)
-    errors += length_errors(scene, settings, model)
+    errors += [f"run.{model}.{error}" for error in late_approach(scene, settings.start, settings)]
     if settings.mesh:
         return errors or own_mesh_errors(scene, settings, model)
     return errors or mesh_errors(scene, settings, model)

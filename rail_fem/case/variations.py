@@ -16,6 +16,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from rail_fem.case.casefile import Case, CaseError, load_case
+from rail_fem.case.casetext import CaseTextError, check_size
 from rail_fem.hierarchy import MODELS
 from rail_fem.scene.input_errors import quantity_of, suggest, table_of
 from rail_fem.scene.scene import Scene
@@ -53,11 +54,18 @@ def read_settings(texts: Sequence[str]) -> dict[str, Any]:
 
 
 def plain_value(text: str) -> Any:
-    """A value as TOML reads it, or else the text itself."""
+    """A value as TOML reads it, or else the text itself. Errors: VariationError for one beyond a case file's bounds."""
+    if "\n" in text:
+        return text
     try:
-        return tomllib.loads(f"value = {text}")["value"] if "\n" not in text else text
+        check_size(f"value = {text}")
+        return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         return text
+    except CaseTextError as error:
+        if text[:1].isalpha():
+            return text
+        raise VariationError(f"{typed(text)}: {str(error).removeprefix('line 1: ')}") from None
 
 
 def as_setting(key: str, value: Any) -> str:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from rail_fem.commands.ending import emit, say, stop
-from rail_fem.commands.options import JsonOption
+from rail_fem.commands.options import JsonOption, not_a_runs
 
 WheelArgument = Annotated[str, typer.Argument(metavar="WHEEL", help="a name, see 'rail-fem list', or a profile file")]
 RailArgument = Annotated[
@@ -37,7 +37,9 @@ def contact(
     gauge: Length = "1435 mm",
     back_to_back: Length = "1360 mm",
     radius: Radius = "425 mm",
-    table: Annotated[Path | None, typer.Option(help="write the rows as CSV, e.g. for a multibody program")] = None,
+    table: Annotated[
+        Path | None, typer.Option(callback=not_a_runs, help="write the rows as CSV, e.g. for a multibody program")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Contact points of a wheelset with this wheel on both sides, on plain line of this rail.
@@ -87,7 +89,7 @@ def patch(
     back_to_back: Length = "1360 mm",
     radius: Radius = "425 mm",
     cells: Annotated[int, typer.Option(min=16, max=1024, help="cells across the patch, each way")] = 88,
-    figure: Annotated[Path | None, typer.Option(help="draw the patch into this PNG")] = None,
+    figure: Annotated[Path | None, typer.Option(callback=not_a_runs, help="draw the patch into this PNG")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """The patch of one wheel pressed on a rail by a vertical force: two elastic half-spaces on the true gap of the
@@ -97,8 +99,12 @@ def patch(
     found, values = patch_of(wheel, rail, load, shift, inclination, gauge, back_to_back, radius, cells)
     if figure is not None:
         from bem.halfspace.figures import patch_figure
+        from rail_fem.atomic import write_atomically
 
-        patch_figure(found, str(figure))
+        try:
+            write_atomically(figure, lambda temporary: patch_figure(found, str(temporary)))
+        except (ValueError, OSError) as error:  # a suffix that is no picture's
+            stop(f"--figure {figure}: cannot be drawn: {getattr(error, 'strerror', None) or error}")
     emit(values | {"warnings": list(found.warnings)})
     say("\n".join(f"  {name:28s} {value:10.3f}" for name, value in values.items()))
     for text in found.warnings:

@@ -6,13 +6,16 @@ from typing import Annotated
 import typer
 
 from rail_fem.commands.ending import say, stop
-from rail_fem.commands.options import CaseArgument, SetOption, loaded_case
+from rail_fem.commands.options import CaseArgument, SetOption, loaded_case, not_a_runs
 
 
 def crossing(
     case: CaseArgument,
     to: Annotated[
-        Path, typer.Option("--to", help="folder to write: one file a section, and stations.csv; or a .step file")
+        Path,
+        typer.Option(
+            "--to", callback=not_a_runs, help="folder to write: one file a section, and stations.csv; or a .step file"
+        ),
     ],
     start: Annotated[str | None, typer.Option(help='first section, e.g. "-1.2 m"; default: plain rail')] = None,
     end: Annotated[str | None, typer.Option(help='last section, e.g. "900 mm"; default: behind the nose')] = None,

@@ -7,12 +7,16 @@ import typer
 
 from rail_fem import launcher
 from rail_fem.commands.ending import say, stop
+from rail_fem.commands.options import not_a_runs
 
 
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run of an explicit model")],
     to: Annotated[
-        Path, typer.Option("--to", help="file to write: .xdmf or .bp by dolfinx; .vtu .vtk .msh .inp by meshio")
+        Path,
+        typer.Option(
+            "--to", callback=not_a_runs, help="file to write: .xdmf or .bp by dolfinx; .vtu .vtk .msh .inp by meshio"
+        ),
     ],
     frame: Annotated[
         int | None, typer.Option(help="number of a field frame, from 0; default: the last fields", min=0)

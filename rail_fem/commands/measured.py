@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from rail_fem.commands.ending import say, stop
+from rail_fem.commands.options import not_a_runs
 
 FEWEST_ROWS = 3  # of a history that can be filtered
 CutoffOption = Annotated[
@@ -23,7 +24,7 @@ def measured(
     reach: Annotated[
         str | None, typer.Option(help='largest shift along the track, e.g. "500 mm"; "0 mm": none; default: any')
     ] = None,
-    draw: Annotated[Path | None, typer.Option(help="draw both into this PNG file")] = None,
+    draw: Annotated[Path | None, typer.Option(callback=not_a_runs, help="draw both into this PNG file")] = None,
 ) -> None:
     """Hold a measured force or acceleration against a run: filter both alike, align by position, score."""
     from rail_fem.measurement.record import of_result, read_record
@@ -51,7 +52,7 @@ def measured(
 
 def low_pass(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a run")],
-    out: Annotated[Path, typer.Option("--out", help="CSV file of the filtered history")],
+    out: Annotated[Path, typer.Option("--out", callback=not_a_runs, help="CSV file of the filtered history")],
     cutoff: Annotated[str, typer.Option("--cutoff", help='cut-off, e.g. "20 Hz"')] = "20 Hz",
 ) -> None:
     """Write a run's history with forces and heights low-passed, as P2 is quoted at 20 Hz; the run stays as it is."""

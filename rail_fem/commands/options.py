@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -28,6 +29,17 @@ SetOption = Annotated[
 JsonOption = Annotated[
     bool, typer.Option("--json", callback=choose_json, help="the answer as one JSON object, all else on standard error")
 ]
+
+
+def not_a_runs(path: Path | None) -> Path | None:
+    """Callback of files that a command writes: refuses a run's own in its folder, which would be lost."""
+    from rail_fem.output.runfolder import MARK, OWN
+
+    if path is not None:
+        folder, name = os.path.split(os.path.realpath(path))
+        if name in OWN and any(os.path.exists(os.path.join(folder, mark)) for mark in (MARK, "result.json")):
+            stop(f"{path}: is the run's own file, which would be lost: name another")
+    return path
 
 
 def read_case(path: Path, model: str | None, settings: list[str] | None = None) -> tuple[Case, str]:

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from rail_fem.commands.ending import say, stop
+from rail_fem.commands.options import not_a_runs
 
 
 def profile(
@@ -40,8 +41,10 @@ def profile(
             help="of a rail, what becomes (0, 0): crown (height only), file (its own zero), or y,z in the file [mm]"
         ),
     ] = "crown",
-    picture: Annotated[Path | None, typer.Option(help="draw it into this file")] = None,
-    write: Annotated[Path | None, typer.Option(help="write the repaired profile: .prr .prw .txt .csv")] = None,
+    picture: Annotated[Path | None, typer.Option(callback=not_a_runs, help="draw it into this file")] = None,
+    write: Annotated[
+        Path | None, typer.Option(callback=not_a_runs, help="write the repaired profile: .prr .prw .txt .csv")
+    ] = None,
 ) -> None:
     """Profile doctor: what a profile file holds, what was repaired, what is refused; with a picture where one is asked
     for."""
@@ -49,6 +52,7 @@ def profile(
     from geometry.profiles.figure import draw_diagnosis
     from geometry.profiles.formats.by_suffix import write_profile
     from geometry.profiles.formats.units import UNITS, metres_of
+    from rail_fem.atomic import write_atomically
 
     if unit is not None and unit not in UNITS:
         stop(f"--unit {unit}: known are {', '.join(UNITS)}")
@@ -63,9 +67,11 @@ def profile(
         )
         say(f"{file}\n{found.report()}")
         if picture is not None:
-            say(f"  drawn   {draw_diagnosis(found, picture)}")
+            write_atomically(picture, lambda temporary: draw_diagnosis(found, temporary))
+            say(f"  drawn   {picture}")
         if write is not None:
-            write_profile(write, found.profile.points, found.kind, f"from {file.name}")
+            note = f"from {file.name}"
+            write_atomically(write, lambda temporary: write_profile(temporary, found.profile.points, found.kind, note))
             say(f"  written {write}")
     except OSError as error:
         stop(error)

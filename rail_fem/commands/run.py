@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from rail_fem.commands.ending import aside, emit, explain, say, stop, stop_run, tell
-from rail_fem.commands.options import CaseArgument, JsonOption, ModelOption, SetOption, read_case
+from rail_fem.commands.options import CaseArgument, JsonOption, ModelOption, SetOption, not_a_runs, read_case
 
 
 def check(
@@ -17,7 +17,9 @@ def check(
     every_key: Annotated[
         bool, typer.Option("--all", help="also keys that are not set, or of other families of crossings")
     ] = False,
-    draw: Annotated[Path | None, typer.Option(help="draw the crossing of the case into this PNG file")] = None,
+    draw: Annotated[
+        Path | None, typer.Option(callback=not_a_runs, help="draw the crossing of the case into this PNG file")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Read a case file and say what it means, what it will cost, and what calls for a warning; nothing is meshed, and

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from rail_fem.commands.ending import MANNER, emit, say, stop, tell
-from rail_fem.commands.options import JsonOption
+from rail_fem.commands.options import JsonOption, not_a_runs
 
 
 class Figures(StrEnum):
@@ -30,7 +30,10 @@ def show(
     against: Annotated[str | None, typer.Option(help="of a sweep: what varies, e.g. scene.speed or speed")] = None,
     model: Annotated[list[str] | None, typer.Option("--model", help="of a sweep: only this model")] = None,
     out: Annotated[
-        Path | None, typer.Option(help="of a sweep: PNG for the figure; default: DIR/figures/QUANTITY_against_KEY.png")
+        Path | None,
+        typer.Option(
+            callback=not_a_runs, help="of a sweep: PNG for the figure; default: DIR/figures/QUANTITY_against_KEY.png"
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -6,12 +6,15 @@ from typing import Annotated, Any
 import typer
 
 from rail_fem.commands.ending import emit, say, stop
-from rail_fem.commands.options import JsonOption
+from rail_fem.commands.options import JsonOption, not_a_runs
 
 
 def names(
     schema: Annotated[
-        Path | None, typer.Option(help="instead: write the JSON Schema of case files into this file, for editors")
+        Path | None,
+        typer.Option(
+            callback=not_a_runs, help="instead: write the JSON Schema of case files into this file, for editors"
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -75,7 +78,7 @@ def choices() -> dict[str, Any]:
 
 
 def init(
-    file: Annotated[Path, typer.Argument(help="case file to write")] = Path("case.toml"),
+    file: Annotated[Path, typer.Argument(callback=not_a_runs, help="case file to write")] = Path("case.toml"),
     model: Annotated[
         list[str], typer.Option("--model", help="models to write sections for; may be given several times")
     ] = ["rigid_hertz", "fe_full"],  # noqa: B006

@@ -52,11 +52,12 @@ def take(folder: Path) -> dict[str, Any] | None:
     """Make the folder this process's; returns its living owner instead if there is one. Errors: OSError."""
     path = Path(folder) / LOCK
     for _ in range(TRIES):
-        with path.open("a+", encoding="utf-8") as stream, _alone(stream):
+        with _opened(path, os.O_CREAT) as stream, _alone(stream):
             holder = _read(stream)
             if holder is not None and not is_dead(holder):
                 return holder
-            stream.truncate(0)
+            stream.seek(0)
+            stream.truncate()
             stream.write(json.dumps(this_process()))
             stream.flush()
             if path.exists() and os.fstat(stream.fileno()).st_ino == path.stat().st_ino:
@@ -68,9 +69,15 @@ def take(folder: Path) -> dict[str, Any] | None:
 def release(folder: Path) -> None:
     """Remove the lock if it is this process's."""
     path = Path(folder) / LOCK
-    with contextlib.suppress(OSError), path.open("r+", encoding="utf-8") as stream, _alone(stream):
+    with contextlib.suppress(OSError), _opened(path) as stream, _alone(stream):
         if _read(stream) == this_process():
             path.unlink()
+
+
+def _opened(path: Path, more: int = 0) -> TextIO:
+    """The lock, to be read and written; not what a link of its name leads to, which writing would empty."""
+    number = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | more, 0o666)
+    return os.fdopen(number, "r+", encoding="utf-8")
 
 
 def _read(stream: TextIO) -> dict[str, Any] | None:

@@ -14,12 +14,14 @@ from typing import Any
 
 from rail_fem.atomic import PARTIAL, remove_partial, write_text_atomically
 from rail_fem.output import lock
-from rail_fem.output.progress import GO_ON
+from rail_fem.output.progress import GO_ON, STATUS_FILE
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.scene.wheel_profile import KEPT
 from rail_fem.stopping import last_words
 
 MARK = "case.json"
+OWN = {MARK, lock.LOCK, STATUS_FILE, KEPT, "result.json", "history.npz", "history.csv", "trust.txt", "damage.json",
+       "mesh.npz", "mesh_quality.txt", "checkpoint.npz", "crossing_sections.csv"}  # fmt: skip
 PROFILE_KEY = "scene.wheel.profile"
 
 

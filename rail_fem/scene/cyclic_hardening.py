@@ -15,7 +15,7 @@ class CyclicHardening(Frozen):
 
     yield_stress: Annotated[float, Quantity("MPa", 1, 20000, "first yield stress")]
     modulus: tuple[Annotated[float, Quantity("GPa", 0, 1e4, "C of each back stress")], ...] = Field(
-        max_length=MOST_BACK_STRESSES
+        min_length=1, max_length=MOST_BACK_STRESSES
     )
     recovery: tuple[Annotated[float, Quantity("", 0, 1e6, "gamma of each back stress")], ...]
     mixing: tuple[

@@ -27,7 +27,6 @@ file may change the cases that it is about, each before it is run (`rail-fem swe
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -38,6 +37,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from geometry.path.wheel_path import WheelPath
+from rail_fem.case.casetext import CaseTextError, read_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.light.rigid import rigid_path
 from rail_fem.output.events import leg_flight, longest_flight
@@ -273,11 +273,9 @@ def load_source(path: Path) -> Source:
     """A TOML file of groups and trends. Errors: TrendError with the key and what to do."""
     path = Path(path)
     try:
-        source = Source.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise TrendError(f"{path}: cannot be read: {error.strerror}") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise TrendError(f"{path}: cannot be read: {error}") from error
+        source = Source.model_validate(read_table(path))
+    except CaseTextError as error:
+        raise TrendError(f"{path}: {error}") from error
     except ValidationError as error:
         errors = describe_errors(error, Source, "")
         raise TrendError("\n  ".join([f"{path}: {len(errors)} input error(s)", *errors])) from error

@@ -40,6 +40,26 @@ def test_a_run_without_a_history_is_not_filtered(below, tmp_path):
     assert code == 2 and "p2_formula leaves no history" in said and not (tmp_path / "filtered.csv").exists()
 
 
+@pytest.mark.parametrize("words", [("low-pass", "{run}", "--out"), ("list", "--schema"), ("profile", "P8", "--write")])
+def test_a_file_that_is_a_runs_own_is_not_written_over(below, words):
+    before = (below / "a" / "trust.txt").read_bytes()
+    words = [word.format(run=below / "a") for word in words]
+    code, said = command(*words, below / "a" / "trust.txt")
+    assert code == 2 and "trust.txt: is the run's own file" in said
+    assert (below / "a" / "trust.txt").read_bytes() == before
+
+
+@pytest.mark.parametrize("name, why", [("x.exe", "exe"), ("no/such/x.png", "No such file"), ("", "directory")])
+def test_a_picture_that_cannot_be_drawn_is_a_sentence(tmp_path, name, why):
+    """matplotlib's and the system's own words as a traceback, after the patch was solved."""
+    for words in (
+        ("patch", "P8", "60E1", "--load", "80 kN", "--cells", 16, "--figure"),
+        ("profile", "P8", "--picture"),
+    ):
+        code, said = command(*words, f"{tmp_path}/{name}")
+        assert code == 2 and why in said and "Traceback" not in said
+
+
 def test_a_cut_off_of_hours_is_refused():
     """It was carried on for 2 periods at both ends: 1e11 values."""
     with pytest.raises(ValueError, match="less than 0.0001 periods of 1e-06 Hz"):

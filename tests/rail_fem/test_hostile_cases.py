@@ -7,11 +7,19 @@ import signal
 import pytest
 from typer.testing import CliRunner
 
+import rail_fem
+from geometry.meshing.mesh_file import read_mesh_file
+from geometry.profiles.formats.by_suffix import read_raw
 from rail_fem import cli
 from rail_fem.case.casefile import CaseError, load_case
+from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings
+from rail_fem.measurement.record import read_record
 from rail_fem.scene.scene import Scene
+from rail_fem.scene.section_files import read_crossing
+from rail_fem.scene.wheel_profile import read_wheel
 from rail_fem.settings.explicit import FeSettings
+from rail_fem.sweeps.trends import load_source
 from tests.rail_fem.test_casefile import GOOD, errors_of
 
 LIGHT = GOOD.partition("[run.fe_full]")[0]
@@ -79,6 +87,41 @@ def test_pipes_devices_and_folders_are_no_case_files(tmp_path):
     for path in (tmp_path / "pipe", "/dev/zero", tmp_path):
         with pytest.raises(CaseError, match="cannot be read: it is no file"):
             load_case(path)
+
+
+@pytest.mark.parametrize("name", ["p.step", "p.csv", "p.slcs", "stations.csv", "p.toml", "p.msh", "wheel_profile.csv"])
+def test_no_file_that_a_user_names_is_waited_for(tmp_path, name):
+    """A pipe without a writer: sections, STEP, profiles, records, groups of a report, meshes."""
+    os.mkfifo(tmp_path / name)
+    path = tmp_path if name == "stations.csv" else tmp_path / name
+    readers = [read_crossing] if name[-4:] in ("step", ".csv", "slcs") else []
+    readers += {".csv": [lambda path: read_record(path, 30.0), read_raw], "toml": [load_source]}.get(name[-4:], [])
+    readers += [read_wheel] if name == "wheel_profile.csv" else [read_mesh_file] if name == "p.msh" else []
+    for reader in readers:
+        with pytest.raises(ValueError, match="no file|no list|a folder"):
+            reader(path)
+
+
+@pytest.mark.parametrize(
+    "line, said",
+    [
+        ('end = "3000 mm"', "run.fe_full.start, end: wheel_path: x 0.095 to 3 m .* leaves the modelled crossing"),
+        ('approach_start = "400 mm"', "run.fe_window.approach_start: 400 mm lies behind start"),
+    ],
+)
+def test_what_forbids_a_run_is_told_before_it(tmp_path, line, said):
+    """The first was a traceback of `check`; start of the second stands where the rigid wheel changes body."""
+    model = said.split(".")[1]
+    (tmp_path / "case.toml").write_text(LIGHT + f"[run.{model}]\n{line}\n" + 'start = "95 mm"\n' * (model == "fe_full"))
+    case = load_case(tmp_path / "case.toml")
+    with pytest.raises(ValueError, match=said):
+        raise ValueError("; ".join(preflight_errors(case.scene, case.runs[model], 1, model)))
+
+
+@pytest.mark.parametrize("changes", [[1], {3: 4}, "scene.speed=3"])
+def test_changes_of_a_wrong_kind_are_a_fault_of_the_case(changes):
+    with pytest.raises(CaseError, match="changes: .*give them by their keys"):
+        load_case(rail_fem.example("nose_transfer"), changes)
 
 
 def test_comments_cost_nothing(tmp_path):

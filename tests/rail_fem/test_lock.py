@@ -28,6 +28,15 @@ def other(tmp_path):
     process.wait()
 
 
+def test_a_lock_that_is_a_link_costs_nobody_the_file_that_it_leads_to(tmp_path):
+    (tmp_path / "precious").write_text("mine")
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / lock.LOCK).symlink_to(tmp_path / "precious")
+    with pytest.raises(RunFolderError, match="choose a folder that can be written"), held(tmp_path / "run"):
+        pass
+    assert (tmp_path / "precious").read_text() == "mine"
+
+
 def test_folder_of_a_living_run_is_refused_and_untouched(tmp_path, other):
     before = (tmp_path / lock.LOCK).read_text()
     with (

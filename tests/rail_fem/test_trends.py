@@ -125,7 +125,7 @@ def test_the_trends_of_the_thesis_name_cases_that_exist():
         ),
         ("[[group]]\ntitle='a'\ncases=['b']\ntrends=1\n", "group[0].trends: unknown key, did you mean 'trend'?"),
         ("title = 'a'\n", "group: missing"),
-        ("[[group]\n", "cannot be read"),
+        ("[[group]\n", "not valid TOML"),
     ],
 )
 def test_faults_of_a_file_of_trends_are_named(tmp_path, text, words):

@@ -27,6 +27,13 @@ REFERENCE = Path(__file__).resolve().parents[2] / "cases" / "nose_transfer.toml"
 FORMULA = '[run.p2_formula]\ndip_angle = "15 mrad"\n'  # needs no search of surfaces
 
 
+def test_a_value_is_bounded_as_a_case_files_is():
+    for text in ("[" * 3000, "{a=" * 300, "1" * 5000):
+        with pytest.raises(VariationError, match="brackets 13 deep, at most 12|a word of 5000 characters"):
+            read_setting(f"scene.speed={text}")
+    assert read_setting(f"title={'x' * 150}")[1] == "x" * 150
+
+
 @pytest.fixture
 def case(tmp_path):
     text = REFERENCE.read_text(encoding="utf-8").partition("[run.")[0]
