@@ -105,10 +105,8 @@ def main() -> None:
     graph = {name: needs(path, set(files), name != STUDY) - {name} for name, path in files.items()}
     inner = {name: others - FACES if name not in FACES else set() for name, others in graph.items()}
     roots = {name for name in files if name.startswith("rail_fem.commands")} | {*FACES, "rail_fem.__main__"}
-    laboratory = set(files) - reached(roots, graph)
-    laboratory = {name for name in laboratory if files[name].name != "__init__.py"}
-    print("| | |\n|---|---|")
-    print(f"| code lines of source | {sum(size.values()):,} in {len(files)} files |")
+    laboratory = {name for name in set(files) - reached(roots, graph) if files[name].name != "__init__.py"}
+    print(f"| | |\n|---|---|\n| code lines of source | {sum(size.values()):,} in {len(files)} files |")
     print(f"| only reached by studies or tests | {sum(size[n] for n in laboratory):,} in {len(laboratory)} files |")
     studies = re.findall(r'^    "[\w-]+": Study\(', files[STUDY].read_text(encoding="utf-8"), re.MULTILINE)
     print(f"| studies | {len(studies)} |")
@@ -119,8 +117,7 @@ def main() -> None:
     rooms = Counter()
     for name in files:
         rooms[".".join(name.split(".")[:2]) if len(name.split(".")) > 2 else name.split(".")[0]] += size[name]
-    print("\n| room | code lines |\n|---|---|")
-    print("\n".join(f"| {room} | {lines:,} |" for room, lines in rooms.most_common()))
+    print("\n".join(["\n| room | code lines |\n|---|---|", *(f"| {r} | {n:,} |" for r, n in rooms.most_common())]))
 
 
 if __name__ == "__main__":
