@@ -20,8 +20,8 @@ from geometry.meshing.hexmesh import HexMesh, MeshError, boundary_faces
 from geometry.meshing.meshio_file import LINEAR_TETRAHEDRON, SUFFIXES, Group, read_by_meshio
 from geometry.meshing.quality import check_shapes
 from geometry.profiles.formats.raw import LARGEST_MESH, open_file
+from geometry.surfaces.bodies import CROSSING, REGIONS
 
-BODIES = ("wing", "nose", "wheel")
 CONTACT, BASE = ("contact surface", "contact"), ("base",)
 FARTHEST_SURFACE = 60e-3  # of a crossing's contact surface from rail level [m]
 HEXAHEDRON, QUADRILATERAL = 5, 3  # Gmsh's element types
@@ -113,9 +113,9 @@ def _groups(gmsh, dim: int, kind: int, tags: np.ndarray) -> list[Group]:
 
 
 def _cells(path: Path, volumes: list[Group], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Cells (m, 8) and their numbers in BODIES (m,)."""
+    """Cells (m, 8) and their numbers in REGIONS (m,)."""
     names = ", ".join(sorted(name or "unnamed" for name, _ in volumes)) or "none"
-    known = [(BODIES.index(name.lower()), nodes) for name, nodes in volumes if name.lower() in BODIES]
+    known = [(REGIONS.index(name.lower()), nodes) for name, nodes in volumes if name.lower() in REGIONS]
     if count != sum(len(nodes) for _, nodes in known):
         loose = count - sum(len(nodes) for _, nodes in known)
         what = (
@@ -155,13 +155,13 @@ def checked_mesh(
     outer, owner = boundary_faces(cells)
     surface, surface_region = _contact(what, points, outer, region[owner], _tagged(quads, quad_tag, faces, CONTACT))
     clamp = np.unique(_tagged(quads, quad_tag, faces, BASE))
-    mesh = HexMesh(points, cells, region, BODIES, surface, surface_region, clamp)
+    mesh = HexMesh(points, cells, region, REGIONS, surface, surface_region, clamp)
     check_shapes(mesh, f"{what} is taken as it is: mend the cell, or turn its nodes where it is inside out")
-    for number, name in enumerate(BODIES):
+    for number, name in enumerate(REGIONS):
         if (region == number).any():
             _check_body(what, mesh, number, name, body)
             check_conforming(f"{what}: the {name}", points, outer[region[owner] == number])
-    height = np.abs(points[surface[surface_region != 2], 2]).max()
+    height = np.abs(points[surface[np.isin(surface_region, CROSSING)], 2]).max()
     if height > FARTHEST_SURFACE:
         raise MeshError(
             f"{what}: the crossing's contact surface reaches {height * 1e3:.4g} mm from rail level, at most"
@@ -173,12 +173,12 @@ def checked_mesh(
 def _body_of_nodes(what: str, points: np.ndarray, cells: np.ndarray, region: np.ndarray) -> np.ndarray:
     """(n,) body of each node; bodies may share none."""
     body = np.full(len(points), -1)
-    for number in range(len(BODIES)):
+    for number in range(len(REGIONS)):
         nodes = np.unique(cells[region == number])
         shared = nodes[body[nodes] >= 0]
         if len(shared):
             raise MeshError(
-                f"{what}: {BODIES[body[shared[0]]]} and {BODIES[number]} share {len(shared)} node(s), one at"
+                f"{what}: {REGIONS[body[shared[0]]]} and {REGIONS[number]} share {len(shared)} node(s), one at"
                 f" {position(points[shared[0]])}: bodies meet by contact alone, give each its own nodes"
             )
         body[nodes] = number
@@ -196,7 +196,7 @@ def _check_doubled(what: str, points: np.ndarray, cells: np.ndarray) -> None:
 
 def _tagged(quads: np.ndarray, tag: np.ndarray, faces: dict[int, str], parts: tuple[str, ...]) -> np.ndarray:
     """(k, 4) quads of groups named as a part, of all bodies or of one."""
-    wanted = {*parts, *(f"{body} {part}" for body in BODIES for part in parts)}
+    wanted = {*parts, *(f"{body} {part}" for body in REGIONS for part in parts)}
     return quads[np.isin(tag, [number for number, name in faces.items() if name.lower() in wanted])]
 
 

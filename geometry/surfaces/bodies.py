@@ -1,8 +1,22 @@
-"""What every crossing consists of, wing and nose, and how it answers for their heights. Axes: geometry.axes."""
+"""The bodies of a pass by number and name; what every crossing consists of, wing and nose, and how it answers for
+their heights. Axes: geometry.axes."""
+
+from enum import IntEnum
 
 import numpy as np
 
-BODIES = ("wing", "nose")
+
+class PassBody(IntEnum):
+    """A body by its number in every mesh, table of steels and field file of a pass."""
+
+    WING = 0
+    NOSE = 1
+    WHEEL = 2
+
+
+CROSSING = PassBody.WING, PassBody.NOSE
+REGIONS = tuple(body.name.lower() for body in PassBody)  # names, in the order of the numbers
+BODIES = tuple(REGIONS[body] for body in CROSSING)
 NO_METAL = -1.0  # height where a body is not: far below any floor [m]
 
 

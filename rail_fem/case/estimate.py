@@ -69,8 +69,7 @@ def estimate_run(scene: Scene, settings: FeSettings, ranks: int = 1) -> Estimate
 
 def critical_step(scene: Scene, settings: FeSettings) -> float:
     """Courant number times shortest edge over the fastest wave, mass scaling included [s]."""
-    materials = scene.materials
-    fastest = max(_speed(steel) for steel in (materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()))
+    fastest = max(_speed(steel) for steel in scene.materials.steels())
     smallest = min(settings.element_size, settings.along)
     steel = settings.courant * SHORTEST_EDGE * smallest / fastest
     if settings.mass_scaling == "auto" and settings.scaled_elements == "small":

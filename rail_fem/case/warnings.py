@@ -1,6 +1,7 @@
 """What is allowed in a case but calls for a warning: one warning each, with both numbers. `check` says it, and every
 result and trust report repeats it."""
 
+from geometry.surfaces.bodies import REGIONS
 from rail_fem.light.mass_scaling import static_patch
 from rail_fem.light.rigid import settling_distance, window_warnings
 from rail_fem.scene.crossing import CAST
@@ -54,7 +55,7 @@ def scene_warnings(scene: Scene) -> list[str]:
             f"crossing 1:{scene.crossing.ratio:g}: the parametric crossing was compared at 1:{COMPARED_RATIOS[0]:g} and"
             f" 1:{COMPARED_RATIOS[1]:g} only"
         )
-    for part in ("wing", "nose", "wheel"):
+    for part in REGIONS:
         material = getattr(scene.materials, part)
         if material.grade in FROM_MEMORY and material.hardening_stress is None:
             warnings.append(

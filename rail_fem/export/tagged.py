@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from geometry.meshing.hexmesh import boundary_faces
-from rail_fem.output.fields import MESH, REGIONS, Fields, FieldsError, field_file, read_fields
+from geometry.surfaces.bodies import REGIONS
+from rail_fem.output.fields import MESH, Fields, FieldsError, field_file, read_fields
 from rail_fem.output.sealed import SealError, read_sealed
 
 CELL_TAGS = {body: i + 1 for i, body in enumerate(REGIONS)}

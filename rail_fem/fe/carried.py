@@ -37,7 +37,7 @@ def steel_after(run: Run) -> CarriedSteel:
 
 def lay_in(passage: Passage, carried: CarriedSteel) -> None:
     """Give the rail of a new pass on the same mesh the shape and the state that were carried. Collective."""
-    structure, rail = passage.dynamics.structure, passage.body_of == 0
+    structure, rail = passage.dynamics.structure, ~passage.on_wheel
     domain = structure.domain
     points = from_blocks(domain.comm, carried.points, domain.node_input, domain.n_global)[rail]
     structure.x.reshape(-1, 3)[rail] = points

@@ -13,15 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from bem.exact.subsurface import von_mises
+from geometry.surfaces.bodies import PassBody
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe.domain import Domain
 from rail_fem.fe.dynamics import Dynamics
 from rail_fem.fe.global_rows import block_starts, to_blocks
 from rail_fem.fe.shared_file import as_bytes, write_pieces
-from rail_fem.output.fields import REGIONS, VTK_COMPONENTS, VTK_ORDER
+from rail_fem.output.fields import VTK_COMPONENTS, VTK_ORDER
 from rail_fem.output.vtu_layout import HEXAHEDRON, VtuArray, compressed, lay_out
-
-WHEEL = REGIONS.index("wheel")
 
 
 def cell_rows(dynamics: Dynamics) -> np.ndarray:
@@ -64,7 +63,7 @@ def _node_blocks(domain: Domain, x: np.ndarray, wheel_offset: float) -> list[tup
     owned, total = domain.n_owned, domain.n_global
     reference, now = (field.reshape(-1, 3)[:owned] for field in (domain.reference, x))
     placed = reference.copy()
-    wheel = np.unique(domain.cells[domain.region == WHEEL])
+    wheel = np.unique(domain.cells[domain.region == PassBody.WHEEL])
     placed[wheel[wheel < owned], 0] += wheel_offset
     rows = np.concatenate([placed, now - reference], axis=1)
     rows = to_blocks(domain.comm, domain.node_input[:owned], rows, total)

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from geometry.meshing.hexmesh import HexMesh, merge_bodies
+from geometry.surfaces.bodies import REGIONS
 from rail_fem.fe.contact.pairs import Pairs
 from rail_fem.fe.contact.projection import project_pairs
 from rail_fem.fe.contact.surface import Surface, edge_neighbours
-from rail_fem.output.fields import REGIONS
 
 FARTHEST = 20e-3  # surface nodes farther apart than this are not compared [m]
 

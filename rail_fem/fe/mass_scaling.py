@@ -19,6 +19,7 @@ import numpy as np
 
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import eigen_length
+from geometry.surfaces.bodies import CROSSING, PassBody
 from rail_fem.fe.slabs import Slabs
 from rail_fem.fe.structure import cell_masses, critical_steps, heavier
 from rail_fem.fe.window import Extent, heaviest
@@ -111,9 +112,9 @@ def steel_masses(mesh: HexMesh, steels: list[Steel]) -> np.ndarray:
 def mesh_masses(mesh: HexMesh, mass: np.ndarray, window: tuple[Slabs, Extent] | None) -> dict[str, float]:
     """Mass of each body's mesh [kg], with a window the most of the crossing's that moves in it; mass : of the cells
     (m,) [kg]."""
-    of_regions = np.bincount(mesh.region, mass, minlength=3)
-    crossing = of_regions[0] + of_regions[1] if window is None else window_mass(mesh, mass, *window)
-    return {"crossing": float(crossing), "wheel": float(of_regions[2])}
+    of_regions = np.bincount(mesh.region, mass, minlength=len(PassBody))
+    crossing = sum(of_regions[body] for body in CROSSING) if window is None else window_mass(mesh, mass, *window)
+    return {"crossing": float(crossing), "wheel": float(of_regions[PassBody.WHEEL])}
 
 
 def window_mass(mesh: HexMesh, mass: np.ndarray, slabs: Slabs, extent: Extent) -> float:

@@ -10,12 +10,12 @@ from geometry.meshing.crossing import mesh_crossing
 from geometry.meshing.gmsh_process import gmsh_process
 from geometry.meshing.hexmesh import HexMesh, MeshError
 from geometry.meshing.wheel import mesh_wheel
+from geometry.surfaces.bodies import PassBody
 from rail_fem.fe.initial_position import position_wheel, smallest_gap
 from rail_fem.fe.running import Running
 from rail_fem.light.fine_zone import crossing_spec, wheel_spec
 from rail_fem.light.own_mesh import own_mesh
 from rail_fem.light.rigid import datum_height, meshed_stretch
-from rail_fem.output.fields import REGIONS
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
@@ -44,8 +44,8 @@ def _positioned_own_mesh(settings: FeSettings, running: Running, scene: Scene) -
     """The user's mesh with its wheel set down on the crossing at the start; how much lower its D0 then is than on the
     rigid path [m]; the height of D0 [m]. Errors: MeshError."""
     mesh, height = own_mesh(scene, settings)
-    is_wheel = mesh.surface_region == REGIONS.index("wheel")
-    wheel_nodes = np.unique(mesh.cells[mesh.region == REGIONS.index("wheel")])
+    is_wheel = mesh.surface_region == PassBody.WHEEL
+    wheel_nodes = np.unique(mesh.cells[mesh.region == PassBody.WHEEL])
     points = mesh.points.copy()
     for _ in range(MOST_DESCENTS):
         rail, wheel = (replace(mesh, points=points, surface=mesh.surface[part]) for part in (~is_wheel, is_wheel))

@@ -136,15 +136,16 @@ def all_finite(v, runs):
 
 
 @njit(cache=True, error_model="numpy")
-def add_motion(v, mass, body_of, runs, out):
+def add_motion(v, mass, on_wheel, runs, out):
     """What says how much of the bodies' motion is not that of a rigid one: mass, momentum and kinetic energy of each.
 
-    v : (3 n_nodes,);  mass, body_of : (n_nodes,);  runs : (k, 2) the unknowns that count, in ranges first..last-1
-    out : (bodies, 5) mass [kg], momentum along x, y, z [kg m/s], kinetic energy [J], added to
+    v : (3 n_nodes,);  mass, on_wheel : (n_nodes,), on_wheel 1 on the wheel, else 0
+    runs : (k, 2) the unknowns that count, in ranges first..last-1
+    out : (2, 5) of crossing and wheel: mass [kg], momentum along x, y, z [kg m/s], kinetic energy [J], added to
     """
     for r in range(runs.shape[0]):
         for i in range(runs[r, 0] // np.uint64(3), runs[r, 1] // np.uint64(3)):
-            row, m = out[body_of[i]], mass[i]
+            row, m = out[on_wheel[i]], mass[i]
             row[0] += m
             for c in range(3):
                 speed = v[3 * i + c]
@@ -153,11 +154,11 @@ def add_motion(v, mass, body_of, runs, out):
 
 
 @njit(cache=True, error_model="numpy")
-def add_step(force, normal_force, position, area, watched, n_rail, on_nose, total, moment):
+def add_step(force, normal_force, position, area, watched, n_rail, region, total, moment):
     """Contact forces of a step added up over the rail's nodes `watched` (those below n_rail; ascending).
 
     force : (n, 3) [N];  normal_force : (n,) normal force [N];  position : (n, 3) [m];  area : (n,) of the nodes [m2];
-    on_nose : (n_rail,) 1 on the nose, 0 on the wing
+    region : (n_rail,) number of the body, wing or nose
     total : (5,) in the order of rail_fem.fe.recorder.FORCES [N]
     moment : (4,) normal force, its moments of x and y, and force times pressure [N, N m, N m, N Pa]
     """
@@ -167,7 +168,7 @@ def add_step(force, normal_force, position, area, watched, n_rail, on_nose, tota
         if normal_force[n] == 0.0:  # and with it the force
             continue
         total[0] -= force[n, 2]
-        total[1 + on_nose[n]] -= force[n, 2]
+        total[1 + region[n]] -= force[n, 2]
         total[3] -= force[n, 0]
         total[4] -= force[n, 1]
         moment[0] += normal_force[n]

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.meshing.hexmesh import HexMesh
+from geometry.surfaces.bodies import CROSSING, PassBody
 from rail_fem.fe.blocks import ElementSettings
 from rail_fem.fe.contact.contact import Contact, ContactSettings
 from rail_fem.fe.contact.surface import Surface
@@ -45,13 +46,13 @@ class Passage:
 
     dynamics: Dynamics
     running: Running
-    body_of: np.ndarray  # (n_nodes,) 0 crossing, 1 wheel: body of each local node
+    on_wheel: np.ndarray  # (n_nodes,) bool: whether a local node is the wheel's, else the crossing's
     crossing: RigidGroup
     axle: RigidGroup
     sprung: RigidGroup | None
     settling: Link | None
     mesh: HexMesh | None  # root only
-    rail_region: np.ndarray  # (n_rail,) 0 wing, 1 nose: region of each rail surface node
+    rail_region: np.ndarray  # (n_rail,) number of the body of each rail surface node
     start: StartState
     static_load: float  # NaN where the pass does not begin at rest
     datum_height: float  # of the wheel's D0 at the start, over a crossing at rest under the static load [m]
@@ -82,30 +83,30 @@ def build_passage(
     quads, quad_region, clamp = surface
     slabs = comm.bcast(None if mesh is None or not settings.has_window else rail_slabs(mesh), root=0)
     domain = Domain(comm, **({} if mesh is None else shared_mesh(mesh, slabs, comm.size)))
-    materials = scene.materials
-    steels = [materials.wing.steel(), materials.nose.steel(), materials.wheel.steel()]
+    steels = scene.materials.steels()
     extent = Extent(running.start, running.sign, *settings.window_lengths)
     scaling = choose_scaling(scene, settings, steels, mesh, comm, None if slabs is None else (slabs, extent))
     structure = Structure(
         domain,
         scaling.densities(steels),
-        small=(2,),
+        small=(PassBody.WHEEL,),
         settings=ElementSettings(settings.element, settings.hourglass),
         slab=None if slabs is None else slabs.of_cells(domain.cell_centres()[:, 0], domain.region),
         least_step=scaling.least_step,
     )
-    is_wheel = comm.bcast(None if mesh is None else _wheel_nodes(mesh)[mesh.clamp], root=0)
+    is_wheel = comm.bcast(None if mesh is None else _on_wheel(len(mesh.points), mesh)[mesh.clamp], root=0)
     wheel_factor = scaling.meshes["wheel"] / scaling.steel["wheel"]
     held = build_supports(scene, settings, running, start, clamp[~is_wheel], clamp[is_wheel], wheel_factor)
     crossing, axle, sprung, supports, settling = held
     guide = None if aside is None else guide_across(scene, aside, axle, supports)
-    rail, wheel = Surface.from_quads(quads[quad_region != 2]), Surface.from_quads(quads[quad_region == 2])
-    of_facets = quad_region[quad_region != 2]
+    of_crossing = np.isin(quad_region, CROSSING)
+    rail, wheel = Surface.from_quads(quads[of_crossing]), Surface.from_quads(quads[~of_crossing])
+    of_facets = quad_region[of_crossing]
     contact = Contact(
         structure,
         rail,
         wheel,
-        contact_settings(scene, settings, steels[0]),
+        contact_settings(scene, settings, steels[PassBody.WING]),
         speed=running.speed,
         spin=running.spin,
         axle=(running.start, running.datum_y, datum_height + scene.wheel.radius),
@@ -118,21 +119,21 @@ def build_passage(
         window = TravellingWindow(structure, slabs, extent, crossing, of_facets, slabs.of_cells(centres, of_facets))
     dynamics = Dynamics(structure, supports, contact, window=window)
     masses = structure.region_masses()
-    crossing.mesh_mass, axle.mesh_mass = float(masses[0] + masses[1]), float(masses[2])
+    crossing.mesh_mass, axle.mesh_mass = float(sum(masses[body] for body in CROSSING)), float(masses[PassBody.WHEEL])
     if window is not None:
         crossing.moving_mass = scaling.meshes["crossing"]
     set_lumped_masses(scene, settings, crossing, axle, settled=settling is None)
     axle.free = (False, guide is not None and settling is None, True)
     start_velocities(dynamics, running, axle, sprung)
     region = np.zeros(len(rail.nodes), np.int64)
-    region[rail.quads[of_facets == 1].ravel()] = 1
+    region[rail.quads] = of_facets[:, None]
     static = scene.static_wheel_load / scene.foundation.stiffness
     deflection, lifted = (start.foundation, static - start.foundation) if settings.foundation else (0.0, 0.0)
     load = scene.static_wheel_load if start.resting else np.nan
     return Passage(
         dynamics,
         running,
-        _body_of_nodes(domain),
+        _on_wheel(domain.n_nodes, domain),
         crossing,
         axle,
         sprung,
@@ -148,32 +149,27 @@ def build_passage(
     )
 
 
-def _body_of_nodes(domain: Domain) -> np.ndarray:
-    out = np.zeros(domain.n_nodes, np.int64)
-    out[domain.cells[domain.region == 2].ravel()] = 1
+def _on_wheel(n_nodes: int, of: HexMesh | Domain) -> np.ndarray:
+    """Whether each node (n_nodes,) of a mesh, or of a rank's share of one, is the wheel's."""
+    out = np.zeros(n_nodes, bool)
+    out[of.cells[of.region == PassBody.WHEEL]] = True
     return out
 
 
 def rail_slabs(mesh: HexMesh) -> Slabs:
     """Slabs of wing and nose, which a window lets enter and leave."""
-    return cut_into_slabs(mesh.points, mesh.cells, mesh.region, bodies=(0, 1))
+    return cut_into_slabs(mesh.points, mesh.cells, mesh.region, bodies=CROSSING)
 
 
 def shared_mesh(mesh: HexMesh, slabs: Slabs | None, ranks: int) -> dict[str, np.ndarray | None]:
     """What a Domain is made from, by its arguments. With slabs, blocks of each of them and of the wheel are dealt out
     to the ranks."""
-    cost = np.where(mesh.region == 2, ELASTIC_COST, 1.0)
+    cost = np.where(mesh.region == PassBody.WHEEL, ELASTIC_COST, 1.0)
     part = None
     if slabs is not None:
         centres = mesh.points[mesh.cells].mean(axis=1)
         part = slab_parts(centres, mesh.region, slabs.of_cells(centres[:, 0], mesh.region), ranks)
     return dict(points=mesh.points, cells=mesh.cells, region=mesh.region, cost=cost, part=part)
-
-
-def _wheel_nodes(mesh: HexMesh) -> np.ndarray:
-    out = np.zeros(len(mesh.points), bool)
-    out[mesh.cells[mesh.region == 2].ravel()] = True
-    return out
 
 
 def contact_settings(scene: Scene, settings: FeSettings, steel) -> ContactSettings:
@@ -189,7 +185,7 @@ def start_velocities(dynamics: Dynamics, running: Running, axle: RigidGroup, spr
     """Wheel and vehicle start along the slope of the rigid path, so that steady running needs no force beyond the
     weight."""
     vertical, domain = running.speed * float(running.slope(running.start)), dynamics.domain
-    wheel = np.unique(domain.cells[domain.region == 2])
+    wheel = np.unique(domain.cells[domain.region == PassBody.WHEEL])
     dynamics.structure.v.reshape(-1, 3)[wheel, 2] = vertical
     for group in (axle, sprung):
         if group is not None:
@@ -214,7 +210,7 @@ def take_up(passage: Passage, scene: Scene, settings: FeSettings) -> None:
     """The motion of a pass that does not begin at rest: each body gets what its group's velocity changes by, all of it
     alike."""
     start, domain, v = passage.start, passage.dynamics.domain, passage.dynamics.structure.v.reshape(-1, 3)
-    wheel, rail = (np.unique(domain.cells[(domain.region == 2) == moves]) for moves in (True, False))
+    wheel, rail = (np.unique(domain.cells[(domain.region == PassBody.WHEEL) == moves]) for moves in (True, False))
     v[wheel, 2] += start.axle - passage.axle.velocity[2]
     passage.axle.velocity[2] = start.axle
     if settings.foundation:

@@ -89,7 +89,7 @@ class Recorder:
     def _deforming(self) -> float:
         """Kinetic energy of the meshes beyond that of each body's mean velocity [J]. Collective."""
         d, motion = self.passage.dynamics, np.zeros((2, 5))
-        add_motion(d.structure.v, d.structure.mass, self.passage.body_of, d.owned_runs, motion)
+        add_motion(d.structure.v, d.structure.mass, self.passage.on_wheel.view(np.uint8), d.owned_runs, motion)
         if d.window is not None:
             motion[0] += d.window.motion_outside  # of the crossing
         motion = d.comm.allreduce(motion)

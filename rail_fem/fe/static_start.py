@@ -82,10 +82,10 @@ def _relaxing(passage: Passage, stiffness: float) -> tuple[Dynamics, RigidGroup,
     )
     contact = Contact(structure, *surfaces, replace(of_pass.settings, friction=0.0))
     owned = structure.domain.n_owned
-    wheel = structure.mass[:owned] @ passage.body_of[:owned]
+    wheel = structure.mass[:owned] @ passage.on_wheel[:owned]
     frequency = np.sqrt(stiffness / structure.domain.comm.allreduce(float(wheel)))
     structure.v[:] = 0.0
-    still = (passage.dynamics.inverse_mass == 0.0).reshape(-1, 3) & (passage.body_of == 0)[:, None]
+    still = (passage.dynamics.inverse_mass == 0.0).reshape(-1, 3) & ~passage.on_wheel[:, None]
     relaxing = Dynamics(structure, Supports([base, axle]), contact, still, DAMPING * frequency)
     return relaxing, axle, frequency
 

@@ -118,10 +118,7 @@ class TableKey(NamedTuple):
 def table_key(scene: Scene, start: float, end: float, spacing: float, shift: float = 0.0) -> TableKey:
     """What the table of a scene depends on; arguments as of contact_table."""
     low, high = sorted((start, end))
-    steels = tuple(
-        (s.youngs_modulus, s.poisson)
-        for s in (scene.materials.wing.steel(), scene.materials.nose.steel(), scene.materials.wheel.steel())
-    )
+    steels = tuple((s.youngs_modulus, s.poisson) for s in scene.materials.steels())
     wheel = scene.wheel
     return TableKey(
         scene.crossing.surface,

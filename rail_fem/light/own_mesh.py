@@ -16,12 +16,12 @@ from geometry.meshing.mesh_file import read_mesh_file
 from geometry.path.wheel_path import rolling_radius
 from geometry.profiles.formats.raw import LARGEST_MESH, open_file
 from geometry.profiles.formats.units import UNITS
+from geometry.surfaces.bodies import CROSSING, PassBody
 from rail_fem.light.fine_zone import PATCH_REACH
 from rail_fem.light.rigid import SPACING, datum_height, rigid_path, running_start
 from rail_fem.scene.scene import Scene
 from rail_fem.settings.explicit import FeSettings
 
-WHEEL = 2  # number of the wheel among bodies
 LARGEST_MISFIT = 3e-3  # of the mesh's wheel from the case's profile [m]: wheels with flats are run too
 LARGEST_CLEARANCE = 2e-3  # of a user's crossing from the case's, under the wheel at the start [m]
 BESIDE = 1e-4  # of the mesh's wheel beyond the ends of the case's profile [m]
@@ -46,13 +46,13 @@ def own_mesh(scene: Scene, settings: FeSettings) -> tuple[HexMesh, float]:
     _check_element_size(path, mesh, scene, settings, start)
     touching = _touching_height(path, mesh, scene, start)
     points = mesh.points.copy()
-    points[np.unique(mesh.cells[mesh.region == WHEEL])] += [start - x, 0.0, touching - height]
+    points[np.unique(mesh.cells[mesh.region == PassBody.WHEEL])] += [start - x, 0.0, touching - height]
     return replace(mesh, points=points), touching
 
 
 def _axle(path: Path, mesh: HexMesh, scene: Scene) -> tuple[float, float]:
     """x and z of the axle [m] about which the wheel's contact surface is the case's wheel best (least squares)."""
-    nodes = mesh.points[np.unique(mesh.surface[mesh.surface_region == WHEEL])]
+    nodes = mesh.points[np.unique(mesh.surface[mesh.surface_region == PassBody.WHEEL])]
     y = nodes[:, 1] - scene.wheel_datum_y
     inside = np.clip(y, *np.sort(scene.wheel.shape.points[[0, -1], 0]))
     outside = np.abs(y - inside) > BESIDE
@@ -81,10 +81,15 @@ def _axle(path: Path, mesh: HexMesh, scene: Scene) -> tuple[float, float]:
     return float(found.x[0]), float(found.x[1])
 
 
+def crossing_faces(mesh: HexMesh) -> np.ndarray:
+    """Contact faces (k, 4) of the crossing's bodies."""
+    return mesh.surface[np.isin(mesh.surface_region, CROSSING)]
+
+
 def _check_length(path: Path, mesh: HexMesh, settings: FeSettings) -> None:
     """The crossing's contact surface reaches from start to end with half a patch beside it."""
     low, high = sorted((settings.start, settings.end))
-    x = mesh.points[mesh.surface[mesh.surface_region != WHEEL], 0]
+    x = mesh.points[crossing_faces(mesh), 0]
     first, last = x.min(), x.max()
     if first > low - PATCH_REACH or last < high + PATCH_REACH:
         raise MeshError(
@@ -97,7 +102,7 @@ def _check_length(path: Path, mesh: HexMesh, settings: FeSettings) -> None:
 def _touching_height(path: Path, mesh: HexMesh, scene: Scene, start: float) -> float:
     """Height of D0 where the case's wheel rests on the nodes of the mesh's crossing [m]; near what it has on the case's
     crossing."""
-    x, y, z = mesh.points[np.unique(mesh.surface[mesh.surface_region != WHEEL])].T
+    x, y, z = mesh.points[np.unique(crossing_faces(mesh))].T
     wheel = scene.wheel
     with np.errstate(invalid="ignore"):  # NaN beside the wheel
         heights = z + np.sqrt(
@@ -117,7 +122,7 @@ def _touching_height(path: Path, mesh: HexMesh, scene: Scene, start: float) -> f
 def _check_element_size(path: Path, mesh: HexMesh, scene: Scene, settings: FeSettings, start: float) -> None:
     """The crossing's faces nearest under the wheel at the start are of the element size that the contact's penalty
     follows from."""
-    corner = mesh.points[mesh.surface[mesh.surface_region != WHEEL]]
+    corner = mesh.points[crossing_faces(mesh)]
     x, y, z = corner.mean(axis=1).T
     near = np.abs(x - start) < PATCH_REACH
     radius = np.where(near, rolling_radius(scene.wheel.shape, scene.wheel.radius, y - scene.wheel_datum_y), np.nan)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.surfaces.bodies import BODIES
+from geometry.surfaces.bodies import PassBody
 from rail_fem.atomic import write_atomically
 from rail_fem.light.plastic_rolling import Flow, around
-from rail_fem.output.fields import REGIONS, VTK_ORDER
+from rail_fem.output.fields import VTK_ORDER
 from rail_fem.output.plastic_zone import plastic_zone
 
 ARCHIVE = "plastic.npz"
@@ -41,7 +41,7 @@ def write_vtu(folder: Path, flows: dict[str, Flow], heights) -> bool:
         import meshio  # comes with the explicit models
     except ImportError:
         return False
-    made = [hexahedra(flow, heights[body], BODIES.index(body)) for body, flow in flows.items()]
+    made = [hexahedra(flow, heights[body], PassBody[body.upper()]) for body, flow in flows.items()]
     parts = [part for part in made if part is not None]
     if not parts:
         return True
@@ -76,7 +76,6 @@ def metal_of(flow: Flow, height) -> dict:
 def hexahedra(flow: Flow, height, region: int) -> dict[str, np.ndarray] | None:
     """Cells around the plastic zone of one body: points [m], cells (m, 8), region, plastic_strain, stress (m, 6): the
     residual stress [Pa] in VTK's order, NaN where it is not known; None where nothing has yielded."""
-    assert REGIONS[: len(BODIES)] == BODIES
     used = np.argwhere(flow.peeq > 0)
     if not len(used):
         return None

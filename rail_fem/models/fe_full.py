@@ -16,6 +16,7 @@ from mpi4py import MPI
 
 from geometry.meshing.hexmesh import HexMesh
 from geometry.meshing.quality import mesh_quality
+from geometry.surfaces.bodies import REGIONS
 from rail_fem.atomic import write_text_atomically
 from rail_fem.fe import trust
 from rail_fem.fe.carried import lay_in, steel_after
@@ -32,7 +33,7 @@ from rail_fem.light.rigid import ends_with_path
 from rail_fem.output.clock import working_time
 from rail_fem.output.error_bars import error_bars
 from rail_fem.output.events import end_warnings, force_peaks, transfer_position
-from rail_fem.output.fields import MESH, REGIONS
+from rail_fem.output.fields import MESH
 from rail_fem.output.progress import Progress
 from rail_fem.output.quantities import FORCES, REPORTED, reported
 from rail_fem.output.result import Cost, PassResult, load

@@ -14,7 +14,6 @@ import numpy as np
 from geometry.axes import VOIGT
 from rail_fem.output.vtu_layout import read_arrays
 
-REGIONS = ("wing", "nose", "wheel")  # in the order of their numbers in every mesh of a pass
 MESH = "mesh.npz"  # the mesh of a run, in its folder
 VTK_COMPONENTS = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 VTK_ORDER = [VOIGT.index(name.lower()) for name in VTK_COMPONENTS]
@@ -29,7 +28,7 @@ class Fields:
     """Fields of a pass at one moment, on the hexahedra in their undeformed positions [SI].
 
     points : (n, 3) [m], the wheel where it stands along x at that moment;  cells : (m, 8) VTK order
-    region : (m,) number of each cell's body in REGIONS
+    region : (m,) number of each cell's body (geometry.surfaces.bodies.PassBody)
     displacement : (n, 3) from `points` [m], NaN-free;  plastic_strain : (m,) PEEQ [1]
     stress : (m, 6) Cauchy stress, order VOIGT [Pa];  time : [s];  source : name of the file
     """

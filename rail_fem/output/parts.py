@@ -10,9 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.surfaces.bodies import BODIES
-
-WING, NOSE = BODIES.index("wing"), BODIES.index("nose")  # regions of a mesh, bodies of the light models
+from geometry.surfaces.bodies import PassBody
 
 
 @dataclass(frozen=True)
@@ -20,7 +18,7 @@ class CrossingPart:
     """A body between two positions along the track: low <= x < high [m]."""
 
     name: str
-    body: int
+    body: PassBody
     low: float = -np.inf
     high: float = np.inf
 
@@ -32,9 +30,9 @@ class CrossingPart:
 def parts_between(start: float, end: float, leg_end: float) -> tuple[CrossingPart, ...]:
     """What a pass from x = start to end [m], either way, runs over."""
     if min(start, end) >= leg_end:
-        return CrossingPart("wing", WING), CrossingPart("nose", NOSE)
+        return CrossingPart("wing", PassBody.WING), CrossingPart("nose", PassBody.NOSE)
     return (
-        CrossingPart("leg", WING, high=leg_end),
-        CrossingPart("wing", WING, low=leg_end),
-        CrossingPart("nose", NOSE),
+        CrossingPart("leg", PassBody.WING, high=leg_end),
+        CrossingPart("wing", PassBody.WING, low=leg_end),
+        CrossingPart("nose", PassBody.NOSE),
     )

@@ -15,6 +15,7 @@ from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import PydanticCustomError
 
 from geometry.axes import tread_datum_y
+from geometry.surfaces.bodies import REGIONS
 from rail_fem.scene.base import GRAVITY, PRINTABLE, Count, Frozen, digest_of_read, input_error
 from rail_fem.scene.bearers import Bearers
 from rail_fem.scene.crossing import CAST, SWITCH, Crossing
@@ -317,6 +318,10 @@ class Materials(Frozen):
     wing: Material = Field(Material(grade="Mn13"), description="steel of the wing rails and legs")
     nose: Material = Field(Material(grade="Mn13"), description="steel of the crossing nose")
     wheel: Material = Field(Material(grade="R8T"), description="steel of the wheel")
+
+    def steels(self) -> list[Steel]:
+        """The steel of each body, by its number (geometry.surfaces.bodies.PassBody)."""
+        return [getattr(self, body).steel() for body in REGIONS]
 
 
 class Scene(Frozen):

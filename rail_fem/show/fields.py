@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from geometry.meshing.hexmesh import boundary_faces
-from rail_fem.output.fields import REGIONS, FieldsError, field_file, read_fields
+from geometry.surfaces.bodies import CROSSING, REGIONS
+from rail_fem.output.fields import FieldsError, field_file, read_fields
 
 SEEN = 0.05  # a face is seen from above when the upward part of its unit normal exceeds this
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
@@ -45,7 +46,7 @@ def read_crossing(folder: Path) -> CrossingFields:
     """Wing and nose from the last fields of a run. Errors: FieldsError."""
     path = field_file(folder)
     found = read_fields(path)
-    crossing = found.region < REGIONS.index("wheel")
+    crossing = np.isin(found.region, CROSSING)
     if not crossing.any():
         raise FieldsError(
             f"{path}: none of its {len(found.region)} cells belongs to wing (region 0) or nose (region 1)"

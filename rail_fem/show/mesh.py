@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from rail_fem.output.fields import REGIONS, Fields, field_file, read_fields
+from geometry.surfaces.bodies import CROSSING, REGIONS
+from rail_fem.output.fields import Fields, field_file, read_fields
 from rail_fem.output.result import PassResult
 from rail_fem.show.fields import cut_at, faces_from_above
 from rail_fem.show.stress import loaded_frame
@@ -73,7 +74,7 @@ def loaded_moment(result: PassResult, folder: Path) -> tuple[Fields, float, floa
 
 def contact_height(points: np.ndarray, fields: Fields, x: float, y: float) -> float:
     """z of the crossing's highest node near the contact [mm]."""
-    nodes = points[np.unique(fields.cells[fields.region < REGIONS.index("wheel")])]
+    nodes = points[np.unique(fields.cells[np.isin(fields.region, CROSSING)])]
     away = np.hypot(nodes[:, 0] - x, nodes[:, 1] - y)
     return 1e3 * float(nodes[away <= max(away.min() * 1.01, 6e-3), 2].max())
 
@@ -84,7 +85,7 @@ def draw(axes, polygons: list[np.ndarray], body: str) -> None:
 
 def from_above(axes, fields: Fields) -> None:
     """Wing and nose with their elements, in true shape."""
-    crossing = fields.region < REGIONS.index("wheel")
+    crossing = np.isin(fields.region, CROSSING)
     cells, region = fields.cells[crossing], fields.region[crossing]
     faces, owner = faces_from_above(fields.points, cells)
     corners = 1e3 * fields.points[faces][:, :, :2]

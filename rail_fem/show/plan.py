@@ -9,8 +9,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
+from geometry.surfaces.bodies import REGIONS
 from rail_fem.output.result import PassResult
-from rail_fem.show.fields import REGIONS, CrossingFields, faces_from_above
+from rail_fem.show.fields import CrossingFields, faces_from_above
 from rail_fem.show.style import BODY, HALO, NEVER_YIELDED, STRAIN_COLOURS, give_title, new_figure
 
 SHARED = 0.02  # of the force, from which on both bodies count as carrying

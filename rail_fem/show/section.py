@@ -9,8 +9,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from geometry.surfaces.bodies import REGIONS
 from rail_fem.output.result import PassResult
-from rail_fem.show.fields import REGIONS, CrossingFields, cut_at, depth_below
+from rail_fem.show.fields import CrossingFields, cut_at, depth_below
 from rail_fem.show.plan import mpl_colour
 from rail_fem.show.style import BODY, NEVER_YIELDED, STRAIN_COLOURS, give_title, new_figure, words_instead
 

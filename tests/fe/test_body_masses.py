@@ -59,7 +59,7 @@ def test_a_mesh_heavier_than_its_body_is_refused(scene, made):
     ):
         scaled_passage(light, made)
     passage = scaled_passage(light, made, track_mass=False)
-    crossing = passage.dynamics.structure.mass[passage.body_of == 0].sum()
+    crossing = passage.dynamics.structure.mass[~passage.on_wheel].sum()
     assert passage.crossing.added_mass == 0.0 and crossing == pytest.approx(passage.crossing.mesh_mass, rel=1e-12)
 
 
@@ -89,7 +89,7 @@ def scaled_passage(scene, made, **settings):
 def test_bodies_weigh_and_turn_as_the_case_says_at_any_mass_scaling(scene, made, factor, elements):
     """The lumped masses give back what the meshes gain; the wheel's rotation has the case's inertia."""
     passage = scaled_passage(scene, made, mass_scaling=factor, scaled_elements=elements)
-    mass, wheel = passage.dynamics.structure.mass, passage.body_of == 1
+    mass, wheel = passage.dynamics.structure.mass, passage.on_wheel
     assert mass[wheel].sum() + passage.axle.added_mass == pytest.approx(scene.vehicle.wheel_unsprung_mass, rel=1e-12)
     assert mass[~wheel].sum() + passage.crossing.added_mass == pytest.approx(scene.foundation.track_mass, rel=1e-12)
     assert passage.dynamics.contact.inertia == scene.vehicle.wheel_spin_inertia
@@ -209,7 +209,7 @@ def test_a_body_in_flight_answers_a_force_as_the_unscaled_one(scene, made):
         dt = d.stable_step()
         for _ in range(200):
             d.step(dt)
-        wheel = passage.body_of == 1
+        wheel = passage.on_wheel
         momentum = d.structure.mass[wheel] @ d.structure.v.reshape(-1, 3)[wheel, 2] + axle.added_mass * axle.velocity[2]
         assert momentum / scene.vehicle.wheel_unsprung_mass == pytest.approx(
             -1e5 * d.time / scene.vehicle.wheel_unsprung_mass, rel=1e-9
