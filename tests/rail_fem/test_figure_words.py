@@ -55,4 +55,4 @@ def test_the_patches_of_a_result_are_drawn_by_body_in_engineers_units(scene):
     for body in ("wing", "nose"):
         expected = [patch.max_pressure / 1e6 for patch in result.patches if patch.region == body]
         assert expected and np.allclose(drawn[f"patch on the {body}"], expected)
-    assert above.get_ylabel() == "largest pressure [MPa]"
+    assert above.get_ylabel() == "elastic pressure\n(Hertz) [MPa]"
