@@ -9,7 +9,6 @@ from rail_fem.case.travelling_window import length_errors
 from rail_fem.light.fine_zone import mesh_errors
 from rail_fem.light.own_mesh import own_mesh
 from rail_fem.light.rigid import window_errors, with_window
-from rail_fem.models.bem_plastic import window_cells
 from rail_fem.scene.scene import Frozen, Scene
 from rail_fem.settings.explicit import FeSettings
 from rail_fem.settings.light import unfit_parts
@@ -42,6 +41,8 @@ def preflight_errors(scene: Scene, asked: Frozen, ranks: int, model: str) -> lis
 
 def _window_errors(scene: Scene, settings: BemPlasticSettings, model: str) -> list[str]:
     """Why the half-space's cells cannot be held, or the wheel not rolled over them."""
+    from rail_fem.models.bem_plastic import window_cells  # a model is loaded where it is asked for
+
     try:
         for cells in window_cells(scene, settings):
             cells.refuse_too_large(cells.window_memory)

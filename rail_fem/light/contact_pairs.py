@@ -24,8 +24,6 @@ from bem.exact.hertz import PointContact, point_contact
 from bem.halfspace.normal import normal_contact
 from bem.material import STEEL, Elastic, contact_modulus
 from bem.patch import Patch
-from bem.plane.body import Body
-from bem.plane.outline import block_behind
 from geometry.axes import tread_datum_y
 from geometry.profiles.profile import Profile
 from geometry.profiles.rail import rail_head
@@ -273,21 +271,6 @@ def plain_rail_pair(
         rolling_radius,
         (wheel_steel, rail_steel),
         label=f"{wheel} on {rail}, lateral {lateral * 1e3:g} mm",
-    )
-
-
-def plain_rail_section(
-    pair: ContactPair, rail: str = "56E1", inclination: float = 1 / 20, below: float = 0.100, above: float = 0.150
-) -> tuple[Body, Body]:
-    """Rail and wheel of `plain_rail_pair` as plane bodies y, z in place: the thesis' fourth case of chapter 5.
-
-    The whole profiles, closed by straight sides to held edges `below` the crown and `above` the tread datum [m].
-    """
-    _, y, z = pair.wheel.position
-    wheel = pair.wheel.profile.points + [y, z]
-    return (
-        Body(block_behind(rail_head(rail, inclination).points, -below), pair.rail_steel),
-        Body(block_behind(wheel, z + above), pair.wheel_steel),
     )
 
 

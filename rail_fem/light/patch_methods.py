@@ -24,16 +24,34 @@ import numpy as np
 from bem.exact.hertz import PointContact
 from bem.material import Elastic
 from bem.patch import Patch
+from bem.plane.body import Body
+from bem.plane.outline import block_behind
 from bem.slices.assumed_load import hertz_of, loaded_slices
 from bem.slices.coupled import slice_contact
 from bem.slices.slices import SliceGap, Slices, wheel_on_prism
-from rail_fem.light.contact_pairs import ContactPair, plain_rail_pair, plain_rail_section
+from geometry.profiles.rail import rail_head
+from rail_fem.light.contact_pairs import ContactPair, plain_rail_pair
 from rail_fem.output.markdown import markdown_table
 
 WHEEL_LOAD = 49505.0
 BLOCKS = "2.5D (b), the finite elements' blocks"
 THESIS_STEEL = Elastic(201e9, 0.3)
 THESIS_HALF_LENGTH = 11.32e-3 / 2  # Hertz' in the thesis, which its slices take over
+
+
+def plain_rail_section(
+    pair: ContactPair, rail: str = "56E1", inclination: float = 1 / 20, below: float = 0.100, above: float = 0.150
+) -> tuple[Body, Body]:
+    """Rail and wheel of `plain_rail_pair` as plane bodies y, z in place: the thesis' fourth case of chapter 5.
+
+    The whole profiles, closed by straight sides to held edges `below` the crown and `above` the tread datum [m].
+    """
+    _, y, z = pair.wheel.position
+    wheel = pair.wheel.profile.points + [y, z]
+    return (
+        Body(block_behind(rail_head(rail, inclination).points, -below), pair.rail_steel),
+        Body(block_behind(wheel, z + above), pair.wheel_steel),
+    )
 
 
 @dataclass(frozen=True)

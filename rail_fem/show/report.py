@@ -14,7 +14,6 @@ from rail_fem.case.preflight import preflight_errors
 from rail_fem.case.warnings import case_warnings, scene_warnings
 from rail_fem.light.mass_scaling import static_patch
 from rail_fem.light.rigid import window_path, with_window
-from rail_fem.models.bem_plastic import window_cells
 from rail_fem.output.events import flights, stated_peaks
 from rail_fem.output.history import COLUMNS
 from rail_fem.output.low_pass import CUTOFFS, filtered_peak
@@ -55,6 +54,8 @@ def case_report(case: Case, model: str, ranks: int, every_key: bool = False) -> 
         lines += ["", "cost", *_light_cost(scene, settings)]
         lines += [_row("wall time", "some seconds", "most of it for the search of the surfaces")]
     if isinstance(settings, BemPlasticSettings) and not errors:
+        from rail_fem.models.bem_plastic import window_cells  # a model is loaded where it is asked for
+
         need = max((cells.window_memory for cells in window_cells(scene, settings)), default=0)
         lines.append(_memory(need, "of the cells that travel with the wheel"))
     return "\n".join([*lines, *_listed("warning(s)", warnings)]), errors
