@@ -31,6 +31,7 @@ _MOST_TURNS = 60
 _INNER = 0.1  # accuracy of the plastic strain over the surface's present change
 LARGE_STRAIN = 0.05
 EARLY = 0.3  # of a cell: what the edge of such a contact is off by, from 6 to 12 cells across
+MOST_PEAK = 0.03  # of the largest pressure above its neighbours' mean; 0.4 to 0.8 of that is what it is too large
 MOST_PRESSURE = 3.2  # over the yield stress: finite elements find at most 2.9 below a sphere (docs/models/plastic.md)
 
 
@@ -125,6 +126,7 @@ class PlasticHalfSpace:
             self.body.surface.copy(), agreed.turns, agreed.products,
             strain_warnings(self.body)
             + pressure_warnings(self.pressure_ratio(agreed.solution.pressure))
+            + peak_warnings(agreed.solution.pressure)
             + depth_warnings(self.depths, equivalent_stress(deviator)),
         )  # fmt: skip
 
@@ -207,4 +209,18 @@ def pressure_warnings(ratio: float) -> tuple[str, ...]:
         f"largest pressure {ratio:.2f} times the yield stress at the largest plastic strain (above {MOST_PRESSURE:g}):"
         f" cells are too stiff for the flow at the edge of the contact, which ends up to {EARLY:g} of a cell too early"
         " all around: area too small, mean pressure too large by that; take smaller cells",
+    )
+
+
+def peak_warnings(pressure: np.ndarray) -> tuple[str, ...]:
+    """Where cells do not resolve the largest pressure (nx, ny), as on a body rougher than they are fine."""
+    i, j = np.unravel_index(pressure.argmax(), pressure.shape)
+    beside = np.pad(pressure, 1)
+    mean = (beside[i, j + 1] + beside[i + 2, j + 1] + beside[i + 1, j] + beside[i + 1, j + 2]) / 4
+    above = 1.0 - mean / pressure[i, j] if pressure[i, j] > 0 else 0.0
+    if above <= MOST_PEAK:
+        return ()
+    return (
+        f"the largest pressure stands {above:.1%} above the mean of the four cells beside it (above {MOST_PEAK:.0%}):"
+        f" cells do not resolve it, it is too large by about half of that; take smaller cells",
     )
