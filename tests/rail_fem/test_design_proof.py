@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from rail_fem.case.casefile import load_case
 from rail_fem.cli import app
 from rail_fem.design.problem import DesignError, read_design
 from rail_fem.design.proof import PROVEN, SEARCHED, ProofRun, check_proof, keys_of, prove_design, shapes, without_finer
 from rail_fem.design.proof_report import HIGHER, LOWER, SAME, UNKNOWN, WITHIN, verdict, write_proof
 from rail_fem.design.search import Found, Trial
+from rail_fem.settings.explicit import FeSettings
 from rail_fem.sweeps.trends import MEASURES
 from tests.rail_fem.test_design import design
 from tests.rail_fem.test_error_bars import at_size
@@ -144,11 +146,11 @@ def test_a_start_that_cannot_be_meshed_is_refused_before_the_search(tmp_path):
         check_proof(read_design(design(tmp_path, extra=short)), {}, ())
 
 
-def test_a_case_without_the_explicit_model_cannot_be_proven(tmp_path):
+def test_a_case_without_the_explicit_model_is_proven_by_its_defaults(tmp_path):
     case = tmp_path / "light.toml"
     text = (design(tmp_path).read_text()).split('case = "')[1].split('"')[0]
     whole = open(text, encoding="utf-8").read()
     case.write_text(whole.replace("[run.fe_full]", "[run.fe_window]"), encoding="utf-8")
     problem = replace(read_design(design(tmp_path)), case=case)
-    with pytest.raises(DesignError, match="has no .run.fe_full."):
-        check_proof(problem, {}, ())
+    assert check_proof(problem, {}, ()) == {}
+    assert load_case(case).by("fe_full").runs["fe_full"] == FeSettings()
