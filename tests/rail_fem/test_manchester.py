@@ -269,21 +269,29 @@ def test_brute_force_on_every_point_of_the_wheel_finds_the_same(row, rail):
         assert low < lateral * MM < high
 
 
-@pytest.mark.parametrize("rail, angle, height", [("file", 1.9, 1.35), ("EN", 34.0, 26.0)])
-def test_loaded_wheels_settle_to_the_published_roll_and_height(rail, angle, height):
+@pytest.mark.parametrize("rail", ["file", "EN"])
+def test_loaded_wheels_settle_to_the_published_roll_and_height(rail):
     """10 kN on each wheel, axle held: the published roll is the one that loads both sides equally. Up to 6 mm; on the
-    flange CONTACT's friction carries a third of the load, ours carries none. Roll [urad], height [um]; on one elliptic
-    patch 0.3 of both."""
+    flange CONTACT's friction carries a third of the load, ours carries none.
+
+    What may differ at a wheel, along the vertical: depth^1.5 goes with the force, so two thirds of the depth times what
+    friction of 0.3 carries of the load (0.3 tan of the contact angle) and times the error of our half-space (0.3 %);
+    how two interpolants set the file's gauge point (2.2 um, cubic and straight, times that tan); the published digits
+    (0.05 um of each depth). Roll takes the sum of both wheels over the 1.5 m between them, height their mean. On the
+    standard's arcs a wheel stands up to 43 um deeper.
+    """
     for shift, roll, *wheels in PUBLISHED:
         if shift > 6:
             continue
-        found = static_equilibrium(
+        state = static_equilibrium(
             search(rail), (10e3, 10e3), -shift * MM, -YAW * shift * 1e-3, held_at="axle", modulus=MODULUS
-        )
-        error = (np.arcsin(np.sin(found.state.roll) / np.cos(YAW * shift * 1e-3)) - roll * 1e-3) / 1e-6
-        depth = (RADIUS - found.state.z - wheels[0][1] * MM) / 1e-6
-        single = rail == "file" and 1 <= shift <= 4.5
-        assert abs(error) < (0.3 if single else angle) and abs(depth) < (0.3 if single else height), shift
+        ).state
+        error = np.arcsin(np.sin(state.roll) / np.cos(YAW * shift * 1e-3)) - roll * 1e-3
+        apart = 0.0 if rail == "file" else 2 * 43e-6
+        for touch, loaded, _, _, angle, _ in wheels:
+            friction, depth = 0.3 * np.tan(angle), (loaded - touch) * MM
+            apart += 2 / 3 * depth * (friction + 0.003) + 2.2e-6 * np.tan(angle) + 0.05e-6
+        assert abs(error) < apart / 1.5 and abs(RADIUS - state.z - wheels[0][1] * MM) < apart / 2, shift
 
 
 @pytest.mark.parametrize("rail, positions", [("EN", [0.0, 5.0, 6.0]), ("file", [0.0, 4.5, 6.0])])
