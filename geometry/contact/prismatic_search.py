@@ -8,6 +8,7 @@ to what the profiles' interpolation holds: 1e-9 m (tests/geometry/test_contact_p
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from geometry.axes import FLANGE_BACK
 from geometry.contact.flange_back import within_stops
@@ -27,9 +28,27 @@ from geometry.contact.wheel_outline import Pose, cubic
 from geometry.wheelset import SIDES, Track, Wheelset, WheelsetError, check_range, check_side, wheel_table
 
 RESOLUTION = 0.5e-3
+# of a profile from a cubic over one spacing: more of it may hide a minimum [m]
+ROUGH = 0.1e-6
+CORNERS = 0.3  # of a rail's points lie at its sides and corners, which are no roughness (0.15 on the built-in ones)
 # of a contact over the tip of the flange; the steep flank, where a wheel is still guided, begins some 5 mm above it [m]
 FLANGE_TOP = 2e-3
 TOUCH = 1e-12  # what settling leaves between the gaps of both sides [m]
+
+
+def evenly(table: np.ndarray, spacing: float) -> np.ndarray:
+    """Positions over a profile's table (4, n), at most `spacing` apart [m]."""
+    return np.linspace(table[0, 0], table[0, -1], max(int(np.ceil(np.ptp(table[0]) / spacing)), 4) + 1)
+
+
+def unresolved(table: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """(n,) of the points of a profile's table (4, n) the largest distance between two positions, of a point there from
+    the cubic that heights and slopes at both make [m]."""
+    height, slope, _ = np.array([cubic(at, table) for at in positions]).T
+    away = np.abs(CubicHermiteSpline(positions, height, slope)(table[0]) - table[1])
+    between, most = np.clip(np.searchsorted(positions, table[0]), 1, len(positions) - 1), np.zeros(len(positions))
+    np.maximum.at(most, between, away)
+    return most[between]
 
 
 @dataclass(frozen=True)
@@ -99,9 +118,9 @@ class ContactSearch:
     """Contacts of one wheelset on one track in any position; tables are made once.
 
     resolution : spacing of the first search along the wheel profile [m]. Points found are exact whatever it is; what it
-        decides is
-    whether two points nearer to each other than this are told apart. Profiles that are rough on this scale are to be
-    smoothed first (geometry.profiles.doctor), or searched more finely.
+        decides is whether two points nearer to each other than this are told apart. Where the wheel's own points lie
+        off a cubic over that spacing these are stations too; a rail that is rough all over halves it, down to half its
+        own points' spacing. A single dent of a rail, shorter than the spacing, is told apart by a finer one only.
     """
 
     def __init__(self, wheelset: Wheelset, track: Track, resolution: float = RESOLUTION):
@@ -113,12 +132,15 @@ class ContactSearch:
     def _side(self, side: str) -> Side:
         """A side on its prismatic rail."""
         wheel, rail = wheel_table(self.wheelset, side), np.array(self.track.placed(side).hermite_table())
-        count = max(int(np.ceil((wheel[0, -1] - wheel[0, 0]) / self.resolution)), 4)
-        positions = np.linspace(wheel[0, 0], wheel[0, -1], count + 1)
-        if wheel.shape[1] < 3 * count:  # a measured profile: between its own points it cannot turn more than once
-            positions = np.unique(np.concatenate([positions, wheel[0]]))
+        spacing, finest = self.resolution, np.median(np.diff(rail[0])) / 2
+        while spacing > finest and np.quantile(unresolved(rail, evenly(rail, spacing)), 1 - CORNERS) > ROUGH:
+            spacing /= 2
+        positions = evenly(wheel, spacing)
+        tip = float(wheel[0, np.argmin(wheel[1])])
+        own = (unresolved(wheel, positions) > ROUGH) & (wheel[0] > tip)  # between its own points it turns once at most
+        positions = np.unique(np.concatenate([positions, wheel[0][own]]))
         stations = np.array([(s, *cubic(s, wheel)) for s in positions]).T.copy()
-        return Side(stations, wheel, rail, float(wheel[0, np.argmin(wheel[1])]), self.wheelset.radius_of(side))
+        return Side(stations, wheel, rail, tip, self.wheelset.radius_of(side))
 
     def pose(self, state: Wheelset, side: str) -> Pose:
         """Pose of one side with the axle's middle as pivot, for geometry.contact.gap_kernel."""

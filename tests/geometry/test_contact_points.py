@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from geometry.contact.prismatic_search import ContactSearch, Motion, creepages
+from geometry.contact.prismatic_search import RESOLUTION, ROUGH, ContactSearch, Motion, creepages
 from geometry.contact.rail_kinds import branches
 from geometry.profiles.profile import Profile, arc, graph, line
 from geometry.profiles.rail import rail_head
@@ -265,6 +265,29 @@ def test_points_are_the_same_at_any_resolution():
         )
     # a position where slopes are flat: round-off 1e-15 / (curvature ~ 3 / m) and kinks of the second derivative
     assert np.abs(np.subtract(*answers)).max() < 1e-7
+
+
+def wavy(profile: Profile, every: int, seed: int) -> Profile:
+    """Every so many of a profile's points, moved by twelve waves 0.4 to 2 mm long, 3 um in root mean square."""
+    random, points = np.random.default_rng(seed), profile.points[::every].copy()
+    length, phase = random.uniform(0.4 * MM, 2 * MM, 12), random.uniform(0, 2 * np.pi, 12)
+    points[:, 1] += 3e-6 / np.sqrt(6) * np.sin(2 * np.pi * points[:, :1] / length + phase).sum(axis=1)
+    return Profile.from_points(points, "wavy")
+
+
+@pytest.mark.parametrize("every", [(1, 1), (5, 1), (2, 2), (5, 5)])
+def test_no_minimum_of_a_rough_profile_is_missed(every):
+    """Points 0.1 to 0.6 mm apart on wheel and rail. The judge looks at stations 0.02 mm apart: a twentieth of the
+    shortest wave. What hides between two stations is a few times ROUGH at most: twice from each profile, over the
+    cosine of the angle (60 degrees)."""
+    wheel, rail = wavy(wheel_profile("P8"), every[0], 3).graph_part(), wavy(rail_head("60E1", 1 / 40), every[1], 103)
+    search, judge = (ContactSearch(Wheelset(wheel), Track(rail), fine) for fine in (RESOLUTION, 0.02 * MM))
+    random = np.random.default_rng(3)
+    for _ in range(40):
+        state = search.settle(random.uniform(-9, 9) * MM, random.uniform(-0.02, 0.02))
+        for side in ("left", "right"):
+            lowest, found = (of.contacts(state, side).vertical_gap.min() for of in (judge, search))
+            assert found - lowest < 2 * 2 * ROUGH / np.cos(np.radians(60))
 
 
 def random_states(count: int, seed: int, noise: float) -> int:
