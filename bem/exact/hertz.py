@@ -156,6 +156,8 @@ def point_contact(force: float, radius_x: float, radius_y: float, modulus: float
     ratio, k, d, _ = _ellipse_shape(radius_x, radius_y)
     major = (3 * force * d * max(radius_x, radius_y) / (np.pi * modulus)) ** (1 / 3)
     minor = ratio * major
+    if not 0 < major * minor < np.inf:
+        raise HertzError(f"force {force} N on radii {radius_x}, {radius_y} m: a patch of {major} by {minor} m is none")
     pressure = 3 * force / (2 * np.pi * major * minor)
     semi_x, semi_y = (major, minor) if radius_x >= radius_y else (minor, major)
     return PointContact(force, semi_x, semi_y, pressure, pressure * minor * k / modulus, modulus)

@@ -1,6 +1,7 @@
 """How a command speaks and ends: on rank 0 alone, as loudly as asked for, with one of the exit codes below."""
 
 import contextlib
+import io
 import os
 import sys
 from collections.abc import Iterator, Mapping
@@ -36,6 +37,8 @@ MANNER = Manner()
 def begin(quiet: bool, verbose: bool) -> None:
     """Each command begins anew."""
     MANNER.quiet, MANNER.verbose, MANNER.as_json = quiet, verbose and not quiet, False
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a file's name may hold what no text can
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def choose_json(wanted: bool) -> bool:

@@ -93,9 +93,9 @@ def init(
     unknown = [name for name in model if name not in MODELS]
     if unknown:
         stop(f"no model {', '.join(unknown)}: choose from {', '.join(MODELS)}")
-    if file.exists():
-        stop(f"{file} is there already: remove it or give another name")
     try:
+        if file.exists():
+            stop(f"{file} is there already: remove it or give another name")
         write_text_atomically(file, "\n".join([f"#:schema ./{SCHEMA_FILE}", *template(model)]) + "\n")
         write_schema(file.parent / SCHEMA_FILE)
     except OSError as error:

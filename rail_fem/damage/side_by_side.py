@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ class ComparisonError(ValueError):
 
 def is_study(folder: Path) -> bool:
     """Whether a folder holds a finished damage study."""
-    return (Path(folder) / "damage.json").is_file()
+    return os.path.isfile(Path(folder) / "damage.json")  # False for a name that no file can have
 
 
 def is_begun(folder: Path) -> bool:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.cad.step_crossing import StepReading, read_step
+from geometry.cad.step_crossing import LARGEST_EXTENT, StepReading, read_step
 from geometry.profiles.formats.columns import read_columns, said_unit
 from geometry.profiles.formats.raw import LARGEST_SECTIONS, RawProfile, numbers, open_file, read_text
 from geometry.profiles.formats.simpack import read_simpack
@@ -123,6 +123,8 @@ def read_crossing(path: Path, reading: SectionReading = SectionReading()) -> Cro
             f'{path}: sections are read from a .slcs, a .csv of x, y, z, or a folder; "{path.suffix}" is none of them'
         )
     placed = tuple(moved(points, reading.mirror, reading.lateral, reading.height) for points in sections)
+    if not np.ptp(x) < LARGEST_EXTENT:
+        raise ProfileError(f"{path}: stations from x = {np.min(x):g} to {np.max(x):g} m: is their unit right?")
     file = CrossingFile(str(path), np.asarray(x, float) + reading.along, placed)
     file.crossing(False)
     return file

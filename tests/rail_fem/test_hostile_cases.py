@@ -102,6 +102,14 @@ def test_no_file_that_a_user_names_is_waited_for(tmp_path, name):
             reader(path)
 
 
+def test_sections_beyond_any_crossing_are_refused(tmp_path):
+    """A last station at 1e308 mm was taken."""
+    rows = "".join(f"{x},{y},{abs(y) / 10}\n" for x in ("0", "10", "20", "30", "1e308") for y in range(-40, 41, 8))
+    (tmp_path / "s.csv").write_text(f"# unit: mm\nx,y,z\n{rows}")
+    with pytest.raises(ValueError, match="s.csv: stations from x = 0 to 1e[+]305 m: is their unit right"):
+        read_crossing(tmp_path / "s.csv")
+
+
 @pytest.mark.parametrize(
     "line, said",
     [
