@@ -135,7 +135,7 @@ def test_a_sweep_says_where_its_peaks_and_flights_are_and_what_it_warns_of():
     result = replace(over_the_leg((-0.7005, -0.6005)), warnings=("too coarse", "ends in flight"))
     sweep = SweepResults({"a": {"fe_full": result}}, ())
     (row,) = sweep.rows()
-    assert row["first_impact [kN]"] == 120.0 and row["first_impact, x [mm]"] == pytest.approx(400.0)
+    assert row["first_impact_on_nose [kN]"] == 120.0 and row["first_impact_on_nose, x [mm]"] == pytest.approx(400.0)
     assert row["flights [mm]"] == "-700.0 to -601.0" and row["warnings"] == 2
     assert row["words of the warnings"] == "too coarse; ends in flight" and "too coarse" in sweep.to_csv()
     assert "too coarse" not in sweep.to_markdown() and ", x [mm]" not in sweep.to_markdown()
