@@ -10,6 +10,7 @@ import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Text
 
 from rail_fem.atomic import write_atomically
 from rail_fem.output.result import PassResult
@@ -63,7 +64,12 @@ def lettering():
 
 
 def save(figure: Figure, path: Path, dots: int = DOTS) -> Path:
-    """Write a PNG of so many dots per inch whole or not at all. Errors: OSError."""
+    """Write a PNG of so many dots per inch whole or not at all. Errors: OSError.
+
+    A title with a dollar is that title, no formula; ticks of an axis in powers of ten are."""
+    for text in figure.findobj(Text):
+        if "$" in (words := text.get_text()) and not words.startswith("$\\mathdefault"):
+            text.set_parse_math(False)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, lambda temporary: figure.savefig(temporary, dpi=dots, facecolor="white"))
     return path

@@ -27,7 +27,7 @@ TITLES = {
     "largest_force_nose": "largest force,\nnose",
     "transfer_x": "transfer from wing\nto nose, x",
     "block": "PEEQ, mean of the worst\n5 x 5 x 3 mm",
-    "worst_100": "PEEQ, mean of the worst\n100 mm$^3$",
+    "worst_100": "PEEQ, mean of the worst\n100 mm³",
     "integral": "PEEQ over the volume,\nintegral",
     "volume_1": "volume above\n1 % PEEQ",
     "volume_3": "volume above\n3 % PEEQ",
@@ -77,7 +77,7 @@ def _title(name: str) -> str:
 
 
 def _factor(unit: str) -> tuple[str, float]:
-    return ("mm$^3$", CUBIC_MM) if unit == "m^3" else SHOWN.get(unit, (unit, 1.0))
+    return ("mm³", CUBIC_MM) if unit == "m^3" else SHOWN.get(unit, (unit, 1.0))
 
 
 def _panel(axis, name: str, results: Sequence[PassResult], limit: Limit) -> None:

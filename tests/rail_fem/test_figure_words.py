@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from rail_fem.case.casefile import load_case
 from rail_fem.case.examples import example
@@ -11,6 +12,7 @@ from rail_fem.show.energies import LINES, SHARES
 from rail_fem.show.force import force_figure
 from rail_fem.show.patches import patches_figure
 from rail_fem.show.plan import contact_path
+from rail_fem.show.style import new_figure, save
 
 WINDOW = {"start": "300 mm", "end": "400 mm"}
 
@@ -46,6 +48,19 @@ def test_no_colour_of_the_energies_means_two_things():
 def test_a_figure_names_its_case(scene):
     result = PassResult(**{**vars(solve("lumped", scene, WINDOW)), "title": "my crossing at dawn"})
     assert "my crossing at dawn" in force_figure(result, "run_1")._suptitle.get_text()
+
+
+@pytest.mark.parametrize("words", ["a$\\frac{x^$", "50 $ a $t", "$_$"])
+def test_a_title_with_dollars_is_drawn_as_it_is_written(tmp_path, words):
+    """It was read as a formula: no figure of the run, or none of a whole search. Powers of ten at ticks still are."""
+    figure = new_figure(2.0)
+    axes = figure.subplots()
+    axes.loglog([1e-9, 1e9], [1.0, 1e12], label=words)
+    figure.suptitle(words)
+    axes.legend()
+    save(figure, tmp_path / "a.png")
+    formulas = {text.get_text(): text.get_parse_math() for text in figure.findobj(Text) if "$" in text.get_text()}
+    assert not formulas[words] and any(on for text, on in formulas.items() if "mathdefault{10" in text)
 
 
 def test_the_patches_of_a_result_are_drawn_by_body_in_engineers_units(scene):
