@@ -12,7 +12,7 @@ import numpy as np
 from geometry.surfaces.any_crossing import AnyCrossing
 from geometry.surfaces.crossing import CrossingError
 from geometry.surfaces.crossing_surface import FLOOR, NO_METAL
-from geometry.surfaces.section_grid import BodyGrid, body_grid, grid_heights
+from geometry.surfaces.section_grid import Line, heights_between
 from geometry.surfaces.sections import SectionBody, split, tracked
 
 MM = 1e-3
@@ -61,53 +61,51 @@ def cut_stations(
         tried = [(a, b) for a, b in zip(x, x[1:]) if (a, b) not in met and b - a > LEAST_STEP]
         middles = {0.5 * (a + b): section_at(0.5 * (a + b)) for a, b in tried}
         away = _distances(sections, middles)
-        missed = {at: section for (at, section) in middles.items() if away[at] > tolerance}
+        missed = {at: section for (at, section) in middles.items() if away[at][0] > tolerance}
         met |= {(a, b) for a, b in tried if 0.5 * (a + b) not in missed}
         if not missed:
             return x, [sections[float(at)] for at in x]
         sections |= missed
         if len(sections) > MOST_STATIONS:
+            worst = max(missed, key=lambda at: away[at])
             raise CrossingError(
-                f"more than {MOST_STATIONS} sections between x = {low:g} and {high:g} m, the last at"
-                f" {max(missed):.3f} m, for a tolerance of {tolerance / MM:g} mm: give a larger one"
+                f"more than {MOST_STATIONS} sections between x = {low:g} and {high:g} m: at x = {worst:.4f} m,"
+                f" y = {away[worst][1]:.4f} m the surface still lies {away[worst][0] / MM:.3g} mm from that between the"
+                f" sections, {tolerance / MM:g} mm are allowed: give a larger tolerance, or mend the surface there"
             )
 
 
-def _distances(sections: dict[float, np.ndarray], middles: dict[float, np.ndarray]) -> dict[float, float]:
-    """How far each middle section lies from the surface through the other sections [m]; infinite where a body is in
-    the one and not in the other."""
+def _distances(sections: dict[float, np.ndarray], middles: dict[float, np.ndarray]) -> dict[float, tuple[float, float]]:
+    """How far each middle section lies from the surface through the other sections, and at which y [m]; infinite where
+    a body is in the one and not in the other."""
     found = sorted([*sections, *middles])
     bodies = tracked([split(sections[x] if x in sections else middles[x], x) for x in found])
-    out = dict.fromkeys(middles, 0.0)
+    out = dict.fromkeys(middles, (0.0, np.nan))
     for which in (0, 1):
         here = {x: body for x, pair in zip(found, bodies) if (body := pair[which]) is not None}
-        stations = [x for x in here if x in sections]
-        if len(stations) < 2:
-            for x in here:
-                if x in middles:
-                    out[x] = np.inf
-            continue
-        grid = _grid(np.array(stations), [here[x] for x in stations])
+        stations = np.array([x for x in here if x in sections])
+        faces = np.array([here[x].face for x in stations])
+        lines = [_line(here[x]) for x in stations]
         for x in middles:
-            between = stations[0] < x < stations[-1]
-            if x in here:
-                out[x] = max(out[x], _distance(x, here[x], grid) if between else np.inf)
-            elif between:
-                out[x] = np.inf
+            between = len(stations) > 1 and stations[0] < x < stations[-1]
+            if x in here and between:
+                out[x] = max(out[x], _distance(here[x], lambda y: heights_between(x, y, stations, faces, lines)))
+            elif x in here or between:
+                out[x] = np.inf, here[x].face if x in here else np.nan
     return out
 
 
-def _grid(x: np.ndarray, bodies: list[SectionBody]) -> BodyGrid:
-    lines = [np.column_stack([body.face + body.u, body.z]) for body in bodies]
-    faces = np.array([body.face for body in bodies])
-    return body_grid(x, faces, [(line, partial(np.interp, xp=line[:, 0], fp=line[:, 1])) for line in lines])
+def _line(body: SectionBody) -> Line:
+    line = np.column_stack([body.face + body.u, body.z])
+    return line, partial(np.interp, xp=line[:, 0], fp=line[:, 1])
 
 
-def _distance(x: float, body: SectionBody, grid: BodyGrid) -> float:
-    """Largest distance of a body's running surface from a table, at right angles [m]."""
+def _distance(body: SectionBody, surface: Callable[[np.ndarray], np.ndarray]) -> tuple[float, float]:
+    """Largest distance of a body's running surface from heights over y, at right angles, and its y [m]."""
     y = body.face + body.u
-    running = body.z > body.z.max() - RUNNING_DEPTH
-    height = grid_heights(np.full(len(y), x), y, grid)
     slope = np.gradient(body.z, y)
-    seen = running & (height > 0.5 * NO_METAL) & (np.abs(slope) < STEEPEST)
-    return float(np.max(np.abs(height - body.z)[seen] / np.sqrt(1 + slope[seen] ** 2), initial=0.0))
+    height = surface(y)
+    seen = (body.z > body.z.max() - RUNNING_DEPTH) & (height > 0.5 * NO_METAL) & (np.abs(slope) < STEEPEST)
+    away = np.where(seen, np.abs(height - body.z) / np.sqrt(1 + slope**2), 0.0)
+    worst = int(np.argmax(away))
+    return float(away[worst]), float(y[worst])

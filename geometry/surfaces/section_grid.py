@@ -56,14 +56,7 @@ def body_grid(x: np.ndarray, faces: np.ndarray, lines: list[Line], spacing: floa
     low, far = (np.array([points[i, 0] for points, _ in lines]) for i in (0, -1))
     y = np.arange(low.min() - MARGIN * spacing, far.max() + (MARGIN + 1) * spacing, spacing)
     z = np.array([_carried_on(y, *line) for line in lines])
-    slope = np.zeros_like(z)
-    for i in range(1, len(x) - 1):
-        before, after = (_rate(i, k, x, y, faces, far, lines, z[i]) for k in (i - 1, i + 1))
-        slope[i] = limited(before, after, x[i] - x[i - 1], x[i + 1] - x[i])
-    if len(x) > 1:
-        slope[0], slope[-1] = (
-            _rate(i, k, x, y, faces, far, lines, z[i]) for i, k in ((0, 1), (len(x) - 1, len(x) - 2))
-        )
+    slope = np.array([_slopes(i, x, y, faces, far, lines, z[i]) for i in range(len(x))])
     return BodyGrid(
         x=np.ascontiguousarray(x, float),
         face=np.ascontiguousarray(faces, float),
@@ -90,6 +83,33 @@ def limited(before: np.ndarray, after: np.ndarray, step_before: float, step_afte
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = (one + two) / (one / before + two / after)
     return np.where(same, mean, 0.0)
+
+
+def heights_between(at: float, y: np.ndarray, x: np.ndarray, faces: np.ndarray, lines: list[Line]) -> np.ndarray:
+    """(n,)  what grid_height tells at y (n,) between two stations, of the sections themselves, not of samples of them:
+    what is wrong with it comes of their distance along x. NO_METAL beside the body."""
+    i = int(np.searchsorted(x, at)) - 1
+    low, far = (np.array([points[end, 0] for points, _ in lines]) for end in (0, -1))
+    d = x[i + 1] - x[i]
+    t = (at - x[i]) / d
+    mean = lambda ends: (1 - t) * ends[i] + t * ends[i + 1]
+    aside = shifts(y, mean(faces), mean(far), faces[i + 1] - faces[i], far[i + 1] - far[i])
+    ends = []
+    for k, matching in ((i, y - t * aside), (i + 1, y + (1 - t) * aside)):
+        z = _carried_on(matching, *lines[k])
+        ends.append((z, _slopes(k, x, matching, faces, far, lines, z)))
+    (first, before), (last, behind) = ends
+    c = t * t * (3 - 2 * t)
+    height = (1 - c) * first + c * last + d * t * (1 - t) * ((1 - t) * before - t * behind)
+    return np.where((y >= mean(low)) & (y <= mean(far)), height, NO_METAL)
+
+
+def _slopes(i: int, x, y, faces, far, lines: list[Line], z: np.ndarray) -> np.ndarray:
+    """(n,)  slope at station i along the lines of matching points through y, z."""
+    rates = [_rate(i, k, x, y, faces, far, lines, z) for k in (i - 1, i + 1) if 0 <= k < len(x)]
+    if len(rates) == 2:
+        return limited(rates[0], rates[1], x[i] - x[i - 1], x[i + 1] - x[i])
+    return rates[0] if rates else np.zeros_like(z)
 
 
 def _rate(i: int, k: int, x, y, faces, far, lines: list[Line], z: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """STEP files: the crossing written as surfaces and sliced again; cylinders and planes whose sections are known; what is
 refused."""
 
+import math
 import re
 
 import numpy as np
@@ -9,11 +10,13 @@ import pytest
 from geometry.cad.step_crossing import StepReading, read_step
 from geometry.cad.step_slices import upper_line
 from geometry.cad.step_writer import SplineSurface, StepLines, spline_patch, step_text
+from geometry.meshing.gmsh_process import in_gmsh_process
 from geometry.path.wheel_path import wheel_path
 from geometry.profiles.wheel import wheel_profile
 from geometry.surfaces.crossing import CastCrossing, CrossingError
+from geometry.surfaces.crossing_surface import FLOOR
 from geometry.surfaces.measured_crossing import measured_crossing
-from geometry.surfaces.section_cuts import cut_section, cut_stations
+from geometry.surfaces.section_cuts import FIRST_STEP, cut_section, cut_stations
 
 MM = 1e-3
 WINDOW = 0.05, 0.50
@@ -120,3 +123,71 @@ def test_a_patch_goes_through_its_points():
     patch: SplineSurface = spline_patch(x, points)
     assert patch.control.shape == (8, 7, 3) and len(patch.along) == 12 and len(patch.across) == 11
     assert patch.control[[0, -1], 0, 1:] == pytest.approx(points[[0, -1], 0])
+
+
+def _polygon(half, top, chamfer=0.0, foot=None):
+    foot = half if foot is None else foot
+    right = [(half, top - chamfer), (half - chamfer, top)] if chamfer else [(half, top)]
+    return [(-foot, -60), (foot, -60), *right, *((-y, z) for y, z in right[::-1])]
+
+
+BODIES = {
+    "prism": [_polygon(30, 0)] * 2,
+    "trapezoid": [_polygon(20, 0, foot=50)] * 2,
+    "wedge": [_polygon(20, 0), _polygon(45, -6)],
+    "chamfer": [_polygon(30, 0, 5)] * 2,
+    "chamfered wedge": [_polygon(30, 0, 5), _polygon(40, -3, 5)],
+}
+
+
+def _occ_body(path, kind, length):
+    """A body with its top at z = 0 as STEP, written by Gmsh; lengths in mm there, in m here."""
+    import gmsh
+
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        occ, long = gmsh.model.occ, 1e3 * length
+
+        def loft(*outlines):
+            """Solid through polygons (y, z) at evenly spaced x [mm]."""
+            wires = []
+            for k, outline in enumerate(outlines):
+                corners = [occ.addPoint(long * k / (len(outlines) - 1), *corner) for corner in outline]
+                lines = [occ.addLine(a, b) for a, b in zip(corners, corners[1:] + corners[:1])]
+                wires.append(occ.addWire(lines))
+            occ.addThruSections(wires, makeRuled=True)
+
+        if kind == "cylinder":
+            whole = occ.addCylinder(0, 0, -300, long, 0, 0, 300)
+            occ.intersect([(3, whole)], [(3, occ.addBox(0, -30, -60, long, 60, 60))])
+        else:
+            loft(*BODIES[kind])
+        occ.synchronize()
+        gmsh.write(path)
+    finally:
+        gmsh.finalize()
+
+
+@pytest.mark.parametrize("kind, length", [("cylinder", 0.6), ("prism", 2.6), *((kind, 0.6) for kind in BODIES)])
+def test_sharp_edges_take_no_more_sections_than_the_shape_along_the_track(tmp_path, kind, length):
+    """What is straight along x needs no station beside those that are tried first; its edges lie on points, to a foot's
+    2 um and what a trimmed face's edge is halved to."""
+    in_gmsh_process(_occ_body, str(tmp_path / "body.step"), kind, length)
+    x, sections = read_step(tmp_path / "body.step", StepReading(named=False))
+    assert len(x) == 1 + math.ceil((length - 2e-6) / FIRST_STEP)
+    for at, line in zip(x, sections):
+        share = at / length
+        for first, last in zip(BODIES.get(kind, [[]])[0], BODIES.get(kind, [[]])[-1]):
+            y, z = MM * ((1 - share) * np.array(first) + share * np.array(last))
+            if z > FLOOR:
+                assert np.abs(line - [y, z]).max(axis=1).min() < 3e-6
+
+
+def test_a_surface_that_no_number_of_sections_meets_is_named_by_its_place(monkeypatch):
+    monkeypatch.setattr("geometry.surfaces.section_cuts.MOST_STATIONS", 20)
+    y = np.arange(-0.03, 0.03, 1e-4)
+    bumps = lambda x: np.column_stack([y, -0.03 * np.abs(y) + 1e-3 * np.sin(x / 5e-3) * (np.abs(y - 0.01) < 2e-3)])
+    place = r"at x = 0\.\d+ m, y = 0\.0(08|09|1[0-2])\d* m the surface still lies \d\.\d+ mm"  # on the bumps
+    with pytest.raises(CrossingError, match=place):
+        cut_stations(bumps, 0.0, 0.4, 10e-6)
