@@ -8,9 +8,14 @@ integers of any length.
 import re
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
 
 from geometry.profiles.formats.raw import LARGEST_FILE, open_file
+from rail_fem.scene.input_errors import describe_errors
+
+Kind = TypeVar("Kind", bound=BaseModel)
 
 LARGEST_TEXT = 200_000  # characters without comments; the largest case of the thesis has 2000
 LONGEST_STRING = 2000
@@ -47,6 +52,17 @@ def read_table(path: Path) -> dict[str, Any]:
         raise CaseTextError(f"byte {error.start} is not UTF-8 text: save the file as UTF-8") from error
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise CaseTextError(f"not valid TOML: {error}") from error
+
+
+def read_as(path: Path, kind: type[Kind], refused: type[ValueError]) -> Kind:
+    """A TOML file of another kind than a case. Errors: `refused` with the file, each key and what to do."""
+    try:
+        return kind.model_validate(read_table(path))
+    except CaseTextError as error:
+        raise refused(f"{path}: {error}") from error
+    except ValidationError as error:
+        errors = describe_errors(error, kind, "")
+        raise refused("\n  ".join([f"{path}: {len(errors)} input error(s)", *errors])) from error
 
 
 def check_size(text: str) -> None:

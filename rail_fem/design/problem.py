@@ -33,23 +33,21 @@ weight = 1.0
 target = "263.6 kN"                   # none: as small as can be
 """
 
-import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from rail_fem.case.casefile import load_case
-from rail_fem.case.casetext import CaseTextError, read_table
+from rail_fem.case.casetext import read_as
 from rail_fem.case.variations import VariationError, field_of, value_of
 from rail_fem.hierarchy import MODELS, solve
 from rail_fem.output.quantities import two_now
 from rail_fem.scene.base import Count, Frozen
-from rail_fem.scene.input_errors import describe_errors, quantity_of, suggest
+from rail_fem.scene.input_errors import quantity_of, suggest
 from rail_fem.scene.units import NUMBER_THEN_UNIT, QuantityError, parse, si_factor
 from rail_fem.sweeps.trends import MEASURES
 
@@ -243,15 +241,7 @@ def read_design(path: Path) -> Problem:
     """Read and check a design file, and that its case can be loaded in all passes and proofs. Errors: DesignError,
     CaseError."""
     path = Path(path)
-    try:
-        table: Mapping[str, Any] = read_table(path)
-    except (CaseTextError, tomllib.TOMLDecodeError) as error:
-        raise DesignError(f"{path}: {error}") from error
-    try:
-        design = _with_common_keys(Design.model_validate(table))
-    except ValidationError as error:
-        faults = describe_errors(error, Design, "")
-        raise DesignError("\n  ".join([f"{path}: {len(faults)} input error(s)", *faults])) from error
+    design = _with_common_keys(read_as(path, Design, DesignError))
     problem = Problem(design, path.parent / design.case)
     for one in (*design.passes, *design.checks):
         load_case(problem.case, design.proof | one.set).by(design.model)

@@ -15,21 +15,20 @@ the chosen quantities of each.
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from rail_fem.atomic import write_text_atomically
 from rail_fem.case.casefile import Case, CaseError, load_case
+from rail_fem.case.casetext import CaseTextError, read_as, read_table
 from rail_fem.hierarchy import MODELS
 from rail_fem.output.markdown import markdown_table
 from rail_fem.output.result import PassResult, load
-from rail_fem.scene.input_errors import describe_errors
 from rail_fem.scene.scene import Frozen
 from rail_fem.show.style import lettering, save
 from rail_fem.sweeps.compare import core_seconds, history_error
@@ -66,18 +65,14 @@ class Rows(Frozen):
 def is_rows(path: Path) -> bool:
     """Whether a file is a list of changes and no case."""
     try:
-        return "rows" in tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return "rows" in read_table(Path(path))
+    except CaseTextError:
         return False  # said where it is read as a case
 
 
 def read_rows(path: Path) -> Rows:
     """Errors: TrendError with the key and what to do."""
-    try:
-        return Rows.model_validate(tomllib.loads(Path(path).read_text(encoding="utf-8")))
-    except ValidationError as error:
-        errors = describe_errors(error, Rows, "")
-        raise TrendError("\n  ".join([f"{path}: {len(errors)} input error(s)", *errors])) from error
+    return read_as(Path(path), Rows, TrendError)
 
 
 def cases_of(path: Path, rows: Rows, settings: Mapping[str, Any]) -> tuple[list[Case], list[str]]:

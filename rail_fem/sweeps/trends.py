@@ -34,17 +34,16 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from geometry.path.wheel_path import WheelPath
-from rail_fem.case.casetext import CaseTextError, read_table
+from rail_fem.case.casetext import read_as
 from rail_fem.hierarchy import MODELS
 from rail_fem.light.rigid import rigid_path
 from rail_fem.output.events import leg_flight, longest_flight
 from rail_fem.output.low_pass import filtered_force
 from rail_fem.output.quantities import REPORTED, two_now
 from rail_fem.output.result import NAN, PassResult
-from rail_fem.scene.input_errors import describe_errors
 from rail_fem.scene.scene import Frozen
 from rail_fem.sweeps.compare import IMPACT, peak
 
@@ -272,13 +271,7 @@ class Source(CaseChanges):
 def load_source(path: Path) -> Source:
     """A TOML file of groups and trends. Errors: TrendError with the key and what to do."""
     path = Path(path)
-    try:
-        source = Source.model_validate(read_table(path))
-    except CaseTextError as error:
-        raise TrendError(f"{path}: {error}") from error
-    except ValidationError as error:
-        errors = describe_errors(error, Source, "")
-        raise TrendError("\n  ".join([f"{path}: {len(errors)} input error(s)", *errors])) from error
+    source = read_as(path, Source, TrendError)
     if absent := [case for case in source.only if not (path.parent / f"{case}.toml").is_file()]:
         raise TrendError(f"{path}: only.{absent[0]}: there is no {absent[0]}.toml beside it")
     return source

@@ -19,6 +19,7 @@ from rail_fem.scene.scene import Scene
 from rail_fem.scene.section_files import read_crossing
 from rail_fem.scene.wheel_profile import read_wheel
 from rail_fem.settings.explicit import FeSettings
+from rail_fem.sweeps.rows import read_rows
 from rail_fem.sweeps.trends import load_source
 from tests.rail_fem.test_casefile import GOOD, errors_of
 
@@ -91,11 +92,12 @@ def test_pipes_devices_and_folders_are_no_case_files(tmp_path):
 
 @pytest.mark.parametrize("name", ["p.step", "p.csv", "p.slcs", "stations.csv", "p.toml", "p.msh", "wheel_profile.csv"])
 def test_no_file_that_a_user_names_is_waited_for(tmp_path, name):
-    """A pipe without a writer: sections, STEP, profiles, records, groups of a report, meshes."""
+    """A pipe without a writer: sections, STEP, profiles, records, groups of a report, lists of changes, meshes."""
     os.mkfifo(tmp_path / name)
     path = tmp_path if name == "stations.csv" else tmp_path / name
     readers = [read_crossing] if name[-4:] in ("step", ".csv", "slcs") else []
-    readers += {".csv": [lambda path: read_record(path, 30.0), read_raw], "toml": [load_source]}.get(name[-4:], [])
+    by_suffix = {".csv": [lambda path: read_record(path, 30.0), read_raw], "toml": [load_source, read_rows]}
+    readers += by_suffix.get(name[-4:], [])
     readers += [read_wheel] if name == "wheel_profile.csv" else [read_mesh_file] if name == "p.msh" else []
     for reader in readers:
         with pytest.raises(ValueError, match="no file|no list|a folder"):
