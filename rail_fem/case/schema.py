@@ -78,7 +78,9 @@ def _section(section: type[BaseModel], definitions: dict[str, Any]) -> dict[str,
 def _key(entry: Any, made: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
     inner = table_of(entry.annotation)
     if inner is not None:
-        return {"allOf": [_section(inner, definitions)], "description": meaning(entry)}
+        held = _section(inner, definitions)
+        rows = {"type": "array", "items": held} if made.get("type") == "array" else {"allOf": [held]}
+        return rows | {"description": meaning(entry)}
     quantity = quantity_of(entry)
     if quantity is None:
         return _plain(entry, made)

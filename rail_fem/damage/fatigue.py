@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem.patch import Patch
-from rail_fem.damage.wear import Patches, WearError, rolling_creepage
+from rail_fem.damage.wear import Patches, WearError
 
 REGIONS = ("none", "fatigue", "mixed", "wear")
 
@@ -49,16 +48,6 @@ class WholeLifeRail:
         """none, fatigue (rising), mixed (falling, above 0) or wear."""
         corners = np.array([self.onset, self.peak, self.balance])
         return REGIONS[int(np.searchsorted(corners, tgamma, side="left"))]
-
-
-def opening_tgamma(patch: Patch) -> float:
-    """T gamma [N] of the longitudinal part where it drags the rail's surface against the running direction, else 0.
-
-    Only tractions that open the cracks count in later uses of the whole-life rail model: those of a driven wheel, which
-    push the rail's surface backwards (traction on the wheel forwards).
-    """
-    force = float(patch.tangential_force[0])
-    return max(force, 0.0) * abs(rolling_creepage(patch).longitudinal)
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from rail_fem.damage.wheel_wear import wheel_lines
 from rail_fem.output.result import PassResult
 from rail_fem.scene.base import InputError
 from rail_fem.scene.scene import Scene
-from rail_fem.settings.damage import DamageSettings
+from rail_fem.settings.damage import DamageSettings, Traffic
 from rail_fem.settings.light import RigidHertzSettings
 
 PLAN = -0.05, 0.07  # y of a crossing's plan [m]
@@ -98,18 +98,15 @@ def friction_of(scene: Scene, settings: DamageSettings, speed: float) -> float |
 
 def traffic_of(scene: Scene, settings: DamageSettings) -> tuple[tuple[Scene, float], ...]:
     """The scene of each kind of pass, and its share. Errors: ValueError for a wheel that is none."""
-    wheels = settings.wheels or (None,)
-    none = (None,) * len(wheels)
-    weights, speeds, loads = settings.weights or (1.0,), settings.speeds or none, settings.axle_loads or none
     made = []
-    for wheel, weight, speed, load in zip(wheels, weights, speeds, loads, strict=True):
-        changes: dict[str, Any] = {} if wheel is None else {"wheel": {"profile": wheel, "label": ""}}
-        changes |= {} if speed is None else {"speed": speed}
-        changes |= {} if load is None else {"vehicle": {"axle_load": load}}
+    for kind in settings.traffic or (Traffic(),):
+        changes: dict[str, Any] = {"wheel": {"profile": kind.wheel, "label": ""}} if kind.wheel else {}
+        changes |= {} if kind.speed is None else {"speed": kind.speed}
+        changes |= {} if kind.axle_load is None else {"vehicle": {"axle_load": kind.axle_load}}
         try:
-            made.append((scene.replace(**changes), weight))
+            made.append((scene.replace(**changes), kind.share))
         except InputError as error:
-            raise ValueError(f"damage.wheels, speeds or axle_loads: kind {len(made) + 1} of pass: {error}") from None
+            raise ValueError(f"damage.traffic[{len(made)}]: {error}") from None
     return tuple(made)
 
 
@@ -163,11 +160,10 @@ def crossing_site(
         )
     passes = []
     positions, shares = scattered(0.0, settings.lateral_scatter)
+    by_load = any(kind.axle_load for kind in settings.traffic)
     for own, weight in traffic_of(scene, settings):
         passes += [
-            CrossingPass(
-                own, float(shift), weight * float(share), patch_options(own, settings), bool(settings.axle_loads)
-            )
+            CrossingPass(own, float(shift), weight * float(share), patch_options(own, settings), by_load)
             for shift, share in zip(positions, shares, strict=True)
         ]
     low, high = sorted(numerics.window(scene))

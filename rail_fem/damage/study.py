@@ -38,7 +38,7 @@ from rail_fem.show.style import in_lines
 from rail_fem.stopping import end_with_parent
 
 STATE, RESULT, ARRAYS, REPORT = "state.npz", "damage.json", "damage.npz", "report.md"
-VERSION = 6
+VERSION = 7
 DEFINITION = (
     "Archard's k is its mean over a cell that a border of the map crosses"  # what a state of before does not hold
 )
@@ -65,7 +65,8 @@ def study_mark(case: Case, settings: DamageSettings) -> dict[str, Any]:
     own = {"rigid_hertz": RigidHertzSettings()} if settings.site == "crossing" else {}
     runs = {name: run.model_dump(mode="json") for name, run in (own | dict(case.runs)).items()}
     damage, flow = settings.model_dump(mode="json"), flow_file(case, settings)
-    damage["wheels"] = [_content(wheel) for wheel in settings.wheels]
+    for kind in damage["traffic"]:
+        kind["wheel"] = kind["wheel"] and _content(kind["wheel"])
     mark = {"study": "damage", "version": VERSION, "definition": DEFINITION}
     mark |= {"scene": case.scene.plain(), "damage": damage, "run": runs}
     return mark | ({} if flow is None else {"flow": flow_digest(flow)})

@@ -1,16 +1,14 @@
-"""Traffic and maintenance: tonnage, damage per year, time to a limit, grinding and welding, inspection intervals."""
+"""Traffic and maintenance: time to a limit, grinding and welding, sensitivities."""
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from rail_fem.damage.wear import WearError
 
-TONNE = 1000.0  # [kg]
 HORIZON = 100.0  # years that a life is looked at
 EXTRAPOLATED = 3.0  # times the passes that were run, beyond which no years are told
 UNITS = ((1.0 / 365.25, 14, "days"), (7 / 365.25, 9, "weeks"), (1 / 12, 24, "months"), (1.0, np.inf, "years"))
@@ -18,115 +16,6 @@ UNITS = ((1.0 / 365.25, 14, "days"), (7 / 365.25, 9, "weeks"), (1 / 12, 24, "mon
 
 class TrafficError(WearError):
     """Traffic that cannot be: what, how large, what to do."""
-
-
-@dataclass(frozen=True)
-class Emgtpa:
-    """Equivalent million gross tonnes per annum, thesis eq. 1-1: S_p (K_p T_p + K_t T_tp) + S_f (K_f T_f + K_t T_tf).
-
-    speed : ((up to [m/s], S), ...), the last up to inf;  passenger K_p, freight K_f, tractive K_t (of tractive stock;
-    the thesis calls it a track coefficient). Defaults: form and values of UIC 714, recalled, not opened.
-    """
-
-    speed: tuple[tuple[float, float], ...] = tuple(
-        (limit / 3.6, s)
-        for limit, s in (
-            (60, 1.0),
-            (80, 1.05),
-            (100, 1.15),
-            (130, 1.25),
-            (160, 1.35),
-            (200, 1.40),
-            (250, 1.45),
-            (np.inf, 1.5),
-        )
-    )
-    passenger: float = 1.0
-    freight: float = 1.15
-    tractive: float = 1.40
-
-    def __post_init__(self) -> None:
-        limits = [limit for limit, _ in self.speed]
-        if limits != sorted(set(limits)) or not np.isinf(limits[-1]):
-            raise TrafficError(f"EMGTPA: speed limits {limits} m/s must grow, the last one be inf")
-        for value in (self.passenger, self.freight, self.tractive, *(s for _, s in self.speed)):
-            if not (np.isfinite(value) and value > 0):
-                raise TrafficError(f"EMGTPA: coefficient {value!r}: give one above 0")
-
-    def speed_factor(self, speed: float) -> float:
-        """S at a speed [m/s]."""
-        return self.speed[bisect_left([limit for limit, _ in self.speed], speed - 1e-9)][1]
-
-    def value(
-        self,
-        passenger: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        freight: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    ) -> float:
-        """EMGTPA [Mt/year] of (speed [m/s], hauled, tractive [Mt/year]) of each kind."""
-        for row in (passenger, freight):
-            if not (np.isfinite(row).all() and min(row) >= 0):
-                raise TrafficError(f"tonnage {row}: speed and tonnages must be finite and 0 or more")
-        part = lambda row, k: self.speed_factor(row[0]) * (k * row[1] + self.tractive * row[2]) if sum(row[1:]) else 0.0
-        return part(passenger, self.passenger) + part(freight, self.freight)
-
-
-# Intervals [weeks]: strengthened S&C, not strengthened (None: not allowed), supervisor. Thesis Fig. 1-6.
-INSPECTION: Mapping[str, tuple[float, float | None, float]] = {
-    "1A": (1.0, None, 5.0),
-    "1": (1.0, 0.5, 8.0),
-    "2": (1.0, 0.5, 8.0),
-    "3": (1.0, 1.0, 13.0),
-    "4": (1.0, 1.0, 13.0),
-    "5": (1.0, 1.0, 13.0),
-    "6": (2.0, 2.0, 13.0),
-}
-
-
-def category(table: Sequence[tuple[str, float, float]], emgtpa: float, speed: float) -> str:
-    """First category whose limits hold the traffic: rows (category, most EMGTPA, highest speed [m/s]) of the owner's
-    standard, from the lightest to the heaviest duty. None is shipped: the published borders are a picture's curves."""
-    for name, tonnage, fastest in table:
-        if name not in INSPECTION:
-            raise TrafficError(f"category {name!r}: known are {', '.join(INSPECTION)}")
-        if emgtpa <= tonnage and speed <= fastest:
-            return name
-    raise TrafficError(f"EMGTPA {emgtpa:.3g} at {speed * 3.6:.0f} km/h lies beyond every row of the category table")
-
-
-@dataclass(frozen=True)
-class Mix:
-    """Axles per year of each kind of vehicle: name -> (axles a year, axle load [N])."""
-
-    axles: Mapping[str, tuple[float, float]]
-
-    def __post_init__(self) -> None:
-        for name, (count, load) in self.axles.items():
-            if not (np.isfinite([count, load]).all() and count >= 0 and load > 0):
-                raise TrafficError(f"traffic {name}: {count!r} axles a year of {load!r} N: give 0 or more, above 0")
-        if not sum(count for count, _ in self.axles.values()) > 0:
-            raise TrafficError("traffic: no axle runs in a year; nothing wears")
-
-    @property
-    def total(self) -> float:
-        """Axles a year."""
-        return sum(count for count, _ in self.axles.values())
-
-    @property
-    def gross(self) -> float:
-        """Million gross tonnes a year."""
-        return sum(count * load for count, load in self.axles.values()) / 9.81 / TONNE / 1e6
-
-    @property
-    def weights(self) -> dict[str, float]:
-        """Share of each kind in the axles."""
-        return {name: count / self.total for name, (count, _) in self.axles.items()}
-
-    def per_year(self, damage: Mapping[str, float]) -> float:
-        """Damage a year from damage per axle of each kind."""
-        missing = set(self.axles) - set(damage)
-        if missing:
-            raise TrafficError(f"no damage per axle is known for {', '.join(sorted(missing))}")
-        return sum(count * damage[name] for name, (count, _) in self.axles.items())
 
 
 @dataclass(frozen=True)

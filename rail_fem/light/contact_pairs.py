@@ -272,26 +272,3 @@ def plain_rail_pair(
         (wheel_steel, rail_steel),
         label=f"{wheel} on {rail}, lateral {lateral * 1e3:g} mm",
     )
-
-
-def crossing_pair(
-    crossing: AnyCrossing,
-    x: float,
-    body: str | None = None,
-    wheel: str = "P8",
-    lateral: float = 0.0,
-    rolling_radius: float = ROLLING_RADIUS,
-    wheel_steel: Elastic = STEEL,
-    rail_steel: Elastic = STEEL,
-) -> ContactPair:
-    """A wheel with its axle over x [m] of a crossing, on its "wing", its "nose", or whichever it meets first."""
-    datum = x, tread_datum_y() + lateral
-    return bring_together(
-        wheel_profile(wheel),
-        crossing_surface(crossing, body),
-        datum,
-        rolling_radius,
-        (wheel_steel, rail_steel),
-        0.05,
-        f"{wheel} on {body or 'wing and nose'} at x = {x:g} m, lateral {lateral * 1e3:g} mm",
-    )

@@ -104,47 +104,6 @@ def plastic_zone(
     )
 
 
-class PlanMap(NamedTuple):
-    """Means over depth seen from above: x (nx,), y (ny,) middles of columns [m], strain (nx, ny), NaN without metal."""
-
-    x: np.ndarray
-    y: np.ndarray
-    strain: np.ndarray
-
-
-def plan_map(corners: np.ndarray, strain: np.ndarray, box: np.ndarray, column: float, depth: float) -> PlanMap:
-    """Mean plastic strain from the running surface down to a depth [m], in columns of a side [m], a multiple of COLUMN.
-
-    corners (m, 8, 3), strain (m,), somewhere positive, as `plastic_zone` takes them; box (2, 2) : lowest and highest x,
-        y [m]
-    """
-    centre = corners.mean(axis=1)
-    near = ((centre[:, :2] > box[0] - AROUND) & (centre[:, :2] < box[1] + AROUND)).all(axis=1)
-    near &= centre[:, 2] > centre[strain > 0, 2].min(initial=np.inf) - DEPTH  # coarse cells far below make many samples
-    samples = _samples(corners[near], cell_volume(corners[near]))
-    columns = _columns_of(samples)
-    below = columns.top[columns.flat] - samples.position[:, 2]
-    weight = samples.volume * _overlap(below, samples.height, 0.0, depth)
-    edges = [np.arange(low, high + column / 2, column) for low, high in zip(*box)]
-    sums = [
-        np.histogram2d(*samples.position[:, :2].T, bins=edges, weights=weight * value)[0]
-        for value in (1.0, strain[near][samples.cell])
-    ]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = sums[1] / sums[0]
-    x, y = ((edge[1:] + edge[:-1]) / 2 for edge in edges)
-    return PlanMap(x, y, mean)
-
-
-def along_track(corners: np.ndarray, strain: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Plastic strain integrated over the cross-section (k,) [m^2], means between edges (k + 1,) [m] along x."""
-    strained = strain > 0
-    samples = _samples(corners[strained], cell_volume(corners[strained]))
-    weight = samples.volume * strain[strained][samples.cell]
-    total = np.histogram(samples.position[:, 0], edges, weights=weight)[0]
-    return total / np.diff(edges)
-
-
 def worst_mean(strain: np.ndarray, volume: np.ndarray, amount: float, whole: float | None = None) -> float:
     """Mean of strain (m,) over the most strained `amount` of metal [m3]; the last cell counts in part. NaN where there
     is less metal. whole : volume of the body, the rest of it not strained; None: that of the cells [m3]"""

@@ -1,7 +1,7 @@
 """What a damage study takes, read from [damage] of a case file."""
 
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
@@ -15,7 +15,6 @@ MOST_PASSES = 1e8
 FLOW_LIMIT, FLOW_SHARE, FLOW_STEP = 7.0, 0.65, 50e-6
 # what a profile's reader asks for, and how the profile command is told it (0: the flange back of many files)
 TELLS_A_FILE = {"give flange_back": "--flange-back 0", "state the unit": "--unit mm"}
-Share = Annotated[float, Quantity("", 0, 1, "share of the passes")]
 Deposit = Literal["position", "length", "reach"]
 Years = Annotated[float, Quantity("", 0, 100, "years from now")]
 
@@ -29,6 +28,30 @@ class SwitchSite(Frozen):
     positions: Count = Field(12, ge=1, le=200, description="lateral positions that stand for the sine")
     yaw: Annotated[float, Quantity("mrad", -50, 50, "yaw of the wheelset")] = 0.0
     rail_stiffness: Annotated[float, Quantity("MN/m", 1, 1e4, "lateral stiffness of one rail")] = 20e6
+
+
+class Traffic(Frozen):
+    """A kind of pass in the traffic of a damage study."""
+
+    wheel: str = Field("", description="wheel profile by name, or as a path beside the case file; none: the scene's")
+    share: Annotated[float, Quantity("", 0, 1, "of all passes; shares sum to 1")] = 1.0
+    speed: Annotated[float, Quantity("mph", 0.5, 350, "speed; none: the scene's")] | None = None
+    axle_load: (
+        Annotated[float, Quantity("t", 1, 60, "axle load, by which its sprung mass differs; none: the scene's")] | None
+    ) = None
+
+    @field_validator("wheel")
+    @classmethod
+    def _wheel_is_there(cls, wheel: str, info: ValidationInfo) -> str:
+        try:
+            return Wheel.checked({"profile": wheel}, info.context).profile if wheel else ""
+        except InputError as error:
+            told = "; ".join(remedy for _, remedy in error.faults)
+            flag = next((flag for asked, flag in TELLS_A_FILE.items() if asked in told), None)
+            if flag:
+                file = Path((info.context or {}).get("folder", ".")) / wheel
+                told += f"; its table has no key for it: rail-fem profile {file} {flag} --write {file.stem}-told.csv"
+            raise input_error("wheel", told) from None
 
 
 class DamageSettings(Frozen):
@@ -98,17 +121,7 @@ class DamageSettings(Frozen):
     initial_slope: Annotated[float, Quantity("", 0.01, 1, "third-body reduction of the creep curve's first slope")] = (
         1.0
     )
-    wheels: tuple[str, ...] = Field(
-        (),
-        description="wheel profiles of the traffic, by name or as paths beside the case file; none: the scene's alone",
-    )
-    weights: tuple[Share, ...] = Field((), description="their shares of the passes, which sum to 1")
-    speeds: tuple[Annotated[float, Quantity("mph", 0.5, 350, "speed")], ...] = Field(
-        (), description="their speeds; none: the scene's"
-    )
-    axle_loads: tuple[Annotated[float, Quantity("t", 1, 60, "axle load")], ...] = Field(
-        (), description="their axle loads, by which their sprung masses differ; none: the scene's"
-    )
+    traffic: tuple[Traffic, ...] = Field((), description="kinds of pass, a table each; none: the scene's alone")
     lateral_scatter: Annotated[float, Quantity("mm", 0, 10, "standard deviation of the wheels' lateral position")] = 0.0
     shear_yield: Annotated[
         float, Quantity("MPa", 50, 2000, "shear yield stress of the worked surface, for the shakedown map")
@@ -160,19 +173,14 @@ class DamageSettings(Frozen):
         """On all wear laws; that of the dry laboratory where no calibration is given."""
         return 1.0 if self.calibration is None else self.calibration
 
-    @field_validator("wheels")
+    @model_validator(mode="before")
     @classmethod
-    def _wheels_are_there(cls, wheels: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-        try:
-            return tuple(Wheel.checked({"profile": wheel}, info.context).profile for wheel in wheels)
-        except InputError as error:
-            told = "; ".join(remedy for _, remedy in error.faults)
-            flag = next((flag for asked, flag in TELLS_A_FILE.items() if asked in told), None)
-            if flag:
-                folder = Path((info.context or {}).get("folder", "."))
-                file = folder / next(wheel for wheel in wheels if str(folder / wheel) in told)
-                told += f"; [damage] has no key for it: rail-fem profile {file} {flag} --write {file.stem}-told.csv"
-            raise input_error("wheel", told) from None
+    def _lists_of_before(cls, values: Any) -> Any:
+        old = [name for name in ("wheels", "weights", "speeds", "axle_loads") if name in values]
+        if old:
+            row = 'wheel = "P8", share = 0.25, speed = "75 mph", axle_load = "22.5 t"'
+            cls._refuse(f"{old[0]}: a kind of pass is a table [[damage.traffic]] of its own now, with {row}")
+        return values
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -196,17 +204,9 @@ class DamageSettings(Frozen):
             self._refuse("lateral_scatter: the switch's wheelset runs on a sine; leave it out")
         if not 0 <= self.onset < self.peak < self.balance:
             self._refuse(f"onset {self.onset:g}, peak {self.peak:g} and balance {self.balance:g} N must grow")
-        if self.weights and len(self.weights) != len(self.wheels):
-            self._refuse(f"weights: {len(self.weights)} for {len(self.wheels)} wheels: give one for each")
-        if self.wheels and not self.weights and len(self.wheels) > 1:
-            self._refuse(
-                f"weights: missing for {len(self.wheels)} wheels, e.g. {[1 / len(self.wheels)] * len(self.wheels)}"
-            )
-        if self.weights and abs(sum(self.weights) - 1) > 1e-6:
-            self._refuse(f"weights: add up to {sum(self.weights):.6g}, they must sum to 1")
-        for name, given in (("speeds", self.speeds), ("axle_loads", self.axle_loads)):
-            if given and len(given) != max(len(self.wheels), 1):
-                self._refuse(f"{name}: {len(given)} for {max(len(self.wheels), 1)} wheels: give one for each, or none")
+        total = sum(kind.share for kind in self.traffic)
+        if self.traffic and abs(total - 1) > 1e-6:
+            self._refuse(f"traffic: shares add up to {total:.6g}, they must sum to 1")
         return self
 
     @staticmethod

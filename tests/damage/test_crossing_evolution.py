@@ -116,7 +116,7 @@ def test_the_least_share_of_a_block_is_the_cases_own():
 
 
 def test_a_mix_is_the_mean_of_its_wheels_on_any_number_of_processes(rate):
-    changes = {"damage.wheels": ["P8-worn", "P8"], "damage.weights": [0.25, 0.75]}
+    changes = {"damage.traffic": [{"wheel": "P8-worn", "share": 0.25}, {"wheel": "P8", "share": 0.75}]}
     alone = quick_site({"scene.wheel.profile": "P8"})
     other = alone.rate(alone.first())
     with ProcessPoolExecutor(2) as pool:
@@ -164,17 +164,15 @@ def test_welding_begins_anew_and_grinding_costs_height(site):
 def test_kinds_of_wheel_have_axle_loads_of_their_own():
     """Two wheelsets on two bogies: 14 t an axle is 13 t sprung on each of four."""
     scene = load_case(CASE).scene
-    kinds = {"wheels": ("P8", "P8-worn"), "weights": (0.5, 0.5), "axle_loads": ("14 t", "22.5 t")}
-    settings = DamageSettings(hardness="5 GPa", **kinds)
+    kinds = [{"wheel": "P8", "share": 0.5, "axle_load": "14 t"}, {"wheel": "P8-worn", "share": 0.5}]
+    settings = DamageSettings(hardness="5 GPa", traffic=[kinds[0], kinds[1] | {"axle_load": "22.5 t"}])
     light, heavy = (own for own, _ in traffic_of(scene, settings))
     assert light.vehicle.vehicle_sprung_mass == pytest.approx(
         4 * (14e3 - light.vehicle.wheelset_unsprung_mass), rel=1e-12
     )
     assert heavy.static_wheel_load == pytest.approx(22.5e3 / 2 * 9.81, rel=1e-12)
-    with pytest.raises(ValueError, match="axle_loads: 1 for 2 wheels"):
-        DamageSettings(hardness="5 GPa", **(kinds | {"axle_loads": ("14 t",)}))
-    with pytest.raises(ValueError, match="no more than the wheelset's own 1 t"):
-        traffic_of(scene, DamageSettings(hardness="5 GPa", **(kinds | {"axle_loads": ("1 t", "14 t")})))
+    with pytest.raises(ValueError, match=r"traffic\[0\].*no more than the wheelset's own 1 t"):
+        traffic_of(scene, DamageSettings(hardness="5 GPa", traffic=[kinds[0] | {"axle_load": "1 t"}, kinds[1]]))
 
 
 @pytest.mark.parametrize(
@@ -183,8 +181,8 @@ def test_kinds_of_wheel_have_axle_loads_of_their_own():
 def test_a_wheel_of_the_traffic_that_is_none_is_told_by_its_place(wheel, said):
     """In words of the case file, without the names of its reader."""
     with pytest.raises(CaseError, match=said) as told:
-        load_case(CASE, {"damage.wheels": ["P8", wheel], "damage.weights": [0.5, 0.5]})
-    assert "damage.wheels: " in str(told.value) and "input_value" not in str(told.value)
+        load_case(CASE, {"damage.traffic": [{"wheel": "P8", "share": 0.5}, {"wheel": wheel, "share": 0.5}]})
+    assert "damage.traffic[1].wheel: " in str(told.value) and "input_value" not in str(told.value)
 
 
 def test_weights_that_do_not_add_up_are_refused(site):

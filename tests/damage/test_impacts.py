@@ -58,7 +58,7 @@ def test_a_flat_cone_lands_on_the_nose_with_the_largest_force_of_the_mix():
     step nor spacing makes it (steps within 0.1 %; spacings of 5 to 1 mm within 1 %), the free
     masses' impact at its landing speed explains it (the weight, the foundation and a contact that stiffens along the
     nose add the rest), and contacts by the half-space on the true gaps give it too (within 6 %)."""
-    site = crossing_site(P1, MIX.damage.replace(wheels=(), weights=(), speeds=()))
+    site = crossing_site(P1, MIX.damage.replace(traffic=()))
     forces = {}
     for spacing in (2.5e-3, 5e-3):
         table = contact_table(P1, *WHOLE, spacing)
@@ -76,6 +76,6 @@ def test_a_flat_cone_lands_on_the_nose_with_the_largest_force_of_the_mix():
 def test_a_wheel_that_stays_on_the_rail_has_no_landing():
     slow = MIX.scene.replace(speed="10 mph")
     table = contact_table(slow, *WHOLE, 2.5e-3)
-    site = crossing_site(slow, MIX.damage.replace(wheels=(), weights=(), speeds=()))
+    site = crossing_site(slow, MIX.damage.replace(traffic=()))
     found = largest_impact(run_pass(slow, site.run, contacts_of(slow, site.run, table)), table, slow.static_wheel_load)
     assert found.flight == 0.0 and np.isnan([found.speed, found.free]).all()

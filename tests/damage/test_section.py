@@ -308,9 +308,9 @@ def test_a_killed_study_goes_on_where_it_was(tmp_path, monkeypatch):
         ({"damage.hardness": None}, "hardness"),
         ({"damage.passes": 1e9}, "passes"),
         ({"damage.wear_coefficient": -1.0}, "wear_coefficient"),
-        ({"damage.wheels": ["P8", "P8-worn"], "damage.weights": [0.5, 0.6]}, "add up to 1.1"),
-        ({"damage.wheels": ["P8", "P8-worn"]}, "weights: missing"),
-        ({"damage.weights": [1.0]}, "give one for each"),
+        ({"damage.traffic": [{"share": 0.5}, {"wheel": "P8-worn", "share": 0.6}]}, "traffic: shares add up to 1.1"),
+        ({"damage.traffic": [{"shares": 0.5}]}, r"traffic\[0\].shares: unknown key, did you mean 'share'"),
+        ({"damage.wheels": ["P8"]}, r"wheels: a kind of pass is a table \[\[damage.traffic\]\]"),
         ({"damage.peak": "10 N"}, "must grow"),
         ({"damage.kinetic_friction": 10.0}, "kinetic_friction"),
         ({"damage.calibration": 0.0}, "calibration"),
@@ -375,24 +375,26 @@ def test_wheel_files_lie_beside_the_case_and_count_by_their_content(tmp_path, mo
     marks = []
     for name in ("P8", "P1", "P8"):
         write_profile(file, wheel_profile(name).points, "wheel", name)
-        case = load_case(path, {"damage.wheels": ["wheel.txt"]})
+        case = load_case(path, {"damage.traffic": [{"wheel": "wheel.txt"}]})
         marks.append(study.study_mark(case, case.damage.replace(passes=3.0)))
     assert marks[0] == marks[2] != marks[1]
-    with pytest.raises(CaseError, match=f'damage.wheels: no file "wheels.txt" in {tmp_path}'):
-        load_case(path, {"damage.wheels": ["wheels.txt"]})
+    with pytest.raises(CaseError, match=rf'damage.traffic\[0\].wheel: no file "wheels.txt" in {tmp_path}'):
+        load_case(path, {"damage.traffic": [{"wheel": "wheels.txt"}]})
 
 
 def test_a_wheel_file_that_needs_telling_is_answered_with_the_command_that_tells_it(tmp_path, monkeypatch):
-    """Its repairs have no keys in [damage]: the command that is named writes a file that it takes."""
+    """Its repairs have no keys in [[damage.traffic]]: the command that is named writes a file that it takes."""
     path, file = small_case(tmp_path), tmp_path / "own.txt"
     points = wheel_profile("P8").points
     np.savetxt(file, (points[points[:, 0] > -0.0625] + [0.07, 0.0]) * 1e3, fmt="%.6f")
     with pytest.raises(CaseError, match="give flange_back.*rail-fem profile .*own.txt .*--write own-told.csv") as told:
-        load_case(path, {"damage.wheels": ["own.txt"]})
+        load_case(path, {"damage.traffic": [{"wheel": "own.txt"}]})
     monkeypatch.chdir(tmp_path)
     command = re.search("rail-fem (profile .*csv)", str(told.value))
     assert CliRunner().invoke(cli.app, command[1].split()).exit_code == 0
-    assert load_case(path, {"damage.wheels": ["own-told.csv"]}).damage.wheels == (str(tmp_path / "own-told.csv"),)
+    assert load_case(path, {"damage.traffic": [{"wheel": "own-told.csv"}]}).damage.traffic[0].wheel == str(
+        tmp_path / "own-told.csv"
+    )
 
 
 def test_a_ridge_has_the_longest_patch_that_fastsim_takes(section):

@@ -6,8 +6,7 @@ import pytest
 
 from bem.material import Elastic
 from geometry.profiles.profile import Profile, arc, line
-from geometry.surfaces.crossing import CastCrossing
-from rail_fem.light.contact_pairs import ContactPairError, bring_together, crossing_pair, plain_rail_pair
+from rail_fem.light.contact_pairs import ContactPairError, bring_together, plain_rail_pair
 from rail_fem.light.patch_methods import plain_rail_section
 
 CONE = Profile.from_pieces([line((-0.05, -0.05 / 20), (0.05, 0.05 / 20), 1e-3)], "cone 1:20")
@@ -61,14 +60,6 @@ def test_section_bodies_just_touch():
     rail, wheel = plain_rail_section(pair)
     assert rail.outline.edge_curves("face") and wheel.outline.edge_curves("face")
     assert abs(pair.wheel(0.0 * pair.point[:1], pair.point[1:2]) - pair.rail(pair.point[:1], pair.point[1:2]))[0] < 1e-9
-
-
-@pytest.mark.parametrize("body, x", [("wing", 0.3), ("nose", 0.4)])
-def test_wing_and_nose_give_patches(body, x):
-    pair = crossing_pair(CastCrossing(), x, body)
-    patch = pair.patch(80e3, window=pair.window(0.02, 0.02), estimate=False)
-    assert patch.normal_force == pytest.approx(pair.normal_force(80e3), rel=1e-6)
-    assert patch.gap[np.isfinite(patch.gap)].min() > -1e-8
 
 
 def test_a_wheel_beside_the_rail_is_refused():
