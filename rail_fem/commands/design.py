@@ -12,7 +12,7 @@ from rail_fem.commands.options import SetOption
 
 
 def design(
-    file: Annotated[Path, typer.Argument(metavar="DESIGN", help="design file (TOML), e.g. cases/design/leg.toml")],
+    file: Annotated[Path, typer.Argument(metavar="DESIGN", help="design file, e.g. cases/design/leg_and_nose.toml")],
     out: Annotated[Path, typer.Option("--out", help="folder of the trials, the report and its figure")],
     workers: Annotated[int, typer.Option(help="processes that run trials", min=1, max=1024)] = 2,
     begin: Annotated[

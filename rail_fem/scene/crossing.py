@@ -25,18 +25,14 @@ STEP: Final = "step"
 JOINT: Final = "joint"
 SWITCH: Final = "switch"
 CAST_KEYS = tuple(field.name for field in fields(CastCrossing))
-# cases/design/leg.toml, for the thesis' 263.6 kN and flight of 28.49 mm; of no drawing. By rigid_hertz 256 kN, 28.8 mm;
-# by fe_full (2 mm) 211 +- 35 kN and none, 259 +- 38 kN and 25 mm
-NAMED_LEGS = {
-    "fitted": {"transition_length": 0.322184, "transition_smoothness": 0.652113, "leg_lowering": 1.13683e-3},
-    "fitted-explicit": {"transition_length": 0.271, "transition_smoothness": 0.838, "leg_lowering": 1.217e-3},
-}
+# Shapes of the leg that had names, fitted to a flight that the thesis prints without a place (section 7.4)
+FORMER_LEGS = {"fitted": ("322.184 mm", 0.652113, "1.13683 mm"), "fitted-explicit": ("271 mm", 0.838, "1.217 mm")}
 DIP_KEYS = "dip_angle", "dip_length", "dip_shape", "dip_bend", "joint_gap"
 SWITCH_KEYS = "switch_radius", "switch_entry"
 READING = tuple(field.name for field in fields(SectionReading))
 FILE_KEYS = "file", "mirror", "lateral", "height", "along", "extend"
 FAMILY_KEYS = {  # what each family may be told beside `family`
-    CAST: (*CAST_KEYS, "leg"),
+    CAST: CAST_KEYS,
     SECTIONS: (*FILE_KEYS, "stations", "unit", "station_unit"),
     STEP: (*FILE_KEYS, "faces", "tolerance"),
     JOINT: DIP_KEYS,
@@ -65,12 +61,6 @@ class Crossing(Frozen):
     )
     topping_depth: Annotated[float, Quantity("mm", 2, 10, "depth of the topped nose where its rise begins")] = (
         CastCrossing.topping_depth
-    )
-    leg: Literal["benchmark", "fitted", "fitted-explicit"] = Field(
-        "benchmark",
-        description="the leg: of the benchmark crossing, or one found by search that throws a worn P8 at 75 mph as the"
-        " thesis has it, by rigid_hertz alone or by fe_full (transition_length, transition_smoothness and leg_lowering"
-        " are then given)",
     )
     transition_length: Annotated[
         float, Quantity("mm", 20, 1000, "length of the leg's change from plain rail to cast section; its end is fixed")
@@ -177,6 +167,22 @@ class Crossing(Frozen):
     def _is_what_was_read(cls, digest: str, info: ValidationInfo) -> str:
         return digest_of_read(digest, info.data.get("read"))
 
+    @model_validator(mode="before")
+    @classmethod
+    def _names_no_leg(cls, values: Any) -> Any:
+        """A result that was written while legs had names says "benchmark" where it has none of its own."""
+        if not isinstance(values, dict) or "leg" not in values:
+            return values
+        if values["leg"] in FORMER_LEGS:
+            length, smoothness, lowering = FORMER_LEGS[values["leg"]]
+            raise input_error(
+                "former_leg",
+                f'"{values["leg"]}" was fitted to a flight that is not said to be the leg\'s: to have its shape, write'
+                f' transition_length = "{length}", transition_smoothness = {smoothness}, leg_lowering = "{lowering}"',
+                key="crossing.leg",
+            )
+        return {name: value for name, value in values.items() if (name, value) != ("leg", "benchmark")}
+
     @model_validator(mode="after")
     def _is_one_family(self) -> Self:
         others = {name for keys in FAMILY_KEYS.values() for name in keys} - set(FAMILY_KEYS[self.family])
@@ -185,9 +191,6 @@ class Crossing(Frozen):
             raise input_error(
                 "family", f"does not belong to family {self.family}: leave it out", key=f"crossing.{told[0]}"
             )
-        fixed = [name for name in NAMED_LEGS.get(self.leg, ()) if self._is_told(name)]
-        if fixed:
-            raise input_error("family", f"is given by leg = {self.leg}: leave it out", key=f"crossing.{fixed[0]}")
         if self.family in (SECTIONS, STEP) and not self.file:
             needed = "a STEP file" if self.family == STEP else "the file of its sections"
             raise input_error("family", f"family {self.family} needs {needed}", key="crossing.file")
@@ -223,7 +226,7 @@ class Crossing(Frozen):
             return _switch(*(getattr(self, name) for name in SWITCH_KEYS))
         if self.read is not None:
             return self.read.crossing(self.extend)
-        return _cast(tuple(self._numbers().values()))
+        return _cast(tuple(getattr(self, name) for name in CAST_KEYS))
 
     @property
     def leg_end(self) -> float:
@@ -239,8 +242,8 @@ class Crossing(Frozen):
             return {"family": self.family, **{name: getattr(self, name) for name in SWITCH_KEYS}}
         if self.family != CAST:
             return {"family": self.family, "extend": self.extend, "sections": f"of content {self.digest}"}
-        numbers = self._numbers().items()
-        changed = {name: value for name, value in numbers if value != type(self).model_fields[name].default}
+        defaults = type(self).model_fields
+        changed = {name: value for name in CAST_KEYS if (value := getattr(self, name)) != defaults[name].default}
         return {"family": self.family, **changed, "ratio": self.ratio}
 
     def _is_told(self, name: str) -> bool:
@@ -248,10 +251,6 @@ class Crossing(Frozen):
         if isinstance(default, float):
             return abs(value - default) > 1e-9 * abs(default)  # a unit's factor rounds
         return value != default
-
-    def _numbers(self) -> dict[str, float]:
-        """All numbers of the parametric crossing, those of a named leg in their place."""
-        return {name: getattr(self, name) for name in CAST_KEYS} | NAMED_LEGS.get(self.leg, {})
 
 
 @functools.lru_cache(maxsize=64)

@@ -22,7 +22,7 @@ def leg_table(rows: tuple[Published, ...], results: Results) -> list[str]:
     if not models:
         return []
     published = {row.case: row for row in rows}
-    head = ["case", "published: force [kN], PEEQ [%], flight [mm]"]
+    head = ["case", "published: force [kN], PEEQ [%]"]
     head += [f"{model}: force [kN] at x [mm]; flight [mm], [ms], launch [m/s]" for model in models]
     head += ["PEEQ of 1000 mm3; of 5 x 5 x 3 mm; largest of an element, at x [mm] [%]"]
     table = []
@@ -38,7 +38,7 @@ def knows_leg(result: PassResult) -> bool:
 
 
 def published_words(row: Published | None) -> str:
-    values = (None,) * 3 if row is None else (row.leg_force, row.leg_strain, row.leg_flight)
+    values = (None,) * 2 if row is None else (row.leg_force, row.leg_strain)
     return "-" if set(values) == {None} else ", ".join("-" if value is None else f"{value:g}" for value in values)
 
 

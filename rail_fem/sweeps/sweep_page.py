@@ -255,13 +255,11 @@ def figure_lines(source: Source, found: list[Picture], name: Callable[[Picture],
 
 
 def published_marks(source: Source) -> Marks:
-    """What the source gives beside ours: its largest force of the wheel, that on the leg [kN], the flight off it
-    [mm]."""
+    """What the source gives beside ours: its largest force of the wheel, that on the leg [kN]."""
     known = lambda name: {row.case: value for row in source.published if (value := getattr(row, name)) is not None}
-    peaks, force, flight = known("peak"), known("leg_force"), known("leg_flight")
+    peaks, force = known("peak"), known("leg_force")
     marks = dict.fromkeys(PEAKS, ("published FE peak", peaks)) if peaks else {}
-    marks |= {"largest force\non the leg": ("published, on the leg", force)} if force else {}
-    return marks | ({"longest flight\noff the leg": ("published", flight)} if flight else {})
+    return marks | ({"largest force\non the leg": ("published, on the leg", force)} if force else {})
 
 
 def pictures(source: Source, results: Results, folder: Path) -> list[Picture]:

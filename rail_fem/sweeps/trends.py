@@ -243,7 +243,7 @@ class Group(Frozen):
 
 class Published(Frozen):
     """What a source gives for a case: dip angle [mrad], P2 and largest force [kN]; on the leg largest force [kN],
-    plastic strain [%], flight [mm]. None: not printed there."""
+    plastic strain [%]. None: not printed there."""
 
     case: str
     dip: float | None = None
@@ -251,7 +251,6 @@ class Published(Frozen):
     peak: float | None = None
     leg_force: float | None = None
     leg_strain: float | None = None
-    leg_flight: float | None = None
 
 
 class Source(CaseChanges):

@@ -139,17 +139,14 @@ def test_all_parameters_of_the_cast_crossing_reach_it(tmp_path):
         assert np.abs(cast.top_height(x[0], line[:, 0], body) - line[:, 1]).max() < 1e-12
 
 
-def test_a_leg_has_a_name(tmp_path):
-    fitted = load_case(case_with(tmp_path, 'leg = "fitted"')).scene.crossing
-    assert fitted.surface == CastCrossing(
-        transition_length=0.322184, transition_smoothness=0.652113, leg_lowering=1.13683e-3
-    )
-    assert fitted.plain()["transition_length"] == 0.322184
-    explicit = load_case(case_with(tmp_path, 'leg = "fitted-explicit"')).scene.crossing
-    assert explicit.plain()["transition_smoothness"] == 0.838 and explicit.surface != fitted.surface
-    for leg in ("fitted", "fitted-explicit"):
-        with pytest.raises(CaseError, match=f"transition_length: is given by leg = {leg}: leave it out"):
-            load_case(case_with(tmp_path, f'leg = "{leg}"', 'transition_length = "200 mm"'))
+def test_a_leg_that_had_a_name_says_what_to_write_instead(tmp_path):
+    """Results written while legs had names say "benchmark" and are still read."""
+    for leg, length in (("fitted", "322.184"), ("fitted-explicit", "271")):
+        with pytest.raises(CaseError, match=f'scene.crossing.leg: .*transition_length = "{length} mm", .*leg_lowering'):
+            load_case(case_with(tmp_path, f'leg = "{leg}"'))
+    with pytest.raises(CaseError, match="scene.crossing.leg: unknown key"):
+        load_case(case_with(tmp_path, 'leg = "steep"'))
+    assert Crossing.checked({"ratio": 10.75, "leg": "benchmark"}) == Crossing(ratio=10.75)
 
 
 def test_unchanged_parameters_leave_a_case_what_it_was(tmp_path):

@@ -76,18 +76,12 @@ def test_a_list_with_an_unknown_quantity_is_refused_with_those_there_are(tmp_pat
 
 @pytest.fixture(scope="module")
 def legs():
-    chosen = ("reference worn P8, 1 in 10.75, 75 mph", "transition of 350 mm", "wheel P1", "leg fitted to the thesis")
+    chosen = ("reference worn P8, 1 in 10.75, 75 mph", "transition of 350 mm", "wheel P1")
     return [run("leg", words, **SHORT) for words in chosen]
 
 
-def test_the_fitted_leg_throws_the_wheel_as_the_thesis_says(legs):
-    """263.6 kN and 28.49 mm; the search came to 3 and 1 % of them."""
-    assert of(legs[3], "flight off the leg") == pytest.approx(28.49, rel=0.05)
-    assert of(legs[3], "largest leg force") == pytest.approx(263.6, rel=0.05)
-
-
 def test_a_gentler_climb_throws_less_and_a_cone_that_drops_does_not_fly(legs):
-    reference, gentler, cone, _ = legs
+    reference, gentler, cone = legs
     assert of(reference, "flight off the leg") > 2 * of(gentler, "flight off the leg")
     assert of(cone, "flight off the leg") == 0 and np.isnan(of(cone, "launch speed"))
     assert of(reference, "launch speed") > 2 * of(gentler, "launch speed") > 0
@@ -101,11 +95,11 @@ def test_a_flight_takes_about_the_time_of_its_launch_speed(legs):
     assert 0.5 * flight.launch_speed < ballistic < flight.launch_speed
 
 
-def test_the_force_and_flight_of_the_thesis_lie_between_two_track_masses():
-    """It does not state the mass that it adds to the crossing; 750 kg is that of its P2 formula."""
+def test_the_less_track_moves_with_the_wheel_the_less_it_is_thrown():
+    """The thesis does not state the mass that it adds to the crossing; its force on the leg lies between these two."""
     light, heavy = (run("leg", f"track mass {mass} kg", **SHORT) for mass in (100, 150))
     assert of(light, "largest leg force") < 263.6 < of(heavy, "largest leg force")
-    assert of(light, "flight off the leg") == 0 and of(heavy, "flight off the leg") > 28.49
+    assert of(light, "flight off the leg") == 0 and of(heavy, "flight off the leg") > 20
 
 
 def test_a_wheel_leaves_a_path_that_falls_away_faster_than_it_can_fall():
@@ -149,16 +143,16 @@ def test_a_peak_is_told_with_its_place_and_what_a_model_does_not_resolve_with_a_
     assert cells[5].split(" at ")[1] == f"{1e3 * legs[2].peaks['largest_force_leg'].x:.0f}" and cells[8] == "-"
 
 
-def leg_case(leg: str):
+def leg_case():
     """The case and its settings around the leg."""
-    case = load_case(ROWS.parent / "whole_crossing.toml", {"scene.crossing.leg": leg})
+    case = load_case(ROWS.parent / "whole_crossing.toml")
     low, high = case.scene.crossing.surface.leg_range
     return case.scene, RigidHertzSettings(start=low - 0.06, end=high + 0.25)
 
 
 def test_two_contacts_together_are_what_carries_a_rigid_wheel():
     """The higher of both contacts is the whole wheel's, everywhere on the leg."""
-    key = table_key(leg_case("benchmark")[0], -0.78, -0.62, 5e-3)
+    key = table_key(leg_case()[0], -0.78, -0.62, 5e-3)
     both, whole = two_contact_table(key), table_of(key)
     assert np.abs(both.height.max(axis=0) - whole.height[0]).max() < 1e-9
     change = int(np.argmax(both.height[1] > both.height[0]))
@@ -167,15 +161,14 @@ def test_two_contacts_together_are_what_carries_a_rigid_wheel():
     assert np.abs(both.height[0] - both.height[1])[near].min() < 0.1e-3
 
 
-def test_with_two_contacts_the_fitted_leg_throws_no_wheel():
-    """The leg was fitted to a force and a flight of the model with one contact; with two the force falls by 18 %."""
-    scene, settings = leg_case("fitted")
+def test_with_two_contacts_the_leg_is_struck_less_hard():
+    """What the wheel rides is no kink where both sides of the head carry: fe_full, too, has less than one contact."""
+    scene, settings = leg_case()
     two, one = two_contact_pass(scene, settings), rigid_hertz.solve(scene, settings)
-    assert longest_flight(one).length > 25e-3 and two.flight is None
-    assert two.force.max() < 0.85 * one.peaks["largest_force"].value
+    assert two.force.max() < 0.9 * one.peaks["largest_force"].value
 
 
 def test_two_contacts_are_for_the_leg_alone():
     settings = RigidHertzSettings(start=0.2, end=0.5, path_spacing=10e-3)
     with pytest.raises(ValueError, match="the wheel comes to the nose at x = 3"):
-        two_contact_pass(leg_case("benchmark")[0], settings)
+        two_contact_pass(leg_case()[0], settings)
